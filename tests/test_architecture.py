@@ -1,0 +1,71 @@
+"""The house rules: sizes, layers, start-up and documented public names."""
+
+import ast
+import inspect
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+import pytest
+
+import strainwave
+
+ROOT = Path(__file__).resolve().parent.parent
+SOURCES = sorted((ROOT / "src").rglob("*.py"))
+HEAVY = {"numba", "scipy", "xarray", "zarr", "pint", "matplotlib", "dask", "sympy"}
+
+
+def name_of(path: Path) -> str:
+    return path.relative_to(ROOT / "src").as_posix()
+
+
+def body_lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Lines from the first statement after the docstring to the end."""
+    body = function.body[1:] if ast.get_docstring(function, clean=False) is not None else function.body
+    return function.end_lineno - body[0].lineno + 1 if body else 0
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+def test_file_has_at_most_400_lines(path):
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 400
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+def test_functions_have_at_most_60_lines(path):
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+    assert {f.name: body_lines(f) for f in functions if body_lines(f) > 60} == {}
+
+
+def test_imports_respect_the_layers():
+    lint_imports = Path(sysconfig.get_path("scripts")) / "lint-imports"
+    run = subprocess.run([lint_imports, "--no-cache"], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stdout + run.stderr
+
+
+@pytest.mark.parametrize("module", ["strainwave", "strainwave.app.cli", "strainwave.app"])
+def test_import_leaves_the_heavy_libraries_alone(module):
+    code = f"import sys, {module}; print(*sorted({HEAVY} & set(sys.modules)))"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.split() == []
+
+
+def test_help_of_the_command_line_answers():
+    run = subprocess.run([sys.executable, "-m", "strainwave", "--help"], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    assert "demo" in run.stdout
+
+
+def own_docstring(thing) -> str:
+    """The docstring somebody wrote: not an inherited one, nor the signature that the class builders put there."""
+    if not inspect.isclass(thing):
+        return inspect.getdoc(thing) or ""
+    written = vars(thing).get("__doc__") or ""
+    return "" if written.startswith(f"{thing.__name__}(") else written
+
+
+def test_public_names_have_docstrings():
+    assert strainwave.__all__
+    assert [name for name in strainwave.__all__ if not own_docstring(getattr(strainwave, name)).strip()] == []
