@@ -1,0 +1,59 @@
+"""strainwave: the nonlinear dynamic error of strain wave gears (harmonic drives).
+
+Every public name is listed here and loaded when it is first used, so that importing the package costs nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from .model import catalogue as catalogue
+    from .model.drive import HDC_40_050 as HDC_40_050
+    from .model.drive import HDC_40_050_WARNING as HDC_40_050_WARNING
+    from .model.drive import Drive as Drive
+    from .model.excitation import Harmonic as Harmonic
+    from .model.excitation import Harmonics as Harmonics
+    from .model.excitation import KinematicError as KinematicError
+    from .model.excitation import Line as Line
+    from .model.excitation import NoError as NoError
+    from .model.laws import Backlash as Backlash
+    from .model.laws import Cubic as Cubic
+    from .model.laws import Linear as Linear
+    from .model.laws import PiecewiseLinear as PiecewiseLinear
+    from .model.laws import Polynomial as Polynomial
+    from .model.oscillator import Oscillator as Oscillator
+    from .numerics.integrate import Dop8 as Dop8
+    from .numerics.integrate import Dopri5 as Dopri5
+    from .numerics.integrate import Rk4 as Rk4
+    from .numerics.integrate import simulate as simulate
+    from .quantities import replace as replace
+    from .results import SolveError as SolveError
+    from .results import Status as Status
+    from .results import Trajectory as Trajectory
+
+_HOME = {
+    "model.drive": ("Drive", "HDC_40_050", "HDC_40_050_WARNING"),
+    "model.excitation": ("Harmonic", "Harmonics", "KinematicError", "Line", "NoError"),
+    "model.laws": ("Backlash", "Cubic", "Linear", "PiecewiseLinear", "Polynomial"),
+    "model.oscillator": ("Oscillator",),
+    "numerics.integrate": ("Dop8", "Dopri5", "Rk4", "simulate"),
+    "quantities": ("replace",),
+    "results": ("SolveError", "Status", "Trajectory"),
+}
+_MODULE = {name: module for module, names in _HOME.items() for name in names}
+
+__all__ = [*sorted(_MODULE), "catalogue"]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "catalogue":
+        return import_module(".model.catalogue", __name__)
+    if name in _MODULE:
+        return getattr(import_module("." + _MODULE[name], __name__), name)
+    raise AttributeError(f"strainwave has no name {name!r}; dir(strainwave) lists what it has")
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])

@@ -1,0 +1,203 @@
+"""All of Numba: kernels, the methods of model objects inside them, and the compiled-code cache.
+
+A kernel is a plain Python function marked `@kernel`. It may call other kernels, the functions of `maths`, and the
+reserved methods of any NamedTuple handed to it; `run(kernel, *args)` executes it as machine code. Numba is imported
+at the first `run`, so importing the package stays cheap, and with the environment variable STRAINWAVE_JIT=0 (or
+NUMBA_DISABLE_JIT=1) the same functions run as Python.
+
+Machine code is kept on disk in a folder keyed by a hash of the package's sources, because Numba's own cache does not
+notice an edit in another file. Code that involves a class from outside the package is compiled in memory only.
+"""
+
+import hashlib
+import inspect
+import os
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+from . import maths
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+# Methods of a model object that a kernel may call. No field may have one of these names.
+RESERVED = ("torque", "stiffness", "energy", "value", "slope", "rhs", "jacobian", "torsion")
+
+# "contract", "nsz" and "arcp" allow FMA and reciprocals; full fastmath assumes that no NaN exists and would hide divergence.
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}, "nogil": True}
+
+_kernels: list[Callable[..., Any]] = []
+
+
+def kernel(function: F) -> F:
+    """Mark a function that compiled code may call; as Python it stays what it is."""
+    _kernels.append(function)
+    return function
+
+
+@kernel
+def axpy(y: Any, h: Any, k: Any) -> Any:
+    """Return y + h k for tuples y and k of equal length and a number h."""
+    return tuple(a + h * b for a, b in zip(y, k, strict=True))
+
+
+@kernel
+def torsion(system: Any, phase: float, y: Any) -> Any:
+    """Return the system's torsion, or its first state where it defines none."""
+    return system.torsion(phase, y) if hasattr(system, "torsion") else y[0]
+
+
+def enabled() -> bool:
+    """Whether kernels are compiled."""
+    return os.environ.get("STRAINWAVE_JIT", "1") != "0" and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+
+
+def run(function: Callable[..., Any], *args: Any) -> Any:
+    """Execute a kernel as machine code, or as Python when compilation is off.
+
+    Raises
+    ------
+    TypeError
+        If a user's class uses something that compiled code does not know; the sentence says what.
+    """
+    if not enabled():
+        return function(*args)
+    dispatcher = _dispatcher(function, all(_from_package(a) for a in args))
+    import numba
+
+    try:
+        return dispatcher(*args)
+    except numba.core.errors.NumbaError as error:
+        raise TypeError(_explain(error, args)) from error
+
+
+def _from_package(thing: Any) -> bool:
+    if not isinstance(thing, tuple):
+        return True
+    if hasattr(thing, "_fields") and not type(thing).__module__.startswith(__package__ + "."):
+        return False
+    return all(_from_package(item) for item in thing)
+
+
+def _explain(error: Exception, args: tuple[Any, ...]) -> str:
+    names = sorted({type(a).__name__ for a in args if hasattr(a, "_fields")})
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    facts = [s for s in lines if s.startswith(("Unknown attribute", "Cannot unify", "Use of unsupported", "Untyped global"))]
+    return (
+        f"{' / '.join(names) or 'the model'} cannot be compiled: {(facts or lines or ['unknown reason'])[0]}; "
+        "write its methods with arithmetic, abs and strainwave.maths, or set STRAINWAVE_JIT=0 to run it as Python"
+    )
+
+
+@cache
+def _dispatcher(function: Callable[..., Any], cacheable: bool) -> Any:
+    numba = _numba()
+    dispatcher = numba.njit(**OPTIONS)(function)
+    if cacheable:
+        before = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(cache_folder())
+        try:
+            dispatcher.enable_caching()
+        except RuntimeError:  # nowhere to write: compile in memory, `strainwave doctor` says so
+            pass
+        finally:
+            numba.config.CACHE_DIR = before
+    return dispatcher
+
+
+@cache
+def _numba() -> Any:
+    """Import Numba and teach it the kernels, the maths functions and the reserved methods."""
+    import numba
+    from numba.core import types
+    from numba.cpython.unsafe.tuple import tuple_setitem
+    from numba.extending import overload, overload_method
+
+    # Without forceinline every law larger than Cubic falls out of vector code; inner functions need no entry from Python.
+    inner = OPTIONS | {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+    def expose_method(name: str) -> None:
+        @overload_method(types.BaseNamedTuple, name, jit_options=inner)
+        def typed(self: Any, *args: Any) -> Any:
+            method = getattr(self.instance_class, name, None)
+            if method is None:
+                return None
+            compiled = numba.njit(method, **inner)
+
+            def call(self: Any, *args: Any) -> Any:
+                return compiled(self, *args)
+
+            return call
+
+    def expose(function: Callable[..., Any], body: Callable[..., Any]) -> None:
+        def typed(*args: Any) -> Any:
+            return body
+
+        typed.__signature__ = inspect.signature(body)  # type: ignore[attr-defined]
+        overload(function, jit_options=inner)(typed)
+
+    def axpy_body(y: Any, h: Any, k: Any) -> Any:
+        out = y
+        for i in range(len(y)):
+            out = tuple_setitem(out, i, y[i] + h * k[i])
+        return out
+
+    import math
+
+    def sign_body(x: Any) -> Any:
+        return float((x > 0) - (x < 0))
+
+    # Numba asks `if receiver:` before it passes self; the type of a model without fields must not be falsy.
+    types.NamedTuple.__bool__ = lambda self: True
+    for name in RESERVED:
+        expose_method(name)
+    for function in _kernels:
+        if function not in (axpy, torsion):
+            expose(function, function)
+    expose(axpy, axpy_body)
+    expose(maths.sign, sign_body)
+
+    @overload(torsion, jit_options=inner)
+    def typed_torsion(system: Any, phase: Any, y: Any) -> Any:
+        def own(system: Any, phase: Any, y: Any) -> Any:
+            return system.torsion(phase, y)
+
+        def first_state(system: Any, phase: Any, y: Any) -> Any:
+            return y[0]
+
+        return own if hasattr(system.instance_class, "torsion") else first_state
+
+    for name in ("cos", "sin", "exp", "sqrt"):
+        native = getattr(math, name)
+        overload(getattr(maths, name))(_forward(native))
+    return numba
+
+
+def _forward(native: Callable[[float], float]) -> Callable[..., Any]:
+    return lambda x: lambda x: native(x)
+
+
+@cache
+def source_hash() -> str:
+    """Hash of the package's sources, which keys the folder of compiled code."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@cache
+def cache_folder() -> Path:
+    """Folder of compiled code: STRAINWAVE_CACHE_DIR, or the user's cache folder of the operating system."""
+    home = os.environ.get("STRAINWAVE_CACHE_DIR")
+    if home:
+        root = Path(home)
+    elif sys.platform == "win32":
+        root = Path(os.environ.get("LOCALAPPDATA", Path.home())) / "strainwave" / "cache"
+    elif sys.platform == "darwin":
+        root = Path.home() / "Library" / "Caches" / "strainwave"
+    else:
+        root = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "strainwave"
+    return root / source_hash()

@@ -1,0 +1,102 @@
+"""The two-inertia drive of the article and its reduction to one equation for the dynamic error."""
+
+from typing import Any, Literal, NamedTuple
+
+from ..quantities import AngularSpeed, Damping, Inertia, Ratio
+from .excitation import Harmonic, Harmonics, KinematicError, NoError
+from .laws import Cubic
+from .oscillator import Oscillator
+
+
+class Drive(NamedTuple):
+    """Motor, strain wave gear and load: J_m [kg m^2] motor side, J_l load side, ratio N, damping B across the spring."""
+
+    J_m: Inertia
+    J_l: Inertia
+    N: Ratio
+    B: Damping
+    law: Any
+
+    @property
+    def J(self) -> float:
+        """Inertia N^2 J_m J_l/(N^2 J_m + J_l) [kg m^2] of the error equation with the motor free."""
+        reflected = self.N * self.N * self.J_m
+        return reflected * self.J_l / (reflected + self.J_l)
+
+    @property
+    def mu(self) -> float:
+        """Damping parameter B/J [1/s] with the motor free."""
+        return self.B / self.J
+
+    @property
+    def omega_0(self) -> float:
+        """Natural frequency sqrt(T'(0)/J) [rad/s] with the motor free."""
+        return float(self.law.stiffness(0.0) / self.J) ** 0.5
+
+    @property
+    def omega_0_held(self) -> float:
+        """Natural frequency sqrt(T'(0)/J_l) [rad/s] with the motor held at constant speed (the vendors' formula)."""
+        return float(self.law.stiffness(0.0) / self.J_l) ** 0.5
+
+    def error_equation(
+        self,
+        *,
+        motor_torque: Harmonic | Harmonics | None = None,
+        load_torque: Harmonic | Harmonics | None = None,
+        kinematic_error: KinematicError | None = None,
+        omega: AngularSpeed = 1.0,
+        motor: Literal["free", "held"] = "free",
+    ) -> Oscillator:
+        """Reduce the drive to the equation of its dynamic error x = theta_m/N - theta_l.
+
+        With the motor free (driven by torque, as in the article) the inertia is `J` and
+        tau = J (T_m/(N J_m) - T_l/J_l) (ERRATA E1); with a kinematic error this drops the speed ripple, terms of order N e'.
+        With the motor held (a stiff speed loop) the inertia is J_l and tau = -T_l.
+
+        Parameters
+        ----------
+        motor_torque : Harmonic or Harmonics, optional
+            Torque on the motor [N*m, motor side].
+        load_torque : Harmonic or Harmonics, optional
+            Torque on the load [N*m, output side], positive along the output's motion: a resisting load is negative.
+        kinematic_error : KinematicError, optional
+            Lines of the gear's kinematic error [rad, output side].
+        omega : float
+            Speed of the base angle [rad/s] that all orders refer to.
+        motor : {"free", "held"}
+            Whether the motor follows its torque or keeps its speed.
+
+        Raises
+        ------
+        ValueError
+            If `motor` is neither mode, or a motor torque is given for a held motor.
+        """
+        if motor not in ("free", "held"):
+            raise ValueError(f"motor is {motor!r}; it must be 'free' (torque-driven) or 'held' (constant speed)")
+        if motor == "held" and motor_torque is not None:
+            raise ValueError("a held motor keeps its speed whatever its torque; drop motor_torque or use motor='free'")
+        reflected = self.N * self.N * self.J_m
+        free = motor == "free"
+        of_motor = self.N * self.J_l / (reflected + self.J_l)
+        of_load = -reflected / (reflected + self.J_l) if free else -1.0
+        terms = _scaled(motor_torque, of_motor) + _scaled(load_torque, of_load)
+        excitation = Harmonics(terms) if len(terms) > 1 else (terms or (Harmonic(0.0),))[0]
+        error = NoError() if kinematic_error is None else kinematic_error
+        return Oscillator(self.J if free else self.J_l, self.B, self.law, excitation, omega, error)
+
+
+def _scaled(torque: Harmonic | Harmonics | None, factor: float) -> tuple[Harmonic, ...]:
+    if torque is None:
+        return ()
+    terms = torque.terms if isinstance(torque, Harmonics) else (torque,)
+    return tuple(h._replace(amplitude=factor * h.amplitude, mean=factor * h.mean) for h in terms)
+
+
+# The article's Table 3. HDC_40_050_WARNING says why these are not the numbers of a real size-40 gear.
+HDC_40_050 = Drive(J_m=5.26e-4, J_l=5.0e-2, N=50.0, B=0.017, law=Cubic(K=7160.0, alpha=0.1))
+
+HDC_40_050_WARNING = (
+    "HDC_40_050 holds the article's Table 3, not a real size-40 gear: catalogues give K1 = 1e5 N*m/rad (here 7160, 14 times "
+    "softer), fits of catalogue curves give alpha = 6.9e4 rad^-2 (here 0.1, which makes the cubic term vanish), a damping "
+    "ratio of 0.01 to 0.05 is usual (here 0.0005), and 5000 rpm at the motor exceed the size's 4000 rpm."
+)

@@ -1,0 +1,93 @@
+"""What drives the error: periodic torques and the kinematic error of the gear, as functions of the base angle.
+
+The base angle is the wave-generator angle (or the forcing phase); a line of integer order k repeats k times per turn of it.
+Amplitudes are 0-to-peak.
+"""
+
+from typing import Any, NamedTuple
+
+from ..maths import cos, sin
+from ..quantities import Angle, Torque
+
+
+class Harmonic(NamedTuple):
+    """Torque mean + amplitude cos(order * angle + phase)."""
+
+    amplitude: Torque
+    order: int = 1
+    phase: Angle = 0.0
+    mean: Torque = 0.0
+
+    def torque(self, angle: Any) -> Any:
+        """Torque [N*m] at the base angle [rad]."""
+        return self.mean + self.amplitude * cos(self.order * angle + self.phase)
+
+    def orders(self) -> tuple[int, ...]:
+        """The order of the line."""
+        return (self.order,)
+
+
+class Harmonics(NamedTuple):
+    """Sum of several `Harmonic` torques (at least one)."""
+
+    terms: tuple[Harmonic, ...]
+
+    def torque(self, angle: Any) -> Any:
+        """Torque [N*m] at the base angle [rad]."""
+        total = 0.0 * angle
+        for i in range(len(self.terms)):
+            total = total + self.terms[i].torque(angle)
+        return total
+
+    def orders(self) -> tuple[int, ...]:
+        """The orders of all terms."""
+        return tuple(term.order for term in self.terms)
+
+
+class Line(NamedTuple):
+    """One line of a kinematic-error spectrum: amplitude cos(order * angle + phase), output side."""
+
+    order: int
+    amplitude: Angle
+    phase: Angle = 0.0
+
+
+class KinematicError(NamedTuple):
+    """Kinematic error e = sum of lines A_k cos(k angle + phi_k): the rigid gear gives theta_l = theta_m/N - e.
+
+    At least one line; a gear without kinematic error has `NoError()`.
+    """
+
+    lines: tuple[Line, ...]
+
+    def value(self, angle: Any) -> Any:
+        """Error e [rad] at the base angle [rad]."""
+        total = 0.0 * angle
+        for i in range(len(self.lines)):
+            line = self.lines[i]
+            total = total + line.amplitude * cos(line.order * angle + line.phase)
+        return total
+
+    def slope(self, angle: Any) -> Any:
+        """Derivative de/dangle [rad/rad] at the base angle [rad]."""
+        total = 0.0 * angle
+        for i in range(len(self.lines)):
+            line = self.lines[i]
+            total = total - line.amplitude * line.order * sin(line.order * angle + line.phase)
+        return total
+
+    def orders(self) -> tuple[int, ...]:
+        """The orders of all lines."""
+        return tuple(line.order for line in self.lines)
+
+
+class NoError(NamedTuple):
+    """A gear without kinematic error: e = 0."""
+
+    def value(self, angle: Any) -> Any:
+        """Error e = 0 [rad]."""
+        return 0.0 * angle
+
+    def slope(self, angle: Any) -> Any:
+        """Derivative de/dangle = 0."""
+        return 0.0 * angle

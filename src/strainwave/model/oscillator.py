@@ -1,0 +1,47 @@
+"""The dynamic error equation J x'' + B u' + T(u) = tau(phase), with u = x - e(phase)."""
+
+from typing import Any, NamedTuple
+
+from ..quantities import AngularSpeed, Damping, Inertia
+from .excitation import NoError
+
+
+class Oscillator(NamedTuple):
+    """Dynamic error x of a drive whose gear has the law T, the damping B and the kinematic error e.
+
+    J x'' + B u' + T(u) = tau(phase), u = x - e(phase), phase = omega t (article eq. for x, with the kinematic error of
+    Ghorbel, Gandhi & Alpeter 2001). The state is (x [rad], x' [rad/s]); the law sees the torsion u.
+    """
+
+    J: Inertia
+    B: Damping
+    law: Any
+    excitation: Any
+    omega: AngularSpeed
+    error: Any = NoError()
+
+    def torsion(self, phase: Any, y: Any) -> Any:
+        """Torsion u = x - e(phase) [rad]."""
+        return y[0] - self.error.value(phase)
+
+    def rhs(self, phase: Any, y: Any) -> Any:
+        """Time derivatives (x', x'') of the state y = (x, x') at the base phase [rad]."""
+        x, v = y
+        u = x - self.error.value(phase)
+        du = v - self.omega * self.error.slope(phase)
+        return v, (self.excitation.torque(phase) - self.B * du - self.law.torque(u)) / self.J
+
+    def jacobian(self, phase: Any, y: Any) -> Any:
+        """Rows of the derivative of `rhs` with respect to the state: ((0, 1), (-T'(u)/J, -B/J))."""
+        u = y[0] - self.error.value(phase)
+        stiffness = self.law.stiffness(u)
+        return (0.0 * stiffness, 1.0 + 0.0 * stiffness), (-stiffness / self.J, -self.B / self.J + 0.0 * stiffness)
+
+    def breakpoints(self) -> tuple[float, ...]:
+        """Torsions [rad] where the law is not smooth."""
+        return tuple(self.law.breakpoints())
+
+    def orders(self) -> tuple[int, ...]:
+        """Orders of the excitation and of the kinematic error on the base angle."""
+        known = (part.orders() for part in (self.excitation, self.error) if hasattr(part, "orders"))
+        return tuple(sorted({order for orders in known for order in orders}))

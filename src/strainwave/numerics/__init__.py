@@ -1,0 +1,1 @@
+"""Computing with any system that has `rhs(phase, y)` and `omega`; no model is imported here."""

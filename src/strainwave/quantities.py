@@ -1,0 +1,120 @@
+"""Units of model fields, text with units, and parameters by path.
+
+Inside the package every number is SI and radians (a kinematic error in rad, a speed in rad/s). The unit of a
+field lives in its annotation, `Annotated[float, "N*m/rad"]`, where the command line, the project file and the
+report read it. `parse` is the only way in for text with units; it refuses what stock unit libraries let pass
+(Hz for rad/s, N*m for N*m/rad).
+"""
+
+from functools import cache
+from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
+
+Angle = Annotated[float, "rad"]
+TorsionalStiffness = Annotated[float, "N*m/rad"]
+PerSquareRadian = Annotated[float, "1/rad**2"]
+Torque = Annotated[float, "N*m"]
+Inertia = Annotated[float, "kg*m**2"]
+Damping = Annotated[float, "N*m*s/rad"]
+AngularSpeed = Annotated[float, "rad/s"]
+Ratio = Annotated[float, ""]
+
+
+class Parameter(NamedTuple):
+    """One number of a model: where it sits, what it is now, and its unit."""
+
+    path: str
+    value: float
+    unit: str
+
+
+@cache
+def _hints(cls: type) -> dict[str, Any]:
+    return get_type_hints(cls, include_extras=True)
+
+
+def is_model(thing: Any) -> bool:
+    """Whether `thing` is a model object, that is, an instance of a NamedTuple class."""
+    return isinstance(thing, tuple) and hasattr(thing, "_fields")
+
+
+def _is_float(hint: Any) -> bool:
+    return hint is float or (get_origin(hint) is Annotated and get_args(hint)[0] is float)
+
+
+def _converted(value: Any, hint: Any) -> Any:
+    if is_model(value):
+        return floated(value)
+    if isinstance(value, tuple):
+        inner = next(iter(get_args(hint)), Any)
+        return tuple(_converted(item, inner) for item in value)
+    return float(value) if _is_float(hint) else value
+
+
+def floated(model: Any) -> Any:
+    """Return `model` with ints turned to floats in its float fields, at any depth.
+
+    `Cubic(1, 0.1)` and `Cubic(1.0, 0.1)` are then one type to the compiler. Integer fields (orders) stay integers.
+
+    Raises
+    ------
+    TypeError
+        If a float field holds something that is not a number.
+    """
+    hints = _hints(type(model))
+    values = []
+    for name, value in zip(model._fields, model, strict=True):
+        try:
+            values.append(_converted(value, hints[name]))
+        except (TypeError, ValueError):
+            raise TypeError(f"{type(model).__name__}.{name} must be a number, not {value!r}") from None
+    return type(model)(*values)
+
+
+def parameters(model: Any, prefix: str = "") -> list[Parameter]:
+    """List every number of a model with its path ("law.alpha", "error.lines.0.amplitude") and unit."""
+    found: list[Parameter] = []
+    hints = _hints(type(model)) if is_model(model) else {}
+    names = model._fields if is_model(model) else [str(i) for i in range(len(model))]
+    for name, value in zip(names, model, strict=True):
+        if isinstance(value, tuple):
+            found += parameters(value, f"{prefix}{name}.")
+        elif isinstance(value, float | int):
+            metadata = get_args(hints.get(name))
+            found.append(Parameter(prefix + name, value, metadata[1] if len(metadata) > 1 else ""))
+    return found
+
+
+def replace(model: Any, changes: dict[str, Any]) -> Any:
+    """Return `model` with the parameters at the given paths changed.
+
+    Parameters
+    ----------
+    model : NamedTuple
+        Any system, law or excitation.
+    changes : dict
+        Path to new value (SI units), for example ``{"law.alpha": 2.0, "error.lines.0.amplitude": 1e-4}``.
+
+    Raises
+    ------
+    ValueError
+        If a path does not exist; the sentence lists what does.
+    """
+    for path, value in changes.items():
+        model = _replaced(model, path.split("."), value, path)
+    return model
+
+
+def _replaced(model: Any, keys: list[str], value: Any, path: str) -> Any:
+    key, rest = keys[0], keys[1:]
+    names = model._fields if is_model(model) else [str(i) for i in range(len(model))]
+    if key not in names:
+        owner = type(model).__name__
+        raise ValueError(f"{owner} has no parameter {key!r} (in {path!r}); it has {', '.join(names) or 'none'}")
+    index = list(names).index(key)
+    old = model[index]
+    if rest and not isinstance(old, tuple):
+        raise ValueError(f"{key!r} in {path!r} is a number and has no parameter {'.'.join(rest)!r}")
+    new = _replaced(old, rest, value, path) if rest else value
+    if is_model(model):
+        return model._replace(**{key: new})
+    return (*model[:index], new, *model[index + 1 :])
