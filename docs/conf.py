@@ -16,7 +16,6 @@ version = release = strainwave.__version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax"]
 exclude_patterns = ["_build", "auto_examples/*.ipynb"]
-nitpicky = False
 
 html_theme = "furo"
 html_static_path = ["_static"]
@@ -36,4 +35,5 @@ if any(EXAMPLES.glob("GALLERY_HEADER.*")) or any(EXAMPLES.glob("README.*")):
         "filename_pattern": r"\.py$",
         "download_all_examples": False,
         "show_memory": False,
+        "write_computation_times": False,
     }

@@ -26,7 +26,15 @@ SCRIPTS = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = SCRIPTS / ("python.exe" if os.name == "nt" else "python")
 STAMP = VENV / "installed.stamp"
 OLDEST, NEWEST = (3, 11), (3, 13)
-NETWORK_SIGNS = ("connection", "name resolution", "getaddrinfo", "network", "timed out", "max retries", "proxy")
+NETWORK_SIGNS = (
+    "connection",
+    "from versions: none",
+    "getaddrinfo",
+    "max retries",
+    "name resolution",
+    "proxy",
+    "timed out",
+)
 
 
 def fail(sentence: str) -> None:
@@ -99,7 +107,7 @@ def install(extras: Sequence[str]) -> None:
         sys.stderr.write(run.stderr)
         errors = run.stderr.lower()
         if any(sign in errors for sign in NETWORK_SIGNS):
-            fail("pip could not reach the package index; check the network or proxy, then run this again.")
+            fail("pip could not reach the package index (see above); check the network or proxy, then run this again.")
         fail(f"pip failed with exit code {run.returncode} (its messages are above); mend that, then run this again.")
     draft = STAMP.with_suffix(".part")
     draft.write_text("\n".join([key, *wanted, ""]), encoding="utf-8")
@@ -139,7 +147,9 @@ def test(rest: list[str]) -> list[str]:
 
 def docs(rest: list[str]) -> list[str]:
     """Build the documentation into docs/_build/html, a warning being an error."""
-    failed = run_all([["sphinx-build", "-W", "--keep-going", "-q", "-b", "html", *rest, "docs", "docs/_build/html"]])
+    failed = run_all(
+        [["sphinx-build", "-E", "-W", "--keep-going", "-q", "-b", "html", *rest, "docs", "docs/_build/html"]]
+    )
     if not failed:
         print("open docs/_build/html/index.html")
     return failed
