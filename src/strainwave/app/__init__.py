@@ -1,0 +1,1 @@
+"""Faces of the package: command line, project file, plots and report."""
