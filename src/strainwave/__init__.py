@@ -32,6 +32,16 @@ if TYPE_CHECKING:
     from .results import SolveError as SolveError
     from .results import Status as Status
     from .results import Trajectory as Trajectory
+    from .study.validate import Comparison as Comparison
+    from .study.validate import compare as compare
+    from .theory.multiple_scales import SlowFlow as SlowFlow
+    from .theory.multiple_scales import slow_flow as slow_flow
+    from .theory.resonance import NONRESONANT as NONRESONANT
+    from .theory.resonance import PRIMARY as PRIMARY
+    from .theory.resonance import SUBHARMONIC as SUBHARMONIC
+    from .theory.resonance import SUPERHARMONIC as SUPERHARMONIC
+    from .theory.resonance import Resonance as Resonance
+    from .theory.slow_results import SteadyState as SteadyState
 
 _HOME = {
     "model.drive": ("Drive", "HDC_40_050", "HDC_40_050_WARNING"),
@@ -41,6 +51,10 @@ _HOME = {
     "numerics.integrate": ("Dop8", "Dopri5", "Rk4", "simulate"),
     "quantities": ("replace",),
     "results": ("SolveError", "Status", "Trajectory"),
+    "study.validate": ("Comparison", "compare"),
+    "theory.multiple_scales": ("SlowFlow", "slow_flow"),
+    "theory.resonance": ("NONRESONANT", "PRIMARY", "SUBHARMONIC", "SUPERHARMONIC", "Resonance"),
+    "theory.slow_results": ("SteadyState",),
 }
 _MODULE = {name: module for module, names in _HOME.items() for name in names}
 

@@ -1,0 +1,1 @@
+"""Questions of an engineer, answered by theory and numerics side by side."""

@@ -1,0 +1,53 @@
+"""The resonances that multiple scales can treat: p omega near q omega_0, with omega the speed of the base angle."""
+
+from fractions import Fraction
+from typing import NamedTuple
+
+
+class Resonance(NamedTuple):
+    """The resonance p omega ~ q omega_0 on the base angle; (0, 0) is no resonance at all.
+
+    The response near omega_0 then has the fast angle (p/q) theta. A forcing line of order k has its primary resonance
+    at Resonance(k, 1), its superharmonic one of the cubic law at (3 k, 1) and its subharmonic one at (k, 3).
+
+    References
+    ----------
+    Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 4.1.1-4.1.4.
+    """
+
+    p: int
+    q: int
+
+    @property
+    def ratio(self) -> Fraction | None:
+        """The number p/q by which the base angle advances the fast angle, in lowest terms; None without resonance."""
+        return None if self == (0, 0) else Fraction(self.p, self.q)
+
+    def checked(self) -> "Resonance":
+        """Return the resonance in lowest terms.
+
+        Raises
+        ------
+        ValueError
+            If p or q is not a positive integer (or both 0).
+        """
+        if self == (0, 0):
+            return self
+        if not all(isinstance(n, int) and n > 0 for n in self):
+            raise ValueError(
+                f"Resonance({self.p!r}, {self.q!r}) must have two positive integers, as in p omega ~ q omega_0; "
+                "use strainwave.NONRESONANT where nothing resonates"
+            )
+        ratio = Fraction(self.p, self.q)
+        return Resonance(ratio.numerator, ratio.denominator)
+
+    def __str__(self) -> str:
+        names = {(0, 0): "no resonance", (1, 1): "primary", (3, 1): "superharmonic", (1, 3): "subharmonic"}
+        name = names.get(tuple(self), "resonance")
+        return name if self == (0, 0) else f"{name} {self.p}:{self.q}"
+
+
+PRIMARY = Resonance(1, 1)
+SUPERHARMONIC = Resonance(3, 1)
+SUBHARMONIC = Resonance(1, 3)
+NONRESONANT = Resonance(0, 0)
