@@ -28,25 +28,50 @@ RESERVED = ("torque", "stiffness", "energy", "value", "slope", "rhs", "jacobian"
 # "contract", "nsz" and "arcp" allow FMA and reciprocals; full fastmath assumes that no NaN exists and would hide divergence.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}, "nogil": True}
 
-_kernels: list[Callable[..., Any]] = []
+_kernels: list[tuple[Callable[..., Any], Callable[..., Any]]] = []
 
 
 def kernel(function: F) -> F:
     """Mark a function that compiled code may call; as Python it stays what it is."""
-    _kernels.append(function)
+    _kernels.append((function, function))
     return function
 
 
-@kernel
+def kernel_as(loops: Callable[..., Any]) -> Callable[[F], F]:
+    """Mark a NumPy function that compiled code replaces by `loops`, with the same arguments and results."""
+
+    def mark(function: F) -> F:
+        _kernels.append((function, loops))
+        return function
+
+    return mark
+
+
 def axpy(y: Any, h: Any, k: Any) -> Any:
     """Return y + h k for tuples y and k of equal length and a number h."""
     return tuple(a + h * b for a, b in zip(y, k, strict=True))
 
 
-@kernel
 def torsion(system: Any, phase: float, y: Any) -> Any:
     """Return the system's torsion, or its first state where it defines none."""
     return system.torsion(phase, y) if hasattr(system, "torsion") else y[0]
+
+
+def with_leaf(model: Any, index: int, value: float) -> Any:
+    """Return the model with its float number `index` (in the order of `quantities.parameters`) replaced."""
+    return _with_leaf(model, index, value)[0]
+
+
+def _with_leaf(thing: Any, index: int, value: float) -> tuple[Any, int]:
+    if isinstance(thing, float):
+        return (value if index == 0 else thing), index - 1
+    if not isinstance(thing, tuple):
+        return thing, index
+    items = []
+    for item in thing:
+        new, index = _with_leaf(item, index, value)
+        items.append(new)
+    return (type(thing)(*items) if hasattr(thing, "_fields") else tuple(items)), index
 
 
 def enabled() -> bool:
@@ -94,6 +119,8 @@ def _explain(error: Exception, args: tuple[Any, ...]) -> str:
 @cache
 def _dispatcher(function: Callable[..., Any], cacheable: bool) -> Any:
     numba = _numba()
+    while _kernels:  # those of modules imported since the last call
+        _expose(*_kernels.pop())
     dispatcher = numba.njit(**OPTIONS)(function)
     if cacheable:
         before = numba.config.CACHE_DIR
@@ -107,42 +134,70 @@ def _dispatcher(function: Callable[..., Any], cacheable: bool) -> Any:
     return dispatcher
 
 
+# Without forceinline every law larger than Cubic falls out of vector code; inner functions need no entry from Python.
+INNER = OPTIONS | {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
+def _expose(function: Callable[..., Any], body: Callable[..., Any]) -> None:
+    """Let compiled code call `function`, with `body` as its implementation."""
+    from numba.extending import overload
+
+    def typed(*args: Any) -> Any:
+        return body
+
+    typed.__signature__ = inspect.signature(body)  # type: ignore[attr-defined]
+    overload(function, jit_options=INNER)(typed)
+
+
 @cache
 def _numba() -> Any:
     """Import Numba and teach it the kernels, the maths functions and the reserved methods."""
     import numba
     from numba.core import types
     from numba.cpython.unsafe.tuple import tuple_setitem
-    from numba.extending import overload, overload_method
-
-    # Without forceinline every law larger than Cubic falls out of vector code; inner functions need no entry from Python.
-    inner = OPTIONS | {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    from numba.extending import intrinsic, overload, overload_method
 
     def expose_method(name: str) -> None:
-        @overload_method(types.BaseNamedTuple, name, jit_options=inner)
+        @overload_method(types.BaseNamedTuple, name, jit_options=INNER)
         def typed(self: Any, *args: Any) -> Any:
             method = getattr(self.instance_class, name, None)
             if method is None:
                 return None
-            compiled = numba.njit(method, **inner)
+            compiled = numba.njit(method, **INNER)
 
             def call(self: Any, *args: Any) -> Any:
                 return compiled(self, *args)
 
             return call
 
-    def expose(function: Callable[..., Any], body: Callable[..., Any]) -> None:
-        def typed(*args: Any) -> Any:
-            return body
-
-        typed.__signature__ = inspect.signature(body)  # type: ignore[attr-defined]
-        overload(function, jit_options=inner)(typed)
-
     def axpy_body(y: Any, h: Any, k: Any) -> Any:
         out = y
         for i in range(len(y)):
             out = tuple_setitem(out, i, y[i] + h * k[i])
         return out
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def set_leaf(context: Any, model: Any, index: Any, value: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            place = 0
+
+            def rebuild(kind: Any, old: Any) -> Any:
+                nonlocal place
+                if isinstance(kind, types.BaseTuple):
+                    items = [rebuild(k, builder.extract_value(old, i)) for i, k in enumerate(kind)]
+                    return context.make_tuple(builder, kind, items)
+                if isinstance(kind, types.Float):
+                    here = builder.icmp_signed("==", arguments[1], context.get_constant(types.intp, place))
+                    place += 1
+                    return builder.select(here, arguments[2], old)
+                return old
+
+            return rebuild(model, arguments[0])
+
+        return model(model, types.intp, types.float64), build
+
+    def with_leaf_body(model: Any, index: int, value: float) -> Any:
+        return set_leaf(model, index, value)
 
     import math
 
@@ -153,13 +208,11 @@ def _numba() -> Any:
     types.NamedTuple.__bool__ = lambda self: True
     for name in RESERVED:
         expose_method(name)
-    for function in _kernels:
-        if function not in (axpy, torsion):
-            expose(function, function)
-    expose(axpy, axpy_body)
-    expose(maths.sign, sign_body)
+    _expose(axpy, axpy_body)
+    _expose(with_leaf, with_leaf_body)
+    _expose(maths.sign, sign_body)
 
-    @overload(torsion, jit_options=inner)
+    @overload(torsion, jit_options=INNER)
     def typed_torsion(system: Any, phase: Any, y: Any) -> Any:
         def own(system: Any, phase: Any, y: Any) -> Any:
             return system.torsion(phase, y)
@@ -181,9 +234,10 @@ def _forward(native: Callable[[float], float]) -> Callable[..., Any]:
 
 @cache
 def source_hash() -> str:
-    """Hash of the package's sources, which keys the folder of compiled code."""
+    """Hash of the sources that hold compiled code, which keys its folder."""
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.rglob("*.py")):
+    home = Path(__file__).parent
+    for path in sorted([*home.glob("*.py"), *home.glob("model/*.py"), *home.glob("numerics/*.py")]):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
