@@ -2,14 +2,14 @@
 
 from typing import Any, Literal, NamedTuple
 
-from ..quantities import AngularSpeed, Damping, Inertia, Ratio
+from ..quantities import AngularSpeed, Damping, Inertia, Ratio, checked
 from .excitation import Harmonic, Harmonics, KinematicError, NoError
 from .laws import Cubic
 from .oscillator import Oscillator
 
 
 class Drive(NamedTuple):
-    """Motor, strain wave gear and load: J_m [kg m^2] motor side, J_l load side, ratio N, damping B across the spring."""
+    """Motor (J_m), strain wave gear (ratio N, damping B across the spring, torsion law) and load (J_l)."""
 
     J_m: Inertia
     J_l: Inertia
@@ -50,7 +50,8 @@ class Drive(NamedTuple):
         """Reduce the drive to the equation of its dynamic error x = theta_m/N - theta_l.
 
         With the motor free (driven by torque, as in the article) the inertia is `J` and
-        tau = J (T_m/(N J_m) - T_l/J_l) (ERRATA E1); with a kinematic error this drops the speed ripple, terms of order N e'.
+        tau = J (T_m/(N J_m) - T_l/J_l) (the article prints a wrong factor in it); with a kinematic error this drops the
+        speed ripple, terms of order N e'.
         With the motor held (a stiff speed loop) the inertia is J_l and tau = -T_l.
 
         Parameters
@@ -69,8 +70,9 @@ class Drive(NamedTuple):
         Raises
         ------
         ValueError
-            If `motor` is neither mode, or a motor torque is given for a held motor.
+            If `motor` is neither mode, a motor torque is given for a held motor, or an inertia or N is not positive.
         """
+        checked(self)
         if motor not in ("free", "held"):
             raise ValueError(f"motor is {motor!r}; it must be 'free' (torque-driven) or 'held' (constant speed)")
         if motor == "held" and motor_torque is not None:
@@ -84,6 +86,12 @@ class Drive(NamedTuple):
         error = NoError() if kinematic_error is None else kinematic_error
         return Oscillator(self.J if free else self.J_l, self.B, self.law, excitation, omega, error)
 
+    def check(self) -> None:
+        """Refuse inertias and a ratio that are not positive (ValueError)."""
+        for name in ("J_m", "J_l", "N"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"Drive.{name} is {getattr(self, name):g}; it must be positive")
+
 
 def _scaled(torque: Harmonic | Harmonics | None, factor: float) -> tuple[Harmonic, ...]:
     if torque is None:
@@ -96,7 +104,7 @@ def _scaled(torque: Harmonic | Harmonics | None, factor: float) -> tuple[Harmoni
 HDC_40_050 = Drive(J_m=5.26e-4, J_l=5.0e-2, N=50.0, B=0.017, law=Cubic(K=7160.0, alpha=0.1))
 
 HDC_40_050_WARNING = (
-    "HDC_40_050 holds the article's Table 3, not a real size-40 gear: catalogues give K1 = 1e5 N*m/rad (here 7160, 14 times "
-    "softer), fits of catalogue curves give alpha = 6.9e4 rad^-2 (here 0.1, which makes the cubic term vanish), a damping "
-    "ratio of 0.01 to 0.05 is usual (here 0.0005), and 5000 rpm at the motor exceed the size's 4000 rpm."
+    "HDC_40_050 holds the article's Table 3, not a real size-40 gear: catalogues give K1 = 1e5 N*m/rad (here 7160, 14 "
+    "times softer), fits of catalogue curves give alpha = 6.9e4 rad^-2 (here 0.1, which makes the cubic term vanish), a "
+    "damping ratio of 0.01 to 0.05 is usual (here 0.0005), and 5000 rpm at the motor exceed the size's 4000 rpm."
 )

@@ -1,7 +1,7 @@
 """What drives the error: periodic torques and the kinematic error of the gear, as functions of the base angle.
 
-The base angle is the wave-generator angle (or the forcing phase); a line of integer order k repeats k times per turn of it.
-Amplitudes are 0-to-peak.
+The base angle is the wave-generator angle (or the forcing phase); a line of integer order k repeats k times per turn of
+it. Amplitudes are 0-to-peak.
 """
 
 from typing import Any, NamedTuple
@@ -25,6 +25,11 @@ class Harmonic(NamedTuple):
     def orders(self) -> tuple[int, ...]:
         """The order of the line."""
         return (self.order,)
+
+    def check(self) -> None:
+        """Refuse an order below 1 (ValueError)."""
+        if self.order < 1:
+            raise ValueError(f"Harmonic.order is {self.order}; it must be at least 1 (a constant torque is the mean)")
 
 
 class Harmonics(NamedTuple):
@@ -50,6 +55,11 @@ class Line(NamedTuple):
     order: int
     amplitude: Angle
     phase: Angle = 0.0
+
+    def check(self) -> None:
+        """Refuse an order below 1 (ValueError)."""
+        if self.order < 1:
+            raise ValueError(f"Line.order is {self.order}; it must be at least 1 (a constant error has no effect)")
 
 
 class KinematicError(NamedTuple):

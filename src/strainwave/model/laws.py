@@ -1,8 +1,8 @@
 """Torsion laws: the torque of a gear's spring as a function of its torsion u.
 
-A law is a NamedTuple with `torque(x)`, `stiffness(x)` = dT/dx, `energy(x)` (zero at x = 0) and `breakpoints()`, the torsions
-where the law is not smooth. All arithmetic is branch-free, so that one definition serves numbers, arrays, compiled
-kernels and, where the law is smooth, symbols. x is in rad on the output side, torque in N*m, energy in J.
+A law is a NamedTuple with `torque(x)`, `stiffness(x)` = dT/dx, `energy(x)` (zero at x = 0) and, where it is not smooth,
+`breakpoints()`, the torsions where its slope changes. All arithmetic is branch-free, so that one definition serves numbers,
+arrays, compiled kernels and, where the law is smooth, symbols. x is in rad on the output side, torque in N*m, energy in J.
 """
 
 from typing import Any, NamedTuple
@@ -58,7 +58,7 @@ class Cubic(NamedTuple):
 
 
 class Polynomial(NamedTuple):
-    """T = c0 + c1 x + c2 x^2 + ... with the coefficients as a tuple (c_k in N*m/rad^k). Analytic; odd if c0 = c2 = ... = 0."""
+    """T = c0 + c1 x + c2 x^2 + ... with a tuple of coefficients c_k [N*m/rad^k]. Analytic; odd if c0 = c2 = ... = 0."""
 
     coefficients: tuple[float, ...]
 
@@ -139,6 +139,14 @@ class PiecewiseLinear(NamedTuple):
         x2 = x1 + (self.T2 - self.T1) / self.K2
         return (-x2, -x1, x1, x2)
 
+    def check(self) -> None:
+        """Refuse slopes that are not positive, and torques out of order (ValueError)."""
+        if min(self.K1, self.K2, self.K3) <= 0.0:
+            slopes = f"{self.K1:g}, {self.K2:g}, {self.K3:g} N*m/rad"
+            raise ValueError(f"PiecewiseLinear has the slopes {slopes}; all must be positive")
+        if not 0.0 < self.T1 < self.T2:
+            raise ValueError(f"PiecewiseLinear has T1 = {self.T1:g} and T2 = {self.T2:g} N*m; it needs 0 < T1 < T2")
+
 
 class Backlash(NamedTuple):
     """Play: T = 0 for |x| <= half_gap, K (x - half_gap sign x) outside; odd, C0."""
@@ -165,3 +173,8 @@ class Backlash(NamedTuple):
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] at the edges of the gap."""
         return (-self.half_gap, self.half_gap)
+
+    def check(self) -> None:
+        """Refuse a negative gap (ValueError)."""
+        if self.half_gap < 0.0:
+            raise ValueError(f"Backlash.half_gap is {self.half_gap:g} rad; it must not be negative")

@@ -38,10 +38,19 @@ class Oscillator(NamedTuple):
         return (0.0 * stiffness, 1.0 + 0.0 * stiffness), (-stiffness / self.J, -self.B / self.J + 0.0 * stiffness)
 
     def breakpoints(self) -> tuple[float, ...]:
-        """Torsions [rad] where the law is not smooth."""
-        return tuple(self.law.breakpoints())
+        """Torsions [rad] where the law is not smooth (none for a law that does not say)."""
+        return tuple(self.law.breakpoints()) if hasattr(self.law, "breakpoints") else ()
 
     def orders(self) -> tuple[int, ...]:
         """Orders of the excitation and of the kinematic error on the base angle."""
         known = (part.orders() for part in (self.excitation, self.error) if hasattr(part, "orders"))
         return tuple(sorted({order for orders in known for order in orders}))
+
+    def check(self) -> None:
+        """Refuse an inertia that is not positive (ValueError) and parts without the methods needed (TypeError)."""
+        if not self.J > 0.0:
+            raise ValueError(f"Oscillator.J is {self.J:g} kg*m**2; an inertia must be positive")
+        for name, method in (("law", "torque"), ("excitation", "torque"), ("error", "value"), ("error", "slope")):
+            part = getattr(self, name)
+            if not hasattr(part, method):
+                raise TypeError(f"Oscillator.{name} is {part!r}; it must be an object with a method {method}")
