@@ -11,7 +11,7 @@ from ..model.oscillator import Oscillator
 
 
 class ProjectError(ValueError):
-    """A project file cannot be used; the text has one line `file:line:column: field: fact, value, remedy` per problem."""
+    """A project file cannot be used; one line `file:line:column: field: fact, value, remedy` per problem."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Project:
     shaft : {"motor", "load", "forcing"}
         The shaft that the file's speeds belong to; with "forcing" the base angle is the forcing phase itself.
     omega : tuple of float
-        Speeds of the base angle [rad/s], ascending: the two ends of the range if `is_range`, else every speed asked for.
+        Speeds of the base angle [rad/s], ascending: the ends of the range if `is_range`, else every speed asked for.
     is_range : bool
         Whether the file gives a range (`from`, `to`) rather than single speeds (`at`).
     motor_torque, load_torque : Harmonics or None

@@ -18,6 +18,10 @@ from .laws import PiecewiseLinear
 
 DATA = Path(__file__).parent / "data"
 RPM = 2.0 * math.pi / 60.0
+STIFFNESS_SOURCE = {
+    "CSG/HFUC": "Harmonic Drive LLC CSF/CSG catalogue p. 50, CHA manual p. 50",
+    "SHG/HFUS": "AimanHaidar/harmonic-drive-selector (Apache-2.0), the same as the CSF/CSG catalogue p. 50",
+}
 
 
 @dataclass(frozen=True)
@@ -34,10 +38,8 @@ class Gear:
         Torques at which the slope changes [N*m, output side].
     rated_torque, average_torque, repeated_peak_torque, momentary_torque : float
         Limits of the output torque [N*m]; the rated one at 2000 rpm input speed.
-    max_speed, average_speed : float
-        Limits of the input speed with grease [rad/s].
     max_rpm, average_rpm : float
-        The same as printed [rpm].
+        Limits of the input speed with grease as printed [rpm]; `max_speed` and `average_speed` give them in rad/s.
     input_inertia : float
         Inertia of the wave generator [kg m^2, motor side].
     mass : float or None
@@ -131,7 +133,7 @@ def gear(name: str) -> Gear:
     Raises
     ------
     ValueError
-        If the gear is unknown (the sentence lists the nearest names), or tabulated only in part (it says what is missing).
+        If the gear is unknown (the sentence lists the nearest names) or tabulated in part (it says what is missing).
     """
     key = re.sub(r"[\s_-]+", "-", str(name).strip().upper())
     found = _gears().get(key)
@@ -193,8 +195,8 @@ def _gear(row: dict[str, str], stiffness: dict[str, str], usual_rpm: float) -> G
         notes.append(f"{name}: {doubt}")
     if float(row["n_in_avg_rpm"]) < usual_rpm:
         notes.append(
-            f"{name}: the average input speed of {row['n_in_avg_rpm']} rpm looks mistyped in the source, other ratios of "
-            f"this size say {usual_rpm:.0f} rpm; check the maker's datasheet."
+            f"{name}: the average input speed of {row['n_in_avg_rpm']} rpm looks mistyped in the source, other ratios "
+            f"of this size say {usual_rpm:.0f} rpm; check the maker's datasheet."
         )
     return Gear(
         name=name,
@@ -214,13 +216,13 @@ def _gear(row: dict[str, str], stiffness: dict[str, str], usual_rpm: float) -> G
         average_rpm=float(row["n_in_avg_rpm"]),
         input_inertia=float(row["J_in_1e-4_kgm2"] + "e-4"),
         mass=mass,
-        source=f"stiffness: Harmonic Drive LLC CSF/CSG catalogue p. 50 and CHA manual p. 50; ratings: {row['source']}",
+        source=f"stiffness: {STIFFNESS_SOURCE[_kin(row)]}; ratings: {row['source']}",
         notes=tuple(notes),
     )
 
 
 def _mass(text: str) -> tuple[float | None, str]:
-    """Return the mass [kg] and the doubt about it; a pair of masses belongs to two variants that the source does not name."""
+    """Return the mass [kg], or None and why: the source does not name the two variants that a pair belongs to."""
     if not text.startswith("("):
         return float(text), ""
     printed = " and ".join(f"{m:g} kg" for m in ast.literal_eval(text) if m is not None)

@@ -1,0 +1,171 @@
+"""Text with units, and conversion at the edges: "7160 N*m/rad" to a float in SI and radians, radians to arcsec.
+
+Our own unit file makes the angle a base dimension. What stock unit libraries let pass (Hz for rad/s, N*m for N*m/rad)
+is then a mismatch, refused with help. Text meets a strict grammar first, because it may come from a stranger and pint
+evaluates what looks like arithmetic.
+"""
+
+import re
+from functools import cache, lru_cache
+from math import inf, pi
+from pathlib import Path
+from typing import Any
+
+NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?")
+_FACTOR = r"[A-Za-z]+(?:\^-?[0-9])?"
+_GROUP = rf"(?:{_FACTOR}|\({_FACTOR}(?:[*/]{_FACTOR})*\)(?:\^-?[0-9])?)"
+UNIT = re.compile(rf"(?:1?/)?{_GROUP}(?:[*/]{_GROUP})*")
+PREFIX = re.compile("^(?:nano|micro|milli|centi|kilo|mega|[numckM])")
+LONGEST = 60
+# One plain spelling for each sign that people type.
+_SPELLING = str.maketrans({"·": "*", "⋅": "*", "×": "*", "−": "-", "µ": "u", "μ": "u", "\u00a0": " ", "\u202f": " "} | {
+    "°": "deg", "′": "arcmin", "″": "arcsec", "%": "percent"
+})  # fmt: skip
+_KIND = {
+    "N*m/rad": ("a torsional stiffness", "7160 N*m/rad or 3 Nm/arcmin"),
+    "kg*m**2": ("an inertia", "1.3 kg*m^2 or 0.25 kg*cm^2"),
+    "rad/s": ("an angular speed", "60 rpm or 6.28 rad/s"),
+    "rad": ("an angle", "23 arcsec or 1.2e-3 rad"),
+    "N*m": ("a torque", "0.5 N*m or 20 N*cm"),
+    "1/rad**2": ("a quantity per square radian", "0.1 1/rad^2"),
+    "N*m*s/rad": ("a rotational damping", "0.017 N*m*s/rad"),
+    "": ("a plain number", "0.02 or 2 %"),
+}
+
+
+def parse(text: str, unit: str) -> float:
+    """Read text such as "7160 N*m/rad", "3 Nm/arcmin", "0.25 kg*cm^2", "60 rpm" or "23 arcsec".
+
+    One number with a decimal point, one unit, at most 60 characters; powers are ^2, **2 or ², products *, · or a space.
+
+    Parameters
+    ----------
+    text : str
+        Number and unit. An angle is a dimension of its own: Hz is no angular speed, N*m no stiffness.
+    unit : str
+        Unit of the result in the package's spelling, for example "N*m/rad" or "kg*m**2"; "" for a plain number.
+
+    Returns
+    -------
+    float
+        The value in `unit`, finite.
+
+    Raises
+    ------
+    ValueError
+        If the text is no such quantity; one sentence with the fact, the value and the remedy.
+    """
+    if len(text) > LONGEST:
+        raise ValueError(
+            f"{text[:20] + '...'!r} has {len(text)} characters; write one number and one unit, at most {LONGEST}"
+        )
+    plain = re.sub(r"\s+", " ", text.translate(_SPELLING)).strip()
+    if re.match(r"[+-]?[0-9.]*,[0-9]", plain):
+        raise ValueError(f"{text!r} has a comma; write {_decimal_point(plain)}")
+    number = NUMBER.match(plain)
+    if number is None:
+        raise ValueError(f"{text!r} does not begin with a finite number; write {_example(unit)}")
+    given = _unit_text(plain[number.end() :])
+    if given is None:
+        raise ValueError(f"{text!r} is not one number and one unit made of names, *, / and ^; write {_example(unit)}")
+    if not given and unit:
+        raise ValueError(f"{text!r} has no unit; write {_example(unit)}")
+    try:
+        value = float(number.group()) * _factor(given, unit)
+    except KeyError as unknown:
+        raise ValueError(f"{text!r} has the unknown unit {unknown.args[0]!r}; write {_example(unit)}") from None
+    except ArithmeticError:
+        raise ValueError(_mismatch(text, float(number.group()), given, unit)) from None
+    if abs(value) == inf:
+        raise ValueError(f"{text!r} is too large a number; write {_example(unit)}")
+    return value
+
+
+def convert(value: Any, unit: str, to: str) -> Any:
+    """Convert a number or an array from one unit to another, for example `convert(x, "rad", "arcsec")`.
+
+    Raises
+    ------
+    ValueError
+        If a unit is unknown or the two do not measure the same thing.
+    """
+    given, wanted = (_unit_text(u.translate(_SPELLING)) for u in (unit, to))
+    try:
+        if given is None or wanted is None:
+            raise KeyError(unit if given is None else to)
+        return value * _factor(given, wanted)
+    except KeyError as unknown:
+        raise ValueError(f"unknown unit {unknown.args[0]!r}; units are written like N*m/rad, rpm or arcsec") from None
+    except ArithmeticError:
+        raise ValueError(f"cannot convert {unit!r} to {to!r}: they measure different things") from None
+
+
+def _decimal_point(plain: str) -> str:
+    """Spell out the remedy for a number with commas: 7160.5, not 7160,5."""
+    wrong = re.match(r"[+-]?[0-9.,]*[0-9]", plain)
+    shown = wrong.group() if wrong else plain
+    head, _, tail = shown.rpartition(",")
+    if shown.count(",") > 1 or "." in tail:
+        return f"{shown.replace(',', '')} without separators, not {shown}"
+    return f"{head.replace('.', '')}.{tail}, not {shown}"
+
+
+def _unit_text(text: str) -> str | None:
+    """Return the unit in one plain spelling, or None if it is not a product of powers of names."""
+    text = re.sub(r"⁻?[¹²³]", lambda m: "^" + m.group().translate(str.maketrans("⁻¹²³", "-123")), text)
+    text = re.sub(r" *(\*\*|[*/^()]) *", r"\1", text.strip()).replace("**", "^")
+    before, slash, after = text.partition("/")
+    # After a slash a space could mean a product above or below the bar: N*m/rad s.
+    text = before.replace(" ", "*") + slash + after
+    return text if not text or UNIT.fullmatch(text) else None
+
+
+@cache
+def _registry() -> Any:
+    """Our own units; pint's file takes 1 Hz as 1 rad/s and N*m as N*m/rad."""
+    import pint
+
+    return pint.UnitRegistry(str(Path(__file__).with_name("units.txt")))
+
+
+@lru_cache(maxsize=1024)
+def _factor(given: str, to: str) -> float:
+    """Return how many `to` are in one `given`; KeyError names an unknown unit, ArithmeticError reports a mismatch."""
+    registry = _registry()
+    known = set(dir(registry))
+    for name in re.findall(r"[A-Za-z]+", f"{given} {to}"):
+        # Left alone, pint takes any final s as a plural: Nms would be N*m.
+        if name not in known and PREFIX.sub("", name, count=1) not in known:
+            raise KeyError(name)
+    if not _matches(given, to):
+        raise ArithmeticError
+    return float(registry.convert(1.0, _for_pint(given), _for_pint(to)))
+
+
+def _example(unit: str) -> str:
+    return f"for example {_KIND[unit][1] if unit in _KIND else '1.5 ' + unit.replace('**', '^')}"
+
+
+def _mismatch(text: str, number: float, given: str, unit: str) -> str:
+    """Sentence for a unit that measures something else, with help where a radian is all that lacks."""
+    kind, example = _KIND.get(unit, (f"a quantity in {unit.replace('**', '^')}", f"1.5 {unit.replace('**', '^')}"))
+    if unit == "rad/s" and _matches(given, "1/s"):
+        per_second = number * _factor(given, "1/s")
+        turns = f"{number:.10g} rpm" if _factor(given, "1/min") == 1.0 else f"{per_second:.10g} rev/s"
+        radians = f"{2.0 * pi * per_second:.4g} rad/s"
+        return f"{text!r} is a frequency, not an angular speed; write {turns} or {radians}, not {text.strip()}"
+    for bar, relation in (("/rad", "is not per radian"), ("/rad^2", "is not per square radian")):
+        if unit and _matches(given + bar, unit):
+            return f"{text!r} {relation}, so it is not {kind}; write {number:.10g} {given}{bar} if that is meant"
+    if _matches(given + "*rad", unit):
+        return f"{text!r} is per radian, so it is not {kind}; write for example {example}"
+    return f"{text!r} is not {kind}; write for example {example}"
+
+
+def _matches(given: str, unit: str) -> bool:
+    first, second = (_registry().parse_units(_for_pint(u)).dimensionality for u in (given, unit))
+    return bool(first == second)
+
+
+def _for_pint(unit: str) -> str:
+    return re.sub("^/", "1/", unit).replace("^", "**")
