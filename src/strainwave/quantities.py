@@ -7,7 +7,12 @@ report read it. `parse` is the only way in for text with units; it refuses what 
 """
 
 from functools import cache
+from math import isfinite
+from numbers import Integral, Real
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
+
+from .units import convert as convert
+from .units import parse as parse
 
 Angle = Annotated[float, "rad"]
 TorsionalStiffness = Annotated[float, "N*m/rad"]
@@ -41,13 +46,26 @@ def _is_float(hint: Any) -> bool:
     return hint is float or (get_origin(hint) is Annotated and get_args(hint)[0] is float)
 
 
-def _converted(value: Any, hint: Any) -> Any:
-    if is_model(value):
-        return floated(value)
-    if isinstance(value, tuple):
-        inner = next(iter(get_args(hint)), Any)
-        return tuple(_converted(item, inner) for item in value)
-    return float(value) if _is_float(hint) else value
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, Integral) or (isinstance(value, Real) and float(value).is_integer())
+
+
+def _converted(value: Any, hint: Any, where: str) -> Any:
+    if get_origin(hint) is tuple:
+        if is_model(value) or not isinstance(value, list | tuple):
+            raise TypeError(f"{where} must be a tuple, not {value!r}; write a single item as (item,)")
+        return tuple(_converted(item, get_args(hint)[0], where) for item in value)
+    if _is_float(hint):
+        if not isinstance(value, Real):
+            raise TypeError(f"{where} must be a number, not {value!r}")
+        return float(value)
+    if hint is int:
+        if not _is_whole(value):
+            raise ValueError(f"{where} must be a whole number, not {value!r}")
+        return int(value)
+    if isinstance(hint, type) and not isinstance(value, hint):
+        raise TypeError(f"{where} must be a {hint.__name__}, not {value!r}")
+    return floated(value) if is_model(value) else value
 
 
 def floated(model: Any) -> Any:
@@ -58,22 +76,54 @@ def floated(model: Any) -> Any:
     Raises
     ------
     TypeError
-        If a float field holds something that is not a number.
+        If `model` is no NamedTuple or a field holds something of another kind than its annotation says.
+    ValueError
+        If an integer field holds a number that is not whole.
     """
-    hints = _hints(type(model))
-    values = []
+    if not is_model(model):
+        raise TypeError(f"a model object is a NamedTuple, such as Oscillator(...), not {model!r}")
+    cls: Any = type(model)
+    hints = _hints(cls)
+    fields = zip(cls._fields, model, strict=True)
+    return cls(*(_converted(value, hints.get(name, Any), f"{cls.__name__}.{name}") for name, value in fields))
+
+
+def checked(model: Any) -> Any:
+    """Return `floated(model)` after checking it; every verb that takes a model calls this once.
+
+    All numbers must be finite and no tuple empty; for the rest a model may have a method `check()` that raises a
+    ValueError with one sentence.
+
+    Raises
+    ------
+    TypeError, ValueError
+        With one sentence on what is wrong with which field.
+    """
+    model = floated(model)
+    _check(model)
+    return model
+
+
+def _check(model: Any) -> None:
     for name, value in zip(model._fields, model, strict=True):
-        try:
-            values.append(_converted(value, hints[name]))
-        except (TypeError, ValueError):
-            raise TypeError(f"{type(model).__name__}.{name} must be a number, not {value!r}") from None
-    return type(model)(*values)
+        where = f"{type(model).__name__}.{name}"
+        items = value if isinstance(value, tuple) and not is_model(value) else (value,)
+        if not items:
+            raise ValueError(f"{where} is empty; it needs at least one item")
+        for item in items:
+            if is_model(item):
+                _check(item)
+            elif isinstance(item, float) and not isfinite(item):
+                raise ValueError(f"{where} is {value!r}; it must be finite")
+    if hasattr(model, "check"):
+        model.check()
 
 
 def parameters(model: Any, prefix: str = "") -> list[Parameter]:
     """List every number of a model with its path ("law.alpha", "error.lines.0.amplitude") and unit."""
     found: list[Parameter] = []
-    hints = _hints(type(model)) if is_model(model) else {}
+    cls: Any = type(model)
+    hints = _hints(cls) if is_model(model) else {}
     names = model._fields if is_model(model) else [str(i) for i in range(len(model))]
     for name, value in zip(names, model, strict=True):
         if isinstance(value, tuple):

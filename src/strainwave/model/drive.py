@@ -1,5 +1,6 @@
 """The two-inertia drive of the article and its reduction to one equation for the dynamic error."""
 
+from math import sqrt
 from typing import Any, Literal, NamedTuple
 
 from ..quantities import AngularSpeed, Damping, Inertia, Ratio, checked
@@ -31,12 +32,12 @@ class Drive(NamedTuple):
     @property
     def omega_0(self) -> float:
         """Natural frequency sqrt(T'(0)/J) [rad/s] with the motor free."""
-        return float(self.law.stiffness(0.0) / self.J) ** 0.5
+        return _natural_frequency(self.law, self.J)
 
     @property
     def omega_0_held(self) -> float:
         """Natural frequency sqrt(T'(0)/J_l) [rad/s] with the motor held at constant speed (the vendors' formula)."""
-        return float(self.law.stiffness(0.0) / self.J_l) ** 0.5
+        return _natural_frequency(self.law, self.J_l)
 
     def error_equation(
         self,
@@ -93,6 +94,13 @@ class Drive(NamedTuple):
                 raise ValueError(f"Drive.{name} is {getattr(self, name):g}; it must be positive")
 
 
+def _natural_frequency(law: Any, inertia: float) -> float:
+    stiffness = float(law.stiffness(0.0))
+    if stiffness < 0.0:
+        raise ValueError(f"{law} has the stiffness {stiffness:g} N*m/rad at rest: there is no natural frequency")
+    return sqrt(stiffness / inertia)
+
+
 def _scaled(torque: Harmonic | Harmonics | None, factor: float) -> tuple[Harmonic, ...]:
     if torque is None:
         return ()
@@ -105,6 +113,6 @@ HDC_40_050 = Drive(J_m=5.26e-4, J_l=5.0e-2, N=50.0, B=0.017, law=Cubic(K=7160.0,
 
 HDC_40_050_WARNING = (
     "HDC_40_050 holds the article's Table 3, not a real size-40 gear: catalogues give K1 = 1e5 N*m/rad (here 7160, 14 "
-    "times softer), fits of catalogue curves give alpha = 6.9e4 rad^-2 (here 0.1, which makes the cubic term vanish), a "
-    "damping ratio of 0.01 to 0.05 is usual (here 0.0005), and 5000 rpm at the motor exceed the size's 4000 rpm."
+    "times softer), fits of catalogue curves give alpha = 6.9e4 rad^-2 (here 0.1, which makes the cubic term vanish), "
+    "a damping ratio of 0.01 to 0.05 is usual (here 0.0005), and 5000 rpm at the motor exceed the size's 4000 rpm."
 )

@@ -1,8 +1,9 @@
 """Torsion laws: the torque of a gear's spring as a function of its torsion u.
 
 A law is a NamedTuple with `torque(x)`, `stiffness(x)` = dT/dx, `energy(x)` (zero at x = 0) and, where it is not smooth,
-`breakpoints()`, the torsions where its slope changes. All arithmetic is branch-free, so that one definition serves numbers,
-arrays, compiled kernels and, where the law is smooth, symbols. x is in rad on the output side, torque in N*m, energy in J.
+`breakpoints()`, the torsions where its slope changes. All arithmetic is branch-free, so that one definition serves
+numbers, arrays, compiled kernels and, where the law is smooth, symbols. x is in rad on the output side, torque in N*m,
+energy in J.
 """
 
 from typing import Any, NamedTuple
