@@ -1,0 +1,128 @@
+"""The command `strainwave`: what each subcommand takes and prints. Results go to stdout, everything else to stderr.
+
+Exit codes: 0 ok, 1 the run failed, 2 wrong usage, 3 invalid project file, 130 interrupted. Heavy libraries are imported inside
+the commands, so that `--help` answers at once.
+"""
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from .. import __version__
+
+FAILED, INVALID_PROJECT, INTERRUPTED = 1, 3, 130
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+folder_type = click.Path(file_okay=False, path_type=Path)
+
+
+class Sentences(click.Group):
+    """A group whose commands end with one sentence and an exit code, never with a traceback (but for --debug)."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the subcommand and turn what it raises into a sentence and an exit code."""
+        try:
+            return super().invoke(ctx)
+        except (click.exceptions.Exit, click.ClickException, click.Abort, BrokenPipeError):
+            raise
+        except KeyboardInterrupt as stop:
+            click.echo(f"strainwave: {stop or 'interrupted; nothing was written'}", err=True)
+            ctx.exit(INTERRUPTED)
+        except Exception as error:
+            if ctx.params.get("debug") or os.environ.get("STRAINWAVE_DEBUG") == "1":
+                raise
+            project = sys.modules.get("strainwave.app.project")
+            if project is not None and isinstance(error, project.ProjectError):
+                click.echo(str(error), err=True)
+                ctx.exit(INVALID_PROJECT)
+            click.echo(f"strainwave: {_sentence(error)}", err=True)
+            ctx.exit(FAILED)
+
+
+def _sentence(error: Exception) -> str:
+    """One line that says what went wrong."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename or 'a file'}: {error.strerror.lower()}"
+    text = " ".join(str(error).split()) or type(error).__name__
+    expected = type(error).__name__ in ("SolveError", "ValueError", "TypeError", "RuntimeError", "ModuleNotFoundError")
+    return text if expected else f"{type(error).__name__}: {text} (this is unexpected; --debug shows where)"
+
+
+@click.group(cls=Sentences, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(__version__, prog_name="strainwave")
+@click.option("--debug", is_flag=True, help="Show the traceback of an error (also: STRAINWAVE_DEBUG=1).")
+def cli(debug: bool) -> None:
+    """Nonlinear dynamic error of strain wave gears (harmonic drives).
+
+    Start with `strainwave demo`, then write a project file and run `strainwave analyze PROJECT.yaml -o report`.
+    """
+
+
+@cli.command()
+@click.option("-o", "--output", type=folder_type, default=Path("strainwave-demo"), show_default=True, help="Folder for the reports.")
+@json_option
+def demo(output: Path, as_json: bool) -> None:
+    """Analyse the article's drive and a real catalogue drive."""
+    from .demo import run
+
+    click.echo(run(output, as_json))
+
+
+@cli.command()
+@click.argument("project", type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=folder_type, required=True, help="Folder for report.html, results.json and CSV files.")
+@json_option
+def analyze(project: Path, output: Path, as_json: bool) -> None:
+    """Analyse the drive of a project file and write a report."""
+    from .job import run
+
+    click.echo(run(project, output, as_json))
+
+
+@cli.command()
+@json_option
+def reproduce(as_json: bool) -> None:
+    """Compute the article's Tables 3 and 4 again and compare every number."""
+    from .reproduction import show
+
+    show(as_json)
+
+
+@cli.command()
+@click.argument("name", required=False)
+@click.option("--series", help="Only this series, for example CSG.")
+@click.option("--size", type=int, help="Only this size.")
+@click.option("--ratio", type=int, help="Only this ratio.")
+@json_option
+def catalogue(name: str | None, series: str | None, size: int | None, ratio: int | None, as_json: bool) -> None:
+    """List the gears of the catalogue, or show one."""
+    from .gears import show
+
+    show(name, series, size, ratio, as_json)
+
+
+@cli.command()
+@json_option
+def doctor(as_json: bool) -> None:
+    """Report versions, cache, cores, vector units and optional parts."""
+    from .doctor import show
+
+    show(as_json)
+
+
+@cli.command()
+@click.option("--latex", is_flag=True, help="Print the equations as LaTeX.")
+@json_option
+def derive(latex: bool, as_json: bool) -> None:
+    """Derive the error equation from Lagrange's equations and print each step."""
+    from .derive import show
+
+    show(latex, as_json)
+
+
+def main() -> None:
+    """Run the command line."""
+    cli(prog_name="strainwave")

@@ -1,0 +1,175 @@
+"""The whole analysis of a drive: static, stability, resonances, response through the speed range, and single speeds in time."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..model.oscillator import Oscillator
+from ..results import SolveError
+from ..theory.lyapunov import StabilityProof, lyapunov
+from ..theory.resonance import NONRESONANT
+from .regimes import OperatingPoint, Regime, operating_point, regimes
+from .runup import RunUp, run_up, speed_grid
+from .time_case import TimeCase, time_case
+
+CASES = 4  # resonances shown in time, besides a speed away from all of them
+PRIORITY = ("primary", "superharmonic 3:1", "superharmonic 2:1", "subharmonic 1:3", "subharmonic 1:2")
+
+
+@dataclass(frozen=True, eq=False)
+class Analysis:
+    """Everything that the report shows about the error equation.
+
+    Attributes
+    ----------
+    system : Oscillator
+        The error equation at the middle of the range.
+    speeds : (float, float)
+        Range of the base-angle speed [rad/s].
+    point : OperatingPoint
+        Equilibrium under the mean torque.
+    stability : StabilityProof
+        Lyapunov's certificate of the drive without excitation.
+    regimes : tuple of Regime
+        Resonances of all excitation lines, by ascending speed.
+    run_up : RunUp
+        Simulated run-up and coast-down.
+    cases : tuple of TimeCase
+        Single speeds in time.
+    warnings : tuple of str
+        Sentences about what went wrong or needs care.
+    """
+
+    system: Oscillator
+    speeds: tuple[float, float]
+    point: OperatingPoint
+    stability: StabilityProof
+    regimes: tuple[Regime, ...]
+    run_up: RunUp
+    cases: tuple[TimeCase, ...]
+    warnings: tuple[str, ...]
+
+
+def analyze(system: Oscillator, speeds: tuple[float, ...], *, is_range: bool = True) -> Analysis:
+    """Analyse a drive over a range of speeds, or at single ones.
+
+    Parameters
+    ----------
+    system : Oscillator
+        The error equation; its omega is replaced by the speeds.
+    speeds : tuple of float
+        Base-angle speeds [rad/s], ascending: the ends of the range, or every speed asked for.
+    is_range : bool
+        Which of the two.
+
+    Raises
+    ------
+    SolveError
+        If the law cannot carry the mean torque, or no simulation finishes.
+    """
+    for step in analysis_steps(system, speeds, is_range=is_range):
+        if isinstance(step, Analysis):
+            return step
+    raise AssertionError("the steps end with the analysis")
+
+
+def analysis_steps(
+    system: Oscillator, speeds: tuple[float, ...], *, is_range: bool = True
+) -> Iterator[tuple[str, float] | Analysis]:
+    """Do the work of `analyze` step by step; yields (what is being done, finished share), and the `Analysis` at the end."""
+    limits = (speeds[0], speeds[-1]) if is_range else (0.8 * speeds[0], 1.2 * speeds[-1])
+    system = system._replace(omega=0.5 * (limits[0] + limits[1]))
+    yield "operating point and stability", 0.0
+    point = operating_point(system)
+    stability = lyapunov(system)
+    yield "resonances by multiple scales", 0.05
+    found = regimes(system, point, limits)
+    grid = speed_grid(limits, found)
+    if not is_range:
+        grid = np.unique(np.concatenate([grid, speeds]))
+    sweep: RunUp | None = None
+    for step in run_up(system, grid, point):
+        if isinstance(step, RunUp):
+            sweep = step
+        else:
+            yield "run-up and coast-down", 0.1 + 0.5 * step
+    if sweep is None:
+        raise AssertionError("a run-up ends with its result")
+    if not any(motion.status for motion in (*sweep.up, *sweep.down)):
+        raise SolveError(f"no simulated speed reached a steady motion: {sweep.up[0].message}")
+    chosen = _chosen(found, sweep, limits, () if is_range else speeds)
+    cases = []
+    for i, (name, omega, regime) in enumerate(chosen):
+        yield f"{name} in time", 0.6 + 0.4 * i / len(chosen)
+        resonance = NONRESONANT if regime is None else regime.resonance
+        cases.append(time_case(name, system._replace(omega=omega), resonance, point))
+    yield Analysis(
+        system, limits, point, stability, found, sweep, tuple(cases), _warnings(system, point, sweep, tuple(cases))
+    )
+
+
+def _chosen(
+    found: tuple[Regime, ...], sweep: RunUp, limits: tuple[float, float], asked: tuple[float, ...]
+) -> list[tuple[str, float, Regime | None]]:
+    """Speeds to show in time: those asked for, or the main resonances in the range and one place far from them."""
+    if asked:
+        return [_nearest(omega, found) for omega in asked]
+    inside = [regime for regime in found if regime.inside]
+    inside.sort(key=lambda regime: (PRIORITY.index(regime.name), regime.order))
+    away = _away(inside, limits)
+    chosen: list[tuple[str, float, Regime | None]] = [("away from resonance", away, None)]
+    chosen += [(regime.label, regime.omega, regime) for regime in inside[:CASES]]
+    if not inside:
+        chosen.append(("largest error of the run-up", sweep.worst().omega, None))
+    return chosen
+
+
+def _nearest(omega: float, found: tuple[Regime, ...]) -> tuple[str, float, Regime | None]:
+    """Name a speed that was asked for by the resonance it sits on (within 5 %), if any."""
+    near = [regime for regime in found if abs(regime.omega / omega - 1.0) < 0.05]
+    if not near:
+        return "away from resonance", omega, None
+    regime = min(near, key=lambda r: abs(r.omega / omega - 1.0))
+    return f"near {regime.label}", omega, regime
+
+
+def _away(inside: list[Regime], limits: tuple[float, float]) -> float:
+    """Speed [rad/s] in the range that is relatively farthest from every resonance in it."""
+    grid = np.linspace(*limits, 201)[1:-1]
+    if not inside:
+        return float(grid[len(grid) // 2])
+    nearest = np.min([np.abs(np.log(grid / regime.omega)) for regime in inside], axis=0)
+    return float(grid[int(np.argmax(nearest))])
+
+
+def _warnings(
+    system: Oscillator, point: OperatingPoint, sweep: RunUp, cases: tuple[TimeCase, ...]
+) -> tuple[str, ...]:
+    said = []
+    if point.omega_0 == 0.0:
+        said.append(
+            "The law has no stiffness where the mean torque holds the drive (play), so there is no natural frequency to resonate "
+            "with and multiple scales does not apply; everything here is from integration."
+        )
+    if system.B == 0.0:
+        said.append(
+            "The drive has no damping: transients never decay, the amplitude at resonance is bounded by the nonlinearity alone, "
+            "and simulated points depend on the start; give a damping, a damping ratio or a quality factor."
+        )
+    failed = [m for m in (*sweep.up, *sweep.down) if not m.status]
+    if failed:
+        said.append(f"{len(failed)} of {2 * len(sweep.omega)} simulated speeds have no steady motion: {failed[0].message}.")
+    for case in cases:
+        if not case.transient.status:
+            said.append(f"At {case.omega:.5g} rad/s ({case.name}) the simulation from rest {case.transient.message}.")
+    jumps = sweep.hysteresis()
+    if jumps and system.B > 0.0:
+        said.append(
+            f"Run-up and coast-down differ at {len(jumps)} of {len(sweep.omega)} speeds between {jumps[0]:.5g} and "
+            f"{jumps[-1]:.5g} rad/s: two stable motions exist there, and which one is met depends on the history."
+        )
+    if not all(math.isfinite(motion.peak) for motion in (*sweep.up, *sweep.down)):
+        raise AssertionError("simulated values are finite")
+    return tuple(said)

@@ -1,0 +1,206 @@
+"""Which resonances a drive meets in its speed range, and whether multiple scales can describe them there.
+
+An excitation line of order k resonates at k omega = omega_0 (primary), 3 k omega = omega_0 (superharmonic) and
+k omega = 3 omega_0 (subharmonic); a law that is not odd about the operating point, for one under a mean torque, adds
+2 k omega = omega_0 and k omega = 2 omega_0 (Nayfeh & Mook 1979, secs. 4.1-4.2).
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..model.oscillator import Oscillator
+from ..results import SolveError
+from ..theory.multiple_scales import slow_flow
+from ..theory.resonance import Resonance
+from ..theory.slow_results import SlowResponse, SteadyState
+
+NAMES = {(1, 1): "primary", (3, 1): "superharmonic 3:1", (1, 3): "subharmonic 1:3", (2, 1): "superharmonic 2:1", (1, 2): "subharmonic 1:2"}  # fmt: skip
+POINTS = 512  # samples of a period for the mean torque
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """Where the mean torque holds the drive.
+
+    Attributes
+    ----------
+    mean_torque : float
+        Mean of the excitation [N*m, output side].
+    x : float
+        Static dynamic error [rad] under the mean torque.
+    stiffness : float
+        Small-signal stiffness T'(x) [N*m/rad].
+    omega_0 : float
+        Small-signal natural frequency [rad/s]; 0 where the law has no stiffness there (play).
+    odd : bool
+        Whether the law is odd about the operating point, so that no even terms arise.
+    """
+
+    mean_torque: float
+    x: float
+    stiffness: float
+    omega_0: float
+    odd: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Regime:
+    """One resonance of one excitation line.
+
+    Attributes
+    ----------
+    name : str
+        "primary", "superharmonic 3:1", "subharmonic 1:3", "superharmonic 2:1" or "subharmonic 1:2".
+    order : int
+        Order of the excitation line on the base angle.
+    resonance : Resonance
+        p omega ~ q omega_0 on the base angle.
+    omega : float
+        Speed of the base angle [rad/s] at p omega = q omega_0.
+    inside : bool
+        Whether that speed lies in the speed range.
+    states : tuple of SteadyState
+        Steady states of the slow flow there; empty where it does not apply.
+    existence, certificate : str
+        Existence condition with its numbers, and how far the first-order result can be trusted.
+    valid : bool or None
+        Whether the certificate predicts an error of at most 10 %; None where multiple scales does not apply.
+    response : SlowResponse or None
+        Response curve near the resonance, for those inside the range.
+    reason : str
+        Why multiple scales does not apply, empty where it does.
+    """
+
+    name: str
+    order: int
+    resonance: Resonance
+    omega: float
+    inside: bool
+    states: tuple[SteadyState, ...]
+    existence: str
+    certificate: str
+    valid: bool | None
+    response: SlowResponse | None
+    reason: str
+
+    @property
+    def label(self) -> str:
+        """Name with the order of the line, for tables and figures."""
+        return f"{self.name}, order {self.order}"
+
+
+def operating_point(system: Oscillator) -> OperatingPoint:
+    """Find the equilibrium under the mean torque, by bisection on the law.
+
+    Raises
+    ------
+    SolveError
+        If the law cannot carry the mean torque.
+    """
+    angle = 2.0 * math.pi * np.arange(POINTS) / POINTS
+    mean = float(np.mean(np.broadcast_to(system.excitation.torque(angle), angle.shape)))
+    largest = float(np.max(np.abs(system.excitation.torque(angle))))
+    if abs(mean) < 1e-12 * max(largest, 1e-300):
+        mean = 0.0
+    x = _balance(system.law, mean)
+    stiffness = float(system.law.stiffness(x))
+    steps = np.geomspace(1e-6, 1.0, 25) * max(abs(x), 1e-2)
+    around = system.law.torque(x + steps) + system.law.torque(x - steps) - 2.0 * mean
+    size = np.abs(system.law.torque(x + steps)) + np.abs(system.law.torque(x - steps)) + abs(mean) + 1e-300
+    odd = bool(np.all(np.abs(around) <= 1e-9 * size))
+    return OperatingPoint(mean, x, stiffness, math.sqrt(max(stiffness, 0.0) / system.J), odd)
+
+
+def _balance(law: Any, torque: float) -> float:
+    """Torsion [rad] nearest to 0 at which the law carries a torque [N*m]."""
+    if float(law.torque(0.0)) == torque:
+        return 0.0
+    up = torque > float(law.torque(0.0))
+    grid = np.concatenate([[0.0], np.geomspace(1e-9, 10.0, 2001)]) * (1.0 if up else -1.0)
+    missing = (np.asarray(law.torque(grid)) - torque) * (1.0 if up else -1.0)
+    crossed = np.flatnonzero(missing >= 0.0)
+    if len(crossed) == 0:
+        raise SolveError(
+            f"the torsion law cannot carry the mean torque of {torque:.6g} N*m within 10 rad; lower the mean torque or check the law"
+        )
+    inner, outer = float(grid[crossed[0] - 1]), float(grid[crossed[0]])
+    for _ in range(80):
+        middle = 0.5 * (inner + outer)
+        if (float(law.torque(middle)) - torque) * (1.0 if up else -1.0) >= 0.0:
+            outer = middle
+        else:
+            inner = middle
+    return 0.5 * (inner + outer)
+
+
+def regimes(system: Oscillator, point: OperatingPoint, speeds: tuple[float, float]) -> tuple[Regime, ...]:
+    """List the resonances of every excitation line, those inside the speed range with their response curves.
+
+    Parameters
+    ----------
+    system : Oscillator
+        The error equation; its omega is not used.
+    point : OperatingPoint
+        Equilibrium under the mean torque.
+    speeds : (float, float)
+        Range of the base-angle speed [rad/s].
+
+    Returns
+    -------
+    tuple of Regime
+        By ascending speed, one per distinct p:q; a line's primary resonance wins over another line's harmonic at the same speed.
+    """
+    if point.omega_0 == 0.0:
+        return ()
+    kinds = [(1, 1), (3, 1), (1, 3)] + ([] if point.odd else [(2, 1), (1, 2)])
+    found: dict[Resonance, Regime] = {}
+    for p, q in kinds:
+        for order in active_orders(system):
+            resonance = Resonance(order * p, q).checked()
+            if resonance not in found:
+                found[resonance] = _regime(system, point, speeds, NAMES[p, q], order, resonance)
+    return tuple(sorted(found.values(), key=lambda regime: regime.omega))
+
+
+def active_orders(system: Oscillator) -> tuple[int, ...]:
+    """Orders of the lines whose amplitude is not zero."""
+    angle = 2.0 * math.pi * np.arange(POINTS) / POINTS
+    lines = [np.broadcast_to(system.excitation.torque(angle), angle.shape), np.broadcast_to(system.error.value(angle), angle.shape)]
+    strength = [np.abs(np.fft.rfft(line)) for line in lines]
+    alive = [s > 1e-12 * max(float(np.max(s)), 1e-300) for s in strength]
+    return tuple(k for k in system.orders() if k > 0 and (k >= POINTS // 2 or any(a[k] for a in alive)))
+
+
+def _regime(
+    system: Oscillator, point: OperatingPoint, speeds: tuple[float, float], name: str, order: int, resonance: Resonance
+) -> Regime:
+    omega = resonance.q * point.omega_0 / resonance.p
+    inside = speeds[0] <= omega <= speeds[1]
+    here = (name, order, resonance, omega, inside)
+    try:
+        flow = slow_flow(system._replace(omega=omega), resonance)
+        states = tuple(flow.steady_states())
+        certificate = flow.certificate()
+        response = _response(flow, omega) if inside else None
+        existence = flow.existence
+    except (ValueError, SolveError, ArithmeticError, NotImplementedError) as error:
+        reason = str(error) or f"multiple scales stopped with {type(error).__name__}"
+        return Regime(*here, (), "", "", None, None, reason)
+    return Regime(*here, states, existence, str(certificate), bool(certificate.valid), response, "")
+
+
+def _response(flow: Any, omega: float) -> SlowResponse:
+    """Response curve in a band that is widened until the peak lies well inside."""
+    low, high = 0.9, 1.1
+    for _ in range(4):
+        response: SlowResponse = flow.response((low * omega, high * omega))
+        if not response.branches:
+            return response
+        reach = response.peak[0] / omega
+        if low + 0.15 * (high - low) < reach < high - 0.15 * (high - low):
+            return response
+        low, high = (max(0.3 * low, low - 0.25), high) if reach < 1.0 else (low, high + 0.5)
+    return response
