@@ -63,7 +63,7 @@ def _converted(value: Any, hint: Any, where: str) -> Any:
         if not _is_whole(value):
             raise ValueError(f"{where} must be a whole number, not {value!r}")
         return int(value)
-    if isinstance(hint, type) and not isinstance(value, hint):
+    if hint is not Any and isinstance(hint, type) and not isinstance(value, hint):
         raise TypeError(f"{where} must be a {hint.__name__}, not {value!r}")
     return floated(value) if is_model(value) else value
 
