@@ -1,7 +1,7 @@
 """`simulate`: integration in time of any system with `rhs(phase, y)`.
 
-`Dopri5` adapts its step and, where the system has `breakpoints()` (torsions at which its law is not smooth), ends a step on
-each of them, so that the order of the method is kept. `Rk4` and `Dop8` use fixed steps.
+`Dopri5` adapts its step and, where the system has `breakpoints()` (torsions where its law is not smooth), ends a step
+on each of them, so that the order of the method is kept. `Rk4` and `Dop8` use fixed steps.
 """
 
 import math
@@ -11,24 +11,40 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._jit import axpy, kernel, run, torsion
-from ..quantities import floated, parameters
+from .._jit import axpy, kernel, run
+from ..quantities import checked
 from ..results import Floats, Status, Trajectory
+from .record import Record
 from .steps import dense_output, dop8_step, dopri5_step, rk4_step
+from .switches import first_switch, set_sides, step_onto
 
 BUDGET = 65536  # steps per call of a kernel: between calls the user can interrupt
 DONE, DIVERGED, PAUSED = 0, 1, 2
-BOUND = 1e100
-SCAN = 4  # places inside a step where the torsion is compared with the breakpoints
+BOUND = 1e30  # of every state: far beyond any physics, and its powers in a law still fit a float
+MOST_RECORDED = 100_000_000
 
 
 @dataclass(frozen=True)
 class Dopri5:
-    """Adaptive Dormand-Prince 5(4) with dense output and located switches; atol applies to every state."""
+    """Adaptive Dormand-Prince 5(4) with dense output and located switches; rtol and atol apply to every state.
+
+    Raises
+    ------
+    ValueError
+        If rtol is below 1e-14 (rounding alone is larger), atol is not positive or max_steps is below 1.
+    """
 
     rtol: float = 1e-9
     atol: float = 1e-12
-    max_steps: int = 100_000_000
+    max_steps: int = 10_000_000
+
+    def __post_init__(self) -> None:
+        if not (1e-14 <= self.rtol < 1.0 and 0.0 < self.atol < math.inf):
+            raise ValueError(
+                f"Dopri5 has rtol {self.rtol:g} and atol {self.atol:g}; it needs 1e-14 <= rtol < 1, atol > 0"
+            )
+        if self.max_steps < 1:
+            raise ValueError(f"Dopri5.max_steps is {self.max_steps}; it must be at least 1")
 
 
 @dataclass(frozen=True)
@@ -37,18 +53,27 @@ class Rk4:
 
     `steps` per shortest time scale (2 pi/omega_0 at the largest stiffness met, and the forcing period), or exactly
     `steps_per_period` per period of the base angle. Second order only across a breakpoint.
+
+    Raises
+    ------
+    ValueError
+        If a number of steps is below 1.
     """
 
     steps: int = 64
     steps_per_period: int | None = None
 
+    def __post_init__(self) -> None:
+        for name, value in (("steps", self.steps), ("steps_per_period", self.steps_per_period)):
+            if value is not None and not value >= 1:
+                raise ValueError(f"{type(self).__name__}.{name} is {value}; it must be at least 1")
+
 
 @dataclass(frozen=True)
-class Dop8:
+class Dop8(Rk4):
     """The eighth-order method of DOP853 with a fixed step; `steps` and `steps_per_period` as in `Rk4`."""
 
     steps: int = 16
-    steps_per_period: int | None = None
 
 
 @kernel
@@ -58,15 +83,15 @@ def error_norm(error: Any, y: Any, y_end: Any, rtol: float, atol: float) -> floa
     for i in range(len(y)):
         scaled = error[i] / (atol + rtol * max(abs(y[i]), abs(y_end[i])))
         total += scaled * scaled
-    return (total / len(y)) ** 0.5
+    return math.sqrt(total / len(y))
 
 
 @kernel
-def bounded(y: Any) -> bool:
-    """Whether every state is finite and below the bound (False for NaN)."""
+def bounded(y: Any, bound: float) -> bool:
+    """Whether every state is below the bound (False for NaN)."""
     good = True
     for i in range(len(y)):
-        good = good and abs(y[i]) < BOUND
+        good = good and abs(y[i]) < bound
     return good
 
 
@@ -84,60 +109,20 @@ def first_step(system: Any, omega: float, t: float, y: Any, k: Any, rtol: float,
 
 
 @kernel
-def set_sides(system: Any, omega: float, t: float, y: Any, k: Any, breakpoints: Any, sides: Any, at: int) -> None:
-    """Record on which side of each breakpoint the torsion is; on breakpoint number `at`, where the flow carries it."""
-    u = torsion(system, omega * t, y)
-    ahead = torsion_rate(system, omega, t, y, k)
-    for j in range(len(breakpoints)):
-        away = u - breakpoints[j]
-        if j == at or away == 0.0:
-            away = ahead
-        sides[j] = 1.0 if away >= 0.0 else -1.0
-
-
-@kernel
-def torsion_rate(system: Any, omega: float, t: float, y: Any, k: Any) -> float:
-    """Rate of the torsion along the flow, by a central difference (only its sign and about six digits matter)."""
-    d = 1e-5 / (1.0 + omega)
-    after = torsion(system, omega * (t + d), axpy(y, d, k))
-    before = torsion(system, omega * (t - d), axpy(y, -d, k))
-    return float((after - before) / (2.0 * d))
-
-
-@kernel
-def first_switch(
-    system: Any, omega: float, t: float, h: float, y: Any, k: Any, y1: Any, k1: Any, dense: Any, breakpoints: Any, sides: Any
-) -> Any:
-    """First fraction of the step at which the torsion changes side of a breakpoint, and that breakpoint (-1: none)."""
-    low = 0.0
-    for i in range(1, SCAN + 1):
-        high = i / SCAN
-        u = torsion(system, omega * (t + high * h), dense_output(high, h, y, k, y1, k1, dense))
-        best, at = 2.0, -1
-        for j in range(len(breakpoints)):
-            if (u - breakpoints[j]) * sides[j] < 0.0:
-                a, b = low, high
-                for _ in range(40):
-                    s = 0.5 * (a + b)
-                    inside = torsion(system, omega * (t + s * h), dense_output(s, h, y, k, y1, k1, dense))
-                    if (inside - breakpoints[j]) * sides[j] < 0.0:
-                        b = s
-                    else:
-                        a = s
-                if b < best:
-                    best, at = b, j
-        if at >= 0:
-            return best, at
-        low = high
-    return 2.0, -1
+def store(out_t: Any, out_y: Any, out_rate: Any, place: int, t: float, y: Any, k: Any) -> None:
+    """Write one sample (time, state, rate) into the output arrays."""
+    out_t[place] = t
+    for i in range(len(y)):
+        out_y[i, place], out_rate[i, place] = y[i], k[i]
 
 
 @kernel
 def adaptive(
     system: Any, omega: float, t: float, y: Any, t_end: float, h: float, rtol: float, atol: float,
-    breakpoints: Any, sides: Any, at: int, samples: Any, filled: int, budget: int, out_t: Any, out_y: Any, out_rate: Any,
+    breakpoints: Any, sides: Any, at: int, samples: Any, filled: int, budget: int,
+    out_t: Any, out_y: Any, out_rate: Any,
 ) -> Any:  # fmt: skip
-    """Integrate from t towards t_end in at most `budget` attempts; record every step, or the samples inside the steps."""
+    """Integrate from t towards t_end in at most `budget` attempts; record every step, or the samples inside them."""
     k = system.rhs(omega * t, y)
     if breakpoints is not None:
         set_sides(system, omega, t, y, k, breakpoints, sides, at)
@@ -145,21 +130,17 @@ def adaptive(
     status, steps, rejected, switches, old = PAUSED, 0, 0, 0, 1e-4
     if h <= 0.0:
         h = first_step(system, omega, t, y, k, rtol, atol)
-    while steps + rejected < budget:
-        if t >= t_end:
-            status = DONE
-            break
+    while status == PAUSED and steps + rejected < budget:
         last = t + 1.0000001 * h >= t_end
         if last:
             h = t_end - t
         y1, k1, error, dense = dopri5_step(system, omega, t, y, h, k)
         e = error_norm(error, y, y1, rtol, atol)
-        if not (e <= 1.0 and bounded(y1)):
+        if not (e <= 1.0 and bounded(y1, BOUND)):
             rejected += 1
             h *= max(0.2, 0.9 * e**-0.2) if 1.0 < e < BOUND else 0.1
-            if t + h == t:
+            if not t + h > t:
                 status = DIVERGED
-                break
             continue
         e = max(e, 1e-10)
         h_next = h * min(10.0, max(0.2, 0.9 * old**0.04 * e**-0.17))
@@ -168,33 +149,23 @@ def adaptive(
         if breakpoints is not None:
             s, at = first_switch(system, omega, t, h, y, k, y1, k1, dense, breakpoints, sides)
             if at >= 0:
-                # End the step on the breakpoint: the whole step is repeated, so the order of the method holds there too.
                 last = False
                 switches += 1
-                h *= s
-                for i in range(4):
-                    y1, k1, error, dense = dopri5_step(system, omega, t, y, h, k)
-                    gap = torsion(system, omega * (t + h), y1) - breakpoints[at]
-                    rate = torsion_rate(system, omega, t + h, y1, k1)
-                    if i < 3 and abs(gap) < 0.1 * h * abs(rate):
-                        h -= gap / rate
+                h, y1, k1, dense = step_onto(system, omega, t, s * h, y, k, breakpoints[at], t_end)
         t1 = t_end if last else t + h
-        if every:
-            out_t[filled] = t1
-            for i in range(len(y)):
-                out_y[i, filled], out_rate[i, filled] = y1[i], k1[i]
+        if every and t1 > t:
+            store(out_t, out_y, out_rate, filled, t1, y1, k1)
             filled += 1
-        else:
-            while filled < len(samples) and samples[filled] <= t1:
-                there = dense_output((samples[filled] - t) / h, h, y, k, y1, k1, dense)
-                rate_there = system.rhs(omega * samples[filled], there)
-                out_t[filled] = samples[filled]
-                for i in range(len(y)):
-                    out_y[i, filled], out_rate[i, filled] = there[i], rate_there[i]
-                filled += 1
+        while filled < len(samples) and samples[filled] <= t1:
+            there = dense_output((samples[filled] - t) / h, h, y, k, y1, k1, dense)
+            rate = system.rhs(omega * samples[filled], there)
+            store(out_t, out_y, out_rate, filled, samples[filled], there, rate)
+            filled += 1
         t, y, k, h = t1, y1, k1, h_next
         steps += 1
-        if breakpoints is not None:
+        if t >= t_end:
+            status = DONE
+        elif breakpoints is not None:
             set_sides(system, omega, t, y, k, breakpoints, sides, at)
     return t, y, h, at, filled, status, steps, rejected, switches
 
@@ -204,40 +175,38 @@ def fixed(
     system: Any, omega: float, t: float, y: Any, h: float, eighth: bool, samples: Any, filled: int, budget: int,
     out_t: Any, out_y: Any, out_rate: Any,
 ) -> Any:  # fmt: skip
-    """Integrate from sample to sample with equal steps no longer than h."""
+    """Integrate from sample to sample, in at most `budget` steps, with equal steps no longer than h."""
     status, steps = PAUSED, 0
-    while steps < budget and status == PAUSED:
-        if filled >= len(samples):
-            status = DONE
-            break
-        n = max(1, int(math.ceil((samples[filled] - t) / h * (1.0 - 1e-12))))
+    while status == PAUSED and steps < budget:
+        n = max(1, math.ceil((samples[filled] - t) / h * (1.0 - 1e-12)))
         step = (samples[filled] - t) / n
-        for i in range(n):
+        now = min(n, budget - steps)
+        for i in range(now):
             if eighth:
                 y = dop8_step(system, omega, t + i * step, y, step)
             else:
                 y = rk4_step(system, omega, t + i * step, y, step)
-        if not bounded(y):
-            status = DIVERGED
-            break
-        steps += n
-        t = samples[filled]
+        steps += now
+        t = samples[filled] if now == n else t + now * step
         k = system.rhs(omega * t, y)
-        out_t[filled] = t
-        for i in range(len(y)):
-            out_y[i, filled], out_rate[i, filled] = y[i], k[i]
-        filled += 1
+        if not (bounded(y, BOUND) and bounded(k, math.inf)):
+            status = DIVERGED
+        elif now == n:
+            store(out_t, out_y, out_rate, filled, t, y, k)
+            filled += 1
+            if filled == len(samples):
+                status = DONE
     return t, y, filled, status, steps
 
 
-def simulate(system: Any, y0: ArrayLike, t: float | ArrayLike, *, method: Dopri5 | Rk4 | Dop8 = Dopri5()) -> Trajectory:
+def simulate(system: Any, y0: ArrayLike, t: float | ArrayLike, *, method: Dopri5 | Rk4 = Dopri5()) -> Trajectory:
     """Integrate a system in time.
 
     Parameters
     ----------
     system : NamedTuple
-        Anything with `rhs(phase, y)`; its `omega` [rad/s] turns time into phase (1 where it has none). Switches are located
-        where it has `breakpoints()`.
+        Anything with `rhs(phase, y)`; its `omega` [rad/s] turns time into phase (1 where it has none). Switches are
+        located where it has `breakpoints()`.
     y0 : (states,) array_like
         State at the first time; for an `Oscillator` x [rad] and x' [rad/s].
     t : float or array_like
@@ -249,119 +218,140 @@ def simulate(system: Any, y0: ArrayLike, t: float | ArrayLike, *, method: Dopri5
     Returns
     -------
     Trajectory
-        `status` tells whether the end was reached; every value in it is finite.
+        `status` tells whether the end was reached; every value in it is finite. An interrupt (Ctrl-C) ends the run with
+        what is finished and the status INTERRUPTED.
 
     Raises
     ------
     ValueError
-        If y0 or t are not finite, of the wrong shape, or t does not increase.
+        If y0 or t are not finite, of the wrong shape, or t does not increase; if y0 does not have the system's number
+        of states; if a parameter of the system is out of range.
+    TypeError
+        If the system has no rhs, or holds something that is not a number or a model.
 
     References
     ----------
     Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, 2nd ed., secs. II.4-II.6.
     """
-    system = floated(system)
-    times = np.atleast_1d(np.asarray(t, float))
-    start = np.atleast_1d(np.asarray(y0, float))
+    system = checked(system)
+    if not hasattr(system, "rhs"):
+        raise TypeError(
+            f"simulate needs a system with rhs(phase, y), such as Oscillator; {type(system).__name__} has none"
+        )
+    if not isinstance(method, Dopri5 | Rk4):
+        raise TypeError(f"method is {method!r}; it must be Dopri5(...), Rk4(...) or Dop8(...)")
+    times = _times(t)
+    y, rate = _start(system, times[0], y0)
+    samples = len(times) - 1 if len(times) > 2 else 0
+    if isinstance(method, Dopri5):
+        return _adaptive(system, y, times, method, Record(times[0], times[-1], y, rate, samples))
+    return _fixed(system, y, rate, times, method)
+
+
+def _numbers(value: ArrayLike, sentence: str) -> Floats:
+    try:
+        array = np.atleast_1d(np.asarray(value, float))
+    except (TypeError, ValueError):
+        raise ValueError(f"{sentence}, not {value!r}") from None
+    if array.ndim != 1 or array.size == 0 or not np.all(np.isfinite(array)):
+        raise ValueError(f"{sentence}, not {value!r}")
+    return array
+
+
+def _times(t: float | ArrayLike) -> Floats:
+    sentence = "t must be an end time or finite increasing times"
+    times = _numbers(t, sentence)
     if times.size == 1:
         times = np.array([0.0, times[0]])
-    if times.ndim != 1 or not np.all(np.isfinite(times)) or not np.all(np.diff(times) > 0.0):
-        raise ValueError(f"t must be an end time or finite increasing times, not {t!r}")
-    if start.ndim != 1 or not np.all(np.isfinite(start)):
-        raise ValueError(f"y0 must be a finite state, for an Oscillator (x, x'), not {y0!r}")
-    bad = [p.path for p in parameters(system) if not math.isfinite(p.value)]
-    if bad:
-        raise ValueError(f"{type(system).__name__}.{bad[0]} is not finite; give it a number")
-    if isinstance(method, Dopri5):
-        return _adaptive(system, start, times, method)
-    return _fixed(system, start, times, method)
+    if not np.all(np.diff(times) > 0.0):
+        raise ValueError(f"{sentence}, not {t!r}")
+    if np.spacing(np.max(np.abs(times))) > 1e-6 * (times[-1] - times[0]):
+        raise ValueError(f"t = {times[0]:g} s is too far from 0 for floats to resolve the span; start nearer to 0")
+    return times
 
 
-def _adaptive(system: Any, y0: Floats, times: Floats, method: Dopri5) -> Trajectory:
+def _start(system: Any, t: float, y0: ArrayLike) -> tuple[Any, Any]:
+    """Return the starting state and its rate as tuples, after checking that they fit the system."""
+    y = tuple(_numbers(y0, "y0 must be a finite state, for an Oscillator (x, x')").tolist())
+    name = type(system).__name__
+    try:
+        rate = tuple(float(v) for v in system.rhs(float(getattr(system, "omega", 1.0) * t), y))
+    except (ArithmeticError, IndexError, ValueError) as error:
+        raise ValueError(f"{name}.rhs does not accept y0 = {y} ({error}); give it as many states as it has") from error
+    if len(rate) != len(y):
+        raise ValueError(f"y0 has {len(y)} states but {name} has {len(rate)}; for an Oscillator give (x, x')")
+    if not all(math.isfinite(v) and abs(u) < BOUND for u, v in zip(y, rate, strict=True)):
+        raise ValueError(f"at y0 = {y} {name}.rhs gives the rates {rate}; start closer to equilibrium")
+    return y, rate
+
+
+def _adaptive(system: Any, y: Any, times: Floats, method: Dopri5, record: Record) -> Trajectory:
     omega = float(getattr(system, "omega", 1.0))
     places = system.breakpoints() if hasattr(system, "breakpoints") else ()
     breakpoints = np.array(places, float) if places else None  # None: the kernel for smooth laws leaves the search out
-    samples = times[1:] if len(times) > 2 else np.empty(0)
-    t, y, h, at, sides = float(times[0]), tuple(y0.tolist()), 0.0, -1, np.ones(len(places))
-    record = _Record(system, omega, t, y, len(samples))
+    samples = times[1:] if record.samples else np.empty(0)
+    t, t_end, h, at, sides = float(times[0]), float(times[-1]), 0.0, -1, np.ones(len(places))
     steps, rejected, switches, status = 0, 0, 0, PAUSED
     try:
         while status == PAUSED and steps + rejected < method.max_steps:
-            out = record.buffers(BUDGET)
+            budget = min(BUDGET, method.max_steps - steps - rejected)
             t, y, h, at, filled, status, new, bad, crossed = run(
-                adaptive, system, omega, t, y, float(times[-1]), h, method.rtol, method.atol,
-                breakpoints, sides, at, samples, record.start, BUDGET, *out,
+                adaptive, system, omega, t, y, t_end, h, float(method.rtol), float(method.atol),
+                breakpoints, sides, at, samples, record.filled, budget, *record.buffers(BUDGET),
             )  # fmt: skip
-            record.keep(filled)
+            record.keep(filled, t)
             steps, rejected, switches = steps + new, rejected + bad, switches + crossed
     except KeyboardInterrupt:
-        return record.trajectory(Status.INTERRUPTED, t, steps, rejected, switches)
+        return record.trajectory(Status.INTERRUPTED, steps, rejected, switches)
     outcome = {DONE: Status.OK, DIVERGED: Status.DIVERGED, PAUSED: Status.TOO_MANY_STEPS}[status]
-    return record.trajectory(outcome, t, steps, rejected, switches)
+    return record.trajectory(outcome, steps, rejected, switches)
 
 
-def _fixed(system: Any, y0: Floats, times: Floats, method: Rk4 | Dop8) -> Trajectory:
+def _fixed(system: Any, y: Any, rate: Any, times: Floats, method: Rk4) -> Trajectory:
     omega = float(getattr(system, "omega", 1.0))
-    t, y = float(times[0]), tuple(y0.tolist())
-    h = _fixed_step(system, omega, y0, times, method)
-    samples = times[1:]
-    if len(samples) == 1:
-        samples = np.linspace(t, times[-1], 1 + math.ceil((times[-1] - t) / h * (1.0 - 1e-12)))[1:]
-    record = _Record(system, omega, t, y, len(samples))
-    steps, status = 0, PAUSED
+    t, steps, status, samples = float(times[0]), 0, PAUSED, times[1:]
+    record = Record(t, times[-1], y, rate, 0)
     try:
+        h = _fixed_step(system, omega, y, rate, times, method)
+        if len(samples) == 1:
+            n = math.ceil((times[-1] - t) / h * (1.0 - 1e-12))
+            if n > MOST_RECORDED:
+                raise ValueError(
+                    f"{n:.3g} steps are too many to record; give the times at which to record, or fewer steps"
+                )
+            samples = np.linspace(t, times[-1], 1 + n)[1:]
+        record.samples = len(samples)
         while status == PAUSED:
+            eighth = isinstance(method, Dop8)
             t, y, filled, status, new = run(
-                fixed, system, omega, t, y, h, isinstance(method, Dop8), samples, record.start, BUDGET, *record.buffers(0)
+                fixed, system, omega, t, y, h, eighth, samples, record.filled, BUDGET, *record.buffers(0)
             )
-            record.keep(filled)
+            record.keep(filled, t)
             steps += new
     except KeyboardInterrupt:
-        return record.trajectory(Status.INTERRUPTED, t, steps, 0, 0)
-    return record.trajectory(Status.OK if status == DONE else Status.DIVERGED, t, steps, 0, 0)
+        return record.trajectory(Status.INTERRUPTED, steps)
+    return record.trajectory(Status.OK if status == DONE else Status.DIVERGED, steps)
 
 
-def _fixed_step(system: Any, omega: float, y0: Floats, times: Floats, method: Rk4 | Dop8) -> float:
+def _fixed_step(system: Any, omega: float, y: Any, rate: Any, times: Floats, method: Rk4) -> float:
     """Step that resolves the shortest time scale, found from the Jacobian along a coarse adaptive solution."""
     if method.steps_per_period is not None:
-        return 2.0 * math.pi / omega / method.steps_per_period
-    coarse = _adaptive(system, y0, times[[0, -1]], Dopri5(rtol=1e-3, atol=1e-6))
-    use = slice(None, None, max(1, len(coarse.t) // 2000))
+        if omega == 0.0:
+            raise ValueError("with omega = 0 there is no period; give steps instead of steps_per_period")
+        return 2.0 * math.pi / abs(omega) / method.steps_per_period
+    if not hasattr(system, "jacobian"):
+        name = type(system).__name__
+        raise TypeError(f"{name} has no jacobian to choose a step from; give steps_per_period or use Dopri5")
+    coarse = _adaptive(system, y, times[[0, -1]], Dopri5(rtol=1e-3, atol=1e-6), Record(times[0], times[-1], y, rate, 0))
+    if coarse.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    # On the way to infinity the stiffness has no bound; what counts is the stiffness before.
+    end = (
+        len(coarse.t) if coarse.status else int(np.searchsorted(coarse.t, times[0] + 0.99 * (coarse.t[-1] - times[0])))
+    )
+    use = slice(0, max(1, end), max(1, end // 2000))
     rows = system.jacobian(omega * coarse.t[use], tuple(coarse.y[:, use]))
     entries = np.array([[np.broadcast_to(entry, coarse.t[use].shape) for entry in row] for row in rows], float)
     fastest = float(np.max(np.abs(np.linalg.eigvals(np.moveaxis(entries, 2, 0)))))
     order = max((1, *system.orders())) if hasattr(system, "orders") else 1
-    return 2.0 * math.pi / max(fastest, omega * order) / method.steps
-
-
-class _Record:
-    """The recorded samples of a running integration, kept in pieces of a step budget."""
-
-    def __init__(self, system: Any, omega: float, t: float, y: Any, samples: int) -> None:
-        rate = system.rhs(omega * t, y)
-        self.first = (np.array([t]), np.array([y]).T, np.array([rate], float).T)
-        self.pieces: list[tuple[Floats, ...]] = [self.first]
-        self.samples, self.states, self.start = samples, len(y), 0
-        self.out: tuple[Floats, ...] = ()
-
-    def buffers(self, budget: int) -> tuple[Floats, ...]:
-        """Arrays for the kernel: one for all samples, or a new one for each piece of steps."""
-        if not (self.samples and self.out):
-            n = self.samples or budget
-            self.out = (np.empty(n), np.empty((self.states, n)), np.empty((self.states, n)))
-        return self.out
-
-    def keep(self, filled: int) -> None:
-        """Take over what the kernel has filled."""
-        if self.samples:
-            self.start = filled
-        else:
-            self.pieces.append(tuple(a[..., :filled].copy() for a in self.out))
-
-    def trajectory(self, status: Status, t: float, steps: int, rejected: int, switches: int) -> Trajectory:
-        """Assemble the result with one sentence on how it ended."""
-        if self.samples:
-            self.pieces = [self.first, tuple(a[..., : self.start] for a in self.out)]
-        times, y, rate = (np.concatenate(parts, axis=-1) for parts in zip(*self.pieces, strict=True))
-        message = status.value if status else f"stopped at t = {t:.6g} s: {status.value}"
-        return Trajectory(times, y, rate, status, message, steps, rejected, switches)
+    return 2.0 * math.pi / max(fastest, abs(omega) * order) / method.steps
