@@ -34,6 +34,10 @@ if TYPE_CHECKING:
     from .results import Trajectory as Trajectory
     from .study.validate import Comparison as Comparison
     from .study.validate import compare as compare
+    from .theory.derivation import Derivation as Derivation
+    from .theory.derivation import derivation as derivation
+    from .theory.lyapunov import StabilityProof as StabilityProof
+    from .theory.lyapunov import lyapunov as lyapunov
     from .theory.multiple_scales import SlowFlow as SlowFlow
     from .theory.multiple_scales import slow_flow as slow_flow
     from .theory.resonance import NONRESONANT as NONRESONANT
@@ -52,6 +56,8 @@ _HOME = {
     "quantities": ("replace",),
     "results": ("SolveError", "Status", "Trajectory"),
     "study.validate": ("Comparison", "compare"),
+    "theory.derivation": ("Derivation", "derivation"),
+    "theory.lyapunov": ("StabilityProof", "lyapunov"),
     "theory.multiple_scales": ("SlowFlow", "slow_flow"),
     "theory.resonance": ("NONRESONANT", "PRIMARY", "SUBHARMONIC", "SUPERHARMONIC", "Resonance"),
     "theory.slow_results": ("SteadyState",),
