@@ -1,10 +1,10 @@
 """What the verbs return: a status that is a sentence, and frozen results that print themselves and can be saved."""
 
 import os
-import tempfile
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
+from uuid import uuid4
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 
 
 class Status(Enum):
-    """How a computation ended; the value is the sentence for the user, with its remedy. Truthy only when all is well."""
+    """How a computation ended: the value is the sentence for the user, with its remedy. Truthy when all is well."""
 
     OK = "finished"
     DIVERGED = "the solution left every bound; check the sign of damping and stiffness, or start closer to equilibrium"
@@ -26,7 +26,7 @@ class Status(Enum):
 
 
 class SolveError(RuntimeError):
-    """A computation failed and the caller asked for an exception; the message says where, with which value, and the remedy."""
+    """A computation failed and the caller asked for an exception; the message says where, the value, and the remedy."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,8 @@ class Trajectory:
         root = np.sqrt(np.maximum(b * b - 3.0 * a * c, 0.0))
         q = -(b + np.where(b >= 0.0, root, -root))
         for top, bottom in ((q, 3.0 * a), (c, q)):
-            s = np.divide(top, bottom, out=np.zeros_like(top), where=bottom != 0.0)
+            with np.errstate(over="ignore"):
+                s = np.divide(top, bottom, out=np.zeros_like(top), where=bottom != 0.0)
             s = np.clip(s, 0.0, 1.0)
             best = max(best, float(np.max(np.abs(((a * s + b) * s + c) * s + x[:-1]))))
         return best
@@ -112,19 +113,19 @@ class Trajectory:
         )
 
 
-class atomic:  # noqa: N801 (used as a verb)
+class atomic:
     """Context manager: a temporary sibling of `path` that replaces it on success and vanishes on any error."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
 
     def __enter__(self) -> str:
-        handle, self.part = tempfile.mkstemp(prefix=f".{self.path.name}.", dir=self.path.parent)
-        os.close(handle)
-        return self.part
+        # Not tempfile: its files are readable by their owner alone, and so would be the result.
+        self.part = self.path.with_name(f".{self.path.name}.{uuid4().hex}")
+        return str(self.part)
 
     def __exit__(self, kind: object, value: object, trace: object) -> None:
         if kind is None:
             os.replace(self.part, self.path)
         else:
-            os.unlink(self.part)
+            self.part.unlink(missing_ok=True)
