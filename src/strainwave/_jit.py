@@ -16,6 +16,7 @@ import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any, TypeVar
 
 from . import maths
@@ -89,30 +90,35 @@ def run(function: Callable[..., Any], *args: Any) -> Any:
     """
     if not enabled():
         return function(*args)
-    dispatcher = _dispatcher(function, all(_from_package(a) for a in args))
-    import numba
+    foreign = {name for a in args for name in _foreign_classes(a)}
+    dispatcher = _dispatcher(function, not foreign and _is_ours(function.__module__))
+    from numba.core import errors
 
     try:
         return dispatcher(*args)
-    except numba.core.errors.NumbaError as error:
-        raise TypeError(_explain(error, args)) from error
+    except (errors.NumbaError, errors.UnsupportedBytecodeError) as error:
+        raise TypeError(_explain(error, foreign)) from error
 
 
-def _from_package(thing: Any) -> bool:
+def _is_ours(module: str) -> bool:
+    return module.startswith(__package__ + ".")
+
+
+def _foreign_classes(thing: Any) -> set[str]:
+    """Names of the model classes in `thing` that are not from this package."""
     if not isinstance(thing, tuple):
-        return True
-    if hasattr(thing, "_fields") and not type(thing).__module__.startswith(__package__ + "."):
-        return False
-    return all(_from_package(item) for item in thing)
+        return set()
+    inner = {name for item in thing for name in _foreign_classes(item)}
+    return inner if not hasattr(thing, "_fields") or _is_ours(type(thing).__module__) else {type(thing).__name__} | inner
 
 
-def _explain(error: Exception, args: tuple[Any, ...]) -> str:
-    names = sorted({type(a).__name__ for a in args if hasattr(a, "_fields")})
+def _explain(error: Exception, classes: set[str]) -> str:
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    facts = [s for s in lines if s.startswith(("Unknown attribute", "Cannot unify", "Use of unsupported", "Untyped global"))]
+    signs = ("Unknown attribute", "Cannot unify", "Use of unsupported", "Untyped global", "No implementation of")
+    facts = [line for line in lines if line.startswith(signs)] or lines or ["unknown reason"]
     return (
-        f"{' / '.join(names) or 'the model'} cannot be compiled: {(facts or lines or ['unknown reason'])[0]}; "
-        "write its methods with arithmetic, abs and strainwave.maths, or set STRAINWAVE_JIT=0 to run it as Python"
+        f"{' / '.join(sorted(classes)) or 'the model'} cannot be compiled: {facts[0].rstrip('.:')}; write its methods "
+        "with arithmetic, abs and strainwave.maths, or set STRAINWAVE_JIT=0 to run it as Python"
     )
 
 
@@ -122,13 +128,11 @@ def _dispatcher(function: Callable[..., Any], cacheable: bool) -> Any:
     while _kernels:  # those of modules imported since the last call
         _expose(*_kernels.pop())
     dispatcher = numba.njit(**OPTIONS)(function)
-    if cacheable:
+    if cacheable and cache_writable():
         before = numba.config.CACHE_DIR
         numba.config.CACHE_DIR = str(cache_folder())
         try:
             dispatcher.enable_caching()
-        except RuntimeError:  # nowhere to write: compile in memory, `strainwave doctor` says so
-            pass
         finally:
             numba.config.CACHE_DIR = before
     return dispatcher
@@ -255,3 +259,15 @@ def cache_folder() -> Path:
     else:
         root = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "strainwave"
     return root / source_hash()
+
+
+@cache
+def cache_writable() -> bool:
+    """Whether compiled code can be kept on disk; otherwise it is kept in memory."""
+    # Asked here because Numba would fall back on __pycache__, which no source hash keys.
+    try:
+        cache_folder().mkdir(parents=True, exist_ok=True)
+        TemporaryFile(dir=cache_folder()).close()
+    except OSError:
+        return False
+    return True
