@@ -73,7 +73,8 @@ class Drive(NamedTuple):
         ValueError
             If `motor` is neither mode, a motor torque is given for a held motor, or an inertia or N is not positive.
         """
-        checked(self)
+        if not _symbolic(self):  # SymPy runs this method too
+            checked(self)
         if motor not in ("free", "held"):
             raise ValueError(f"motor is {motor!r}; it must be 'free' (torque-driven) or 'held' (constant speed)")
         if motor == "held" and motor_torque is not None:
@@ -92,6 +93,10 @@ class Drive(NamedTuple):
         for name in ("J_m", "J_l", "N"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"Drive.{name} is {getattr(self, name):g}; it must be positive")
+
+
+def _symbolic(thing: Any) -> bool:
+    return any(_symbolic(item) for item in thing) if isinstance(thing, tuple) else hasattr(thing, "free_symbols")
 
 
 def _natural_frequency(law: Any, inertia: float) -> float:
