@@ -52,5 +52,5 @@ def sqrt(x: Any) -> Any:
 def sign(x: Any) -> Any:
     """Sign (-1, 0 or 1) of a float, an array or a symbol."""
     if isinstance(x, float | int):
-        return float((x > 0) - (x < 0))
+        return float(x > 0) - float(x < 0)
     return _library(x).sign(x)

@@ -157,8 +157,8 @@ class Backlash(NamedTuple):
 
     def torque(self, x: Any) -> Any:
         """Torque T(x) [N*m] at torsion x [rad]."""
-        b = self.half_gap
-        return self.K * (x - 0.5 * (abs(x + b) - abs(x - b)))
+        above, below = x - self.half_gap, x + self.half_gap
+        return 0.5 * self.K * ((above + abs(above)) + (below - abs(below)))  # exactly 0 inside the gap
 
     def stiffness(self, x: Any) -> Any:
         """Stiffness dT/dx [N*m/rad] at torsion x [rad]; at the edge of the gap the mean of both sides."""
@@ -167,8 +167,8 @@ class Backlash(NamedTuple):
 
     def energy(self, x: Any) -> Any:
         """Energy stored [J] at torsion x [rad]."""
-        b = self.half_gap
-        outside = x - 0.5 * (abs(x + b) - abs(x - b))
+        above, below = x - self.half_gap, x + self.half_gap
+        outside = 0.5 * ((above + abs(above)) + (below - abs(below)))
         return 0.5 * self.K * outside * outside
 
     def breakpoints(self) -> tuple[float, ...]:

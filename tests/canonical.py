@@ -1,0 +1,113 @@
+"""One instance of every model class, for the contract tests; import fails when a class is missing.
+
+Two laws are defined here, as a user would define them: a smooth one and one with a kink.
+"""
+
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import NamedTuple
+
+import strainwave as sw
+import strainwave.model
+from strainwave.maths import exp, sign, sqrt
+from strainwave.quantities import Angle, TorsionalStiffness, is_model
+
+
+class Saturating(NamedTuple):
+    """A user's law: T = K x/sqrt(1 + (x/s)^2), which grows no further than K s. Odd."""
+
+    K: TorsionalStiffness
+    s: Angle
+
+    def torque(self, x):
+        return self.K * x / sqrt(1.0 + (x / self.s) * (x / self.s))
+
+    def stiffness(self, x):
+        w = 1.0 + (x / self.s) * (x / self.s)
+        return self.K / (w * sqrt(w))
+
+    def energy(self, x):
+        return self.K * self.s * self.s * (sqrt(1.0 + (x / self.s) * (x / self.s)) - 1.0)
+
+
+class Stop(NamedTuple):
+    """A user's law: a spring that stiffens as T = K s (exp(x/s) - 1) and meets an end stop at x_stop."""
+
+    K: TorsionalStiffness
+    s: Angle
+    K_stop: TorsionalStiffness
+    x_stop: Angle
+
+    def torque(self, x):
+        beyond = x - self.x_stop
+        return self.K * self.s * (exp(x / self.s) - 1.0) + 0.5 * self.K_stop * (beyond + abs(beyond))
+
+    def stiffness(self, x):
+        return self.K * exp(x / self.s) + 0.5 * self.K_stop * (1.0 + sign(x - self.x_stop))
+
+    def energy(self, x):
+        beyond = 0.5 * ((x - self.x_stop) + abs(x - self.x_stop))
+        spring = self.K * self.s * self.s * (exp(x / self.s) - 1.0 - x / self.s)
+        return spring + 0.5 * self.K_stop * beyond * beyond
+
+    def breakpoints(self):
+        return (self.x_stop,)
+
+
+# (K1, K2, K3) and (T1, T2) of a CSF-40-50: Harmonic Drive LLC, CSF/CSG catalogue, p. 50.
+CSF_40_50 = sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 54.0, 196.0)
+
+LAWS = {
+    "Linear": sw.Linear(7160.0),
+    "Cubic": sw.Cubic(1.0, 0.1),
+    "Cubic, softening": sw.Cubic(2.0, -0.1),
+    "Polynomial": sw.Polynomial((0.3, 1.0, -0.2, 0.5)),
+    "Polynomial, odd": sw.Polynomial((0.0, 1.0, 0.0, 0.1)),
+    "PiecewiseLinear": CSF_40_50,
+    "Backlash": sw.Backlash(1.0, 0.5),
+    "Saturating": Saturating(2.0, 0.7),
+    "Stop": Stop(2.0, 0.9, 30.0, 0.4),
+}
+ODD = {name for name in LAWS if name not in ("Polynomial", "Stop")}
+SMOOTH = {name for name in LAWS if name not in ("PiecewiseLinear", "Backlash", "Stop")}
+
+EXCITATIONS = {
+    "Harmonic": sw.Harmonic(0.18, order=2, phase=0.3, mean=0.1),
+    "Harmonics": sw.Harmonics((sw.Harmonic(0.18), sw.Harmonic(0.05, order=3, phase=-1.0, mean=0.2))),
+}
+
+ERRORS = {
+    "KinematicError": sw.KinematicError((sw.Line(2, 0.1), sw.Line(4, 0.02, 0.7))),
+    "NoError": sw.NoError(),
+}
+
+SYSTEMS = {
+    "Duffing": sw.Oscillator(1.0, 0.05, LAWS["Cubic"], sw.Harmonic(0.18), 1.0),
+    "everything": sw.Oscillator(0.7, 0.1, LAWS["Saturating"], EXCITATIONS["Harmonics"], 1.3, ERRORS["KinematicError"]),
+    "backlash": sw.Oscillator(1.0, 0.1, LAWS["Backlash"], sw.Harmonic(0.6), 0.8),
+}
+
+DRIVES = {"HDC_40_050": sw.HDC_40_050}
+
+MODELS = LAWS | EXCITATIONS | ERRORS | SYSTEMS | DRIVES
+
+
+def classes_of(model) -> set[type]:
+    """The class of a model and of all models inside it."""
+    inner = {cls for item in model if isinstance(item, tuple) for cls in classes_of(item)}
+    return inner | ({type(model)} if is_model(model) else set())
+
+
+def model_classes() -> set[type]:
+    """Every NamedTuple class that a module of strainwave.model defines and that takes part in an equation of motion."""
+    names = [f"strainwave.model.{module.name}" for module in iter_modules(strainwave.model.__path__)]
+    things = [thing for name in names for thing in vars(import_module(name)).values() if isinstance(thing, type)]
+    physics = ("torque", "value", "rhs")
+    return {
+        thing for thing in things if hasattr(thing, "_fields") and any(hasattr(thing, method) for method in physics)
+    }
+
+
+missing = model_classes() - {cls for model in MODELS.values() for cls in classes_of(model)}
+if missing:
+    raise AssertionError(f"tests/canonical.py has no instance of {', '.join(sorted(cls.__name__ for cls in missing))}")
