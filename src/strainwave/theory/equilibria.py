@@ -17,6 +17,7 @@ from ..model.laws import Backlash, Cubic, Linear, PiecewiseLinear, Polynomial
 
 KNOWN = (Linear, Cubic, Polynomial, PiecewiseLinear, Backlash)
 SAMPLES = 4000  # intervals over the span of a law that is only sampled
+ROUNDING = 1e-14  # torques below this fraction of the largest one met are zero to an unknown law
 MERGE = 1e-5  # roots closer than this fraction are one multiple root: np.roots spreads a triple root by eps^(1/3)
 
 
@@ -119,7 +120,7 @@ def _piecewise(g: Callable[[float], float], nodes: tuple[float, ...], slopes: tu
         elif value * slope * outward < 0.0:
             found.append((node - value / slope,) * 2)
     rests: list[tuple[float, float]] = []
-    for low, high in sorted(found):
+    for low, high in sorted((low + 0.0, high + 0.0) for low, high in found):  # no -0.0
         if rests and low <= rests[-1][1]:
             rests[-1] = (rests[-1][0], max(high, rests[-1][1]))
         else:
@@ -171,26 +172,28 @@ def _sampled(law: Any, g: Callable[[float], float], span: float | None) -> Lands
             raise ValueError(
                 f"the torque of {name} at x = {x:.6g} rad is {value}; take a span smaller than {span:g} rad"
             )
+    # In a gap the torque is zero but for rounding; a rest too wide makes the claim weaker, never wrong.
+    noise = ROUNDING * max(abs(value) for value in values)
     rests: list[tuple[float, float]] = []
     i = 0
     while i < len(grid):
-        if values[i] == 0.0:
+        if abs(values[i]) <= noise:
             j = i
-            while j + 1 < len(grid) and values[j + 1] == 0.0:
+            while j + 1 < len(grid) and abs(values[j + 1]) <= noise:
                 j += 1
-            low = _edge(g, grid[i], grid[i - 1]) if i > 0 and j > i else grid[i]
-            high = _edge(g, grid[j], grid[j + 1]) if j + 1 < len(grid) and j > i else grid[j]
+            low = _edge(g, noise, grid[i], grid[i - 1]) if 0 < i < j else grid[i]
+            high = _edge(g, noise, grid[j], grid[j + 1]) if i < j < len(grid) - 1 else grid[j]
             rests.append((low, high))
             i = j
-        elif i + 1 < len(grid) and values[i] * values[i + 1] < 0.0:
+        elif i + 1 < len(grid) and abs(values[i + 1]) > noise and values[i] * values[i + 1] < 0.0:
             rests.append((float(brentq(g, grid[i], grid[i + 1], xtol=1e-15 * span, rtol=1e-15)),) * 2)
         i += 1
     return Landscape(tuple(rests), _signs(g, rests, -span, span), -span, span)
 
 
-def _edge(g: Callable[[float], float], inside: float, outside: float) -> float:
+def _edge(g: Callable[[float], float], noise: float, inside: float, outside: float) -> float:
     """End of an interval of zeros between a point inside it and one outside."""
     for _ in range(60):
         middle = 0.5 * (inside + outside)
-        inside, outside = (middle, outside) if g(middle) == 0.0 else (inside, middle)
+        inside, outside = (middle, outside) if abs(g(middle)) <= noise else (inside, middle)
     return outside

@@ -148,6 +148,8 @@ def lyapunov(system: Oscillator, *, span: float | None = None, near: float | Non
         name = type(system).__name__
         raise TypeError(f"lyapunov takes an Oscillator, not {name}; a Drive gives one by drive.error_equation()")
     system = checked(system)
+    if span is not None and not 0.0 < span < math.inf:
+        raise ValueError(f"span is {span}; give the largest torsion to examine, in rad and positive")
     if near is not None and not math.isfinite(near):
         raise ValueError(f"near is {near}; give a torsion in rad")
     tau_0 = _mean_torque(system.excitation)
