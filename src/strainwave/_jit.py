@@ -25,24 +25,37 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 # Methods of a model object that a kernel may call. No field may have one of these names.
 RESERVED = ("torque", "stiffness", "energy", "value", "slope", "rhs", "jacobian", "torsion")
+# Methods of the package's own problem objects (harmonic balance), with their arguments.
+INTERNAL = {
+    "forcing": ("self", "system", "work"),
+    "residual": ("self", "z", "work", "r"),
+    "linearise": ("self", "z", "work", "jacobian", "slope"),
+    "parameter_slope": ("self", "z", "work", "slope"),
+}
 
-# "contract", "nsz" and "arcp" allow FMA and reciprocals; full fastmath assumes that no NaN exists and would hide divergence.
+# "contract", "nsz" and "arcp" allow FMA and reciprocals; full fastmath assumes no NaN and would hide divergence.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}, "nogil": True}
 
-_kernels: list[tuple[Callable[..., Any], Callable[..., Any]]] = []
+_kernels: list[tuple[Callable[..., Any], Callable[..., Any], bool]] = []
 
 
 def kernel(function: F) -> F:
-    """Mark a function that compiled code may call; as Python it stays what it is."""
-    _kernels.append((function, function))
+    """Mark a function that compiled code inlines; as Python it stays what it is."""
+    _kernels.append((function, function, True))
+    return function
+
+
+def routine(function: F) -> F:
+    """Mark a function that compiled code calls: for the large ones, which would be compiled again at every place of use."""
+    _kernels.append((function, function, False))
     return function
 
 
 def kernel_as(loops: Callable[..., Any]) -> Callable[[F], F]:
-    """Mark a NumPy function that compiled code replaces by `loops`, with the same arguments and results."""
+    """Mark a NumPy function that compiled code replaces by a call of `loops`, with the same arguments and results."""
 
     def mark(function: F) -> F:
-        _kernels.append((function, loops))
+        _kernels.append((function, loops, False))
         return function
 
     return mark
@@ -108,8 +121,10 @@ def _foreign_classes(thing: Any) -> set[str]:
     """Names of the model classes in `thing` that are not from this package."""
     if not isinstance(thing, tuple):
         return set()
-    inner = {name for item in thing for name in _foreign_classes(item)}
-    return inner if not hasattr(thing, "_fields") or _is_ours(type(thing).__module__) else {type(thing).__name__} | inner
+    names = {name for item in thing for name in _foreign_classes(item)}
+    if hasattr(thing, "_fields") and not _is_ours(type(thing).__module__):
+        names.add(type(thing).__name__)
+    return names
 
 
 def _explain(error: Exception, classes: set[str]) -> str:
@@ -138,11 +153,12 @@ def _dispatcher(function: Callable[..., Any], cacheable: bool) -> Any:
     return dispatcher
 
 
-# Without forceinline every law larger than Cubic falls out of vector code; inner functions need no entry from Python.
-INNER = OPTIONS | {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+# Inner functions need no entry from Python. Without forceinline every law larger than Cubic falls out of vector code.
+CALLED = OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+INNER = CALLED | {"forceinline": True}
 
 
-def _expose(function: Callable[..., Any], body: Callable[..., Any]) -> None:
+def _expose(function: Callable[..., Any], body: Callable[..., Any], inline: bool = True) -> None:
     """Let compiled code call `function`, with `body` as its implementation."""
     from numba.extending import overload
 
@@ -150,7 +166,7 @@ def _expose(function: Callable[..., Any], body: Callable[..., Any]) -> None:
         return body
 
     typed.__signature__ = inspect.signature(body)  # type: ignore[attr-defined]
-    overload(function, jit_options=INNER)(typed)
+    overload(function, jit_options=INNER if inline else CALLED)(typed)
 
 
 @cache
@@ -160,6 +176,14 @@ def _numba() -> Any:
     from numba.core import types
     from numba.cpython.unsafe.tuple import tuple_setitem
     from numba.extending import intrinsic, overload, overload_method
+
+    def expose_internal(name: str, arguments: tuple[str, ...]) -> None:
+        def typed(*args: Any) -> Any:
+            return getattr(args[0].instance_class, name, None)
+
+        positional = inspect.Parameter.POSITIONAL_OR_KEYWORD
+        typed.__signature__ = inspect.Signature([inspect.Parameter(a, positional) for a in arguments])  # type: ignore[attr-defined]
+        overload_method(types.BaseNamedTuple, name, jit_options=CALLED, strict=False)(typed)
 
     def expose_method(name: str) -> None:
         @overload_method(types.BaseNamedTuple, name, jit_options=INNER)
@@ -212,6 +236,8 @@ def _numba() -> Any:
     types.NamedTuple.__bool__ = lambda self: True
     for name in RESERVED:
         expose_method(name)
+    for name, arguments in INTERNAL.items():
+        expose_internal(name, arguments)
     _expose(axpy, axpy_body)
     _expose(with_leaf, with_leaf_body)
     _expose(maths.sign, sign_body)
@@ -271,3 +297,11 @@ def cache_writable() -> bool:
     except OSError:
         return False
     return True
+
+
+def host_cpu() -> tuple[frozenset[str], str]:
+    """Features and name of this machine's processor, as the compiler sees it (for `strainwave doctor`)."""
+    from llvmlite import binding
+
+    features = binding.get_host_cpu_features()
+    return frozenset(name for name, there in features.items() if there), binding.get_host_cpu_name()
