@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..model.oscillator import Oscillator
-from ..results import SolveError
+from ..results import Floats, SolveError
 from ..theory.multiple_scales import slow_flow
 from ..theory.resonance import Resonance
 from ..theory.slow_results import SlowResponse, SteadyState
@@ -70,6 +70,8 @@ class Regime:
         Whether the certificate predicts an error of at most 10 %; None where multiple scales does not apply.
     response : SlowResponse or None
         Response curve near the resonance, for those inside the range.
+    backbone : (2, n) array or None
+        Speed of the base angle [rad/s] and amplitude [rad] of the undamped, unforced motion up to the curve's peak.
     reason : str
         Why multiple scales does not apply, empty where it does.
     """
@@ -84,6 +86,7 @@ class Regime:
     certificate: str
     valid: bool | None
     response: SlowResponse | None
+    backbone: Floats | None
     reason: str
 
     @property
@@ -185,22 +188,34 @@ def _regime(
         states = tuple(flow.steady_states())
         certificate = flow.certificate()
         response = _response(flow, omega) if inside else None
+        backbone = _backbone(flow, response)
         existence = flow.existence
-    except (ValueError, SolveError, ArithmeticError, NotImplementedError) as error:
+    except (ValueError, SolveError, ArithmeticError) as error:
         reason = str(error) or f"multiple scales stopped with {type(error).__name__}"
-        return Regime(*here, (), "", "", None, None, reason)
-    return Regime(*here, states, existence, str(certificate), bool(certificate.valid), response, "")
+        return Regime(*here, (), "", "", None, None, None, reason)
+    return Regime(*here, states, existence, str(certificate), bool(certificate.valid), response, backbone, "")
 
 
 def _response(flow: Any, omega: float) -> SlowResponse:
-    """Response curve in a band that is widened until the peak lies well inside."""
-    low, high = 0.9, 1.1
-    for _ in range(4):
-        response: SlowResponse = flow.response((low * omega, high * omega))
-        if not response.branches:
-            return response
-        reach = response.peak[0] / omega
-        if low + 0.15 * (high - low) < reach < high - 0.15 * (high - low):
-            return response
-        low, high = (max(0.3 * low, low - 0.25), high) if reach < 1.0 else (low, high + 0.5)
+    """Response curve over a band that holds the peak, wherever the nonlinearity has moved it."""
+    system, ratio = flow.system, float(flow.resonance.ratio)
+    mu = system.B / system.J
+    low, high = 0.95 * omega, (1.05 if system.B > 0.0 else 1.3) * omega
+    push = abs(complex(flow.rates(0j)))
+    if push == 0.0:
+        high = 1.2 * omega
+    elif mu > 0.0:
+        # z' = 0 at the peak of the curve: mu a/2 is the push, to first order whatever the law (E4 at the vertex)
+        top = float(flow.backbone(np.array([2.0 * push / mu]))[0]) / ratio
+        margin = 0.3 * abs(top - omega) + 4.0 * mu / ratio
+        low, high = max(0.2 * omega, min(omega, top) - margin), min(3.0 * omega, max(omega, top) + margin)
+    response: SlowResponse = flow.response((low, high))
     return response
+
+
+def _backbone(flow: Any, response: SlowResponse | None) -> Floats | None:
+    """Backbone up to a tenth above the peak, as speeds of the base angle: the fast frequency Omega is (p/q) omega."""
+    if response is None or not response.branches or not response.peak[1] > 0.0:
+        return None
+    amplitudes = np.linspace(0.0, 1.1 * response.peak[1], 81)[1:]
+    return np.array([flow.backbone(amplitudes) / float(flow.resonance.ratio), amplitudes])

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..numerics.integrate import Dopri5, simulate
-from ..results import Floats, Status
+from ..results import Floats, Status, Trajectory
 
 SAMPLES = 256  # per period of the base angle
 FARTHEST = 0.2  # a closing step larger than this share of the state may lead to another orbit
@@ -107,13 +107,20 @@ def settle(
     """
     base = 2.0 * math.pi / system.omega
     turns = max(1, math.ceil(time / base)) * period
-    run = simulate(system, y0, np.array([0.0, 0.5, 1.0]) * turns * base, method=method)
+    run = finished_or_interrupted(simulate(system, y0, np.array([0.0, 0.5, 1.0]) * turns * base, method=method))
     start = (float(run.y[0, -1]), float(run.y[1, -1]))
     if not run.status:
         return _span(system, start, period, run.status, run.message, method)
     if close:
         start = _closed(system, start, period, method)
     return _span(system, start, period, Status.OK, run.message, method)
+
+
+def finished_or_interrupted(run: Trajectory) -> Trajectory:
+    """Return a trajectory as it is, unless the user stopped it: a study of many runs then stops too."""
+    if run.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    return run
 
 
 def _grid(system: Any, period: int) -> Floats:
@@ -124,7 +131,7 @@ def _grid(system: Any, period: int) -> Floats:
 
 def _mapped(system: Any, start: tuple[float, float], period: int, method: Dopri5) -> Floats | None:
     grid = _grid(system, period)
-    run = simulate(system, start, grid[[0, len(grid) // 2, -1]], method=method)
+    run = finished_or_interrupted(simulate(system, start, grid[[0, len(grid) // 2, -1]], method=method))
     return run.y[:, -1] if run.status else None
 
 
@@ -170,7 +177,7 @@ def _closed(system: Any, start: tuple[float, float], period: int, method: Dopri5
 def _span(
     system: Any, start: tuple[float, float], period: int, status: Status, message: str, method: Dopri5
 ) -> SteadyMotion:
-    run = simulate(system, start, _grid(system, period), method=method)
+    run = finished_or_interrupted(simulate(system, start, _grid(system, period), method=method))
     if status and not run.status:
         status, message = run.status, run.message
     x, v = run.y

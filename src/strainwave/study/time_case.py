@@ -8,12 +8,14 @@ import numpy as np
 from ..model.oscillator import Oscillator
 from ..numerics.integrate import simulate
 from ..results import Floats, SolveError, Status, Trajectory
+from ..theory.multiple_scales import slow_flow
 from ..theory.resonance import Resonance
 from .regimes import OperatingPoint
 from .runup import UNDAMPED_PERIODS, settling_time
-from .steady import SteadyMotion, settle
+from .steady import SteadyMotion, finished_or_interrupted, settle
 from .validate import Comparison, compare
 
+WINDOW = 5.0  # in units of 1/mu
 PER_CYCLE = 24  # samples per fastest cycle of a transient
 MOST = 60_000  # samples of a transient
 
@@ -72,6 +74,8 @@ class TimeCase:
         Torque and energy of the steady motion; None where the simulation did not finish.
     comparison : Comparison or None
         Multiple scales against integration from the same start.
+    steady_theory : (n,) array or None
+        x [rad] of multiple scales at the times of `cycle`, after the same settling time from rest.
     amplitudes : (float or None, float or None)
         Steady 0-to-peak amplitude [rad] of the component at (p/q) omega by multiple scales and by integration.
     reason : str
@@ -86,6 +90,7 @@ class TimeCase:
     steady: SteadyMotion
     cycle: Cycle | None
     comparison: Comparison | None
+    steady_theory: Floats | None
     amplitudes: tuple[float | None, float | None]
     reason: str
 
@@ -105,7 +110,7 @@ def time_case(name: str, system: Oscillator, resonance: Resonance, point: Operat
         The start: the static equilibrium, at rest.
     """
     start = (point.x, 0.0)
-    transient = simulate(system, start, _times(system, point))
+    transient = finished_or_interrupted(simulate(system, start, _times(system, point)))
     steady = settle(system, start, time=3.0 * settling_time(system), period=resonance.q or 1)
     cycle = cycle_of(system, steady) if steady.status else None
     comparison, reason = None, ""
@@ -114,29 +119,35 @@ def time_case(name: str, system: Oscillator, resonance: Resonance, point: Operat
     else:
         try:
             comparison = compare(system, resonance, start)
-        except (ValueError, SolveError, ArithmeticError, NotImplementedError) as error:
+            finished_or_interrupted(comparison.integrated)
+        except (ValueError, SolveError, ArithmeticError) as error:
             reason = str(error) or f"multiple scales stopped with {type(error).__name__}"
-    amplitudes = _amplitudes(resonance, steady, comparison)
-    peak = transient.peak()
-    return TimeCase(name, system.omega, resonance, transient, peak, steady, cycle, comparison, amplitudes, reason)
+    theory, amplitude = None, None
+    if comparison is not None and cycle is not None:
+        theory, amplitude = _steady_theory(system, resonance, start, cycle.t)
+    ratio = resonance.ratio
+    simulated = None if ratio is None or cycle is None else steady.amplitude(float(ratio))
+    return TimeCase(
+        name, system.omega, resonance, transient, transient.peak(), steady, cycle, comparison, theory, (amplitude, simulated), reason
+    )  # fmt: skip
 
 
 def _times(system: Oscillator, point: OperatingPoint) -> Floats:
-    """Times of the transient: five decay times exp(-5/2), or some periods where nothing decays."""
+    """Times of the transient: until it has fallen to exp(-2.5), or some periods where nothing decays."""
     mu = system.B / system.J
-    length = 10.0 / mu if mu > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / system.omega
+    length = WINDOW / mu if mu > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / system.omega
     fastest = max(point.omega_0, system.omega * max((1, *system.orders())))
     return np.linspace(0.0, length, min(MOST, PER_CYCLE * math.ceil(length * fastest / (2.0 * math.pi)) + 1))
 
 
-def _amplitudes(
-    resonance: Resonance, steady: SteadyMotion, comparison: Comparison | None
-) -> tuple[float | None, float | None]:
-    ratio = resonance.ratio
-    if ratio is None or comparison is None or not steady.status:
-        return None, None
-    theory = float(comparison.theory.amplitude[-1])
-    return theory, steady.amplitude(float(ratio))
+def _steady_theory(
+    system: Oscillator, resonance: Resonance, start: tuple[float, float], t: Floats
+) -> tuple[Floats, float | None]:
+    """Multiple scales after the settling time, at whole turns of the base angle from the start plus t."""
+    turn = 2.0 * math.pi / system.omega * (resonance.q or 1)
+    later = turn * math.ceil(3.0 * settling_time(system) / turn)
+    run = slow_flow(system, resonance).evolve(start, np.concatenate([[0.0], later + t]))
+    return run.x[1:], float(run.amplitude[-1]) if resonance.ratio is not None else None
 
 
 def cycle_of(system: Oscillator, steady: SteadyMotion) -> Cycle:

@@ -1,0 +1,87 @@
+"""The derived quantities of a drive as rows of the report: name, symbol, value, unit, remark."""
+
+import math
+from typing import NamedTuple
+
+from ..study.analysis import Analysis
+from ..study.regimes import active_orders
+from .project import Project
+
+RPM = 60.0 / (2.0 * math.pi)
+ARCSEC = 180.0 * 3600.0 / math.pi
+
+
+class Fact(NamedTuple):
+    """One row: what it is, its symbol, its value (None with a remark that says why), unit and remark."""
+
+    name: str
+    symbol: str
+    value: float | None
+    unit: str
+    note: str = ""
+
+
+def facts(project: Project, analysis: Analysis) -> list[Fact]:
+    """List what follows from the data of the drive, for both motor modes where they differ."""
+    drive, point = project.drive, analysis.point
+    used = project.motor
+    rows = [Fact("Torsional stiffness at the operating point", "T'(x₀)", point.stiffness, "N·m/rad", _bias(analysis))]
+    for mode, inertia in (("free", drive.J), ("held", drive.J_l)):
+        mark = "used in this report" if mode == used else "for comparison"
+        symbol = "J" if mode == "free" else "J_l"
+        omega_0 = math.sqrt(max(point.stiffness, 0.0) / inertia)
+        rows.append(Fact(f"Inertia, motor {mode}", symbol, inertia, "kg·m²", mark))
+        rows.append(Fact(f"Damping parameter B/{symbol}, motor {mode}", "μ", drive.B / inertia, "1/s", mark))
+        if omega_0 > 0.0:
+            zeta = drive.B / (2.0 * inertia * omega_0)
+            rows.append(Fact(f"Damping ratio, motor {mode}", "ζ", zeta, "", mark))
+            rows.append(Fact(f"Natural frequency, motor {mode}", "ω₀", omega_0, "rad/s", mark))
+            rows.append(Fact("", "f₀", omega_0 / (2.0 * math.pi), "Hz", mark))
+            rows += _resonance_speeds(project, analysis, omega_0, mark)
+        else:
+            rows.append(Fact(f"Natural frequency, motor {mode}", "ω₀", None, "rad/s", "no stiffness at the operating point"))
+    return rows + _static(project, analysis)
+
+
+def _bias(analysis: Analysis) -> str:
+    point = analysis.point
+    if point.mean_torque == 0.0:
+        return "no mean torque"
+    return f"at x₀ = {point.x * ARCSEC:.4g} arcsec under the mean torque"
+
+
+def _resonance_speeds(project: Project, analysis: Analysis, omega_0: float, mark: str) -> list[Fact]:
+    if project.shaft == "forcing":
+        return []
+    orders = active_orders(analysis.system)
+    return [Fact(f"Resonance speed of order {k}, at the motor", f"n{k}", omega_0 / k * RPM, "rpm", mark) for k in orders]
+
+
+def _static(project: Project, analysis: Analysis) -> list[Fact]:
+    point, system = analysis.point, analysis.system
+    rows = [
+        Fact("Mean torque on the error equation", "τ₀", point.mean_torque, "N·m", "output side"),
+        Fact("Static error under the mean torque", "x₀", point.x * ARCSEC, "arcsec", "at the load"),
+    ]
+    if point.stiffness > 0.0:
+        terms = getattr(system.excitation, "terms", (system.excitation,))
+        for term in terms:
+            if getattr(term, "amplitude", 0.0):
+                static = abs(term.amplitude) / point.stiffness * ARCSEC
+                name = f"Quasi-static error of the torque of order {term.order}"
+                rows.append(Fact(name, f"A{term.order}/T'", static, "arcsec", "0-to-peak, at the load"))
+    if project.kinematic_error is not None:
+        for line in project.kinematic_error.lines:
+            name = f"Kinematic error of order {line.order}"
+            rows.append(Fact(name, f"e{line.order}", abs(line.amplitude) * ARCSEC, "arcsec", "0-to-peak, at the load"))
+    gear = project.gear
+    if gear is not None:
+        for name, value, unit in (
+            ("Rated torque", gear.rated_torque, "N·m"),
+            ("Repeated peak torque", gear.repeated_peak_torque, "N·m"),
+            ("Momentary peak torque", gear.momentary_torque, "N·m"),
+            ("Largest input speed", gear.max_rpm, "rpm"),
+            ("Average input speed", gear.average_rpm, "rpm"),
+        ):
+            rows.append(Fact(f"{name} of the {gear.name}", "", value, unit, "catalogue, output side" if unit == "N·m" else "catalogue, with grease"))
+    return rows

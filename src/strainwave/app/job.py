@@ -1,0 +1,39 @@
+"""`strainwave analyze`: from a project file to a folder with the report, results.json and CSV files."""
+
+from pathlib import Path
+from typing import Any
+
+from ..study.analysis import Analysis, analysis_steps
+from .console import Progress, to_json
+from .output import staged
+from .project import Project, load
+from .report import summary, write
+
+
+def run(path: Path, folder: Path, as_json: bool) -> str:
+    """Analyse a project file and return what is printed."""
+    return print_out(analyse(load(path), folder), folder, as_json)
+
+
+def analyse(project: Project, folder: Path) -> dict[str, Any]:
+    """Analyse a project, write everything into `folder`, and return the results as plain data."""
+    with staged(folder) as part:
+        with Progress(project.title) as progress:
+            analysis = _analysis(project, progress)
+            progress.show("writing the report", 0.99)
+            results = write(project, analysis, part)
+    return results
+
+
+def _analysis(project: Project, progress: Progress) -> Analysis:
+    system = project.system(project.omega[0])
+    for step in analysis_steps(system, project.omega, is_range=project.is_range):
+        if isinstance(step, Analysis):
+            return step
+        progress.show(*step)
+    raise AssertionError("the steps end with the analysis")
+
+
+def print_out(results: dict[str, Any], folder: Path, as_json: bool) -> str:
+    """Return the JSON of the results, or their summary with the place of the report."""
+    return to_json(results) if as_json else f"{summary(results)}\n  report: {folder / 'report.html'}"

@@ -1,0 +1,72 @@
+"""Results on disk: everything is written in a hidden folder beside the target and moved in when it is complete.
+
+An interrupted or failed run therefore leaves no half-written report, and a folder that exists keeps its other files.
+"""
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+LAST = "report.html"  # moved last: where it stands, the files that belong to it are there
+
+
+@contextmanager
+def staged(folder: Path) -> Iterator[Path]:
+    """Give a temporary folder whose files replace those of the same name in `folder` when the block ends well.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be made or written; nothing is left behind.
+    """
+    folder = folder.resolve()
+    made = _make(folder.parent)
+    try:
+        part = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+    except OSError:
+        _remove(made)
+        raise
+    try:
+        yield part
+        made += _make(folder)
+        for file in sorted(part.iterdir(), key=lambda f: (f.name == LAST, f.name)):
+            os.replace(file, folder / file.name)
+    except BaseException:
+        shutil.rmtree(part, ignore_errors=True)
+        _remove(made)
+        raise
+    shutil.rmtree(part, ignore_errors=True)
+
+
+def _make(folder: Path) -> list[Path]:
+    """Create a folder with its parents and return those that are new."""
+    missing = [p for p in (folder, *folder.parents) if not p.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    return missing[::-1]
+
+
+def _remove(made: list[Path]) -> None:
+    """Remove folders that this run has made, as far as they are empty."""
+    for folder in reversed(made):
+        try:
+            folder.rmdir()
+        except OSError:
+            return
+
+
+def write_csv(path: Path, columns: Sequence[tuple[str, ArrayLike]]) -> None:
+    """Write columns of equal length; each name carries its unit ("x_rad")."""
+    header = ",".join(name for name, _ in columns)
+    body = np.column_stack([np.asarray(values, float) for _, values in columns])
+    np.savetxt(path, body, delimiter=",", header=header, comments="", fmt="%.9g")
+
+
+def slug(text: str) -> str:
+    """Turn a label into a file name: "primary, order 2" is "primary-order-2"."""
+    return "-".join("".join(c if c.isalnum() else " " for c in text.lower()).split())
