@@ -376,7 +376,7 @@ def test_motions_started_just_outside_the_softening_region_escape(mean):
     saddle = proof.region.x_high
     assert proof.V(saddle, 0.0) == pytest.approx(proof.region.energy_limit)
     beyond = [(1.001 * saddle, 0.0)]
-    for x in np.linspace(-0.8, 0.99, 9) * saddle:  # outwards with 0.5 % more energy than the saddle
+    for x in np.linspace(-0.5, 0.99, 9) * saddle:  # outwards with 0.5 % more energy than the saddle
         beyond.append((x, math.sqrt(2.0 * (1.005 * proof.region.energy_limit - proof.V(x, 0.0)) / proof.system.J)))
     for x, v in beyond:
         assert not proof.contains(x, v)

@@ -78,7 +78,7 @@ class Derivation:
         Inertia [kg m^2], damping parameter [1/s], squared natural frequency [rad^2/s^2] and forcing [rad/s^2] of
         `error_equation`.
     F_printed : Expr
-        The forcing as the article prints it, without the factor N in front of T_l (ERRATA E1).
+        The forcing as the article prints it, without the factor N in front of T_l (erratum E1).
     """
 
     symbols: Symbols
@@ -212,7 +212,7 @@ def derivation() -> Derivation:
 
     References
     ----------
-    Corrects the article's F(t): F = T_m/(N J_m) - T_l/J_l (ERRATA E1).
+    Corrects the article's F(t): F = T_m/(N J_m) - T_l/J_l (erratum E1).
     """
     s = _symbols()
     torsion = s.theta_m / s.N - s.theta_l - s.e(s.theta_m)

@@ -5,7 +5,7 @@ motion: V' = -B v^2. Where V has a minimum at x_e, LaSalle's invariance principl
 in a bounded set ends in the largest invariant set with v = 0, and there T(x) = tau_0. The periodic part of the torque
 and the kinematic error are set aside; a constant torque moves the rest.
 
-Source: Khalil, Nonlinear Systems, 3rd ed., theorem 4.4 and corollary 4.2; corrects the article's claim (ERRATA E7).
+Source: Khalil, Nonlinear Systems, 3rd ed., theorem 4.4 and corollary 4.2; erratum E7 of the article.
 """
 
 import math
@@ -142,7 +142,7 @@ def lyapunov(system: Oscillator, *, span: float | None = None, near: float | Non
     References
     ----------
     Khalil, Nonlinear Systems, 3rd ed., theorem 4.4 and corollary 4.2. For a softening cubic: |x| < 1/sqrt|alpha| and
-    V < K/(4 |alpha|) (ERRATA E7).
+    V < K/(4 |alpha|) (erratum E7 of the article).
     """
     if not isinstance(system, Oscillator):
         name = type(system).__name__
