@@ -1,6 +1,6 @@
 """Errata of the source article, one by one: the printed formula fails an independent check, the corrected one passes.
 
-The article studies the nonlinear dynamic error of a strain wave gear drive (two inertias, a cubic spring, an HDC-40-050)
+The article studies the nonlinear dynamic error of a strain wave gear drive (two inertias, a cubic spring, HDC-40-050)
 with Lagrange's equations, Lyapunov's direct method and multiple scales in four regimes of resonance.
 The numbers E1 to E8 are those of the table of errata in the documentation's theory page.
 """
