@@ -129,7 +129,9 @@ class Certificate:
         Estimated relative error of the steady amplitude (of the near-omega_0 component, or of the forced motion where that
         component is absent), at equal phase where the response curve can be followed by its phase.
     frequency_shift : float
-        Estimated relative shift of the speed at which that state really is (0 where the estimate is made at equal speed).
+        Estimated relative error of the speed at which that state is (0 where the estimate is made at equal speed).
+    error_at_speed : float or None
+        Estimated relative error of the amplitude at equal speed; None where no true state is near, as beyond a jump.
     nonlinearity : float
         Largest |N(u)| over largest linear restoring torque on the orbit.
     damping, detuning : float
@@ -144,6 +146,7 @@ class Certificate:
     valid: bool
     predicted_error: float
     frequency_shift: float
+    error_at_speed: float | None
     nonlinearity: float
     damping: float
     detuning: float

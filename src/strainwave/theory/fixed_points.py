@@ -1,0 +1,124 @@
+"""Steady states of a slow flow: found by closed form or by a scan of the plane, polished by Newton, judged by eigenvalues."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..results import Floats
+from .averaging import AveragedFlow, sampled
+from .cubic import CubicFlow
+from .setting import Complexes
+
+Flow = AveragedFlow | CubicFlow
+PHASES, ROWS_PER_DECADE = 48, 20
+
+
+def fixed_points(flow: Flow) -> list[complex]:
+    """All nontrivial fixed points z [rad], by descending |z|; copies shifted by whole forcing periods are listed once."""
+    if flow.setting.resonance.ratio is None:
+        return []
+    rough = flow.fixed_points() if isinstance(flow, CubicFlow) else scan(flow)
+    found: list[complex] = []
+    copies = np.exp(2j * np.pi * np.arange(flow.setting.copies) / flow.setting.copies)
+    for z in rough:
+        point = polish(flow, z)
+        if point is None or any(np.min(np.abs(point * copies - other)) < 1e-7 * abs(other) for other in found):
+            continue
+        found.append(min((complex(point * c) for c in copies), key=lambda w: (round(abs(np.angle(w)), 9), -w.imag)))
+    return sorted(found, key=abs, reverse=True)
+
+
+def is_trivial(flow: Flow) -> bool:
+    """Whether z = 0 is a fixed point."""
+    s = flow.setting
+    return bool(abs(flow.rates(0j)) <= 1e-13 * s.omega_0 * max(s.scales()) + 30.0 * flow.error * abs(_force(flow)))
+
+
+def _force(flow: Flow) -> float:
+    return float(abs(flow.mean_force(0j))) if isinstance(flow, AveragedFlow) else 0.0
+
+
+def is_stable(flow: Flow, z: complex) -> bool:
+    """Whether both eigenvalues of the Jacobian have negative real parts (beyond rounding)."""
+    matrix = flow.jacobian(z)
+    return bool(np.max(np.linalg.eigvals(matrix).real) < -1e-13 * np.max(np.abs(matrix)))
+
+
+def polish(flow: Flow, z: complex, steps: int = 40) -> complex | None:
+    """Newton's method from z; None where it does not converge to a nontrivial point."""
+    best, size = z, math.inf
+    for _ in range(steps):
+        rate = complex(flow.rates(z))
+        step = newton_step(flow.jacobian(z), np.array(rate))
+        if not np.isfinite(step) or z == 0.0:
+            break
+        if abs(step) < size:
+            best, size = z, abs(step)
+        elif size < 1e-9 * abs(best):
+            break
+        z = z + complex(step) * min(1.0, 0.5 * abs(z) / max(abs(step), 1e-300))
+    # near a fold rounding in the rates alone moves the point by about sqrt(1e-16)
+    return best if size <= 1e-7 * abs(best) else None
+
+
+def newton_step(matrix: Floats, rate: Any) -> Any:
+    """Solve the 2x2 systems matrix (Re dz, Im dz) = -rate; not finite where singular."""
+    (a, b), (c, d) = np.moveaxis(matrix, (-2, -1), (0, 1))
+    with np.errstate(all="ignore"):
+        return (-(d * rate.real - b * rate.imag) - 1j * (a * rate.imag - c * rate.real)) / (a * d - b * c)
+
+
+def scan(flow: AveragedFlow) -> list[complex]:
+    """Find every fixed point of a general flow: cells of a polar grid in which both rates may vanish, then Newton."""
+    rough = sampled(flow.setting, 1 if flow.error > 0.0 else 0)
+    amplitudes = _amplitudes(rough)
+    phases = 2.0 * np.pi * (np.arange(PHASES + 1) + 0.37) / PHASES
+    turn = np.exp(-1j * phases)
+    with np.errstate(all="ignore"):
+        polar = np.concatenate(
+            [rough.rates(a[:, None] * turn) / (turn * a[:, None]) for a in np.array_split(amplitudes, 24) if len(a)]
+        )
+    cells = _may_vanish(polar.real) & _may_vanish(polar.imag)
+    i, j = np.nonzero(cells)
+    z = np.sqrt(amplitudes[i] * amplitudes[i + 1]) * np.exp(-0.5j * (phases[j] + phases[j + 1]))
+    return _converged(rough, z)
+
+
+def _may_vanish(values: Floats) -> Any:
+    """Cells whose corner values change sign, or nearly do."""
+    corners = np.stack([values[:-1, :-1], values[1:, :-1], values[:-1, 1:], values[1:, 1:]])
+    low, high = corners.min(0), corners.max(0)
+    slack = 0.3 * (high - low)
+    return (low - slack <= 0.0) & (high + slack >= 0.0)
+
+
+def _amplitudes(flow: AveragedFlow) -> Floats:
+    """Logarithmic grid of |z| [rad] that covers the forced amplitudes and those on the backbone."""
+    s = flow.setting
+    scales = s.scales()
+    wide = max(scales) * np.geomspace(1e-5, 1e5, 301)
+    phases = np.exp(2j * np.pi * (np.arange(8) + 0.2) / 8)
+    with np.errstate(all="ignore"):
+        pull = np.mean((flow.mean_force(wide[:, None] * phases) / phases).real, axis=1) / (s.omega_0 * wide)
+        off = pull - (s.fast - s.omega_0)
+    crossings = wide[:-1][np.isfinite(off[1:]) & (off[1:] * off[:-1] <= 0.0)]
+    scales += [float(a) for a in crossings]
+    decades = math.log10(max(scales) / min(scales)) + 2.5
+    return np.asarray(np.geomspace(min(scales) / 18.0, 18.0 * max(scales), math.ceil(ROWS_PER_DECADE * decades)))
+
+
+def _converged(flow: AveragedFlow, z: Complexes) -> list[complex]:
+    """Newton from many starts at once; distinct limits only."""
+    size = np.full(z.shape, np.inf)
+    with np.errstate(all="ignore"):
+        for _ in range(25):
+            step = newton_step(flow.jacobian(z), flow.rates(z))
+            step = np.where(np.isfinite(step), step, 0.1 * z)
+            size = np.abs(step) / np.abs(z)
+            z = z + step * np.minimum(1.0, 0.5 / size)
+    found: list[complex] = []
+    for point in z[size < 1e-3]:
+        if all(abs(point - other) > 1e-6 * abs(other) for other in found):
+            found.append(complex(point))
+    return found

@@ -1,0 +1,191 @@
+"""The linear problem that multiple scales start from: operating point, lines of the forcing, forced motion.
+
+The mean torque sets the operating point u0, T(u0) = mean; omega_0 = sqrt(T'(u0)/J) and mu = B/J refer to it. The lines of
+tau - J omega^2 e'' are found by sampling, so any periodic excitation will do. A line with k = p/q is soft and drives the slow flow;
+all others are hard: F(theta) = sum C_k cos(k theta + phi_k), C_k = (P_k/J)/(omega_0^2 - k^2 omega^2) at the actual omega (some
+texts freeze it at the resonance: a different number).
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from .resonance import Resonance
+
+Complexes = NDArray[np.complex128]
+SMALLEST_LINE = 1e-13  # relative to the largest: what sampling and rounding leave behind
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """The linear problem about the operating point, at one speed of the base angle.
+
+    Attributes
+    ----------
+    u0 : float
+        Torsion [rad] under the mean torque.
+    omega_0, mu : float
+        sqrt(T'(u0)/J) [rad/s] and B/J [1/s].
+    orders : tuple of int
+        Orders of all lines of the forcing.
+    torque_lines, error_lines : (lines,) complex arrays
+        Amplitudes times exp(i phase) of the torque [N*m] and of the kinematic error [rad].
+    omega, fast : float
+        Speed of the base angle and Omega (omega_0 without resonance) [rad/s].
+    hard : (lines,) complex array
+        C_k exp(i phi_k) [rad]; 0 for the soft line.
+    soft : complex
+        P_k/J exp(i phi_k) [rad/s^2] of the line at Omega.
+    """
+
+    system: Any
+    resonance: Resonance
+    u0: float
+    omega_0: float
+    mu: float
+    orders: tuple[int, ...]
+    torque_lines: Complexes
+    error_lines: Complexes
+    omega: float
+    fast: float
+    hard: Complexes
+    soft: complex
+
+    def at(self, omega: float) -> "Setting":
+        """Return the same problem at another speed [rad/s] of the base angle."""
+        k = np.array(self.orders, float)
+        # J u'' + B u' + T(u) = tau - J omega^2 e'', and e'' of a line is -k^2 e_k
+        forcing = self.torque_lines / self.system.J + (omega * k) ** 2 * self.error_lines
+        ratio = self.resonance.ratio
+        is_soft = np.array([ratio is not None and order == ratio for order in self.orders], bool)
+        gap = np.where(is_soft, 1.0, self.omega_0**2 - (k * omega) ** 2)
+        return replace(
+            self,
+            system=self.system._replace(omega=omega),
+            omega=omega,
+            fast=self.omega_0 if ratio is None else float(ratio) * omega,
+            hard=np.where(is_soft, 0.0, forcing / gap),
+            soft=complex(np.sum(forcing[is_soft])),
+        )
+
+    @property
+    def copies(self) -> int:
+        """Number of equal states that differ by whole periods of the forcing."""
+        if self.resonance.ratio is None or not self.orders:
+            return 1
+        return int((self.resonance.ratio / math.gcd(*self.orders)).denominator)
+
+    def forced(self, theta: Any) -> Any:
+        """Forced motion F [rad] of the hard lines at base angles [rad]."""
+        return sum(
+            (abs(c) * np.cos(k * theta + np.angle(c)) for k, c in zip(self.orders, self.hard, strict=True)), 0.0 * theta
+        )
+
+    def forced_slope(self, theta: Any) -> Any:
+        """Derivative dF/dtheta [rad/rad] at base angles [rad]."""
+        return sum(
+            (-k * abs(c) * np.sin(k * theta + np.angle(c)) for k, c in zip(self.orders, self.hard, strict=True)),
+            0.0 * theta,
+        )
+
+    def scales(self) -> list[float]:
+        """Amplitudes [rad] that matter: forced, at resonance, off resonance, at the law's breakpoints."""
+        f, detuning = abs(self.soft), abs(self.fast - self.omega_0)
+        found = [f / self.omega_0**2, float(np.sum(np.abs(self.hard)))]
+        if self.mu > 0.0:
+            found.append(f / (self.mu * self.omega_0))
+        if detuning > 1e-9 * self.omega_0:
+            found.append(f / (2.0 * self.omega_0 * detuning))
+        law = self.system.law
+        if hasattr(law, "breakpoints"):
+            found += [abs(b - self.u0) for b in law.breakpoints()]
+        return [s for s in found if 0.0 < s < math.inf] or [1.0]
+
+
+def forcing_lines(system: Any) -> tuple[float, tuple[int, ...], Complexes, Complexes]:
+    """Mean torque [N*m], orders and complex amplitudes of torque and kinematic error, from samples of one turn."""
+    known = all(hasattr(part, "orders") or not part for part in (system.excitation, system.error))
+    highest = max((1, *(abs(k) for k in system.orders()))) if known else 500
+    n = 1 << math.ceil(math.log2(8 * highest + 64))
+    theta = 2.0 * np.pi * np.arange(n) / n
+    torque = np.fft.rfft(np.broadcast_to(system.excitation.torque(theta), n)) / n
+    error = np.fft.rfft(np.broadcast_to(system.error.value(theta), n)) / n
+    mean, torque, error = float(torque[0].real), 2.0 * torque[1:-1], 2.0 * error[1:-1]
+    largest = max(abs(mean), float(np.max(np.abs(torque))))
+    mean = mean if abs(mean) > SMALLEST_LINE * largest else 0.0
+    errors = np.abs(error)
+    at = np.flatnonzero((np.abs(torque) > SMALLEST_LINE * largest) | (errors > SMALLEST_LINE * float(np.max(errors))))
+    return mean, tuple(int(k) + 1 for k in at), torque[at], error[at]
+
+
+def operating_point(law: Any, mean: float) -> float:
+    """Torsion [rad] nearest to zero at which the law carries the mean torque [N*m].
+
+    Raises
+    ------
+    ValueError
+        If no torsion carries it.
+    """
+    offset = float(law.torque(0.0)) - mean
+    if offset == 0.0:
+        return 0.0
+    slope = float(law.stiffness(0.0))
+    reach = abs(offset) / slope if slope > 0.0 else max((abs(b) for b in _breakpoints(law)), default=1.0)
+    steps = np.concatenate([[0.0], reach * np.geomspace(1e-6, 1e6, 4801)])
+    with np.errstate(all="ignore"):
+        best = math.inf
+        for side in (1.0, -1.0) if slope <= 0.0 else (math.copysign(1.0, -offset),):
+            above = np.sign(law.torque(side * steps) - mean)
+            change = np.flatnonzero(above[1:] * above[0] <= 0.0)
+            if change.size and steps[change[0] + 1] < abs(best):
+                a, b = float(steps[change[0]]), float(steps[change[0] + 1])
+                best = side * float(
+                    brentq(lambda s, d=side: float(law.torque(d * s)) - mean, a, b, xtol=1e-300, rtol=1e-15)
+                )
+    if not math.isfinite(best):
+        raise ValueError(
+            f"{type(law).__name__} carries the mean torque {mean:.6g} N*m at no torsion up to {steps[-1]:.3g} rad; "
+            "lower the mean torque"
+        )
+    return best
+
+
+def _breakpoints(law: Any) -> tuple[float, ...]:
+    return tuple(law.breakpoints()) if hasattr(law, "breakpoints") else ()
+
+
+def setting(system: Any, resonance: Resonance) -> Setting:
+    """Find the operating point and the lines of a system.
+
+    Raises
+    ------
+    ValueError
+        If J or omega is not positive, if the stiffness at the operating point is not positive, or if a hard line sits exactly on
+        omega_0.
+    """
+    for name in ("J", "omega"):
+        if not 0.0 < getattr(system, name) < math.inf:
+            raise ValueError(f"{name} = {getattr(system, name)!r} must be positive and finite for multiple scales")
+    mean, orders, torque, error = forcing_lines(system)
+    u0 = operating_point(system.law, mean)
+    stiffness = float(system.law.stiffness(u0))
+    if not 0.0 < stiffness < math.inf:
+        raise ValueError(
+            f"omega_0 is undefined: the stiffness of {type(system.law).__name__} is {stiffness:.6g} N*m/rad at the operating "
+            f"torsion {u0:.6g} rad; add a mean torque that brings it to a place with positive stiffness, or integrate"
+        )
+    omega_0 = math.sqrt(stiffness / system.J)
+    blank = Setting(
+        system, resonance, u0, omega_0, system.B / system.J, orders, torque, error, 0.0, 0.0, np.zeros(0, complex), 0j
+    )  # fmt: skip
+    for k in orders:
+        if resonance.ratio != k and abs(omega_0 - k * system.omega) < 1e-6 * omega_0:
+            raise ValueError(
+                f"the line of order {k} sits on omega_0 = {omega_0:.6g} rad/s at omega = {system.omega:.6g} rad/s, where its "
+                f"forced amplitude is infinite at first order; use Resonance({k}, 1)"
+            )
+    return blank.at(system.omega)
