@@ -12,6 +12,7 @@ from numbers import Integral, Real
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 from .units import convert as convert
+from .units import example as example
 from .units import parse as parse
 
 Angle = Annotated[float, "rad"]

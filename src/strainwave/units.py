@@ -64,20 +64,20 @@ def parse(text: str, unit: str) -> float:
         raise ValueError(f"{text!r} has a comma; write {_decimal_point(plain)}")
     number = NUMBER.match(plain)
     if number is None:
-        raise ValueError(f"{text!r} does not begin with a finite number; write {_example(unit)}")
+        raise ValueError(f"{text!r} does not begin with a finite number; write {example(unit)}")
     given = _unit_text(plain[number.end() :])
     if given is None:
-        raise ValueError(f"{text!r} is not one number and one unit made of names, *, / and ^; write {_example(unit)}")
+        raise ValueError(f"{text!r} is not one number and one unit made of names, *, / and ^; write {example(unit)}")
     if not given and unit:
-        raise ValueError(f"{text!r} has no unit; write {_example(unit)}")
+        raise ValueError(f"{text!r} has no unit; write {example(unit)}")
     try:
-        value = float(number.group()) * _factor(given, unit)
+        value: float = _scaled(float(number.group()), given, unit)
     except KeyError as unknown:
-        raise ValueError(f"{text!r} has the unknown unit {unknown.args[0]!r}; write {_example(unit)}") from None
+        raise ValueError(f"{text!r} has the unknown unit {unknown.args[0]!r}; write {example(unit)}") from None
     except ArithmeticError:
         raise ValueError(_mismatch(text, float(number.group()), given, unit)) from None
     if abs(value) == inf:
-        raise ValueError(f"{text!r} is too large a number; write {_example(unit)}")
+        raise ValueError(f"{text!r} is too large a number; write {example(unit)}")
     return value
 
 
@@ -93,7 +93,7 @@ def convert(value: Any, unit: str, to: str) -> Any:
     try:
         if given is None or wanted is None:
             raise KeyError(unit if given is None else to)
-        return value * _factor(given, wanted)
+        return _scaled(value, given, wanted)
     except KeyError as unknown:
         raise ValueError(f"unknown unit {unknown.args[0]!r}; units are written like N*m/rad, rpm or arcsec") from None
     except ArithmeticError:
@@ -128,9 +128,14 @@ def _registry() -> Any:
     return pint.UnitRegistry(str(Path(__file__).with_name("units.txt")))
 
 
+def _scaled(value: Any, given: str, to: str) -> Any:
+    p, q = _factors(given, to)
+    return value * p / q
+
+
 @lru_cache(maxsize=1024)
-def _factor(given: str, to: str) -> float:
-    """Return how many `to` are in one `given`; KeyError names an unknown unit, ArithmeticError reports a mismatch."""
+def _factors(given: str, to: str) -> tuple[float, float]:
+    """Return p and q, p/q `to` are one `given`; KeyError names an unknown unit, ArithmeticError reports a mismatch."""
     registry = _registry()
     known = set(dir(registry))
     for name in re.findall(r"[A-Za-z]+", f"{given} {to}"):
@@ -139,10 +144,14 @@ def _factor(given: str, to: str) -> float:
             raise KeyError(name)
     if not _matches(given, to):
         raise ArithmeticError
-    return float(registry.convert(1.0, _for_pint(given), _for_pint(to)))
+    factor = float(registry.convert(1.0, _for_pint(given), _for_pint(to)))
+    inverse = round(1.0 / factor)
+    # 4.5 kg*cm^2 is 4.5/10000, the nearest number to 4.5e-4; 4.5 times 1e-4 is not.
+    return (1.0, float(inverse)) if abs(inverse * factor - 1.0) < 1e-14 and inverse > 1 else (factor, 1.0)
 
 
-def _example(unit: str) -> str:
+def example(unit: str) -> str:
+    """Return "for example ..." with one or two spellings of a quantity in the given unit."""
     return f"for example {_KIND[unit][1] if unit in _KIND else '1.5 ' + unit.replace('**', '^')}"
 
 
@@ -150,8 +159,8 @@ def _mismatch(text: str, number: float, given: str, unit: str) -> str:
     """Sentence for a unit that measures something else, with help where a radian is all that lacks."""
     kind, example = _KIND.get(unit, (f"a quantity in {unit.replace('**', '^')}", f"1.5 {unit.replace('**', '^')}"))
     if unit == "rad/s" and _matches(given, "1/s"):
-        per_second = number * _factor(given, "1/s")
-        turns = f"{number:.10g} rpm" if _factor(given, "1/min") == 1.0 else f"{per_second:.10g} rev/s"
+        per_second = _scaled(number, given, "1/s")
+        turns = f"{number:.10g} rpm" if _scaled(1.0, given, "1/min") == 1.0 else f"{per_second:.10g} rev/s"
         radians = f"{2.0 * pi * per_second:.4g} rad/s"
         return f"{text!r} is a frequency, not an angular speed; write {turns} or {radians}, not {text.strip()}"
     for bar, relation in (("/rad", "is not per radian"), ("/rad^2", "is not per square radian")):

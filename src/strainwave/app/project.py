@@ -1,13 +1,23 @@
 """The project file: a drive, its speed and what excites it, read from YAML with units and resolved to SI."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
+from pydantic import ValidationError
+
+from ..model import catalogue
 from ..model.catalogue import Gear
 from ..model.drive import Drive
-from ..model.excitation import Harmonics, KinematicError
+from ..model.excitation import Harmonic, Harmonics, KinematicError, Line
 from ..model.oscillator import Oscillator
+from ..quantities import convert
+from .complaints import complaints
+from .schema import ExplicitGear, ProjectSpec, TorqueSpec
+from .yaml_text import Keys, Problem, name, read, read_text
+
+MOST_SHOWN = 20
 
 
 class ProjectError(ValueError):
@@ -93,9 +103,135 @@ class Project:
 def load(path: str | Path) -> Project:
     """Read a project file.
 
+    Parameters
+    ----------
+    path : str or Path
+        YAML file of at most 256 KiB, see `examples/projects`.
+
     Raises
     ------
     ProjectError
         If the file cannot be read or does not describe a drive; all problems found, one line each.
     """
-    raise ProjectError(f"{path}:1:1: file: not read yet")
+    path = Path(path)
+    text = read_text(path)
+    if isinstance(text, Problem):
+        raise _error(path, [text])
+    located = read(text)
+    problems = list(located.problems)
+    spec = None
+    if located.content is not None:
+        try:
+            spec = ProjectSpec.model_validate(located.content)
+        except ValidationError as error:
+            problems += complaints(error, located)
+    elif not problems:
+        problems.append(Problem(1, 1, "file", "is empty; begin with a line such as 'gear: CSG-40-50'"))
+    if spec is not None:
+        problems += [Problem(*located.place(keys), name(keys), sentence) for keys, sentence in _contradictions(spec)]
+    if problems or spec is None:
+        raise _error(path, problems)
+    return _resolved(spec, path, text)
+
+
+def _error(path: Path, problems: list[Problem]) -> ProjectError:
+    file = "".join(c if c.isprintable() else "?" for c in str(path))
+    lines = [f"{file}:{p.line}:{p.column}: {p.field}: {p.sentence}" for p in sorted(set(problems))]
+    hidden = len(lines) - MOST_SHOWN
+    if hidden > 0:
+        lines[MOST_SHOWN:] = [f"{file}: {hidden} more problems; correct these first"]
+    return ProjectError("\n".join(lines))
+
+
+def _contradictions(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:
+    """Fields that are right by themselves but do not go together."""
+    driven = spec.excitation
+    if isinstance(spec.gear, ExplicitGear):
+        if spec.motor.inertia is None:
+            yield ("motor", "inertia"), "is missing for an explicit gear; write for example 'inertia: 4.5 kg*cm^2'"
+        if spec.damping.B is None and not spec.gear.law.law().stiffness(0.0) > 0.0:
+            way = "ratio" if spec.damping.ratio is not None else "quality"
+            yield ("damping", way), "has no meaning for a law without stiffness at rest (play); write B: 10 N*m*s/rad"
+    if spec.motor.mode == "held" and driven.motor_torque is not None:
+        sentence = "a held motor keeps its speed whatever its torque; remove it or write 'mode: free' under motor"
+        yield ("excitation", "motor_torque"), sentence
+    torques = [t for t in (driven.motor_torque, driven.load_torque) if t is not None]
+    amplitudes = [line.amplitude for line in driven.kinematic_error]
+    amplitudes += [line.amplitude for torque in torques for line in torque.lines]
+    if not any(amplitudes):
+        sentence = (
+            "nothing periodic drives the error; write for example 'kinematic_error: [{order: 2, amplitude: 23 arcsec}]'"
+        )
+        yield ("excitation",), sentence
+
+
+def _resolved(spec: ProjectSpec, path: Path, text: str) -> Project:
+    gear = None if isinstance(spec.gear, ExplicitGear) else catalogue.gear(spec.gear)
+    if isinstance(spec.gear, ExplicitGear):
+        law, ratio, J_m = spec.gear.law.law(), spec.gear.ratio, spec.motor.inertia or 0.0
+    else:
+        record = catalogue.gear(spec.gear)
+        law, ratio, J_m = record.law, float(record.ratio), spec.motor.inertia or record.input_inertia
+    drive = Drive(J_m, spec.load.inertia, ratio, spec.damping.B or 0.0, law)
+    drive = drive._replace(B=_damping(spec, drive))
+    factor = ratio if spec.speed.shaft == "load" else 1.0
+    speeds = spec.speed.at or [s for s in (spec.speed.low, spec.speed.high) if s is not None]
+    error = tuple(Line(line.order, line.amplitude, line.phase) for line in spec.excitation.kinematic_error)
+    project = Project(
+        title=spec.title or path.stem,
+        path=path,
+        text=text,
+        drive=drive,
+        gear=gear,
+        motor=spec.motor.mode,
+        shaft=spec.speed.shaft,
+        omega=tuple(sorted({factor * s for s in speeds})),
+        is_range=spec.speed.at is None,
+        motor_torque=_torque(spec.excitation.motor_torque),
+        load_torque=_torque(spec.excitation.load_torque),
+        kinematic_error=KinematicError(error) if error else None,
+    )
+    return replace(project, notes=tuple(_notes(project)))
+
+
+def _damping(spec: ProjectSpec, drive: Drive) -> float:
+    """Return B [N*m*s/rad]; a ratio and a quality refer to omega_0 at rest in the project's motor mode."""
+    if spec.damping.B is not None:
+        return spec.damping.B
+    ratio = spec.damping.ratio if spec.damping.quality is None else 0.5 / spec.damping.quality
+    J, omega_0 = (drive.J, drive.omega_0) if spec.motor.mode == "free" else (drive.J_l, drive.omega_0_held)
+    return 2.0 * (ratio or 0.0) * J * omega_0
+
+
+def _torque(spec: TorqueSpec | None) -> Harmonics | None:
+    if spec is None or (not spec.lines and not spec.mean):
+        return None
+    lines = [Harmonic(line.amplitude, line.order, line.phase) for line in spec.lines] or [Harmonic(0.0)]
+    return Harmonics((lines[0]._replace(mean=spec.mean), *lines[1:]))
+
+
+def _notes(project: Project) -> Iterator[str]:
+    """Sentences on what a reader of the results should know about the input."""
+    gear, fastest = project.gear, project.omega[-1]
+    if project.motor == "free" and project.kinematic_error is not None:
+        yield (
+            "With a free motor and a kinematic error the reduction to one equation drops the motor's speed ripple, "
+            "an error of up to about a fifth near resonance; a stiff speed loop is described by 'mode: held'."
+        )
+    if gear is None:
+        return
+    yield from gear.notes
+    if project.drive.J_m < gear.input_inertia:
+        yield (
+            f"motor.inertia is {project.drive.J_m:g} kg*m^2, less than the {gear.input_inertia:g} kg*m^2 of the wave "
+            f"generator of {gear.name} alone; it must include the wave generator."
+        )
+    if project.shaft != "forcing" and fastest > gear.max_speed * (1.0 + 1e-9):
+        rpm = convert(fastest, "rad/s", "rpm")
+        yield f"The motor reaches {rpm:.0f} rpm; {gear.name} is limited to {gear.max_rpm:.0f} rpm (grease)."
+    if project.load_torque is not None:
+        terms = project.load_torque.terms
+        largest = abs(sum(h.mean for h in terms)) + sum(h.amplitude for h in terms)
+        if largest > gear.repeated_peak_torque:
+            limit = gear.repeated_peak_torque
+            yield f"The load torque reaches {largest:g} N*m; the repeated peak torque of {gear.name} is {limit:g} N*m."

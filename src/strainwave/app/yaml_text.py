@@ -1,0 +1,235 @@
+"""YAML 1.2 text to mappings, lists and strings, with the line and column of every key and value.
+
+Scalars stay the text that the person wrote: "1e-3", "no" or "0x10" cannot turn into something else on the way. What
+a project file never needs (aliases, tags, several documents, deep nesting) is refused: a hostile file costs little.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+LARGEST = 256 * 1024
+DEEPEST = 10
+MOST = 20_000
+NULL = ("", "~", "null", "Null", "NULL")
+# YAML allows tab, line feed, carriage return, next line and printable characters.
+FORBIDDEN = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+Keys = tuple[str | int, ...]
+
+
+class Problem(NamedTuple):
+    """One thing that is wrong with a file: where (1-based), which field, and a sentence with the remedy."""
+
+    line: int
+    column: int
+    field: str
+    sentence: str
+
+
+class Unreadable(Exception):
+    """Reading cannot go on; the argument is the last `Problem`."""
+
+
+@dataclass
+class Located:
+    """Content of a file (mappings, lists, strings, None) with the places of its values and keys."""
+
+    content: Any = None
+    values: dict[Keys, tuple[int, int]] = field(default_factory=dict)
+    keys: dict[Keys, tuple[int, int]] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+
+    def place(self, keys: Keys) -> tuple[int, int]:
+        """Line and column of a value, or of the nearest group around it."""
+        while keys and keys not in self.values:
+            keys = keys[:-1]
+        return self.values.get(keys, (1, 1))
+
+
+def name(keys: Keys) -> str:
+    """Spell a field: ("load_torque", "lines", 0, "order") is "load_torque.lines[0].order"."""
+    text = "".join(f"[{key}]" if isinstance(key, int) else f".{_shown(key)}" for key in keys)
+    return text.removeprefix(".") or "file"
+
+
+def _shown(key: str) -> str:
+    plain = key if key.isprintable() else key.encode("unicode_escape").decode("ascii")
+    return plain if len(plain) <= 40 else plain[:37] + "..."
+
+
+def kind_of(value: Any) -> str:
+    """Name the kind of a value: "a list", "a group of fields" or "a text"."""
+    if isinstance(value, list):
+        return "a list"
+    return "a group of fields" if isinstance(value, dict) else "a text"
+
+
+def shown(value: Any) -> str:
+    """Quote a value in a sentence: a text in quotes and on one line, else its kind."""
+    return repr(value if len(value) <= 40 else value[:37] + "...") if isinstance(value, str) else kind_of(value)
+
+
+def read_text(path: Path) -> str | Problem:
+    """Return the text of a file, or why there is none; a file larger than `LARGEST` is not read."""
+    try:
+        if path.is_dir():
+            return Problem(1, 1, "file", "is a directory; give the project file inside it")
+        size = path.stat().st_size
+        if size > LARGEST:
+            return Problem(1, 1, "file", f"has {size} bytes; a project file has at most {LARGEST}, is it another file?")
+        if not path.is_file():
+            return Problem(1, 1, "file", "is a device or a pipe; give a project file")
+        data = path.read_bytes()[: LARGEST + 1]
+    except FileNotFoundError:
+        return Problem(1, 1, "file", "does not exist; check the name and the folder")
+    except PermissionError:
+        return Problem(1, 1, "file", "may not be read; give yourself the permission to read it")
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        return Problem(1, 1, "file", f"cannot be read ({reason}); check the name and the disk")
+    if b"\0" in data[:8192]:
+        return Problem(1, 1, "file", "is binary, not text; give a project file in YAML")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = data[: error.start].decode("utf-8", "replace")
+        line, column = _place(before, len(before))
+        return Problem(line, column, "file", f"has the byte {data[error.start]:#04x}, not UTF-8; save it as UTF-8 text")
+
+
+def _place(text: str, index: int) -> tuple[int, int]:
+    lines = re.split(r"\r\n|\r|\n", text[:index])
+    return len(lines), len(lines[-1]) + 1
+
+
+def read(text: str) -> Located:
+    """Read YAML text; what is wrong is in `.problems`, and `.content` holds what could be read."""
+    # ruamel is imported here: only a project file needs it.
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+    out = Located()
+    strange = FORBIDDEN.search(text)
+    if strange:
+        line, column = _place(text, strange.start())
+        code = ord(strange.group())
+        out.problems.append(Problem(line, column, "file", f"has the control character U+{code:04X}; remove it"))
+        return out
+    try:
+        _document(_counted(YAML(typ="rt", pure=True).parse(text)), out)
+    except Unreadable as stop:
+        out.problems.append(stop.args[0])
+        out.content = None
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
+        out.problems.append(Problem(line, column, "file", _syntax(str(error.problem or error.context), text, line)))
+        out.content = None
+    except (YAMLError, ValueError, LookupError) as error:
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        out.problems.append(Problem(1, 1, "file", f"is not YAML ({reason[:80]}); see the example projects"))
+        out.content = None
+    return out
+
+
+def _syntax(reason: str, text: str, line: int) -> str:
+    """Sentence for a syntax error, with the usual cause in front of the parser's own words."""
+    lines = text.splitlines()
+    here = lines[line - 1] if line <= len(lines) else ""
+    if re.match(r" *\t", here):
+        return "the line is indented with a tab; indent with spaces"
+    if "mapping values are not allowed" in reason:
+        return "a second ': ' in one line; put text with a colon in quotes, and each field on its own line"
+    if "end of the stream" in reason or "<stream end>" in reason:
+        return f"the file ends too early ({reason}); close the bracket or quote"
+    return f"not YAML ({reason}); check indentation, colons, brackets and quotes"
+
+
+def _counted(events: Iterator[Any]) -> Iterator[Any]:
+    for count, event in enumerate(events):
+        if count > MOST:
+            raise Unreadable(Problem(*_mark(event), "file", f"has more than {MOST} values; is it another file?"))
+        yield event
+
+
+def _mark(event: Any) -> tuple[int, int]:
+    return event.start_mark.line + 1, event.start_mark.column + 1
+
+
+def _document(events: Iterator[Any], out: Located) -> None:
+    documents = 0
+    for event in events:
+        kind = type(event).__name__
+        if kind == "DocumentStartEvent":
+            documents += 1
+            if documents > 1:
+                sentence = "a second document begins; a project file has one, remove the line '---'"
+                raise Unreadable(Problem(*_mark(event), "file", sentence))
+        elif kind not in ("StreamStartEvent", "StreamEndEvent", "DocumentEndEvent"):
+            out.content = _value(event, events, (), out)
+
+
+def _value(event: Any, events: Iterator[Any], keys: Keys, out: Located) -> Any:
+    place = _mark(event)
+    out.values[keys] = place
+    if len(keys) > DEEPEST:
+        raise Unreadable(Problem(*place, "file", f"is nested more than {DEEPEST} levels deep; no project needs that"))
+    kind = type(event).__name__
+    if kind == "AliasEvent":
+        out.problems.append(Problem(*place, name(keys), f"'*{event.anchor}' is an alias; write the value out"))
+        return None
+    if event.tag not in (None, "!"):
+        tag = str(event.tag).removeprefix("tag:yaml.org,2002:")
+        out.problems.append(Problem(*place, name(keys), f"has the tag {tag[:40]!r}; leave the tag out"))
+    if kind == "SequenceStartEvent":
+        return _sequence(events, keys, out)
+    if kind == "MappingStartEvent":
+        return _mapping(events, keys, out)
+    if event.style is None and event.value in NULL:
+        # The parser places a value that is not there at the next word, perhaps lines below.
+        place = place if event.value else out.keys.get(keys, place)
+        out.problems.append(Problem(*place, name(keys), "is empty; write a value or remove the field"))
+        return None
+    return event.value
+
+
+def _sequence(events: Iterator[Any], keys: Keys, out: Located) -> list[Any]:
+    items: list[Any] = []
+    for event in events:
+        if type(event).__name__ == "SequenceEndEvent":
+            break
+        items.append(_value(event, events, (*keys, len(items)), out))
+    return items
+
+
+def _mapping(events: Iterator[Any], keys: Keys, out: Located) -> dict[str, Any]:
+    items: dict[str, Any] = {}
+    for event in events:
+        kind = type(event).__name__
+        if kind == "MappingEndEvent":
+            break
+        if kind != "ScalarEvent":
+            raise Unreadable(Problem(*_mark(event), name(keys), "has a key that is no word; write 'name: value'"))
+        key = (*keys, event.value)
+        if event.value in items:
+            first = out.keys[key][0]
+            out.problems.append(Problem(*_mark(event), name(key), f"appears twice, first in line {first}; remove one"))
+            _value(next(events), events, (*keys, "second " + event.value), Located())
+            continue
+        out.keys[key] = _mark(event)
+        value = _value(next(events), events, key, out)
+        before = next(reversed(items), None)
+        if value is None and before is not None and _is_decimal_comma(items[before], event.value):
+            # {inertia: 1,3 kg*m^2} is two fields to YAML; put together again, the number gets its own complaint.
+            items[before] += "," + event.value
+            out.problems.pop()
+            continue
+        items[event.value] = value
+    return items
+
+
+def _is_decimal_comma(before: Any, after: str) -> bool:
+    return isinstance(before, str) and bool(re.search(r"[0-9]$", before) and re.match(r"[0-9]", after))
