@@ -33,7 +33,8 @@ class Comparison:
     peak_theory, peak_integrated : float
         Largest |x| [rad] in the window.
     harmonics : dict
-        Multiple of omega (Fraction) to (multiple scales, integration): amplitudes [rad, 0-to-peak] at the end of the window.
+        Multiple of omega (Fraction) to (multiple scales, integration): amplitudes [rad, 0-to-peak] at the end of the
+        window.
     theory : Evolution
         The transient of multiple scales.
     integrated : Trajectory
@@ -77,8 +78,9 @@ def compare(
     t_end : float, optional
         End of the window [s]; default 5/mu.
     multiples : tuple of Fraction or int
-        Multiples of omega whose amplitudes are read at the end of the window, under a Blackman-Harris window over as many whole
-        periods as fit into its last fifth (at most 60): the free vibration left there leaks less than 1e-4 of itself.
+        Multiples of omega whose amplitudes are read at the end of the window, under a Blackman-Harris window over as
+        many whole periods as fit into its last fifth (at most 60): a free vibration left there, at some other multiple,
+        leaks less than 1e-4 of itself.
 
     Returns
     -------
@@ -140,7 +142,7 @@ def _harmonics(
     start = float(t[-1]) - periods * period
     use = t >= start
     share = (t[use] - start) / (periods * period)
-    weight = sum(c * np.cos(2.0 * np.pi * i * share) for i, c in enumerate(BLACKMAN_HARRIS))
+    weight = np.array(BLACKMAN_HARRIS) @ np.cos(2.0 * np.pi * np.outer(np.arange(4), share))
     weight = weight / np.sum(weight)
     found = {}
     for multiple in multiples:

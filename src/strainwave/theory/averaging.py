@@ -1,7 +1,7 @@
 """First-order averaging for any law: the slow flow by quadrature.
 
-The torsion is u = u0 + Re(z E) + F(theta), with E = exp(i (p/q) theta), z = a exp(-i phase) and the hard lines in F. With
-N(u) = T(u) - T(u0) - T'(u0)(u - u0) and Omega = p omega/q, elimination of secular terms gives
+The torsion is u = u0 + Re(z E) + F(theta), with E = exp(i (p/q) theta), z = a exp(-i phase) and the hard lines in F.
+With N(u) = T(u) - T(u0) - T'(u0)(u - u0) and Omega = p omega/q, elimination of secular terms gives
 
     z' = -(mu/2 + i (Omega - omega_0)) z + (i/omega_0) <(N/J - S) conj(E)>
 
@@ -62,14 +62,16 @@ class AveragedFlow:
         return self._against_turn(beyond).reshape(np.shape(z)) / s.system.J
 
     def _torsion(self, z: Any) -> Floats:
-        """Torsion [rad] at the sample points for every z: shape (number of z, n); real arithmetic is several times faster."""
+        """Torsion [rad] at the sample points for every z: shape (number of z, n)."""
         flat = np.ravel(z)[:, None]
         return np.asarray(self.rest + flat.real * self.turn.real - flat.imag * self.turn.imag)
 
     def _against_turn(self, values: Floats) -> Complexes:
         """Mean of values times conj(E) over the sample points."""
-        cosine, sine = values @ self.turn.real, values @ self.turn.imag
-        return np.asarray(cosine - 1j * sine) / len(self.turn)
+        mean = np.empty(len(values), complex)
+        mean.real = values @ self.turn.real
+        mean.imag = -(values @ self.turn.imag)
+        return mean / len(self.turn)
 
     def rates(self, z: Any) -> Any:
         """Rate z' [rad/s] for an array of z [rad]."""

@@ -1,10 +1,10 @@
 """The certificate: what a first-order steady state is worth, from a harmonic correction in the full equation.
 
-The first-order motion u0 + Re(z E) + F is put into J u'' + B u' + T(u) = tau - J omega^2 e'', and Newton's method on a few harmonics
-of the common period (Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, ch. 2) moves it to the true motion.
-Where forcing or its superharmonic meets omega_0 (q = 1) the phase of the component near omega_0 is kept and omega set free: the phase
-runs monotonically along a resonance curve, so the correction exists at peaks and jumps too, where one at equal speed does
-not. Otherwise the speed is kept.
+The first-order motion u0 + Re(z E) + F is put into J u'' + B u' + T(u) = tau - J omega^2 e'', and Newton's method on a
+few harmonics of the common period (Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, ch. 2) moves
+it to the true motion. Where forcing or its superharmonic meets omega_0 (q = 1) the phase of the component near omega_0
+is kept and omega set free: the phase runs monotonically along a resonance curve, so the correction exists at peaks and
+jumps too, where one at equal speed does not. Otherwise the speed is kept.
 """
 
 import math
@@ -125,7 +125,9 @@ def certify(flow: Flow, z: complex) -> Certificate:
     damping, detuning = s.mu / s.omega_0, abs(s.fast - s.omega_0) / s.omega_0
     return Certificate(
         str(s.resonance), valid, error, shift, at_speed, nonlinearity, damping, detuning, quadrature,
-        _sentence(flow, z, (valid, converged, follow is not None), (error, shift, at_speed), (nonlinearity, damping, detuning)),
+        _sentence(
+            flow, z, (valid, converged, follow is not None), (error, shift, at_speed), (nonlinearity, damping, detuning)
+        ),
     )  # fmt: skip
 
 
@@ -179,7 +181,8 @@ def _sentence(
         estimate = "a harmonic correction of it does not converge, so nothing is known of its error"
     elif followed:
         estimate = (
-            f"its estimated error is {100.0 * error[0]:.2g} % in amplitude and {100.0 * error[1]:.2g} % in speed at equal phase, "
+            f"its estimated error is {100.0 * error[0]:.2g} % in amplitude and {100.0 * error[1]:.2g} % in speed "
+            "at equal phase, "
             + (
                 "and at equal speed no true state is near it"
                 if error[2] is None
@@ -190,7 +193,7 @@ def _sentence(
         estimate = f"its estimated error is {100.0 * error[0]:.2g} % at equal speed"
     remedy = "" if valid else "; use integration or harmonic balance instead"
     return (
-        f"first-order multiple scales ({s.resonance}, omega = {s.omega:.6g} rad/s) is {verdict} for the {what}: {estimate} "
-        f"(limit {100.0 * ACCEPTED:.0f} %); nonlinear over linear torque {small[0]:.2g}, mu/omega_0 {small[1]:.2g}, "
-        f"detuning {small[2]:.2g}{remedy}"
+        f"first-order multiple scales ({s.resonance}, omega = {s.omega:.6g} rad/s) is {verdict} for the {what}: "
+        f"{estimate} (limit {100.0 * ACCEPTED:.0f} %); nonlinear over linear torque {small[0]:.2g}, "
+        f"mu/omega_0 {small[1]:.2g}, detuning {small[2]:.2g}{remedy}"
     )

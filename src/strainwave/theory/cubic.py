@@ -1,7 +1,7 @@
 """Closed forms of the slow flow for the cubic law under one forcing line, without mean torque.
 
-The article's four cases with its errata mended (E2-E6): alpha stands in every cubic term, C is taken at the actual omega, and
-mu, the detuning and the forcing are the physical ones. In complex form, with kappa = alpha omega_0,
+The article's four cases with its errata mended (E2-E6): alpha stands in every cubic term, C is taken at the actual
+omega, and mu, the detuning and the forcing are the physical ones. In complex form, with kappa = alpha omega_0,
 
     z' = -(mu/2 + i (Omega - omega_0)) z + i kappa (3/8 |z|^2 + 3/4 C^2) z + i (kappa D - f/(2 omega_0))
 
@@ -131,17 +131,26 @@ class CubicFlow:
                 if s.mu
                 else "unbounded"
             )
-            return f"the superharmonic component exists at every speed; with C = {c:.6g} rad at this one its amplitude is {largest}"
+            fact = (
+                f"the superharmonic component exists at every speed; with C = {c:.6g} rad at this one its amplitude is"
+            )
+            return f"{fact} {largest}"
         if self.kind == "subharmonic":
-            # with k = 9/8 alpha omega_0 and Lambda = sigma - 2 k C^2 the discriminant of E6 asks k C^2 (4 Lambda + k C^2) >= 9 mu^2
+            # k = 9/8 alpha omega_0, Lambda = sigma - 2 k C^2: the discriminant of E6 asks k C^2 (4 Lambda + k C^2) >= 9
+            # mu^2
             k, shifted = 1.125 * self.kappa, 3.0 * self.detuning
             left, right = k * c * c * (4.0 * shifted + k * c * c), 9.0 * s.mu**2
             verdict = "exists" if left >= right and 2.0 * k * shifted + (k * c) ** 2 > 0.0 else "does not exist"
             return (
-                f"the subharmonic motion {verdict}: with k = 9/8 alpha omega_0 and sigma = {s.orders[0]} omega - 3 omega_0 it needs "
-                f"k C^2 (4 sigma - 7 k C^2) >= 9 mu^2, here {left:.6g} against {right:.6g} 1/s^2"
+                f"the subharmonic motion {verdict}: with k = 9/8 alpha omega_0 and sigma = {s.orders[0]} omega - "
+                f"3 omega_0 it needs k C^2 (4 sigma - 7 k C^2) >= 9 mu^2, here {left:.6g} against {right:.6g} 1/s^2"
             )
-        return f"without resonance the free part decays as exp(-mu t/2), mu = {s.mu:.6g} 1/s, and no steady part of it exists"
+        return free_decay(s)
+
+
+def free_decay(s: Setting) -> str:
+    """Say what happens to the free part where nothing resonates."""
+    return f"without resonance the free part decays as exp(-mu t/2), mu = {s.mu:.6g} 1/s; no steady part of it exists"
 
 
 def _positive_roots(polynomial: list[float]) -> list[float]:

@@ -1,4 +1,4 @@
-"""Steady states of a slow flow: found by closed form or by a scan of the plane, polished by Newton, judged by eigenvalues."""
+"""Steady states of a slow flow: by closed form or by a scan of the plane, then Newton; stability by eigenvalues."""
 
 import math
 from typing import Any
@@ -15,7 +15,7 @@ PHASES, ROWS_PER_DECADE = 48, 20
 
 
 def fixed_points(flow: Flow) -> list[complex]:
-    """All nontrivial fixed points z [rad], by descending |z|; copies shifted by whole forcing periods are listed once."""
+    """All nontrivial fixed points z [rad] by descending |z|; copies shifted by whole forcing periods count once."""
     if flow.setting.resonance.ratio is None:
         return []
     rough = flow.fixed_points() if isinstance(flow, CubicFlow) else scan(flow)

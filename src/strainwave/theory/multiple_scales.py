@@ -1,8 +1,8 @@
 """First-order multiple scales for any law: `slow_flow` and what can be asked of it.
 
-Convention: the component near omega_0 is a cos((p/q) theta - phase) with the 0-to-peak amplitude a; z = a exp(-i phase). The
-bookkeeping parameter epsilon is 1, so mu, detuning and forcing are the physical ones. Book: Nayfeh & Mook 1979,
-Nonlinear Oscillations, ch. 4.
+Convention: the component near omega_0 is a cos((p/q) theta - phase) with the 0-to-peak amplitude a; z = a exp(-i
+phase). The bookkeeping parameter epsilon is 1, so mu, detuning and forcing are the physical ones. Book: Nayfeh & Mook
+1979, Nonlinear Oscillations, ch. 4.
 """
 
 import math
@@ -17,7 +17,7 @@ from ..results import Floats, SolveError
 from . import response as response_curve
 from .averaging import averaged_flow, sampled
 from .certificate import certify
-from .cubic import CubicFlow, kind_of
+from .cubic import CubicFlow, free_decay, kind_of
 from .fixed_points import Flow, fixed_points, is_stable, is_trivial
 from .resonance import NONRESONANT, Resonance
 from .setting import setting
@@ -79,7 +79,7 @@ class SlowFlow:
                 else "none was found; integrate"
             )
             raise SolveError(
-                f"the slow flow of the {self.resonance} resonance has no steady state at omega = {self.system.omega:.6g} rad/s: "
+                f"the slow flow ({self.resonance}) has no steady state at omega = {self.system.omega:.6g} rad/s: "
                 f"{cause}"
             )
         return found
@@ -94,7 +94,7 @@ class SlowFlow:
         if isinstance(self._flow, CubicFlow):
             return self._flow.existence()
         if self._flow.setting.resonance.ratio is None:
-            return f"without resonance the free part decays as exp(-mu t/2), mu = {self.mu:.6g} 1/s, and no steady part of it exists"
+            return free_decay(self._flow.setting)
         amplitudes = ", ".join(f"{abs(z):.6g}" for z in fixed_points(self._flow))
         verdict = (
             f"steady states exist with a = {amplitudes} rad" if amplitudes else "no steady state with a > 0 exists"
@@ -199,7 +199,8 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
     Parameters
     ----------
     system : Oscillator
-        J x'' + B u' + T(u) = tau(theta), u = x - e(theta), theta = omega t. The law needs `torque` and `stiffness` on arrays.
+        J x'' + B u' + T(u) = tau(theta), u = x - e(theta), theta = omega t. The law needs `torque` and `stiffness` on
+        arrays; `breakpoints` help where it has some.
     resonance : Resonance
         p omega ~ q omega_0 on the base angle, or `NONRESONANT`. Lines with k q = p are soft, all others hard.
     order : int
@@ -213,7 +214,8 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
     Raises
     ------
     ValueError
-        If omega_0 is undefined, a hard line sits on omega_0, the resonance does not appear at first order, or `order` is not 1.
+        If omega_0 is undefined, a hard line sits on omega_0, the resonance does not appear at first order, or `order`
+        is not 1.
 
     References
     ----------
@@ -241,7 +243,8 @@ def _flow(system: Any, resonance: Resonance) -> Flow:
 def _absent(flow: Flow) -> str:
     """Sentence that refuses a resonance which first order does not know, with those that it does."""
     s = flow.setting
-    fact = f"the {s.resonance.p}:{s.resonance.q} resonance does not appear at first order for {type(s.system.law).__name__}"
+    p, q = s.resonance
+    fact = f"the {p}:{q} resonance does not appear at first order for this law ({type(s.system.law).__name__})"
     if not s.orders:
         return f"{fact}: the excitation has no line; use NONRESONANT for the free vibration"
     known = []
@@ -252,6 +255,6 @@ def _absent(flow: Flow) -> str:
             known.append(candidate)
     names = ", ".join(f"Resonance({r.p}, {r.q})" for r in known) or "none with p, q up to 3"
     return (
-        f"{fact}: with lines of order {', '.join(map(str, s.orders))} its averaging integral does not depend on the phase; "
-        f"first order knows {names}; use one of them or NONRESONANT, or integrate"
+        f"{fact}: with lines of order {', '.join(map(str, s.orders))} the averaging integral does not depend on the "
+        f"phase; first order knows {names}; use one of them or NONRESONANT, or integrate"
     )

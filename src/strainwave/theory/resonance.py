@@ -43,7 +43,7 @@ class Resonance(NamedTuple):
 
     def __str__(self) -> str:
         names = {(0, 0): "no resonance", (1, 1): "primary", (3, 1): "superharmonic", (1, 3): "subharmonic"}
-        name = names.get(tuple(self), "resonance")
+        name = names.get((self.p, self.q), "resonance")
         return name if self == (0, 0) else f"{name} {self.p}:{self.q}"
 
 

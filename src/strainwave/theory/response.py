@@ -1,9 +1,10 @@
 """Response curves of the slow flow: every branch of steady states over a range of speeds, ordered along its arc.
 
-Pseudo-arclength continuation of (Re z, Im z, omega) in scaled units (Keller 1977; Krack & Gross 2019, Harmonic Balance for
-Nonlinear Vibration Problems, sec. 4.2), seeded by all steady states on a grid of speeds, so that closed loops are met too.
+Pseudo-arclength continuation of (Re z, Im z, omega) in scaled units (Keller 1977; Krack & Gross 2019, Harmonic Balance
+for Nonlinear Vibration Problems, sec. 4.2), seeded by all steady states on a grid of speeds: closed loops are met too.
 """
 
+import functools
 import itertools
 import math
 from dataclasses import dataclass
@@ -168,6 +169,14 @@ def _special(curve: Curve, a: Floats, b: Floats, measure: Any) -> Floats | None:
     return at(float(brentq(value, 0.0, 1.0, xtol=1e-13)))
 
 
+def _distance(a: Floats, b: Floats) -> float:
+    return float(np.linalg.norm(b - a))
+
+
+def _height(top: tuple[float, float]) -> float:
+    return top[1]
+
+
 def _fold(_: Floats, tangent: Floats) -> float:
     return float(tangent[2])
 
@@ -193,16 +202,17 @@ def _assembled(curve: Curve, arcs: list[tuple[Floats, bool]], trivial: tuple[tup
                         z, omega = curve.split(point)
                         record.append((omega, abs(z)))
                         special.append(point)
-            kept += sorted(special, key=lambda p, a=a: float(np.linalg.norm(p - a)))
+            kept += sorted(special, key=functools.partial(_distance, a))
             kept.append(b)
         branches.append(_branch(curve, np.array(kept), closed))
     branches.sort(key=lambda branch: float(np.max(branch.amplitude)), reverse=True)
     for branch in branches:
         i = int(np.argmax(branch.amplitude))
         tops.append((float(branch.omega[i]), float(branch.amplitude[i])))
-    peak = max(tops, key=lambda top: top[1])
+    peak = max(tops, key=_height)
     folds.sort()
-    message = f"{len(branches)} branch(es), {len(folds)} fold(s), largest amplitude {peak[1]:.6g} rad at omega = {peak[0]:.6g} rad/s"
+    counts = f"{len(branches)} branch(es), {len(folds)} fold(s)"
+    message = f"{counts}, largest amplitude {peak[1]:.6g} rad at omega = {peak[0]:.6g} rad/s"
     return SlowResponse(tuple(branches), tuple(f[0] for f in folds), tuple(f[1] for f in folds), peak, trivial, message)
 
 

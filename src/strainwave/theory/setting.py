@@ -1,9 +1,9 @@
 """The linear problem that multiple scales start from: operating point, lines of the forcing, forced motion.
 
-The mean torque sets the operating point u0, T(u0) = mean; omega_0 = sqrt(T'(u0)/J) and mu = B/J refer to it. The lines of
-tau - J omega^2 e'' are found by sampling, so any periodic excitation will do. A line with k = p/q is soft and drives the slow flow;
-all others are hard: F(theta) = sum C_k cos(k theta + phi_k), C_k = (P_k/J)/(omega_0^2 - k^2 omega^2) at the actual omega (some
-texts freeze it at the resonance: a different number).
+The mean torque sets the operating point u0, T(u0) = mean; omega_0 = sqrt(T'(u0)/J) and mu = B/J refer to it. The lines
+of tau - J omega^2 e'' are found by sampling, so any periodic excitation will do. A line with k = p/q is soft and drives
+the slow flow; all others are hard: F(theta) = sum C_k cos(k theta + phi_k), C_k = (P_k/J)/(omega_0^2 - k^2 omega^2) at
+the actual omega (some texts freeze it at the resonance: a different number).
 """
 
 import math
@@ -164,8 +164,8 @@ def setting(system: Any, resonance: Resonance) -> Setting:
     Raises
     ------
     ValueError
-        If J or omega is not positive, if the stiffness at the operating point is not positive, or if a hard line sits exactly on
-        omega_0.
+        If J or omega is not positive, if the stiffness at the operating point is not positive, or if a hard line sits
+        on omega_0.
     """
     for name in ("J", "omega"):
         if not 0.0 < getattr(system, name) < math.inf:
@@ -175,8 +175,9 @@ def setting(system: Any, resonance: Resonance) -> Setting:
     stiffness = float(system.law.stiffness(u0))
     if not 0.0 < stiffness < math.inf:
         raise ValueError(
-            f"omega_0 is undefined: the stiffness of {type(system.law).__name__} is {stiffness:.6g} N*m/rad at the operating "
-            f"torsion {u0:.6g} rad; add a mean torque that brings it to a place with positive stiffness, or integrate"
+            f"omega_0 is undefined: the stiffness of {type(system.law).__name__} is {stiffness:.6g} N*m/rad at the "
+            f"operating torsion {u0:.6g} rad; add a mean torque that brings it to a place with positive stiffness, or "
+            "integrate"
         )
     omega_0 = math.sqrt(stiffness / system.J)
     blank = Setting(
@@ -185,7 +186,7 @@ def setting(system: Any, resonance: Resonance) -> Setting:
     for k in orders:
         if resonance.ratio != k and abs(omega_0 - k * system.omega) < 1e-6 * omega_0:
             raise ValueError(
-                f"the line of order {k} sits on omega_0 = {omega_0:.6g} rad/s at omega = {system.omega:.6g} rad/s, where its "
-                f"forced amplitude is infinite at first order; use Resonance({k}, 1)"
+                f"the line of order {k} sits on omega_0 = {omega_0:.6g} rad/s at omega = {system.omega:.6g} rad/s, "
+                f"where its forced amplitude is infinite at first order; use Resonance({k}, 1)"
             )
     return blank.at(system.omega)

@@ -126,8 +126,8 @@ class Certificate:
     valid : bool
         Whether the predicted error is at most 10 %.
     predicted_error : float
-        Estimated relative error of the steady amplitude (of the near-omega_0 component, or of the forced motion where that
-        component is absent), at equal phase where the response curve can be followed by its phase.
+        Estimated relative error of the steady amplitude (of the near-omega_0 component, or of the forced motion where
+        that component is absent), at equal phase where the response curve can be followed by its phase.
     frequency_shift : float
         Estimated relative error of the speed at which that state is (0 where the estimate is made at equal speed).
     error_at_speed : float or None

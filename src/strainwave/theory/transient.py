@@ -18,27 +18,28 @@ SAMPLES = 32  # per period of the fastest component, where the caller names only
 def evolve(flow: Flow, y0: tuple[float, float], t: Floats) -> Evolution:
     """Integrate the slow flow from the state that y0 = (x, x') at t[0] means, and put x(t) together again.
 
-    With u = u0 + Re(z E) + F the start asks Re(z E) = x - e - u0 - F and Re((i Omega z + z') E) = x' - omega (e' + F'), so x and
-    its derivative leave from y0 exactly (z' is of first order: without it the start would be off by mu/omega_0).
+    With u = u0 + Re(z E) + F the start asks Re(z E) = x - e - u0 - F and Re((i Omega z + z') E) = x' - omega (e' + F'),
+    so x and its derivative leave from y0 exactly (z' is of first order: without it the start would be off by
+    mu/omega_0).
     """
     s = flow.setting
     e, theta = s.system.error, s.omega * float(t[0])
     x = y0[0] - float(e.value(theta)) - s.u0 - float(s.forced(theta))
     v = y0[1] - s.omega * (float(e.slope(theta)) + float(s.forced_slope(theta)))
     z0 = _start(flow, x, v, complex(np.exp(1j * s.fast * float(t[0]))))
-    fast, theta = np.exp(1j * s.fast * t), s.omega * t
+    fast, angles = np.exp(1j * s.fast * t), s.omega * t
     if len(t) == 1:
         z = np.array([z0])
         rate = flow.rates(z)
     else:
         z, rate = _decay(flow, z0, t) if s.resonance.ratio is None else _integrate(flow, z0, t)
-    x_of_t = s.u0 + (z * fast).real + s.forced(theta) + e.value(theta)
-    v_of_t = ((rate + 1j * s.fast * z) * fast).real + s.omega * (s.forced_slope(theta) + e.slope(theta))
+    x_of_t = s.u0 + (z * fast).real + s.forced(angles) + e.value(angles)
+    v_of_t = ((rate + 1j * s.fast * z) * fast).real + s.omega * (s.forced_slope(angles) + e.slope(angles))
     return Evolution(t, np.abs(z), -np.unwrap(np.angle(z)), x_of_t, v_of_t)
 
 
 def _start(flow: Flow, x: float, v: float, turn: complex) -> complex:
-    """Initial z with Re(z E) = x and Re((i Omega z + z') E) = v, by Newton in the quadrature part from its leading value."""
+    """Initial z with Re(z E) = x and Re((i Omega z + z') E) = v, by Newton in Im(z E) from its leading value."""
     fast = flow.setting.fast
     leading = part = -v / fast
     for _ in range(20):
@@ -78,7 +79,7 @@ def _integrate(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
     solution = solve_ivp(rates, (t[0], t[-1]), [z0.real, z0.imag], "DOP853", t, rtol=rtol, atol=0.01 * rtol * size)
     if not solution.success or not np.all(np.isfinite(solution.y)):
         raise SolveError(
-            f"the slow flow from a = {abs(z0):.6g} rad could not be followed to t = {t[-1]:.6g} s ({solution.message}); "
+            f"the slow flow from a = {abs(z0):.6g} rad could not be followed to t = {t[-1]:.6g} s; {solution.message} "
             "start closer to equilibrium, or check the signs of damping and stiffness"
         )
     z = solution.y[0] + 1j * solution.y[1]
