@@ -135,6 +135,12 @@ def adaptive(
         if last:
             h = t_end - t
         y1, k1, error, dense = dopri5_step(system, omega, t, y, h, k)
+        tried, at = h, -1
+        if breakpoints is not None and bounded(y1, BOUND):
+            s, at = first_switch(system, omega, t, h, y, k, y1, k1, dense, breakpoints, sides)
+            if at >= 0:
+                there, h, y1, k1, error, dense = step_onto(system, omega, t, s * h, y, k, breakpoints[at], t_end)
+                last, at = False, at if there else -1
         e = error_norm(error, y, y1, rtol, atol)
         if not (e <= 1.0 and bounded(y1, BOUND)):
             rejected += 1
@@ -145,13 +151,9 @@ def adaptive(
         e = max(e, 1e-10)
         h_next = h * min(10.0, max(0.2, 0.9 * old**0.04 * e**-0.17))
         old = max(e, 1e-4)
-        at = -1
-        if breakpoints is not None:
-            s, at = first_switch(system, omega, t, h, y, k, y1, k1, dense, breakpoints, sides)
-            if at >= 0:
-                last = False
-                switches += 1
-                h, y1, k1, dense = step_onto(system, omega, t, s * h, y, k, breakpoints[at], t_end)
+        if at >= 0:
+            switches += 1
+            h_next = tried
         t1 = t_end if last else t + h
         if every and t1 > t:
             store(out_t, out_y, out_rate, filled, t1, y1, k1)

@@ -64,15 +64,17 @@ def first_switch(
 
 @kernel
 def step_onto(system: Any, omega: float, t: float, h: float, y: Any, k: Any, breakpoint: float, t_end: float) -> Any:
-    """Dormand-Prince step of about h that ends on the breakpoint, found by Newton on h: h and what the step returns.
+    """Dormand-Prince step of about h that ends on the breakpoint (Newton on h): whether it does, h, and the step.
 
     The whole step is repeated, instead of cutting its interpolant, so that its end has the order of the method too.
     """
-    y1, k1, _, dense = dopri5_step(system, omega, t, y, h, k)
+    away = torsion(system, omega * t, y) - breakpoint
+    y1, k1, error, dense = dopri5_step(system, omega, t, y, h, k)
     for _ in range(3):
         gap = torsion(system, omega * (t + h), y1) - breakpoint
         rate = torsion_rate(system, omega, t + h, y1, k1)
         if abs(gap) < 0.1 * h * abs(rate):
             h = min(h - gap / rate, t_end - t)
-            y1, k1, _, dense = dopri5_step(system, omega, t, y, h, k)
-    return h, y1, k1, dense
+            y1, k1, error, dense = dopri5_step(system, omega, t, y, h, k)
+    gap = torsion(system, omega * (t + h), y1) - breakpoint
+    return abs(gap) <= 1e-3 * abs(away), h, y1, k1, error, dense

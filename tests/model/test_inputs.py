@@ -1,0 +1,90 @@
+"""Bad parameters end in one sentence that names the field, wherever a verb takes a model."""
+
+import math
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+from strainwave.quantities import checked, floated
+
+GOOD = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.0)
+LINE = sw.Line(2, 1e-4)
+
+
+@pytest.mark.parametrize(
+    ("model", "sentence"),
+    [
+        (GOOD._replace(J=0.0), r"Oscillator\.J is 0"),
+        (GOOD._replace(J=-1.0), r"Oscillator\.J is -1"),
+        (GOOD._replace(omega=math.inf), r"Oscillator\.omega is inf; it must be finite"),
+        (GOOD._replace(law=sw.Cubic(1.0, math.nan)), r"Cubic\.alpha is nan"),
+        (GOOD._replace(law=sw.Polynomial(())), r"Polynomial\.coefficients is empty"),
+        (GOOD._replace(law=sw.Polynomial((0.0, math.nan))), r"Polynomial\.coefficients is \(0\.0, nan\)"),
+        (GOOD._replace(law=sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 196.0, 54.0)), "it needs 0 < T1 < T2"),
+        (GOOD._replace(law=sw.PiecewiseLinear(1e5, -1.4e5, 1.8e5, 54.0, 196.0)), "all must be positive"),
+        (GOOD._replace(law=sw.Backlash(1.0, -0.5)), r"Backlash\.half_gap is -0\.5"),
+        (GOOD._replace(excitation=sw.Harmonic(0.18, order=0)), r"Harmonic\.order is 0; it must be at least 1"),
+        (GOOD._replace(excitation=sw.Harmonic(0.18, order=1.5)), r"Harmonic\.order must be a whole number, not 1\.5"),
+        (GOOD._replace(excitation=sw.Harmonic(0.18, order="2")), r"Harmonic\.order must be a whole number, not '2'"),
+        (GOOD._replace(excitation=sw.Harmonics(())), r"Harmonics\.terms is empty"),
+        (GOOD._replace(error=sw.KinematicError(())), r"KinematicError\.lines is empty"),
+        (GOOD._replace(error=sw.KinematicError((sw.Line(-2, 1e-4),))), r"Line\.order is -2"),
+        (sw.Drive(-5e-4, 0.05, 50.0, 0.017, sw.Linear(7160.0)), r"Drive\.J_m is -0\.0005; it must be positive"),
+        (sw.Drive(5e-4, 0.05, 0.0, 0.017, sw.Linear(7160.0)), r"Drive\.N is 0; it must be positive"),
+    ],
+)
+def test_value_out_of_range_is_refused_in_one_sentence(model, sentence):
+    with pytest.raises(ValueError, match=sentence) as error:
+        checked(model)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("model", "sentence"),
+    [
+        (GOOD._replace(J="1 kg"), r"Oscillator\.J must be a number, not '1 kg'"),
+        (GOOD._replace(law=sw.Cubic(1.0, None)), r"Cubic\.alpha must be a number, not None"),
+        (GOOD._replace(law=sw.Linear(np.array([1.0, 2.0]))), r"Linear\.K must be a number, not array"),
+        (GOOD._replace(law=7160.0), r"Oscillator\.law is 7160\.0; it must be an object with a method torque"),
+        (GOOD._replace(excitation=LINE), r"Oscillator\.excitation is Line"),
+        (GOOD._replace(error=sw.KinematicError(LINE)), r"KinematicError\.lines must be a tuple, not Line"),
+        (GOOD._replace(error=sw.KinematicError((2, 1e-4))), r"KinematicError\.lines must be a Line, not 2"),
+        ({"J": 1.0}, "a model object is a NamedTuple"),
+    ],
+)
+def test_part_of_the_wrong_kind_is_refused_in_one_sentence(model, sentence):
+    with pytest.raises(TypeError, match=sentence) as error:
+        checked(model)
+    assert "\n" not in str(error.value)
+
+
+def test_verbs_check_their_models():
+    with pytest.raises(ValueError, match=r"Oscillator\.J is 0"):
+        sw.simulate(GOOD._replace(J=0), (0, 0), 1.0)
+    with pytest.raises(ValueError, match=r"Drive\.J_l is 0"):
+        sw.HDC_40_050._replace(J_l=0.0).error_equation(motor_torque=sw.Harmonic(10.0))
+
+
+def test_negative_damping_and_stiffness_are_allowed():
+    unusual = GOOD._replace(B=-0.1, law=sw.Cubic(-1.0, -2.0), omega=-3.0)
+    assert checked(unusual) == unusual
+
+
+def test_ints_become_floats_and_whole_orders_become_ints_at_any_depth():
+    model = sw.Oscillator(1, 0, sw.Cubic(1, 0), sw.Harmonic(1, 2.0), 1, sw.KinematicError([sw.Line(np.int64(2), 1)]))
+    text = "Oscillator(J=1.0, B=0.0, law=Cubic(K=1.0, alpha=0.0), excitation=Harmonic(amplitude=1.0, order=2, "
+    text += "phase=0.0, mean=0.0), omega=1.0, error=KinematicError(lines=(Line(order=2, amplitude=1.0, phase=0.0),)))"
+    assert repr(floated(model)) == text
+
+
+def test_replace_says_what_a_model_has():
+    assert sw.replace(GOOD, {"law.alpha": 2.0, "omega": 3.0}) == GOOD._replace(omega=3.0, law=sw.Cubic(1.0, 2.0))
+    two = GOOD._replace(error=sw.KinematicError((LINE, LINE)))
+    assert sw.replace(two, {"error.lines.1.amplitude": 3e-4}).error.lines == (LINE, sw.Line(2, 3e-4))
+    with pytest.raises(ValueError, match=r"Cubic has no parameter 'k9' \(in 'law\.k9'\); it has K, alpha"):
+        sw.replace(GOOD, {"law.k9": 1.0})
+    with pytest.raises(ValueError, match=r"'J' in 'J\.x' is a number"):
+        sw.replace(GOOD, {"J.x": 1.0})
+    with pytest.raises(ValueError, match="it has 0, 1"):
+        sw.replace(two, {"error.lines.2.amplitude": 1.0})
