@@ -64,7 +64,7 @@ def write_csv(path: Path, columns: Sequence[tuple[str, ArrayLike]]) -> None:
     """Write columns of equal length; each name carries its unit ("x_rad")."""
     header = ",".join(name for name, _ in columns)
     body = np.column_stack([np.asarray(values, float) for _, values in columns])
-    np.savetxt(path, body, delimiter=",", header=header, comments="", fmt="%.9g")
+    np.savetxt(path, body, delimiter=",", header=header, comments="", fmt="%.8g")
 
 
 def slug(text: str) -> str:

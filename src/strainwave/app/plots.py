@@ -6,7 +6,6 @@ Colours are those of Okabe & Ito (colour-blind safe); every curve also differs b
 
 import io
 import re
-from collections.abc import Callable
 from typing import Any
 
 import matplotlib as mpl
@@ -28,8 +27,7 @@ STYLE: dict[str, Any] = {
     "figure.constrained_layout.use": True, "axes.labelcolor": BLACK, "path.simplify": True, "path.simplify_threshold": 0.3,
     "axes.formatter.use_mathtext": False, "axes.formatter.limits": (-4, 5), "axes.unicode_minus": True,
 }  # fmt: skip
-BINS = 350
-DPI = 72
+BINS, MOST_CYCLES = 350, 40
 
 
 def style() -> Any:
@@ -138,7 +136,7 @@ def response(project: Project, analysis: Analysis, regime: Regime) -> Figure:
     axes.set_ylim(bottom=0.0)
     component = f"{regime.resonance.ratio} × base angle" if regime.resonance.ratio != 1 else "base angle"
     axes.set_xlabel(label)
-    axes.set_ylabel(f"amplitude of the\ncomponent at {component}\n({unit}, 0-to-peak)")
+    axes.set_ylabel(f"component of the torsion\nat {component}\n({unit}, 0-to-peak)")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3)
     return figure
 
@@ -167,7 +165,7 @@ def _simulated(axes: Any, analysis: Analysis, regime: Regime, band: tuple[float,
         (sweep.down, "v", "coast-down (integration)", ORANGE, 4.5),
     ):
         points = [
-            (scale * w, factor * m.amplitude(ratio))
+            (scale * w, factor * m.torsion_amplitude(ratio))
             for w, m in zip(sweep.omega, motions, strict=True)
             if m.status and band[0] <= w <= band[1] and abs(ratio * m.period % 1.0) < 1e-9
         ]
@@ -207,30 +205,30 @@ def time_figure(case: TimeCase) -> Figure:
 
 
 def _from_rest(axes: Any, case: TimeCase, unit: str, factor: float) -> None:
+    """The start: both solutions as lines, or as the band between their extremes where the figure cannot show the cycles."""
     run = case.transient
     seconds, name = (1.0, "s") if run.t[-1] > 0.5 else (1e3, "ms")
-    _band(axes, run.t * seconds, run.y[0] * factor, lambda a, *args: a.fill_between(*args, color=BLUE, alpha=0.45, lw=0.3, label="integration"), BLUE)
-    if case.comparison is not None:
-        theory = case.comparison.theory
-        low, high, t = _envelope(theory.t * seconds, theory.x * factor)
-        axes.plot(t, high, color=ORANGE, ls=(0, (4, 2)), lw=1.1, label="multiple scales")
-        axes.plot(t, low, color=ORANGE, ls=(0, (4, 2)), lw=1.1)
+    cycles = np.count_nonzero(np.diff(np.sign(run.y[0] - np.mean(run.y[0])))) / 2.0
+    theory = None if case.comparison is None else case.comparison.theory
+    dashes = {"color": ORANGE, "ls": (0, (4, 2)), "lw": 1.1}
+    if cycles < MOST_CYCLES:
+        axes.plot(run.t * seconds, run.y[0] * factor, color=BLUE, lw=1.0, label="integration")
+        if theory is not None:
+            axes.plot(theory.t * seconds, theory.x * factor, label="multiple scales", **dashes)
+    else:
+        low, high, t = _envelope(run.t * seconds, run.y[0] * factor, cycles)
+        axes.fill_between(t, low, high, color=BLUE, alpha=0.45, lw=0.3, label="integration")
+        if theory is not None:
+            low, high, t = _envelope(theory.t * seconds, theory.x * factor, cycles)
+            axes.plot(t, high, label="multiple scales", **dashes)
+            axes.plot(t, low, **dashes)
     axes.set(title=f"from rest, largest |x| {case.peak_from_rest * factor:.4g} {unit}", xlabel=f"time ({name})", ylabel=f"x ({unit})")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), ncols=2)
 
 
-def _band(axes: Any, t: Floats, x: Floats, fill: Callable[..., Any], colour: str) -> None:
-    """Draw a signal, as the band between its extremes where it has more cycles than the figure has columns."""
-    if len(t) <= 4 * BINS:
-        axes.plot(t, x, color=colour, lw=0.8, label="integration")
-        return
-    low, high, at = _envelope(t, x)
-    fill(axes, at, low, high)
-
-
-def _envelope(t: Floats, x: Floats) -> tuple[Floats, Floats, Floats]:
-    """Lowest and highest value in each of at most `BINS` equal pieces."""
-    pieces = np.array_split(np.arange(len(t)), min(BINS, max(1, len(t) // 8)))
+def _envelope(t: Floats, x: Floats, cycles: float) -> tuple[Floats, Floats, Floats]:
+    """Lowest and highest value in each of at most `BINS` equal pieces, each a cycle or longer."""
+    pieces = np.array_split(np.arange(len(t)), max(1, min(BINS, int(cycles))))
     low = np.array([float(np.min(x[p])) for p in pieces])
     high = np.array([float(np.max(x[p])) for p in pieces])
     return low, high, np.array([float(np.mean(t[p])) for p in pieces])

@@ -11,6 +11,7 @@ from ..model.drive import HDC_40_050, HDC_40_050_WARNING
 from ..study.analysis import Analysis
 from ..study.regimes import Regime
 from ..study.time_case import TimeCase
+from ..theory.slow_results import Certificate
 from . import plots
 from .console import number, to_json
 from .facts import ARCSEC, RPM, facts
@@ -44,16 +45,24 @@ def collect(project: Project, analysis: Analysis) -> dict[str, Any]:
         "resonances": [_resonance(project, i, regime) for i, regime in enumerate(analysis.regimes, 1)],
         "run_up": _run_up(project, analysis),
         "cases": [_case(project, case) for case in analysis.cases],
-        "warnings": [*warnings(project), *analysis.warnings],
+        "warnings": warnings(project, analysis),
     }  # fmt: skip
 
 
-def warnings(project: Project) -> list[str]:
-    """What the reader must know about the data before using the numbers."""
+def warnings(project: Project, analysis: Analysis) -> list[str]:
+    """What the reader must know before using the numbers."""
     said = list(project.notes)
     article = (HDC_40_050.law, HDC_40_050.J_m, HDC_40_050.J_l)
     if (project.drive.law, project.drive.J_m, project.drive.J_l) == article:
         said.insert(0, HDC_40_050_WARNING)
+    said += analysis.warnings
+    jumps = analysis.run_up.hysteresis()
+    if jumps and project.drive.B > 0.0:
+        ends = [_speed({"omega_rad_per_s": w, "motor_speed_rpm": _rpm(project, w)}) for w in (jumps[0], jumps[-1])]
+        said.append(
+            f"Run-up and coast-down differ between {ends[0]} and {ends[1]}: two stable motions exist there, and which one the "
+            "drive is on depends on its history; pass through that band quickly or keep out of it."
+        )
     return said
 
 
@@ -74,8 +83,8 @@ def _resonance(project: Project, index: int, regime: Regime) -> dict[str, Any]:
         "inside_range": regime.inside,
         "steady_amplitudes_rad": [{"value": s.amplitude, "stable": s.stable} for s in regime.states],
         "existence": regime.existence,
-        "certificate": regime.certificate,
-        "trusted": regime.valid,
+        "certificate": _certificate(regime.certificate),
+        "certificate_at_peak": _certificate(regime.at_peak),
         "peak": None if curve is None or not curve.branches else {
             "omega_rad_per_s": curve.peak[0], "motor_speed_rpm": _rpm(project, curve.peak[0]), "amplitude_rad": curve.peak[1],
             "amplitude_arcsec": curve.peak[1] * ARCSEC,
@@ -87,6 +96,12 @@ def _resonance(project: Project, index: int, regime: Regime) -> dict[str, Any]:
         "response": "" if curve is None else curve.message,
         "reason": regime.reason,
     }  # fmt: skip
+
+
+def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
+    if certificate is None:
+        return None
+    return {"valid": certificate.valid, "predicted_error": certificate.predicted_error, "sentence": certificate.sentence}
 
 
 def _run_up(project: Project, analysis: Analysis) -> list[dict[str, Any]]:
@@ -162,13 +177,11 @@ def write_curves(project: Project, analysis: Analysis, folder: Path) -> list[str
 
 def _write_case(folder: Path, name: str, case: TimeCase) -> list[str]:
     run, compared = case.transient, case.comparison
-    columns = [("t_s", run.t), ("x_integration_rad", run.y[0]), ("v_integration_rad_per_s", run.y[1])]
+    columns = [("t_s", run.t), ("x_integration_rad", run.y[0])]
+    if compared is not None:
+        columns.append(("x_multiple_scales_rad", compared.theory.x))
     write_csv(folder / f"{name}-from-rest.csv", columns)
     names = [f"{name}-from-rest.csv"]
-    if compared is not None:
-        theory = [("t_s", compared.theory.t), ("x_multiple_scales_rad", compared.theory.x), ("a_rad", compared.theory.amplitude)]
-        write_csv(folder / f"{name}-multiple-scales.csv", theory)
-        names.append(f"{name}-multiple-scales.csv")
     cycle = case.cycle
     if cycle is not None:
         steady = [("t_s", cycle.t), ("x_rad", cycle.x), ("v_rad_per_s", cycle.v), ("u_rad", cycle.u), ("torque_Nm", cycle.torque)]
@@ -194,6 +207,7 @@ def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
         undefined=jinja2.StrictUndefined,
     )  # fmt: skip
     environment.filters["number"] = number
+    environment.filters["sentence"] = lambda text: text[:1].upper() + text[1:].rstrip(".") + "." if text else ""
     environment.filters["arcsec"] = lambda rad: number(None if rad is None else rad * ARCSEC)
     with plots.style():
         figures = {

@@ -15,7 +15,7 @@ from ..model.oscillator import Oscillator
 from ..results import Floats, SolveError
 from ..theory.multiple_scales import slow_flow
 from ..theory.resonance import Resonance
-from ..theory.slow_results import SlowResponse, SteadyState
+from ..theory.slow_results import Certificate, SlowResponse, SteadyState
 
 NAMES = {(1, 1): "primary", (3, 1): "superharmonic 3:1", (1, 3): "subharmonic 1:3", (2, 1): "superharmonic 2:1", (1, 2): "subharmonic 1:2"}  # fmt: skip
 POINTS = 512  # samples of a period for the mean torque
@@ -64,10 +64,11 @@ class Regime:
         Whether that speed lies in the speed range.
     states : tuple of SteadyState
         Steady states of the slow flow there; empty where it does not apply.
-    existence, certificate : str
-        Existence condition with its numbers, and how far the first-order result can be trusted.
-    valid : bool or None
-        Whether the certificate predicts an error of at most 10 %; None where multiple scales does not apply.
+    existence : str
+        Existence condition with its numbers.
+    certificate, at_peak : Certificate or None
+        How far the first-order result can be trusted at `omega`, and at the peak of the response curve; None where multiple
+        scales does not apply, or there is no curve.
     response : SlowResponse or None
         Response curve near the resonance, for those inside the range.
     backbone : (2, n) array or None
@@ -83,8 +84,8 @@ class Regime:
     inside: bool
     states: tuple[SteadyState, ...]
     existence: str
-    certificate: str
-    valid: bool | None
+    certificate: Certificate | None
+    at_peak: Certificate | None
     response: SlowResponse | None
     backbone: Floats | None
     reason: str
@@ -187,13 +188,23 @@ def _regime(
         flow = slow_flow(system._replace(omega=omega), resonance)
         states = tuple(flow.steady_states())
         certificate = flow.certificate()
-        response = _response(flow, omega) if inside else None
+        response = _response(flow, omega) if inside and _worth(flow, name, omega) else None
         backbone = _backbone(flow, response)
+        at_peak = None
+        if response is not None and response.branches:
+            at_peak = slow_flow(system._replace(omega=response.peak[0]), resonance).certificate()
         existence = flow.existence
     except (ValueError, SolveError, ArithmeticError) as error:
         reason = str(error) or f"multiple scales stopped with {type(error).__name__}"
-        return Regime(*here, (), "", "", None, None, None, reason)
-    return Regime(*here, states, existence, str(certificate), bool(certificate.valid), response, backbone, "")
+        return Regime(*here, (), "", None, None, None, None, reason)
+    return Regime(*here, states, existence, certificate, at_peak, response, backbone, "")
+
+
+def _worth(flow: Any, name: str, omega: float) -> bool:
+    """Whether a curve can be expected: always at a primary resonance, else where a state exists at or just above it."""
+    if name == "primary" or flow.exists():
+        return True
+    return any(slow_flow(flow.system._replace(omega=s * omega), flow.resonance).exists() for s in (1.02, 1.08))
 
 
 def _response(flow: Any, omega: float) -> SlowResponse:

@@ -15,10 +15,11 @@ from ..results import Floats
 from .regimes import OperatingPoint, Regime
 from .steady import SteadyMotion, settle
 
-EVEN, CLUSTER = 14, 10  # speeds over the whole range, and near each primary resonance
+EVEN, CLUSTER, FEW = 14, 14, 7  # speeds over the whole range, near each primary resonance, and near each other one with a curve
 SETTLE = 8.0  # in units of 1/mu: the transient falls to exp(-4) before the orbit is closed
 TOLERANCE = Dopri5(rtol=1e-8, atol=1e-13)
 UNDAMPED_PERIODS = 50
+STEP, MOST_STEPS = 0.005, 8  # relative change of speed in one step of following a motion, and steps between two speeds
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +55,13 @@ def settling_time(system: Oscillator) -> float:
 
 
 def speed_grid(speeds: tuple[float, float], found: tuple[Regime, ...]) -> Floats:
-    """Speeds [rad/s] for a run-up: even over the range, and close together where a primary resonance bends."""
+    """Speeds [rad/s] for a run-up: even over the range, and close together around the resonances."""
     grid = [np.linspace(*speeds, EVEN)]
     for regime in found:
-        if regime.inside and regime.name == "primary":
+        primary = regime.name == "primary"
+        if regime.inside and (primary or (regime.response is not None and regime.response.branches)):
             low, high = narrow_band(regime)
-            grid.append(np.linspace(max(low, speeds[0]), min(high, speeds[1]), CLUSTER))
+            grid.append(np.linspace(max(low, speeds[0]), min(high, speeds[1]), CLUSTER if primary else FEW))
     return np.unique(np.concatenate(grid))
 
 
@@ -78,6 +80,9 @@ def narrow_band(regime: Regime) -> tuple[float, float]:
 def run_up(system: Oscillator, grid: Floats, point: OperatingPoint) -> Iterator[RunUp | float]:
     """Simulate up and down; yields the finished share after each speed, and the `RunUp` at the end.
 
+    Between two speeds of the grid the motion is followed in smaller steps, so that it leaves its branch where the branch ends
+    and not because a step was too large; there, and at the start, the drive is simulated until it settles.
+
     Parameters
     ----------
     system : Oscillator
@@ -88,24 +93,37 @@ def run_up(system: Oscillator, grid: Floats, point: OperatingPoint) -> Iterator[
         Where the first simulation starts.
     """
     done: list[SteadyMotion] = []
-    state = (point.x, 0.0)
+    rest = (point.x, 0.0)
     for i, omega in enumerate(np.concatenate([grid, grid[::-1]])):
-        here = system._replace(omega=float(omega))
-        motion = _settled(here, state)
-        if not motion.status:
-            motion_from_rest = _settled(here, (point.x, 0.0))
-            motion = motion_from_rest if motion_from_rest.status else motion
-        state = motion.end if motion.status else (point.x, 0.0)
+        if system.B <= 0.0 or not done or not done[-1].status:
+            motion = _settled(system._replace(omega=float(omega)), rest)
+        else:
+            motion = _followed(system, done[-1], float(omega))
+            if not motion.status:
+                motion = _settled(system._replace(omega=float(omega)), rest)
         done.append(motion)
         yield (i + 1) / (2 * len(grid))
     yield RunUp(grid, tuple(done[: len(grid)]), tuple(reversed(done[len(grid) :])))
 
 
+def _followed(system: Oscillator, motion: SteadyMotion, omega: float) -> SteadyMotion:
+    """Motion at another speed, from that of the last one in steps of at most `STEP`."""
+    steps = min(MOST_STEPS, math.ceil(abs(omega / motion.omega - 1.0) / STEP)) or 1
+    for between in np.linspace(motion.omega, omega, steps + 1)[1:]:
+        here = system._replace(omega=float(between))
+        near = settle(here, motion.end, time=0.0, period=motion.period, method=TOLERANCE)
+        motion = near if near.closed and near.stable else _settled(here, motion.end)
+        if not motion.status:
+            break
+    return motion if motion.omega == omega else _settled(system._replace(omega=omega), motion.end)
+
+
 def _settled(system: Oscillator, state: tuple[float, float]) -> SteadyMotion:
-    """Motion of period 1, or 2 or 3 where that does not close."""
-    motion = settle(system, state, time=settling_time(system), method=TOLERANCE)
+    """Motion that a simulation from `state` ends on: of period 1, or 2 or 3 where that does not close."""
+    damped = system.B > 0.0
+    motion = settle(system, state, time=settling_time(system), close=damped, method=TOLERANCE)
     for period in (2, 3):
-        if motion.closed or not motion.status or system.B <= 0.0:
+        if motion.closed or not motion.status or not damped:
             break
         longer = settle(system, motion.end, time=0.0, period=period, method=TOLERANCE)
         if longer.closed:

@@ -27,8 +27,8 @@ class SteadyMotion:
         Speed of the base angle [rad/s].
     period : int
         Number of base periods that the samples span.
-    t, x, v : (n,) arrays
-        Times [s] from the start of the span, dynamic error [rad] and its rate [rad/s].
+    t, x, v, u : (n,) arrays
+        Times [s] from the start of the span, dynamic error [rad], its rate [rad/s], and torsion [rad].
     peak : float
         Largest |x| [rad], 0-to-peak about zero.
     gap : float
@@ -48,6 +48,7 @@ class SteadyMotion:
     t: Floats
     x: Floats
     v: Floats
+    u: Floats
     peak: float
     gap: float
     closed: bool
@@ -61,11 +62,18 @@ class SteadyMotion:
         return float(self.x[-1]), float(self.v[-1])
 
     def amplitude(self, k: float) -> float:
-        """0-to-peak amplitude [rad] of the component at k omega; k times `period` must be a whole number."""
+        """0-to-peak amplitude [rad] of the component of x at k omega; k times `period` must be a whole number."""
+        return self._component(self.x, k)
+
+    def torsion_amplitude(self, k: float) -> float:
+        """0-to-peak amplitude [rad] of the component of the torsion u at k omega."""
+        return self._component(self.u, k)
+
+    def _component(self, values: Floats, k: float) -> float:
         index = round(k * self.period)
         if abs(index - k * self.period) > 1e-9:
             raise ValueError(f"a motion over {self.period} periods has no component at {k} omega; take a longer period")
-        spectrum = np.fft.rfft(self.x[:-1]) / (len(self.x) - 1)
+        spectrum = np.fft.rfft(values[:-1]) / (len(values) - 1)
         return float(abs(spectrum[index])) * (1.0 if index == 0 else 2.0)
 
 
@@ -181,6 +189,7 @@ def _span(
     if status and not run.status:
         status, message = run.status, run.message
     x, v = run.y
+    u = x - system.error.value(system.omega * run.t)
     scale = max(float(np.max(np.abs(x))), 1e-300)
     gap = float(np.hypot(x[-1] - x[0], (v[-1] - v[0]) / system.omega)) / scale
     closed = bool(status) and gap < 1e-6
@@ -189,5 +198,5 @@ def _span(
         matrix = _matrix(system, start, run.y[:, -1], period, method)
         stable = None if matrix is None else bool(np.max(np.abs(np.linalg.eigvals(matrix))) < 1.0)
     return SteadyMotion(
-        system.omega, period, run.t, x, v, run.peak(), gap, closed, stable, status, message
+        system.omega, period, run.t, x, v, u, run.peak(), gap, closed, stable, status, message
     )

@@ -77,7 +77,7 @@ class TimeCase:
     steady_theory : (n,) array or None
         x [rad] of multiple scales at the times of `cycle`, after the same settling time from rest.
     amplitudes : (float or None, float or None)
-        Steady 0-to-peak amplitude [rad] of the component at (p/q) omega by multiple scales and by integration.
+        Steady 0-to-peak amplitude [rad] of the torsion's component at (p/q) omega by multiple scales and by integration.
     reason : str
         Why there is no comparison, empty where there is one.
     """
@@ -110,23 +110,20 @@ def time_case(name: str, system: Oscillator, resonance: Resonance, point: Operat
         The start: the static equilibrium, at rest.
     """
     start = (point.x, 0.0)
-    transient = finished_or_interrupted(simulate(system, start, _times(system, point)))
     steady = settle(system, start, time=3.0 * settling_time(system), period=resonance.q or 1)
     cycle = cycle_of(system, steady) if steady.status else None
     comparison, reason = None, ""
-    if not transient.status:
-        reason = f"the simulation from rest {transient.message}"
-    else:
-        try:
-            comparison = compare(system, resonance, start)
-            finished_or_interrupted(comparison.integrated)
-        except (ValueError, SolveError, ArithmeticError) as error:
-            reason = str(error) or f"multiple scales stopped with {type(error).__name__}"
+    try:
+        comparison = compare(system, resonance, start)
+        transient = finished_or_interrupted(comparison.integrated)
+    except (ValueError, SolveError, ArithmeticError) as error:
+        reason = str(error) or f"multiple scales stopped with {type(error).__name__}"
+        transient = finished_or_interrupted(simulate(system, start, _times(system, point)))
     theory, amplitude = None, None
     if comparison is not None and cycle is not None:
         theory, amplitude = _steady_theory(system, resonance, start, cycle.t)
     ratio = resonance.ratio
-    simulated = None if ratio is None or cycle is None else steady.amplitude(float(ratio))
+    simulated = None if ratio is None or cycle is None else steady.torsion_amplitude(float(ratio))
     return TimeCase(
         name, system.omega, resonance, transient, transient.peak(), steady, cycle, comparison, theory, (amplitude, simulated), reason
     )  # fmt: skip
@@ -164,7 +161,7 @@ def cycle_of(system: Oscillator, steady: SteadyMotion) -> Cycle:
         Its samples, equidistant over whole periods.
     """
     phase = system.omega * steady.t
-    u = steady.x - system.error.value(phase)
+    u = steady.u
     e_rate = system.omega * system.error.slope(phase)
     du = steady.v - e_rate
     torque = system.law.torque(u) + system.B * du
