@@ -130,7 +130,8 @@ def _law_examples() -> dict[str, str]:
     texts = {"coefficients": "for example [0 N*m, 7160 N*m/rad]"}
     for cls in law_types().values():
         for field, hint in get_type_hints(cls, include_extras=True).items():
-            texts.setdefault(field, example((get_args(hint) or ("", ""))[1]))
+            if field not in texts:
+                texts[field] = example(get_args(hint)[1])
     return texts
 
 
