@@ -116,3 +116,160 @@ def test_e7_a_softening_start_beyond_the_saddle_never_comes_back():
         assert (motion.status == 1) is not inside
         if inside:
             assert abs(motion.y[0, -1]) < 1e-3
+
+
+# --- E2 to E6 and E8: the slow flow of the cubic law ---
+
+# omega_0 = 2 and J = K/4 make every power of omega_0 visible
+OMEGA_0, MU, ALPHA, C_AMPLITUDE = 2.0, 0.03, 0.05, 0.7
+
+
+def cubic_system(omega, forcing):
+    """x'' + mu x' + omega_0^2 (x + alpha x^3) = forcing cos(omega t)."""
+    return sw.Oscillator(1.0, MU, sw.Cubic(OMEGA_0**2, ALPHA), sw.Harmonic(forcing), omega)
+
+
+def forced_system(omega):
+    """The same, with a forcing that gives C = C_AMPLITUDE at the actual omega."""
+    return cubic_system(omega, C_AMPLITUDE * (OMEGA_0**2 - omega**2))
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.1, 0.2])
+@pytest.mark.parametrize(
+    ("omega", "resonance"),
+    [(0.3, sw.NONRESONANT), (2.0, sw.PRIMARY), (2.0 / 3.0, sw.SUPERHARMONIC), (6.0, sw.SUBHARMONIC)],
+)
+def test_e2_every_cubic_term_carries_alpha(alpha, omega, resonance):
+    def beyond_linear(value):
+        system = cubic_system(omega, 0.8)._replace(law=sw.Cubic(OMEGA_0**2, value))
+        if value == 0.0 and resonance in (sw.SUPERHARMONIC, sw.SUBHARMONIC):
+            return 0.0  # such a resonance does not exist without alpha: refused
+        z = 0.4 * np.exp(-0.3j)
+        linear = sw.slow_flow(system._replace(law=sw.Cubic(OMEGA_0**2, 1e-30)), resonance)
+        return complex(sw.slow_flow(system, resonance).rates(z) - linear.rates(z))
+
+    at_one_tenth = beyond_linear(0.1)
+    assert abs(at_one_tenth) > 1e-4
+    assert beyond_linear(alpha) == pytest.approx(10.0 * alpha * at_one_tenth, rel=1e-9, abs=1e-15)
+
+
+def test_e3_phase_rate_without_resonance():
+    a, flow = 0.4, sw.slow_flow(forced_system(0.5), sw.NONRESONANT)
+    rate = complex(flow.rates(a + 0j))
+    assert rate.real == pytest.approx(-0.5 * MU * a, rel=1e-12)
+    corrected = ALPHA * OMEGA_0 * (3.0 / 8.0 * a**2 + 3.0 / 4.0 * C_AMPLITUDE**2)
+    printed = OMEGA_0 * (3.0 / 8.0 * a**2 + 3.0 / 4.0 * C_AMPLITUDE**2)
+    assert rate.imag / a == pytest.approx(corrected, rel=1e-12)
+    assert abs(rate.imag / a - printed) > 10.0 * corrected
+
+
+@pytest.mark.slow
+def test_e3_phase_rate_is_that_of_the_integrated_motion():
+    """Without damping the free part of the motion turns at omega_0 + beta'."""
+    system = forced_system(0.5)._replace(B=0.0)
+    end, t = 500.0, np.linspace(0.0, 500.0, 10001)
+    start = (C_AMPLITUDE + 0.4, 0.0)
+    run = solve_ivp(lambda s, y: system.rhs(0.5 * s, y), (0.0, end), start, "DOP853", t, rtol=1e-8, atol=1e-10)
+    turning = (run.y[0] - C_AMPLITUDE * np.cos(0.5 * t)) * np.exp(-1j * OMEGA_0 * t)
+    window = np.hanning(2001)
+    phase = np.unwrap(np.angle(np.convolve(turning, window, "valid")))
+    measured = (phase[-1] - phase[0]) / (end - 100.0)
+    corrected = ALPHA * OMEGA_0 * (3.0 / 8.0 * 0.4**2 + 3.0 / 4.0 * C_AMPLITUDE**2)
+    assert measured == pytest.approx(corrected, rel=0.06)  # alpha C^2 = 0.025 is what first order neglects
+
+
+@pytest.mark.parametrize("omega", [1.95, 2.0, 2.05, 2.1])
+def test_e4_primary_resonance(omega):
+    f, sigma = 0.05, omega - OMEGA_0
+    states = sw.slow_flow(cubic_system(omega, f), sw.PRIMARY).steady_states()
+    assert states
+    for state in states:
+        a = state.amplitude
+        left = (MU**2 / 4.0 + (sigma - 3.0 / 8.0 * ALPHA * OMEGA_0 * a**2) ** 2) * a**2
+        assert left == pytest.approx(f**2 / (4.0 * OMEGA_0**2), rel=1e-10)
+
+
+@pytest.mark.parametrize("omega", [0.66, 2.0 / 3.0, 0.68, 0.7])
+def test_e5_superharmonic_resonance(omega):
+    C, sigma = C_AMPLITUDE, 3.0 * omega - OMEGA_0
+    states = sw.slow_flow(forced_system(omega), sw.SUPERHARMONIC).steady_states()
+    assert states
+    for state in states:
+        a = state.amplitude
+        shift = ALPHA * OMEGA_0 * (3.0 / 4.0 * C**2 + 3.0 / 8.0 * a**2)
+        right, printed = (ALPHA * OMEGA_0 * C**3 / 8.0) ** 2, (OMEGA_0 * C**3 / 8.0) ** 2
+        left = (MU**2 / 4.0 + (sigma - shift) ** 2) * a**2
+        assert left == pytest.approx(right, rel=1e-10)
+        assert left < 0.01 * printed
+
+
+@pytest.mark.parametrize("omega", [6.8, 7.0, 7.4])
+def test_e6_subharmonic_resonance(omega):
+    C, sigma = C_AMPLITUDE, omega - 3.0 * OMEGA_0
+    states = sw.slow_flow(forced_system(omega), sw.SUBHARMONIC).steady_states()
+    assert [state.stable for state in states] == [True, False, True]
+    assert states[2].amplitude == 0.0
+    for state in states[:2]:
+        a = state.amplitude
+        rest = sigma - 9.0 / 4.0 * ALPHA * OMEGA_0 * C**2 - 9.0 / 8.0 * ALPHA * OMEGA_0 * a**2
+        printed = sigma - 9.0 / 8.0 * OMEGA_0 * C**2 - 9.0 / 4.0 * OMEGA_0**2 * a**2
+        right = (9.0 / 8.0 * ALPHA * OMEGA_0 * C * a) ** 2
+        assert 9.0 / 4.0 * MU**2 + rest**2 == pytest.approx(right, rel=1e-9)
+        assert abs(9.0 / 4.0 * MU**2 + printed**2 - right) > 100.0 * right
+
+
+T18 = sw.Oscillator(1.0, 0.002, sw.Cubic(1.0, 0.05), sw.Harmonic(8.0), 3.4)
+
+
+def test_e6_subharmonic_amplitudes_are_the_corrected_ones():
+    """omega_0 1, mu .002, alpha .05, A 8, omega 3.4: 2.850 stable, 2.093 unstable; as printed 2.007."""
+    states = sw.slow_flow(T18, sw.SUBHARMONIC).steady_states()
+    assert [state.amplitude for state in states] == pytest.approx([2.850, 2.093, 0.0], abs=5e-4)
+    assert [state.stable for state in states] == [True, False, True]
+    # the printed coefficients, swapped, with omega_0 = 1 and alpha put where E2 wants it
+    C, mu, sigma, k = 8.0 / (1.0 - 3.4**2), 0.002, 0.4, 0.05 * 9.0 / 8.0
+    roots = np.roots(
+        [4.0 * k * k, -4.0 * k * (sigma - k * C**2) - (k * C) ** 2, 9.0 / 4.0 * mu**2 + (sigma - k * C**2) ** 2]
+    )
+    assert np.sqrt(max(roots.real)) == pytest.approx(2.007, abs=5e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_e6_corrected_subharmonic_is_near_the_integrated_one():
+    """Started from the corrected state the motion stays near it, as far off as the certificate says."""
+    flow = sw.slow_flow(T18, sw.SUBHARMONIC)
+    state = flow.steady_states()[0]
+    z, C = state.amplitude * np.exp(-1j * state.phase), 8.0 / (1.0 - 3.4**2)
+    period = 3.0 * 2.0 * np.pi / 3.4
+    t = np.concatenate([[0.0], (2000.0 + np.arange(64 * 4) / 64.0) * period])
+    run = sw.simulate(T18, (z.real + C, (1j * 3.4 / 3.0 * z).real), t)
+    settled = abs(2.0 * np.mean(run.y[0][1:] * np.exp(-1j * 3.4 / 3.0 * t[1:])))
+    error = 1.0 - state.amplitude / settled
+    assert 0.0 < error < 0.04
+    assert flow.certificate().predicted_error == pytest.approx(error, rel=1e-4)
+
+
+def test_e8_primary_peak_is_the_same_for_every_alpha_and_moves_along_the_backbone():
+    f = 0.05
+    for alpha in (0.02, 0.05, 0.1):
+        system = cubic_system(2.0, f)._replace(law=sw.Cubic(OMEGA_0**2, alpha))
+        omega, a = sw.slow_flow(system, sw.PRIMARY).response((1.8, 2.4)).peak
+        assert a == pytest.approx(f / (MU * OMEGA_0), rel=1e-10)
+        assert omega - OMEGA_0 == pytest.approx(3.0 / 8.0 * alpha * OMEGA_0 * a**2, rel=1e-8)
+
+
+def test_e8_at_a_fixed_speed_near_omega_0_alpha_lowers_the_primary_amplitude():
+    system = cubic_system(OMEGA_0, 0.05)
+    flows = [sw.slow_flow(system._replace(law=sw.Cubic(OMEGA_0**2, alpha)), sw.PRIMARY) for alpha in (0.02, 0.05, 0.1)]
+    amplitudes = [flow.steady_states()[0].amplitude for flow in flows]
+    assert amplitudes == sorted(amplitudes, reverse=True)
+
+
+def test_e8_superharmonic_peak_is_proportional_to_alpha():
+    for alpha in (0.02, 0.05):
+        system = sw.Oscillator(1.0, MU, sw.Cubic(OMEGA_0**2, alpha), sw.Harmonic(2.0), 0.67)
+        omega, a = sw.slow_flow(system, sw.SUPERHARMONIC).response((0.6, 0.75)).peak
+        # C at the actual omega varies along the curve: the vertex formula holds to the width of the peak
+        C = 2.0 / (OMEGA_0**2 - omega**2)
+        assert a == pytest.approx(alpha * OMEGA_0 * C**3 / (4.0 * MU), rel=2e-3)

@@ -71,7 +71,8 @@ class AveragedFlow:
         mean = np.empty(len(values), complex)
         mean.real = values @ self.turn.real
         mean.imag = -(values @ self.turn.imag)
-        return mean / len(self.turn)
+        mean /= len(self.turn)
+        return mean
 
     def rates(self, z: Any) -> Any:
         """Rate z' [rad/s] for an array of z [rad]."""

@@ -104,6 +104,11 @@ def _amplitudes(flow: AveragedFlow) -> Floats:
         off = pull - (s.fast - s.omega_0)
     crossings = wide[:-1][np.isfinite(off[1:]) & (off[1:] * off[:-1] <= 0.0)]
     scales += [float(a) for a in crossings]
+    drive = abs(complex(flow.rates(0j)))
+    if drive > 1e-13 * s.omega_0 * max(scales):
+        # a weak drive, as C^3 in a superharmonic, gives small amplitudes: the linear one, and the one at resonance
+        linear = abs(complex(newton_step(flow.jacobian(0j), np.array(flow.rates(0j)))))
+        scales += [a for a in (linear, 2.0 * drive / s.mu if s.mu > 0.0 else math.inf) if 0.0 < a < math.inf]
     decades = math.log10(max(scales) / min(scales)) + 2.5
     return np.asarray(np.geomspace(min(scales) / 18.0, 18.0 * max(scales), math.ceil(ROWS_PER_DECADE * decades)))
 
