@@ -254,7 +254,7 @@ def test_x_starts_at_time_zero_whatever_the_first_sample():
 
 
 def transient_error(epsilon, resonance):
-    """Largest error over a time 2/epsilon, relative to the largest |x|; damping, alpha, soft forcing of order epsilon."""
+    """Largest error over a time 2/epsilon, relative to the largest |x|; mu, alpha, soft forcing of order epsilon."""
     near = 1.0 + 0.2 * epsilon
     omega, A = (near, 0.5 * epsilon) if resonance == sw.PRIMARY else (near / 3.0, 0.6)
     system = sw.Oscillator(1.0, epsilon, sw.Cubic(1.0, epsilon), sw.Harmonic(A), omega)
