@@ -24,7 +24,7 @@ def run(folder: Path, as_json: bool) -> str:
     done: dict[str, dict[str, Any]] = {}
     for name in DRIVES:
         try:
-            with as_file(files("strainwave.app") / "templates" / f"{name}.yaml") as path:
+            with as_file(files("strainwave.app") / "projects" / f"{name}.yaml") as path:
                 done[name] = analyse(load(path), folder / name)
         except KeyboardInterrupt:
             kept = [str(folder / finished / "report.html") for finished in done]

@@ -16,6 +16,7 @@ from ..results import Floats
 from ..study.analysis import Analysis
 from ..study.regimes import Regime
 from ..study.time_case import TimeCase
+from .console import number
 from .facts import ARCSEC, RPM
 from .project import Project
 
@@ -24,10 +25,12 @@ STYLE: dict[str, Any] = {
     "svg.fonttype": "none", "svg.hashsalt": "strainwave", "font.size": 9, "axes.titlesize": 9.5, "axes.titlelocation": "left",
     "font.family": "sans-serif", "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.7, "axes.grid": True,
     "grid.color": "#dddddd", "grid.linewidth": 0.5, "lines.linewidth": 1.3, "legend.frameon": False, "legend.fontsize": 8,
-    "figure.constrained_layout.use": True, "axes.labelcolor": BLACK, "path.simplify": True, "path.simplify_threshold": 0.3,
+    "axes.labelcolor": BLACK, "path.simplify": True, "path.simplify_threshold": 0.3,
     "axes.formatter.use_mathtext": False, "axes.formatter.limits": (-4, 5), "axes.unicode_minus": True,
 }  # fmt: skip
 BINS, MOST_CYCLES = 350, 40
+WIDE = (0.115, 0.29, 0.865, 0.64)  # places in the figure, fixed: measuring every label twice would take as long as drawing
+FOUR = {"left": 0.1, "right": 0.985, "bottom": 0.125, "top": 0.945, "wspace": 0.24, "hspace": 0.62}
 
 
 def style() -> Any:
@@ -63,8 +66,8 @@ def speed_range(project: Project, analysis: Analysis) -> Figure:
     good = [m.peak for m in (*sweep.up, *sweep.down) if m.status]
     unit, factor = angle_unit(max(good))
     label, scale = speed_axis(project)
-    figure = Figure(figsize=(7.2, 3.3))
-    axes = figure.add_subplot()
+    figure = Figure(figsize=(7.2, 3.4))
+    axes = figure.add_axes(WIDE)
     for motions, marker, name, colour, line, size in (
         (sweep.up, "^", "run-up (integration)", BLUE, "-", 5.5),
         (sweep.down, "v", "coast-down (integration)", ORANGE, "--", 4.0),
@@ -83,7 +86,7 @@ def speed_range(project: Project, analysis: Analysis) -> Figure:
         axes.axvline(gear.max_rpm, color=BLACK, lw=1.2, ls=(0, (1, 1)), label=f"largest input speed, {gear.max_rpm:.0f} rpm")
     axes.set_xlabel(label)
     axes.set_ylabel(f"largest |x| at the load\n({unit}, 0-to-peak)")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=3)
     return figure
 
 
@@ -111,8 +114,8 @@ def response(project: Project, analysis: Analysis, regime: Regime) -> Figure:
         raise ValueError(f"the {regime.label} resonance has no response curve")
     label, scale = speed_axis(project)
     unit, factor = angle_unit(curve.peak[1])
-    figure = Figure(figsize=(7.2, 3.3))
-    axes = figure.add_subplot()
+    figure = Figure(figsize=(7.2, 3.5))
+    axes = figure.add_axes(WIDE)
     for branch in curve.branches:
         for part, stable in _pieces(branch.stable):
             line = {"ls": "-", "color": BLACK, "lw": 1.6} if stable else {"ls": (0, (4, 2)), "color": ORANGE, "lw": 1.4}
@@ -134,10 +137,11 @@ def response(project: Project, analysis: Analysis, regime: Regime) -> Figure:
         axes.plot([], [], "o", mfc="white", mec=BLACK, ms=6, label="fold (jump)")
     axes.set_xlim(scale * low, scale * high)
     axes.set_ylim(bottom=0.0)
-    component = f"{regime.resonance.ratio} × base angle" if regime.resonance.ratio != 1 else "base angle"
+    turning = "ω" if project.shaft == "forcing" else "motor speed"
+    place = turning if regime.resonance.ratio == 1 else f"{regime.resonance.ratio} × {turning}"
     axes.set_xlabel(label)
-    axes.set_ylabel(f"component of the torsion\nat {component}\n({unit}, 0-to-peak)")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3)
+    axes.set_ylabel(f"torsion amplitude\nat {place}\n({unit}, 0-to-peak)")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=3)
     return figure
 
 
@@ -177,8 +181,8 @@ def _simulated(axes: Any, analysis: Analysis, regime: Regime, band: tuple[float,
 def time_figure(case: TimeCase) -> Figure:
     """One speed in time: from rest, the last periods, the phase portrait, and the transmitted torque."""
     unit, factor = angle_unit(case.peak_from_rest)
-    figure = Figure(figsize=(7.2, 4.9))
-    (rest, last), (portrait, torque) = figure.subplots(2, 2)
+    figure = Figure(figsize=(7.2, 5.2))
+    (rest, last), (portrait, torque) = figure.subplots(2, 2, gridspec_kw=FOUR)
     _from_rest(rest, case, unit, factor)
     if case.cycle is None:
         for axes in (last, portrait, torque):
@@ -192,15 +196,17 @@ def time_figure(case: TimeCase) -> Figure:
         last.plot(t, np.tile(case.steady_theory, shown) * factor, color=ORANGE, ls=(0, (4, 2)), label="multiple scales")
     last.set(title="steady motion", xlabel="time (ms)", ylabel=f"x ({unit})")
     last.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), ncols=2)
-    portrait.plot(cycle.x * factor, cycle.v * 1e3, color=BLUE)
+    rate_unit, rate = ("rad/s", 1.0) if np.max(np.abs(cycle.v)) > 1.0 else ("mrad/s", 1e3)
+    portrait.plot(cycle.x * factor, cycle.v * rate, color=BLUE)
     each = (len(cycle.x) - 1) // case.steady.period
-    portrait.plot(cycle.x[:-1:each] * factor, cycle.v[:-1:each] * 1e3, "o", color=ORANGE, mec=BLACK, ms=5, label="once per turn of the base angle")
-    portrait.set(title="phase portrait of the steady motion", xlabel=f"x ({unit})", ylabel="x' (mrad/s)")
-    portrait.legend(loc="upper center", bbox_to_anchor=(0.5, -0.25))
+    portrait.plot(cycle.x[:-1:each] * factor, cycle.v[:-1:each] * rate, "o", color=ORANGE, mec=BLACK, ms=5, label="once per turn of the base angle")
+    portrait.set(title="phase portrait of the steady motion", xlabel=f"x ({unit})", ylabel=f"x' ({rate_unit})")
+    portrait.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22))
     torque.plot(t, np.tile(cycle.torque, shown), color=GREEN)
-    torque.axhline(cycle.mean_torque, color=GREY, ls="-.", lw=0.9, label=f"mean {cycle.mean_torque:.4g} N·m")
-    torque.set(title=f"transmitted torque, peak {cycle.peak_torque:.4g} N·m", xlabel="time (ms)", ylabel="T(u) + B u' (N·m)")
-    torque.legend(loc="upper center", bbox_to_anchor=(0.5, -0.25))
+    mean = cycle.mean_torque if abs(cycle.mean_torque) > 1e-6 * cycle.peak_torque else 0.0
+    torque.axhline(mean, color=GREY, ls="-.", lw=0.9, label=f"mean {number(mean)} N·m")
+    torque.set(title=f"transmitted torque, peak {number(cycle.peak_torque)} N·m", xlabel="time (ms)", ylabel="T(u) + B u' (N·m)")
+    torque.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22))
     return figure
 
 
@@ -208,27 +214,31 @@ def _from_rest(axes: Any, case: TimeCase, unit: str, factor: float) -> None:
     """The start: both solutions as lines, or as the band between their extremes where the figure cannot show the cycles."""
     run = case.transient
     seconds, name = (1.0, "s") if run.t[-1] > 0.5 else (1e3, "ms")
-    cycles = np.count_nonzero(np.diff(np.sign(run.y[0] - np.mean(run.y[0])))) / 2.0
+    crossings = np.count_nonzero(np.diff(np.sign(run.y[0] - np.mean(run.y[0]))))
     theory = None if case.comparison is None else case.comparison.theory
     dashes = {"color": ORANGE, "ls": (0, (4, 2)), "lw": 1.1}
-    if cycles < MOST_CYCLES:
+    if crossings < 2 * MOST_CYCLES:
         axes.plot(run.t * seconds, run.y[0] * factor, color=BLUE, lw=1.0, label="integration")
         if theory is not None:
             axes.plot(theory.t * seconds, theory.x * factor, label="multiple scales", **dashes)
     else:
-        low, high, t = _envelope(run.t * seconds, run.y[0] * factor, cycles)
+        turns = max(12, int(run.t[-1] * case.omega / (2.0 * np.pi)))
+        low, high, t = _envelope(run.t * seconds, run.y[0] * factor, turns)
         axes.fill_between(t, low, high, color=BLUE, alpha=0.45, lw=0.3, label="integration")
         if theory is not None:
-            low, high, t = _envelope(theory.t * seconds, theory.x * factor, cycles)
+            low, high, t = _envelope(theory.t * seconds, theory.x * factor, turns)
             axes.plot(t, high, label="multiple scales", **dashes)
             axes.plot(t, low, **dashes)
-    axes.set(title=f"from rest, largest |x| {case.peak_from_rest * factor:.4g} {unit}", xlabel=f"time ({name})", ylabel=f"x ({unit})")
+    title = f"from rest, largest |x| {number(case.peak_from_rest * factor)} {unit}"
+    axes.set(title=title, xlabel=f"time ({name})", ylabel=f"x ({unit})")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), ncols=2)
 
 
-def _envelope(t: Floats, x: Floats, cycles: float) -> tuple[Floats, Floats, Floats]:
-    """Lowest and highest value in each of at most `BINS` equal pieces, each a cycle or longer."""
-    pieces = np.array_split(np.arange(len(t)), max(1, min(BINS, int(cycles))))
+def _envelope(t: Floats, x: Floats, turns: int) -> tuple[Floats, Floats, Floats]:
+    """Lowest and highest value in each of at most `BINS` equal pieces, each a turn of the base angle or longer."""
+    pieces = np.array_split(np.arange(len(t)), min(BINS, turns))
     low = np.array([float(np.min(x[p])) for p in pieces])
     high = np.array([float(np.max(x[p])) for p in pieces])
-    return low, high, np.array([float(np.mean(t[p])) for p in pieces])
+    at = np.array([float(np.mean(t[p])) for p in pieces])
+    at[0], at[-1] = t[0], t[-1]
+    return low, high, at

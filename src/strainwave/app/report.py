@@ -58,10 +58,11 @@ def warnings(project: Project, analysis: Analysis) -> list[str]:
     said += analysis.warnings
     jumps = analysis.run_up.hysteresis()
     if jumps and project.drive.B > 0.0:
-        ends = [_speed({"omega_rad_per_s": w, "motor_speed_rpm": _rpm(project, w)}) for w in (jumps[0], jumps[-1])]
+        first, last = ({"omega_rad_per_s": w, "motor_speed_rpm": _rpm(project, w)} for w in (jumps[0], jumps[-1]))
+        where = f"between {_speed(first).split()[0]} and {_speed(last)}" if len(jumps) > 1 else f"at {_speed(first)}"
         said.append(
-            f"Run-up and coast-down differ between {ends[0]} and {ends[1]}: two stable motions exist there, and which one the "
-            "drive is on depends on its history; pass through that band quickly or keep out of it."
+            f"Run-up and coast-down differ {where}: two stable motions exist there, and which one the drive is on depends on its "
+            "history; pass through that band quickly or keep out of it."
         )
     return said
 
@@ -209,6 +210,7 @@ def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
     environment.filters["number"] = number
     environment.filters["sentence"] = lambda text: text[:1].upper() + text[1:].rstrip(".") + "." if text else ""
     environment.filters["arcsec"] = lambda rad: number(None if rad is None else rad * ARCSEC)
+    environment.filters["angle"] = _angle
     with plots.style():
         figures = {
             "range": plots.svg(plots.speed_range(project, analysis), "largest error against speed"),
@@ -221,6 +223,11 @@ def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
         }
     template = environment.get_template("report.html.j2")
     return template.render(r=results, figures=figures, forcing=project.shaft == "forcing", software=_software(), project=project)
+
+
+def _angle(rad: float) -> str:
+    unit, factor = plots.angle_unit(rad)
+    return f"{number(rad * factor)} {unit}"
 
 
 def _software() -> str:
@@ -247,17 +254,17 @@ def summary(results: dict[str, Any]) -> str:
             lines.append("  " + _resonance_line(row))
     good = [row for row in results["run_up"] if row["peak_rad"] is not None]
     worst = max(good, key=lambda row: row["peak_rad"])
-    lines.append(f"  largest steady error: {number(worst['peak_arcsec'])} arcsec (0-to-peak, at the load) at {_speed(worst)}")
+    lines.append(f"  largest steady error: {_angle(worst['peak_rad'])} (0-to-peak, at the load) at {_speed(worst)}")
     lines.append(f"  stability: {results['stability']['scope']}; {results['stability']['claim']}")
     if results["warnings"]:
-        lines.append(f"  {len(results['warnings'])} warning(s), the first: {results['warnings'][0]}")
+        lines.append(f"  {len(results['warnings'])} warning(s) in the report")
     return "\n".join(lines)
 
 
 def _resonance_line(row: dict[str, Any]) -> str:
     text = f"{row['name']} resonance of order {row['order']} at {_speed(row)}"
     if row["peak"]:
-        text += f", peak {number(row['peak']['amplitude_arcsec'])} arcsec by multiple scales"
+        text += f", peak {_angle(row['peak']['amplitude_rad'])} by multiple scales"
     if row["folds"]:
         text += f", jumps at {' and '.join(_speed(fold) for fold in row['folds'])}"
     return text

@@ -188,7 +188,7 @@ def _regime(
         flow = slow_flow(system._replace(omega=omega), resonance)
         states = tuple(flow.steady_states())
         certificate = flow.certificate()
-        response = _response(flow, omega) if inside and _worth(flow, name, omega) else None
+        response = _response(flow, omega) if inside and _worth(flow, name, omega, states) else None
         backbone = _backbone(flow, response)
         at_peak = None
         if response is not None and response.branches:
@@ -200,11 +200,11 @@ def _regime(
     return Regime(*here, states, existence, certificate, at_peak, response, backbone, "")
 
 
-def _worth(flow: Any, name: str, omega: float) -> bool:
+def _worth(flow: Any, name: str, omega: float, states: tuple[SteadyState, ...]) -> bool:
     """Whether a curve can be expected: always at a primary resonance, else where a state exists at or just above it."""
-    if name == "primary" or flow.exists():
+    if name == "primary" or any(state.amplitude > 0.0 for state in states):
         return True
-    return any(slow_flow(flow.system._replace(omega=s * omega), flow.resonance).exists() for s in (1.02, 1.08))
+    return bool(slow_flow(flow.system._replace(omega=1.05 * omega), flow.resonance).exists())
 
 
 def _response(flow: Any, omega: float) -> SlowResponse:
