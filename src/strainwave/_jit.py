@@ -15,6 +15,7 @@ import os
 import sys
 from collections.abc import Callable
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any, TypeVar
@@ -46,7 +47,7 @@ def kernel(function: F) -> F:
 
 
 def routine(function: F) -> F:
-    """Mark a function that compiled code calls: for the large ones, which would be compiled again at every place of use."""
+    """Mark a function that compiled code calls: large ones would be compiled again at every place of use."""
     _kernels.append((function, function, False))
     return function
 
@@ -56,6 +57,7 @@ def kernel_as(loops: Callable[..., Any]) -> Callable[[F], F]:
 
     def mark(function: F) -> F:
         _kernels.append((function, loops, False))
+        function.loops = loops  # type: ignore[attr-defined]
         return function
 
     return mark
@@ -71,12 +73,12 @@ def torsion(system: Any, phase: float, y: Any) -> Any:
     return system.torsion(phase, y) if hasattr(system, "torsion") else y[0]
 
 
-def with_leaf(model: Any, index: int, value: float) -> Any:
+def with_leaf(model: Any, index: int, value: Any) -> Any:
     """Return the model with its float number `index` (in the order of `quantities.parameters`) replaced."""
     return _with_leaf(model, index, value)[0]
 
 
-def _with_leaf(thing: Any, index: int, value: float) -> tuple[Any, int]:
+def _with_leaf(thing: Any, index: int, value: Any) -> tuple[Any, int]:
     if isinstance(thing, float):
         return (value if index == 0 else thing), index - 1
     if not isinstance(thing, tuple):
@@ -142,7 +144,7 @@ def _dispatcher(function: Callable[..., Any], cacheable: bool) -> Any:
     numba = _numba()
     while _kernels:  # those of modules imported since the last call
         _expose(*_kernels.pop())
-    dispatcher = numba.njit(**OPTIONS)(function)
+    dispatcher = numba.njit(**OPTIONS)(getattr(function, "loops", function))
     if cacheable and cache_writable():
         before = numba.config.CACHE_DIR
         numba.config.CACHE_DIR = str(cache_folder())
@@ -160,7 +162,7 @@ INNER = CALLED | {"forceinline": True}
 
 def _expose(function: Callable[..., Any], body: Callable[..., Any], inline: bool = True) -> None:
     """Let compiled code call `function`, with `body` as its implementation."""
-    from numba.extending import overload
+    overload: Any = import_module("numba.extending").overload
 
     def typed(*args: Any) -> Any:
         return body
@@ -172,10 +174,10 @@ def _expose(function: Callable[..., Any], body: Callable[..., Any], inline: bool
 @cache
 def _numba() -> Any:
     """Import Numba and teach it the kernels, the maths functions and the reserved methods."""
-    import numba
-    from numba.core import types
-    from numba.cpython.unsafe.tuple import tuple_setitem
-    from numba.extending import intrinsic, overload, overload_method
+    numba: Any = import_module("numba")
+    types: Any = import_module("numba.core.types")
+    extending: Any = import_module("numba.extending")
+    tuple_setitem: Any = import_module("numba.cpython.unsafe.tuple").tuple_setitem
 
     def expose_internal(name: str, arguments: tuple[str, ...]) -> None:
         def typed(*args: Any) -> Any:
@@ -183,10 +185,9 @@ def _numba() -> Any:
 
         positional = inspect.Parameter.POSITIONAL_OR_KEYWORD
         typed.__signature__ = inspect.Signature([inspect.Parameter(a, positional) for a in arguments])  # type: ignore[attr-defined]
-        overload_method(types.BaseNamedTuple, name, jit_options=CALLED, strict=False)(typed)
+        extending.overload_method(types.BaseNamedTuple, name, jit_options=CALLED, strict=False)(typed)
 
     def expose_method(name: str) -> None:
-        @overload_method(types.BaseNamedTuple, name, jit_options=INNER)
         def typed(self: Any, *args: Any) -> Any:
             method = getattr(self.instance_class, name, None)
             if method is None:
@@ -198,13 +199,14 @@ def _numba() -> Any:
 
             return call
 
+        extending.overload_method(types.BaseNamedTuple, name, jit_options=INNER)(typed)
+
     def axpy_body(y: Any, h: Any, k: Any) -> Any:
         out = y
         for i in range(len(y)):
             out = tuple_setitem(out, i, y[i] + h * k[i])
         return out
 
-    @intrinsic  # type: ignore[untyped-decorator]
     def set_leaf(context: Any, model: Any, index: Any, value: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             place = 0
@@ -224,8 +226,10 @@ def _numba() -> Any:
 
         return model(model, types.intp, types.float64), build
 
+    set_leaf_intrinsic = extending.intrinsic(set_leaf)
+
     def with_leaf_body(model: Any, index: int, value: float) -> Any:
-        return set_leaf(model, index, value)
+        return set_leaf_intrinsic(model, index, value)
 
     import math
 
@@ -242,7 +246,6 @@ def _numba() -> Any:
     _expose(with_leaf, with_leaf_body)
     _expose(maths.sign, sign_body)
 
-    @overload(torsion, jit_options=INNER)
     def typed_torsion(system: Any, phase: Any, y: Any) -> Any:
         def own(system: Any, phase: Any, y: Any) -> Any:
             return system.torsion(phase, y)
@@ -252,9 +255,14 @@ def _numba() -> Any:
 
         return own if hasattr(system.instance_class, "torsion") else first_state
 
-    for name in ("cos", "sin", "exp", "sqrt"):
+    extending.overload(torsion, jit_options=INNER)(typed_torsion)
+
+    _expose(maths._quarter, maths._quarter)
+    _expose(maths.cos, maths.compiled_cos)
+    _expose(maths.sin, maths.compiled_sin)
+    for name in ("exp", "sqrt"):
         native = getattr(math, name)
-        overload(getattr(maths, name))(_forward(native))
+        extending.overload(getattr(maths, name))(_forward(native))
     return numba
 
 

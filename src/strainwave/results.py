@@ -113,6 +113,144 @@ class Trajectory:
         )
 
 
+@dataclass(frozen=True, eq=False)
+class Orbit:
+    """A periodic orbit.
+
+    Attributes
+    ----------
+    omega : float
+        Base frequency [rad/s].
+    period : int
+        Turns of the base angle that the orbit takes; harmonic k belongs to k omega/period.
+    coefficients : (2H+1, states) array
+        Fourier coefficients of the states: mean, cos 1, sin 1, cos 2, sin 2, ...
+    peak : float
+        Largest absolute value of the first state [rad for an Oscillator].
+    multipliers : (states,) complex array
+        Floquet multipliers over the orbit's period, largest modulus first.
+    stable : bool
+        Whether every multiplier lies inside the unit circle.
+    tail : float
+        Size of the last two harmonics relative to the whole: the error of truncation, roughly.
+    status : Status
+        `Status.OK`, or why there is no orbit.
+    message : str
+        One sentence.
+    label : str
+        "" or what kind of point this is on its branch: "fold", "period doubling", ...
+    """
+
+    omega: float
+    period: int
+    coefficients: Floats
+    peak: float
+    multipliers: NDArray[np.complex128]
+    stable: bool
+    tail: float
+    status: Status
+    message: str
+    label: str = ""
+
+    def amplitude(self, k: int) -> float:
+        """Amplitude of harmonic k of the first state, 0-to-peak; k = 0 gives the mean."""
+        x = self.coefficients[:, 0]
+        if 2 * k >= len(x):
+            return 0.0
+        return float(np.hypot(x[2 * k - 1], x[2 * k])) if k else float(x[0])
+
+    def state(self, phase: Floats | float) -> Floats:
+        """States (states, ...) at the base phase [rad], for instance the start of a trajectory at phase 0."""
+        angle = np.asarray(phase, float) / self.period
+        k = np.arange(1, len(self.coefficients) // 2 + 1).reshape(-1, *[1] * angle.ndim)
+        basis = np.empty((len(self.coefficients), *angle.shape))
+        basis[0], basis[1::2], basis[2::2] = 1.0, np.cos(k * angle), np.sin(k * angle)
+        return np.tensordot(self.coefficients.T, basis, 1)
+
+    def __str__(self) -> str:
+        kind = f" ({self.label})" if self.label else ""
+        modulus = float(np.max(np.abs(self.multipliers)))
+        return (
+            f"Orbit{kind}: omega = {self.omega:.9g} rad/s, period {self.period} of the base angle\n"
+            f"  peak |x| {self.peak:.9g}, amplitude(1) {self.amplitude(1):.9g}, mean {self.amplitude(0):.3g}\n"
+            f"  {'stable' if self.stable else 'unstable'}: largest multiplier {modulus:.6g}\n"
+            f"  {len(self.coefficients) // 2} harmonics, tail {self.tail:.1e}; {self.message}"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """A curve of periodic orbits, in the order of its arc length.
+
+    Attributes
+    ----------
+    parameter : str
+        Path of the parameter that varies, for instance "omega" or "law.alpha".
+    values, omega : (n,) arrays
+        The parameter and the base frequency [rad/s] at every point.
+    coefficients : (n, 2H+1) array
+        Fourier coefficients of the first state: mean, cos 1, sin 1, ...
+    peak : (n,) array
+        Largest absolute value of the first state over the period.
+    multipliers : (n, states) complex array
+        Floquet multipliers over the orbit's period, largest modulus first.
+    stable : (n,) bool array
+        Whether the orbit is stable.
+    folds, doublings : list of Orbit
+        Turning points of the parameter, and period doublings, in arc order.
+    period : int
+        Turns of the base angle that an orbit takes; amplitude(k) belongs to k omega/period.
+    closed : bool
+        Whether the branch is a closed loop (an isola).
+    tail : float
+        Largest size of the last two harmonics relative to the whole.
+    origin : str
+        How the branch was found.
+    status : Status
+        `Status.OK`, or why the branch ends inside the range.
+    message : str
+        One sentence.
+    """
+
+    parameter: str
+    values: Floats
+    omega: Floats
+    coefficients: Floats
+    peak: Floats
+    multipliers: NDArray[np.complex128]
+    stable: NDArray[np.bool_]
+    folds: list[Orbit]
+    doublings: list[Orbit]
+    period: int
+    closed: bool
+    tail: float
+    origin: str
+    status: Status
+    message: str
+
+    def amplitude(self, k: int) -> Floats:
+        """Amplitude (n,) of harmonic k of the first state, 0-to-peak; k = 0 gives the mean."""
+        x = self.coefficients
+        if 2 * k >= x.shape[1]:
+            return np.zeros(len(x))
+        return np.asarray(np.hypot(x[:, 2 * k - 1], x[:, 2 * k])) if k else x[:, 0].copy()
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __str__(self) -> str:
+        folds = ", ".join(f"{f.omega:.9g}" for f in self.folds) or "none"
+        top = int(np.argmax(self.peak)) if len(self) else 0
+        peak = f"{self.peak[top]:.6g} at omega {self.omega[top]:.6g} rad/s" if len(self) else "none"
+        return (
+            f"Branch in {self.parameter}: {len(self)} points{', closed' if self.closed else ''}, {self.origin}\n"
+            f"  largest |x| {peak}\n"
+            f"  folds at omega = {folds} rad/s; {len(self.doublings)} period doublings\n"
+            f"  {int(np.sum(self.stable))} of {len(self)} points stable\n"
+            f"  {self.coefficients.shape[1] // 2} harmonics, tail {self.tail:.1e}; {self.message}"
+        )
+
+
 class atomic:
     """Context manager: a temporary sibling of `path` that replaces it on success and vanishes on any error."""
 

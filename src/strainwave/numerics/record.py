@@ -49,7 +49,8 @@ class Record:
         if self.samples:
             self.filled = filled
         else:
-            self.pieces.append(tuple(a[..., :filled].copy() for a in self.out))
+            self.pieces.append(tuple(a[..., :filled] for a in self.out))
+            self.out = ()
         if monotonic() - self.said >= 1.0:
             self.said = monotonic()
             start = float(self.first[0][0])

@@ -1,0 +1,114 @@
+"""Stability of the orbits of a second-order balance problem, and the largest displacement over a period.
+
+A disturbance y of u obeys J y'' + B y' + T'(u(t)) y = 0. With y = exp(-B t/(2J)) z this is Hill's equation z'' + q z
+= 0, which Numerov's fourth-order rule turns into w_{n+1} = t_n w_n - w_{n-1}. The period map of that recurrence has
+determinant 1, so Liouville's formula (the product of the multipliers is exp(-B period/J)) holds exactly and the trace
+tells everything.
+
+Nayfeh & Mook 1979, sec. 5.2 (Hill's equation, Floquet theory); Hairer, Norsett & Wanner I, sec. III.10 (Numerov).
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._jit import kernel_as, routine, with_leaf
+from ..results import Floats
+from .balance import SecondOrder, law_stiffness
+from .fourier import synthesis
+from .linear import row_times
+
+
+def _stability_loops(problem: Any, table: Any, points: Any, traces: Any, peaks: Any) -> None:
+    n, steps = table.shape
+    h = n // 2
+    u = np.empty(steps)
+    q = np.empty(steps)
+    x = np.empty(n)
+    spacing = 2.0 * math.pi / steps
+    for p in range(points.shape[0]):
+        system = with_leaf(problem.system, problem.leaf, points[p, n])
+        w = system.omega / problem.turns
+        row_times(points[p], table, u)
+        law_stiffness(system.law, u, q)
+        scale = spacing * spacing / (12.0 * w * w)
+        mu = system.B / system.J
+        shift = 0.25 * mu * mu
+        for i in range(steps):
+            q[i] = 12.0 / (1.0 + scale * (q[i] / system.J - shift)) - 10.0
+        w0, w1, v0, v1 = 1.0, 0.0, 0.0, 1.0  # two columns of the period map
+        for i in range(steps):
+            w0, w1 = q[i] * w0 - w1, w0
+            v0, v1 = q[i] * v0 - v1, v0
+        traces[p] = w0 + v1
+        for k in range(n):
+            x[k] = points[p, k] + problem.error[k]
+        row_times(x, table, u)
+        best = 0
+        for i in range(1, steps):
+            if abs(u[i]) > abs(u[best]):
+                best = i
+        peaks[p] = _refined(x, h, spacing * best, u[best])
+
+
+@routine
+def _refined(x: Any, h: int, angle: float, value: float) -> float:
+    top = value
+    for _ in range(2):
+        c, s = math.cos(angle), math.sin(angle)
+        ck, sk = 1.0, 0.0
+        top, slope, curvature = x[0], 0.0, 0.0
+        for k in range(1, h + 1):
+            ck, sk = ck * c - sk * s, ck * s + sk * c
+            even, odd = x[k] * ck + x[h + k] * sk, x[h + k] * ck - x[k] * sk
+            top += even
+            slope += k * odd
+            curvature -= k * k * even
+        if curvature * value < 0.0:
+            angle -= min(0.1, max(-0.1, slope / curvature))
+    return max(abs(top), abs(value))
+
+
+@kernel_as(_stability_loops)
+def stability(problem: Any, table: Any, points: Any, traces: Any, peaks: Any) -> None:
+    """Write the trace of Hill's period map and the largest |x| of every point (coefficients in blocks, parameter last).
+
+    `table` is the synthesis table of the Numerov grid.
+    """
+    n, steps = table.shape
+    h = n // 2
+    spacing = 2.0 * math.pi / steps
+    system = with_leaf(problem.system, problem.leaf, points[:, n, None])
+    q = system.law.stiffness(points[:, :n] @ table) + np.zeros((len(points), steps))
+    mu = system.B / system.J
+    q = 12.0 / (1.0 + (spacing * problem.turns / system.omega) ** 2 / 12.0 * (q / system.J - 0.25 * mu * mu)) - 10.0
+    w0, w1, v0, v1 = 1.0, 0.0, 0.0, 1.0
+    for i in range(steps):
+        w0, w1 = q[:, i] * w0 - w1, w0
+        v0, v1 = q[:, i] * v0 - v1, v0
+    traces[:] = w0 + v1
+    x = points[:, :n] + problem.error
+    samples = x @ table
+    best = np.argmax(np.abs(samples), axis=1)
+    for p in range(len(points)):
+        peaks[p] = _refined(x[p], h, spacing * best[p], samples[p, best[p]])
+
+
+def steps_for(problem: SecondOrder) -> int:
+    """Numerov steps that resolve every harmonic of the problem."""
+    return max(128, 16 * len(problem.tau))
+
+
+def stability_table(problem: SecondOrder) -> Floats:
+    """Synthesis table of the Numerov grid."""
+    return synthesis(len(problem.tau) // 2, steps_for(problem))
+
+
+def multipliers(traces: Floats, decay: Floats) -> NDArray[np.complex128]:
+    """Floquet multipliers (points, 2), largest modulus first, from Hill's traces and exp(-B period/(2J))."""
+    half = 0.5 * np.asarray(traces, complex)
+    root = np.sqrt(half * half - 1.0)
+    first = np.where(np.abs(half + root) >= np.abs(half - root), half + root, half - root)
+    return np.asarray(np.stack([first, 1.0 / first], axis=-1) * np.asarray(decay)[..., None], complex)
