@@ -95,7 +95,7 @@ def settle(
     y0 : (2,) tuple
         Start (x [rad], x' [rad/s]).
     time : float
-        Settling time [s], rounded up to whole base periods.
+        Settling time [s], rounded up to whole spans of `period` base periods; 0 starts to close the orbit at y0.
     period : int
         Base periods after which the motion is expected to repeat.
     close : bool
@@ -113,15 +113,17 @@ def settle(
     ----------
     Nayfeh & Balachandran 1995, Applied Nonlinear Dynamics, sec. 6.5 (shooting).
     """
-    base = 2.0 * math.pi / system.omega
-    turns = max(1, math.ceil(time / base)) * period
-    run = finished_or_interrupted(simulate(system, y0, np.array([0.0, 0.5, 1.0]) * turns * base, method=method))
-    start = (float(run.y[0, -1]), float(run.y[1, -1]))
-    if not run.status:
-        return _span(system, start, period, run.status, run.message, method)
-    if close:
-        start = _closed(system, start, period, method)
-    return _span(system, start, period, Status.OK, run.message, method)
+    turn = 2.0 * math.pi / system.omega * period
+    start = (float(y0[0]), float(y0[1]))
+    if time > 0.0:
+        run = finished_or_interrupted(simulate(system, start, np.array([0.0, 0.5, 1.0]) * turn * math.ceil(time / turn), method=method))
+        start = (float(run.y[0, -1]), float(run.y[1, -1]))
+        if not run.status:
+            return _motion(system, period, run, None)
+    if not close:
+        return _motion(system, period, _lap(system, start, period, method), None)
+    run, matrix = _closed(system, start, period, method)
+    return _motion(system, period, run, matrix)
 
 
 def finished_or_interrupted(run: Trajectory) -> Trajectory:
@@ -131,72 +133,64 @@ def finished_or_interrupted(run: Trajectory) -> Trajectory:
     return run
 
 
-def _grid(system: Any, period: int) -> Floats:
+def _lap(system: Any, start: tuple[float, float], period: int, method: Dopri5) -> Trajectory:
+    """One span of the motion, in samples fit for its spectrum."""
     length = 2.0 * math.pi / system.omega * period
     order = max((1, *system.orders()))
-    return np.linspace(0.0, length, SAMPLES * max(period, order) + 1)
+    grid = np.linspace(0.0, length, SAMPLES * max(period, order) + 1)
+    return finished_or_interrupted(simulate(system, start, grid, method=method))
 
 
-def _mapped(system: Any, start: tuple[float, float], period: int, method: Dopri5) -> Floats | None:
-    grid = _grid(system, period)
-    run = finished_or_interrupted(simulate(system, start, grid[[0, len(grid) // 2, -1]], method=method))
-    return run.y[:, -1] if run.status else None
-
-
-def _matrix(system: Any, start: tuple[float, float], end: Floats, period: int, method: Dopri5) -> Floats | None:
+def _matrix(system: Any, lap: Trajectory, method: Dopri5) -> Floats | None:
     """Derivative of the period map, by forward differences of states that are `1e-5` apart."""
+    start, end = lap.y[:, 0], lap.y[:, -1]
     size = max(abs(start[0]), abs(start[1]) / system.omega, 1e-9)
-    steps = (1e-5 * size, 1e-5 * size * system.omega)
     columns = []
-    for i, step in enumerate(steps):
-        moved = (start[0] + step * (i == 0), start[1] + step * (i == 1))
-        image = _mapped(system, moved, period, method)
-        if image is None:
+    for step in (np.array([1e-5 * size, 0.0]), np.array([0.0, 1e-5 * size * system.omega])):
+        moved = finished_or_interrupted(simulate(system, start + step, lap.t[[0, len(lap.t) // 2, -1]], method=method))
+        if not moved.status:
             return None
-        columns.append((image - end) / step)
+        columns.append((moved.y[:, -1] - end) / np.max(step))
     return np.array(columns).T
 
 
-def _closed(system: Any, start: tuple[float, float], period: int, method: Dopri5) -> tuple[float, float]:
-    """Newton's method on the period map; the simulated state is kept where it does not help."""
-    best, best_gap = start, math.inf
-    for _ in range(6):
-        end = _mapped(system, start, period, method)
-        if end is None:
-            return best
-        miss = end - np.array(start)
-        scale = np.array([1.0, 1.0 / system.omega])
-        gap = float(np.linalg.norm(miss * scale))
-        size = float(np.linalg.norm(np.array(start) * scale)) + 1e-300
+def _closed(system: Any, start: tuple[float, float], period: int, method: Dopri5) -> tuple[Trajectory, Floats | None]:
+    """Newton's method on the period map, with its derivative renewed only where it converges slowly.
+
+    The lap that comes nearest to a closed orbit is returned, with the derivative of the map near it.
+    """
+    best, best_gap, matrix, old = None, math.inf, None, math.inf
+    scale = np.array([1.0, 1.0 / system.omega])
+    for _ in range(10):
+        lap = _lap(system, start, period, method)
+        if not lap.status:
+            break
+        miss = lap.y[:, -1] - lap.y[:, 0]
+        gap, size = float(np.linalg.norm(miss * scale)), float(np.linalg.norm(lap.y[:, 0] * scale)) + 1e-300
         if gap < best_gap:
-            best, best_gap = start, gap
-        if gap < 1e-10 * size or gap > best_gap:
-            return best
-        matrix = _matrix(system, start, end, period, method)
-        if matrix is None or abs(np.linalg.det(matrix - np.eye(2))) < 1e-9:
-            return best
+            best, best_gap = lap, gap
+        elif gap > 10.0 * best_gap:
+            break
+        if gap < 1e-9 * size and matrix is not None:
+            break
+        if matrix is None or gap > 0.2 * old:
+            matrix = _matrix(system, lap, method)
+        old = gap
+        if matrix is None or abs(np.linalg.det(matrix - np.eye(2))) < 1e-9 or gap < 1e-13 * size:
+            break
         step = np.linalg.solve(matrix - np.eye(2), -miss)
         if float(np.linalg.norm(step * scale)) > FARTHEST * size:
-            return best
+            break
         start = (start[0] + float(step[0]), start[1] + float(step[1]))
-    return best
+    return (lap if best is None else best), matrix
 
 
-def _span(
-    system: Any, start: tuple[float, float], period: int, status: Status, message: str, method: Dopri5
-) -> SteadyMotion:
-    run = finished_or_interrupted(simulate(system, start, _grid(system, period), method=method))
-    if status and not run.status:
-        status, message = run.status, run.message
+def _motion(system: Any, period: int, run: Trajectory, matrix: Floats | None) -> SteadyMotion:
+    """Describe one span; `matrix` is the derivative of the period map where the orbit was to be closed."""
     x, v = run.y
     u = x - system.error.value(system.omega * run.t)
-    scale = max(float(np.max(np.abs(x))), 1e-300)
-    gap = float(np.hypot(x[-1] - x[0], (v[-1] - v[0]) / system.omega)) / scale
-    closed = bool(status) and gap < 1e-6
-    stable = None
-    if closed:
-        matrix = _matrix(system, start, run.y[:, -1], period, method)
-        stable = None if matrix is None else bool(np.max(np.abs(np.linalg.eigvals(matrix))) < 1.0)
-    return SteadyMotion(
-        system.omega, period, run.t, x, v, u, run.peak(), gap, closed, stable, status, message
-    )
+    size = max(float(np.max(np.abs(x))), 1e-300)
+    gap = float(np.hypot(x[-1] - x[0], (v[-1] - v[0]) / system.omega)) / size
+    closed = bool(run.status) and gap < 1e-6
+    stable = None if matrix is None or not closed else bool(np.max(np.abs(np.linalg.eigvals(matrix))) < 1.0)
+    return SteadyMotion(system.omega, period, run.t, x, v, u, run.peak(), gap, closed, stable, run.status, run.message)
