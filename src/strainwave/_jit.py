@@ -173,40 +173,77 @@ def _expose(function: Callable[..., Any], body: Callable[..., Any], inline: bool
 
 @cache
 def _numba() -> Any:
-    """Import Numba and teach it the kernels, the maths functions and the reserved methods."""
+    """Import Numba and teach it the maths functions, the methods of models and the primitives of this module."""
     numba: Any = import_module("numba")
     types: Any = import_module("numba.core.types")
     extending: Any = import_module("numba.extending")
-    tuple_setitem: Any = import_module("numba.cpython.unsafe.tuple").tuple_setitem
-
-    def expose_internal(name: str, arguments: tuple[str, ...]) -> None:
-        def typed(*args: Any) -> Any:
-            return getattr(args[0].instance_class, name, None)
-
-        positional = inspect.Parameter.POSITIONAL_OR_KEYWORD
-        typed.__signature__ = inspect.Signature([inspect.Parameter(a, positional) for a in arguments])  # type: ignore[attr-defined]
-        extending.overload_method(types.BaseNamedTuple, name, jit_options=CALLED, strict=False)(typed)
-
-    def expose_method(name: str) -> None:
-        def typed(self: Any, *args: Any) -> Any:
-            method = getattr(self.instance_class, name, None)
-            if method is None:
-                return None
-            compiled = numba.njit(method, **INNER)
-
-            def call(self: Any, *args: Any) -> Any:
-                return compiled(self, *args)
-
-            return call
-
+    # Numba asks `if receiver:` before it passes self; the type of a model without fields must not be falsy.
+    types.NamedTuple.__bool__ = lambda self: True
+    for name in RESERVED:
+        typed = _method(numba, name)
         extending.overload_method(types.BaseNamedTuple, name, jit_options=INNER)(typed)
+    for name, arguments in INTERNAL.items():
+        typed = _internal_method(name, arguments)
+        extending.overload_method(types.BaseNamedTuple, name, jit_options=CALLED, strict=False)(typed)
+    extending.overload(torsion, jit_options=INNER)(_torsion_of)
+    _expose(axpy, _axpy_body(import_module("numba.cpython.unsafe.tuple")))
+    _expose(with_leaf, _with_leaf_body(types, extending))
+    _expose(maths._quarter, maths._quarter)
+    _expose(maths.cos, maths.compiled_cos)
+    _expose(maths.sin, maths.compiled_sin)
+    _expose(maths.sign, lambda x: float((x > 0) - (x < 0)))
+    for function in ("exp", "sqrt"):
+        extending.overload(getattr(maths, function))(_forward(getattr(import_module("math"), function)))
+    return numba
 
-    def axpy_body(y: Any, h: Any, k: Any) -> Any:
+
+def _method(numba: Any, name: str) -> Callable[..., Any]:
+    def typed(self: Any, *args: Any) -> Any:
+        method = getattr(self.instance_class, name, None)
+        if method is None:
+            return None
+        compiled = numba.njit(method, **INNER)
+
+        def call(self: Any, *args: Any) -> Any:
+            return compiled(self, *args)
+
+        return call
+
+    return typed
+
+
+def _internal_method(name: str, arguments: tuple[str, ...]) -> Callable[..., Any]:
+    def typed(*args: Any) -> Any:
+        return getattr(args[0].instance_class, name, None)
+
+    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+    typed.__signature__ = inspect.Signature([inspect.Parameter(a, kind) for a in arguments])  # type: ignore[attr-defined]
+    return typed
+
+
+def _torsion_of(system: Any, phase: Any, y: Any) -> Any:
+    def own(system: Any, phase: Any, y: Any) -> Any:
+        return system.torsion(phase, y)
+
+    def first_state(system: Any, phase: Any, y: Any) -> Any:
+        return y[0]
+
+    return own if hasattr(system.instance_class, "torsion") else first_state
+
+
+def _axpy_body(tuples: Any) -> Callable[..., Any]:
+    tuple_setitem = tuples.tuple_setitem
+
+    def body(y: Any, h: Any, k: Any) -> Any:
         out = y
         for i in range(len(y)):
             out = tuple_setitem(out, i, y[i] + h * k[i])
         return out
 
+    return body
+
+
+def _with_leaf_body(types: Any, extending: Any) -> Callable[..., Any]:
     def set_leaf(context: Any, model: Any, index: Any, value: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             place = 0
@@ -226,44 +263,12 @@ def _numba() -> Any:
 
         return model(model, types.intp, types.float64), build
 
-    set_leaf_intrinsic = extending.intrinsic(set_leaf)
+    intrinsic = extending.intrinsic(set_leaf)
 
-    def with_leaf_body(model: Any, index: int, value: float) -> Any:
-        return set_leaf_intrinsic(model, index, value)
+    def body(model: Any, index: int, value: float) -> Any:
+        return intrinsic(model, index, value)
 
-    import math
-
-    def sign_body(x: Any) -> Any:
-        return float((x > 0) - (x < 0))
-
-    # Numba asks `if receiver:` before it passes self; the type of a model without fields must not be falsy.
-    types.NamedTuple.__bool__ = lambda self: True
-    for name in RESERVED:
-        expose_method(name)
-    for name, arguments in INTERNAL.items():
-        expose_internal(name, arguments)
-    _expose(axpy, axpy_body)
-    _expose(with_leaf, with_leaf_body)
-    _expose(maths.sign, sign_body)
-
-    def typed_torsion(system: Any, phase: Any, y: Any) -> Any:
-        def own(system: Any, phase: Any, y: Any) -> Any:
-            return system.torsion(phase, y)
-
-        def first_state(system: Any, phase: Any, y: Any) -> Any:
-            return y[0]
-
-        return own if hasattr(system.instance_class, "torsion") else first_state
-
-    extending.overload(torsion, jit_options=INNER)(typed_torsion)
-
-    _expose(maths._quarter, maths._quarter)
-    _expose(maths.cos, maths.compiled_cos)
-    _expose(maths.sin, maths.compiled_sin)
-    for name in ("exp", "sqrt"):
-        native = getattr(math, name)
-        extending.overload(getattr(maths, name))(_forward(native))
-    return numba
+    return body
 
 
 def _forward(native: Callable[[float], float]) -> Callable[..., Any]:
