@@ -136,6 +136,7 @@ def test_pieces_of_any_size_give_one_solution(method, monkeypatch):
     whole = sw.simulate(DUFFING, (0.5, 0.0), 20.0, method=method)
     apart = sw.simulate(DUFFING, (0.5, 0.0), [0.0, 9.0, 20.0], method=method)
     monkeypatch.setattr(integrate, "BUDGET", 7)
+    monkeypatch.setattr(record, "FIRST", 3)
     pieces = sw.simulate(DUFFING, (0.5, 0.0), 20.0, method=method)
     apart_in_pieces = sw.simulate(DUFFING, (0.5, 0.0), [0.0, 9.0, 20.0], method=method)
     np.testing.assert_allclose(pieces.y[:, -1], whole.y[:, -1], rtol=0, atol=1e-7)

@@ -2,8 +2,8 @@
 
 The article's equation is x'' + mu x' + omega_0^2 (x + alpha x^3) = A cos(omega t). Its text prints mu = 0.129 1/s and
 omega_0 = 37.2 rad/s; its own Table 3 (`HDC_40_050`) gives others, called "derived" here. The values below are those of
-a check of the article by DOP853 at a relative tolerance of 1e-11, from rest, over about 30/mu. It took its largest values
-at output times: the true ones are up to 0.03 % higher, and SciPy, sampled densely, confirms those here.
+a check of the article by DOP853 at a relative tolerance of 1e-11, from rest, over about 30/mu. It took its largest
+values at output times: the true ones are up to 0.03 % higher, and SciPy, sampled densely, confirms those here.
 """
 
 import math

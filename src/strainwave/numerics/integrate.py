@@ -22,6 +22,7 @@ BUDGET = 65536  # steps per call of a kernel: between calls the user can interru
 DONE, DIVERGED, PAUSED = 0, 1, 2
 BOUND = 1e30  # of every state: far beyond any physics, and its powers in a law still fit a float
 MOST_RECORDED = 100_000_000
+LEAST = math.log(1e-4)  # the step control remembers no smaller error than this
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ def adaptive(
     if breakpoints is not None:
         set_sides(system, omega, t, y, k, breakpoints, sides, at)
     every = len(samples) == 0
-    status, steps, rejected, switches, old = PAUSED, 0, 0, 0, 1e-4
+    status, steps, rejected, switches, old = PAUSED, 0, 0, 0, LEAST
     if h <= 0.0:
         h = first_step(system, omega, t, y, k, rtol, atol)
     while status == PAUSED and steps + rejected < budget:
@@ -148,9 +149,10 @@ def adaptive(
             if not t + h > t:
                 status = DIVERGED
             continue
-        e = max(e, 1e-10)
-        h_next = h * min(10.0, max(0.2, 0.9 * old**0.04 * e**-0.17))
-        old = max(e, 1e-4)
+        # PI control (Hairer & Wanner II, sec. IV.2): 0.9 h e_old^0.04 e^-0.17, with one logarithm for two powers.
+        log_e = math.log(max(e, 1e-10))
+        h_next = h * min(10.0, max(0.2, 0.9 * math.exp(0.04 * old - 0.17 * log_e)))
+        old = max(log_e, LEAST)
         if at >= 0:
             switches += 1
             h_next = tried
@@ -244,7 +246,7 @@ def simulate(system: Any, y0: ArrayLike, t: float | ArrayLike, *, method: Dopri5
         raise TypeError(f"method is {method!r}; it must be Dopri5(...), Rk4(...) or Dop8(...)")
     times = _times(t)
     y, rate = _start(system, times[0], y0)
-    samples = len(times) - 1 if len(times) > 2 else 0
+    samples = len(times) if len(times) > 2 else 0
     if isinstance(method, Dopri5):
         return _adaptive(system, y, times, method, Record(times[0], times[-1], y, rate, samples))
     return _fixed(system, y, rate, times, method)
@@ -291,15 +293,15 @@ def _adaptive(system: Any, y: Any, times: Floats, method: Dopri5, record: Record
     omega = float(getattr(system, "omega", 1.0))
     places = system.breakpoints() if hasattr(system, "breakpoints") else ()
     breakpoints = np.array(places, float) if places else None  # None: the kernel for smooth laws leaves the search out
-    samples = times[1:] if record.samples else np.empty(0)
+    samples = times if record.samples else np.empty(0)
     t, t_end, h, at, sides = float(times[0]), float(times[-1]), 0.0, -1, np.ones(len(places))
     steps, rejected, switches, status = 0, 0, 0, PAUSED
     try:
         while status == PAUSED and steps + rejected < method.max_steps:
-            budget = min(BUDGET, method.max_steps - steps - rejected)
+            budget = record.room(min(BUDGET, method.max_steps - steps - rejected))
             t, y, h, at, filled, status, new, bad, crossed = run(
                 adaptive, system, omega, t, y, t_end, h, float(method.rtol), float(method.atol),
-                breakpoints, sides, at, samples, record.filled, budget, *record.buffers(BUDGET),
+                breakpoints, sides, at, samples, record.filled, budget, *record.buffers(),
             )  # fmt: skip
             record.keep(filled, t)
             steps, rejected, switches = steps + new, rejected + bad, switches + crossed
@@ -311,22 +313,22 @@ def _adaptive(system: Any, y: Any, times: Floats, method: Dopri5, record: Record
 
 def _fixed(system: Any, y: Any, rate: Any, times: Floats, method: Rk4) -> Trajectory:
     omega = float(getattr(system, "omega", 1.0))
-    t, steps, status, samples = float(times[0]), 0, PAUSED, times[1:]
+    t, steps, status, samples = float(times[0]), 0, PAUSED, times
     record = Record(t, times[-1], y, rate, 0)
     try:
         h = _fixed_step(system, omega, y, rate, times, method)
-        if len(samples) == 1:
+        if len(times) == 2:
             n = math.ceil((times[-1] - t) / h * (1.0 - 1e-12))
             if n > MOST_RECORDED:
                 raise ValueError(
                     f"{n:.3g} steps are too many to record; give the times at which to record, or fewer steps"
                 )
-            samples = np.linspace(t, times[-1], 1 + n)[1:]
-        record.samples = len(samples)
+            samples = np.linspace(t, times[-1], 1 + n)
+        record = Record(t, times[-1], y, rate, len(samples))
         while status == PAUSED:
             eighth = isinstance(method, Dop8)
             t, y, filled, status, new = run(
-                fixed, system, omega, t, y, h, eighth, samples, record.filled, BUDGET, *record.buffers(0)
+                fixed, system, omega, t, y, h, eighth, samples, record.filled, BUDGET, *record.buffers()
             )
             record.keep(filled, t)
             steps += new
