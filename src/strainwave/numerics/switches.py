@@ -69,12 +69,11 @@ def step_onto(system: Any, omega: float, t: float, h: float, y: Any, k: Any, bre
     The whole step is repeated, instead of cutting its interpolant, so that its end has the order of the method too.
     """
     away = torsion(system, omega * t, y) - breakpoint
-    y1, k1, error, dense = dopri5_step(system, omega, t, y, h, k)
-    for _ in range(3):
+    shift = 0.0
+    for _ in range(4):
+        h = min(h - shift, t_end - t)
+        y1, k1, error, dense = dopri5_step(system, omega, t, y, h, k)
         gap = torsion(system, omega * (t + h), y1) - breakpoint
         rate = torsion_rate(system, omega, t + h, y1, k1)
-        if abs(gap) < 0.1 * h * abs(rate):
-            h = min(h - gap / rate, t_end - t)
-            y1, k1, error, dense = dopri5_step(system, omega, t, y, h, k)
-    gap = torsion(system, omega * (t + h), y1) - breakpoint
+        shift = gap / rate if abs(gap) < 0.1 * h * abs(rate) else 0.0
     return abs(gap) <= 1e-3 * abs(away), h, y1, k1, error, dense
