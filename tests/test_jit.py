@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from scipy.special import erf
 
 import strainwave
 import strainwave as sw
@@ -129,6 +130,22 @@ class Tabulated(NamedTuple):
 def test_law_that_cannot_be_compiled_is_said_in_one_sentence():
     system = sw.Oscillator(1.0, 0.1, Tabulated(1.0), sw.Harmonic(0.1), 1.0)
     with pytest.raises(TypeError, match=r"^Tabulated cannot be compiled: [^\n]*; write its methods[^\n]*$"):
+        sw.simulate(system, (0.0, 0.0), 1.0)
+
+
+class Special(NamedTuple):
+    """A law that calls a function which the compiler does not know."""
+
+    K: float
+
+    def torque(self, x):
+        return self.K * erf(x)
+
+
+@pytest.mark.compiled
+def test_what_cannot_be_compiled_is_named_as_the_user_wrote_it():
+    system = sw.Oscillator(1.0, 0.1, Special(1.0), sw.Harmonic(0.1), 1.0)
+    with pytest.raises(TypeError, match="^Special cannot be compiled: Untyped global name 'erf'"):
         sw.simulate(system, (0.0, 0.0), 1.0)
 
 

@@ -132,7 +132,7 @@ def _foreign_classes(thing: Any) -> set[str]:
 def _explain(error: Exception, classes: set[str]) -> str:
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     signs = ("Unknown attribute", "Cannot unify", "Use of unsupported", "Untyped global", "No implementation of")
-    facts = [line for line in lines if line.startswith(signs)] or lines or ["unknown reason"]
+    facts = [line for sign in signs for line in lines if line.startswith(sign)] or lines or ["unknown reason"]
     return (
         f"{' / '.join(sorted(classes)) or 'the model'} cannot be compiled: {facts[0].rstrip('.:')}; write its methods "
         "with arithmetic, abs and strainwave.maths, or set STRAINWAVE_JIT=0 to run it as Python"
