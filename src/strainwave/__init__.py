@@ -24,11 +24,16 @@ if TYPE_CHECKING:
     from .model.laws import PiecewiseLinear as PiecewiseLinear
     from .model.laws import Polynomial as Polynomial
     from .model.oscillator import Oscillator as Oscillator
+    from .numerics.branches import frequency_response as frequency_response
     from .numerics.integrate import Dop8 as Dop8
     from .numerics.integrate import Dopri5 as Dopri5
     from .numerics.integrate import Rk4 as Rk4
     from .numerics.integrate import simulate as simulate
+    from .numerics.orbits import find_orbit as find_orbit
+    from .numerics.shooting import shoot as shoot
     from .quantities import replace as replace
+    from .results import Branch as Branch
+    from .results import Orbit as Orbit
     from .results import SolveError as SolveError
     from .results import Status as Status
     from .results import Trajectory as Trajectory
@@ -52,9 +57,12 @@ _HOME = {
     "model.excitation": ("Harmonic", "Harmonics", "KinematicError", "Line", "NoError"),
     "model.laws": ("Backlash", "Cubic", "Linear", "PiecewiseLinear", "Polynomial"),
     "model.oscillator": ("Oscillator",),
+    "numerics.branches": ("frequency_response",),
+    "numerics.orbits": ("find_orbit",),
+    "numerics.shooting": ("shoot",),
     "numerics.integrate": ("Dop8", "Dopri5", "Rk4", "simulate"),
     "quantities": ("replace",),
-    "results": ("SolveError", "Status", "Trajectory"),
+    "results": ("Branch", "Orbit", "SolveError", "Status", "Trajectory"),
     "study.validate": ("Comparison", "compare"),
     "theory.derivation": ("Derivation", "derivation"),
     "theory.lyapunov": ("StabilityProof", "lyapunov"),

@@ -25,13 +25,16 @@ from . import maths
 F = TypeVar("F", bound=Callable[..., Any])
 
 # Methods of a model object that a kernel may call. No field may have one of these names.
-RESERVED = ("torque", "stiffness", "energy", "value", "slope", "rhs", "jacobian", "torsion")
+RESERVED = ("torque", "stiffness", "energy", "value", "slope", "rhs", "jacobian", "torsion", "breakpoints")
 # Methods of the package's own problem objects (harmonic balance), with their arguments.
 INTERNAL = {
     "forcing": ("self", "system", "work"),
     "residual": ("self", "z", "work", "r"),
     "linearise": ("self", "z", "work", "jacobian", "slope"),
     "parameter_slope": ("self", "z", "work", "slope"),
+    "torque_series": ("self", "law", "z", "u", "r"),
+    "stiffness_product": ("self", "law", "u", "jacobian"),
+    "hill_trace": ("self", "system", "z", "u", "w"),
 }
 
 # "contract", "nsz" and "arcp" allow FMA and reciprocals; full fastmath assumes no NaN and would hide divergence.

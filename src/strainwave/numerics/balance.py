@@ -8,14 +8,16 @@ frequency/time).
 Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4 (AFT) and 3.2 (Jacobian).
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._jit import kernel, kernel_as, with_leaf
 from ..results import Floats
-from .fourier import analysis, synthesis
+from .fourier import analysis, extend, multiply_rows, synthesis
 from .linear import copy, fill, row_times
+from .piecewise import crossings_for, is_piecewise_linear
 
 
 def _law_torque_loops(law: Any, u: Any, out: Any) -> None:
@@ -62,57 +64,6 @@ def error_samples(error: Any, angles: Any, out: Any) -> None:
     out[:] = error.value(angles)
 
 
-def _multiply_rows_loops(gc: Any, gs: Any, h: int, out: Any) -> None:
-    # gc[2H + j], gs[2H + j]: cosine and sine coefficients of the factor, extended evenly and oddly to negative j.
-    o = 2 * h
-    out[0, 0] = 0.5 * gc[o]
-    for m in range(1, h + 1):
-        out[0, m] = 0.5 * gc[o + m]
-        out[0, h + m] = 0.5 * gs[o + m]
-        out[m, 0] = gc[o + m]
-        out[h + m, 0] = gs[o + m]
-    for k in range(1, h + 1):
-        for m in range(1, h + 1):
-            out[k, m] = 0.5 * (gc[o + m - k] + gc[o + k + m])
-            out[k, h + m] = 0.5 * (gs[o + k + m] + gs[o + m - k])
-            out[h + k, m] = 0.5 * (gs[o + k + m] - gs[o + m - k])
-            out[h + k, h + m] = 0.5 * (gc[o + m - k] - gc[o + k + m])
-
-
-@kernel_as(_multiply_rows_loops)
-def multiply_rows(gc: Any, gs: Any, h: int, out: Any) -> None:
-    """Matrix that multiplies a series by the factor with extended coefficients gc, gs: Toeplitz plus Hankel blocks."""
-    k = np.arange(1, h + 1)
-    o = 2 * h
-    difference, total = o + k[None, :] - k[:, None], o + k[None, :] + k[:, None]
-    n = 2 * h + 1
-    out[0, 0], out[0, 1 : h + 1], out[0, h + 1 : n] = 0.5 * gc[o], 0.5 * gc[o + k], 0.5 * gs[o + k]
-    out[1 : h + 1, 0], out[h + 1 : n, 0] = gc[o + k], gs[o + k]
-    out[1 : h + 1, 1 : h + 1] = 0.5 * (gc[difference] + gc[total])
-    out[1 : h + 1, h + 1 : n] = 0.5 * (gs[total] + gs[difference])
-    out[h + 1 : n, 1 : h + 1] = 0.5 * (gs[total] - gs[difference])
-    out[h + 1 : n, h + 1 : n] = 0.5 * (gc[difference] - gc[total])
-
-
-def _extend_loops(g: Any, h: int, gc: Any, gs: Any) -> None:
-    o = 2 * h
-    gc[o] = 2.0 * g[0]
-    gs[o] = 0.0
-    for j in range(1, o + 1):
-        gc[o + j] = g[j]
-        gc[o - j] = g[j]
-        gs[o + j] = g[o + j]
-        gs[o - j] = -g[o + j]
-
-
-@kernel_as(_extend_loops)
-def extend(g: Any, h: int, gc: Any, gs: Any) -> None:
-    """Extend the coefficients g (blocks, 2H harmonics) to negative indices; the mean counts twice."""
-    o = 2 * h
-    gc[o], gc[o + 1 :], gc[:o] = 2.0 * g[0], g[1 : o + 1], g[o:0:-1]
-    gs[o], gs[o + 1 :], gs[:o] = 0.0, g[o + 1 :], -g[:o:-1]
-
-
 def _add_linear_loops(J: float, B: float, w: float, h: int, z: Any, torque: Any, error: Any, r: Any) -> None:
     r[0] -= torque[0]
     for k in range(1, h + 1):
@@ -153,14 +104,47 @@ def add_linear_jacobian(J: float, B: float, w: float, h: int, out: Any) -> None:
     out[h + k, k] -= B * w * k
 
 
+class Sampling(NamedTuple):
+    """Fourier coefficients of T(u) for a smooth law, by alternating frequency/time; g, gc and gs are buffers."""
+
+    analysis: Floats
+    analysis_double: Floats
+    samples: Floats
+    g: Floats
+    gc: Floats
+    gs: Floats
+
+    def torque_series(self, law: Any, z: Any, u: Any, r: Any) -> None:
+        """Coefficients of T(u) from the samples of u."""
+        law_torque(law, u, self.samples)
+        row_times(self.samples, self.analysis, r)
+
+    def stiffness_product(self, law: Any, u: Any, jacobian: Any) -> None:
+        """Matrix that multiplies a series by T'(u)."""
+        h = self.analysis.shape[1] // 2
+        law_stiffness(law, u, self.samples)
+        row_times(self.samples, self.analysis_double, self.g)
+        extend(self.g, h, self.gc, self.gs)
+        multiply_rows(self.gc, self.gs, h, jacobian)
+
+    def hill_trace(self, system: Any, z: Any, u: Any, w: float) -> float:
+        """Trace of the period map of z'' + (T'(u)/J - (B/2J)^2) z = 0 by Numerov's rule on the samples u."""
+        steps = len(u)
+        scale = (2.0 * math.pi / steps / w) ** 2 / 12.0
+        shift = 0.25 * (system.B / system.J) ** 2
+        w0, w1, v0, v1 = 1.0, 0.0, 0.0, 1.0  # two columns of the period map
+        for i in range(steps):
+            t = 12.0 / (1.0 + scale * (system.law.stiffness(u[i]) / system.J - shift)) - 10.0
+            w0, w1 = t * w0 - w1, w0
+            v0, v1 = t * v0 - v1, v0
+        return w0 + v1
+
+
 class Work(NamedTuple):
     """Buffers of one solver, so that nothing is allocated in its loop."""
 
     u: Floats
     f: Floats
-    g: Floats
-    gc: Floats
-    gs: Floats
     tau: Floats
     error: Floats
     z: Floats
@@ -178,10 +162,10 @@ class SecondOrder(NamedTuple):
     turns: int
     synthesis: Floats
     analysis: Floats
-    analysis_double: Floats
     angles: Floats
     tau: Floats
     error: Floats
+    nonlinear: Any
 
     def forcing(self, system: Any, work: Any) -> None:
         """Coefficients of torque and kinematic error into `work`; only a frequency leaves them as they are."""
@@ -200,8 +184,7 @@ class SecondOrder(NamedTuple):
         system = with_leaf(self.system, self.leaf, z[n])
         self.forcing(system, work)
         row_times(z, self.synthesis, work.u)
-        law_torque(system.law, work.u, work.f)
-        row_times(work.f, self.analysis, r)
+        self.nonlinear.torque_series(system.law, z, work.u, r)
         add_linear(system.J, system.B, system.omega / self.turns, n // 2, z, work.tau, work.error, r)
 
     def linearise(self, z: Any, work: Any, jacobian: Any, slope: Any) -> None:
@@ -209,11 +192,10 @@ class SecondOrder(NamedTuple):
         n = self.synthesis.shape[0]
         h = n // 2
         system = with_leaf(self.system, self.leaf, z[n])
-        law_stiffness(system.law, work.u, work.f)
-        row_times(work.f, self.analysis_double, work.g)
-        extend(work.g, h, work.gc, work.gs)
-        multiply_rows(work.gc, work.gs, h, jacobian)
+        self.nonlinear.stiffness_product(system.law, work.u, jacobian)
         w = system.omega / self.turns
+        # In the play of a gear nothing holds the mean; this leaves it where it is.
+        jacobian[0, 0] += 1e-12 * (system.J * w * w + abs(system.B * w))
         add_linear_jacobian(system.J, system.B, w, h, jacobian)
         if self.leaf == self.omega_leaf:
             fill(0.0, slope)
@@ -237,15 +219,30 @@ class SecondOrder(NamedTuple):
 
 def second_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: int = 1) -> SecondOrder:
     """Build the balance problem of an oscillator for a number of harmonics of omega/turns."""
-    samples = 4 * harmonics + 4
+    samples = 8 * harmonics + 8 if is_piecewise_linear(system.law) else 4 * harmonics + 4
     angles = 2.0 * np.pi * turns * np.arange(samples) / samples
     table = analysis(harmonics, samples)
     torque = np.broadcast_to(np.asarray(system.excitation.torque(angles), float), angles.shape)
     error = np.broadcast_to(np.asarray(system.error.value(angles), float), angles.shape)
+    wide = 4 * harmonics + 1
+    nonlinear: Any
+    if is_piecewise_linear(system.law):
+        nonlinear = crossings_for(harmonics)
+    else:
+        double = analysis(2 * harmonics, samples)
+        nonlinear = Sampling(table, double, np.empty(samples), np.empty(wide), np.empty(wide), np.empty(wide))
     return SecondOrder(
-        system, leaf, omega_leaf, turns, synthesis(harmonics, samples), table, analysis(2 * harmonics, samples),
-        angles, torque @ table, error @ table,
-    )  # fmt: skip
+        system,
+        leaf,
+        omega_leaf,
+        turns,
+        synthesis(harmonics, samples),
+        table,
+        angles,
+        torque @ table,
+        error @ table,
+        nonlinear,
+    )
 
 
 @kernel
@@ -253,6 +250,6 @@ def work_for(problem: Any) -> Any:
     """Buffers for a problem."""
     n, samples = problem.synthesis.shape
     return Work(
-        np.empty(samples), np.empty(samples), np.empty(2 * n - 1), np.empty(2 * n - 1), np.empty(2 * n - 1),
-        np.empty(n), np.empty(n), np.empty(n + 1), np.empty(n), np.empty(n), np.empty(n),
+        np.empty(samples), np.empty(samples), np.empty(n), np.empty(n), np.empty(n + 1), np.empty(n), np.empty(n),
+        np.empty(n),
     )  # fmt: skip

@@ -26,6 +26,7 @@ RUNNING, END, CLOSED, STUCK, LOST = (
 )  # outcome: full buffer, left the range, closed loop, step too small, no start
 Z0, T0, Z1, T1, Z, T, ROW, SCALE, HOME, AHEAD = range(10)  # rows of the state of a continuation
 SMALLEST_STEP = 1e-9
+KINK = 1e-4  # steps below this may turn sharply: laws with kinks give curves with kinks
 TOLERANCE = 1e-9  # of a correction, in scaled unknowns
 
 
@@ -195,7 +196,7 @@ def predict(state: Any, mode: int, ds: float, bracket: Any, bound: float) -> flo
             copy(state[Z1], state[Z])
             add(ds, state[T1], state[Z])
         return float(dot(state[ROW], state[Z1])) + ds
-    if mode == FOLD or mode == TOP:
+    if mode in (FOLD, TOP):
         d = chord(state)
         normalise(state, T)
         hermite(secant(bracket), d, state)
@@ -226,13 +227,13 @@ def begin(state: Any, direction: float) -> None:
 
 
 @routine
-def advance(state: Any) -> bool:
-    """Take the corrected point as the next of the branch, unless the tangent turned too far."""
+def advance(state: Any, ds: float) -> bool:
+    """Take the corrected point as the next of the branch, unless the tangent turned too far in a step of some length."""
     normalise(state, T)
     turn = 0.0
     for i in range(state.shape[1]):
         turn += state[T, i] * state[T1, i] * state[SCALE, i] ** 2
-    if turn < 0.9:
+    if turn < 0.9 and (ds > KINK or turn < 0.0):
         return False
     copy(state[Z1], state[Z0])
     copy(state[T1], state[T0])
@@ -268,7 +269,7 @@ def follow(
             count, mode = count + 1, STEP
             continue
         if mode == STEP:
-            if not (good and advance(state)):
+            if not (good and advance(state, ds)):
                 ds *= 0.4
                 if ds < SMALLEST_STEP:
                     outcome = STUCK

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .._jit import kernel_as, routine, with_leaf
 from ..results import Floats
-from .balance import SecondOrder, law_stiffness
+from .balance import Sampling, SecondOrder
 from .fourier import synthesis
 from .linear import row_times
 
@@ -25,24 +25,12 @@ def _stability_loops(problem: Any, table: Any, points: Any, traces: Any, peaks: 
     n, steps = table.shape
     h = n // 2
     u = np.empty(steps)
-    q = np.empty(steps)
     x = np.empty(n)
     spacing = 2.0 * math.pi / steps
     for p in range(points.shape[0]):
         system = with_leaf(problem.system, problem.leaf, points[p, n])
-        w = system.omega / problem.turns
         row_times(points[p], table, u)
-        law_stiffness(system.law, u, q)
-        scale = spacing * spacing / (12.0 * w * w)
-        mu = system.B / system.J
-        shift = 0.25 * mu * mu
-        for i in range(steps):
-            q[i] = 12.0 / (1.0 + scale * (q[i] / system.J - shift)) - 10.0
-        w0, w1, v0, v1 = 1.0, 0.0, 0.0, 1.0  # two columns of the period map
-        for i in range(steps):
-            w0, w1 = q[i] * w0 - w1, w0
-            v0, v1 = q[i] * v0 - v1, v0
-        traces[p] = w0 + v1
+        traces[p] = problem.nonlinear.hill_trace(system, points[p], u, system.omega / problem.turns)
         for k in range(n):
             x[k] = points[p, k] + problem.error[k]
         row_times(x, table, u)
@@ -80,20 +68,32 @@ def stability(problem: Any, table: Any, points: Any, traces: Any, peaks: Any) ->
     n, steps = table.shape
     h = n // 2
     spacing = 2.0 * math.pi / steps
-    system = with_leaf(problem.system, problem.leaf, points[:, n, None])
-    q = system.law.stiffness(points[:, :n] @ table) + np.zeros((len(points), steps))
-    mu = system.B / system.J
-    q = 12.0 / (1.0 + (spacing * problem.turns / system.omega) ** 2 / 12.0 * (q / system.J - 0.25 * mu * mu)) - 10.0
-    w0, w1, v0, v1 = 1.0, 0.0, 0.0, 1.0
-    for i in range(steps):
-        w0, w1 = q[:, i] * w0 - w1, w0
-        v0, v1 = q[:, i] * v0 - v1, v0
-    traces[:] = w0 + v1
+    if not isinstance(problem.nonlinear, Sampling):
+        for p, point in enumerate(points):
+            system = with_leaf(problem.system, problem.leaf, float(point[n]))
+            traces[p] = problem.nonlinear.hill_trace(system, point, point[:n] @ table, system.omega / problem.turns)
+    else:
+        traces[:] = _numerov(problem, points, table)
     x = points[:, :n] + problem.error
     samples = x @ table
     best = np.argmax(np.abs(samples), axis=1)
     for p in range(len(points)):
         peaks[p] = _refined(x[p], h, spacing * best[p], samples[p, best[p]])
+
+
+def _numerov(problem: Any, points: Floats, table: Floats) -> Floats:
+    """`Sampling.hill_trace` for all points at once."""
+    n, steps = table.shape
+    spacing = 2.0 * math.pi / steps
+    system = with_leaf(problem.system, problem.leaf, points[:, n, None])
+    q = system.law.stiffness(points[:, :n] @ table) + np.zeros((len(points), steps))
+    mu = system.B / system.J
+    q = 12.0 / (1.0 + (spacing * problem.turns / system.omega) ** 2 / 12.0 * (q / system.J - 0.25 * mu * mu)) - 10.0
+    w0, w1, v0, v1 = np.ones(len(points)), np.zeros(len(points)), np.zeros(len(points)), np.ones(len(points))
+    for i in range(steps):
+        w0, w1 = q[:, i] * w0 - w1, w0
+        v0, v1 = q[:, i] * v0 - v1, v0
+    return w0 + v1
 
 
 def steps_for(problem: SecondOrder) -> int:

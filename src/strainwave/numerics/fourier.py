@@ -4,8 +4,11 @@ Results list coefficients as mean, cos 1, sin 1, cos 2, sin 2, ... of the base p
 blocks, mean, cos 1..H, sin 1..H, because rows of the Jacobian are then contiguous Toeplitz and Hankel rows.
 """
 
+from typing import Any
+
 import numpy as np
 
+from .._jit import kernel_as
 from ..results import Floats
 
 
@@ -34,3 +37,54 @@ def from_blocks(blocks: Floats) -> Floats:
     h = len(blocks) // 2
     out[0], out[1::2], out[2::2] = blocks[0], blocks[1 : h + 1], blocks[h + 1 :]
     return out
+
+
+def _multiply_rows_loops(gc: Any, gs: Any, h: int, out: Any) -> None:
+    # gc[2H + j], gs[2H + j]: cosine and sine coefficients of the factor, extended evenly and oddly to negative j.
+    o = 2 * h
+    out[0, 0] = 0.5 * gc[o]
+    for m in range(1, h + 1):
+        out[0, m] = 0.5 * gc[o + m]
+        out[0, h + m] = 0.5 * gs[o + m]
+        out[m, 0] = gc[o + m]
+        out[h + m, 0] = gs[o + m]
+    for k in range(1, h + 1):
+        for m in range(1, h + 1):
+            out[k, m] = 0.5 * (gc[o + m - k] + gc[o + k + m])
+            out[k, h + m] = 0.5 * (gs[o + k + m] + gs[o + m - k])
+            out[h + k, m] = 0.5 * (gs[o + k + m] - gs[o + m - k])
+            out[h + k, h + m] = 0.5 * (gc[o + m - k] - gc[o + k + m])
+
+
+@kernel_as(_multiply_rows_loops)
+def multiply_rows(gc: Any, gs: Any, h: int, out: Any) -> None:
+    """Matrix that multiplies a series by the factor with extended coefficients gc, gs: Toeplitz plus Hankel blocks."""
+    k = np.arange(1, h + 1)
+    o = 2 * h
+    difference, total = o + k[None, :] - k[:, None], o + k[None, :] + k[:, None]
+    n = 2 * h + 1
+    out[0, 0], out[0, 1 : h + 1], out[0, h + 1 : n] = 0.5 * gc[o], 0.5 * gc[o + k], 0.5 * gs[o + k]
+    out[1 : h + 1, 0], out[h + 1 : n, 0] = gc[o + k], gs[o + k]
+    out[1 : h + 1, 1 : h + 1] = 0.5 * (gc[difference] + gc[total])
+    out[1 : h + 1, h + 1 : n] = 0.5 * (gs[total] + gs[difference])
+    out[h + 1 : n, 1 : h + 1] = 0.5 * (gs[total] - gs[difference])
+    out[h + 1 : n, h + 1 : n] = 0.5 * (gc[difference] - gc[total])
+
+
+def _extend_loops(g: Any, h: int, gc: Any, gs: Any) -> None:
+    o = 2 * h
+    gc[o] = 2.0 * g[0]
+    gs[o] = 0.0
+    for j in range(1, o + 1):
+        gc[o + j] = g[j]
+        gc[o - j] = g[j]
+        gs[o + j] = g[o + j]
+        gs[o - j] = -g[o + j]
+
+
+@kernel_as(_extend_loops)
+def extend(g: Any, h: int, gc: Any, gs: Any) -> None:
+    """Extend the coefficients g (blocks, 2H harmonics) to negative indices; the mean counts twice."""
+    o = 2 * h
+    gc[o], gc[o + 1 :], gc[:o] = 2.0 * g[0], g[1 : o + 1], g[o:0:-1]
+    gs[o], gs[o + 1 :], gs[:o] = 0.0, g[o + 1 :], -g[:o:-1]

@@ -1,0 +1,135 @@
+"""`find_orbit`: one periodic orbit of a forced system, by harmonic balance; shooting refines it for laws with kinks."""
+
+from typing import Any
+
+import numpy as np
+
+from ..quantities import checked
+from ..results import Floats, Orbit, SolveError, Status
+from .balance import second_order
+from .branches import Trace, describe, leaf_of, solve, tail_of, with_velocity
+from .continuation import END
+from .fourier import from_blocks, to_blocks
+from .guess import linear_response
+from .integrate import Dopri5, simulate
+from .shooting import shoot
+
+TAIL = 1e-10
+MOST_HARMONICS = 127
+SETTLING = 200  # periods integrated where Newton's method fails from the linear response
+
+
+def find_orbit(
+    system: Any,
+    *,
+    harmonics: int | None = None,
+    guess: Floats | Orbit | None = None,
+    period: int = 1,
+    throw: bool = False,
+) -> Orbit:
+    """Find a periodic orbit by harmonic balance.
+
+    Parameters
+    ----------
+    system : Oscillator
+        The forced system, at its own `omega`.
+    harmonics : int, optional
+        Highest harmonic of omega/period. Default: grown until the last two hold less than 1e-10 of the whole (at most
+        127); an orbit that crosses breakpoints of the law, whose spectrum decays slowly, is then refined by shooting.
+    guess : (2H+1, states) array or Orbit, optional
+        Coefficients (mean, cos 1, sin 1, ...) near the orbit. Default: the linear response, then integration.
+    period : int
+        Turns of the base angle that the orbit takes (2 or more: subharmonic).
+    throw : bool
+        Raise instead of returning an orbit with a status.
+
+    Returns
+    -------
+    Orbit
+        `status` is `Status.OK` or the reason for stopping.
+
+    Raises
+    ------
+    ValueError
+        If the guess has the wrong shape or `harmonics` or `period` is not positive.
+    SolveError
+        If no orbit is found and `throw` is true.
+
+    References
+    ----------
+    Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
+    """
+    system = checked(system)
+    if period < 1 or (harmonics is not None and harmonics < 1):
+        raise ValueError(f"harmonics is {harmonics} and period is {period}; both must be at least 1")
+    if not system.omega > 0.0:
+        raise ValueError(f"omega is {system.omega:g} rad/s; a periodic orbit needs a positive base frequency")
+    start = _coefficients(guess)
+    h = harmonics or max(7 * period, min(len(start) // 2, MOST_HARMONICS) if start is not None else 0)
+    leaf = leaf_of(system, "omega")
+    while True:
+        problem = second_order(system, leaf, leaf, h, period)
+        found = _balanced(problem, system, start)
+        tail = float(tail_of(found[None, :-1])[0]) if found is not None else 0.0
+        if found is None or harmonics is not None or tail <= TAIL or h >= MOST_HARMONICS:
+            break
+        start = from_blocks(found[:-1] + problem.error)
+        h = min(2 * h + 1, MOST_HARMONICS)
+    if found is None:
+        orbit = _missing(system, period)
+    else:
+        orbit = _described(problem, found, tail)
+        if harmonics is None and tail > TAIL and system.breakpoints():
+            exact = shoot(system, orbit.state(0.0), period=period)
+            orbit = exact if exact.status else orbit
+    if throw and not orbit.status:
+        raise SolveError(orbit.message)
+    return orbit
+
+
+def _coefficients(guess: Floats | Orbit | None) -> Floats | None:
+    if guess is None:
+        return None
+    table = np.asarray(guess.coefficients if isinstance(guess, Orbit) else guess, float)
+    if table.ndim == 1:
+        table = table[:, None]
+    if table.ndim != 2 or len(table) % 2 == 0 or not np.all(np.isfinite(table)):
+        raise ValueError(f"guess has shape {table.shape}; it must be finite, (2H+1, states): mean, cos 1, sin 1, ...")
+    return table[:, 0]
+
+
+def _balanced(problem: Any, system: Any, start: Floats | None) -> Floats | None:
+    """Solution (coefficients in blocks, parameter) from a guess of x, or from the linear response, or by integration."""
+    n = len(problem.tau)
+    if start is not None:
+        series = np.zeros(n)
+        series[: min(n, len(start))] = start[:n]
+        return solve(problem, np.append(to_blocks(series) - problem.error, system.omega))
+    found = solve(problem, linear_response(problem, system.omega))
+    if found is not None:
+        return found
+    turn = 2.0 * np.pi * problem.turns / system.omega
+    samples = len(problem.angles)
+    grid = SETTLING * turn + turn * np.arange(samples) / samples
+    run = simulate(system, (0.0, 0.0), np.concatenate([[0.0], grid]), method=Dopri5(rtol=1e-7, atol=1e-12))
+    if not run.status:
+        return None
+    return solve(problem, np.append(run.y[0, 1:] @ problem.analysis - problem.error, system.omega))
+
+
+def _described(problem: Any, found: Floats, tail: float) -> Orbit:
+    branch = describe(problem, "omega", Trace(found[None, :], np.zeros(1, int), END), tail, "")
+    series = with_velocity(branch.coefficients[0], branch.omega[0] / problem.turns)
+    return Orbit(
+        float(branch.omega[0]), problem.turns, series, float(branch.peak[0]), branch.multipliers[0],
+        bool(branch.stable[0]), tail, Status.OK, "finished",
+    )  # fmt: skip
+
+
+def _missing(system: Any, period: int) -> Orbit:
+    message = (
+        f"no periodic orbit found at omega = {system.omega:.6g} rad/s: Newton's method failed from the guess, the linear response and "
+        "an integration; give a guess, or continue from a frequency where the response is small"
+    )
+    nothing = np.zeros((3, 2))
+    return Orbit(system.omega, period, nothing, 0.0, np.full(2, 0j), False, 0.0, Status.NO_CONVERGENCE, message)

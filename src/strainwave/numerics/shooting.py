@@ -1,0 +1,134 @@
+"""Periodic orbits by shooting: Newton's method on the period map, with the variational equations integrated alongside.
+
+Independent of harmonic balance and exact for laws with breakpoints, because the integration ends its steps on them. (A continuous
+law needs no jump in the variational equations there.)
+
+Seydel 2010, Practical Bifurcation and Stability Analysis, sec. 7.3-7.4 (shooting, monodromy matrix).
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._jit import torsion
+from ..quantities import checked
+from ..results import Floats, Orbit, SolveError, Status
+from .integrate import Dopri5, simulate
+
+SAMPLES = 4096  # of the orbit, from which peak and Fourier coefficients are taken
+STEPS = 30
+
+
+class Variational(NamedTuple):
+    """A system of two states together with the four entries of its fundamental matrix (columns one after the other)."""
+
+    system: Any
+
+    @property
+    def omega(self) -> float:
+        """Base speed [rad/s] of the system."""
+        return float(getattr(self.system, "omega", 1.0))
+
+    def breakpoints(self) -> tuple[float, ...]:
+        """Torsions where the law is not smooth."""
+        return tuple(self.system.breakpoints()) if hasattr(self.system, "breakpoints") else ()
+
+    def torsion(self, phase: Any, y: Any) -> Any:
+        """Torsion of the system."""
+        return torsion(self.system, phase, (y[0], y[1]))
+
+    def rhs(self, phase: Any, y: Any) -> Any:
+        """Rates of the states and of the fundamental matrix."""
+        x, v, a, b, c, d = y
+        first, second = self.system.rhs(phase, (x, v))
+        (j00, j01), (j10, j11) = self.system.jacobian(phase, (x, v))
+        return first, second, j00 * a + j01 * b, j10 * a + j11 * b, j00 * c + j01 * d, j10 * c + j11 * d
+
+
+def period_map(system: Any, y0: Floats, duration: float, rtol: float) -> tuple[Floats, Floats] | None:
+    """State after one period and the monodromy matrix (2, 2); None if the solution does not get there."""
+    start = [*y0, 1.0, 0.0, 0.0, 1.0]
+    end = simulate(Variational(system), start, (0.0, duration), method=Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y0)))
+    if not end.status:
+        return None
+    return end.y[:2, -1], end.y[2:, -1].reshape(2, 2).T
+
+
+def _size(y0: Floats) -> float:
+    return max(abs(float(y0[0])), 1e-9)
+
+
+def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, throw: bool = False) -> Orbit:
+    """Find the periodic orbit near a state by Newton's method on the period map.
+
+    Parameters
+    ----------
+    system : NamedTuple
+        A system of two states with `rhs`, `jacobian` and `omega`.
+    y0 : (2,) array_like
+        State near the orbit at base phase 0; for an `Oscillator` x [rad] and x' [rad/s].
+    period : int
+        Turns of the base angle that the orbit takes.
+    rtol : float
+        Tolerance of the integration; the orbit closes to about ten times that.
+    throw : bool
+        Raise instead of returning an orbit with a status.
+
+    Returns
+    -------
+    Orbit
+        With multipliers from the monodromy matrix; `status` is `Status.NO_CONVERGENCE` where Newton's method fails.
+
+    Raises
+    ------
+    SolveError
+        If Newton's method fails and `throw` is true.
+    """
+    system = checked(system)
+    omega = float(getattr(system, "omega", 1.0))
+    duration = 2.0 * np.pi * period / omega
+    y = np.asarray(y0, float)
+    matrix = np.full((2, 2), 1e300)
+    status = Status.NO_CONVERGENCE
+    for _ in range(STEPS):
+        mapped = period_map(system, y, duration, rtol)
+        if mapped is None:
+            status = Status.DIVERGED
+            break
+        end, matrix = mapped
+        try:
+            step = np.linalg.solve(matrix - np.eye(2), end - y)
+        except np.linalg.LinAlgError:
+            break
+        y = y - step
+        if not np.all(np.isfinite(y)):
+            y = np.asarray(y0, float)
+            break
+        if np.all(np.abs(step) <= 10.0 * rtol * np.array([_size(y), _size(y) * omega])):
+            status = Status.OK
+            break
+    orbit = _sampled(system, y, omega, period, matrix, rtol, status)
+    if throw and not orbit.status:
+        raise SolveError(orbit.message)
+    return orbit
+
+
+def _sampled(system: Any, y: Floats, omega: float, period: int, matrix: Floats, rtol: float, status: Status) -> Orbit:
+    duration = 2.0 * np.pi * period / omega
+    times = np.linspace(0.0, duration, SAMPLES + 1)
+    run = simulate(system, y, times, method=Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y)))
+    if not run.status:
+        run, status = simulate(system, np.zeros(2), times[:3]), Status.DIVERGED
+    spectrum = np.fft.rfft(run.y[:, :SAMPLES], axis=1).T * (2.0 / min(SAMPLES, run.y.shape[1]))
+    kept = min(255 * period, len(spectrum) - 1)
+    series = np.empty((2 * kept + 1, 2))
+    series[0] = spectrum[0].real / 2.0
+    series[1::2], series[2::2] = spectrum[1 : kept + 1].real, -spectrum[1 : kept + 1].imag
+    values = np.linalg.eigvals(matrix)
+    multipliers = np.asarray(values[np.argsort(-np.abs(values))], complex)
+    size = max(float(np.linalg.norm(series[:, 0])), 1e-300)
+    tail = float(np.linalg.norm(series[-4:, 0])) / size
+    message = "finished" if status else f"shooting stopped at omega = {omega:.6g} rad/s: {status.value}"
+    stable = bool(status) and bool(np.abs(multipliers[0]) < 1.0)
+    return Orbit(omega, period, series, run.peak(), multipliers, stable, tail, status, message)
