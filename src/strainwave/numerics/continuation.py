@@ -228,7 +228,7 @@ def begin(state: Any, direction: float) -> None:
 
 @routine
 def advance(state: Any, ds: float) -> bool:
-    """Take the corrected point as the next of the branch, unless the tangent turned too far in a step of some length."""
+    """Take the corrected point as the next of the branch, unless the tangent turned too far in a long step."""
     normalise(state, T)
     turn = 0.0
     for i in range(state.shape[1]):

@@ -1,13 +1,14 @@
 """Harmonic balance of laws that are linear between breakpoints, without sampling error.
 
-Where the torsion u(psi) crosses breakpoints, stiffness g and intercept c of T = g u + c jump. The Fourier coefficients of these two
-step functions are sums over the crossings, and T's are the product of g with the series of u, plus those of c: exact for
-the truncated u, and the same product matrix is the exact Jacobian, because T is continuous. Sampling T instead
-leaves kinks in the equations that show as false folds. Between crossings Hill's equation has constant coefficients, so
-the multipliers are exact too.
+Where the torsion u(psi) crosses breakpoints, stiffness g and intercept c of T = g u + c jump. The Fourier
+coefficients of these two step functions are sums over the crossings, and T's are the product of g with the series of
+u, plus those of c: exact for the truncated u, and the same product matrix is the exact Jacobian, because T is
+continuous. Sampling T instead leaves kinks in the equations that show as false folds. Between crossings Hill's
+equation has constant coefficients, so the multipliers are exact too.
 """
 
 import math
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -224,7 +225,7 @@ def is_piecewise_linear(law: Any) -> bool:
         return False
     reach = float(np.max(np.abs(places))) or 1.0
     edges = np.concatenate([[places[0] - reach], places, [places[-1] + reach]])
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in pairwise(edges):
         inside = low + (high - low) * np.array([0.1, 0.3, 0.5, 0.7, 0.9])
         values = np.asarray(law.stiffness(inside), float)
         if np.ptp(values) > 1e-12 * float(np.max(np.abs(values))):

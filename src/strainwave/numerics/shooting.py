@@ -1,7 +1,7 @@
 """Periodic orbits by shooting: Newton's method on the period map, with the variational equations integrated alongside.
 
-Independent of harmonic balance and exact for laws with breakpoints, because the integration ends its steps on them. (A continuous
-law needs no jump in the variational equations there.)
+Independent of harmonic balance and exact for laws with breakpoints, because the integration ends its steps on them.
+(A continuous law needs no jump in the variational equations there.)
 
 Seydel 2010, Practical Bifurcation and Stability Analysis, sec. 7.3-7.4 (shooting, monodromy matrix).
 """
