@@ -1,6 +1,7 @@
 """The command `strainwave`: what each subcommand takes and prints. Results go to stdout, everything else to stderr.
 
-Exit codes: 0 ok, 1 the run failed, 2 wrong usage, 3 invalid project file, 130 interrupted. Heavy libraries are imported inside
+Exit codes: 0 ok, 1 the run failed, 2 wrong usage, 3 invalid project file, 130 interrupted. Heavy libraries are
+imported inside
 the commands, so that `--help` answers at once.
 """
 
@@ -62,7 +63,14 @@ def cli(debug: bool) -> None:
 
 
 @cli.command()
-@click.option("-o", "--output", type=folder_type, default=Path("strainwave-demo"), show_default=True, help="Folder for the reports.")
+@click.option(
+    "-o",
+    "--output",
+    type=folder_type,
+    default=Path("strainwave-demo"),
+    show_default=True,
+    help="Folder for the reports.",
+)
 @json_option
 def demo(output: Path, as_json: bool) -> None:
     """Analyse the article's drive and a real catalogue drive."""
@@ -73,7 +81,9 @@ def demo(output: Path, as_json: bool) -> None:
 
 @cli.command()
 @click.argument("project", type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=folder_type, required=True, help="Folder for report.html, results.json and CSV files.")
+@click.option(
+    "-o", "--output", type=folder_type, required=True, help="Folder for report.html, results.json and CSV files."
+)
 @json_option
 def analyze(project: Path, output: Path, as_json: bool) -> None:
     """Analyse the drive of a project file and write a report."""

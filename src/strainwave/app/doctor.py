@@ -82,7 +82,9 @@ def show(as_json: bool) -> None:
     click.echo(f"cpu          {facts['cpu']}, {cores['usable']} of {cores['machine']} cores usable")
     click.echo(f"simd         {' '.join(facts['simd']) or 'none known'}")
     click.echo(f"compilation  {facts['compilation']}")
-    state = "writable" if cache["writable"] else f"NOT writable, so code is compiled anew at every start: {cache['why']}"
+    state = (
+        "writable" if cache["writable"] else f"NOT writable, so code is compiled anew at every start: {cache['why']}"
+    )
     click.echo(f"cache        {cache['folder']} ({cache['bytes'] / 1e6:.1f} MB, {state})")
     click.echo("packages     " + ", ".join(f"{name} {v or 'MISSING'}" for name, v in facts["packages"].items()))
     for extra, there in facts["extras"].items():

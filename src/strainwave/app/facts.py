@@ -39,7 +39,9 @@ def facts(project: Project, analysis: Analysis) -> list[Fact]:
             rows.append(Fact("", "f₀", omega_0 / (2.0 * math.pi), "Hz", mark))
             rows += _resonance_speeds(project, analysis, omega_0, mark)
         else:
-            rows.append(Fact(f"Natural frequency, motor {mode}", "ω₀", None, "rad/s", "no stiffness at the operating point"))
+            rows.append(
+                Fact(f"Natural frequency, motor {mode}", "ω₀", None, "rad/s", "no stiffness at the operating point")
+            )
     return rows + _static(project, analysis)
 
 
@@ -54,7 +56,9 @@ def _resonance_speeds(project: Project, analysis: Analysis, omega_0: float, mark
     if project.shaft == "forcing":
         return []
     orders = active_orders(analysis.system)
-    return [Fact(f"Resonance speed of order {k}, at the motor", f"n{k}", omega_0 / k * RPM, "rpm", mark) for k in orders]
+    return [
+        Fact(f"Resonance speed of order {k}, at the motor", f"n{k}", omega_0 / k * RPM, "rpm", mark) for k in orders
+    ]
 
 
 def _static(project: Project, analysis: Analysis) -> list[Fact]:
@@ -83,5 +87,13 @@ def _static(project: Project, analysis: Analysis) -> list[Fact]:
             ("Largest input speed", gear.max_rpm, "rpm"),
             ("Average input speed", gear.average_rpm, "rpm"),
         ):
-            rows.append(Fact(f"{name} of the {gear.name}", "", value, unit, "catalogue, output side" if unit == "N·m" else "catalogue, with grease"))
+            rows.append(
+                Fact(
+                    f"{name} of the {gear.name}",
+                    "",
+                    value,
+                    unit,
+                    "catalogue, output side" if unit == "N·m" else "catalogue, with grease",
+                )
+            )
     return rows

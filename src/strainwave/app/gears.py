@@ -8,10 +8,20 @@ from ..model import catalogue
 from .console import number, print_table, to_json
 
 UNITS = {
-    "K1": "N*m/rad", "K2": "N*m/rad", "K3": "N*m/rad", "T1": "N*m", "T2": "N*m", "rated_torque": "N*m",
-    "average_torque": "N*m", "repeated_peak_torque": "N*m", "momentary_torque": "N*m", "max_rpm": "rpm", "average_rpm": "rpm",
-    "input_inertia": "kg*m^2", "mass": "kg",
-}  # fmt: skip
+    "K1": "N*m/rad",
+    "K2": "N*m/rad",
+    "K3": "N*m/rad",
+    "T1": "N*m",
+    "T2": "N*m",
+    "rated_torque": "N*m",
+    "average_torque": "N*m",
+    "repeated_peak_torque": "N*m",
+    "momentary_torque": "N*m",
+    "max_rpm": "rpm",
+    "average_rpm": "rpm",
+    "input_inertia": "kg*m^2",
+    "mass": "kg",
+}
 
 
 def show(name: str | None, series: str | None, size: int | None, ratio: int | None, as_json: bool) -> None:
@@ -38,10 +48,13 @@ def show(name: str | None, series: str | None, size: int | None, ratio: int | No
         click.echo(to_json({"units": UNITS, "gears": [asdict(g) for g in chosen]}))
         return
     columns = ("gear", "ratio", "K1 N·m/rad", "K2", "K3", "T1 N·m", "T2", "rated N·m", "max rpm", "J_in kg·m²")
-    rows = [
-        (g.name, g.ratio, g.K1, g.K2, g.K3, g.T1, g.T2, g.rated_torque, g.max_rpm, g.input_inertia) for g in chosen
-    ]
-    print_table(f"{len(chosen)} gears", columns, rows, "input speeds with grease; `strainwave catalogue NAME` shows source and doubts")
+    rows = [(g.name, g.ratio, g.K1, g.K2, g.K3, g.T1, g.T2, g.rated_torque, g.max_rpm, g.input_inertia) for g in chosen]
+    print_table(
+        f"{len(chosen)} gears",
+        columns,
+        rows,
+        "input speeds with grease; `strainwave catalogue NAME` shows source and doubts",
+    )
 
 
 def _one(name: str, as_json: bool) -> None:

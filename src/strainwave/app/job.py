@@ -17,12 +17,10 @@ def run(path: Path, folder: Path, as_json: bool) -> str:
 
 def analyse(project: Project, folder: Path) -> dict[str, Any]:
     """Analyse a project, write everything into `folder`, and return the results as plain data."""
-    with staged(folder) as part:
-        with Progress(project.title) as progress:
-            analysis = _analysis(project, progress)
-            progress.show("writing the report", 0.99)
-            results = write(project, analysis, part)
-    return results
+    with staged(folder) as part, Progress(project.title) as progress:
+        analysis = _analysis(project, progress)
+        progress.show("writing the report", 0.99)
+        return write(project, analysis, part)
 
 
 def _analysis(project: Project, progress: Progress) -> Analysis:

@@ -6,7 +6,8 @@ Colours are those of Okabe & Ito (colour-blind safe); every curve also differs b
 
 import io
 import re
-from typing import Any
+from itertools import pairwise
+from typing import Any, cast
 
 import matplotlib as mpl
 import numpy as np
@@ -22,20 +23,41 @@ from .project import Project
 
 BLUE, ORANGE, GREEN, BLACK, GREY = "#0072B2", "#D55E00", "#009E73", "#222222", "#8a8a8a"
 STYLE: dict[str, Any] = {
-    "svg.fonttype": "none", "svg.hashsalt": "strainwave", "font.size": 9, "axes.titlesize": 9.5, "axes.titlelocation": "left",
-    "font.family": "sans-serif", "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.7, "axes.grid": True,
-    "grid.color": "#dddddd", "grid.linewidth": 0.5, "lines.linewidth": 1.3, "legend.frameon": False, "legend.fontsize": 8,
-    "axes.labelcolor": BLACK, "path.simplify": True, "path.simplify_threshold": 0.3,
-    "axes.formatter.use_mathtext": False, "axes.formatter.limits": (-4, 5), "axes.unicode_minus": True,
-}  # fmt: skip
+    "svg.fonttype": "none",
+    "svg.hashsalt": "strainwave",
+    "font.size": 9,
+    "axes.titlesize": 9.5,
+    "axes.titlelocation": "left",
+    "font.family": "sans-serif",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.7,
+    "axes.grid": True,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.5,
+    "lines.linewidth": 1.3,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "axes.labelcolor": BLACK,
+    "path.simplify": True,
+    "path.simplify_threshold": 0.3,
+    "axes.formatter.use_mathtext": False,
+    "axes.formatter.limits": (-4, 5),
+    "axes.unicode_minus": True,
+}
 BINS, MOST_CYCLES = 350, 40
-WIDE = (0.115, 0.29, 0.865, 0.64)  # places in the figure, fixed: measuring every label twice would take as long as drawing
+WIDE = (
+    0.115,
+    0.285,
+    0.865,
+    0.635,
+)  # places in the figure, fixed: measuring every label twice would take as long as drawing
 FOUR = {"left": 0.1, "right": 0.985, "bottom": 0.125, "top": 0.945, "wspace": 0.24, "hspace": 0.62}
 
 
 def style() -> Any:
     """Context manager with the look of the report's figures."""
-    return mpl.rc_context(STYLE)
+    return mpl.rc_context(cast(Any, STYLE))
 
 
 def angle_unit(largest: float) -> tuple[str, float]:
@@ -50,6 +72,10 @@ def speed_axis(project: Project) -> tuple[str, float]:
 
 def svg(figure: Figure, label: str) -> str:
     """Return a figure as an inline SVG element, the same bytes every time."""
+    for axes in figure.axes:
+        axes.minorticks_off()
+        if axes.get_yscale() == "linear":
+            axes.locator_params(nbins=6)
     stream = io.StringIO()
     figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
     text = stream.getvalue()
@@ -83,7 +109,9 @@ def speed_range(project: Project, analysis: Analysis) -> Figure:
     _mark_resonances(axes, analysis, scale)
     gear = project.gear
     if gear is not None and project.shaft != "forcing" and gear.max_rpm <= 1.05 * scale * sweep.omega[-1]:
-        axes.axvline(gear.max_rpm, color=BLACK, lw=1.2, ls=(0, (1, 1)), label=f"largest input speed, {gear.max_rpm:.0f} rpm")
+        axes.axvline(
+            gear.max_rpm, color=BLACK, lw=1.2, ls=(0, (1, 1)), label=f"largest input speed, {gear.max_rpm:.0f} rpm"
+        )
     axes.set_xlabel(label)
     axes.set_ylabel(f"largest |x| at the load\n({unit}, 0-to-peak)")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=3)
@@ -102,9 +130,16 @@ def _mark_resonances(axes: Any, analysis: Analysis, scale: float) -> None:
         last = at
         axes.axvline(at, color=GREY, lw=0.7, ls=(0, (4, 3)), zorder=0)
         axes.annotate(
-            f"{i}", (at, 1.0), xycoords=axes.get_xaxis_transform(), xytext=(0, 2 + 9 * level), textcoords="offset points",
-            ha="center", va="bottom", fontsize=8, color=BLACK,
-        )  # fmt: skip
+            f"{i}",
+            (at, 1.0),
+            xycoords=axes.get_xaxis_transform(),
+            xytext=(0, 2 + 9 * level),
+            textcoords="offset points",
+            ha="center",
+            va="bottom",
+            fontsize=8,
+            color=BLACK,
+        )
 
 
 def response(project: Project, analysis: Analysis, regime: Regime) -> Figure:
@@ -118,21 +153,31 @@ def response(project: Project, analysis: Analysis, regime: Regime) -> Figure:
     axes = figure.add_axes(WIDE)
     for branch in curve.branches:
         for part, stable in _pieces(branch.stable):
-            line = {"ls": "-", "color": BLACK, "lw": 1.6} if stable else {"ls": (0, (4, 2)), "color": ORANGE, "lw": 1.4}
+            line: dict[str, Any] = (
+                {"ls": "-", "color": BLACK, "lw": 1.6} if stable else {"ls": (0, (4, 2)), "color": ORANGE, "lw": 1.4}
+            )
             axes.plot(scale * branch.omega[part], factor * branch.amplitude[part], **line)
     axes.plot([], [], color=BLACK, lw=1.6, label="multiple scales, stable")
     if not all(np.all(b.stable) for b in curve.branches):
         axes.plot([], [], color=ORANGE, ls=(0, (4, 2)), lw=1.4, label="multiple scales, unstable")
     low, high = _shown(curve)
     if regime.backbone is not None:
-        axes.plot(scale * regime.backbone[0], factor * regime.backbone[1], color=GREY, ls="-.", lw=1.0, label="backbone")
+        axes.plot(
+            scale * regime.backbone[0], factor * regime.backbone[1], color=GREY, ls="-.", lw=1.0, label="backbone"
+        )
     _simulated(axes, analysis, regime, (low, high), scale, factor)
     for omega, amplitude in zip(curve.folds, curve.fold_amplitudes, strict=True):
         axes.plot([scale * omega], [factor * amplitude], "o", mfc="white", mec=BLACK, ms=6, zorder=5)
         axes.annotate(
-            f"{scale * omega:.5g}", (scale * omega, factor * amplitude), xytext=(7, -2), textcoords="offset points",
-            fontsize=8, va="center", bbox={"fc": "white", "ec": "none", "pad": 0.8, "alpha": 0.8}, zorder=6,
-        )  # fmt: skip
+            f"{scale * omega:.5g}",
+            (scale * omega, factor * amplitude),
+            xytext=(7, -2),
+            textcoords="offset points",
+            fontsize=8,
+            va="center",
+            bbox={"fc": "white", "ec": "none", "pad": 0.8, "alpha": 0.8},
+            zorder=6,
+        )
     if curve.folds:
         axes.plot([], [], "o", mfc="white", mec=BLACK, ms=6, label="fold (jump)")
     axes.set_xlim(scale * low, scale * high)
@@ -151,16 +196,20 @@ def _shown(curve: Any) -> tuple[float, float]:
     amplitude = np.concatenate([b.amplitude for b in curve.branches])
     high = omega[amplitude > curve.peak[1] / 12.0]
     margin = 0.12 * float(np.ptp(high)) + 1e-5 * float(np.mean(high))
-    return max(float(np.min(high)) - margin, float(np.min(omega))), min(float(np.max(high)) + margin, float(np.max(omega)))
+    return max(float(np.min(high)) - margin, float(np.min(omega))), min(
+        float(np.max(high)) + margin, float(np.max(omega))
+    )
 
 
 def _pieces(stable: Any) -> list[tuple[slice, bool]]:
     """Runs of equal stability along an arc, each one point longer so that the line does not break."""
     cuts = [0, *(np.flatnonzero(np.diff(stable.astype(int))) + 1), len(stable)]
-    return [(slice(a, min(b + 1, len(stable))), bool(stable[a])) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+    return [(slice(a, min(b + 1, len(stable))), bool(stable[a])) for a, b in pairwise(cuts)]
 
 
-def _simulated(axes: Any, analysis: Analysis, regime: Regime, band: tuple[float, float], scale: float, factor: float) -> None:
+def _simulated(
+    axes: Any, analysis: Analysis, regime: Regime, band: tuple[float, float], scale: float, factor: float
+) -> None:
     """Points of the run-up and coast-down inside the band: the component that the curve shows."""
     ratio = float(regime.resonance.ratio or 1)
     sweep = analysis.run_up
@@ -175,7 +224,9 @@ def _simulated(axes: Any, analysis: Analysis, regime: Regime, band: tuple[float,
         ]
         if points:
             face = colour if marker == "^" else "white"
-            axes.plot(*zip(*points, strict=True), marker, color=colour, mfc=face, ms=size, ls="none", label=name, zorder=4)
+            axes.plot(
+                *zip(*points, strict=True), marker, color=colour, mfc=face, ms=size, ls="none", label=name, zorder=4
+            )
 
 
 def time_figure(case: TimeCase) -> Figure:
@@ -199,19 +250,31 @@ def time_figure(case: TimeCase) -> Figure:
     rate_unit, rate = ("rad/s", 1.0) if np.max(np.abs(cycle.v)) > 1.0 else ("mrad/s", 1e3)
     portrait.plot(cycle.x * factor, cycle.v * rate, color=BLUE)
     each = (len(cycle.x) - 1) // case.steady.period
-    portrait.plot(cycle.x[:-1:each] * factor, cycle.v[:-1:each] * rate, "o", color=ORANGE, mec=BLACK, ms=5, label="once per turn of the base angle")
+    portrait.plot(
+        cycle.x[:-1:each] * factor,
+        cycle.v[:-1:each] * rate,
+        "o",
+        color=ORANGE,
+        mec=BLACK,
+        ms=5,
+        label="once per turn of the base angle",
+    )
     portrait.set(title="phase portrait of the steady motion", xlabel=f"x ({unit})", ylabel=f"x' ({rate_unit})")
     portrait.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22))
     torque.plot(t, np.tile(cycle.torque, shown), color=GREEN)
     mean = cycle.mean_torque if abs(cycle.mean_torque) > 1e-6 * cycle.peak_torque else 0.0
     torque.axhline(mean, color=GREY, ls="-.", lw=0.9, label=f"mean {number(mean)} N·m")
-    torque.set(title=f"transmitted torque, peak {number(cycle.peak_torque)} N·m", xlabel="time (ms)", ylabel="T(u) + B u' (N·m)")
+    torque.set(
+        title=f"transmitted torque, peak {number(cycle.peak_torque)} N·m",
+        xlabel="time (ms)",
+        ylabel="T(u) + B u' (N·m)",
+    )
     torque.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22))
     return figure
 
 
 def _from_rest(axes: Any, case: TimeCase, unit: str, factor: float) -> None:
-    """The start: both solutions as lines, or as the band between their extremes where the figure cannot show the cycles."""
+    """The start: both solutions as lines, or the band between their extremes where cycles would not show."""
     run = case.transient
     seconds, name = (1.0, "s") if run.t[-1] > 0.5 else (1e3, "ms")
     crossings = np.count_nonzero(np.diff(np.sign(run.y[0] - np.mean(run.y[0]))))

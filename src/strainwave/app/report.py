@@ -1,5 +1,6 @@
 """The report: results as plain data, CSV files of every curve, and one self-contained HTML page."""
 
+import math
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,7 @@ def write(project: Project, analysis: Analysis, folder: Path) -> dict[str, Any]:
 
 
 def collect(project: Project, analysis: Analysis) -> dict[str, Any]:
-    """Gather every number of the report with its unit; None stands for a number that does not exist, with the reason."""
+    """Gather every number of the report with its unit; None stands for a number that does not exist."""
     proof = analysis.stability
     return {
         "strainwave": __version__,
@@ -37,16 +38,28 @@ def collect(project: Project, analysis: Analysis) -> dict[str, Any]:
         "project": project.text,
         "motor": project.motor,
         "base_angle": "forcing phase" if project.shaft == "forcing" else "motor (wave-generator) angle",
-        "conventions": "x = theta_m/N - theta_l [rad, output side]; amplitudes are 0-to-peak; omega is the speed of the base angle",
-        "drive": {"law": repr(project.drive.law), "gear": project.gear.name if project.gear else None, "source": project.gear.source if project.gear else None},
+        "conventions": (
+            "x = theta_m/N - theta_l [rad, output side]; amplitudes are 0-to-peak; omega is the speed of the base angle"
+        ),
+        "drive": {
+            "law": repr(project.drive.law),
+            "gear": project.gear.name if project.gear else None,
+            "source": project.gear.source if project.gear else None,
+        },
         "derived": [fact._asdict() for fact in facts(project, analysis)],
-        "stability": {"holds": proof.holds, "scope": proof.scope, "claim": proof.claim, "region": str(proof.region or "none"), "reason": proof.reason},
+        "stability": {
+            "holds": proof.holds,
+            "scope": proof.scope,
+            "claim": proof.claim,
+            "region": str(proof.region or "none"),
+            "reason": proof.reason,
+        },
         "speed_range_rad_per_s": list(analysis.speeds),
         "resonances": [_resonance(project, i, regime) for i, regime in enumerate(analysis.regimes, 1)],
         "run_up": _run_up(project, analysis),
         "cases": [_case(project, case) for case in analysis.cases],
         "warnings": warnings(project, analysis),
-    }  # fmt: skip
+    }
 
 
 def warnings(project: Project, analysis: Analysis) -> list[str]:
@@ -61,7 +74,8 @@ def warnings(project: Project, analysis: Analysis) -> list[str]:
         first, last = ({"omega_rad_per_s": w, "motor_speed_rpm": _rpm(project, w)} for w in (jumps[0], jumps[-1]))
         where = f"between {_speed(first).split()[0]} and {_speed(last)}" if len(jumps) > 1 else f"at {_speed(first)}"
         said.append(
-            f"Run-up and coast-down differ {where}: two stable motions exist there, and which one the drive is on depends on its "
+            f"Run-up and coast-down differ {where}: two stable motions exist there, and which one the drive is "
+            f"on depends on its "
             "history; pass through that band quickly or keep out of it."
         )
     return said
@@ -86,23 +100,36 @@ def _resonance(project: Project, index: int, regime: Regime) -> dict[str, Any]:
         "existence": regime.existence,
         "certificate": _certificate(regime.certificate),
         "certificate_at_peak": _certificate(regime.at_peak),
-        "peak": None if curve is None or not curve.branches else {
-            "omega_rad_per_s": curve.peak[0], "motor_speed_rpm": _rpm(project, curve.peak[0]), "amplitude_rad": curve.peak[1],
+        "peak": None
+        if curve is None or not curve.branches
+        else {
+            "omega_rad_per_s": curve.peak[0],
+            "motor_speed_rpm": _rpm(project, curve.peak[0]),
+            "amplitude_rad": curve.peak[1],
             "amplitude_arcsec": curve.peak[1] * ARCSEC,
         },
         "folds": [
-            {"omega_rad_per_s": w, "motor_speed_rpm": _rpm(project, w), "amplitude_rad": a, "amplitude_arcsec": a * ARCSEC}
+            {
+                "omega_rad_per_s": w,
+                "motor_speed_rpm": _rpm(project, w),
+                "amplitude_rad": a,
+                "amplitude_arcsec": a * ARCSEC,
+            }
             for w, a in folds
         ],
         "response": "" if curve is None else curve.message,
         "reason": regime.reason,
-    }  # fmt: skip
+    }
 
 
 def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
     if certificate is None:
         return None
-    return {"valid": certificate.valid, "predicted_error": certificate.predicted_error, "sentence": certificate.sentence}
+    return {
+        "valid": certificate.valid,
+        "predicted_error": certificate.predicted_error,
+        "sentence": certificate.sentence,
+    }
 
 
 def _run_up(project: Project, analysis: Analysis) -> list[dict[str, Any]]:
@@ -146,10 +173,26 @@ def _case(project: Project, case: TimeCase) -> dict[str, Any]:
         "status": case.transient.message if not case.transient.status else case.steady.message,
         "reason": case.reason,
     }
-    names = ("peak_rad", "peak_to_peak_rad", "peak_torque_Nm", "mean_torque_Nm", "dissipated_J_per_turn", "work_J_per_turn", "loss_W")
+    names = (
+        "peak_rad",
+        "peak_to_peak_rad",
+        "peak_torque_Nm",
+        "mean_torque_Nm",
+        "dissipated_J_per_turn",
+        "work_J_per_turn",
+        "loss_W",
+    )
     if cycle is None:
         return row | dict.fromkeys(names) | {"peak_arcsec": None, "peak_to_peak_arcsec": None}
-    values = (cycle.peak, cycle.peak_to_peak, cycle.peak_torque, cycle.mean_torque, cycle.dissipated, cycle.work, cycle.power)
+    values = (
+        cycle.peak,
+        cycle.peak_to_peak,
+        cycle.peak_torque,
+        cycle.mean_torque,
+        cycle.dissipated,
+        cycle.work,
+        cycle.power,
+    )
     in_arcsec = {"peak_arcsec": cycle.peak * ARCSEC, "peak_to_peak_arcsec": cycle.peak_to_peak * ARCSEC}
     return row | dict(zip(names, values, strict=True)) | in_arcsec
 
@@ -162,13 +205,20 @@ def write_curves(project: Project, analysis: Analysis, folder: Path) -> list[str
     good_down = [m.peak if m.status else np.nan for m in sweep.down]
     keep = ~(np.isnan(good_up) | np.isnan(good_down))
     speeds = sweep.omega[keep]
-    columns = [("omega_rad_per_s", speeds)] + ([] if project.shaft == "forcing" else [("motor_speed_rpm", speeds * RPM)])
+    columns = [("omega_rad_per_s", speeds)] + (
+        [] if project.shaft == "forcing" else [("motor_speed_rpm", speeds * RPM)]
+    )
     up, down = np.array(good_up)[keep], np.array(good_down)[keep]
     write_csv(folder / names[0], [*columns, ("peak_x_up_rad", up), ("peak_x_down_rad", down)])
     for regime in analysis.regimes:
         for i, branch in enumerate(regime.response.branches if regime.response else ()):
             name = f"response-{slug(regime.label)}{'' if i == 0 else f'-branch-{i + 1}'}.csv"
-            columns = [("omega_rad_per_s", branch.omega), ("amplitude_rad", branch.amplitude), ("phase_rad", branch.phase), ("stable", branch.stable)]
+            columns = [
+                ("omega_rad_per_s", branch.omega),
+                ("amplitude_rad", branch.amplitude),
+                ("phase_rad", branch.phase),
+                ("stable", branch.stable.astype(float)),
+            ]
             write_csv(folder / name, columns)
             names.append(name)
     for i, case in enumerate(analysis.cases, 1):
@@ -185,7 +235,13 @@ def _write_case(folder: Path, name: str, case: TimeCase) -> list[str]:
     names = [f"{name}-from-rest.csv"]
     cycle = case.cycle
     if cycle is not None:
-        steady = [("t_s", cycle.t), ("x_rad", cycle.x), ("v_rad_per_s", cycle.v), ("u_rad", cycle.u), ("torque_Nm", cycle.torque)]
+        steady = [
+            ("t_s", cycle.t),
+            ("x_rad", cycle.x),
+            ("v_rad_per_s", cycle.v),
+            ("u_rad", cycle.u),
+            ("torque_Nm", cycle.torque),
+        ]
         write_csv(folder / f"{name}-steady.csv", steady)
         names.append(f"{name}-steady.csv")
     return names
@@ -204,9 +260,12 @@ def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
     except ModuleNotFoundError as error:
         raise RuntimeError("the report needs jinja2; pip install 'strainwave[report]'") from error
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
+        loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
-    )  # fmt: skip
+    )
     environment.filters["number"] = number
     environment.filters["sentence"] = lambda text: text[:1].upper() + text[1:].rstrip(".") + "." if text else ""
     environment.filters["arcsec"] = lambda rad: number(None if rad is None else rad * ARCSEC)
@@ -222,7 +281,9 @@ def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
             "cases": [plots.svg(plots.time_figure(case), f"time response, {case.name}") for case in analysis.cases],
         }
     template = environment.get_template("report.html.j2")
-    return template.render(r=results, figures=figures, forcing=project.shaft == "forcing", software=_software(), project=project)
+    return template.render(
+        r=results, figures=figures, forcing=project.shaft == "forcing", software=_software(), project=project
+    )
 
 
 def _angle(rad: float) -> str:
@@ -248,7 +309,8 @@ def summary(results: dict[str, Any]) -> str:
         omega_0 = free.get((f"Natural frequency, motor {mode}", "rad/s"))
         used = ", used here" if mode == results["motor"] else ""
         if omega_0:
-            lines.append(f"  natural frequency, motor {mode}{used}: {number(omega_0)} rad/s ({number(omega_0 / 6.283185307179586)} Hz)")
+            hertz = number(omega_0 / (2.0 * math.pi))
+            lines.append(f"  natural frequency, motor {mode}{used}: {number(omega_0)} rad/s ({hertz} Hz)")
     for row in results["resonances"]:
         if row["inside_range"] and row["name"] == "primary":
             lines.append("  " + _resonance_line(row))

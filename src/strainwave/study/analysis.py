@@ -1,4 +1,4 @@
-"""The whole analysis of a drive: static, stability, resonances, response through the speed range, and single speeds in time."""
+"""The whole analysis of a drive: stability, resonances, response through the speed range, single speeds in time."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -77,7 +77,7 @@ def analyze(system: Oscillator, speeds: tuple[float, ...], *, is_range: bool = T
 def analysis_steps(
     system: Oscillator, speeds: tuple[float, ...], *, is_range: bool = True
 ) -> Iterator[tuple[str, float] | Analysis]:
-    """Do the work of `analyze` step by step; yields (what is being done, finished share), and the `Analysis` at the end."""
+    """Do the work of `analyze` in steps; yields (what is being done, finished share), at the end the `Analysis`."""
     limits = (speeds[0], speeds[-1]) if is_range else (0.8 * speeds[0], 1.2 * speeds[-1])
     system = system._replace(omega=0.5 * (limits[0] + limits[1]))
     yield "operating point and stability", 0.0
@@ -143,23 +143,25 @@ def _away(inside: list[Regime], limits: tuple[float, float]) -> float:
     return float(grid[int(np.argmax(nearest))])
 
 
-def _warnings(
-    system: Oscillator, point: OperatingPoint, sweep: RunUp, cases: tuple[TimeCase, ...]
-) -> tuple[str, ...]:
+def _warnings(system: Oscillator, point: OperatingPoint, sweep: RunUp, cases: tuple[TimeCase, ...]) -> tuple[str, ...]:
     said = []
     if point.omega_0 == 0.0:
         said.append(
-            "The law has no stiffness where the mean torque holds the drive (play), so there is no natural frequency to resonate "
+            "The law has no stiffness where the mean torque holds the drive (play), so there is no natural "
+            "frequency to resonate "
             "with and multiple scales does not apply; everything here is from integration."
         )
     if system.B == 0.0:
         said.append(
-            "The drive has no damping: transients never decay, the amplitude at resonance is bounded by the nonlinearity alone, "
+            "The drive has no damping: transients never decay, the amplitude at resonance is bounded by the "
+            "nonlinearity alone, "
             "and simulated points depend on the start; give a damping, a damping ratio or a quality factor."
         )
     failed = [m for m in (*sweep.up, *sweep.down) if not m.status]
     if failed:
-        said.append(f"{len(failed)} of {2 * len(sweep.omega)} simulated speeds have no steady motion: {failed[0].message}.")
+        said.append(
+            f"{len(failed)} of {2 * len(sweep.omega)} simulated speeds have no steady motion: {failed[0].message}."
+        )
     for case in cases:
         if not case.transient.status:
             said.append(f"At {case.omega:.5g} rad/s ({case.name}) the simulation from rest {case.transient.message}.")

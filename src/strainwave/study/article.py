@@ -1,8 +1,10 @@
 """The article's Tables 3 and 4, computed again from both of its parameter sets and compared cell by cell.
 
 The article's derived quantities do not follow from its own Table 3, so there are two sets: "derived" takes Table 3
-(`HDC_40_050` with a motor torque of 10 N*m) at its word, "printed" takes the printed mu and omega_0 instead. Rule: a printed
-number counts as reproduced when the computed one, rounded to the printed digits, agrees (difference of at most half the last
+(`HDC_40_050` with a motor torque of 10 N*m) at its word, "printed" takes the printed mu and omega_0 instead.
+Rule: a printed
+number counts as reproduced when the computed one, rounded to the printed digits, agrees (difference of at most
+half the last
 digit); within 10 % it is called close, with the difference; anything else is not reproducible.
 """
 
@@ -37,7 +39,7 @@ class Printed(NamedTuple):
 
 
 class Case(NamedTuple):
-    """One row of Table 4: its regime, omega as a multiple of omega_0 (0: the fixed 10.47 rad/s) and the printed numbers."""
+    """One row of Table 4: its regime, omega over omega_0 (0: the fixed 10.47 rad/s) and the printed numbers."""
 
     name: str
     resonance: Resonance
@@ -49,11 +51,35 @@ class Case(NamedTuple):
 
 
 CASES = (
-    Case("non-resonant", NONRESONANT, 0.0, Printed(10.47, 5e-3), Printed(4.8e-3, 5e-5), Printed(4.7e-3, 5e-5), Printed(2.1, 0.05)),
+    Case(
+        "non-resonant",
+        NONRESONANT,
+        0.0,
+        Printed(10.47, 5e-3),
+        Printed(4.8e-3, 5e-5),
+        Printed(4.7e-3, 5e-5),
+        Printed(2.1, 0.05),
+    ),
     Case("primary", PRIMARY, 1.0, Printed(37.2, 0.05), Printed(0.15, 5e-3), Printed(0.14, 5e-3), Printed(4.8, 0.05)),
-    Case("superharmonic", SUPERHARMONIC, 1 / 3, Printed(12.4, 0.05), Printed(0.08, 5e-3), Printed(0.077, 5e-4), Printed(3.5, 0.05)),
-    Case("subharmonic", SUBHARMONIC, 3.0, Printed(111.6, 0.05), Printed(0.06, 5e-3), Printed(0.058, 5e-4), Printed(4.2, 0.05)),
-)  # fmt: skip
+    Case(
+        "superharmonic",
+        SUPERHARMONIC,
+        1 / 3,
+        Printed(12.4, 0.05),
+        Printed(0.08, 5e-3),
+        Printed(0.077, 5e-4),
+        Printed(3.5, 0.05),
+    ),
+    Case(
+        "subharmonic",
+        SUBHARMONIC,
+        3.0,
+        Printed(111.6, 0.05),
+        Printed(0.06, 5e-3),
+        Printed(0.058, 5e-4),
+        Printed(4.2, 0.05),
+    ),
+)
 
 
 @dataclass(frozen=True)
@@ -99,7 +125,8 @@ class Reproduction:
 
     cells: tuple[Cell, ...]
     rule: str = (
-        "reproduced: agrees within half the last printed digit; close: an amplitude within 6.5 %, the difference is stated; "
+        "reproduced: agrees within half the last printed digit; close: an amplitude within 6.5 %, the "
+        "difference is stated; "
         "not reproducible: anything else; all amplitudes are 0-to-peak"
     )
 
@@ -109,7 +136,7 @@ class Reproduction:
 
 
 def derived_system(omega: float = 1.0) -> Oscillator:
-    """The article's drive from its Table 3, motor free, T_m = 10 N*m cos(omega t): mu 0.352928 1/s, omega_0 385.545 rad/s."""
+    """The article's drive from its Table 3, T_m = 10 N*m cos(omega t): mu 0.352928 1/s, omega_0 385.545 rad/s."""
     return HDC_40_050.error_equation(motor_torque=Harmonic(MOTOR_TORQUE), omega=omega)
 
 
@@ -144,15 +171,29 @@ def _table_3() -> list[Cell]:
     hertz = drive.omega_0 / (2.0 * math.pi)
     rows = (
         ("mu", "1/s", drive.mu, Printed(PRINTED_MU, 5e-4), "B/J of Table 3 is 2.7 times the printed value (N1)"),
-        ("omega_0", "rad/s", drive.omega_0, Printed(PRINTED_OMEGA_0, 0.05), "sqrt(K/J) of Table 3 is 10.4 times the printed value (N2)"),
-        ("omega_0 as a frequency", "Hz", hertz, Printed(5.92, 5e-3), "follows omega_0: the printed pair 37.2 rad/s, 5.92 Hz agrees with itself only (N2)"),
-    )  # fmt: skip
+        (
+            "omega_0",
+            "rad/s",
+            drive.omega_0,
+            Printed(PRINTED_OMEGA_0, 0.05),
+            "sqrt(K/J) of Table 3 is 10.4 times the printed value (N2)",
+        ),
+        (
+            "omega_0 as a frequency",
+            "Hz",
+            hertz,
+            Printed(5.92, 5e-3),
+            "follows omega_0: the printed pair 37.2 rad/s, 5.92 Hz agrees with itself only (N2)",
+        ),
+    )
     cells = [_compared("Table 3", "", "derived", *row[:4], why=row[4]) for row in rows]
     why = "A = T_m/(N J_m) of Table 3 does not depend on the frequency (N3)"
     varies = "varies with omega"
     cells.append(Cell("Table 3", "", "derived", "A", "rad/s^2", amplitude, varies, "not reproducible", why))
     static = "static error A/omega_0^2; the article gives none (N3)"
-    cells.append(Cell("Table 3", "", "derived", "static error", "rad", amplitude / drive.omega_0**2, None, "not printed", static))
+    cells.append(
+        Cell("Table 3", "", "derived", "static error", "rad", amplitude / drive.omega_0**2, None, "not printed", static)
+    )
     return cells
 
 
@@ -177,11 +218,28 @@ def _row(parameters: str, system: Oscillator, case: Case) -> list[Cell]:
     system = system._replace(omega=case.multiple * omega_0 if case.multiple else case.omega.value)
     numerical, analytical, rms = _from_rest(system, case.resonance, mu)
     place = ("Table 4", case.name, parameters)
-    cells = [_compared(*place, "omega", "rad/s", system.omega, case.omega, "the case is at a multiple of omega_0, which is 385.545 rad/s (N2)")]
-    cells.append(_compared(*place, "largest |x|, integration", "rad", numerical, case.numerical, _why(parameters, case)))
-    cells.append(_compared(*place, "largest |x|, multiple scales", "rad", analytical, case.analytical, _why(parameters, case)))
-    cells.append(_compared(*place, "normalised RMS difference", "%", 100.0 * rms, case.rms, _why_rms(parameters, case, 100.0 * rms)))
-    return cells + _harmonics(place, system, case, mu)  # fmt: skip
+    cells = [
+        _compared(
+            *place,
+            "omega",
+            "rad/s",
+            system.omega,
+            case.omega,
+            "the case is at a multiple of omega_0, which is 385.545 rad/s (N2)",
+        )
+    ]
+    cells.append(
+        _compared(*place, "largest |x|, integration", "rad", numerical, case.numerical, _why(parameters, case))
+    )
+    cells.append(
+        _compared(*place, "largest |x|, multiple scales", "rad", analytical, case.analytical, _why(parameters, case))
+    )
+    cells.append(
+        _compared(
+            *place, "normalised RMS difference", "%", 100.0 * rms, case.rms, _why_rms(parameters, case, 100.0 * rms)
+        )
+    )
+    return cells + _harmonics(place, system, case, mu)
 
 
 def _from_rest(system: Oscillator, resonance: Resonance, mu: float) -> tuple[float, float, float]:
@@ -238,14 +296,19 @@ def _why(parameters: str, case: Case) -> str:
     if case.name == "non-resonant":
         if parameters == "derived":
             return "the authors seem to have computed with an omega_0 near 385 rad/s, not with the printed 37.2 (N4)"
-        return "the printed mu and omega_0 give an error over 100 times larger, so the authors did not use them here (N4)"
+        return (
+            "the printed mu and omega_0 give an error over 100 times larger, so the authors did not use them here (N4)"
+        )
     return "it follows neither from Table 3 nor from the printed mu and omega_0 (N5)"
 
 
 def _why_rms(parameters: str, case: Case, rms: float) -> str:
     """Reason in words when the printed RMS difference is not met (E2-E6)."""
     if rms < case.rms.value:
-        return "the corrected first-order solution is nearer to the integration than claimed; the printed formulas lack alpha (E2)"
+        return (
+            "the corrected first-order solution is nearer to the integration than claimed; "
+            "the printed formulas lack alpha (E2)"
+        )
     return (
         "with the printed mu and omega_0 the response is too large for first order"
         if parameters == "printed"

@@ -17,7 +17,13 @@ from ..theory.multiple_scales import slow_flow
 from ..theory.resonance import Resonance
 from ..theory.slow_results import Certificate, SlowResponse, SteadyState
 
-NAMES = {(1, 1): "primary", (3, 1): "superharmonic 3:1", (1, 3): "subharmonic 1:3", (2, 1): "superharmonic 2:1", (1, 2): "subharmonic 1:2"}  # fmt: skip
+NAMES = {
+    (1, 1): "primary",
+    (3, 1): "superharmonic 3:1",
+    (1, 3): "subharmonic 1:3",
+    (2, 1): "superharmonic 2:1",
+    (1, 2): "subharmonic 1:2",
+}
 POINTS = 512  # samples of a period for the mean torque
 
 
@@ -67,7 +73,8 @@ class Regime:
     existence : str
         Existence condition with its numbers.
     certificate, at_peak : Certificate or None
-        How far the first-order result can be trusted at `omega`, and at the peak of the response curve; None where multiple
+        How far the first-order result can be trusted at `omega`, and at the peak of the response curve; None
+        where multiple
         scales does not apply, or there is no curve.
     response : SlowResponse or None
         Response curve near the resonance, for those inside the range.
@@ -128,7 +135,8 @@ def _balance(law: Any, torque: float) -> float:
     crossed = np.flatnonzero(missing >= 0.0)
     if len(crossed) == 0:
         raise SolveError(
-            f"the torsion law cannot carry the mean torque of {torque:.6g} N*m within 10 rad; lower the mean torque or check the law"
+            f"the torsion law cannot carry the mean torque of {torque:.6g} N*m within 10 rad; lower the mean "
+            f"torque or check the law"
         )
     inner, outer = float(grid[crossed[0] - 1]), float(grid[crossed[0]])
     for _ in range(80):
@@ -155,7 +163,8 @@ def regimes(system: Oscillator, point: OperatingPoint, speeds: tuple[float, floa
     Returns
     -------
     tuple of Regime
-        By ascending speed, one per distinct p:q; a line's primary resonance wins over another line's harmonic at the same speed.
+        By ascending speed, one per distinct p:q; a line's primary resonance wins over another line's harmonic
+        at the same speed.
     """
     if point.omega_0 == 0.0:
         return ()
@@ -172,7 +181,10 @@ def regimes(system: Oscillator, point: OperatingPoint, speeds: tuple[float, floa
 def active_orders(system: Oscillator) -> tuple[int, ...]:
     """Orders of the lines whose amplitude is not zero."""
     angle = 2.0 * math.pi * np.arange(POINTS) / POINTS
-    lines = [np.broadcast_to(system.excitation.torque(angle), angle.shape), np.broadcast_to(system.error.value(angle), angle.shape)]
+    lines = [
+        np.broadcast_to(system.excitation.torque(angle), angle.shape),
+        np.broadcast_to(system.error.value(angle), angle.shape),
+    ]
     strength = [np.abs(np.fft.rfft(line)) for line in lines]
     alive = [s > 1e-12 * max(float(np.max(s)), 1e-300) for s in strength]
     return tuple(k for k in system.orders() if k > 0 and (k >= POINTS // 2 or any(a[k] for a in alive)))

@@ -15,7 +15,11 @@ from ..results import Floats
 from .regimes import OperatingPoint, Regime
 from .steady import SteadyMotion, settle
 
-EVEN, CLUSTER, FEW = 14, 14, 7  # speeds over the whole range, near each primary resonance, and near each other one with a curve
+EVEN, CLUSTER, FEW = (
+    14,
+    14,
+    7,
+)  # speeds over the whole range, near each primary resonance, and near each other one with a curve
 SETTLE = 8.0  # in units of 1/mu: the transient falls to exp(-4) before the orbit is closed
 TOLERANCE = Dopri5(rtol=1e-8, atol=1e-13)
 UNDAMPED_PERIODS = 50
@@ -80,7 +84,8 @@ def narrow_band(regime: Regime) -> tuple[float, float]:
 def run_up(system: Oscillator, grid: Floats, point: OperatingPoint) -> Iterator[RunUp | float]:
     """Simulate up and down; yields the finished share after each speed, and the `RunUp` at the end.
 
-    Between two speeds of the grid the motion is followed in smaller steps, so that it leaves its branch where the branch ends
+    Between two speeds of the grid the motion is followed in smaller steps, so that it leaves its branch where
+    the branch ends
     and not because a step was too large; there, and at the start, the drive is simulated until it settles.
 
     Parameters

@@ -1,6 +1,7 @@
 """Steady motion found by integration: settle, then close the orbit by shooting.
 
-Used where a number must not depend on how long the transient is waited for: the article's steady harmonics and the points
+Used where a number must not depend on how long the transient is waited for: the article's steady harmonics and
+the points
 that the response curves are checked against.
 """
 
@@ -13,6 +14,7 @@ import numpy as np
 from ..numerics.integrate import Dopri5, simulate
 from ..results import Floats, Status, Trajectory
 
+TIGHT = Dopri5()
 SAMPLES = 256  # per period of the base angle
 FARTHEST = 0.2  # a closing step larger than this share of the state may lead to another orbit
 
@@ -84,7 +86,7 @@ def settle(
     time: float,
     period: int = 1,
     close: bool = True,
-    method: Dopri5 = Dopri5(),
+    method: Dopri5 = TIGHT,
 ) -> SteadyMotion:
     """Simulate for about `time`, then find the periodic motion next to where the simulation has come.
 
@@ -99,7 +101,8 @@ def settle(
     period : int
         Base periods after which the motion is expected to repeat.
     close : bool
-        Whether to close the orbit by Newton's method on the period map (shooting); with False the last simulated periods are
+        Whether to close the orbit by Newton's method on the period map (shooting); with False the last
+        simulated periods are
         returned as they are.
     method : Dopri5
         Tolerances of the integration.
@@ -116,7 +119,9 @@ def settle(
     turn = 2.0 * math.pi / system.omega * period
     start = (float(y0[0]), float(y0[1]))
     if time > 0.0:
-        run = finished_or_interrupted(simulate(system, start, np.array([0.0, 0.5, 1.0]) * turn * math.ceil(time / turn), method=method))
+        run = finished_or_interrupted(
+            simulate(system, start, np.array([0.0, 0.5, 1.0]) * turn * math.ceil(time / turn), method=method)
+        )
         start = (float(run.y[0, -1]), float(run.y[1, -1]))
         if not run.status:
             return _motion(system, period, run, None)

@@ -27,7 +27,8 @@ class Cycle:
     Attributes
     ----------
     t, x, v, u, torque : (n,) arrays
-        Time [s], dynamic error [rad], its rate [rad/s], torsion [rad] and transmitted torque T(u) + B u' [N*m, output side].
+        Time [s], dynamic error [rad], its rate [rad/s], torsion [rad] and transmitted torque T(u) + B u' [N*m,
+        output side].
     peak_torque, mean_torque : float
         Largest absolute and mean transmitted torque [N*m].
     dissipated, work : float
@@ -77,7 +78,8 @@ class TimeCase:
     steady_theory : (n,) array or None
         x [rad] of multiple scales at the times of `cycle`, after the same settling time from rest.
     amplitudes : (float or None, float or None)
-        Steady 0-to-peak amplitude [rad] of the torsion's component at (p/q) omega by multiple scales and by integration.
+        Steady 0-to-peak amplitude [rad] of the torsion's component at (p/q) omega by multiple scales and by
+        integration.
     reason : str
         Why there is no comparison, empty where there is one.
     """
@@ -125,8 +127,18 @@ def time_case(name: str, system: Oscillator, resonance: Resonance, point: Operat
     ratio = resonance.ratio
     simulated = None if ratio is None or cycle is None else steady.torsion_amplitude(float(ratio))
     return TimeCase(
-        name, system.omega, resonance, transient, transient.peak(), steady, cycle, comparison, theory, (amplitude, simulated), reason
-    )  # fmt: skip
+        name,
+        system.omega,
+        resonance,
+        transient,
+        transient.peak(),
+        steady,
+        cycle,
+        comparison,
+        theory,
+        (amplitude, simulated),
+        reason,
+    )
 
 
 def _times(system: Oscillator, point: OperatingPoint) -> Floats:
@@ -150,7 +162,8 @@ def _steady_theory(
 def cycle_of(system: Oscillator, steady: SteadyMotion) -> Cycle:
     """Torque and energy of a steady motion.
 
-    The damping takes the integral of B u'^2; the excitation gives that of tau x' - (T(u) + B u') e', the second term being the
+    The damping takes the integral of B u'^2; the excitation gives that of tau x' - (T(u) + B u') e', the
+    second term being the
     work of the motor through the kinematic error.
 
     Parameters
@@ -171,10 +184,19 @@ def cycle_of(system: Oscillator, steady: SteadyMotion) -> Cycle:
     dissipated = float(np.mean((system.B * du * du)[:-1])) * span / turns
     work = float(np.mean((tau * steady.v - torque * e_rate)[:-1])) * span / turns
     return Cycle(
-        steady.t, steady.x, steady.v, u, torque,
-        float(np.max(np.abs(torque))), float(np.mean(torque[:-1])), dissipated, work, dissipated * turns / span,
-        steady.peak, float(np.ptp(steady.x)),
-    )  # fmt: skip
+        steady.t,
+        steady.x,
+        steady.v,
+        u,
+        torque,
+        float(np.max(np.abs(torque))),
+        float(np.mean(torque[:-1])),
+        dissipated,
+        work,
+        dissipated * turns / span,
+        steady.peak,
+        float(np.ptp(steady.x)),
+    )
 
 
 def diverged(case: TimeCase) -> bool:
