@@ -1,5 +1,6 @@
 """Sphinx settings: `make docs` builds into docs/_build/html, a warning being an error."""
 
+import re
 import sys
 from pathlib import Path
 
@@ -25,15 +26,38 @@ myst_enable_extensions = ["amsmath", "dollarmath"]
 myst_heading_anchors = 3
 
 napoleon_google_docstring = False
+napoleon_use_ivar = True
 napoleon_use_rtype = False
+
+autodoc_member_order = "bysource"
+autodoc_typehints_format = "short"
 
 if any(EXAMPLES.glob("GALLERY_HEADER.*")) or any(EXAMPLES.glob("README.*")):
     extensions.append("sphinx_gallery.gen_gallery")
     sphinx_gallery_conf = {
         "examples_dirs": str(EXAMPLES),
         "gallery_dirs": "auto_examples",
+        "within_subsection_order": "FileNameSortKey",
         "filename_pattern": r"\.py$",
         "download_all_examples": False,
         "show_memory": False,
         "write_computation_times": False,
     }
+
+
+def skip_fields(app, what, name, member, skip, options):
+    """Leave out what the class builder writes about a NamedTuple's fields: the signature has them with units."""
+    return True if type(member).__name__ == "_tuplegetter" else None
+
+
+def escape_formulas(app, what, name, thing, options, lines):
+    """Docstrings are plain text with formulas such as 2 * |x|, which reStructuredText would take for markup."""
+    for i, line in enumerate(lines):
+        parts = re.split(r"(``.*?``|`.*?`)", line)
+        parts[::2] = (re.sub(r"([|*]|(?<=\w)_(?!\w))", r"\\\1", part) for part in parts[::2])
+        lines[i] = "".join(parts)
+
+
+def setup(app):
+    app.connect("autodoc-process-docstring", escape_formulas, priority=400)  # before napoleon writes its own markup
+    app.connect("autodoc-skip-member", skip_fields)

@@ -5,8 +5,8 @@ Is the drive stable, and from where?
 A gear that softens, T = K (u + alpha u³) with alpha < 0, pushes back less and less, and beyond u = 1/sqrt(-alpha) it
 pushes away. Lyapunov's method names a region that no motion leaves; 400 starts, integrated, attack that claim.
 
-The number: energy of the lowest start that runs away, over the energy of the region, K/(4 |alpha|). The proof says that
-it cannot be below 1; as little is dissipated before the drive is lost, it is not far above.
+The number: energy of the lowest start that runs away, over the energy of the region, ``K/(4 |alpha|)``. The proof says
+that it cannot be below 1; as little is dissipated before the drive is lost, it is not far above.
 """
 
 import matplotlib.pyplot as plt

@@ -1,0 +1,135 @@
+"""The documentation tells the truth: its scripts run and print what it says, its project files do what it says.
+
+A ```python block runs after those before it on the same page; a ```text block right after it is its output. A ```yaml
+block is a whole project file; a ```text block right after it is the complaint about it.
+"""
+
+import contextlib
+import io
+import re
+from pathlib import Path
+
+import matplotlib
+import pytest
+
+import strainwave as sw
+from strainwave._jit import RESERVED
+from strainwave.app import project
+from strainwave.app.cli import cli
+from strainwave.app.complaints import EXAMPLES
+from strainwave.app.schema import law_types
+from strainwave.quantities import parse
+
+matplotlib.use("Agg")
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = {path.name: path for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]}
+FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def page(name):
+    return PAGES[name].read_text(encoding="utf-8")
+
+
+def blocks(name):
+    """(language, text, expected output or None, line) of each block; outputs are joined to what they follow."""
+    text = page(name)
+    found = []
+    for match in FENCE.finditer(text):
+        language, body = match.groups()
+        between = text[found[-1]["end"] : match.start()].strip() if found else "the beginning"
+        if language == "text" and not between and found[-1]["output"] is None:
+            found[-1] |= {"output": body, "end": match.end()}
+        else:
+            line = text[: match.start()].count("\n") + 1
+            found.append({"language": language, "body": body, "output": None, "line": line, "end": match.end()})
+    return found
+
+
+def pages_with(language):
+    return [name for name in PAGES if any(block["language"] == language for block in blocks(name))]
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+@pytest.mark.parametrize("name", pages_with("python"))
+def test_scripts_of_a_page_print_what_the_page_says(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = {"__name__": "__main__"}
+    for block in blocks(name):
+        if block["language"] != "python":
+            continue
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            # as many lines before it as on the page, for the line numbers of a traceback
+            exec(compile("\n" * block["line"] + block["body"], PAGES[name], "exec"), names)
+        if block["output"] is not None:
+            assert said.getvalue().rstrip() == block["output"].rstrip(), f"{name}:{block['line']}"
+
+
+@pytest.mark.parametrize("name", pages_with("yaml"))
+def test_project_files_of_a_page_do_what_the_page_says(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for block in blocks(name):
+        if block["language"] != "yaml":
+            continue
+        Path("project.yaml").write_text(block["body"], encoding="utf-8")
+        if block["output"] is None:
+            assert project.load("project.yaml").system(1.0).J > 0.0
+        else:
+            with pytest.raises(project.ProjectError) as complaint:
+                project.load("project.yaml")
+            assert str(complaint.value) == block["output"].rstrip()
+
+
+def test_these_tests_find_the_blocks():
+    assert {"README.md", "tutorial.md", "add-a-law.md"} <= set(pages_with("python"))
+    assert {"tutorial.md", "project-file.md"} <= set(pages_with("yaml"))
+    assert sum(block["output"] is not None for block in blocks("tutorial.md")) >= 5
+
+
+def test_the_first_script_of_the_readme_has_at_most_15_lines():
+    first = next(block for block in blocks("README.md") if block["language"] == "python")
+    assert len([line for line in first["body"].splitlines() if line.strip()]) <= 15
+
+
+def not_on(name, words):
+    return [word for word in sorted(words) if f"`{word}" not in page(name)]
+
+
+def test_every_public_name_is_on_the_api_page():
+    directive = re.compile(r"^\.\. (?:auto\w+|py:data):: strainwave\.(?:\w+\.)*(\w+)$", re.MULTILINE)
+    assert set(sw.__all__) - set(directive.findall(page("api.md"))) == set()
+
+
+def test_every_command_and_option_is_on_the_command_line_page():
+    options = {option for command in cli.commands.values() for parameter in command.params for option in parameter.opts}
+    assert not_on("command-line.md", {f"strainwave {name}" for name in cli.commands}) == []
+    assert not_on("command-line.md", {option for option in options if option.startswith("-")}) == []
+
+
+def test_every_field_of_a_project_file_is_on_its_page():
+    fields = {field.replace("[]", "") for field in EXAMPLES}
+    fields = {re.sub(r"excitation\.(motor|load)_torque\.", "", field) for field in fields}  # described once for both
+    laws = {field for cls in law_types().values() for field in cls._fields}
+    assert not_on("project-file.md", fields | laws | set(law_types())) == []
+
+
+def test_units_of_the_project_page_are_known():
+    measured = {"angle": "rad", "angular speed": "rad/s", "torque": "N*m", "stiffness": "N*m/rad", "inertia": "kg*m**2"}
+    for kind, unit in measured.items():
+        row = re.search(rf"^\| {kind} \| (.*) \|$", page("project-file.md"), re.MULTILINE).group(1)
+        known, _, refused = row.partition("never")
+        assert all(parse(f"1 {name}", unit) > 0.0 for name in re.findall("`(.*?)`", known))
+        for name in re.findall("`(.*?)`", refused):
+            with pytest.raises(ValueError, match="write"):
+                parse(f"1 {name}", unit)
+
+
+def test_reserved_names_are_on_the_page_about_laws():
+    assert not_on("add-a-law.md", RESERVED) == []
+
+
+def test_the_errata_table_is_complete():
+    rows = re.findall(r"^\| ([EN][0-9]) \|", page("theory.md"), re.MULTILINE)
+    assert rows == [f"E{i}" for i in range(1, 9)] + [f"N{i}" for i in range(1, 8)]
