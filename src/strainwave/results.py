@@ -1,7 +1,8 @@
 """What the verbs return: a status that is a sentence, and frozen results that print themselves and can be saved."""
 
+import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 from uuid import uuid4
@@ -139,6 +140,8 @@ class Orbit:
         One sentence.
     label : str
         "" or what kind of point this is on its branch: "fold", "period doubling", ...
+    value : float
+        Value of the parameter that varies on its branch; nan for an orbit that was found on its own.
     """
 
     omega: float
@@ -151,6 +154,7 @@ class Orbit:
     status: Status
     message: str
     label: str = ""
+    value: float = math.nan
 
     def amplitude(self, k: int) -> float:
         """Amplitude of harmonic k of the first state, 0-to-peak; k = 0 gives the mean."""
@@ -210,6 +214,8 @@ class Branch:
         `Status.OK`, or why the branch ends inside the range.
     message : str
         One sentence.
+    branch_points : list of Orbit
+        Where a multiplier passes +1 without a fold: another branch crosses (the symmetry of the orbit breaks).
     """
 
     parameter: str
@@ -227,6 +233,7 @@ class Branch:
     origin: str
     status: Status
     message: str
+    branch_points: list[Orbit] = field(default_factory=list)
 
     def amplitude(self, k: int) -> Floats:
         """Amplitude (n,) of harmonic k of the first state, 0-to-peak; k = 0 gives the mean."""
@@ -239,13 +246,14 @@ class Branch:
         return len(self.values)
 
     def __str__(self) -> str:
-        folds = ", ".join(f"{f.omega:.9g}" for f in self.folds) or "none"
+        folds = ", ".join(f"{f.value:.9g}" for f in self.folds) or "none"
+        crossings = f"; {len(self.branch_points)} branch points" if self.branch_points else ""
         top = int(np.argmax(self.peak)) if len(self) else 0
         peak = f"{self.peak[top]:.6g} at omega {self.omega[top]:.6g} rad/s" if len(self) else "none"
         return (
             f"Branch in {self.parameter}: {len(self)} points{', closed' if self.closed else ''}, {self.origin}\n"
             f"  largest |x| {peak}\n"
-            f"  folds at omega = {folds} rad/s; {len(self.doublings)} period doublings\n"
+            f"  folds at {self.parameter} = {folds}; {len(self.doublings)} period doublings{crossings}\n"
             f"  {int(np.sum(self.stable))} of {len(self)} points stable\n"
             f"  {self.coefficients.shape[1] // 2} harmonics, tail {self.tail:.1e}; {self.message}"
         )

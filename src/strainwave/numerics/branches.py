@@ -14,10 +14,11 @@ from .._jit import run, with_leaf
 from ..quantities import checked, parameters
 from ..results import Branch, Floats, Orbit, SolveError, Status
 from .balance import second_order
-from .continuation import CLOSED, END, FOLD, LOST, RUNNING, SCALE, START, STEP, STUCK, Z1, follow
-from .floquet import multipliers, stability, stability_table
+from .continuation import CLOSED, END, FOLD, LOST, RUNNING, SCALE, START, STEP, STUCK, TOP, Z1, follow
+from .floquet import displacement_peaks, hill, multipliers, orbit_scales
 from .fourier import from_blocks
-from .guess import linear_response
+from .guess import error_coefficients, linear_response
+from .special_points import BRANCH_POINT, DOUBLING, with_crossings
 
 TAIL = 1e-6  # the last two harmonics may hold this share of the whole
 MOST_HARMONICS = 127
@@ -81,7 +82,17 @@ def trace(problem: Any, guess: Floats, direction: float, lo: float, hi: float, s
         pieces.append(points[:count])
         labels.append(kinds[:count])
         mode = STEP
-    return Trace(np.concatenate(pieces), np.concatenate(labels), outcome)
+    return Trace(*in_order(np.concatenate(pieces), np.concatenate(labels)), outcome)
+
+
+def in_order(points: Floats, labels: Any) -> tuple[Floats, Any]:
+    """Put a fold and an amplitude maximum that one step found (the fold first) into the order of the arc."""
+    both = 1 + np.flatnonzero((labels[1:-2] == FOLD) & (labels[2:-1] == TOP))
+    fold, top = (np.linalg.norm(points[both + i] - points[both - 1], axis=1) for i in (0, 1))
+    swap = both[top < fold]
+    order = np.arange(len(labels))
+    order[swap], order[swap + 1] = swap + 1, swap
+    return points[order], labels[order]
 
 
 def whole(problem: Any, lo: float, hi: float, step: float, upwards: bool) -> Trace:
@@ -188,46 +199,39 @@ def frequency_response(
 
 
 def describe(problem: Any, parameter: str, found: Trace, tail: float, origin: str) -> Branch:
-    """Add stability, peaks and labels to the points of a branch."""
-    points = np.ascontiguousarray(found.points)
+    """Add stability, peaks, period doublings and branch points to the points of a branch, and label the special ones."""
+    points, labels = np.ascontiguousarray(found.points), found.labels
     n = points.shape[1] - 1
+    traces, peaks = hill(problem, points)
+    points, labels, added = with_crossings(problem, points, labels, traces)
+    if added:
+        traces, peaks = hill(problem, points)
     values = points[:, n]
-    traces, peaks = np.empty(len(points)), np.empty(len(points))
-    run(stability, problem, stability_table(problem), points, traces, peaks)
     omega, decay = orbit_scales(problem, values)
     floquet = multipliers(traces, decay)
     stable = np.abs(floquet[:, 0]) < 1.0
-    coefficients = from_blocks((points[:, :n] + problem.error).T).T
-    status, message = _verdict(found, values)
-    folds = []
-    for i in np.flatnonzero(found.labels == FOLD):
-        series = with_velocity(coefficients[i], omega[i] / problem.turns)
-        local = float(tail_of(points[i : i + 1, :n])[0])
-        folds.append(
+    error = problem.error
+    if parameter.startswith("error."):  # the kinematic error itself varies along the branch
+        error = error_coefficients(problem, values)
+        peaks = displacement_peaks(points[:, :n] + error)
+    coefficients = from_blocks((points[:, :n] + error).T).T
+
+    def special(label: int, name: str) -> list[Orbit]:
+        return [
             Orbit(
-                omega[i],
-                problem.turns,
-                series,
-                peaks[i],
-                floquet[i],
-                bool(stable[i]),
-                local,
-                Status.OK,
-                "finished",
-                "fold",
+                float(omega[i]), problem.turns, with_velocity(coefficients[i], omega[i] / problem.turns),
+                float(peaks[i]), floquet[i], bool(stable[i]), float(tail_of(points[i : i + 1, :n])[0]), Status.OK,
+                "finished", name, float(values[i]),
             )
-        )
+            for i in np.flatnonzero(labels == label)
+        ]  # fmt: skip
+
+    status, message = _verdict(found, parameter, values)
     return Branch(
-        parameter, values, omega, coefficients, peaks, floquet, stable, folds, [], problem.turns,
-        found.outcome == CLOSED, tail, origin, status, message,
+        parameter, values, omega, coefficients, peaks, floquet, stable, special(FOLD, "fold"),
+        special(DOUBLING, "period doubling"), problem.turns, found.outcome == CLOSED, tail, origin, status, message,
+        special(BRANCH_POINT, "symmetry breaking / branch point"),
     )  # fmt: skip
-
-
-def orbit_scales(problem: Any, values: Floats) -> tuple[Floats, Floats]:
-    """Base frequency, and exp(-B period/(2J)), for every value of the parameter."""
-    systems = with_leaf(problem.system, problem.leaf, values)
-    omega = np.broadcast_to(np.asarray(systems.omega, float), values.shape).copy()
-    return omega, np.exp(-np.pi * problem.turns * systems.B / systems.J / omega)
 
 
 def with_velocity(x: Floats, w: float) -> Floats:
@@ -238,9 +242,9 @@ def with_velocity(x: Floats, w: float) -> Floats:
     return np.stack([x, v], axis=1)
 
 
-def _verdict(found: Trace, values: Floats) -> tuple[Status, str]:
+def _verdict(found: Trace, parameter: str, values: Floats) -> tuple[Status, str]:
     if found.outcome in (END, CLOSED):
         return Status.OK, "reached both ends" if found.outcome == END else "closed"
-    where = f"at omega = {values[-1]:.6g} rad/s" if len(values) else "at its start"
+    where = f"at {parameter} = {values[-1]:.6g}" if len(values) else "at its start"
     reason = {LOST: "no solution found", STUCK: "the step became too small"}.get(found.outcome, "too many points")
     return Status.NO_CONVERGENCE, f"the branch stops {where}: {reason}; take more harmonics or a smaller range"

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._jit import kernel_as, routine, with_leaf
+from .._jit import kernel_as, routine, run, with_leaf
 from ..results import Floats
 from .balance import Sampling, SecondOrder
 from .fourier import synthesis
@@ -101,14 +101,34 @@ def steps_for(problem: SecondOrder) -> int:
     return max(128, 16 * len(problem.tau))
 
 
-def stability_table(problem: SecondOrder) -> Floats:
-    """Synthesis table of the Numerov grid."""
-    return synthesis(len(problem.tau) // 2, steps_for(problem))
-
-
 def multipliers(traces: Floats, decay: Floats) -> NDArray[np.complex128]:
     """Floquet multipliers (points, 2), largest modulus first, from Hill's traces and exp(-B period/(2J))."""
     half = 0.5 * np.asarray(traces, complex)
     root = np.sqrt(half * half - 1.0)
     first = np.where(np.abs(half + root) >= np.abs(half - root), half + root, half - root)
     return np.asarray(np.stack([first, 1.0 / first], axis=-1) * np.asarray(decay)[..., None], complex)
+
+
+def hill(problem: Any, points: Floats, table: Floats | None = None) -> tuple[Floats, Floats]:
+    """Traces of Hill's period map and largest |x| of points; `table` is the synthesis table of another grid."""
+    grid = synthesis(len(problem.tau) // 2, steps_for(problem)) if table is None else table
+    traces, peaks = np.empty(len(points)), np.empty(len(points))
+    run(stability, problem, grid, np.ascontiguousarray(points), traces, peaks)
+    return traces, peaks
+
+
+def orbit_scales(problem: Any, values: Floats) -> tuple[Floats, Floats]:
+    """Base frequency, and exp(-B period/(2J)), for every value of the parameter."""
+    systems = with_leaf(problem.system, problem.leaf, values)
+    omega = np.broadcast_to(np.asarray(systems.omega, float), values.shape).copy()
+    return omega, np.exp(-np.pi * problem.turns * systems.B / systems.J / omega)
+
+
+def displacement_peaks(series: Floats) -> Floats:
+    """Largest absolute value over a period of every series (rows of coefficients in blocks)."""
+    h = series.shape[1] // 2
+    samples = series @ synthesis(h, 32 * h)
+    best = np.argmax(np.abs(samples), axis=1)
+    return np.array(
+        [_refined(x, h, np.pi * b / (16 * h), row[b]) for x, b, row in zip(series, best, samples, strict=True)]
+    )

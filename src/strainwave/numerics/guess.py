@@ -51,3 +51,15 @@ def linear_response(problem: Any, value: float) -> Floats:
     response = drive / np.where(bottom == 0.0, 1e-300, bottom)
     z[1 : h + 1], z[h + 1 : n] = response.real, -response.imag
     return z
+
+
+def error_coefficients(problem: Any, values: Floats) -> Floats:
+    """Coefficients (values, 2H+1) in blocks of the kinematic error where the parameter of the problem has each value."""
+    angles = problem.angles
+    return np.array(
+        [
+            np.broadcast_to(with_leaf(problem.system, problem.leaf, float(v)).error.value(angles), angles.shape)
+            @ problem.analysis
+            for v in values
+        ]
+    )
