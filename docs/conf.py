@@ -20,6 +20,7 @@ exclude_patterns = ["_build", "auto_examples/*.ipynb"]
 
 html_theme = "furo"
 html_static_path = ["_static"]
+html_css_files = ["wide.css"]
 mathjax_path = "mathjax/tex-svg.js"  # from _static: pages make no request to another host
 
 myst_enable_extensions = ["amsmath", "dollarmath"]
@@ -45,6 +46,12 @@ if any(EXAMPLES.glob("GALLERY_HEADER.*")) or any(EXAMPLES.glob("README.*")):
     }
 
 
+def short_types(app, what, name, thing, options, signature, returned):
+    """Write ArrayLike for the twelve types that it stands for."""
+    spelt_out = r"_Buffer \| .*?_NestedSequence\[complex \| bytes \| str\]"
+    return re.sub(spelt_out, "ArrayLike", signature or "") or None, returned
+
+
 def skip_fields(app, what, name, member, skip, options):
     """Leave out what the class builder writes about a NamedTuple's fields: the signature has them with units."""
     return True if type(member).__name__ == "_tuplegetter" else None
@@ -58,6 +65,16 @@ def escape_formulas(app, what, name, thing, options, lines):
         lines[i] = "".join(parts)
 
 
+def join_names(app, what, name, thing, options, lines):
+    """Write "K1,K2" for "K1, K2" in what napoleon makes of attributes: Sphinx would take the first for a type."""
+    for i, line in enumerate(lines):
+        if match := re.match(r":(?:ivar|vartype) [\w, ]+:", line):
+            kind, _, names = match.group().partition(" ")
+            lines[i] = f"{kind} {names.replace(', ', ',')}{line[match.end() :]}"
+
+
 def setup(app):
     app.connect("autodoc-process-docstring", escape_formulas, priority=400)  # before napoleon writes its own markup
+    app.connect("autodoc-process-docstring", join_names, priority=600)
+    app.connect("autodoc-process-signature", short_types)
     app.connect("autodoc-skip-member", skip_fields)
