@@ -30,7 +30,7 @@ class Sentences(click.Group):
         except (click.exceptions.Exit, click.ClickException, click.Abort, BrokenPipeError):
             raise
         except KeyboardInterrupt as stop:
-            click.echo(f"strainwave: {stop or 'interrupted; nothing was written'}", err=True)
+            click.echo(f"strainwave: {str(stop) or 'interrupted; nothing was written'}", err=True)
             ctx.exit(INTERRUPTED)
         except Exception as error:
             if ctx.params.get("debug") or os.environ.get("STRAINWAVE_DEBUG") == "1":

@@ -49,7 +49,8 @@ class RunUp:
     def hysteresis(self) -> tuple[float, ...]:
         """Speeds [rad/s] at which the two directions end on motions whose peaks differ by more than 2 %."""
         pairs = zip(self.omega, self.up, self.down, strict=True)
-        return tuple(float(w) for w, a, b in pairs if abs(a.peak - b.peak) > 0.02 * max(a.peak, b.peak))
+        both = ((w, a.peak, b.peak) for w, a, b in pairs if a.status and b.status)
+        return tuple(float(w) for w, a, b in both if abs(a - b) > 0.02 * max(a, b))
 
 
 def settling_time(system: Oscillator) -> float:

@@ -116,7 +116,8 @@ def time_case(name: str, system: Oscillator, resonance: Resonance, point: Operat
     cycle = cycle_of(system, steady) if steady.status else None
     comparison, reason = None, ""
     try:
-        comparison = compare(system, resonance, start)
+        window = None if system.B > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / system.omega
+        comparison = compare(system, resonance, start, window)
         transient = finished_or_interrupted(comparison.integrated)
     except (ValueError, SolveError, ArithmeticError) as error:
         reason = str(error) or f"multiple scales stopped with {type(error).__name__}"

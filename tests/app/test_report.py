@@ -1,0 +1,132 @@
+"""The report folder: complete, self-contained, reproducible, without NaN, and right in its energy balance."""
+
+import csv
+import json
+import re
+
+import pytest
+
+from strainwave.app.console import number, plain
+from strainwave.app.job import analyse
+from strainwave.app.project import load
+
+pytestmark = pytest.mark.compiled
+
+DRIVE = """\
+title: A drive & its <error>
+gear: {{ratio: 50, law: {law}}}
+motor: {{inertia: 5 kg*cm^2, mode: held}}
+load: {{inertia: 1 kg*m^2}}
+damping: {{{damping}}}
+speed: {{from: 1200 rpm, to: 1900 rpm, shaft: motor}}
+excitation: {{kinematic_error: [{{order: 2, amplitude: 10 arcsec}}]}}
+"""
+CUBIC = "{type: cubic, K: 1e5 N*m/rad, alpha: 6.9e4 1/rad^2}"
+
+
+def written(folder, law=CUBIC, damping="ratio: 5 %", name="out"):
+    path = folder / "drive.yaml"
+    path.write_text(DRIVE.format(law=law, damping=damping))
+    return analyse(load(path), folder / name), folder / name
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory):
+    return written(tmp_path_factory.mktemp("report"))
+
+
+@pytest.mark.slow
+def test_every_file_named_in_the_results_is_there_and_nothing_else(report):
+    results, folder = report
+    assert sorted(results["files"]) == sorted(p.name for p in folder.iterdir())
+
+
+@pytest.mark.slow
+def test_page_loads_nothing_from_outside_and_escapes_the_title(report):
+    page = (report[1] / "report.html").read_text(encoding="utf-8")
+    assert not re.findall(r"""(?:src|href|url)\s*[=(]\s*["']?(?!#|data:)[^"'>\s)]+""", page)
+    assert "<script" not in page
+    assert "A drive &amp; its &lt;error&gt;" in page
+    assert page.count("<svg") >= 3
+    assert not re.search(r"\b(nan|inf|None)\b", re.sub(r"<style>.*?</style>", "", page, flags=re.DOTALL))
+
+
+@pytest.mark.slow
+def test_numbers_are_finite_everywhere(report):
+    def forbid(text):
+        raise AssertionError(text)
+
+    json.loads((report[1] / "results.json").read_text(encoding="utf-8"), parse_constant=forbid)
+    for path in report[1].glob("*.csv"):
+        header, *rows = csv.reader(path.read_text(encoding="utf-8").splitlines())
+        assert all(re.search(r"_(s|rad|rpm|Nm|rad_per_s)$|^stable$", name) for name in header), header
+        assert rows
+        assert not any("nan" in cell or "inf" in cell for row in rows for cell in row)
+
+
+@pytest.mark.slow
+def test_a_second_run_writes_the_same_bytes(report, tmp_path):
+    _, again = written(tmp_path)
+    for path in report[1].iterdir():
+        assert path.read_bytes() == (again / path.name).read_bytes(), path.name
+
+
+@pytest.mark.slow
+def test_damping_takes_what_the_excitation_gives(report):
+    for case in report[0]["cases"]:
+        assert case["dissipated_J_per_turn"] > 0.0
+        # both integrals are sums over samples of a closed orbit, closed to about 1e-9
+        assert case["work_J_per_turn"] == pytest.approx(case["dissipated_J_per_turn"], rel=1e-5)
+
+
+@pytest.mark.slow
+def test_primary_resonance_sits_at_the_vendors_speed(report):
+    primary = next(r for r in report[0]["resonances"] if r["name"] == "primary")
+    # 60 f/2 with f = sqrt(K/J_l)/(2 pi): sqrt(1e5)/2 rad/s
+    assert primary["motor_speed_rpm"] == pytest.approx(1509.876, abs=5e-3)
+    assert primary["inside_range"]
+
+
+@pytest.mark.slow
+def test_play_without_bias_is_reported_from_integration_with_the_reason(tmp_path):
+    law = "{type: backlash, K: 1e5 N*m/rad, half_gap: 0.2 arcmin}"
+    results, _ = written(tmp_path, law=law, damping="B: 20 N*m*s/rad")
+    assert results["resonances"] == []
+    assert any("play" in sentence for sentence in results["warnings"])
+    assert all(case["reason"] and case["peak_rad"] > 0.0 for case in results["cases"])
+
+
+@pytest.mark.slow
+def test_zero_damping_is_said_and_nothing_is_nan(tmp_path):
+    results, _ = written(tmp_path, damping="B: 0 N*m*s/rad")
+    assert any("no damping" in sentence for sentence in results["warnings"])
+
+
+@pytest.mark.slow
+def test_softening_escape_is_a_sentence(tmp_path):
+    law = "{type: cubic, K: 1e5 N*m/rad, alpha: -4e7 1/rad^2}"
+    results, _ = written(tmp_path, law=law, damping="ratio: 1 %")
+    assert results["stability"]["scope"] == "local"
+    failed = [row for row in results["run_up"] if row["peak_rad"] is None]
+    assert failed
+    assert all(row["message"] for row in failed)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, "–"),
+        (float("nan"), "–"),
+        (2.56e-7, "2.56×10⁻⁷"),
+        (-3.0, "−3"),
+        (True, "yes"),
+        ("x", "x"),
+        (456.71, "456.7"),
+    ],
+)
+def test_numbers_are_written_for_people(value, text):
+    assert number(value) == text
+
+
+def test_plain_data_has_no_nan():
+    assert plain({"a": (1.0, float("inf")), 2: float("nan")}) == {"a": [1.0, None], "2": None}
