@@ -1,8 +1,8 @@
 """The article's Tables 3 and 4, against the errata list of the documentation (N1-N7, E1-E6) to its printed digits.
 
 The listed values were integrated with DOP853 at rtol 1e-11, independently of this package.
-The list's largest |x| and peaks are maxima over samples, up to 2.5e-4 below the true ones, some of which (SciPy DOP853 at the zeros
-of x') are listed apart; its 2.5599e-3 is 2.55985e-3 rounded up.
+The list's largest |x| and peaks are maxima over samples, up to 2.5e-4 below the true ones, some of which (SciPy DOP853
+at the zeros of x') are listed apart; its 2.5599e-3 is 2.55985e-3 rounded up.
 """
 
 import json
