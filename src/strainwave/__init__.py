@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from .model.laws import PiecewiseLinear as PiecewiseLinear
     from .model.laws import Polynomial as Polynomial
     from .model.oscillator import Oscillator as Oscillator
-    from .numerics.branches import frequency_response as frequency_response
+    from .numerics.response import frequency_response as frequency_response
     from .numerics.integrate import Dop8 as Dop8
     from .numerics.integrate import Dopri5 as Dopri5
     from .numerics.integrate import Rk4 as Rk4
@@ -57,7 +57,7 @@ _HOME = {
     "model.excitation": ("Harmonic", "Harmonics", "KinematicError", "Line", "NoError"),
     "model.laws": ("Backlash", "Cubic", "Linear", "PiecewiseLinear", "Polynomial"),
     "model.oscillator": ("Oscillator",),
-    "numerics.branches": ("frequency_response",),
+    "numerics.response": ("frequency_response",),
     "numerics.orbits": ("find_orbit",),
     "numerics.shooting": ("shoot",),
     "numerics.integrate": ("Dop8", "Dopri5", "Rk4", "simulate"),

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._jit import kernel, kernel_as, with_leaf
+from .._jit import kernel, kernel_as, routine, with_leaf
 from ..results import Floats
 from .fourier import analysis, extend, multiply_rows, synthesis
 from .linear import copy, fill, row_times
@@ -104,6 +104,16 @@ def add_linear_jacobian(J: float, B: float, w: float, h: int, out: Any) -> None:
     out[h + k, k] -= B * w * k
 
 
+@routine
+def clean_mean(series: Any) -> None:
+    """Remove the rounding from the mean of a series without one: in the play of a gear nothing holds against it."""
+    top = 0.0
+    for i in range(1, len(series)):
+        top = max(top, abs(series[i]))
+    if abs(series[0]) < 1e-14 * top:
+        series[0] = 0.0
+
+
 class Sampling(NamedTuple):
     """Fourier coefficients of T(u) for a smooth law, by alternating frequency/time; g, gc and gs are buffers."""
 
@@ -175,6 +185,7 @@ class SecondOrder(NamedTuple):
         else:
             torque_samples(system.excitation, self.angles, work.f)
             row_times(work.f, self.analysis, work.tau)
+            clean_mean(work.tau)
             error_samples(system.error, self.angles, work.f)
             row_times(work.f, self.analysis, work.error)
 
@@ -195,7 +206,7 @@ class SecondOrder(NamedTuple):
         self.nonlinear.stiffness_product(system.law, work.u, jacobian)
         w = system.omega / self.turns
         # In the play of a gear nothing holds the mean; this leaves it where it is.
-        jacobian[0, 0] += 1e-12 * (system.J * w * w + abs(system.B * w))
+        jacobian[0, 0] += 1e-8 * (system.J * w * w + abs(system.B * w))
         add_linear_jacobian(system.J, system.B, w, h, jacobian)
         if self.leaf == self.omega_leaf:
             fill(0.0, slope)
@@ -224,6 +235,8 @@ def second_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns:
     table = analysis(harmonics, samples)
     torque = np.broadcast_to(np.asarray(system.excitation.torque(angles), float), angles.shape)
     error = np.broadcast_to(np.asarray(system.error.value(angles), float), angles.shape)
+    tau = torque @ table
+    clean_mean(tau)
     wide = 4 * harmonics + 1
     nonlinear: Any
     if is_piecewise_linear(system.law):
@@ -239,7 +252,7 @@ def second_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns:
         synthesis(harmonics, samples),
         table,
         angles,
-        torque @ table,
+        tau,
         error @ table,
         nonlinear,
     )

@@ -1,40 +1,35 @@
-"""`frequency_response` and its relatives: whole curves of periodic orbits, with stability, folds and period doublings.
-
-The curve starts from the linear response at one end of the range and is followed to the other; where it leaves the
-range with folds still ahead, it is followed outside until it comes back. The number of harmonics grows until the last
-two are negligible.
-"""
+"""Branches of periodic orbits: solved at a point, traced, and described with stability, folds and period doublings."""
 
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from .._jit import run, with_leaf
-from ..quantities import checked, parameters
-from ..results import Branch, Floats, Orbit, SolveError, Status
-from .balance import second_order
+from .._jit import run
+from ..quantities import parameters
+from ..results import Branch, Floats, Orbit, Status
 from .continuation import CLOSED, END, FOLD, LOST, RUNNING, SCALE, START, STEP, STUCK, TOP, Z1, follow
 from .floquet import displacement_peaks, hill, multipliers, orbit_scales
 from .fourier import from_blocks
-from .guess import error_coefficients, linear_response
+from .guess import error_coefficients
 from .special_points import BRANCH_POINT, DOUBLING, with_crossings
 
-TAIL = 1e-6  # the last two harmonics may hold this share of the whole
-MOST_HARMONICS = 127
 MOST_PIECES = 40
 PIECE = 512  # points per call of the kernel: between calls the user can interrupt
-REACH = 3.0  # how far outside the range, as a factor, a branch may go before it comes back
 AIM = 1e-3
 
 
 @dataclass(frozen=True)
 class Trace:
-    """Points of a branch (coefficients in blocks, parameter last), what each is, and how the branch ended."""
+    """Points of a branch (coefficients in blocks, parameter last), what each is, and how the branch ended.
+
+    `message` is the sentence about the end, where the one that `describe` finds for the outcome does not tell enough.
+    """
 
     points: Floats
     labels: Any
     outcome: int
+    message: str = ""
 
 
 def leaf_of(system: Any, path: str) -> int:
@@ -95,32 +90,6 @@ def in_order(points: Floats, labels: Any) -> tuple[Floats, Any]:
     return points[order], labels[order]
 
 
-def whole(problem: Any, lo: float, hi: float, step: float, upwards: bool) -> Trace:
-    """Follow the branch from the linear response at one end to the other end, with excursions outside the range."""
-    start, far = (lo, hi) if upwards else (hi, lo)
-    latest = trace(problem, linear_response(problem, start), 1.0 if upwards else -1.0, lo, hi, step)
-    pieces, labels = [latest.points], [latest.labels]
-    for _ in range(20):
-        if latest.outcome != END:
-            break
-        last = latest.points[-1]
-        end = float(last[-1])
-        if end == far and _same(solve(problem, linear_response(problem, far)), last):
-            break
-        outside = (hi, hi * REACH) if end == hi else (lo / REACH, lo)
-        away = trace(problem, last, 1.0 if end == hi else -1.0, *outside, step)
-        if away.outcome != END or away.points[-1, -1] != end:
-            break
-        latest = trace(problem, away.points[-1], -1.0 if end == hi else 1.0, lo, hi, step)
-        pieces += [away.points[1:], latest.points[1:]]
-        labels += [away.labels[1:], latest.labels[1:]]
-    return Trace(np.concatenate(pieces), np.concatenate(labels), latest.outcome)
-
-
-def _same(a: Floats | None, b: Floats) -> bool:
-    return a is None or float(np.linalg.norm(a - b)) <= 1e-5 * float(np.linalg.norm(b[:-1]))
-
-
 def tail_of(points: Floats) -> Floats:
     """Size of the last two harmonics relative to the whole, at every point (coefficients in blocks)."""
     h = points.shape[1] // 2
@@ -129,77 +98,8 @@ def tail_of(points: Floats) -> Floats:
     return np.asarray(np.linalg.norm(points[:, last], axis=1) / whole_size)
 
 
-def frequency_response(
-    system: Any,
-    span: tuple[float, float],
-    *,
-    harmonics: int | None = None,
-    period: int = 1,
-    points: int = 200,
-    throw: bool = False,
-) -> Branch:
-    """Follow the response of a forced system through a range of base frequency.
-
-    Parameters
-    ----------
-    system : Oscillator
-        The system; its own `omega` does not matter.
-    span : (float, float)
-        Range of omega [rad/s], 0 < low < high.
-    harmonics : int, optional
-        Highest harmonic H of omega/period. Default: grown until the last two are negligible (1e-6), at most 127.
-    period : int
-        Turns of the base angle per orbit.
-    points : int
-        About how many points to place; more where the curve bends.
-    throw : bool
-        Raise instead of returning a branch that ends inside the range.
-
-    Returns
-    -------
-    Branch
-        In arc order from one end of the range to the other, with stability, folds and period doublings.
-
-    Raises
-    ------
-    ValueError
-        If the range is not 0 < low < high, or `harmonics` is not positive.
-    SolveError
-        If `throw` is true and the branch does not reach the other end.
-
-    References
-    ----------
-    Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4.
-    """
-    system = checked(system)
-    lo, hi = float(span[0]), float(span[1])
-    if not 0.0 < lo < hi < np.inf:
-        raise ValueError(
-            f"the frequency range is {lo:g} .. {hi:g} rad/s; it must be 0 < low < high (at rest there is no response)"
-        )
-    if harmonics is not None and harmonics < 1:
-        raise ValueError(f"harmonics is {harmonics}; at least 1 is needed")
-    leaf = leaf_of(system, "omega")
-    h = harmonics or 7 * period
-    while True:
-        problem = second_order(system, leaf, leaf, h, period)
-        found = whole(problem, lo, hi, 4.0 / points, True)
-        if found.outcome != END or found.points[-1, -1] != hi:
-            other = whole(problem, lo, hi, 4.0 / points, False)
-            if other.outcome == END and other.points[-1, -1] == lo:
-                found = Trace(other.points[::-1], other.labels[::-1], END)
-        tail = float(np.max(tail_of(found.points[:, :-1]), initial=0.0))
-        if harmonics is not None or tail <= TAIL or h >= MOST_HARMONICS:
-            break
-        h = min(2 * h + 1, MOST_HARMONICS)
-    branch = describe(problem, "omega", found, tail, "from the linear response at the lower end of the range")
-    if throw and not branch.status:
-        raise SolveError(branch.message)
-    return branch
-
-
 def describe(problem: Any, parameter: str, found: Trace, tail: float, origin: str) -> Branch:
-    """Add stability, peaks, period doublings and branch points to the points of a branch, and label the special ones."""
+    """Add stability, peaks, period doublings and branch points to a branch, and label the special points."""
     points, labels = np.ascontiguousarray(found.points), found.labels
     n = points.shape[1] - 1
     traces, peaks = hill(problem, points)
@@ -243,6 +143,8 @@ def with_velocity(x: Floats, w: float) -> Floats:
 
 
 def _verdict(found: Trace, parameter: str, values: Floats) -> tuple[Status, str]:
+    if found.message:
+        return (Status.OK if found.outcome in (END, CLOSED) else Status.NO_CONVERGENCE), found.message
     if found.outcome in (END, CLOSED):
         return Status.OK, "reached both ends" if found.outcome == END else "closed"
     where = f"at {parameter} = {values[-1]:.6g}" if len(values) else "at its start"
