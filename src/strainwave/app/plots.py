@@ -52,7 +52,7 @@ WIDE = (
     0.865,
     0.635,
 )  # places in the figure, fixed: measuring every label twice would take as long as drawing
-FOUR = {"left": 0.1, "right": 0.985, "bottom": 0.125, "top": 0.945, "wspace": 0.24, "hspace": 0.62}
+FOUR = {"left": 0.1, "right": 0.985, "bottom": 0.125, "top": 0.945, "wspace": 0.32, "hspace": 0.62}
 
 
 def style() -> Any:
@@ -185,7 +185,7 @@ def response(project: Project, analysis: Analysis, regime: Regime) -> Figure:
     turning = "ω" if project.shaft == "forcing" else "motor speed"
     place = turning if regime.resonance.ratio == 1 else f"{regime.resonance.ratio} × {turning}"
     axes.set_xlabel(label)
-    axes.set_ylabel(f"torsion amplitude\nat {place}\n({unit}, 0-to-peak)")
+    axes.set_ylabel(f"torsion amplitude at {place}\n({unit}, 0-to-peak)")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=3)
     return figure
 

@@ -23,7 +23,7 @@ EVEN, CLUSTER, FEW = (
 SETTLE = 8.0  # in units of 1/mu: the transient falls to exp(-4) before the orbit is closed
 TOLERANCE = Dopri5(rtol=1e-8, atol=1e-13)
 UNDAMPED_PERIODS = 50
-STEP, MOST_STEPS = 0.008, 4  # relative change of speed in one step of following a motion, and steps between two speeds
+STEP, MOST_STEPS = 0.004, 8  # relative change of speed in one step of following a motion, and steps between two speeds
 
 
 @dataclass(frozen=True, eq=False)
