@@ -55,11 +55,11 @@ def routine(function: F) -> F:
     return function
 
 
-def kernel_as(loops: Callable[..., Any]) -> Callable[[F], F]:
-    """Mark a NumPy function that compiled code replaces by a call of `loops`, with the same arguments and results."""
+def kernel_as(loops: Callable[..., Any], inline: bool = False) -> Callable[[F], F]:
+    """Mark a NumPy function that compiled code replaces by `loops`, with the same arguments and results."""
 
     def mark(function: F) -> F:
-        _kernels.append((function, loops, False))
+        _kernels.append((function, loops, inline))
         function.loops = loops  # type: ignore[attr-defined]
         return function
 
@@ -187,7 +187,7 @@ def _numba() -> Any:
         extending.overload_method(types.BaseNamedTuple, name, jit_options=INNER)(typed)
     for name, arguments in INTERNAL.items():
         typed = _internal_method(name, arguments)
-        extending.overload_method(types.BaseNamedTuple, name, jit_options=CALLED, strict=False)(typed)
+        extending.overload_method(types.BaseNamedTuple, name, jit_options=INNER, strict=False)(typed)
     extending.overload(torsion, jit_options=INNER)(_torsion_of)
     _expose(axpy, _axpy_body(import_module("numba.cpython.unsafe.tuple")))
     _expose(with_leaf, _with_leaf_body(types, extending))

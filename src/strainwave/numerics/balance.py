@@ -16,7 +16,7 @@ import numpy as np
 from .._jit import kernel, kernel_as, routine, with_leaf
 from ..results import Floats
 from .fourier import analysis, extend, multiply_rows, synthesis
-from .linear import copy, fill, row_times
+from .linear import copy, fill, padded, row_times
 from .piecewise import crossings_for, is_piecewise_linear
 
 
@@ -131,7 +131,7 @@ class Sampling(NamedTuple):
 
     def stiffness_product(self, law: Any, u: Any, jacobian: Any) -> None:
         """Matrix that multiplies a series by T'(u)."""
-        h = self.analysis.shape[1] // 2
+        h = len(self.g) // 4
         law_stiffness(law, u, self.samples)
         row_times(self.samples, self.analysis_double, self.g)
         extend(self.g, h, self.gc, self.gs)
@@ -242,8 +242,8 @@ def second_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns:
     if is_piecewise_linear(system.law):
         nonlinear = crossings_for(harmonics)
     else:
-        double = analysis(2 * harmonics, samples)
-        nonlinear = Sampling(table, double, np.empty(samples), np.empty(wide), np.empty(wide), np.empty(wide))
+        double = padded(analysis(2 * harmonics, samples))
+        nonlinear = Sampling(padded(table), double, np.empty(samples), np.empty(wide), np.empty(wide), np.empty(wide))
     return SecondOrder(
         system,
         leaf,

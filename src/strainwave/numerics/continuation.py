@@ -28,6 +28,7 @@ Z0, T0, Z1, T1, Z, T, ROW, SCALE, HOME, AHEAD = range(10)  # rows of the state o
 SMALLEST_STEP = 1e-9
 KINK = 1e-4  # steps below this may turn sharply: laws with kinks give curves with kinks
 TOLERANCE = 1e-9  # of a correction, in scaled unknowns
+NEGLIGIBLE = 1e-6
 
 
 @routine
@@ -62,7 +63,8 @@ def correct(
         if i == 0:
             first = size
         rate = size / last
-        if size < TOLERANCE or (i > 0 and rate < 0.5 and rate * size < TOLERANCE):
+        tiny = NEGLIGIBLE if stale else TOLERANCE  # after a Newton step the error is of the order of its square
+        if size < tiny or (i > 0 and rate < 0.5 and rate * size < TOLERANCE):
             return True, first
         stale = (i > 0 and rate > 0.1) or (full and size > 1e-6)
         last = size

@@ -98,7 +98,7 @@ def _numerov(problem: Any, points: Floats, table: Floats) -> Floats:
 
 def steps_for(problem: SecondOrder) -> int:
     """Numerov steps that resolve every harmonic of the problem."""
-    return max(128, 16 * len(problem.tau))
+    return max(128, 8 * len(problem.tau))
 
 
 def multipliers(traces: Floats, decay: Floats) -> NDArray[np.complex128]:

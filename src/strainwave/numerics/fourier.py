@@ -4,6 +4,7 @@ Results list coefficients as mean, cos 1, sin 1, cos 2, sin 2, ... of the base p
 blocks, mean, cos 1..H, sin 1..H, because rows of the Jacobian are then contiguous Toeplitz and Hankel rows.
 """
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from .._jit import kernel_as
 from ..results import Floats
 
 
+@lru_cache(maxsize=64)
 def synthesis(harmonics: int, samples: int) -> Floats:
     """Table (2H+1, samples): row k times coefficient k (block order) sums to the samples of the series."""
     angle = 2.0 * np.pi * np.arange(samples) / samples
@@ -19,6 +21,7 @@ def synthesis(harmonics: int, samples: int) -> Floats:
     return np.vstack([np.ones((1, samples)), np.cos(k * angle), np.sin(k * angle)])
 
 
+@lru_cache(maxsize=64)
 def analysis(harmonics: int, samples: int) -> Floats:
     """Table (samples, 2H+1) that turns samples into coefficients (block order)."""
     table = synthesis(harmonics, samples) * (2.0 / samples)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .._jit import kernel_as
+from ..results import Floats
 
 
 def _copy_loops(source: Any, out: Any) -> None:
@@ -15,7 +16,7 @@ def _copy_loops(source: Any, out: Any) -> None:
         out[i] = source[i]
 
 
-@kernel_as(_copy_loops)
+@kernel_as(_copy_loops, inline=True)
 def copy(source: Any, out: Any) -> None:
     """Write as many entries of source as out has."""
     out[:] = source[: len(out)]
@@ -26,7 +27,7 @@ def _fill_loops(value: float, out: Any) -> None:
         out[i] = value
 
 
-@kernel_as(_fill_loops)
+@kernel_as(_fill_loops, inline=True)
 def fill(value: float, out: Any) -> None:
     """Set every entry of out."""
     out[:] = value
@@ -37,7 +38,7 @@ def _add_loops(factor: float, v: Any, out: Any) -> None:
         out[i] += factor * v[i]
 
 
-@kernel_as(_add_loops)
+@kernel_as(_add_loops, inline=True)
 def add(factor: float, v: Any, out: Any) -> None:
     """Add factor times v to out."""
     out += factor * v
@@ -50,7 +51,7 @@ def _dot_loops(a: Any, b: Any) -> float:
     return total
 
 
-@kernel_as(_dot_loops)
+@kernel_as(_dot_loops, inline=True)
 def dot(a: Any, b: Any) -> float:
     """Scalar product of two vectors of equal length."""
     return float(a @ b)
@@ -63,25 +64,51 @@ def _weighted_norm_loops(v: Any, weights: Any) -> float:
     return float(total**0.5)
 
 
-@kernel_as(_weighted_norm_loops)
+@kernel_as(_weighted_norm_loops, inline=True)
 def weighted_norm(v: Any, weights: Any) -> float:
     """Euclidean norm of v times weights, entry by entry."""
     return float(np.linalg.norm(v * weights))
 
 
 def _row_times_loops(row: Any, table: Any, out: Any) -> None:
-    for j in range(table.shape[1]):
-        out[j] = 0.0
-    for i in range(table.shape[0]):
-        factor = row[i]
-        for j in range(table.shape[1]):
-            out[j] += factor * table[i, j]
+    # Eight columns at a time in registers: the compiler's own vector loop is made for long rows and leaves short ones scalar.
+    n, columns = out.shape[0], table.shape[1]
+    whole = columns - columns % 8
+    for j in range(0, min(whole, n), 8):
+        c0, c1, c2, c3, c4, c5, c6, c7 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(table.shape[0]):
+            f = row[i]
+            c0 += f * table[i, j]
+            c1 += f * table[i, j + 1]
+            c2 += f * table[i, j + 2]
+            c3 += f * table[i, j + 3]
+            c4 += f * table[i, j + 4]
+            c5 += f * table[i, j + 5]
+            c6 += f * table[i, j + 6]
+            c7 += f * table[i, j + 7]
+        if j + 8 <= n:
+            out[j], out[j + 1], out[j + 2], out[j + 3] = c0, c1, c2, c3
+            out[j + 4], out[j + 5], out[j + 6], out[j + 7] = c4, c5, c6, c7
+        else:
+            block = (c0, c1, c2, c3, c4, c5, c6, c7)
+            for k in range(n - j):
+                out[j + k] = block[k]
+    for j in range(whole, n):
+        total = 0.0
+        for i in range(table.shape[0]):
+            total += row[i] * table[i, j]
+        out[j] = total
 
 
 @kernel_as(_row_times_loops)
 def row_times(row: Any, table: Any, out: Any) -> None:
-    """Write row @ table to out; the row may be longer than the table has rows."""
-    np.dot(row[: len(table)], table, out=out)
+    """Write row @ table to out. The row may be longer than the table has rows; `padded` tables are faster."""
+    np.dot(row[: len(table)], table[:, : len(out)], out=out)
+
+
+def padded(table: Floats) -> Floats:
+    """Table with columns of zeros added up to a multiple of eight."""
+    return np.ascontiguousarray(np.pad(table, ((0, 0), (0, -table.shape[1] % 8))))
 
 
 def _factor_loops(a: Any, pivots: Any) -> None:
