@@ -81,6 +81,14 @@ def with_leaf(model: Any, index: int, value: Any) -> Any:
     return _with_leaf(model, index, value)[0]
 
 
+def borrowed(thing: Any) -> Any:
+    """Return the same arrays (alone or in tuples) without reference counting, which costs more than small loops.
+
+    Only for arguments of an entry kernel, which their caller keeps alive.
+    """
+    return thing
+
+
 def _with_leaf(thing: Any, index: int, value: Any) -> tuple[Any, int]:
     if isinstance(thing, float):
         return (value if index == 0 else thing), index - 1
@@ -191,6 +199,7 @@ def _numba() -> Any:
     extending.overload(torsion, jit_options=INNER)(_torsion_of)
     _expose(axpy, _axpy_body(import_module("numba.cpython.unsafe.tuple")))
     _expose(with_leaf, _with_leaf_body(types, extending))
+    _expose(borrowed, _borrowed_body(types, extending))
     _expose(maths._quarter, maths._quarter)
     _expose(maths.cos, maths.compiled_cos)
     _expose(maths.sin, maths.compiled_sin)
@@ -242,6 +251,31 @@ def _axpy_body(tuples: Any) -> Callable[..., Any]:
         for i in range(len(y)):
             out = tuple_setitem(out, i, y[i] + h * k[i])
         return out
+
+    return body
+
+
+def _borrowed_body(types: Any, extending: Any) -> Callable[..., Any]:
+    def strip(context: Any, thing: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            def rebuild(kind: Any, old: Any) -> Any:
+                if isinstance(kind, types.BaseTuple):
+                    items = [rebuild(k, builder.extract_value(old, i)) for i, k in enumerate(kind)]
+                    return context.make_tuple(builder, kind, items)
+                if isinstance(kind, types.Array):
+                    array = context.make_array(kind)(context, builder, old)
+                    array.meminfo = array.meminfo.type(None)
+                    return array._getvalue()
+                return old
+
+            return rebuild(thing, arguments[0])
+
+        return thing(thing), build
+
+    intrinsic = extending.intrinsic(strip)
+
+    def body(thing: Any) -> Any:
+        return intrinsic(thing)
 
     return body
 

@@ -8,7 +8,7 @@ import numpy as np
 from .._jit import run
 from ..quantities import parameters
 from ..results import Branch, Floats, Orbit, Status
-from .continuation import CLOSED, END, FOLD, LOST, RUNNING, SCALE, START, STEP, STUCK, TOP, Z1, follow
+from .continuation import CLOSED, END, FOLD, LOST, RUNNING, SCALE, START, STEP, STUCK, TOP, Z1, buffers_for, follow
 from .floquet import displacement_peaks, hill, multipliers, orbit_scales
 from .fourier import from_blocks
 from .guess import error_coefficients
@@ -60,7 +60,19 @@ def solve(problem: Any, guess: Floats) -> Floats | None:
     points, labels = np.empty((5, len(guess))), np.empty(5, np.int64)
     at = float(guess[-1])
     count, _, _ = run(
-        follow, problem, state_from(guess, abs(at) + 1e-12), 1.0, START, at, at, 1.0, 1.0, AIM, points, labels
+        follow,
+        problem,
+        state_from(guess, abs(at) + 1e-12),
+        1.0,
+        START,
+        at,
+        at,
+        1.0,
+        1.0,
+        AIM,
+        buffers_for(problem),
+        points,
+        labels,
     )
     return points[0] if count else None
 
@@ -71,9 +83,10 @@ def trace(problem: Any, guess: Floats, direction: float, lo: float, hi: float, s
     pieces: list[Floats] = []
     labels: list[Any] = []
     ds, outcome, mode = 0.1 * step, RUNNING, START
+    buffers = buffers_for(problem)
     while outcome == RUNNING and len(pieces) < MOST_PIECES:
         points, kinds = np.empty((PIECE, len(guess))), np.empty(PIECE, np.int64)
-        count, outcome, ds = run(follow, problem, state, direction, mode, lo, hi, ds, step, AIM, points, kinds)
+        count, outcome, ds = run(follow, problem, state, direction, mode, lo, hi, ds, step, AIM, buffers, points, kinds)
         pieces.append(points[:count])
         labels.append(kinds[:count])
         mode = STEP

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .._jit import kernel, routine
+from .._jit import borrowed, kernel, routine
 from .balance import work_for
 from .linear import add, copy, dot, factor, fill, substitute, weighted_norm
 
@@ -244,10 +244,16 @@ def advance(state: Any, ds: float) -> bool:
     return True
 
 
+def buffers_for(problem: Any) -> Any:
+    """Buffers of `follow` for a problem."""
+    n = len(problem.tau)
+    return work_for(problem), np.empty((n + 1, n + 1)), np.empty(n + 1, np.int64), np.zeros(7)
+
+
 @kernel
 def follow(
     problem: Any, state: Any, direction: float, mode: int, lo: float, hi: float, ds: float, ds_max: float, aim: float,
-    points: Any, labels: Any,
+    buffers: Any, points: Any, labels: Any,
 ) -> Any:  # fmt: skip
     """Follow a branch until it ends or `points` is nearly full.
 
@@ -255,9 +261,9 @@ def follow(
     `lo` and `hi` bound the parameter. Returns the number of points, the outcome and the step, with which a call in
     mode STEP goes on.
     """
+    problem, state, points, labels = borrowed(problem), borrowed(state), borrowed(points), borrowed(labels)
+    work, a, pivots, bracket = borrowed(buffers)
     n = state.shape[1] - 1
-    work, bracket = work_for(problem), np.zeros(7)
-    a, pivots = np.empty((n + 1, n + 1)), np.empty(n + 1, np.int64)
     count, outcome, search, place, bound = 0, RUNNING, TOP, 1, hi
     while outcome == RUNNING and (count < len(points) - 4 or mode > STEP):
         target = predict(state, mode, ds, bracket, bound)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._jit import kernel_as, routine, run, with_leaf
+from .._jit import borrowed, kernel_as, routine, run, with_leaf
 from ..results import Floats
 from .balance import Sampling, SecondOrder
 from .fourier import synthesis
@@ -22,6 +22,7 @@ from .linear import row_times
 
 
 def _stability_loops(problem: Any, table: Any, points: Any, traces: Any, peaks: Any) -> None:
+    problem, table, points = borrowed(problem), borrowed(table), borrowed(points)
     n, steps = table.shape
     h = n // 2
     u = np.empty(steps)
