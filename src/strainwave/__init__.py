@@ -24,19 +24,29 @@ if TYPE_CHECKING:
     from .model.laws import PiecewiseLinear as PiecewiseLinear
     from .model.laws import Polynomial as Polynomial
     from .model.oscillator import Oscillator as Oscillator
-    from .numerics.response import frequency_response as frequency_response
+    from .numerics.backbone import Backbone as Backbone
+    from .numerics.backbone import backbone as backbone
+    from .numerics.fold_curve import FoldCurve as FoldCurve
+    from .numerics.fold_curve import fold_curve as fold_curve
     from .numerics.integrate import Dop8 as Dop8
     from .numerics.integrate import Dopri5 as Dopri5
     from .numerics.integrate import Rk4 as Rk4
     from .numerics.integrate import simulate as simulate
     from .numerics.orbits import find_orbit as find_orbit
+    from .numerics.parameter_sweep import parameter_response as parameter_response
+    from .numerics.response import frequency_response as frequency_response
     from .numerics.shooting import shoot as shoot
+    from .numerics.switching import switch_branch as switch_branch
     from .quantities import replace as replace
     from .results import Branch as Branch
     from .results import Orbit as Orbit
     from .results import SolveError as SolveError
     from .results import Status as Status
     from .results import Trajectory as Trajectory
+    from .study.isolas import isolas as isolas
+    from .study.jumps import Jump as Jump
+    from .study.jumps import Jumps as Jumps
+    from .study.jumps import jumps as jumps
     from .study.validate import Comparison as Comparison
     from .study.validate import compare as compare
     from .theory.derivation import Derivation as Derivation
@@ -57,12 +67,18 @@ _HOME = {
     "model.excitation": ("Harmonic", "Harmonics", "KinematicError", "Line", "NoError"),
     "model.laws": ("Backlash", "Cubic", "Linear", "PiecewiseLinear", "Polynomial"),
     "model.oscillator": ("Oscillator",),
-    "numerics.response": ("frequency_response",),
-    "numerics.orbits": ("find_orbit",),
-    "numerics.shooting": ("shoot",),
+    "numerics.backbone": ("Backbone", "backbone"),
+    "numerics.fold_curve": ("FoldCurve", "fold_curve"),
     "numerics.integrate": ("Dop8", "Dopri5", "Rk4", "simulate"),
+    "numerics.orbits": ("find_orbit",),
+    "numerics.parameter_sweep": ("parameter_response",),
+    "numerics.response": ("frequency_response",),
+    "numerics.shooting": ("shoot",),
+    "numerics.switching": ("switch_branch",),
     "quantities": ("replace",),
     "results": ("Branch", "Orbit", "SolveError", "Status", "Trajectory"),
+    "study.isolas": ("isolas",),
+    "study.jumps": ("Jump", "Jumps", "jumps"),
     "study.validate": ("Comparison", "compare"),
     "theory.derivation": ("Derivation", "derivation"),
     "theory.lyapunov": ("StabilityProof", "lyapunov"),

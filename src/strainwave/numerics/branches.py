@@ -77,9 +77,14 @@ def solve(problem: Any, guess: Floats) -> Floats | None:
     return points[0] if count else None
 
 
-def trace(problem: Any, guess: Floats, direction: float, lo: float, hi: float, step: float) -> Trace:
-    """Follow one branch from a guess (coefficients, parameter) inside [lo, hi] until it leaves or closes."""
-    state = state_from(guess, hi - lo)
+def trace(
+    problem: Any, guess: Floats, direction: float, lo: float, hi: float, step: float, width: float | None = None
+) -> Trace:
+    """Follow one branch from a guess (coefficients, parameter) inside [lo, hi] until it leaves or closes.
+
+    `step` is in units of the orbit's size and of `width` of the parameter (default: the range).
+    """
+    state = state_from(guess, width or hi - lo)
     pieces: list[Floats] = []
     labels: list[Any] = []
     ds, outcome, mode = 0.1 * step, RUNNING, START
@@ -90,16 +95,25 @@ def trace(problem: Any, guess: Floats, direction: float, lo: float, hi: float, s
         pieces.append(points[:count])
         labels.append(kinds[:count])
         mode = STEP
-    return Trace(*in_order(np.concatenate(pieces), np.concatenate(labels)), outcome)
+    points, kinds = in_order(np.concatenate(pieces), np.concatenate(labels))
+    if outcome == CLOSED:
+        points[-1] = points[0]  # the last step went a little past the start
+    return Trace(points, kinds, outcome)
 
 
 def in_order(points: Floats, labels: Any) -> tuple[Floats, Any]:
-    """Put a fold and an amplitude maximum that one step found (the fold first) into the order of the arc."""
-    both = 1 + np.flatnonzero((labels[1:-2] == FOLD) & (labels[2:-1] == TOP))
-    fold, top = (np.linalg.norm(points[both + i] - points[both - 1], axis=1) for i in (0, 1))
-    swap = both[top < fold]
+    """Put folds and amplitude maxima in the order of the arc.
+
+    They are listed before the end of the step in which they were found, the fold first, but may lie just outside it.
+    """
     order = np.arange(len(labels))
-    order[swap], order[swap + 1] = swap + 1, swap
+    for i in np.flatnonzero((labels == FOLD) | (labels == TOP)):
+        for a in (i, i - 1):  # with its right neighbour, then with its left one
+            if 0 < a < len(order) - 2:
+                near, first, second, far = points[order[a - 1 : a + 3]]
+                ahead = far - near
+                if (second - first) @ ahead < 0.0 and np.linalg.norm(second - near) < np.linalg.norm(first - near):
+                    order[a], order[a + 1] = order[a + 1], order[a]
     return points[order], labels[order]
 
 

@@ -138,6 +138,8 @@ def record(state: Any, which: int, label: int, points: Any, labels: Any, count: 
 
 
 LOW, HIGH, AT_LOW, AT_HIGH, SIDE, TRIES, LIMIT = range(7)  # entries of a bracket
+BEFORE, BEYOND = -0.5, 1.5  # ends of an opened bracket, in steps
+SEARCHING, FOUND, NOTHING = 0, 1, 2
 
 
 @routine
@@ -157,12 +159,26 @@ def secant(bracket: Any) -> float:
 
 
 @routine
-def narrow(bracket: Any, here: float) -> bool:
-    """Put the value at the secant's zero into the bracket (Illinois); False when it is narrow enough."""
+def narrow(bracket: Any, here: float) -> int:
+    """Put the value at the secant's zero into the bracket (Illinois); tells whether to go on, or what came of it.
+
+    The tangent stored with a step is that of its prediction: a special point next to an end of the step may lie just
+    outside it. A bracket that shrinks onto that end is therefore opened once to the other side of it.
+    """
     s = secant(bracket)
     bracket[TRIES] += 1.0
-    if abs(here) <= bracket[LIMIT] or bracket[HIGH] - bracket[LOW] < 1e-9 or bracket[TRIES] > 40.0:
-        return False
+    if abs(here) <= bracket[LIMIT]:
+        return FOUND
+    if bracket[TRIES] > 80.0:
+        return NOTHING
+    if bracket[HIGH] - bracket[LOW] < 1e-9:
+        if bracket[LOW] == 0.0:
+            bracket[LOW], bracket[AT_LOW] = BEFORE, -here
+            return SEARCHING
+        if bracket[HIGH] == 1.0:
+            bracket[HIGH], bracket[AT_HIGH] = BEYOND, -here
+            return SEARCHING
+        return NOTHING if bracket[LOW] == BEFORE or bracket[HIGH] == BEYOND else FOUND
     if here * bracket[AT_LOW] > 0.0:
         bracket[LOW], bracket[AT_LOW] = s, here
         bracket[AT_HIGH] *= 0.5 if bracket[SIDE] > 0.0 else 1.0
@@ -171,7 +187,7 @@ def narrow(bracket: Any, here: float) -> bool:
         bracket[HIGH], bracket[AT_HIGH] = s, here
         bracket[AT_LOW] *= 0.5 if bracket[SIDE] < 0.0 else 1.0
         bracket[SIDE] = -1.0
-    return True
+    return SEARCHING
 
 
 @routine
@@ -289,9 +305,10 @@ def follow(
             return count + 1, END, ds
         else:
             normalise(state, T)
-            if good and narrow(bracket, indicator(problem, state, Z, T, mode, place)):
+            result = narrow(bracket, indicator(problem, state, Z, T, mode, place)) if good else NOTHING
+            if result == SEARCHING:
                 continue
-            if good and lo <= state[Z, n] <= hi:
+            if result == FOUND and lo <= state[Z, n] <= hi:
                 record(state, Z, mode, points, labels, count)
                 count += 1
             search, mode = mode, STEP

@@ -54,7 +54,7 @@ def linear_response(problem: Any, value: float) -> Floats:
 
 
 def error_coefficients(problem: Any, values: Floats) -> Floats:
-    """Coefficients (values, 2H+1) in blocks of the kinematic error where the parameter of the problem has each value."""
+    """Coefficients (values, 2H+1) in blocks of the kinematic error for each value of the problem's parameter."""
     angles = problem.angles
     return np.array(
         [

@@ -34,9 +34,9 @@ def with_crossings(problem: Any, points: Floats, labels: Any, traces: Floats) ->
     decay = orbit_scales(problem, points[:, -1])[1]
     doubling, crossing = products(traces, decay)
     found: list[tuple[int, int, Floats]] = []
-    for i in np.flatnonzero(doubling[1:] * doubling[:-1] < 0.0):
+    for i in np.flatnonzero(doubling[1:] * doubling[:-1] < 0.0).tolist():
         found += _located(problem, points, i, DOUBLING)
-    for i in np.flatnonzero(crossing[1:] * crossing[:-1] < 0.0):
+    for i in np.flatnonzero(crossing[1:] * crossing[:-1] < 0.0).tolist():
         if _passes_one(crossing, labels, i):
             found += _located(problem, points, i, BRANCH_POINT)
     if not found:

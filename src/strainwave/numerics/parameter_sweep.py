@@ -1,0 +1,170 @@
+"""`parameter_response`: periodic orbits along any continuous parameter, at a fixed base frequency.
+
+Amplitude sweeps, the response against load, a law's coefficient: the parameter is named by its path and the curve is
+followed around its folds, as `frequency_response` does in omega.
+"""
+
+from dataclasses import replace as with_changes
+from typing import Any
+
+import numpy as np
+
+from ..quantities import checked, replace
+from ..results import Branch, Floats, Orbit, SolveError
+from .balance import second_order
+from .branches import Trace, describe, leaf_of, tail_of, trace
+from .continuation import CLOSED, END, LOST
+from .fourier import to_blocks
+from .guess import linear_response
+from .response import MOST_HARMONICS, TAIL, damped_start, linear_start
+
+INSIDE = 0.01  # of the range: where a sweep starts that has no response at its lower end
+
+
+def parameter_response(
+    system: Any,
+    path: str,
+    span: tuple[float, float],
+    *,
+    harmonics: int | None = None,
+    period: int = 1,
+    start: Orbit | None = None,
+    points: int = 200,
+    throw: bool = False,
+) -> Branch:
+    """Follow the response of a forced system through a range of one parameter, at its own omega.
+
+    Parameters
+    ----------
+    system : Oscillator
+        The system; its own value of the parameter matters only as that of `start`.
+    path : str
+        Path of the parameter: "excitation.amplitude", "excitation.mean", "law.alpha", "B", "omega", ...
+    span : (float, float)
+        Range of the parameter (SI), low < high.
+    harmonics : int, optional
+        Highest harmonic H of omega/period. Default: grown until the last two are negligible (1e-6), at most 127.
+    period : int
+        Turns of the base angle per orbit.
+    start : Orbit, optional
+        Orbit of `system` (at the parameter's own value, which must lie in the range) on the branch to follow, both
+        ways. Default: the linear response at the low end.
+    points : int
+        About how many points to place; more where the curve bends.
+    throw : bool
+        Raise instead of returning a branch that ends inside the range.
+
+    Returns
+    -------
+    Branch
+        `values` holds the parameter in arc order; each fold is an Orbit with its `value`. The branch ends where it
+        first leaves the range.
+
+    Raises
+    ------
+    ValueError
+        If the path names no continuous parameter, the range is not low < high, or the start lies outside it.
+    SolveError
+        If `throw` is true and the branch ends inside the range.
+
+    References
+    ----------
+    Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4.
+    """
+    system = checked(system)
+    lo, hi = float(span[0]), float(span[1])
+    if not -np.inf < lo < hi < np.inf:
+        raise ValueError(f"the range of {path} is {lo:g} .. {hi:g}; it must be low < high, both finite")
+    if path == "omega" and not lo > 0.0:
+        raise ValueError(
+            f"the frequency range starts at {lo:g} rad/s; it must be positive (at rest there is no response)"
+        )
+    if period < 1 or (harmonics is not None and harmonics < 1):
+        raise ValueError(f"harmonics is {harmonics} and period is {period}; both must be at least 1")
+    leaf, omega_leaf = leaf_of(system, path), leaf_of(system, "omega")
+    if start is not None:
+        period = start.period
+        system = replace(system, {"omega": start.omega})
+    h = harmonics or (max(7 * period, len(start.coefficients) // 2) if start is not None else 7 * period)
+    while True:
+        problem = second_order(system, leaf, omega_leaf, h, period)
+        guess, origin = _beginning(problem, system, path, lo, hi, start)
+        found = both_ways(problem, guess, lo, hi, 4.0 / points)
+        tail = tail_along(found.points[:, :-1])
+        if harmonics is not None or tail <= TAIL or h >= MOST_HARMONICS:
+            break
+        h = min(2 * h + 1, MOST_HARMONICS)
+    branch = describe(problem, path, found, tail, origin)
+    if branch.status and not branch.closed:
+        branch = with_changes(
+            branch, message=f"leaves the range at {path} = {branch.values[0]:.6g} and {branch.values[-1]:.6g}"
+        )
+    if throw and not branch.status:
+        raise SolveError(branch.message)
+    return branch
+
+
+def both_ways(problem: Any, guess: Floats, lo: float, hi: float, step: float, width: float | None = None) -> Trace:
+    """Follow the branch through a guess (coefficients, parameter) until it closes or leaves [lo, hi] at both ends."""
+    up = trace(problem, guess, 1.0, lo, hi, step, width)
+    if up.outcome in (CLOSED, LOST) or float(guess[-1]) <= lo:
+        return up
+    down = trace(problem, up.points[0], -1.0, lo, hi, step, width)
+    if down.outcome == CLOSED:
+        return down
+    points = np.concatenate([down.points[:0:-1], up.points])
+    labels = np.concatenate([down.labels[:0:-1], up.labels])
+    if up.outcome == END and down.outcome != END:  # the end that needs explaining comes last
+        return Trace(points[::-1], labels[::-1], down.outcome)
+    return Trace(points, labels, up.outcome)
+
+
+def tail_along(series: Floats) -> float:
+    """Largest tail on a branch, where the orbit is not next to nothing (as at no load): there rounding is all."""
+    size = np.linalg.norm(series, axis=1)
+    return float(np.max(tail_of(series[size > 1e-3 * np.max(size, initial=0.0)]), initial=0.0))
+
+
+def embedded(problem: Any, orbit: Orbit, value: float, stretch: int = 1) -> Floats:
+    """Guess (coefficients in blocks, parameter) from an orbit whose period goes `stretch` times into the problem's."""
+    return embedded_series(problem, np.append(orbit.coefficients[:, 0], value), stretch)
+
+
+def embedded_series(problem: Any, point: Floats, stretch: int = 1) -> Floats:
+    """Guess (coefficients in blocks, parameter) from a series of x (mean, cos 1, sin 1, ..., and the parameter)."""
+    x, n = point[:-1], len(problem.tau)
+    series = np.zeros(n)
+    series[0] = x[0]
+    for k in range(1, min(len(x) // 2, n // (2 * stretch)) + 1):
+        series[2 * k * stretch - 1 : 2 * k * stretch + 1] = x[2 * k - 1 : 2 * k + 1]
+    return np.append(to_blocks(series) - problem.error, point[-1])
+
+
+def value_at(system: Any, path: str) -> float:
+    """Value of the parameter at a path."""
+    thing = system
+    for key in path.split("."):
+        thing = thing[int(key)] if key.isdigit() else getattr(thing, key)
+    return float(thing)
+
+
+def _beginning(problem: Any, system: Any, path: str, lo: float, hi: float, start: Orbit | None) -> tuple[Floats, str]:
+    """Where the branch starts (coefficients, parameter), and a sentence on it."""
+    if start is not None:
+        value = start.omega if path == "omega" else value_at(system, path)
+        if not lo <= value <= hi:
+            raise ValueError(
+                f"the start has {path} = {value:g}, outside the range {lo:g} .. {hi:g}; widen the range, or give the "
+                "system the value that the start was found at"
+            )
+        return embedded(problem, start, value), f"from the orbit given at {path} = {value:g}"
+    first, last = linear_response(problem, lo), linear_response(problem, hi)
+    low = lo
+    if np.linalg.norm(first[:-1]) < 1e-3 * np.linalg.norm(last[:-1]):
+        low = lo + INSIDE * (hi - lo)
+    for begin, from_where in ((linear_start, "the linear response"), (damped_start, "strong damping")):
+        for value in (low, hi):
+            found = begin(problem, value)
+            if found is not None:
+                return found, f"from {from_where} at {path} = {value:g}"
+    return linear_response(problem, low), f"from the linear response at {path} = {low:g}"

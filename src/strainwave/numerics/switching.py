@@ -1,0 +1,138 @@
+"""`switch_branch`: the branch that leaves a curve of periodic orbits at a period doubling or a branch point.
+
+The direction of departure is the null vector of the balance equations in the period of the new orbits; a small step
+along it, held fixed, gives the first orbit, and continuation away from the crossing the rest.
+
+Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 5.5-5.6 and 7.4.
+"""
+
+from dataclasses import replace as with_changes
+from typing import Any
+
+import numpy as np
+
+from ..quantities import checked, replace
+from ..results import Branch, Floats, Orbit, SolveError
+from .balance import second_order, work_for
+from .branches import Trace, describe, leaf_of, tail_of, trace
+from .continuation import END, FOLD, STEP
+from .parameter_sweep import embedded
+from .response import MOST_HARMONICS, TAIL
+from .special_points import corrected
+
+DEPARTURES = (0.01, 0.03, 0.1)  # first steps along the null vector, relative to the orbit
+
+UPRIGHT = 0.05  # of the largest departure from the old branch: below this a turn is that of the crossing
+
+
+def switch_branch(
+    system: Any,
+    orbit: Orbit,
+    span: tuple[float, float] | None = None,
+    *,
+    parameter: str = "omega",
+    harmonics: int | None = None,
+    points: int = 200,
+) -> Branch:
+    """Follow the branch that crosses another at a period doubling or a branch point.
+
+    Parameters
+    ----------
+    system : Oscillator
+        The system that the orbit belongs to.
+    orbit : Orbit
+        One of `Branch.doublings` (the new orbits take twice its period) or `Branch.branch_points` (the same period).
+    span : (float, float), optional
+        Range of the parameter. Default: from half to twice its value at the orbit.
+    parameter : str
+        Path of the parameter that varies.
+    harmonics : int, optional
+        Highest harmonic of omega over the new period. Default: grown until the last two are negligible (1e-6).
+    points : int
+        About how many points to place.
+
+    Returns
+    -------
+    Branch
+        From next to the crossing to the end of the range, or to where it returns to the branch that it left. The
+        mirrored half (the same orbits, half a new period later) is not listed.
+
+    Raises
+    ------
+    ValueError
+        If the orbit is neither a period doubling nor a branch point.
+    SolveError
+        If no orbit is found next to the crossing.
+
+    References
+    ----------
+    Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 5.5-5.6.
+    """
+    if not ("doubling" in orbit.label or "branch point" in orbit.label):
+        raise ValueError(
+            f"the orbit is labelled {orbit.label!r}; branches cross at an orbit from Branch.doublings or "
+            "Branch.branch_points"
+        )
+    value = orbit.value
+    system = checked(replace(checked(system), {"omega": orbit.omega, parameter: value}))
+    lo, hi = (float(end) for end in span) if span is not None else sorted((0.5 * value, 2.0 * value))
+    stretch = 2 if "doubling" in orbit.label else 1
+    leaf = leaf_of(system, parameter)
+    h = harmonics or min(stretch * (len(orbit.coefficients) // 2), MOST_HARMONICS)
+    while True:
+        problem = second_order(system, leaf, leaf_of(system, "omega"), h, stretch * orbit.period)
+        first, departure = _departure(problem, embedded(problem, orbit, value, stretch), stretch)
+        if first is None:
+            raise SolveError(
+                f"no orbit leaves the {orbit.label} at {parameter} = {value:.9g}; take more harmonics for the branch "
+                "that it lies on"
+            )
+        found = trace(problem, first, 1.0 if first[-1] > value else -1.0, lo, hi, 4.0 / points)
+        found, returned = _until_return(found, departure)
+        tail = float(np.max(tail_of(found.points[:, :-1]), initial=0.0))
+        if harmonics is not None or tail <= TAIL or h >= MOST_HARMONICS:
+            break
+        h = min(2 * h + 1, MOST_HARMONICS)
+    branch = describe(problem, parameter, found, tail, f"from the {orbit.label} at {parameter} = {value:.9g}")
+    if returned:
+        end = f"returns to the branch that it left at {parameter} = {branch.values[-1]:.6g}"
+        branch = with_changes(branch, message=end)
+    return branch
+
+
+def _departure(problem: Any, at: Floats, stretch: int) -> tuple[Floats | None, Floats]:
+    """First orbit (coefficients, parameter) of the crossing branch, and the direction in which it leaves."""
+    n = len(at) - 1
+    h, work, r = n // 2, work_for(problem), np.empty(n)
+    matrix, column = np.empty((n, n)), np.empty(n)
+    problem.residual(at, work, r)
+    problem.linearise(at, work, matrix, column)
+    odd = np.arange(1, h + 1, 2)
+    free = np.concatenate([odd, h + odd]) if stretch == 2 else np.arange(n)
+    direction = np.zeros(n + 1)
+    direction[free] = np.linalg.svd(matrix[np.ix_(free, free)])[2][-1]
+    size = float(np.linalg.norm(at[:n]))
+    scale = np.full(n + 1, 1.0 / size)
+    scale[n] = 1.0 / max(abs(float(at[n])), 1e-300)
+    for share in DEPARTURES:
+        first = corrected(problem, at + share * size * direction, direction, scale)
+        if first is not None and first[n] != at[n] and np.linalg.norm(first - at) < 10.0 * share * size:
+            return first, direction
+    return None, direction
+
+
+def _until_return(found: Trace, direction: Floats) -> tuple[Trace, bool]:
+    """The branch up to where it meets the one it left: there its departure from that branch changes sign.
+
+    Next to both meeting points the branch stands upright, a fold of the crossing itself: no fold is marked there.
+    """
+    part = found.points[:, np.abs(direction) > 1e-6 * np.max(np.abs(direction))]
+    flips = np.flatnonzero(np.sum(part[1:] * part[:-1], axis=1) < 0.0)
+    size = np.linalg.norm(part, axis=1)
+    last = int(flips[0]) if len(flips) else len(part) - 1
+    while len(flips) and last > 0 and size[last] < 1e-4 * np.max(size):
+        last -= 1
+    kept = slice(0, last + 1)
+    upright = (found.labels[kept] == FOLD) & (size[kept] < UPRIGHT * np.max(size[kept]))
+    labels = np.where(upright, STEP, found.labels[kept])
+    return Trace(found.points[kept], labels, END if len(flips) else found.outcome), len(flips) > 0

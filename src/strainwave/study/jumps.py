@@ -1,0 +1,178 @@
+"""`jumps`: what a slow run-up and run-down do on a response curve: where they jump, onto what, and the hysteresis.
+
+The drive follows stable orbits. Where they end at a fold it jumps onto another stable orbit of the curve at the same
+frequency; where several wait there, the basins of attraction decide, and the nearest in size is taken and named so.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..results import Branch, Orbit
+
+
+@dataclass(frozen=True)
+class Jump:
+    """One jump of a sweep: the frequency (or other parameter) and the largest |x| before and after; why it happens."""
+
+    value: float
+    before: float
+    after: float
+    cause: str
+    choices: int
+
+
+@dataclass(frozen=True, eq=False)
+class Jumps:
+    """A slow run-up and run-down on a branch.
+
+    Attributes
+    ----------
+    parameter : str
+        Path of the parameter that is swept, "omega" [rad/s].
+    jump_up, jump_down : float
+        Where |x| jumps up and where it drops (the largest such jump of both sweeps); nan where there is none.
+    width : float
+        Distance between the two: the hysteresis; 0 where there is none.
+    run_up, run_down : integer arrays
+        Points of the branch that the sweep visits, in order.
+    on_run_up, on_run_down : tuple of Jump
+        Every jump of each sweep, in order.
+    finished_up, finished_down : bool
+        Whether each sweep reaches the other end of the branch's range on stable orbits of the branch.
+    sentence : str
+        All of it in words.
+    """
+
+    parameter: str
+    jump_up: float
+    jump_down: float
+    width: float
+    run_up: NDArray[np.int64]
+    run_down: NDArray[np.int64]
+    on_run_up: tuple[Jump, ...]
+    on_run_down: tuple[Jump, ...]
+    finished_up: bool
+    finished_down: bool
+    sentence: str
+
+    def __str__(self) -> str:
+        return self.sentence
+
+
+def jumps(branch: Branch) -> Jumps:
+    """Tell what a slow sweep up and down in the parameter of a branch does.
+
+    Parameters
+    ----------
+    branch : Branch
+        From `frequency_response` or `parameter_response`.
+
+    Returns
+    -------
+    Jumps
+        Jump frequencies to the accuracy of the folds, and the points that each sweep visits.
+
+    Raises
+    ------
+    ValueError
+        If the branch has no stable orbit.
+
+    References
+    ----------
+    Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 4.1.1 (jump phenomena).
+    """
+    pieces = _stable_pieces(branch)
+    if not pieces:
+        raise ValueError("the branch has no stable orbit that a sweep could follow")
+    up, on_up, good_up = _sweep(branch, pieces, 1.0)
+    down, on_down, good_down = _sweep(branch, pieces, -1.0)
+    both = [*on_up, *on_down]
+    rises = [j for j in both if j.after > j.before]
+    drops = [j for j in both if j.after < j.before]
+    jump_up, jump_down = _largest(rises), _largest(drops)
+    width = abs(jump_down - jump_up) if rises and drops else 0.0
+    sentence = " ".join(
+        [
+            _told(branch.parameter, "run-up", on_up, good_up, float(branch.values[up[-1]])),
+            _told(branch.parameter, "run-down", on_down, good_down, float(branch.values[down[-1]])),
+            f"Hysteresis {width:.6g} wide." if width else "No hysteresis.",
+        ]
+    )
+    return Jumps(
+        branch.parameter, jump_up, jump_down, width, up, down, on_up, on_down, good_up, good_down, sentence
+    )  # fmt: skip
+
+
+def _largest(some: list[Jump]) -> float:
+    return max(some, key=lambda j: abs(j.after - j.before)).value if some else float("nan")
+
+
+def _told(parameter: str, name: str, some: tuple[Jump, ...], good: bool, end: float) -> str:
+    told = [
+        f"{'rises' if j.after > j.before else 'drops'} at {parameter} = {j.value:.9g} from {j.before:.4g} to "
+        f"{j.after:.4g} ({j.cause}{'; other stable orbits wait there, the nearest is taken' if j.choices > 1 else ''})"
+        for j in some
+    ]
+    text = f"On the {name} max |x| " + (", then ".join(told) if told else "changes without a jump")
+    if not good:
+        text += f", and beyond {parameter} = {end:.6g} this branch has no stable orbit: integrate to see what follows"
+    return text + "."
+
+
+def _stable_pieces(branch: Branch) -> list[NDArray[np.int64]]:
+    """Runs of points, stable and monotonic in the parameter; special points may end a run."""
+    special = {o.value for orbits in (branch.folds, branch.doublings, branch.branch_points) for o in orbits}
+    marginal = np.array([v in special for v in branch.values], bool)
+    stable, values = branch.stable, branch.values
+    pieces: list[list[int]] = []
+    heading = 0.0
+    for i in range(len(values) - 1):
+        step = float(np.sign(values[i + 1] - values[i]))
+        whole = (stable[i] or marginal[i]) and (stable[i + 1] or marginal[i + 1]) and (stable[i] or stable[i + 1])
+        if not whole or step == 0.0:
+            heading = 0.0
+            continue
+        if step != heading:
+            pieces.append([i])
+        pieces[-1].append(i + 1)
+        heading = step
+    if branch.closed and len(pieces) > 1 and pieces[-1][-1] == len(values) - 1 and pieces[0][0] == 0:
+        ahead = np.sign(values[pieces[0][1]] - values[0])
+        if ahead == np.sign(values[pieces[-1][-1]] - values[pieces[-1][-2]]):  # one run through the seam of the loop
+            pieces[0] = pieces.pop() + pieces[0]
+    return [np.array(p) for p in pieces]
+
+
+def _sweep(branch: Branch, pieces: list[Any], sign: float) -> tuple[NDArray[np.int64], tuple[Jump, ...], bool]:
+    """Points visited by a sweep (sign 1: up), its jumps, and whether it reaches the end of the range."""
+    values, ends = sign * branch.values, float(np.max(sign * branch.values))
+    ahead = [p if values[p[-1]] > values[p[0]] else p[::-1] for p in pieces]
+    here = min(ahead, key=lambda p: float(values[p[0]]))
+    visited = list(here)
+    found: list[Jump] = []
+    while values[visited[-1]] < ends and len(found) <= len(pieces):
+        last = visited[-1]
+        at = float(values[last])
+        onto = [p for p in ahead if p is not here and values[p[0]] <= at < values[p[-1]] and last not in p[:-1]]
+        if not onto:
+            joined = [p for p in ahead if p is not here and p[0] == last]
+            if not joined:
+                return np.array(visited), tuple(found), False
+            here = joined[0]  # stability only touches its limit there
+            visited += list(here[1:])
+            continue
+        before = float(branch.peak[last])
+        landings = [float(np.interp(at, values[p], branch.peak[p])) for p in onto]
+        best = int(np.argmin(np.abs(np.array(landings) - before)))
+        found.append(Jump(sign * at, before, landings[best], _cause(branch, sign * at), len(onto)))
+        here = onto[best]
+        visited += list(here[values[here] > at])
+    return np.array(visited), tuple(found), bool(values[visited[-1]] >= ends)
+
+
+def _cause(branch: Branch, value: float) -> str:
+    special: list[Orbit] = [*branch.folds, *branch.doublings, *branch.branch_points]
+    return next((o.label for o in special if o.value == value), "the stable orbits end")
