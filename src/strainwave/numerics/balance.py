@@ -220,12 +220,13 @@ class SecondOrder(NamedTuple):
         n = self.synthesis.shape[0]
         d = 1e-6 * max(abs(z[n]), 1e-3)
         copy(z, work.z)
-        work.z[n] = z[n] + d
-        self.residual(work.z, work, slope)
-        work.z[n] = z[n] - d
-        self.residual(work.z, work, work.spare)
+        for side in range(2):
+            work.z[n] = z[n] - d if side == 0 else z[n] + d
+            self.residual(work.z, work, work.spare)
+            for i in range(n):
+                slope[i] = (work.spare[i] - slope[i]) if side == 1 else work.spare[i]
         for i in range(n):
-            slope[i] = (slope[i] - work.spare[i]) / (2.0 * d)
+            slope[i] /= 2.0 * d
 
 
 def second_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: int = 1) -> SecondOrder:

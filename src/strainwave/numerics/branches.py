@@ -131,7 +131,8 @@ def describe(problem: Any, parameter: str, found: Trace, tail: float, origin: st
     n = points.shape[1] - 1
     traces, peaks = hill(problem, points)
     points, labels, added = with_crossings(problem, points, labels, traces)
-    if added:
+    points, labels, raised = with_crest(problem, points, labels, peaks if not added else hill(problem, points)[1])
+    if added or raised:
         traces, peaks = hill(problem, points)
     values = points[:, n]
     omega, decay = orbit_scales(problem, values)
@@ -159,6 +160,27 @@ def describe(problem: Any, parameter: str, found: Trace, tail: float, origin: st
         special(DOUBLING, "period doubling"), problem.turns, found.outcome == CLOSED, tail, origin, status, message,
         special(BRANCH_POINT, "symmetry breaking / branch point"),
     )  # fmt: skip
+
+
+def with_crest(problem: Any, points: Floats, labels: Any, peaks: Floats) -> tuple[Floats, Any, bool]:
+    """Insert the point with the largest |x| of the branch, where the parabola through three points has its vertex."""
+    i = int(np.argmax(peaks)) if len(peaks) else 0
+    if not 0 < i < len(points) - 1:
+        return points, labels, False
+    before, here, after = points[i - 1 : i + 2]
+    a, b = float(np.linalg.norm(here - before)), float(np.linalg.norm(after - here))
+    if a == 0.0 or b == 0.0:
+        return points, labels, False
+    left, right = (peaks[i] - peaks[i - 1]) / a, (peaks[i + 1] - peaks[i]) / b
+    bend = (right - left) / (a + b)
+    s = -0.5 * (left + bend * a) / bend if bend < 0.0 else 0.0
+    step, turn = (here - before) / a, ((after - here) / b - (here - before) / a) / (a + b)
+    guess = here + s * (step + turn * (s + a))
+    found = solve(problem, guess)
+    if found is None or float(np.linalg.norm(found - guess)) > 0.1 * min(a, b):
+        return points, labels, False
+    place = i if s < 0.0 else i + 1
+    return np.insert(points, place, found, axis=0), np.insert(labels, place, TOP), True
 
 
 def with_velocity(x: Floats, w: float) -> Floats:

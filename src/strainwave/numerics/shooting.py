@@ -121,7 +121,7 @@ def _sampled(system: Any, y: Floats, omega: float, period: int, matrix: Floats, 
     if not run.status:
         run, status = simulate(system, np.zeros(2), times[:3]), Status.DIVERGED
     spectrum = np.fft.rfft(run.y[:, :SAMPLES], axis=1).T * (2.0 / min(SAMPLES, run.y.shape[1]))
-    kept = min(255 * period, len(spectrum) - 1)
+    kept = min(1023, len(spectrum) - 1)
     series = np.empty((2 * kept + 1, 2))
     series[0] = spectrum[0].real / 2.0
     series[1::2], series[2::2] = spectrum[1 : kept + 1].real, -spectrum[1 : kept + 1].imag
