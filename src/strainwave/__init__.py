@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .model.oscillator import Oscillator as Oscillator
     from .numerics.backbone import Backbone as Backbone
     from .numerics.backbone import backbone as backbone
+    from .numerics.family import response_family as response_family
     from .numerics.fold_curve import FoldCurve as FoldCurve
     from .numerics.fold_curve import fold_curve as fold_curve
     from .numerics.integrate import Dop8 as Dop8
@@ -69,6 +70,7 @@ _HOME = {
     "model.oscillator": ("Oscillator",),
     "numerics.backbone": ("Backbone", "backbone"),
     "numerics.fold_curve": ("FoldCurve", "fold_curve"),
+    "numerics.family": ("response_family",),
     "numerics.integrate": ("Dop8", "Dopri5", "Rk4", "simulate"),
     "numerics.orbits": ("find_orbit",),
     "numerics.parameter_sweep": ("parameter_response",),

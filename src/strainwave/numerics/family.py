@@ -1,0 +1,68 @@
+"""`response_family`: one response curve for each member of a family of systems, in threads.
+
+Kernels release the interpreter's lock, so that threads share the work; every member takes the same harmonics.
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+from itertools import islice
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..quantities import replace
+from ..results import Branch
+from .response import frequency_response
+
+
+def response_family(
+    system: Any,
+    span: tuple[float, float],
+    parameters: dict[str, ArrayLike],
+    *,
+    harmonics: int | None = None,
+    points: int = 200,
+    threads: int = 2,
+) -> list[Branch]:
+    """Follow the response curve of every member of a family.
+
+    Parameters
+    ----------
+    system : Oscillator
+        The system that all members are variants of.
+    span : (float, float)
+        Range of omega [rad/s].
+    parameters : dict of str to (members,) array_like
+        Path of a parameter to its values, one per member (SI units), for example ``{"law.alpha": alphas, "B": dampings}``.
+    harmonics, points
+        As in `frequency_response`.
+    threads : int
+        How many curves to follow at a time.
+
+    Returns
+    -------
+    list of Branch
+        In the order of the members; a curve that fails has its own status.
+
+    Raises
+    ------
+    ValueError
+        If the arrays have different lengths, there are none, or a path does not exist.
+    """
+    values = {path: np.asarray(v, float) for path, v in parameters.items()}
+    lengths = {len(v) if v.ndim == 1 else -1 for v in values.values()}
+    if len(lengths) != 1 or -1 in lengths:
+        raise ValueError(f"the values of a family must be arrays of one length, not of lengths {sorted(lengths)}")
+    if threads < 1:
+        raise ValueError(f"threads is {threads}; at least 1 is needed")
+    columns = {path: v.tolist() for path, v in values.items()}
+    members = [replace(system, {p: c[i] for p, c in columns.items()}) for i in range(lengths.pop())]
+
+    def curve(member: Any) -> Branch:
+        return frequency_response(member, span, harmonics=harmonics, points=points)
+
+    if threads == 1:
+        return [curve(member) for member in members]
+    first = [curve(member) for member in members[:1]]  # compiles, where that is still to do, before the threads start
+    with ThreadPoolExecutor(threads) as pool:
+        return first + list(pool.map(curve, islice(members, 1, None)))
