@@ -6,19 +6,24 @@ from typing import Any
 import numpy as np
 
 from ..results import Floats
-from .averaging import AveragedFlow, sampled
+from .averaging import AveragedFlow, Exact, sampled
 from .cubic import CubicFlow
 from .setting import Complexes
 
 Flow = AveragedFlow | CubicFlow
-PHASES, ROWS_PER_DECADE = 48, 20
+PHASES, ROWS_PER_DECADE = 48, 20  # of the polar grid
+# where the phase plays no role: amplitudes per decade, parts of a cell that may hold a root, and most of such cells
+RING, FINER, MOST_CELLS = 60, 16, 24
 
 
 def fixed_points(flow: Flow) -> list[complex]:
     """All nontrivial fixed points z [rad] by descending |z|; copies shifted by whole forcing periods count once."""
     if flow.setting.resonance.ratio is None:
         return []
-    rough = flow.fixed_points() if isinstance(flow, CubicFlow) else scan(flow)
+    if isinstance(flow, CubicFlow):
+        rough = flow.fixed_points()
+    else:
+        rough = scan(flow) if np.any(flow.setting.hard) else rings(flow)
     found: list[complex] = []
     copies = np.exp(2j * np.pi * np.arange(flow.setting.copies) / flow.setting.copies)
     for z in rough:
@@ -71,8 +76,8 @@ def newton_step(matrix: Floats, rate: Any) -> Any:
 
 def scan(flow: AveragedFlow) -> list[complex]:
     """Find every fixed point of a general flow: cells of a polar grid in which both rates may vanish, then Newton."""
-    rough = sampled(flow.setting, 1 if flow.error > 0.0 else 0)
-    amplitudes = _amplitudes(rough)
+    rough = flow if isinstance(flow.means, Exact) else sampled(flow.setting, 3 if flow.error > 0.0 else 2)
+    amplitudes = _amplitudes(rough, ROWS_PER_DECADE)
     phases = 2.0 * np.pi * (np.arange(PHASES + 1) + 0.37) / PHASES
     turn = np.exp(-1j * phases)
     with np.errstate(all="ignore"):
@@ -85,6 +90,31 @@ def scan(flow: AveragedFlow) -> list[complex]:
     return _converged(rough, z)
 
 
+def rings(flow: AveragedFlow) -> list[complex]:
+    """Fixed points where no hard line breaks the symmetry: z' = z g(|z|) - i soft/(2 omega_0) fixes |z g(|z|)|."""
+    s = flow.setting
+    push = 0.5j * s.soft / s.omega_0
+
+    def excess(a: Floats) -> Floats:
+        with np.errstate(all="ignore"):
+            return np.asarray(np.abs(flow.rates(a.astype(complex)) + push) - abs(push))
+
+    a = _amplitudes(flow, RING)
+    for _ in range(3):  # two roots may lie close together, about an extremum that a coarse grid steps over
+        value = excess(a)
+        rise = np.diff(value)
+        turns = np.flatnonzero(rise[1:] * rise[:-1] <= 0.0) + 1
+        crossed = np.flatnonzero(value[1:] * value[:-1] <= 0.0)
+        cells = np.unique(np.concatenate([turns - 1, turns, crossed]))
+        cells = cells[np.argsort(np.abs(value[cells]))[:MOST_CELLS]]
+        inside = np.linspace(a[cells], a[cells + 1], FINER, endpoint=False)
+        a = np.unique(np.concatenate([inside.ravel(), a[cells + 1]]))
+    value = excess(a)
+    near = a[:-1][value[1:] * value[:-1] <= 0.0].astype(complex)
+    turn = push * near / (flow.rates(near) + push) if push else near  # z g = push where the rate vanishes
+    return _converged(flow, near.real * turn / np.abs(turn))
+
+
 def _may_vanish(values: Floats) -> Any:
     """Cells whose corner values change sign, or nearly do."""
     corners = np.stack([values[:-1, :-1], values[1:, :-1], values[:-1, 1:], values[1:, 1:]])
@@ -93,12 +123,12 @@ def _may_vanish(values: Floats) -> Any:
     return (low - slack <= 0.0) & (high + slack >= 0.0)
 
 
-def _amplitudes(flow: AveragedFlow) -> Floats:
+def _amplitudes(flow: AveragedFlow, per_decade: int) -> Floats:
     """Logarithmic grid of |z| [rad] that covers the forced amplitudes and those on the backbone."""
     s = flow.setting
     scales = s.scales()
     wide = max(scales) * np.geomspace(1e-5, 1e5, 301)
-    phases = np.exp(2j * np.pi * (np.arange(8) + 0.2) / 8)
+    phases = np.exp(2j * np.pi * (np.arange(8 if np.any(s.hard) else 1) + 0.2) / 8)
     with np.errstate(all="ignore"):
         pull = np.mean((flow.mean_force(wide[:, None] * phases) / phases).real, axis=1) / (s.omega_0 * wide)
         off = pull - (s.fast - s.omega_0)
@@ -110,7 +140,7 @@ def _amplitudes(flow: AveragedFlow) -> Floats:
         linear = abs(complex(newton_step(flow.jacobian(0j), np.array(flow.rates(0j)))))
         scales += [a for a in (linear, 2.0 * drive / s.mu if s.mu > 0.0 else math.inf) if 0.0 < a < math.inf]
     decades = math.log10(max(scales) / min(scales)) + 2.5
-    return np.asarray(np.geomspace(min(scales) / 18.0, 18.0 * max(scales), math.ceil(ROWS_PER_DECADE * decades)))
+    return np.asarray(np.geomspace(min(scales) / 18.0, 18.0 * max(scales), math.ceil(per_decade * decades)))
 
 
 def _converged(flow: AveragedFlow, z: Complexes) -> list[complex]:
@@ -122,6 +152,8 @@ def _converged(flow: AveragedFlow, z: Complexes) -> list[complex]:
             step = np.where(np.isfinite(step), step, 0.1 * z)
             size = np.abs(step) / np.abs(z)
             z = z + step * np.minimum(1.0, 0.5 / size)
+            if np.all((size < 1e-12) | ~np.isfinite(size)):
+                break
     found: list[complex] = []
     for point in z[size < 1e-3]:
         if all(abs(point - other) > 1e-6 * abs(other) for other in found):

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from ..quantities import floated, parameters
 from ..results import Floats, SolveError
 from . import response as response_curve
-from .averaging import averaged_flow, sampled
+from .averaging import averaged_flow
 from .certificate import certify
 from .cubic import CubicFlow, free_decay, kind_of
 from .fixed_points import Flow, fixed_points, is_stable, is_trivial
@@ -174,11 +174,8 @@ class SlowFlow:
         unforced = replace(
             s, resonance=NONRESONANT, orders=(), torque_lines=none, error_lines=none, hard=none, soft=0j, fast=s.omega_0
         )  # fmt: skip
-        free = sampled(unforced, 7)
-        shift = np.array(
-            [free.mean_force(value).real / (s.omega_0 * value) if value > 0.0 else 0.0 for value in a.ravel()]
-        )
-        return np.asarray(s.omega_0 + shift.reshape(a.shape))
+        pull = averaged_flow(unforced, a.ravel().astype(complex)).mean_force(a).real / s.omega_0
+        return np.asarray(s.omega_0 + np.divide(pull, a, out=np.zeros_like(a), where=a > 0.0))
 
     def certificate(self) -> Certificate:
         """How far the steady state with the largest amplitude can be trusted, from one harmonic correction of it.

@@ -137,7 +137,8 @@ class Certificate:
     damping, detuning : float
         mu/omega_0 and |Omega - omega_0|/omega_0: all three must be small.
     quadrature_error : float
-        Relative error of the averaging integrals (0 for closed forms).
+        Relative error of the averaging integrals: 0 for closed forms, for laws that are linear between breakpoints
+        (but without resonance under a forcing), and where the quadrature is right to rounding.
     sentence : str
         The verdict in one sentence with its numbers.
     """

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 from ..results import Floats, SolveError
-from .averaging import sampled
+from .averaging import AveragedFlow, Sampled
 from .fixed_points import Flow
 from .slow_results import Evolution
 
@@ -83,13 +83,12 @@ def _integrate(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
             "start closer to equilibrium, or check the signs of damping and stiffness"
         )
     z = solution.y[0] + 1j * solution.y[1]
-    # z' is a first-order part of x' only: a coarser average serves where the law has kinks
-    return z, _batched(sampled(flow.setting, 1) if flow.error > 0.0 else flow, z)
+    return z, _batched(flow, z)
 
 
 def _batched(flow: Flow, z: Any) -> Any:
     """Rates at many points, in pieces that fit the memory whatever the number of quadrature points."""
-    points = getattr(flow, "turn", np.empty(1)).size
+    points = flow.means.rest.size if isinstance(flow, AveragedFlow) and isinstance(flow.means, Sampled) else 64
     pieces = math.ceil(len(z) * points / 500_000)
     return np.concatenate([flow.rates(part) for part in np.array_split(z, pieces)])
 
