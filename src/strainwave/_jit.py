@@ -16,6 +16,7 @@ import sys
 from collections.abc import Callable
 from functools import cache
 from importlib import import_module
+from itertools import count
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any, TypeVar
@@ -40,6 +41,8 @@ INTERNAL = {
 # "contract", "nsz" and "arcp" allow FMA and reciprocals; full fastmath assumes no NaN and would hide divergence.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}, "nogil": True}
 
+LIGHT_RUNS = 12  # about three response curves
+_light_runs = count()
 _kernels: list[tuple[Callable[..., Any], Callable[..., Any], bool]] = []
 
 
@@ -106,15 +109,18 @@ def enabled() -> bool:
     return os.environ.get("STRAINWAVE_JIT", "1") != "0" and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 
 
-def run(function: Callable[..., Any], *args: Any) -> Any:
+def run(function: Callable[..., Any], *args: Any, light: bool = False) -> Any:
     """Execute a kernel as machine code, or as Python when compilation is off.
+
+    A `light` job, which takes a fraction of a second in NumPy, runs as Python the first times in a process that has not
+    loaded Numba: loading it takes longer. The results agree to rounding.
 
     Raises
     ------
     TypeError
         If a user's class uses something that compiled code does not know; the sentence says what.
     """
-    if not enabled():
+    if not enabled() or (light and "numba" not in sys.modules and next(_light_runs) < LIGHT_RUNS):
         return function(*args)
     foreign = {name for a in args for name in _foreign_classes(a)}
     dispatcher = _dispatcher(function, not foreign and _is_ours(function.__module__))

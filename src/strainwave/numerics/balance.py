@@ -267,3 +267,8 @@ def work_for(problem: Any) -> Any:
         np.empty(samples), np.empty(samples), np.empty(n), np.empty(n), np.empty(n + 1), np.empty(n), np.empty(n),
         np.empty(n),
     )  # fmt: skip
+
+
+def is_light(problem: Any) -> bool:
+    """Whether NumPy follows a curve of this problem in a fraction of a second."""
+    return isinstance(getattr(problem, "nonlinear", None), Sampling) and len(problem.tau) <= 33

@@ -8,6 +8,7 @@ import numpy as np
 from .._jit import run
 from ..quantities import parameters
 from ..results import Branch, Floats, Orbit, Status
+from .balance import is_light
 from .continuation import CLOSED, END, FOLD, LOST, RUNNING, SCALE, START, STEP, STUCK, TOP, Z1, buffers_for, follow
 from .floquet import displacement_peaks, hill, multipliers, orbit_scales
 from .fourier import from_blocks
@@ -59,21 +60,9 @@ def solve(problem: Any, guess: Floats) -> Floats | None:
     """Solution at the parameter of a guess, or None."""
     points, labels = np.empty((5, len(guess))), np.empty(5, np.int64)
     at = float(guess[-1])
-    count, _, _ = run(
-        follow,
-        problem,
-        state_from(guess, abs(at) + 1e-12),
-        1.0,
-        START,
-        at,
-        at,
-        1.0,
-        1.0,
-        AIM,
-        buffers_for(problem),
-        points,
-        labels,
-    )
+    state, buffers = state_from(guess, abs(at) + 1e-12), buffers_for(problem)
+    arguments = (problem, state, 1.0, START, at, at, 1.0, 1.0, AIM, buffers, points, labels)
+    count, _, _ = run(follow, *arguments, light=is_light(problem))
     return points[0] if count else None
 
 
@@ -91,7 +80,8 @@ def trace(
     buffers = buffers_for(problem)
     while outcome == RUNNING and len(pieces) < MOST_PIECES:
         points, kinds = np.empty((PIECE, len(guess))), np.empty(PIECE, np.int64)
-        count, outcome, ds = run(follow, problem, state, direction, mode, lo, hi, ds, step, AIM, buffers, points, kinds)
+        arguments = (problem, state, direction, mode, lo, hi, ds, step, AIM, buffers, points, kinds)
+        count, outcome, ds = run(follow, *arguments, light=is_light(problem))
         pieces.append(points[:count])
         labels.append(kinds[:count])
         mode = STEP

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .._jit import borrowed, kernel_as, routine, run, with_leaf
 from ..results import Floats
-from .balance import Sampling, SecondOrder
+from .balance import Sampling, SecondOrder, is_light
 from .fourier import synthesis
 from .linear import row_times
 
@@ -114,7 +114,7 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> tuple[Flo
     """Traces of Hill's period map and largest |x| of points; `table` is the synthesis table of another grid."""
     grid = synthesis(len(problem.tau) // 2, steps_for(problem)) if table is None else table
     traces, peaks = np.empty(len(points)), np.empty(len(points))
-    run(stability, problem, grid, np.ascontiguousarray(points), traces, peaks)
+    run(stability, problem, grid, np.ascontiguousarray(points), traces, peaks, light=is_light(problem))
     return traces, peaks
 
 
