@@ -35,6 +35,7 @@ INTERNAL = {
     "parameter_slope": ("self", "z", "work", "slope"),
     "torque_series": ("self", "law", "z", "u", "r"),
     "stiffness_product": ("self", "law", "u", "jacobian"),
+    "slack": ("self", "law", "u"),
     "hill_trace": ("self", "system", "z", "u", "w"),
 }
 

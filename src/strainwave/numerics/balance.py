@@ -16,7 +16,7 @@ import numpy as np
 from .._jit import kernel, kernel_as, routine, with_leaf
 from ..results import Floats
 from .fourier import analysis, extend, multiply_rows, synthesis
-from .linear import copy, fill, padded, row_times
+from .linear import copy, extremes, fill, padded, row_times
 from .piecewise import crossings_for, is_piecewise_linear
 
 
@@ -137,6 +137,10 @@ class Sampling(NamedTuple):
         extend(self.g, h, self.gc, self.gs)
         multiply_rows(self.gc, self.gs, h, jacobian)
 
+    def slack(self, law: Any, u: Any) -> float:
+        """No play is known of a smooth law: 0."""
+        return 0.0
+
     def hill_trace(self, system: Any, z: Any, u: Any, w: float) -> float:
         """Trace of the period map of z'' + (T'(u)/J - (B/2J)^2) z = 0 by Numerov's rule on the samples u."""
         steps = len(u)
@@ -196,7 +200,10 @@ class SecondOrder(NamedTuple):
         self.forcing(system, work)
         row_times(z, self.synthesis, work.u)
         self.nonlinear.torque_series(system.law, z, work.u, r)
-        add_linear(system.J, system.B, system.omega / self.turns, n // 2, z, work.tau, work.error, r)
+        w = system.omega / self.turns
+        add_linear(system.J, system.B, w, n // 2, z, work.tau, work.error, r)
+        if work.tau[0] == 0.0:
+            r[0] += system.J * w * w * self.nonlinear.slack(system.law, work.u)
 
     def linearise(self, z: Any, work: Any, jacobian: Any, slope: Any) -> None:
         """Derivatives of the residual by the coefficients and by the parameter; follows `residual` at the same z."""
@@ -205,8 +212,11 @@ class SecondOrder(NamedTuple):
         system = with_leaf(self.system, self.leaf, z[n])
         self.nonlinear.stiffness_product(system.law, work.u, jacobian)
         w = system.omega / self.turns
-        # In the play of a gear nothing holds the mean; this leaves it where it is.
-        jacobian[0, 0] += 1e-8 * (system.J * w * w + abs(system.B * w))
+        inertia = system.J * w * w
+        if abs(jacobian[0, 0]) < 1e-9 * inertia:  # nothing holds the mean in the play of a gear
+            low, high = extremes(work.u)
+            for j in range(n):
+                jacobian[0, j] = 0.5 * inertia * (self.synthesis[j, low] + self.synthesis[j, high])
         add_linear_jacobian(system.J, system.B, w, h, jacobian)
         if self.leaf == self.omega_leaf:
             fill(0.0, slope)

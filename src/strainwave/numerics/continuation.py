@@ -280,7 +280,7 @@ def follow(
     problem, state, points, labels = borrowed(problem), borrowed(state), borrowed(points), borrowed(labels)
     work, a, pivots, bracket = borrowed(buffers)
     n = state.shape[1] - 1
-    count, outcome, search, place, bound = 0, RUNNING, TOP, 1, hi
+    count, outcome, search, place, bound, taken = 0, RUNNING, TOP, 1, hi, 0.0
     while outcome == RUNNING and (count < len(points) - 4 or mode > STEP):
         target = predict(state, mode, ds, bracket, bound)
         good, first = correct(problem, n, state, target, work, a, pivots, 40 if mode == START else 8, mode != STEP)
@@ -293,18 +293,22 @@ def follow(
             count, mode = count + 1, STEP
             continue
         if mode == STEP:
-            if not (good and advance(state, ds)):
+            on_branch = good and (first < 0.25 * ds or ds < KINK)  # a far correction may end on another branch
+            if not (on_branch and advance(state, ds)):
                 ds *= 0.4
                 if ds < SMALLEST_STEP:
                     outcome = STUCK
                 continue
             ds = min(ds_max, ds * min(1.6, max(0.5, (aim / max(first, 1e-300)) ** 0.25)))
-            search, place = STEP, dominant(problem, state)
+            search, place, taken = STEP, dominant(problem, state), chord(state)
         elif mode == BOUND:
+            if not good:
+                return count, STUCK, ds
             record(state, Z, END, points, labels, count)
             return count + 1, END, ds
         else:
             normalise(state, T)
+            good = good and first < 0.25 * taken
             result = narrow(bracket, indicator(problem, state, Z, T, mode, place)) if good else NOTHING
             if result == SEARCHING:
                 continue

@@ -44,6 +44,22 @@ def add(factor: float, v: Any, out: Any) -> None:
     out += factor * v
 
 
+def _extremes_loops(v: Any) -> Any:
+    low, high = 0, 0
+    for i in range(1, v.shape[0]):
+        if v[i] < v[low]:
+            low = i
+        if v[i] > v[high]:
+            high = i
+    return low, high
+
+
+@kernel_as(_extremes_loops)
+def extremes(v: Any) -> Any:
+    """Places of the smallest and the largest entry."""
+    return int(np.argmin(v)), int(np.argmax(v))
+
+
 def _dot_loops(a: Any, b: Any) -> float:
     total = 0.0
     for i in range(a.shape[0]):

@@ -16,7 +16,7 @@ import numpy as np
 from .._jit import kernel_as, routine
 from ..results import Floats
 from .fourier import multiply_rows
-from .linear import copy
+from .linear import copy, extremes
 
 MOST_CROSSINGS = 256
 
@@ -137,6 +137,24 @@ class Crossings(NamedTuple):
         """Matrix that multiplies a series by T'(u); follows `torque_series` at the same u."""
         for i in range(self.product.shape[0]):
             copy(self.product[i], jacobian[i, : self.product.shape[0]])
+
+    def slack(self, law: Any, u: Any) -> float:
+        """Distance [rad] between the middles of an orbit and of the play in which it floats; 0 in contact.
+
+        Any mean is in balance there; the middle is the one that contact starts from.
+        """
+        low, high = extremes(u)
+        if law.stiffness(u[0]) != 0.0 or law.torque(u[0]) != 0.0:
+            return 0.0
+        below, above = -1e300, 1e300
+        for b in law.breakpoints():
+            if u[low] < b < u[high]:
+                return 0.0
+            if b <= u[low]:
+                below = max(below, b)
+            else:
+                above = min(above, b)
+        return 0.5 * (u[low] + u[high] - below - above) if below > -1e300 and above < 1e300 else 0.0
 
     def hill_trace(self, system: Any, z: Any, u: Any, w: float) -> float:
         """Trace of the period map of z'' + (T'(u)/J - (B/2J)^2) z = 0, exact between crossings."""

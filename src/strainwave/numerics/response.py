@@ -19,7 +19,7 @@ from .guess import linear_response
 
 TAIL = 1e-6  # the last two harmonics may hold this share of the whole
 MOST_HARMONICS = 127
-REACH = 3.0  # how far outside the range, as a factor, a branch may go before it comes back
+BELOW, ABOVE = 3.0, 100.0  # how far outside the range, as factors, a branch may go before it comes back
 EXCURSIONS = 20  # how often
 
 
@@ -161,8 +161,8 @@ def whole(problem: Any, first: Floats, lo: float, hi: float, step: float, upward
         end = float(last[-1])
         if end == far and same(linear_start(problem, far), last):
             break
-        outside = (hi, hi * REACH) if end == hi else (lo / REACH, lo)
-        away = trace(problem, last, 1.0 if end == hi else -1.0, *outside, step)
+        outside = (hi, hi * ABOVE) if end == hi else (lo / BELOW, lo)
+        away = trace(problem, last, 1.0 if end == hi else -1.0, *outside, step, hi)
         if away.outcome != END or away.points[-1, -1] != end:
             break
         pieces.append(away.points[1:])
