@@ -101,7 +101,11 @@ def on_chord(problem: Any, first: Floats, last: Floats, s: float) -> Floats | No
     chord = last - first
     scale = np.full(len(first), 1.0 / max(float(np.linalg.norm(first[:-1])), 1e-300))
     scale[-1] = 1.0 / max(abs(float(first[-1])), 1e-300)
-    return corrected(problem, first + s * chord, chord * scale * scale, scale)
+    guess = first + s * chord
+    point = corrected(problem, guess, chord * scale * scale, scale)
+    if point is None or np.linalg.norm((point - guess) * scale) > np.linalg.norm(chord * scale):
+        return None  # on another branch
+    return point
 
 
 def corrected(problem: Any, guess: Floats, row: Floats, scale: Floats) -> Floats | None:
