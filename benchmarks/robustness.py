@@ -3,7 +3,8 @@
     python benchmarks/robustness.py [number] [first seed]
 
 Counts the curves that reach both ends of their range and lists the others with their seeds and statuses. A curve is
-sound if all its numbers are finite, no two neighbouring points are further apart than the step allows, and its status is a sentence.
+sound if all its numbers are finite, no two neighbouring points are further apart than the step allows, and its status
+is a sentence.
 """
 
 import sys

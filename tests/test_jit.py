@@ -145,7 +145,7 @@ class Special(NamedTuple):
 @pytest.mark.compiled
 def test_what_cannot_be_compiled_is_named_as_the_user_wrote_it():
     system = sw.Oscillator(1.0, 0.1, Special(1.0), sw.Harmonic(0.1), 1.0)
-    with pytest.raises(TypeError, match="^Special cannot be compiled: Untyped global name 'erf'"):
+    with pytest.raises(TypeError, match=r"^Special cannot be compiled: Untyped global name 'erf'"):
         sw.simulate(system, (0.0, 0.0), 1.0)
 
 

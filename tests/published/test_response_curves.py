@@ -1,9 +1,9 @@
 """Response curves with published or independently computed numbers, to their printed digits.
 
-T1: Krack & Gross 2019, example 01 of their program NLvib. T2: tutorial of HarmonicBalance.jl. T4: example of the program
-OSCILATE. T17: AUTO-07p with NTST 20, DSMAX 0.05 (benchmarks/auto). The one-harmonic values are the closed-form
-describing function; the gear of T19 and the backlash of T20 were computed by the exact flow of the linear segments and by
-DOP853 with located switches, which agree to 2e-10 and 7e-10.
+T1: Krack & Gross 2019, example 01 of their program NLvib. T2: tutorial of HarmonicBalance.jl. T4: example of the
+program OSCILATE. T17: AUTO-07p with NTST 20, DSMAX 0.05 (benchmarks/auto). The one-harmonic values are the closed-
+form describing function; the gear of T19 and the backlash of T20 were computed by the exact flow of the linear
+segments and by DOP853 with located switches, which agree to 2e-10 and 7e-10.
 """
 
 import numpy as np

@@ -33,7 +33,7 @@ def response_family(
     span : (float, float)
         Range of omega [rad/s].
     parameters : dict of str to (members,) array_like
-        Path of a parameter to its values, one per member (SI units), for example ``{"law.alpha": alphas, "B": dampings}``.
+        Path of a parameter to its values, one per member (SI units), as in ``{"law.alpha": alphas, "B": dampings}``.
     harmonics, points
         As in `frequency_response`.
     threads : int

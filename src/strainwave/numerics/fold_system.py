@@ -2,7 +2,8 @@
 
 A fold has a singular Jacobian: besides R(z, p; q) = 0 the scalar g of the bordered system [[J, b], [c', 0]] (v, g) =
 (0, 1) vanishes. Its gradient is -w' dJ v with the left vector w, so second derivatives are needed along v alone
-(differences of the Jacobian). Arc-length continuation of these n + 1 equations passes cusps, where both parameters turn.
+(differences of the Jacobian). Arc-length continuation of these n + 1 equations passes cusps, where both parameters
+turn.
 
 Govaerts 2000, Numerical Methods for Bifurcations of Dynamical Equilibria, secs. 3.3, 4.1 (minimally extended system).
 """

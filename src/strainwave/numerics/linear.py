@@ -87,7 +87,7 @@ def weighted_norm(v: Any, weights: Any) -> float:
 
 
 def _row_times_loops(row: Any, table: Any, out: Any) -> None:
-    # Eight columns at a time in registers: the compiler's own vector loop is made for long rows and leaves short ones scalar.
+    # Eight columns at a time in registers: the compiler's own vector loop suits long rows and leaves short ones scalar.
     n, columns = out.shape[0], table.shape[1]
     whole = columns - columns % 8
     for j in range(0, min(whole, n), 8):

@@ -128,8 +128,8 @@ def _described(problem: Any, found: Floats, tail: float) -> Orbit:
 
 def _missing(system: Any, period: int) -> Orbit:
     message = (
-        f"no periodic orbit found at omega = {system.omega:.6g} rad/s: Newton's method failed from the guess, the linear "
-        "response and an integration; give a guess, or continue from a frequency where the response is small"
+        f"no periodic orbit found at omega = {system.omega:.6g} rad/s: Newton's method failed from the guess, the "
+        "linear response and an integration; give a guess, or continue from a frequency with a small response"
     )
     nothing = np.zeros((3, 2))
     return Orbit(system.omega, period, nothing, 0.0, np.full(2, 0j), False, 0.0, Status.NO_CONVERGENCE, message)

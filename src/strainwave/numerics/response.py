@@ -195,7 +195,7 @@ def _ending(points: Floats, outcome: int, far: float) -> str:
         "the range elsewhere",
         STUCK: f"the branch stops at omega = {last:.6g} rad/s, where the step became too small with {most} harmonics; "
         "take more harmonics or end the range before it",
-        RUNNING: f"the branch stops at omega = {last:.6g} rad/s after {len(points)} points; take fewer harmonics, fewer "
-        "points or a smaller range",
+        RUNNING: f"the branch stops at omega = {last:.6g} rad/s after {len(points)} points; take fewer harmonics, "
+        "fewer points or a smaller range",
     }
     return reasons[outcome]
