@@ -93,16 +93,25 @@ def borrowed(thing: Any) -> Any:
     return thing
 
 
-def _with_leaf(thing: Any, index: int, value: Any) -> tuple[Any, int]:
-    if isinstance(thing, float):
-        return (value if index == 0 else thing), index - 1
+def _with_leaf(model: Any, index: int, value: Any) -> tuple[Any, int]:
+    thing: Any = model
     if not isinstance(thing, tuple):
-        return thing, index
-    items = []
-    for item in thing:
-        new, index = _with_leaf(item, index, value)
-        items.append(new)
-    return (type(thing)(*items) if hasattr(thing, "_fields") else tuple(items)), index
+        return (value, -1) if isinstance(thing, float) and index == 0 else (thing, index - isinstance(thing, float))
+    for place, item in enumerate(thing):
+        if isinstance(item, float):
+            index -= 1
+            found = index == -1
+            new = value
+        elif isinstance(item, tuple):
+            new, index = _with_leaf(item, index, value)
+            found = new is not item
+        else:
+            continue
+        if found:
+            if hasattr(thing, "_fields"):
+                return thing._replace(**{thing._fields[place]: new}), -1
+            return (*thing[:place], new, *thing[place + 1 :]), -1
+    return thing, index
 
 
 def enabled() -> bool:

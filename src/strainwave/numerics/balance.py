@@ -15,7 +15,7 @@ import numpy as np
 
 from .._jit import kernel, kernel_as, routine, with_leaf
 from ..results import Floats
-from .fourier import analysis, extend, multiply_rows, synthesis
+from .fourier import analysis, extend, multiply_rows, orders, synthesis
 from .linear import copy, extremes, fill, padded, row_times
 from .piecewise import crossings_for, is_piecewise_linear
 
@@ -78,7 +78,7 @@ def _add_linear_loops(J: float, B: float, w: float, h: int, z: Any, torque: Any,
 @kernel_as(_add_linear_loops)
 def add_linear(J: float, B: float, w: float, h: int, z: Any, torque: Any, error: Any, r: Any) -> None:
     """Add J u'' + B u' - tau + J e'' in Fourier coefficients."""
-    kw = w * np.arange(1, h + 1)
+    kw = w * orders(h)
     c, s = z[1 : h + 1], z[h + 1 : 2 * h + 1]
     r -= torque
     r[1 : h + 1] += -J * kw * kw * (c + error[1 : h + 1]) + B * kw * s
@@ -97,11 +97,12 @@ def _add_linear_jacobian_loops(J: float, B: float, w: float, h: int, out: Any) -
 @kernel_as(_add_linear_jacobian_loops)
 def add_linear_jacobian(J: float, B: float, w: float, h: int, out: Any) -> None:
     """Add the Jacobian of J u'' + B u'."""
-    k = np.arange(1, h + 1)
-    out[k, k] -= J * (w * k) ** 2
-    out[h + k, h + k] -= J * (w * k) ** 2
-    out[k, h + k] += B * w * k
-    out[h + k, k] -= B * w * k
+    k = orders(h)
+    inertia, damping = J * (w * k) ** 2, B * w * k
+    out[k, k] -= inertia
+    out[h + k, h + k] -= inertia
+    out[k, h + k] += damping
+    out[h + k, k] -= damping
 
 
 @routine

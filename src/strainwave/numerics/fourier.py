@@ -29,6 +29,12 @@ def analysis(harmonics: int, samples: int) -> Floats:
     return np.ascontiguousarray(table.T)
 
 
+@lru_cache(maxsize=64)
+def orders(harmonics: int) -> Any:
+    """Array 1, 2, ..., H."""
+    return np.arange(1, harmonics + 1)
+
+
 def to_blocks(coefficients: Floats) -> Floats:
     """Reorder mean, cos 1, sin 1, ... (first axis) to mean, cos 1..H, sin 1..H."""
     return np.concatenate([coefficients[:1], coefficients[1::2], coefficients[2::2]])
