@@ -93,8 +93,7 @@ def borrowed(thing: Any) -> Any:
     return thing
 
 
-def _with_leaf(model: Any, index: int, value: Any) -> tuple[Any, int]:
-    thing: Any = model
+def _with_leaf(thing: Any, index: int, value: Any) -> tuple[Any, int]:
     if not isinstance(thing, tuple):
         return (value, -1) if isinstance(thing, float) and index == 0 else (thing, index - isinstance(thing, float))
     for place, item in enumerate(thing):
@@ -109,7 +108,7 @@ def _with_leaf(model: Any, index: int, value: Any) -> tuple[Any, int]:
             continue
         if found:
             if hasattr(thing, "_fields"):
-                return thing._replace(**{thing._fields[place]: new}), -1
+                return type(thing)(*thing[:place], new, *thing[place + 1 :]), -1
             return (*thing[:place], new, *thing[place + 1 :]), -1
     return thing, index
 
