@@ -13,7 +13,7 @@ from .continuation import CLOSED, END, FOLD, LOST, RUNNING, SCALE, START, STEP, 
 from .floquet import displacement_peaks, hill, multipliers, orbit_scales
 from .fourier import from_blocks
 from .guess import error_coefficients
-from .special_points import BRANCH_POINT, DOUBLING, with_crossings
+from .special_points import BRANCH_POINT, DOUBLING, finer_table, with_crossings
 
 MOST_PIECES = 40
 PIECE = 512  # points per call of the kernel: between calls the user can interrupt
@@ -124,6 +124,8 @@ def describe(problem: Any, parameter: str, found: Trace, tail: float, origin: st
     points, labels, raised = with_crest(problem, points, labels, peaks if not added else hill(problem, points)[1])
     if added or raised:
         traces, peaks = hill(problem, points)
+        located = labels > TOP
+        traces[located] = hill(problem, points[located], finer_table(problem))[0]
     values = points[:, n]
     omega, decay = orbit_scales(problem, values)
     floquet = multipliers(traces, decay)

@@ -128,8 +128,8 @@ def orbit_scales(problem: Any, values: Floats) -> tuple[Floats, Floats]:
 def displacement_peaks(series: Floats) -> Floats:
     """Largest absolute value over a period of every series (rows of coefficients in blocks)."""
     h = series.shape[1] // 2
-    samples = series @ synthesis(h, 32 * h)
+    samples = series @ synthesis(h, 128 * h)
     best = np.argmax(np.abs(samples), axis=1)
     return np.array(
-        [_refined(x, h, np.pi * b / (16 * h), row[b]) for x, b, row in zip(series, best, samples, strict=True)]
+        [_refined(x, h, np.pi * b / (64 * h), row[b]) for x, b, row in zip(series, best, samples, strict=True)]
     )

@@ -65,8 +65,7 @@ def _located(problem: Any, points: Floats, i: int, label: int) -> list[tuple[int
 
 def crossing_between(problem: Any, first: Floats, last: Floats, label: int) -> Floats | None:
     """Point between two points of a branch where the product of the label vanishes; None if it does not change sign."""
-    steps = max(steps_for(problem), min(FINER * steps_for(problem), ENOUGH))
-    table = synthesis(len(problem.tau) // 2, steps)
+    table = finer_table(problem)
     place = [0.0, 1.0]
     ends = [_product(problem, first, table, label), _product(problem, last, table, label)]
     if not ends[0] * ends[1] < 0.0:
@@ -88,6 +87,12 @@ def crossing_between(problem: Any, first: Floats, last: Floats, label: int) -> F
         if abs(here) < small or place[1] - place[0] < 1e-12 or moved < 1e-12 * float(np.linalg.norm(point)):
             break
     return best
+
+
+def finer_table(problem: Any) -> Floats:
+    """Synthesis table of the grid on which multipliers at special points are found."""
+    steps = max(steps_for(problem), min(FINER * steps_for(problem), ENOUGH))
+    return synthesis(len(problem.tau) // 2, steps)
 
 
 def _product(problem: Any, point: Floats, table: Floats, label: int) -> float:

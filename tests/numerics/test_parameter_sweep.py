@@ -1,0 +1,79 @@
+"""Sweeps of any parameter: folds where the frequency curve has them, zero load, kinematic error, bad input."""
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+
+DUFFING = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.2)  # NLvib example 01
+
+
+def test_folds_of_an_amplitude_sweep_are_folds_of_the_frequency_curve():
+    sweep = sw.parameter_response(DUFFING, "excitation.amplitude", (0.05, 0.5), harmonics=7)
+    assert sweep.status
+    assert len(sweep.folds) == 2
+    for fold in sweep.folds:
+        at = sw.replace(DUFFING, {"excitation.amplitude": fold.value})
+        curve = sw.frequency_response(at, (0.8, 2.2), harmonics=7)
+        assert min(abs(f.omega - 1.2) for f in curve.folds) < 1e-8
+
+
+def test_a_sweep_may_start_without_any_load():
+    sweep = sw.parameter_response(DUFFING, "excitation.amplitude", (0.0, 0.5))
+    assert sweep.values[0] == 0.0
+    assert sweep.values[-1] == 0.5
+    assert sweep.peak[0] < 1e-12
+    assert sweep.tail < 1e-6
+
+
+def test_load_changes_the_sign_of_the_mean():
+    sweep = sw.parameter_response(DUFFING, "excitation.mean", (-1.0, 1.0))
+    mean = np.interp([-0.8, 0.8], sweep.values, sweep.amplitude(0))
+    assert mean[0] == pytest.approx(-mean[1], rel=1e-3)
+    assert mean[1] > 0.5
+
+
+def test_kinematic_error_is_part_of_the_displacement(monkeypatch):
+    monkeypatch.setenv("STRAINWAVE_JIT", "0")  # quicker than compiling for these models
+    # x/e of J x'' + B (x' - e') + K (x - e) = 0
+    J, B, K, omega, k = 2.0, 0.3, 5.0, 0.9, 2
+    system = sw.Oscillator(J, B, sw.Linear(K), sw.Harmonic(0.0), omega, sw.KinematicError((sw.Line(k, 0.1),)))
+    sweep = sw.parameter_response(system, "error.lines.0.amplitude", (0.1, 0.3), harmonics=3)
+    w = k * omega
+    gain = abs((K + 1j * B * w) / (K - J * w * w + 1j * B * w))
+    np.testing.assert_allclose(sweep.amplitude(k), gain * sweep.values, rtol=1e-9)
+    np.testing.assert_allclose(sweep.peak, gain * sweep.values, rtol=1e-9)
+
+
+def test_a_sweep_from_an_orbit_follows_its_branch_both_ways():
+    curve = sw.frequency_response(DUFFING, (0.5, 1.6), harmonics=7)
+    upper = np.flatnonzero(curve.stable & (curve.peak > 1.5) & (curve.omega > 1.19) & (curve.omega < 1.25))[0]
+    x = np.stack([curve.coefficients[upper], 0.0 * curve.coefficients[upper]], axis=1)
+    system = sw.replace(DUFFING, {"omega": float(curve.omega[upper])})
+    orbit = sw.find_orbit(system, guess=x, harmonics=7)
+    sweep = sw.parameter_response(system, "excitation.amplitude", (0.15, 0.3), start=orbit, harmonics=7)
+    assert np.interp(0.18, sweep.values[::-1], sweep.peak[::-1]) == pytest.approx(orbit.peak, rel=1e-3) or (
+        np.interp(0.18, sweep.values, sweep.peak) == pytest.approx(orbit.peak, rel=1e-3)
+    )
+    assert {sweep.values[0], sweep.values[-1]} <= {0.15, 0.3}
+
+
+@pytest.mark.parametrize(
+    ("path", "span", "sentence"),
+    [
+        ("excitation.order", (1.0, 2.0), "no continuous parameter 'excitation.order'"),
+        ("law.beta", (0.0, 1.0), "no continuous parameter 'law.beta'"),
+        ("law.alpha", (1.0, 0.0), "low < high"),
+        ("law.alpha", (0.0, float("nan")), "low < high"),
+        ("omega", (0.0, 1.0), "must be positive"),
+    ],
+)
+def test_bad_sweeps_are_refused_in_a_sentence(path, span, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        sw.parameter_response(DUFFING, path, span)
+
+
+def test_a_start_outside_the_range_is_refused():
+    orbit = sw.find_orbit(DUFFING, harmonics=3)
+    with pytest.raises(ValueError, match="outside the range"):
+        sw.parameter_response(DUFFING, "law.alpha", (0.2, 0.3), start=orbit)

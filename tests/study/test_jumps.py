@@ -1,0 +1,95 @@
+"""What a run-up and a run-down do: jump frequencies, landings, and a simulated sweep beside them."""
+
+import math
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+
+HARDENING = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.0)  # NLvib example 01
+
+
+@pytest.fixture(scope="module")
+def branch():
+    return sw.frequency_response(HARDENING, (0.5, 1.6))
+
+
+def test_a_hardening_drive_drops_late_on_the_way_up_and_rises_early_on_the_way_down(branch):
+    told = sw.jumps(branch)
+    high, low = (f.omega for f in branch.folds)  # T1: 1.269602 and 1.115700
+    assert told.jump_down == high == pytest.approx(1.269602, abs=0.5e-6)
+    assert told.jump_up == low == pytest.approx(1.115700, abs=0.5e-6)
+    assert told.width == high - low
+    assert told.finished_up
+    assert told.finished_down
+    assert [j.cause for j in (*told.on_run_up, *told.on_run_down)] == ["fold", "fold"]
+    assert "run-up" in told.sentence
+    assert "Hysteresis 0.1539" in told.sentence
+
+
+def test_the_sweeps_visit_stable_orbits_in_the_order_of_frequency(branch):
+    told = sw.jumps(branch)
+    assert np.all(np.diff(branch.omega[told.run_up]) > 0.0)
+    assert np.all(np.diff(branch.omega[told.run_down]) < 0.0)
+    folds = {f.omega for f in branch.folds}
+    for run in (told.run_up, told.run_down):
+        assert all(branch.stable[i] or branch.omega[i] in folds for i in run)
+
+
+def test_a_softening_drive_jumps_the_other_way_round():
+    system = HARDENING._replace(law=sw.Cubic(1.0, -0.05), excitation=sw.Harmonic(0.1))
+    told = sw.jumps(sw.frequency_response(system, (0.4, 1.6)))
+    assert told.on_run_up[0].after > told.on_run_up[0].before
+    assert told.on_run_down[0].after < told.on_run_down[0].before
+    assert told.jump_down < told.jump_up
+
+
+def test_a_linear_drive_does_not_jump():
+    told = sw.jumps(sw.frequency_response(HARDENING._replace(law=sw.Cubic(1.0, 0.0)), (0.5, 1.6)))
+    assert math.isnan(told.jump_up)
+    assert told.width == 0.0
+    assert "without a jump" in told.sentence
+    assert "No hysteresis" in told.sentence
+
+
+def test_a_sweep_of_the_amplitude_jumps_at_its_folds():
+    sweep = sw.parameter_response(HARDENING._replace(omega=1.2), "excitation.amplitude", (0.0, 0.5))
+    told = sw.jumps(sweep)
+    assert told.parameter == "excitation.amplitude"
+    assert told.jump_up == max(f.value for f in sweep.folds)
+    assert told.jump_down == min(f.value for f in sweep.folds)
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_simulated_sweep_jumps_where_it_is_told_to(branch, sign):
+    told = sw.jumps(branch)
+    at = told.jump_down if sign > 0 else told.jump_up
+    run = told.run_up if sign > 0 else told.run_down
+    speeds = at + sign * 0.004 * (np.arange(10) - 4.5)
+    y, levels = np.zeros(2), []
+    start = sw.find_orbit(HARDENING._replace(omega=float(speeds[0])), guess=_orbit(branch, run, speeds[0]))
+    y = start.state(0.0)
+    for omega in speeds:
+        turn = 2.0 * math.pi / omega
+        # 60 periods: the transient falls to exp(-60 pi B/omega) = 6e-4
+        motion = sw.simulate(HARDENING._replace(omega=float(omega)), y, [0.0, 60 * turn, 61 * turn])
+        levels.append(sw.simulate(HARDENING._replace(omega=float(omega)), motion.y[:, 1], turn).peak())
+        y = motion.y[:, 1]  # whole turns: the phase goes on smoothly
+    after = sign * branch.omega[run] > sign * at
+    expected = [np.interp(omega, *sorted_curve(branch, run[after == (sign * omega > sign * at)])) for omega in speeds]
+    # the fold itself is slow: leave out the points right after it
+    use = np.array([0, 1, 2, 3, 7, 8, 9])
+    np.testing.assert_allclose(np.array(levels)[use], np.array(expected)[use], rtol=0.05)
+
+
+def sorted_curve(branch, run):
+    order = np.argsort(branch.omega[run])
+    return branch.omega[run][order], branch.peak[run][order]
+
+
+def _orbit(branch, run, omega):
+    i = run[np.argmin(np.abs(branch.omega[run] - omega))]
+    return np.stack([branch.coefficients[i], 0.0 * branch.coefficients[i]], axis=1)
