@@ -77,7 +77,9 @@ def main(rounds: int = 9) -> dict[str, float]:
         empty = constants.replace("NMX= 5000", "NMX= 1")
         count, times = 367, {"AUTO": [], 7: [], 15: [], "cold": [], "empty": []}
         if auto:
-            shown = subprocess.run(auto, input=constants, cwd=folder, env=env, text=True, check=True, capture_output=True)
+            shown = subprocess.run(
+                auto, input=constants, cwd=folder, env=env, text=True, check=True, capture_output=True
+            )
             count = max(int(line.split()[1]) for line in shown.stdout.splitlines() if line.startswith("   1 "))
         settings = {h: points_for(count, h) for h in (7, 15)}
         for _ in range(rounds):

@@ -128,7 +128,8 @@ def main(number=10_000, first=0):
             print(f"{seed:6d} {kind:16s} {branch.status.name:15s} {branch.message} {fault.upper()}", flush=True)
         if spent > 2.0:
             print(
-                f"{seed:6d} {kind:16s} took {spent:.1f} s, {len(branch)} points, {branch.coefficients.shape[1] // 2} harmonics",
+                f"{seed:6d} {kind:16s} took {spent:.1f} s, {len(branch)} points, "
+                f"{branch.coefficients.shape[1] // 2} harmonics",
                 flush=True,
             )
     total = sum(reached.values())

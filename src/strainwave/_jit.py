@@ -107,9 +107,9 @@ def _with_leaf(thing: Any, index: int, value: Any) -> tuple[Any, int]:
         else:
             continue
         if found:
-            if hasattr(thing, "_fields"):
-                return type(thing)(*thing[:place], new, *thing[place + 1 :]), -1
-            return (*thing[:place], new, *thing[place + 1 :]), -1
+            items = (*thing[:place], new, *thing[place + 1 :])
+            make: Any = type(thing)
+            return (make(*items) if hasattr(thing, "_fields") else items), -1
     return thing, index
 
 
