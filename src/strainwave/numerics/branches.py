@@ -119,10 +119,9 @@ def describe(problem: Any, parameter: str, found: Trace, tail: float, origin: st
     """Add stability, peaks, period doublings and branch points to a branch, and label the special points."""
     points, labels = np.ascontiguousarray(found.points), found.labels
     n = points.shape[1] - 1
-    traces, peaks = hill(problem, points)
+    points, labels, traces, peaks = with_crest(problem, points, labels, *hill(problem, points))
     points, labels, added = with_crossings(problem, points, labels, traces)
-    points, labels, raised = with_crest(problem, points, labels, peaks if not added else hill(problem, points)[1])
-    if added or raised:
+    if added:
         traces, peaks = hill(problem, points)
         located = labels > TOP
         traces[located] = hill(problem, points[located], finer_table(problem))[0]
@@ -154,15 +153,15 @@ def describe(problem: Any, parameter: str, found: Trace, tail: float, origin: st
     )  # fmt: skip
 
 
-def with_crest(problem: Any, points: Floats, labels: Any, peaks: Floats) -> tuple[Floats, Any, bool]:
+def with_crest(problem: Any, points: Floats, labels: Any, traces: Floats, peaks: Floats) -> tuple[Any, ...]:
     """Insert the point with the largest |x| of the branch, where the parabola through three points has its vertex."""
     i = int(np.argmax(peaks)) if len(peaks) else 0
     if not 0 < i < len(points) - 1:
-        return points, labels, False
+        return points, labels, traces, peaks
     before, here, after = points[i - 1 : i + 2]
     a, b = float(np.linalg.norm(here - before)), float(np.linalg.norm(after - here))
     if a == 0.0 or b == 0.0:
-        return points, labels, False
+        return points, labels, traces, peaks
     left, right = (peaks[i] - peaks[i - 1]) / a, (peaks[i + 1] - peaks[i]) / b
     bend = (right - left) / (a + b)
     s = -0.5 * (left + bend * a) / bend if bend < 0.0 else 0.0
@@ -170,9 +169,13 @@ def with_crest(problem: Any, points: Floats, labels: Any, peaks: Floats) -> tupl
     guess = here + s * (step + turn * (s + a))
     found = solve(problem, guess)
     if found is None or float(np.linalg.norm(found - guess)) > 0.1 * min(a, b):
-        return points, labels, False
+        return points, labels, traces, peaks
     place = i if s < 0.0 else i + 1
-    return np.insert(points, place, found, axis=0), np.insert(labels, place, TOP), True
+    new = (found, TOP, *(values[0] for values in hill(problem, found[None])))
+    return tuple(
+        np.insert(values, place, value, axis=0)
+        for values, value in zip((points, labels, traces, peaks), new, strict=True)
+    )
 
 
 def with_velocity(x: Floats, w: float) -> Floats:
