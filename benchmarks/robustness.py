@@ -7,9 +7,12 @@ sound if all its numbers are finite, no two neighbouring points are further apar
 is a sentence.
 """
 
+import os
 import sys
 import time
 from collections import Counter
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # threads cost more than they save at this size
 
 import numpy as np
 

@@ -216,6 +216,8 @@ class Branch:
         One sentence.
     branch_points : list of Orbit
         Where a multiplier passes +1 without a fold: another branch crosses (the symmetry of the orbit breaks).
+    tori : list of Orbit
+        Neimark-Sacker points, where a complex pair of multipliers leaves the unit circle (general systems only).
     """
 
     parameter: str
@@ -234,6 +236,7 @@ class Branch:
     status: Status
     message: str
     branch_points: list[Orbit] = field(default_factory=list)
+    tori: list[Orbit] = field(default_factory=list)
 
     def amplitude(self, k: int) -> Floats:
         """Amplitude (n,) of harmonic k of the first state, 0-to-peak; k = 0 gives the mean."""
@@ -248,6 +251,7 @@ class Branch:
     def __str__(self) -> str:
         folds = ", ".join(f"{f.value:.9g}" for f in self.folds) or "none"
         crossings = f"; {len(self.branch_points)} branch points" if self.branch_points else ""
+        crossings += f"; {len(self.tori)} Neimark-Sacker points" if self.tori else ""
         top = int(np.argmax(self.peak)) if len(self) else 0
         peak = f"{self.peak[top]:.6g} at omega {self.omega[top]:.6g} rad/s" if len(self) else "none"
         return (

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._jit import kernel, kernel_as, routine, with_leaf
+from .._jit import kernel_as, routine, with_leaf
 from ..results import Floats
 from .fourier import analysis, extend, multiply_rows, orders, synthesis
 from .linear import copy, extremes, fill, padded, row_times
@@ -270,10 +270,9 @@ def second_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns:
     )
 
 
-@kernel
 def work_for(problem: Any) -> Any:
     """Buffers for a problem."""
-    n, samples = problem.synthesis.shape
+    n, samples = len(problem.tau), problem.synthesis.shape[1]
     return Work(
         np.empty(samples), np.empty(samples), np.empty(n), np.empty(n), np.empty(n + 1), np.empty(n), np.empty(n),
         np.empty(n),

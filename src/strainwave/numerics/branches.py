@@ -10,10 +10,12 @@ from ..quantities import parameters
 from ..results import Branch, Floats, Orbit, Status
 from .balance import is_light
 from .continuation import CLOSED, END, FOLD, LOST, RUNNING, SCALE, START, STEP, STUCK, TOP, Z1, buffers_for, follow
+from .first_order import FirstOrder
 from .floquet import displacement_peaks, hill, multipliers, orbit_scales
 from .fourier import from_blocks
 from .guess import error_coefficients
 from .special_points import BRANCH_POINT, DOUBLING, finer_table, with_crossings
+from .variational import described, tail_of_states
 
 MOST_PIECES = 40
 PIECE = 512  # points per call of the kernel: between calls the user can interrupt
@@ -61,9 +63,15 @@ def solve(problem: Any, guess: Floats) -> Floats | None:
     points, labels = np.empty((5, len(guess))), np.empty(5, np.int64)
     at = float(guess[-1])
     state, buffers = state_from(guess, abs(at) + 1e-12), buffers_for(problem)
-    arguments = (problem, state, 1.0, START, at, at, 1.0, 1.0, AIM, buffers, points, labels)
-    count, _, _ = run(follow, *arguments, light=is_light(problem))
+    count, _, _ = _run(problem, state, 1.0, START, at, at, 1.0, 1.0, AIM, buffers, points, labels)
     return points[0] if count else None
+
+
+def _run(problem: Any, *arguments: Any) -> Any:
+    if isinstance(problem, FirstOrder):
+        with np.errstate(all="ignore"):  # a step that fails is taken again, shorter
+            return follow(problem, *arguments)
+    return run(follow, problem, *arguments, light=is_light(problem))
 
 
 def trace(
@@ -80,8 +88,7 @@ def trace(
     buffers = buffers_for(problem)
     while outcome == RUNNING and len(pieces) < MOST_PIECES:
         points, kinds = np.empty((PIECE, len(guess))), np.empty(PIECE, np.int64)
-        arguments = (problem, state, direction, mode, lo, hi, ds, step, AIM, buffers, points, kinds)
-        count, outcome, ds = run(follow, *arguments, light=is_light(problem))
+        count, outcome, ds = _run(problem, state, direction, mode, lo, hi, ds, step, AIM, buffers, points, kinds)
         pieces.append(points[:count])
         labels.append(kinds[:count])
         mode = STEP
@@ -115,9 +122,19 @@ def tail_of(points: Floats) -> Floats:
     return np.asarray(np.linalg.norm(points[:, last], axis=1) / whole_size)
 
 
+def largest_tail(problem: Any, points: Floats) -> float:
+    """Largest tail of the points of a branch (parameter last), of the worst state."""
+    if isinstance(problem, FirstOrder):
+        return tail_of_states(problem, points)
+    return float(np.max(tail_of(points[:, :-1]), initial=0.0))
+
+
 def describe(problem: Any, parameter: str, found: Trace, tail: float, origin: str) -> Branch:
     """Add stability, peaks, period doublings and branch points to a branch, and label the special points."""
     points, labels = np.ascontiguousarray(found.points), found.labels
+    status, message = _verdict(found, parameter, points[:, -1])
+    if isinstance(problem, FirstOrder):
+        return described(problem, parameter, points, labels, found.outcome, tail, origin, status, message)
     n = points.shape[1] - 1
     points, labels, traces, peaks = with_crest(problem, points, labels, *hill(problem, points))
     points, labels, added = with_crossings(problem, points, labels, traces)
@@ -145,7 +162,6 @@ def describe(problem: Any, parameter: str, found: Trace, tail: float, origin: st
             for i in np.flatnonzero(labels == label)
         ]  # fmt: skip
 
-    status, message = _verdict(found, parameter, values)
     return Branch(
         parameter, values, omega, coefficients, peaks, floquet, stable, special(FOLD, "fold"),
         special(DOUBLING, "period doubling"), problem.turns, found.outcome == CLOSED, tail, origin, status, message,

@@ -125,7 +125,7 @@ def indicator(problem: Any, state: Any, z: int, t: int, what: int, k: int) -> fl
     n = state.shape[1] - 1
     if what == FOLD:
         return float(state[t, n])
-    h = n // 2
+    h = len(problem.error) // 2
     even, odd = state[z, k] + problem.error[k], state[z, h + k] + problem.error[h + k]
     return float((even * state[t, k] + odd * state[t, h + k]) / (even * even + odd * odd + 1e-300))
 

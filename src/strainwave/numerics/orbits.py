@@ -9,7 +9,9 @@ from ..results import Floats, Orbit, SolveError, Status
 from .balance import second_order
 from .branches import Trace, describe, leaf_of, solve, tail_of, with_velocity
 from .continuation import END
+from .first_order import is_second_order
 from .fourier import from_blocks, to_blocks
+from .general_orbit import general_orbit
 from .guess import linear_response
 from .integrate import Dopri5, simulate
 from .shooting import shoot
@@ -31,8 +33,8 @@ def find_orbit(
 
     Parameters
     ----------
-    system : Oscillator
-        The forced system, at its own `omega`.
+    system : Oscillator, or any NamedTuple with `rhs(phase, y)`
+        The forced system, at its own `omega` (1 where it has none).
     harmonics : int, optional
         Highest harmonic of omega/period. Default: grown until the last two hold less than 1e-10 of the whole (at most
         127); an orbit that crosses breakpoints of the law, whose spectrum decays slowly, is then refined by shooting.
@@ -62,9 +64,12 @@ def find_orbit(
     system = checked(system)
     if period < 1 or (harmonics is not None and harmonics < 1):
         raise ValueError(f"harmonics is {harmonics} and period is {period}; both must be at least 1")
-    if not system.omega > 0.0:
+    if not getattr(system, "omega", 1.0) > 0.0:
         raise ValueError(f"omega is {system.omega:g} rad/s; a periodic orbit needs a positive base frequency")
-    start = _coefficients(guess)
+    if not is_second_order(system):
+        table = None if guess is None else _table(guess)
+        return raised(general_orbit(system, harmonics, table, period, TAIL, MOST_HARMONICS), throw)
+    start = None if guess is None else _table(guess)[:, 0]
     h = harmonics or max(7 * period, min(len(start) // 2, MOST_HARMONICS) if start is not None else 0)
     leaf = leaf_of(system, "omega")
     while True:
@@ -82,20 +87,24 @@ def find_orbit(
         if harmonics is None and tail > TAIL and system.breakpoints():
             exact = shoot(system, orbit.state(0.0), period=period)
             orbit = exact if exact.status else orbit
+    return raised(orbit, throw)
+
+
+def raised(orbit: Orbit, throw: bool) -> Orbit:
+    """Return the orbit, or raise its message if it is none and `throw` is true."""
     if throw and not orbit.status:
         raise SolveError(orbit.message)
     return orbit
 
 
-def _coefficients(guess: Floats | Orbit | None) -> Floats | None:
-    if guess is None:
-        return None
+def _table(guess: Floats | Orbit) -> Floats:
+    """Coefficients (2H+1, states) of a guess."""
     table = np.asarray(guess.coefficients if isinstance(guess, Orbit) else guess, float)
     if table.ndim == 1:
         table = table[:, None]
     if table.ndim != 2 or len(table) % 2 == 0 or not np.all(np.isfinite(table)):
         raise ValueError(f"guess has shape {table.shape}; it must be finite, (2H+1, states): mean, cos 1, sin 1, ...")
-    return table[:, 0]
+    return table
 
 
 def _balanced(problem: Any, system: Any, start: Floats | None) -> Floats | None:

@@ -12,15 +12,17 @@ import numpy as np
 from .._jit import with_leaf
 from ..quantities import checked
 from ..results import Branch, Floats, SolveError
-from .balance import second_order
-from .branches import Trace, describe, leaf_of, solve, tail_of, trace
+from .branches import Trace, describe, largest_tail, leaf_of, solve, trace
 from .continuation import CLOSED, END, LOST, RUNNING, STUCK
+from .first_order import FirstOrder, balance_of
 from .guess import linear_response
+from .integrate import simulate
 
 TAIL = 1e-6  # the last two harmonics may hold this share of the whole
 MOST_HARMONICS = 127
 BELOW, ABOVE = 3.0, 100.0  # how far outside the range, as factors, a branch may go before it comes back
 EXCURSIONS = 20  # how often
+SETTLING = 200  # periods integrated
 
 
 def frequency_response(
@@ -36,8 +38,9 @@ def frequency_response(
 
     Parameters
     ----------
-    system : Oscillator
-        The system; its own `omega` does not matter.
+    system : Oscillator, or any NamedTuple with `rhs(phase, y)` and a field `omega`
+        The system; its own `omega` does not matter. The general form may have a method `jacobian(phase, y)`; its
+        methods must take arrays, and it runs in NumPy.
     span : (float, float)
         Range of omega [rad/s], 0 < low < high.
     harmonics : int, optional
@@ -76,11 +79,12 @@ def frequency_response(
         if value < 1:
             raise ValueError(f"{name} is {value}; at least 1 is needed")
     leaf = leaf_of(system, "omega")
+    system = with_leaf(system, leaf, (lo * hi) ** 0.5)
     h = harmonics or min(7 * period, MOST_HARMONICS)
     while True:
-        problem = second_order(system, leaf, leaf, h, period)
+        problem = balance_of(system, leaf, leaf, h, period)
         found, origin = across(problem, lo, hi, 4.0 / points)
-        tail = float(np.max(tail_of(found.points[:, :-1]), initial=0.0))
+        tail = largest_tail(problem, found.points)
         if harmonics is not None or (tail <= TAIL and found.outcome == END) or h >= MOST_HARMONICS:
             break
         h = min(2 * h + 1, MOST_HARMONICS)
@@ -93,7 +97,12 @@ def frequency_response(
 def across(problem: Any, lo: float, hi: float, step: float) -> tuple[Trace, str]:
     """Branch through a range, and how it was found: the first of four ways that arrives, or else the longest."""
     best, origin, starts = None, "", set()
-    for start, from_where in ((linear_start, "the linear response"), (damped_start, "strong damping")):
+    ways = (
+        (linear_start, "the linear response"),
+        (damped_start, "strong damping"),
+        (settled_start, "an integration"),
+    )
+    for start, from_where in ways:
         for upwards, end in ((True, "lower"), (False, "upper")):
             first = start(problem, lo if upwards else hi)
             if first is None or first.tobytes() in starts:
@@ -107,7 +116,8 @@ def across(problem: Any, lo: float, hi: float, step: float) -> tuple[Trace, str]
     if best is None:
         sentence = (
             f"no periodic response was found at omega = {lo:.6g} or {hi:.6g} rad/s, neither from the linear response "
-            "nor from strong damping; the torque may be more than the law can bear: take less, or another range"
+            "nor from strong damping nor by integration; the torque may be more than the law can bear: take less of "
+            "it, or another range"
         )
         return Trace(np.empty((0, len(problem.tau) + 1)), np.empty(0, int), LOST, sentence), "not found"
     return best, origin
@@ -129,6 +139,8 @@ def damped_start(problem: Any, value: float) -> Floats | None:
     With damping strong enough the orbit is near the linear response and alone; the branch comes down from there to the
     damping asked for, unless orbits grow beyond all bounds on the way.
     """
+    if isinstance(problem, FirstOrder):
+        return None
     damping = leaf_of(problem.system, "B")
     if problem.leaf == damping:
         return None
@@ -143,6 +155,24 @@ def damped_start(problem: Any, value: float) -> Floats | None:
                 return solve(problem, np.append(way.points[-1, :-1], value))
         strong *= 4.0
     return None
+
+
+def settled_start(problem: Any, value: float) -> Floats | None:
+    """Solution at a value of the parameter near the motion to which an integration from rest has settled."""
+    system = with_leaf(problem.system, problem.leaf, float(value))
+    general = isinstance(problem, FirstOrder)
+    base = float(getattr(system, "omega", 1.0))
+    turn = 2.0 * np.pi * problem.turns / base
+    times = turn * (SETTLING + np.arange(len(problem.angles)) / len(problem.angles))
+    try:
+        motion = simulate(system, np.zeros(len(problem.sizes) if general else 2), np.concatenate([[0.0], times]))
+    except ValueError:  # there is no motion from rest
+        return None
+    if not motion.status:
+        return None
+    states = motion.y[:, 1:] @ problem.analysis[:, : len(problem.error)]
+    series = states / problem.sizes[:, None] if general else states[0] - problem.error
+    return solve(problem, np.append(series, value))
 
 
 def whole(problem: Any, first: Floats, lo: float, hi: float, step: float, upwards: bool) -> Trace:
@@ -162,7 +192,7 @@ def whole(problem: Any, first: Floats, lo: float, hi: float, step: float, upward
         if end == far and same(linear_start(problem, far), last):
             break
         outside = (hi, hi * ABOVE) if end == hi else (lo / BELOW, lo)
-        away = trace(problem, last, 1.0 if end == hi else -1.0, *outside, step, hi)
+        away = trace(problem, last, 1.0 if end == hi else -1.0, *outside, step, 2.0 * hi)
         if away.outcome != END or away.points[-1, -1] != end:
             break
         pieces.append(away.points[1:])

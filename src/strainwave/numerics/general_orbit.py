@@ -1,0 +1,58 @@
+"""One periodic orbit of a general system, by harmonic balance in all its states."""
+
+from typing import Any
+
+import numpy as np
+
+from ..quantities import parameters
+from ..results import Floats, Orbit, Status
+from .branches import largest_tail, solve
+from .first_order import FirstOrder, first_order
+from .floquet import displacement_peaks
+from .fourier import from_blocks, to_blocks
+from .response import linear_start, settled_start
+from .variational import monodromy, multipliers_of
+
+
+def general_orbit(
+    system: Any, harmonics: int | None, guess: Floats | None, period: int, tail_goal: float, most: int
+) -> Orbit:
+    """Orbit of a system with `rhs(phase, y)` at its own omega; `guess` lists coefficients (2H+1, states)."""
+    names = [p.path for p in parameters(system) if isinstance(p.value, float)]
+    leaf = names.index("omega") if "omega" in names else -1
+    h = harmonics or 7 * period
+    while True:
+        problem = first_order(system, leaf, leaf, h, period)
+        found = _solution(problem, guess)
+        tail = largest_tail(problem, found[None, :]) if found is not None else 0.0
+        if found is None or harmonics is not None or tail <= tail_goal or h >= most:
+            break
+        guess = from_blocks(problem.states(found).T)
+        h = min(2 * h + 1, most)
+    states = len(problem.sizes)
+    if found is None:
+        message = (
+            f"no periodic orbit found at omega = {problem.omega:.6g} rad/s: Newton's method failed from the guess, the "
+            "linear response and an integration; give a guess, or continue from a frequency with a small response"
+        )
+        nothing, unknown = np.zeros((3, states)), np.full(states, 0j)
+        return Orbit(problem.omega, period, nothing, 0.0, unknown, False, 0.0, Status.NO_CONVERGENCE, message)
+    floquet = multipliers_of(monodromy(problem, found[None, :]))[0]
+    series = problem.states(found)
+    return Orbit(
+        problem.omega, period, from_blocks(series.T), float(displacement_peaks(series[:1])[0]), floquet,
+        bool(abs(floquet[0]) < 1.0), tail, Status.OK, "finished",
+    )  # fmt: skip
+
+
+def _solution(problem: FirstOrder, guess: Floats | None) -> Floats | None:
+    if guess is None:
+        found = linear_start(problem, problem.omega)
+        return settled_start(problem, problem.omega) if found is None else found
+    if guess.shape[1] != len(problem.sizes):
+        states = len(problem.sizes)
+        raise ValueError(f"guess has {guess.shape[1]} states; {type(problem.system).__name__} has {states}")
+    n = len(problem.error)
+    series = np.zeros((n, len(problem.sizes)))
+    series[: min(n, len(guess))] = guess[:n]
+    return solve(problem, np.append((to_blocks(series).T / problem.sizes[:, None]).ravel(), problem.omega))

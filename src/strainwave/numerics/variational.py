@@ -1,0 +1,180 @@
+"""Stability of the orbits of a general balance problem, their special points, and their description as a `Branch`.
+
+A disturbance y of an orbit obeys y' = A(t) y with the system's Jacobian A along the orbit; one period of that flow, by
+the eighth-order method of DOP853 for all points of a branch at once, is the monodromy matrix, and its eigenvalues are
+the multipliers. Three of its functions change sign where the orbit does: the product of 1 + m (period doubling), of
+1 - m (fold, branch point) and of m_i m_j - 1 over all pairs (Neimark-Sacker, where a complex pair leaves the unit
+circle).
+
+Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 7.2-7.4; Kuznetsov 2004, Elements of Applied
+Bifurcation Theory, sec. 10.2 (test functions).
+"""
+
+import math
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._jit import with_leaf
+from ..results import Branch, Floats, Orbit, Status
+from .continuation import CLOSED, FOLD
+from .first_order import FirstOrder, jacobians_at
+from .floquet import displacement_peaks
+from .fourier import from_blocks
+from .special_points import BRANCH_POINT, DOUBLING, on_chord
+from .tableaus import DOP8_A, DOP8_B, DOP8_C
+
+NEIMARK_SACKER = 7  # label of points, after those of `special_points`
+FINEST = 4096  # steps a period
+PHASE = 0.3  # of the fastest eigenvalue in a step: errors of about 1e-11 a step
+
+
+def monodromy(problem: FirstOrder, points: Floats) -> Floats:
+    """Period maps (points, states, states) of disturbances of orbits (coefficients, parameter last)."""
+    steps = _steps(problem, points)
+    states = len(problem.sizes)
+    system = _systems(problem, points)
+    w = _omega(problem, points)[:, None, None] / problem.turns
+    h = 2.0 * math.pi / steps / w
+    flow = np.broadcast_to(np.eye(states), (len(points), states, states)).copy()
+    for i in range(steps):
+        matrices = _matrices(problem, system, points, 2.0 * math.pi * (i + np.array(DOP8_C)) / steps)
+        rates: list[Floats] = []
+        for stage, weights in enumerate(DOP8_A):
+            moved = flow + h * sum(a * rate for a, rate in zip(weights, rates, strict=True) if a)
+            rates.append(matrices[:, stage] @ moved)
+        flow = flow + h * sum(b * rate for b, rate in zip(DOP8_B, rates, strict=True) if b)
+    return flow
+
+
+def _systems(problem: FirstOrder, points: Floats) -> Any:
+    return with_leaf(problem.system, problem.leaf, points[:, -1, None])
+
+
+def _omega(problem: FirstOrder, points: Floats) -> Floats:
+    return points[:, -1].copy() if problem.leaf == problem.omega_leaf else np.full(len(points), problem.omega)
+
+
+def _matrices(problem: FirstOrder, system: Any, points: Floats, psi: Floats) -> Floats:
+    """Jacobians (points, psi, states, states) along every orbit."""
+    k = np.arange(1, len(problem.error) // 2 + 1)[:, None]
+    basis = np.vstack([np.ones((1, len(psi))), np.cos(k * psi), np.sin(k * psi)])
+    series = points[:, :-1].reshape(len(points), len(problem.sizes), -1) * problem.sizes[:, None]
+    y = np.moveaxis(series @ basis, 1, 0)
+    angles = np.broadcast_to(problem.turns * psi, y.shape[1:])
+    return np.moveaxis(jacobians_at(system, angles, y, problem.sizes), (0, 1), (2, 3))
+
+
+def _steps(problem: FirstOrder, points: Floats) -> int:
+    few = points[:: max(1, len(points) // 16)]
+    psi = 2.0 * math.pi * np.arange(64) / 64
+    fastest = np.max(np.abs(np.linalg.eigvals(_matrices(problem, _systems(problem, few), few, psi))), axis=(1, 2))
+    phase = float(np.max(fastest * 2.0 * math.pi * problem.turns / _omega(problem, few), initial=0.0))
+    return min(FINEST, max(64, 4 * len(problem.error), math.ceil(phase / PHASE)))
+
+
+def multipliers_of(flow: Floats) -> NDArray[np.complex128]:
+    """Eigenvalues (points, states) of period maps, largest modulus first."""
+    values = np.linalg.eigvals(flow).astype(complex)
+    return np.asarray(np.take_along_axis(values, np.argsort(-np.abs(values), axis=1, kind="stable"), axis=1), complex)
+
+
+def tests_of(multipliers: NDArray[np.complex128]) -> dict[int, Floats]:
+    """What changes sign at a period doubling, a fold or branch point, and a Neimark-Sacker point."""
+    pairs = list(combinations(range(multipliers.shape[1]), 2))
+    torus = np.prod([multipliers[:, i] * multipliers[:, j] - 1.0 for i, j in pairs], axis=0).real if pairs else None
+    found = {
+        DOUBLING: np.prod(1.0 + multipliers, axis=1).real,
+        BRANCH_POINT: np.prod(1.0 - multipliers, axis=1).real,
+    }
+    return found if torus is None else found | {NEIMARK_SACKER: torus}
+
+
+def with_special_points(problem: FirstOrder, points: Floats, labels: Any) -> tuple[Floats, Any]:
+    """Insert the period doublings, branch points and Neimark-Sacker points between the points of a branch."""
+    tests = tests_of(multipliers_of(monodromy(problem, points)))
+    found = []
+    for label, values in tests.items():
+        for i in np.flatnonzero(values[1:] * values[:-1] < 0.0):
+            near_fold = FOLD in labels[max(0, i - 1) : i + 3]
+            point = None if label == BRANCH_POINT and near_fold else _located(problem, points[i], points[i + 1], label)
+            if point is not None:
+                found.append((int(i) + 1, float(np.linalg.norm(point - points[i])), label, point))
+    found.sort(key=lambda item: item[:2])
+    places = [item[0] for item in found]
+    if not found:
+        return points, labels
+    points = np.insert(points, places, [item[3] for item in found], axis=0)
+    return points, np.insert(labels, places, [item[2] for item in found])
+
+
+def _located(problem: FirstOrder, first: Floats, last: Floats, label: int) -> Floats | None:
+    """Point between two points of a branch where a test vanishes; None where no such special point is there."""
+
+    def test(point: Floats) -> float:
+        return float(tests_of(multipliers_of(monodromy(problem, point[None, :])))[label][0])
+
+    place, ends, side, best = [0.0, 1.0], [test(first), test(last)], -1, first
+    small = 1e-12 * max(abs(ends[0]), abs(ends[1]))
+    for _ in range(60):
+        s = (place[0] * ends[1] - place[1] * ends[0]) / (ends[1] - ends[0])
+        point = on_chord(problem, first, last, s)
+        if point is None:
+            return None
+        moved, best, here = float(np.linalg.norm(point - best)), point, test(point)
+        end = 0 if here * ends[0] > 0.0 else 1
+        place[end], ends[end] = s, here
+        if side == end:  # Illinois
+            ends[1 - end] *= 0.5
+        side = end
+        if abs(here) <= small or moved < 1e-12 * float(np.linalg.norm(point)):
+            break
+    if label == NEIMARK_SACKER:
+        values = multipliers_of(monodromy(problem, best[None, :]))[0]
+        nearest = values[np.argmin(np.abs(np.abs(values) - 1.0))]
+        if abs(abs(nearest) - 1.0) > 1e-6 or abs(nearest.imag) < 1e-6:
+            return None
+    return best
+
+
+def described(
+    problem: FirstOrder, parameter: str, points: Floats, labels: Any, outcome: int, tail: float, origin: str,
+    status: Status, message: str,
+) -> Branch:  # fmt: skip
+    """Branch of a general system, with stability and labelled special points."""
+    if len(points) > 1:
+        points, labels = with_special_points(problem, points, labels)
+    states = len(problem.sizes)
+    flow = monodromy(problem, points) if len(points) else np.empty((0, states, states))
+    floquet = multipliers_of(flow)
+    omega = _omega(problem, points)
+    series = points[:, :-1].reshape(len(points), states, -1) * problem.sizes[:, None]
+    peaks = displacement_peaks(series[:, 0]) if len(points) else np.empty(0)
+    stable = np.abs(floquet[:, 0]) < 1.0
+
+    def special(label: int, name: str) -> list[Orbit]:
+        return [
+            Orbit(
+                float(omega[i]), problem.turns, from_blocks(series[i].T), float(peaks[i]), floquet[i], bool(stable[i]),
+                tail_of_states(problem, points[i : i + 1]), Status.OK, "finished", name, float(points[i, -1]),
+            )
+            for i in np.flatnonzero(labels == label)
+        ]  # fmt: skip
+
+    return Branch(
+        parameter, points[:, -1], omega, from_blocks(series[:, 0].T).T, peaks, floquet, stable, special(FOLD, "fold"),
+        special(DOUBLING, "period doubling"), problem.turns, outcome == CLOSED, tail, origin, status, message,
+        special(BRANCH_POINT, "symmetry breaking / branch point"), special(NEIMARK_SACKER, "Neimark-Sacker"),
+    )  # fmt: skip
+
+
+def tail_of_states(problem: FirstOrder, points: Floats) -> float:
+    """Largest size of the last two harmonics of a state relative to that state's whole, over points and states."""
+    h = len(problem.error) // 2
+    series = points[:, :-1].reshape(len(points), len(problem.sizes), -1)
+    last = [k for k in (h - 1, h, 2 * h - 1, 2 * h) if k > 0]
+    size = np.linalg.norm(series, axis=2)
+    floor = 1e-6 * np.max(size, axis=0, initial=1e-300)
+    return float(np.max(np.linalg.norm(series[:, :, last], axis=2) / np.maximum(size, floor), initial=0.0))
