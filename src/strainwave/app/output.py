@@ -1,8 +1,9 @@
-"""Results on disk: everything is written in a hidden folder beside the target and moved in when it is complete.
+"""Results on disk: everything is written in a hidden folder inside the target and moved up when it is complete.
 
 An interrupted or failed run therefore leaves no half-written report, and a folder that exists keeps its other files.
 """
 
+import errno
 import os
 import shutil
 import tempfile
@@ -26,16 +27,19 @@ def staged(folder: Path) -> Iterator[Path]:
         If the folder cannot be made or written; nothing is left behind.
     """
     folder = folder.resolve()
-    made = _make(folder.parent)
+    made = _make(folder)
     try:
-        part = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+        part = Path(tempfile.mkdtemp(prefix=".strainwave.", dir=folder))
     except OSError:
         _remove(made)
         raise
     try:
         yield part
-        made += _make(folder)
-        for file in sorted(part.iterdir(), key=lambda f: (f.name == LAST, f.name)):
+        files = sorted(part.iterdir(), key=lambda f: (f.name == LAST, f.name))
+        for file in files:
+            if (folder / file.name).is_dir():
+                raise IsADirectoryError(errno.EISDIR, "a folder stands where a result is to go", str(folder / file.name))
+        for file in files:
             os.replace(file, folder / file.name)
     except BaseException:
         shutil.rmtree(part, ignore_errors=True)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..results import Floats
+from ..results import Floats, SolveError
 from .averaging import AveragedFlow, Exact, sampled
 from .cubic import CubicFlow
 from .setting import Complexes
@@ -14,6 +14,7 @@ Flow = AveragedFlow | CubicFlow
 PHASES, ROWS_PER_DECADE = 48, 20  # of the polar grid
 # where the phase plays no role: amplitudes per decade, parts of a cell that may hold a root, and most of such cells
 RING, FINER, MOST_CELLS = 60, 16, 24
+MOST_ALONE = 60  # fixed points of an undamped flow; more are a continuum
 
 
 def fixed_points(flow: Flow) -> list[complex]:
@@ -24,6 +25,11 @@ def fixed_points(flow: Flow) -> list[complex]:
         rough = flow.fixed_points()
     else:
         rough = scan(flow) if np.any(flow.setting.hard) else rings(flow)
+    if flow.setting.mu == 0.0 and len(rough) > MOST_ALONE:
+        raise SolveError(
+            f"without damping every small amplitude is a steady state at omega = {flow.setting.omega:.6g} rad/s; "
+            "give the drive damping, or go to another speed"
+        )
     found: list[complex] = []
     copies = np.exp(2j * np.pi * np.arange(flow.setting.copies) / flow.setting.copies)
     for z in rough:
