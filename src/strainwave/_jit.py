@@ -13,10 +13,12 @@ import hashlib
 import inspect
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import cache
 from importlib import import_module
-from itertools import count
+from itertools import count, repeat
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any, TypeVar
@@ -44,6 +46,7 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "nsz
 
 LIGHT_RUNS = 12  # about three response curves
 _light_runs = count()
+_plain_runs: ContextVar[Iterator[bool] | None] = ContextVar("_plain_runs", default=None)
 _kernels: list[tuple[Callable[..., Any], Callable[..., Any], bool]] = []
 
 
@@ -118,6 +121,16 @@ def enabled() -> bool:
     return os.environ.get("STRAINWAVE_JIT", "1") != "0" and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 
 
+@contextmanager
+def as_python(runs: int) -> Iterator[None]:
+    """Run up to so many kernels inside the block as Python: for a curve or two, machine code takes longer to make."""
+    before = _plain_runs.set(repeat(True, runs))
+    try:
+        yield
+    finally:
+        _plain_runs.reset(before)
+
+
 def run(function: Callable[..., Any], *args: Any, light: bool = False) -> Any:
     """Execute a kernel as machine code, or as Python when compilation is off.
 
@@ -129,7 +142,8 @@ def run(function: Callable[..., Any], *args: Any, light: bool = False) -> Any:
     TypeError
         If a user's class uses something that compiled code does not know; the sentence says what.
     """
-    if not enabled() or (light and "numba" not in sys.modules and next(_light_runs) < LIGHT_RUNS):
+    as_light = light and "numba" not in sys.modules and next(_light_runs) < LIGHT_RUNS
+    if not enabled() or as_light or next(_plain_runs.get() or iter(()), False):
         return function(*args)
     foreign = {name for a in args for name in _foreign_classes(a)}
     dispatcher = _dispatcher(function, not foreign and _is_ours(function.__module__))

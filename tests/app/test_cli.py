@@ -49,7 +49,7 @@ def forbid_constants(text):
 def test_help_names_every_command():
     result = invoke("--help")
     assert result.exit_code == 0
-    for name in ("demo", "analyze", "reproduce", "catalogue", "doctor", "derive"):
+    for name in ("demo", "analyze", "response", "reproduce", "catalogue", "doctor", "derive"):
         assert name in result.stdout
         assert invoke(name, "--help").exit_code == 0
 

@@ -52,6 +52,13 @@ def _sentence(error: Exception) -> str:
     return text if expected else f"{type(error).__name__}: {text} (this is unexpected; --debug shows where)"
 
 
+def _known_suffix(_context: click.Context, _option: click.Parameter, output: Path | None) -> Path | None:
+    """Refuse a file name whose ending says nothing."""
+    if output is not None and output.suffix not in (".csv", ".svg", ".png"):
+        raise click.BadParameter(f"{output.name!r} must end in .csv, .svg or .png")
+    return output
+
+
 @click.group(cls=Sentences, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
 @click.version_option(__version__, prog_name="strainwave")
 @click.option("--debug", is_flag=True, help="Show the traceback of an error (also: STRAINWAVE_DEBUG=1).")
@@ -90,6 +97,20 @@ def analyze(project: Path, output: Path, as_json: bool) -> None:
     from .job import run
 
     click.echo(run(project, output, as_json))
+
+
+@cli.command()
+@click.argument("project", type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", type=click.Path(dir_okay=False, path_type=Path), callback=_known_suffix,
+    help="File for the curve: .csv, or .svg or .png for a figure with multiple scales over it.",
+)  # fmt: skip
+@json_option
+def response(project: Path, output: Path | None, as_json: bool) -> None:
+    """Follow the exact response through the project's speeds: stability, folds, jumps."""
+    from .response import show
+
+    show(project, output, as_json)
 
 
 @cli.command()

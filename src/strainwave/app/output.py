@@ -66,9 +66,10 @@ def _remove(made: list[Path]) -> None:
 
 def write_csv(path: Path, columns: Sequence[tuple[str, ArrayLike]]) -> None:
     """Write columns of equal length; each name carries its unit ("x_rad")."""
-    header = ",".join(name for name, _ in columns)
     body = np.column_stack([np.asarray(values, float) for _, values in columns])
-    np.savetxt(path, body, delimiter=",", header=header, comments="", fmt="%.8g")
+    row = ",".join(["%.8g"] * len(columns)) + "\n"
+    text = (row * len(body)) % tuple(body.ravel().tolist())
+    path.write_text(",".join(name for name, _ in columns) + "\n" + text, encoding="utf-8", newline="\n")
 
 
 def slug(text: str) -> str:

@@ -5,25 +5,23 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from .. import __version__
 from ..model.drive import HDC_40_050, HDC_40_050_WARNING
 from ..study.analysis import Analysis
+from ..study.exact import ExactResponse
 from ..study.regimes import Regime
 from ..study.time_case import TimeCase
 from ..theory.slow_results import Certificate
-from . import plots
+from . import curve_files, curves, plots
 from .console import number, to_json
 from .facts import ARCSEC, RPM, facts
-from .output import slug, write_csv
 from .project import Project
 
 
 def write(project: Project, analysis: Analysis, folder: Path) -> dict[str, Any]:
     """Write report.html, results.json and the CSV files into a folder and return the results as plain data."""
     results = collect(project, analysis)
-    results["files"] = [*write_curves(project, analysis, folder), "results.json", "report.html"]
+    results["files"] = [*curve_files.write(project, analysis, folder), "results.json", "report.html"]
     (folder / "results.json").write_text(to_json(results) + "\n", encoding="utf-8")
     (folder / "report.html").write_text(page(project, analysis, results), encoding="utf-8")
     return results
@@ -56,6 +54,8 @@ def collect(project: Project, analysis: Analysis) -> dict[str, Any]:
         },
         "speed_range_rad_per_s": list(analysis.speeds),
         "resonances": [_resonance(project, i, regime) for i, regime in enumerate(analysis.regimes, 1)],
+        "exact_response": exact_response_data(project, analysis.exact),
+        "largest_error": _largest(project, analysis),
         "run_up": _run_up(project, analysis),
         "cases": [_case(project, case) for case in analysis.cases],
         "warnings": warnings(project, analysis),
@@ -69,14 +69,14 @@ def warnings(project: Project, analysis: Analysis) -> list[str]:
     if (project.drive.law, project.drive.J_m, project.drive.J_l) == article:
         said.insert(0, HDC_40_050_WARNING)
     said += analysis.warnings
-    jumps = analysis.run_up.hysteresis()
-    if jumps and project.drive.B > 0.0:
-        first, last = ({"omega_rad_per_s": w, "motor_speed_rpm": _rpm(project, w)} for w in (jumps[0], jumps[-1]))
-        where = f"between {_speed(first).split()[0]} and {_speed(last)}" if len(jumps) > 1 else f"at {_speed(first)}"
+    sweep = analysis.exact.sweep
+    if sweep is not None and sweep.width > 0.0:
+        ends = sorted((sweep.jump_up, sweep.jump_down))
+        first, last = ({"omega_rad_per_s": w, "motor_speed_rpm": _rpm(project, w)} for w in ends)
         said.append(
-            f"Run-up and coast-down differ {where}: two stable motions exist there, and which one the drive is "
-            f"on depends on its "
-            "history; pass through that band quickly or keep out of it."
+            f"Run-up and coast-down differ between {_speed(first).split()[0]} and {_speed(last)}: two stable motions "
+            "exist there, and which one the drive is on depends on its history; pass through that band quickly or keep "
+            "out of it."
         )
     return said
 
@@ -132,19 +132,57 @@ def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
     }
 
 
+def exact_response_data(project: Project, exact: ExactResponse) -> dict[str, Any]:
+    """Key numbers of the exact response: folds, jumps, accuracy."""
+    curve, sweep = exact.curve, exact.sweep
+    return {
+        "method": "harmonic balance",
+        "harmonics": curve.coefficients.shape[1] // 2,
+        "last_harmonics_relative": curve.tail,
+        "complete": bool(curve.status),
+        "message": curve.message,
+        "folds": [_place(project, fold.omega) | _angle_of("peak", fold.peak) for fold in curve.folds],
+        "jump_up": _jump(project, sweep.jump_up if sweep else math.nan),
+        "jump_down": _jump(project, sweep.jump_down if sweep else math.nan),
+        "hysteresis_rad_per_s": sweep.width if sweep else None,
+        "sweep": sweep.sentence if sweep else "no motion on the curve is stable",
+    }
+
+
+def _place(project: Project, omega: float) -> dict[str, Any]:
+    return {"omega_rad_per_s": omega, "motor_speed_rpm": _rpm(project, omega)}
+
+
+def _angle_of(name: str, rad: float) -> dict[str, Any]:
+    return {f"{name}_rad": rad, f"{name}_arcsec": rad * ARCSEC}
+
+
+def _jump(project: Project, omega: float) -> dict[str, Any] | None:
+    return _place(project, omega) if math.isfinite(omega) else None
+
+
+def _largest(project: Project, analysis: Analysis) -> dict[str, Any]:
+    """Largest steady |x| that a sweep meets: on the exact curve, or by simulation where there is no such curve."""
+    at, worst = analysis.exact.largest(), analysis.run_up.worst()
+    curve = analysis.exact.curve
+    if at is None or curve.peak[at] < 0.999 * worst.peak:
+        return _place(project, worst.omega) | _angle_of("peak", worst.peak) | {"method": "integration"}
+    place = _place(project, float(curve.omega[at]))
+    return place | _angle_of("peak", float(curve.peak[at])) | {"method": "harmonic balance"}
+
+
 def _run_up(project: Project, analysis: Analysis) -> list[dict[str, Any]]:
-    sweep = analysis.run_up
-    rows = []
-    for direction, motions in (("up", sweep.up), ("down", sweep.down)):
-        for omega, motion in zip(sweep.omega, motions, strict=True):
+    run, rows = analysis.run_up, []
+    for direction, motions, exact in (("up", run.up, run.curve_up), ("down", run.down, run.curve_down)):
+        for motion, curve in zip(motions, exact, strict=True):
             fine = bool(motion.status)
             rows.append(
-                {
-                    "direction": direction,
-                    "omega_rad_per_s": float(omega),
-                    "motor_speed_rpm": _rpm(project, float(omega)),
+                {"direction": direction}
+                | _place(project, motion.omega)
+                | {
                     "peak_rad": motion.peak if fine else None,
                     "peak_arcsec": motion.peak * ARCSEC if fine else None,
+                    "exact_peak_rad": float(curve),
                     "amplitude_at_omega_rad": motion.amplitude(1) if fine else None,
                     "periodic": motion.closed,
                     "period_in_turns": motion.period,
@@ -197,56 +235,6 @@ def _case(project: Project, case: TimeCase) -> dict[str, Any]:
     return row | dict(zip(names, values, strict=True)) | in_arcsec
 
 
-def write_curves(project: Project, analysis: Analysis, folder: Path) -> list[str]:
-    """Write the CSV files of the run-up, the response curves and the time responses; return their names."""
-    names = ["run-up.csv"]
-    sweep = analysis.run_up
-    good_up = [m.peak if m.status else np.nan for m in sweep.up]
-    good_down = [m.peak if m.status else np.nan for m in sweep.down]
-    keep = ~(np.isnan(good_up) | np.isnan(good_down))
-    speeds = sweep.omega[keep]
-    columns = [("omega_rad_per_s", speeds)] + (
-        [] if project.shaft == "forcing" else [("motor_speed_rpm", speeds * RPM)]
-    )
-    up, down = np.array(good_up)[keep], np.array(good_down)[keep]
-    write_csv(folder / names[0], [*columns, ("peak_x_up_rad", up), ("peak_x_down_rad", down)])
-    for regime in analysis.regimes:
-        for i, branch in enumerate(regime.response.branches if regime.response else ()):
-            name = f"response-{slug(regime.label)}{'' if i == 0 else f'-branch-{i + 1}'}.csv"
-            columns = [
-                ("omega_rad_per_s", branch.omega),
-                ("amplitude_rad", branch.amplitude),
-                ("phase_rad", branch.phase),
-                ("stable", branch.stable.astype(float)),
-            ]
-            write_csv(folder / name, columns)
-            names.append(name)
-    for i, case in enumerate(analysis.cases, 1):
-        names += _write_case(folder, f"case-{i}-{slug(case.name)}", case)
-    return names
-
-
-def _write_case(folder: Path, name: str, case: TimeCase) -> list[str]:
-    run, compared = case.transient, case.comparison
-    columns = [("t_s", run.t), ("x_integration_rad", run.y[0])]
-    if compared is not None:
-        columns.append(("x_multiple_scales_rad", compared.theory.x))
-    write_csv(folder / f"{name}-from-rest.csv", columns)
-    names = [f"{name}-from-rest.csv"]
-    cycle = case.cycle
-    if cycle is not None:
-        steady = [
-            ("t_s", cycle.t),
-            ("x_rad", cycle.x),
-            ("v_rad_per_s", cycle.v),
-            ("u_rad", cycle.u),
-            ("torque_Nm", cycle.torque),
-        ]
-        write_csv(folder / f"{name}-steady.csv", steady)
-        names.append(f"{name}-steady.csv")
-    return names
-
-
 def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
     """Render the HTML page.
 
@@ -271,10 +259,11 @@ def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
     environment.filters["arcsec"] = lambda rad: number(None if rad is None else rad * ARCSEC)
     environment.filters["angle"] = _angle
     with plots.style():
+        range_figure = curves.speed_range(project, analysis.exact, analysis.regimes, analysis.speeds, analysis.run_up)
         figures = {
-            "range": plots.svg(plots.speed_range(project, analysis), "largest error against speed"),
+            "range": plots.svg(range_figure, "largest error against speed"),
             "responses": [
-                (i, regime, plots.svg(plots.response(project, analysis, regime), f"response curve, {regime.label}"))
+                (i, regime, plots.svg(curves.response(project, analysis, regime), f"response curve, {regime.label}"))
                 for i, regime in enumerate(analysis.regimes, 1)
                 if regime.response is not None and regime.response.branches
             ],
@@ -314,8 +303,7 @@ def summary(results: dict[str, Any]) -> str:
     for row in results["resonances"]:
         if row["inside_range"] and row["name"] == "primary":
             lines.append("  " + _resonance_line(row))
-    good = [row for row in results["run_up"] if row["peak_rad"] is not None]
-    worst = max(good, key=lambda row: row["peak_rad"])
+    worst = results["largest_error"]
     lines.append(f"  largest steady error: {_angle(worst['peak_rad'])} (0-to-peak, at the load) at {_speed(worst)}")
     lines.append(f"  stability: {results['stability']['scope']}; {results['stability']['claim']}")
     if results["warnings"]:

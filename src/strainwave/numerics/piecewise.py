@@ -21,12 +21,7 @@ from .linear import copy, extremes
 MOST_CROSSINGS = 256
 
 
-@routine
-def crossings(law: Any, z: Any, u: Any, angles: Any, jumps: Any, places: Any) -> int:
-    """Angles psi in [0, 2 pi) at which the series z, sampled in u, crosses a breakpoint; jumps of stiffness there.
-
-    `places` gets the breakpoint's torsion. Returns their number.
-    """
+def _crossings_loops(law: Any, z: Any, u: Any, angles: Any, jumps: Any, places: Any) -> int:
     h = (len(z) - 2) // 2
     spacing = 2.0 * math.pi / len(u)
     count = 0
@@ -53,6 +48,37 @@ def crossings(law: Any, z: Any, u: Any, angles: Any, jumps: Any, places: Any) ->
                 angles[count], places[count] = psi, b
                 jumps[count] = rise if after > u[i] else -rise
                 count += 1
+    return count
+
+
+@kernel_as(_crossings_loops)
+def crossings(law: Any, z: Any, u: Any, angles: Any, jumps: Any, places: Any) -> int:
+    """Angles psi in [0, 2 pi) at which the series z, sampled in u, crosses a breakpoint; jumps of stiffness there.
+
+    `places` gets the breakpoint's torsion. Returns their number.
+    """
+    h, spacing, breaks = (len(z) - 2) // 2, 2.0 * math.pi / len(u), np.array(law.breakpoints(), float)
+    above = u[:, None] - breaks
+    i, j = np.nonzero(above * np.roll(above, -1, axis=0) < 0.0)
+    i, j = i[:MOST_CROSSINGS], j[:MOST_CROSSINGS]
+    b, first, rise = breaks[j], u[i], np.roll(u, -1)[i] - u[i]
+    low, high = spacing * i, spacing * (i + 1)
+    psi = low + spacing * (b - first) / rise
+    k = np.arange(1, h + 1)
+    for _ in range(8):
+        c, s = np.cos(np.outer(psi, k)), np.sin(np.outer(psi, k))
+        short = z[0] + c @ z[1 : h + 1] + s @ z[h + 1 : 2 * h + 1] - b
+        slope = c @ (k * z[h + 1 : 2 * h + 1]) - s @ (k * z[1 : h + 1])
+        low, high = np.where(short * rise < 0.0, psi, low), np.where(short * rise < 0.0, high, psi)
+        step = np.divide(short, slope, out=np.zeros_like(slope), where=slope != 0.0)
+        moved = psi - step
+        psi = np.where((low <= moved) & (moved <= high), moved, 0.5 * (low + high))
+        if np.all(np.abs(step) < 1e-8):  # the next would be 1e-16
+            break
+    near = 1e-7 * np.abs(b) + 1e-300
+    count = len(i)
+    angles[:count], places[:count] = psi, b
+    jumps[:count] = np.sign(rise) * (law.stiffness(b + near) - law.stiffness(b - near))
     return count
 
 

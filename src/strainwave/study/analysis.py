@@ -8,12 +8,15 @@ import numpy as np
 from ..model.oscillator import Oscillator
 from ..results import SolveError
 from ..theory.lyapunov import StabilityProof, lyapunov
-from ..theory.resonance import NONRESONANT
+from ..theory.resonance import NONRESONANT, Resonance
+from .exact import ExactResponse, exact_response
 from .regimes import OperatingPoint, Regime, operating_point, regimes
-from .runup import RunUp, run_up, speed_grid
+from .runup import RunUp, run_up
 from .time_case import TimeCase, time_case
 
 CASES = 4  # resonances shown in time, besides a speed away from all of them
+FEWEST, FINE = 20, 300  # points of the exact response in the band of a resonance, and of one drawn for it alone
+DISAGREE = 0.01  # of the largest |x|: more than truncation of the series explains
 PRIORITY = ("primary", "superharmonic 3:1", "superharmonic 2:1", "subharmonic 1:3", "subharmonic 1:2")
 
 
@@ -33,8 +36,12 @@ class Analysis:
         Lyapunov's certificate of the drive without excitation.
     regimes : tuple of Regime
         Resonances of all excitation lines, by ascending speed.
+    exact : ExactResponse
+        Response through the range by harmonic balance, with stability, folds and jumps.
+    close : dict of Resonance to ExactResponse
+        The response once more around those resonances that are too narrow for the points of `exact`.
     run_up : RunUp
-        Simulated run-up and coast-down.
+        Simulated run-up and coast-down, its independent check.
     cases : tuple of TimeCase
         Single speeds in time.
     warnings : tuple of str
@@ -46,6 +53,8 @@ class Analysis:
     point: OperatingPoint
     stability: StabilityProof
     regimes: tuple[Regime, ...]
+    exact: ExactResponse
+    close: dict[Resonance, ExactResponse]
     run_up: RunUp
     cases: tuple[TimeCase, ...]
     warnings: tuple[str, ...]
@@ -83,17 +92,18 @@ def analysis_steps(
     yield "operating point and stability", 0.0
     point = operating_point(system)
     stability = lyapunov(system)
-    yield "resonances by multiple scales", 0.05
+    yield "exact response", 0.02
+    exact = exact_response(system, limits)
+    yield "resonances by multiple scales", 0.2
     found = regimes(system, point, limits)
-    grid = speed_grid(limits, found)
-    if not is_range:
-        grid = np.unique(np.concatenate([grid, speeds]))
+    narrow = [regime for regime in found if _narrow(regime, exact)]
+    close = {regime.resonance: exact_response(system, regime.band(), FINE) for regime in narrow}
     sweep: RunUp | None = None
-    for step in run_up(system, grid, point):
+    for step in run_up(system, limits, exact, point):
         if isinstance(step, RunUp):
             sweep = step
         else:
-            yield "run-up and coast-down", 0.1 + 0.5 * step
+            yield "run-up and coast-down", 0.4 + 0.2 * step
     if sweep is None:
         raise AssertionError("a run-up ends with its result")
     if not any(motion.status for motion in (*sweep.up, *sweep.down)):
@@ -104,9 +114,16 @@ def analysis_steps(
         yield f"{name} in time", 0.6 + 0.4 * i / len(chosen)
         resonance = NONRESONANT if regime is None else regime.resonance
         cases.append(time_case(name, system._replace(omega=omega), resonance, point))
-    yield Analysis(
-        system, limits, point, stability, found, sweep, tuple(cases), _warnings(system, point, sweep, tuple(cases))
-    )
+    said = _warnings(system, point, exact, sweep, tuple(cases))
+    yield Analysis(system, limits, point, stability, found, exact, close, sweep, tuple(cases), said)
+
+
+def _narrow(regime: Regime, exact: ExactResponse) -> bool:
+    """Whether a resonance of the main branch has too few points of the exact response in its band."""
+    if regime.response is None or not regime.response.branches or regime.resonance.q != 1:
+        return False
+    low, high = regime.band()
+    return int(np.sum((exact.curve.omega > low) & (exact.curve.omega < high))) < FEWEST
 
 
 def _chosen(
@@ -143,7 +160,9 @@ def _away(inside: list[Regime], limits: tuple[float, float]) -> float:
     return float(grid[int(np.argmax(nearest))])
 
 
-def _warnings(system: Oscillator, point: OperatingPoint, sweep: RunUp, cases: tuple[TimeCase, ...]) -> tuple[str, ...]:
+def _warnings(
+    system: Oscillator, point: OperatingPoint, exact: ExactResponse, sweep: RunUp, cases: tuple[TimeCase, ...]
+) -> tuple[str, ...]:
     said = []
     if point.omega_0 == 0.0:
         said.append(
@@ -157,10 +176,19 @@ def _warnings(system: Oscillator, point: OperatingPoint, sweep: RunUp, cases: tu
             "nonlinearity alone, "
             "and simulated points depend on the start; give a damping, a damping ratio or a quality factor."
         )
+    if not exact.curve.status:
+        said.append(f"The exact response curve is not whole: {exact.curve.message}.")
+    difference = sweep.difference()
+    if difference is not None and difference > DISAGREE:
+        said.append(
+            f"Integration and the exact response differ by up to {100.0 * difference:.2g} % in the largest |x| at a "
+            "speed that both have: the drive can settle on another motion there."
+        )
     failed = [m for m in (*sweep.up, *sweep.down) if not m.status]
     if failed:
         said.append(
-            f"{len(failed)} of {2 * len(sweep.omega)} simulated speeds have no steady motion: {failed[0].message}."
+            f"{len(failed)} of {len(sweep.up) + len(sweep.down)} simulated speeds have no steady motion: "
+            f"{failed[0].message}."
         )
     for case in cases:
         if not case.transient.status:

@@ -102,6 +102,17 @@ class Regime:
         """Name with the order of the line, for tables and figures."""
         return f"{self.name}, order {self.order}"
 
+    def band(self) -> tuple[float, float]:
+        """Speeds [rad/s] between which the response curve stands above a twelfth of its peak, with a margin."""
+        if self.response is None or not self.response.branches:
+            return 0.95 * self.omega, 1.05 * self.omega
+        omega = np.concatenate([branch.omega for branch in self.response.branches])
+        amplitude = np.concatenate([branch.amplitude for branch in self.response.branches])
+        high = omega[amplitude > self.response.peak[1] / 12.0]
+        margin = 0.12 * float(np.ptp(high)) + 1e-5 * float(np.mean(high))
+        low, top = float(np.min(high)) - margin, float(np.max(high)) + margin
+        return max(low, float(np.min(omega))), min(top, float(np.max(omega)))
+
 
 def operating_point(system: Oscillator) -> OperatingPoint:
     """Find the equilibrium under the mean torque, by bisection on the law.

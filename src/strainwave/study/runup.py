@@ -1,6 +1,7 @@
-"""Run-up and coast-down: simulated speed steps through the range, each starting where the last one ended.
+"""Run-up and coast-down by integration: an independent check of the exact response at a few speeds.
 
-Where the two disagree the drive has two stable motions at one speed (hysteresis), and jumps between them.
+Each simulation starts from the exact motion at a neighbouring speed, the one before in the direction of the sweep, and
+ends on a motion that a closed orbit of the integrated equation confirms.
 """
 
 import math
@@ -10,47 +11,48 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..model.oscillator import Oscillator
+from ..numerics.branches import with_velocity
 from ..numerics.integrate import Dopri5
-from ..results import Floats
-from .regimes import OperatingPoint, Regime
+from ..results import Branch, Floats
+from .exact import ExactResponse
+from .regimes import OperatingPoint
 from .steady import SteadyMotion, settle
 
-EVEN, CLUSTER, FEW = (
-    14,
-    14,
-    7,
-)  # speeds over the whole range, near each primary resonance, and near each other one with a curve
+CHECKS, BEYOND = 8, 4  # speeds per direction on the curve, and where the curve has no stable motion to follow
 SETTLE = 8.0  # in units of 1/mu: the transient falls to exp(-4) before the orbit is closed
+NEAR_FOLD = 0.003  # relative distance in speed within which motions settle too slowly to be a check
+LONGER = 3  # times as long for a motion that does not close yet
 TOLERANCE = Dopri5(rtol=1e-8, atol=1e-13)
 UNDAMPED_PERIODS = 50
-STEP, MOST_STEPS = 0.004, 8  # relative change of speed in one step of following a motion, and steps between two speeds
 
 
 @dataclass(frozen=True, eq=False)
 class RunUp:
-    """Steady motions through the speed range, up and then down.
+    """Simulated steady motions at a few speeds, by ascending speed.
 
     Attributes
     ----------
-    omega : (n,) array
-        Speeds of the base angle [rad/s], ascending.
     up, down : tuple of SteadyMotion
-        The motion at each of them, reached from below and from above.
+        Motions reached from below and from above.
+    curve_up, curve_down : (n,) arrays
+        Largest |x| [rad] of the exact response at the same speeds; nan where it has none to compare with.
     """
 
-    omega: Floats
     up: tuple[SteadyMotion, ...]
     down: tuple[SteadyMotion, ...]
+    curve_up: Floats
+    curve_down: Floats
 
     def worst(self) -> SteadyMotion:
-        """The motion with the largest |x|."""
-        return max((*self.up, *self.down), key=lambda motion: motion.peak)
+        """The motion with the largest |x| among those that the simulation reached."""
+        return max((m for m in (*self.up, *self.down) if m.status), key=lambda motion: motion.peak)
 
-    def hysteresis(self) -> tuple[float, ...]:
-        """Speeds [rad/s] at which the two directions end on motions whose peaks differ by more than 2 %."""
-        pairs = zip(self.omega, self.up, self.down, strict=True)
-        both = ((w, a.peak, b.peak) for w, a, b in pairs if a.status and b.status)
-        return tuple(float(w) for w, a, b in both if abs(a - b) > 0.02 * max(a, b))
+    def difference(self) -> float | None:
+        """Largest difference between simulated and exact peak, relative to the exact one; None without a curve."""
+        motions = (*self.up, *self.down)
+        exact = np.concatenate([self.curve_up, self.curve_down])
+        found = [abs(m.peak / e - 1.0) for m, e in zip(motions, exact, strict=True) if m.status and np.isfinite(e)]
+        return max(found) if found else None
 
 
 def settling_time(system: Oscillator) -> float:
@@ -59,78 +61,80 @@ def settling_time(system: Oscillator) -> float:
     return SETTLE / mu if mu > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / system.omega
 
 
-def speed_grid(speeds: tuple[float, float], found: tuple[Regime, ...]) -> Floats:
-    """Speeds [rad/s] for a run-up: even over the range, and close together around the resonances."""
-    grid = [np.linspace(*speeds, EVEN)]
-    for regime in found:
-        primary = regime.name == "primary"
-        if regime.inside and (primary or (regime.response is not None and regime.response.branches)):
-            low, high = narrow_band(regime)
-            grid.append(np.linspace(max(low, speeds[0]), min(high, speeds[1]), CLUSTER if primary else FEW))
-    return np.unique(np.concatenate(grid))
-
-
-def narrow_band(regime: Regime) -> tuple[float, float]:
-    """Speeds [rad/s] between which the response curve stands above a fifth of its peak."""
-    if regime.response is None or not regime.response.branches:
-        return 0.95 * regime.omega, 1.05 * regime.omega
-    branches = regime.response.branches
-    omega = np.concatenate([branch.omega for branch in branches])
-    amplitude = np.concatenate([branch.amplitude for branch in branches])
-    high = omega[amplitude > 0.2 * np.max(amplitude)]
-    margin = 0.1 * float(np.ptp(high)) + 1e-4 * regime.omega
-    return float(np.min(high)) - margin, float(np.max(high)) + margin
-
-
-def run_up(system: Oscillator, grid: Floats, point: OperatingPoint) -> Iterator[RunUp | float]:
+def run_up(
+    system: Oscillator, speeds: tuple[float, float], exact: ExactResponse, point: OperatingPoint
+) -> Iterator[RunUp | float]:
     """Simulate up and down; yields the finished share after each speed, and the `RunUp` at the end.
-
-    Between two speeds of the grid the motion is followed in smaller steps, so that it leaves its branch where
-    the branch ends
-    and not because a step was too large; there, and at the start, the drive is simulated until it settles.
 
     Parameters
     ----------
     system : Oscillator
         The error equation; its omega is replaced.
-    grid : (n,) array
-        Ascending speeds [rad/s].
+    speeds : (float, float)
+        Range of the base-angle speed [rad/s].
+    exact : ExactResponse
+        Where the simulations start, and what they are compared with.
     point : OperatingPoint
-        Where the first simulation starts.
+        Where a simulation starts that has no motion to start from.
     """
-    done: list[SteadyMotion] = []
-    rest = (point.x, 0.0)
-    for i, omega in enumerate(np.concatenate([grid, grid[::-1]])):
-        if system.B <= 0.0 or not done or not done[-1].status:
-            motion = _settled(system._replace(omega=float(omega)), rest)
-        else:
-            motion = _followed(system, done[-1], float(omega))
-            if not motion.status:
-                motion = _settled(system._replace(omega=float(omega)), rest)
-        done.append(motion)
-        yield (i + 1) / (2 * len(grid))
-    yield RunUp(grid, tuple(done[: len(grid)]), tuple(reversed(done[len(grid) :])))
+    sides = []
+    for share, upwards in ((0.0, True), (0.5, False)):
+        visits = _visits(exact, speeds, upwards)
+        motions: list[SteadyMotion] = []
+        for omega, start, _ in visits:
+            here = system._replace(omega=omega)
+            rest = motions[-1].end if motions and motions[-1].status and system.B > 0.0 else (point.x, 0.0)
+            motions.append(_settled(here, rest if start is None else _state(exact.curve, start)))
+            yield share + 0.5 * len(motions) / len(visits)
+        peaks = np.array([math.nan if at is None else exact.curve.peak[at] for _, _, at in visits])
+        order = slice(None) if upwards else slice(None, None, -1)
+        sides.append((tuple(motions[order]), peaks[order]))
+    (up, curve_up), (down, curve_down) = sides
+    yield RunUp(up, down, curve_up, curve_down)
 
 
-def _followed(system: Oscillator, motion: SteadyMotion, omega: float) -> SteadyMotion:
-    """Motion at another speed, from that of the last one in steps of at most `STEP`."""
-    steps = min(MOST_STEPS, math.ceil(abs(omega / motion.omega - 1.0) / STEP)) or 1
-    for between in np.linspace(motion.omega, omega, steps + 1)[1:]:
-        here = system._replace(omega=float(between))
-        near = settle(here, motion.end, time=0.0, period=motion.period, method=TOLERANCE)
-        motion = near if near.closed and near.stable else _settled(here, motion.end)
-        if not motion.status:
-            break
-    return motion if motion.omega == omega else _settled(system._replace(omega=omega), motion.end)
+def _visits(
+    exact: ExactResponse, speeds: tuple[float, float], upwards: bool
+) -> list[tuple[float, int | None, int | None]]:
+    """Speeds [rad/s] of one direction in order, with the points of the curve to start from and to arrive at."""
+    first, last = speeds if upwards else speeds[::-1]
+    path = np.empty(0, int)
+    if exact.sweep is not None:
+        path = exact.sweep.run_up if upwards else exact.sweep.run_down
+        inside = (exact.curve.omega[path] >= speeds[0]) & (exact.curve.omega[path] <= speeds[1])
+        path = path[inside]
+    if len(path) < CHECKS:
+        return [(float(omega), None, None) for omega in np.linspace(first, last, CHECKS)]
+    omega, peak = exact.curve.omega[path], exact.curve.peak[path]
+    arc = np.cumsum(np.hypot(np.diff(omega) / (speeds[1] - speeds[0]), np.diff(peak) / np.max(peak)))
+    places = np.minimum(1 + np.searchsorted(arc, arc[-1] * (np.arange(CHECKS) + 0.5) / CHECKS), len(path) - 1)
+    folds = np.array([fold.omega for fold in exact.curve.folds])
+    clear = np.array([np.all(np.abs(folds / w - 1.0) > NEAR_FOLD) for w in omega])
+    later = [np.flatnonzero(clear[i:])[:1] + i for i in np.unique(places)]
+    visits: list[tuple[float, int | None, int | None]] = [
+        (float(omega[i]), int(path[i - 1]), int(path[i])) for i in np.unique(np.concatenate(later))
+    ]
+    if abs(last - omega[-1]) > 1e-3 * (speeds[1] - speeds[0]):  # the sweep ends where stability does
+        visits += [(float(w), None, None) for w in np.linspace(omega[-1], last, BEYOND + 1)[1:]]
+    return visits
+
+
+def _state(curve: Branch, at: int) -> tuple[float, float]:
+    """State (x [rad], x' [rad/s]) of a point of the curve at base angle 0."""
+    series = with_velocity(curve.coefficients[at], float(curve.omega[at]))
+    x, v = series[0] + np.sum(series[1::2], axis=0)
+    return float(x), float(v)
 
 
 def _settled(system: Oscillator, state: tuple[float, float]) -> SteadyMotion:
     """Motion that a simulation from `state` ends on: of period 1, or 2 or 3 where that does not close."""
     damped = system.B > 0.0
     motion = settle(system, state, time=settling_time(system), close=damped, method=TOLERANCE)
-    for period in (2, 3):
+    for _ in range(LONGER):  # after a jump the transient is large
         if motion.closed or not motion.status or not damped:
-            break
+            return motion
+        motion = settle(system, motion.end, time=settling_time(system), method=TOLERANCE)
+    for period in (2, 3):
         longer = settle(system, motion.end, time=0.0, period=period, method=TOLERANCE)
         if longer.closed:
             return longer

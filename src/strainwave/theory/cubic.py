@@ -10,7 +10,7 @@ with D = C^3/8 in the superharmonic, D = 3/8 C conj(z)^2 in the subharmonic case
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -43,7 +43,7 @@ class CubicFlow:
 
     def at(self, omega: float) -> "CubicFlow":
         """Return the flow at another speed [rad/s] of the base angle."""
-        return replace(self, setting=self.setting.at(omega))
+        return CubicFlow(self.setting.at(omega), self.kind)
 
     @property
     def kappa(self) -> float:

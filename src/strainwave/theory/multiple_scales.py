@@ -172,7 +172,8 @@ class SlowFlow:
         s = self._flow.setting
         none = np.zeros(0, complex)
         unforced = replace(
-            s, resonance=NONRESONANT, orders=(), torque_lines=none, error_lines=none, hard=none, soft=0j, fast=s.omega_0
+            s, resonance=NONRESONANT, orders=(), torque_lines=none, error_lines=none, on_fast=np.zeros(0, bool),
+            hard=none, soft=0j, fast=s.omega_0,
         )  # fmt: skip
         pull = averaged_flow(unforced, a.ravel().astype(complex)).mean_force(a).real / s.omega_0
         return np.asarray(s.omega_0 + np.divide(pull, a, out=np.zeros_like(a), where=a > 0.0))

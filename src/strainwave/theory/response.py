@@ -8,6 +8,7 @@ import functools
 import itertools
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,8 @@ from ..results import Floats
 from .fixed_points import Flow, fixed_points, is_stable, is_trivial, polish
 from .slow_results import SlowBranch, SlowResponse
 
-SEEDS, LARGEST_STEP, TURN, MOST_POINTS = 33, 0.05, 0.12, 4000
+SEEDS, LARGEST_STEP, TURN, MOST_POINTS = 33, 0.05, 0.16, 4000
+PER_CYCLE = 64  # samples of the fastest component: a peak between them is right to 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,9 +73,9 @@ class Curve:
             if not np.all(np.isfinite(step)):
                 return None
             point = point + step
-            if np.max(np.abs(step)) < 1e-11:
+            if np.max(np.abs(step)) < 1e-7:  # what is left is of the order of its square
                 return np.asarray(point)
-        return np.asarray(point) if np.max(np.abs(step)) < 1e-8 else None
+        return None
 
 
 def response(flow: Flow, lo: float, hi: float) -> SlowResponse:
@@ -219,5 +221,17 @@ def _assembled(curve: Curve, arcs: list[tuple[Floats, bool]], trivial: tuple[tup
 def _branch(curve: Curve, points: Floats, closed: bool) -> SlowBranch:
     z = curve.size * (points[:, 0] + 1j * points[:, 1])
     omega = curve.width * points[:, 2]
-    stable = np.array([is_stable(curve.flow.at(float(w)), complex(point)) for w, point in zip(omega, z, strict=True)])
-    return SlowBranch(omega, np.abs(z), -np.angle(z), stable, closed)
+    flows = [curve.flow.at(float(w)) for w in omega]
+    stable = np.array([is_stable(flow, complex(point)) for flow, point in zip(flows, z, strict=True)])
+    peak = np.array([_peak(flow, complex(point)) for flow, point in zip(flows, z, strict=True)])
+    return SlowBranch(omega, np.abs(z), -np.angle(z), peak, stable, closed)
+
+
+def _peak(flow: Flow, z: complex) -> float:
+    """Largest |x| [rad] of the motion e + u0 + F + Re(z E) on samples."""
+    s = flow.setting
+    ratio = s.resonance.ratio or Fraction(1)
+    samples = PER_CYCLE * ratio.denominator * max(math.ceil(ratio), *s.orders, 1)
+    theta = 2.0 * np.pi * ratio.denominator * np.arange(samples) / samples
+    x = s.u0 + s.forced(theta) + s.system.error.value(theta) + (z * np.exp(1j * float(ratio) * theta)).real
+    return float(np.max(np.abs(x)))

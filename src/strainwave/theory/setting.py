@@ -7,7 +7,7 @@ the actual omega (some texts freeze it at the resonance: a different number).
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,8 @@ class Setting:
         Orders of all lines of the forcing.
     torque_lines, error_lines : (lines,) complex arrays
         Amplitudes times exp(i phase) of the torque [N*m] and of the kinematic error [rad].
+    on_fast : (lines,) bool array
+        Which line is the soft one, at Omega.
     omega, fast : float
         Speed of the base angle and Omega (omega_0 without resonance) [rad/s].
     hard : (lines,) complex array
@@ -50,6 +52,7 @@ class Setting:
     orders: tuple[int, ...]
     torque_lines: Complexes
     error_lines: Complexes
+    on_fast: NDArray[np.bool_]
     omega: float
     fast: float
     hard: Complexes
@@ -61,16 +64,12 @@ class Setting:
         # J u'' + B u' + T(u) = tau - J omega^2 e'', and e'' of a line is -k^2 e_k
         forcing = self.torque_lines / self.system.J + (omega * k) ** 2 * self.error_lines
         ratio = self.resonance.ratio
-        is_soft = np.array([ratio is not None and order == ratio for order in self.orders], bool)
-        gap = np.where(is_soft, 1.0, self.omega_0**2 - (k * omega) ** 2)
-        return replace(
-            self,
-            system=self.system._replace(omega=omega),
-            omega=omega,
-            fast=self.omega_0 if ratio is None else float(ratio) * omega,
-            hard=np.where(is_soft, 0.0, forcing / gap),
-            soft=complex(np.sum(forcing[is_soft])),
-        )
+        hard = np.where(self.on_fast, 0.0, forcing / np.where(self.on_fast, 1.0, self.omega_0**2 - (k * omega) ** 2))
+        return Setting(
+            self.system._replace(omega=omega), self.resonance, self.u0, self.omega_0, self.mu, self.orders,
+            self.torque_lines, self.error_lines, self.on_fast, omega,
+            self.omega_0 if ratio is None else float(ratio) * omega, hard, complex(np.sum(forcing[self.on_fast])),
+        )  # fmt: skip
 
     @property
     def copies(self) -> int:
@@ -181,7 +180,8 @@ def setting(system: Any, resonance: Resonance) -> Setting:
         )
     omega_0 = math.sqrt(stiffness / system.J)
     blank = Setting(
-        system, resonance, u0, omega_0, system.B / system.J, orders, torque, error, 0.0, 0.0, np.zeros(0, complex), 0j
+        system, resonance, u0, omega_0, system.B / system.J, orders, torque, error,
+        np.array([resonance.ratio == k for k in orders], bool), 0.0, 0.0, np.zeros(0, complex), 0j,
     )  # fmt: skip
     for k in orders:
         if resonance.ratio != k and abs(omega_0 - k * system.omega) < 1e-6 * omega_0:

@@ -61,6 +61,8 @@ class SlowBranch:
         Speed of the base angle [rad/s].
     amplitude, phase : (n,) arrays
         Steady a [rad, 0-to-peak] and its lag [rad, in (-pi, pi]].
+    peak : (n,) array
+        Largest |x| [rad] of the whole first-order motion, forced part and kinematic error included.
     stable : (n,) array of bool
         Stability of each state.
     closed : bool
@@ -70,6 +72,7 @@ class SlowBranch:
     omega: Floats
     amplitude: Floats
     phase: Floats
+    peak: Floats
     stable: Booleans
     closed: bool
 

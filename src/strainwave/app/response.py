@@ -1,0 +1,114 @@
+"""`strainwave response`: the exact response of a project's drive as numbers, CSV or figure."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..results import SolveError
+from ..study.exact import ExactResponse, exact_response
+from ..study.regimes import operating_point, regimes
+from .console import Progress, number, to_json
+from .curve_files import exact_columns
+from .facts import ARCSEC, RPM
+from .output import write_csv
+from .project import Project, load
+from .report import exact_response_data
+
+FIGURES = (".svg", ".png")
+
+
+def show(path: Path, output: Path | None, as_json: bool) -> None:
+    """Compute the response of a project file, write it where `output` says, and print its key numbers.
+
+    Raises
+    ------
+    ProjectError
+        If the project file is invalid.
+    SolveError
+        If no periodic motion is found.
+    """
+    project = load(path)
+    speeds = (project.omega[0], project.omega[-1])
+    if not project.is_range:
+        speeds = (0.8 * speeds[0], 1.2 * speeds[-1])
+    with Progress(project.title) as progress:
+        progress.show("exact response", 0.0)
+        system = project.system(0.5 * (speeds[0] + speeds[1]))
+        exact = exact_response(system, speeds)
+        if not len(exact.curve):
+            raise SolveError(exact.curve.message)
+        if output is not None:
+            progress.show("writing", 0.8)
+            _write(project, system, exact, speeds, output)
+    data = {"title": project.title, "shaft": project.shaft} | _in_shaft(project, exact)
+    data |= exact_response_data(project, exact)
+    click.echo(to_json(data) if as_json else _summary(project, data, output))
+
+
+def _write(project: Project, system: Any, exact: ExactResponse, speeds: tuple[float, float], output: Path) -> None:
+    """Write the curve as CSV, or with multiple scales over it as a figure; the file appears when it is complete."""
+    output.parent.mkdir(parents=True, exist_ok=True)
+    part = output.with_name(f".{output.stem}.part{output.suffix}")
+    try:
+        if output.suffix in FIGURES:
+            from . import curves, plots
+
+            found = regimes(system, operating_point(system), speeds)
+            with plots.style():
+                figure = curves.speed_range(project, exact, found, speeds, None)
+                if output.suffix == ".svg":
+                    text = plots.svg(figure, "largest error against speed")
+                    part.write_text(text + "\n", encoding="utf-8")
+                else:
+                    figure.savefig(part, dpi=200)
+        else:
+            write_csv(part, exact_columns(project, exact.curve))
+        os.replace(part, output)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def shaft_speed(project: Project, omega: float) -> tuple[float, str]:
+    """Speed of the project's own shaft, and its unit with the shaft's name."""
+    if project.shaft == "forcing":
+        return omega, "rad/s of the forcing phase"
+    return project.shaft_speed(omega) * RPM, f"rpm at the {project.shaft}"
+
+
+def _in_shaft(project: Project, exact: ExactResponse) -> dict[str, Any]:
+    """Fold and jump speeds on the project's own shaft."""
+    curve, sweep = exact.curve, exact.sweep
+    unit = shaft_speed(project, 1.0)[1]
+    top = exact.largest()
+
+    def own(omega: float | None) -> float | None:
+        return None if omega is None else shaft_speed(project, omega)[0]
+
+    return {
+        "unit": unit,
+        "fold_speeds": [own(fold.omega) for fold in curve.folds],
+        "jump_up_speed": own(sweep.jump_up) if sweep else None,
+        "jump_down_speed": own(sweep.jump_down) if sweep else None,
+        "largest": None
+        if top is None
+        else {"speed": own(float(curve.omega[top])), "peak_arcsec": float(curve.peak[top]) * ARCSEC},
+    }
+
+
+def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str:
+    unit = data["unit"]
+    lines = [f"{project.title}: exact response, {data['message']}"]
+    if data["largest"]:
+        peak, at = data["largest"]["peak_arcsec"], data["largest"]["speed"]
+        lines.append(f"  largest steady error {number(peak)} arcsec (0-to-peak, at the load) at {number(at, 6)} {unit}")
+    else:
+        lines.append(f"  {data['sweep']}")
+    folds = ", ".join(number(speed, 8) for speed in data["fold_speeds"])
+    lines.append(f"  folds: {f'{folds} {unit}' if folds else 'none'}")
+    for name, key in (("jump up", "jump_up_speed"), ("jump down", "jump_down_speed")):
+        text = number(data[key], 8)
+        lines.append(f"  {name}: {'none' if text == '–' else f'{text} {unit}'}")
+    lines.append(f"  {data['harmonics']} harmonics; the last two hold {number(data['last_harmonics_relative'], 2)}")
+    return "\n".join(lines if output is None else [*lines, f"  written: {output}"])

@@ -1,0 +1,68 @@
+"""The exact response through the speed range by harmonic balance: stability, folds, what a sweep does on it."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .._jit import as_python
+from ..model.oscillator import Oscillator
+from ..numerics.response import frequency_response
+from ..results import Branch, Floats
+from .jumps import Jumps, jumps
+
+HARMONICS, WITH_KINKS, MOST = 7, 15, 63  # per turn for smooth laws, for laws with breakpoints, and at most
+ENOUGH = 1e-3  # size of the last two harmonics that a figure does not show
+POINTS = 100  # about so many, and more where the curve bends
+PLAIN_RUNS = 24  # of the solver without machine code, before it is made
+
+
+@dataclass(frozen=True, eq=False)
+class ExactResponse:
+    """Every motion that repeats with the base angle, on the curve that connects both ends of the speed range.
+
+    Attributes
+    ----------
+    curve : Branch
+        Points in arc order with stability and folds.
+    sweep : Jumps or None
+        What a slow run-up and run-down do on it; None where no motion is stable, as without damping.
+    """
+
+    curve: Branch
+    sweep: Jumps | None
+
+    def largest(self) -> int | None:
+        """Number of the stable point with the largest |x| that a sweep visits; None where there is no sweep."""
+        if self.sweep is None:
+            return None
+        visited = [*self.sweep.run_up, *self.sweep.run_down]
+        return int(max(visited, key=lambda i: float(self.curve.peak[i])))
+
+    def torsion_amplitude(self, system: Oscillator, order: int) -> Floats:
+        """0-to-peak amplitude [rad] of the torsion's component at `order` times the base speed, at every point."""
+        x = self.curve.coefficients
+        if 2 * order >= x.shape[1]:
+            return 0.0 * self.curve.omega
+        lines = [line for line in getattr(system.error, "lines", ()) if line.order == order]
+        even = x[:, 2 * order - 1] - sum(line.amplitude * math.cos(line.phase) for line in lines)
+        odd = x[:, 2 * order] + sum(line.amplitude * math.sin(line.phase) for line in lines)
+        return np.asarray(np.hypot(even, odd))
+
+
+def exact_response(system: Oscillator, speeds: tuple[float, float], points: int = POINTS) -> ExactResponse:
+    """Follow the response through a range of base-angle speeds [rad/s].
+
+    The harmonics grow until those left out do not show; `curve.tail` says how large the last ones are.
+    """
+    harmonics = min(MOST, (WITH_KINKS if system.breakpoints() else HARMONICS * max((1, *system.orders()))))
+    while True:
+        with as_python(PLAIN_RUNS):
+            curve = frequency_response(system, speeds, harmonics=harmonics, points=points)
+        if curve.tail <= ENOUGH or harmonics >= MOST:
+            break
+        harmonics = min(MOST, 2 * harmonics + 1)
+    try:
+        return ExactResponse(curve, jumps(curve))
+    except ValueError:  # nothing stable to follow
+        return ExactResponse(curve, None)
