@@ -169,3 +169,18 @@ def _replaced(model: Any, keys: list[str], value: Any, path: str) -> Any:
     if is_model(model):
         return model._replace(**{key: new})
     return (*model[:index], new, *model[index + 1 :])
+
+
+def positive_count(name: str, value: Any) -> int:
+    """Return a whole number of at least 1, or say in one sentence that `name` is none."""
+    if not isinstance(value, Integral) or isinstance(value, bool) or value < 1:
+        raise ValueError(f"{name} is {value!r}; it must be a whole number of at least 1")
+    return int(value)
+
+
+def interval(name: str, span: Any) -> tuple[float, float]:
+    """Return two finite numbers in rising order, or say in one sentence that `name` is no such interval."""
+    pair = span if isinstance(span, list | tuple) or hasattr(span, "tolist") else ()
+    if len(pair) != 2 or not all(isinstance(v, Real) and isfinite(v) for v in pair) or not pair[0] < pair[1]:
+        raise ValueError(f"{name} is {span!r}; it must be two finite numbers (low, high) with low < high")
+    return float(pair[0]), float(pair[1])

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ..quantities import checked
+from ..quantities import checked, positive_count
 from ..results import Floats, Orbit, SolveError, Status
 from .balance import second_order
 from .branches import Trace, describe, leaf_of, solve, tail_of, with_velocity
@@ -62,8 +62,8 @@ def find_orbit(
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
     """
     system = checked(system)
-    if period < 1 or (harmonics is not None and harmonics < 1):
-        raise ValueError(f"harmonics is {harmonics} and period is {period}; both must be at least 1")
+    positive_count("period", period)
+    positive_count("harmonics", 1 if harmonics is None else harmonics)
     if not getattr(system, "omega", 1.0) > 0.0:
         raise ValueError(f"omega is {system.omega:g} rad/s; a periodic orbit needs a positive base frequency")
     if not is_second_order(system):
@@ -131,7 +131,7 @@ def _described(problem: Any, found: Floats, tail: float) -> Orbit:
     series = with_velocity(branch.coefficients[0], branch.omega[0] / problem.turns)
     return Orbit(
         float(branch.omega[0]), problem.turns, series, float(branch.peak[0]), branch.multipliers[0],
-        bool(branch.stable[0]), tail, Status.OK, "finished",
+        bool(branch.stable[0]), tail, Status.OK, "finished", value=float(branch.omega[0]),
     )  # fmt: skip
 
 
@@ -141,4 +141,15 @@ def _missing(system: Any, period: int) -> Orbit:
         "linear response and an integration; give a guess, or continue from a frequency with a small response"
     )
     nothing = np.zeros((3, 2))
-    return Orbit(system.omega, period, nothing, 0.0, np.full(2, 0j), False, 0.0, Status.NO_CONVERGENCE, message)
+    return Orbit(
+        system.omega,
+        period,
+        nothing,
+        0.0,
+        np.full(2, 0j),
+        False,
+        0.0,
+        Status.NO_CONVERGENCE,
+        message,
+        value=system.omega,
+    )

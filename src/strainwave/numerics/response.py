@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .._jit import with_leaf
-from ..quantities import checked
+from ..quantities import checked, interval, positive_count
 from ..results import Branch, Floats, SolveError
 from .branches import Trace, describe, largest_tail, leaf_of, solve, trace
 from .continuation import CLOSED, END, LOST, RUNNING, STUCK
@@ -70,14 +70,13 @@ def frequency_response(
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4.
     """
     system = checked(system)
-    lo, hi = float(span[0]), float(span[1])
-    if not 0.0 < lo < hi < np.inf:
+    lo, hi = interval("the frequency range", span)
+    if not lo > 0.0:
         raise ValueError(
             f"the frequency range is {lo:g} .. {hi:g} rad/s; it must be 0 < low < high (at rest there is no response)"
         )
     for name, value in (("harmonics", 1 if harmonics is None else harmonics), ("period", period), ("points", points)):
-        if value < 1:
-            raise ValueError(f"{name} is {value}; at least 1 is needed")
+        positive_count(name, value)
     leaf = leaf_of(system, "omega")
     system = with_leaf(system, leaf, (lo * hi) ** 0.5)
     h = harmonics or min(7 * period, MOST_HARMONICS)

@@ -86,9 +86,11 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
         If Newton's method fails and `throw` is true.
     """
     system = checked(system)
+    y = np.atleast_1d(np.asarray(y0, float))
+    if y.shape != (2,) or not np.all(np.isfinite(y)):
+        raise ValueError(f"y0 is {y0!r}; it must be a finite state of two numbers, (x, x')")
     omega = float(getattr(system, "omega", 1.0))
     duration = 2.0 * np.pi * period / omega
-    y = np.asarray(y0, float)
     matrix = np.full((2, 2), 1e300)
     status = Status.NO_CONVERGENCE
     for _ in range(STEPS):
@@ -131,4 +133,4 @@ def _sampled(system: Any, y: Floats, omega: float, period: int, matrix: Floats, 
     tail = float(np.linalg.norm(series[-4:, 0])) / size
     message = "finished" if status else f"shooting stopped at omega = {omega:.6g} rad/s: {status.value}"
     stable = bool(status) and bool(np.abs(multipliers[0]) < 1.0)
-    return Orbit(omega, period, series, run.peak(), multipliers, stable, tail, status, message)
+    return Orbit(omega, period, series, run.peak(), multipliers, stable, tail, status, message, value=omega)

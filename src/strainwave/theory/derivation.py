@@ -14,7 +14,9 @@ from typing import Any, NamedTuple
 try:
     import sympy as sp
 except ImportError as error:  # an optional extra
-    raise ImportError("the derivation needs SymPy, which is not installed; pip install 'strainwave[sym]'") from error
+    raise ModuleNotFoundError(
+        "the derivation needs SymPy, which is not installed; pip install 'strainwave[sym]'"
+    ) from error
 
 
 class Symbols(NamedTuple):

@@ -221,6 +221,8 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
     """
     if order != 1:
         raise ValueError(f"order = {order!r}: multiple scales are there at first order only; use order=1")
+    if not (isinstance(resonance, tuple) and len(resonance) == 2):
+        raise TypeError(f"resonance is {resonance!r}; it must be a Resonance(p, q) such as PRIMARY")
     system, resonance = floated(system), Resonance(*resonance).checked()
     bad = [p.path for p in parameters(system) if not math.isfinite(p.value)]
     if bad:
