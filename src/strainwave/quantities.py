@@ -180,7 +180,7 @@ def positive_count(name: str, value: Any) -> int:
 
 def interval(name: str, span: Any) -> tuple[float, float]:
     """Return two finite numbers in rising order, or say in one sentence that `name` is no such interval."""
-    pair = span if isinstance(span, list | tuple) or hasattr(span, "tolist") else ()
+    pair: Any = span if isinstance(span, list | tuple) or hasattr(span, "tolist") else ()
     if len(pair) != 2 or not all(isinstance(v, Real) and isfinite(v) for v in pair) or not pair[0] < pair[1]:
         raise ValueError(f"{name} is {span!r}; it must be two finite numbers (low, high) with low < high")
     return float(pair[0]), float(pair[1])

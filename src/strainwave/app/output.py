@@ -38,7 +38,9 @@ def staged(folder: Path) -> Iterator[Path]:
         files = sorted(part.iterdir(), key=lambda f: (f.name == LAST, f.name))
         for file in files:
             if (folder / file.name).is_dir():
-                raise IsADirectoryError(errno.EISDIR, "a folder stands where a result is to go", str(folder / file.name))
+                raise IsADirectoryError(
+                    errno.EISDIR, "a folder stands where a result is to go", str(folder / file.name)
+                )
         for file in files:
             os.replace(file, folder / file.name)
     except BaseException:
