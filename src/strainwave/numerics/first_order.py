@@ -1,8 +1,8 @@
 """Harmonic balance of any system with `rhs(phase, y)`: internal states, laws with memory and the like.
 
 omega/turns dY/dpsi = f(turns psi, Y) with one block of coefficients (mean, cosines, sines) a state, each in units of
-the state's size in the linear response, by alternating frequency/time. It runs in NumPy on whole arrays of samples: `rhs`
-and `jacobian` must take arrays, as all arithmetic without branches does.
+the state's size in the linear response, by alternating frequency/time. It runs in NumPy on whole arrays of samples:
+`rhs` and `jacobian` must take arrays, as all arithmetic without branches does.
 
 Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
 """
