@@ -139,8 +139,12 @@ class Sampling(NamedTuple):
         multiply_rows(self.gc, self.gs, h, jacobian)
 
     def slack(self, law: Any, u: Any) -> float:
-        """No play is known of a smooth law: 0."""
-        return 0.0
+        """Middle [rad] of an orbit to which the law gives no torque at all, where any mean is in balance; else 0."""
+        low, high = extremes(self.samples)  # as `torque_series` left them
+        if self.samples[low] != 0.0 or self.samples[high] != 0.0:
+            return 0.0
+        low, high = extremes(u)
+        return float(0.5 * (u[low] + u[high]))
 
     def hill_trace(self, system: Any, z: Any, u: Any, w: float) -> float:
         """Trace of the period map of z'' + (T'(u)/J - (B/2J)^2) z = 0 by Numerov's rule on the samples u."""

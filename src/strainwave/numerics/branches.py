@@ -20,6 +20,7 @@ from .variational import described, tail_of_states
 MOST_PIECES = 40
 PIECE = 512  # points per call of the kernel: between calls the user can interrupt
 AIM = 1e-3
+UNBOUNDED = 5  # outcome of a trace, after those of `continuation`
 
 
 @dataclass(frozen=True)
@@ -68,18 +69,26 @@ def solve(problem: Any, guess: Floats) -> Floats | None:
 
 
 def _run(problem: Any, *arguments: Any) -> Any:
-    if isinstance(problem, FirstOrder):
-        with np.errstate(all="ignore"):  # a step that fails is taken again, shorter
+    with np.errstate(all="ignore"):  # a step that fails is taken again, shorter
+        if isinstance(problem, FirstOrder):
             return follow(problem, *arguments)
-    return run(follow, problem, *arguments, light=is_light(problem))
+        return run(follow, problem, *arguments, light=is_light(problem))
 
 
 def trace(
-    problem: Any, guess: Floats, direction: float, lo: float, hi: float, step: float, width: float | None = None
+    problem: Any,
+    guess: Floats,
+    direction: float,
+    lo: float,
+    hi: float,
+    step: float,
+    width: float | None = None,
+    growth: float = np.inf,
 ) -> Trace:
     """Follow one branch from a guess (coefficients, parameter) inside [lo, hi] until it leaves or closes.
 
-    `step` is in units of the orbit's size and of `width` of the parameter (default: the range).
+    `step` is in units of the orbit's size and of `width` of the parameter (default: the range). The outcome is
+    UNBOUNDED where the orbit is `growth` times larger than at the start.
     """
     state = state_from(guess, width or hi - lo)
     pieces: list[Floats] = []
@@ -92,6 +101,11 @@ def trace(
         pieces.append(points[:count])
         labels.append(kinds[:count])
         mode = STEP
+        if growth < np.inf:
+            large = np.linalg.norm(points[:count, :-1], axis=1) > growth * np.linalg.norm(pieces[0][0, :-1])
+            if np.any(large):
+                end = int(np.argmax(large)) + 1
+                pieces[-1], labels[-1], outcome = points[:end], kinds[:end], UNBOUNDED
     points, kinds = in_order(np.concatenate(pieces), np.concatenate(labels))
     if outcome == CLOSED:
         points[-1] = points[0]  # the last step went a little past the start

@@ -26,6 +26,7 @@ RUNNING, END, CLOSED, STUCK, LOST = (
 )  # outcome: full buffer, left the range, closed loop, step too small, no start
 Z0, T0, Z1, T1, Z, T, ROW, SCALE, HOME, AHEAD = range(10)  # rows of the state of a continuation
 SMALLEST_STEP = 1e-9
+NOTHING_MOVES = 1e-12  # smallest unit of the coefficients: an orbit at rest has no size
 KINK = 1e-4  # steps below this may turn sharply: laws with kinks give curves with kinks
 TOLERANCE = 1e-9  # of a correction, in scaled unknowns
 NEGLIGIBLE = 1e-6
@@ -38,18 +39,18 @@ def correct(
     """Solve residual = 0 and row . z = target from z in place; leave the tangent of the curve in row T.
 
     The Jacobian is factored at the prediction and again when corrections shrink too slowly or, if `full`, are not yet
-    tiny (the tangent is then that of the solution). Returns whether it converged and the scaled size of the first
-    correction.
+    tiny (the tangent is then that of the solution). Returns whether it converged, the scaled size of the first
+    correction and the sign of the determinant of the bordered Jacobian, which changes where another branch crosses.
     """
     z, tangent, row, scale = state[Z], state[T], state[ROW], state[SCALE]
-    first, last, stale = 0.0, 1e300, True
+    first, last, stale, sign = 0.0, 1e300, True, 0.0
     for i in range(most):
         problem.residual(z, work, work.r)
         if stale:
             problem.linearise(z, work, a, work.column)
             copy(work.column, a[:n, n])
             copy(row, a[n])
-            factor(a, pivots)
+            sign = factor(a, pivots)
             fill(0.0, tangent)
             tangent[n] = 1.0
             substitute(a, pivots, tangent)
@@ -59,16 +60,16 @@ def correct(
         add(-1.0, work.z, z)
         size = weighted_norm(work.z, scale)
         if not size < 1e3:
-            return False, first
+            return False, first, sign
         if i == 0:
             first = size
         rate = size / last
         tiny = NEGLIGIBLE if stale else TOLERANCE  # after a Newton step the error is of the order of its square
         if size < tiny or (i > 0 and rate < 0.5 and rate * size < TOLERANCE):
-            return True, first
+            return True, first, sign
         stale = (i > 0 and rate > 0.1) or (full and size > 1e-6)
         last = size
-    return False, first
+    return False, first, sign
 
 
 @routine
@@ -233,7 +234,7 @@ def predict(state: Any, mode: int, ds: float, bracket: Any, bound: float) -> flo
 def begin(state: Any, direction: float) -> None:
     """Take the corrected point in row Z as the first of a branch."""
     n = state.shape[1] - 1
-    fill(1.0 / max(dot(state[Z, :n], state[Z, :n]) ** 0.5, 1e-300), state[SCALE, :n])
+    fill(1.0 / max(dot(state[Z, :n], state[Z, :n]) ** 0.5, NOTHING_MOVES), state[SCALE, :n])
     fill(0.0, state[T1])
     add(direction, state[T], state[T1])
     normalise(state, T1)
@@ -281,25 +282,31 @@ def follow(
     work, a, pivots, bracket = borrowed(buffers)
     n = state.shape[1] - 1
     count, outcome, search, place, bound, taken = 0, RUNNING, TOP, 1, hi, 0.0
+    side = 0.0  # sign of the determinant at the last point; unknown where a call goes on in mode STEP
     while outcome == RUNNING and (count < len(points) - 4 or mode > STEP):
         target = predict(state, mode, ds, bracket, bound)
-        good, first = correct(problem, n, state, target, work, a, pivots, 40 if mode == START else 8, mode != STEP)
+        good, first, sign = correct(
+            problem, n, state, target, work, a, pivots, 40 if mode == START else 8, mode != STEP
+        )
         if mode == START:
             if not good:
                 outcome = LOST
                 break
             begin(state, direction)
+            side = sign * direction
             record(state, Z, START, points, labels, count)
             count, mode = count + 1, STEP
             continue
         if mode == STEP:
-            on_branch = good and (first < 0.25 * ds or ds < KINK)  # a far correction may end on another branch
+            # A far correction may end on another branch, and one that nearly touches this one is on its other side.
+            on_branch = good and (ds < KINK or (first < 0.25 * ds and sign * side >= 0.0))
             if not (on_branch and advance(state, ds)):
                 ds *= 0.4
                 if ds < SMALLEST_STEP:
                     outcome = STUCK
                 continue
             ds = min(ds_max, ds * min(1.6, max(0.5, (aim / max(first, 1e-300)) ** 0.25)))
+            side = sign
             search, place, taken = STEP, dominant(problem, state), chord(state)
         elif mode == BOUND:
             if not good:

@@ -114,7 +114,8 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> tuple[Flo
     """Traces of Hill's period map and largest |x| of points; `table` is the synthesis table of another grid."""
     grid = synthesis(len(problem.tau) // 2, steps_for(problem)) if table is None else table
     traces, peaks = np.empty(len(points)), np.empty(len(points))
-    run(stability, problem, grid, np.ascontiguousarray(points), traces, peaks, light=is_light(problem))
+    with np.errstate(all="ignore"):
+        run(stability, problem, grid, np.ascontiguousarray(points), traces, peaks, light=is_light(problem))
     return traces, peaks
 
 

@@ -127,8 +127,9 @@ def padded(table: Floats) -> Floats:
     return np.ascontiguousarray(np.pad(table, ((0, 0), (0, -table.shape[1] % 8))))
 
 
-def _factor_loops(a: Any, pivots: Any) -> None:
+def _factor_loops(a: Any, pivots: Any) -> float:
     n = a.shape[0]
+    sign = 1.0
     for k in range(n):
         p = k
         largest = abs(a[k, k])
@@ -137,6 +138,8 @@ def _factor_loops(a: Any, pivots: Any) -> None:
                 largest = abs(a[i, k])
                 p = i
         pivots[k] = p
+        if (a[p, k] < 0.0) != (p != k):
+            sign = -sign
         if p != k:
             for j in range(n):
                 swap = a[k, j]
@@ -149,15 +152,21 @@ def _factor_loops(a: Any, pivots: Any) -> None:
             a[i, k] = factor
             for j in range(k + 1, n):
                 a[i, j] -= factor * a[k, j]
+    return sign
 
 
 @kernel_as(_factor_loops)
-def factor(a: Any, pivots: Any) -> None:
-    """Factor the matrix a in place for `substitute`; a singular matrix leaves non-finite numbers."""
+def factor(a: Any, pivots: Any) -> float:
+    """Factor the matrix a in place for `substitute` and return the sign of its determinant.
+
+    A singular matrix leaves non-finite numbers.
+    """
+    sign = float(np.linalg.slogdet(a)[0])
     try:
         a[:] = np.linalg.inv(a)
     except np.linalg.LinAlgError:
         a[:] = np.nan
+    return sign
 
 
 def _substitute_loops(a: Any, pivots: Any, b: Any) -> None:

@@ -5,6 +5,7 @@ leaves the range with folds still ahead, it is followed outside until it comes b
 until the last two are negligible.
 """
 
+from dataclasses import replace as with_changes
 from typing import Any
 
 import numpy as np
@@ -12,16 +13,18 @@ import numpy as np
 from .._jit import with_leaf
 from ..quantities import checked, interval, positive_count
 from ..results import Branch, Floats, SolveError
-from .branches import Trace, describe, largest_tail, leaf_of, solve, trace
+from .branches import UNBOUNDED, Trace, describe, largest_tail, leaf_of, solve, trace
 from .continuation import CLOSED, END, LOST, RUNNING, STUCK
 from .first_order import FirstOrder, balance_of
 from .guess import linear_response
 from .integrate import simulate
+from .remarks import remarks
 
 TAIL = 1e-6  # the last two harmonics may hold this share of the whole
 MOST_HARMONICS = 127
 BELOW, ABOVE = 3.0, 100.0  # how far outside the range, as factors, a branch may go before it comes back
 EXCURSIONS = 20  # how often
+GROWTH = 1e7  # an orbit this many times larger than at the start of its branch has no bound
 SETTLING = 200  # periods integrated
 
 
@@ -88,6 +91,7 @@ def frequency_response(
             break
         h = min(2 * h + 1, MOST_HARMONICS)
     branch = describe(problem, "omega", found, tail, origin)
+    branch = with_changes(branch, message="; ".join([branch.message, *remarks(problem, branch, found.points)]))
     if throw and not branch.status:
         raise SolveError(branch.message)
     return branch
@@ -180,7 +184,7 @@ def whole(problem: Any, first: Floats, lo: float, hi: float, step: float, upward
     The outcome is END only if the branch has points at both ends.
     """
     far = hi if upwards else lo
-    latest = trace(problem, first, 1.0 if upwards else -1.0, lo, hi, step)
+    latest = trace(problem, first, 1.0 if upwards else -1.0, lo, hi, step, growth=GROWTH)
     pieces, labels = [latest.points], [latest.labels]
     outcome = latest.outcome
     for _ in range(EXCURSIONS):
@@ -191,7 +195,7 @@ def whole(problem: Any, first: Floats, lo: float, hi: float, step: float, upward
         if end == far and same(linear_start(problem, far), last):
             break
         outside = (hi, hi * ABOVE) if end == hi else (lo / BELOW, lo)
-        away = trace(problem, last, 1.0 if end == hi else -1.0, *outside, step, 2.0 * hi)
+        away = trace(problem, last, 1.0 if end == hi else -1.0, *outside, step, 2.0 * hi, GROWTH)
         if away.outcome != END or away.points[-1, -1] != end:
             break
         pieces.append(away.points[1:])
@@ -199,7 +203,7 @@ def whole(problem: Any, first: Floats, lo: float, hi: float, step: float, upward
         if same(away.points[-1], pieces[0][0]):
             outcome = CLOSED
             break
-        latest = trace(problem, away.points[-1], -1.0 if end == hi else 1.0, lo, hi, step)
+        latest = trace(problem, away.points[-1], -1.0 if end == hi else 1.0, lo, hi, step, growth=GROWTH)
         pieces.append(latest.points[1:])
         labels.append(latest.labels[1:])
         outcome = latest.outcome
@@ -224,6 +228,8 @@ def _ending(points: Floats, outcome: int, far: float) -> str:
         "the range elsewhere",
         STUCK: f"the branch stops at omega = {last:.6g} rad/s, where the step became too small with {most} harmonics; "
         "take more harmonics or end the range before it",
+        UNBOUNDED: f"the response grows without bound at omega = {last:.6g} rad/s; give more damping or end the range "
+        "before it",
         RUNNING: f"the branch stops at omega = {last:.6g} rad/s after {len(points)} points; take fewer harmonics, "
         "fewer points or a smaller range",
     }
