@@ -22,7 +22,7 @@ import numpy as np
 from .._jit import run
 from ..numerics.averages import Pieces, averages, grid_table, pieces_of
 from ..results import Floats
-from .setting import Complexes, Setting
+from .setting import Complexes, Setting, real_matrix
 
 TARGET, LIMIT, LIMIT_2D = 1e-14, 8192, 65536  # accuracy of the trapezoid rule, and its most points
 ALONG, FEWEST = 512, 16  # points of the second angle for exact means, and points per turn of the coarsest grid
@@ -101,7 +101,9 @@ class Exact:
         """Return the same for another speed."""
         if s.resonance.ratio is None:
             return replace(self, means=_along(s, len(self.means)))
-        lines = np.column_stack([self.harmonics, s.hard.real, -s.hard.imag])
+        lines = np.column_stack([self.harmonics, s.hard.real, -s.hard.imag])[s.hard != 0.0]
+        if len(lines) == 0 == len(self.lines) and self.table.size:
+            return self
         return replace(self, lines=lines, table=grid_table(self.fast, self.harmonics, lines))
 
     def force(self, s: Setting, z: Complexes) -> Complexes:  # noqa: ARG002 (all that depends on s is in the fields)
@@ -116,12 +118,14 @@ class Exact:
     def _means(self, z: Complexes) -> tuple[Complexes, Floats, Complexes]:
         """Means of N conj(E), N' and N' conj(E)^2."""
         m = len(self.means)
-        each = np.repeat(z, m)
+        each = np.repeat(z, m) if m > 1 else z
         force, stiffness, twice = np.empty(len(each), complex), np.empty(len(each)), np.empty(len(each), complex)
         run(
             averages, self.pieces.breaks, self.pieces.slopes, np.tile(self.means, len(z)), each.real.copy(),
             each.imag.copy(), float(self.fast), self.lines, self.table, force, stiffness, twice,
         )  # fmt: skip
+        if m == 1:
+            return force, stiffness, twice
         return force.reshape(-1, m).mean(1), stiffness.reshape(-1, m).mean(1), twice.reshape(-1, m).mean(1)
 
 
@@ -163,8 +167,16 @@ class AveragedFlow:
         linear = -(0.5 * s.mu + 1j * (s.fast - s.omega_0))
         scale = 1j / (s.omega_0 * s.system.J)
         by_re, by_im = linear + scale * to_re, 1j * linear + scale * to_im
-        matrix = np.stack([np.stack([by_re.real, by_im.real], -1), np.stack([by_re.imag, by_im.imag], -1)], -2)
-        return matrix.reshape(*np.shape(z), 2, 2)
+        return real_matrix(by_re, by_im).reshape(*np.shape(z), 2, 2)
+
+    def speed_slope(self, z: complex) -> complex:
+        """Derivative of the rate at one z to omega, by a central difference."""
+        s = self.setting
+        d = 1e-5 * s.omega
+        if np.any(s.hard):
+            return complex(self.at(s.omega + d).rates(z) - self.at(s.omega - d).rates(z)) / (2.0 * d)
+        up, down = s.at(s.omega + d), s.at(s.omega - d)  # the forced motion, and so the averages, stay
+        return complex(-1j * (up.fast - down.fast) * z - (0.5j / s.omega_0) * (up.soft - down.soft)) / (2.0 * d)
 
     def phase_matters(self) -> bool:
         """Whether the flow depends on the phase, that is, whether the resonance appears at first order."""

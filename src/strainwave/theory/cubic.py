@@ -17,7 +17,7 @@ import numpy as np
 
 from ..model.laws import Cubic
 from ..results import Floats
-from .setting import Setting
+from .setting import Setting, real_matrix
 
 Kind = Literal["none", "primary", "superharmonic", "subharmonic"]
 
@@ -80,7 +80,13 @@ class CubicFlow:
         if self.kind == "subharmonic":
             by_conj = by_conj + 0.75j * self.kappa * self.forced * np.conj(z)
         by_re, by_im = by_z + by_conj, 1j * (by_z - by_conj)
-        return np.stack([np.stack([by_re.real, by_im.real], -1), np.stack([by_re.imag, by_im.imag], -1)], -2)
+        return real_matrix(by_re, by_im)
+
+    def speed_slope(self, z: complex) -> complex:
+        """Derivative of the rate at one z to omega, by a central difference."""
+        d = 1e-5 * self.setting.omega
+        up, down = self.at(self.setting.omega + d), self.at(self.setting.omega - d)
+        return complex(up.rates(z) - down.rates(z)) / (2.0 * d)
 
     def phase_matters(self) -> bool:
         """Whether the resonance appears at first order: not for alpha = 0 or without forced motion."""

@@ -11,9 +11,9 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ..model.laws import Backlash, Cubic, Linear, PiecewiseLinear, Polynomial
+from ..numerics.brackets import bracketed_root
 
 KNOWN = (Linear, Cubic, Polynomial, PiecewiseLinear, Backlash)
 SAMPLES = 4000  # intervals over the span of a law that is only sampled
@@ -186,7 +186,7 @@ def _sampled(law: Any, g: Callable[[float], float], span: float | None) -> Lands
             rests.append((low, high))
             i = j
         elif i + 1 < len(grid) and abs(values[i + 1]) > noise and values[i] * values[i + 1] < 0.0:
-            rests.append((float(brentq(g, grid[i], grid[i + 1], xtol=1e-15 * span, rtol=1e-15)),) * 2)
+            rests.append((bracketed_root(g, grid[i], grid[i + 1], xtol=1e-15 * span),) * 2)
         i += 1
     return Landscape(tuple(rests), _signs(g, rests, -span, span), -span, span)
 

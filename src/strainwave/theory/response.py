@@ -12,8 +12,8 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
+from ..numerics.brackets import bracketed_root
 from ..results import Floats
 from .fixed_points import Flow, fixed_points, is_stable, is_trivial, polish
 from .slow_results import SlowBranch, SlowResponse
@@ -43,16 +43,15 @@ class Curve:
         z, omega = self.split(point)
         here = self.flow.at(omega)
         rate = complex(here.rates(z))
-        d = 1e-5 * omega
-        slope = (complex(self.flow.at(omega + d).rates(z)) - complex(self.flow.at(omega - d).rates(z))) / (2.0 * d)
-        slope *= self.width / self.size
+        slope = here.speed_slope(z) * self.width / self.size
         matrix = np.column_stack([here.jacobian(z), [slope.real, slope.imag]])
         return np.array([rate.real, rate.imag]) / self.size, matrix
 
     def tangent(self, point: Floats, along: Floats) -> Floats:
         """Unit tangent, on the side of `along`; its last entry is det(d rates/d z), zero exactly at a fold."""
         _, matrix = self.linear(point)
-        direction = np.cross(matrix[0], matrix[1])
+        (a, b, c), (d, e, f) = matrix.tolist()
+        direction = np.array([b * f - c * e, c * d - a * f, a * e - b * d])
         length = float(np.linalg.norm(direction))
         if not 0.0 < length < math.inf:
             return along
@@ -168,7 +167,7 @@ def _special(curve: Curve, a: Floats, b: Floats, measure: Any) -> Floats | None:
 
     if value(0.0) * value(1.0) >= 0.0:
         return None
-    return at(float(brentq(value, 0.0, 1.0, xtol=1e-13)))
+    return at(bracketed_root(value, 0.0, 1.0, xtol=1e-13))
 
 
 def _distance(a: Floats, b: Floats) -> float:

@@ -6,14 +6,16 @@ the slow flow; all others are hard: F(theta) = sum C_k cos(k theta + phi_k), C_k
 the actual omega (some texts freeze it at the resonance: a different number).
 """
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
+from ..numerics.brackets import bracketed_root
+from ..results import Floats
 from .resonance import Resonance
 
 Complexes = NDArray[np.complex128]
@@ -105,6 +107,14 @@ class Setting:
         return [s for s in found if 0.0 < s < math.inf] or [1.0]
 
 
+def real_matrix(by_re: Any, by_im: Any) -> Floats:
+    """Matrices (..., 2, 2) of a complex rate's derivatives to the real and the imaginary part of its argument."""
+    matrix = np.empty((*np.shape(by_re), 2, 2))
+    matrix[..., 0, 0], matrix[..., 0, 1] = by_re.real, by_im.real
+    matrix[..., 1, 0], matrix[..., 1, 1] = by_re.imag, by_im.imag
+    return matrix
+
+
 def forcing_lines(system: Any) -> tuple[float, tuple[int, ...], Complexes, Complexes]:
     """Mean torque [N*m], orders and complex amplitudes of torque and kinematic error, from samples of one turn."""
     known = all(hasattr(part, "orders") or not part for part in (system.excitation, system.error))
@@ -142,15 +152,18 @@ def operating_point(law: Any, mean: float) -> float:
             change = np.flatnonzero(above[1:] * above[0] <= 0.0)
             if change.size and steps[change[0] + 1] < abs(best):
                 a, b = float(steps[change[0]]), float(steps[change[0] + 1])
-                best = side * float(
-                    brentq(lambda s, d=side: float(law.torque(d * s)) - mean, a, b, xtol=1e-300, rtol=1e-15)
-                )
+                best = side * bracketed_root(functools.partial(_missing, law, mean, side), a, b, xtol=1e-300)
     if not math.isfinite(best):
         raise ValueError(
             f"{type(law).__name__} carries the mean torque {mean:.6g} N*m at no torsion up to {steps[-1]:.3g} rad; "
             "lower the mean torque"
         )
     return best
+
+
+def _missing(law: Any, mean: float, side: float, size: float) -> float:
+    """Torque of the law at side * size less the mean one [N*m]."""
+    return float(law.torque(side * size)) - mean
 
 
 def _breakpoints(law: Any) -> tuple[float, ...]:

@@ -1,17 +1,19 @@
 """Transients of the slow flow: from a physical start to x(t)."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.integrate import solve_ivp
-from scipy.interpolate import CubicSpline
 
+from ..numerics.integrate import error_norm, first_step
+from ..numerics.steps import dense_output, dopri5_step
 from ..results import Floats, SolveError
 from .averaging import AveragedFlow, Sampled
 from .fixed_points import Flow
 from .slow_results import Evolution
 
+RTOL, MOST_STEPS = 1e-9, 200_000
+DECAY = 256  # pieces in time of a free decay
 SAMPLES = 32  # per period of the fastest component, where the caller names only the end
 
 
@@ -61,29 +63,60 @@ def _decay(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
     mu, a0 = flow.setting.mu, abs(z0)
     if a0 == 0.0:
         return np.zeros(len(t), complex), np.zeros(len(t), complex)
-    nodes = np.linspace(t[0], t[-1], 257 if flow.error > 0.0 else 1025)
+    nodes = np.linspace(t[0], t[-1], 2 * DECAY + 1)
     a = a0 * np.exp(-0.5 * mu * (nodes - t[0]))
-    shift = CubicSpline(nodes, _batched(flow, a.astype(complex)).imag / a)
-    z = z0 * np.exp(-0.5 * mu * (t - t[0]) + 1j * shift.antiderivative()(t))
-    return z, (-0.5 * mu + 1j * shift(t)) * z
+    shift = _batched(flow, a.astype(complex)).imag / a
+    whole, half = np.diff(nodes[::2]), shift[1::2]
+    angle = np.concatenate([[0.0], np.cumsum(whole * (shift[:-2:2] + 4.0 * half + shift[2::2]) / 6.0)])
+    # on each piece the rate is the parabola through three nodes, the angle its integral from the left
+    piece = np.minimum(np.searchsorted(nodes[::2], t, side="right") - 1, DECAY - 1)
+    s, left, right = (t - nodes[2 * piece]) / whole[piece], shift[2 * piece], shift[2 * piece + 2]
+    bend, slope = 2.0 * (left - 2.0 * half[piece] + right), 4.0 * half[piece] - 3.0 * left - right
+    turned = angle[piece] + whole[piece] * s * (left + s * (slope / 2.0 + s * bend / 3.0))
+    z = z0 * np.exp(-0.5 * mu * (t - t[0]) + 1j * turned)
+    return z, (-0.5 * mu + 1j * (left + s * (slope + s * bend))) * z
+
+
+class _Slow(NamedTuple):
+    """The slow flow as a system of two states, Re z and Im z, in time."""
+
+    flow: Flow
+
+    def rhs(self, _: float, y: tuple[float, float]) -> tuple[float, float]:
+        rate = complex(self.flow.rates(complex(*y)))
+        return rate.real, rate.imag
 
 
 def _integrate(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
-    def rates(_: float, y: Floats) -> Floats:
-        rate = complex(flow.rates(complex(y[0], y[1])))
-        return np.array([rate.real, rate.imag])
-
+    """Dormand-Prince steps of the slow flow, as Python, with all samples inside a step at once."""
     # a tolerance below the error of the averages would only follow their kinks
-    rtol = max(1e-10, 10.0 * flow.error)
-    size = max(abs(z0), max(flow.setting.scales()) * 1e-3)
-    solution = solve_ivp(rates, (t[0], t[-1]), [z0.real, z0.imag], "DOP853", t, rtol=rtol, atol=0.01 * rtol * size)
-    if not solution.success or not np.all(np.isfinite(solution.y)):
-        raise SolveError(
-            f"the slow flow from a = {abs(z0):.6g} rad could not be followed to t = {t[-1]:.6g} s; {solution.message} "
-            "start closer to equilibrium, or check the signs of damping and stiffness"
-        )
-    z = solution.y[0] + 1j * solution.y[1]
-    return z, _batched(flow, z)
+    rtol = max(RTOL, 10.0 * flow.error)
+    atol = 0.01 * rtol * max(abs(z0), max(flow.setting.scales()) * 1e-3)
+    system, now, y, end = _Slow(flow), float(t[0]), (z0.real, z0.imag), float(t[-1])
+    k = system.rhs(0.0, y)
+    h = min(first_step(system, 1.0, now, y, k, rtol, atol), end - now)
+    z, filled = np.full(len(t), z0, complex), 1
+    for _ in range(MOST_STEPS):
+        y1, k1, error, dense = dopri5_step(system, 1.0, now, y, h, k)
+        e = error_norm(error, y, y1, rtol, atol)
+        if not now + h > now:
+            break
+        if e <= 1.0:
+            after = end if end - (now + h) < 1e-9 * h else now + h
+            inside = int(np.searchsorted(t, after, side="right"))
+            shares: Any = (t[filled:inside] - now) / h
+            x = dense_output(shares, h, y, k, y1, k1, dense)
+            z[filled:inside], filled = x[0] + 1j * x[1], inside
+            now, y, k = after, y1, k1
+            if now >= end:
+                # z' is a first-order part of x'
+                return z, _batched(flow, z)
+        factor = 0.9 * max(e, 1e-10) ** -0.2 if math.isfinite(e) else 0.1
+        h = min(h * min(5.0, max(0.2, factor)), end - now)
+    raise SolveError(
+        f"the slow flow from a = {abs(z0):.6g} rad could not be followed to t = {t[-1]:.6g} s, only to {now:.6g} s; "
+        "start closer to equilibrium, or check the signs of damping and stiffness"
+    )
 
 
 def _batched(flow: Flow, z: Any) -> Any:
