@@ -51,7 +51,8 @@ def linear_response(problem: Any, value: float) -> Floats:
         tau[h + 1 :] + system.J * w * w * error[h + 1 :]
     )
     bottom = stiffness - system.J * w * w + 1j * system.B * w
-    response = drive / np.where(bottom == 0.0, 1e-300, bottom)
+    least = 1e-9 * (abs(stiffness) + system.J * w * w)  # exactly at a resonance without damping there is no response
+    response = drive / np.where(np.abs(bottom) < least, least, bottom)
     z[1 : h + 1], z[h + 1 : n] = response.real, -response.imag
     return z
 

@@ -98,8 +98,9 @@ def frequency_response(
 
 
 def across(problem: Any, lo: float, hi: float, step: float) -> tuple[Trace, str]:
-    """Branch through a range, and how it was found: the first of four ways that arrives, or else the longest."""
-    best, origin, starts = None, "", set()
+    """Branch through a range, and how it was found: the first of six ways that arrives, or else the longest."""
+    best, origin = None, ""
+    starts: list[Floats] = []
     ways = (
         (linear_start, "the linear response"),
         (damped_start, "strong damping"),
@@ -108,14 +109,16 @@ def across(problem: Any, lo: float, hi: float, step: float) -> tuple[Trace, str]
     for start, from_where in ways:
         for upwards, end in ((True, "lower"), (False, "upper")):
             first = start(problem, lo if upwards else hi)
-            if first is None or first.tobytes() in starts:
+            if first is None or any(first[-1] == other[-1] and same(first, other) for other in starts):
                 continue
-            starts.add(first.tobytes())
+            starts.append(first)
             found = whole(problem, first, lo, hi, step, upwards)
             if best is None or found.outcome == END or len(found.points) > len(best.points):
                 best, origin = found, f"from {from_where} at the {end} end of the range"
             if found.outcome == END:
                 return (found if upwards else backwards(found)), origin
+        if best is not None and best.outcome == UNBOUNDED:  # no other way helps
+            break
     if best is None:
         sentence = (
             f"no periodic response was found at omega = {lo:.6g} or {hi:.6g} rad/s, neither from the linear response "
@@ -153,11 +156,14 @@ def damped_start(problem: Any, value: float) -> Floats | None:
     for _ in range(20):
         found = solve(damped, linear_response(damped, strong))
         if found is not None:
-            way = trace(damped, found, -1.0, system.B, strong, 0.2)
-            if way.outcome == END and way.points[-1, -1] == system.B:
-                return solve(problem, np.append(way.points[-1, :-1], value))
+            break
         strong *= 4.0
-    return None
+    else:
+        return None
+    way = trace(damped, found, -1.0, system.B, strong, 0.2, growth=GROWTH)
+    if way.outcome != END or way.points[-1, -1] != system.B:
+        return None
+    return solve(problem, np.append(way.points[-1, :-1], value))
 
 
 def settled_start(problem: Any, value: float) -> Floats | None:
