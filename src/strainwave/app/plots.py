@@ -62,8 +62,8 @@ def svg(figure: Figure, label: str) -> str:
         axes.minorticks_off()
         width, height = axes.bbox.width / figure.dpi, axes.bbox.height / figure.dpi
         # fixed: beside the tick labels, whose size matplotlib would otherwise measure for every axis once more
-        axes.xaxis.set_label_coords(0.5, -0.34 / height)
-        axes.yaxis.set_label_coords(-0.48 / width, 0.5)
+        axes.xaxis.set_label_coords(0.5, -0.25 / height)
+        axes.yaxis.set_label_coords(-0.45 / width, 0.5)
         if axes.get_yscale() == "linear":
             axes.locator_params(nbins=6 if len(figure.axes) == 1 else 4)
     stream = io.StringIO()
