@@ -65,11 +65,15 @@ LAWS = {
     "Polynomial, odd": sw.Polynomial((0.0, 1.0, 0.0, 0.1)),
     "PiecewiseLinear": CSF_40_50,
     "Backlash": sw.Backlash(1.0, 0.5),
+    "Play": sw.Play(1e-4, CSF_40_50),
+    "Play, Cubic": sw.Play(0.4, sw.Cubic(1.0, 0.1)),
+    "RoundedPiecewiseLinear": sw.RoundedPiecewiseLinear(1.0, 1.4, 1.8, 0.54, 1.21, 0.2),
+    "Tabulated": sw.tabulated([(-1.1, -2.0), (-0.4, -0.5), (0.0, 0.0), (0.45, 0.4), (0.9, 1.3), (1.4, 3.0)]),
     "Saturating": Saturating(2.0, 0.7),
     "Stop": Stop(2.0, 0.9, 30.0, 0.4),
 }
-ODD = {name for name in LAWS if name not in ("Polynomial", "Stop")}
-SMOOTH = {name for name in LAWS if name not in ("PiecewiseLinear", "Backlash", "Stop")}
+ODD = {name for name in LAWS if name not in ("Polynomial", "Stop", "Tabulated")}
+SMOOTH = {name for name in LAWS if name not in ("PiecewiseLinear", "Backlash", "Play", "Play, Cubic", "Stop")}
 
 EXCITATIONS = {
     "Harmonic": sw.Harmonic(0.18, order=2, phase=0.3, mean=0.1),

@@ -22,7 +22,12 @@ if TYPE_CHECKING:
     from .model.laws import Cubic as Cubic
     from .model.laws import Linear as Linear
     from .model.laws import PiecewiseLinear as PiecewiseLinear
+    from .model.laws import Play as Play
     from .model.laws import Polynomial as Polynomial
+    from .model.measured import Knot as Knot
+    from .model.measured import RoundedPiecewiseLinear as RoundedPiecewiseLinear
+    from .model.measured import Tabulated as Tabulated
+    from .model.measured import tabulated as tabulated
     from .model.oscillator import Oscillator as Oscillator
     from .numerics.backbone import Backbone as Backbone
     from .numerics.backbone import backbone as backbone
@@ -66,7 +71,8 @@ if TYPE_CHECKING:
 _HOME = {
     "model.drive": ("Drive", "HDC_40_050", "HDC_40_050_WARNING"),
     "model.excitation": ("Harmonic", "Harmonics", "KinematicError", "Line", "NoError"),
-    "model.laws": ("Backlash", "Cubic", "Linear", "PiecewiseLinear", "Polynomial"),
+    "model.laws": ("Backlash", "Cubic", "Linear", "PiecewiseLinear", "Play", "Polynomial"),
+    "model.measured": ("Knot", "RoundedPiecewiseLinear", "Tabulated", "tabulated"),
     "model.oscillator": ("Oscillator",),
     "numerics.backbone": ("Backbone", "backbone"),
     "numerics.fold_curve": ("FoldCurve", "fold_curve"),

@@ -7,7 +7,7 @@ from typing import Any, get_args, get_type_hints
 from pydantic import ValidationError
 
 from ..quantities import example
-from .schema import law_types
+from .schema import EXAMPLE_POINTS, law_fields, law_types
 from .yaml_text import Keys, Located, Problem, name, shown
 
 # Every field by its name without list positions, with the example that a complaint shows.
@@ -81,7 +81,12 @@ def _about_value(item: Any, keys: Keys, value: Any, located: Located) -> Problem
         )
     elif kind == "union_tag_invalid":
         keys = (*keys, "type")
-        sentence = f"{shown(value['type'])} is not known{_near(value['type'], list(law_types()))}"
+        known = list(law_types())
+        if value["type"] in known:  # known, but not here
+            known.remove(value["type"])
+            sentence = f"{shown(value['type'])} cannot stand inside another law; write one of {', '.join(known)}"
+        else:
+            sentence = f"{shown(value['type'])} is not known{_near(value['type'], known)}"
     elif kind in ("too_short", "too_long"):
         limit = context.get("min_length", context.get("max_length"))
         sentence = f"has {len(value)} items; write at {'least' if kind == 'too_short' else 'most'} {limit}"
@@ -127,19 +132,26 @@ def _write(keys: Keys) -> str:
 
 def _law_examples() -> dict[str, str]:
     """Example of every field of every law, from the unit in its annotation."""
-    texts = {"coefficients": "for example [0 N*m, 7160 N*m/rad]"}
+    texts = {
+        "coefficients": "for example [0 N*m, 7160 N*m/rad]",
+        "points": EXAMPLE_POINTS,
+        "law": "for example {type: linear, K: 7160 N*m/rad}",
+    }
     for cls in law_types().values():
         for field, hint in get_type_hints(cls, include_extras=True).items():
-            if field not in texts:
+            if field not in texts and field in law_fields(cls):
                 texts[field] = example(get_args(hint)[1])
     return texts
 
 
 def _siblings(keys: Keys, content: Any) -> list[str]:
     """Return the fields that may stand beside the last of `keys`."""
-    if keys[:-1] == ("gear", "law"):
-        cls = law_types().get(content["gear"]["law"].get("type"))
-        return ["type", *cls._fields] if cls else ["type"]  # type: ignore[attr-defined]
+    if keys[:2] == ("gear", "law") and set(keys[2:-1]) <= {"law"}:
+        group = content
+        for key in keys[:-1]:
+            group = group[key]
+        cls = law_types().get(group.get("type"))
+        return ["type", *law_fields(cls)] if cls else ["type"]
     group = _pattern(keys[:-1])
     start = f"{group}." if group else ""
     rest = (field.removeprefix(start) for field in EXAMPLES if field.startswith(start))

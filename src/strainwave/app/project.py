@@ -149,7 +149,7 @@ def _contradictions(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:
     if isinstance(spec.gear, ExplicitGear):
         if spec.motor.inertia is None:
             yield ("motor", "inertia"), "is missing for an explicit gear; write for example 'inertia: 4.5 kg*cm^2'"
-        if spec.damping.B is None and not spec.gear.law.law().stiffness(0.0) > 0.0:
+        if spec.damping.B is None and not spec.gear.law.model().stiffness(0.0) > 0.0:
             way = "ratio" if spec.damping.ratio is not None else "quality"
             yield ("damping", way), "has no meaning for a law without stiffness at rest (play); write B: 10 N*m*s/rad"
     if spec.motor.mode == "held" and driven.motor_torque is not None:
@@ -168,7 +168,7 @@ def _contradictions(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:
 def _resolved(spec: ProjectSpec, path: Path, text: str) -> Project:
     gear = None if isinstance(spec.gear, ExplicitGear) else catalogue.gear(spec.gear)
     if isinstance(spec.gear, ExplicitGear):
-        law, ratio, J_m = spec.gear.law.law(), spec.gear.ratio, spec.motor.inertia or 0.0
+        law, ratio, J_m = spec.gear.law.model(), spec.gear.ratio, spec.motor.inertia or 0.0
     else:
         record = catalogue.gear(spec.gear)
         law, ratio, J_m = record.law, float(record.ratio), spec.motor.inertia or record.input_inertia

@@ -1,6 +1,7 @@
 """What a project file may contain: pydantic models with numbers in SI, and sentences for what is wrong.
 
-The laws and their fields are read from the NamedTuples of `model.laws`: a new law is known here without a line of code.
+The laws and their fields are read from the NamedTuples of `model.laws` and `model.measured`: a new law is known here
+without a line of code.
 """
 
 import re
@@ -12,7 +13,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Fiel
 from pydantic import model_validator as check_model
 from pydantic_core import PydanticCustomError
 
-from ..model import catalogue, laws
+from ..model import catalogue, laws, measured
 from ..quantities import checked, parse
 from .yaml_text import Keys, kind_of, shown
 
@@ -80,20 +81,23 @@ class Spec(BaseModel):
 
 
 class LawSpec(Spec):
-    """A torsion law; one subclass for each class of `model.laws`."""
+    """A torsion law; one subclass for each class of `model.laws` and `model.measured`."""
 
     cls: ClassVar[type]
 
     @check_model(mode="after")
     def _physical(self) -> "LawSpec":
-        law = self.law()
+        law = self.model()
         if not law.breakpoints() and not law.stiffness(0.0) > 0.0:
             raise ValueError(f"the stiffness at rest is {law.stiffness(0.0):g} N*m/rad; it must be positive")
         return self
 
-    def law(self) -> Any:
+    def model(self) -> Any:
         """Return the law as the model object."""
-        return checked(self.cls(**{name: getattr(self, name) for name in self.cls._fields}))  # type: ignore[attr-defined]
+        given = {name: getattr(self, name) for name in law_fields(self.cls)}
+        inner = {name: value.model() for name, value in given.items() if isinstance(value, LawSpec)}
+        make = measured.tabulated if self.cls is measured.Tabulated else self.cls
+        return checked(make(**given | inner))
 
 
 def _coefficients(value: Any) -> tuple[float, ...]:
@@ -108,12 +112,41 @@ def _coefficients(value: Any) -> tuple[float, ...]:
     return tuple(numbers)
 
 
+def _points(value: Any) -> tuple[tuple[float, float], ...]:
+    if not isinstance(value, list):
+        raise ValueError(f"is {kind_of(value)}; write {EXAMPLE_POINTS}")
+    points = []
+    for i, pair in enumerate(value):
+        if not isinstance(pair, list) or len(pair) != 2:
+            raise _at((i,), "is no pair of a torsion and a torque; write [0.54 mrad, 54 N*m]")
+        numbers = []
+        for j, unit in enumerate(("rad", "N*m")):
+            try:
+                numbers.append(_number(pair[j], unit))
+            except ValueError as error:
+                raise _at((i, j), str(error)) from None
+        points.append((numbers[0], numbers[1]))
+    return tuple(points)
+
+
+EXAMPLE_POINTS = "points such as [[-1 mrad, -90 N*m], [0 mrad, 0 N*m], [1 mrad, 100 N*m]]"
+
+
+def law_fields(cls: type) -> tuple[str, ...]:
+    """Fields of a law in a project file: those of its class, but a table is given by its points."""
+    return ("points",) if cls is measured.Tabulated else tuple(cls._fields)  # type: ignore[attr-defined]
+
+
 def _law_fields(cls: type) -> dict[str, Any]:
     """Fields of a law's model: stiffness and torque limits positive, a gap not negative, the rest free."""
+    if cls is measured.Tabulated:
+        return {"points": (Annotated[tuple[tuple[float, float], ...], BeforeValidator(_points)], ...)}
     signs: dict[str, Sign] = {"N*m/rad": "positive", "N*m": "positive", "rad": "not negative"}
     fields: dict[str, Any] = {}
     for name, hint in get_type_hints(cls, include_extras=True).items():
-        if hint == tuple[float, ...]:
+        if hint is Any:
+            fields[name] = (Annotated[Any, _AnyLaw(inner=True)], ...)
+        elif hint == tuple[float, ...]:
             fields[name] = (Annotated[tuple[float, ...], BeforeValidator(_coefficients)], ...)
         else:
             unit = get_args(hint)[1]
@@ -124,16 +157,21 @@ def _law_fields(cls: type) -> dict[str, Any]:
 @cache
 def law_types() -> dict[str, type]:
     """Torsion laws by their name in a project file: "cubic" is `Cubic`, "piecewise_linear" `PiecewiseLinear`."""
-    found = [c for c in vars(laws).values() if isinstance(c, type) and hasattr(c, "stiffness")]
+    found = [c for m in (laws, measured) for c in vars(m).values() if isinstance(c, type) and hasattr(c, "stiffness")]
     return {re.sub(r"(?<=[a-z])(?=[A-Z])", "_", c.__name__).lower(): c for c in found}
 
 
 class _AnyLaw:
-    """Marker that makes pydantic choose the law's model by its `type`."""
+    """Marker that makes pydantic choose the law's model by its `type`; a law inside another holds no third."""
+
+    def __init__(self, inner: bool = False) -> None:
+        self.inner = inner
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Callable[[Any], Any]) -> Any:
         models = []
         for name, cls in law_types().items():
+            if self.inner and "law" in law_fields(cls):
+                continue
             model = create_model(
                 f"{cls.__name__}Spec", __base__=LawSpec, **{"type": (Literal[name], ...)} | _law_fields(cls)
             )

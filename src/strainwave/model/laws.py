@@ -8,6 +8,7 @@ energy in J.
 
 from typing import Any, NamedTuple
 
+from .._jit import kernel, with_leaf
 from ..maths import sign
 from ..quantities import Angle, PerSquareRadian, Torque, TorsionalStiffness
 
@@ -179,3 +180,60 @@ class Backlash(NamedTuple):
         """Refuse a negative gap (ValueError)."""
         if self.half_gap < 0.0:
             raise ValueError(f"Backlash.half_gap is {self.half_gap:g} rad; it must not be negative")
+
+
+@kernel
+def spread(places: Any, gap: Any) -> Any:
+    """Breakpoints of a law behind a gap, sorted: the edges of the gap, and the law's own moved outwards by it."""
+    out = (-gap, gap) + places  # noqa: RUF005  (compiled code knows no starred tuples)
+    for i in range(2, len(out)):
+        out = with_leaf(out, i, out[i] + gap * sign(out[i]))
+        for j in range(i, 0, -1):
+            low, high = min(out[j - 1], out[j]), max(out[j - 1], out[j])
+            out = with_leaf(with_leaf(out, j - 1, low), j, high)
+    return out
+
+
+class Play(NamedTuple):
+    """A gap in series with any spring law: T = 0 for |x| <= half_gap, law(x - half_gap sign x) outside.
+
+    The free play of an Oldham coupling at the wave generator, seen at the output. The law must be zero at zero;
+    `Play(b, Linear(K))` is `Backlash(K, b)`. Odd if the law is; C0.
+    """
+
+    half_gap: Angle
+    law: Any
+
+    def torque(self, x: Any) -> Any:
+        """Torque T(x) [N*m] at torsion x [rad]."""
+        above, below = x - self.half_gap, x + self.half_gap
+        return self.law.torque(0.5 * ((above + abs(above)) + (below - abs(below))))  # exactly 0 inside the gap
+
+    def stiffness(self, x: Any) -> Any:
+        """Stiffness dT/dx [N*m/rad] at torsion x [rad]; at the edge of the gap the mean of both sides."""
+        above, below = x - self.half_gap, x + self.half_gap
+        touching = 1.0 - 0.5 * (sign(below) - sign(above))
+        return touching * self.law.stiffness(0.5 * ((above + abs(above)) + (below - abs(below))))
+
+    def energy(self, x: Any) -> Any:
+        """Energy stored [J] at torsion x [rad]."""
+        above, below = x - self.half_gap, x + self.half_gap
+        return self.law.energy(0.5 * ((above + abs(above)) + (below - abs(below))))
+
+    def breakpoints(self) -> tuple[float, ...]:
+        """Torsions [rad] at the edges of the gap, and the law's breakpoints moved outwards by it."""
+        places: tuple[float, ...] = spread(self.law.breakpoints(), self.half_gap)
+        return places
+
+    def check(self) -> None:
+        """Refuse a negative gap, and a law that pulls or has a corner at zero torsion (ValueError)."""
+        if self.half_gap < 0.0:
+            raise ValueError(f"Play.half_gap is {self.half_gap:g} rad; it must not be negative")
+        name, pull = type(self.law).__name__, float(self.law.torque(0.0))
+        if pull != 0.0:
+            raise ValueError(
+                f"Play.law is a {name} with the torque {pull:g} N*m at zero torsion; inside the gap nothing can carry "
+                "it, use a law with T(0) = 0 and give the mean torque to the excitation"
+            )
+        if 0.0 in self.law.breakpoints():
+            raise ValueError(f"Play.law is a {name} with a corner at zero torsion; the gap has its own, move it away")

@@ -1,0 +1,286 @@
+"""Smooth torsion laws of a datasheet or of a measurement: rounded slopes, and a monotone cubic through points.
+
+As in `laws`, a law is a NamedTuple with branch-free `torque(x)`, `stiffness(x)` and `energy(x)`; both laws here are C1
+in the torque, so they have no breakpoints. x is in rad on the output side, torque in N*m, energy in J.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from math import isfinite
+from typing import Any, NamedTuple
+
+from .._jit import kernel
+from ..quantities import Angle, Torque, TorsionalStiffness
+from .laws import PiecewiseLinear
+
+FEWEST, MOST_POINTS = 3, 64
+
+
+@kernel
+def clipped(s: Any, w: Any) -> Any:
+    """Clip s to -w .. w."""
+    return 0.5 * (abs(s + w) - abs(s - w))
+
+
+@kernel
+def rounded(s: Any, w: Any) -> Any:
+    """Return abs(s) outside -w .. w, and inside it the parabola w/2 + s^2/(2 w) that joins it smoothly."""
+    c = clipped(s, w)
+    return abs(s - c) + 0.5 * (w + c * c / w)
+
+
+@kernel
+def area(s: Any, w: Any) -> Any:
+    """Integral of `rounded` from 0 to s, odd in s."""
+    c = clipped(s, w)
+    return 0.5 * ((s - c) * (abs(s) + w) + c * (w + c * c / (3.0 * w)))
+
+
+class RoundedPiecewiseLinear(NamedTuple):
+    """`PiecewiseLinear` with its corners rounded over a `width` [rad] of torsion: odd, C1.
+
+    Within width/2 of a corner the torque is a parabola and the stiffness runs linearly from one slope to the next;
+    outside it is the vendors' straight line itself. Requires, besides what `PiecewiseLinear` requires, that the rounded
+    corners neither meet each other nor reach zero: width <= 2 x1 and width <= x2 - x1.
+    """
+
+    K1: TorsionalStiffness
+    K2: TorsionalStiffness
+    K3: TorsionalStiffness
+    T1: Torque
+    T2: Torque
+    width: Angle
+
+    def torque(self, x: Any) -> Any:
+        """Torque T(x) [N*m] at torsion x [rad]."""
+        w, x1 = 0.5 * self.width, self.T1 / self.K1
+        x2 = x1 + (self.T2 - self.T1) / self.K2
+        inner = 0.5 * (self.K1 - self.K2) * (rounded(x + x1, w) - rounded(x - x1, w))
+        outer = 0.5 * (self.K2 - self.K3) * (rounded(x + x2, w) - rounded(x - x2, w))
+        return self.K3 * x + inner + outer
+
+    def stiffness(self, x: Any) -> Any:
+        """Stiffness dT/dx [N*m/rad] at torsion x [rad]; continuous."""
+        w, x1 = 0.5 * self.width, self.T1 / self.K1
+        x2 = x1 + (self.T2 - self.T1) / self.K2
+        inner = 0.5 * (self.K1 - self.K2) * (clipped(x + x1, w) - clipped(x - x1, w)) / w
+        outer = 0.5 * (self.K2 - self.K3) * (clipped(x + x2, w) - clipped(x - x2, w)) / w
+        return self.K3 + inner + outer
+
+    def energy(self, x: Any) -> Any:
+        """Energy stored [J] at torsion x [rad]."""
+        w, x1 = 0.5 * self.width, self.T1 / self.K1
+        x2 = x1 + (self.T2 - self.T1) / self.K2
+        inner = 0.5 * (self.K1 - self.K2) * (area(x + x1, w) - area(x - x1, w) - 2.0 * area(x1, w))
+        outer = 0.5 * (self.K2 - self.K3) * (area(x + x2, w) - area(x - x2, w) - 2.0 * area(x2, w))
+        return 0.5 * self.K3 * x * x + inner + outer
+
+    def breakpoints(self) -> tuple[float, ...]:
+        """No breakpoints: the slope is continuous."""
+        return ()
+
+    def check(self) -> None:
+        """Refuse what `PiecewiseLinear` refuses, and transitions that meet (ValueError)."""
+        law = PiecewiseLinear(self.K1, self.K2, self.K3, self.T1, self.T2)
+        law.check()
+        x1, x2 = law.breakpoints()[2:]
+        widest = min(2.0 * x1, x2 - x1)
+        if not 0.0 < self.width <= widest * (1.0 + 1e-12):
+            raise ValueError(
+                f"RoundedPiecewiseLinear.width is {self.width:g} rad; it must be positive and at most "
+                f"{widest:.6g} rad, where the rounded corners meet"
+            )
+
+
+class Knot(NamedTuple):
+    """One point of a tabulated law: torsion x, torque T and stiffness K there."""
+
+    x: Angle
+    T: Torque
+    K: TorsionalStiffness
+
+
+@kernel
+def outward(knots: Any, i: int) -> Any:
+    """Interval i as cubic away from zero: near and far knot, direction, length, coefficients of s^2 and s^3."""
+    a, b = knots[i], knots[i + 1]
+    side = -1.0 if b.x <= 0.0 else 1.0
+    near, far = (b, a) if b.x <= 0.0 else (a, b)
+    h = b.x - a.x
+    secant = (b.T - a.T) / h
+    return near, far, side, h, (3.0 * secant - 2.0 * near.K - far.K) / h, (a.K + b.K - 2.0 * secant) / (h * h)
+
+
+@kernel
+def anchor(knots: Any) -> Any:
+    """Knot from which all intervals are added up: the last that is not above zero, so that T(0) of a knot is exact."""
+    found = knots[0]
+    for i in range(1, len(knots)):
+        found = knots[i] if knots[i].x <= 0.0 else found
+    return found
+
+
+@kernel
+def positive(s: Any) -> Any:
+    """Return s where it is positive, else exactly 0."""
+    return 0.5 * (s + abs(s))
+
+
+@kernel
+def shorter(s: Any, h: Any) -> Any:
+    """Return the smaller of s and h; 0 exactly for s = 0 < h."""
+    return 0.5 * (s + h - abs(s - h))
+
+
+@kernel
+def work(knots: Any, x: Any) -> Any:
+    """Work [J] from the anchor to x."""
+    first, last, start = knots[0], knots[len(knots) - 1], anchor(knots)
+    below, above = positive(first.x - x), positive(x - last.x)
+    total = start.T * (x - start.x) + 0.5 * (first.K * below * below + last.K * above * above)
+    for i in range(len(knots) - 1):
+        near, far, side, h, second, third = outward(knots, i)
+        s = shorter(positive(side * (x - near.x)), h)
+        rise = s * (near.K + s * (second + s * third))
+        total = (
+            total + s * s * (near.K / 2.0 + s * (second / 3.0 + s * third / 4.0)) + rise * positive(side * (x - far.x))
+        )
+    return total
+
+
+class Tabulated(NamedTuple):
+    """Monotone cubic through measured points, straight beyond the first and the last; C1. Build it with `tabulated`.
+
+    Between two knots the torque is the cubic that has their torques and stiffnesses (Hermite). All arithmetic is a sum
+    over the knots, so time grows with their number.
+    """
+
+    knots: tuple[Knot, ...]
+
+    def torque(self, x: Any) -> Any:
+        """Torque T(x) [N*m] at torsion x [rad]; exactly that of the knot at x = 0, if there is one."""
+        knots = self.knots
+        first, last = knots[0], knots[len(knots) - 1]
+        total = anchor(knots).T + last.K * positive(x - last.x) - first.K * positive(first.x - x)
+        for i in range(len(knots) - 1):
+            near, _, side, h, second, third = outward(knots, i)
+            s = shorter(positive(side * (x - near.x)), h)
+            total = total + side * s * (near.K + s * (second + s * third))
+        return total
+
+    def stiffness(self, x: Any) -> Any:
+        """Stiffness dT/dx [N*m/rad] at torsion x [rad]; continuous."""
+        total = anchor(self.knots).K + 0.0 * x
+        for i in range(len(self.knots) - 1):
+            near, _, side, h, second, third = outward(self.knots, i)
+            s = shorter(positive(side * (x - near.x)), h)
+            total = total + s * (2.0 * second + 3.0 * third * s)
+        return total
+
+    def energy(self, x: Any) -> Any:
+        """Energy stored [J] at torsion x [rad]."""
+        return work(self.knots, x) - work(self.knots, 0.0)
+
+    def breakpoints(self) -> tuple[float, ...]:
+        """No breakpoints: the slope is continuous."""
+        return ()
+
+    def check(self) -> None:
+        """Refuse too few knots, knots out of order, falling torques, and slopes that overshoot (ValueError)."""
+        _check_points([(knot.x, knot.T) for knot in self.knots])
+        for a, b in pairwise(self.knots):
+            secant = (b.T - a.T) / (b.x - a.x)
+            # Fritsch & Carlson 1980, sec. 3: sufficient for a monotone cubic
+            if min(a.K, b.K) < 0.0 or max(a.K, b.K) > 3.0 * secant * (1.0 + 1e-12):
+                raise ValueError(
+                    f"Tabulated has the slopes {a.K:g} and {b.K:g} N*m/rad at {a.x:g} and {b.x:g} rad, whose points "
+                    f"rise with {secant:g} N*m/rad; they must lie between 0 and three times that, tabulated(points) "
+                    "finds some"
+                )
+
+
+def tabulated(points: Sequence[Sequence[float]], *, odd: bool = False) -> Tabulated:
+    """Build the monotone cubic law through measured points.
+
+    Parameters
+    ----------
+    points : sequence of (float, float)
+        Torsions [rad, output side], ascending, and torques [N*m], not descending; 3 to 64 pairs.
+    odd : bool
+        Whether to add the origin and the mirror image of points that all have positive torsions.
+
+    Returns
+    -------
+    Tabulated
+        The stiffness at an inner knot is the weighted harmonic mean of the two neighbouring secants (0 where one of
+        them is 0), at an end the three-point formula, limited so that the cubic stays monotone.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than 3 or more than 64 points, or they are not numbers, unsorted, repeated or falling.
+
+    References
+    ----------
+    Fritsch & Carlson 1980, SIAM J. Numer. Anal. 17(2), 238-246 (monotone cubics); Fritsch & Butland 1984, SIAM J. Sci.
+    Stat. Comput. 5(2), 300-304, eq. (5) (the mean); Moler 2004, Numerical Computing with MATLAB, sec. 3.6 (the ends).
+    """
+    pairs = [_pair(point) for point in points]
+    if odd:
+        if pairs and not pairs[0][0] > 0.0:
+            raise ValueError(
+                f"an odd law is given by points with positive torsions and has one at {pairs[0][0]:g} rad; leave out "
+                "the origin and the mirrored half, or write odd=False"
+            )
+        pairs = [*((-x, -T) for x, T in reversed(pairs)), (0.0, 0.0), *pairs]
+    _check_points(pairs)
+    steps = [b[0] - a[0] for a, b in pairwise(pairs)]
+    secants = [(b[1] - a[1]) / h for (a, b), h in zip(pairwise(pairs), steps, strict=True)]
+    inner = [_mean_slope(*both) for both in zip(pairwise(steps), pairwise(secants), strict=True)]
+    first, last = _end_slope(steps, secants), _end_slope(steps[::-1], secants[::-1])
+    slopes = (first, *inner, last)
+    return Tabulated(tuple(Knot(x, T, K) for (x, T), K in zip(pairs, slopes, strict=True)))
+
+
+def _pair(point: Sequence[float]) -> tuple[float, float]:
+    try:
+        x, T = (float(number) for number in point)
+    except (TypeError, ValueError):
+        raise ValueError(f"{point!r} is no point; write (torsion in rad, torque in N*m)") from None
+    return x, T
+
+
+def _check_points(pairs: Sequence[tuple[float, float]]) -> None:
+    if not FEWEST <= len(pairs) <= MOST_POINTS:
+        many = "; average neighbouring points" if len(pairs) > MOST_POINTS else "; two make a straight line: use Linear"
+        raise ValueError(f"a table of {len(pairs)} points is given; it needs {FEWEST} to {MOST_POINTS}{many}")
+    for x, T in pairs:
+        if not (isfinite(x) and isfinite(T)):
+            raise ValueError(f"the point ({x:g} rad, {T:g} N*m) is not finite; remove it")
+    for (x0, T0), (x1, T1) in pairwise(pairs):
+        if x1 == x0:
+            raise ValueError(f"the torsion {x1:g} rad appears twice; average the two torques {T0:g} and {T1:g} N*m")
+        if x1 < x0:
+            raise ValueError(f"the torsion {x1:g} rad stands after {x0:g} rad; sort the points by torsion")
+        if T1 < T0:
+            raise ValueError(
+                f"the torque falls from {T0:g} to {T1:g} N*m between {x0:g} and {x1:g} rad (negative stiffness); "
+                "correct the points, or average the branches of a hysteresis loop first"
+            )
+    if pairs[0][1] == pairs[-1][1]:
+        raise ValueError(f"the torque is {pairs[0][1]:g} N*m at every point; a law needs one that rises")
+
+
+def _mean_slope(steps: tuple[float, float], secants: tuple[float, float]) -> float:
+    """Weighted harmonic mean of two secants, 0 where one of them is."""
+    (h0, h1), (left, right) = steps, secants
+    if left == 0.0 or right == 0.0:
+        return 0.0
+    w0, w1 = h0 + 2.0 * h1, 2.0 * h0 + h1
+    return (w0 + w1) / (w0 / left + w1 / right)
+
+
+def _end_slope(steps: Sequence[float], secants: Sequence[float]) -> float:
+    """One-sided three-point slope at the first point, not negative (it is at most twice the first secant)."""
+    (h0, h1), (near, far) = steps[:2], secants[:2]
+    return max(((2.0 * h0 + h1) * near - h0 * far) / (h0 + h1), 0.0)
