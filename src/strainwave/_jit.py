@@ -16,7 +16,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from functools import cache
+from functools import cache, wraps
 from importlib import import_module
 from itertools import count, repeat
 from pathlib import Path
@@ -28,7 +28,10 @@ from . import maths
 F = TypeVar("F", bound=Callable[..., Any])
 
 # Methods of a model object that a kernel may call. No field may have one of these names.
-RESERVED = ("torque", "stiffness", "energy", "value", "slope", "rhs", "jacobian", "torsion", "breakpoints")
+RESERVED = (
+    "torque", "z_rate", "stiffness", "energy", "dissipation", "value", "slope", "rhs", "jacobian", "torsion",
+    "breakpoints",
+)  # fmt: skip
 # Methods of the package's own problem objects (harmonic balance), with their arguments.
 INTERNAL = {
     "forcing": ("self", "system", "work"),
@@ -47,7 +50,7 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "nsz
 LIGHT_RUNS = 12  # about three response curves
 _light_runs = count()
 _plain_runs: ContextVar[Iterator[bool] | None] = ContextVar("_plain_runs", default=None)
-_kernels: list[tuple[Callable[..., Any], Callable[..., Any], bool]] = []
+_kernels: list[tuple[Callable[..., Any], Callable[..., Any], bool | None]] = []
 
 
 def kernel(function: F) -> F:
@@ -73,14 +76,23 @@ def kernel_as(loops: Callable[..., Any], inline: bool = False) -> Callable[[F], 
     return mark
 
 
+def chosen(choose: Callable[..., Any]) -> Callable[..., Any]:
+    """Make of a function that chooses a body by the classes of its arguments the function that runs this body.
+
+    Compiled code chooses when it is made: `choose` then gets the compiler's types, which know the `instance_class`.
+    """
+
+    @wraps(choose)
+    def function(*args: Any) -> Any:
+        return choose(*args)(*args)
+
+    _kernels.append((function, choose, None))
+    return function
+
+
 def axpy(y: Any, h: Any, k: Any) -> Any:
     """Return y + h k for tuples y and k of equal length and a number h."""
     return tuple(a + h * b for a, b in zip(y, k, strict=True))
-
-
-def torsion(system: Any, phase: float, y: Any) -> Any:
-    """Return the system's torsion, or its first state where it defines none."""
-    return system.torsion(phase, y) if hasattr(system, "torsion") else y[0]
 
 
 def with_leaf(model: Any, index: int, value: Any) -> Any:
@@ -200,9 +212,12 @@ CALLED = OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 INNER = CALLED | {"forceinline": True}
 
 
-def _expose(function: Callable[..., Any], body: Callable[..., Any], inline: bool = True) -> None:
-    """Let compiled code call `function`, with `body` as its implementation."""
+def _expose(function: Callable[..., Any], body: Callable[..., Any], inline: bool | None = True) -> None:
+    """Let compiled code call `function`, with `body` as its implementation (or what chooses it: inline is None)."""
     overload: Any = import_module("numba.extending").overload
+    if inline is None:
+        overload(function, jit_options=INNER)(body)
+        return
 
     def typed(*args: Any) -> Any:
         return body
@@ -225,7 +240,6 @@ def _numba() -> Any:
     for name, arguments in INTERNAL.items():
         typed = _internal_method(name, arguments)
         extending.overload_method(types.BaseNamedTuple, name, jit_options=INNER, strict=False)(typed)
-    extending.overload(torsion, jit_options=INNER)(_torsion_of)
     _expose(axpy, _axpy_body(import_module("numba.cpython.unsafe.tuple")))
     _expose(with_leaf, _with_leaf_body(types, extending))
     _expose(borrowed, _borrowed_body(types, extending))
@@ -260,16 +274,6 @@ def _internal_method(name: str, arguments: tuple[str, ...]) -> Callable[..., Any
     kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
     typed.__signature__ = inspect.Signature([inspect.Parameter(a, kind) for a in arguments])  # type: ignore[attr-defined]
     return typed
-
-
-def _torsion_of(system: Any, phase: Any, y: Any) -> Any:
-    def own(system: Any, phase: Any, y: Any) -> Any:
-        return system.torsion(phase, y)
-
-    def first_state(system: Any, phase: Any, y: Any) -> Any:
-        return y[0]
-
-    return own if hasattr(system.instance_class, "torsion") else first_state
 
 
 def _axpy_body(tuples: Any) -> Callable[..., Any]:

@@ -2,6 +2,7 @@
 
 from typing import Any, NamedTuple
 
+from .._dispatch import check_law, states_of, torque_of, z_rate_of
 from ..quantities import AngularSpeed, Damping, Inertia
 from .excitation import NoError
 
@@ -10,7 +11,8 @@ class Oscillator(NamedTuple):
     """Dynamic error x of a drive whose gear has the law T, the damping B and the kinematic error e.
 
     J x'' + B u' + T(u) = tau(phase), u = x - e(phase), phase = omega t (article eq. for x, with the kinematic error of
-    Ghorbel, Gandhi & Alpeter 2001). The state is (x [rad], x' [rad/s]); the law sees the torsion u.
+    Ghorbel, Gandhi & Alpeter 2001). The state is (x [rad], x' [rad/s]) and after them the internal states of a law
+    with memory; the law sees the torsion u and, where it depends on it, its rate u'.
     """
 
     J: Inertia
@@ -25,14 +27,15 @@ class Oscillator(NamedTuple):
         return y[0] - self.error.value(phase)
 
     def rhs(self, phase: Any, y: Any) -> Any:
-        """Time derivatives (x', x'') of the state y = (x, x') at the base phase [rad]."""
-        x, v = y
-        u = x - self.error.value(phase)
+        """Time derivatives (x', x'', z' ...) of the state y = (x, x', z ...) at the base phase [rad]."""
+        v, z = y[1], y[2:]
+        u = y[0] - self.error.value(phase)
         du = v - self.omega * self.error.slope(phase)
-        return v, (self.excitation.torque(phase) - self.B * du - self.law.torque(u)) / self.J
+        torque = torque_of(self.law, u, du, z)
+        return (v, (self.excitation.torque(phase) - self.B * du - torque) / self.J, *z_rate_of(self.law, u, du, z))
 
     def jacobian(self, phase: Any, y: Any) -> Any:
-        """Rows of the derivative of `rhs` with respect to the state: ((0, 1), (-T'(u)/J, -B/J))."""
+        """Rows of the derivative of `rhs` with respect to the state: ((0, 1), (-T'(u)/J, -B/J)); of a law torque(x)."""
         u = y[0] - self.error.value(phase)
         stiffness = self.law.stiffness(u)
         return (0.0 * stiffness, 1.0 + 0.0 * stiffness), (-stiffness / self.J, -self.B / self.J + 0.0 * stiffness)
@@ -40,6 +43,10 @@ class Oscillator(NamedTuple):
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where the law is not smooth (none for a law that does not say)."""
         return tuple(self.law.breakpoints()) if hasattr(self.law, "breakpoints") else ()
+
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states, in order."""
+        return ("x", "x'", *(f"z{i + 1}" for i in range(states_of(self.law))))
 
     def orders(self) -> tuple[int, ...]:
         """Orders of the excitation and of the kinematic error on the base angle."""
@@ -54,3 +61,4 @@ class Oscillator(NamedTuple):
             part = getattr(self, name)
             if not hasattr(part, method):
                 raise TypeError(f"Oscillator.{name} is {part!r}; it must be an object with a method {method}")
+        check_law("Oscillator.law", self.law)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._dispatch import springs_only
 from ..quantities import checked
 from ..results import Floats, Status
 from .balance import second_order, work_for
@@ -91,6 +92,7 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, sec. 4.1.
     """
     system = checked(system)
+    springs_only("backbone", system)
     wanted = np.atleast_1d(np.asarray(amplitudes, float))
     if wanted.ndim != 1 or not (np.all(np.isfinite(wanted)) and np.all(wanted > 0.0)):
         raise ValueError(f"amplitudes are {amplitudes!r}; they must be positive and finite [rad]")

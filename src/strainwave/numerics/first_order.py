@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._dispatch import is_spring
 from .._jit import with_leaf
 from ..results import Floats
 from .balance import second_order
@@ -121,8 +122,11 @@ def rates_at(system: Any, angles: Floats, y: Floats) -> Floats:
 
 
 def jacobians_at(system: Any, angles: Floats, y: Floats, sizes: Floats) -> Floats:
-    """Derivatives (states, states, ...) of the rates by the states; by central differences if the system has none."""
-    if hasattr(system, "jacobian"):
+    """Derivatives (states, states, ...) of the rates by the states; by central differences if the system has none.
+
+    An `Oscillator` knows them for a law torque(x) alone.
+    """
+    if hasattr(system, "jacobian") and is_spring(system):
         rows = system.jacobian(angles, tuple(y))
         return np.array([[np.broadcast_to(entry, y.shape[1:]) for entry in row] for row in rows], float)
     columns = []
@@ -153,12 +157,12 @@ def number_of_states(system: Any) -> int:
 
 
 def is_second_order(system: Any) -> bool:
-    """Whether a system is J x'' + B u' + T(u) = tau, with the fields of `Oscillator`."""
-    return all(hasattr(system, name) for name in SAME)
+    """Whether a system is J x'' + B u' + T(u) = tau, with the fields of `Oscillator` and a law torque(x)."""
+    return all(hasattr(system, name) for name in SAME) and is_spring(system)
 
 
 def balance_of(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: int = 1) -> Any:
-    """Balance problem of a system at its own parameters: on its torsion alone where it has the fields of `Oscillator`.
+    """Balance problem of a system at its own parameters: on its torsion alone where it is J x'' + B u' + T(u) = tau.
 
     Raises
     ------

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from .._dispatch import springs_only
 from ..quantities import checked, replace
 from ..results import Floats, Orbit, SolveError, Status
 from .balance import second_order
@@ -133,6 +134,7 @@ def fold_curve(
     if fold.label != "fold":
         raise ValueError(f"the orbit is labelled {fold.label!r}; take one of Branch.folds")
     system = checked(replace(checked(system), {"omega": fold.omega, parameter: fold.value}))
+    springs_only("fold_curve", system)
     lo, hi, at = float(span[0]), float(span[1]), value_at(system, path)
     leaf_of(system, path)
     if not lo <= at <= hi:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._dispatch import is_spring
 from .._jit import axpy, kernel, run
 from ..quantities import checked
 from ..results import Floats, Status, Trajectory
@@ -212,7 +213,7 @@ def simulate(system: Any, y0: ArrayLike, t: float | ArrayLike, *, method: Dopri5
         Anything with `rhs(phase, y)`; its `omega` [rad/s] turns time into phase (1 where it has none). Switches are
         located where it has `breakpoints()`.
     y0 : (states,) array_like
-        State at the first time; for an `Oscillator` x [rad] and x' [rad/s].
+        State at the first time; for an `Oscillator` x [rad], x' [rad/s] and the internal states of its law, if any.
     t : float or array_like
         End time [s] (from 0), or (start, end): every step is recorded. More than two increasing times: the solution is
         recorded there, by dense output.
@@ -278,12 +279,15 @@ def _start(system: Any, t: float, y0: ArrayLike) -> tuple[Any, Any]:
     """Return the starting state and its rate as tuples, after checking that they fit the system."""
     y = tuple(_numbers(y0, "y0 must be a finite state, for an Oscillator (x, x')").tolist())
     name = type(system).__name__
+    if hasattr(system, "state_names") and len(y) != len(system.state_names()):
+        names = ", ".join(system.state_names())
+        raise ValueError(f"y0 has {len(y)} states but {name} has {len(system.state_names())}: {names}; give each one")
     try:
         rate = tuple(float(v) for v in system.rhs(float(getattr(system, "omega", 1.0) * t), y))
     except (ArithmeticError, IndexError, ValueError) as error:
         raise ValueError(f"{name}.rhs does not accept y0 = {y} ({error}); give it as many states as it has") from error
     if len(rate) != len(y):
-        raise ValueError(f"y0 has {len(y)} states but {name} has {len(rate)}; for an Oscillator give (x, x')")
+        raise ValueError(f"y0 has {len(y)} states but {name} has {len(rate)}; give as many")
     if not all(math.isfinite(v) and abs(u) < BOUND for u, v in zip(y, rate, strict=True)):
         raise ValueError(f"at y0 = {y} {name}.rhs gives the rates {rate}; start closer to equilibrium")
     return y, rate
@@ -343,7 +347,7 @@ def _fixed_step(system: Any, omega: float, y: Any, rate: Any, times: Floats, met
         if omega == 0.0:
             raise ValueError("with omega = 0 there is no period; give steps instead of steps_per_period")
         return 2.0 * math.pi / abs(omega) / method.steps_per_period
-    if not hasattr(system, "jacobian"):
+    if not hasattr(system, "jacobian") or not is_spring(system):
         name = type(system).__name__
         raise TypeError(f"{name} has no jacobian to choose a step from; give steps_per_period or use Dopri5")
     coarse = _adaptive(system, y, times[[0, -1]], Dopri5(rtol=1e-3, atol=1e-6), Record(times[0], times[-1], y, rate, 0))

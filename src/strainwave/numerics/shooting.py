@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._jit import torsion
+from .._dispatch import torsion
 from ..quantities import checked
 from ..results import Floats, Orbit, SolveError, Status
 from .integrate import Dopri5, simulate

@@ -6,7 +6,8 @@ the other side is repeated so that it ends on the breakpoint; each step then see
 
 from typing import Any
 
-from .._jit import axpy, kernel, torsion
+from .._dispatch import torsion
+from .._jit import axpy, kernel
 from .steps import dense_output, dopri5_step
 
 SCAN = 4  # places inside a step where the torsion is compared with the breakpoints

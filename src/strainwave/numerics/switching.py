@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from .._dispatch import springs_only
 from ..quantities import checked, replace
 from ..results import Branch, Floats, Orbit, SolveError
 from .balance import second_order, work_for
@@ -75,6 +76,7 @@ def switch_branch(
         )
     value = orbit.value
     system = checked(replace(checked(system), {"omega": orbit.omega, parameter: value}))
+    springs_only("switch_branch", system)
     lo, hi = (float(end) for end in span) if span is not None else sorted((0.5 * value, 2.0 * value))
     stretch = 2 if "doubling" in orbit.label else 1
     leaf = leaf_of(system, parameter)

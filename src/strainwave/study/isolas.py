@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from .._dispatch import springs_only
 from ..numerics.backbone import backbone
 from ..numerics.balance import second_order
 from ..numerics.branches import Trace, describe, leaf_of, solve
@@ -75,6 +76,7 @@ def isolas(
     Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 4.1.4.
     """
     system, resonance = checked(system), Resonance(*resonance).checked()
+    springs_only("isolas", system)
     lo, hi = float(span[0]), float(span[1])
     if not 0.0 < lo < hi < np.inf:
         raise ValueError(f"the frequency range is {lo:g} .. {hi:g} rad/s; it must be 0 < low < high")

@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from .._dispatch import springs_only
 from ..model.excitation import Harmonic, Harmonics, NoError
 from ..model.oscillator import Oscillator
 from ..quantities import checked
@@ -148,6 +149,7 @@ def lyapunov(system: Oscillator, *, span: float | None = None, near: float | Non
         name = type(system).__name__
         raise TypeError(f"lyapunov takes an Oscillator, not {name}; a Drive gives one by drive.error_equation()")
     system = checked(system)
+    springs_only("lyapunov", system)
     if span is not None and not 0.0 < span < math.inf:
         raise ValueError(f"span is {span}; give the largest torsion to examine, in rad and positive")
     if near is not None and not math.isfinite(near):

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._dispatch import springs_only
 from ..quantities import floated, parameters
 from ..results import Floats, SolveError
 from . import response as response_curve
@@ -224,6 +225,7 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
     if not (isinstance(resonance, tuple) and len(resonance) == 2):
         raise TypeError(f"resonance is {resonance!r}; it must be a Resonance(p, q) such as PRIMARY")
     system, resonance = floated(system), Resonance(*resonance).checked()
+    springs_only("slow_flow", system)
     bad = [p.path for p in parameters(system) if not math.isfinite(p.value)]
     if bad:
         raise ValueError(f"{type(system).__name__}.{bad[0]} is not finite; give it a number")
