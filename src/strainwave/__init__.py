@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from .model.excitation import KinematicError as KinematicError
     from .model.excitation import Line as Line
     from .model.excitation import NoError as NoError
+    from .model.fits import LawFit as LawFit
+    from .model.fits import fit_odd as fit_odd
     from .model.laws import Backlash as Backlash
     from .model.laws import Cubic as Cubic
     from .model.laws import Linear as Linear
@@ -67,10 +69,13 @@ if TYPE_CHECKING:
     from .theory.resonance import SUPERHARMONIC as SUPERHARMONIC
     from .theory.resonance import Resonance as Resonance
     from .theory.slow_results import SteadyState as SteadyState
+    from .theory.small_signal import SmallSignal as SmallSignal
+    from .theory.small_signal import small_signal as small_signal
 
 _HOME = {
     "model.drive": ("Drive", "HDC_40_050", "HDC_40_050_WARNING"),
     "model.excitation": ("Harmonic", "Harmonics", "KinematicError", "Line", "NoError"),
+    "model.fits": ("LawFit", "fit_odd"),
     "model.laws": ("Backlash", "Cubic", "Linear", "PiecewiseLinear", "Play", "Polynomial"),
     "model.measured": ("Knot", "RoundedPiecewiseLinear", "Tabulated", "tabulated"),
     "model.oscillator": ("Oscillator",),
@@ -93,6 +98,7 @@ _HOME = {
     "theory.multiple_scales": ("SlowFlow", "slow_flow"),
     "theory.resonance": ("NONRESONANT", "PRIMARY", "SUBHARMONIC", "SUPERHARMONIC", "Resonance"),
     "theory.slow_results": ("SteadyState",),
+    "theory.small_signal": ("SmallSignal", "small_signal"),
 }
 _MODULE = {name: module for module, names in _HOME.items() for name in names}
 
