@@ -3,7 +3,18 @@
 import pytest
 
 import strainwave as sw
-from strainwave.quantities import floated, is_model, parameters, replace
+from strainwave.quantities import (
+    checked,
+    floated,
+    interval,
+    is_model,
+    number,
+    numbers,
+    parameters,
+    positive_count,
+    replace,
+    with_parts,
+)
 
 SYSTEM = sw.Oscillator(
     J=1.0,
@@ -69,3 +80,80 @@ def test_floated_refuses_text():
 def test_a_plain_tuple_is_no_model():
     assert is_model(SYSTEM)
     assert not is_model((1.0, 2.0))
+
+
+@pytest.mark.parametrize("value", ["3", None, float("nan"), float("inf"), True, [1.0], 10**400, 1j])
+def test_what_is_no_finite_number_is_named_with_its_value(value):
+    with pytest.raises(ValueError, match=r"^near is .*; it (must be a finite number|is too large)") as error:
+        number("near", value)
+    assert "\n" not in str(error.value)
+    assert len(str(error.value)) < 200
+
+
+@pytest.mark.parametrize("value", [0.0, -1])
+def test_a_positive_number_is_above_zero(value):
+    assert number("span", value) == value
+    with pytest.raises(ValueError, match=r"span is .*; it must be a positive finite number"):
+        number("span", value, positive=True)
+
+
+@pytest.mark.parametrize("values", ["ab", None, [], [[1.0]], (1.0, float("nan")), {1: 2}, (1j, 0.0)])
+def test_what_are_no_finite_numbers_is_named(values):
+    with pytest.raises(ValueError, match=r"y0 is .*; it must be one or more finite numbers"):
+        numbers("y0", values)
+    with pytest.raises(ValueError, match=r"y0 is 1.0; it must be 2 finite numbers"):
+        numbers("y0", 1.0, count=2)
+
+
+@pytest.mark.parametrize(
+    "span", [1, "ab", None, (1, 2, 3), (float("nan"), 1.0), (2.0, 1.0), (0.1, float("inf")), [[1, 2]]]
+)
+def test_what_is_no_interval_is_named(span):
+    with pytest.raises(ValueError, match=r"the range is .*; it must be two finite numbers"):
+        interval("the range", span)
+
+
+def test_an_interval_may_have_to_be_positive():
+    assert interval("the range", (0, 2)) == (0.0, 2.0)
+    with pytest.raises(ValueError, match=r"the range is 0 \.\. 2; it must be 0 < low < high"):
+        interval("the range", (0, 2), positive=True)
+
+
+def test_a_count_has_an_upper_end_where_one_is_given():
+    assert positive_count("harmonics", 1000, 1000) == 1000
+    with pytest.raises(ValueError, match="harmonics is 1001; it must be at most 1000"):
+        positive_count("harmonics", 1001, 1000)
+
+
+def test_a_long_value_is_cut_in_the_sentence():
+    with pytest.raises(ValueError, match=r"\(3002 characters\)") as error:
+        replace(SYSTEM, {"x" * 3000: 1.0})
+    assert len(str(error.value)) < 300
+
+
+@pytest.mark.parametrize(
+    ("model", "changes", "sentence"),
+    [
+        (SYSTEM, ["B"], r"changes are \['B'\]; they must be a dict"),
+        (SYSTEM, None, "changes are None; they must be a dict"),
+        (SYSTEM, {1: 2.0}, "must be a dict of path to value"),
+        (3, {"B": 1.0}, "a model object is a NamedTuple, .* not 3"),
+    ],
+)
+def test_replace_takes_a_model_and_a_dict_of_paths(model, changes, sentence):
+    with pytest.raises(TypeError, match=sentence):
+        replace(model, changes)
+
+
+def test_a_parameter_whose_powers_no_float_holds_is_refused():
+    for law in (sw.Cubic(1e70, 0.1), sw.Polynomial((0.0, 1.0, -1e300))):
+        with pytest.raises(ValueError, match=r"must not exceed 1e\+60 in SI units"):
+            checked(SYSTEM._replace(law=law))
+    assert checked(SYSTEM._replace(B=1e-300)).B == 1e-300
+
+
+def test_a_verb_says_what_a_system_lacks():
+    with pytest.raises(TypeError, match="find_orbit takes a system such as an Oscillator; Cubic has no rhs"):
+        sw.find_orbit(sw.Cubic(1.0, 0.1))
+    with pytest.raises(TypeError, match=r"Drive has no omega; drive\.error_equation\(\) gives one"):
+        with_parts("isolas", sw.HDC_40_050, "law", "omega")

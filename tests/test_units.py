@@ -172,6 +172,35 @@ def test_convert_refuses_what_does_not_match(unit, to, sentence):
         convert(1.0, unit, to)
 
 
+@pytest.mark.parametrize(
+    ("text", "unit", "sentence"),
+    [
+        (None, "rad", "None is no text; write it as '7160 N"),
+        (b"1 rad", "rad", "b'1 rad' is no text"),
+        ("1 rad", None, "None is no text; write the unit as"),
+        ("1 rad", "N*m/", "unknown unit 'N\\*m/'"),
+        ("1e-400 rad", "rad", "is too small a number to be told from 0"),
+        ("20\n Hz", "rad/s", "not 20 Hz$"),
+    ],
+)
+def test_what_is_no_text_or_no_number_a_float_holds_is_one_sentence(text, unit, sentence):
+    with pytest.raises(ValueError, match=sentence) as error:
+        parse(text, unit)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("value", ["3", None, [1.0, 2.0], object()])
+def test_convert_takes_numbers_and_arrays_alone(value):
+    with pytest.raises(ValueError, match="is no number and no array of numbers"):
+        convert(value, "rad", "arcsec")
+
+
+def test_convert_cuts_a_long_unit_in_its_sentence():
+    with pytest.raises(ValueError, match=r"\(3002 characters\)") as error:
+        convert(1.0, "x" * 3000, "rad")
+    assert len(str(error.value)) < 200
+
+
 def test_pint_is_imported_at_the_first_text_and_not_before():
     code = (
         "import sys; from strainwave.quantities import parse; before = 'pint' in sys.modules; "

@@ -11,9 +11,13 @@ from math import isfinite
 from numbers import Integral, Real
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
+import numpy as np
+from numpy.typing import NDArray
+
 from .units import convert as convert
 from .units import example as example
 from .units import parse as parse
+from .units import shown as shown
 
 Angle = Annotated[float, "rad"]
 TorsionalStiffness = Annotated[float, "N*m/rad"]
@@ -23,6 +27,10 @@ Inertia = Annotated[float, "kg*m**2"]
 Damping = Annotated[float, "N*m*s/rad"]
 AngularSpeed = Annotated[float, "rad/s"]
 Ratio = Annotated[float, ""]
+
+LARGEST = (
+    1e60  # of every parameter, and 1/LARGEST the smallest that is not 0: its powers in a formula still fit a float
+)
 
 
 class Parameter(NamedTuple):
@@ -54,18 +62,18 @@ def _is_whole(value: Any) -> bool:
 def _converted(value: Any, hint: Any, where: str) -> Any:
     if get_origin(hint) is tuple:
         if is_model(value) or not isinstance(value, list | tuple):
-            raise TypeError(f"{where} must be a tuple, not {value!r}; write a single item as (item,)")
+            raise TypeError(f"{where} must be a tuple, not {shown(value)}; write a single item as (item,)")
         return tuple(_converted(item, get_args(hint)[0], where) for item in value)
     if _is_float(hint):
         if not isinstance(value, Real):
-            raise TypeError(f"{where} must be a number, not {value!r}")
-        return float(value)
+            raise TypeError(f"{where} must be a number, not {shown(value)}")
+        return _as_float(where, value)
     if hint is int:
         if not _is_whole(value):
-            raise ValueError(f"{where} must be a whole number, not {value!r}")
+            raise ValueError(f"{where} must be a whole number, not {shown(value)}")
         return int(value)
     if hint is not Any and isinstance(hint, type) and not isinstance(value, hint):
-        raise TypeError(f"{where} must be a {hint.__name__}, not {value!r}")
+        raise TypeError(f"{where} must be a {hint.__name__}, not {shown(value)}")
     return floated(value) if is_model(value) else value
 
 
@@ -82,7 +90,7 @@ def floated(model: Any) -> Any:
         If an integer field holds a number that is not whole.
     """
     if not is_model(model):
-        raise TypeError(f"a model object is a NamedTuple, such as Oscillator(...), not {model!r}")
+        raise TypeError(f"a model object is a NamedTuple, such as Oscillator(...), not {shown(model)}")
     cls: Any = type(model)
     hints = _hints(cls)
     fields = zip(cls._fields, model, strict=True)
@@ -92,8 +100,8 @@ def floated(model: Any) -> Any:
 def checked(model: Any) -> Any:
     """Return `floated(model)` after checking it; every verb that takes a model calls this once.
 
-    All numbers must be finite and no tuple empty; for the rest a model may have a method `check()` that raises a
-    ValueError with one sentence.
+    All numbers must be finite and of a size up to 1e60, and no tuple empty; for the rest a model may have a method
+    `check()` that raises a ValueError with one sentence.
 
     Raises
     ------
@@ -115,7 +123,9 @@ def _check(model: Any) -> None:
             if is_model(item):
                 _check(item)
             elif isinstance(item, float) and not isfinite(item):
-                raise ValueError(f"{where} is {value!r}; it must be finite")
+                raise ValueError(f"{where} is {shown(value)}; it must be finite")
+            elif isinstance(item, float) and abs(item) > LARGEST:
+                raise ValueError(f"{where} is {shown(value)}; it must not exceed {LARGEST:g} in SI units")
     if hasattr(model, "check"):
         model.check()
 
@@ -149,7 +159,15 @@ def replace(model: Any, changes: dict[str, Any]) -> Any:
     ------
     ValueError
         If a path does not exist; the sentence lists what does.
+    TypeError
+        If `model` is no model or `changes` no dict with paths as keys.
     """
+    if not is_model(model):
+        raise TypeError(f"a model object is a NamedTuple, such as Oscillator(...), not {shown(model)}")
+    if not (isinstance(changes, dict) and all(isinstance(path, str) for path in changes)):
+        raise TypeError(
+            f"changes are {shown(changes)}; they must be a dict of path to value, as in {{'law.alpha': 2.0}}"
+        )
     for path, value in changes.items():
         model = _replaced(model, path.split("."), value, path)
     return model
@@ -160,27 +178,73 @@ def _replaced(model: Any, keys: list[str], value: Any, path: str) -> Any:
     names = model._fields if is_model(model) else [str(i) for i in range(len(model))]
     if key not in names:
         owner = type(model).__name__
-        raise ValueError(f"{owner} has no parameter {key!r} (in {path!r}); it has {', '.join(names) or 'none'}")
+        raise ValueError(
+            f"{owner} has no parameter {shown(key)} (in {shown(path)}); it has {', '.join(names) or 'none'}"
+        )
     index = list(names).index(key)
     old = model[index]
     if rest and not isinstance(old, tuple):
-        raise ValueError(f"{key!r} in {path!r} is a number and has no parameter {'.'.join(rest)!r}")
+        raise ValueError(f"{key!r} in {shown(path)} is a number and has no parameter {shown('.'.join(rest))}")
     new = _replaced(old, rest, value, path) if rest else value
     if is_model(model):
         return model._replace(**{key: new})
     return (*model[:index], new, *model[index + 1 :])
 
 
-def positive_count(name: str, value: Any) -> int:
-    """Return a whole number of at least 1, or say in one sentence that `name` is none."""
-    if not isinstance(value, Integral) or isinstance(value, bool) or value < 1:
-        raise ValueError(f"{name} is {value!r}; it must be a whole number of at least 1")
+def _as_float(name: str, value: Any) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        raise ValueError(f"{name} is {shown(value)}; it is too large for a floating-point number") from None
+
+
+def number(name: str, value: Any, *, positive: bool = False) -> float:
+    """Return a finite number as float, or say in one sentence that `name` is none (or is not positive)."""
+    good = isinstance(value, Real) and not isinstance(value, bool)
+    result = _as_float(name, value) if good else 0.0
+    if not (good and isfinite(result) and (result > 0.0 or not positive)):
+        raise ValueError(f"{name} is {shown(value)}; it must be a {'positive ' if positive else ''}finite number")
+    return result
+
+
+def numbers(name: str, values: Any, *, count: int | None = None) -> NDArray[np.float64]:
+    """Return one or more finite numbers (exactly `count`) as a new array (n,), or say that `name` are none."""
+    try:
+        array = np.array(values, float, ndmin=1)
+    except (TypeError, ValueError, OverflowError):
+        array = np.empty(0)
+    if array.ndim != 1 or array.size == 0 or count not in (None, array.size) or not np.all(np.isfinite(array)):
+        raise ValueError(f"{name} is {shown(values)}; it must be {count or 'one or more'} finite numbers")
+    return array
+
+
+def positive_count(name: str, value: Any, most: int | None = None) -> int:
+    """Return a whole number from 1 to `most`, or say in one sentence that `name` is none."""
+    if not isinstance(value, Integral) or isinstance(value, bool) or int(value) < 1:
+        raise ValueError(f"{name} is {shown(value)}; it must be a whole number of at least 1")
+    if most is not None and int(value) > most:
+        raise ValueError(f"{name} is {shown(value)}; it must be at most {most}")
     return int(value)
 
 
-def interval(name: str, span: Any) -> tuple[float, float]:
-    """Return two finite numbers in rising order, or say in one sentence that `name` is no such interval."""
+def interval(name: str, span: Any, *, positive: bool = False) -> tuple[float, float]:
+    """Return two finite numbers in rising order (both positive), or say that `name` is no such interval."""
     pair: Any = span if isinstance(span, list | tuple) or hasattr(span, "tolist") else ()
-    if len(pair) != 2 or not all(isinstance(v, Real) and isfinite(v) for v in pair) or not pair[0] < pair[1]:
-        raise ValueError(f"{name} is {span!r}; it must be two finite numbers (low, high) with low < high")
-    return float(pair[0]), float(pair[1])
+    real = np.ndim(pair) == 1 and len(pair) == 2 and all(isinstance(v, Real) for v in pair)
+    lo, hi = (_as_float(name, v) for v in pair) if real else (0.0, 0.0)
+    if not (isfinite(lo) and isfinite(hi) and lo < hi):
+        raise ValueError(f"{name} is {shown(span)}; it must be two finite numbers (low, high) with low < high")
+    if positive and not lo > 0.0:
+        raise ValueError(f"{name} is {lo:g} .. {hi:g}; it must be 0 < low < high")
+    return lo, hi
+
+
+def with_parts(verb: str, system: Any, *parts: str) -> Any:
+    """Return `checked(system)`, or say in one sentence which field or method it lacks for `verb` (TypeError)."""
+    system = checked(system)
+    missing = [part for part in parts if not hasattr(system, part)]
+    if missing:
+        name = type(system).__name__
+        remedy = "; drive.error_equation() gives one" if name == "Drive" else ""
+        raise TypeError(f"{verb} takes a system such as an Oscillator; {name} has no {missing[0]}{remedy}")
+    return system

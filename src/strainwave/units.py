@@ -8,6 +8,7 @@ evaluates what looks like arithmetic.
 import re
 from functools import cache, lru_cache
 from math import inf, pi
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +56,11 @@ def parse(text: str, unit: str) -> float:
     ValueError
         If the text is no such quantity; one sentence with the fact, the value and the remedy.
     """
+    if not (isinstance(text, str) and isinstance(unit, str)):
+        wrong, right = (unit, "the unit as 'N*m/rad'") if isinstance(text, str) else (text, "it as '7160 N*m/rad'")
+        raise ValueError(f"{shown(wrong)} is no text; write {right}, in quotes")
+    if _unit_text(unit) is None:
+        raise ValueError(f"unknown unit {shown(unit)}; units are written like N*m/rad, rpm or arcsec")
     if len(text) > LONGEST:
         raise ValueError(
             f"{text[:20] + '...'!r} has {len(text)} characters; write one number and one unit, at most {LONGEST}"
@@ -73,11 +79,13 @@ def parse(text: str, unit: str) -> float:
     try:
         value: float = _scaled(float(number.group()), given, unit)
     except KeyError as unknown:
-        raise ValueError(f"{text!r} has the unknown unit {unknown.args[0]!r}; write {example(unit)}") from None
+        raise ValueError(f"{text!r} has the unknown unit {shown(unknown.args[0])}; write {example(unit)}") from None
     except ArithmeticError:
         raise ValueError(_mismatch(text, float(number.group()), given, unit)) from None
     if abs(value) == inf:
         raise ValueError(f"{text!r} is too large a number; write {example(unit)}")
+    if value == 0.0 and re.search("[1-9]", re.split("[eE]", number.group())[0]):
+        raise ValueError(f"{text!r} is too small a number to be told from 0; write 0 if that is meant")
     return value
 
 
@@ -87,27 +95,40 @@ def convert(value: Any, unit: str, to: str) -> Any:
     Raises
     ------
     ValueError
-        If a unit is unknown or the two do not measure the same thing.
+        If a unit is unknown, the two do not measure the same thing, or `value` is no number.
     """
+    for text in (unit, to):
+        if not isinstance(text, str):
+            raise ValueError(f"unknown unit {shown(text)}; units are written like N*m/rad, rpm or arcsec")
+    if not (isinstance(value, Real) or getattr(getattr(value, "dtype", None), "kind", "-") in "iuf"):
+        raise ValueError(f"{shown(value)} is no number and no array of numbers; parse() reads text with a unit")
     given, wanted = (_unit_text(u.translate(_SPELLING)) for u in (unit, to))
     try:
         if given is None or wanted is None:
             raise KeyError(unit if given is None else to)
         return _scaled(value, given, wanted)
     except KeyError as unknown:
-        raise ValueError(f"unknown unit {unknown.args[0]!r}; units are written like N*m/rad, rpm or arcsec") from None
+        raise ValueError(
+            f"unknown unit {shown(unknown.args[0])}; units are written like N*m/rad, rpm or arcsec"
+        ) from None
     except ArithmeticError:
-        raise ValueError(f"cannot convert {unit!r} to {to!r}: they measure different things") from None
+        raise ValueError(f"cannot convert {shown(unit)} to {shown(to)}: they measure different things") from None
+
+
+def shown(value: Any) -> str:
+    """Write a value for a sentence: its repr on one line, cut where it is long."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 2 * LONGEST else f"{text[:LONGEST]}... ({len(text)} characters)"
 
 
 def _decimal_point(plain: str) -> str:
     """Spell out the remedy for a number with commas: 7160.5, not 7160,5."""
     wrong = re.match(r"[+-]?[0-9.,]*[0-9]", plain)
-    shown = wrong.group() if wrong else plain
-    head, _, tail = shown.rpartition(",")
-    if shown.count(",") > 1 or "." in tail:
-        return f"{shown.replace(',', '')} without separators, not {shown}"
-    return f"{head.replace('.', '')}.{tail}, not {shown}"
+    digits = wrong.group() if wrong else plain
+    head, _, tail = digits.rpartition(",")
+    if digits.count(",") > 1 or "." in tail:
+        return f"{digits.replace(',', '')} without separators, not {digits}"
+    return f"{head.replace('.', '')}.{tail}, not {digits}"
 
 
 def _unit_text(text: str) -> str | None:
@@ -162,7 +183,9 @@ def _mismatch(text: str, number: float, given: str, unit: str) -> str:
         per_second = _scaled(number, given, "1/s")
         turns = f"{number:.10g} rpm" if _scaled(1.0, given, "1/min") == 1.0 else f"{per_second:.10g} rev/s"
         radians = f"{2.0 * pi * per_second:.4g} rad/s"
-        return f"{text!r} is a frequency, not an angular speed; write {turns} or {radians}, not {text.strip()}"
+        return (
+            f"{text!r} is a frequency, not an angular speed; write {turns} or {radians}, not {' '.join(text.split())}"
+        )
     for bar, relation in (("/rad", "is not per radian"), ("/rad^2", "is not per square radian")):
         if unit and _matches(given + bar, unit):
             return f"{text!r} {relation}, so it is not {kind}; write {number:.10g} {given}{bar} if that is meant"

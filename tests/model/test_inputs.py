@@ -27,6 +27,11 @@ LINE = sw.Line(2, 1e-4)
         (GOOD._replace(excitation=sw.Harmonic(0.18, order=0)), r"Harmonic\.order is 0; it must be at least 1"),
         (GOOD._replace(excitation=sw.Harmonic(0.18, order=1.5)), r"Harmonic\.order must be a whole number, not 1\.5"),
         (GOOD._replace(excitation=sw.Harmonic(0.18, order="2")), r"Harmonic\.order must be a whole number, not '2'"),
+        (
+            GOOD._replace(excitation=sw.Harmonic(0.18, order=10**9)),
+            r"Harmonic\.order is 1000000000; it must be at most",
+        ),
+        (GOOD._replace(J=1e-300), r"Oscillator\.J is 1e-300 .* 1e-60 up"),
         (GOOD._replace(excitation=sw.Harmonics(())), r"Harmonics\.terms is empty"),
         (GOOD._replace(error=sw.KinematicError(())), r"KinematicError\.lines is empty"),
         (GOOD._replace(error=sw.KinematicError((sw.Line(-2, 1e-4),))), r"Line\.order is -2"),
@@ -64,6 +69,29 @@ def test_verbs_check_their_models():
         sw.simulate(GOOD._replace(J=0), (0, 0), 1.0)
     with pytest.raises(ValueError, match=r"Drive\.J_l is 0"):
         sw.HDC_40_050._replace(J_l=0.0).error_equation(motor_torque=sw.Harmonic(10.0))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({"motor_torque": 3.0}, r"motor_torque is 3\.0; it must be a Harmonic"),
+        ({"load_torque": "3 Nm"}, "load_torque is '3 Nm'; it must be a Harmonic"),
+        ({"motor_torque": sw.Harmonics((1.0,))}, r"Harmonics\.terms must be a Harmonic, not 1\.0"),
+        ({"motor_torque": sw.Harmonic(math.nan)}, r"Harmonic\.amplitude is nan; it must be finite"),
+        ({"kinematic_error": LINE}, r"Oscillator\.error is Line.*; it must be an object with a method value"),
+        ({"omega": math.nan}, r"Oscillator\.omega is nan; it must be finite"),
+        ({"omega": "60 rpm"}, r"Oscillator\.omega must be a number, not '60 rpm'"),
+    ],
+)
+def test_error_equation_checks_everything_that_it_puts_together(arguments, sentence):
+    with pytest.raises((TypeError, ValueError), match=sentence):
+        sw.HDC_40_050.error_equation(**arguments)
+
+
+@pytest.mark.parametrize("name", ["J", "mu", "omega_0", "omega_0_held"])
+def test_derived_quantities_of_a_drive_without_inertia_name_the_field(name):
+    with pytest.raises(ValueError, match=r"Drive\.J_l is 0; it must be positive"):
+        getattr(sw.HDC_40_050._replace(J_l=0.0), name)
 
 
 def test_negative_damping_and_stiffness_are_allowed():

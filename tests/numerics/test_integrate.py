@@ -418,7 +418,7 @@ def test_number_of_states_must_be_that_of_the_system():
 
 
 def test_what_is_no_system_or_no_method_is_refused():
-    with pytest.raises(TypeError, match=r"needs a system with rhs\(phase, y\), such as Oscillator; Drive has none"):
+    with pytest.raises(TypeError, match=r"Drive has no rhs; drive\.error_equation"):
         sw.simulate(sw.HDC_40_050, (0.0, 0.0), 1.0)
     with pytest.raises(TypeError, match=r"method is 'RK45'; it must be Dopri5\(\.\.\.\), Rk4\(\.\.\.\) or Dop8"):
         sw.simulate(DUFFING, (0.0, 0.0), 1.0, method="RK45")
@@ -440,10 +440,14 @@ def test_system_of_one_state_and_no_speed_decays_exponentially(monkeypatch):
     ("make", "sentence"),
     [
         (lambda: sw.Dopri5(rtol=0.0), "it needs 1e-14 <= rtol < 1, atol > 0"),
-        (lambda: sw.Dopri5(rtol=math.nan), "it needs 1e-14 <= rtol < 1, atol > 0"),
+        (lambda: sw.Dopri5(rtol=math.nan), r"Dopri5\.rtol is nan; it must be a finite number"),
+        (lambda: sw.Dopri5(rtol="1"), r"Dopri5\.rtol is '1'; it must be a finite number"),
+        (lambda: sw.Dopri5(max_steps=math.nan), r"Dopri5\.max_steps is nan; it must be a whole number"),
+        (lambda: sw.Rk4(steps="3"), r"Rk4\.steps is '3'; it must be a whole number"),
+        (lambda: sw.Rk4(steps_per_period=math.inf), r"Rk4\.steps_per_period is inf; it must be a whole number"),
         (lambda: sw.Dopri5(atol=0.0), "it needs 1e-14 <= rtol < 1, atol > 0"),
         (lambda: sw.Dopri5(max_steps=0), r"Dopri5\.max_steps is 0"),
-        (lambda: sw.Rk4(steps=0), r"Rk4\.steps is 0; it must be at least 1"),
+        (lambda: sw.Rk4(steps=0), r"Rk4\.steps is 0; it must be a whole number of at least 1"),
         (lambda: sw.Dop8(steps_per_period=-5), r"Dop8\.steps_per_period is -5"),
     ],
 )

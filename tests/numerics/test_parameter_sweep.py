@@ -65,7 +65,9 @@ def test_a_sweep_from_an_orbit_follows_its_branch_both_ways():
         ("law.beta", (0.0, 1.0), "no continuous parameter 'law.beta'"),
         ("law.alpha", (1.0, 0.0), "low < high"),
         ("law.alpha", (0.0, float("nan")), "low < high"),
-        ("omega", (0.0, 1.0), "must be positive"),
+        ("omega", (0.0, 1.0), "0 < low < high"),
+        ("B", 1.0, "two finite numbers"),
+        ("B", "ab", "two finite numbers"),
     ],
 )
 def test_bad_sweeps_are_refused_in_a_sentence(path, span, sentence):

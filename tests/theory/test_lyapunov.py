@@ -262,8 +262,12 @@ def test_parameters_that_are_not_finite_or_out_of_range_are_named():
         sw.lyapunov(oscillator(sw.Cubic(1.0, math.nan)))
     with pytest.raises(ValueError, match="inertia must be positive"):
         sw.lyapunov(oscillator(sw.Linear(1.0))._replace(J=0.0))
-    with pytest.raises(ValueError, match="near is nan"):
+    with pytest.raises(ValueError, match=r"near \(a torsion in rad\) is nan; it must be a finite number"):
         sw.lyapunov(oscillator(sw.Linear(1.0)), near=math.nan)
+    with pytest.raises(ValueError, match=r"near \(a torsion in rad\) is \[1\]"):
+        sw.lyapunov(oscillator(sw.Linear(1.0)), near=[1])
+    with pytest.raises(ValueError, match=r"span \(.*\) is 'a'; it must be a positive finite number"):
+        sw.lyapunov(oscillator(sw.Linear(1.0)), span="a")
 
 
 # --- a law that the package does not know ---

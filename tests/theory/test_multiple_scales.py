@@ -323,8 +323,8 @@ def test_undamped_states_are_not_called_stable():
         (T4._replace(omega=1.0), sw.SUPERHARMONIC, "line of order 1 sits on omega_0.*Resonance\\(1, 1\\)"),
         (T4._replace(omega=0.5, excitation=sw.Harmonic(1.0, 2)), sw.NONRESONANT, "line of order 2 sits on omega_0"),
         (T4._replace(law=sw.Cubic(1.0, -0.2), excitation=sw.Harmonic(0.1, mean=5.0)), sw.PRIMARY, "no torsion"),
-        (T4._replace(J=0.0), sw.PRIMARY, "J = 0.0 must be positive"),
-        (T4._replace(B=math.nan), sw.PRIMARY, "B is not finite"),
+        (T4._replace(J=0.0), sw.PRIMARY, "J is 0 kg.* an inertia must be positive"),
+        (T4._replace(B=math.nan), sw.PRIMARY, "B is nan; it must be finite"),
         (T4, sw.Resonance(0, 1), "two positive integers"),
         (T4, sw.Resonance(1, -3), "two positive integers"),
     ],
@@ -338,12 +338,62 @@ def test_other_orders_and_bad_requests_are_refused():
     with pytest.raises(ValueError, match="first order only"):
         sw.slow_flow(T4, sw.PRIMARY, order=2)
     flow = sw.slow_flow(T4, sw.PRIMARY)
-    with pytest.raises(ValueError, match="two finite numbers"):
+    with pytest.raises(ValueError, match="2 finite numbers"):
         flow.evolve((0.0, math.nan), 1.0)
     with pytest.raises(ValueError, match="increasing"):
         flow.evolve((0.0, 0.0), [1.0, 0.5])
-    with pytest.raises(ValueError, match="lo < hi"):
+    with pytest.raises(ValueError, match="low < high"):
         flow.response((2.0, 1.0))
+    for band in (1, "ab", (1, 2, 3), (math.nan, 2.0)):
+        with pytest.raises(ValueError, match=r"the band \[rad/s\] is .*; it must be two finite numbers"):
+            flow.response(band)
+    with pytest.raises(ValueError, match=r"y0 = .* is 'ab'; it must be 2 finite numbers"):
+        flow.evolve("ab", 1.0)
+    with pytest.raises(ValueError, match="samples; name the times, or an earlier end"):
+        flow.evolve((0.0, 0.0), 1e300)
+    with pytest.raises(ValueError, match="must be 2 finite numbers"):
+        flow.x(0.0, (math.nan, 1.0))
+    with pytest.raises(TypeError, match=r"Drive has no excitation; drive\.error_equation"):
+        sw.slow_flow(sw.HDC_40_050, sw.PRIMARY)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"J": 1e300}, r"Oscillator\.J is 1e\+300; it must not exceed 1e\+60"),
+        ({"J": 1e-300}, r"Oscillator\.J is 1e-300 .* 1e-60 up"),
+        ({"B": 1e300}, r"Oscillator\.B is 1e\+300; it must not exceed 1e\+60"),
+        ({"J": 1e-55, "law.K": 1e55}, r"omega_0 \[rad/s\] is 1e\+55, out of all proportion; check the units"),
+        ({"law.alpha": 1e50}, "the torque at 0.18 rad over its linear part is .*, out of all proportion"),
+        ({"excitation.amplitude": 1e-50}, r"the soft line over omega_0\^2 \[rad\] is 1e-50"),
+    ],
+)
+def test_sizes_that_no_float_bears_are_refused_with_the_quantity(changes, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        sw.slow_flow(sw.replace(T4, {"excitation.amplitude": 0.18, "law.K": 1.0, "J": 1.0} | changes), sw.PRIMARY)
+
+
+@pytest.mark.parametrize("law", [sw.Cubic(1.0, 0.1), sw.Polynomial((0.0, 1.0, 0.0, 0.1))], ids=["closed", "averaged"])
+def test_rest_is_no_steady_state_of_a_driven_resonance_however_small_the_damping(law):
+    """The amplitude f/(mu omega_0) that sets a scale grows without bound as mu falls; rest must not hide under it."""
+    system = sw.Oscillator(1.0, 1e-14, law, sw.Harmonic(0.18), 1.0)
+    assert all(state.amplitude > 0.1 for state in sw.slow_flow(system, sw.PRIMARY).steady_states())
+
+
+def test_a_cubic_term_below_rounding_leaves_the_linear_response():
+    system = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 1e-40), sw.Harmonic(0.18), 1.3)
+    (state,) = sw.slow_flow(system, sw.PRIMARY).steady_states()
+    assert state.amplitude == pytest.approx(0.09 / math.hypot(0.025, 0.3), rel=1e-12)
+
+
+def test_lines_of_a_high_order_stay_alone():
+    system = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.1, order=1000), 8e-4)
+    assert sw.slow_flow(system, sw.Resonance(1000, 1)).closed_form  # serves one line only
+
+
+def test_a_resonance_of_very_high_order_is_refused():
+    with pytest.raises(ValueError, match="has the harmonic 1000000 of the common period"):
+        sw.slow_flow(T4, sw.Resonance(10**6, 1))
 
 
 def test_backlash_under_a_mean_torque_is_a_spring_until_it_opens():

@@ -3,7 +3,7 @@
 from math import sqrt
 from typing import Any, Literal, NamedTuple
 
-from ..quantities import AngularSpeed, Damping, Inertia, Ratio, checked
+from ..quantities import LARGEST, AngularSpeed, Damping, Inertia, Ratio, checked, shown
 from .excitation import Harmonic, Harmonics, KinematicError, NoError
 from .laws import Cubic
 from .oscillator import Oscillator
@@ -21,6 +21,8 @@ class Drive(NamedTuple):
     @property
     def J(self) -> float:
         """Inertia N^2 J_m J_l/(N^2 J_m + J_l) [kg m^2] of the error equation with the motor free."""
+        if not _symbolic(self):  # SymPy runs these formulas too
+            self.check()
         reflected = self.N * self.N * self.J_m
         return reflected * self.J_l / (reflected + self.J_l)
 
@@ -37,6 +39,7 @@ class Drive(NamedTuple):
     @property
     def omega_0_held(self) -> float:
         """Natural frequency sqrt(T'(0)/J_l) [rad/s] with the motor held at constant speed (the vendors' formula)."""
+        self.check()
         return _natural_frequency(self.law, self.J_l)
 
     def error_equation(
@@ -71,9 +74,12 @@ class Drive(NamedTuple):
         Raises
         ------
         ValueError
-            If `motor` is neither mode, a motor torque is given for a held motor, or an inertia or N is not positive.
+            If `motor` is neither mode, a motor torque is given for a held motor, an inertia or N is not positive, or a
+            number is out of range.
+        TypeError
+            If a torque or the kinematic error is of another kind.
         """
-        if not _symbolic(self):  # SymPy runs this method too
+        if not _symbolic(self):
             checked(self)
         if motor not in ("free", "held"):
             raise ValueError(f"motor is {motor!r}; it must be 'free' (torque-driven) or 'held' (constant speed)")
@@ -83,16 +89,20 @@ class Drive(NamedTuple):
         free = motor == "free"
         of_motor = self.N * self.J_l / (reflected + self.J_l)
         of_load = -reflected / (reflected + self.J_l) if free else -1.0
-        terms = _scaled(motor_torque, of_motor) + _scaled(load_torque, of_load)
+        terms = _scaled("motor_torque", motor_torque, of_motor) + _scaled("load_torque", load_torque, of_load)
         excitation = Harmonics(terms) if len(terms) > 1 else (terms or (Harmonic(0.0),))[0]
         error = NoError() if kinematic_error is None else kinematic_error
-        return Oscillator(self.J if free else self.J_l, self.B, self.law, excitation, omega, error)
+        system = Oscillator(self.J if free else self.J_l, self.B, self.law, excitation, omega, error)
+        return system if _symbolic(system) else checked(system)
 
     def check(self) -> None:
         """Refuse inertias and a ratio that are not positive (ValueError)."""
         for name in ("J_m", "J_l", "N"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"Drive.{name} is {getattr(self, name):g}; it must be positive")
+            if not getattr(self, name) >= 1.0 / LARGEST:
+                value = getattr(self, name)
+                raise ValueError(f"Drive.{name} is {value:g}; it must be positive, {1 / LARGEST:g} at least")
+        if not hasattr(self.law, "torque"):
+            raise TypeError(f"Drive.law is {shown(self.law)}; it must be an object with a method torque")
 
 
 def _symbolic(thing: Any) -> bool:
@@ -106,9 +116,13 @@ def _natural_frequency(law: Any, inertia: float) -> float:
     return sqrt(stiffness / inertia)
 
 
-def _scaled(torque: Harmonic | Harmonics | None, factor: float) -> tuple[Harmonic, ...]:
+def _scaled(name: str, torque: Harmonic | Harmonics | None, factor: float) -> tuple[Harmonic, ...]:
     if torque is None:
         return ()
+    if not isinstance(torque, Harmonic | Harmonics):
+        raise TypeError(f"{name} is {shown(torque)}; it must be a Harmonic(amplitude, ...) or Harmonics of several")
+    if not _symbolic(torque):
+        torque = checked(torque)
     terms = torque.terms if isinstance(torque, Harmonics) else (torque,)
     return tuple(h._replace(amplitude=factor * h.amplitude, mean=factor * h.mean) for h in terms)
 

@@ -9,6 +9,13 @@ from typing import Any, NamedTuple
 from ..maths import cos, sin
 from ..quantities import Angle, Torque
 
+HIGHEST = 10_000  # order: a wave generator's turn has some hundreds of teeth
+
+
+def _refuse_high(name: str, order: int) -> None:
+    if order > HIGHEST:
+        raise ValueError(f"{name}.order is {order}; it must be at most {HIGHEST}")
+
 
 class Harmonic(NamedTuple):
     """Torque mean + amplitude cos(order * angle + phase)."""
@@ -30,6 +37,7 @@ class Harmonic(NamedTuple):
         """Refuse an order below 1 (ValueError)."""
         if self.order < 1:
             raise ValueError(f"Harmonic.order is {self.order}; it must be at least 1 (a constant torque is the mean)")
+        _refuse_high("Harmonic", self.order)
 
 
 class Harmonics(NamedTuple):
@@ -60,6 +68,7 @@ class Line(NamedTuple):
         """Refuse an order below 1 (ValueError)."""
         if self.order < 1:
             raise ValueError(f"Line.order is {self.order}; it must be at least 1 (a constant error has no effect)")
+        _refuse_high("Line", self.order)
 
 
 class KinematicError(NamedTuple):

@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 from .._dispatch import check_law, states_of, torque_of, z_rate_of
-from ..quantities import AngularSpeed, Damping, Inertia
+from ..quantities import LARGEST, AngularSpeed, Damping, Inertia, shown
 from .excitation import NoError
 
 
@@ -55,10 +55,10 @@ class Oscillator(NamedTuple):
 
     def check(self) -> None:
         """Refuse an inertia that is not positive (ValueError) and parts without the methods needed (TypeError)."""
-        if not self.J > 0.0:
-            raise ValueError(f"Oscillator.J is {self.J:g} kg*m**2; an inertia must be positive")
+        if not self.J >= 1.0 / LARGEST:
+            raise ValueError(f"Oscillator.J is {self.J:g} kg*m**2; an inertia must be positive, {1 / LARGEST:g} up")
         for name, method in (("law", "torque"), ("excitation", "torque"), ("error", "value"), ("error", "slope")):
             part = getattr(self, name)
             if not hasattr(part, method):
-                raise TypeError(f"Oscillator.{name} is {part!r}; it must be an object with a method {method}")
+                raise TypeError(f"Oscillator.{name} is {shown(part)}; it must be an object with a method {method}")
         check_law("Oscillator.law", self.law)

@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._dispatch import springs_only
-from ..quantities import checked
+from ..quantities import numbers, shown, with_parts
 from ..results import Floats, Status
 from .balance import second_order, work_for
 from .branches import leaf_of
 from .floquet import displacement_peaks
 from .fourier import from_blocks
 from .guess import operating_point
+from .harmonics import starting_harmonics
 
 TAIL = 1e-11
 MOST_HARMONICS = 127
@@ -91,12 +92,12 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
     ----------
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, sec. 4.1.
     """
-    system = checked(system)
+    system = with_parts("backbone", system, "J", "B", "law", "excitation", "omega", "error")
     springs_only("backbone", system)
-    wanted = np.atleast_1d(np.asarray(amplitudes, float))
-    if wanted.ndim != 1 or not (np.all(np.isfinite(wanted)) and np.all(wanted > 0.0)):
-        raise ValueError(f"amplitudes are {amplitudes!r}; they must be positive and finite [rad]")
-    h = harmonics or 7
+    wanted = numbers("amplitudes [rad]", amplitudes)
+    if not np.all(wanted > 0.0):
+        raise ValueError(f"amplitudes [rad] are {shown(amplitudes)}; they must be positive")
+    h = starting_harmonics(system, harmonics, 1)
     while True:
         leaf = leaf_of(system, "omega")
         problem = second_order(system._replace(B=0.0), leaf, leaf, h)

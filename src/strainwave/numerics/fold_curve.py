@@ -6,14 +6,15 @@ from typing import Any
 import numpy as np
 
 from .._dispatch import springs_only
-from ..quantities import checked, replace
+from ..quantities import checked, interval, replace, shown, with_parts
 from ..results import Floats, Orbit, SolveError, Status
 from .balance import second_order
 from .branches import leaf_of, tail_of
 from .floquet import displacement_peaks
 from .fold_system import FoldSystem, follow_fold
 from .fourier import from_blocks
-from .parameter_sweep import embedded, value_at
+from .harmonics import starting_harmonics
+from .parameter_sweep import SECOND_ORDER, embedded, value_at
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,16 +132,23 @@ def fold_curve(
     ----------
     Govaerts 2000, Numerical Methods for Bifurcations of Dynamical Equilibria, secs. 3.3 and 4.1.
     """
+    system = with_parts("fold_curve", system, *SECOND_ORDER)
+    springs_only("fold_curve", system)
+    for name in (path, parameter):
+        leaf_of(system, name)
+    if path == parameter:
+        raise ValueError(f"the fold turns in {parameter}; the second parameter must be another one, not {path}")
+    if not isinstance(fold, Orbit):
+        raise ValueError(f"the fold is {shown(fold)}; take one of Branch.folds")
     if fold.label != "fold":
         raise ValueError(f"the orbit is labelled {fold.label!r}; take one of Branch.folds")
-    system = checked(replace(checked(system), {"omega": fold.omega, parameter: fold.value}))
-    springs_only("fold_curve", system)
-    lo, hi, at = float(span[0]), float(span[1]), value_at(system, path)
-    leaf_of(system, path)
+    system = checked(replace(system, {"omega": fold.omega, parameter: fold.value}))
+    lo, hi = interval(f"the range of {path}", span, positive=path in ("omega", "J"))
+    at = value_at(system, path)
     if not lo <= at <= hi:
         raise ValueError(f"the system has {path} = {at:g}, outside the range {lo:g} .. {hi:g}; widen the range")
     leaf, omega_leaf = leaf_of(system, parameter), leaf_of(system, "omega")
-    h = harmonics or len(fold.coefficients) // 2
+    h = starting_harmonics(system, harmonics or len(fold.coefficients) // 2, fold.period, points)
     problem = second_order(system, leaf, omega_leaf, h, fold.period)
     extended = FoldSystem(problem, path, hi - lo)
     start = extended.corrected(np.append(embedded(problem, fold, fold.value), at), None)

@@ -10,6 +10,7 @@ from .branches import largest_tail, solve
 from .first_order import FirstOrder, first_order
 from .floquet import displacement_peaks
 from .fourier import from_blocks, to_blocks
+from .harmonics import starting_harmonics
 from .response import linear_start, settled_start
 from .variational import monodromy, multipliers_of
 
@@ -20,7 +21,7 @@ def general_orbit(
     """Orbit of a system with `rhs(phase, y)` at its own omega; `guess` lists coefficients (2H+1, states)."""
     names = [p.path for p in parameters(system) if isinstance(p.value, float)]
     leaf = names.index("omega") if "omega" in names else -1
-    h = harmonics or 7 * period
+    h = starting_harmonics(system, harmonics, period)
     while True:
         problem = first_order(system, leaf, leaf, h, period)
         found = _solution(problem, guess)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from .._dispatch import is_spring
 from .._jit import axpy, kernel, run
-from ..quantities import checked
+from ..quantities import number, positive_count, shown, with_parts
 from ..results import Floats, Status, Trajectory
 from .record import Record
 from .steps import dense_output, dop8_step, dopri5_step, rk4_step
@@ -41,12 +41,13 @@ class Dopri5:
     max_steps: int = 10_000_000
 
     def __post_init__(self) -> None:
-        if not (1e-14 <= self.rtol < 1.0 and 0.0 < self.atol < math.inf):
+        for name in ("rtol", "atol"):
+            number(f"Dopri5.{name}", getattr(self, name))
+        if not (1e-14 <= self.rtol < 1.0 and self.atol > 0.0):
             raise ValueError(
                 f"Dopri5 has rtol {self.rtol:g} and atol {self.atol:g}; it needs 1e-14 <= rtol < 1, atol > 0"
             )
-        if self.max_steps < 1:
-            raise ValueError(f"Dopri5.max_steps is {self.max_steps}; it must be at least 1")
+        positive_count("Dopri5.max_steps", self.max_steps)
 
 
 @dataclass(frozen=True)
@@ -59,16 +60,17 @@ class Rk4:
     Raises
     ------
     ValueError
-        If a number of steps is below 1.
+        If a number of steps is no whole number of at least 1.
     """
 
     steps: int = 64
     steps_per_period: int | None = None
 
     def __post_init__(self) -> None:
-        for name, value in (("steps", self.steps), ("steps_per_period", self.steps_per_period)):
-            if value is not None and not value >= 1:
-                raise ValueError(f"{type(self).__name__}.{name} is {value}; it must be at least 1")
+        name = type(self).__name__
+        positive_count(f"{name}.steps", self.steps)
+        if self.steps_per_period is not None:
+            positive_count(f"{name}.steps_per_period", self.steps_per_period)
 
 
 @dataclass(frozen=True)
@@ -238,13 +240,9 @@ def simulate(system: Any, y0: ArrayLike, t: float | ArrayLike, *, method: Dopri5
     ----------
     Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, 2nd ed., secs. II.4-II.6.
     """
-    system = checked(system)
-    if not hasattr(system, "rhs"):
-        raise TypeError(
-            f"simulate needs a system with rhs(phase, y), such as Oscillator; {type(system).__name__} has none"
-        )
+    system = with_parts("simulate", system, "rhs")
     if not isinstance(method, Dopri5 | Rk4):
-        raise TypeError(f"method is {method!r}; it must be Dopri5(...), Rk4(...) or Dop8(...)")
+        raise TypeError(f"method is {shown(method)}; it must be Dopri5(...), Rk4(...) or Dop8(...)")
     times = _times(t)
     y, rate = _start(system, times[0], y0)
     samples = len(times) if len(times) > 2 else 0
@@ -257,9 +255,9 @@ def _numbers(value: ArrayLike, sentence: str) -> Floats:
     try:
         array = np.atleast_1d(np.asarray(value, float))
     except (TypeError, ValueError):
-        raise ValueError(f"{sentence}, not {value!r}") from None
+        raise ValueError(f"{sentence}, not {shown(value)}") from None
     if array.ndim != 1 or array.size == 0 or not np.all(np.isfinite(array)):
-        raise ValueError(f"{sentence}, not {value!r}")
+        raise ValueError(f"{sentence}, not {shown(value)}")
     return array
 
 
@@ -269,7 +267,7 @@ def _times(t: float | ArrayLike) -> Floats:
     if times.size == 1:
         times = np.array([0.0, times[0]])
     if not np.all(np.diff(times) > 0.0):
-        raise ValueError(f"{sentence}, not {t!r}")
+        raise ValueError(f"{sentence}, not {shown(t)}")
     if np.spacing(np.max(np.abs(times))) > 1e-6 * (times[-1] - times[0]):
         raise ValueError(f"t = {times[0]:g} s is too far from 0 for floats to resolve the span; start nearer to 0")
     return times

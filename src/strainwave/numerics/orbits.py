@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ..quantities import checked, positive_count
+from ..quantities import shown, with_parts
 from ..results import Floats, Orbit, SolveError, Status
 from .balance import second_order
 from .branches import Trace, describe, leaf_of, solve, tail_of, with_velocity
@@ -13,6 +13,7 @@ from .first_order import is_second_order
 from .fourier import from_blocks, to_blocks
 from .general_orbit import general_orbit
 from .guess import linear_response
+from .harmonics import starting_harmonics
 from .integrate import Dopri5, simulate
 from .shooting import shoot
 
@@ -61,16 +62,16 @@ def find_orbit(
     ----------
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
     """
-    system = checked(system)
-    positive_count("period", period)
-    positive_count("harmonics", 1 if harmonics is None else harmonics)
+    system = with_parts("find_orbit", system, "rhs")
+    h = starting_harmonics(system, harmonics, period)
     if not getattr(system, "omega", 1.0) > 0.0:
         raise ValueError(f"omega is {system.omega:g} rad/s; a periodic orbit needs a positive base frequency")
     if not is_second_order(system):
         table = None if guess is None else _table(guess)
         return raised(general_orbit(system, harmonics, table, period, TAIL, MOST_HARMONICS), throw)
     start = None if guess is None else _table(guess)[:, 0]
-    h = harmonics or max(7 * period, min(len(start) // 2, MOST_HARMONICS) if start is not None else 0)
+    if harmonics is None and start is not None:
+        h = max(h, min(len(start) // 2, MOST_HARMONICS))
     leaf = leaf_of(system, "omega")
     while True:
         problem = second_order(system, leaf, leaf, h, period)
@@ -99,7 +100,10 @@ def raised(orbit: Orbit, throw: bool) -> Orbit:
 
 def _table(guess: Floats | Orbit) -> Floats:
     """Coefficients (2H+1, states) of a guess."""
-    table = np.asarray(guess.coefficients if isinstance(guess, Orbit) else guess, float)
+    try:
+        table = np.asarray(guess.coefficients if isinstance(guess, Orbit) else guess, float)
+    except (TypeError, ValueError):
+        raise ValueError(f"guess is {shown(guess)}; it must be an Orbit or an array (2H+1, states)") from None
     if table.ndim == 1:
         table = table[:, None]
     if table.ndim != 2 or len(table) % 2 == 0 or not np.all(np.isfinite(table)):

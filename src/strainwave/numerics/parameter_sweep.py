@@ -9,15 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from ..quantities import checked, replace
+from ..quantities import interval, replace, shown, with_parts
 from ..results import Branch, Floats, Orbit, SolveError
 from .balance import second_order
 from .branches import Trace, describe, leaf_of, tail_of, trace
 from .continuation import CLOSED, END, LOST
 from .fourier import to_blocks
 from .guess import linear_response
+from .harmonics import starting_harmonics
 from .response import MOST_HARMONICS, TAIL, damped_start, linear_start
 
+SECOND_ORDER = ("J", "B", "law", "excitation", "omega", "error")  # what the compact harmonic balance needs of a system
 INSIDE = 0.01  # of the range: where a sweep starts that has no response at its lower end
 
 
@@ -63,7 +65,10 @@ def parameter_response(
     Raises
     ------
     ValueError
-        If the path names no continuous parameter, the range is not low < high, or the start lies outside it.
+        If the path names no continuous parameter, the range is not low < high (0 < low for omega and J), the start
+        is no orbit or lies outside it, or `harmonics`, `period` or `points` is no count.
+    TypeError
+        If the system is no `Oscillator` or the like.
     SolveError
         If `throw` is true and the branch ends inside the range.
 
@@ -71,21 +76,19 @@ def parameter_response(
     ----------
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4.
     """
-    system = checked(system)
-    lo, hi = float(span[0]), float(span[1])
-    if not -np.inf < lo < hi < np.inf:
-        raise ValueError(f"the range of {path} is {lo:g} .. {hi:g}; it must be low < high, both finite")
-    if path == "omega" and not lo > 0.0:
-        raise ValueError(
-            f"the frequency range starts at {lo:g} rad/s; it must be positive (at rest there is no response)"
-        )
-    if period < 1 or (harmonics is not None and harmonics < 1):
-        raise ValueError(f"harmonics is {harmonics} and period is {period}; both must be at least 1")
+    system = with_parts("parameter_response", system, *SECOND_ORDER)
     leaf, omega_leaf = leaf_of(system, path), leaf_of(system, "omega")
+    lo, hi = interval(f"the range of {path}", span, positive=path in ("omega", "J"))
+    if path != "omega" and start is None and not system.omega > 0.0:
+        raise ValueError(f"omega is {system.omega:g} rad/s; a periodic response needs a positive base frequency")
     if start is not None:
+        if not (isinstance(start, Orbit) and start.status):
+            raise ValueError(f"the start is {shown(start)}; it must be an Orbit whose status is OK")
         period = start.period
         system = replace(system, {"omega": start.omega})
-    h = harmonics or (max(7 * period, len(start.coefficients) // 2) if start is not None else 7 * period)
+    h = starting_harmonics(system, harmonics, period, points)
+    if harmonics is None and start is not None:
+        h = max(h, len(start.coefficients) // 2)
     while True:
         problem = second_order(system, leaf, omega_leaf, h, period)
         guess, origin = _beginning(problem, system, path, lo, hi, start)

@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 
 from .._jit import with_leaf
-from ..quantities import checked, interval, positive_count
+from ..quantities import checked, interval
 from ..results import Branch, Floats, SolveError
 from .branches import UNBOUNDED, Trace, describe, largest_tail, leaf_of, solve, trace
 from .continuation import CLOSED, END, LOST, RUNNING, STUCK
 from .first_order import FirstOrder, balance_of
 from .guess import linear_response
+from .harmonics import starting_harmonics
 from .integrate import simulate
 from .remarks import remarks
 
@@ -78,11 +79,9 @@ def frequency_response(
         raise ValueError(
             f"the frequency range is {lo:g} .. {hi:g} rad/s; it must be 0 < low < high (at rest there is no response)"
         )
-    for name, value in (("harmonics", 1 if harmonics is None else harmonics), ("period", period), ("points", points)):
-        positive_count(name, value)
     leaf = leaf_of(system, "omega")
     system = with_leaf(system, leaf, (lo * hi) ** 0.5)
-    h = harmonics or min(7 * period, MOST_HARMONICS)
+    h = starting_harmonics(system, harmonics, period, points)
     while True:
         problem = balance_of(system, leaf, leaf, h, period)
         found, origin = across(problem, lo, hi, 4.0 / points)

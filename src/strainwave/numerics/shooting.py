@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._dispatch import torsion
-from ..quantities import checked
+from ..quantities import number, numbers, positive_count, with_parts
 from ..results import Floats, Orbit, SolveError, Status
 from .integrate import Dopri5, simulate
 
@@ -82,14 +82,16 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
 
     Raises
     ------
+    ValueError
+        If y0 is not two finite numbers, omega is not positive, or `period` or `rtol` is out of range.
     SolveError
         If Newton's method fails and `throw` is true.
     """
-    system = checked(system)
-    y = np.atleast_1d(np.asarray(y0, float))
-    if y.shape != (2,) or not np.all(np.isfinite(y)):
-        raise ValueError(f"y0 is {y0!r}; it must be a finite state of two numbers, (x, x')")
-    omega = float(getattr(system, "omega", 1.0))
+    system = with_parts("shoot", system, "rhs", "jacobian")
+    y = start = numbers("y0 = (x, x')", y0, count=2)
+    positive_count("period", period)
+    Dopri5(rtol=rtol)
+    omega = number("omega", getattr(system, "omega", 1.0), positive=True)
     duration = 2.0 * np.pi * period / omega
     matrix = np.full((2, 2), 1e300)
     status = Status.NO_CONVERGENCE
@@ -105,7 +107,7 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
             break
         y = y - step
         if not np.all(np.isfinite(y)):
-            y = np.asarray(y0, float)
+            y = start
             break
         if np.all(np.abs(step) <= 10.0 * rtol * np.array([_size(y), _size(y) * omega])):
             status = Status.OK

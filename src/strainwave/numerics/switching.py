@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 
 from .._dispatch import springs_only
-from ..quantities import checked, replace
+from ..quantities import checked, interval, replace, shown, with_parts
 from ..results import Branch, Floats, Orbit, SolveError
 from .balance import second_order, work_for
 from .branches import Trace, describe, leaf_of, tail_of, trace
 from .continuation import END, FOLD, STEP
-from .parameter_sweep import embedded
+from .harmonics import starting_harmonics
+from .parameter_sweep import SECOND_ORDER, embedded
 from .response import MOST_HARMONICS, TAIL
 from .special_points import corrected
 
@@ -61,7 +62,7 @@ def switch_branch(
     Raises
     ------
     ValueError
-        If the orbit is neither a period doubling nor a branch point.
+        If the orbit is neither a period doubling nor a branch point, or lies outside the range.
     SolveError
         If no orbit is found next to the crossing.
 
@@ -69,18 +70,27 @@ def switch_branch(
     ----------
     Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 5.5-5.6.
     """
+    system = with_parts("switch_branch", system, *SECOND_ORDER)
+    leaf = leaf_of(system, parameter)
+    if not isinstance(orbit, Orbit):
+        raise ValueError(f"the orbit is {shown(orbit)}; take one of Branch.doublings or Branch.branch_points")
     if not ("doubling" in orbit.label or "branch point" in orbit.label):
         raise ValueError(
             f"the orbit is labelled {orbit.label!r}; branches cross at an orbit from Branch.doublings or "
             "Branch.branch_points"
         )
     value = orbit.value
-    system = checked(replace(checked(system), {"omega": orbit.omega, parameter: value}))
+    system = checked(replace(system, {"omega": orbit.omega, parameter: value}))
     springs_only("switch_branch", system)
-    lo, hi = (float(end) for end in span) if span is not None else sorted((0.5 * value, 2.0 * value))
+    around = tuple(sorted((0.5 * value, 2.0 * value))) if span is None else span
+    lo, hi = interval(f"the range of {parameter}", around, positive=parameter in ("omega", "J"))
+    if not lo <= value <= hi:
+        raise ValueError(
+            f"the orbit has {parameter} = {value:.9g}, outside the range {lo:g} .. {hi:g}; widen the range"
+        )
     stretch = 2 if "doubling" in orbit.label else 1
-    leaf = leaf_of(system, parameter)
-    h = harmonics or min(stretch * (len(orbit.coefficients) // 2), MOST_HARMONICS)
+    own = max(7, min(len(orbit.coefficients) // 2, MOST_HARMONICS // stretch))
+    h = starting_harmonics(system, harmonics or stretch * own, stretch * orbit.period, points)
     while True:
         problem = second_order(system, leaf, leaf_of(system, "omega"), h, stretch * orbit.period)
         first, departure = _departure(problem, embedded(problem, orbit, value, stretch), stretch)

@@ -7,6 +7,7 @@ import numpy as np
 
 from .._jit import as_python
 from ..model.oscillator import Oscillator
+from ..numerics.harmonics import highest_order
 from ..numerics.response import frequency_response
 from ..results import Branch, Floats
 from .jumps import Jumps, jumps
@@ -55,13 +56,15 @@ def exact_response(system: Oscillator, speeds: tuple[float, float], points: int 
 
     The harmonics grow until those left out do not show; `curve.tail` says how large the last ones are.
     """
-    harmonics = min(MOST, (WITH_KINKS if system.breakpoints() else HARMONICS * max((1, *system.orders()))))
+    highest = highest_order(system)
+    most = max(MOST, highest + 2)
+    harmonics = min(most, max(highest, WITH_KINKS) if system.breakpoints() else HARMONICS * highest)
     while True:
         with as_python(PLAIN_RUNS):
             curve = frequency_response(system, speeds, harmonics=harmonics, points=points)
-        if curve.tail <= ENOUGH or harmonics >= MOST:
+        if curve.tail <= ENOUGH or harmonics >= most:
             break
-        harmonics = min(MOST, 2 * harmonics + 1)
+        harmonics = min(most, 2 * harmonics + 1)
     try:
         return ExactResponse(curve, jumps(curve))
     except ValueError:  # nothing stable to follow

@@ -20,11 +20,12 @@ from ..numerics.branches import Trace, describe, leaf_of, solve
 from ..numerics.continuation import CLOSED, END, FOLD, STEP
 from ..numerics.fourier import from_blocks
 from ..numerics.guess import linear_response
+from ..numerics.harmonics import highest_order, starting_harmonics
 from ..numerics.integrate import Dopri5, simulate
-from ..numerics.parameter_sweep import both_ways, embedded_series, tail_along
+from ..numerics.parameter_sweep import SECOND_ORDER, both_ways, embedded_series, tail_along
 from ..numerics.response import MOST_HARMONICS, TAIL, frequency_response
 from ..numerics.switching import UPRIGHT
-from ..quantities import checked, replace
+from ..quantities import interval, replace, shown, with_parts
 from ..results import Branch, Floats, SolveError
 from ..theory.multiple_scales import slow_flow
 from ..theory.resonance import SUBHARMONIC, Resonance
@@ -75,14 +76,15 @@ def isolas(
     ----------
     Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 4.1.4.
     """
-    system, resonance = checked(system), Resonance(*resonance).checked()
+    system = with_parts("isolas", system, *SECOND_ORDER)
     springs_only("isolas", system)
-    lo, hi = float(span[0]), float(span[1])
-    if not 0.0 < lo < hi < np.inf:
-        raise ValueError(f"the frequency range is {lo:g} .. {hi:g} rad/s; it must be 0 < low < high")
+    lo, hi = interval("the frequency range [rad/s]", span, positive=True)
+    if not (isinstance(resonance, tuple) and len(resonance) == 2 and Resonance(*resonance).checked().q):
+        raise ValueError(f"resonance is {shown(resonance)}; isolas need a Resonance(p, q) such as SUBHARMONIC")
+    resonance = Resonance(*resonance).checked()
     period = resonance.q
     leaf = leaf_of(system, "omega")
-    problem = second_order(system, leaf, leaf, harmonics or 7 * period, period)
+    problem = second_order(system, leaf, leaf, starting_harmonics(system, harmonics, period, points), period)
     main = [frequency_response(system, (lo, hi), harmonics=harmonics)] if period == 1 else []
     found: list[Branch] = []
     reached = False
@@ -229,7 +231,9 @@ def _slow_seeds(problem: Any, resonance: Resonance, lo: float, hi: float) -> Ite
 def _free_seeds(problem: Any, resonance: Resonance, lo: float, hi: float) -> Iterator[tuple[Floats, str]]:
     """Free vibrations of the frequency p omega/q, with phases all around."""
     size = float(np.linalg.norm(linear_response(problem, np.sqrt(lo * hi))[:-1])) or 1.0
-    curve = backbone(problem.system, size * np.geomspace(1e-2, 1e2, 41), harmonics=7)
+    curve = backbone(
+        problem.system, size * np.geomspace(1e-2, 1e2, 41), harmonics=max(7, highest_order(problem.system))
+    )
     for omega in _speeds(problem, lo, hi):
         side = curve.omega - resonance.p * omega / resonance.q
         for i in np.flatnonzero(side[1:] * side[:-1] < 0.0):

@@ -19,6 +19,7 @@ from ..model.laws import Cubic
 from ..results import Floats
 from .setting import Setting, real_matrix
 
+UNDAMPED = 1e-30  # mu/omega_0 that is next to no damping
 Kind = Literal["none", "primary", "superharmonic", "subharmonic"]
 
 
@@ -108,6 +109,9 @@ class CubicFlow:
             squares = _positive_roots(
                 [slope**2, -2.0 * self.detuning * slope, 0.25 * mu**2 + self.detuning**2, -square]
             )
+            linear = 0.25 * mu**2 + self.detuning**2
+            if not squares and linear > 0.0 and square > 0.0:  # a cubic term lost to rounding: one root there always is
+                squares = [square / linear]
         return [self._point(s) for s in squares]
 
     def _point(self, square: float) -> complex:
@@ -124,7 +128,7 @@ class CubicFlow:
         s, c = self.setting, abs(self.forced)
         if self.kind == "primary":
             f = abs(s.soft)
-            if s.mu == 0.0:
+            if s.mu <= UNDAMPED * s.omega_0:
                 return "the primary response exists at every speed; without damping (mu = 0) its peak is unbounded"
             peak = f / (s.mu * s.omega_0)
             return (
@@ -134,7 +138,7 @@ class CubicFlow:
         if self.kind == "superharmonic":
             largest = (
                 f"at most |alpha| omega_0 |C|^3/(4 mu) = {abs(self.kappa) * c**3 / (4.0 * s.mu):.6g} rad"
-                if s.mu
+                if s.mu > UNDAMPED * s.omega_0
                 else "unbounded"
             )
             fact = (

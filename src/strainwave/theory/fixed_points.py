@@ -43,6 +43,8 @@ def fixed_points(flow: Flow) -> list[complex]:
 def is_trivial(flow: Flow) -> bool:
     """Whether z = 0 is a fixed point."""
     s = flow.setting
+    if s.soft != 0.0:
+        return False
     return bool(abs(flow.rates(0j)) <= 1e-13 * s.omega_0 * max(s.scales()) + 30.0 * flow.error * abs(_force(flow)))
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from .._dispatch import springs_only
 from ..model.excitation import Harmonic, Harmonics, NoError
 from ..model.oscillator import Oscillator
-from ..quantities import checked
+from ..quantities import checked, number, shown
 from .equilibria import KNOWN, SAMPLES, Landscape, landscape
 
 Scope = Literal["global", "local", "set", "none"]
@@ -146,14 +146,15 @@ def lyapunov(system: Oscillator, *, span: float | None = None, near: float | Non
     V < K/(4 |alpha|) (erratum E7 of the article).
     """
     if not isinstance(system, Oscillator):
-        name = type(system).__name__
-        raise TypeError(f"lyapunov takes an Oscillator, not {name}; a Drive gives one by drive.error_equation()")
+        raise TypeError(
+            f"lyapunov takes an Oscillator, not {shown(system)}; a Drive gives one by drive.error_equation()"
+        )
     system = checked(system)
     springs_only("lyapunov", system)
-    if span is not None and not 0.0 < span < math.inf:
-        raise ValueError(f"span is {span}; give the largest torsion to examine, in rad and positive")
-    if near is not None and not math.isfinite(near):
-        raise ValueError(f"near is {near}; give a torsion in rad")
+    if span is not None:
+        span = number("span (the largest torsion to examine, in rad)", span, positive=True)
+    if near is not None:
+        near = number("near (a torsion in rad)", near)
     tau_0 = _mean_torque(system.excitation)
     system = system._replace(excitation=Harmonic(0.0, mean=tau_0), error=NoError())
     obstacle = _obstacle(system, span)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._dispatch import springs_only
-from ..quantities import floated, parameters
+from ..quantities import interval, numbers, shown, with_parts
 from ..results import Floats, SolveError
 from . import response as response_curve
 from .averaging import averaged_flow
@@ -21,7 +21,7 @@ from .certificate import certify
 from .cubic import CubicFlow, free_decay, kind_of
 from .fixed_points import Flow, fixed_points, is_stable, is_trivial
 from .resonance import NONRESONANT, Resonance
-from .setting import setting
+from .setting import LARGEST, setting
 from .slow_results import Certificate, Evolution, SlowResponse, SteadyState
 from .transient import evolve, times
 
@@ -119,9 +119,7 @@ class SlowFlow:
         ValueError
             If y0 is not two finite numbers, or t does not increase.
         """
-        start = np.asarray(y0, float)
-        if start.shape != (2,) or not np.all(np.isfinite(start)):
-            raise ValueError(f"y0 must be two finite numbers (x [rad], x' [rad/s]), not {y0!r}")
+        start = numbers("y0 = (x [rad], x' [rad/s])", y0, count=2)
         return evolve(self._flow, (float(start[0]), float(start[1])), times(self._flow, t))
 
     def x(self, t: ArrayLike, y0: ArrayLike = (0.0, 0.0)) -> Floats:
@@ -132,11 +130,11 @@ class SlowFlow:
         t : float or (n,) array_like
             Increasing times [s], not negative.
         """
-        asked = np.atleast_1d(np.asarray(t, float))
-        if asked.size == 0 or not asked[0] >= 0.0:
-            raise ValueError(f"t must be increasing times from 0 on [s], not {t!r}")
+        asked, start = numbers("t [s]", t), numbers("y0 = (x [rad], x' [rad/s])", y0, count=2)
+        if not asked[0] >= 0.0:
+            raise ValueError(f"t is {shown(t)}; it must be increasing times from 0 on [s]")
         from_start = asked if asked[0] == 0.0 else np.concatenate([[0.0], asked])
-        values = self.evolve(y0, from_start).x if from_start.size > 1 else np.asarray(y0, float)[:1]
+        values = self.evolve(start, from_start).x if from_start.size > 1 else start[:1]
         return np.asarray(values[from_start.size - asked.size :].reshape(np.shape(t)))
 
     def response(self, band: tuple[float, float]) -> SlowResponse:
@@ -152,9 +150,7 @@ class SlowFlow:
         ValueError
             If the band is not two finite numbers with 0 < lo < hi.
         """
-        lo, hi = (float(omega) for omega in band)
-        if not 0.0 < lo < hi < math.inf:
-            raise ValueError(f"the band must be (lo, hi) with 0 < lo < hi rad/s, not ({lo:g}, {hi:g})")
+        lo, hi = interval("the band [rad/s]", band, positive=True)
         return response_curve.response(self._flow, lo, hi)
 
     def backbone(self, amplitudes: ArrayLike) -> Floats:
@@ -167,9 +163,9 @@ class SlowFlow:
         amplitudes : array_like
             a [rad], 0-to-peak, not negative.
         """
-        a = np.asarray(amplitudes, float)
-        if not np.all(np.isfinite(a)) or np.any(a < 0.0):
-            raise ValueError("amplitudes must be finite and not negative [rad]")
+        a = numbers("amplitudes [rad]", np.ravel(amplitudes)).reshape(np.shape(amplitudes))
+        if not np.all((a >= 0.0) & (a <= LARGEST)):
+            raise ValueError(f"amplitudes [rad] are {shown(amplitudes)}; they must be from 0 to {LARGEST:g}")
         s = self._flow.setting
         none = np.zeros(0, complex)
         unforced = replace(
@@ -223,12 +219,10 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
     if order != 1:
         raise ValueError(f"order = {order!r}: multiple scales are there at first order only; use order=1")
     if not (isinstance(resonance, tuple) and len(resonance) == 2):
-        raise TypeError(f"resonance is {resonance!r}; it must be a Resonance(p, q) such as PRIMARY")
-    system, resonance = floated(system), Resonance(*resonance).checked()
+        raise TypeError(f"resonance is {shown(resonance)}; it must be a Resonance(p, q) such as PRIMARY")
+    resonance = Resonance(*resonance).checked()
+    system = with_parts("slow_flow", system, "J", "B", "law", "excitation", "omega", "error")
     springs_only("slow_flow", system)
-    bad = [p.path for p in parameters(system) if not math.isfinite(p.value)]
-    if bad:
-        raise ValueError(f"{type(system).__name__}.{bad[0]} is not finite; give it a number")
     flow = _flow(system, resonance)
     s = flow.setting
     if s.resonance.ratio is not None and not flow.phase_matters():

@@ -19,6 +19,8 @@ from ..results import Floats
 from .resonance import Resonance
 
 Complexes = NDArray[np.complex128]
+LARGEST = 1e30  # of what the slow flow takes powers of
+HIGHEST = 2000  # harmonic of the common period: the averages sample it 16 times and more
 SMALLEST_LINE = 1e-13  # relative to the largest: what sampling and rounding leave behind
 
 
@@ -128,6 +130,8 @@ def forcing_lines(system: Any) -> tuple[float, tuple[int, ...], Complexes, Compl
     mean = mean if abs(mean) > SMALLEST_LINE * largest else 0.0
     errors = np.abs(error)
     at = np.flatnonzero((np.abs(torque) > SMALLEST_LINE * largest) | (errors > SMALLEST_LINE * float(np.max(errors))))
+    if known:  # sampling a high order leaves a trace of rounding at every other one
+        at = at[np.isin(at + 1, system.orders())]
     return mean, tuple(int(k) + 1 for k in at), torque[at], error[at]
 
 
@@ -202,4 +206,30 @@ def setting(system: Any, resonance: Resonance) -> Setting:
                 f"the line of order {k} sits on omega_0 = {omega_0:.6g} rad/s at omega = {system.omega:.6g} rad/s, "
                 f"where its forced amplitude is infinite at first order; use Resonance({k}, 1)"
             )
-    return blank.at(system.omega)
+    s = blank.at(system.omega)
+    _refuse_extremes(s)
+    return s
+
+
+def _refuse_extremes(s: Setting) -> None:
+    """Refuse what would overflow or exhaust the memory further on (ValueError): sizes, and a very high harmonic."""
+    law, forced = s.system.law, float(np.sum(np.abs(s.hard)))
+    sizes = {"omega_0 [rad/s]": s.omega_0, "omega [rad/s]": s.omega, "the forced amplitude [rad]": forced}
+    sizes["the soft line over omega_0^2 [rad]"] = abs(s.soft) / s.omega_0**2
+    for a in list(sizes.values())[2:]:
+        if a > 0.0:
+            pull = abs(float(law.torque(s.u0 + a)) - float(law.torque(s.u0)))
+            sizes[f"the torque at {a:.3g} rad over its linear part"] = pull / (s.system.J * s.omega_0**2 * a)
+    for name, size in sizes.items():
+        if size != 0.0 and not (size <= LARGEST and (size >= 1.0 / LARGEST or "torque" in name)):
+            raise ValueError(
+                f"{name} is {size:.3g}, out of all proportion; check the units of J, law, torque and omega"
+            )
+    if s.resonance.ratio is not None:
+        p, q = s.resonance
+        highest = max(p, *(q * k for k in s.orders), 1) // math.gcd(p, *(q * k for k in s.orders))
+        if highest > HIGHEST:
+            raise ValueError(
+                f"the resonance {p}:{q} has the harmonic {highest} of the common period of all lines; multiple scales "
+                f"goes up to {HIGHEST}: take a lower p and q, or integrate"
+            )

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..numerics.integrate import error_norm, first_step
 from ..numerics.steps import dense_output, dopri5_step
+from ..quantities import numbers, shown
 from ..results import Floats, SolveError
 from .averaging import AveragedFlow, Sampled
 from .fixed_points import Flow
@@ -14,7 +15,7 @@ from .slow_results import Evolution
 
 RTOL, MOST_STEPS = 1e-9, 200_000
 DECAY = 256  # pieces in time of a free decay
-SAMPLES = 32  # per period of the fastest component, where the caller names only the end
+SAMPLES, MOST_SAMPLES = 32, 1e7  # per period of the fastest component, and in all, where the caller names only the end
 
 
 def evolve(flow: Flow, y0: tuple[float, float], t: Floats) -> Evolution:
@@ -134,13 +135,16 @@ def times(flow: Flow, t: Any) -> Floats:
     ValueError
         If the times are not finite or do not increase.
     """
-    asked = np.atleast_1d(np.asarray(t, float))
-    if asked.ndim != 1 or asked.size == 0 or not np.all(np.isfinite(asked)) or not np.all(np.diff(asked) > 0.0):
-        raise ValueError(f"t must be an end time or finite increasing times [s], not {t!r}")
+    asked = numbers("t [s]", t)
+    if not np.all(np.diff(asked) > 0.0):
+        raise ValueError(f"t is {shown(t)}; it must be an end time or increasing times [s]")
     if asked.size > 1:
         return asked
     if asked[0] <= 0.0:
         raise ValueError(f"the end time is {asked[0]:.6g} s; it must be positive")
     s = flow.setting
     fastest = max(s.fast, s.omega * max(s.orders, default=1))
-    return np.linspace(0.0, float(asked[0]), 2 + math.ceil(SAMPLES * float(asked[0]) * fastest / (2.0 * np.pi)))
+    samples = 2.0 + SAMPLES * float(asked[0]) * fastest / (2.0 * np.pi)
+    if samples > MOST_SAMPLES:
+        raise ValueError(f"to t = {asked[0]:.6g} s there are {samples:.3g} samples; name the times, or an earlier end")
+    return np.linspace(0.0, float(asked[0]), math.ceil(samples))

@@ -1,0 +1,54 @@
+"""The number of harmonics reaches every line of the excitation, by choice or by refusal."""
+
+import math
+
+import pytest
+
+import strainwave as sw
+
+B, AMPLITUDE, BELOW = 0.05, 0.1, 0.8  # BELOW: speed of the line over omega_0
+
+
+def linear(order, speed=BELOW):
+    return sw.Oscillator(1.0, B, sw.Linear(1.0), sw.Harmonic(AMPLITUDE, order=order), speed / order)
+
+
+@pytest.mark.parametrize("order", [8, 20, 32, 64, 130])
+def test_orbit_of_a_linear_system_is_exact_at_any_order(order):
+    orbit = sw.find_orbit(linear(order))
+    exact = AMPLITUDE / math.hypot(1.0 - BELOW**2, B * BELOW)
+    assert orbit.status
+    assert orbit.amplitude(order) == pytest.approx(exact, rel=1e-9)
+    assert orbit.peak == pytest.approx(exact, rel=1e-6)
+
+
+def test_curve_of_a_linear_system_peaks_at_the_line_of_a_high_order():
+    curve = sw.frequency_response(linear(32), (0.6 / 32, 1.3 / 32), points=40)
+    assert curve.status
+    assert curve.peak.max() == pytest.approx(AMPLITUDE / (B * math.sqrt(1.0 - B * B / 4.0)), rel=1e-3)
+
+
+def test_backbone_is_not_moved_by_a_line_of_high_order():
+    """Order 32 sampled at 32 points would be a mean torque, under which a hardening law vibrates faster."""
+    curve = sw.backbone(linear(32)._replace(law=sw.Cubic(1.0, 0.5), excitation=sw.Harmonic(1.0, order=32)), [0.1])
+    assert curve.omega[0] == pytest.approx(1.0 + 0.375 * 0.5 * 0.01, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("verb", "sentence"),
+    [
+        (lambda: sw.find_orbit(linear(20), harmonics=7), "harmonics is 7, but a line of order 20 is harmonic 20"),
+        (lambda: sw.find_orbit(linear(4), harmonics=7, period=2), "a line of order 4 is harmonic 8 of the orbit; take"),
+        (lambda: sw.frequency_response(linear(20), (0.01, 0.1), harmonics=7), "take at least 20"),
+        (lambda: sw.parameter_response(linear(20), "B", (0.01, 0.1), harmonics=7), "take at least 20"),
+        (lambda: sw.find_orbit(linear(2000)), "a line of order 2000 over 1 turns takes 2002 harmonics; at most 1000"),
+        (lambda: sw.find_orbit(linear(1), harmonics=10**6), "harmonics is 1000000; it must be at most 1000"),
+        (lambda: sw.isolas(linear(1), (0.5, 0.6), harmonics=1.5), "harmonics is 1.5; it must be a whole number"),
+        (lambda: sw.backbone(linear(1), [0.1], harmonics="a"), "harmonics is 'a'; it must be a whole number"),
+        (lambda: sw.parameter_response(linear(1), "B", (0.01, 0.1), points=0), "points is 0; it must be a whole"),
+        (lambda: sw.shoot(linear(1), (0.0, 0.0), period=0), "period is 0; it must be a whole number"),
+    ],
+)
+def test_too_few_or_too_many_harmonics_are_refused(verb, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        verb()
