@@ -44,7 +44,7 @@ def states_of(law: Any) -> int:
 
 
 @chosen
-def torsion(system: Any, phase: float, y: Any) -> Any:  # noqa: ARG001
+def torsion(system: Any, phase: Any, y: Any) -> Any:  # noqa: ARG001
     """Return the system's torsion, or its first state where it defines none."""
     return _own_torsion if hasattr(_class(system), "torsion") else _first_state
 
