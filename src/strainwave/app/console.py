@@ -47,7 +47,7 @@ class Progress:
 
 
 def number(value: float | str | bool | None, digits: int = 4) -> str:
-    """Write a number with significant digits and a raised exponent; None is a dash."""
+    """Write a number with at least so many significant digits, from 10 million on by powers of ten; None is a dash."""
     if value is None:
         return "–"
     if isinstance(value, bool):
@@ -56,7 +56,7 @@ def number(value: float | str | bool | None, digits: int = 4) -> str:
         return value
     if not math.isfinite(value):
         return "–"
-    text = f"{value:.{digits}g}"
+    text = f"{value:.0f}" if 10.0**digits <= abs(value) < 1e7 else f"{value:.{digits}g}"
     mantissa, mark, exponent = text.partition("e")
     if not mark:
         return text.replace("-", "−")

@@ -7,7 +7,7 @@ from typing import Any
 from .console import to_json
 from .job import analyse
 from .project import load
-from .report import summary
+from .words import summary
 
 DRIVES = ("article", "CSG-40-50")
 

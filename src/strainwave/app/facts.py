@@ -5,10 +5,27 @@ from typing import NamedTuple
 
 from ..study.analysis import Analysis
 from ..study.regimes import active_orders
+from .console import number
 from .project import Project
 
 RPM = 60.0 / (2.0 * math.pi)
 ARCSEC = 180.0 * 3600.0 / math.pi
+
+
+class AngleUnit(NamedTuple):
+    """Unit in which a report shows angles at the load, and its factor from radians."""
+
+    name: str
+    factor: float
+
+    def text(self, rad: float) -> str:
+        """Write an angle [rad] with its unit."""
+        return f"{number(rad * self.factor)} {self.name}"
+
+
+def angle_unit(largest: float) -> AngleUnit:
+    """One unit for a whole report, by its largest angle [rad]: arcsec up to one degree, then mrad."""
+    return AngleUnit("arcsec", ARCSEC) if largest * ARCSEC < 3600.0 else AngleUnit("mrad", 1e3)
 
 
 class Fact(NamedTuple):
@@ -21,11 +38,13 @@ class Fact(NamedTuple):
     note: str = ""
 
 
-def facts(project: Project, analysis: Analysis) -> list[Fact]:
+def facts(project: Project, analysis: Analysis, angle: AngleUnit) -> list[Fact]:
     """List what follows from the data of the drive, for both motor modes where they differ."""
     drive, point = project.drive, analysis.point
     used = project.motor
-    rows = [Fact("Torsional stiffness at the operating point", "T'(x₀)", point.stiffness, "N·m/rad", _bias(analysis))]
+    rows = [
+        Fact("Torsional stiffness at the operating point", "T'(x₀)", point.stiffness, "N·m/rad", _bias(analysis, angle))
+    ]
     for mode, inertia in (("free", drive.J), ("held", drive.J_l)):
         mark = "used in this report" if mode == used else "for comparison"
         symbol = "J" if mode == "free" else "J_l"
@@ -34,7 +53,9 @@ def facts(project: Project, analysis: Analysis) -> list[Fact]:
         rows.append(Fact(f"Damping parameter B/{symbol}, motor {mode}", "μ", drive.B / inertia, "1/s", mark))
         if omega_0 > 0.0:
             zeta = drive.B / (2.0 * inertia * omega_0)
-            rows.append(Fact(f"Damping ratio, motor {mode}", "ζ", zeta, "", mark))
+            rows.append(
+                Fact(f"Damping ratio, motor {mode}", "ζ", zeta, "", mark + _at_rest(project, point.stiffness, zeta))
+            )
             rows.append(Fact(f"Natural frequency, motor {mode}", "ω₀", omega_0, "rad/s", mark))
             rows.append(Fact("", "f₀", omega_0 / (2.0 * math.pi), "Hz", mark))
             rows += _resonance_speeds(project, analysis, omega_0, mark)
@@ -42,14 +63,23 @@ def facts(project: Project, analysis: Analysis) -> list[Fact]:
             rows.append(
                 Fact(f"Natural frequency, motor {mode}", "ω₀", None, "rad/s", "no stiffness at the operating point")
             )
-    return rows + _static(project, analysis)
+    return rows + _static(project, analysis, angle)
 
 
-def _bias(analysis: Analysis) -> str:
+def _at_rest(project: Project, stiffness: float, zeta: float) -> str:
+    """Say which stiffness the ratio refers to, where there are two."""
+    rest = float(project.drive.law.stiffness(0.0))
+    if not rest > 0.0 or abs(stiffness / rest - 1.0) < 1e-9:
+        return ""
+    ratio = number(100.0 * zeta * math.sqrt(stiffness / rest))
+    return f"; at the operating point ({ratio} % at rest without torque, where 'damping: ratio' belongs)"
+
+
+def _bias(analysis: Analysis, angle: AngleUnit) -> str:
     point = analysis.point
     if point.mean_torque == 0.0:
         return "no mean torque"
-    return f"at x₀ = {point.x * ARCSEC:.4g} arcsec under the mean torque"
+    return f"at x₀ = {angle.text(point.x)} under the mean torque"
 
 
 def _resonance_speeds(project: Project, analysis: Analysis, omega_0: float, mark: str) -> list[Fact]:
@@ -61,23 +91,24 @@ def _resonance_speeds(project: Project, analysis: Analysis, omega_0: float, mark
     ]
 
 
-def _static(project: Project, analysis: Analysis) -> list[Fact]:
+def _static(project: Project, analysis: Analysis, angle: AngleUnit) -> list[Fact]:
     point, system = analysis.point, analysis.system
     rows = [
         Fact("Mean torque on the error equation", "τ₀", point.mean_torque, "N·m", "output side"),
-        Fact("Static error under the mean torque", "x₀", point.x * ARCSEC, "arcsec", "at the load"),
+        Fact("Static error under the mean torque", "x₀", point.x * angle.factor, angle.name, "at the load"),
     ]
     if point.stiffness > 0.0:
         terms = getattr(system.excitation, "terms", (system.excitation,))
         for term in terms:
             if getattr(term, "amplitude", 0.0):
-                static = abs(term.amplitude) / point.stiffness * ARCSEC
+                static = abs(term.amplitude) / point.stiffness * angle.factor
                 name = f"Quasi-static error of the torque of order {term.order}"
-                rows.append(Fact(name, f"A{term.order}/T'", static, "arcsec", "0-to-peak, at the load"))
+                rows.append(Fact(name, f"A{term.order}/T'", static, angle.name, "0-to-peak, at the load"))
     if project.kinematic_error is not None:
         for line in project.kinematic_error.lines:
             name = f"Kinematic error of order {line.order}"
-            rows.append(Fact(name, f"e{line.order}", abs(line.amplitude) * ARCSEC, "arcsec", "0-to-peak, at the load"))
+            size = abs(line.amplitude) * angle.factor
+            rows.append(Fact(name, f"e{line.order}", size, angle.name, "0-to-peak, at the load"))
     gear = project.gear
     if gear is not None:
         for name, value, unit in (

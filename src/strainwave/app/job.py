@@ -7,7 +7,8 @@ from ..study.analysis import Analysis, analysis_steps
 from .console import Progress, to_json
 from .output import staged
 from .project import Project, load
-from .report import summary, write
+from .report import write
+from .words import summary
 
 
 def run(path: Path, folder: Path, as_json: bool) -> str:

@@ -5,16 +5,18 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
 from ..results import SolveError
 from ..study.exact import ExactResponse, exact_response
 from ..study.regimes import operating_point, regimes
+from . import curves, png
 from .console import Progress, number, to_json
 from .curve_files import exact_columns
-from .facts import ARCSEC, RPM
+from .facts import ARCSEC, RPM, angle_unit
 from .output import write_csv
 from .project import Project, load
-from .report import exact_response_data
+from .report_data import exact_response_data
 
 FIGURES = (".svg", ".png")
 
@@ -53,16 +55,12 @@ def _write(project: Project, system: Any, exact: ExactResponse, speeds: tuple[fl
     part = output.with_name(f".{output.stem}.part{output.suffix}")
     try:
         if output.suffix in FIGURES:
-            from . import curves, plots
-
             found = regimes(system, operating_point(system), speeds)
-            with plots.style():
-                figure = curves.speed_range(project, exact, found, speeds, None)
-                if output.suffix == ".svg":
-                    text = plots.svg(figure, "largest error against speed")
-                    part.write_text(text + "\n", encoding="utf-8")
-                else:
-                    figure.savefig(part, dpi=200)
+            panel = curves.range_panel(project, exact, found, speeds, None, angle_unit(float(np.max(exact.curve.peak))))
+            if output.suffix == ".svg":
+                part.write_text(curves.speed_range(panel) + "\n", encoding="utf-8")
+            else:
+                png.write(panel, part)
         else:
             write_csv(part, exact_columns(project, exact.curve))
         os.replace(part, output)
@@ -101,8 +99,8 @@ def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str
     unit = data["unit"]
     lines = [f"{project.title}: exact response, {data['message']}"]
     if data["largest"]:
-        peak, at = data["largest"]["peak_arcsec"], data["largest"]["speed"]
-        lines.append(f"  largest steady error {number(peak)} arcsec (0-to-peak, at the load) at {number(at, 6)} {unit}")
+        peak, at = data["largest"]["peak_arcsec"] / ARCSEC, data["largest"]["speed"]
+        lines.append(f"  largest steady |x| at the load: {angle_unit(peak).text(peak)} at {number(at, 6)} {unit}")
     else:
         lines.append(f"  {data['sweep']}")
     folds = ", ".join(number(speed, 8) for speed in data["fold_speeds"])

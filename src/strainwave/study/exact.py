@@ -15,6 +15,7 @@ from .jumps import Jumps, jumps
 HARMONICS, WITH_KINKS, MOST = 7, 15, 63  # per turn for smooth laws, for laws with breakpoints, and at most
 ENOUGH = 1e-3  # size of the last two harmonics that a figure does not show
 POINTS = 100  # about so many, and more where the curve bends
+PER_HARMONIC = 16  # samples of a turn for its largest torque
 PLAIN_RUNS = 24  # of the solver without machine code, before it is made
 
 
@@ -39,6 +40,17 @@ class ExactResponse:
             return None
         visited = [*self.sweep.run_up, *self.sweep.run_down]
         return int(max(visited, key=lambda i: float(self.curve.peak[i])))
+
+    def peak_torque(self, system: Oscillator) -> Floats:
+        """Largest transmitted torque |T(u) + B u'| [N*m] of a turn, at every point."""
+        coefficients, omega = self.curve.coefficients, self.curve.omega[:, None]
+        k = np.arange(1, coefficients.shape[1] // 2 + 1)[:, None]
+        theta = np.linspace(0.0, 2.0 * np.pi, PER_HARMONIC * len(k), endpoint=False)
+        waves = np.stack([np.cos(k * theta), np.sin(k * theta)], axis=1).reshape(-1, len(theta))
+        slopes = np.stack([-k * np.sin(k * theta), k * np.cos(k * theta)], axis=1).reshape(-1, len(theta))
+        u = coefficients[:, :1] + coefficients[:, 1:] @ waves - system.error.value(theta)
+        rate = omega * (coefficients[:, 1:] @ slopes - system.error.slope(theta))
+        return np.asarray(np.max(np.abs(system.law.torque(u) + system.B * rate), axis=1))
 
     def torsion_amplitude(self, system: Oscillator, order: int) -> Floats:
         """0-to-peak amplitude [rad] of the torsion's component at `order` times the base speed, at every point."""

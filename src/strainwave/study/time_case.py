@@ -1,5 +1,6 @@
 """One speed in time: from rest to the steady motion, the torque through the gear, and the energy of a cycle."""
 
+import cmath
 import math
 from dataclasses import dataclass
 
@@ -11,7 +12,7 @@ from ..results import Floats, SolveError, Status, Trajectory
 from ..theory.multiple_scales import slow_flow
 from ..theory.resonance import Resonance
 from .regimes import OperatingPoint
-from .runup import UNDAMPED_PERIODS, settling_time
+from .runup import LONGER, UNDAMPED_PERIODS, settling_time
 from .steady import SteadyMotion, finished_or_interrupted, settle
 from .validate import Comparison, compare
 
@@ -112,7 +113,7 @@ def time_case(name: str, system: Oscillator, resonance: Resonance, point: Operat
         The start: the static equilibrium, at rest.
     """
     start = (point.x, 0.0)
-    steady = settle(system, start, time=3.0 * settling_time(system), period=resonance.q or 1)
+    steady = _settled(system, start, resonance.q or 1)
     cycle = cycle_of(system, steady) if steady.status else None
     comparison, reason = None, ""
     try:
@@ -124,7 +125,7 @@ def time_case(name: str, system: Oscillator, resonance: Resonance, point: Operat
         transient = finished_or_interrupted(simulate(system, start, _times(system, point)))
     theory, amplitude = None, None
     if comparison is not None and cycle is not None:
-        theory, amplitude = _steady_theory(system, resonance, start, cycle.t)
+        theory, amplitude = _steady_theory(comparison, cycle.t)
     ratio = resonance.ratio
     simulated = None if ratio is None or cycle is None else steady.torsion_amplitude(float(ratio))
     return TimeCase(
@@ -150,14 +151,29 @@ def _times(system: Oscillator, point: OperatingPoint) -> Floats:
     return np.linspace(0.0, length, min(MOST, PER_CYCLE * math.ceil(length * fastest / (2.0 * math.pi)) + 1))
 
 
-def _steady_theory(
-    system: Oscillator, resonance: Resonance, start: tuple[float, float], t: Floats
-) -> tuple[Floats, float | None]:
-    """Multiple scales after the settling time, at whole turns of the base angle from the start plus t."""
-    turn = 2.0 * math.pi / system.omega * (resonance.q or 1)
-    later = turn * math.ceil(3.0 * settling_time(system) / turn)
-    run = slow_flow(system, resonance).evolve(start, np.concatenate([[0.0], later + t]))
-    return run.x[1:], float(run.amplitude[-1]) if resonance.ratio is not None else None
+def _settled(system: Oscillator, start: tuple[float, float], period: int) -> SteadyMotion:
+    """Motion after the transient; more of it is simulated until the orbit that closes is a stable one."""
+    steady = settle(system, start, time=settling_time(system), period=period)
+    for _ in range(LONGER):
+        if steady.stable or not steady.status or not system.B > 0.0:
+            break
+        steady = settle(system, steady.end, time=settling_time(system), period=period)
+    return steady
+
+
+def _steady_theory(comparison: Comparison, t: Floats) -> tuple[Floats, float | None]:
+    """Steady motion of multiple scales on which the compared transient ends, and its amplitude near omega_0."""
+    system, resonance, run = comparison.system, comparison.resonance, comparison.theory
+    flow = slow_flow(system, resonance)
+    z = flow.attractor(cmath.rect(float(run.amplitude[-1]), -float(run.phase[-1])))
+    if z is None:  # not clear yet, or undamped: go on
+        turn = 2.0 * math.pi / system.omega * (resonance.q or 1)
+        later = turn * math.ceil(3.0 * settling_time(system) / turn)
+        run = flow.evolve((float(run.x[-1]), float(run.rate[-1])), np.concatenate([run.t[-1:], later + t]))
+        x, amplitude = run.x[1:], float(run.amplitude[-1])
+    else:
+        x, amplitude = flow.steady_x(z, t), abs(z)
+    return x, None if resonance.ratio is None else amplitude
 
 
 def cycle_of(system: Oscillator, steady: SteadyMotion) -> Cycle:

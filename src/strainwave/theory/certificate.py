@@ -120,7 +120,7 @@ def certify(flow: Flow, z: complex) -> Certificate:
     linear = float(s.system.law.stiffness(s.u0)) * u
     beyond = s.system.law.torque(s.u0 + u) - s.system.law.torque(s.u0) - linear
     nonlinearity = float(np.max(np.abs(beyond))) / float(np.max(np.abs(linear))) if np.any(linear) else 0.0
-    valid = converged and error <= ACCEPTED
+    valid = converged and max(error, abs(shift), at_speed or 0.0) <= ACCEPTED
     quadrature = flow.error if isinstance(flow, AveragedFlow) else 0.0
     damping, detuning = s.mu / s.omega_0, abs(s.fast - s.omega_0) / s.omega_0
     return Certificate(

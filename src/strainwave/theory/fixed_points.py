@@ -14,6 +14,7 @@ Flow = AveragedFlow | CubicFlow
 PHASES, ROWS_PER_DECADE = 48, 20  # of the polar grid
 # where the phase plays no role: amplitudes per decade, parts of a cell that may hold a root, and most of such cells
 RING, FINER, MOST_CELLS = 60, 16, 24
+CLEAR = 0.3  # share of the distance to the next fixed point within which a transient is taken to end on one
 MOST_ALONE = 60  # fixed points of an undamped flow; more are a continuum
 
 
@@ -38,6 +39,20 @@ def fixed_points(flow: Flow) -> list[complex]:
             continue
         found.append(min((complex(point * c) for c in copies), key=lambda w: (round(abs(np.angle(w)), 9), -w.imag)))
     return sorted(found, key=abs, reverse=True)
+
+
+def attractor(flow: Flow, z: complex) -> complex | None:
+    """Stable fixed point [rad] next to z, copies included; None unless it is much nearer than any other."""
+    s = flow.setting
+    if s.resonance.ratio is None:
+        return 0j if s.mu > 0.0 else None
+    copies = np.exp(2j * np.pi * np.arange(s.copies) / s.copies)
+    points = [complex(point * copy) for point in fixed_points(flow) for copy in copies]
+    points += [0j] if is_trivial(flow) else []
+    points.sort(key=lambda point: abs(point - z))
+    if not points or (len(points) > 1 and abs(points[0] - z) > CLEAR * abs(points[1] - z)):
+        return None
+    return points[0] if is_stable(flow, points[0]) else None
 
 
 def is_trivial(flow: Flow) -> bool:
@@ -108,16 +123,16 @@ def rings(flow: AveragedFlow) -> list[complex]:
             return np.asarray(np.abs(flow.rates(a.astype(complex)) + push) - abs(push))
 
     a = _amplitudes(flow, RING)
+    value = excess(a)
     for _ in range(3):  # two roots may lie close together, about an extremum that a coarse grid steps over
-        value = excess(a)
         rise = np.diff(value)
         turns = np.flatnonzero(rise[1:] * rise[:-1] <= 0.0) + 1
         crossed = np.flatnonzero(value[1:] * value[:-1] <= 0.0)
         cells = np.unique(np.concatenate([turns - 1, turns, crossed]))
         cells = cells[np.argsort(np.abs(value[cells]))[:MOST_CELLS]]
-        inside = np.linspace(a[cells], a[cells + 1], FINER, endpoint=False)
-        a = np.unique(np.concatenate([inside.ravel(), a[cells + 1]]))
-    value = excess(a)
+        inside = np.linspace(a[cells], a[cells + 1], FINER, endpoint=False)[1:].ravel()
+        a, place = np.unique(np.concatenate([a, inside]), return_index=True)
+        value = np.concatenate([value, excess(inside)])[place]
     near = a[:-1][value[1:] * value[:-1] <= 0.0].astype(complex)
     turn = push * near / (flow.rates(near) + push) if push else near  # z g = push where the rate vanishes
     return _converged(flow, near.real * turn / np.abs(turn))

@@ -19,11 +19,11 @@ from . import response as response_curve
 from .averaging import averaged_flow
 from .certificate import certify
 from .cubic import CubicFlow, free_decay, kind_of
-from .fixed_points import Flow, fixed_points, is_stable, is_trivial
+from .fixed_points import Flow, attractor, fixed_points, is_stable, is_trivial
 from .resonance import NONRESONANT, Resonance
 from .setting import LARGEST, setting
 from .slow_results import Certificate, Evolution, SlowResponse, SteadyState
-from .transient import evolve, times
+from .transient import evolve, motion, times
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +137,14 @@ class SlowFlow:
         values = self.evolve(start, from_start).x if from_start.size > 1 else start[:1]
         return np.asarray(values[from_start.size - asked.size :].reshape(np.shape(t)))
 
+    def steady_x(self, z: complex, t: ArrayLike) -> Floats:
+        """Dynamic error x(t) [rad] of a steady z = a exp(-i phase) [rad] at times t [s]; base angle 0 at time 0."""
+        return motion(self._flow, z, np.asarray(t, float))
+
+    def attractor(self, z: complex) -> complex | None:
+        """Steady z [rad] on which a transient ends that has come to `z`; None where two are about equally near."""
+        return attractor(self._flow, z)
+
     def response(self, band: tuple[float, float]) -> SlowResponse:
         """Steady amplitude over a range of speeds of the base angle, with stability and jump frequencies.
 
@@ -184,8 +192,7 @@ class SlowFlow:
             If there is no steady state.
         """
         states = self.steady_states()
-        top = states[0]
-        return certify(self._flow, top.amplitude * complex(math.cos(top.phase), -math.sin(top.phase)))
+        return certify(self._flow, states[0].z)
 
 
 def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:

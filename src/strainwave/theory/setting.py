@@ -67,12 +67,12 @@ class Setting:
         k = np.array(self.orders, float)
         # J u'' + B u' + T(u) = tau - J omega^2 e'', and e'' of a line is -k^2 e_k
         forcing = self.torque_lines / self.system.J + (omega * k) ** 2 * self.error_lines
-        ratio = self.resonance.ratio
+        p, q = self.resonance
         hard = np.where(self.on_fast, 0.0, forcing / np.where(self.on_fast, 1.0, self.omega_0**2 - (k * omega) ** 2))
         return Setting(
             self.system._replace(omega=omega), self.resonance, self.u0, self.omega_0, self.mu, self.orders,
             self.torque_lines, self.error_lines, self.on_fast, omega,
-            self.omega_0 if ratio is None else float(ratio) * omega, hard, complex(np.sum(forcing[self.on_fast])),
+            p / q * omega if q else self.omega_0, hard, complex(np.sum(forcing[self.on_fast])),
         )  # fmt: skip
 
     @property

@@ -1,5 +1,6 @@
 """What the slow flow answers with: steady states, transients, response curves and the certificate, all frozen."""
 
+import cmath
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -28,6 +29,11 @@ class SteadyState:
     amplitude: float
     phase: float
     stable: bool
+
+    @property
+    def z(self) -> complex:
+        """Amplitude and phase as one number: a exp(-i phase) [rad]."""
+        return cmath.rect(self.amplitude, -self.phase)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +133,7 @@ class Certificate:
     regime : str
         The resonance treated.
     valid : bool
-        Whether the predicted error is at most 10 %.
+        Whether every error that could be estimated is at most 10 %: those below in amplitude and in speed.
     predicted_error : float
         Estimated relative error of the steady amplitude (of the near-omega_0 component, or of the forced motion where
         that component is absent), at equal phase where the response curve can be followed by its phase.

@@ -36,9 +36,16 @@ def evolve(flow: Flow, y0: tuple[float, float], t: Floats) -> Evolution:
         rate = flow.rates(z)
     else:
         z, rate = _decay(flow, z0, t) if s.resonance.ratio is None else _integrate(flow, z0, t)
-    x_of_t = s.u0 + (z * fast).real + s.forced(angles) + e.value(angles)
+    x_of_t = motion(flow, z, t)
     v_of_t = ((rate + 1j * s.fast * z) * fast).real + s.omega * (s.forced_slope(angles) + e.slope(angles))
     return Evolution(t, np.abs(z), -np.unwrap(np.angle(z)), x_of_t, v_of_t)
+
+
+def motion(flow: Flow, z: Any, t: Floats) -> Floats:
+    """x(t) [rad] of a slow state z [rad], one number or one for each time [s]."""
+    s = flow.setting
+    angles = s.omega * t
+    return np.asarray(s.u0 + (z * np.exp(1j * s.fast * t)).real + s.forced(angles) + s.system.error.value(angles))
 
 
 def _start(flow: Flow, x: float, v: float, turn: complex) -> complex:

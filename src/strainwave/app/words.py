@@ -1,0 +1,127 @@
+"""The report's findings in sentences: warnings, what a sweep does, verdicts, and the summary on the terminal."""
+
+import math
+from typing import Any
+
+from ..model.drive import HDC_40_050, HDC_40_050_WARNING
+from ..study.analysis import Analysis
+from ..study.exact import ExactResponse
+from .console import number
+from .facts import AngleUnit, angle_unit
+from .project import Project
+from .report_data import peak_torque, place
+
+
+def warnings(project: Project, analysis: Analysis) -> list[str]:
+    """What the reader must know before using the numbers, the gravest first."""
+    said = _overload(project, analysis)
+    article = (HDC_40_050.law, HDC_40_050.J_m, HDC_40_050.J_l)
+    if (project.drive.law, project.drive.J_m, project.drive.J_l) == article:
+        said.append(HDC_40_050_WARNING)
+    said += analysis.warnings
+    sweep = analysis.exact.sweep
+    if sweep is not None and sweep.width > 0.0:
+        ends = sorted((sweep.jump_up, sweep.jump_down))
+        first, last = (speed_text(place(project, w)) for w in ends)
+        said.append(
+            f"Run-up and coast-down differ between {first.split()[0]} and {last}: two stable motions exist there, and "
+            " which one the drive is on depends on its history; pass through that band quickly or keep "
+            "out of it."
+        )
+    return [*said, *project.notes]
+
+
+def _overload(project: Project, analysis: Analysis) -> list[str]:
+    """What the torque through the gear exceeds, if anything."""
+    gear, (omega, torque) = project.gear, peak_torque(analysis)
+    if gear is None or torque <= gear.repeated_peak_torque:
+        return []
+    kind, limit = "momentary peak", gear.momentary_torque
+    if torque <= limit:
+        kind, limit = "repeated peak", gear.repeated_peak_torque
+    return [
+        f"The torque through the gear reaches {number(torque)} N·m at {speed_text(place(project, omega))}, more than "
+        f"the {kind} torque of {gear.name}, {number(limit)} N·m: keep away from that speed, add damping, or take a "
+        "larger gear."
+    ]
+
+
+def sweep_sentences(project: Project, exact: ExactResponse, angle: AngleUnit) -> list[str]:
+    """What a slow run-up and coast-down do, a sentence for each."""
+    sweep, said = exact.sweep, []
+    if sweep is None:
+        return ["No motion on the curve is stable."]
+    for name, jumps, whole in (
+        ("run-up", sweep.on_run_up, sweep.finished_up),
+        ("coast-down", sweep.on_run_down, sweep.finished_down),
+    ):
+        steps = [
+            f"from {angle.text(j.before)} to {angle.text(j.after)} at {speed_text(place(project, j.value))}"
+            for j in jumps
+        ]
+        text = f"On a slow {name} the largest |x| " + (f"jumps {' and '.join(steps)}" if steps else "does not jump")
+        said.append(text + ("." if whole else "; the curve has no stable motion all the way, so the drive leaves it."))
+    return said
+
+
+def verdict(certificate: dict[str, Any] | None) -> str:
+    """The certificate in an engineer's words."""
+    if certificate is None:
+        return ""
+    at_speed = certificate["error_at_speed"]
+    errors = f"off by about {number(100.0 * certificate['predicted_error'], 2)} % in amplitude"
+    if certificate["speed_error"] > 0.0:
+        errors += f" and {number(100.0 * certificate['speed_error'], 2)} % in speed"
+        errors += (
+            "; at this very speed there is no such motion"
+            if at_speed is None
+            else f", {number(100.0 * at_speed, 2)} % at equal speed"
+        )
+    return errors if certificate["valid"] else f"not valid: {errors}; use the exact curve"
+
+
+def summary(results: dict[str, Any]) -> str:
+    """Key numbers in a few lines."""
+    lines = [results["title"]]
+    free = {(f["name"], f["unit"]): f["value"] for f in results["derived"]}
+    for mode in ("free", "held"):
+        omega_0 = free.get((f"Natural frequency, motor {mode}", "rad/s"))
+        used = ", used here" if mode == results["motor"] else ""
+        if omega_0:
+            hertz = number(omega_0 / (2.0 * math.pi))
+            lines.append(f"  natural frequency, motor {mode}{used}: {number(omega_0)} rad/s ({hertz} Hz)")
+    for row in results["resonances"]:
+        if row["inside_range"] and row["name"] == "primary":
+            lines += _resonance_lines(results, row)
+    worst, torque = results["largest_error"], results["largest_torque"]
+    angle = angle_unit(worst["peak_rad"])
+    lines.append(f"  largest steady |x| at the load: {angle.text(worst['peak_rad'])} at {speed_text(worst)}")
+    text = f"  largest steady torque through the gear: {number(torque['torque_Nm'])} N·m at {speed_text(torque)}"
+    for name in ("momentary", "repeated_peak"):
+        limit = torque[f"{name}_torque_Nm"]
+        if limit is not None and torque["torque_Nm"] > limit:
+            text += f", MORE than the {name.replace('_', ' ')} torque of {number(limit)} N·m"
+            break
+    lines.append(text)
+    lines.append(f"  stability: {results['stability']['scope']}; {results['stability']['claim']}")
+    if results["warnings"]:
+        lines.append(f"  {len(results['warnings'])} warning(s) in the report")
+    return "\n".join(lines)
+
+
+def _resonance_lines(results: dict[str, Any], row: dict[str, Any]) -> list[str]:
+    lines = [f"  {row['name']} resonance of order {row['order']} at {speed_text(row)}"]
+    exact = results["exact_response"]
+    if exact["jump_up"] and exact["jump_down"]:
+        lines.append(f"    jumps up at {speed_text(exact['jump_up'])}, down at {speed_text(exact['jump_down'])}")
+    if row["peak"]:
+        peak = angle_unit(results["largest_error"]["peak_rad"]).text(row["peak"]["amplitude_rad"])
+        lines.append(f"    its peak by multiple scales: {peak} ({verdict(row['certificate_at_peak'])})")
+    return lines
+
+
+def speed_text(row: dict[str, Any]) -> str:
+    """Write the speed of a place: at the motor, or the forcing frequency."""
+    if row["motor_speed_rpm"] is None:
+        return f"{number(row['omega_rad_per_s'], 5)} rad/s"
+    return f"{number(row['motor_speed_rpm'], 5)} rpm at the motor"
