@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from .app.own_gears import read_gears as read_gears
     from .model import catalogue as catalogue
     from .model.drive import HDC_40_050 as HDC_40_050
     from .model.drive import HDC_40_050_WARNING as HDC_40_050_WARNING
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
     from .model.laws import PiecewiseLinear as PiecewiseLinear
     from .model.laws import Play as Play
     from .model.laws import Polynomial as Polynomial
+    from .model.limits import Finding as Finding
+    from .model.limits import check_limits as check_limits
+    from .model.limits import cubic_mean as cubic_mean
     from .model.measured import Knot as Knot
     from .model.measured import RoundedPiecewiseLinear as RoundedPiecewiseLinear
     from .model.measured import Tabulated as Tabulated
@@ -73,10 +77,12 @@ if TYPE_CHECKING:
     from .theory.small_signal import small_signal as small_signal
 
 _HOME = {
+    "app.own_gears": ("read_gears",),
     "model.drive": ("Drive", "HDC_40_050", "HDC_40_050_WARNING"),
     "model.excitation": ("Harmonic", "Harmonics", "KinematicError", "Line", "NoError"),
     "model.fits": ("LawFit", "fit_odd"),
     "model.laws": ("Backlash", "Cubic", "Linear", "PiecewiseLinear", "Play", "Polynomial"),
+    "model.limits": ("Finding", "check_limits", "cubic_mean"),
     "model.measured": ("Knot", "RoundedPiecewiseLinear", "Tabulated", "tabulated"),
     "model.oscillator": ("Oscillator",),
     "numerics.backbone": ("Backbone", "backbone"),

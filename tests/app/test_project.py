@@ -157,10 +157,9 @@ def test_the_mean_of_a_torque_goes_with_its_lines(written):
     assert project.load_torque.torque(math.pi / 2.0) == pytest.approx(3.0)
 
 
-def test_notes_tell_what_exceeds_the_datasheet(written):
-    text = GOOD.replace("3000 rpm", "5000 rpm").replace("5 kg*cm^2", "1 kg*cm^2").replace("-50 N*m", "-600 N*m")
-    notes = " ".join(load(written(text.replace("held", "free"))).notes)
-    for part in ("reaches 5000 rpm", "must include the wave generator", "reaches 600 N*m", "speed ripple", "mass"):
+def test_notes_tell_what_is_doubtful(written):
+    notes = " ".join(load(written(GOOD.replace("5 kg*cm^2", "1 kg*cm^2").replace("held", "free"))).notes)
+    for part in ("must include the wave generator", "speed ripple", "mass"):
         assert part in notes
     assert len(load(written(GOOD)).notes) == 1
 

@@ -35,8 +35,8 @@ class Sentences(click.Group):
         except Exception as error:
             if ctx.params.get("debug") or os.environ.get("STRAINWAVE_DEBUG") == "1":
                 raise
-            project = sys.modules.get("strainwave.app.project")
-            if project is not None and isinstance(error, project.ProjectError):
+            files = sys.modules.get("strainwave.app.yaml_text")
+            if files is not None and isinstance(error, files.FileError):
                 click.echo(str(error), err=True)
                 ctx.exit(INVALID_PROJECT)
             click.echo(f"strainwave: {_sentence(error)}", err=True)
@@ -127,12 +127,21 @@ def reproduce(as_json: bool) -> None:
 @click.option("--series", help="Only this series, for example CSG.")
 @click.option("--size", type=int, help="Only this size.")
 @click.option("--ratio", type=int, help="Only this ratio.")
+@click.option("--torque", help='Smallest rated torque, for example "100 N*m".')
+@click.option("--stiffness", help='Smallest stiffness K1, for example "1e5 N*m/rad".')
+@click.option("--speed", help='Smallest limit of the input speed, for example "3000 rpm".')
+@click.option(
+    "--file", type=click.Path(path_type=Path), help="Gears of your own in YAML or CSV, in place of the catalogue."
+)
 @json_option
-def catalogue(name: str | None, series: str | None, size: int | None, ratio: int | None, as_json: bool) -> None:
-    """List the gears of the catalogue, or show one."""
+def catalogue(
+    name: str | None, series: str | None, size: int | None, ratio: int | None,
+    torque: str | None, stiffness: str | None, speed: str | None, file: Path | None, as_json: bool,
+) -> None:  # fmt: skip
+    """List the gears of the catalogue or of a file, or show one."""
     from .gears import show
 
-    show(name, series, size, ratio, as_json)
+    show(name, series, size, ratio, {"torque": torque, "stiffness": stiffness, "speed": speed}, file, as_json)
 
 
 @cli.command()

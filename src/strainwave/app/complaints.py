@@ -14,6 +14,8 @@ from .yaml_text import Keys, Located, Problem, name, shown
 EXAMPLES = {
     "title": "Azimuth axis",
     "gear": "CSG-40-50",
+    "gear.file": "my_gears.yaml",
+    "gear.name": "MY-40-50",
     "gear.ratio": "50",
     "gear.law": "{type: cubic, K: 7160 N*m/rad, alpha: 0.1 1/rad^2}",
     "gear.law.type": "cubic",

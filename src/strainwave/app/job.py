@@ -26,7 +26,10 @@ def analyse(project: Project, folder: Path) -> dict[str, Any]:
 
 def _analysis(project: Project, progress: Progress) -> Analysis:
     system = project.system(project.omega[0])
-    for step in analysis_steps(system, project.omega, is_range=project.is_range):
+    steps = analysis_steps(
+        system, project.omega, is_range=project.is_range, gear=project.gear, by_motor=project.shaft != "forcing"
+    )
+    for step in steps:
         if isinstance(step, Analysis):
             return step
         progress.show(*step)

@@ -8,19 +8,17 @@ from typing import Literal
 from pydantic import ValidationError
 
 from ..model import catalogue
-from ..model.catalogue import Gear
 from ..model.drive import Drive
 from ..model.excitation import Harmonic, Harmonics, KinematicError, Line
+from ..model.gear import Gear
 from ..model.oscillator import Oscillator
-from ..quantities import convert
 from .complaints import complaints
-from .schema import ExplicitGear, ProjectSpec, TorqueSpec
-from .yaml_text import Keys, Problem, name, read, read_text
+from .own_gears import read_gears
+from .schema import ExplicitGear, OwnGear, ProjectSpec, TorqueSpec
+from .yaml_text import FileError, Keys, Problem, complaint, name, read, read_text, shown
 
-MOST_SHOWN = 20
 
-
-class ProjectError(ValueError):
+class ProjectError(FileError):
     """A project file cannot be used; one line `file:line:column: field: fact, value, remedy` per problem."""
 
 
@@ -39,7 +37,7 @@ class Project:
     drive : Drive
         Inertias, ratio, damping B [N*m*s/rad] and torsion law.
     gear : Gear or None
-        The catalogue record, or None for an explicit law.
+        The record of the catalogue or of the user's own file, or None for an explicit law.
     motor : {"free", "held"}
         Whether the motor follows its torque or keeps its speed.
     shaft : {"motor", "load", "forcing"}
@@ -53,7 +51,8 @@ class Project:
     kinematic_error : KinematicError or None
         Lines of the gear's kinematic error [rad, output side].
     notes : tuple of str
-        Sentences for the reader: doubts about the catalogue data, speeds and torques beyond the gear's limits.
+        Sentences for the reader: doubts about the catalogue data, a motor inertia that cannot be right. What the run
+        asks of the gear beyond its limits is in the analysis.
     """
 
     title: str
@@ -127,25 +126,42 @@ def load(path: str | Path) -> Project:
             problems += complaints(error, located)
     elif not problems:
         problems.append(Problem(1, 1, "file", "is empty; begin with a line such as 'gear: CSG-40-50'"))
+    gear = None
     if spec is not None:
-        problems += [Problem(*located.place(keys), name(keys), sentence) for keys, sentence in _contradictions(spec)]
+        try:
+            gear = _record(spec, path)
+        except FileError as error:
+            raise ProjectError(str(error)) from None
+        except ValueError as error:
+            problems.append(Problem(*located.place(("gear", "name")), "gear.name", str(error)))
+        else:
+            found = _contradictions(spec, gear)
+            problems += [Problem(*located.place(keys), name(keys), sentence) for keys, sentence in found]
     if problems or spec is None:
         raise _error(path, problems)
-    return _resolved(spec, path, text)
+    return _resolved(spec, gear, path, text)
+
+
+def _record(spec: ProjectSpec, path: Path) -> Gear | None:
+    """Look up the record of the project's gear."""
+    if isinstance(spec.gear, OwnGear):
+        file = path.parent / spec.gear.file
+        gears = read_gears(file)
+        if spec.gear.name not in gears:
+            raise ValueError(f"{spec.gear.file} has no gear {shown(spec.gear.name)}; it has {', '.join(gears)[:200]}")
+        return gears[spec.gear.name]
+    return None if isinstance(spec.gear, ExplicitGear) else catalogue.gear(spec.gear)
 
 
 def _error(path: Path, problems: list[Problem]) -> ProjectError:
-    file = "".join(c if c.isprintable() else "?" for c in str(path))
-    lines = [f"{file}:{p.line}:{p.column}: {p.field}: {p.sentence}" for p in sorted(set(problems))]
-    hidden = len(lines) - MOST_SHOWN
-    if hidden > 0:
-        lines[MOST_SHOWN:] = [f"{file}: {hidden} more problems; correct these first"]
-    return ProjectError("\n".join(lines))
+    return ProjectError(complaint(path, problems))
 
 
-def _contradictions(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:
+def _contradictions(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
     """Fields that are right by themselves but do not go together."""
     driven = spec.excitation
+    if gear is not None and gear.input_inertia is None and spec.motor.inertia is None:
+        yield ("motor", "inertia"), f"is missing and no source gives it for {gear.name}; write 'inertia: 4.5 kg*cm^2'"
     if isinstance(spec.gear, ExplicitGear):
         if spec.motor.inertia is None:
             yield ("motor", "inertia"), "is missing for an explicit gear; write for example 'inertia: 4.5 kg*cm^2'"
@@ -165,13 +181,13 @@ def _contradictions(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:
         yield ("excitation",), sentence
 
 
-def _resolved(spec: ProjectSpec, path: Path, text: str) -> Project:
-    gear = None if isinstance(spec.gear, ExplicitGear) else catalogue.gear(spec.gear)
+def _resolved(spec: ProjectSpec, gear: Gear | None, path: Path, text: str) -> Project:
+    J_m = spec.motor.inertia or (gear.input_inertia if gear is not None else None) or 0.0
     if isinstance(spec.gear, ExplicitGear):
-        law, ratio, J_m = spec.gear.law.model(), spec.gear.ratio, spec.motor.inertia or 0.0
+        law, ratio = spec.gear.law.model(), spec.gear.ratio
     else:
-        record = catalogue.gear(spec.gear)
-        law, ratio, J_m = record.law, float(record.ratio), spec.motor.inertia or record.input_inertia
+        assert gear is not None
+        law, ratio = gear.law, float(gear.ratio)
     drive = Drive(J_m, spec.load.inertia, ratio, spec.damping.B or 0.0, law)
     drive = drive._replace(B=_damping(spec, drive))
     factor = ratio if spec.speed.shaft == "load" else 1.0
@@ -212,7 +228,7 @@ def _torque(spec: TorqueSpec | None) -> Harmonics | None:
 
 def _notes(project: Project) -> Iterator[str]:
     """Sentences on what a reader of the results should know about the input."""
-    gear, fastest = project.gear, project.omega[-1]
+    gear = project.gear
     if project.motor == "free" and project.kinematic_error is not None:
         yield (
             "With a free motor and a kinematic error the reduction to one equation drops the motor's speed ripple, "
@@ -221,17 +237,8 @@ def _notes(project: Project) -> Iterator[str]:
     if gear is None:
         return
     yield from gear.notes
-    if project.drive.J_m < gear.input_inertia:
+    if gear.input_inertia is not None and project.drive.J_m < gear.input_inertia:
         yield (
             f"motor.inertia is {project.drive.J_m:g} kg*m^2, less than the {gear.input_inertia:g} kg*m^2 of the wave "
             f"generator of {gear.name} alone; it must include the wave generator."
         )
-    if project.shaft != "forcing" and fastest > gear.max_speed * (1.0 + 1e-9):
-        rpm = convert(fastest, "rad/s", "rpm")
-        yield f"The motor reaches {rpm:.0f} rpm; {gear.name} is limited to {gear.max_rpm:.0f} rpm (grease)."
-    if project.load_torque is not None:
-        terms = project.load_torque.terms
-        largest = abs(sum(h.mean for h in terms)) + sum(h.amplitude for h in terms)
-        if largest > gear.repeated_peak_torque:
-            limit = gear.repeated_peak_torque
-            yield f"The load torque reaches {largest:g} N*m; the repeated peak torque of {gear.name} is {limit:g} N*m."

@@ -7,7 +7,7 @@ from .. import __version__
 from ..study.analysis import Analysis
 from ..study.exact import ExactResponse
 from ..study.regimes import Regime
-from ..study.time_case import TimeCase, cycle_of
+from ..study.time_case import TimeCase
 from ..theory.slow_results import Certificate
 from .facts import ARCSEC, RPM, angle_unit, facts
 from .project import Project
@@ -144,14 +144,7 @@ def _largest(project: Project, analysis: Analysis) -> dict[str, Any]:
 
 def peak_torque(analysis: Analysis) -> tuple[float, float]:
     """Speed [rad/s] and size [N*m] of the largest torque through the gear in any steady motion that was found."""
-    run, exact = analysis.run_up, analysis.exact
-    motions = [m for m in (*run.up, *run.down, *(case.steady for case in analysis.cases)) if m.status]
-    found = [(m.omega, cycle_of(analysis.system._replace(omega=m.omega), m).peak_torque) for m in motions]
-    if exact.sweep is not None:
-        torque = exact.peak_torque(analysis.system)
-        at = max((*exact.sweep.run_up, *exact.sweep.run_down), key=lambda i: float(torque[i]))
-        found.append((float(exact.curve.omega[at]), float(torque[at])))
-    return max(found, key=lambda place: place[1])
+    return analysis.usage.at_peak, analysis.usage.peak_torque
 
 
 def _largest_torque(project: Project, analysis: Analysis) -> dict[str, Any]:

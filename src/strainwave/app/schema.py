@@ -63,6 +63,12 @@ def _title(value: Any) -> Any:
     return value.strip() if isinstance(value, str) else value
 
 
+def _file_name(value: Any) -> Any:
+    if isinstance(value, str) and re.search(r"[/\\:]|^\.", value):
+        raise ValueError(f"{shown(value)} is no plain file name; put the gear file beside the project file")
+    return value
+
+
 def _quantity(unit: str, sign: Sign = "any") -> BeforeValidator:
     return BeforeValidator(partial(_number, unit=unit, sign=sign))
 
@@ -187,12 +193,23 @@ class ExplicitGear(Spec):
     law: Annotated[Any, _AnyLaw()]
 
 
+class OwnGear(Spec):
+    """A gear from a file of the user's own that lies beside the project file."""
+
+    file: Annotated[str, BeforeValidator(_file_name)]
+    name: str
+
+
 def _known_gear(value: str) -> str:
-    return catalogue.gear(value).name
+    gear = catalogue.gear(value)
+    gear.check_law()
+    return gear.name
 
 
 def _gear_kind(value: Any) -> str:
-    return "name" if isinstance(value, str) else "explicit"
+    if isinstance(value, str):
+        return "name"
+    return "own" if isinstance(value, dict) and ("file" in value or "name" in value) else "explicit"
 
 
 class MotorSpec(Spec):
@@ -278,7 +295,9 @@ class ProjectSpec(Spec):
 
     title: Annotated[str, BeforeValidator(_title)] = ""
     gear: Annotated[
-        Annotated[str, BeforeValidator(_known_gear), Tag("name")] | Annotated[ExplicitGear, Tag("explicit")],
+        Annotated[str, BeforeValidator(_known_gear), Tag("name")]
+        | Annotated[ExplicitGear, Tag("explicit")]
+        | Annotated[OwnGear, Tag("own")],
         Discriminator(_gear_kind),
     ]
     motor: MotorSpec = MotorSpec()

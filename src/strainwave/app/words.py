@@ -6,10 +6,11 @@ from typing import Any
 from ..model.drive import HDC_40_050, HDC_40_050_WARNING
 from ..study.analysis import Analysis
 from ..study.exact import ExactResponse
+from ..study.usage import gravest
 from .console import number
 from .facts import AngleUnit, angle_unit
 from .project import Project
-from .report_data import peak_torque, place
+from .report_data import place
 
 
 def warnings(project: Project, analysis: Analysis) -> list[str]:
@@ -32,18 +33,13 @@ def warnings(project: Project, analysis: Analysis) -> list[str]:
 
 
 def _overload(project: Project, analysis: Analysis) -> list[str]:
-    """What the torque through the gear exceeds, if anything."""
-    gear, (omega, torque) = project.gear, peak_torque(analysis)
-    if gear is None or torque <= gear.repeated_peak_torque:
-        return []
-    kind, limit = "momentary peak", gear.momentary_torque
-    if torque <= limit:
-        kind, limit = "repeated peak", gear.repeated_peak_torque
-    return [
-        f"The torque through the gear reaches {number(torque)} N·m at {speed_text(place(project, omega))}, more than "
-        f"the {kind} torque of {gear.name}, {number(limit)} N·m: keep away from that speed, add damping, or take a "
-        "larger gear."
-    ]
+    """Which limits of the gear's datasheet the run passes, if any."""
+    used, said = analysis.usage, []
+    for finding in gravest(analysis.limits):
+        where = {used.peak_torque: used.at_peak, used.average_torque: used.at_average}.get(finding.value)
+        at = "" if where is None else f"At {speed_text(place(project, where))}: "
+        said.append(at + finding.sentence.replace("N*m", "N·m"))
+    return said
 
 
 def sweep_sentences(project: Project, exact: ExactResponse, angle: AngleUnit) -> list[str]:

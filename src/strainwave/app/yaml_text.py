@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 LARGEST = 256 * 1024
 DEEPEST = 10
 MOST = 20_000
+MOST_SHOWN = 20
 NULL = ("", "~", "null", "Null", "NULL")
 # YAML allows tab, line feed, carriage return, next line and printable characters.
 FORBIDDEN = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -27,6 +28,20 @@ class Problem(NamedTuple):
     column: int
     field: str
     sentence: str
+
+
+class FileError(ValueError):
+    """A file of the user's cannot be used; one line `file:line:column: field: fact, value, remedy` per problem."""
+
+
+def complaint(path: Path, problems: list[Problem]) -> str:
+    """Write problems in the order of the file, one line each, and how many are left out."""
+    file = "".join(c if c.isprintable() else "?" for c in str(path))
+    lines = [f"{file}:{p.line}:{p.column}: {p.field}: {p.sentence}" for p in sorted(set(problems))]
+    hidden = len(lines) - MOST_SHOWN
+    if hidden > 0:
+        lines[MOST_SHOWN:] = [f"{file}: {hidden} more problems; correct these first"]
+    return "\n".join(lines)
 
 
 class Unreadable(Exception):

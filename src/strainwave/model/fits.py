@@ -34,7 +34,9 @@ class LawFit:
     relative: float
 
     def __str__(self) -> str:
-        return f"{self.law}: rms error {100.0 * self.relative:.2g} % of the torque at {self.reach:.4g} rad"
+        numbers = self.law if isinstance(self.law, Cubic) else self.law.coefficients
+        name = f"{type(self.law).__name__}({', '.join(f'{c:.4g}' for c in numbers)})"
+        return f"{name}: rms error {100.0 * self.relative:.2g} % of the torque at {self.reach:.4g} rad"
 
 
 def fit_odd(law: Any, reach: float, degree: int = 3) -> LawFit:

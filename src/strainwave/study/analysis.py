@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..model.gear import Gear
+from ..model.limits import Finding
 from ..model.oscillator import Oscillator
 from ..results import SolveError
 from ..theory.lyapunov import StabilityProof, lyapunov
@@ -13,6 +15,7 @@ from .exact import ExactResponse, exact_response
 from .regimes import OperatingPoint, Regime, operating_point, regimes
 from .runup import RunUp, run_up
 from .time_case import TimeCase, time_case
+from .usage import Usage, limit_findings, usage
 
 CASES = 4  # resonances shown in time, besides a speed away from all of them
 FEWEST, FINE = 20, 300  # points of the exact response in the band of a resonance, and of one drawn for it alone
@@ -44,6 +47,10 @@ class Analysis:
         Simulated run-up and coast-down, its independent check.
     cases : tuple of TimeCase
         Single speeds in time.
+    usage : Usage
+        What the steady motions ask of the gear.
+    limits : tuple of Finding
+        The same against each limit of the gear's datasheet; empty for a gear that is given by its law alone.
     warnings : tuple of str
         Sentences about what went wrong or needs care.
     """
@@ -57,10 +64,19 @@ class Analysis:
     close: dict[Resonance, ExactResponse]
     run_up: RunUp
     cases: tuple[TimeCase, ...]
+    usage: Usage
+    limits: tuple[Finding, ...]
     warnings: tuple[str, ...]
 
 
-def analyze(system: Oscillator, speeds: tuple[float, ...], *, is_range: bool = True) -> Analysis:
+def analyze(
+    system: Oscillator,
+    speeds: tuple[float, ...],
+    *,
+    is_range: bool = True,
+    gear: Gear | None = None,
+    by_motor: bool = True,
+) -> Analysis:
     """Analyse a drive over a range of speeds, or at single ones.
 
     Parameters
@@ -71,20 +87,29 @@ def analyze(system: Oscillator, speeds: tuple[float, ...], *, is_range: bool = T
         Base-angle speeds [rad/s], ascending: the ends of the range, or every speed asked for.
     is_range : bool
         Which of the two.
+    gear : Gear, optional
+        Record whose limits the run is compared with.
+    by_motor : bool
+        Whether the base angle is that of the motor, so that its speed is the gear's input speed.
 
     Raises
     ------
     SolveError
         If the law cannot carry the mean torque, or no simulation finishes.
     """
-    for step in analysis_steps(system, speeds, is_range=is_range):
+    for step in analysis_steps(system, speeds, is_range=is_range, gear=gear, by_motor=by_motor):
         if isinstance(step, Analysis):
             return step
     raise AssertionError("the steps end with the analysis")
 
 
 def analysis_steps(
-    system: Oscillator, speeds: tuple[float, ...], *, is_range: bool = True
+    system: Oscillator,
+    speeds: tuple[float, ...],
+    *,
+    is_range: bool = True,
+    gear: Gear | None = None,
+    by_motor: bool = True,
 ) -> Iterator[tuple[str, float] | Analysis]:
     """Do the work of `analyze` in steps; yields (what is being done, finished share), at the end the `Analysis`."""
     limits = (speeds[0], speeds[-1]) if is_range else (0.8 * speeds[0], 1.2 * speeds[-1])
@@ -114,8 +139,10 @@ def analysis_steps(
         yield f"{name} in time", 0.6 + 0.4 * i / len(chosen)
         resonance = NONRESONANT if regime is None else regime.resonance
         cases.append(time_case(name, system._replace(omega=omega), resonance, point))
+    used = usage(system, exact, (*sweep.up, *sweep.down, *(case.steady for case in cases)))
+    passed = () if gear is None else limit_findings(gear, used, speeds[-1] if by_motor else None)
     said = _warnings(system, point, exact, sweep, tuple(cases))
-    yield Analysis(system, limits, point, stability, found, exact, close, sweep, tuple(cases), said)
+    yield Analysis(system, limits, point, stability, found, exact, close, sweep, tuple(cases), used, passed, said)
 
 
 def _narrow(regime: Regime, exact: ExactResponse) -> bool:

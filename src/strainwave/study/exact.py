@@ -41,8 +41,8 @@ class ExactResponse:
         visited = [*self.sweep.run_up, *self.sweep.run_down]
         return int(max(visited, key=lambda i: float(self.curve.peak[i])))
 
-    def peak_torque(self, system: Oscillator) -> Floats:
-        """Largest transmitted torque |T(u) + B u'| [N*m] of a turn, at every point."""
+    def torque(self, system: Oscillator) -> Floats:
+        """Transmitted torque T(u) + B u' [N*m, output side] at every point (rows) and place of a turn (columns)."""
         coefficients, omega = self.curve.coefficients, self.curve.omega[:, None]
         k = np.arange(1, coefficients.shape[1] // 2 + 1)[:, None]
         theta = np.linspace(0.0, 2.0 * np.pi, PER_HARMONIC * len(k), endpoint=False)
@@ -50,7 +50,7 @@ class ExactResponse:
         slopes = np.stack([-k * np.sin(k * theta), k * np.cos(k * theta)], axis=1).reshape(-1, len(theta))
         u = coefficients[:, :1] + coefficients[:, 1:] @ waves - system.error.value(theta)
         rate = omega * (coefficients[:, 1:] @ slopes - system.error.slope(theta))
-        return np.asarray(np.max(np.abs(system.law.torque(u) + system.B * rate), axis=1))
+        return np.asarray(system.law.torque(u) + system.B * rate)
 
     def torsion_amplitude(self, system: Oscillator, order: int) -> Floats:
         """0-to-peak amplitude [rad] of the torsion's component at `order` times the base speed, at every point."""
