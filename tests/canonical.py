@@ -75,6 +75,21 @@ LAWS = {
 ODD = {name for name in LAWS if name not in ("Polynomial", "Stop", "Tabulated")}
 SMOOTH = {name for name in LAWS if name not in ("PiecewiseLinear", "Backlash", "Play", "Play, Cubic", "Stop")}
 
+# Laws of friction and memory, of the scale J = K = 1.
+DISSIPATIVE = {
+    "Viscous": sw.Viscous(0.05, warming=20.0, load=3.0, per_torque=0.02),
+    "Coulomb": sw.Coulomb(0.02, 0.05),
+    "Stribeck": sw.Stribeck(0.02, 0.03, 0.3, 0.05),
+    "LuGre": sw.LuGre(3.0, 0.1, 0.1, 0.03, 0.05, 0.3),
+    "BoucWen": sw.BoucWen(1.0, 0.3, 0.4, 1.0, 0.6, 0.4, 1),
+    "BoucWen, n = 3, gamma < 0": sw.BoucWen(2.0, 0.0, 0.4, 1.2, 0.7, -0.5, 3),
+    "Parallel, springs": sw.Parallel(LAWS["Cubic"], LAWS["Backlash"]),
+    "Parallel, nested": sw.Parallel(
+        sw.BoucWen(0.5, 0.0, 0.2),
+        sw.Parallel(sw.Coulomb(0.02, 0.05), sw.Parallel(LAWS["Cubic"], sw.LuGre(3.0, 0.1, 0.1, 0.03, 0.05, 0.3))),
+    ),
+}
+
 EXCITATIONS = {
     "Harmonic": sw.Harmonic(0.18, order=2, phase=0.3, mean=0.1),
     "Harmonics": sw.Harmonics((sw.Harmonic(0.18), sw.Harmonic(0.05, order=3, phase=-1.0, mean=0.2))),
@@ -91,9 +106,14 @@ SYSTEMS = {
     "backlash": sw.Oscillator(1.0, 0.1, LAWS["Backlash"], sw.Harmonic(0.6), 0.8),
 }
 
+DISSIPATIVE_SYSTEMS = {
+    name: sw.Oscillator(1.0, 0.05, law, sw.Harmonic(0.3), 1.1, ERRORS["KinematicError"])
+    for name, law in DISSIPATIVE.items()
+}
+
 DRIVES = {"HDC_40_050": sw.HDC_40_050}
 
-MODELS = LAWS | EXCITATIONS | ERRORS | SYSTEMS | DRIVES
+MODELS = LAWS | DISSIPATIVE | EXCITATIONS | ERRORS | SYSTEMS | DRIVES
 
 
 def classes_of(model) -> set[type]:

@@ -21,6 +21,12 @@ if TYPE_CHECKING:
     from .model.excitation import NoError as NoError
     from .model.fits import LawFit as LawFit
     from .model.fits import fit_odd as fit_odd
+    from .model.friction import Coulomb as Coulomb
+    from .model.friction import LuGre as LuGre
+    from .model.friction import Stribeck as Stribeck
+    from .model.friction import Viscous as Viscous
+    from .model.hysteresis import BoucWen as BoucWen
+    from .model.hysteresis import Parallel as Parallel
     from .model.laws import Backlash as Backlash
     from .model.laws import Cubic as Cubic
     from .model.laws import Linear as Linear
@@ -81,6 +87,8 @@ _HOME = {
     "model.drive": ("Drive", "HDC_40_050", "HDC_40_050_WARNING"),
     "model.excitation": ("Harmonic", "Harmonics", "KinematicError", "Line", "NoError"),
     "model.fits": ("LawFit", "fit_odd"),
+    "model.friction": ("Coulomb", "LuGre", "Stribeck", "Viscous"),
+    "model.hysteresis": ("BoucWen", "Parallel"),
     "model.laws": ("Backlash", "Cubic", "Linear", "PiecewiseLinear", "Play", "Polynomial"),
     "model.limits": ("Finding", "check_limits", "cubic_mean"),
     "model.measured": ("Knot", "RoundedPiecewiseLinear", "Tabulated", "tabulated"),

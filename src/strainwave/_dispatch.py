@@ -70,6 +70,20 @@ def z_rate_of(law: Any, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG001
 
 
 @chosen
+def energy_of(law: Any, x: Any, z: Any) -> Any:  # noqa: ARG001
+    """Energy stored [J] in any law; a law torque(x, v) stores none unless it has energy(x)."""
+    if depends(law) == 3:
+        return _energy_of_memory
+    return _energy_of_spring if hasattr(_class(law), "energy") else _no_energy
+
+
+@chosen
+def losses_of(law: Any, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG001
+    """Powers [W] that a law turns into heat: a tuple, empty for a spring, T v for friction without memory."""
+    return (_no_losses, _friction_losses, _own_losses)[depends(law) - 1]
+
+
+@chosen
 def share(law: Any, z: Any) -> Any:  # noqa: ARG001
     """Take a law's own internal states: as many of the first of z as it has."""
     n = states_of(law)
@@ -105,6 +119,30 @@ def _of_memory(law: Any, x: Any, v: Any, z: Any) -> Any:
 
 def _own_rates(law: Any, x: Any, v: Any, z: Any) -> Any:
     return law.z_rate(x, v, z)
+
+
+def _energy_of_spring(law: Any, x: Any, z: Any) -> Any:  # noqa: ARG001
+    return law.energy(x)
+
+
+def _energy_of_memory(law: Any, x: Any, z: Any) -> Any:
+    return law.energy(x, z)
+
+
+def _no_energy(law: Any, x: Any, z: Any) -> Any:  # noqa: ARG001
+    return 0.0 * x
+
+
+def _no_losses(law: Any, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG001
+    return ()
+
+
+def _friction_losses(law: Any, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG001
+    return (law.torque(x, v) * v,)
+
+
+def _own_losses(law: Any, x: Any, v: Any, z: Any) -> Any:
+    return law.losses(x, v, z)
 
 
 def _no_rates(law: Any, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG001

@@ -7,10 +7,22 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 import numpy as np
 import pytest
 import sympy
-from canonical import ERRORS, EXCITATIONS, LAWS, MODELS, ODD, SMOOTH, SYSTEMS, classes_of
+from canonical import (
+    DISSIPATIVE,
+    DISSIPATIVE_SYSTEMS,
+    ERRORS,
+    EXCITATIONS,
+    LAWS,
+    MODELS,
+    ODD,
+    SMOOTH,
+    SYSTEMS,
+    classes_of,
+)
 
 import strainwave as sw
 from strainwave import _jit
+from strainwave._dispatch import energy_of, losses_of, share, torque_of, z_rate_of
 from strainwave.quantities import checked, floated, parameters
 
 EPS = np.finfo(float).eps
@@ -168,7 +180,25 @@ def of_system(system, x):
     return rhs[0], rhs[1], jacobian[0][0], jacobian[0][1], jacobian[1][0], jacobian[1][1], system.torsion(x, y)
 
 
-GROUPS = ((of_law, LAWS), (of_excitation, EXCITATIONS), (of_error, ERRORS), (of_system, SYSTEMS))
+def of_dissipative(law, x):
+    v = 0.3 - 0.1 * x
+    z = share(law, (0.05 * x, 0.02 - 0.01 * x))
+    known = (torque_of(law, x, v, z), law.stiffness(x), energy_of(law, x, z))
+    return known + z_rate_of(law, x, v, z) + losses_of(law, x, v, z)
+
+
+def of_dissipative_system(system, x):
+    return system.rhs(x, (0.4 * x, 0.1 - 0.2 * x, *share(system.law, (0.05 * x, 0.02 - 0.01 * x))))
+
+
+GROUPS = (
+    (of_law, LAWS),
+    (of_dissipative, DISSIPATIVE),
+    (of_excitation, EXCITATIONS),
+    (of_error, ERRORS),
+    (of_system, SYSTEMS),
+    (of_dissipative_system, DISSIPATIVE_SYSTEMS),
+)
 CASES = [pytest.param(kind, model, id=name) for kind, group in GROUPS for name, model in group.items()]
 
 

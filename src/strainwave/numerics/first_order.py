@@ -15,7 +15,7 @@ from .._dispatch import is_spring
 from .._jit import with_leaf
 from ..results import Floats
 from .balance import second_order
-from .fourier import analysis, extend, multiply_rows, synthesis
+from .fourier import analysis, extend, multiply_rows, synthesis, to_blocks
 
 MOST_STATES = 64
 SAME = ("J", "B", "law", "excitation", "omega", "error")  # what a system of the form of `Oscillator` has
@@ -49,6 +49,13 @@ class FirstOrder(NamedTuple):
     def states(self, z: Any) -> Floats:
         """Coefficients (states, 2H+1), in blocks and in the states' own units."""
         return np.asarray(z[: len(self.tau)].reshape(len(self.sizes), -1) * self.sizes[:, None])
+
+    def point(self, table: Floats, value: float) -> Floats:
+        """Point (coefficients, parameter) of a table (2H+1, states): mean, cos 1, sin 1, ...; cut or filled up."""
+        n = len(self.error)
+        series = np.zeros((n, len(self.sizes)))
+        series[: min(n, len(table))] = table[:n]
+        return np.append((to_blocks(series).T / self.sizes[:, None]).ravel(), value)
 
     def residual(self, z: Any, work: Any, r: Any) -> None:  # noqa: ARG002
         """Residual of every coefficient, in units of the state's size a second."""

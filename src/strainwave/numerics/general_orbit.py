@@ -9,7 +9,7 @@ from ..results import Floats, Orbit, Status
 from .branches import largest_tail, solve
 from .first_order import FirstOrder, first_order
 from .floquet import displacement_peaks
-from .fourier import from_blocks, to_blocks
+from .fourier import from_blocks
 from .harmonics import starting_harmonics
 from .response import linear_start, settled_start
 from .variational import monodromy, multipliers_of
@@ -53,7 +53,4 @@ def _solution(problem: FirstOrder, guess: Floats | None) -> Floats | None:
     if guess.shape[1] != len(problem.sizes):
         states = len(problem.sizes)
         raise ValueError(f"guess has {guess.shape[1]} states; {type(problem.system).__name__} has {states}")
-    n = len(problem.error)
-    series = np.zeros((n, len(problem.sizes)))
-    series[: min(n, len(guess))] = guess[:n]
-    return solve(problem, np.append((to_blocks(series).T / problem.sizes[:, None]).ravel(), problem.omega))
+    return solve(problem, problem.point(guess, problem.omega))

@@ -5,10 +5,18 @@ A line beyond the last harmonic would be sampled too coarsely and appear at anot
 
 from typing import Any
 
+from .._dispatch import is_spring
 from ..quantities import positive_count
 
 FEWEST = 7  # per turn of the base angle
+MOST = 127  # reached automatically
+MOST_WITH_CORNERS = 31  # the same for friction and memory: general form, and a series that decays as a power of k
 LARGEST = 1000  # the matrix of the balance has (2 H + 1)^2 entries
+
+
+def most_harmonics(system: Any) -> int:
+    """How far the number of harmonics grows by itself."""
+    return MOST if is_spring(system) else MOST_WITH_CORNERS
 
 
 def highest_order(system: Any) -> int:

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from .._dispatch import is_spring
 from ..quantities import shown, with_parts
 from ..results import Floats, Orbit, SolveError, Status
 from .balance import second_order
@@ -13,7 +14,7 @@ from .first_order import is_second_order
 from .fourier import from_blocks, to_blocks
 from .general_orbit import general_orbit
 from .guess import linear_response
-from .harmonics import starting_harmonics
+from .harmonics import most_harmonics, starting_harmonics
 from .integrate import Dopri5, simulate
 from .shooting import shoot
 
@@ -38,7 +39,8 @@ def find_orbit(
         The forced system, at its own `omega` (1 where it has none).
     harmonics : int, optional
         Highest harmonic of omega/period. Default: grown until the last two hold less than 1e-10 of the whole (at most
-        127); an orbit that crosses breakpoints of the law, whose spectrum decays slowly, is then refined by shooting.
+        127); an orbit whose spectrum decays slowly, because it crosses breakpoints of the law or the law has friction
+        or memory (there at most 31), is then refined by shooting.
     guess : (2H+1, states) array or Orbit, optional
         Coefficients (mean, cos 1, sin 1, ...) near the orbit. Default: the linear response, then integration.
     period : int
@@ -68,7 +70,9 @@ def find_orbit(
         raise ValueError(f"omega is {system.omega:g} rad/s; a periodic orbit needs a positive base frequency")
     if not is_second_order(system):
         table = None if guess is None else _table(guess)
-        return raised(general_orbit(system, harmonics, table, period, TAIL, MOST_HARMONICS), throw)
+        orbit = general_orbit(system, harmonics, table, period, TAIL, most_harmonics(system))
+        corners = harmonics is None and orbit.tail > TAIL and not is_spring(system)
+        return raised(_refined(system, orbit, period) if corners else orbit, throw)
     start = None if guess is None else _table(guess)[:, 0]
     if harmonics is None and start is not None:
         h = max(h, min(len(start) // 2, MOST_HARMONICS))
@@ -86,9 +90,13 @@ def find_orbit(
     else:
         orbit = _described(problem, found, tail)
         if harmonics is None and tail > TAIL and system.breakpoints():
-            exact = shoot(system, orbit.state(0.0), period=period)
-            orbit = exact if exact.status else orbit
+            orbit = _refined(system, orbit, period)
     return raised(orbit, throw)
+
+
+def _refined(system: Any, orbit: Orbit, period: int) -> Orbit:
+    exact = shoot(system, orbit.state(0.0), period=period)
+    return exact if exact.status else orbit
 
 
 def raised(orbit: Orbit, throw: bool) -> Orbit:

@@ -11,13 +11,13 @@ import numpy as np
 
 from ..quantities import interval, replace, shown, with_parts
 from ..results import Branch, Floats, Orbit, SolveError
-from .balance import second_order
-from .branches import Trace, describe, leaf_of, tail_of, trace
+from .branches import Trace, describe, largest_tail, leaf_of, tail_of, trace
 from .continuation import CLOSED, END, LOST
+from .first_order import FirstOrder, balance_of
 from .fourier import to_blocks
 from .guess import linear_response
-from .harmonics import starting_harmonics
-from .response import MOST_HARMONICS, TAIL, damped_start, linear_start
+from .harmonics import most_harmonics, starting_harmonics
+from .response import TAIL, damped_start, linear_start
 
 SECOND_ORDER = ("J", "B", "law", "excitation", "omega", "error")  # what the compact harmonic balance needs of a system
 INSIDE = 0.01  # of the range: where a sweep starts that has no response at its lower end
@@ -38,14 +38,15 @@ def parameter_response(
 
     Parameters
     ----------
-    system : Oscillator
+    system : Oscillator, or any NamedTuple with `rhs(phase, y)` and a field `omega`
         The system; its own value of the parameter matters only as that of `start`.
     path : str
         Path of the parameter: "excitation.amplitude", "excitation.mean", "law.alpha", "B", "omega", ...
     span : (float, float)
         Range of the parameter (SI), low < high.
     harmonics : int, optional
-        Highest harmonic H of omega/period. Default: grown until the last two are negligible (1e-6), at most 127.
+        Highest harmonic H of omega/period. Default: grown until the last two are negligible (1e-6), at most 127, or
+        31 with friction or memory.
     period : int
         Turns of the base angle per orbit.
     start : Orbit, optional
@@ -90,13 +91,14 @@ def parameter_response(
     if harmonics is None and start is not None:
         h = max(h, len(start.coefficients) // 2)
     while True:
-        problem = second_order(system, leaf, omega_leaf, h, period)
+        problem = balance_of(system, leaf, omega_leaf, h, period)
         guess, origin = _beginning(problem, system, path, lo, hi, start)
         found = both_ways(problem, guess, lo, hi, 4.0 / points)
-        tail = tail_along(found.points[:, :-1])
-        if harmonics is not None or tail <= TAIL or h >= MOST_HARMONICS:
+        general = isinstance(problem, FirstOrder)
+        tail = largest_tail(problem, found.points) if general else tail_along(found.points[:, :-1])
+        if harmonics is not None or tail <= TAIL or h >= most_harmonics(system):
             break
-        h = min(2 * h + 1, MOST_HARMONICS)
+        h = min(2 * h + 1, most_harmonics(system))
     branch = describe(problem, path, found, tail, origin)
     if branch.status and not branch.closed:
         branch = with_changes(
@@ -130,6 +132,8 @@ def tail_along(series: Floats) -> float:
 
 def embedded(problem: Any, orbit: Orbit, value: float, stretch: int = 1) -> Floats:
     """Guess (coefficients in blocks, parameter) from an orbit whose period goes `stretch` times into the problem's."""
+    if isinstance(problem, FirstOrder):
+        return problem.point(orbit.coefficients, value)
     return embedded_series(problem, np.append(orbit.coefficients[:, 0], value), stretch)
 
 

@@ -17,12 +17,12 @@ from .branches import UNBOUNDED, Trace, describe, largest_tail, leaf_of, solve, 
 from .continuation import CLOSED, END, LOST, RUNNING, STUCK
 from .first_order import FirstOrder, balance_of
 from .guess import linear_response
-from .harmonics import starting_harmonics
+from .harmonics import MOST, most_harmonics, starting_harmonics
 from .integrate import simulate
 from .remarks import remarks
 
 TAIL = 1e-6  # the last two harmonics may hold this share of the whole
-MOST_HARMONICS = 127
+MOST_HARMONICS = MOST
 BELOW, ABOVE = 3.0, 100.0  # how far outside the range, as factors, a branch may go before it comes back
 EXCURSIONS = 20  # how often
 GROWTH = 1e7  # an orbit this many times larger than at the start of its branch has no bound
@@ -48,7 +48,8 @@ def frequency_response(
     span : (float, float)
         Range of omega [rad/s], 0 < low < high.
     harmonics : int, optional
-        Highest harmonic H of omega/period. Default: grown until the last two are negligible (1e-6), at most 127.
+        Highest harmonic H of omega/period. Default: grown until the last two are negligible (1e-6), at most 127, or
+        31 with friction or memory.
     period : int
         Turns of the base angle per orbit.
     points : int
@@ -86,9 +87,9 @@ def frequency_response(
         problem = balance_of(system, leaf, leaf, h, period)
         found, origin = across(problem, lo, hi, 4.0 / points)
         tail = largest_tail(problem, found.points)
-        if harmonics is not None or (tail <= TAIL and found.outcome == END) or h >= MOST_HARMONICS:
+        if harmonics is not None or (tail <= TAIL and found.outcome == END) or h >= most_harmonics(system):
             break
-        h = min(2 * h + 1, MOST_HARMONICS)
+        h = min(2 * h + 1, most_harmonics(system))
     branch = describe(problem, "omega", found, tail, origin)
     branch = with_changes(branch, message="; ".join([branch.message, *remarks(problem, branch, found.points)]))
     if throw and not branch.status:

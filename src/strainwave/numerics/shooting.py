@@ -1,6 +1,8 @@
-"""Periodic orbits by shooting: Newton's method on the period map, with the variational equations integrated alongside.
+"""Periodic orbits by shooting: Newton's method on the period map.
 
-Independent of harmonic balance and exact for laws with breakpoints, because the integration ends its steps on them.
+Its derivative comes from the variational equations, integrated alongside, for a system of two states with a `jacobian`,
+and from differences of the period map for any other. Independent of harmonic balance and exact for laws with
+breakpoints, because the integration ends its steps on them.
 (A continuous law needs no jump in the variational equations there.)
 
 Seydel 2010, Practical Bifurcation and Stability Analysis, sec. 7.3-7.4 (shooting, monodromy matrix).
@@ -11,13 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._dispatch import torsion
+from .._dispatch import is_spring, torsion
 from ..quantities import number, numbers, positive_count, with_parts
 from ..results import Floats, Orbit, SolveError, Status
 from .integrate import Dopri5, simulate
 
 SAMPLES = 4096  # of the orbit, from which peak and Fourier coefficients are taken
 STEPS = 30
+DIFFERENCE = 1e-5  # of a state's size
 
 
 class Variational(NamedTuple):
@@ -46,13 +49,39 @@ class Variational(NamedTuple):
         return first, second, j00 * a + j01 * b, j10 * a + j11 * b, j00 * c + j01 * d, j10 * c + j11 * d
 
 
-def period_map(system: Any, y0: Floats, duration: float, rtol: float) -> tuple[Floats, Floats] | None:
-    """State after one period and the monodromy matrix (2, 2); None if the solution does not get there."""
+def period_map(system: Any, y0: Floats, duration: float, rtol: float) -> tuple[Floats, Floats, Floats] | None:
+    """State after one period, the monodromy matrix (2, 2), sizes of the states; None if the solution stops before."""
     start = [*y0, 1.0, 0.0, 0.0, 1.0]
     end = simulate(Variational(system), start, (0.0, duration), method=Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y0)))
     if not end.status:
         return None
-    return end.y[:2, -1], end.y[2:, -1].reshape(2, 2).T
+    size = _size(end.y[:2, -1])
+    return end.y[:2, -1], end.y[2:, -1].reshape(2, 2).T, size * np.array([1.0, 2.0 * np.pi / duration])
+
+
+def differenced_map(system: Any, y0: Floats, duration: float, rtol: float) -> tuple[Floats, Floats, Floats] | None:
+    """State after one period, the monodromy matrix by central differences, and the sizes of the states; None as above.
+
+    Of laws with memory, which need not be smooth: the matrix is good to about six digits.
+    """
+    method = Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y0))
+
+    def end(start: Floats) -> Floats | None:
+        run = simulate(system, start, (0.0, duration), method=method)
+        return run.y[:, -1] if run.status else None
+
+    run = simulate(system, y0, (0.0, duration), method=method)
+    if not run.status:
+        return None
+    sizes = np.max(np.abs(run.y), axis=1)
+    sizes = np.where(sizes > 0.0, sizes, 1.0)
+    columns = []
+    for step in np.diag(DIFFERENCE * sizes):
+        after, before = end(y0 + step), end(y0 - step)
+        if after is None or before is None:
+            return None
+        columns.append((after - before) / (2.0 * np.max(step)))
+    return run.y[:, -1], np.array(columns).T, sizes
 
 
 def _size(y0: Floats) -> float:
@@ -65,9 +94,9 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
     Parameters
     ----------
     system : NamedTuple
-        A system of two states with `rhs`, `jacobian` and `omega`.
-    y0 : (2,) array_like
-        State near the orbit at base phase 0; for an `Oscillator` x [rad] and x' [rad/s].
+        A system with `rhs` and `omega`.
+    y0 : (states,) array_like
+        State near the orbit at base phase 0; for an `Oscillator` x [rad], x' [rad/s] and what its law remembers.
     period : int
         Turns of the base angle that the orbit takes.
     rtol : float
@@ -83,33 +112,36 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
     Raises
     ------
     ValueError
-        If y0 is not two finite numbers, omega is not positive, or `period` or `rtol` is out of range.
+        If y0 is not as many finite numbers as the system has states, omega is not positive, or `period` or `rtol` is
+        out of range.
     SolveError
         If Newton's method fails and `throw` is true.
     """
-    system = with_parts("shoot", system, "rhs", "jacobian")
-    y = start = numbers("y0 = (x, x')", y0, count=2)
+    system = with_parts("shoot", system, "rhs")
+    y = start = numbers("y0", y0)
+    n = len(y)
+    smooth = n == 2 and hasattr(system, "jacobian") and is_spring(system)
     positive_count("period", period)
     Dopri5(rtol=rtol)
     omega = number("omega", getattr(system, "omega", 1.0), positive=True)
     duration = 2.0 * np.pi * period / omega
-    matrix = np.full((2, 2), 1e300)
+    matrix = np.full((n, n), 1e300)
     status = Status.NO_CONVERGENCE
     for _ in range(STEPS):
-        mapped = period_map(system, y, duration, rtol)
+        mapped = (period_map if smooth else differenced_map)(system, y, duration, rtol)
         if mapped is None:
             status = Status.DIVERGED
             break
-        end, matrix = mapped
+        end, matrix, sizes = mapped
         try:
-            step = np.linalg.solve(matrix - np.eye(2), end - y)
+            step = np.linalg.solve(matrix - np.eye(n), end - y)
         except np.linalg.LinAlgError:
             break
         y = y - step
         if not np.all(np.isfinite(y)):
             y = start
             break
-        if np.all(np.abs(step) <= 10.0 * rtol * np.array([_size(y), _size(y) * omega])):
+        if np.all(np.abs(step) <= 10.0 * rtol * sizes):
             status = Status.OK
             break
     orbit = _sampled(system, y, omega, period, matrix, rtol, status)
@@ -123,10 +155,10 @@ def _sampled(system: Any, y: Floats, omega: float, period: int, matrix: Floats, 
     times = np.linspace(0.0, duration, SAMPLES + 1)
     run = simulate(system, y, times, method=Dopri5(rtol=rtol, atol=1e-3 * rtol * _size(y)))
     if not run.status:
-        run, status = simulate(system, np.zeros(2), times[:3]), Status.DIVERGED
+        run, status = simulate(system, np.zeros(len(y)), times[:3]), Status.DIVERGED
     spectrum = np.fft.rfft(run.y[:, :SAMPLES], axis=1).T * (2.0 / min(SAMPLES, run.y.shape[1]))
     kept = min(1023, len(spectrum) - 1)
-    series = np.empty((2 * kept + 1, 2))
+    series = np.empty((2 * kept + 1, len(y)))
     series[0] = spectrum[0].real / 2.0
     series[1::2], series[2::2] = spectrum[1 : kept + 1].real, -spectrum[1 : kept + 1].imag
     values = np.linalg.eigvals(matrix)

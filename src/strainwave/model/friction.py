@@ -1,0 +1,188 @@
+"""Friction laws: the torque that opposes a sliding speed v, across the gear or on one shaft.
+
+`torque(x, v)` depends on the speed alone; `LuGre` has bristles as an internal state. In parallel with a spring they act
+on the torsion's rate (`Parallel(spring, Coulomb(...))`); on the motor or load shaft the same laws take that shaft's
+angle and speed. Torques are in N*m, speeds in rad/s, both of the shaft that the law sits on.
+"""
+
+from typing import Annotated, Any, NamedTuple
+
+from .._jit import kernel
+from ..maths import exp, sqrt
+from ..quantities import AngularSpeed, Damping, Torque, TorsionalStiffness
+
+PerKelvin = Annotated[float, "1/K"]
+PerTorque = Annotated[float, "1/(N*m)"]
+Kelvin = Annotated[float, "K"]
+
+
+@kernel
+def smooth_sign(v: Any, width: Any) -> Any:
+    """Sign of v, smoothed: v/sqrt(v^2 + width^2)."""
+    return v / sqrt(v * v + width * width)
+
+
+@kernel
+def sliding_friction(v: Any, low: Any, high: Any, speed: Any) -> Any:
+    """Friction torque that falls from `high` at rest to `low` well above `speed`."""
+    return low + (high - low) * exp(-(v / speed) * (v / speed))
+
+
+def _positive(law: Any, *names: str) -> None:
+    for name in names:
+        if not getattr(law, name) > 0.0:
+            raise ValueError(f"{type(law).__name__}.{name} is {getattr(law, name):g}; it must be positive")
+
+
+def _not_negative(law: Any, *names: str) -> None:
+    for name in names:
+        if not getattr(law, name) >= 0.0:
+            raise ValueError(f"{type(law).__name__}.{name} is {getattr(law, name):g}; it must not be negative")
+
+
+def _rising(law: Any) -> None:
+    _positive(law, "T_c", "v_s")
+    if not law.T_s >= law.T_c:
+        raise ValueError(
+            f"{type(law).__name__} has T_s = {law.T_s:g} and T_c = {law.T_c:g} N*m; break-away takes at least the "
+            "torque of sliding: T_s >= T_c"
+        )
+
+
+class Viscous(NamedTuple):
+    """Viscous friction T = B exp(-per_kelvin warming) (1 + per_torque |load|) v.
+
+    B holds at the reference temperature without load; `warming` [K] is the temperature above it and `load` the torque
+    that the gear transmits. The default 3.5 % per kelvin is that of gear oil viscosity, nu = 100 cSt exp(-0.035 (T -
+    20 C)) in a published model of a strain wave gear (harmonic-drive-twin, MIT); seals and grease differ: measure.
+    Analytic, odd.
+    """
+
+    B: Damping
+    warming: Kelvin = 0.0
+    load: Torque = 0.0
+    per_kelvin: PerKelvin = 0.035
+    per_torque: PerTorque = 0.0
+
+    def torque(self, x: Any, v: Any) -> Any:  # noqa: ARG002
+        """Torque [N*m] at the speed v [rad/s]."""
+        return self.B * exp(-self.per_kelvin * self.warming) * (1.0 + self.per_torque * abs(self.load)) * v
+
+    def stiffness(self, x: Any) -> Any:
+        """No stiffness: 0."""
+        return 0.0 * x
+
+    def check(self) -> None:
+        """Refuse friction that drives (ValueError)."""
+        _not_negative(self, "B", "per_torque")
+
+
+class Coulomb(NamedTuple):
+    """Dry friction T = T_c v/sqrt(v^2 + width^2): T_c sign v, smoothed over the speed `width`.
+
+    At v = width it is 71 % of T_c, at 10 widths 99.5 %. It does not stick: under a torque below T_c it creeps, with at
+    most the speed `width` up to 0.71 T_c; take the width well below the speeds that matter, or `LuGre`. Analytic, odd.
+    """
+
+    T_c: Torque
+    width: AngularSpeed
+
+    def torque(self, x: Any, v: Any) -> Any:  # noqa: ARG002
+        """Torque [N*m] at the speed v [rad/s]."""
+        return self.T_c * smooth_sign(v, self.width)
+
+    def stiffness(self, x: Any) -> Any:
+        """No stiffness: 0."""
+        return 0.0 * x
+
+    def check(self) -> None:
+        """Refuse friction that drives, and no width (ValueError)."""
+        _not_negative(self, "T_c")
+        _positive(self, "width")
+
+
+class Stribeck(NamedTuple):
+    """Dry friction that falls from T_s to T_c as the surfaces part: T = s(v) (T_c + (T_s - T_c) exp(-(v/v_s)^2)).
+
+    s(v) = v/sqrt(v^2 + width^2) smooths the sign, as in `Coulomb`, so that the peak is a little below T_s. The falling
+    part is negative damping: it can keep a stick-slip motion going. Analytic, odd.
+
+    Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30, sec. 2 (Stribeck curve).
+    """
+
+    T_c: Torque
+    T_s: Torque
+    v_s: AngularSpeed
+    width: AngularSpeed
+
+    def torque(self, x: Any, v: Any) -> Any:  # noqa: ARG002
+        """Torque [N*m] at the speed v [rad/s]."""
+        return smooth_sign(v, self.width) * sliding_friction(v, self.T_c, self.T_s, self.v_s)
+
+    def stiffness(self, x: Any) -> Any:
+        """No stiffness: 0."""
+        return 0.0 * x
+
+    def check(self) -> None:
+        """Refuse a break-away torque below the sliding one, and a width that hides the fall (ValueError)."""
+        _rising(self)
+        _positive(self, "width")
+        if not self.width < self.v_s:
+            raise ValueError(
+                f"Stribeck.width is {self.width:g} rad/s and v_s {self.v_s:g} rad/s; the width must be smaller, or the "
+                "break-away torque is never seen"
+            )
+
+
+@kernel
+def bending(law: Any, v: Any, z: Any) -> Any:
+    """Rate [rad/s] of the bristles' deflection z [rad] of a `LuGre` law."""
+    return v - law.sigma_0 * abs(v) * z / sliding_friction(v, law.T_c, law.T_s, law.v_s)
+
+
+class LuGre(NamedTuple):
+    """Bristles that bend and slip: T = sigma_0 z + sigma_1 z' + sigma_2 v, z' = v - sigma_0 |v| z/g(v).
+
+    g(v) = T_c + (T_s - T_c) exp(-(v/v_s)^2); z [rad] is the bristles' deflection, at most T_s/sigma_0. At a steady
+    speed T = g(v) sign v + sigma_2 v; before it slips it is a spring of stiffness sigma_0. E = sigma_0 z^2/2 is stored,
+    sigma_0^2 |v| z^2/g + sigma_1 z' v + sigma_2 v^2 is lost, which is never negative where sigma_2 >= sigma_1 (T_s -
+    T_c)/T_c and else may be for moments (Barahanov & Ortega 2000, IFAC Proc. 33). Odd; C0.
+
+    Canudas de Wit, Olsson, Astrom & Lischinsky 1995, IEEE Trans. Automatic Control 40, eqs. 3-6.
+    """
+
+    sigma_0: TorsionalStiffness
+    sigma_1: Damping
+    sigma_2: Damping
+    T_c: Torque
+    T_s: Torque
+    v_s: AngularSpeed
+
+    states = 1  # type: ignore[misc]  # a class constant, no field
+
+    def torque(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+        """Torque [N*m] at the speed v [rad/s] and z = (z,) [rad]."""
+        return self.sigma_0 * z[0] + self.sigma_1 * bending(self, v, z[0]) + self.sigma_2 * v
+
+    def z_rate(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+        """Rate (z',) [rad/s] of the deflection."""
+        return (bending(self, v, z[0]),)
+
+    def stiffness(self, x: Any) -> Any:
+        """Stiffness sigma_0 [N*m/rad] before it slips."""
+        return self.sigma_0 + 0.0 * x
+
+    def energy(self, x: Any, z: Any) -> Any:  # noqa: ARG002
+        """Energy stored [J] in the bristles."""
+        return 0.5 * self.sigma_0 * z[0] * z[0]
+
+    def losses(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+        """Power [W] turned into heat, in a tuple."""
+        z_rate = bending(self, v, z[0])
+        return (self.sigma_0 * z[0] * (v - z_rate) + self.sigma_1 * z_rate * v + self.sigma_2 * v * v,)
+
+    def check(self) -> None:
+        """Refuse bristles without stiffness, and friction that drives (ValueError)."""
+        _positive(self, "sigma_0")
+        _not_negative(self, "sigma_1", "sigma_2")
+        _rising(self)

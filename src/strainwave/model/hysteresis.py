@@ -1,0 +1,128 @@
+"""Laws with memory: Bouc-Wen hysteresis, and laws side by side.
+
+Such a law is a NamedTuple with `torque(x, v, z)`, `z_rate(x, v, z)` = the tuple of dz/dt, `energy(x, z)` = what it
+stores, and `losses(x, v, z)` = the tuple of the powers that it turns into heat, so that T v = dE/dt + losses. x is the
+torsion [rad], v its rate [rad/s], z the tuple of internal states; their number is the class constant `states`.
+"""
+
+from typing import Any, NamedTuple
+
+from .._dispatch import check_law, energy_of, losses_of, rest, share, torque_of, z_rate_of
+from .._jit import kernel
+from ..maths import sign
+from ..quantities import Angle, Ratio, TorsionalStiffness
+
+
+@kernel
+def yielded(z: Any, yield_twist: Any, n: int) -> Any:
+    """Return |z/yield_twist|^n by multiplication: a float power costs 24 times as much."""
+    share_of_yield = abs(z / yield_twist)
+    power = share_of_yield
+    for _ in range(n - 1):
+        power = power * share_of_yield
+    return power
+
+
+class BoucWen(NamedTuple):
+    """Hysteresis T = ratio K x + (1 - ratio) K z, z' = A v - |z/x_y|^n (beta |v| sign z + gamma v); x_y: yield twist.
+
+    The one internal state z [rad] starts along x with the slope A and levels off at x_y (A/(beta + gamma))^(1/n). A,
+    beta and gamma are dimensionless. Rate-independent; odd; C0. It dissipates at every moment:
+    E = K (ratio x^2 + (1 - ratio) z^2/A)/2 is stored, and T v - dE/dt = (1 - ratio) (K/A) |z/x_y|^n (beta |v z| +
+    gamma v z) >= (1 - ratio) (K/A) |z/x_y|^n |v z| (beta - |gamma|) >= 0 where |gamma| <= beta, which `check` asks for.
+
+    Ismail, Ikhouane & Rodellar 2009, The hysteresis Bouc-Wen model, a survey, Arch. Comput. Methods Eng. 16, eqs. 1-2.
+    """
+
+    K: TorsionalStiffness
+    ratio: Ratio
+    yield_twist: Angle
+    A: Ratio = 1.0
+    beta: Ratio = 0.5
+    gamma: Ratio = 0.5
+    n: int = 1
+
+    states = 1  # type: ignore[misc]  # a class constant, no field
+
+    def torque(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+        """Torque [N*m] at torsion x [rad], its rate v [rad/s] and z = (z,) [rad]."""
+        return self.ratio * self.K * x + (1.0 - self.ratio) * self.K * z[0]
+
+    def z_rate(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+        """Rate (z',) [rad/s] of the internal state."""
+        slip = self.beta * abs(v) * sign(z[0]) + self.gamma * v
+        return (self.A * v - yielded(z[0], self.yield_twist, self.n) * slip,)
+
+    def stiffness(self, x: Any) -> Any:
+        """Stiffness [N*m/rad] before it yields (z = 0): K (ratio + (1 - ratio) A)."""
+        return self.K * (self.ratio + (1.0 - self.ratio) * self.A) + 0.0 * x
+
+    def energy(self, x: Any, z: Any) -> Any:
+        """Energy stored [J]."""
+        return 0.5 * self.K * (self.ratio * x * x + (1.0 - self.ratio) * z[0] * z[0] / self.A)
+
+    def losses(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+        """Power [W] turned into heat, in a tuple; never negative."""
+        power = abs(v * z[0]) * (self.beta + self.gamma * sign(v * z[0]))  # in this form never below zero by rounding
+        return ((1.0 - self.ratio) * self.K / self.A * yielded(z[0], self.yield_twist, self.n) * power,)
+
+    def check(self) -> None:
+        """Refuse what is no hysteresis or creates energy (ValueError)."""
+        for name in ("K", "yield_twist", "A"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"BoucWen.{name} is {getattr(self, name):g}; it must be positive")
+        if not 0.0 <= self.ratio <= 1.0:
+            raise ValueError(f"BoucWen.ratio is {self.ratio:g}; it is the elastic share of the torque, from 0 to 1")
+        if self.n < 1:
+            raise ValueError(f"BoucWen.n is {self.n}; it must be a whole number of at least 1")
+        if abs(self.gamma) > self.beta:
+            raise ValueError(
+                f"BoucWen has gamma = {self.gamma:g} and beta = {self.beta:g}; with |gamma| > beta it creates energy, "
+                "use |gamma| <= beta"
+            )
+
+
+class Parallel(NamedTuple):
+    """Two laws side by side, of any kind: the torque is the sum, each has its own internal states.
+
+    z holds the states of the first, then those of the second. Nest it for more:
+    `Parallel(spring, Parallel(BoucWen(...), Viscous(...)))`.
+    """
+
+    first: Any
+    second: Any
+
+    def torque(self, x: Any, v: Any, z: Any) -> Any:
+        """Torque [N*m] at torsion x [rad], its rate v [rad/s] and the states z of both laws."""
+        first = torque_of(self.first, x, v, share(self.first, z))
+        return first + torque_of(self.second, x, v, rest(self.first, z))
+
+    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+        """Rates of the states of both laws."""
+        first = z_rate_of(self.first, x, v, share(self.first, z))
+        return first + z_rate_of(self.second, x, v, rest(self.first, z))
+
+    def stiffness(self, x: Any) -> Any:
+        """Sum of the stiffnesses [N*m/rad] at torsion x [rad]."""
+        return self.first.stiffness(x) + self.second.stiffness(x)
+
+    def energy(self, x: Any, z: Any) -> Any:
+        """Energy stored [J] in both laws."""
+        return energy_of(self.first, x, share(self.first, z)) + energy_of(self.second, x, rest(self.first, z))
+
+    def losses(self, x: Any, v: Any, z: Any) -> Any:
+        """Powers [W] that the parts turn into heat, one for each part that can."""
+        first = losses_of(self.first, x, v, share(self.first, z))
+        return first + losses_of(self.second, x, v, rest(self.first, z))
+
+    def breakpoints(self) -> tuple[float, ...]:
+        """Torsions [rad] where a law of the two is not smooth."""
+        laws = [law for law in self if hasattr(law, "breakpoints")]
+        return tuple(sorted({place for law in laws for place in law.breakpoints()}))
+
+    def check(self) -> None:
+        """Refuse parts that are no laws (TypeError)."""
+        for name, law in zip(self._fields, self, strict=True):
+            if not hasattr(law, "torque"):
+                raise TypeError(f"Parallel.{name} is a {type(law).__name__}; it must be a law with a method torque")
+            check_law(f"Parallel.{name}", law)
