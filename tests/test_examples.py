@@ -86,6 +86,24 @@ def test_example_my_own_law():
     assert len(plt.get_fignums()) == 1
 
 
+def test_example_real_gear():
+    # Independent: the normal equations on a finer grid, and the root of a cubic.
+    module = example("real_gear")
+    rise = module.main()
+    x = np.linspace(0.0, module.GEAR.twist(1.5 * 196.0), 200001)
+    torque = np.interp(
+        x,
+        [0.0, 54.0 / 1e5, 54.0 / 1e5 + 142.0 / 1.4e5, 1.0],
+        [0.0, 54.0, 196.0, 196.0 + 1.8e5 * (1.0 - 54.0 / 1e5 - 142.0 / 1.4e5)],
+    )
+    moments = np.array([[np.mean(x**2), np.mean(x**4)], [np.mean(x**4), np.mean(x**6)]])
+    k1, k3 = np.linalg.solve(moments, [np.mean(torque * x), np.mean(torque * x**3)])
+    x0 = min((r.real for r in np.roots([k3, 0.0, k1, -178.0]) if abs(r.imag) < 1e-9), key=abs)
+    assert rise == pytest.approx(100.0 * (math.sqrt(1.0 + 3.0 * k3 / k1 * x0**2) - 1.0), abs=0.02)
+    assert rise == pytest.approx(19.0, abs=0.5)  # to the precision of two-digit catalogue stiffness
+    assert len(plt.get_fignums()) == 1
+
+
 @pytest.mark.parametrize("x", [-3e-4, -1e-5, 0.0, 2e-4])
 def test_the_law_of_my_own_has_the_stiffness_of_its_torque(x):
     law = example("my_own_law").LAWS["RoundedGap"]

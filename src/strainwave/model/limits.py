@@ -86,7 +86,7 @@ def check_limits(
 
     if max_speed is not None:
         rpm = abs(number("max_speed", max_speed)) / RPM
-        compare("max_rpm", rpm, "rpm", "The input speed reaches", "drive slower, or take a smaller gear or oil")
+        compare("max_rpm", rpm, "rpm", "The input speed reaches", "drive slower, or take a smaller gear")
     if average_speed is not None:
         rpm = abs(number("average_speed", average_speed)) / RPM
         compare("average_rpm", rpm, "rpm", "The mean input speed is", "stay there for a short time only")
