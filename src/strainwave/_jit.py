@@ -157,7 +157,7 @@ def run(function: Callable[..., Any], *args: Any, light: bool = False) -> Any:
     as_light = light and "numba" not in sys.modules and next(_light_runs) < LIGHT_RUNS
     if not enabled() or as_light or next(_plain_runs.get() or iter(()), False):
         return function(*args)
-    foreign = {name for a in args for name in _foreign_classes(a)}
+    foreign = _foreign_classes(args)
     dispatcher = _dispatcher(function, not foreign and _is_ours(function.__module__))
     from numba.core import errors
 
@@ -171,13 +171,16 @@ def _is_ours(module: str) -> bool:
     return module.startswith(__package__ + ".")
 
 
-def _foreign_classes(thing: Any) -> set[str]:
-    """Names of the model classes in `thing` that are not from this package."""
-    if not isinstance(thing, tuple):
-        return set()
-    names = {name for item in thing for name in _foreign_classes(item)}
-    if hasattr(thing, "_fields") and not _is_ours(type(thing).__module__):
-        names.add(type(thing).__name__)
+def _foreign_classes(things: tuple[Any, ...]) -> set[str]:
+    """Names of the model classes among the arguments, at any depth, that are not from this package."""
+    names: set[str] = set()
+    waiting = [things]
+    while waiting:
+        for item in waiting.pop():
+            if isinstance(item, tuple):
+                waiting.append(item)
+                if type(item) is not tuple and not _is_ours(type(item).__module__):
+                    names.add(type(item).__name__)
     return names
 
 

@@ -64,10 +64,11 @@ def error_samples(error: Any, angles: Any, out: Any) -> None:
     out[:] = error.value(angles)
 
 
-def _add_linear_loops(J: float, B: float, w: float, h: int, z: Any, torque: Any, error: Any, r: Any) -> None:
+def _add_linear_loops(J: float, B: float, w: float, stride: int, z: Any, torque: Any, error: Any, r: Any) -> None:
+    h = len(r) // 2
     r[0] -= torque[0]
     for k in range(1, h + 1):
-        kw = k * w
+        kw = (1 + stride * (k - 1)) * w
         inertia = J * kw * kw
         damping = B * kw
         c, s = z[k], z[h + k]
@@ -76,18 +77,19 @@ def _add_linear_loops(J: float, B: float, w: float, h: int, z: Any, torque: Any,
 
 
 @kernel_as(_add_linear_loops)
-def add_linear(J: float, B: float, w: float, h: int, z: Any, torque: Any, error: Any, r: Any) -> None:
+def add_linear(J: float, B: float, w: float, stride: int, z: Any, torque: Any, error: Any, r: Any) -> None:
     """Add J u'' + B u' - tau + J e'' in Fourier coefficients."""
-    kw = w * orders(h)
+    h = len(r) // 2
+    kw = w * orders(h, stride)
     c, s = z[1 : h + 1], z[h + 1 : 2 * h + 1]
     r -= torque
     r[1 : h + 1] += -J * kw * kw * (c + error[1 : h + 1]) + B * kw * s
     r[h + 1 :] += -J * kw * kw * (s + error[h + 1 :]) - B * kw * c
 
 
-def _add_linear_jacobian_loops(J: float, B: float, w: float, h: int, out: Any) -> None:
+def _add_linear_jacobian_loops(J: float, B: float, w: float, stride: int, h: int, out: Any) -> None:
     for k in range(1, h + 1):
-        kw = k * w
+        kw = (1 + stride * (k - 1)) * w
         out[k, k] -= J * kw * kw
         out[h + k, h + k] -= J * kw * kw
         out[k, h + k] += B * kw
@@ -95,10 +97,11 @@ def _add_linear_jacobian_loops(J: float, B: float, w: float, h: int, out: Any) -
 
 
 @kernel_as(_add_linear_jacobian_loops)
-def add_linear_jacobian(J: float, B: float, w: float, h: int, out: Any) -> None:
+def add_linear_jacobian(J: float, B: float, w: float, stride: int, h: int, out: Any) -> None:
     """Add the Jacobian of J u'' + B u'."""
-    k = orders(h)
-    inertia, damping = J * (w * k) ** 2, B * w * k
+    k = np.arange(1, h + 1)
+    kw = w * orders(h, stride)
+    inertia, damping = J * kw * kw, B * kw
     out[k, k] -= inertia
     out[h + k, h + k] -= inertia
     out[k, h + k] += damping
@@ -116,7 +119,10 @@ def clean_mean(series: Any) -> None:
 
 
 class Sampling(NamedTuple):
-    """Fourier coefficients of T(u) for a smooth law, by alternating frequency/time; g, gc and gs are buffers."""
+    """Fourier coefficients of T(u) for a smooth law, by alternating frequency/time; g, gc and gs are buffers.
+
+    With stride 2 the series has odd harmonics alone and T is odd: samples over half a turn tell all.
+    """
 
     analysis: Floats
     analysis_double: Floats
@@ -124,6 +130,7 @@ class Sampling(NamedTuple):
     g: Floats
     gc: Floats
     gs: Floats
+    stride: int
 
     def torque_series(self, law: Any, z: Any, u: Any, r: Any) -> None:
         """Coefficients of T(u) from the samples of u."""
@@ -136,12 +143,12 @@ class Sampling(NamedTuple):
         law_stiffness(law, u, self.samples)
         row_times(self.samples, self.analysis_double, self.g)
         extend(self.g, h, self.gc, self.gs)
-        multiply_rows(self.gc, self.gs, h, jacobian)
+        multiply_rows(self.gc, self.gs, h, self.stride, jacobian)
 
     def slack(self, law: Any, u: Any) -> float:
         """Middle [rad] of an orbit to which the law gives no torque at all, where any mean is in balance; else 0."""
         low, high = extremes(self.samples)  # as `torque_series` left them
-        if self.samples[low] != 0.0 or self.samples[high] != 0.0:
+        if self.stride > 1 or self.samples[low] != 0.0 or self.samples[high] != 0.0:
             return 0.0
         low, high = extremes(u)
         return float(0.5 * (u[low] + u[high]))
@@ -149,14 +156,15 @@ class Sampling(NamedTuple):
     def hill_trace(self, system: Any, z: Any, u: Any, w: float) -> float:
         """Trace of the period map of z'' + (T'(u)/J - (B/2J)^2) z = 0 by Numerov's rule on the samples u."""
         steps = len(u)
-        scale = (2.0 * math.pi / steps / w) ** 2 / 12.0
+        scale = (2.0 * math.pi / (self.stride * steps) / w) ** 2 / 12.0
         shift = 0.25 * (system.B / system.J) ** 2
         w0, w1, v0, v1 = 1.0, 0.0, 0.0, 1.0  # two columns of the period map
         for i in range(steps):
             t = 12.0 / (1.0 + scale * (system.law.stiffness(u[i]) / system.J - shift)) - 10.0
             w0, w1 = t * w0 - w1, w0
             v0, v1 = t * v0 - v1, v0
-        return w0 + v1
+        trace = w0 + v1
+        return trace if self.stride == 1 else trace * trace - 2.0  # of two equal halves
 
 
 class Work(NamedTuple):
@@ -173,12 +181,16 @@ class Work(NamedTuple):
 
 
 class SecondOrder(NamedTuple):
-    """Balance of J u'' + B u' + T(u) = tau - J e'' in the torsion u = x - e; an orbit takes `turns` turns."""
+    """Balance of J u'' + B u' + T(u) = tau - J e'' in the torsion u = x - e; an orbit takes `turns` turns.
+
+    With stride 2 the unknowns are odd harmonics alone (and a mean of zero): u(phase + pi) = -u(phase).
+    """
 
     system: Any
     leaf: int
     omega_leaf: int
     turns: int
+    stride: int
     synthesis: Floats
     analysis: Floats
     angles: Floats
@@ -206,7 +218,7 @@ class SecondOrder(NamedTuple):
         row_times(z, self.synthesis, work.u)
         self.nonlinear.torque_series(system.law, z, work.u, r)
         w = system.omega / self.turns
-        add_linear(system.J, system.B, w, n // 2, z, work.tau, work.error, r)
+        add_linear(system.J, system.B, w, self.stride, z, work.tau, work.error, r)
         if work.tau[0] == 0.0:
             r[0] += system.J * w * w * self.nonlinear.slack(system.law, work.u)
 
@@ -218,15 +230,17 @@ class SecondOrder(NamedTuple):
         self.nonlinear.stiffness_product(system.law, work.u, jacobian)
         w = system.omega / self.turns
         inertia = system.J * w * w
-        if abs(jacobian[0, 0]) < 1e-9 * inertia:  # nothing holds the mean in the play of a gear
+        if self.stride > 1:
+            jacobian[0, 0] = inertia
+        elif abs(jacobian[0, 0]) < 1e-9 * inertia:  # nothing holds the mean in the play of a gear
             low, high = extremes(work.u)
             for j in range(n):
                 jacobian[0, j] = 0.5 * inertia * (self.synthesis[j, low] + self.synthesis[j, high])
-        add_linear_jacobian(system.J, system.B, w, h, jacobian)
+        add_linear_jacobian(system.J, system.B, w, self.stride, h, jacobian)
         if self.leaf == self.omega_leaf:
             fill(0.0, slope)
             per_turn = 1.0 / (w * self.turns)
-            add_linear(2.0 * system.J * per_turn, system.B * per_turn, w, h, z, slope, work.error, slope)
+            add_linear(2.0 * system.J * per_turn, system.B * per_turn, w, self.stride, z, slope, work.error, slope)
         else:
             self.parameter_slope(z, work, slope)
 
@@ -244,34 +258,34 @@ class SecondOrder(NamedTuple):
             slope[i] /= 2.0 * d
 
 
-def second_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: int = 1) -> SecondOrder:
-    """Build the balance problem of an oscillator for a number of harmonics of omega/turns."""
-    samples = 8 * harmonics + 8 if is_piecewise_linear(system.law) else 4 * harmonics + 4
-    angles = 2.0 * np.pi * turns * np.arange(samples) / samples
-    table = analysis(harmonics, samples)
+def second_order(
+    system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: int = 1, stride: int = 1
+) -> SecondOrder:
+    """Build the balance problem of an oscillator for a number of harmonics of omega/turns.
+
+    With stride 2 only the odd ones of them are unknowns: for a smooth odd law under odd orders (see `is_half_wave`).
+    """
+    piecewise = is_piecewise_linear(system.law)
+    samples = (8 * harmonics + 8 if piecewise else 4 * harmonics + 4) // stride
+    h = (harmonics + 1) // stride if stride > 1 else harmonics
+    angles = 2.0 * np.pi / stride * turns * np.arange(samples) / samples
+    table = analysis(h, samples, stride)
     torque = np.broadcast_to(np.asarray(system.excitation.torque(angles), float), angles.shape)
     error = np.broadcast_to(np.asarray(system.error.value(angles), float), angles.shape)
     tau = torque @ table
     clean_mean(tau)
-    wide = 4 * harmonics + 1
+    wide = 4 * h + 1
     nonlinear: Any
-    if is_piecewise_linear(system.law):
-        nonlinear = crossings_for(harmonics)
+    if piecewise:
+        nonlinear = crossings_for(h)
     else:
-        double = padded(analysis(2 * harmonics, samples))
-        nonlinear = Sampling(padded(table), double, np.empty(samples), np.empty(wide), np.empty(wide), np.empty(wide))
+        double = padded(analysis(2 * h, samples))
+        buffers = np.empty(samples), np.empty(wide), np.empty(wide), np.empty(wide)
+        nonlinear = Sampling(padded(table), double, *buffers, stride)
+    table_back = synthesis(h, samples, stride)
     return SecondOrder(
-        system,
-        leaf,
-        omega_leaf,
-        turns,
-        synthesis(harmonics, samples),
-        table,
-        angles,
-        tau,
-        error @ table,
-        nonlinear,
-    )
+        system, leaf, omega_leaf, turns, stride, table_back, table, angles, tau, error @ table, nonlinear
+    )  # fmt: skip
 
 
 def work_for(problem: Any) -> Any:

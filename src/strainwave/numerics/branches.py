@@ -14,6 +14,7 @@ from .first_order import FirstOrder
 from .floquet import displacement_peaks, hill, multipliers, orbit_scales
 from .fourier import from_blocks
 from .guess import error_coefficients
+from .half_wave import all_orders
 from .special_points import BRANCH_POINT, DOUBLING, finer_table, with_crossings
 from .variational import described, tail_of_states
 
@@ -140,7 +141,7 @@ def largest_tail(problem: Any, points: Floats) -> float:
     """Largest tail of the points of a branch (parameter last), of the worst state."""
     if isinstance(problem, FirstOrder):
         return tail_of_states(problem, points)
-    return float(np.max(tail_of(points[:, :-1]), initial=0.0))
+    return float(np.max(tail_of(all_orders(problem, points[:, :-1])), initial=0.0))
 
 
 def describe(problem: Any, parameter: str, found: Trace, tail: float, origin: str) -> Branch:
@@ -163,14 +164,15 @@ def describe(problem: Any, parameter: str, found: Trace, tail: float, origin: st
     error = problem.error
     if parameter.startswith("error."):  # the kinematic error itself varies along the branch
         error = error_coefficients(problem, values)
-        peaks = displacement_peaks(points[:, :n] + error)
-    coefficients = from_blocks((points[:, :n] + error).T).T
+        peaks = displacement_peaks(all_orders(problem, points[:, :n] + error))
+    wide = all_orders(problem, points[:, :n] + error)
+    coefficients = from_blocks(wide.T).T
 
     def special(label: int, name: str) -> list[Orbit]:
         return [
             Orbit(
                 float(omega[i]), problem.turns, with_velocity(coefficients[i], omega[i] / problem.turns),
-                float(peaks[i]), floquet[i], bool(stable[i]), float(tail_of(points[i : i + 1, :n])[0]), Status.OK,
+                float(peaks[i]), floquet[i], bool(stable[i]), float(tail_of(wide[i : i + 1])[0]), Status.OK,
                 "finished", name, float(values[i]),
             )
             for i in np.flatnonzero(labels == label)

@@ -42,6 +42,7 @@ def correct(
     tiny (the tangent is then that of the solution). Returns whether it converged, the scaled size of the first
     correction and the sign of the determinant of the bordered Jacobian, which changes where another branch crosses.
     """
+    problem, state, work, a, pivots = borrowed((problem, state, work, a, pivots))
     z, tangent, row, scale = state[Z], state[T], state[ROW], state[SCALE]
     first, last, stale, sign = 0.0, 1e300, True, 0.0
     for i in range(most):

@@ -76,7 +76,7 @@ class FirstOrder(NamedTuple):
         for i, j in np.ndindex(len(self.sizes), len(self.sizes)):
             block = jacobian[i * n : (i + 1) * n, j * n : (j + 1) * n]
             extend(matrices[i, j] @ self.analysis_double, h, gc, gs)
-            multiply_rows(gc, gs, h, product)
+            multiply_rows(gc, gs, h, 1, product)
             block[:] = product * (-self.sizes[j] / self.sizes[i])
             if i == j:
                 block[k, h + k] += kw

@@ -18,7 +18,7 @@ from .._jit import borrowed, kernel_as, routine, run, with_leaf
 from ..results import Floats
 from .balance import Sampling, SecondOrder, is_light
 from .fourier import synthesis
-from .linear import row_times
+from .linear import add, row_times
 
 
 def _stability_loops(problem: Any, table: Any, points: Any, traces: Any, peaks: Any) -> None:
@@ -27,34 +27,37 @@ def _stability_loops(problem: Any, table: Any, points: Any, traces: Any, peaks: 
     h = n // 2
     u = np.empty(steps)
     x = np.empty(n)
-    spacing = 2.0 * math.pi / steps
+    error = np.empty(steps)
+    row_times(problem.error, table, error)
+    spacing = 2.0 * math.pi / (problem.stride * steps)
     for p in range(points.shape[0]):
         system = with_leaf(problem.system, problem.leaf, points[p, n])
         row_times(points[p], table, u)
         traces[p] = problem.nonlinear.hill_trace(system, points[p], u, system.omega / problem.turns)
         for k in range(n):
             x[k] = points[p, k] + problem.error[k]
-        row_times(x, table, u)
+        add(1.0, error, u)
         best = 0
         for i in range(1, steps):
             if abs(u[i]) > abs(u[best]):
                 best = i
-        peaks[p] = _refined(x, h, spacing * best, u[best])
+        peaks[p] = _refined(x, h, problem.stride, spacing * best, u[best])
 
 
 @routine
-def _refined(x: Any, h: int, angle: float, value: float) -> float:
+def _refined(x: Any, h: int, stride: int, angle: float, value: float) -> float:
     top = value
     for _ in range(2):
-        c, s = math.cos(angle), math.sin(angle)
-        ck, sk = 1.0, 0.0
-        top, slope, curvature = x[0], 0.0, 0.0
+        c, s = math.cos(stride * angle), math.sin(stride * angle)
+        ck, sk = math.cos(angle), math.sin(angle)
+        top, slope, curvature, order = x[0], 0.0, 0.0, 1
         for k in range(1, h + 1):
-            ck, sk = ck * c - sk * s, ck * s + sk * c
             even, odd = x[k] * ck + x[h + k] * sk, x[h + k] * ck - x[k] * sk
             top += even
-            slope += k * odd
-            curvature -= k * k * even
+            slope += order * odd
+            curvature -= order * order * even
+            ck, sk = ck * c - sk * s, ck * s + sk * c
+            order += stride
         if curvature * value < 0.0:
             angle -= min(0.1, max(-0.1, slope / curvature))
     return max(abs(top), abs(value))
@@ -68,7 +71,7 @@ def stability(problem: Any, table: Any, points: Any, traces: Any, peaks: Any) ->
     """
     n, steps = table.shape
     h = n // 2
-    spacing = 2.0 * math.pi / steps
+    spacing = 2.0 * math.pi / (problem.stride * steps)
     if not isinstance(problem.nonlinear, Sampling):
         for p, point in enumerate(points):
             system = with_leaf(problem.system, problem.leaf, float(point[n]))
@@ -79,13 +82,13 @@ def stability(problem: Any, table: Any, points: Any, traces: Any, peaks: Any) ->
     samples = x @ table
     best = np.argmax(np.abs(samples), axis=1)
     for p in range(len(points)):
-        peaks[p] = _refined(x[p], h, spacing * best[p], samples[p, best[p]])
+        peaks[p] = _refined(x[p], h, problem.stride, spacing * best[p], samples[p, best[p]])
 
 
 def _numerov(problem: Any, points: Floats, table: Floats) -> Floats:
     """`Sampling.hill_trace` for all points at once."""
     n, steps = table.shape
-    spacing = 2.0 * math.pi / steps
+    spacing = 2.0 * math.pi / (problem.stride * steps)
     system = with_leaf(problem.system, problem.leaf, points[:, n, None])
     q = system.law.stiffness(points[:, :n] @ table) + np.zeros((len(points), steps))
     mu = system.B / system.J
@@ -94,12 +97,18 @@ def _numerov(problem: Any, points: Floats, table: Floats) -> Floats:
     for i in range(steps):
         w0, w1 = q[:, i] * w0 - w1, w0
         v0, v1 = q[:, i] * v0 - v1, v0
-    return w0 + v1
+    trace = w0 + v1
+    return trace if problem.stride == 1 else trace * trace - 2.0
 
 
 def steps_for(problem: SecondOrder) -> int:
-    """Numerov steps that resolve every harmonic of the problem."""
-    return max(128, 8 * len(problem.tau))
+    """Numerov steps per orbit that resolve every harmonic of the problem."""
+    return max(128, 8 * problem.stride * len(problem.tau))
+
+
+def grid_of(problem: SecondOrder, steps: int) -> Floats:
+    """Synthesis table of a grid with so many steps per orbit."""
+    return synthesis(len(problem.tau) // 2, steps // problem.stride, problem.stride)
 
 
 def multipliers(traces: Floats, decay: Floats) -> NDArray[np.complex128]:
@@ -112,7 +121,7 @@ def multipliers(traces: Floats, decay: Floats) -> NDArray[np.complex128]:
 
 def hill(problem: Any, points: Floats, table: Floats | None = None) -> tuple[Floats, Floats]:
     """Traces of Hill's period map and largest |x| of points; `table` is the synthesis table of another grid."""
-    grid = synthesis(len(problem.tau) // 2, steps_for(problem)) if table is None else table
+    grid = grid_of(problem, steps_for(problem)) if table is None else table
     traces, peaks = np.empty(len(points)), np.empty(len(points))
     with np.errstate(all="ignore"):
         run(stability, problem, grid, np.ascontiguousarray(points), traces, peaks, light=is_light(problem))
@@ -132,5 +141,5 @@ def displacement_peaks(series: Floats) -> Floats:
     samples = series @ synthesis(h, 128 * h)
     best = np.argmax(np.abs(samples), axis=1)
     return np.array(
-        [_refined(x, h, np.pi * b / (64 * h), row[b]) for x, b, row in zip(series, best, samples, strict=True)]
+        [_refined(x, h, 1, np.pi * b / (64 * h), row[b]) for x, b, row in zip(series, best, samples, strict=True)]
     )

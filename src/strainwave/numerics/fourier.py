@@ -14,25 +14,28 @@ from ..results import Floats
 
 
 @lru_cache(maxsize=64)
-def synthesis(harmonics: int, samples: int) -> Floats:
-    """Table (2H+1, samples): row k times coefficient k (block order) sums to the samples of the series."""
-    angle = 2.0 * np.pi * np.arange(samples) / samples
-    k = np.arange(1, harmonics + 1)[:, None]
+def synthesis(harmonics: int, samples: int, stride: int = 1) -> Floats:
+    """Table (2H+1, samples): row k times coefficient k (block order) sums to the samples of the series.
+
+    With stride 2 the harmonics are the first H odd ones and the samples lie on half a turn.
+    """
+    angle = 2.0 * np.pi / stride * np.arange(samples) / samples
+    k = orders(harmonics, stride)[:, None]
     return np.vstack([np.ones((1, samples)), np.cos(k * angle), np.sin(k * angle)])
 
 
 @lru_cache(maxsize=64)
-def analysis(harmonics: int, samples: int) -> Floats:
-    """Table (samples, 2H+1) that turns samples into coefficients (block order)."""
-    table = synthesis(harmonics, samples) * (2.0 / samples)
-    table[0] *= 0.5
+def analysis(harmonics: int, samples: int, stride: int = 1) -> Floats:
+    """Table (samples, 2H+1) that turns samples into coefficients (block order); with stride 2 the mean is zero."""
+    table = synthesis(harmonics, samples, stride) * (2.0 / samples)
+    table[0] *= 0.5 if stride == 1 else 0.0
     return np.ascontiguousarray(table.T)
 
 
 @lru_cache(maxsize=64)
-def orders(harmonics: int) -> Any:
-    """Array 1, 2, ..., H."""
-    return np.arange(1, harmonics + 1)
+def orders(harmonics: int, stride: int = 1) -> Any:
+    """Array 1, 2, ..., H, or with stride 2 the first H odd numbers."""
+    return 1 + stride * np.arange(harmonics)
 
 
 def to_blocks(coefficients: Floats) -> Floats:
@@ -48,32 +51,38 @@ def from_blocks(blocks: Floats) -> Floats:
     return out
 
 
-def _multiply_rows_loops(gc: Any, gs: Any, h: int, out: Any) -> None:
+def _multiply_rows_loops(gc: Any, gs: Any, h: int, stride: int, out: Any) -> None:
     # gc[2H + j], gs[2H + j]: cosine and sine coefficients of the factor, extended evenly and oddly to negative j.
     o = 2 * h
     out[0, 0] = 0.5 * gc[o]
+    with_mean = 1.0 if stride == 1 else 0.0
     for m in range(1, h + 1):
-        out[0, m] = 0.5 * gc[o + m]
-        out[0, h + m] = 0.5 * gs[o + m]
-        out[m, 0] = gc[o + m]
-        out[h + m, 0] = gs[o + m]
+        out[0, m] = 0.5 * with_mean * gc[o + m]
+        out[0, h + m] = 0.5 * with_mean * gs[o + m]
+        out[m, 0] = with_mean * gc[o + m]
+        out[h + m, 0] = with_mean * gs[o + m]
     for k in range(1, h + 1):
+        t = o + k + 1 - stride
         for m in range(1, h + 1):
-            out[k, m] = 0.5 * (gc[o + m - k] + gc[o + k + m])
-            out[k, h + m] = 0.5 * (gs[o + k + m] + gs[o + m - k])
-            out[h + k, m] = 0.5 * (gs[o + k + m] - gs[o + m - k])
-            out[h + k, h + m] = 0.5 * (gc[o + m - k] - gc[o + k + m])
+            out[k, m] = 0.5 * (gc[o + m - k] + gc[t + m])
+            out[k, h + m] = 0.5 * (gs[t + m] + gs[o + m - k])
+            out[h + k, m] = 0.5 * (gs[t + m] - gs[o + m - k])
+            out[h + k, h + m] = 0.5 * (gc[o + m - k] - gc[t + m])
 
 
 @kernel_as(_multiply_rows_loops)
-def multiply_rows(gc: Any, gs: Any, h: int, out: Any) -> None:
-    """Matrix that multiplies a series by the factor with extended coefficients gc, gs: Toeplitz plus Hankel blocks."""
+def multiply_rows(gc: Any, gs: Any, h: int, stride: int, out: Any) -> None:
+    """Matrix that multiplies a series by the factor with extended coefficients gc, gs: Toeplitz plus Hankel blocks.
+
+    With stride 2 the series has odd harmonics, the factor even ones, counted 0, 1, ...
+    """
     k = np.arange(1, h + 1)
     o = 2 * h
-    difference, total = o + k[None, :] - k[:, None], o + k[None, :] + k[:, None]
+    difference, total = o + k[None, :] - k[:, None], o + k[None, :] + k[:, None] + 1 - stride
     n = 2 * h + 1
-    out[0, 0], out[0, 1 : h + 1], out[0, h + 1 : n] = 0.5 * gc[o], 0.5 * gc[o + k], 0.5 * gs[o + k]
-    out[1 : h + 1, 0], out[h + 1 : n, 0] = gc[o + k], gs[o + k]
+    mean = 1.0 if stride == 1 else 0.0
+    out[0, 0], out[0, 1 : h + 1], out[0, h + 1 : n] = 0.5 * gc[o], 0.5 * mean * gc[o + k], 0.5 * mean * gs[o + k]
+    out[1 : h + 1, 0], out[h + 1 : n, 0] = mean * gc[o + k], mean * gs[o + k]
     out[1 : h + 1, 1 : h + 1] = 0.5 * (gc[difference] + gc[total])
     out[1 : h + 1, h + 1 : n] = 0.5 * (gs[total] + gs[difference])
     out[h + 1 : n, 1 : h + 1] = 0.5 * (gs[total] - gs[difference])

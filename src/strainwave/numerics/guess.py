@@ -6,6 +6,7 @@ import numpy as np
 
 from .._jit import with_leaf
 from ..results import Floats
+from .fourier import orders
 
 
 def operating_point(law: Any, torque: float) -> float:
@@ -46,7 +47,7 @@ def linear_response(problem: Any, value: float) -> Floats:
     z[n] = value
     z[0] = operating_point(system.law, float(tau[0]))
     stiffness = float(system.law.stiffness(z[0]))
-    w = np.arange(1, h + 1) * system.omega / problem.turns
+    w = orders(h, problem.stride) * system.omega / problem.turns
     drive = (tau[1 : h + 1] + system.J * w * w * error[1 : h + 1]) - 1j * (
         tau[h + 1 :] + system.J * w * w * error[h + 1 :]
     )

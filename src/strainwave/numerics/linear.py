@@ -124,7 +124,10 @@ def row_times(row: Any, table: Any, out: Any) -> None:
 
 def padded(table: Floats) -> Floats:
     """Table with columns of zeros added up to a multiple of eight."""
-    return np.ascontiguousarray(np.pad(table, ((0, 0), (0, -table.shape[1] % 8))))
+    rows, columns = table.shape
+    out = np.zeros((rows, columns + -columns % 8))
+    out[:, :columns] = table
+    return out
 
 
 def _factor_loops(a: Any, pivots: Any) -> float:
@@ -176,13 +179,16 @@ def _substitute_loops(a: Any, pivots: Any, b: Any) -> None:
         swap = b[k]
         b[k] = b[p]
         b[p] = swap
-    for k in range(n):
-        for i in range(k + 1, n):
-            b[i] -= a[i, k] * b[k]
-    for k in range(n - 1, -1, -1):
-        b[k] *= a[k, k]
-        for i in range(k):
-            b[i] -= a[i, k] * b[k]
+    for i in range(1, n):
+        total = b[i]
+        for k in range(i):
+            total -= a[i, k] * b[k]
+        b[i] = total
+    for i in range(n - 1, -1, -1):
+        total = b[i]
+        for k in range(i + 1, n):
+            total -= a[i, k] * b[k]
+        b[i] = total * a[i, i]
 
 
 @kernel_as(_substitute_loops)

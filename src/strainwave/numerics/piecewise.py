@@ -149,7 +149,7 @@ class Crossings(NamedTuple):
         stiffness = law.stiffness(u[0])
         steps(stiffness, self.angles, self.jumps, count, 2 * h, self.even, self.odd)
         mirror(self.even, self.odd, 2 * h, self.gc, self.gs)
-        multiply_rows(self.gc, self.gs, h, self.product)
+        multiply_rows(self.gc, self.gs, h, 1, self.product)
         for j in range(count):
             self.jumps[j] *= -self.places[j]
         steps(law.torque(u[0]) - stiffness * u[0], self.angles, self.jumps, count, h, self.even, self.odd)

@@ -17,6 +17,7 @@ from .branches import UNBOUNDED, Trace, describe, largest_tail, leaf_of, solve, 
 from .continuation import CLOSED, END, LOST, RUNNING, STUCK
 from .first_order import FirstOrder, balance_of
 from .guess import linear_response
+from .half_wave import is_odd_on, odd_problem
 from .harmonics import MOST, most_harmonics, starting_harmonics
 from .integrate import simulate
 from .remarks import remarks
@@ -85,7 +86,7 @@ def frequency_response(
     h = starting_harmonics(system, harmonics, period, points)
     while True:
         problem = balance_of(system, leaf, leaf, h, period)
-        found, origin = across(problem, lo, hi, 4.0 / points)
+        problem, found, origin = symmetric_across(problem, lo, hi, 4.0 / points)
         tail = largest_tail(problem, found.points)
         if harmonics is not None or (tail <= TAIL and found.outcome == END) or h >= most_harmonics(system):
             break
@@ -95,6 +96,16 @@ def frequency_response(
     if throw and not branch.status:
         raise SolveError(branch.message)
     return branch
+
+
+def symmetric_across(problem: Any, lo: float, hi: float, step: float) -> tuple[Any, Trace, str]:
+    """`across` by odd harmonics alone where that is possible; and the problem that was solved."""
+    odd = odd_problem(problem)
+    if odd is not None:
+        found, origin = across(odd, lo, hi, step)
+        if found.outcome == END and is_odd_on(odd, found.points):
+            return odd, found, origin
+    return problem, *across(problem, lo, hi, step)
 
 
 def across(problem: Any, lo: float, hi: float, step: float) -> tuple[Trace, str]:
@@ -172,7 +183,7 @@ def settled_start(problem: Any, value: float) -> Floats | None:
     general = isinstance(problem, FirstOrder)
     base = float(getattr(system, "omega", 1.0))
     turn = 2.0 * np.pi * problem.turns / base
-    times = turn * (SETTLING + np.arange(len(problem.angles)) / len(problem.angles))
+    times = turn * SETTLING + problem.angles / base
     try:
         motion = simulate(system, np.zeros(len(problem.sizes) if general else 2), np.concatenate([[0.0], times]))
     except ValueError:  # there is no motion from rest

@@ -15,8 +15,7 @@ import numpy as np
 from ..results import Floats
 from .balance import work_for
 from .continuation import FOLD
-from .floquet import hill, orbit_scales, steps_for
-from .fourier import synthesis
+from .floquet import grid_of, hill, orbit_scales, steps_for
 
 DOUBLING, BRANCH_POINT = 5, 6  # labels of points, after those of `continuation`
 FINER, ENOUGH = 4, 2048  # Numerov steps: four times those along a branch (256 times less error), or enough
@@ -92,7 +91,7 @@ def crossing_between(problem: Any, first: Floats, last: Floats, label: int) -> F
 def finer_table(problem: Any) -> Floats:
     """Synthesis table of the grid on which multipliers at special points are found."""
     steps = max(steps_for(problem), min(FINER * steps_for(problem), ENOUGH))
-    return synthesis(len(problem.tau) // 2, steps)
+    return grid_of(problem, steps)
 
 
 def _product(problem: Any, point: Floats, table: Floats, label: int) -> float:
