@@ -1,7 +1,8 @@
-"""Orbits of odd systems by odd harmonics alone are those of the full balance; systems that are not odd do not take it."""
+"""Odd systems have the same orbits by odd harmonics alone; systems that are not odd keep all harmonics."""
 
 import numpy as np
 import pytest
+
 import strainwave as sw
 from strainwave.numerics.balance import second_order, work_for
 from strainwave.numerics.branches import leaf_of, solve
