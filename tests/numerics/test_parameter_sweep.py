@@ -79,3 +79,36 @@ def test_a_start_outside_the_range_is_refused():
     orbit = sw.find_orbit(DUFFING, harmonics=3)
     with pytest.raises(ValueError, match="outside the range"):
         sw.parameter_response(DUFFING, "law.alpha", (0.2, 0.3), start=orbit)
+
+
+def test_a_resonance_without_damping_is_said_to_have_no_response():
+    resonant = sw.Oscillator(1.0, 0.0, sw.Linear(1.0), sw.Harmonic(0.1), 1.0)
+    branch = sw.parameter_response(resonant, "excitation.amplitude", (0.1, 0.3), harmonics=1, points=20)
+    assert not branch.status
+    assert len(branch) == 0
+    assert "no periodic response was found at excitation.amplitude = 0.1 or 0.3, omega = 1 rad/s" in branch.message
+    assert "give damping" in branch.message
+
+
+def test_damping_swept_to_none_at_resonance_grows_without_bound():
+    resonant = sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(0.1), 1.0)
+    branch = sw.parameter_response(resonant, "B", (0.0, 0.2), harmonics=1, points=20)
+    assert not branch.status
+    assert "the response grows without bound at B = " in branch.message
+    assert "omega = 1 rad/s; give more damping" in branch.message
+
+
+def test_too_few_harmonics_are_said_with_the_place():
+    bent = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 1.0), sw.Harmonic(0.5), 1.0)
+    branch = sw.parameter_response(bent, "excitation.amplitude", (0.1, 0.5), harmonics=1, points=20)
+    assert "at excitation.amplitude = 0.5, omega = 1 rad/s, the harmonics left out hold about" in branch.message
+    orbit = sw.find_orbit(bent, harmonics=1)
+    assert "at omega = 1 rad/s the harmonics left out hold about" in orbit.message
+    assert "take more than 1 harmonics" in orbit.message
+    assert sw.find_orbit(bent, harmonics=15).message == "finished"
+
+
+def test_isolas_without_forcing_are_refused():
+    still = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 1.0), sw.Harmonic(0.0, mean=0.1), 1.0)
+    with pytest.raises(ValueError, match="without forcing no resonance responds; give one of them an amplitude"):
+        sw.isolas(still, (2.5, 4.0))

@@ -153,7 +153,10 @@ def fold_curve(
     extended = FoldSystem(problem, path, hi - lo)
     start = extended.corrected(np.append(embedded(problem, fold, fold.value), at), None)
     if start is None:
-        raise SolveError(f"there is no fold of this system at {parameter} = {fold.value:.9g} and {path} = {at:g}")
+        raise SolveError(
+            f"there is no fold of this system at {parameter} = {fold.value:.9g} and {path} = {at:g}; take one from "
+            "the folds of its own frequency_response"
+        )
     up, ends_up = follow_fold(extended, start, 1.0, lo, hi, 4.0 / points)
     down, ends_down = follow_fold(extended, start, -1.0, lo, hi, 4.0 / points)
     curve = np.array([*down[:0:-1], *up])

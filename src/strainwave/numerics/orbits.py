@@ -14,7 +14,7 @@ from .first_order import is_second_order
 from .fourier import from_blocks, to_blocks
 from .general_orbit import general_orbit
 from .guess import linear_response
-from .harmonics import most_harmonics, starting_harmonics
+from .harmonics import most_harmonics, starting_harmonics, too_few
 from .integrate import Dopri5, simulate
 from .shooting import shoot
 
@@ -141,16 +141,18 @@ def _balanced(problem: Any, system: Any, start: Floats | None) -> Floats | None:
 def _described(problem: Any, found: Floats, tail: float) -> Orbit:
     branch = describe(problem, "omega", Trace(found[None, :], np.zeros(1, int), END), tail, "")
     series = with_velocity(branch.coefficients[0], branch.omega[0] / problem.turns)
+    omega, doubts = float(branch.omega[0]), too_few(problem, "omega", found[None, :])
     return Orbit(
-        float(branch.omega[0]), problem.turns, series, float(branch.peak[0]), branch.multipliers[0],
-        bool(branch.stable[0]), tail, Status.OK, "finished", value=float(branch.omega[0]),
+        omega, problem.turns, series, float(branch.peak[0]), branch.multipliers[0], bool(branch.stable[0]), tail,
+        Status.OK, "; ".join(["finished", *doubts]), value=omega,
     )  # fmt: skip
 
 
 def _missing(system: Any, period: int) -> Orbit:
     message = (
         f"no periodic orbit found at omega = {system.omega:.6g} rad/s: Newton's method failed from the guess, the "
-        "linear response and an integration; give a guess, or continue from a frequency with a small response"
+        "linear response and an integration; give a guess, or more damping where a resonance has none, or continue "
+        "from a frequency with a small response"
     )
     nothing = np.zeros((3, 2))
     return Orbit(

@@ -11,13 +11,13 @@ import numpy as np
 
 from ..quantities import interval, replace, shown, with_parts
 from ..results import Branch, Floats, Orbit, SolveError
-from .branches import Trace, describe, largest_tail, leaf_of, tail_of, trace
+from .branches import UNBOUNDED, Trace, describe, largest_tail, leaf_of, solve, tail_of, trace
 from .continuation import CLOSED, END, LOST
 from .first_order import FirstOrder, balance_of
 from .fourier import to_blocks
 from .guess import linear_response
-from .harmonics import most_harmonics, starting_harmonics
-from .response import TAIL, damped_start, linear_start
+from .harmonics import most_harmonics, starting_harmonics, too_few
+from .response import GROWTH, TAIL, damped_start, linear_start
 
 SECOND_ORDER = ("J", "B", "law", "excitation", "omega", "error")  # what the compact harmonic balance needs of a system
 INSIDE = 0.01  # of the range: where a sweep starts that has no response at its lower end
@@ -93,28 +93,49 @@ def parameter_response(
     while True:
         problem = balance_of(system, leaf, omega_leaf, h, period)
         guess, origin = _beginning(problem, system, path, lo, hi, start)
-        found = both_ways(problem, guess, lo, hi, 4.0 / points)
+        found = both_ways(problem, guess, lo, hi, 4.0 / points, growth=GROWTH)
         general = isinstance(problem, FirstOrder)
         tail = largest_tail(problem, found.points) if general else tail_along(found.points[:, :-1])
         if harmonics is not None or tail <= TAIL or h >= most_harmonics(system):
             break
         h = min(2 * h + 1, most_harmonics(system))
     branch = describe(problem, path, found, tail, origin)
-    if branch.status and not branch.closed:
-        branch = with_changes(
-            branch, message=f"leaves the range at {path} = {branch.values[0]:.6g} and {branch.values[-1]:.6g}"
-        )
+    message = _ending(branch, found, path, lo, hi, system.omega)
+    doubts = too_few(problem, path, found.points) if len(branch) and not general else []
+    branch = with_changes(branch, message="; ".join([message, *doubts]))
     if throw and not branch.status:
         raise SolveError(branch.message)
     return branch
 
 
-def both_ways(problem: Any, guess: Floats, lo: float, hi: float, step: float, width: float | None = None) -> Trace:
+def _ending(branch: Branch, found: Trace, path: str, lo: float, hi: float, omega: float) -> str:
+    """Sentence on how the branch ends."""
+    at = "" if path == "omega" else f", omega = {omega:.6g} rad/s"
+    if not len(branch):
+        return (
+            f"no periodic response was found at {path} = {lo:.6g} or {hi:.6g}{at}; a resonance without damping and a "
+            "torque that the law cannot bear have none: give damping, less torque, or another range"
+        )
+    if found.outcome == UNBOUNDED:
+        return (
+            f"the response grows without bound at {path} = {found.points[-1, -1]:.6g}{at}; give more damping or end "
+            "the range before it"
+        )
+    if branch.status and not branch.closed:
+        return f"leaves the range at {path} = {branch.values[0]:.6g} and {branch.values[-1]:.6g}"
+    return branch.message
+
+
+def both_ways(
+    problem: Any, guess: Floats, lo: float, hi: float, step: float, width: float | None = None, growth: float = np.inf
+) -> Trace:
     """Follow the branch through a guess (coefficients, parameter) until it closes or leaves [lo, hi] at both ends."""
-    up = trace(problem, guess, 1.0, lo, hi, step, width)
+    if solve(problem, guess) is None:
+        return Trace(np.empty((0, len(guess))), np.empty(0, int), LOST)
+    up = trace(problem, guess, 1.0, lo, hi, step, width, growth)
     if up.outcome in (CLOSED, LOST) or float(guess[-1]) <= lo:
         return up
-    down = trace(problem, up.points[0], -1.0, lo, hi, step, width)
+    down = trace(problem, up.points[0], -1.0, lo, hi, step, width, growth)
     if down.outcome == CLOSED:
         return down
     points = np.concatenate([down.points[:0:-1], up.points])

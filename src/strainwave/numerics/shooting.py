@@ -165,6 +165,11 @@ def _sampled(system: Any, y: Floats, omega: float, period: int, matrix: Floats, 
     multipliers = np.asarray(values[np.argsort(-np.abs(values))], complex)
     size = max(float(np.linalg.norm(series[:, 0])), 1e-300)
     tail = float(np.linalg.norm(series[-4:, 0])) / size
-    message = "finished" if status else f"shooting stopped at omega = {omega:.6g} rad/s: {status.value}"
+    message = "finished"
+    if not status:
+        reasons = {
+            Status.NO_CONVERGENCE: "Newton's method did not converge; start closer to the orbit, or give damping"
+        }
+        message = f"shooting stopped at omega = {omega:.6g} rad/s: {reasons.get(status, status.value)}"
     stable = bool(status) and bool(np.abs(multipliers[0]) < 1.0)
     return Orbit(omega, period, series, run.peak(), multipliers, stable, tail, status, message, value=omega)

@@ -70,7 +70,7 @@ def isolas(
     Raises
     ------
     ValueError
-        If the range is not 0 < low < high.
+        If the range is not 0 < low < high, `resonance` is none, or nothing alternates in the excitation.
 
     References
     ----------
@@ -85,6 +85,11 @@ def isolas(
     period = resonance.q
     leaf = leaf_of(system, "omega")
     problem = second_order(system, leaf, leaf, starting_harmonics(system, harmonics, period, points), period)
+    if np.all(np.abs(problem.tau[1:]) <= 1e-12 * abs(problem.tau[0])) and not np.any(problem.error):
+        raise ValueError(
+            "the excitation and the kinematic error are constant: without forcing no resonance responds; give one of "
+            "them an amplitude"
+        )
     main = [frequency_response(system, (lo, hi), harmonics=harmonics)] if period == 1 else []
     found: list[Branch] = []
     reached = False
