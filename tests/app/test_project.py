@@ -136,6 +136,21 @@ def test_a_catalogue_gear_brings_its_own_motor_inertia(written):
             sw.PiecewiseLinear(1.0, 2.0, 3.0, 4.0, 5.0),
         ),
         ("type: backlash, K: 5 N*m/rad, half_gap: 1 mrad", sw.Backlash(5.0, 1e-3)),
+        ("type: play, half_gap: 1 mrad, law: {type: linear, K: 5 N*m/rad}", sw.Play(1e-3, sw.Linear(5.0))),
+        (
+            "type: rounded_piecewise_linear, width: 1 mrad, "
+            "K1: 1 N*m/rad, K2: 2 N*m/rad, K3: 3 N*m/rad, T1: 4 N*m, T2: 5 N*m",
+            sw.RoundedPiecewiseLinear(1.0, 2.0, 3.0, 4.0, 5.0, 1e-3),
+        ),
+        (
+            "type: tabulated, points: [[-1 rad, -2 N*m], [0 rad, 0 N*m], [2 rad, 30 N*cm]]",
+            sw.tabulated([(-1.0, -2.0), (0.0, 0.0), (2.0, 0.3)]),
+        ),
+        (
+            "type: play, half_gap: 1 rad, "
+            "law: {type: tabulated, points: [[-1 rad, -2 N*m], [0 rad, 0 N*m], [2 rad, 3 N*m]]}",
+            sw.Play(1.0, sw.tabulated([(-1.0, -2.0), (0.0, 0.0), (2.0, 3.0)])),
+        ),
     ],
 )
 def test_every_law_can_be_written(written, text, expected):
@@ -380,6 +395,58 @@ def test_what_a_person_gets_wrong_is_one_line_with_place_and_remedy(written, old
     lines = complaint(written(GOOD.replace(old, new)))
     assert len(lines) == 1
     assert lines[0].startswith(f"project.yaml:{place}: {field}: {sentence}")
+
+
+TABLE = "type: tabulated, points: [[-1 mrad, -90 N*m], [0 mrad, 0 N*m], [1 mrad, 100 N*m]]"
+
+
+@pytest.mark.parametrize(
+    ("text", "old", "new", "said"),
+    [
+        (TABLE, "[0 mrad, 0 N*m], ", "", "gear.law: a table of 2 points is given; it needs 3 to 64"),
+        (TABLE, "0 mrad", "-2 mrad", "gear.law: the torsion -0.002 rad stands after -0.001 rad; sort the points"),
+        (TABLE, "0 mrad", "-1 mrad", "gear.law: the torsion -0.001 rad appears twice"),
+        (TABLE, "-90 N*m", "90 N*m", "gear.law: the torque falls from 90 to 0 N*m between"),
+        (TABLE, "0 mrad, ", "", "gear.law.points[1]: is no pair of a torsion and a torque; write [0.54 mrad, 54 N*m]"),
+        (TABLE, "0 mrad", "0 mm", "gear.law.points[1][0]: '0 mm' is not an angle"),
+        (TABLE, "points: [", "points: 7, x: [", "gear.law.points: is a text; write points such as"),
+        (TABLE, "points", "pionts", "gear.law.pionts: unknown field; did you mean 'points'?"),
+        (
+            "type: play, half_gap: 1 mrad, law: {" + TABLE + "}",
+            "1 mrad, law",
+            "-1 mrad, law",
+            "gear.law.half_gap: '-1 mrad' is negative",
+        ),
+        (
+            "type: play, half_gap: 1 mrad, law: {" + TABLE + "}",
+            "points",
+            "pionts",
+            "gear.law.law.pionts: unknown field; did you mean",
+        ),
+        (
+            "type: play, half_gap: 1 mrad, law: {" + TABLE + "}",
+            "tabulated",
+            "play",
+            "gear.law.law.type: 'play' cannot stand inside",
+        ),
+        (
+            "type: play, half_gap: 1 mrad, law: {" + TABLE + "}",
+            "tabulated",
+            "tabulate",
+            "gear.law.law.type: 'tabulate' is not known; did",
+        ),
+        (
+            "type: play, half_gap: 1 mrad",
+            "1 mrad",
+            "1 mrad",
+            "gear.law.law: is missing; write it, for example {type: linear",
+        ),
+    ],
+)
+def test_what_is_wrong_with_a_law_is_said(written, text, old, new, said):
+    assert old in text
+    lines = complaint(written(GOOD.replace(*law(text.replace(old, new, 1))).replace("ratio: 0.02", "B: 1 N*m*s/rad")))
+    assert any(said in line for line in lines), lines
 
 
 def test_a_backlash_law_has_no_damping_ratio_and_an_explicit_gear_no_motor_inertia(written):

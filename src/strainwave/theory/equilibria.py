@@ -1,7 +1,8 @@
 """Where a torsion law balances a constant torque, and which way the remainder pushes in between.
 
 The rests of J x'' + B x' + T(x) = tau_0 are the zeros of T(x) - tau_0. They are found exactly for piecewise-linear
-laws, from the roots for polynomial ones, and on samples for a law that is not of this package.
+laws, from the roots for polynomial ones, between the nodes of laws that never fall, and on samples for a law that is
+not of this package.
 """
 
 import math
@@ -12,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from ..model.laws import Backlash, Cubic, Linear, PiecewiseLinear, Polynomial
+from ..model.laws import Backlash, Cubic, Linear, PiecewiseLinear, Play, Polynomial
+from ..model.measured import RoundedPiecewiseLinear, Tabulated
 from ..numerics.brackets import bracketed_root
 
-KNOWN = (Linear, Cubic, Polynomial, PiecewiseLinear, Backlash)
+KNOWN = (Linear, Cubic, Polynomial, PiecewiseLinear, Backlash, RoundedPiecewiseLinear, Tabulated)
 SAMPLES = 4000  # intervals over the span of a law that is only sampled
 ROUNDING = 1e-14  # torques below this fraction of the largest one met are zero to an unknown law
 MERGE = 1e-5  # roots closer than this fraction are one multiple root: np.roots spreads a triple root by eps^(1/3)
@@ -51,6 +53,11 @@ class Landscape:
         return left, right
 
 
+def is_known(law: Any) -> bool:
+    """Whether the rests of a law are known for all torsions."""
+    return type(law) in KNOWN or (type(law) is Play and is_known(law.law))
+
+
 def landscape(law: Any, tau_0: float, span: float | None) -> Landscape:
     """Find the rests of a law under the constant torque `tau_0` [N*m].
 
@@ -73,13 +80,22 @@ def landscape(law: Any, tau_0: float, span: float | None) -> Landscape:
         return float(law.torque(x)) - tau_0
 
     # Compared by class, not by isinstance: a user's subclass may change the torque.
-    match law if type(law) in KNOWN else None:
+    match law if is_known(law) else None:
         case Linear():
             return _piecewise(rest_torque, (0.0,), (law.K, law.K))
         case PiecewiseLinear(K3=K3):
             return _piecewise(rest_torque, law.breakpoints(), (K3, K3))
         case Backlash(K=K):
             return _piecewise(rest_torque, law.breakpoints(), (K, K))
+        case RoundedPiecewiseLinear(K3=K3, width=width):
+            corners = PiecewiseLinear(*law[:5]).breakpoints()
+            nodes = [b + side for b in corners for side in (-0.5 * width, 0.5 * width)]
+            return _piecewise(rest_torque, tuple(sorted(nodes)), (K3, K3), curved=True)
+        case Tabulated(knots=knots):
+            nodes = [knot.x for knot in knots]
+            return _piecewise(rest_torque, tuple(nodes), (knots[0].K, knots[-1].K), curved=True)
+        case Play(half_gap=half_gap, law=inner):
+            return _behind_gap(landscape(inner, tau_0, span), half_gap)
         case Cubic(K=K, alpha=alpha):
             return _polynomial(rest_torque, (-tau_0, K, 0.0, K * alpha))
         case Polynomial(coefficients=c):
@@ -101,15 +117,30 @@ def _signs(
     return tuple(float(np.sign(g(x))) if math.isfinite(x) else 0.0 for x in places)
 
 
-def _piecewise(g: Callable[[float], float], nodes: tuple[float, ...], slopes: tuple[float, float]) -> Landscape:
-    """Rests of a continuous piecewise-linear function of given nodes and slopes before the first and after the last."""
+def _behind_gap(inner: Landscape, half_gap: float) -> Landscape:
+    """Rests of a law with play from those of the law: all move outwards, and a rest at zero becomes the gap."""
+
+    def ends(low: float, high: float) -> tuple[float, float]:
+        left = low - half_gap if low <= 0.0 else low + half_gap
+        return left, high + half_gap if high >= 0.0 else high - half_gap
+
+    return Landscape(tuple(ends(low, high) for low, high in inner.rests), inner.signs)
+
+
+def _piecewise(
+    g: Callable[[float], float], nodes: tuple[float, ...], slopes: tuple[float, float], curved: bool = False
+) -> Landscape:
+    """Rests of a continuous function, straight between nodes (or curved but never falling) and beyond them.
+
+    `slopes` are those before the first node and after the last.
+    """
     values = [g(x) for x in nodes]
     found = [(x, x) for x, value in zip(nodes, values, strict=True) if value == 0.0]
     for (a, ga), (b, gb) in pairwise(zip(nodes, values, strict=True)):
         if ga == 0.0 == gb:
             found.append((a, b))
         elif ga * gb < 0.0:
-            x = a - ga * (b - a) / (gb - ga)
+            x = bracketed_root(g, a, b, xtol=1e-300) if curved else a - ga * (b - a) / (gb - ga)
             found.append((x, x))
     for node, value, slope, outward in (
         (nodes[0], values[0], slopes[0], -1.0),

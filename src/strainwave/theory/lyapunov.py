@@ -18,7 +18,7 @@ from .._dispatch import springs_only
 from ..model.excitation import Harmonic, Harmonics, NoError
 from ..model.oscillator import Oscillator
 from ..quantities import checked, number, shown
-from .equilibria import KNOWN, SAMPLES, Landscape, landscape
+from .equilibria import SAMPLES, Landscape, is_known, landscape
 
 Scope = Literal["global", "local", "set", "none"]
 
@@ -186,7 +186,7 @@ def _obstacle(system: Oscillator, span: float | None) -> str:
     law, name = system.law, type(system.law).__name__
     if system.B < 0.0:
         return f"B is {system.B:.6g} N*m*s/rad, so V' = -B v^2 >= 0 and motions gain energy; give a damping B >= 0"
-    if type(law) in KNOWN:
+    if is_known(law):
         return ""
     if not hasattr(law, "energy"):
         return f"{name} has no method energy(x), the integral of its torque, which V needs; define it"
