@@ -92,6 +92,8 @@ def chosen(choose: Callable[..., Any]) -> Callable[..., Any]:
 
 def axpy(y: Any, h: Any, k: Any) -> Any:
     """Return y + h k for tuples y and k of equal length and a number h."""
+    if len(y) == 2:  # the usual case, four times faster than the general one
+        return y[0] + h * k[0], y[1] + h * k[1]
     return tuple(a + h * b for a, b in zip(y, k, strict=True))
 
 
@@ -235,6 +237,7 @@ def _numba() -> Any:
     numba: Any = import_module("numba")
     types: Any = import_module("numba.core.types")
     extending: Any = import_module("numba.extending")
+    _without_blas()
     # Numba asks `if receiver:` before it passes self; the type of a model without fields must not be falsy.
     types.NamedTuple.__bool__ = lambda self: True
     for name in RESERVED:
@@ -253,6 +256,22 @@ def _numba() -> Any:
     for function in ("exp", "sqrt"):
         extending.overload(getattr(maths, function))(_forward(getattr(import_module("math"), function)))
     return numba
+
+
+def _without_blas() -> None:
+    """Load Numba's array functions without SciPy's linear algebra, which it would import to look for BLAS.
+
+    No kernel calls BLAS; a user's own compiled `np.dot` still finds it, at its first compilation.
+    """
+    blas = "scipy.linalg.cython_blas"
+    known = blas in sys.modules
+    if not known:
+        sys.modules[blas] = None  # type: ignore[assignment]
+    try:
+        import_module("numba.np.arraymath")
+    finally:
+        if not known:
+            del sys.modules[blas]
 
 
 def _method(numba: Any, name: str) -> Callable[..., Any]:

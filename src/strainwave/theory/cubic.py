@@ -11,6 +11,7 @@ with D = C^3/8 in the superharmonic, D = 3/8 C conj(z)^2 in the subharmonic case
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -46,17 +47,17 @@ class CubicFlow:
         """Return the flow at another speed [rad/s] of the base angle."""
         return CubicFlow(self.setting.at(omega), self.kind)
 
-    @property
+    @cached_property
     def kappa(self) -> float:
         """Return alpha omega_0 [1/(rad^2 s)]."""
         return float(self.setting.system.law.alpha) * self.setting.omega_0
 
-    @property
+    @cached_property
     def forced(self) -> complex:
         """Amplitude C exp(i phi) [rad] of the hard line; 0 in the primary case."""
         return complex(self.setting.hard[0])
 
-    @property
+    @cached_property
     def detuning(self) -> float:
         """Omega - omega_0 less the shift 3/4 alpha omega_0 C^2 that the forced motion causes [rad/s]."""
         return self.setting.fast - self.setting.omega_0 - 0.75 * self.kappa * abs(self.forced) ** 2

@@ -7,6 +7,7 @@ phase). The bookkeeping parameter epsilon is 1, so mu, detuning and forcing are 
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -50,6 +51,11 @@ class SlowFlow:
     closed_form: bool
     _flow: Flow = field(repr=False)
 
+    @cached_property
+    def _points(self) -> list[complex]:
+        """Every nontrivial fixed point [rad]."""
+        return fixed_points(self._flow)
+
     def rates(self, z: ArrayLike) -> Any:
         """Rate z' [rad/s, complex] of z = a exp(-i phase) [rad, complex; any shape].
 
@@ -67,10 +73,7 @@ class SlowFlow:
         SolveError
             If there is none, as without damping at a linear resonance.
         """
-        found = [
-            SteadyState(abs(z), -math.atan2(z.imag, z.real) + 0.0, is_stable(self._flow, z))
-            for z in fixed_points(self._flow)
-        ]
+        found = [SteadyState(abs(z), -math.atan2(z.imag, z.real) + 0.0, is_stable(self._flow, z)) for z in self._points]
         if is_trivial(self._flow):
             found.append(SteadyState(0.0, 0.0, is_stable(self._flow, 0j)))
         if not found:
@@ -87,7 +90,7 @@ class SlowFlow:
 
     def exists(self) -> bool:
         """Whether a steady state with a > 0 exists at the system's omega."""
-        return len(fixed_points(self._flow)) > 0
+        return len(self._points) > 0
 
     @property
     def existence(self) -> str:
@@ -96,7 +99,7 @@ class SlowFlow:
             return self._flow.existence()
         if self._flow.setting.resonance.ratio is None:
             return free_decay(self._flow.setting)
-        amplitudes = ", ".join(f"{abs(z):.6g}" for z in fixed_points(self._flow))
+        amplitudes = ", ".join(f"{abs(z):.6g}" for z in self._points)
         verdict = (
             f"steady states exist with a = {amplitudes} rad" if amplitudes else "no steady state with a > 0 exists"
         )
