@@ -237,7 +237,11 @@ def _numba() -> Any:
     numba: Any = import_module("numba")
     types: Any = import_module("numba.core.types")
     extending: Any = import_module("numba.extending")
-    _without_blas()
+    # No kernel calls BLAS: Numba's search for it would import scipy.linalg. A user's own compiled np.dot finds it later.
+    blas = sys.modules.setdefault("scipy.linalg.cython_blas", None)  # type: ignore[arg-type]
+    import_module("numba.np.arraymath")
+    if blas is None:
+        del sys.modules["scipy.linalg.cython_blas"]
     # Numba asks `if receiver:` before it passes self; the type of a model without fields must not be falsy.
     types.NamedTuple.__bool__ = lambda self: True
     for name in RESERVED:
@@ -256,22 +260,6 @@ def _numba() -> Any:
     for function in ("exp", "sqrt"):
         extending.overload(getattr(maths, function))(_forward(getattr(import_module("math"), function)))
     return numba
-
-
-def _without_blas() -> None:
-    """Load Numba's array functions without SciPy's linear algebra, which it would import to look for BLAS.
-
-    No kernel calls BLAS; a user's own compiled `np.dot` still finds it, at its first compilation.
-    """
-    blas = "scipy.linalg.cython_blas"
-    known = blas in sys.modules
-    if not known:
-        sys.modules[blas] = None  # type: ignore[assignment]
-    try:
-        import_module("numba.np.arraymath")
-    finally:
-        if not known:
-            del sys.modules[blas]
 
 
 def _method(numba: Any, name: str) -> Callable[..., Any]:
