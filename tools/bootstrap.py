@@ -162,7 +162,7 @@ def bench(rest: list[str]) -> list[str]:
 
 
 TASKS: dict[str, tuple[Callable[[list[str]], list[str]], tuple[str, ...]]] = {
-    "demo": (demo, ("plot", "report")),
+    "demo": (demo, ("report",)),
     "test": (test, ("plot", "report", "sym", "dev")),
     "docs": (docs, ("plot", "report", "sym", "docs")),
     "lint": (lint, ("plot", "report", "sym", "dev")),

@@ -237,7 +237,7 @@ def _numba() -> Any:
     numba: Any = import_module("numba")
     types: Any = import_module("numba.core.types")
     extending: Any = import_module("numba.extending")
-    # No kernel calls BLAS: Numba's search for it would import scipy.linalg. A user's own compiled np.dot finds it later.
+    # No kernel calls BLAS: Numba's search for it would import scipy.linalg. A user's compiled np.dot finds it later.
     blas = sys.modules.setdefault("scipy.linalg.cython_blas", None)  # type: ignore[arg-type]
     import_module("numba.np.arraymath")
     if blas is None:

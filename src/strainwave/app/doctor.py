@@ -17,7 +17,7 @@ from .console import to_json
 CORE = ("numpy", "scipy", "numba", "llvmlite", "xarray", "zarr", "pint", "pydantic", "ruamel.yaml", "click", "rich")
 EXTRAS = {
     "plot": ("matplotlib",),
-    "report": ("matplotlib", "jinja2"),
+    "report": ("jinja2",),
     "sym": ("sympy",),
     "docs": ("sphinx", "myst_parser", "sphinx_gallery", "furo"),
     "dev": ("pytest", "hypothesis", "ruff", "mypy"),

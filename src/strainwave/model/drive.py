@@ -133,5 +133,6 @@ HDC_40_050 = Drive(J_m=5.26e-4, J_l=5.0e-2, N=50.0, B=0.017, law=Cubic(K=7160.0,
 HDC_40_050_WARNING = (
     "HDC_40_050 holds the article's Table 3, not a real size-40 gear: catalogues give K1 = 1e5 N*m/rad (here 7160, 14 "
     "times softer), fits of catalogue curves give alpha = 6.9e4 rad^-2 (here 0.1, which makes the cubic term vanish), "
-    "a damping ratio of 0.01 to 0.05 is usual (here 0.0005), and 5000 rpm at the motor exceed the size's 4000 rpm."
+    "a damping ratio of 0.01 to 0.05 is usual (here 0.0005), and the article's 5000 rpm at the motor exceed the "
+    "4000 rpm of size 40."
 )
