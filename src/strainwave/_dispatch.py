@@ -105,6 +105,20 @@ def rest(law: Any, z: Any) -> Any:  # noqa: ARG001
     return after
 
 
+@chosen
+def breakpoints_of(law: Any) -> Any:
+    """Breakpoints of a law: a tuple of torsions, empty for one that does not say."""
+    return _own_breakpoints if hasattr(_class(law), "breakpoints") else _no_breakpoints
+
+
+def _own_breakpoints(law: Any) -> Any:
+    return law.breakpoints()
+
+
+def _no_breakpoints(law: Any) -> Any:  # noqa: ARG001
+    return ()
+
+
 def _of_spring(law: Any, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG001
     return law.torque(x)
 

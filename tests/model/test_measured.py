@@ -1,6 +1,7 @@
 """Laws of real gears against independent ones: SciPy's monotone cubic, the exact straight lines, `Backlash`."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -147,6 +148,43 @@ def test_bad_play_is_refused(play, sentence):
         checked(play)
 
 
+class Hard(NamedTuple):
+    """A user's spring that is smooth and says nothing of breakpoints."""
+
+    K: float
+
+    def torque(self, x):
+        return self.K * x * (1.0 + x * x)
+
+    def stiffness(self, x):
+        return self.K * (1.0 + 3.0 * x * x)
+
+
+class Viscous(NamedTuple):
+    """A user's law with friction."""
+
+    K: float
+
+    def torque(self, x, v):
+        return self.K * x + v
+
+
+def test_play_takes_a_users_law_without_breakpoints_and_no_friction():
+    play = checked(sw.Play(0.1, Hard(2.0)))
+    assert play.breakpoints() == (-0.1, 0.1)
+    assert play.torque(0.6) == pytest.approx(2.0 * 0.5 * 1.25, rel=1e-15)
+    with pytest.raises(TypeError, match=r"Play.law is a Viscous with torque\(x, v\); it takes a spring"):
+        checked(sw.Play(0.1, Viscous(2.0)))
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_compiled_play_takes_a_users_law_without_breakpoints():
+    run = sw.simulate(sw.Oscillator(1.0, 0.1, sw.Play(0.1, Hard(2.0)), sw.Harmonic(0.5), 1.3), (0.0, 0.0), 20.0)
+    assert run.status
+    assert run.switches > 5
+
+
 def test_exact_balance_takes_play_as_it_takes_backlash():
     torque = sw.Harmonic(0.6, mean=0.2)  # the bias holds the flank
     orbits = [
@@ -180,3 +218,14 @@ def test_play_with_bias_crosses_its_corners_exactly():
     ours = sw.simulate(system, (0.0, 0.0), (0.0, end), method=sw.Dopri5(rtol=1e-11, atol=1e-16))
     assert ours.switches > 10
     np.testing.assert_allclose(ours.y[:, -1], y, rtol=1e-6)
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_the_orbit_of_play_is_the_published_one_of_backlash():
+    # J = K = 1, half gap .5, B .1, A .6, omega .8: exact flow of the segments, and DOP853 with located switches.
+    orbit = sw.find_orbit(sw.Oscillator(1.0, 0.1, sw.Play(0.5, sw.Linear(1.0)), sw.Harmonic(0.6), 0.8))
+    assert orbit.peak == pytest.approx(3.297722874, abs=5e-9)
+    assert orbit.amplitude(1) == pytest.approx(3.260846925, abs=5e-9)
+    assert orbit.amplitude(3) == pytest.approx(0.042768294, abs=5e-9)
+    assert abs(orbit.multipliers[0]) == pytest.approx(0.675231907, abs=5e-9)

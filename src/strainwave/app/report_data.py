@@ -44,6 +44,10 @@ def collect(project: Project, analysis: Analysis) -> dict[str, Any]:
         "exact_response": exact_response_data(project, analysis.exact),
         "largest_error": largest,
         "largest_torque": _largest_torque(project, analysis),
+        "limits": [
+            {"limit": f.limit, "value": f.value, "bound": f.bound, "unit": f.unit, "exceeded": f.exceeded}
+            for f in analysis.limits
+        ],
         "run_up": _run_up(project, analysis),
         "cases": [_case(project, case) for case in analysis.cases],
     }

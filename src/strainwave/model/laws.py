@@ -8,6 +8,7 @@ energy in J.
 
 from typing import Any, NamedTuple
 
+from .._dispatch import KINDS, breakpoints_of, depends
 from .._jit import kernel, with_leaf
 from ..maths import sign
 from ..quantities import Angle, PerSquareRadian, Torque, TorsionalStiffness
@@ -222,18 +223,21 @@ class Play(NamedTuple):
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] at the edges of the gap, and the law's breakpoints moved outwards by it."""
-        places: tuple[float, ...] = spread(self.law.breakpoints(), self.half_gap)
+        places: tuple[float, ...] = spread(breakpoints_of(self.law), self.half_gap)
         return places
 
     def check(self) -> None:
-        """Refuse a negative gap, and a law that pulls or has a corner at zero torsion (ValueError)."""
+        """Refuse a negative gap and a law that pulls or has a corner at zero torsion (ValueError), or no spring."""
         if self.half_gap < 0.0:
             raise ValueError(f"Play.half_gap is {self.half_gap:g} rad; it must not be negative")
-        name, pull = type(self.law).__name__, float(self.law.torque(0.0))
+        name = type(self.law).__name__
+        if depends(self.law) != 1:
+            raise TypeError(f"Play.law is a {name} with {KINDS[depends(self.law) - 1]}; it takes a spring, torque(x)")
+        pull = float(self.law.torque(0.0))
         if pull != 0.0:
             raise ValueError(
                 f"Play.law is a {name} with the torque {pull:g} N*m at zero torsion; inside the gap nothing can carry "
                 "it, use a law with T(0) = 0 and give the mean torque to the excitation"
             )
-        if 0.0 in self.law.breakpoints():
+        if 0.0 in breakpoints_of(self.law):
             raise ValueError(f"Play.law is a {name} with a corner at zero torsion; the gap has its own, move it away")
