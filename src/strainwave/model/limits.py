@@ -89,7 +89,8 @@ def check_limits(
         compare("max_rpm", rpm, "rpm", "The input speed reaches", "drive slower, or take a smaller gear")
     if average_speed is not None:
         rpm = abs(number("average_speed", average_speed)) / RPM
-        compare("average_rpm", rpm, "rpm", "The mean input speed is", "stay there for a short time only")
+        fact = "The input speed reaches" if average_speed == max_speed else "The mean input speed is"
+        compare("average_rpm", rpm, "rpm", fact, "stay there for a short time only")
     if average_torque is not None:
         mean = abs(number("average_torque", average_torque))
         remedy = "the life is short; reduce the load, or take a larger gear"
