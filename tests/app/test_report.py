@@ -9,6 +9,7 @@ import pytest
 from strainwave.app.console import number, plain
 from strainwave.app.job import analyse
 from strainwave.app.project import load
+from strainwave.app.words import summary
 
 pytestmark = pytest.mark.compiled
 
@@ -88,6 +89,17 @@ def test_primary_resonance_sits_at_the_vendors_speed(report):
 
 
 @pytest.mark.slow
+def test_a_report_has_one_unit_of_angle_and_a_verdict_beside_multiple_scales(report):
+    page = re.sub(r"<pre>.*?</pre>", "", (report[1] / "report.html").read_text(encoding="utf-8"), flags=re.DOTALL)
+    words = re.sub(r"<[^>]*>", " ", page)
+    assert "arcsec" in words
+    assert not re.search(r"[0-9] (mrad|rad)\b(?!/)", words)
+    text = summary(report[0])
+    assert re.search(r"peak by multiple scales: .* arcsec \((not valid: )?off by about", text)
+    assert "largest steady torque through the gear" in text
+
+
+@pytest.mark.slow
 def test_play_without_bias_is_reported_from_integration_with_the_reason(tmp_path):
     law = "{type: backlash, K: 1e5 N*m/rad, half_gap: 0.2 arcmin}"
     results, _ = written(tmp_path, law=law, damping="B: 20 N*m*s/rad")
@@ -123,6 +135,9 @@ def test_softening_escape_is_a_sentence(tmp_path):
         (True, "yes"),
         ("x", "x"),
         (456.71, "456.7"),
+        (1e5, "100000"),
+        (43210.6, "43211"),
+        (2.5e7, "2.5×10⁷"),
     ],
 )
 def test_numbers_are_written_for_people(value, text):

@@ -248,6 +248,26 @@ def test_transient_settles_on_a_stable_steady_state():
     assert np.exp(1j * evolution.phase[-1]) == pytest.approx(np.exp(1j * best.phase), abs=1e-8)
 
 
+@pytest.mark.parametrize("start", [(0.0, 0.0), (1.2, 0.0)])
+def test_attractor_is_where_the_transient_ends(start):
+    flow = sw.slow_flow(T4._replace(B=0.1, excitation=sw.Harmonic(0.1)), sw.PRIMARY)
+    t = np.linspace(0.0, 600.0, 20001)
+    run = flow.evolve(start, t)
+    at = int(np.searchsorted(t, 50.0))  # exp(-mu t/2) = 8 % of the transient are left
+    z = flow.attractor(run.amplitude[at] * np.exp(-1j * run.phase[at]))
+    assert z is not None
+    assert flow.steady_x(z, t[-100:]) == pytest.approx(run.x[-100:], abs=1e-8)
+
+
+def test_attractor_of_an_undamped_or_undecided_transient_is_not_claimed():
+    bistable = sw.slow_flow(T4, sw.PRIMARY)
+    (upper, *_, lower) = [s.amplitude * np.exp(-1j * s.phase) for s in bistable.steady_states()]
+    assert bistable.attractor(upper) == pytest.approx(upper, rel=1e-12)
+    assert bistable.attractor(lower) == pytest.approx(lower, rel=1e-12)
+    assert bistable.attractor(0.5 * (upper + lower)) is None
+    assert sw.slow_flow(T4._replace(B=0.0, omega=0.5), sw.NONRESONANT).attractor(0.1 + 0j) is None
+
+
 def test_free_vibration_decays_and_drifts_as_e3_says():
     system = sw.Oscillator(1.0, 0.02, sw.Cubic(1.0, 0.1), sw.Harmonic(0.0), 1.0)
     t = np.linspace(0.0, 100.0, 201)

@@ -128,6 +128,15 @@ def test_certificate_knows_the_error_of_the_peak(A, error, shift):
     assert ("not valid" in certificate.sentence) == (not certificate.valid)
 
 
+def test_certificate_is_not_valid_where_the_amplitude_at_equal_speed_is_far_off():
+    """Near a steep side of the curve 6 % at equal phase are 16 % at equal speed."""
+    steep = T4._replace(B=0.1, excitation=sw.Harmonic(0.1), omega=1.075)
+    certificate = sw.slow_flow(steep, sw.PRIMARY).certificate()
+    assert certificate.predicted_error < 0.1 < certificate.error_at_speed
+    assert not certificate.valid
+    assert "not valid" in certificate.sentence
+
+
 def test_certificate_of_a_subharmonic_state_agrees_with_the_true_one():
     """T7: .86502 by multiple scales, .87516 true."""
     certificate = sw.slow_flow(T7, sw.SUBHARMONIC).certificate()

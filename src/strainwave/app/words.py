@@ -26,8 +26,7 @@ def warnings(project: Project, analysis: Analysis) -> list[str]:
         first, last = (speed_text(place(project, w)) for w in ends)
         said.append(
             f"Run-up and coast-down differ between {first.split()[0]} and {last}: two stable motions exist there, and "
-            " which one the drive is on depends on its history; pass through that band quickly or keep "
-            "out of it."
+            "which one the drive is on depends on its history; pass through that band quickly or keep out of it."
         )
     return [*said, *project.notes]
 
