@@ -1,6 +1,5 @@
 """The report: results as plain data, CSV files of every curve, and one self-contained HTML page."""
 
-import re
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -12,9 +11,7 @@ from .console import number, to_json
 from .facts import angle_unit
 from .project import Project
 from .report_data import collect
-from .words import sweep_sentences, verdict, warnings
-
-RADIANS = re.compile(r"(-?[0-9.]+(?:e[-+]?[0-9]+)?) rad\b(?![/^])")  # an angle in a sentence of the theory
+from .words import sweep_sentences, verdict, warnings, with_unit
 
 
 def write(project: Project, analysis: Analysis, folder: Path) -> dict[str, Any]:
@@ -50,7 +47,7 @@ def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
     angle = angle_unit(results["largest_error"]["peak_rad"])
     environment.filters["in_unit"] = lambda rad: number(None if rad is None else rad * angle.factor)
     environment.filters["angle"] = angle.text
-    environment.filters["angles"] = lambda text: RADIANS.sub(lambda found: angle.text(float(found[1])), text)
+    environment.filters["angles"] = lambda text: with_unit(text, angle)
     panel = curves.range_panel(
         project, analysis.exact, analysis.regimes, analysis.speeds, analysis.run_up, angle
     )  # fmt: skip

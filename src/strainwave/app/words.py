@@ -1,6 +1,7 @@
 """The report's findings in sentences: warnings, what a sweep does, verdicts, and the summary on the terminal."""
 
 import math
+import re
 from typing import Any
 
 from ..model.drive import HDC_40_050, HDC_40_050_WARNING
@@ -11,6 +12,13 @@ from .console import number
 from .facts import AngleUnit, angle_unit
 from .project import Project
 from .report_data import place
+
+RADIANS = re.compile(r"(-?[0-9.]+(?:e[-+]?[0-9]+)?) rad\b(?![/^])")  # an angle in a sentence of the theory
+
+
+def with_unit(text: str, angle: AngleUnit) -> str:
+    """Write the angles of a sentence in the report's unit."""
+    return RADIANS.sub(lambda found: angle.text(float(found[1])), text)
 
 
 def warnings(project: Project, analysis: Analysis) -> list[str]:
@@ -34,7 +42,7 @@ def warnings(project: Project, analysis: Analysis) -> list[str]:
 def _overload(project: Project, analysis: Analysis) -> list[str]:
     """Which limits of the gear's datasheet the run passes, if any."""
     used, said = analysis.usage, []
-    for finding in gravest(analysis.limits):
+    for finding in sorted(gravest(analysis.limits), key=lambda f: f.value != used.peak_torque):  # that one breaks gears
         where = {used.peak_torque: used.at_peak, used.average_torque: used.at_average}.get(finding.value)
         at = "" if where is None else f"At {speed_text(place(project, where))}: "
         said.append(at + finding.sentence.replace("N*m", "N·m"))
@@ -98,7 +106,8 @@ def summary(results: dict[str, Any]) -> str:
             text += f", MORE than the {name.replace('_', ' ')} torque of {number(limit)} N·m"
             break
     lines.append(text)
-    lines.append(f"  stability: {results['stability']['scope']}; {results['stability']['claim']}")
+    claim = with_unit(results["stability"]["claim"], angle)
+    lines.append(f"  stability: {results['stability']['scope']}; {claim}")
     if results["warnings"]:
         lines.append(f"  {len(results['warnings'])} warning(s) in the report")
     return "\n".join(lines)
