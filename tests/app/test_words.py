@@ -19,8 +19,8 @@ def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
     analysis = SimpleNamespace(usage=used, limits=limits, warnings=("a warning",), exact=SimpleNamespace(sweep=None))
     said = warnings(project, analysis)
     assert [sentence.split(",")[0] for sentence in said[:3]] == [
+        "At 2400 rpm at the motor: The torque in the gear reaches 600 N·m",
         "The input speed reaches 4500 rpm",
         "At 2350 rpm at the motor: The cubic mean of the torque in the gear is 300 N·m",
-        "At 2400 rpm at the motor: The torque in the gear reaches 600 N·m",
     ]
     assert said[3:] == ["a warning", "a doubt"]
