@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from .model.drive import HDC_40_050 as HDC_40_050
     from .model.drive import HDC_40_050_WARNING as HDC_40_050_WARNING
     from .model.drive import Drive as Drive
+    from .model.error_spectrum import MEASURED_ERRORS as MEASURED_ERRORS
+    from .model.error_spectrum import MeasuredError as MeasuredError
+    from .model.error_spectrum import accuracy_spectrum as accuracy_spectrum
+    from .model.error_spectrum import peak_to_peak as peak_to_peak
     from .model.excitation import Harmonic as Harmonic
     from .model.excitation import Harmonics as Harmonics
     from .model.excitation import KinematicError as KinematicError
@@ -40,6 +44,10 @@ if TYPE_CHECKING:
     from .model.measured import RoundedPiecewiseLinear as RoundedPiecewiseLinear
     from .model.measured import Tabulated as Tabulated
     from .model.measured import tabulated as tabulated
+    from .model.orders import GearOrder as GearOrder
+    from .model.orders import OrderMap as OrderMap
+    from .model.orders import on_output_turn as on_output_turn
+    from .model.orders import order_map as order_map
     from .model.oscillator import Oscillator as Oscillator
     from .numerics.backbone import Backbone as Backbone
     from .numerics.backbone import backbone as backbone
@@ -85,6 +93,7 @@ if TYPE_CHECKING:
 _HOME = {
     "app.own_gears": ("read_gears",),
     "model.drive": ("Drive", "HDC_40_050", "HDC_40_050_WARNING"),
+    "model.error_spectrum": ("MEASURED_ERRORS", "MeasuredError", "accuracy_spectrum", "peak_to_peak"),
     "model.excitation": ("Harmonic", "Harmonics", "KinematicError", "Line", "NoError"),
     "model.fits": ("LawFit", "fit_odd"),
     "model.friction": ("Coulomb", "LuGre", "Stribeck", "Viscous"),
@@ -92,6 +101,7 @@ _HOME = {
     "model.laws": ("Backlash", "Cubic", "Linear", "PiecewiseLinear", "Play", "Polynomial"),
     "model.limits": ("Finding", "check_limits", "cubic_mean"),
     "model.measured": ("Knot", "RoundedPiecewiseLinear", "Tabulated", "tabulated"),
+    "model.orders": ("GearOrder", "OrderMap", "on_output_turn", "order_map"),
     "model.oscillator": ("Oscillator",),
     "numerics.backbone": ("Backbone", "backbone"),
     "numerics.fold_curve": ("FoldCurve", "fold_curve"),

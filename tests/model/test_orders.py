@@ -1,0 +1,86 @@
+"""The order map of a gear: counted again tooth by tooth, and met by a published period."""
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+from strainwave.model.orders import on_output_turn, order_map
+
+SIDEREAL_DAY, SOLAR_DAY = 86164.0905, 86400.0  # s
+
+
+def lobe_passages(turning, z, tooth_turns):
+    """How often one of two lobes passes a tooth of a ring while the wave generator turns `turning` times."""
+    wave_generator = np.linspace(0.0, turning, 400_001)
+    relative = (wave_generator - tooth_turns * wave_generator) * 2.0 + 0.1 / z
+    return int(np.floor(relative[-1]) - np.floor(relative[0]))
+
+
+@pytest.mark.parametrize("N", [30, 50, 100, 160])
+def test_orders_are_those_of_turning_the_gear(N):
+    gear = order_map(N)
+    z1, z2 = 2 * N, 2 * N + 2
+    assert (gear.z1, gear.z2) == (z1, z2)
+    # N motor turns: the flexspline, with z2 - z1 = 2 teeth less, has turned back by one turn.
+    assert gear.order("output turn").per_output_turn == 1
+    assert gear.order("wave generator 2").per_output_turn == lobe_passages(N, z2, 0.0) == 2 * N
+    assert gear.order("flexspline tooth engagement").per_output_turn == lobe_passages(N, z1, -1.0 / N) == z2
+    # teeth of the circular spline passed by a lobe, and teeth of the flexspline, which comes the other way
+    assert gear.order("tooth mesh").per_output_turn == N * z2 == (N + 1) * z1
+
+
+def test_orders_on_the_output_turn_are_whole_and_ascend():
+    gear = order_map(80)
+    assert all(o.per_output_turn == o.per_motor_turn * 80 for o in gear.orders)
+    assert [o.per_output_turn for o in gear.orders] == sorted(o.per_output_turn for o in gear.orders)
+    assert gear.order("flexspline tooth engagement").per_motor_turn == Fraction(81, 40)
+
+
+def test_even_harmonics_of_a_ring_pass_two_lobes_and_odd_ones_cancel():
+    lobes = np.linspace(0.0, 2.0 * math.pi, 721)
+    for n in range(1, 9):
+        both = np.cos(n * lobes) + np.cos(n * (lobes + math.pi))
+        assert np.max(np.abs(both)) == pytest.approx(2.0 if n % 2 == 0 else 0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("day", "printed"), [(SOLAR_DAY, 432.0), (SIDEREAL_DAY, 430.82)])
+def test_period_of_a_telescope_mount_is_the_published_one(day, printed):
+    # CSF-17-100 at one output turn per day, two per wave-generator turn: 432 s in github.com/polvinc/DHEM,
+    # 430.82 s for the Rainbow RST-135 in the PHD2 wiki.
+    motor_speed = 100 * 2.0 * math.pi / day
+    period = 1.0 / order_map(100).order("wave generator 2").frequency_hz(motor_speed)
+    assert period == pytest.approx(printed, abs=0.005)
+
+
+def test_vendors_resonance_rule_is_order_two():
+    # Harmonic Drive, CSF-3 manual, ch. 8: a load resonance of 15 Hz is met at 450 rpm of the input.
+    speed = 450.0 * 2.0 * math.pi / 60.0
+    assert order_map(50).order("wave generator 2").frequency_hz(speed) == pytest.approx(15.0, rel=1e-12)
+
+
+def test_lines_move_to_the_output_turn():
+    error = sw.KinematicError((sw.Line(1, 2e-5, 0.3), sw.Line(2, 1e-4, -0.4)))
+    moved = on_output_turn(error, 50)
+    theta_m = np.linspace(0.0, 100.0 * math.pi, 1001)
+    assert np.allclose(moved.value(theta_m / 50), error.value(theta_m), rtol=0.0, atol=1e-16)
+    torque = sw.Harmonics((sw.Harmonic(1.0, 2, 0.1, 3.0), sw.Harmonic(0.5, 1)))
+    assert on_output_turn(torque, 50).orders() == (100, 50)
+    assert on_output_turn(torque.terms[0], 50) == sw.Harmonic(1.0, 100, 0.1, 3.0)
+
+
+@pytest.mark.parametrize("N", [0, -50, 1, 50.5, math.nan, math.inf, "50", None, 10_001])
+def test_a_ratio_without_an_order_map_is_refused(N):
+    with pytest.raises(ValueError, match="whole ratio"):
+        order_map(N)
+
+
+def test_wrong_requests_are_refused():
+    with pytest.raises(ValueError, match="the order map has no 'wave generator 3'; it has output turn"):
+        order_map(50).order("wave generator 3")
+    with pytest.raises(TypeError, match="has no orders"):
+        on_output_turn(sw.NoError(), 50)
+    with pytest.raises(ValueError, match="at most 10000"):
+        on_output_turn(sw.KinematicError((sw.Line(200, 1e-4),)), 100)
