@@ -86,6 +86,21 @@ def test_example_my_own_law():
     assert len(plt.get_fignums()) == 1
 
 
+@pytest.mark.slow
+def test_example_hysteresis():
+    # Independent: one period of the orbit by SciPy, with the work of the torque and of the damping as states.
+    share, system, orbit = example("hysteresis").main()
+
+    def rates(t, y):
+        dx, dv, dz = system.rhs(system.omega * t, tuple(y[:3]))
+        return dx, dv, dz, 10.0 * math.cos(system.omega * t) * y[1], system.B * y[1] ** 2
+
+    period, start = 2.0 * math.pi / system.omega, [*orbit.state(0.0), 0.0, 0.0]
+    *_, work, damping = solve_ivp(rates, (0.0, period), start, "DOP853", rtol=1e-10, atol=1e-14).y[:, -1]
+    assert share == pytest.approx(1.0 - damping / work, abs=1e-6)
+    assert len(plt.get_fignums()) == 1
+
+
 def test_example_real_gear():
     # Independent: the normal equations on a finer grid, and the root of a cubic.
     module = example("real_gear")

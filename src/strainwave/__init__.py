@@ -69,6 +69,13 @@ if TYPE_CHECKING:
     from .results import SolveError as SolveError
     from .results import Status as Status
     from .results import Trajectory as Trajectory
+    from .study.energy import EnergyBalance as EnergyBalance
+    from .study.energy import energy_balance as energy_balance
+    from .study.hysteresis import HysteresisFit as HysteresisFit
+    from .study.hysteresis import HysteresisLoop as HysteresisLoop
+    from .study.hysteresis import fit_hysteresis as fit_hysteresis
+    from .study.hysteresis import hysteresis_loop as hysteresis_loop
+    from .study.hysteresis import lost_motion as lost_motion
     from .study.isolas import isolas as isolas
     from .study.jumps import Jump as Jump
     from .study.jumps import Jumps as Jumps
@@ -114,6 +121,8 @@ _HOME = {
     "numerics.switching": ("switch_branch",),
     "quantities": ("replace",),
     "results": ("Branch", "Orbit", "SolveError", "Status", "Trajectory"),
+    "study.energy": ("EnergyBalance", "energy_balance"),
+    "study.hysteresis": ("HysteresisFit", "HysteresisLoop", "fit_hysteresis", "hysteresis_loop", "lost_motion"),
     "study.isolas": ("isolas",),
     "study.jumps": ("Jump", "Jumps", "jumps"),
     "study.validate": ("Comparison", "compare"),

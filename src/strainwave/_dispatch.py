@@ -3,9 +3,9 @@
 x is the torsion [rad], v its rate [rad/s], z a tuple of internal states.
 
 The arguments of its `torque` say it: `torque(x)` is a spring, `torque(x, v)` has friction, `torque(x, v, z)` memory,
-with `z_rate(x, v, z)`, the tuple of the rates of its internal states z, and the class constant `states`, their number
-(a law made of laws needs none: it has the states of its parts, in order). The choice is made by class: in compiled code
-it costs nothing.
+with `z_rate(x, v, z)`, the tuple of the rates of its internal states z, and `states`, their number (a class constant or
+a method without arguments; a law made of laws needs none: it has the states of its parts, in order). The choice is made
+by class: in compiled code it costs nothing.
 """
 
 from functools import cache
@@ -32,15 +32,21 @@ def depends(law: Any) -> int:
     return _arguments(_class(law))
 
 
+def parts_of(law: Any) -> tuple[Any, ...]:
+    """Laws that a law with memory is made of: its fields, where it does not say how many states are its own."""
+    cls = _class(law)
+    if not hasattr(cls, "z_rate") or hasattr(cls, "states"):
+        return ()
+    parts = law.types if hasattr(law, "instance_class") else law
+    return tuple(part for part in parts if hasattr(_class(part), "torque"))
+
+
 def states_of(law: Any) -> int:
     """Number of a law's internal states z."""
-    cls = _class(law)
-    if not hasattr(cls, "z_rate"):
-        return 0
-    if isinstance(getattr(cls, "states", None), int):
-        return int(cls.states)
-    parts = law.types if hasattr(law, "instance_class") else law
-    return sum(states_of(part) for part in parts)
+    own = getattr(_class(law), "states", None)
+    if own is None or not hasattr(_class(law), "z_rate"):
+        return sum(states_of(part) for part in parts_of(law))
+    return int(own(law) if callable(own) else own)
 
 
 @chosen

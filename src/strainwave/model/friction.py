@@ -158,7 +158,9 @@ class LuGre(NamedTuple):
     T_s: Torque
     v_s: AngularSpeed
 
-    states = 1  # type: ignore[misc]  # a class constant, no field
+    def states(self) -> int:
+        """Number of internal states."""
+        return 1
 
     def torque(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
         """Torque [N*m] at the speed v [rad/s] and z = (z,) [rad]."""

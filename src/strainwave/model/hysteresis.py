@@ -2,7 +2,7 @@
 
 Such a law is a NamedTuple with `torque(x, v, z)`, `z_rate(x, v, z)` = the tuple of dz/dt, `energy(x, z)` = what it
 stores, and `losses(x, v, z)` = the tuple of the powers that it turns into heat, so that T v = dE/dt + losses. x is the
-torsion [rad], v its rate [rad/s], z the tuple of internal states; their number is the class constant `states`.
+torsion [rad], v its rate [rad/s], z the tuple of internal states; their number is `states`.
 """
 
 from typing import Any, NamedTuple
@@ -42,7 +42,9 @@ class BoucWen(NamedTuple):
     gamma: Ratio = 0.5
     n: int = 1
 
-    states = 1  # type: ignore[misc]  # a class constant, no field
+    def states(self) -> int:
+        """Number of internal states."""
+        return 1
 
     def torque(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
         """Torque [N*m] at torsion x [rad], its rate v [rad/s] and z = (z,) [rad]."""
