@@ -57,38 +57,40 @@ def sign(x: Any) -> Any:
 
 
 def compiled_cos(x: float) -> float:
-    """Cosine as compiled kernels compute it: inlined, because a call of libm costs more than the polynomial itself."""
-    if not abs(x) < _EXACT:
-        return math.cos(x)
-    turns, s, c = _quarter(x)
-    value = s if turns & 1 else c
-    return -value if (turns + 1) & 2 else value
+    """Cosine as compiled kernels compute it: inlined and without branches, so that a loop over lanes is vector code.
+
+    Beyond 3.3e9 rad, where neighbouring floats differ by 5e-7 rad, it is NaN.
+    """
+    turn, s, c = _quarter(x)
+    value = s if abs(turn) == 0.25 else c
+    value = -value if turn > 0.125 else value
+    return value if abs(x) < _LARGEST else math.nan
 
 
 def compiled_sin(x: float) -> float:
-    """Sine as compiled kernels compute it."""
-    if not abs(x) < _EXACT:
-        return math.sin(x)
-    turns, s, c = _quarter(x)
-    value = c if turns & 1 else s
-    return -value if turns & 2 else value
+    """Sine as compiled kernels compute it, NaN beyond 3.3e9 rad."""
+    turn, s, c = _quarter(x)
+    value = c if abs(turn) == 0.25 else s
+    value = -value if abs(turn - 0.125) > 0.25 else value
+    return value if abs(x) < _LARGEST else math.nan
 
 
-# Cody & Waite's reduction by pi/2 in three parts, the first two of 33 bits, and the polynomials of fdlibm (Sun, 1993).
-_EXACT = 1e6  # up to here n times the first parts is exact
+# Cody & Waite's reduction by pi/2 in four parts, the first three of 22 bits, and the polynomials of fdlibm (Sun, 1993).
+_LARGEST = 3.3e9  # up to here n has 31 bits, and its products with the first parts are exact
 _ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to a whole number
-_P1, _P2, _P3 = 1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21
+_P1, _P2, _P3, _P4 = 1.570796012878418, 3.139164164167596e-07, 6.223369259164557e-14, 2.912732056093356e-20
 _S1, _S2, _S3 = -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04
 _S4, _S5, _S6 = 2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10
 _C1, _C2, _C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05
 _C4, _C5, _C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
 
 
-def _quarter(x: float) -> tuple[int, float, float]:
-    """Quarter turns in x, and sine and cosine of the rest (at most pi/4)."""
+def _quarter(x: float) -> tuple[float, float, float]:
+    """Turn of x to a whole quarter (-0.25, 0, 0.25 or 0.5), and sine and cosine of the rest (at most pi/4)."""
     n = (x * 0.6366197723675814 + _ROUND) - _ROUND
-    r = ((x - n * _P1) - n * _P2) - n * _P3
+    turn = n * 0.25 - (((n * 0.25 - 0.125) + _ROUND) - _ROUND)
+    r = (((x - n * _P1) - n * _P2) - n * _P3) - n * _P4
     z = r * r
     s = r + r * z * (_S1 + z * (_S2 + z * (_S3 + z * (_S4 + z * (_S5 + z * _S6)))))
     c = 1.0 - 0.5 * z + z * z * (_C1 + z * (_C2 + z * (_C3 + z * (_C4 + z * (_C5 + z * _C6)))))
-    return int(n), s, c
+    return turn, s, c
