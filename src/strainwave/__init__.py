@@ -71,6 +71,7 @@ if TYPE_CHECKING:
     from .results import Trajectory as Trajectory
     from .study.energy import EnergyBalance as EnergyBalance
     from .study.energy import energy_balance as energy_balance
+    from .study.error_scan import error_scan as error_scan
     from .study.hysteresis import HysteresisFit as HysteresisFit
     from .study.hysteresis import HysteresisLoop as HysteresisLoop
     from .study.hysteresis import fit_hysteresis as fit_hysteresis
@@ -80,6 +81,9 @@ if TYPE_CHECKING:
     from .study.jumps import Jump as Jump
     from .study.jumps import Jumps as Jumps
     from .study.jumps import jumps as jumps
+    from .study.scan_results import ErrorScan as ErrorScan
+    from .study.scan_results import Reversal as Reversal
+    from .study.scan_results import ScanLine as ScanLine
     from .study.validate import Comparison as Comparison
     from .study.validate import compare as compare
     from .theory.derivation import Derivation as Derivation
@@ -122,9 +126,11 @@ _HOME = {
     "quantities": ("replace",),
     "results": ("Branch", "Orbit", "SolveError", "Status", "Trajectory"),
     "study.energy": ("EnergyBalance", "energy_balance"),
+    "study.error_scan": ("error_scan",),
     "study.hysteresis": ("HysteresisFit", "HysteresisLoop", "fit_hysteresis", "hysteresis_loop", "lost_motion"),
     "study.isolas": ("isolas",),
     "study.jumps": ("Jump", "Jumps", "jumps"),
+    "study.scan_results": ("ErrorScan", "Reversal", "ScanLine"),
     "study.validate": ("Comparison", "compare"),
     "theory.derivation": ("Derivation", "derivation"),
     "theory.lyapunov": ("StabilityProof", "lyapunov"),

@@ -1,0 +1,216 @@
+"""Lines of a measured error: against exact scans, Fourier transform, scatter over seeds, and SciPy's Lomb-Scargle."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter, lombscargle
+
+import strainwave as sw
+
+TURN = 2.0 * math.pi
+TRUE = ((1, 2.0e-5, -1.0), (2, 1.0e-4, 0.3), (4, 1.0e-5, 2.0))
+
+
+def lines_at(theta, lines=TRUE):
+    return sum(A * np.cos(k * theta + phi) for k, A, phi in lines)
+
+
+def uniform(n, turns=1.0):
+    return np.linspace(0.0, TURN * turns, n, endpoint=False)
+
+
+def uneven(rng, n, turns):
+    return np.sort(rng.uniform(0.0, TURN * turns, n))
+
+
+def coloured(rng, n, rho):
+    """A unit first-order autoregressive sequence."""
+    return lfilter([math.sqrt(1.0 - rho * rho)], [1.0, -rho], rng.normal(size=n + 500))[500:]
+
+
+def test_an_exact_scan_gives_its_lines_mean_and_drift():
+    theta = uneven(np.random.default_rng(1), 500, 3.3) + 0.4
+    scan = sw.error_scan(theta, lines_at(theta) + 1e-3 + 2e-5 * (theta - np.mean(theta[[0, -1]])))
+    assert [line.order for line in scan.lines] == [1, 2, 4]
+    for line, (_, amplitude, phase) in zip(scan.lines, TRUE, strict=True):
+        assert line.amplitude == pytest.approx(amplitude, abs=1e-16)
+        assert line.phase == pytest.approx(phase, abs=1e-10)
+    assert scan.mean == pytest.approx(1e-3, rel=1e-12)
+    assert scan.drift == pytest.approx(2e-5, rel=1e-10)
+    assert scan.residual < 1e-16
+    error = sw.KinematicError(tuple(sw.Line(*line) for line in TRUE))
+    assert scan.peak_to_peak == pytest.approx(sw.peak_to_peak(error), rel=1e-10)
+    assert scan.error.value(0.7) == pytest.approx(error.value(0.7), rel=1e-10)
+
+
+def test_on_uniform_whole_turns_least_squares_is_the_fourier_transform():
+    theta = uniform(720, 2)
+    e = lines_at(theta) + 1e-5 * np.random.default_rng(2).normal(size=720)
+    scan = sw.error_scan(theta, e, orders=[1, 2, 3, 4], drift=False)
+    spectrum = np.fft.rfft(e)[2 * np.array([1, 2, 3, 4])] * 2.0 / 720
+    found = [line.amplitude * np.exp(1j * line.phase) for line in scan.lines]
+    assert np.allclose(found, spectrum, rtol=0.0, atol=1e-19)
+    assert scan.mean == pytest.approx(np.mean(e), abs=1e-18)
+
+
+@pytest.mark.parametrize(
+    ("rho", "n", "turns", "even", "noise"),
+    [
+        (0.0, 720, 1.0, True, "white"),
+        (0.8, 720, 1.0, True, "autocorrelated"),
+        (0.8, 1000, 3.3, True, "autocorrelated"),
+        (0.0, 300, 1.5, False, "white"),
+    ],
+)
+def test_standard_errors_are_the_scatter_over_seeds(rho, n, turns, even, noise):
+    seeds, sigma = 200, 3e-6
+    found = np.empty((seeds, 4))
+    stated = np.empty((seeds, 4))
+    kinds = []
+    for seed in range(seeds):
+        rng = np.random.default_rng(seed)
+        theta = uniform(n, turns) if even else uneven(rng, n, turns)
+        scan = sw.error_scan(theta, lines_at(theta) + sigma * coloured(rng, n, rho), orders=[1, 2, 4])
+        kinds.append(scan.noise)
+        two, four = scan.lines[1:]
+        found[seed] = two.amplitude, two.phase, four.amplitude, four.phase
+        stated[seed] = two.amplitude_error, two.phase_error, four.amplitude_error, four.phase_error
+    # The scatter of 200 seeds is itself known to 5 % (one standard deviation), the local noise to about 10 %.
+    ratio = np.sqrt(np.mean(stated**2, axis=0)) / np.std(found, axis=0)
+    assert np.all((ratio > 0.85) & (ratio < 1.17)), ratio
+    assert kinds.count(noise) > 0.97 * seeds
+    assert np.mean(found[:, 0]) == pytest.approx(1e-4, abs=4.0 * np.std(found[:, 0]) / math.sqrt(seeds))
+
+
+def test_taking_coloured_noise_for_white_understates_the_error():
+    stated = {}
+    theta = uniform(720)
+    e = lines_at(theta) + 3e-6 * coloured(np.random.default_rng(5), 720, 0.8)
+    for noise in ("white", "autocorrelated"):
+        stated[noise] = sw.error_scan(theta, e, orders=[1, 2, 4], noise=noise).lines[1].amplitude_error
+    # power of the sequence at low orders over its variance: (1 + rho)/(1 - rho) = 9, so 3 in amplitude
+    assert stated["autocorrelated"] / stated["white"] == pytest.approx(3.0, rel=0.5)
+
+
+@pytest.mark.parametrize(("rho", "even"), [(0.0, True), (0.8, True), (0.0, False)])
+def test_noise_alone_gives_lines_no_oftener_than_stated(rho, even):
+    alarms, seeds = 0, 100
+    for seed in range(seeds):
+        rng = np.random.default_rng(seed)
+        theta = uniform(400) if even else uneven(rng, 400, 2.2)
+        alarms += bool(sw.error_scan(theta, coloured(rng, 400, rho), false_alarm=0.05, highest=50).lines)
+    assert alarms <= 11  # 5 expected, 11 or more by chance in 1 of 70
+
+
+def test_lines_above_the_threshold_are_found_and_weaker_ones_are_not():
+    found = {}
+    theta = uniform(1000)
+    for times in (0.4, 1.6):
+        found[times] = 0
+        for seed in range(20):
+            noise = 1e-5 * np.random.default_rng(seed).normal(size=1000)
+            threshold = sw.error_scan(theta, noise).threshold
+            scan = sw.error_scan(theta, noise + lines_at(theta, [(60, times * threshold, 0.2)]))
+            found[times] += 60 in [line.order for line in scan.lines]
+    assert found[0.4] <= 2
+    assert found[1.6] >= 18
+
+
+def test_search_agrees_with_scipys_lomb_scargle():
+    rng = np.random.default_rng(8)
+    theta = uneven(rng, 600, 2.7)
+    e = lines_at(theta, [(2, 1e-4, 0.3), (17, 3e-5, 1.0)]) + 2e-5 * rng.normal(size=600)
+    scan = sw.error_scan(theta, e)
+    power = lombscargle(theta, e, np.arange(1.0, 41.0), floating_mean=True)
+    assert [line.order for line in scan.lines] == sorted(1 + np.argsort(power)[-2:])
+
+
+def test_both_directions_give_lost_motion_and_the_mean_lines():
+    rng = np.random.default_rng(3)
+    forth, back = uniform(720), uneven(rng, 900, 1.4)
+    half = 2e-5  # friction winds the gear up by so much either way
+    extra = [(2, 4e-6, 1.0)]  # part of the hysteresis that varies with the angle
+    e_forth = lines_at(forth) + lines_at(forth, extra) + half + 2e-6 * rng.normal(size=720)
+    e_back = lines_at(back) - lines_at(back, extra) - half + 2e-6 * rng.normal(size=900)
+    scan = sw.error_scan(forth, e_forth, backward=(back, e_back))
+    r = scan.reversal
+    assert r.lost_motion == pytest.approx(2.0 * half, abs=4.0 * r.lost_motion_error)
+    assert r.lost_motion_error == pytest.approx(2e-6 * math.sqrt(1 / 720 + 1 / 900), rel=0.3)
+    assert r.peak_to_peak == pytest.approx(2.0 * 2.0 * 4e-6, rel=0.1)
+    assert [line.order for line in scan.lines] == [1, 2, 4]
+    for line, (_, amplitude, phase) in zip(scan.lines, TRUE, strict=True):
+        assert line.amplitude == pytest.approx(amplitude, abs=4.0 * line.amplitude_error)
+        assert line.phase == pytest.approx(phase, abs=4.0 * line.phase_error)
+    assert "lost motion" in str(scan)
+
+
+def test_one_direction_says_nothing_about_reversal():
+    assert sw.error_scan(uniform(100), lines_at(uniform(100))).reversal is None
+
+
+def test_vendors_sign_turns_every_phase_by_half_a_turn():
+    theta = uniform(100)
+    ours, theirs = (sw.error_scan(theta, s * lines_at(theta), ate=s < 0.0) for s in (1.0, -1.0))
+    assert np.allclose(ours.error.value(theta), theirs.error.value(theta), rtol=0.0, atol=1e-17)
+
+
+def test_a_scan_of_noise_has_no_lines_and_says_so():
+    scan = sw.error_scan(uniform(400), 1e-5 * np.random.default_rng(0).normal(size=400), false_alarm=1e-3)
+    assert scan.lines == ()
+    assert scan.peak_to_peak == 0.0
+    with pytest.raises(ValueError, match="no line above"):
+        _ = scan.error
+
+
+def test_a_scan_prints_a_row_per_line():
+    noise = 1e-7 * np.random.default_rng(4).normal(size=200)
+    text = str(sw.error_scan(uniform(200), lines_at(uniform(200)) + noise))
+    assert [row.split()[0] for row in text.splitlines()[1:4]] == ["1", "2", "4"]
+    assert "rad rms, white noise" in text
+
+
+THETA = uniform(100)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"angle": THETA[:50], "error": THETA[:50]}, "over 0.5 turns of the base angle; scan at least one whole turn"),
+        ({"angle": THETA[::-1]}, "sample 1 stands after .*; angles must ascend"),
+        ({"angle": np.where(THETA[7] == THETA, THETA[6], THETA)}, "sample 7 stands after"),
+        ({"angle": np.where(THETA[7] == THETA, np.nan, THETA)}, "angle of sample 7 is nan; remove the sample"),
+        ({"error": np.where(THETA[9] == THETA, np.inf, THETA)}, "error of sample 9 is inf"),
+        ({"error": THETA[1:]}, r"shapes \(100,\) and \(99,\)"),
+        ({"angle": THETA[:3], "error": THETA[:3]}, "4 at least"),
+        ({"error": ["a"] * 100}, "array of numbers"),
+        ({"orders": [50]}, "order 50 is too high for these samples, which tell orders below 50 apart"),
+        ({"orders": list(range(1, 50))}, None),
+        (
+            {"orders": list(range(1, 50)), "angle": THETA[:99] * 100 / 99, "error": THETA[:99]},
+            "99 samples are given for",
+        ),
+        ({"orders": []}, "at least one"),
+        ({"orders": [2, 2]}, "none twice"),
+        ({"orders": [2.5]}, "whole number"),
+        ({"orders": [0]}, "at least 1"),
+        ({"highest": 60}, "orders below 50 are told apart"),
+        ({"false_alarm": 0.0}, "probability between 0 and 1"),
+        ({"noise": "pink"}, "must be 'auto', 'white' or 'autocorrelated'"),
+        ({"backward": (THETA[::-1], THETA)}, "backward angle .* angles must ascend"),
+    ],
+)
+def test_wrong_scans_are_refused_in_one_sentence(change, words):
+    given = {"angle": THETA, "error": lines_at(THETA)} | change
+    angle, error = given.pop("angle"), given.pop("error")
+    if words is None:  # 100 samples, 100 unknowns
+        words = "100 samples are given for 100 unknowns"
+    with pytest.raises(ValueError, match=words) as refusal:
+        sw.error_scan(angle, error, **given)
+    assert "\n" not in str(refusal.value)
+
+
+def test_samples_with_a_gap_that_hides_a_line_are_refused():
+    theta = np.concatenate([np.linspace(0.0, 0.02, 50), [TURN]])
+    with pytest.raises(ValueError, match="do not tell the orders 1, 2, 3 apart"):
+        sw.error_scan(theta, theta, orders=[1, 2, 3])
