@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from .model.drive import HDC_40_050 as HDC_40_050
     from .model.drive import HDC_40_050_WARNING as HDC_40_050_WARNING
     from .model.drive import Drive as Drive
+    from .model.drive_train import DriveTrain as DriveTrain
     from .model.error_spectrum import MEASURED_ERRORS as MEASURED_ERRORS
     from .model.error_spectrum import MeasuredError as MeasuredError
     from .model.error_spectrum import accuracy_spectrum as accuracy_spectrum
@@ -44,11 +45,26 @@ if TYPE_CHECKING:
     from .model.measured import RoundedPiecewiseLinear as RoundedPiecewiseLinear
     from .model.measured import Tabulated as Tabulated
     from .model.measured import tabulated as tabulated
+    from .model.motion import AngleTorque as AngleTorque
+    from .model.motion import AtRest as AtRest
+    from .model.motion import SpeedProfile as SpeedProfile
+    from .model.motion import Steady as Steady
+    from .model.motion import TorqueProfile as TorqueProfile
     from .model.orders import GearOrder as GearOrder
     from .model.orders import OrderMap as OrderMap
     from .model.orders import on_output_turn as on_output_turn
     from .model.orders import order_map as order_map
     from .model.oscillator import Oscillator as Oscillator
+    from .model.shafts import Elastic as Elastic
+    from .model.shafts import Free as Free
+    from .model.shafts import Held as Held
+    from .model.shafts import Load as Load
+    from .model.shafts import Motor as Motor
+    from .model.shafts import PositionLoop as PositionLoop
+    from .model.shafts import SpeedLoop as SpeedLoop
+    from .model.sources import Source as Source
+    from .model.sources import static_sources as static_sources
+    from .model.train_forms import SteadyTrain as SteadyTrain
     from .numerics.backbone import Backbone as Backbone
     from .numerics.backbone import backbone as backbone
     from .numerics.family import response_family as response_family
@@ -69,8 +85,18 @@ if TYPE_CHECKING:
     from .results import SolveError as SolveError
     from .results import Status as Status
     from .results import Trajectory as Trajectory
+    from .study.bode import Bode as Bode
+    from .study.bode import bode as bode
+    from .study.drive_runs import DriveRun as DriveRun
+    from .study.drive_runs import drive_run as drive_run
     from .study.energy import EnergyBalance as EnergyBalance
     from .study.energy import energy_balance as energy_balance
+    from .study.error_budget import BudgetRow as BudgetRow
+    from .study.error_budget import BudgetTotal as BudgetTotal
+    from .study.error_budget import ErrorBudget as ErrorBudget
+    from .study.error_budget import error_budget as error_budget
+    from .study.error_parts import ErrorParts as ErrorParts
+    from .study.error_parts import error_parts as error_parts
     from .study.error_scan import error_scan as error_scan
     from .study.hysteresis import HysteresisFit as HysteresisFit
     from .study.hysteresis import HysteresisLoop as HysteresisLoop
@@ -81,6 +107,8 @@ if TYPE_CHECKING:
     from .study.jumps import Jump as Jump
     from .study.jumps import Jumps as Jumps
     from .study.jumps import jumps as jumps
+    from .study.reductions import Reductions as Reductions
+    from .study.reductions import compare_reductions as compare_reductions
     from .study.scan_results import ErrorScan as ErrorScan
     from .study.scan_results import Reversal as Reversal
     from .study.scan_results import ScanLine as ScanLine
@@ -105,6 +133,7 @@ _HOME = {
     "app.own_gears": ("read_gears",),
     "model.drive": ("Drive", "HDC_40_050", "HDC_40_050_WARNING"),
     "model.error_spectrum": ("MEASURED_ERRORS", "MeasuredError", "accuracy_spectrum", "peak_to_peak"),
+    "model.drive_train": ("DriveTrain",),
     "model.excitation": ("Harmonic", "Harmonics", "KinematicError", "Line", "NoError"),
     "model.fits": ("LawFit", "fit_odd"),
     "model.friction": ("Coulomb", "LuGre", "Stribeck", "Viscous"),
@@ -113,7 +142,11 @@ _HOME = {
     "model.limits": ("Finding", "check_limits", "cubic_mean"),
     "model.measured": ("Knot", "RoundedPiecewiseLinear", "Tabulated", "tabulated"),
     "model.orders": ("GearOrder", "OrderMap", "on_output_turn", "order_map"),
+    "model.motion": ("AngleTorque", "AtRest", "SpeedProfile", "Steady", "TorqueProfile"),
     "model.oscillator": ("Oscillator",),
+    "model.shafts": ("Elastic", "Free", "Held", "Load", "Motor", "PositionLoop", "SpeedLoop"),
+    "model.sources": ("Source", "static_sources"),
+    "model.train_forms": ("SteadyTrain",),
     "numerics.backbone": ("Backbone", "backbone"),
     "numerics.fold_curve": ("FoldCurve", "fold_curve"),
     "numerics.family": ("response_family",),
@@ -125,11 +158,16 @@ _HOME = {
     "numerics.switching": ("switch_branch",),
     "quantities": ("replace",),
     "results": ("Branch", "Orbit", "SolveError", "Status", "Trajectory"),
+    "study.bode": ("Bode", "bode"),
+    "study.drive_runs": ("DriveRun", "drive_run"),
     "study.energy": ("EnergyBalance", "energy_balance"),
+    "study.error_budget": ("BudgetRow", "BudgetTotal", "ErrorBudget", "error_budget"),
+    "study.error_parts": ("ErrorParts", "error_parts"),
     "study.error_scan": ("error_scan",),
     "study.hysteresis": ("HysteresisFit", "HysteresisLoop", "fit_hysteresis", "hysteresis_loop", "lost_motion"),
     "study.isolas": ("isolas",),
     "study.jumps": ("Jump", "Jumps", "jumps"),
+    "study.reductions": ("Reductions", "compare_reductions"),
     "study.scan_results": ("ErrorScan", "Reversal", "ScanLine"),
     "study.validate": ("Comparison", "compare"),
     "theory.derivation": ("Derivation", "derivation"),

@@ -70,7 +70,8 @@ def _converted(value: Any, hint: Any, where: str) -> Any:
         return _as_float(where, value)
     if hint is int:
         if not _is_whole(value):
-            raise ValueError(f"{where} must be a whole number, not {shown(value)}")
+            base = "; take a base angle on which it is, for a gear the output turn" if where.endswith(".order") else ""
+            raise ValueError(f"{where} must be a whole number, not {shown(value)}{base}")
         return int(value)
     if hint is not Any and isinstance(hint, type) and not isinstance(value, hint):
         raise TypeError(f"{where} must be a {hint.__name__}, not {shown(value)}")

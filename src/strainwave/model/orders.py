@@ -111,7 +111,12 @@ def order_map(N: float) -> OrderMap:
     ratio = _whole_ratio(N)
     z1, z2 = 2 * ratio, 2 * ratio + 2
     rows = [
-        ("output turn", "run-out and pitch of the flexspline, output bearing", "2/z1 = 1/N", Fraction(1, ratio)),
+        (
+            "output turn",
+            "run-out of the flexspline's flange and of the output bearing",
+            "2/z1 = 1/N",
+            Fraction(1, ratio),
+        ),
         ("wave generator 1", "eccentricity of the wave generator and its coupling", "1", Fraction(1)),
         ("wave generator 2", "ellipticity of the wave generator, oval circular spline", "2", Fraction(2)),
         ("flexspline tooth engagement", "oval or uneven flexspline under two lobes", "2 z2/z1", Fraction(2 * z2, z1)),

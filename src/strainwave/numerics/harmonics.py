@@ -29,6 +29,17 @@ def highest_order(system: Any) -> int:
     return max((1, *system.orders())) if hasattr(system, "orders") else 1
 
 
+def _whole_orders(system: Any) -> None:
+    """Refuse orders that do not repeat with the base angle (a user's own excitation may have such)."""
+    orders = system.orders() if hasattr(system, "orders") else ()
+    for order in orders:
+        if order != int(order):
+            raise ValueError(
+                f"the order {order:.6g} is no whole number, so the motion does not repeat with the base angle; take "
+                "one on which all orders are whole (for a gear the turn of its output), or integrate with simulate"
+            )
+
+
 def starting_harmonics(system: Any, harmonics: int | None, period: int, points: int = 1) -> int:
     """Return the number H of harmonics of omega/period to begin with.
 
@@ -46,8 +57,10 @@ def starting_harmonics(system: Any, harmonics: int | None, period: int, points: 
     Raises
     ------
     ValueError
-        If one of them is no whole number of at least 1, or H is too small for the highest order or above 1000.
+        If one of them or an order is no whole number of at least 1, or H is too small for the highest order or above
+        1000.
     """
+    _whole_orders(system)
     period = positive_count("period", period, LARGEST)
     positive_count("points", points)
     highest = highest_order(system)

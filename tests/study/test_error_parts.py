@@ -1,0 +1,122 @@
+"""The error at the load is the pure kinematic error plus the torsion."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+
+GEAR = sw.catalogue.gear("CSG-40-50")
+ERROR = sw.KinematicError((sw.Line(1, 2e-5, 0.4), sw.Line(2, 1.1e-4)))
+J, B, K = 1.3, 40.0, 1e5
+
+
+SECOND = sw.KinematicError((sw.Line(2, 1.1e-4),))
+
+
+def linear(omega, torque=0.0):
+    return sw.Oscillator(J, B, sw.Linear(K), sw.Harmonic(0.0, mean=torque), omega, SECOND)
+
+
+@pytest.mark.parametrize("torque", [0.0, 30.0, 178.0, -300.0])
+def test_under_a_static_torque_the_gear_adds_its_twist_and_no_ripple(torque):
+    system = sw.Oscillator(J, B, GEAR.law, sw.Harmonic(0.0, mean=torque), 1.0, ERROR)
+    parts = sw.error_parts(system)
+    assert parts.wind_up == pytest.approx(GEAR.twist(torque), rel=1e-12)  # CSF/CSG catalogue, p. 50
+    assert parts.torsion_peak_to_peak == 0.0
+    assert parts.total_peak_to_peak == pytest.approx(sw.peak_to_peak(ERROR), rel=1e-9)
+    assert np.allclose(parts.total, ERROR.value(parts.phase) + parts.torsion, rtol=0.0, atol=1e-18)
+
+
+def test_a_resisting_load_makes_the_vendors_error_negative():
+    drive = GEAR.drive(load_inertia=1.3, B=10.0)
+    system = drive.error_equation(load_torque=sw.Harmonic(0.0, mean=-178.0), kinematic_error=ERROR, motor="held")
+    parts = sw.error_parts(system)
+    assert np.all(parts.ate < 0.0)
+    assert np.mean(parts.ate) == pytest.approx(-GEAR.twist(178.0), rel=1e-12)
+
+
+def test_a_slowly_varying_torque_twists_the_gear_along_its_law():
+    torque = sw.Harmonic(60.0, order=1, mean=20.0)
+    parts = sw.error_parts(sw.Oscillator(J, B, GEAR.law, torque, 1.0))
+    expected = [GEAR.twist(float(T)) for T in torque.torque(parts.phase)]
+    assert np.allclose(parts.torsion, expected, rtol=1e-12, atol=1e-16)
+    assert parts.torsion_peak_to_peak == pytest.approx(GEAR.twist(80.0) - GEAR.twist(-40.0), rel=1e-3)
+    assert parts.pure_peak_to_peak == 0.0
+
+
+@pytest.mark.parametrize("omega", [20.0, 100.0, 138.0, 400.0])
+def test_parts_of_a_linear_drive_have_their_closed_forms(omega):
+    # x'' J + B u' + K u = tau, u = x - e, e = A cos 2 phase: u = J w^2 e/(K - J w^2 + i B w), w = 2 omega
+    w, A, T = 2.0 * omega, 1.1e-4, 50.0
+    system = linear(omega, T)
+    parts = sw.error_parts(system, sw.find_orbit(system))
+    impedance = K - J * w * w + 1j * B * w
+    assert parts.pure_peak_to_peak == pytest.approx(2.0 * A, rel=1e-12)
+    assert parts.torsion_peak_to_peak == pytest.approx(2.0 * A * J * w * w / abs(impedance), rel=1e-8)
+    assert parts.total_peak_to_peak == pytest.approx(2.0 * A * abs(K + 1j * B * w) / abs(impedance), rel=1e-8)
+    assert parts.wind_up == pytest.approx(T / K, rel=1e-9)
+    assert np.allclose(parts.total, parts.pure + parts.torsion, rtol=0.0, atol=1e-18)
+
+
+def test_at_low_speed_the_motion_is_the_static_one():
+    slow = sw.Oscillator(J, B, sw.Cubic(K, 6.9e4), sw.Harmonic(60.0, mean=100.0), 1.0, ERROR)
+    moving, static = sw.error_parts(slow, sw.find_orbit(slow)), sw.error_parts(slow)
+    assert moving.total_peak_to_peak == pytest.approx(static.total_peak_to_peak, rel=1e-3)
+    assert moving.wind_up == pytest.approx(static.wind_up, rel=1e-3)
+
+
+def test_parts_print_three_sizes():
+    text = str(sw.error_parts(linear(1.0, 50.0)))
+    assert [line.split(" rad")[0].split()[-1] for line in text.splitlines()] == ["0.00022", "0.00022", "0"]
+
+
+class Sliding(NamedTuple):
+    """A torque whose order is no whole number."""
+
+    order: float
+
+    def torque(self, angle):
+        return 0.1 * np.cos(self.order * angle)
+
+    def orders(self):
+        return (1, self.order)
+
+
+@pytest.mark.parametrize("verb", [sw.find_orbit, lambda s: sw.frequency_response(s, (0.5, 1.5))])
+def test_orders_that_share_no_turn_are_refused_in_one_sentence(verb):
+    system = sw.Oscillator(1.0, 0.1, sw.Linear(1.0), Sliding(math.sqrt(2.0)), 1.0)
+    with pytest.raises(ValueError, match=r"order 1\.41421 is no whole number, .* integrate with simulate") as refusal:
+        verb(system)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_line_of_output_order_on_the_motor_turn_is_refused_with_the_remedy():
+    system = linear(1.0)._replace(error=sw.KinematicError((sw.Line(1 / 50, 1e-5),)))
+    with pytest.raises(ValueError, match=r"Line\.order must be a whole number, not 0\.02; .* the output turn"):
+        sw.find_orbit(system)
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_output_orders_and_wave_generator_orders_move_together_on_the_output_turn():
+    # Linear, so every line answers for itself: order 100 on the output turn at omega/50 as order 2 on the motor turn.
+    N, omega = 50, 120.0
+    lines = (*sw.on_output_turn(sw.KinematicError((sw.Line(2, 1.1e-4),)), N).lines, sw.Line(1, 3e-5))
+    both = linear(omega / N)._replace(error=sw.KinematicError(lines))
+    orbit = sw.find_orbit(both, harmonics=101)
+    assert orbit.amplitude(100) == pytest.approx(sw.find_orbit(linear(omega)).amplitude(2), rel=1e-9)
+    assert orbit.amplitude(1) == pytest.approx(3e-5, rel=1e-3)
+
+
+def test_wrong_requests_are_refused():
+    system = linear(20.0)
+    orbit = sw.find_orbit(system)
+    with pytest.raises(TypeError, match="is no Oscillator"):
+        sw.error_parts(sw.Linear(1.0))
+    with pytest.raises(ValueError, match="the orbit belongs to omega = 20 rad/s and the system to 30"):
+        sw.error_parts(linear(30.0), orbit)
+    with pytest.raises(TypeError, match="BoucWen depends on more than the torsion"):
+        sw.error_parts(system._replace(law=sw.BoucWen(1.0, 0.3, 0.4)))
