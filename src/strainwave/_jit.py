@@ -23,7 +23,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any, TypeVar
 
-from . import maths
+from . import _compiled_maths
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -253,12 +253,8 @@ def _numba() -> Any:
     _expose(axpy, _axpy_body(import_module("numba.cpython.unsafe.tuple")))
     _expose(with_leaf, _with_leaf_body(types, extending))
     _expose(borrowed, _borrowed_body(types, extending))
-    _expose(maths._quarter, maths._quarter)
-    _expose(maths.cos, maths.compiled_cos)
-    _expose(maths.sin, maths.compiled_sin)
-    _expose(maths.sign, lambda x: float((x > 0) - (x < 0)))
-    for function in ("exp", "sqrt"):
-        extending.overload(getattr(maths, function))(_forward(getattr(import_module("math"), function)))
+    for function, body in _compiled_maths.bodies(types, extending).items():
+        _expose(function, body)
     return numba
 
 
@@ -349,10 +345,6 @@ def _with_leaf_body(types: Any, extending: Any) -> Callable[..., Any]:
         return intrinsic(model, index, value)
 
     return body
-
-
-def _forward(native: Callable[[float], float]) -> Callable[..., Any]:
-    return lambda x: lambda x: native(x)
 
 
 @cache
