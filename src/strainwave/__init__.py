@@ -10,6 +10,8 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from .app.own_gears import read_gears as read_gears
+    from .app.scan_file import ScanFile as ScanFile
+    from .app.scan_file import read_scan as read_scan
     from .model import catalogue as catalogue
     from .model.drive import HDC_40_050 as HDC_40_050
     from .model.drive import HDC_40_050_WARNING as HDC_40_050_WARNING
@@ -65,6 +67,11 @@ if TYPE_CHECKING:
     from .model.sources import Source as Source
     from .model.sources import static_sources as static_sources
     from .model.train_forms import SteadyTrain as SteadyTrain
+    from .model.varying import GearDamping as GearDamping
+    from .model.varying import NoVariation as NoVariation
+    from .model.varying import Ripple as Ripple
+    from .model.varying import Variation as Variation
+    from .model.varying import VaryingOscillator as VaryingOscillator
     from .numerics.backbone import Backbone as Backbone
     from .numerics.backbone import backbone as backbone
     from .numerics.family import response_family as response_family
@@ -107,6 +114,8 @@ if TYPE_CHECKING:
     from .study.jumps import Jump as Jump
     from .study.jumps import Jumps as Jumps
     from .study.jumps import jumps as jumps
+    from .study.parametric import ParametricResonance as ParametricResonance
+    from .study.parametric import parametric_resonances as parametric_resonances
     from .study.reductions import Reductions as Reductions
     from .study.reductions import compare_reductions as compare_reductions
     from .study.scan_results import ErrorScan as ErrorScan
@@ -120,6 +129,8 @@ if TYPE_CHECKING:
     from .theory.lyapunov import lyapunov as lyapunov
     from .theory.multiple_scales import SlowFlow as SlowFlow
     from .theory.multiple_scales import slow_flow as slow_flow
+    from .theory.parametric import ParametricTongue as ParametricTongue
+    from .theory.parametric import parametric_tongue as parametric_tongue
     from .theory.resonance import NONRESONANT as NONRESONANT
     from .theory.resonance import PRIMARY as PRIMARY
     from .theory.resonance import SUBHARMONIC as SUBHARMONIC
@@ -131,6 +142,7 @@ if TYPE_CHECKING:
 
 _HOME = {
     "app.own_gears": ("read_gears",),
+    "app.scan_file": ("ScanFile", "read_scan"),
     "model.drive": ("Drive", "HDC_40_050", "HDC_40_050_WARNING"),
     "model.error_spectrum": ("MEASURED_ERRORS", "MeasuredError", "accuracy_spectrum", "peak_to_peak"),
     "model.drive_train": ("DriveTrain",),
@@ -147,6 +159,7 @@ _HOME = {
     "model.shafts": ("Elastic", "Free", "Held", "Load", "Motor", "PositionLoop", "SpeedLoop"),
     "model.sources": ("Source", "static_sources"),
     "model.train_forms": ("SteadyTrain",),
+    "model.varying": ("GearDamping", "NoVariation", "Ripple", "Variation", "VaryingOscillator"),
     "numerics.backbone": ("Backbone", "backbone"),
     "numerics.fold_curve": ("FoldCurve", "fold_curve"),
     "numerics.family": ("response_family",),
@@ -167,12 +180,14 @@ _HOME = {
     "study.hysteresis": ("HysteresisFit", "HysteresisLoop", "fit_hysteresis", "hysteresis_loop", "lost_motion"),
     "study.isolas": ("isolas",),
     "study.jumps": ("Jump", "Jumps", "jumps"),
+    "study.parametric": ("ParametricResonance", "parametric_resonances"),
     "study.reductions": ("Reductions", "compare_reductions"),
     "study.scan_results": ("ErrorScan", "Reversal", "ScanLine"),
     "study.validate": ("Comparison", "compare"),
     "theory.derivation": ("Derivation", "derivation"),
     "theory.lyapunov": ("StabilityProof", "lyapunov"),
     "theory.multiple_scales": ("SlowFlow", "slow_flow"),
+    "theory.parametric": ("ParametricTongue", "parametric_tongue"),
     "theory.resonance": ("NONRESONANT", "PRIMARY", "SUBHARMONIC", "SUPERHARMONIC", "Resonance"),
     "theory.slow_results": ("SteadyState",),
     "theory.small_signal": ("SmallSignal", "small_signal"),

@@ -144,6 +144,46 @@ def catalogue(
     show(name, series, size, ratio, {"torque": torque, "stiffness": stiffness, "speed": speed}, file, as_json)
 
 
+def _orders(_context: click.Context, _option: click.Parameter, text: str | None) -> list[int] | None:
+    """Read orders such as 1,2,4."""
+    if text is None:
+        return None
+    parts = [part.strip() for part in text.split(",")]
+    if not all(part.isascii() and part.isdigit() for part in parts):
+        raise click.BadParameter(f"{text!r} is no list of orders; write for example 1,2,4")
+    return [int(part) for part in parts]
+
+
+SHAFTS = click.Choice(("motor", "output"))
+
+
+@cli.command("error-scan")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--back", type=click.Path(path_type=Path), help="CSV of the run in the backward direction.")
+@click.option("--shaft", type=SHAFTS, default="motor", show_default=True, help="Shaft of the file's angle.")
+@click.option("--turn", type=SHAFTS, help="Shaft whose turn the orders count on; the same by default.")
+@click.option("--ratio", type=int, help="Ratio of the gear, where --shaft and --turn differ.")
+@click.option("--orders", callback=_orders, help="Fit these orders, as 1,2,4, in place of a search.")
+@click.option("--highest", type=int, help="Highest order sought.")
+@click.option("--false-alarm", type=float, default=0.01, show_default=True, help="Probability that noise gives a line.")
+@click.option("--angle", default="angle", show_default=True, help='Column of the angle, as "Winkel [deg]".')
+@click.option("--error", help='Column of the error, as "Fehler [arcsec]"; "error" or "ate" by default.')
+@click.option("--backward", help='Column of the error on the way back; "backward" by default.')
+@click.option("--ate", is_flag=True, help="The error is the vendors', output minus motor/ratio.")
+@click.option("--delimiter", default=",", show_default=True, help="Between columns.")
+@click.option("--decimal", default=".", show_default=True, help="Before decimals.")
+@json_option
+def error_scan(
+    file: Path, back: Path | None, shaft: Any, turn: Any, ratio: int | None, orders: list[int] | None,
+    highest: int | None, false_alarm: float, as_json: bool, **columns: Any,
+) -> None:  # fmt: skip
+    """Find the lines of a measured kinematic error, with their uncertainty."""
+    from .error_scan import show
+
+    search = {"orders": orders, "highest": highest, "false_alarm": false_alarm}
+    show(file, back, columns, (shaft, turn, ratio), search, as_json)
+
+
 @cli.command()
 @json_option
 def doctor(as_json: bool) -> None:

@@ -87,17 +87,17 @@ def shown(value: Any) -> str:
     return repr(value if len(value) <= 40 else value[:37] + "...") if isinstance(value, str) else kind_of(value)
 
 
-def read_text(path: Path) -> str | Problem:
-    """Return the text of a file, or why there is none; a file larger than `LARGEST` is not read."""
+def read_text(path: Path, kind: str = "project file", largest: int = LARGEST) -> str | Problem:
+    """Return the text of a file, or why there is none; a file larger than `largest` bytes is not read."""
     try:
         if path.is_dir():
-            return Problem(1, 1, "file", "is a directory; give the project file inside it")
+            return Problem(1, 1, "file", f"is a directory; give the {kind} inside it")
         size = path.stat().st_size
-        if size > LARGEST:
-            return Problem(1, 1, "file", f"has {size} bytes; a project file has at most {LARGEST}, is it another file?")
+        if size > largest:
+            return Problem(1, 1, "file", f"has {size} bytes; a {kind} has at most {largest}, is it another file?")
         if not path.is_file():
-            return Problem(1, 1, "file", "is a device or a pipe; give a project file")
-        data = path.read_bytes()[: LARGEST + 1]
+            return Problem(1, 1, "file", f"is a device or a pipe; give a {kind}")
+        data = path.read_bytes()[: largest + 1]
     except FileNotFoundError:
         return Problem(1, 1, "file", "does not exist; check the name and the folder")
     except PermissionError:
@@ -106,7 +106,9 @@ def read_text(path: Path) -> str | Problem:
         reason = getattr(error, "strerror", None) or str(error)
         return Problem(1, 1, "file", f"cannot be read ({reason}); check the name and the disk")
     if b"\0" in data[:8192]:
-        return Problem(1, 1, "file", "is binary, not text; give a project file in YAML")
+        return Problem(
+            1, 1, "file", f"is binary, not text; give a {kind}" + (" in YAML" if kind == "project file" else "")
+        )
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

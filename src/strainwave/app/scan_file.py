@@ -1,0 +1,226 @@
+"""A measured error scan in CSV: one line of column names with units, one line per sample.
+
+Nothing is guessed: a semicolon between columns and a comma in numbers must be said, and every unit must stand in the
+column's name, as in `angle [deg]`, or beside the name that the caller gives.
+"""
+
+import csv
+import io
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..quantities import convert
+from ..results import Floats
+from ..units import NUMBER
+from .yaml_text import FileError, Problem, complaint, read_text, shown
+
+LARGEST = 64 * 1024 * 1024
+MOST_SHOWN = 20
+OURS, VENDORS, BACKWARD, ANGLE = "error", "ate", "backward", "angle"
+HINT = "name the columns with their units: angle [deg], error [arcsec]"
+
+
+@dataclass(frozen=True, eq=False)
+class ScanFile:
+    """Samples of a scan file, angles ascending.
+
+    Attributes
+    ----------
+    angle, error : (n,) arrays
+        Angle of the file's shaft and error theta_m/N - theta_l [rad].
+    backward : (n,) array or None
+        Error in the other direction of rotation at the same angles, where the file has such a column.
+    last : int
+        Line of the last sample.
+    """
+
+    angle: Floats
+    error: Floats
+    backward: Floats | None
+    last: int
+
+
+class Column(NamedTuple):
+    """A column of the file: its name, its place, the factor to radians."""
+
+    name: str
+    place: int
+    factor: float
+
+
+def read_scan(
+    path: str | Path,
+    *,
+    angle: str = ANGLE,
+    error: str | None = None,
+    backward: str | None = None,
+    ate: bool = False,
+    delimiter: str = ",",
+    decimal: str = ".",
+    reverse: bool = False,
+) -> ScanFile:
+    """Read a measured error scan.
+
+    Parameters
+    ----------
+    path : str or Path
+        CSV of at most 64 MiB in UTF-8; empty lines and lines that begin with # are left out.
+    angle, error, backward : str, optional
+        Names of the columns, with their units where the file does not give them: "Winkel [deg]". Default: `angle`,
+        `error` (theta_m/N - theta_l) or `ate` (vendors' theta_l - theta_m/N), and `backward` if there is one.
+    ate : bool
+        Whether the named columns hold the vendors' error; a column called `ate` does.
+    delimiter, decimal : str
+        What stands between columns and before decimals, never guessed: German tables have ";" and ",".
+    reverse : bool
+        Whether the file is a run in the backward direction, whose angles may descend throughout.
+
+    Returns
+    -------
+    ScanFile
+        In rad.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read or a number is wrong; a ValueError with one line per problem,
+        `file:line:column: field: fact, value, remedy`.
+    ValueError
+        If delimiter and decimal sign cannot go together.
+    """
+    path = Path(path)
+    if len(delimiter) != 1 or decimal not in (".", ",") or delimiter == decimal or delimiter in '+-0123456789eE"\n\r':
+        raise ValueError(
+            f"the delimiter is {delimiter!r} and the decimal sign {decimal!r}; take one of , ; tab and space, and "
+            "a point or a comma that is not the delimiter"
+        )
+    text = read_text(path, "scan file", LARGEST)
+    if isinstance(text, Problem):
+        raise FileError(complaint(path, [text]))
+    problems: list[Problem] = []
+    rows = list(_rows(text, delimiter, problems))
+    columns: list[Column] = []
+    if not problems and len(rows) < 2:
+        problems.append(Problem(1, 1, "file", f"has no samples; {HINT}, and give one line per sample"))
+    if not problems:
+        wanted = {ANGLE: angle, OURS: error, BACKWARD: backward}
+        columns, vendors = _columns(*rows[0], wanted, delimiter, problems)
+        ate = ate or vendors
+    if problems:
+        raise FileError(complaint(path, problems))
+    lines = [line for line, _ in rows[1:]]
+    table = _numbers(rows, columns, decimal, problems)
+    if not problems:
+        if reverse and len(table) > 1 and table[1, 0] < table[0, 0]:
+            table, lines = table[::-1], lines[::-1]
+        problems += _order(table[:, 0], lines, columns[0])
+    if problems:
+        raise FileError(complaint(path, problems))
+    table = table * np.array([column.factor for column in columns])
+    sign = -1.0 if ate else 1.0
+    other = sign * table[:, 2] if len(columns) > 2 else None
+    return ScanFile(table[:, 0], sign * table[:, 1], other, max(lines))
+
+
+def _rows(text: str, delimiter: str, problems: list[Problem]) -> Iterator[tuple[int, list[str]]]:
+    reader = csv.reader(io.StringIO(text), delimiter=delimiter, strict=True, skipinitialspace=True)
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row) and not row[0].startswith("#"):
+                yield reader.line_num, [cell.strip() for cell in row]
+    except csv.Error as error:
+        problems.append(Problem(reader.line_num, 1, "file", f"is not CSV ({error}); check the quotes"))
+
+
+def _columns(
+    line: int, header: list[str], wanted: dict[str, str | None], delimiter: str, problems: list[Problem]
+) -> tuple[list[Column], bool]:
+    """Columns of angle, error and, if there is one, the way back; and whether the error is the vendors' by its name."""
+    parts = [_name_and_unit(cell) for cell in header]
+    names = [name for name, _ in parts]
+    other = next((d for d in ";,\t" if d != delimiter and d in header[0]), None)
+    if len(header) == 1 and other is not None:
+        problems.append(Problem(line, 1, "file", f"has one column; if {other!r} parts them, give it as delimiter"))
+        return [], False
+    vendors = wanted[OURS] is None and OURS not in names and VENDORS in names
+    asked = dict(wanted) | {OURS: wanted[OURS] or (VENDORS if vendors else OURS)}
+    if asked[BACKWARD] is None and BACKWARD in names:
+        asked[BACKWARD] = BACKWARD
+    found = []
+    for field, text in asked.items():
+        if text is None:
+            continue
+        name, unit = _name_and_unit(text)
+        if names.count(name) != 1:
+            fact = "is there twice" if name in names else f"is missing; the file has {_list(names)}"
+            problems.append(Problem(line, 1, field, f"column {shown(name)} {fact}; {HINT}"))
+            continue
+        place = names.index(name)
+        given = parts[place][1]
+        if unit and given and unit != given:
+            problems.append(Problem(line, 1, field, f"column {shown(name)} is in {given} and was asked for in {unit}"))
+            continue
+        try:
+            if not (unit or given):
+                raise ValueError(f"column {shown(name)} has no unit; {HINT}")
+            found.append(Column(name, place, float(convert(1.0, unit or given, "rad"))))
+        except ValueError as wrong:
+            problems.append(Problem(line, 1, field, str(wrong)))
+    return found, vendors
+
+
+def _list(names: list[str]) -> str:
+    text = ", ".join(shown(name) for name in names[:8])
+    return text + (", ..." if len(names) > 8 else "")
+
+
+def _name_and_unit(cell: str) -> tuple[str, str]:
+    match = re.fullmatch(r"([^\[\]]*?)\s*(?:\[(.*)\])?", cell.strip())
+    return (match.group(1), (match.group(2) or "").strip()) if match else (cell, "")
+
+
+def _numbers(rows: list[tuple[int, list[str]]], columns: list[Column], decimal: str, problems: list[Problem]) -> Floats:
+    """Table (samples, columns) in the file's units."""
+    (first, header), *body = rows
+    table = np.zeros((len(body), len(columns)))
+    for i, (line, row) in enumerate(body):
+        if len(problems) > MOST_SHOWN:
+            break
+        if len(row) != len(header):
+            said = f"has {len(row)} cells where line {first} names {len(header)} columns; is the delimiter right?"
+            problems.append(Problem(line, 1, "file", said))
+            continue
+        for j, column in enumerate(columns):
+            try:
+                table[i, j] = _number(row[column.place], decimal)
+            except ValueError as error:
+                problems.append(Problem(line, column.place + 1, column.name, str(error)))
+    return table
+
+
+def _number(text: str, decimal: str) -> float:
+    other = "," if decimal == "." else "."
+    if other in text:
+        raise ValueError(f"{shown(text)} has {other!r} where the decimal sign is {decimal!r}; say which it is")
+    plain = text.replace(decimal, ".")
+    value = float(plain) if NUMBER.fullmatch(plain) else np.nan
+    if not np.isfinite(value):
+        raise ValueError(f"{shown(text)} is no finite number; remove the line or correct it")
+    return value
+
+
+def _order(angles: Floats, lines: list[int], column: Column) -> list[Problem]:
+    """Angles that repeat or descend, up to the limit of what is shown."""
+    problems = []
+    for i in np.flatnonzero(np.diff(angles) <= 0.0)[: MOST_SHOWN + 1]:
+        before, after = float(angles[i]), float(angles[i + 1])
+        fact = "repeats that of" if before == after else f"stands after {before:.9g} of"
+        remedy = "average repeated angles" if before == after else "angles must ascend, the way back is a run apart"
+        said = f"{after:.9g} {fact} line {lines[i]}; {remedy}"
+        problems.append(Problem(lines[i + 1], column.place + 1, column.name, said))
+    return problems
