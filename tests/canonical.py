@@ -10,6 +10,7 @@ from typing import NamedTuple
 import strainwave as sw
 import strainwave.model
 from strainwave.maths import exp, sign, sqrt
+from strainwave.model.train_forms import Metered
 from strainwave.quantities import Angle, TorsionalStiffness, is_model
 
 
@@ -71,8 +72,10 @@ LAWS = {
     "Tabulated": sw.tabulated([(-1.1, -2.0), (-0.4, -0.5), (0.0, 0.0), (0.45, 0.4), (0.9, 1.3), (1.4, 3.0)]),
     "Saturating": Saturating(2.0, 0.7),
     "Stop": Stop(2.0, 0.9, 30.0, 0.4),
+    "AngleTorque": sw.AngleTorque(0.3, order=2),
+    "AngleTorque, off centre": sw.AngleTorque(0.3, phase=0.4),
 }
-ODD = {name for name in LAWS if name not in ("Polynomial", "Stop", "Tabulated")}
+ODD = {name for name in LAWS if name not in ("Polynomial", "Stop", "Tabulated", "AngleTorque, off centre")}
 SMOOTH = {name for name in LAWS if name not in ("PiecewiseLinear", "Backlash", "Play", "Play, Cubic", "Stop")}
 
 # Laws of friction and memory, of the scale J = K = 1.
@@ -113,7 +116,44 @@ DISSIPATIVE_SYSTEMS = {
 
 DRIVES = {"HDC_40_050": sw.HDC_40_050}
 
-MODELS = LAWS | DISSIPATIVE | EXCITATIONS | ERRORS | SYSTEMS | DRIVES
+REFERENCES = {
+    "Steady": sw.Steady(),
+    "AtRest": sw.AtRest(),
+    "SpeedProfile": sw.SpeedProfile((-2.0, 1.0, 3.0), (0.5, 2.0, -1.0)),
+}
+
+PROFILES = {"TorqueProfile": sw.TorqueProfile((-2.0, 1.0, 3.0), (0.5, 2.0, -1.0))}
+
+# Drive trains of the scale J = K = 1, ratio 3: every control, law, drag and load.
+PLAIN_TRAIN = sw.DriveTrain(sw.Motor(0.2, sw.Harmonic(0.3)), 3.0, 0.05, LAWS["Cubic"], sw.Load(1.5))
+TRAINS = {
+    "free": PLAIN_TRAIN,
+    "held": sw.DriveTrain(
+        sw.Motor(0.2, control=sw.Held()), 3.0, 0.05, LAWS["PiecewiseLinear"],
+        sw.Load(1.5, PROFILES["TorqueProfile"], LAWS["AngleTorque"]), 1.0, sw.NoError(), REFERENCES["SpeedProfile"],
+    ),
+    "position loop": PLAIN_TRAIN._replace(
+        motor=sw.Motor(0.2, EXCITATIONS["Harmonics"], DISSIPATIVE["Stribeck"], sw.PositionLoop(2.0, 0.3)),
+        reference=REFERENCES["SpeedProfile"],
+    ),
+    "everything": sw.DriveTrain(
+        sw.Motor(0.2, EXCITATIONS["Harmonics"], DISSIPATIVE["LuGre"], sw.SpeedLoop(0.3, 0.2, 0.05)),
+        3.0, 0.05, DISSIPATIVE["Parallel, nested"],
+        sw.Elastic(
+            0.1, 0.02, LAWS["Saturating"],
+            sw.Elastic(0.2, 0.01, DISSIPATIVE["BoucWen"], sw.Load(1.0, EXCITATIONS["Harmonic"], DISSIPATIVE["LuGre"])),
+        ),
+        1.3, ERRORS["KinematicError"], REFERENCES["SpeedProfile"],
+    ),
+}  # fmt: skip
+
+TRAIN_FORMS = {
+    "SteadyTrain": sw.SteadyTrain(PLAIN_TRAIN._replace(error=ERRORS["KinematicError"]), 1.3, bandwidth=0.1),
+    "SteadyTrain, in time": sw.SteadyTrain(PLAIN_TRAIN._replace(reference=sw.AtRest()), 1.3, 0),
+    "Metered": Metered(TRAINS["everything"]),
+}
+
+MODELS = LAWS | DISSIPATIVE | EXCITATIONS | ERRORS | SYSTEMS | DRIVES | REFERENCES | PROFILES | TRAINS | TRAIN_FORMS
 
 
 def classes_of(model) -> set[type]:

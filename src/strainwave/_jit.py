@@ -29,7 +29,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 # Methods of a model object that a kernel may call. No field may have one of these names.
 RESERVED = (
-    "torque", "z_rate", "losses", "stiffness", "energy", "value", "slope", "rhs", "jacobian", "torsion",
+    "torque", "z_rate", "losses", "stiffness", "energy", "value", "slope", "curvature", "rhs", "jacobian", "torsion",
     "breakpoints",
 )  # fmt: skip
 # Methods of the package's own problem objects (harmonic balance), with their arguments.

@@ -15,8 +15,12 @@ from canonical import (
     LAWS,
     MODELS,
     ODD,
+    PROFILES,
+    REFERENCES,
     SMOOTH,
     SYSTEMS,
+    TRAIN_FORMS,
+    TRAINS,
     classes_of,
 )
 
@@ -191,6 +195,24 @@ def of_dissipative_system(system, x):
     return system.rhs(x, (0.4 * x, 0.1 - 0.2 * x, *share(system.law, (0.05 * x, 0.02 - 0.01 * x))))
 
 
+def of_reference(reference, x):
+    return reference.value(x), reference.slope(x), reference.curvature(x)
+
+
+def of_train(train, x):
+    a, b = 0.03 - 0.004 * x, 0.05 + 0.002 * x
+    four = a, b, 0.1 - a, b - a
+    y = four + four + four + four + four  # a train looks at its own states alone
+    return (*train.rhs(x, y), *train.losses(x, y), train.torque(x, y), train.energy(x, y), train.torsion(x, y))
+
+
+def of_train_form(train, x):
+    a, b = 0.03 - 0.004 * x, 0.05 + 0.002 * x
+    four = a, b, 0.1 - a, b - a
+    y = four + four + four + four + four
+    return (*train.rhs(x, y), train.torsion(x, y))
+
+
 GROUPS = (
     (of_law, LAWS),
     (of_dissipative, DISSIPATIVE),
@@ -198,6 +220,10 @@ GROUPS = (
     (of_error, ERRORS),
     (of_system, SYSTEMS),
     (of_dissipative_system, DISSIPATIVE_SYSTEMS),
+    (of_reference, REFERENCES),
+    (of_excitation, PROFILES),
+    (of_train, TRAINS),
+    (of_train_form, TRAIN_FORMS),
 )
 CASES = [pytest.param(kind, model, id=name) for kind, group in GROUPS for name, model in group.items()]
 

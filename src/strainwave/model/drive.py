@@ -4,9 +4,12 @@ from math import sqrt
 from typing import Any, Literal, NamedTuple
 
 from ..quantities import LARGEST, AngularSpeed, Damping, Inertia, Ratio, checked, shown
+from .drive_train import DriveTrain
 from .excitation import Harmonic, Harmonics, KinematicError, NoError
 from .laws import Cubic
+from .motion import STEADY
 from .oscillator import Oscillator
+from .shafts import FREE, NO_DRAG, NO_TORQUE, Load, Motor
 
 
 class Drive(NamedTuple):
@@ -94,6 +97,46 @@ class Drive(NamedTuple):
         error = NoError() if kinematic_error is None else kinematic_error
         system = Oscillator(self.J if free else self.J_l, self.B, self.law, excitation, omega, error)
         return system if _symbolic(system) else checked(system)
+
+    def train(
+        self,
+        *,
+        motor_torque: Any = NO_TORQUE,
+        load_torque: Any = NO_TORQUE,
+        kinematic_error: KinematicError | None = None,
+        omega: AngularSpeed = 1.0,
+        control: Any = FREE,
+        motor_drag: Any = NO_DRAG,
+        load_drag: Any = NO_DRAG,
+        reference: Any = STEADY,
+    ) -> DriveTrain:
+        """Return the whole drive train, of which the error equations are reductions.
+
+        Parameters
+        ----------
+        motor_torque, load_torque : Harmonic, Harmonics, TorqueProfile or another object with torque(base angle)
+            Torques [N*m] on the motor and on the load, both along the motion.
+        kinematic_error : KinematicError, optional
+            Lines of the gear's kinematic error [rad, output side], of the motor's own angle.
+        omega : float
+            Speed of the base angle [rad/s]; 1 where torques and reference are functions of the time.
+        control : Free, Held, SpeedLoop or PositionLoop
+            What keeps the motor on its reference.
+        motor_drag, load_drag : law
+            What opposes each shaft, as a law of its angle and speed: friction, gravity.
+        reference : Steady, AtRest or SpeedProfile
+            Motion of the motor that the loop keeps and the state's deviation counts from.
+
+        Raises
+        ------
+        ValueError, TypeError
+            With one sentence on what is wrong with which part.
+        """
+        error = NoError() if kinematic_error is None else kinematic_error
+        motor = Motor(self.J_m, motor_torque, motor_drag, control)
+        load = Load(self.J_l, load_torque, load_drag)
+        train = DriveTrain(motor, self.N, self.B, self.law, load, omega, error, reference)
+        return train if _symbolic(train) else checked(train)
 
     def check(self) -> None:
         """Refuse inertias and a ratio that are not positive (ValueError)."""

@@ -198,6 +198,8 @@ def first_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: 
         value = leaf_value(system, leaf)
     with np.errstate(all="ignore"):
         sizes = np.linalg.norm(problem.states(problem.linear_response(value)), axis=1)
+    if hasattr(system, "sizes"):  # a state that vanishes in the linear response
+        sizes = np.maximum(np.nan_to_num(sizes), system.sizes())
     return problem._replace(sizes=np.where(np.isfinite(sizes) & (sizes > 0.0), sizes, 1.0))
 
 

@@ -1,0 +1,173 @@
+"""Bode plots of a drive train: speed of motor and load for a torque on either, linear and at a finite amplitude."""
+
+from dataclasses import dataclass
+from math import pi
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..model.drive_train import DriveTrain
+from ..model.excitation import Harmonic, NoError
+from ..model.motion import AtRest
+from ..model.shafts import Elastic, Free, Held
+from ..model.train_forms import SteadyTrain
+from ..numerics.first_order import jacobians_at
+from ..numerics.orbits import find_orbit
+from ..quantities import number, numbers, with_parts
+from ..results import Floats, Orbit
+
+STEP = 1e-3  # units of the states for differences: x [rad] far inside any law's bends
+
+Complexes = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Bode:
+    """Frequency response of the speeds to a torque, about standstill.
+
+    Attributes
+    ----------
+    omega : (n,) array
+        Frequencies [rad/s].
+    motor, load : (n,) complex arrays
+        Speed of the motor and of the load over the torque [rad/(N*m*s)], first harmonic; nan where no motion was found.
+    source : str
+        The shaft that the torque acts on: "motor" or "load".
+    amplitude : float
+        Amplitude [N*m] of the torque, 0-to-peak; 0 for the linear response.
+    poles : (states,) complex array
+        Eigenvalues [1/s] of the linearised train.
+    messages : tuple of str
+        Sentences about frequencies where no motion was found.
+    """
+
+    omega: Floats
+    motor: Complexes
+    load: Complexes
+    source: str
+    amplitude: float
+    poles: Complexes
+    messages: tuple[str, ...]
+
+    def decibels(self, shaft: Literal["motor", "load"] = "motor") -> Floats:
+        """Magnitude (n,) in dB of the speed of a shaft over the torque, relative to 1 rad/(N*m*s)."""
+        return np.asarray(20.0 * np.log10(np.abs(getattr(self, shaft))))
+
+    def degrees(self, shaft: Literal["motor", "load"] = "motor") -> Floats:
+        """Phase (n,) in degrees of the speed of a shaft, continuous along the frequencies."""
+        return np.asarray(np.unwrap(np.angle(getattr(self, shaft))) * 180.0 / pi)
+
+
+def bode(
+    train: DriveTrain,
+    omega: ArrayLike,
+    *,
+    source: Literal["motor", "load"] = "motor",
+    amplitude: float | None = None,
+    at: ArrayLike | None = None,
+) -> Bode:
+    """Compute how the speeds of motor and load answer a torque, about standstill and without kinematic error.
+
+    Parameters
+    ----------
+    train : DriveTrain
+        The train with its control loop; its own excitations, kinematic error and reference are left out.
+    omega : (n,) array_like
+        Frequencies [rad/s].
+    source : {"motor", "load"}
+        The shaft that the torque acts on.
+    amplitude : float, optional
+        Amplitude of the torque [N*m, of that shaft]: the first harmonic of the periodic motion of the nonlinear train,
+        by harmonic balance, each frequency followed from the one before; a sweep up where they ascend. Default: the
+        linearised train.
+    at : (states,) array_like, optional
+        State about which it is linearised, for instance x under a mean torque. Default: zeros.
+
+    Returns
+    -------
+    Bode
+        Speeds over torque, and the poles of the linearised train.
+
+    Raises
+    ------
+    ValueError
+        If a frequency is not positive, the amplitude is not, or a torque is asked for on a held motor.
+
+    References
+    ----------
+    Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, ch. 2.
+    """
+    train = with_parts("bode", train, "power_names")
+    grid = numbers("omega", omega)
+    if not np.all(grid > 0.0):
+        raise ValueError(f"omega has {np.min(grid):g} rad/s; a frequency must be positive")
+    if source not in ("motor", "load"):
+        raise ValueError(f"source is {source!r}; it must be 'motor' or 'load'")
+    if source == "motor" and isinstance(train.motor.control, Held):
+        raise ValueError("a held motor answers no torque; take source='load', or a motor that is free or has a loop")
+    plain = train._replace(error=NoError(), reference=AtRest(), omega=1.0)
+    count = len(train.state_names())
+    state = np.zeros(count) if at is None else numbers("at", at, count=count)
+    matrix, unit = _linearised(plain, source, state)
+    poles = np.linalg.eigvals(matrix).astype(complex)
+    if amplitude is None:
+        answers = np.array([np.linalg.solve(1j * w * np.eye(count) - matrix, unit) for w in grid]).T
+        motor, load = _speeds(plain, answers)
+        return Bode(grid, motor, load, source, 0.0, poles, ())
+    amplitude = number("amplitude", amplitude, positive=True)
+    motor, load, messages = _at_amplitude(plain, grid, source, amplitude)
+    return Bode(grid, motor, load, source, amplitude, poles, messages)
+
+
+def _driven(train: DriveTrain, source: str, torque: Harmonic) -> DriveTrain:
+    """Return the train with this torque on one shaft and none on the other."""
+    none = Harmonic(0.0)
+    motor = train.motor._replace(excitation=torque if source == "motor" else none)
+    return train._replace(motor=motor, load=_loaded(train.load, torque if source == "load" else none))
+
+
+def _loaded(load: Any, torque: Harmonic) -> Any:
+    if isinstance(load, Elastic):
+        return load._replace(load=_loaded(load.load, torque))
+    return load._replace(excitation=torque)
+
+
+def _linearised(train: DriveTrain, source: str, state: Floats) -> tuple[Floats, Floats]:
+    """Matrix of the linearised train, and its rates for a unit torque."""
+    rest = _driven(train, source, Harmonic(0.0))
+    matrix = jacobians_at(rest, np.zeros(1), state[:, None], np.full(len(state), STEP))[:, :, 0]
+    up, down = (
+        np.array(_driven(train, source, Harmonic(0.0, mean=mean)).rhs(0.0, tuple(state.tolist()))) for mean in (1, -1)
+    )
+    return matrix, 0.5 * (up - down)
+
+
+def _speeds(train: DriveTrain, states: Any) -> tuple[Complexes, Complexes]:
+    """Speeds (n,) of motor and load for complex states (states, n)."""
+    held = isinstance(train.motor.control, Held)
+    motor = np.zeros(states.shape[1], complex) if held else states[3].astype(complex)
+    return motor, motor / train.N - states[1] - sum(states[at + 1] for at in train.twists())
+
+
+def _at_amplitude(
+    train: DriveTrain, grid: Floats, source: str, amplitude: float
+) -> tuple[Complexes, Complexes, tuple[str, ...]]:
+    motor, load = np.full(len(grid), np.nan + 0j), np.full(len(grid), np.nan + 0j)
+    messages: list[str] = []
+    free = isinstance(train.motor.control, Free)
+    orbit: Orbit | None = None
+    for i, omega in enumerate(grid):
+        system: Any = _driven(train, source, Harmonic(amplitude))._replace(omega=float(omega))
+        if free:
+            system = SteadyTrain(system, float(omega), by_angle=0)
+        orbit = find_orbit(system, guess=orbit) if orbit is not None else find_orbit(system)
+        if not orbit.status:
+            messages.append(orbit.message)
+            orbit = None
+            continue
+        first = orbit.coefficients[1] - 1j * orbit.coefficients[2]
+        if free:  # (x, x', w, p, ...) to the states of the train
+            first = np.concatenate([first[:2], [0.0, first[2]], first[4:]])
+        (motor[i],), (load[i],) = (speed / amplitude for speed in _speeds(train, first[:, None]))
+    return motor, load, tuple(messages)

@@ -1,0 +1,164 @@
+"""A drive train in time: what it transmits, how its speed ripples, and where its energy goes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..model.drive_train import DriveTrain
+from ..model.gear import Gear
+from ..model.limits import Finding, check_limits
+from ..model.train_forms import Metered
+from ..numerics.integrate import Dopri5, Rk4, simulate
+from ..quantities import shown, with_parts
+from ..results import Floats, Trajectory
+
+INPUTS = 3  # of the powers, the first ones: motor torque, control, load torque
+ACCURATE = Dopri5(rtol=1e-11, atol=1e-14)  # energies too: their balance closes to about the tolerance
+
+
+@dataclass(frozen=True, eq=False)
+class DriveRun:
+    """A motion of a drive train, with its energies.
+
+    Attributes
+    ----------
+    train : DriveTrain
+        What was simulated.
+    trajectory : Trajectory
+        Times [s] and the states that `train.state_names()` lists; its `status` says whether the end was reached.
+    motor_speed, load_speed : (n,) arrays
+        Speeds theta_m' and theta_l' [rad/s].
+    error : (n,) array
+        Dynamic error at the load [rad], theta_m/N - theta_l, couplings included.
+    torque : (n,) array
+        Torque that the gear transmits [N*m, output side].
+    energy : (n,) array
+        Energy in the train [J], kinetic and stored.
+    work : dict of str to (n,) array
+        Energies [J] since the start by `train.power_names()`: put in by motor torque, control and load torque (a
+        load that resists takes energy out: negative), and lost in each element.
+    findings : tuple of Finding
+        What the run asked of the gear against its datasheet, if a gear was given.
+    warnings : tuple of str
+        The findings beyond a limit, as sentences.
+    """
+
+    train: DriveTrain
+    trajectory: Trajectory
+    motor_speed: Floats
+    load_speed: Floats
+    error: Floats
+    torque: Floats
+    energy: Floats
+    work: dict[str, Floats]
+    findings: tuple[Finding, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def imbalance(self) -> float:
+        """Largest gap of the energy balance over the run, relative to the largest energy that was moved."""
+        powers = list(self.work.values())
+        gap = self.energy - self.energy[0] - sum(powers[:INPUTS]) + sum(powers[INPUTS:])
+        return float(np.max(np.abs(gap)) / max(np.max(np.abs([self.energy, *powers])), 1e-300))
+
+    def efficiency(self, after: float = 0.0) -> float:
+        """Energy that the load took over what motor and control gave, from t = `after` [s] on.
+
+        It is the efficiency of a steady motion, over whole periods of it; in a run-up kinetic energy is in it too.
+
+        Raises
+        ------
+        ValueError
+            If nothing was put in by the motor side.
+        """
+        motor, control, load = (self._since(name, after) for name in list(self.work)[:INPUTS])
+        if not motor + control > 0.0:
+            raise ValueError(f"the motor gave {motor + control:g} J after t = {after:g} s; it drives in no efficiency")
+        return -load / (motor + control)
+
+    def lost(self, after: float = 0.0) -> dict[str, float]:
+        """Energy [J] that each element turned into heat from t = `after` [s] on."""
+        return {name: self._since(name, after) for name in list(self.work)[INPUTS:]}
+
+    def speed_ripple(self, after: float = 0.0) -> float:
+        """Half the range of the motor's speed from t = `after` [s] on, relative to its mean there."""
+        speed = self.motor_speed[self.trajectory.t >= after]
+        return float(0.5 * np.ptp(speed) / abs(np.mean(speed)))
+
+    def largest(self) -> tuple[float, float, float]:
+        """Largest |dynamic error| at the samples [rad], the time [s] and the motor's speed [rad/s] there."""
+        at = int(np.argmax(np.abs(self.error)))
+        return float(abs(self.error[at])), float(self.trajectory.t[at]), float(self.motor_speed[at])
+
+    def _since(self, name: str, after: float) -> float:
+        t = self.trajectory.t
+        if not t[0] <= after < t[-1]:
+            raise ValueError(f"the run goes from {t[0]:g} to {t[-1]:g} s; {after:g} s is not in it")
+        return float(self.work[name][-1] - self.work[name][np.searchsorted(t, after)])
+
+    def __str__(self) -> str:
+        largest, t, speed = self.largest()
+        heat = ", ".join(f"{name} {value:.4g}" for name, value in self.lost(float(self.trajectory.t[0])).items())
+        return (
+            f"DriveRun: t = {self.trajectory.t[0]:.6g} .. {self.trajectory.t[-1]:.6g} s, {len(self.trajectory.t)} "
+            f"samples\n  largest |dynamic error| {largest:.6g} rad at t = {t:.6g} s, motor {speed:.6g} rad/s\n"
+            f"  largest |torque| in the gear {np.max(np.abs(self.torque)):.6g} N*m\n"
+            f"  heat [J]: {heat}\n  energy balance to {self.imbalance:.1e}; {self.trajectory.message}"
+        )
+
+
+def drive_run(
+    train: DriveTrain,
+    y0: ArrayLike | None = None,
+    t: float | ArrayLike = 1.0,
+    *,
+    gear: Gear | None = None,
+    method: Dopri5 | Rk4 = ACCURATE,
+) -> DriveRun:
+    """Simulate a drive train: a start, a stop, a run-up through resonance, or a steady motion.
+
+    Parameters
+    ----------
+    train : DriveTrain
+        The train; with omega = 1 its excitations and its reference are functions of the time in seconds.
+    y0 : (states,) array_like, optional
+        State at the first time, as `train.state_names()` lists it. Default: zeros, the motor on its reference.
+    t : float or array_like
+        End time [s], or (start, end), or the times to record.
+    gear : Gear, optional
+        Datasheet record; torque and speed beyond its limits are said in `warnings`, never an error.
+    method : Dopri5, Rk4 or Dop8
+        Integration method; the energies are integrated with the states.
+
+    Returns
+    -------
+    DriveRun
+        With every value finite; `trajectory.status` is the reason if it ends early.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `simulate`.
+    """
+    train = with_parts("drive_run", train, "power_names")
+    names = train.state_names()
+    start = np.zeros(len(names)) if y0 is None else np.asarray(y0, float)
+    if start.shape != (len(names),):
+        raise ValueError(f"y0 is {shown(y0)}; it must be {len(names)} numbers: {', '.join(names)}")
+    powers = train.power_names()
+    run = simulate(Metered(train), np.append(start, np.zeros(len(powers))), t, method=method)
+    y, phase = run.y[: len(names)], train.omega * run.t
+    states = tuple(y)
+    torque = np.broadcast_to(train.torque(phase, states), run.t.shape)
+    speed = np.broadcast_to(train.motor_speed(phase, states), run.t.shape)
+    findings: tuple[Finding, ...] = ()
+    if gear is not None:
+        findings = check_limits(gear, peak_torque=float(np.max(np.abs(torque))), max_speed=float(np.max(np.abs(speed))))
+    own = Trajectory(run.t, y, run.rate[: len(names)], run.status, run.message, run.steps, run.rejected, run.switches)
+    return DriveRun(
+        train, own, speed, np.broadcast_to(train.load_speed(phase, states), run.t.shape), train.load_error(states),
+        torque, np.broadcast_to(train.energy(phase, states), run.t.shape),
+        dict(zip(powers, run.y[len(names) :], strict=True)), findings,
+        tuple(finding.sentence for finding in findings if finding.exceeded),
+    )  # fmt: skip

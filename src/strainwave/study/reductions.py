@@ -1,0 +1,130 @@
+"""What the error equations leave out: both reductions of a drive against the whole drive train, over the speed."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..model.drive import Drive
+from ..model.excitation import KinematicError
+from ..model.train_forms import SteadyTrain
+from ..numerics.orbits import find_orbit
+from ..quantities import numbers
+from ..results import Floats, Orbit
+
+SAMPLES = 512  # of an orbit, for its largest values
+APART = 0.5  # relative difference beyond which the two are taken for motions on different branches
+
+
+@dataclass(frozen=True, eq=False)
+class Reductions:
+    """Largest |dynamic error| of a drive with kinematic error, by the whole train and by the error equations.
+
+    Attributes
+    ----------
+    omega : (n,) array
+        Mean motor speeds [rad/s].
+    exact : (n,) array
+        Of the whole train with the motor free, at that mean speed [rad]; nan where no periodic motion was found.
+    free, held : (n,) arrays
+        Of the error equation with the motor free (which drops terms of order N e' and the speed ripple), and with the
+        motor held [rad].
+    error_slope : float
+        Largest N |e'|, how far the ratio of the gear varies, relative to 1/N.
+    ripple : (n,) array
+        Largest |theta_m' - omega|/omega of the whole train.
+    """
+
+    omega: Floats
+    exact: Floats
+    free: Floats
+    held: Floats
+    error_slope: float
+    ripple: Floats
+
+    @property
+    def difference(self) -> Floats:
+        """Error (n,) of the free error equation, relative to the whole train."""
+        return np.asarray(self.free / self.exact - 1.0)
+
+    def sentence(self) -> str:
+        """One sentence for a report: how large the difference is, where, and what it comes from."""
+        same = np.flatnonzero(np.abs(self.difference) < APART)
+        if len(same) == 0:
+            return "No periodic motion of the whole drive train was found to compare the error equation with."
+        at = same[int(np.argmax(np.abs(self.difference[same])))]
+        apart = self.omega[np.abs(self.difference) >= APART]
+        jumped = f"; at {_listed(apart)} rad/s one of them has jumped and the other not yet" if len(apart) else ""
+        return (
+            "With the motor free the error equation leaves out the motor's answer to the changing ratio, N e' up to "
+            f"{self.error_slope:.2g}, and the speed ripple, up to {np.max(self.ripple[same]):.2g} of the speed: the "
+            f"largest |x| differs from that of the whole drive train by up to {100.0 * abs(self.difference[at]):.2g} % "
+            f"({self.omega[at]:.5g} rad/s){jumped}."
+        )
+
+    def __str__(self) -> str:
+        rows = (
+            f"{w:>10.5g} {e:>12.6g} {f:>12.6g} {d:>+9.2%} {r:>9.2%} {h:>12.6g}"
+            for w, e, f, d, r, h in zip(
+                self.omega, self.exact, self.free, self.difference, self.ripple, self.held, strict=True
+            )
+        )
+        head = f"{'rad/s':>10} {'whole train':>12} {'free':>12} {'diff.':>9} {'ripple':>9} {'held':>12}"
+        return "\n".join([f"Largest |x| [rad]; N e' up to {self.error_slope:.3g}", head, *rows])
+
+
+def _listed(values: Floats) -> str:
+    return ", ".join(f"{value:.5g}" for value in values)
+
+
+def compare_reductions(drive: Drive, kinematic_error: KinematicError, omega: ArrayLike, **torques: Any) -> Reductions:
+    """Compare the error equations of a drive with its whole train, at constant mean speeds.
+
+    Parameters
+    ----------
+    drive : Drive
+        The drive.
+    kinematic_error : KinematicError
+        Its kinematic error; the lines follow the motor's angle.
+    omega : (n,) array_like
+        Mean motor speeds [rad/s], each followed from the one before: a sweep up where they ascend.
+    **torques : Harmonic or Harmonics
+        `motor_torque` and `load_torque`, as in `Drive.error_equation`, on orders of the motor's angle.
+
+    Returns
+    -------
+    Reductions
+        The largest |x| of each, the difference and what it comes from.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `Drive.error_equation` and `find_orbit`.
+    """
+    speeds = numbers("omega", omega)
+    whole = SteadyTrain(drive.train(kinematic_error=kinematic_error, **torques), 1.0)
+    load_only = {name: torque for name, torque in torques.items() if name == "load_torque"}
+    free = drive.error_equation(kinematic_error=kinematic_error, **torques)
+    held = drive.error_equation(kinematic_error=kinematic_error, motor="held", **load_only)
+    table = np.full((len(speeds), 4), np.nan)
+    systems: tuple[Any, ...] = whole, free, held
+    orbits: list[Orbit | None] = [None, None, None]
+    for i, speed in enumerate(speeds):
+        for j, system in enumerate(systems):
+            orbit = orbits[j] = _followed(system._replace(omega=float(speed)), orbits[j])
+            if orbit is not None:
+                table[i, j] = orbit.peak
+        if orbits[0] is not None:
+            phase = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
+            table[i, 3] = np.max(np.abs(orbits[0].state(phase)[2])) / speed
+    phase = 2.0 * np.pi * np.arange(SAMPLES * max(kinematic_error.orders())) / SAMPLES
+    slope = drive.N * float(np.max(np.abs(kinematic_error.slope(phase))))
+    return Reductions(speeds, table[:, 0], table[:, 1], table[:, 2], slope, table[:, 3])
+
+
+def _followed(system: Any, before: Orbit | None) -> Orbit | None:
+    orbit = find_orbit(system, guess=before) if before is not None else find_orbit(system)
+    if not orbit.status and before is not None:
+        orbit = find_orbit(system)
+    return orbit if orbit.status else None
