@@ -159,7 +159,7 @@ def test_law_that_cannot_be_compiled_runs_as_python(monkeypatch):
 def test_axpy_works_on_tuples():
     assert _jit.axpy((1.0, 2.0), 0.5, (4.0, -2.0)) == (3.0, 1.0)
     with pytest.raises(ValueError, match="zip"):
-        _jit.axpy((1.0, 2.0), 0.5, (4.0,))
+        _jit.axpy((1.0, 2.0, 3.0), 0.5, (4.0, 5.0))
 
 
 def test_torsion_is_the_first_state_where_the_system_defines_none():
