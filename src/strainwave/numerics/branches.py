@@ -156,7 +156,7 @@ def describe(problem: Any, parameter: str, found: Trace, tail: float, origin: st
     if added:
         traces, peaks = hill(problem, points)
         located = labels > TOP
-        traces[located] = hill(problem, points[located], finer_table(problem))[0]
+        traces[located] = hill(problem, points[located], finer_table(problem, points[located]))[0]
     values = points[:, n]
     omega, decay = orbit_scales(problem, values)
     floquet = multipliers(traces, decay)

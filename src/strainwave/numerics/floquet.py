@@ -20,6 +20,8 @@ from .balance import Sampling, SecondOrder, is_light
 from .fourier import synthesis
 from .linear import add, row_times
 
+PER_VIBRATION, MOST_STEPS = 16, 200_000  # Numerov steps a free vibration, and of an orbit
+
 
 def _stability_loops(problem: Any, table: Any, points: Any, traces: Any, peaks: Any) -> None:
     problem, table, points = borrowed(problem), borrowed(table), borrowed(points)
@@ -101,9 +103,22 @@ def _numerov(problem: Any, points: Floats, table: Floats) -> Floats:
     return trace if problem.stride == 1 else trace * trace - 2.0
 
 
-def steps_for(problem: SecondOrder) -> int:
-    """Numerov steps per orbit that resolve every harmonic of the problem."""
-    return max(128, 8 * problem.stride * len(problem.tau))
+def steps_for(problem: SecondOrder, points: Floats) -> int:
+    """Numerov steps per orbit that resolve every harmonic of the problem, and the free vibration at the slowest point.
+
+    Numerov's rule is unstable beyond sqrt(6) radians of free vibration a step: slow orbits need more steps than their
+    harmonics ask for.
+    """
+    steps = max(128, 8 * problem.stride * len(problem.tau))
+    if not (isinstance(problem.nonlinear, Sampling) and len(points)):
+        return steps
+    speeds = orbit_scales(problem, points[:, -1])[0]
+    slowest = int(np.argmin(speeds))
+    system = with_leaf(problem.system, problem.leaf, float(points[slowest, -1]))
+    u = points[slowest, :-1] @ grid_of(problem, 32 * problem.stride)
+    rate = np.max(np.abs(system.law.stiffness(u) / system.J - 0.25 * (system.B / system.J) ** 2))
+    vibrations = math.sqrt(rate) * problem.turns / float(speeds[slowest])
+    return max(steps, problem.stride * math.ceil(min(PER_VIBRATION * vibrations, MOST_STEPS)))
 
 
 def grid_of(problem: SecondOrder, steps: int) -> Floats:
@@ -121,7 +136,7 @@ def multipliers(traces: Floats, decay: Floats) -> NDArray[np.complex128]:
 
 def hill(problem: Any, points: Floats, table: Floats | None = None) -> tuple[Floats, Floats]:
     """Traces of Hill's period map and largest |x| of points; `table` is the synthesis table of another grid."""
-    grid = grid_of(problem, steps_for(problem)) if table is None else table
+    grid = grid_of(problem, steps_for(problem, points)) if table is None else table
     traces, peaks = np.empty(len(points)), np.empty(len(points))
     with np.errstate(all="ignore"):
         run(stability, problem, grid, np.ascontiguousarray(points), traces, peaks, light=is_light(problem))

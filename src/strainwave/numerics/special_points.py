@@ -64,7 +64,7 @@ def _located(problem: Any, points: Floats, i: int, label: int) -> list[tuple[int
 
 def crossing_between(problem: Any, first: Floats, last: Floats, label: int) -> Floats | None:
     """Point between two points of a branch where the product of the label vanishes; None if it does not change sign."""
-    table = finer_table(problem)
+    table = finer_table(problem, np.stack([first, last]))
     place = [0.0, 1.0]
     ends = [_product(problem, first, table, label), _product(problem, last, table, label)]
     if not ends[0] * ends[1] < 0.0:
@@ -88,10 +88,10 @@ def crossing_between(problem: Any, first: Floats, last: Floats, label: int) -> F
     return best
 
 
-def finer_table(problem: Any) -> Floats:
+def finer_table(problem: Any, points: Floats) -> Floats:
     """Synthesis table of the grid on which multipliers at special points are found."""
-    steps = max(steps_for(problem), min(FINER * steps_for(problem), ENOUGH))
-    return grid_of(problem, steps)
+    steps = steps_for(problem, points)
+    return grid_of(problem, max(steps, min(FINER * steps, ENOUGH)))
 
 
 def _product(problem: Any, point: Floats, table: Floats, label: int) -> float:

@@ -1,0 +1,31 @@
+"""Orbits that are slow against the free vibration: many vibrations a period, as when the output turn is the base."""
+
+import math
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+
+
+@pytest.mark.parametrize("ratio", [10.0, 37.0, 60.0, 150.0])
+@pytest.mark.parametrize("law", [sw.Linear(1.0), sw.Cubic(1.0, 0.1)])
+def test_multipliers_of_a_slow_orbit_shrink_as_damping_says(ratio, law):
+    # A complex pair has the modulus exp(-B period/(2J)) by Liouville's formula.
+    B = 0.05
+    orbit = sw.find_orbit(sw.Oscillator(1.0, B, law, sw.Harmonic(0.1), 1.0 / ratio))
+    assert orbit.stable
+    assert np.abs(orbit.multipliers) == pytest.approx(math.exp(-math.pi * B * ratio), rel=1e-6)
+
+
+def test_phase_of_the_multipliers_of_a_slow_linear_orbit_is_that_of_its_vibration():
+    B, ratio = 0.02, 40.3
+    orbit = sw.find_orbit(sw.Oscillator(1.0, B, sw.Linear(1.0), sw.Harmonic(0.1), 1.0 / ratio))
+    turned = math.sqrt(1.0 - 0.25 * B * B) * 2.0 * math.pi * ratio
+    # 16 steps a vibration: Numerov's frequency is off by (2 pi/16)^4/480 = 5e-5 of 253 rad
+    assert np.cos(np.angle(orbit.multipliers[0])) == pytest.approx(math.cos(turned), abs=0.02)
+
+
+def test_a_curve_that_begins_at_a_slow_speed_is_stable_there():
+    curve = sw.frequency_response(sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(0.1), 1.0), (0.01, 0.5))
+    assert np.all(curve.stable)
