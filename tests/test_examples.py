@@ -72,6 +72,22 @@ def test_example_closed_form():
     assert len(plt.get_fignums()) == 1
 
 
+def test_example_error_scan():
+    # Independent: the true lines through the linear drive (its torsion stays on the first slope, K1 up to 111 arcsec).
+    module = example("error_scan")
+    found = module.main()
+    theta = np.linspace(0.0, 2.0 * math.pi, 20001)
+    load = np.zeros_like(theta)
+    for order, amplitude, phase in module.TRUE.lines:
+        w = order * module.SPEED
+        answer = (1e5 + 40j * w) / (1e5 - 1.3 * w * w + 40j * w)
+        load += np.real(amplitude * answer * np.exp(1j * (order * theta + phase)))
+    assert np.max(np.abs(load)) < 54.0 / 1e5
+    assert found == pytest.approx(np.ptp(load) / np.ptp(module.TRUE.value(theta)), rel=0.01)  # noise of the scan
+    assert found == pytest.approx(2.9, abs=0.05)
+    assert len(plt.get_fignums()) == 1
+
+
 @pytest.mark.compiled
 @pytest.mark.slow
 def test_example_my_own_law():
