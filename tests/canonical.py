@@ -103,11 +103,21 @@ ERRORS = {
     "NoError": sw.NoError(),
 }
 
+VARIATIONS = {
+    "Variation": sw.Variation((sw.Ripple(1, 0.2, 0.4), sw.Ripple(2, -0.1))),
+    "NoVariation": sw.NoVariation(),
+}
+
 SYSTEMS = {
     "Duffing": sw.Oscillator(1.0, 0.05, LAWS["Cubic"], sw.Harmonic(0.18), 1.0),
     "everything": sw.Oscillator(0.7, 0.1, LAWS["Saturating"], EXCITATIONS["Harmonics"], 1.3, ERRORS["KinematicError"]),
     "backlash": sw.Oscillator(1.0, 0.1, LAWS["Backlash"], sw.Harmonic(0.6), 0.8),
-}
+    "varying": sw.VaryingOscillator(
+        0.7, sw.GearDamping(0.1, sw.Variation((sw.Ripple(3, 0.3, 0.2),)), 5.0, fast=0.4, v_fast=0.3), LAWS["Cubic"],
+        sw.Harmonic(0.3, mean=0.1), 1.3, ERRORS["KinematicError"], VARIATIONS["Variation"],
+    ),
+    "varying, plain": sw.VaryingOscillator(1.0, sw.GearDamping(0.1), LAWS["Backlash"], sw.Harmonic(0.3), 1.1),
+}  # fmt: skip
 
 DISSIPATIVE_SYSTEMS = {
     name: sw.Oscillator(1.0, 0.05, law, sw.Harmonic(0.3), 1.1, ERRORS["KinematicError"])
@@ -153,7 +163,19 @@ TRAIN_FORMS = {
     "Metered": Metered(TRAINS["everything"]),
 }
 
-MODELS = LAWS | DISSIPATIVE | EXCITATIONS | ERRORS | SYSTEMS | DRIVES | REFERENCES | PROFILES | TRAINS | TRAIN_FORMS
+MODELS = (
+    LAWS
+    | DISSIPATIVE
+    | EXCITATIONS
+    | ERRORS
+    | VARIATIONS
+    | SYSTEMS
+    | DRIVES
+    | REFERENCES
+    | PROFILES
+    | TRAINS
+    | TRAIN_FORMS
+)
 
 
 def classes_of(model) -> set[type]:
@@ -163,12 +185,20 @@ def classes_of(model) -> set[type]:
 
 
 def model_classes() -> set[type]:
-    """Every NamedTuple class that a module of strainwave.model defines and that takes part in an equation of motion."""
-    names = [f"strainwave.model.{module.name}" for module in iter_modules(strainwave.model.__path__)]
+    """Every NamedTuple class that a module of strainwave.model defines and that takes part in an equation of motion.
+
+    The prepared forms are left out: they are held equal to the models they are made from.
+    """
+    modules = {module.name for module in iter_modules(strainwave.model.__path__)} - {"prepared"}
+    names = [f"strainwave.model.{name}" for name in sorted(modules)]
     things = [thing for name in names for thing in vars(import_module(name)).values() if isinstance(thing, type)]
     physics = ("torque", "value", "rhs")
     return {
-        thing for thing in things if hasattr(thing, "_fields") and any(hasattr(thing, method) for method in physics)
+        thing
+        for thing in things
+        if hasattr(thing, "_fields")
+        and thing.__module__ != "strainwave.model.prepared"
+        and any(hasattr(thing, method) for method in physics)
     }
 
 

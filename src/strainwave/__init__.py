@@ -74,6 +74,7 @@ if TYPE_CHECKING:
     from .model.varying import VaryingOscillator as VaryingOscillator
     from .numerics.backbone import Backbone as Backbone
     from .numerics.backbone import backbone as backbone
+    from .numerics.ensemble import ensemble as ensemble
     from .numerics.family import response_family as response_family
     from .numerics.fold_curve import FoldCurve as FoldCurve
     from .numerics.fold_curve import fold_curve as fold_curve
@@ -81,6 +82,13 @@ if TYPE_CHECKING:
     from .numerics.integrate import Dopri5 as Dopri5
     from .numerics.integrate import Rk4 as Rk4
     from .numerics.integrate import simulate as simulate
+    from .numerics.measures import Amplitude as Amplitude
+    from .numerics.measures import Extremes as Extremes
+    from .numerics.measures import Final as Final
+    from .numerics.measures import Mean as Mean
+    from .numerics.measures import Peak as Peak
+    from .numerics.measures import Poincare as Poincare
+    from .numerics.measures import Rms as Rms
     from .numerics.orbits import find_orbit as find_orbit
     from .numerics.parameter_sweep import parameter_response as parameter_response
     from .numerics.response import frequency_response as frequency_response
@@ -162,7 +170,9 @@ _HOME = {
     "model.varying": ("GearDamping", "NoVariation", "Ripple", "Variation", "VaryingOscillator"),
     "numerics.backbone": ("Backbone", "backbone"),
     "numerics.fold_curve": ("FoldCurve", "fold_curve"),
+    "numerics.ensemble": ("ensemble",),
     "numerics.family": ("response_family",),
+    "numerics.measures": ("Amplitude", "Extremes", "Final", "Mean", "Peak", "Poincare", "Rms"),
     "numerics.integrate": ("Dop8", "Dopri5", "Rk4", "simulate"),
     "numerics.orbits": ("find_orbit",),
     "numerics.parameter_sweep": ("parameter_response",),

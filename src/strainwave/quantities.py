@@ -247,5 +247,7 @@ def with_parts(verb: str, system: Any, *parts: str) -> Any:
     if missing:
         name = type(system).__name__
         remedy = "; drive.error_equation() gives one" if name == "Drive" else ""
+        if hasattr(system, "rhs"):
+            remedy = "; simulate, find_orbit, shoot, frequency_response and parameter_response take any system"
         raise TypeError(f"{verb} takes a system such as an Oscillator; {name} has no {missing[0]}{remedy}")
     return system

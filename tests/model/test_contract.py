@@ -21,6 +21,7 @@ from canonical import (
     SYSTEMS,
     TRAIN_FORMS,
     TRAINS,
+    VARIATIONS,
     classes_of,
 )
 
@@ -133,8 +134,8 @@ def test_kinematic_error_is_the_sum_of_its_lines():
     assert error.orders() == (2, 4)
 
 
-@pytest.mark.parametrize("error", ERRORS.values(), ids=ERRORS.keys())
-def test_slope_of_the_kinematic_error_is_its_derivative(error):
+@pytest.mark.parametrize("error", (ERRORS | VARIATIONS).values(), ids=(ERRORS | VARIATIONS).keys())
+def test_slope_of_the_kinematic_error_and_of_a_variation_is_its_derivative(error):
     np.testing.assert_allclose(slope(error.value, ANGLES, 1e-3), error.slope(ANGLES), rtol=0, atol=1e-11)
 
 
@@ -217,7 +218,7 @@ GROUPS = (
     (of_law, LAWS),
     (of_dissipative, DISSIPATIVE),
     (of_excitation, EXCITATIONS),
-    (of_error, ERRORS),
+    (of_error, ERRORS | VARIATIONS),
     (of_system, SYSTEMS),
     (of_dissipative_system, DISSIPATIVE_SYSTEMS),
     (of_reference, REFERENCES),

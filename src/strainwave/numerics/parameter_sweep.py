@@ -77,7 +77,7 @@ def parameter_response(
     ----------
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4.
     """
-    system = with_parts("parameter_response", system, *SECOND_ORDER)
+    system = with_parts("parameter_response", system, "rhs", "omega")
     leaf, omega_leaf = leaf_of(system, path), leaf_of(system, "omega")
     lo, hi = interval(f"the range of {path}", span, positive=path in ("omega", "J"))
     if path != "omega" and start is None and not system.omega > 0.0:

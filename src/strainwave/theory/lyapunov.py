@@ -3,7 +3,8 @@
 For J x'' + B x' + T(x) = tau_0 the energy V = J v^2/2 + U(x) - tau_0 x, measured from the rest x_e, falls along every
 motion: V' = -B v^2. Where V has a minimum at x_e, LaSalle's invariance principle gives convergence: a motion that stays
 in a bounded set ends in the largest invariant set with v = 0, and there T(x) = tau_0. The periodic part of the torque
-and the kinematic error are set aside; a constant torque moves the rest.
+and the kinematic error are set aside; a constant torque moves the rest. For damping and stiffness that change
+with angle, speed and temperature see `time_varying`.
 
 Source: Khalil, Nonlinear Systems, 3rd ed., theorem 4.4 and corollary 4.2; erratum E7 of the article.
 """
@@ -17,8 +18,10 @@ import numpy as np
 from .._dispatch import springs_only
 from ..model.excitation import Harmonic, Harmonics, NoError
 from ..model.oscillator import Oscillator
+from ..model.varying import VaryingOscillator
 from ..quantities import checked, number, shown
 from .equilibria import SAMPLES, Landscape, is_known, landscape
+from .time_varying import Reserve, reserve
 
 Scope = Literal["global", "local", "set", "none"]
 
@@ -45,7 +48,7 @@ class StabilityProof:
 
     Attributes
     ----------
-    system : Oscillator
+    system : Oscillator or VaryingOscillator
         The system of the claim: the one given, with its mean torque alone and without kinematic error.
     tau_0 : float
         Mean torque [N*m].
@@ -63,9 +66,11 @@ class StabilityProof:
         From where the claim holds.
     claim, reason : str
         The claim, and the sentence that proves it or says what is in the way and what helps.
+    conditions : tuple of str
+        Of a `VaryingOscillator`: the bounds on which the claim rests.
     """
 
-    system: Oscillator
+    system: Oscillator | VaryingOscillator
     tau_0: float
     equilibria: tuple[float, ...]
     rest: tuple[float, float] | None
@@ -75,9 +80,10 @@ class StabilityProof:
     region: Region | None
     claim: str
     reason: str
+    conditions: tuple[str, ...] = ()
 
-    def V(self, x: Any, v: Any) -> Any:
-        """Lyapunov function J v^2/2 + U(x) - tau_0 x [J], zero at rest (without a claim: at x = 0).
+    def V(self, x: Any, v: Any, phase: Any = 0.0) -> Any:
+        """Lyapunov function J v^2/(2 kappa) + U(x) - tau_0 x [J], zero at rest (without a claim: at x = 0).
 
         Parameters
         ----------
@@ -85,28 +91,44 @@ class StabilityProof:
             Dynamic error [rad].
         v : float or array
             Its rate x' [rad/s], of the same shape.
+        phase : float or array
+            Base angle [rad], on which the stiffness factor kappa depends; kappa = 1 of an `Oscillator`.
         """
         x_e = 0.5 * (self.rest[0] + self.rest[1]) if self.rest else 0.0
         law = self.system.law
-        return 0.5 * self.system.J * v * v + law.energy(x) - law.energy(x_e) - self.tau_0 * (x - x_e)
+        kappa = self.system.variation.value(phase) if isinstance(self.system, VaryingOscillator) else 1.0
+        return 0.5 * self.system.J * v * v / kappa + law.energy(x) - law.energy(x_e) - self.tau_0 * (x - x_e)
 
-    def dissipation(self, x: Any, v: Any) -> Any:
-        """Rate V' = -B v^2 [W] along the motion, at the error x [rad] and its rate v [rad/s] (floats or arrays)."""
-        return -self.system.B * v * v + 0.0 * x
+    def dissipation(self, x: Any, v: Any, phase: Any = 0.0) -> Any:
+        """Rate V' [W] along the motion, -B v^2 or -(b + J kappa'/(2 kappa)) v^2/kappa; arguments as of V."""
+        if not isinstance(self.system, VaryingOscillator):
+            return -self.system.B * v * v + 0.0 * x
+        kappa, rate = self.system.variation.value(phase), self.system.omega * self.system.variation.slope(phase)
+        b = self.system.damping.value(phase, v)
+        return -(b + 0.5 * self.system.J * rate / kappa) * v * v / kappa + 0.0 * x
 
-    def contains(self, x: float, v: float) -> bool:
-        """Whether the claim covers a motion that starts at the error x [rad] with the rate v [rad/s]."""
+    def contains(self, x: float, v: float, phase: float = 0.0) -> bool:
+        """Whether the claim covers a motion that starts at the error x [rad], the rate v [rad/s] and a base angle."""
         region = self.region
-        return region is not None and region.x_low < x < region.x_high and bool(self.V(x, v) < region.energy_limit)
+        if region is None or not region.x_low < x < region.x_high:
+            return False
+        return bool(self.V(x, v, phase) < region.energy_limit)
 
     def __str__(self) -> str:
         torque = f", mean torque {self.tau_0:.6g} N*m" if self.tau_0 else ""
         where = f", relative to its value at {_point(self.rest)}" if self.rest else ""
+        equation, square, loss = "J x'' + B x' + T(x)", "J v^2/2", "-B v^2"
+        if isinstance(self.system, VaryingOscillator):
+            equation, square = "J x'' + b(t) x' + kappa(t) T(x)", "J v^2/(2 kappa)"
+            loss = "-(b + J kappa'/(2 kappa)) v^2/kappa"
+        else:
+            loss += f", B = {self.system.B:.6g} N*m*s/rad"
         return "\n".join(
             [
-                f"Stability of J x'' + B x' + T(x) = tau_0 with {self.system.law}{torque}",
-                f"  V  = J v^2/2 + U(x) - tau_0 x{where}",
-                f"  V' = -B v^2, B = {self.system.B:.6g} N*m*s/rad",
+                f"Stability of {equation} = tau_0 with {self.system.law}{torque}",
+                f"  V  = {square} + U(x) - tau_0 x{where}",
+                f"  V' = {loss}",
+                *(f"  condition: {condition}" for condition in self.conditions),
                 f"  claim ({self.scope}): {self.claim}",
                 f"  region: {self.region if self.region else 'none'}",
                 f"  reason: {self.reason}",
@@ -115,13 +137,17 @@ class StabilityProof:
         )
 
 
-def lyapunov(system: Oscillator, *, span: float | None = None, near: float | None = None) -> StabilityProof:
+def lyapunov(
+    system: Oscillator | VaryingOscillator, *, span: float | None = None, near: float | None = None
+) -> StabilityProof:
     """Prove by Lyapunov's direct method that the dynamic error decays, say from where, or say why not.
 
     Parameters
     ----------
-    system : Oscillator
-        The error equation. Its mean torque counts; the periodic torque and the kinematic error are set aside.
+    system : Oscillator or VaryingOscillator
+        The error equation. Its mean torque counts; the periodic torque and the kinematic error are set aside. Damping
+        that changes with angle, speed and temperature must be bounded, 0 < b1 <= b <= b2; a falling stiffness asks for
+        b1 > -J kappa'/(2 kappa) (see `theory.time_varying` for the proof).
     span : float, optional
         Largest torsion [rad] to examine of a law that is not of this package: such a law is sampled on |x| <= span, and
         the claim is local and checked, not proved. The package's laws do not need it.
@@ -136,7 +162,7 @@ def lyapunov(system: Oscillator, *, span: float | None = None, near: float | Non
     Raises
     ------
     TypeError
-        If `system` is not an `Oscillator`.
+        If `system` is neither.
     ValueError
         If a parameter is not finite or outside its range, or `span` or `near` is not a usable number.
 
@@ -145,7 +171,7 @@ def lyapunov(system: Oscillator, *, span: float | None = None, near: float | Non
     Khalil, Nonlinear Systems, 3rd ed., theorem 4.4 and corollary 4.2. For a softening cubic: |x| < 1/sqrt|alpha| and
     V < K/(4 |alpha|) (erratum E7 of the article).
     """
-    if not isinstance(system, Oscillator):
+    if not isinstance(system, Oscillator | VaryingOscillator):
         raise TypeError(
             f"lyapunov takes an Oscillator, not {shown(system)}; a Drive gives one by drive.error_equation()"
         )
@@ -155,9 +181,10 @@ def lyapunov(system: Oscillator, *, span: float | None = None, near: float | Non
         span = number("span (the largest torsion to examine, in rad)", span, positive=True)
     if near is not None:
         near = number("near (a torsion in rad)", near)
-    tau_0 = _mean_torque(system.excitation)
+    tau_0 = mean_torque(system.excitation)
     system = system._replace(excitation=Harmonic(0.0, mean=tau_0), error=NoError())
-    obstacle = _obstacle(system, span)
+    kept = reserve(system, tau_0) if isinstance(system, VaryingOscillator) else Reserve(system.B, system.B, 0.0)
+    obstacle = kept.obstacle or _obstacle(system, kept.low, span)
     if obstacle:
         return _refused(system, tau_0, None, obstacle)
     found = landscape(system.law, tau_0, span)
@@ -166,26 +193,26 @@ def lyapunov(system: Oscillator, *, span: float | None = None, near: float | Non
         wells = tuple(i for i in wells if found.borders(i)[0] < near < found.borders(i)[1])
     if len(wells) != 1:
         return _refused(system, tau_0, found, _no_single_well(system, tau_0, found, near))
-    return _proof(system, tau_0, found, wells[0])
+    return _proof(system, tau_0, found, wells[0], kept)
 
 
-def _mean_torque(excitation: Any) -> float:
+def mean_torque(excitation: Any) -> float:
     """Mean over a turn of the base angle [N*m]."""
     match excitation:
         case Harmonic(mean=mean):
             return float(mean)
         case Harmonics(terms=terms):
-            return sum(_mean_torque(term) for term in terms)
+            return sum(mean_torque(term) for term in terms)
         case _:
             angles = np.linspace(0.0, 2.0 * math.pi, 1024, endpoint=False)
             return float(np.mean([excitation.torque(float(angle)) for angle in angles]))
 
 
-def _obstacle(system: Oscillator, span: float | None) -> str:
+def _obstacle(system: Oscillator | VaryingOscillator, damping: float, span: float | None) -> str:
     """What keeps V from being an energy that falls, as a sentence; empty if nothing does."""
     law, name = system.law, type(system.law).__name__
-    if system.B < 0.0:
-        return f"B is {system.B:.6g} N*m*s/rad, so V' = -B v^2 >= 0 and motions gain energy; give a damping B >= 0"
+    if damping < 0.0:
+        return f"B is {damping:.6g} N*m*s/rad, so V' = -B v^2 >= 0 and motions gain energy; give a damping B >= 0"
     if is_known(law):
         return ""
     if not hasattr(law, "energy"):
@@ -205,7 +232,7 @@ def _obstacle(system: Oscillator, span: float | None) -> str:
     return ""
 
 
-def _no_single_well(system: Oscillator, tau_0: float, found: Landscape, near: float | None) -> str:
+def _no_single_well(system: Oscillator | VaryingOscillator, tau_0: float, found: Landscape, near: float | None) -> str:
     torque = f" under the mean torque {tau_0:.6g} N*m" if tau_0 else ""
     rests = ", ".join(_point(rest) for rest in found.rests)
     if not found.rests:
@@ -232,12 +259,16 @@ def _no_single_well(system: Oscillator, tau_0: float, found: Landscape, near: fl
     return f"V has no minimum at any equilibrium{torque} ({rests}); it takes a torque that pushes back from both sides"
 
 
-def _refused(system: Oscillator, tau_0: float, found: Landscape | None, reason: str) -> StabilityProof:
+def _refused(
+    system: Oscillator | VaryingOscillator, tau_0: float, found: Landscape | None, reason: str
+) -> StabilityProof:
     rests = _all_points(found) if found else ()
     return StabilityProof(system, tau_0, rests, None, False, "none", False, None, "nothing is claimed", reason)
 
 
-def _proof(system: Oscillator, tau_0: float, found: Landscape, well: int) -> StabilityProof:
+def _proof(
+    system: Oscillator | VaryingOscillator, tau_0: float, found: Landscape, well: int, kept: Reserve
+) -> StabilityProof:
     rest = found.rests[well]
     x_low, x_high = found.borders(well)
     x_e = 0.5 * (rest[0] + rest[1])
@@ -251,7 +282,8 @@ def _proof(system: Oscillator, tau_0: float, found: Landscape, well: int) -> Sta
     everywhere = math.isinf(x_low) and math.isinf(x_high)
     point = rest[0] == rest[1]
     scope: Scope = "local" if not everywhere else ("global" if point else "set")
-    asymptotic = system.B > 0.0
+    asymptotic = kept.left > 0.0
+    varying = isinstance(system, VaryingOscillator)
     return StabilityProof(
         system=system,
         tau_0=tau_0,
@@ -261,21 +293,23 @@ def _proof(system: Oscillator, tau_0: float, found: Landscape, well: int) -> Sta
         scope=scope,
         asymptotic=asymptotic,
         region=region,
-        claim=_claim(rest, everywhere, asymptotic),
-        reason=_reason(found, region, everywhere, point, asymptotic),
+        claim=_claim(rest, everywhere, asymptotic, varying),
+        reason=_reason(found, region, everywhere, point, asymptotic, varying),
+        conditions=kept.conditions() if varying else (),
     )
 
 
-def _claim(rest: tuple[float, float], everywhere: bool, asymptotic: bool) -> str:
+def _claim(rest: tuple[float, float], everywhere: bool, asymptotic: bool, varying: bool) -> str:
     who = "every motion" if everywhere else "every motion that starts in the region stays in it and"
     goal = f"at {_point(rest)}" if rest[0] == rest[1] else f"inside {_point(rest)}"
     if not asymptotic:
-        return f"{who} keeps its energy V: rest {goal} is stable, but not asymptotically"
+        verb = "never gains energy V" if varying else "keeps its energy V"
+        return f"{who} {verb}: rest {goal} is stable, but not asymptotically"
     kind = "globally asymptotically stable" if everywhere else "asymptotically stable"
     return f"{who} decays to rest {goal}" + (f" ({kind})" if rest[0] == rest[1] else "")
 
 
-def _reason(found: Landscape, region: Region, everywhere: bool, point: bool, asymptotic: bool) -> str:
+def _reason(found: Landscape, region: Region, everywhere: bool, point: bool, asymptotic: bool, varying: bool) -> str:
     what = "the equilibrium" if point else "the set of rests inside the gap"
     definite = f"V is positive definite with respect to {what}"
     if everywhere:
@@ -291,6 +325,13 @@ def _reason(found: Landscape, region: Region, everywhere: bool, point: bool, asy
         if asymptotic
         else "V' = 0 as B = 0"
     )
+    if varying:
+        decay = "V' <= 0, as the conditions leave no damping"
+        if asymptotic:
+            decay = (
+                f"V' <= -beta v^2 with beta > 0; b <= b2 bounds the acceleration, so v tends to 0, and with it what is "
+                f"left of the torque: x tends to {what} (Barbalat)"
+            )
     checked = f"; checked on {SAMPLES + 1} samples, not proved" if math.isfinite(found.low) else ""
     return f"{shape}, {decay}{checked}"
 

@@ -1,0 +1,186 @@
+"""`parametric_resonances`: at which speeds a varying stiffness meets twice a natural frequency, and whether it grows.
+
+About its operating point the drive is Hill's equation. Its period map over one turn of the base angle has two
+multipliers whose product says how fast motions decay on average; their sum D, relative to the root of the product, is
+2 cos(2 pi omega_0/omega) for a constant stiffness and leaves -2 .. 2 in the tongues, one about every extremum
+omega = 2 omega_0/m. There motions grow unless the damping suffices. Line i of the stiffness opens m = i n, two lines
+i and j together open m = i + j and |i - j|.
+
+Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 5.2-5.3; Magnus & Winkler 1966, Hill's Equation, ch. II.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from ..model.excitation import Harmonic, NoError
+from ..model.laws import Linear
+from ..numerics.branches import leaf_of
+from ..numerics.first_order import first_order
+from ..numerics.variational import monodromy
+from ..quantities import interval, with_parts
+from ..results import Floats
+from ..theory.lyapunov import mean_torque
+from ..theory.setting import operating_point
+
+HIGHEST = 4  # multiple n of a line's half order that is looked at
+ROUNDING = 1e-11  # of the traces: a tongue that has closed is none
+
+
+@dataclass(frozen=True)
+class ParametricResonance:
+    """One speed at which the stiffness varies 2/n times as fast as the drive vibrates.
+
+    Attributes
+    ----------
+    omega : float
+        Base speed [rad/s] of the centre: 2 omega_0/m, corrected for the depth of the variation.
+    m : int
+        Half vibrations per turn of the base angle.
+    cause : str
+        The lines of the stiffness behind it.
+    growth : float
+        Rate [1/s] at which motions grow at the centre (negative: they decay), exact for the linearised drive.
+    unstable : bool
+        Whether they grow.
+    low, high : float
+        Edges [rad/s] of the unstable range of the base speed; nan where the damping suffices.
+    damping_ratio, damping_needed : float
+        What there is (mean over a turn) and what would suffice at the centre (to second order in it).
+    turns : int
+        Turns of the base angle after which a motion there repeats: 2 for a period doubling.
+    """
+
+    omega: float
+    m: int
+    cause: str
+    growth: float
+    unstable: bool
+    low: float
+    high: float
+    damping_ratio: float
+    damping_needed: float
+    turns: int
+
+    def __str__(self) -> str:
+        what = (
+            f"unstable from {self.low:.6g} to {self.high:.6g} rad/s, growing by {self.growth:.3g} 1/s"
+            if self.unstable
+            else f"motions decay by {-self.growth:.3g} 1/s"
+        )
+        return (
+            f"{self.cause} at {self.omega:.6g} rad/s: {what}; damping ratio {self.damping_ratio:.3g}, needed "
+            f"{self.damping_needed:.3g}"
+        )
+
+
+def parametric_resonances(system: Any, span: tuple[float, float]) -> list[ParametricResonance]:
+    """Find the speeds at which a varying stiffness can make a drive vibrate, and say whether the damping suffices.
+
+    Parameters
+    ----------
+    system : VaryingOscillator
+        The drive; it is linearised about the torsion under its mean torque. Its own omega does not matter.
+    span : (float, float)
+        Range of the base speed [rad/s], 0 < low < high.
+
+    Returns
+    -------
+    list of ParametricResonance
+        By rising speed; those whose centre or unstable range lies in the span, for n up to 4 and pairs of lines. Empty
+        for a stiffness that does not vary. A forced orbit of large amplitude has multipliers of its own: see
+        `frequency_response`, whose `doublings` are the edges of the tongues on the orbit.
+
+    Raises
+    ------
+    TypeError
+        If the system has no `damping` and `variation`.
+    ValueError
+        If the span is not 0 < low < high, or the drive has no stiffness at its operating point.
+
+    References
+    ----------
+    Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 5.2-5.3.
+    """
+    system = with_parts("parametric_resonances", system, "J", "damping", "law", "variation", "omega")
+    lo, hi = interval("the range of omega", span, positive=True)
+    torque = mean_torque(system.excitation)
+    stiffness = float(system.law.stiffness(operating_point(system.law, torque)))
+    if not stiffness > 0.0:
+        raise ValueError(
+            f"the stiffness under the mean torque {torque:g} N*m is {stiffness:g} N*m/rad; it takes a positive one"
+        )
+    linear = system._replace(law=Linear(stiffness), excitation=Harmonic(0.0), error=NoError(), omega=lo)
+    omega_0 = math.sqrt(stiffness / system.J)
+    found = [_resonance(linear, omega_0, m, cause) for m, cause in _causes(system.variation.orders()).items()]
+    inside = [r for r in found if lo <= r.omega <= hi or (r.unstable and r.low <= hi and r.high >= lo)]
+    return sorted(inside, key=lambda r: r.omega)
+
+
+def _causes(orders: tuple[int, ...]) -> dict[int, str]:
+    """Half vibrations a turn, and the lines that feed them: single lines first, low n first."""
+    causes: dict[int, str] = {}
+    for n in range(1, HIGHEST + 1):
+        for i in orders:
+            causes.setdefault(i * n, f"order {i} of the stiffness meets 2 omega_0{f'/{n}' if n > 1 else ''}")
+        if n == 1:
+            for i, j in combinations(sorted(set(orders)), 2):
+                for m, sign in ((i + j, "+"), (j - i, "-")):
+                    causes.setdefault(m, f"orders {j} {sign} {i} of the stiffness meet 2 omega_0")
+    return causes
+
+
+def _resonance(linear: Any, omega_0: float, m: int, cause: str) -> ParametricResonance:
+    leaf = leaf_of(linear, "omega")
+    problem = first_order(linear, leaf, leaf, 2 * max((1, *linear.orders())))
+
+    def hill(omega: Floats) -> tuple[Floats, Floats]:
+        """Traces relative to the root of the determinant, positive in tongue m, and logarithms of that root."""
+        points = np.zeros((len(omega), len(problem.tau) + 1))
+        points[:, -1] = omega
+        flow = monodromy(problem, points)
+        decay = 0.5 * np.log(np.linalg.det(flow))
+        return (-1.0) ** m * np.trace(flow, axis1=1, axis2=2) * np.exp(-decay), decay
+
+    def beyond(omega: Floats) -> Floats:
+        """Positive where the larger multiplier is outside the unit circle."""
+        trace, decay = hill(omega)
+        return trace - 2.0 * np.cosh(decay)
+
+    low, high = 2.0 * omega_0 / (m + 0.5), 2.0 * omega_0 / (m - 0.5)
+    centre = _summit(lambda omega: hill(omega)[0], low, high)
+    traces, decays = hill(np.array([centre]))
+    turn = 2.0 * math.pi / centre
+    feeding = math.acosh(max(1.0, 0.5 * float(traces[0]))) / turn
+    loss = -float(decays[0]) / turn
+    unstable = bool(beyond(np.array([centre]))[0] > ROUNDING)
+    edges = (_crossing(beyond, centre, low), _crossing(beyond, centre, high)) if unstable else (math.nan, math.nan)
+    return ParametricResonance(
+        centre, m, cause, feeding - loss, unstable, *edges, loss / omega_0, feeding / omega_0, 1 + m % 2
+    )
+
+
+def _summit(f: Callable[[Floats], Floats], low: float, high: float) -> float:
+    """Place of the largest value of a function with one maximum between low and high."""
+    for count in (65, 17, 17, 17, 17):
+        x = np.linspace(low, high, count)
+        best = int(np.argmax(f(x)))
+        low, high = float(x[max(0, best - 1)]), float(x[min(count - 1, best + 1)])
+    return 0.5 * (low + high)
+
+
+def _crossing(f: Callable[[Floats], Floats], inside: float, outside: float) -> float:
+    """Place between `inside`, where f > 0, and `outside` where f changes sign first; nan where it does not."""
+    for count in (65, 17, 17, 17):
+        x = np.linspace(inside, outside, count)
+        values = f(x)
+        below = np.flatnonzero(values <= 0.0)
+        if not len(below):
+            return math.nan
+        i = max(1, int(below[0]))
+        inside, outside = float(x[i - 1]), float(x[i])
+    return inside + (outside - inside) * float(values[i - 1] / (values[i - 1] - values[i]))
