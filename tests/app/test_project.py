@@ -172,6 +172,55 @@ def test_the_mean_of_a_torque_goes_with_its_lines(written):
     assert project.load_torque.torque(math.pi / 2.0) == pytest.approx(3.0)
 
 
+LINES = "kinematic_error: [{order: 2, amplitude: 23 arcsec}]"
+
+
+@pytest.mark.parametrize(("text", "accuracy"), [("catalogue", 2.9e-4), ("1.5 arcmin", 90.0 * ARCSEC)])
+def test_an_accuracy_class_stands_for_lines_of_that_peak_to_peak_and_says_so(written, text, accuracy):
+    # CSG-40-50: 2.9e-4 rad, Harmonic Drive LLC, CSF/CSG catalogue p. 49
+    project = load(written(GOOD.replace(LINES, f"accuracy: {text}")))
+    assert project.kinematic_error.orders() == (1, 2, 4)
+    assert sw.peak_to_peak(project.kinematic_error) == pytest.approx(accuracy, rel=1e-12)
+    assert any("accuracy class" in note and "by assumption" in note for note in project.notes)
+    assert not any("accuracy class" in note for note in load(written(GOOD)).notes)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            LINES,
+            "accuracy: 60",
+            "project.yaml:7:13: excitation.accuracy: '60' has no unit; write for example 23 arcsec",
+        ),
+        (LINES, "accuracy: -1 arcmin", "project.yaml:7:13: excitation.accuracy: '-1 arcmin' is not positive"),
+        (LINES, "accuracy: good", "project.yaml:7:13: excitation.accuracy: 'good' does not begin with a finite number"),
+        (
+            LINES,
+            LINES + "\n  accuracy: 1 arcmin",
+            "project.yaml:8:13: excitation.accuracy: stands beside kinematic_error",
+        ),
+        ("CSG-40-50", "HFUC-90-100", None),
+    ],
+)
+def test_a_wrong_accuracy_is_refused_at_its_place(written, old, new, said):
+    text = GOOD.replace(old, new)
+    if said is None:  # no source gives the accuracy of this gear
+        assert sw.catalogue.gear(new).accuracy is None
+        text = text.replace(LINES, "accuracy: catalogue").replace(
+            "motor: {inertia: 5 kg*cm^2", "motor: {inertia: 5 kg*m^2"
+        )
+        said = "project.yaml:7:13: excitation.accuracy: no source gives one for HFUC-90-100; write it as an angle"
+    (line,) = complaint(written(text))
+    assert line.startswith(said)
+
+
+def test_an_accuracy_belongs_to_the_motors_turn(written):
+    text = GOOD.replace(LINES, "accuracy: 1 arcmin").replace("shaft: motor", "shaft: forcing").replace("rpm", "rad/s")
+    (line,) = complaint(written(text))
+    assert line.startswith("project.yaml:7:13: excitation.accuracy: belongs to the motor's turn")
+
+
 def test_notes_tell_what_is_doubtful(written):
     notes = " ".join(load(written(GOOD.replace("5 kg*cm^2", "1 kg*cm^2").replace("held", "free"))).notes)
     for part in ("must include the wave generator", "speed ripple", "mass"):

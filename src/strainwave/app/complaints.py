@@ -34,6 +34,7 @@ EXAMPLES = {
     "speed.at": "[1000 rpm, 2000 rpm]",
     "speed.shaft": "motor",
     "excitation": "{kinematic_error: [{order: 2, amplitude: 23 arcsec}]}",
+    "excitation.accuracy": "1 arcmin",
     "excitation.kinematic_error": "[{order: 2, amplitude: 23 arcsec}]",
     "excitation.kinematic_error[]": "{order: 2, amplitude: 23 arcsec}",
     "excitation.kinematic_error[].order": "2",

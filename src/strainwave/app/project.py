@@ -9,13 +9,20 @@ from pydantic import ValidationError
 
 from ..model import catalogue
 from ..model.drive import Drive
+from ..model.error_spectrum import accuracy_spectrum
 from ..model.excitation import Harmonic, Harmonics, KinematicError, Line
 from ..model.gear import Gear
 from ..model.oscillator import Oscillator
+from ..quantities import convert
 from .complaints import complaints
 from .own_gears import read_gears
-from .schema import ExplicitGear, OwnGear, ProjectSpec, TorqueSpec
+from .schema import CATALOGUE, ExplicitGear, OwnGear, ProjectSpec, TorqueSpec
 from .yaml_text import FileError, Keys, Problem, complaint, name, read, read_text, shown
+
+ACCURACY_NOTE = (
+    "The kinematic error stands for an accuracy class of {:.4g} arcsec peak-to-peak: its orders 1, 2 and 4 share it as "
+    "1 : 4 : 1 by assumption; a measured scan (strainwave error-scan) replaces the assumption."
+)
 
 
 class ProjectError(FileError):
@@ -174,11 +181,41 @@ def _contradictions(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys
     torques = [t for t in (driven.motor_torque, driven.load_torque) if t is not None]
     amplitudes = [line.amplitude for line in driven.kinematic_error]
     amplitudes += [line.amplitude for torque in torques for line in torque.lines]
-    if not any(amplitudes):
+    yield from _accuracy_problems(spec, gear)
+    if not any(amplitudes) and driven.accuracy is None:
         sentence = (
             "nothing periodic drives the error; write for example 'kinematic_error: [{order: 2, amplitude: 23 arcsec}]'"
         )
         yield ("excitation",), sentence
+
+
+def _accuracy_problems(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
+    """What an accuracy class does not go together with."""
+    accuracy, field = spec.excitation.accuracy, ("excitation", "accuracy")
+    if accuracy is None:
+        return
+    if spec.excitation.kinematic_error:
+        yield field, "stands beside kinematic_error, which it would be a guess of; remove one of them"
+    if spec.speed.shaft == "forcing":
+        yield field, "belongs to the motor's turn, and the speeds to the forcing's; write 'shaft: motor' under speed"
+    if accuracy == CATALOGUE and (gear is None or gear.accuracy is None):
+        name = "an explicit gear" if gear is None else gear.name
+        yield field, f"no source gives one for {name}; write it as an angle, for example 1 arcmin"
+
+
+def _kinematic_error(spec: ProjectSpec, gear: Gear | None) -> KinematicError | None:
+    """Lines of the file, or those of its accuracy class."""
+    accuracy = spec.excitation.accuracy
+    if accuracy is not None:
+        return accuracy_spectrum(_class_of(spec, gear))
+    error = tuple(Line(line.order, line.amplitude, line.phase) for line in spec.excitation.kinematic_error)
+    return KinematicError(error) if error else None
+
+
+def _class_of(spec: ProjectSpec, gear: Gear | None) -> float:
+    accuracy = gear.accuracy if gear is not None and spec.excitation.accuracy == CATALOGUE else spec.excitation.accuracy
+    assert isinstance(accuracy, float)
+    return accuracy
 
 
 def _resolved(spec: ProjectSpec, gear: Gear | None, path: Path, text: str) -> Project:
@@ -192,7 +229,6 @@ def _resolved(spec: ProjectSpec, gear: Gear | None, path: Path, text: str) -> Pr
     drive = drive._replace(B=_damping(spec, drive))
     factor = ratio if spec.speed.shaft == "load" else 1.0
     speeds = spec.speed.at or [s for s in (spec.speed.low, spec.speed.high) if s is not None]
-    error = tuple(Line(line.order, line.amplitude, line.phase) for line in spec.excitation.kinematic_error)
     project = Project(
         title=spec.title or path.stem,
         path=path,
@@ -205,9 +241,12 @@ def _resolved(spec: ProjectSpec, gear: Gear | None, path: Path, text: str) -> Pr
         is_range=spec.speed.at is None,
         motor_torque=_torque(spec.excitation.motor_torque),
         load_torque=_torque(spec.excitation.load_torque),
-        kinematic_error=KinematicError(error) if error else None,
+        kinematic_error=_kinematic_error(spec, gear),
     )
-    return replace(project, notes=tuple(_notes(project)))
+    notes = tuple(_notes(project))
+    if spec.excitation.accuracy is not None:
+        notes = (ACCURACY_NOTE.format(convert(_class_of(spec, gear), "rad", "arcsec")), *notes)
+    return replace(project, notes=notes)
 
 
 def _damping(spec: ProjectSpec, drive: Drive) -> float:

@@ -19,6 +19,7 @@ from .yaml_text import Keys, kind_of, shown
 
 Sign = Literal["any", "positive", "not negative"]
 MOST_LINES = 64
+CATALOGUE = "catalogue"  # in place of an accuracy: the one that the gear's record gives
 
 
 def _at(keys: Keys, sentence: str) -> PydanticCustomError:
@@ -282,9 +283,14 @@ class TorqueSpec(Spec):
     lines: Annotated[list[TorqueLine], Field(max_length=MOST_LINES)] = []
 
 
-class ExcitationSpec(Spec):
-    """What drives the error."""
+def _accuracy(value: Any) -> Any:
+    return value if value == CATALOGUE else _number(value, "rad", "positive")
 
+
+class ExcitationSpec(Spec):
+    """What drives the error; `accuracy` in place of lines is the gear's accuracy class, peak-to-peak."""
+
+    accuracy: Annotated[float | Literal["catalogue"] | None, BeforeValidator(_accuracy)] = None
     kinematic_error: Annotated[list[ErrorLine], Field(max_length=MOST_LINES)] = []
     motor_torque: TorqueSpec | None = None
     load_torque: TorqueSpec | None = None
