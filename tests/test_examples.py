@@ -12,6 +12,8 @@ from scipy.integrate import solve_ivp
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
 
+import strainwave as sw
+
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.py"))
 
@@ -114,6 +116,28 @@ def test_example_hysteresis():
     period, start = 2.0 * math.pi / system.omega, [*orbit.state(0.0), 0.0, 0.0]
     *_, work, damping = solve_ivp(rates, (0.0, period), start, "DOP853", rtol=1e-10, atol=1e-14).y[:, -1]
     assert share == pytest.approx(1.0 - damping / work, abs=1e-6)
+    assert len(plt.get_fignums()) == 1
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_example_run_up():
+    # Independent: SciPy with the motor's angle written as a function of time, for the run-up in 0.5 s, over the peak of
+    # the steady response by harmonic balance.
+    module = example("run_up")
+    share = module.main()
+    law, drive, error = module.LAW, module.DRIVE, module.ERROR
+
+    def rates(t, y):
+        angle, speed = 100.0 * t + 100.0 * t * t, 100.0 + 200.0 * t
+        torque = law.torque(y[0] - error.value(angle)) + drive.B * (y[1] - error.slope(angle) * speed)
+        return y[1], 200.0 / drive.N - torque / drive.J_l
+
+    held = drive.error_equation(motor="held", kinematic_error=error, omega=100.0)
+    start, times = sw.find_orbit(held).state(0.0), np.linspace(0.0, 0.5, 20001)
+    x = solve_ivp(rates, (0.0, 0.5), start, "DOP853", times, rtol=1e-10, atol=1e-14).y[0]
+    steady = sw.frequency_response(held, (100.0, 200.0)).peak.max()
+    assert share == pytest.approx(np.max(np.abs(x)) / steady, rel=1e-6)
     assert len(plt.get_fignums()) == 1
 
 

@@ -1,0 +1,102 @@
+"""Motions of a drive train: energies against closed forms, their balance, limits, and a run-up through resonance."""
+
+import numpy as np
+import pytest
+from canonical import PLAIN_TRAIN, TRAINS
+
+import strainwave as sw
+
+LINEAR = sw.Drive(J_m=5.26e-4, J_l=0.05, N=50.0, B=5.0, law=sw.Linear(7160.0))
+GEAR = sw.catalogue.gear("CSG-40-50")
+# cubic fit of that gear's stiffness, inertia of its wave generator, 3 % damping with the motor held, 23 arcsec
+J_L, LAW = 1.3, sw.Cubic(1.089e5, 6.85e4)
+DRIVE = sw.Drive(J_m=4.5e-4, J_l=J_L, N=50.0, B=2 * 0.03 * (LAW.K * J_L) ** 0.5, law=LAW)
+ERROR = sw.KinematicError((sw.Line(2, 1.115e-4),))
+
+
+@pytest.mark.parametrize("name", TRAINS)
+def test_energy_balance_closes_to_1e_8(name):
+    train = TRAINS[name]
+    start = np.random.default_rng(1).uniform(-0.02, 0.02, len(train.state_names()))
+    run = sw.drive_run(train, start, 1.5, method=sw.Dopri5(rtol=1e-10, atol=1e-13))
+    assert run.trajectory.status is sw.Status.OK
+    assert run.imbalance < 1e-8
+    assert tuple(run.work) == train.power_names()
+    assert all(np.min(np.diff(run.work[element])) > -1e-12 for element in run.lost())
+    assert sum(run.lost().values()) > 0.0
+
+
+def test_balance_sees_a_missing_element():
+    run = sw.drive_run(PLAIN_TRAIN, (0.1, 0.0, 0.0, 0.0), 1.5)
+    run.work["gear damping"][:] = 0.0
+    assert run.imbalance > 1e-4
+
+
+def test_efficiency_of_a_steady_motion_is_its_closed_form():
+    # at constant speed T_m = b omega + T_l/N, so the efficiency is T_l/(N T_m)
+    omega, b, load = 100.0, 2e-4, 3.0
+    T_m = b * omega + load / 50.0
+    train = LINEAR.train(
+        motor_torque=sw.Harmonic(0.0, mean=T_m), load_torque=sw.Harmonic(0.0, mean=-load), motor_drag=sw.Viscous(b),
+        omega=omega,
+    )  # fmt: skip
+    run = sw.drive_run(train, (load / 7160.0, 0.0, 0.0, 0.0), 0.1)
+    assert run.efficiency() == pytest.approx(load / (50.0 * T_m), rel=1e-9)
+    assert run.lost()["motor drag"] == pytest.approx(b * omega**2 * 0.1, rel=1e-9)
+    assert run.speed_ripple() < 1e-9
+    np.testing.assert_allclose(run.torque, load, rtol=1e-9)
+    np.testing.assert_allclose(run.load_speed, omega / 50.0, rtol=1e-9)
+
+
+def test_gear_damping_takes_pi_b_omega_a_squared_a_period():
+    omega = 300.0
+    equation = LINEAR.error_equation(motor_torque=sw.Harmonic(1.0), omega=omega)
+    orbit = sw.find_orbit(equation)
+    x, v = orbit.state(0.0)
+    train = LINEAR.train(motor_torque=sw.Harmonic(1.0), omega=omega)
+    run = sw.drive_run(train, (x, v, 0.0, 0.0), 2.0 * np.pi / omega)
+    assert run.lost()["gear damping"] == pytest.approx(np.pi * 5.0 * omega * orbit.amplitude(1) ** 2, rel=1e-8)
+    assert run.error[0] == x
+
+
+def test_speed_and_torque_beyond_the_gears_limits_are_warnings():
+    # 4000 rpm at the input and 523 N m repeated peak torque (catalogue); the load takes 600 N m at 450 rad/s = 4297 rpm
+    train = DRIVE.train(control=sw.Held(), load_torque=sw.Harmonic(0.0, mean=-600.0), omega=450.0)
+    run = sw.drive_run(train, (4e-3, 0.0), 0.05, gear=GEAR)
+    assert run.trajectory.status is sw.Status.OK
+    said = " ".join(run.warnings)
+    assert "4297" in said
+    assert len(run.warnings) >= 2
+    assert sw.drive_run(train, (4e-3, 0.0), 0.05).warnings == ()
+
+
+def test_bad_starts_and_times_are_told():
+    with pytest.raises(ValueError, match="it must be 4 numbers: x, x', motor deviation, motor deviation'"):
+        sw.drive_run(PLAIN_TRAIN, (0.0, 0.0))
+    run = sw.drive_run(PLAIN_TRAIN, None, 0.1)
+    with pytest.raises(ValueError, match=r"the run goes from 0 to 0\.1 s; 2 s is not in it"):
+        run.efficiency(2.0)
+    with pytest.raises(
+        TypeError, match="drive_run takes a system such as an Oscillator; Oscillator has no power_names"
+    ):
+        sw.drive_run(sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(1.0), 1.0))
+
+
+def passage(duration):
+    """Largest |x| of the held drive on a run-up through its resonance."""
+    profile = sw.SpeedProfile((0.0, duration), (100.0, 200.0))
+    train = DRIVE.train(control=sw.Held(), kinematic_error=ERROR, reference=profile)
+    run = sw.simulate(train, (0.0, 0.0), duration, method=sw.Dopri5(rtol=1e-7, atol=1e-12))
+    assert run.status is sw.Status.OK
+    return run.peak(after=0.1 * duration)
+
+
+@pytest.mark.slow
+def test_slow_run_up_reaches_the_peak_of_the_steady_response_and_a_fast_one_does_not():
+    equation = DRIVE.error_equation(motor="held", kinematic_error=ERROR)
+    steady = sw.frequency_response(equation, (100.0, 200.0))
+    assert len(steady.folds) == 2  # the jump is there: the run-up follows the upper branch to its end
+    largest = [passage(duration) / steady.peak.max() for duration in (0.5, 2.0, 8.0)]
+    assert largest[0] < largest[1] < largest[2] < 1.0
+    assert largest[0] < 0.7
+    assert largest[2] > 0.95
