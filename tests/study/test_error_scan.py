@@ -214,3 +214,18 @@ def test_samples_with_a_gap_that_hides_a_line_are_refused():
     theta = np.concatenate([np.linspace(0.0, 0.02, 50), [TURN]])
     with pytest.raises(ValueError, match="do not tell the orders 1, 2, 3 apart"):
         sw.error_scan(theta, theta, orders=[1, 2, 3])
+
+
+def test_steps_of_a_coarse_reading_are_no_lines():
+    # Without noise the steps of 1 arcsec repeat with order 2 and have lines of their own at 6, 10, 14 ...
+    step = math.pi / 648_000.0
+    theta = uniform(360, 2.0)
+    scan = sw.error_scan(theta, np.round(lines_at(theta, TRUE[1:2]) / step) * step)
+    assert [line.order for line in scan.lines] == [2]
+    (line,) = scan.lines
+    assert line.amplitude == pytest.approx(1e-4, abs=4.0 * line.amplitude_error)
+    assert line.amplitude_error == pytest.approx(step / math.sqrt(12.0) * math.sqrt(2.0 / 360.0), rel=0.8)
+
+
+def test_a_scan_of_zeros_has_no_lines():
+    assert sw.error_scan(uniform(100), np.zeros(100)).lines == ()

@@ -21,7 +21,7 @@ from .scan_results import ErrorScan, Reversal, ScanLine
 HIGHEST_SOUGHT = 100
 NEARLY = 1e-6  # of a turn: rounding of the angles
 WORST_CONDITION = 1e6
-ROUNDING = 1e-15  # of the largest error
+ROUNDING = 1e-15  # of the largest error: that of the computer
 
 
 class Direction(NamedTuple):
@@ -118,7 +118,7 @@ def error_scan(
     limit = min(0.5 * len(run.angle) / run.turns for run in runs)
     looked_at = _sought(highest, limit)
     if orders is None:
-        chosen = found_orders(lambda k: _residual(runs, k, drift), looked_at, false_alarm, _rounding(runs))
+        chosen = found_orders(lambda k: _residual(runs, k, drift), looked_at, false_alarm, _resolution(runs))
         trials = looked_at
     else:
         chosen = _given(orders, limit)
@@ -158,9 +158,17 @@ def _direction(which: str, angle: Any, error: Any, sign: float) -> Direction:
     return found
 
 
-def _rounding(runs: list[Direction]) -> float:
-    """Power of a line that rounding errors of the samples could make."""
-    return (ROUNDING * max(float(np.max(np.abs(run.error))) for run in runs)) ** 2
+def _resolution(runs: list[Direction]) -> float:
+    """Variance [rad^2] that rounding gives the samples: step^2/12, step being the smallest difference of two values.
+
+    A scan with less noise than its step has steps that repeat with the lines and would pass for more of them.
+    """
+    values = np.unique(np.concatenate([run.error for run in runs]))
+    step = max(
+        float(np.min(np.diff(values), initial=np.inf)) if len(values) > 1 else 0.0,
+        ROUNDING * float(np.max(np.abs(values))),
+    )
+    return step * step / 12.0
 
 
 def _sought(highest: int | None, limit: float) -> int:
@@ -218,14 +226,14 @@ def _scan(
     samples = sum(len(run.angle) for run in runs)
     together = float(np.average([correlation(run.error) for run in left], weights=[len(run.angle) for run in left]))
     coloured = noise == "autocorrelated" or (noise == "auto" and abs(together) > 3.0 / math.sqrt(samples))
-    least = _rounding(runs)
+    least = _resolution(runs)
     floors = [noise_floor([run], max(orders, default=1), orders, least) for run in left]
     both = noise_floor(left, max(trials, *orders, 1), orders, least)
     white = not (coloured and all(floor.enough for floor in floors))
 
     def variances(order: int) -> list[float]:
         if white:
-            return [_white(fit) for fit in fits]
+            return [max(_white(fit), least) for fit in fits]
         return [floor.variance(order) for floor in floors]
 
     lines = tuple(_line(i, k, fits, variances(k), both, trials) for i, k in enumerate(orders))

@@ -18,6 +18,7 @@ PASSES = 20
 STRONG = 0.1  # lines of at least this share of the strongest one's power are taken in one pass
 SCATTER = math.pi**2 / 6.0  # variance of the logarithm of an exponential value
 CUT = 3.0  # a logarithm that stands so far above the median is a line
+ROUNDED = 1.5  # a residual of at most so many times the variance of rounding has no lines
 CLOSE = 1.5  # frequencies nearer than so many spacings to a fitted line are no noise
 
 
@@ -107,7 +108,10 @@ class Floor:
 
 
 def noise_floor(runs: Sequence[Any], highest: int, lines: Sequence[int], least: float) -> Floor:
-    """Estimate the noise around the orders 1 to `highest` from residuals in which `lines` were fitted."""
+    """Estimate the noise around the orders 1 to `highest` from residuals in which `lines` were fitted.
+
+    `least` is the variance of rounding, below which nothing is noise or line.
+    """
     samples = sum(len(angle) for angle, _ in runs)
     n = min(len(angle) for angle, _ in runs)
     reach = min(float(angle[-1] - angle[0]) * len(angle) / (len(angle) - 1) for angle, _ in runs)
@@ -118,7 +122,7 @@ def noise_floor(runs: Sequence[Any], highest: int, lines: Sequence[int], least: 
     free = np.ones(count, bool)
     for line in lines:
         free &= np.abs(orders - line) > min(CLOSE * spacing, 0.5) - 1e-6
-    return Floor(orders[free], powers[free], highest, samples, least)
+    return Floor(orders[free], powers[free], highest, samples, 4.0 * least / samples)
 
 
 def probability(ratio: float, freedom: float, trials: int) -> float:
@@ -139,11 +143,13 @@ def found_orders(
     highest : int
         Highest order looked at.
     least : float
-        P of rounding errors.
+        Variance of rounding.
     """
     chosen: list[int] = []
     for _ in range(PASSES):
         runs = residual(chosen)
+        if sum(float(r @ r) for _, r in runs) <= ROUNDED * least * sum(len(r) for _, r in runs):
+            break
         floor = noise_floor(runs, highest, chosen, least)
         P = power(runs, 1.0, highest)
         P[np.array(chosen, int) - 1] = 0.0
