@@ -16,8 +16,8 @@ from ._jit import chosen
 KINDS = ("torque(x)", "torque(x, v)", "torque(x, v, z)")
 
 
-def _class(law: Any) -> Any:
-    """Class of a law, or of the laws that a type of the compiler stands for."""
+def class_of(law: Any) -> Any:
+    """Class of a model, or of the models that a type of the compiler stands for."""
     return getattr(law, "instance_class", type(law))
 
 
@@ -29,22 +29,22 @@ def _arguments(cls: Any) -> int:
 
 def depends(law: Any) -> int:
     """On how much a law's torque depends: 1 for torque(x), 2 for torque(x, v), 3 for torque(x, v, z)."""
-    return _arguments(_class(law))
+    return _arguments(class_of(law))
 
 
 def parts_of(law: Any) -> tuple[Any, ...]:
     """Laws that a law with memory is made of: its fields, where it does not say how many states are its own."""
-    cls = _class(law)
+    cls = class_of(law)
     if not hasattr(cls, "z_rate") or hasattr(cls, "states"):
         return ()
     parts = law.types if hasattr(law, "instance_class") else law
-    return tuple(part for part in parts if hasattr(_class(part), "torque"))
+    return tuple(part for part in parts if hasattr(class_of(part), "torque"))
 
 
 def states_of(law: Any) -> int:
     """Number of a law's internal states z."""
-    own = getattr(_class(law), "states", None)
-    if own is None or not hasattr(_class(law), "z_rate"):
+    own = getattr(class_of(law), "states", None)
+    if own is None or not hasattr(class_of(law), "z_rate"):
         return sum(states_of(part) for part in parts_of(law))
     return int(own(law) if callable(own) else own)
 
@@ -52,7 +52,7 @@ def states_of(law: Any) -> int:
 @chosen
 def torsion(system: Any, phase: Any, y: Any) -> Any:  # noqa: ARG001
     """Return the system's torsion, or its first state where it defines none."""
-    return _own_torsion if hasattr(_class(system), "torsion") else _first_state
+    return _own_torsion if hasattr(class_of(system), "torsion") else _first_state
 
 
 def _own_torsion(system: Any, phase: Any, y: Any) -> Any:
@@ -72,7 +72,7 @@ def torque_of(law: Any, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG001
 @chosen
 def z_rate_of(law: Any, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG001
     """Rates of a law's internal states: a tuple, empty for a law without memory."""
-    return _own_rates if hasattr(_class(law), "z_rate") else _no_rates
+    return _own_rates if hasattr(class_of(law), "z_rate") else _no_rates
 
 
 @chosen
@@ -80,7 +80,7 @@ def energy_of(law: Any, x: Any, z: Any) -> Any:  # noqa: ARG001
     """Energy stored [J] in any law; a law torque(x, v) stores none unless it has energy(x)."""
     if depends(law) == 3:
         return _energy_of_memory
-    return _energy_of_spring if hasattr(_class(law), "energy") else _no_energy
+    return _energy_of_spring if hasattr(class_of(law), "energy") else _no_energy
 
 
 @chosen
@@ -114,7 +114,7 @@ def rest(law: Any, z: Any) -> Any:  # noqa: ARG001
 @chosen
 def breakpoints_of(law: Any) -> Any:
     """Breakpoints of a law: a tuple of torsions, empty for one that does not say."""
-    return _own_breakpoints if hasattr(_class(law), "breakpoints") else _no_breakpoints
+    return _own_breakpoints if hasattr(class_of(law), "breakpoints") else _no_breakpoints
 
 
 def _own_breakpoints(law: Any) -> Any:

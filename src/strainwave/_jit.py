@@ -23,14 +23,14 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any, TypeVar
 
-from . import _compiled_maths
+from . import _compiled_maths, _lanes
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 # Methods of a model object that a kernel may call. No field may have one of these names.
 RESERVED = (
     "torque", "z_rate", "losses", "stiffness", "energy", "value", "slope", "curvature", "rhs", "jacobian", "torsion",
-    "breakpoints",
+    "breakpoints", "update",
 )  # fmt: skip
 # Methods of the package's own problem objects (harmonic balance), with their arguments.
 INTERNAL = {
@@ -242,6 +242,7 @@ def _numba() -> Any:
     import_module("numba.np.arraymath")
     if blas is None:
         del sys.modules["scipy.linalg.cython_blas"]
+    _prefer_wide_vectors(numba.config)
     # Numba asks `if receiver:` before it passes self; the type of a model without fields must not be falsy.
     types.NamedTuple.__bool__ = lambda self: True
     for name in RESERVED:
@@ -253,9 +254,17 @@ def _numba() -> Any:
     _expose(axpy, _axpy_body(import_module("numba.cpython.unsafe.tuple")))
     _expose(with_leaf, _with_leaf_body(types, extending))
     _expose(borrowed, _borrowed_body(types, extending))
-    for function, body in _compiled_maths.bodies(types, extending).items():
-        _expose(function, body)
+    for bodies in (_lanes.bodies, _compiled_maths.bodies):
+        for function, body in bodies(types, extending).items():
+            _expose(function, body)
     return numba
+
+
+def _prefer_wide_vectors(config: Any) -> None:
+    """Let the compiler use 512-bit vectors where the processor has them; for Intel's it keeps to 256 bits otherwise."""
+    features, name = host_cpu()
+    if config.CPU_NAME is None and config.CPU_FEATURES is None and features.get("avx512f"):
+        config.CPU_NAME, config.CPU_FEATURES = name, features.flatten() + ",-prefer-256-bit"
 
 
 def _method(numba: Any, name: str) -> Callable[..., Any]:
@@ -384,9 +393,8 @@ def cache_writable() -> bool:
     return True
 
 
-def host_cpu() -> tuple[frozenset[str], str]:
-    """Features and name of this machine's processor, as the compiler sees it (for `strainwave doctor`)."""
+def host_cpu() -> tuple[Any, str]:
+    """Features (name to whether it is there) and name of this machine's processor, as the compiler sees it."""
     from llvmlite import binding
 
-    features = binding.get_host_cpu_features()
-    return frozenset(name for name, there in features.items() if there), binding.get_host_cpu_name()
+    return binding.get_host_cpu_features(), binding.get_host_cpu_name()

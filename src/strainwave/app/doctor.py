@@ -41,7 +41,7 @@ def report() -> dict[str, Any]:
         "cache": {"folder": str(folder), "writable": writable, "why": why, "bytes": size},
         "cores": {"machine": os.cpu_count(), "usable": _usable_cores()},
         "cpu": cpu,
-        "simd": [unit for unit in VECTOR_UNITS if unit in features],
+        "simd": [unit for unit in VECTOR_UNITS if features.get(unit)],
         "extras": {extra: all(importlib.util.find_spec(m) for m in modules) for extra, modules in EXTRAS.items()},
     }
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from ..maths import cos, sin
 from ..quantities import Angle, Torque
+from .prepared import Waves, full_wave, wave
 
 HIGHEST = 10_000  # order: a wave generator's turn has some hundreds of teeth
 
@@ -33,6 +34,10 @@ class Harmonic(NamedTuple):
         """The order of the line."""
         return (self.order,)
 
+    def prepared(self) -> Any:
+        """The same torque with the phase in two amplitudes."""
+        return wave(self.amplitude, self.order, self.phase, self.mean)
+
     def check(self) -> None:
         """Refuse an order below 1 (ValueError)."""
         if self.order < 1:
@@ -55,6 +60,10 @@ class Harmonics(NamedTuple):
     def orders(self) -> tuple[int, ...]:
         """The orders of all terms."""
         return tuple(term.order for term in self.terms)
+
+    def prepared(self) -> Any:
+        """The same torque with every phase in two amplitudes."""
+        return Waves(tuple(full_wave(*term) for term in self.terms))
 
 
 class Line(NamedTuple):
@@ -98,6 +107,10 @@ class KinematicError(NamedTuple):
     def orders(self) -> tuple[int, ...]:
         """The orders of all lines."""
         return tuple(line.order for line in self.lines)
+
+    def prepared(self) -> Any:
+        """The same error with every phase in two amplitudes."""
+        return Waves(tuple(full_wave(line.amplitude, line.order, line.phase) for line in self.lines))
 
 
 class NoError(NamedTuple):

@@ -12,6 +12,7 @@ from .._dispatch import KINDS, breakpoints_of, depends
 from .._jit import kernel, with_leaf
 from ..maths import sign
 from ..quantities import Angle, PerSquareRadian, Torque, TorsionalStiffness
+from .prepared import Slopes
 
 
 class Linear(NamedTuple):
@@ -141,6 +142,12 @@ class PiecewiseLinear(NamedTuple):
         x1 = self.T1 / self.K1
         x2 = x1 + (self.T2 - self.T1) / self.K2
         return (-x2, -x1, x1, x2)
+
+    def prepared(self) -> Slopes:
+        """The same law without divisions."""
+        x1 = self.T1 / self.K1
+        x2 = x1 + (self.T2 - self.T1) / self.K2
+        return Slopes(self.K3, 0.5 * (self.K1 - self.K2), 0.5 * (self.K2 - self.K3), x1, x2)
 
     def check(self) -> None:
         """Refuse slopes that are not positive, and torques out of order (ValueError)."""

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 from .._dispatch import check_law, states_of, torque_of, z_rate_of
 from ..quantities import LARGEST, AngularSpeed, Damping, Inertia, shown
 from .excitation import NoError
+from .prepared import FreeOfError, WithError, prepared
 
 
 class Oscillator(NamedTuple):
@@ -52,6 +53,11 @@ class Oscillator(NamedTuple):
         """Orders of the excitation and of the kinematic error on the base angle."""
         known = (part.orders() for part in (self.excitation, self.error) if hasattr(part, "orders"))
         return tuple(sorted({order for orders in known for order in orders}))
+
+    def prepared(self) -> Any:
+        """The same system for many steps: its parts prepared, the division by J a multiplication."""
+        parts = 1.0 / self.J, self.B, prepared(self.law), prepared(self.excitation), self.omega
+        return FreeOfError(*parts) if isinstance(self.error, NoError) else WithError(*parts, prepared(self.error))
 
     def check(self) -> None:
         """Refuse an inertia that is not positive (ValueError) and parts without the methods needed (TypeError)."""

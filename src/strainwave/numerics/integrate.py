@@ -190,9 +190,9 @@ def fixed(
         now = min(n, budget - steps)
         for i in range(now):
             if eighth:
-                y = dop8_step(system, omega, t + i * step, y, step)
+                y = dop8_step(system, omega * (t + i * step), omega * step, y, step)
             else:
-                y = rk4_step(system, omega, t + i * step, y, step)
+                y = rk4_step(system, omega * (t + i * step), omega * step, y, step)
         steps += now
         t = samples[filled] if now == n else t + now * step
         k = system.rhs(omega * t, y)

@@ -1,6 +1,7 @@
 """One step of each integration method, on tuple states; used by `integrate` and by the ensembles.
 
-Every step takes the system, the phase at the start, the state and the time step; `omega` turns time into phase.
+Fixed steps take the phase at the start and its growth, which all lanes of an ensemble share, the state and the step in
+time; the adaptive one takes time, which `omega` turns into phase.
 """
 
 from typing import Any
@@ -12,45 +13,45 @@ from .tableaus import DOP8_C as C
 
 
 @kernel
-def rk4_step(system: Any, omega: float, t: float, y: Any, h: float) -> Any:
-    """Classical fourth-order Runge-Kutta step."""
-    middle = omega * (t + 0.5 * h)
-    k1 = system.rhs(omega * t, y)
+def rk4_step(system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
+    """Classical fourth-order Runge-Kutta step of h in time, `turn` in phase."""
+    middle = phase + 0.5 * turn
+    k1 = system.rhs(phase, y)
     k2 = system.rhs(middle, axpy(y, 0.5 * h, k1))
     k3 = system.rhs(middle, axpy(y, 0.5 * h, k2))
-    k4 = system.rhs(omega * (t + h), axpy(y, h, k3))
+    k4 = system.rhs(phase + turn, axpy(y, h, k3))
     return axpy(axpy(axpy(axpy(y, h / 6.0, k1), h / 3.0, k2), h / 3.0, k3), h / 6.0, k4)
 
 
 @kernel
-def dop8_step(system: Any, omega: float, t: float, y: Any, h: float) -> Any:
+def dop8_step(system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
     """Eighth-order step with the twelve stages of DOP853 (zero weights left out)."""
-    k0 = system.rhs(omega * t, y)
+    k0 = system.rhs(phase, y)
     y1 = axpy(y, h * A[1][0], k0)
-    k1 = system.rhs(omega * (t + h * C[1]), y1)
+    k1 = system.rhs(phase + turn * C[1], y1)
     y2 = axpy(axpy(y, h * A[2][0], k0), h * A[2][1], k1)
-    k2 = system.rhs(omega * (t + h * C[2]), y2)
+    k2 = system.rhs(phase + turn * C[2], y2)
     y3 = axpy(axpy(y, h * A[3][0], k0), h * A[3][2], k2)
-    k3 = system.rhs(omega * (t + h * C[3]), y3)
+    k3 = system.rhs(phase + turn * C[3], y3)
     y4 = axpy(axpy(axpy(y, h * A[4][0], k0), h * A[4][2], k2), h * A[4][3], k3)
-    k4 = system.rhs(omega * (t + h * C[4]), y4)
+    k4 = system.rhs(phase + turn * C[4], y4)
     y5 = axpy(axpy(axpy(y, h * A[5][0], k0), h * A[5][3], k3), h * A[5][4], k4)
-    k5 = system.rhs(omega * (t + h * C[5]), y5)
+    k5 = system.rhs(phase + turn * C[5], y5)
     y6 = axpy(axpy(axpy(axpy(y, h * A[6][0], k0), h * A[6][3], k3), h * A[6][4], k4), h * A[6][5], k5)
-    k6 = system.rhs(omega * (t + h * C[6]), y6)
+    k6 = system.rhs(phase + turn * C[6], y6)
     y7 = axpy(axpy(axpy(axpy(y, h * A[7][0], k0), h * A[7][3], k3), h * A[7][4], k4), h * A[7][5], k5)
-    k7 = system.rhs(omega * (t + h * C[7]), axpy(y7, h * A[7][6], k6))
+    k7 = system.rhs(phase + turn * C[7], axpy(y7, h * A[7][6], k6))
     y8 = axpy(axpy(axpy(axpy(y, h * A[8][0], k0), h * A[8][3], k3), h * A[8][4], k4), h * A[8][5], k5)
-    k8 = system.rhs(omega * (t + h * C[8]), axpy(axpy(y8, h * A[8][6], k6), h * A[8][7], k7))
+    k8 = system.rhs(phase + turn * C[8], axpy(axpy(y8, h * A[8][6], k6), h * A[8][7], k7))
     y9 = axpy(axpy(axpy(axpy(y, h * A[9][0], k0), h * A[9][3], k3), h * A[9][4], k4), h * A[9][5], k5)
     y9 = axpy(axpy(axpy(y9, h * A[9][6], k6), h * A[9][7], k7), h * A[9][8], k8)
-    k9 = system.rhs(omega * (t + h * C[9]), y9)
+    k9 = system.rhs(phase + turn * C[9], y9)
     y10 = axpy(axpy(axpy(axpy(y, h * A[10][0], k0), h * A[10][3], k3), h * A[10][4], k4), h * A[10][5], k5)
     y10 = axpy(axpy(axpy(axpy(y10, h * A[10][6], k6), h * A[10][7], k7), h * A[10][8], k8), h * A[10][9], k9)
-    k10 = system.rhs(omega * (t + h * C[10]), y10)
+    k10 = system.rhs(phase + turn * C[10], y10)
     y11 = axpy(axpy(axpy(axpy(y, h * A[11][0], k0), h * A[11][3], k3), h * A[11][4], k4), h * A[11][5], k5)
     y11 = axpy(axpy(axpy(axpy(y11, h * A[11][6], k6), h * A[11][7], k7), h * A[11][8], k8), h * A[11][9], k9)
-    k11 = system.rhs(omega * (t + h), axpy(y11, h * A[11][10], k10))
+    k11 = system.rhs(phase + turn, axpy(y11, h * A[11][10], k10))
     out = axpy(axpy(axpy(axpy(y, h * B[0], k0), h * B[5], k5), h * B[6], k6), h * B[7], k7)
     return axpy(axpy(axpy(axpy(out, h * B[8], k8), h * B[9], k9), h * B[10], k10), h * B[11], k11)
 

@@ -1,0 +1,132 @@
+"""Many variants of one model side by side: their numbers as rows of one buffer, a lane each.
+
+`lane(model, rows, at, j)` is the model of lane j: every float of it, at any depth, is read from its own row, the first
+of which is row `at`; integers are shared. In compiled code this is a handful of loads with a constant stride, so that
+a loop over lanes with the textbook's formulas becomes vector code. As Python, `j` may be `slice(None)`: the floats are
+then arrays, and the same formulas serve all lanes at once.
+"""
+
+from typing import Any
+
+LANES = 256  # lanes of a block: their rows stay in the first-level cache, the cosines of a step cost next to nothing
+
+
+def count(model: Any) -> int:
+    """Number of floats in a model or a tuple, at any depth."""
+    if isinstance(model, tuple):
+        return sum(count(item) for item in model)
+    return int(isinstance(model, float))
+
+
+def lane(model: Any, rows: Any, at: int, j: Any) -> Any:
+    """Model (or tuple) of lane j, whose first float is in row `at`."""
+    return _rebuilt(model, rows, at, j)[0]
+
+
+def load(rows: Any, at: int, j: Any) -> Any:
+    """Number of lane j in row `at`."""
+    return rows[at, j].copy()
+
+
+def store(values: Any, rows: Any, at: int, j: Any) -> None:
+    """Write the floats of a number or a tuple, at any depth, into lane j of the rows from `at`."""
+    for offset, value in enumerate(_flat(values)):
+        rows[at + offset, j] = value
+
+
+def _rebuilt(thing: Any, rows: Any, at: int, j: Any) -> tuple[Any, int]:
+    if isinstance(thing, float):
+        return rows[at, j].copy(), at + 1
+    if not isinstance(thing, tuple):
+        return thing, at
+    items = []
+    for item in thing:
+        new, at = _rebuilt(item, rows, at, j)
+        items.append(new)
+    make: Any = type(thing)
+    return (make(*items) if hasattr(thing, "_fields") else tuple(items)), at
+
+
+def _flat(values: Any) -> list[Any]:
+    if isinstance(values, tuple):
+        return [number for value in values for number in _flat(value)]
+    return [values]
+
+
+def _floats(types: Any, kind: Any) -> int:
+    if isinstance(kind, types.BaseTuple):
+        return sum(_floats(types, item) for item in kind)
+    return int(isinstance(kind, types.Float))
+
+
+def _address(types: Any, context: Any, builder: Any, kind: Any, rows: Any, row: Any, place: Any) -> Any:
+    array = context.make_array(kind)(context, builder, rows)
+    stride = context.get_constant(types.intp, LANES)
+    return builder.gep(array.data, [builder.add(builder.mul(row, stride), place)])
+
+
+def _lane_body(types: Any, extending: Any) -> Any:
+    def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        row = 0
+
+        def rebuild(kind: Any, old: Any) -> Any:
+            nonlocal row
+            if isinstance(kind, types.BaseTuple):
+                items = [rebuild(k, builder.extract_value(old, i)) for i, k in enumerate(kind)]
+                return context.make_tuple(builder, kind, items)
+            if isinstance(kind, types.Float):
+                here = builder.add(arguments[2], context.get_constant(types.intp, row))
+                row += 1
+                place = _address(types, context, builder, signature.args[1], arguments[1], here, arguments[3])
+                return builder.load(place)
+            return old
+
+        return rebuild(signature.args[0], arguments[0])
+
+    def typed(context: Any, model: Any, rows: Any, at: Any, j: Any) -> Any:
+        return model(model, rows, types.intp, types.intp), build
+
+    return extending.intrinsic(typed)
+
+
+def _store_body(types: Any, extending: Any) -> Any:
+    def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        row = 0
+
+        def write(kind: Any, value: Any) -> None:
+            nonlocal row
+            if isinstance(kind, types.BaseTuple):
+                for i, k in enumerate(kind):
+                    write(k, builder.extract_value(value, i))
+            elif isinstance(kind, types.Float):
+                here = builder.add(arguments[2], context.get_constant(types.intp, row))
+                row += 1
+                place = _address(types, context, builder, signature.args[1], arguments[1], here, arguments[3])
+                builder.store(value, place)
+
+        write(signature.args[0], arguments[0])
+        return context.get_dummy_value()
+
+    def typed(context: Any, values: Any, rows: Any, at: Any, j: Any) -> Any:
+        return types.void(values, rows, types.intp, types.intp), build
+
+    return extending.intrinsic(typed)
+
+
+def bodies(types: Any, extending: Any) -> dict[Any, Any]:
+    """What compiled code runs instead of the functions above."""
+
+    def counted(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return context.get_constant(types.intp, _floats(types, signature.args[0]))
+
+    def typed_count(context: Any, model: Any) -> Any:
+        return types.intp(model), counted
+
+    lane_of, store_into = _lane_body(types, extending), _store_body(types, extending)
+    count_of = extending.intrinsic(typed_count)
+    return {
+        lane: lambda model, rows, at, j: lane_of(model, rows, at, j),
+        store: lambda values, rows, at, j: store_into(values, rows, at, j),
+        count: lambda model: count_of(model),
+        load: lambda rows, at, j: lane_of(0.0, rows, at, j),
+    }

@@ -1,0 +1,138 @@
+"""The forms of models that run many steps: what a step would compute again and again is computed once.
+
+`prepared(model)` asks a model for its own (`model.prepared()`), which must behave like the model; its numbers may be
+arrays, one value for each member of an ensemble. A model without one is its own. Divisions become multiplications, a
+phase that may differ between members leaves the cosine, breakpoints are found beforehand.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .._dispatch import torque_of, z_rate_of
+from ..maths import cos, sin
+
+
+def prepared(model: Any) -> Any:
+    """Prepared form of a model, or the model itself where it defines none."""
+    return model.prepared() if hasattr(model, "prepared") else model
+
+
+class Cosine(NamedTuple):
+    """Torque amplitude cos(order angle)."""
+
+    amplitude: Any
+    order: int
+
+    def torque(self, angle: Any) -> Any:
+        """Torque [N*m] at the base angle [rad]."""
+        return self.amplitude * cos(self.order * angle)
+
+
+class Wave(NamedTuple):
+    """Periodic function mean + cosine cos(order angle) + sine sin(order angle), as torque or as kinematic error."""
+
+    mean: Any
+    cosine: Any
+    sine: Any
+    order: int
+
+    def torque(self, angle: Any) -> Any:
+        """Value at the base angle [rad]."""
+        a = self.order * angle
+        return self.mean + self.cosine * cos(a) + self.sine * sin(a)
+
+    def value(self, angle: Any) -> Any:
+        """Value at the base angle [rad]."""
+        return self.torque(angle)
+
+    def slope(self, angle: Any) -> Any:
+        """Derivative with respect to the base angle."""
+        a = self.order * angle
+        return self.order * (self.sine * cos(a) - self.cosine * sin(a))
+
+
+class Waves(NamedTuple):
+    """Sum of waves of one mean."""
+
+    waves: tuple[Any, ...]
+
+    def torque(self, angle: Any) -> Any:
+        """Value at the base angle [rad]."""
+        total = self.waves[0].torque(angle)
+        for i in range(1, len(self.waves)):
+            total = total + self.waves[i].torque(angle)
+        return total
+
+    def value(self, angle: Any) -> Any:
+        """Value at the base angle [rad]."""
+        return self.torque(angle)
+
+    def slope(self, angle: Any) -> Any:
+        """Derivative with respect to the base angle."""
+        total = self.waves[0].slope(angle)
+        for i in range(1, len(self.waves)):
+            total = total + self.waves[i].slope(angle)
+        return total
+
+
+def wave(amplitude: Any, order: int, phase: Any, mean: Any = 0.0) -> Any:
+    """Wave mean + amplitude cos(order angle + phase), in its shortest form."""
+    if np.all(np.asarray(phase) == 0.0) and np.all(np.asarray(mean) == 0.0):
+        return Cosine(amplitude, order)
+    return full_wave(amplitude, order, phase, mean)
+
+
+def full_wave(amplitude: Any, order: int, phase: Any, mean: Any = 0.0) -> Wave:
+    """Wave mean + amplitude cos(order angle + phase)."""
+    return Wave(mean, amplitude * np.cos(phase), -amplitude * np.sin(phase), order)
+
+
+class Slopes(NamedTuple):
+    """Odd law of three slopes with breakpoints x1 < x2: `PiecewiseLinear` without its divisions."""
+
+    K3: Any
+    inner: Any
+    outer: Any
+    x1: Any
+    x2: Any
+
+    def torque(self, x: Any) -> Any:
+        """Torque T(x) [N*m] at torsion x [rad]."""
+        inner = self.inner * (abs(x + self.x1) - abs(x - self.x1))
+        return self.K3 * x + inner + self.outer * (abs(x + self.x2) - abs(x - self.x2))
+
+
+class FreeOfError(NamedTuple):
+    """Oscillator whose gear has no kinematic error."""
+
+    per_J: Any
+    B: Any
+    law: Any
+    excitation: Any
+    omega: Any
+
+    def rhs(self, phase: Any, y: Any) -> Any:
+        """Time derivatives of the state y at the base phase [rad]."""
+        x, v, z = y[0], y[1], y[2:]
+        torque = torque_of(self.law, x, v, z)
+        return (v, (self.excitation.torque(phase) - self.B * v - torque) * self.per_J, *z_rate_of(self.law, x, v, z))
+
+
+class WithError(NamedTuple):
+    """Oscillator whose gear has a kinematic error."""
+
+    per_J: Any
+    B: Any
+    law: Any
+    excitation: Any
+    omega: Any
+    error: Any
+
+    def rhs(self, phase: Any, y: Any) -> Any:
+        """Time derivatives of the state y at the base phase [rad]."""
+        v, z = y[1], y[2:]
+        u = y[0] - self.error.value(phase)
+        du = v - self.omega * self.error.slope(phase)
+        torque = torque_of(self.law, u, du, z)
+        return (v, (self.excitation.torque(phase) - self.B * du - torque) * self.per_J, *z_rate_of(self.law, u, du, z))

@@ -1,0 +1,310 @@
+"""`ensemble`: many independent trajectories of one system, and a few numbers kept of each.
+
+Lanes march side by side in blocks (see `lanes`); threads share the blocks. A lane's numbers do not depend on its place
+in the batch: each lane asks for its own number of steps, lanes that ask for the same number share blocks, and blocks
+are filled up with copies.
+"""
+
+import logging
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace as with_changes
+from time import monotonic
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from .._dispatch import is_spring
+from .._lanes import LANES
+from ..quantities import numbers, positive_count, replace, shown, with_parts
+from ..quantities import parameters as parameters_of
+from ..results import Floats
+from .blocks import Batch, Block, first_lane, flat, march
+from .integrate import Dop8, Dopri5, Rk4
+from .measures import Final, Peak, Poincare, Rms
+from .pieces import General, Smooth
+from .step_counts import fastest_rates, steps_needed
+
+log = logging.getLogger(__name__)
+
+MOST_TRIES = 12  # of finer steps, until the stiffness met asks for no more
+SAMPLED = 16  # lanes that are run again with half the step, for the estimate of the error
+SETTLED = 1e-6  # largest change of a settled state from one period (or up to eight) to the next
+MOST_STEPS = 100_000  # a period, for lanes that explode
+
+
+def ensemble(
+    system: Any,
+    parameters: dict[str, ArrayLike],
+    y0: Any,
+    *,
+    periods: int,
+    settle: int = 0,
+    measures: tuple[Any, ...] = (Peak(), Rms()),
+    method: Rk4 | Dopri5 | None = None,
+    threads: int | None = None,
+) -> xr.Dataset:
+    """Integrate many variants of a system over whole periods of the base angle and keep a few numbers of each.
+
+    Parameters
+    ----------
+    system : Oscillator, or any NamedTuple with `rhs(phase, y)`
+        The system that all lanes are variants of; `omega` is its base frequency (1 where it has none).
+    parameters : dict of str to (lanes,) array_like
+        Path of a parameter to its value in every lane (SI units), as in ``{"omega": w, "law.alpha": a}``. May be
+        empty where only the states differ.
+    y0 : sequence of float or of (lanes,) arrays
+        State at the start: one entry per state, a number or one value per lane.
+    periods : int
+        Periods over which to measure.
+    settle : int
+        Periods before that.
+    measures : tuple
+        What to keep: `Peak()`, `Extremes()`, `Rms()`, `Mean()`, `Amplitude(k)`, `Final()`, `Poincare()`.
+    method : Dop8, Rk4 or Dopri5, optional
+        Default: `Dop8()` for smooth laws of an oscillator, `Dopri5()` (adaptive in every lane) for laws with
+        breakpoints or memory and for other systems. `steps` of a fixed method count per shortest time scale met.
+    threads : int, optional
+        Default: as many as there are processors.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the dimension "lane": the varied parameters as coordinates; the measures (NaN in lanes that diverged);
+        `status` (0 finished, 1 diverged), `ended` (time [s] until which the states stayed bounded), `period` (of the
+        settled motion, in turns; 0 if it is not settled, or if its period is longer than 8). Attributes: method,
+        steps, and of every measure with a fixed step `error_estimate`, the largest difference to half the step in a
+        sample of lanes.
+
+    Raises
+    ------
+    ValueError
+        If arrays have different lengths, a value is not finite, a path is unknown or names an order, or a count is not
+        positive.
+    TypeError
+        If the system has no `rhs`, or a fixed step cannot be chosen for it.
+
+    References
+    ----------
+    Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, 2nd ed., secs. II.4-II.5.
+    """
+    system = with_parts("ensemble", system, "rhs")
+    varied, states, lanes = _arrays(system, parameters, y0)
+    positive_count("periods", periods)
+    if settle != 0:
+        positive_count("settle", settle)
+    kept = _checked_measures(measures)
+    chosen = _method(system, method)
+    batch = _batch(system, varied, states, lanes, kept, settle, periods, any(isinstance(m, Poincare) for m in measures))
+    workers = positive_count("threads", threads or os.cpu_count() or 1)
+    members = replace(system, varied)
+    found, steps = _run(batch, members, chosen, workers)
+    data = _dataset(system, varied, batch, found, measures)
+    data.attrs |= {"method": str(chosen), "periods": periods, "settle": settle}
+    if isinstance(chosen, Rk4):
+        data["steps"] = ("lane", steps, {"long_name": "steps per period"})
+        _add_error_estimates(data, batch, chosen, steps, measures, system, varied)
+    return data
+
+
+def _arrays(system: Any, parameters: Any, y0: Any) -> tuple[dict[str, Floats], Floats, int]:
+    if not isinstance(parameters, dict):
+        raise TypeError(f"parameters are {shown(parameters)}; they must be a dict of path to values of every lane")
+    known = {p.path: p.value for p in parameters_of(system)}
+    varied = {}
+    for path, values in parameters.items():
+        if path not in known:
+            name = type(system).__name__
+            raise ValueError(f"{name} has no parameter {shown(path)}; it has {', '.join(known)}")
+        if not isinstance(known[path], float):
+            raise ValueError(
+                f"{path} is a whole number, which all lanes share; make one ensemble for each of its values"
+            )
+        varied[path] = numbers(path, values)
+    if not isinstance(y0, list | tuple | np.ndarray) or len(y0) == 0:
+        raise ValueError(f"y0 is {shown(y0)}; it must have one entry per state, a number or one value per lane")
+    states = [numbers(f"y0[{i}]", entry) for i, entry in enumerate(y0)]
+    lengths = {len(v) for v in varied.values()} | {len(v) for v in states if len(v) > 1}
+    if len(lengths) > 1:
+        raise ValueError(f"the arrays have the lengths {sorted(lengths)}; every lane needs one value of each")
+    lanes = lengths.pop() if lengths else 1
+    wanted = len(system.state_names()) if hasattr(system, "state_names") else len(states)
+    if len(states) != wanted:
+        raise ValueError(f"y0 has {len(states)} states; {type(system).__name__} has {wanted}")
+    for low_or_high in (np.argmin, np.argmax):
+        for path, values in varied.items():
+            place = int(low_or_high(values))
+            with_parts("ensemble", replace(system, {p: float(v[place]) for p, v in varied.items()}), "rhs")
+            if path == "omega" and not values[place] > 0.0:
+                raise ValueError(f"omega is {values[place]:g} rad/s in lane {place}; it must be positive")
+    return varied, np.stack([np.broadcast_to(v, (lanes,)) for v in states]), lanes
+
+
+def _checked_measures(measures: Any) -> tuple[Any, ...]:
+    if not isinstance(measures, tuple) or not measures:
+        raise TypeError(f"measures are {shown(measures)}; they must be a tuple such as (sw.Peak(), sw.Rms())")
+    for measure in measures:
+        if not (hasattr(measure, "update") or isinstance(measure, Final | Poincare)):
+            raise TypeError(f"{shown(measure)} is no measure; take Peak(), Rms(), Amplitude(k), Final() or the like")
+        if hasattr(measure, "check"):
+            measure.check()
+    return tuple(m for m in measures if hasattr(m, "update"))
+
+
+def _method(system: Any, method: Any) -> Rk4 | Dopri5:
+    steps_known = hasattr(system, "jacobian") and hasattr(system, "orders") and is_spring(system)
+    if method is None:
+        kinks = system.breakpoints() if hasattr(system, "breakpoints") else ()
+        return Dop8() if steps_known and not kinks else Dopri5()
+    if not isinstance(method, Dopri5 | Rk4):
+        raise TypeError(f"method is {shown(method)}; it must be Dop8(...), Rk4(...) or Dopri5(...)")
+    if isinstance(method, Rk4) and method.steps_per_period is None and not steps_known:
+        name = type(system).__name__
+        raise TypeError(f"{name} has no jacobian and orders to choose a step from; give steps_per_period or use Dopri5")
+    return method
+
+
+def _batch(
+    system: Any, varied: dict[str, Floats], y0: Floats, lanes: int, measures: Any, settle: int, periods: int,
+    points: bool,
+) -> Batch:  # fmt: skip
+    members = replace(system, varied)
+    prepared = members.prepared() if hasattr(members, "prepared") else members
+    table = np.array([np.broadcast_to(np.asarray(v, float), (lanes,)) for v in flat(prepared)]).reshape(-1, lanes)
+    omega = np.broadcast_to(np.asarray(getattr(members, "omega", 1.0), float), (lanes,))
+    probe = tuple(float(i + 2) for i in range(len(y0)))
+    smooth = len(probe) > 1 and float(np.asarray(system.rhs(0.3, probe)[0])) == probe[1]
+    kind = Smooth() if smooth else General()
+    return Batch(first_lane(prepared), table, omega, y0, kind, measures, settle, periods, points)
+
+
+def _run(batch: Batch, members: Any, method: Rk4 | Dopri5, workers: int) -> tuple[Block, Any]:
+    """Run all lanes, those of a fixed method again with finer steps where they met more stiffness than foreseen."""
+    lanes = len(batch.omega)
+    given = 0 if isinstance(method, Dopri5) else method.steps_per_period
+    if isinstance(method, Dopri5) or given is not None:
+        per_period = -(-(given or 0) // 4) * 4
+        return _march_all(batch, np.full(lanes, per_period), method, workers), np.full(lanes, per_period)
+    order, margin = max((1, *members.orders())), _error_reach(members, lanes)
+    reach, periods = np.abs(batch.y0[0]), batch.settle + batch.periods
+    steps = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
+    found = _march_all(batch, steps, method, workers)
+    for _ in range(MOST_TRIES):
+        reach = np.maximum(reach, 1.02 * np.where(np.isfinite(found.reach), found.reach, 0.0))
+        needed = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
+        stayed = found.ended == periods
+        finer = np.where(stayed, needed, np.minimum(needed, 2 * steps))  # a lane that explodes asks for any number
+        again = np.flatnonzero((finer > steps) & (stayed | (steps < MOST_STEPS)))
+        if not len(again):
+            break
+        steps[again] = finer[again]
+        better = _march_all(_some(batch, again), steps[again], method, workers)
+        for name in ("sums", "last", "points", "ended", "reach"):
+            getattr(found, name)[..., again] = getattr(better, name)
+    return found, steps
+
+
+def _error_reach(members: Any, lanes: int) -> Floats:
+    """Largest distance (lanes,) of the torsion from the first state."""
+    angles = np.pi / 8.0 * np.arange(16)[:, None]
+    gaps = members.torsion(angles, (np.zeros((16, lanes)), np.zeros((16, lanes)))) if hasattr(members, "torsion") else 0
+    return np.asarray(np.max(np.abs(np.broadcast_to(np.asarray(gaps, float), (16, lanes))), axis=0))
+
+
+def _some(batch: Batch, places: Any) -> Batch:
+    return with_changes(batch, numbers=batch.numbers[:, places], omega=batch.omega[places], y0=batch.y0[:, places])
+
+
+def _march_all(batch: Batch, steps: Any, method: Rk4 | Dopri5, workers: int) -> Block:
+    """Run all lanes, in blocks of lanes with one number of steps."""
+    jobs = []
+    for number in np.unique(steps):
+        places = np.flatnonzero(steps == number)
+        jobs += [(places[i : i + LANES], int(number)) for i in range(0, len(places), LANES)]
+    said, done, blocks = monotonic(), 0, []
+
+    def job(item: Any) -> Block:
+        return march(batch, item[0], method, item[1])
+
+    def results() -> Any:
+        if workers == 1 or len(jobs) == 1:
+            yield from map(job, jobs)
+            return
+        yield job(jobs[0])  # compiles, where that is still to do, before the threads start
+        with ThreadPoolExecutor(workers) as pool:
+            try:
+                yield from pool.map(job, jobs[1:])
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+
+    for (places, _), block in zip(jobs, results(), strict=True):
+        blocks.append(block)
+        done += len(places)
+        if monotonic() - said >= 1.0:
+            said = monotonic()
+            log.info("%d of %d trajectories (%.0f %%)", done, len(steps), 100.0 * done / len(steps))
+    order = np.concatenate([places for places, _ in jobs])
+    back = np.empty_like(order)
+    back[order] = np.arange(len(order))
+    parts = ("sums", "last", "points", "ended", "reach")
+    return Block(*(np.concatenate([getattr(b, part) for b in blocks], axis=-1)[..., back] for part in parts))
+
+
+def _dataset(system: Any, varied: dict[str, Floats], batch: Batch, found: Block, measures: Any) -> xr.Dataset:
+    periods = batch.settle + batch.periods
+    good = found.ended == periods
+    turn = 2.0 * np.pi / batch.omega
+    units = {p.path: p.unit for p in parameters_of(system)}
+    names = system.state_names() if hasattr(system, "state_names") else [f"y{i}" for i in range(len(batch.y0))]
+    angle = {"units": "rad"} if hasattr(system, "torsion") else {}
+    data = xr.Dataset(coords={path: ("lane", v, {"units": units[path]}) for path, v in varied.items()})
+    at = 0
+    for measure in batch.measures:
+        n = len(flat(measure.start()))
+        with np.errstate(all="ignore"):
+            variables = measure.results(found.sums[at : at + n], batch.periods * turn)
+        at += n
+        for name, values in variables.items():
+            data[name] = ("lane", np.where(good, values, np.nan), dict(angle))
+    if any(isinstance(measure, Final) for measure in measures):
+        data["final"] = (("state", "lane"), np.where(good, found.last[-1], np.nan))
+    if any(isinstance(measure, Poincare) for measure in measures):
+        inside = np.arange(periods)[:, None, None] < found.ended
+        data["points"] = (("turn", "state", "lane"), np.where(inside, found.points, np.nan))
+    if "final" in data or "points" in data:
+        data = data.assign_coords(state=list(names))
+    data["status"] = ("lane", (~good).astype(np.int8), {"meaning": "0 finished, 1 left every bound"})
+    data["ended"] = ("lane", found.ended * turn, {"units": "s", "long_name": "bounded until"})
+    data["period"] = ("lane", _periods_of(found, good), {"units": "turn", "long_name": "0: not settled"})
+    return data
+
+
+def _periods_of(found: Block, good: Any) -> Any:
+    """Turns after which a state comes back (lanes,): the smallest number up to 8; 0 where there is none."""
+    last = found.last
+    size = np.maximum(np.max(np.abs(last), axis=0), 1e-300)
+    out = np.zeros(last.shape[2], np.int64)
+    for n in range(len(last) - 1, 0, -1):
+        with np.errstate(all="ignore"):
+            back = np.all(np.abs(last[-1] - last[-1 - n]) <= SETTLED * size, axis=0)
+        out[back & good] = n
+    return out
+
+
+def _add_error_estimates(
+    data: xr.Dataset, batch: Batch, method: Rk4, steps: Any, measures: Any, system: Any, varied: dict[str, Floats]
+) -> None:
+    """Run a sample of lanes with half the step and say by how much every measure changes at most."""
+    good = np.flatnonzero(data["status"].values == 0)
+    if not len(good):
+        return
+    sample = good[np.unique(np.linspace(0, len(good) - 1, SAMPLED).astype(int))]
+    finer = _march_all(_some(batch, sample), 2 * steps[sample], method, 1)
+    few = _dataset(system, {p: v[sample] for p, v in varied.items()}, _some(batch, sample), finer, measures)
+    for name in few:
+        if few[name].dtype.kind == "f" and name != "ended":
+            change = np.abs(few[name].values - data[name].isel(lane=sample).values)
+            data[name].attrs["error_estimate"] = float(np.nanmax(change)) if np.any(np.isfinite(change)) else 0.0

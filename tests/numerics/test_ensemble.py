@@ -1,0 +1,163 @@
+"""Ensembles against single integrations, closed forms and harmonic balance; bits that do not depend on the batch."""
+
+import numpy as np
+import pytest
+from scipy.integrate import simpson
+
+import strainwave as sw
+
+DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
+ALL = (sw.Peak(), sw.Extremes(), sw.Rms(), sw.Mean(), sw.Amplitude(1), sw.Final())
+FEW = {"omega": np.array([0.8, 1.1]), "law.alpha": np.array([0.02, 0.08])}
+METHODS = [
+    # of the states, and of what is integrated or interpolated (fourth order where the motion is not periodic)
+    pytest.param(sw.Dop8(steps_per_period=64), 5e-9, 1e-6, id="Dop8"),
+    pytest.param(sw.Rk4(steps_per_period=200), 2e-6, 2e-6, id="Rk4"),
+    pytest.param(sw.Dopri5(rtol=1e-10, atol=1e-12), 2e-8, 2e-6, id="Dopri5"),
+]
+
+
+def single(system, y0, periods, settle):
+    """Peak, extremes, rms, mean, amplitude(1) and final state by one tight integration of the same span."""
+    turn = 2.0 * np.pi / system.omega
+    t = np.linspace(0.0, (settle + periods) * turn, (settle + periods) * 2000 + 1)
+    run = sw.simulate(system, y0, t, method=sw.Dopri5(rtol=1e-12, atol=1e-14))
+    assert run.status
+    x, v, t = run.y[0, settle * 2000 :], run.y[1, settle * 2000 :], t[settle * 2000 :]
+    top = [float(np.max(np.abs(x))), float(np.min(x)), float(np.max(x))]
+    crossings = np.flatnonzero(v[1:] * v[:-1] < 0.0)
+    s = v[crossings] / (v[crossings] - v[crossings + 1])
+    inside = x[crossings] + 0.5 * s * v[crossings] * (t[1] - t[0])
+    top = [max(top[0], np.max(np.abs(inside))), min(top[1], np.min(inside)), max(top[2], np.max(inside))]
+    time = periods * turn
+    rms = np.sqrt(simpson(x * x, x=t) / time)
+    harmonic = 2.0 / time * simpson(x * np.exp(-1j * system.omega * t), x=t)
+    return (*top, rms, simpson(x, x=t) / time, abs(harmonic), run.y[:, -1])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("method", "of_states", "of_sums"), METHODS)
+def test_every_lane_is_the_single_integration(method, of_states, of_sums):
+    biased = DUFFING._replace(
+        excitation=sw.Harmonic(1.0, phase=0.3, mean=0.2), error=sw.KinematicError((sw.Line(2, 0.05, 0.4),))
+    )
+    found = sw.ensemble(biased, FEW, (0.1, -0.2), periods=3, settle=2, measures=ALL, method=method)
+    for i in range(2):
+        one = sw.replace(biased, {path: float(values[i]) for path, values in FEW.items()})
+        *wanted, final = single(one, (0.1, -0.2), 3, 2)
+        names = ("peak", "lowest", "highest", "rms", "mean", "amplitude_1")
+        got = [float(found[name][i]) for name in names]
+        np.testing.assert_allclose(got, wanted, rtol=0.0, atol=of_sums, err_msg=str(method))
+        np.testing.assert_allclose(found["final"][:, i], final, rtol=0.0, atol=of_states)
+
+
+@pytest.mark.slow
+def test_the_error_estimate_bounds_the_error_within_its_order():
+    coarse = sw.ensemble(DUFFING, FEW, (0.0, 0.0), periods=4, measures=ALL, method=sw.Rk4(steps_per_period=40))
+    exact = sw.ensemble(DUFFING, FEW, (0.0, 0.0), periods=4, measures=ALL, method=sw.Dopri5(rtol=1e-11, atol=1e-13))
+    for name in ("rms", "final"):
+        error = float(np.max(np.abs(coarse[name] - exact[name])))
+        assert 0.5 * error < coarse[name].attrs["error_estimate"] < 2.0 * error
+
+
+@pytest.mark.compiled
+def test_bits_do_not_depend_on_the_place_in_the_batch_or_on_threads():
+    rng = np.random.default_rng(1)
+    values = {"omega": rng.uniform(0.5, 2.0, 700), "law.alpha": rng.uniform(0.0, 0.2, 700)}
+    whole = sw.ensemble(DUFFING, values, (0.3, 0.0), periods=5, measures=ALL, threads=2)
+    part = sw.ensemble(
+        DUFFING, {p: v[::-1][100:350] for p, v in values.items()}, (0.3, 0.0), periods=5, measures=ALL, threads=1
+    )
+    for name in ("peak", "rms", "mean", "amplitude_1", "final"):
+        assert np.array_equal(whole[name].values[..., ::-1][..., 100:350], part[name].values)
+
+
+@pytest.mark.compiled
+def test_settled_peaks_are_those_of_harmonic_balance():
+    omega = np.array([0.5, 0.9, 1.9])
+    found = sw.ensemble(DUFFING, {"omega": omega}, (0.0, 0.0), periods=2, settle=120)
+    for i, w in enumerate(omega):
+        orbit = sw.find_orbit(sw.replace(DUFFING, {"omega": float(w)}))
+        assert float(found["peak"][i]) == pytest.approx(orbit.peak, rel=2e-6)
+        assert int(found["period"][i]) == 1
+
+
+@pytest.mark.compiled
+def test_a_subharmonic_motion_settles_with_its_period():
+    """Nayfeh & Mook 4.1.4: beside the trivial orbit a stable one of three turns."""
+    system = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.2), sw.Harmonic(6.0), 4.0)
+    isola = sw.isolas(system, (3.5, 4.5))[0]
+    place = int(np.flatnonzero(isola.stable)[len(np.flatnonzero(isola.stable)) // 2])
+    series, omega = isola.coefficients[place], float(isola.omega[place])
+    k = np.arange(1, len(series) // 2 + 1)
+    start = float(series[0] + np.sum(series[1::2])), float(np.sum(k * omega / 3.0 * series[2::2]))
+    found = sw.ensemble(system._replace(omega=omega), {}, start, periods=3, settle=90)
+    trivial = sw.ensemble(system._replace(omega=omega), {}, (0.0, 0.0), periods=3, settle=900)
+    assert (int(found["period"][0]), int(trivial["period"][0])) == (3, 1)
+    assert float(found["peak"][0]) == pytest.approx(isola.peak[place], rel=1e-5)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("law", [sw.Backlash(1.0, 0.5), sw.PiecewiseLinear(1.0, 1.4, 1.8, 0.5, 1.2)])
+def test_laws_with_kinks_take_adaptive_steps(law):
+    system = sw.Oscillator(1.0, 0.1, law, sw.Harmonic(0.6), 0.8)
+    found = sw.ensemble(system, {"omega": np.array([0.8, 0.7])}, (0.0, 0.0), periods=4, measures=ALL)
+    assert found.attrs["method"].startswith("Dopri5")
+    for i, w in enumerate((0.8, 0.7)):
+        *wanted, final = single(sw.replace(system, {"omega": w}), (0.0, 0.0), 4, 0)
+        np.testing.assert_allclose(found["final"][:, i], final, atol=2e-7)
+        assert float(found["rms"][i]) == pytest.approx(wanted[3], rel=1e-6)
+
+
+@pytest.mark.compiled
+def test_lanes_with_more_stiffness_get_more_steps():
+    stiff = sw.ensemble(DUFFING, {"law.alpha": np.array([0.0, 400.0])}, (1.0, 0.0), periods=3)
+    assert stiff["steps"][1] > 3 * stiff["steps"][0]
+    assert np.all(stiff["status"] == 0)
+
+
+@pytest.mark.parametrize("method", [sw.Dop8(steps_per_period=24), sw.Dopri5(rtol=1e-6, atol=1e-8)])
+def test_a_lane_that_diverges_says_so_and_leaves_the_others_alone(method):
+    soft = DUFFING._replace(law=sw.Cubic(1.0, -1.0), excitation=sw.Harmonic(0.1))
+    found = sw.ensemble(
+        soft, {}, (np.array([0.1, 3.0]), 0.0), periods=2, method=method, measures=(sw.Peak(), sw.Poincare())
+    )
+    assert found["status"].values.tolist() == [0, 1]
+    assert np.isfinite(found["peak"][0])
+    assert np.isnan(found["peak"][1])
+    assert float(found["ended"][1]) < float(found["ended"][0])
+    assert np.all(np.isfinite(found["points"].values[:, :, 0]))
+
+
+def test_units_and_coordinates():
+    found = sw.ensemble(
+        DUFFING, FEW, (0.0, 0.0), periods=1, measures=(sw.Peak(), sw.Final()), method=sw.Rk4(steps_per_period=16)
+    )
+    assert found["omega"].attrs["units"] == "rad/s"
+    assert found["peak"].attrs["units"] == "rad"
+    assert list(found["state"].values) == ["x", "x'"]
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"parameters": {"omega": [1.0, 2.0], "B": [0.1]}}, "lengths"),
+        ({"parameters": {"omga": [1.0]}}, "no parameter 'omga'"),
+        ({"parameters": {"excitation.order": [1.0]}}, "whole number"),
+        ({"parameters": {"omega": [1.0, np.nan]}}, "finite"),
+        ({"parameters": {"omega": [1.0, -1.0]}}, "omega is -1 rad/s in lane 1"),
+        ({"parameters": {"J": [1.0, -1.0]}}, "inertia"),
+        ({"y0": (0.0,)}, "1 states"),
+        ({"y0": 3}, "y0 is 3"),
+        ({"periods": 0}, "periods is 0"),
+        ({"settle": -1}, "settle is -1"),
+        ({"measures": ()}, "measures"),
+        ({"measures": (sw.Amplitude(0),)}, "at least 1"),
+        ({"method": "rk4"}, "method is 'rk4'"),
+        ({"threads": -2}, "threads is -2"),
+    ],
+)
+def test_bad_input_is_one_sentence(change, sentence):
+    arguments = {"parameters": FEW, "y0": (0.0, 0.0), "periods": 1} | change
+    with pytest.raises((ValueError, TypeError), match=sentence):
+        sw.ensemble(DUFFING, arguments.pop("parameters"), arguments.pop("y0"), **arguments)
