@@ -7,6 +7,7 @@ import pytest
 from scipy.signal import lfilter, lombscargle
 
 import strainwave as sw
+from strainwave.study.line_noise import power
 
 TURN = 2.0 * math.pi
 TRUE = ((1, 2.0e-5, -1.0), (2, 1.0e-4, 0.3), (4, 1.0e-5, 2.0))
@@ -124,6 +125,17 @@ def test_search_agrees_with_scipys_lomb_scargle():
     scan = sw.error_scan(theta, e)
     power = lombscargle(theta, e, np.arange(1.0, 41.0), floating_mean=True)
     assert [line.order for line in scan.lines] == sorted(1 + np.argsort(power)[-2:])
+
+
+@pytest.mark.parametrize(
+    ("turns", "even", "spacing"), [(2.0, True, 1.0), (3.3, True, 1.0 / 3.3), (3.3, True, 1.0), (2.0, False, 1.0)]
+)
+def test_power_is_the_squared_amplitude_of_its_definition(turns, even, spacing):
+    rng = np.random.default_rng(6)
+    runs = [((uniform(150, turns) if even else uneven(rng, 150, turns)) + 0.2, rng.normal(size=150)) for _ in range(2)]
+    q = spacing * np.arange(1, 31)
+    sums = sum(np.exp(-1j * np.outer(q, theta)) @ r for theta, r in runs)
+    assert np.allclose(power(runs, spacing, 30), np.abs(2.0 / 300.0 * sums) ** 2, rtol=1e-9, atol=1e-12)
 
 
 def test_both_directions_give_lost_motion_and_the_mean_lines():

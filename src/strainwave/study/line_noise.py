@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..results import Floats
 
@@ -18,6 +19,7 @@ PASSES = 20
 STRONG = 0.1  # lines of at least this share of the strongest one's power are taken in one pass
 SCATTER = math.pi**2 / 6.0  # variance of the logarithm of an exponential value
 CUT = 3.0  # a logarithm that stands so far above the median is a line
+EVEN = 1e-6  # of a step: angles that deviate less are equidistant
 ROUNDED = 1.5  # a residual of at most so many times the variance of rounding has no lines
 CLOSE = 1.5  # frequencies nearer than so many spacings to a fitted line are no noise
 
@@ -38,14 +40,25 @@ def power(runs: Sequence[Any], spacing: float, count: int) -> Floats:
     """
     total = np.zeros(count, complex)
     for angle, residual in runs:
-        step = np.exp(-1j * spacing * (angle - angle[0]))
-        turned = residual.astype(complex)
-        sums = np.empty(count, complex)
-        for j in range(count):
-            turned *= step
-            sums[j] = turned.sum()
-        total += sums * np.exp(-1j * spacing * np.arange(1, count + 1) * angle[0])
+        total += _sums(angle, residual, spacing, count) * np.exp(-1j * spacing * np.arange(1, count + 1) * angle[0])
     return np.asarray(np.abs(2.0 / sum(len(angle) for angle, _ in runs) * total) ** 2)
+
+
+def _sums(angle: Floats, residual: Floats, spacing: float, count: int) -> NDArray[np.complex128]:
+    """Sums of residual exp(-i q (angle - first angle)) at q = spacing, 2 spacing, ...; by FFT where the grid allows."""
+    n = len(angle)
+    step = float(angle[-1] - angle[0]) / (n - 1)
+    stride = spacing * step * n / (2.0 * math.pi)
+    even = float(np.max(np.abs(angle - angle[0] - step * np.arange(n)))) < EVEN * step
+    if even and abs(stride - round(stride)) < EVEN / count:
+        return np.asarray(np.fft.fft(residual)[round(stride) * np.arange(1, count + 1) % n])
+    turn = np.exp(-1j * spacing * (angle - angle[0]))
+    turned = residual.astype(complex)
+    sums = np.empty(count, complex)
+    for j in range(count):
+        turned *= turn
+        sums[j] = turned.sum()
+    return sums
 
 
 class Floor:
