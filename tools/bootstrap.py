@@ -141,8 +141,9 @@ def lint(rest: list[str]) -> list[str]:
 
 def test(rest: list[str]) -> list[str]:
     """Lint, measure the coverage with compilation off, then run every test."""
-    coverage = ["pytest", "-q", "-m", "not compiled and not slow", "--cov", "--cov-report=term"]
-    return lint([]) + run_all([coverage], STRAINWAVE_JIT="0") + run_all([["pytest", "-q", *rest]])
+    pytest = ["pytest", "-q", "-n", "auto", "--dist", "loadfile"]
+    coverage = [*pytest, "-m", "not compiled and not slow", "--cov", "--cov-report=term"]
+    return lint([]) + run_all([coverage], STRAINWAVE_JIT="0") + run_all([[*pytest, *rest]])
 
 
 def docs(rest: list[str]) -> list[str]:
@@ -163,10 +164,10 @@ def bench(rest: list[str]) -> list[str]:
 
 TASKS: dict[str, tuple[Callable[[list[str]], list[str]], tuple[str, ...]]] = {
     "demo": (demo, ("report",)),
-    "test": (test, ("plot", "report", "sym", "dev")),
+    "test": (test, ("plot", "report", "sym", "cluster", "dev")),
     "docs": (docs, ("plot", "report", "sym", "docs")),
-    "lint": (lint, ("plot", "report", "sym", "dev")),
-    "bench": (bench, ("plot", "report", "sym", "dev")),
+    "lint": (lint, ("plot", "report", "sym", "cluster", "dev")),
+    "bench": (bench, ("plot", "report", "sym", "cluster", "dev")),
 }
 
 
