@@ -106,6 +106,7 @@ if TYPE_CHECKING:
     from .study.drive_runs import drive_run as drive_run
     from .study.energy import EnergyBalance as EnergyBalance
     from .study.energy import energy_balance as energy_balance
+    from .study.ensemble_measure import EnsembleMeasure as EnsembleMeasure
     from .study.error_budget import BudgetRow as BudgetRow
     from .study.error_budget import BudgetTotal as BudgetTotal
     from .study.error_budget import ErrorBudget as ErrorBudget
@@ -126,9 +127,15 @@ if TYPE_CHECKING:
     from .study.parametric import parametric_resonances as parametric_resonances
     from .study.reductions import Reductions as Reductions
     from .study.reductions import compare_reductions as compare_reductions
+    from .study.sampling import LatinHypercube as LatinHypercube
+    from .study.sampling import LogUniform as LogUniform
+    from .study.sampling import Normal as Normal
+    from .study.sampling import Sobol as Sobol
+    from .study.sampling import Uniform as Uniform
     from .study.scan_results import ErrorScan as ErrorScan
     from .study.scan_results import Reversal as Reversal
     from .study.scan_results import ScanLine as ScanLine
+    from .study.sweep import sweep as sweep
     from .study.validate import Comparison as Comparison
     from .study.validate import compare as compare
     from .theory.derivation import Derivation as Derivation
@@ -183,6 +190,7 @@ _HOME = {
     "results": ("Branch", "Orbit", "SolveError", "Status", "Trajectory"),
     "study.bode": ("Bode", "bode"),
     "study.drive_runs": ("DriveRun", "drive_run"),
+    "study.ensemble_measure": ("EnsembleMeasure",),
     "study.energy": ("EnergyBalance", "energy_balance"),
     "study.error_budget": ("BudgetRow", "BudgetTotal", "ErrorBudget", "error_budget"),
     "study.error_parts": ("ErrorParts", "error_parts"),
@@ -192,7 +200,9 @@ _HOME = {
     "study.jumps": ("Jump", "Jumps", "jumps"),
     "study.parametric": ("ParametricResonance", "parametric_resonances"),
     "study.reductions": ("Reductions", "compare_reductions"),
+    "study.sampling": ("LatinHypercube", "LogUniform", "Normal", "Sobol", "Uniform"),
     "study.scan_results": ("ErrorScan", "Reversal", "ScanLine"),
+    "study.sweep": ("sweep",),
     "study.validate": ("Comparison", "compare"),
     "theory.derivation": ("Derivation", "derivation"),
     "theory.lyapunov": ("StabilityProof", "lyapunov"),

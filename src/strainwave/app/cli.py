@@ -114,6 +114,42 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
 
 
 @cli.command()
+@click.argument("project", type=click.Path(path_type=Path))
+@click.option(
+    "--grid",
+    multiple=True,
+    required=True,
+    metavar="PATH=VALUES",
+    help='Values of a parameter: LOW:HIGH:COUNT[:log] or V1,V2,..., in SI units or their own ("9 rad/s"); repeatable.',
+)
+@click.option(
+    "--measure",
+    "measures",
+    multiple=True,
+    default=("peak",),
+    show_default=True,
+    help="What to keep of every trajectory: peak, rms, mean, extremes, amplitude:K. Repeat it for several.",
+)
+@click.option("--settle", type=click.IntRange(0), default=200, show_default=True, help="Periods before measuring.")
+@click.option("--periods", type=click.IntRange(1), default=20, show_default=True, help="Periods of the measures.")
+@click.option("-o", "--output", type=folder_type, required=True, help="Store of the results; run again to resume.")
+@click.option("--workers", type=click.IntRange(1), help="Threads. Default: one for every processor.")
+@click.option("--cluster", metavar="ADDRESS", help="Scheduler of a dask cluster, for example tcp://127.0.0.1:8786.")
+@json_option
+def sweep(
+    project: Path, grid: tuple[str, ...], measures: tuple[str, ...], settle: int, periods: int, output: Path,
+    workers: int | None, cluster: str | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Integrate a drive over a grid of its parameters and keep the results in a store.
+
+    An interrupted sweep keeps what it has finished; the same command again goes on from there.
+    """
+    from .sweep import show
+
+    show(project, grid, measures, settle, periods, output, workers, cluster, as_json)
+
+
+@cli.command()
 @json_option
 def reproduce(as_json: bool) -> None:
     """Compute the article's Tables 3 and 4 again and compare every number."""

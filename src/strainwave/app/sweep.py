@@ -1,0 +1,176 @@
+"""`strainwave sweep`: trajectories of a project's drive over a grid of its parameters, kept in a store."""
+
+import logging
+import math
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+import xarray as xr
+
+from ..numerics.measures import Amplitude, Extremes, Mean, Peak, Rms
+from ..quantities import Parameter, parameters, parse
+from ..results import Floats
+from ..study.ensemble_measure import EnsembleMeasure
+from ..study.sweep import sweep
+from .console import number, to_json
+from .project import load
+
+MEASURES = {"peak": Peak, "rms": Rms, "mean": Mean, "extremes": Extremes}
+MOST_VALUES = 10_000_000
+
+
+def show(
+    path: Path, grid: tuple[str, ...], measures: tuple[str, ...], settle: int, periods: int, output: Path,
+    workers: int | None, cluster: str | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Sweep the drive of a project file, or go on where the last run stopped, and print what was found.
+
+    Raises
+    ------
+    ProjectError
+        If the project file is invalid.
+    click.BadParameter
+        If a grid or a measure cannot be read.
+    """
+    project = load(path)
+    system = project.system(0.5 * (project.omega[0] + project.omega[-1]))
+    axes = dict(axis(text, parameters(system)) for text in grid)
+    states = len(system.state_names()) if hasattr(system, "state_names") else 2
+    measure = EnsembleMeasure((0.0,) * states, periods, tuple(map(named, measures)), settle)
+    with progress(project.title), client(cluster) as connected:
+        data = sweep(measure, system, axes, store=output, client=connected, workers=workers)
+    report = found(data) | {"title": project.title, "store": str(output)}
+    click.echo(to_json(report) if as_json else summary(report))
+
+
+def axis(text: str, known: list[Parameter]) -> tuple[str, Floats]:
+    """Read "law.alpha=1e4:1e5:20", with ":log" at the end for even ratios, or "omega=10 rad/s, 200 rpm"."""
+    path, equals, values = (part.strip() for part in text.partition("="))
+    units = {parameter.path: parameter.unit for parameter in known}
+    if not equals or not values:
+        raise click.BadParameter(f"{text!r} is no grid; write it as law.alpha=1e4:1e5:20 or omega=10,20,50")
+    if path not in units:
+        raise click.BadParameter(f"{path!r} is no parameter of this drive; it has {', '.join(units)}")
+    parts = values.split(":")
+    if len(parts) == 1:
+        return path, np.array([quantity(part, units[path]) for part in values.split(",")])
+    logarithmic = len(parts) == 4 and parts[3].strip() == "log"
+    if len(parts) != 3 and not logarithmic:
+        raise click.BadParameter(
+            f"{text!r} is no range; write it as {path}=LOW:HIGH:COUNT or {path}=LOW:HIGH:COUNT:log"
+        )
+    low, high = (quantity(part, units[path]) for part in parts[:2])
+    try:
+        count = int(parts[2])
+    except ValueError:
+        count = 0
+    if not 1 <= count <= MOST_VALUES:
+        raise click.BadParameter(f"{parts[2]!r} in {text!r} is no count; give a whole number from 1 to {MOST_VALUES}")
+    if logarithmic and not (low > 0.0 and high > 0.0):
+        raise click.BadParameter(f"{text!r} goes through 0; even ratios need two positive numbers")
+    return path, np.geomspace(low, high, count) if logarithmic else np.linspace(low, high, count)
+
+
+def quantity(text: str, unit: str) -> float:
+    """Read a plain number in SI units, or a number with a unit of its own."""
+    try:
+        value = float(text)
+    except ValueError:
+        try:
+            return parse(text.strip(), unit)
+        except ValueError as error:
+            raise click.BadParameter(str(error)) from None
+    if not math.isfinite(value):
+        raise click.BadParameter(f"{text.strip()!r} is not finite; give a number in {unit or 'plain units'}")
+    return value
+
+
+def named(text: str) -> Any:
+    """Return the measure of a name: peak, rms, mean, extremes or amplitude:K."""
+    name, _, order = text.partition(":")
+    if name == "amplitude" and order.isdecimal() and int(order) > 0:
+        return Amplitude(int(order))
+    if text not in MEASURES:
+        raise click.BadParameter(
+            f"{text!r} is no measure; there are {', '.join(MEASURES)}, amplitude:1, amplitude:2, ..."
+        )
+    return MEASURES[text]()
+
+
+@contextmanager
+def progress(title: str) -> Iterator[None]:
+    """Show on stderr what the library logs."""
+    log, shown = logging.getLogger("strainwave.study"), logging.StreamHandler(sys.stderr)
+    shown.setFormatter(logging.Formatter("{}: %(message)s".format(title.replace("%", "%%"))))
+    log.addHandler(shown)
+    level = log.level
+    log.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        log.setLevel(level)
+        log.removeHandler(shown)
+
+
+@contextmanager
+def client(address: str | None) -> Iterator[Any]:
+    """Connect to a cluster's scheduler, where one is given."""
+    if address is None:
+        yield None
+        return
+    try:
+        from distributed import Client
+    except ModuleNotFoundError:
+        raise ModuleNotFoundError("a cluster needs the extra `cluster`: pip install 'strainwave[cluster]'") from None
+    try:
+        connected: Any = Client(address)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError) as error:
+        raise RuntimeError(f"no scheduler answers at {address} ({error}); see the page on sweeps") from None
+    with connected:
+        yield connected
+
+
+def found(data: xr.Dataset) -> dict[str, Any]:
+    """Range of every variable, with the place of the largest value; read a slice of the first dimension at a time."""
+    sizes = {str(dim): int(n) for dim, n in data.sizes.items() if dim in data.attrs["parameters"]}
+    ranges: dict[str, Any] = {}
+    unsettled = diverged = 0
+    dim = next(iter(sizes))
+    step = max(1, 1_000_000 * sizes[dim] // math.prod(sizes.values()))
+    for start in range(0, sizes[dim], step):
+        part = data.isel({dim: slice(start, start + step)}).load()
+        diverged += int((part["status"] == 1).sum())
+        unsettled += int((part["period"] == 0).sum())
+        for name in part:
+            if part[name].dtype.kind == "f" and name != "ended" and bool(part[name].notnull().any()):
+                _widen(ranges.setdefault(str(name), {"unit": part[name].attrs.get("units", "")}), part[name])
+    return {
+        "points": math.prod(sizes.values()), "over": sizes, "variables": ranges, "not_settled": unsettled - diverged,
+        "diverged": diverged, "failed": data.attrs["failed_points"], "errors": data.attrs["errors"],
+    }  # fmt: skip
+
+
+def _widen(known: dict[str, Any], values: xr.DataArray) -> None:
+    top = values.isel(values.argmax(...))
+    known["smallest"] = min(known.get("smallest", math.inf), float(values.min()))
+    if float(top) > known.get("largest", -math.inf):
+        known["largest"] = float(top)
+        known["largest_at"] = {str(path): float(place) for path, place in top.coords.items()}
+
+
+def summary(report: dict[str, Any]) -> str:
+    """Return what was found as text."""
+    over = ", ".join(f"{path} ({n})" for path, n in report["over"].items())
+    lines = [f"{report['title']}: {report['points']} points over {over}"]
+    for name, known in report["variables"].items():
+        place = ", ".join(f"{path} = {number(value, 6)}" for path, value in known["largest_at"].items())
+        span = f"{number(known['smallest'], 4)} to {number(known['largest'], 6)} {known['unit']}".rstrip()
+        lines.append(f"  {name}: {span}, the largest at {place}")
+    lines.append(f"  not settled: {report['not_settled']}, diverged: {report['diverged']}, failed: {report['failed']}")
+    lines += [f"  {error}" for error in report["errors"]]
+    return "\n".join([*lines, f"  store: {report['store']} (zarr; xarray.open_zarr reads it)"])

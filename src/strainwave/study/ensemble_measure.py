@@ -1,0 +1,45 @@
+"""`EnsembleMeasure`: what a sweep keeps of trajectories, a whole chunk of them side by side."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from ..numerics.ensemble import ensemble
+from ..numerics.measures import Peak, Rms
+from ..results import Floats
+
+
+@dataclass(frozen=True)
+class EnsembleMeasure:
+    """A measure for `sweep`: an `ensemble` of the points of each chunk.
+
+    Parameters
+    ----------
+    y0 : tuple of float
+        States at the start of every trajectory.
+    periods : int
+        Periods of the base angle over which is measured.
+    measures : tuple
+        What is kept of every trajectory, as in `ensemble`.
+    settle : int
+        Periods before that.
+    method : Dop8, Rk4, Dopri5 or None
+        Integrator; None is that of `ensemble`.
+    """
+
+    y0: tuple[float, ...]
+    periods: int
+    measures: tuple[Any, ...] = (Peak(), Rms())
+    settle: int = 0
+    method: Any = None
+    whole_chunks: ClassVar[bool] = True
+
+    def __call__(self, system: Any, values: Mapping[str, Floats]) -> Any:
+        """Measure the variants of `system` with these values (n,) by path; a dataset over the dimension "lane"."""
+        chosen = {} if self.method is None else {"method": self.method}
+        found = ensemble(
+            system, dict(values), self.y0, periods=self.periods, settle=self.settle, measures=self.measures,
+            threads=1, **chosen,
+        )  # fmt: skip
+        small = {"status": "int8", "period": "int8", "steps": "int32"}  # of many points, each byte counts
+        return found.assign({name: found[name].astype(kind) for name, kind in small.items() if name in found})

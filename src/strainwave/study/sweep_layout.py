@@ -1,0 +1,80 @@
+"""How the points of a sweep are cut into chunks: a chunk is a block of the result's arrays and a run of points."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+MOST_CHUNKS = 4096  # that a sweep point by point is cut into: each costs a few files and milliseconds
+SMALLEST, LARGEST = 32, 1 << 16
+
+
+class Stretch(NamedTuple):
+    """Points of one chunk: the first of them, how many, and where they are in the arrays."""
+
+    first: int
+    points: int
+    region: tuple[slice, ...]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Shape of the arrays over the points, and of the block that one chunk holds.
+
+    A block is complete in its last dimensions and has length 1 in the first ones, so that its points follow each
+    other: point i is the i-th element of the arrays in C order.
+    """
+
+    shape: tuple[int, ...]
+    block: tuple[int, ...]
+
+    @property
+    def points(self) -> int:
+        """Number of points."""
+        return math.prod(self.shape)
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Number of chunks along every dimension."""
+        return tuple(-(-n // b) for n, b in zip(self.shape, self.block, strict=True))
+
+    @property
+    def chunks(self) -> int:
+        """Number of chunks."""
+        return math.prod(self.counts)
+
+    def place(self, chunk: int) -> tuple[int, ...]:
+        """Place of a chunk along every dimension."""
+        return tuple(int(i) for i in np.unravel_index(chunk, self.counts))
+
+    def stretch(self, chunk: int) -> Stretch:
+        """Points of a chunk."""
+        starts = [i * b for i, b in zip(self.place(chunk), self.block, strict=True)]
+        stops = [min(s + b, n) for s, b, n in zip(starts, self.block, self.shape, strict=True)]
+        first = int(np.ravel_multi_index(starts, self.shape))
+        region = tuple(slice(s, e) for s, e in zip(starts, stops, strict=True))
+        return Stretch(first, math.prod(e - s for s, e in zip(starts, stops, strict=True)), region)
+
+
+def layout_of(shape: tuple[int, ...], target: int) -> Layout:
+    """Cut arrays of a shape into even blocks of at most `target` points."""
+    block, left = [1] * len(shape), target
+    for axis in reversed(range(len(shape))):
+        pieces = -(-shape[axis] // left)
+        block[axis] = -(-shape[axis] // pieces)
+        left //= block[axis]
+        if pieces > 1 or left <= 1:
+            break
+    return Layout(shape, tuple(block))
+
+
+def chunk_size(points: int, whole_chunks: bool) -> int:
+    """Points of a chunk when the user does not say: it depends on nothing but the sweep itself."""
+    return LARGEST if whole_chunks else min(LARGEST, max(SMALLEST, -(-points // MOST_CHUNKS)))
+
+
+def described(values: Mapping[str, Any], i: int) -> str:
+    """Parameters of point i of a stretch as text."""
+    return ", ".join(f"{path} = {array[i]:.9g}" for path, array in values.items())

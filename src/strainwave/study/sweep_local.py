@@ -1,0 +1,102 @@
+"""Workers of a sweep on this machine: threads, which serve compiled measures, or processes, which serve all.
+
+A pool has `submit(...)`, a future as those of `concurrent.futures`; `room`, how many chunks it takes at a time;
+`lost(error)`, whether a worker died rather than the measure failed; `check()`, which raises once the pool is gone
+for good; and `close(...)`.
+"""
+
+import contextlib
+import multiprocessing
+import os
+import pickle
+import signal
+import threading
+from collections.abc import Mapping
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+
+from ..results import Floats
+from .sweep_points import Job, Part, compute
+
+
+class ThreadPool:
+    """Threads of this process; a measure that is compiled code lets them run side by side."""
+
+    def __init__(self, workers: int) -> None:
+        self.room = 2 * workers
+        self.stop = threading.Event()
+        self.pool = ThreadPoolExecutor(workers, thread_name_prefix="sweep")
+
+    def submit(self, job: Job, chunk: int, first: int, values: Mapping[str, Floats]) -> "Future[Part]":  # noqa: ARG002
+        """Begin to compute a chunk."""
+        return self.pool.submit(compute, job, first, values, self.stop.is_set)
+
+    def lost(self, error: BaseException) -> bool:  # noqa: ARG002
+        """Threads die with the process only."""
+        return False
+
+    def check(self) -> None:
+        """Threads are always there."""
+
+    def close(self) -> None:
+        """Stop the threads at their next point; chunks under way are given up."""
+        self.stop.set()
+        self.pool.shutdown(wait=True, cancel_futures=True)
+
+
+class ProcessPool:
+    """Processes that are started afresh, not forked, so that threads and compilers survive."""
+
+    def __init__(self, workers: int, job: Job) -> None:
+        try:
+            pickle.dumps(job)
+        except Exception as error:
+            raise TypeError(
+                f"the measure or the system cannot be sent to another process ({' '.join(str(error).split())}); define "
+                "the measure at the top level of a module, or leave out processes=True"
+            ) from None
+        self.workers, self.room = workers, 2 * workers
+        self.pool = self._started()
+
+    def _started(self) -> ProcessPoolExecutor:
+        context = multiprocessing.get_context("spawn")
+        return ProcessPoolExecutor(self.workers, mp_context=context, initializer=_begin)
+
+    def submit(self, job: Job, chunk: int, first: int, values: Mapping[str, Floats]) -> "Future[Part]":  # noqa: ARG002
+        """Begin to compute a chunk."""
+        try:
+            return self.pool.submit(compute, job, first, values)
+        except BrokenProcessPool:
+            self.pool.shutdown(wait=False, cancel_futures=True)
+            self.pool = self._started()
+            return self.pool.submit(compute, job, first, values)
+
+    def lost(self, error: BaseException) -> bool:
+        """Whether a process ended instead of answering."""
+        return isinstance(error, BrokenProcessPool)
+
+    def check(self) -> None:
+        """Processes that end are replaced."""
+
+    def close(self) -> None:
+        """End the processes; chunks under way are given up."""
+        processes = list((self.pool._processes or {}).values())
+        self.pool.shutdown(wait=False, cancel_futures=True)
+        for process in processes:
+            with contextlib.suppress(Exception):
+                process.terminate()
+        for process in processes:
+            process.join(5.0)
+
+
+def _begin() -> None:
+    """Leave Ctrl-C to the process that started this one, and end with it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+
+    def follow() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()
