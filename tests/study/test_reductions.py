@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
+from strainwave.study.analysis import analyze
 
 LAW = sw.Cubic(1.089e5, 6.85e4)  # cubic fit of a CSG-40-50
 DRIVE = sw.Drive(J_m=4.5e-4, J_l=1.3, N=50.0, B=15.4, law=LAW)
@@ -50,3 +51,12 @@ def test_without_any_orbit_the_sentence_says_so():
     nothing = np.array([np.nan])
     found = sw.Reductions(np.array([1.0]), nothing, nothing, nothing, 0.0, nothing)
     assert found.sentence().startswith("No periodic motion of the whole drive train was found")
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_analysis_of_a_free_drive_says_what_its_error_equation_leaves_out():
+    system, train = DRIVE.error_equation(kinematic_error=error(1e-4)), DRIVE.train(kinematic_error=error(1e-4))
+    found = analyze(system, (90.0, 250.0), train=train)
+    assert "With the motor free the error equation leaves out" in found.warnings[-1]
+    assert "N e' up to 0.01" in found.warnings[-1]

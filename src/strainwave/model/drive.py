@@ -101,8 +101,8 @@ class Drive(NamedTuple):
     def train(
         self,
         *,
-        motor_torque: Any = NO_TORQUE,
-        load_torque: Any = NO_TORQUE,
+        motor_torque: Any = None,
+        load_torque: Any = None,
         kinematic_error: KinematicError | None = None,
         omega: AngularSpeed = 1.0,
         control: Any = FREE,
@@ -114,7 +114,7 @@ class Drive(NamedTuple):
 
         Parameters
         ----------
-        motor_torque, load_torque : Harmonic, Harmonics, TorqueProfile or another object with torque(base angle)
+        motor_torque, load_torque : Harmonic, Harmonics, TorqueProfile or any object with torque(base angle), optional
             Torques [N*m] on the motor and on the load, both along the motion.
         kinematic_error : KinematicError, optional
             Lines of the gear's kinematic error [rad, output side], of the motor's own angle.
@@ -133,8 +133,8 @@ class Drive(NamedTuple):
             With one sentence on what is wrong with which part.
         """
         error = NoError() if kinematic_error is None else kinematic_error
-        motor = Motor(self.J_m, motor_torque, motor_drag, control)
-        load = Load(self.J_l, load_torque, load_drag)
+        motor = Motor(self.J_m, NO_TORQUE if motor_torque is None else motor_torque, motor_drag, control)
+        load = Load(self.J_l, NO_TORQUE if load_torque is None else load_torque, load_drag)
         train = DriveTrain(motor, self.N, self.B, self.law, load, omega, error, reference)
         return train if _symbolic(train) else checked(train)
 

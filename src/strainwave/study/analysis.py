@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..model.drive_train import DriveTrain
 from ..model.gear import Gear
 from ..model.limits import Finding
 from ..model.oscillator import Oscillator
@@ -12,6 +13,7 @@ from ..results import SolveError
 from ..theory.lyapunov import StabilityProof, lyapunov
 from ..theory.resonance import NONRESONANT, Resonance
 from .exact import ExactResponse, exact_response
+from .reductions import compare_with_train
 from .regimes import OperatingPoint, Regime, operating_point, regimes
 from .runup import RunUp, run_up
 from .time_case import TimeCase, time_case
@@ -19,6 +21,7 @@ from .usage import Usage, limit_findings, usage
 
 CASES = 4  # resonances shown in time, besides a speed away from all of them
 FEWEST, FINE = 20, 300  # points of the exact response in the band of a resonance, and of one drawn for it alone
+MOST_HARMONICS = 31  # of the whole drive train
 DISAGREE = 0.01  # of the largest |x|: more than truncation of the series explains
 PRIORITY = ("primary", "superharmonic 3:1", "superharmonic 2:1", "subharmonic 1:3", "subharmonic 1:2")
 
@@ -76,6 +79,7 @@ def analyze(
     is_range: bool = True,
     gear: Gear | None = None,
     by_motor: bool = True,
+    train: DriveTrain | None = None,
 ) -> Analysis:
     """Analyse a drive over a range of speeds, or at single ones.
 
@@ -91,13 +95,16 @@ def analyze(
         Record whose limits the run is compared with.
     by_motor : bool
         Whether the base angle is that of the motor, so that its speed is the gear's input speed.
+    train : DriveTrain, optional
+        The whole train with its motor free and its kinematic error: a warning then says what the error equation leaves
+        out.
 
     Raises
     ------
     SolveError
         If the law cannot carry the mean torque, or no simulation finishes.
     """
-    for step in analysis_steps(system, speeds, is_range=is_range, gear=gear, by_motor=by_motor):
+    for step in analysis_steps(system, speeds, is_range=is_range, gear=gear, by_motor=by_motor, train=train):
         if isinstance(step, Analysis):
             return step
     raise AssertionError("the steps end with the analysis")
@@ -110,6 +117,7 @@ def analysis_steps(
     is_range: bool = True,
     gear: Gear | None = None,
     by_motor: bool = True,
+    train: DriveTrain | None = None,
 ) -> Iterator[tuple[str, float] | Analysis]:
     """Do the work of `analyze` in steps; yields (what is being done, finished share), at the end the `Analysis`."""
     limits = (speeds[0], speeds[-1]) if is_range else (0.8 * speeds[0], 1.2 * speeds[-1])
@@ -142,7 +150,17 @@ def analysis_steps(
     used = usage(system, exact, (*sweep.up, *sweep.down, *(case.steady for case in cases)))
     passed = () if gear is None else limit_findings(gear, used, speeds[-1] if by_motor else None)
     said = _warnings(system, point, exact, sweep, tuple(cases))
+    if train is not None:
+        yield "whole drive train", 0.99
+        said += (_left_out(train, system, sweep.worst().omega, limits),)
     yield Analysis(system, limits, point, stability, found, exact, close, sweep, tuple(cases), used, passed, said)
+
+
+def _left_out(train: DriveTrain, system: Oscillator, worst: float, limits: tuple[float, float]) -> str:
+    """Sentence on what the error equation leaves out, at the worst speed and where twice its order is resonant."""
+    speeds = [omega for omega in (0.5 * worst, worst) if limits[0] <= omega <= limits[1]]
+    harmonics = min(MOST_HARMONICS, 4 * max((1, *system.orders())))
+    return compare_with_train(train, system, None, speeds, harmonics).sentence()
 
 
 def _narrow(regime: Regime, exact: ExactResponse) -> bool:

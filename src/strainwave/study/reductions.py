@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..model.drive import Drive
+from ..model.drive_train import DriveTrain
 from ..model.excitation import KinematicError
+from ..model.oscillator import Oscillator
 from ..model.train_forms import SteadyTrain
 from ..numerics.orbits import find_orbit
 from ..quantities import numbers
@@ -78,7 +80,15 @@ def _listed(values: Floats) -> str:
     return ", ".join(f"{value:.5g}" for value in values)
 
 
-def compare_reductions(drive: Drive, kinematic_error: KinematicError, omega: ArrayLike, **torques: Any) -> Reductions:
+def compare_reductions(
+    drive: Drive,
+    kinematic_error: KinematicError,
+    omega: ArrayLike,
+    *,
+    motor_torque: Any = None,
+    load_torque: Any = None,
+    harmonics: int | None = None,
+) -> Reductions:
     """Compare the error equations of a drive with its whole train, at constant mean speeds.
 
     Parameters
@@ -88,9 +98,13 @@ def compare_reductions(drive: Drive, kinematic_error: KinematicError, omega: Arr
     kinematic_error : KinematicError
         Its kinematic error; the lines follow the motor's angle.
     omega : (n,) array_like
-        Mean motor speeds [rad/s], each followed from the one before: a sweep up where they ascend.
-    **torques : Harmonic or Harmonics
-        `motor_torque` and `load_torque`, as in `Drive.error_equation`, on orders of the motor's angle.
+        Mean motor speeds [rad/s], each followed from the one before: a sweep up where they ascend. The whole train is
+        sought next to the orbit of the free error equation.
+    motor_torque, load_torque : Harmonic or Harmonics, optional
+        As in `Drive.error_equation`, on orders of the motor's angle. A mean motor torque does not matter: the one that
+        keeps the mean speed is found.
+    harmonics : int, optional
+        Highest harmonic of the whole train. Default: grown as in `find_orbit`, which takes long for a law with kinks.
 
     Returns
     -------
@@ -102,29 +116,50 @@ def compare_reductions(drive: Drive, kinematic_error: KinematicError, omega: Arr
     ValueError, TypeError
         As `Drive.error_equation` and `find_orbit`.
     """
-    speeds = numbers("omega", omega)
-    whole = SteadyTrain(drive.train(kinematic_error=kinematic_error, **torques), 1.0)
-    load_only = {name: torque for name, torque in torques.items() if name == "load_torque"}
+    torques = {"motor_torque": motor_torque, "load_torque": load_torque}
+    train = drive.train(kinematic_error=kinematic_error, **torques)
     free = drive.error_equation(kinematic_error=kinematic_error, **torques)
-    held = drive.error_equation(kinematic_error=kinematic_error, motor="held", **load_only)
+    held = drive.error_equation(kinematic_error=kinematic_error, load_torque=load_torque, motor="held")
+    return compare_with_train(train, free, held, omega, harmonics)
+
+
+def compare_with_train(
+    train: DriveTrain, free: Oscillator, held: Oscillator | None, omega: ArrayLike, harmonics: int | None = None
+) -> Reductions:
+    """Compare error equations with the train they come from, as `compare_reductions`; nan for a `held` that is None."""
+    speeds = numbers("omega", omega)
+    whole = SteadyTrain(train, 1.0)
     table = np.full((len(speeds), 4), np.nan)
-    systems: tuple[Any, ...] = whole, free, held
-    orbits: list[Orbit | None] = [None, None, None]
+    before: list[Orbit | None] = [None, None]
+    phase = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
     for i, speed in enumerate(speeds):
-        for j, system in enumerate(systems):
-            orbit = orbits[j] = _followed(system._replace(omega=float(speed)), orbits[j])
-            if orbit is not None:
-                table[i, j] = orbit.peak
-        if orbits[0] is not None:
-            phase = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
-            table[i, 3] = np.max(np.abs(orbits[0].state(phase)[2])) / speed
-    phase = 2.0 * np.pi * np.arange(SAMPLES * max(kinematic_error.orders())) / SAMPLES
-    slope = drive.N * float(np.max(np.abs(kinematic_error.slope(phase))))
+        for j, equation in enumerate((free, held)):
+            if equation is not None:
+                orbit = before[j] = _followed(equation._replace(omega=float(speed)), before[j])
+                table[i, 1 + j] = np.nan if orbit is None else orbit.peak
+        if before[0] is not None:
+            exact = find_orbit(
+                whole._replace(omega=float(speed)), guess=_extended(train, free, before[0]), harmonics=harmonics
+            )
+            if exact.status:
+                ripple = np.max(np.abs(exact.state(phase)[2]))
+                table[i, 0], table[i, 3] = exact.peak, ripple / speed
+    highest = max((1, *train.error.orders())) if hasattr(train.error, "orders") else 1
+    phase = 2.0 * np.pi * np.arange(SAMPLES * highest) / (SAMPLES * highest)
+    slope = float(train.N * np.max(np.abs(train.error.slope(phase))))
     return Reductions(speeds, table[:, 0], table[:, 1], table[:, 2], slope, table[:, 3])
 
 
-def _followed(system: Any, before: Orbit | None) -> Orbit | None:
+def _followed(system: Oscillator, before: Orbit | None) -> Orbit | None:
     orbit = find_orbit(system, guess=before) if before is not None else find_orbit(system)
     if not orbit.status and before is not None:
         orbit = find_orbit(system)
     return orbit if orbit.status else None
+
+
+def _extended(train: DriveTrain, free: Oscillator, orbit: Orbit) -> Floats:
+    """Guess (2H+1, states) of the whole train near an orbit of the error equation: w = J x'/(N J_m) without torques."""
+    table = np.zeros((len(orbit.coefficients), len(train.state_names())))
+    table[:, :2] = orbit.coefficients[:, :2]
+    table[1:, 2] = free.J / (train.N * train.motor.J) * orbit.coefficients[1:, 1]
+    return table
