@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import strainwave as sw
+
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
 
-import strainwave as sw
-
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
+LOUD = [(2e-3 * math.cos(a), 2e-3 * math.sin(a)) for a in np.linspace(0.0, 2.0 * math.pi, 12, endpoint=False)]
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.py"))
 
 
@@ -102,6 +103,34 @@ def test_example_my_own_law():
     )  # fmt: skip
     assert module.main() == pytest.approx(np.max(np.abs(motion.y[0])), rel=2e-5)
     assert len(plt.get_fignums()) == 1
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_example_mean_torque():
+    # Independent: SciPy from the same loud start, a little below and a little above the speed. Above, it falls away.
+    module = example("mean_torque")
+    drop = module.main()
+    assert drop == pytest.approx(1538.3, abs=0.1)
+    assert len(plt.get_fignums()) == 1
+    peaks = []
+    for speed in (drop - 4.0, drop + 4.0):
+        system = module.drive_at(module.GEAR.law, 0.0, (drop - 4.0) * module.RPM)
+        loud = next(
+            orbit
+            for orbit in (sw.find_orbit(system, guess=np.array([[0.0], [0.0], [0.0], [c], [s]])) for c, s in LOUD)
+            if orbit.peak > 1.8e-3
+        )
+        omega = speed * module.RPM
+        system = system._replace(omega=omega)
+        turn = 2.0 * math.pi / omega
+        motion = solve_ivp(
+            lambda t, y, system=system, omega=omega: system.rhs(omega * t, (y[0], y[1])),
+            (0.0, 150 * turn), loud.state(0.0), rtol=1e-8, atol=1e-12, t_eval=np.linspace(149 * turn, 150 * turn, 401),
+        )  # fmt: skip
+        peaks.append(np.max(np.abs(motion.y[0])))
+    assert peaks[0] > 2.0e-3
+    assert peaks[1] < 0.8e-3
 
 
 @pytest.mark.slow

@@ -116,7 +116,9 @@ def parametric_resonances(system: Any, span: tuple[float, float]) -> list[Parame
         )
     linear = system._replace(law=Linear(stiffness), excitation=Harmonic(0.0), error=NoError(), omega=lo)
     omega_0 = math.sqrt(stiffness / system.J)
-    found = [_resonance(linear, omega_0, m, cause) for m, cause in _causes(system.variation.orders()).items()]
+    causes = _causes(system.variation.orders()).items()
+    near = [(m, cause) for m, cause in causes if lo <= _bracket(omega_0, m)[1] and hi >= _bracket(omega_0, m)[0]]
+    found = [_resonance(linear, omega_0, m, cause) for m, cause in near]
     inside = [r for r in found if lo <= r.omega <= hi or (r.unstable and r.low <= hi and r.high >= lo)]
     return sorted(inside, key=lambda r: r.omega)
 
@@ -132,6 +134,11 @@ def _causes(orders: tuple[int, ...]) -> dict[int, str]:
                 for m, sign in ((i + j, "+"), (j - i, "-")):
                     causes.setdefault(m, f"orders {j} {sign} {i} of the stiffness meet 2 omega_0")
     return causes
+
+
+def _bracket(omega_0: float, m: int) -> tuple[float, float]:
+    """Base speeds [rad/s] between which tongue m lies."""
+    return 2.0 * omega_0 / (m + 0.5), 2.0 * omega_0 / (m - 0.5)
 
 
 def _resonance(linear: Any, omega_0: float, m: int, cause: str) -> ParametricResonance:
@@ -151,7 +158,7 @@ def _resonance(linear: Any, omega_0: float, m: int, cause: str) -> ParametricRes
         trace, decay = hill(omega)
         return trace - 2.0 * np.cosh(decay)
 
-    low, high = 2.0 * omega_0 / (m + 0.5), 2.0 * omega_0 / (m - 0.5)
+    low, high = _bracket(omega_0, m)
     centre = _summit(lambda omega: hill(omega)[0], low, high)
     traces, decays = hill(np.array([centre]))
     turn = 2.0 * math.pi / centre

@@ -1,0 +1,150 @@
+"""Parametric resonance: Mathieu's characteristic values, the damped tongue, and the steady motion inside it."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.special import mathieu_a, mathieu_b
+
+import strainwave as sw
+
+
+def drive(depth, ratio=0.0, law=sw.Linear(1.0), orders=(1,), torque=sw.Harmonic(0.0)):  # noqa: B008
+    ripples = tuple(sw.Ripple(order, depth) for order in orders)
+    return sw.VaryingOscillator(1.0, sw.GearDamping(2.0 * ratio), law, torque, 1.0, sw.NoError(), sw.Variation(ripples))
+
+
+def test_edges_of_the_tongues_are_the_characteristic_values_of_mathieus_equation():
+    # With tau = omega t/2: a = 4/omega^2 and q = 2 k/omega^2 in x'' + (a - 2 q cos 2 tau) x = 0 (DLMF 28.2).
+    depth = 0.4
+    found = sw.parametric_resonances(drive(depth), (0.6, 2.5))
+    assert [r.m for r in found] == [3, 2, 1]
+    for r in found:
+        edges = [4.0 / w**2 for w in (r.low, r.high)]
+        for a in edges:
+            nearest = min((mathieu_a(r.m, depth * a / 2), mathieu_b(r.m, depth * a / 2)), key=lambda c, a=a: abs(c - a))
+            assert a == pytest.approx(nearest, abs=1e-9)
+        assert edges[0] - edges[1] > 0.01  # two different ones
+        assert r.unstable
+        assert r.turns == 1 + r.m % 2
+
+
+def test_the_closed_form_of_the_tongue_is_right_to_second_order_in_the_depth():
+    wrong = []
+    for depth in (0.2, 0.1, 0.05):
+        (found,) = sw.parametric_resonances(drive(depth, 0.005), (1.8, 2.2))
+        form = sw.parametric_tongue(1.0, 0.01, depth)
+        wrong.append([abs(found.low - form.low), abs(found.high - form.high)])
+        assert found.growth == pytest.approx(form.growth, rel=depth**2)
+    slope = np.log2(np.array(wrong[:-1]) / np.array(wrong[1:]))
+    np.testing.assert_allclose(slope, 2.0, atol=0.15)
+
+
+def test_near_the_tip_the_edges_are_two_omega_0_plus_minus_the_root():
+    form = sw.parametric_tongue(1.0, 0.01, 0.03)
+    root = math.sqrt((0.5 * 0.03) ** 2 - 0.01**2)
+    assert form.low == pytest.approx(2.0 - root, abs=2e-4)
+    assert form.high == pytest.approx(2.0 + root, abs=2e-4)
+    assert form.threshold == pytest.approx(4 * 0.005, rel=1e-4)
+    assert math.isnan(sw.parametric_tongue(1.0, 0.01, 0.0199).low)
+
+
+@pytest.mark.parametrize(("share", "unstable"), [(0.99, False), (1.01, True)])
+def test_the_threshold_in_the_depth_divides_decay_from_growth(share, unstable):
+    depth = share * sw.parametric_tongue(1.0, 0.02, 0.0).threshold
+    (found,) = sw.parametric_resonances(drive(depth, 0.01), (1.8, 2.2))
+    assert found.unstable is unstable
+    assert (found.growth > 0.0) is unstable
+    assert math.isnan(found.low) is not unstable
+
+
+@pytest.mark.parametrize("m", [1, 2])
+def test_the_damping_needed_divides_too(m):
+    def at(ratio):
+        return next(r for r in sw.parametric_resonances(drive(0.3, ratio), (0.8, 2.2)) if r.m == m)
+
+    needed = at(0.001).damping_needed
+    assert at(0.995 * needed).unstable
+    assert not at(1.005 * needed).unstable
+
+
+def test_motions_grow_at_the_rate_given():
+    system = drive(0.3, 0.02)
+    (found,) = sw.parametric_resonances(system, (1.8, 2.2))
+    turns, period = 20, 4.0 * math.pi / found.omega
+    motion = solve_ivp(
+        lambda t, y: system.rhs(found.omega * t, y), (0.0, turns * period), (1e-3, 0.0), "DOP853",
+        t_eval=period * np.array([turns - 5, turns]), rtol=1e-10, atol=1e-14,
+    )  # fmt: skip
+    grown = math.log(abs(motion.y[0, 1] / motion.y[0, 0])) / (5 * period)
+    assert grown == pytest.approx(found.growth, rel=1e-6)
+
+
+def test_two_lines_of_the_stiffness_meet_in_their_sum():
+    found = sw.parametric_resonances(drive(0.2, 0.0001, orders=(2, 5)), (2 / 7.3, 2 / 6.7))
+    assert [r.m for r in found] == [7]
+    assert found[0].cause == "orders 5 + 2 of the stiffness meet 2 omega_0"
+    assert found[0].unstable
+    alone = sw.parametric_resonances(drive(0.2, 0.0001, orders=(5,)), (2 / 7.3, 2 / 6.7))
+    assert alone == []
+
+
+def test_a_mean_torque_moves_the_resonance_with_the_stiffness_at_its_operating_point():
+    law = sw.Cubic(1.0, 0.1)
+    loaded = drive(0.05, 0.001, law, torque=sw.Harmonic(0.0, mean=1.5))
+    (found,) = sw.parametric_resonances(loaded, (1.5, 3.0))[-1:]
+    ratio = sw.small_signal(law, 1.5).frequency_ratio
+    assert ratio > 1.1
+    assert found.omega == pytest.approx(2.0 * ratio, rel=1e-3)
+
+
+def test_on_a_forced_orbit_the_doublings_are_the_edges_of_the_tongue():
+    system = drive(0.1, 0.01, sw.Cubic(1.0, 0.1), torque=sw.Harmonic(1e-3))
+    (found,) = sw.parametric_resonances(system, (1.8, 2.2))
+    curve = sw.frequency_response(system, (1.8, 2.2), points=60)
+    assert sorted(o.omega for o in curve.doublings) == pytest.approx([found.low, found.high], rel=1e-5)
+
+
+def test_the_steady_motion_has_twice_the_period_and_the_amplitude_of_the_average():
+    depth, mu, alpha = 0.1, 0.02, 0.1
+    system = drive(depth, mu / 2.0, sw.Cubic(1.0, alpha))._replace(omega=2.0)
+    # One harmonic at w = 1: (3/4 alpha a^2)^2 + mu^2 = (depth/2)^2, phase from the cosine and sine balances.
+    stiffening = math.sqrt(depth**2 / 4.0 - mu**2)
+    a = math.sqrt(stiffening / (0.75 * alpha))
+    angle = math.atan2(-(stiffening + depth / 2.0), mu)
+    p, q = a * math.cos(angle), a * math.sin(angle)
+    orbit = sw.find_orbit(system, period=2, guess=np.array([[0.0, 0.0], [p, q], [q, -p]]))
+    assert orbit.status
+    assert orbit.stable
+    assert orbit.amplitude(1) == pytest.approx(a, rel=0.5 * depth)
+    branch = sw.parameter_response(system, "omega", (1.8, 2.4), start=orbit, points=60)
+    (found,) = sw.parametric_resonances(system, (1.8, 2.2))
+    assert np.min(branch.values) == pytest.approx(found.low, abs=1e-5)  # there it leaves the rest
+
+
+def test_motions_from_near_rest_settle_on_that_orbit():
+    system = drive(0.2, 0.02, sw.Cubic(1.0, 0.1))._replace(omega=2.0)
+    motion = sw.simulate(system, (0.01, 0.0), np.linspace(0.0, 600.0, 3001))
+    peak = np.max(np.abs(motion.y[0, -200:]))
+    orbit = sw.find_orbit(system, period=2, guess=np.array([[0.0, 0.0], [0.45, -1.0], [-1.0, -0.45]]))
+    assert orbit.peak == pytest.approx(peak, rel=0.02)
+    assert peak > 1.0
+
+
+def test_a_constant_stiffness_has_none():
+    assert sw.parametric_resonances(drive(0.1)._replace(variation=sw.NoVariation()), (0.1, 5.0)) == []
+
+
+def test_what_cannot_be_asked_is_refused_in_one_sentence():
+    plain = sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(0.1), 1.0)
+    with pytest.raises(TypeError, match="Oscillator has no damping"):
+        sw.parametric_resonances(plain, (0.1, 1.0))
+    with pytest.raises(ValueError, match="must be 0 < low < high"):
+        sw.parametric_resonances(drive(0.1), (0.0, 1.0))
+    with pytest.raises(ValueError, match="it takes a positive one"):
+        sw.parametric_resonances(drive(0.1, law=sw.Backlash(1.0, 0.5)), (0.1, 1.0))
+    with pytest.raises(ValueError, match="hold for light damping"):
+        sw.parametric_tongue(1.0, 1.5, 0.1)
+    with pytest.raises(ValueError, match="0 <= depth < 1"):
+        sw.parametric_tongue(1.0, 0.1, 1.0)
