@@ -314,3 +314,47 @@ def test_parts_of_another_kind_are_refused_in_one_sentence(train, sentence):
 def test_start_of_the_wrong_length_is_told_which_states_there_are():
     with pytest.raises(ValueError, match="DriveTrain has 4: x, x', motor deviation, motor deviation'; give each one"):
         sw.simulate(PLAIN_TRAIN, (0.0, 0.0), 1.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("omega", "stays"), [(200.0, True), (240.0, False)])
+def test_behind_the_resonance_a_constant_torque_does_not_keep_the_speed(omega, stays):
+    # Sommerfeld effect: the mean torque p(omega) that keeps the speed falls there, and the mean speed grows away at the
+    # rate -p'(omega)/(J_m + J_l/N^2). The resonance of order 2 is at omega_0/2 = 212 rad/s.
+    law = sw.Cubic(1.089e5, 6.85e4)
+    drive = sw.Drive(4.5e-4, 1.3, 50.0, 2 * 0.03 * (1.3 * law.K) ** 0.5, law)
+    train = drive.train(kinematic_error=sw.KinematicError((sw.Line(2, 1.115e-4),)))
+    before, here, after = (
+        sw.find_orbit(sw.SteadyTrain(train, omega + d, bandwidth=1e-8), harmonics=10) for d in (-0.5, 0.0, 0.5)
+    )
+    growth = np.log(abs(here.multipliers)) * omega / (2 * np.pi)
+    slope = after.coefficients[0, 3] - before.coefficients[0, 3]
+    predicted = -slope / (drive.J_m + drive.J_l / drive.N**2)
+    found = growth[0] if not stays else growth[1]  # the other one, nearly 0, is that of p itself
+    assert found == pytest.approx(predicted, rel=5e-3)
+    assert (found < 0.0) == stays
+
+
+@pytest.mark.slow
+def test_curve_of_the_whole_train_has_the_folds_of_the_error_equation_nearby():
+    law = sw.Cubic(1.089e5, 6.85e4)
+    drive = sw.Drive(4.5e-4, 1.3, 50.0, 15.4, law)  # 3 % damping with the motor free
+    error = sw.KinematicError((sw.Line(2, 1.115e-4),))
+    systems = sw.SteadyTrain(drive.train(kinematic_error=error), 200.0), drive.error_equation(kinematic_error=error)
+    whole, reduced = (sw.frequency_response(s, (150.0, 260.0), harmonics=6, points=40) for s in systems)
+    assert whole.status is sw.Status.OK
+    assert len(whole.folds) == len(reduced.folds) == 2
+    for exact, near in zip(whole.folds, reduced.folds, strict=True):
+        assert near.omega == pytest.approx(exact.omega, rel=2e-3)
+        assert near.omega != pytest.approx(exact.omega, rel=1e-5)
+
+
+def test_motor_starts_from_rest_under_a_torque_profile():
+    # rigid-body motion: (J_m + J_l/N^2) omega' = T - b omega, from rest to T/b with the time constant J/b
+    b, inertia = 5e-3, DRIVE.J_m + DRIVE.J_l / DRIVE.N**2
+    train = DRIVE.train(
+        motor_torque=sw.TorqueProfile((0.0, 1e-4), (0.0, 1.0)), motor_drag=sw.Viscous(b), reference=sw.AtRest()
+    )
+    run = sw.simulate(train, (0.0,) * 4, 0.3, method=sw.Dopri5(rtol=1e-7))
+    expected = 1.0 / b * (1.0 - np.exp(-(0.3 - 0.5e-4) * b / inertia))
+    assert run.y[3, -1] == pytest.approx(expected, rel=2e-3)
