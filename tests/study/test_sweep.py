@@ -1,0 +1,414 @@
+"""Sweeps: what every point gets, what an interruption or a fault costs, and who is refused."""
+
+import errno
+import json
+import logging
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
+from dataclasses import dataclass
+from functools import partial
+from typing import ClassVar
+
+import numpy as np
+import pytest
+import xarray as xr
+import zarr
+from hypothesis import given
+from hypothesis import strategies as st
+
+import strainwave as sw
+from strainwave.study.store_lock import StoreLock
+from strainwave.study.sweep_layout import layout_of
+from strainwave.study.sweep_spec import digest, identity
+
+SYSTEM = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(1.0), 1.0)
+ALPHA, OMEGA = np.array([0.5, 1.0, 2.0]), np.linspace(1.0, 2.0, 20)
+GRID = {"law.alpha": ALPHA, "omega": OMEGA}
+CALLS = []  # what a measure reads from a global variable is no part of its identity
+AT_CALL = {}
+
+
+def product(system):
+    CALLS.append((system.law.alpha, system.omega))
+    AT_CALL.pop(len(CALLS), lambda: None)()
+    return {"product": system.law.alpha * system.omega, "J": system.J}
+
+
+def noise(system, rng):
+    return system.omega + rng.normal()
+
+
+def picky(system):
+    if system.omega == OMEGA[3]:
+        raise ZeroDivisionError("division of\n the indivisible")
+    if system.omega == OMEGA[5]:
+        return [1.0, 2.0]
+    if system.omega == OMEGA[6]:
+        return {"another": 1.0}
+    if system.omega == OMEGA[7]:
+        return 1j
+    return system.omega
+
+
+@dataclass(frozen=True)
+class Chunkwise:
+    """A whole chunk at a time; raises wherever omega is in `bad`."""
+
+    bad: tuple[float, ...] = ()
+    whole_chunks: ClassVar[bool] = True
+
+    def __call__(self, system, values):
+        CALLS.append(len(values["omega"]))
+        if np.isin(values["omega"], self.bad).any():
+            raise ArithmeticError("bad speed")
+        return {"twice": 2.0 * values["omega"], "pair": np.stack([values["omega"], -values["omega"]], axis=1)}
+
+
+@pytest.fixture(autouse=True)
+def fresh():
+    CALLS.clear()
+    AT_CALL.clear()
+
+
+def files_of(store):
+    """Every file of a store by its path, as it lies on the disk."""
+    return {str(path.relative_to(store)): path.read_bytes() for path in store.rglob("*") if path.is_file()}
+
+
+def test_every_point_of_a_grid_gets_its_measure():
+    result = sw.sweep(product, SYSTEM, GRID, units={"product": "rad/s"})
+    assert result["product"].dims == ("law.alpha", "omega")
+    assert np.array_equal(result["product"], ALPHA[:, None] * OMEGA)
+    assert np.array_equal(result["J"], np.ones((3, 20)))
+    assert np.array_equal(result["omega"], OMEGA)
+    assert result["omega"].attrs["units"] == "rad/s"
+    assert result["product"].attrs["units"] == "rad/s"
+    assert not result["point_status"].any()
+    assert (result.attrs["strainwave"], result.attrs["measure"]) == (sw.__version__, "product")
+
+
+def test_the_points_of_a_sample_carry_their_parameters(tmp_path):
+    sample = sw.Sobol(64, {"law.alpha": sw.Normal(1.0, 0.1), "omega": sw.Uniform(1.0, 2.0)})
+    result = sw.sweep(product, SYSTEM, sample, store=tmp_path / "s", chunk=10)
+    assert result["product"].dims == ("point",)
+    assert np.array_equal(result["product"], result["law.alpha"] * result["omega"])
+    assert len(np.unique(result["omega"])) == 64
+    assert set(result.coords) == {"law.alpha", "omega"}
+    assert result.identical(sw.sweep(product, SYSTEM, sample, store=tmp_path / "s", chunk=10))
+
+
+def test_the_store_is_read_through_xarray_when_its_values_are_used(tmp_path):
+    result = sw.sweep(product, SYSTEM, GRID, store=tmp_path / "s")
+    assert not result["product"].variable._in_memory
+    opened = xr.open_zarr(tmp_path / "s", consolidated=False, chunks=None)
+    assert np.array_equal(opened["product"], ALPHA[:, None] * OMEGA)
+    assert opened.attrs["spec"] == result.attrs["spec"]
+
+
+def test_points_that_fail_are_told_and_the_sweep_goes_on():
+    result = sw.sweep(picky, SYSTEM, {"omega": OMEGA})
+    status = np.zeros(20, int)
+    status[[3, 5, 6, 7]] = 1, 2, 2, 2
+    assert np.array_equal(result["point_status"], status)
+    assert np.array_equal(np.isnan(result["value"]), status > 0)
+    assert np.array_equal(result["value"][status == 0], OMEGA[status == 0])
+    assert result.attrs["failed_points"] == 4
+    assert result.attrs["errors"] == [
+        f"point 3 (omega = {OMEGA[3]:.9g}): ZeroDivisionError: division of the indivisible"
+    ]
+
+
+def test_a_measure_that_always_fails_gives_a_store_without_variables(tmp_path):
+    def hopeless(system):
+        assert not system
+
+    result = sw.sweep(hopeless, SYSTEM, GRID, store=tmp_path / "s", chunk=7)
+    assert result.attrs["failed_points"] == 60
+    assert "AssertionError" in result.attrs["errors"][0]
+    assert set(result) == {"point_status"}
+    assert result.identical(sw.sweep(hopeless, SYSTEM, GRID, store=tmp_path / "s", chunk=7))
+
+
+def test_a_measure_may_take_whole_chunks():
+    result = sw.sweep(Chunkwise(), SYSTEM, GRID, chunk=20)
+    assert CALLS == [20, 20, 20]
+    assert np.array_equal(result["twice"], np.tile(2.0 * OMEGA, (3, 1)))
+    assert result["pair"].dims == ("law.alpha", "omega", "pair_1")
+    assert np.array_equal(result["pair"][1], np.stack([OMEGA, -OMEGA], axis=1))
+
+
+def test_in_a_whole_chunk_that_fails_the_points_are_found():
+    result = sw.sweep(Chunkwise(bad=(OMEGA[4], OMEGA[17])), SYSTEM, {"omega": OMEGA}, workers=1)
+    assert np.flatnonzero(result["point_status"]).tolist() == [4, 17]
+    assert np.array_equal(np.isnan(result["twice"]), result["point_status"] == 1)
+    assert "ArithmeticError: bad speed" in result.attrs["errors"][0]
+
+
+def test_a_whole_chunk_that_always_fails_costs_a_bounded_number_of_calls():
+    omega = np.linspace(1.0, 2.0, 5000)
+    result = sw.sweep(Chunkwise(bad=tuple(omega)), SYSTEM, {"omega": omega}, workers=1)
+    assert result.attrs["failed_points"] == 5000
+    assert len(CALLS) < 100
+
+
+def test_random_numbers_depend_on_the_seed_and_the_point_alone():
+    few, many = (sw.sweep(noise, SYSTEM, GRID, seed=7, chunk=n) for n in (3, 60))
+    assert np.array_equal(few["value"], many["value"])
+    children = np.random.SeedSequence(7).spawn(60)
+    expected = np.tile(OMEGA, 3) + [np.random.default_rng(child).normal() for child in children]
+    assert np.array_equal(few["value"].values.ravel(), expected)
+    assert not np.any(few["value"] == sw.sweep(noise, SYSTEM, GRID, seed=8)["value"])
+
+
+def test_an_interrupted_sweep_goes_on_where_it_stopped(tmp_path):
+    whole = tmp_path / "whole"
+    sw.sweep(product, SYSTEM, GRID, store=whole, chunk=10)
+    CALLS.clear()
+    main = threading.main_thread().ident
+    AT_CALL[30] = partial(signal.pthread_kill, main, signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt, match=r"interrupted; \d+ of 6 chunks are kept .* run the same sweep again"):
+        sw.sweep(product, SYSTEM, GRID, store=tmp_path / "s", chunk=10, workers=1)
+    kept = int(zarr.open_array(tmp_path / "s" / "done")[:].sum())
+    assert 1 <= kept < 6
+    CALLS.clear()
+    sw.sweep(product, SYSTEM, GRID, store=tmp_path / "s", chunk=10)
+    assert len(CALLS) == 10 * (6 - kept)
+    assert files_of(tmp_path / "s") == files_of(whole)
+    assert not (tmp_path / "s.lock").exists()
+
+
+def test_a_finished_sweep_computes_nothing(tmp_path):
+    first = sw.sweep(product, SYSTEM, GRID, store=tmp_path / "s")
+    CALLS.clear()
+    assert first.identical(sw.sweep(product, SYSTEM, GRID, store=tmp_path / "s"))
+    assert CALLS == []
+
+
+def damaged(path):
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize(
+    ("name", "harm"),
+    [
+        ("product", damaged),
+        ("product", lambda path: path.write_bytes(b"")),
+        ("product", lambda path: path.unlink()),
+        ("point_status", damaged),
+        ("point_status", lambda path: path.unlink()),
+    ],
+)
+def test_a_damaged_chunk_is_computed_again(tmp_path, caplog, name, harm):
+    store = tmp_path / "s"
+    sw.sweep(product, SYSTEM, GRID, store=store, chunk=10)
+    before = files_of(store)
+    harm(store / name / "c" / "1" / "1")
+    CALLS.clear()
+    sw.sweep(product, SYSTEM, GRID, store=store, chunk=10)
+    assert [(1.0, omega) for omega in OMEGA[10:20]] == CALLS
+    assert files_of(store) == before
+    assert "chunk 3 of" in caplog.text
+    assert "computed again" in caplog.text
+
+
+def test_what_a_killed_write_leaves_behind_is_removed(tmp_path):
+    store = tmp_path / "s"
+    sw.sweep(product, SYSTEM, GRID, store=store, chunk=10)
+    before = files_of(store)
+    (store / "done" / "c" / "3").unlink()
+    (store / "product" / "c" / "1" / "1.0123.partial").write_bytes(b"half")
+    (tmp_path / "s.partial").mkdir()
+    sw.sweep(product, SYSTEM, GRID, store=store, chunk=10)
+    assert files_of(store) == before
+    assert [path.name for path in tmp_path.iterdir()] == ["s"]
+
+
+def test_the_store_of_another_sweep_is_refused_and_stays_as_it_is(tmp_path):
+    call = {"measure": product, "system": SYSTEM, "grid": GRID, "chunk": 10}
+    sw.sweep(**call, store=tmp_path / "s")
+    before = files_of(tmp_path / "s")
+    others = [
+        {"system": SYSTEM._replace(J=2.0)}, {"grid": GRID | {"omega": OMEGA + 1e-12}}, {"measure": noise}, {"seed": 1},
+        {"chunk": 5},
+    ]  # fmt: skip
+    for other in others:
+        with pytest.raises(ValueError, match=r"holds another sweep \(product over law.alpha, omega"):
+            sw.sweep(**call | other, store=tmp_path / "s")
+    assert files_of(tmp_path / "s") == before
+
+
+def test_a_sweep_begun_by_another_version_is_not_mixed(tmp_path):
+    store = tmp_path / "s"
+    sw.sweep(product, SYSTEM, GRID, store=store, chunk=10)
+    group = zarr.open_group(store)
+    group.attrs["strainwave"] = "0.0.1"
+    assert sw.sweep(product, SYSTEM, GRID, store=store, chunk=10).attrs["strainwave"] == "0.0.1"
+    (store / "done" / "c" / "3").unlink()
+    with pytest.raises(ValueError, match=r"begun with strainwave 0.0.1"):
+        sw.sweep(product, SYSTEM, GRID, store=store, chunk=10)
+
+
+def test_a_folder_that_is_no_store_is_refused_and_an_empty_one_taken(tmp_path):
+    full, empty = tmp_path / "full", tmp_path / "empty"
+    full.mkdir()
+    empty.mkdir()
+    (full / "thesis.txt").write_text("all of it")
+    with pytest.raises(ValueError, match="no store of a sweep"):
+        sw.sweep(product, SYSTEM, GRID, store=full)
+    assert (full / "thesis.txt").read_text() == "all of it"
+    assert not sw.sweep(product, SYSTEM, GRID, store=empty)["point_status"].any()
+
+
+HOLD = """
+import sys, pathlib
+from strainwave.study.store_lock import StoreLock
+lock = StoreLock(pathlib.Path(sys.argv[1]))
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_a_second_process_is_refused_and_a_dead_one_is_not(tmp_path, caplog):
+    store = tmp_path / "s"
+    holder = subprocess.Popen([sys.executable, "-c", HOLD, store], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    try:
+        assert holder.stdout.readline() == b"held\n"
+        with pytest.raises(RuntimeError, match=f"process {holder.pid} on .* is working on this store"):
+            sw.sweep(product, SYSTEM, GRID, store=store)
+        assert not store.exists()
+    finally:
+        holder.kill()
+        holder.communicate()
+    assert sw.sweep(product, SYSTEM, GRID, store=store).attrs["failed_points"] == 0
+    assert f"left by process {holder.pid}, which is gone, is taken over" in caplog.text
+
+
+def test_a_lock_of_another_machine_is_respected(tmp_path):
+    (tmp_path / "s.lock").write_text(json.dumps({"pid": 1, "host": "another"}))
+    with pytest.raises(RuntimeError, match=r"process 1 on another .* delete .*s\.lock"):
+        sw.sweep(product, SYSTEM, GRID, store=tmp_path / "s")
+    assert (tmp_path / "s.lock").exists()
+
+
+def test_the_lock_is_free_for_others_after_its_release(tmp_path):
+    first = StoreLock(tmp_path / "s")
+    with pytest.raises(RuntimeError, match=f"process {os.getpid()} on"):
+        StoreLock(tmp_path / "s")
+    first.release()
+    StoreLock(tmp_path / "s").release()
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("writes", [0, 3, 15])
+def test_a_full_disk_ends_the_sweep_with_one_sentence_and_loses_nothing(tmp_path, monkeypatch, writes):
+    whole, store = tmp_path / "whole", tmp_path / "s"
+    sw.sweep(product, SYSTEM, GRID, store=whole, chunk=10)
+    put, done = zarr.storage._local._put, []
+
+    def full(*args, **keywords):
+        done.append(1)
+        if len(done) > writes:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return put(*args, **keywords)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(zarr.storage._local, "_put", full)
+        with pytest.raises(RuntimeError, match=r"no space left on device.*free some space and run the same sweep"):
+            sw.sweep(product, SYSTEM, GRID, store=store, chunk=10)
+    sw.sweep(product, SYSTEM, GRID, store=store, chunk=10)
+    assert files_of(store) == files_of(whole)
+
+
+def test_a_folder_that_cannot_be_written_is_told_in_one_sentence(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RuntimeError, match="cannot be opened") as refusal:
+        sw.sweep(product, SYSTEM, GRID, store=tmp_path / "file" / "s")
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"measure": 3}, "must be a function"),
+        ({"system": 3}, "NamedTuple"),
+        ({"grid": {"law.beta": [1.0]}}, "no parameter 'beta'"),
+        ({"grid": {"law": [1.0]}}, "is no number"),
+        ({"chunk": 0}, "chunk is 0"),
+        ({"workers": 0}, "workers is 0"),
+        ({"seed": -1}, "seed is -1"),
+        ({"client": "tcp://127.0.0.1:1"}, "must be a dask.distributed.Client"),
+        ({"measure": lambda system: system.J, "processes": True}, "cannot be sent to another process"),
+    ],
+)
+def test_wrong_arguments_are_refused_before_anything_is_computed(change, words):
+    with pytest.raises((TypeError, ValueError), match=words):
+        sw.sweep(**{"measure": product, "system": SYSTEM, "grid": GRID} | change)
+    assert CALLS == []
+
+
+def test_progress_tells_the_time_left(monkeypatch, caplog):
+    ticks = iter(range(10_000))
+    monkeypatch.setattr("strainwave.study.sweep.monotonic", lambda: 60.0 * next(ticks))
+    with caplog.at_level(logging.INFO):
+        sw.sweep(product, SYSTEM, GRID, chunk=20, workers=1)
+    assert "1 of 3 chunks (33 %), about 2 min left" in caplog.text
+
+
+def test_same_things_have_the_same_identity_and_others_another():
+    assert digest(product, SYSTEM, GRID) == digest(product, SYSTEM, dict(GRID))
+    things = [
+        1, 1.0, True, "1", None, 1j, ALPHA, ALPHA.astype("f4"), SYSTEM, SYSTEM.law, (1.0,), [1.0, 2.0], product, noise,
+        partial(noise, rng=1), partial(noise, rng=2), Chunkwise(), Chunkwise((1.0,)), sw.Rk4(steps=30), np.sin,
+        math.sin, sw.Sobol(8, {"J": sw.Uniform(0.0, 1.0)}), sw.Sobol(8, {"J": sw.LogUniform(0.5, 1.0)}), Chunkwise, int,
+    ]  # fmt: skip
+    assert len({identity(thing) for thing in things}) == len(things)
+
+
+def test_a_function_is_known_by_its_source_and_by_what_it_closes_over():
+    def scaled(factor):
+        return lambda system: factor * system.J
+
+    def other(factor):
+        return lambda system: factor + system.J
+
+    assert identity(scaled(2.0)) == identity(scaled(2.0))
+    assert len({identity(f) for f in (scaled(2.0), scaled(3.0), other(2.0))}) == 3
+
+
+def test_what_cannot_be_known_again_cannot_be_resumed(tmp_path):
+    held = object()
+    with pytest.raises(TypeError, match="cannot be resumed"):
+        sw.sweep(lambda system: bool(held) * system.J, SYSTEM, GRID, store=tmp_path / "s")
+    assert sw.sweep(lambda system: bool(held) * system.J, SYSTEM, GRID)["value"].sum() == 60.0
+
+
+@given(st.lists(st.integers(1, 9), min_size=1, max_size=4), st.integers(1, 50))
+def test_chunks_are_consecutive_points_and_cover_all(shape, target):
+    layout = layout_of(tuple(shape), target)
+    numbers = np.arange(layout.points).reshape(shape)
+    found = []
+    for chunk in range(layout.chunks):
+        stretch = layout.stretch(chunk)
+        assert 1 <= stretch.points <= target
+        block = numbers[stretch.region].ravel()
+        assert np.array_equal(block, np.arange(stretch.first, stretch.first + stretch.points))
+        found += block.tolist()
+    assert found == list(range(layout.points))
+
+
+def test_a_grid_of_a_million_million_points_is_cut_without_making_them():
+    from strainwave.study.sampling import points_of
+
+    points = points_of({"J": range(1, 10_001), "B": range(10_000), "omega": range(10_000)})
+    layout = layout_of(points.shape, 65536)
+    assert layout.points == 10**12
+    last = layout.stretch(layout.chunks - 1)
+    values = points.values(last.first, last.points)
+    assert last.points <= 65536
+    assert [values[path][-1] for path in ("J", "B", "omega")] == [10_000, 9_999, 9_999]
