@@ -297,6 +297,13 @@ WRONG = [
     (*law("type: cubik, K: 5 N*m/rad"), "1:31", "gear.law.type", "'cubik' is not known; did you mean 'cubic'?"),
     (*law("type: piecewise"), "1:31", "gear.law.type", "'piecewise' is not known; did you mean 'piecewise_linear'?"),
     (*law("type: quux"), "1:31", "gear.law.type", "'quux' is not known; write one of linear, cubic"),
+    (
+        *law("type: bouc_wen, K: 1e5 N*m/rad"),
+        "1:31",
+        "gear.law.type",
+        "'bouc_wen' has friction or memory, which a project file cannot describe; write a spring, or take strain",
+    ),
+    (*law("type: LuGre"), "1:31", "gear.law.type", "'LuGre' has friction or memory"),
     (*law("type: [cubic]"), "1:31", "gear.law.type", "a list is not known"),
     (*law("type: linear"), "1:24", "gear.law.K", "is missing; write it, for example 7160 N*m/rad or 3 Nm/arcmin"),
     (

@@ -6,6 +6,7 @@ from typing import Any, get_args, get_type_hints
 
 from pydantic import ValidationError
 
+from ..model import friction, hysteresis
 from ..quantities import example
 from .schema import EXAMPLE_POINTS, law_fields, law_types
 from .yaml_text import Keys, Located, Problem, name, shown
@@ -88,6 +89,11 @@ def _about_value(item: Any, keys: Keys, value: Any, located: Located) -> Problem
         if value["type"] in known:  # known, but not here
             known.remove(value["type"])
             sentence = f"{shown(value['type'])} cannot stand inside another law; write one of {', '.join(known)}"
+        elif _python_only(value["type"]):
+            sentence = (
+                f"{shown(value['type'])} has friction or memory, which a project file cannot describe; write a spring, "
+                f"or take strainwave.{_python_only(value['type'])} in Python, with frequency_response and simulate"
+            )
         else:
             sentence = f"{shown(value['type'])} is not known{_near(value['type'], known)}"
     elif kind in ("too_short", "too_long"):
@@ -99,6 +105,13 @@ def _about_value(item: Any, keys: Keys, value: Any, located: Located) -> Problem
         wanted = {"list_type": "a list", "string_type": "a text"}.get(kind, "a group of fields")
         sentence = f"{shown(value)} is not {wanted}; {_write(keys)}"
     return Problem(*located.place(keys), name(keys), sentence)
+
+
+def _python_only(kind: Any) -> str:
+    """Class of the law with friction or memory that a text means, "bouc_wen" or "BoucWen"; empty if none."""
+    plain = kind.replace("_", "").lower() if isinstance(kind, str) else ""
+    classes = [c for m in (friction, hysteresis) for c in vars(m).values() if hasattr(c, "stiffness")]
+    return next((c.__name__ for c in classes if c.__name__.lower() == plain), "")
 
 
 def _follow(loc: tuple[str | int, ...], content: Any) -> tuple[Keys, Any]:
