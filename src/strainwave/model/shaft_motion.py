@@ -6,14 +6,9 @@ coupling from the gear on, (twist, its rate, z of its law), and then z of the lo
 
 from typing import Any
 
-from .._dispatch import energy_of, losses_of, rest, share, states_of, torque_of, z_rate_of
+from .._dispatch import class_of, energy_of, losses_of, rest, share, states_of, torque_of, z_rate_of
 from .._jit import chosen, kernel
 from .shafts import Elastic, Free, Held, PositionLoop, SpeedLoop
-
-
-def class_of(part: Any) -> Any:
-    """Class of a part, or the one that a type of the compiler stands for."""
-    return getattr(part, "instance_class", type(part))
 
 
 @chosen

@@ -26,7 +26,10 @@ class Held(NamedTuple):
 
 
 class PositionLoop(NamedTuple):
-    """PD position loop on the motor: torque -K_p (theta_m - reference) - K_d (theta_m' - reference')."""
+    """PD position loop on the motor: torque -K_p (theta_m - reference) - K_d (theta_m' - reference').
+
+    It acts where it measures: with gains that are not negative it puts in no energy and cannot make the train unstable.
+    """
 
     K_p: TorsionalStiffness
     K_d: Damping
