@@ -292,3 +292,30 @@ def test_every_number_has_a_unit(cls):
         is_number_with_unit = get_origin(hint) is Annotated and isinstance(get_args(hint)[1], str)
         is_part = hint in (Any, int) or get_origin(hint) is tuple or hasattr(hint, "_fields")
         assert is_number_with_unit or is_part, f"{cls.__name__}.{name}: {hint}"
+
+
+@pytest.mark.parametrize("name", sorted({**SYSTEMS, **DISSIPATIVE_SYSTEMS}))
+def test_prepared_system_is_the_system(name):
+    system = {**SYSTEMS, **DISSIPATIVE_SYSTEMS}[name]
+    if not hasattr(system, "prepared"):
+        pytest.skip("has no prepared form")
+    prepared = system.prepared()
+    for phase in ANGLES:
+        y = (0.4 * phase, 0.1 - 0.2 * phase, *share(system.law, (0.05 * phase, 0.02 - 0.01 * phase)))
+        wanted, got = system.rhs(float(phase), y), prepared.rhs(float(phase), y)
+        np.testing.assert_allclose(got, wanted, rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    "law", [sw.PiecewiseLinear(1.0, 1.4, 1.8, 0.5, 1.2), sw.BoucWen(2.0, 0.4, 0.1, 1.2, 0.6, -0.3, 3)]
+)
+def test_prepared_system_may_hold_arrays(law):
+    system = sw.Oscillator(0.7, 0.1, law, sw.Harmonic(0.3, 2, 0.4, 0.1), 1.3, ERRORS["KinematicError"])
+    path = law._fields[0]
+    values = np.array([1.0, 1.5, 2.0])
+    together = sw.replace(system, {f"law.{path}": values}).prepared()
+    y = (0.2, -0.1, 0.03)[: 2 + len(share(law, (0.0, 0.0)))]
+    got = np.array([np.broadcast_to(part, (3,)) for part in together.rhs(0.7, y)])
+    for i, value in enumerate(values):
+        one = sw.replace(system, {f"law.{path}": float(value)})
+        np.testing.assert_allclose(got[:, i], one.rhs(0.7, y), rtol=1e-12)

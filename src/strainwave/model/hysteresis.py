@@ -11,6 +11,7 @@ from .._dispatch import check_law, energy_of, losses_of, rest, share, torque_of,
 from .._jit import kernel
 from ..maths import sign
 from ..quantities import Angle, Ratio, TorsionalStiffness
+from .prepared import Yielding, prepared
 
 
 @kernel
@@ -68,6 +69,11 @@ class BoucWen(NamedTuple):
         power = abs(v * z[0]) * (self.beta + self.gamma * sign(v * z[0]))  # in this form never below zero by rounding
         return ((1.0 - self.ratio) * self.K / self.A * yielded(z[0], self.yield_twist, self.n) * power,)
 
+    def prepared(self) -> Yielding:
+        """The same law without divisions."""
+        parts = self.ratio * self.K, (1.0 - self.ratio) * self.K, self.A, 1.0 / self.yield_twist, self.beta, self.gamma
+        return Yielding(*parts, (1,) * self.n)
+
     def check(self) -> None:
         """Refuse what is no hysteresis or creates energy (ValueError)."""
         for name in ("K", "yield_twist", "A"):
@@ -121,6 +127,10 @@ class Parallel(NamedTuple):
         """Torsions [rad] where a law of the two is not smooth."""
         laws = [law for law in self if hasattr(law, "breakpoints")]
         return tuple(sorted({place for law in laws for place in law.breakpoints()}))
+
+    def prepared(self) -> "Parallel":
+        """The same laws, prepared."""
+        return Parallel(prepared(self.first), prepared(self.second))
 
     def check(self) -> None:
         """Refuse parts that are no laws (TypeError)."""

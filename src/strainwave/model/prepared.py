@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._dispatch import torque_of, z_rate_of
-from ..maths import cos, sin
+from ..maths import cos, sign, sin
 
 
 def prepared(model: Any) -> Any:
@@ -101,6 +101,34 @@ class Slopes(NamedTuple):
         """Torque T(x) [N*m] at torsion x [rad]."""
         inner = self.inner * (abs(x + self.x1) - abs(x - self.x1))
         return self.K3 * x + inner + self.outer * (abs(x + self.x2) - abs(x - self.x2))
+
+
+class Yielding(NamedTuple):
+    """`BoucWen` without divisions; its exponent is the length of a tuple, which the compiler knows."""
+
+    elastic: Any
+    plastic: Any
+    A: Any
+    per_yield: Any
+    beta: Any
+    gamma: Any
+    exponent: tuple[int, ...]
+
+    def states(self) -> int:
+        """Number of internal states."""
+        return 1
+
+    def torque(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+        """Torque [N*m] at torsion x [rad], its rate v [rad/s] and z = (z,) [rad]."""
+        return self.elastic * x + self.plastic * z[0]
+
+    def z_rate(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+        """Rate (z',) [rad/s] of the internal state."""
+        size = abs(z[0] * self.per_yield)
+        level = size
+        for _ in range(len(self.exponent) - 1):
+            level = level * size
+        return (self.A * v - level * (self.beta * abs(v) * sign(z[0]) + self.gamma * v),)
 
 
 class FreeOfError(NamedTuple):

@@ -148,10 +148,13 @@ def vertex(x0: Any, v0: Any, x1: Any, v1: Any, h: Any) -> Any:
 def smooth_vertex(x0: Any, v0: Any, a0: Any, x1: Any, v1: Any, a1: Any, h: Any) -> Any:
     """`vertex` of the quintic through two points with rates v and accelerations a, for the long steps of high order."""
     fall = v0 - v1
-    s = smaller(larger(v0 / fall, 0.0), 1.0)
+    square = fall * fall
+    rough = about_one_over(square)
+    per_fall = fall * (rough * (2.0 - square * rough))
+    s = smaller(larger(v0 * per_fall, 0.0), 1.0)
     r = 1.0 - s
     v = v0 - s * fall + s * r * ((h * a0 + fall) * r - (h * a1 + fall) * s)  # of the cubic through the rates
-    s = smaller(larger(s + v / fall, 0.0), 1.0)
+    s = smaller(larger(s + v * per_fall, 0.0), 1.0)
     r, rise = 1.0 - s, x1 - x0
     cubic = x0 + s * (rise + r * ((h * v0 - rise) * r - (h * v1 - rise) * s))
     bend0 = h * h * a0 - 6.0 * rise + 4.0 * h * v0 + 2.0 * h * v1
