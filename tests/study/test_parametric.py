@@ -123,6 +123,29 @@ def test_the_steady_motion_has_twice_the_period_and_the_amplitude_of_the_average
     assert np.min(branch.values) == pytest.approx(found.low, abs=1e-5)  # there it leaves the rest
 
 
+def test_from_a_doubling_of_the_forced_orbit_the_branch_is_that_of_the_steady_motion():
+    system = drive(0.1, 0.01, sw.Cubic(1.0, 0.1), torque=sw.Harmonic(0.01))
+    curve = sw.frequency_response(system, (1.8, 2.2), points=60)
+    assert len(curve.doublings) == 2
+    first, second = (sw.switch_branch(system, o, (1.8, 2.2), points=60) for o in curve.doublings)
+    assert first.period == 2
+    assert np.all(first.stable[1:])  # born at the lower edge, with the law hardening: over the tongue and beyond
+    assert not np.any(second.stable)
+    at = system._replace(omega=float(first.values[20]))
+    settled = sw.simulate(at, (0.5, 0.0), np.linspace(0.0, 400.0 * math.pi / at.omega, 201))
+    x, v = settled.y[:, -1]
+    orbit = sw.find_orbit(at, period=2, guess=np.array([[0.0, 0.0], [x, v], [2 * v / at.omega, -x * at.omega / 2]]))
+    assert orbit.amplitude(1) == pytest.approx(first.amplitude(1)[20], rel=1e-6)
+
+
+def test_a_branch_cannot_leave_rest_itself():
+    system = drive(0.1, 0.01, sw.Cubic(1.0, 0.1))
+    rest = sw.frequency_response(system, (1.8, 2.2), points=40)
+    assert len(rest.doublings) == 2
+    with pytest.raises(ValueError, match="rest itself, which has no size to step by"):
+        sw.switch_branch(system, rest.doublings[0])
+
+
 def test_motions_from_near_rest_settle_on_that_orbit():
     system = drive(0.2, 0.02, sw.Cubic(1.0, 0.1))._replace(omega=2.0)
     motion = sw.simulate(system, (0.01, 0.0), np.linspace(0.0, 600.0, 3001))

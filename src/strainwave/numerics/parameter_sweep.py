@@ -154,7 +154,12 @@ def tail_along(series: Floats) -> float:
 def embedded(problem: Any, orbit: Orbit, value: float, stretch: int = 1) -> Floats:
     """Guess (coefficients in blocks, parameter) from an orbit whose period goes `stretch` times into the problem's."""
     if isinstance(problem, FirstOrder):
-        return problem.point(orbit.coefficients, value)
+        table = orbit.coefficients
+        series = np.zeros((1 + (len(table) // 2) * 2 * stretch, table.shape[1]))
+        series[0] = table[0]
+        for part in (0, 1):  # cosines and sines
+            series[2 * stretch - 1 + part :: 2 * stretch] = table[1 + part :: 2]
+        return problem.point(series, value)
     return embedded_series(problem, np.append(orbit.coefficients[:, 0], value), stretch)
 
 

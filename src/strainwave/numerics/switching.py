@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from .._dispatch import springs_only
 from ..quantities import checked, interval, replace, shown, with_parts
 from ..results import Branch, Floats, Orbit, SolveError
-from .balance import second_order, work_for
-from .branches import Trace, describe, leaf_of, tail_of, trace
+from .balance import work_for
+from .branches import Trace, describe, largest_tail, leaf_of, trace
 from .continuation import END, FOLD, STEP
-from .harmonics import starting_harmonics
-from .parameter_sweep import SECOND_ORDER, embedded
-from .response import MOST_HARMONICS, TAIL
+from .first_order import balance_of
+from .harmonics import most_harmonics, starting_harmonics
+from .parameter_sweep import embedded
+from .response import TAIL
 from .special_points import corrected
 
 DEPARTURES = (0.01, 0.03, 0.1)  # first steps along the null vector, relative to the orbit
@@ -40,7 +40,7 @@ def switch_branch(
 
     Parameters
     ----------
-    system : Oscillator
+    system : Oscillator, or any NamedTuple with `rhs(phase, y)` and a field `omega`
         The system that the orbit belongs to.
     orbit : Orbit
         One of `Branch.doublings` (the new orbits take twice its period) or `Branch.branch_points` (the same period).
@@ -62,7 +62,7 @@ def switch_branch(
     Raises
     ------
     ValueError
-        If the orbit is neither a period doubling nor a branch point, or lies outside the range.
+        If the orbit is neither a period doubling nor a branch point, is at rest, or lies outside the range.
     SolveError
         If no orbit is found next to the crossing.
 
@@ -70,7 +70,7 @@ def switch_branch(
     ----------
     Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 5.5-5.6.
     """
-    system = with_parts("switch_branch", system, *SECOND_ORDER)
+    system = with_parts("switch_branch", system, "rhs", "omega")
     leaf = leaf_of(system, parameter)
     if not isinstance(orbit, Orbit):
         raise ValueError(f"the orbit is {shown(orbit)}; take one of Branch.doublings or Branch.branch_points")
@@ -79,9 +79,10 @@ def switch_branch(
             f"the orbit is labelled {orbit.label!r}; branches cross at an orbit from Branch.doublings or "
             "Branch.branch_points"
         )
+    if not orbit.peak > 0.0:
+        raise ValueError("the orbit is rest itself, which has no size to step by; give the system a small excitation")
     value = orbit.value
     system = checked(replace(system, {"omega": orbit.omega, parameter: value}))
-    springs_only("switch_branch", system)
     around = tuple(sorted((0.5 * value, 2.0 * value))) if span is None else span
     lo, hi = interval(f"the range of {parameter}", around, positive=parameter in ("omega", "J"))
     if not lo <= value <= hi:
@@ -89,10 +90,11 @@ def switch_branch(
             f"the orbit has {parameter} = {value:.9g}, outside the range {lo:g} .. {hi:g}; widen the range"
         )
     stretch = 2 if "doubling" in orbit.label else 1
-    own = max(7, min(len(orbit.coefficients) // 2, MOST_HARMONICS // stretch))
+    most = most_harmonics(system)
+    own = max(7, min(len(orbit.coefficients) // 2, most // stretch))
     h = starting_harmonics(system, harmonics or stretch * own, stretch * orbit.period, points)
     while True:
-        problem = second_order(system, leaf, leaf_of(system, "omega"), h, stretch * orbit.period)
+        problem = balance_of(system, leaf, leaf_of(system, "omega"), h, stretch * orbit.period)
         first, departure = _departure(problem, embedded(problem, orbit, value, stretch), stretch)
         if first is None:
             raise SolveError(
@@ -101,10 +103,10 @@ def switch_branch(
             )
         found = trace(problem, first, 1.0 if first[-1] > value else -1.0, lo, hi, 4.0 / points)
         found, returned = _until_return(found, departure)
-        tail = float(np.max(tail_of(found.points[:, :-1]), initial=0.0))
-        if harmonics is not None or tail <= TAIL or h >= MOST_HARMONICS:
+        tail = largest_tail(problem, found.points)
+        if harmonics is not None or tail <= TAIL or h >= most:
             break
-        h = min(2 * h + 1, MOST_HARMONICS)
+        h = min(2 * h + 1, most)
     branch = describe(problem, parameter, found, tail, f"from the {orbit.label} at {parameter} = {value:.9g}")
     if returned:
         end = f"returns to the branch that it left at {parameter} = {branch.values[-1]:.6g}"
@@ -115,12 +117,14 @@ def switch_branch(
 def _departure(problem: Any, at: Floats, stretch: int) -> tuple[Floats | None, Floats]:
     """First orbit (coefficients, parameter) of the crossing branch, and the direction in which it leaves."""
     n = len(at) - 1
-    h, work, r = n // 2, work_for(problem), np.empty(n)
+    own = len(problem.error)  # coefficients of one state
+    h, work, r = own // 2, work_for(problem), np.empty(n)
     matrix, column = np.empty((n, n)), np.empty(n)
     problem.residual(at, work, r)
     problem.linearise(at, work, matrix, column)
     odd = np.arange(1, h + 1, 2)
-    free = np.concatenate([odd, h + odd]) if stretch == 2 else np.arange(n)
+    odd = np.concatenate([odd, h + odd])
+    free = np.concatenate([odd + block for block in range(0, n, own)]) if stretch == 2 else np.arange(n)
     direction = np.zeros(n + 1)
     direction[free] = np.linalg.svd(matrix[np.ix_(free, free)])[2][-1]
     size = float(np.linalg.norm(at[:n]))

@@ -93,7 +93,7 @@ def parametric_resonances(system: Any, span: tuple[float, float]) -> list[Parame
     list of ParametricResonance
         By rising speed; those whose centre or unstable range lies in the span, for n up to 4 and pairs of lines. Empty
         for a stiffness that does not vary. A forced orbit of large amplitude has multipliers of its own: see
-        `frequency_response`, whose `doublings` are the edges of the tongues on the orbit.
+        `frequency_response`, whose `doublings` (odd m) and `branch_points` (even m) are the edges of the tongues on it.
 
     Raises
     ------
