@@ -106,6 +106,15 @@ def test_on_a_forced_orbit_the_doublings_are_the_edges_of_the_tongue():
     assert sorted(o.omega for o in curve.doublings) == pytest.approx([found.low, found.high], rel=1e-5)
 
 
+def test_with_even_orders_the_edges_are_branch_points_of_the_forced_orbit():
+    system = drive(0.1, 0.01, sw.Cubic(1.0, 0.1), orders=(2,), torque=sw.Harmonic(1e-3, order=2))
+    (found,) = sw.parametric_resonances(system, (0.9, 1.1))
+    assert found.turns == 1
+    curve = sw.frequency_response(system, (0.9, 1.1), points=60)
+    assert curve.doublings == []
+    assert sorted(o.omega for o in curve.branch_points) == pytest.approx([found.low, found.high], rel=1e-5)
+
+
 def test_the_steady_motion_has_twice_the_period_and_the_amplitude_of_the_average():
     depth, mu, alpha = 0.1, 0.02, 0.1
     system = drive(depth, mu / 2.0, sw.Cubic(1.0, alpha))._replace(omega=2.0)

@@ -1,8 +1,8 @@
 """The dynamic error equation of a gear whose stiffness and damping change while it turns.
 
 J x'' + b(theta, u') u' + (1 + k(theta)) T(u) = tau(theta), u = x - e(theta), theta = omega t. The stiffness of a strain
-wave gear repeats with its wave generator (teeth in contact, ovality: Gu, Tong, Huang & Li 2021, J. Vibroengineering 23,
-forced parametric vibration with two periods), its damping with angle, speed of the torsion and temperature. k is a sum
+wave gear repeats with its wave generator (Gu, Tong, Huang & Li 2021, extrica.com article 21633: forced parametric
+vibration with two periods), its damping with angle, speed of the torsion and temperature. k is a sum
 of lines of integer order on the base angle.
 """
 
