@@ -59,7 +59,7 @@ class Timed:
 class Cheap:
     """Closed form of a whole chunk, with the dead time of a short computation."""
 
-    pause: float = 0.01
+    pause: float = 0.05
     whole_chunks: ClassVar[bool] = True
 
     def __call__(self, system: Any, values: Any, rng: Any) -> Any:
@@ -154,6 +154,7 @@ def kill() -> None:
         run_cheap(quiet)
         span = time.perf_counter() - start
         before, lost, damaged, kills = np.zeros(0, bool), 0, 0, 0
+        shares = []
         while kills < KILLS:
             child = subprocess.Popen(
                 [sys.executable, __file__, "run", str(killed)],
@@ -162,15 +163,18 @@ def kill() -> None:
                 text=True,
             )
             child.stdout.readline()
-            time.sleep(random.uniform(0.0, 0.1 * span))
+            time.sleep(random.uniform(0.0, 0.2 * span))
             child.kill()
             damaged += child.communicate()[1].count("is damaged")
             kills += child.returncode == -9
+            if child.returncode == 0:
+                raise SystemExit(f"the sweep ended after {kills} kills; give it a longer pause")
             if (killed / "done").exists():
                 done = zarr.open_array(killed / "done", mode="r")[:] == 1
                 lost += int(np.sum(before[: len(done)] & ~done[: len(before)]))
                 before = done
-        print(f"killed {kills} times; chunks done after the last kill: {int(before.sum())} of {len(before)}")
+            shares.append(int(before.sum()))
+        print(f"killed {kills} times, with so many of {len(before)} chunks done: {', '.join(map(str, shares))}")
         log = logging.getLogger("strainwave.study")
         heard: list[str] = []
         handler = logging.Handler()
@@ -196,6 +200,7 @@ def main() -> None:
     """Run what the command line asks for."""
     if sys.argv[1:2] == ["run"]:  # the child that is killed
         logging.basicConfig(level=logging.WARNING)
+        sw.sweep(Cheap(0.0), SYSTEM, grid(1000))  # all libraries are loaded
         print("begun", flush=True)
         run_cheap(Path(sys.argv[2]))
         return

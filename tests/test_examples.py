@@ -8,6 +8,7 @@ import matplotlib
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import strainwave as sw
 
@@ -88,6 +89,23 @@ def test_example_error_scan():
     assert np.max(np.abs(load)) < 54.0 / 1e5
     assert found == pytest.approx(np.ptp(load) / np.ptp(module.TRUE.value(theta)), rel=0.01)  # noise of the scan
     assert found == pytest.approx(2.9, abs=0.05)
+    assert len(plt.get_fignums()) == 1
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_example_damping():
+    # Independent: the peak of the response curve by harmonic balance, and the root of its excess by bisection.
+    module = example("damping")
+    needed = module.main()
+    system = module.DRIVE.error_equation(kinematic_error=module.ERROR, omega=140.0, motor="held")
+    critical = 2.0 * math.sqrt(1.3 * 1e5)
+
+    def excess(percent):
+        curve = sw.frequency_response(system._replace(B=0.01 * percent * critical), (110.0, 160.0), harmonics=7)
+        return float(np.max(curve.peak)) - module.ALLOWED
+
+    assert needed == pytest.approx(brentq(excess, 5.0, 11.0, xtol=1e-4), abs=0.02)
     assert len(plt.get_fignums()) == 1
 
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 MOST_CHUNKS = 4096  # that a sweep point by point is cut into: each costs a few files and milliseconds
-SMALLEST, LARGEST = 32, 1 << 16
+SMALLEST, LARGEST = 32, 1 << 17
 
 
 class Stretch(NamedTuple):

@@ -1,0 +1,132 @@
+"""`strainwave sweep`: what its options mean, what it prints, and how it is interrupted and resumed."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import click
+import numpy as np
+import pytest
+import zarr
+from click.testing import CliRunner
+
+import strainwave as sw
+from strainwave.app import cli as command
+from strainwave.app.project import load
+from strainwave.app.sweep import axis, named
+from strainwave.quantities import parameters
+
+PROJECT = """\
+title: A small 100% drive
+gear: {ratio: 50, law: {type: cubic, K: 1e5 N*m/rad, alpha: 6.9e4 1/rad^2}}
+motor: {inertia: 5 kg*cm^2, mode: held}
+load: {inertia: 1 kg*m^2}
+damping: {ratio: 5 %}
+speed: {from: 200 rpm, to: 400 rpm, shaft: load}
+excitation: {kinematic_error: [{order: 2, amplitude: 10 arcsec}]}
+"""
+KNOWN = parameters(sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(1.0), 1.0))
+
+
+@pytest.fixture
+def project(tmp_path):
+    path = tmp_path / "drive.yaml"
+    path.write_text(PROJECT)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("omega=1:2:3", [1.0, 1.5, 2.0]),
+        ("omega = 10 : 1000 : 3 : log", [10.0, 100.0, 1000.0]),
+        ("omega=1,2, 7.5", [1.0, 2.0, 7.5]),
+        ("omega=60 rpm,1 rad/s", [2.0 * np.pi, 1.0]),
+        ("omega=60 rpm:120 rpm:2", [2.0 * np.pi, 4.0 * np.pi]),
+    ],
+)
+def test_a_grid_is_read_in_si_units_or_in_its_own(text, values):
+    path, found = axis(text, KNOWN)
+    assert path == "omega"
+    assert found == pytest.approx(values, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("omega", "is no grid"),
+        ("omega=", "is no grid"),
+        ("speed=1", "has J, B, law.K"),
+        ("omega=1:2", "is no range"),
+        ("omega=1:2:3:lin", "is no range"),
+        ("omega=1:2:0", "no count"),
+        ("omega=1:2:x", "no count"),
+        ("omega=-1:2:3:log", "goes through 0"),
+        ("omega=nan", "not finite"),
+        ("omega=20 Hz", "20 Hz"),
+    ],
+)
+def test_what_is_no_grid_is_refused(text, words):
+    with pytest.raises(click.BadParameter, match=words):
+        axis(text, KNOWN)
+
+
+def test_measures_have_names():
+    assert [named(text) for text in ("peak", "rms", "amplitude:3")] == [sw.Peak(), sw.Rms(), sw.Amplitude(3)]
+    for wrong in ("peek", "amplitude", "amplitude:0", "amplitude:x"):
+        with pytest.raises(click.BadParameter, match="no measure"):
+            named(wrong)
+
+
+def test_wrong_usage_is_told_before_a_store_is_made(project, tmp_path):
+    store = tmp_path / "s"
+    run = CliRunner().invoke(command.cli, ["sweep", str(project), "--grid", "law.beta=1:2:3", "-o", str(store)])
+    assert run.exit_code == 2
+    assert "no parameter of this drive" in run.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["drive.yaml"]
+
+
+@pytest.mark.slow
+def test_a_sweep_prints_what_it_found_and_computes_nothing_twice(project, tmp_path):
+    store = tmp_path / "s"
+    call = ["sweep", str(project), "--grid", "law.alpha=5e4,6e4", "--grid", "omega=100:120:5", "-o", str(store)]
+    call += ["--settle", "40", "--periods", "1"]
+    run = CliRunner().invoke(command.cli, [*call, "--json"])
+    assert run.exit_code == 0, run.stderr
+    report = json.loads(run.stdout)
+    assert report["points"] == 10
+    assert (report["failed"], report["diverged"]) == (0, 0)
+    # order 2 runs towards the resonance at 316 rad/s from below: the largest error is that of the highest speed
+    place = report["variables"]["peak"]["largest_at"]
+    assert place["omega"] == 120.0
+    steady = sw.find_orbit(sw.replace(load(project).system(1.0), place))
+    assert report["variables"]["peak"]["largest"] == pytest.approx(steady.peak, rel=1e-6)
+    before = {path: path.stat().st_mtime_ns for path in store.glob("peak/**/*")}
+    again = CliRunner().invoke(command.cli, call)
+    assert again.exit_code == 0
+    assert "10 points over law.alpha (2), omega (5)" in again.stdout
+    assert {path: path.stat().st_mtime_ns for path in store.glob("peak/**/*")} == before
+
+
+@pytest.mark.slow
+def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(project, tmp_path):
+    store = tmp_path / "s"
+    call = ["sweep", project, "--grid", "law.alpha=5e4:6e4:1000", "--grid", "omega=100:120:1000", "-o", store]
+    run = subprocess.Popen(
+        [sys.executable, "-m", "strainwave", *map(str, call), "--settle", "0", "--periods", "1"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | {"STRAINWAVE_JIT": "1"},
+    )  # fmt: skip
+    for _ in range(6000):
+        if (store / "done" / "c").exists():
+            break
+        time.sleep(0.01)
+    run.send_signal(signal.SIGINT)
+    out, told = run.communicate()
+    assert run.returncode == 130
+    assert out == ""
+    done = int(zarr.open_array(store / "done", mode="r")[:].sum())
+    assert f"interrupted; {done} of 8 chunks are kept in {store}: run the same sweep again to go on" in told
+    assert "Traceback" not in told
