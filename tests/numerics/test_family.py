@@ -21,11 +21,12 @@ def test_every_member_has_the_curve_it_has_alone():
     ("values", "sentence"),
     [
         ({"law.alpha": [0.1, 0.2], "B": [0.1]}, "one length"),
-        ({}, "one length"),
+        ({}, "dict of path to values"),
+        ([0.1], "dict of path to values"),
+        ({"B": "abc"}, "finite numbers"),
         ({"law.beta": [0.1]}, "no parameter 'beta'"),
-        ({"law.alpha": 0.1}, "one length"),
     ],
 )
 def test_wrong_families_are_refused_in_one_sentence(values, sentence):
-    with pytest.raises(ValueError, match=sentence):
+    with pytest.raises((ValueError, TypeError), match=sentence):
         sw.response_family(SYSTEM, (0.5, 2.5), values)

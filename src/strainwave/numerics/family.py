@@ -7,10 +7,9 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from ..quantities import replace
+from ..quantities import numbers, positive_count, replace, shown
 from ..results import Branch
 from .response import frequency_response
 
@@ -49,12 +48,13 @@ def response_family(
     ValueError
         If the arrays have different lengths, there are none, or a path does not exist.
     """
-    values = {path: np.asarray(v, float) for path, v in parameters.items()}
-    lengths = {len(v) if v.ndim == 1 else -1 for v in values.values()}
-    if len(lengths) != 1 or -1 in lengths:
+    if not isinstance(parameters, dict) or not parameters:
+        raise TypeError(f"parameters are {shown(parameters)}; they must be a dict of path to values of every member")
+    values = {path: numbers(path, v) for path, v in parameters.items()}
+    lengths = {len(v) for v in values.values()}
+    if len(lengths) != 1:
         raise ValueError(f"the values of a family must be arrays of one length, not of lengths {sorted(lengths)}")
-    if threads < 1:
-        raise ValueError(f"threads is {threads}; at least 1 is needed")
+    positive_count("threads", threads)
     columns = {path: v.tolist() for path, v in values.items()}
     members = [replace(system, {p: c[i] for p, c in columns.items()}) for i in range(lengths.pop())]
 
