@@ -113,7 +113,8 @@ def against_scipy(rounds):
         theirs.append(1.0 / (time.thread_time() - start))
     a, b = statistics.median(ours), statistics.median(theirs)
     print(
-        f"Dop8, {steps} steps a period, error below 1e-6: {a:.3g} trajectories of 50 periods/s and core, {a / b:.0f} times solve_ivp RK45"
+        f"Dop8, {steps} steps a period, error below 1e-6: {a:.3g} trajectories of 50 periods/s and core, "
+        f"{a / b:.0f} times solve_ivp RK45"
     )
     return a / b
 
@@ -173,7 +174,8 @@ def peers(python):
     for name, (speed, error) in theirs.items():
         better = [s for s, e in ours.values() if e <= error] or [min(s for s, _ in ours.values())]
         print(
-            f"{name}: error {error:.1e}, {speed:.3g} trajectories/s; ours at that error or less {max(better) / speed:.1f} times"
+            f"{name}: error {error:.1e}, {speed:.3g} trajectories/s; ours at that error or less "
+            f"{max(better) / speed:.1f} times"
         )
     return theirs
 
@@ -190,7 +192,8 @@ def many(threads):
     sw.ensemble(DUFFING, values, (0.0, 0.0), periods=200, method=method, threads=threads)
     wall = time.perf_counter() - start
     print(
-        f"99 840 trajectories x 200 periods, {threads} threads: {wall:.1f} s wall, {wall / bound:.2f} times the FMA bound"
+        f"99 840 trajectories x 200 periods, {threads} threads: {wall:.1f} s wall, "
+        f"{wall / bound:.2f} times the FMA bound"
     )
     return wall / bound
 
