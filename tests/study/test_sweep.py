@@ -412,3 +412,23 @@ def test_a_grid_of_a_million_million_points_is_cut_without_making_them():
     values = points.values(last.first, last.points)
     assert last.points <= 65536
     assert [values[path][-1] for path in ("J", "B", "omega")] == [10_000, 9_999, 9_999]
+
+
+@pytest.mark.slow
+def test_an_ensemble_in_chunks_is_the_ensemble_as_a_whole(tmp_path):
+    method, kept = sw.Rk4(steps_per_period=20), (sw.Peak(), sw.Final())
+    measure = sw.EnsembleMeasure((0.1, 0.0), 2, kept, settle=1, method=method)
+    swept = sw.sweep(measure, SYSTEM, GRID, store=tmp_path / "s", chunk=20)
+    alpha, omega = (mesh.ravel() for mesh in np.meshgrid(ALPHA, OMEGA, indexing="ij"))
+    whole = sw.ensemble(
+        SYSTEM, {"law.alpha": alpha, "omega": omega}, (0.1, 0.0), periods=2, settle=1, measures=kept, method=method
+    )
+    assert np.array_equal(swept["peak"].values.ravel(), whole["peak"])
+    assert np.array_equal(swept["final"].values.reshape(60, 2), whole["final"].transpose("lane", "state"))
+    assert swept["final"].dims == ("law.alpha", "omega", "state")
+    assert list(swept["state"].values) == list(whole["state"].values)
+    assert swept["peak"].attrs["units"] == "rad"
+    # the largest estimate of the chunks, each from 16 of its 20 lanes: all of the same size here
+    assert swept["peak"].attrs["error_estimate"] == pytest.approx(whole["peak"].attrs["error_estimate"], rel=0.5)
+    estimates = zarr.open_array(tmp_path / "s" / "error_estimate")[:]
+    assert swept["peak"].attrs["error_estimate"] == estimates[:, 0].max()
