@@ -168,3 +168,17 @@ def test_torsion_is_the_first_state_where_the_system_defines_none():
             return (0.0 * phase, *y[:1])
 
     assert _dispatch.torsion(Free(), 0.0, (3.0, 4.0)) == 3.0
+
+
+@pytest.mark.compiled
+def test_kernels_of_a_module_that_is_imported_later_are_known_to_code_made_before():
+    """A law of another module, first used after the same verb has compiled without it."""
+    program = (
+        "import strainwave as sw\n"
+        "system = sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(0.3), 1.0)\n"
+        "assert sw.simulate(system, (0.0, 0.0), 1.0).status\n"
+        "system = system._replace(law=sw.BoucWen(1.0, 0.4, 0.3))\n"
+        "assert sw.simulate(system, (0.0, 0.0, 0.0), 1.0).status\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-500:]

@@ -149,12 +149,8 @@ def run(function: Callable[..., Any], *args: Any, light: bool = False) -> Any:
     """Execute a kernel as machine code, or as Python when compilation is off.
 
     A `light` job, which takes a fraction of a second in NumPy, runs as Python the first times in a process that has not
-    loaded Numba: loading it takes longer. The results agree to rounding.
-
-    Raises
-    ------
-    TypeError
-        If a user's class uses something that compiled code does not know; the sentence says what.
+    loaded Numba: loading it takes longer. The results agree to rounding. If a user's class uses something that compiled
+    code does not know, the sentence of the TypeError says what.
     """
     as_light = light and "numba" not in sys.modules and next(_light_runs) < LIGHT_RUNS
     if not enabled() or as_light or next(_plain_runs.get() or iter(()), False):
@@ -196,15 +192,19 @@ def _explain(error: Exception, classes: set[str]) -> str:
     )
 
 
-@cache
 def _dispatcher(function: Callable[..., Any], cacheable: bool) -> Any:
-    numba = _numba()
+    _numba()
     while _kernels:  # those of modules imported since the last call
         _expose(*_kernels.pop())
+    return _made(function, cacheable)
+
+
+@cache
+def _made(function: Callable[..., Any], cacheable: bool) -> Any:
+    numba = _numba()
     dispatcher = numba.njit(**OPTIONS)(getattr(function, "loops", function))
     if cacheable and cache_writable():
-        before = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR = str(cache_folder())
+        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(cache_folder())
         try:
             dispatcher.enable_caching()
         finally:
