@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from .app.draw import draw_basins as draw_basins
+    from .app.draw import draw_orbit_diagram as draw_orbit_diagram
+    from .app.draw import draw_variability as draw_variability
     from .app.own_gears import read_gears as read_gears
     from .app.scan_file import ScanFile as ScanFile
     from .app.scan_file import read_scan as read_scan
@@ -72,8 +75,11 @@ if TYPE_CHECKING:
     from .model.varying import Ripple as Ripple
     from .model.varying import Variation as Variation
     from .model.varying import VaryingOscillator as VaryingOscillator
+    from .numerics.attractors import Attractor as Attractor
     from .numerics.backbone import Backbone as Backbone
     from .numerics.backbone import backbone as backbone
+    from .numerics.basins import Basins as Basins
+    from .numerics.basins import basins as basins
     from .numerics.ensemble import ensemble as ensemble
     from .numerics.family import response_family as response_family
     from .numerics.fold_curve import FoldCurve as FoldCurve
@@ -82,6 +88,8 @@ if TYPE_CHECKING:
     from .numerics.integrate import Dopri5 as Dopri5
     from .numerics.integrate import Rk4 as Rk4
     from .numerics.integrate import simulate as simulate
+    from .numerics.lyapunov_exponent import LyapunovExponent as LyapunovExponent
+    from .numerics.lyapunov_exponent import lyapunov_exponent as lyapunov_exponent
     from .numerics.measures import Amplitude as Amplitude
     from .numerics.measures import Extremes as Extremes
     from .numerics.measures import Final as Final
@@ -91,6 +99,10 @@ if TYPE_CHECKING:
     from .numerics.measures import Rms as Rms
     from .numerics.orbits import find_orbit as find_orbit
     from .numerics.parameter_sweep import parameter_response as parameter_response
+    from .numerics.poincare import OrbitDiagram as OrbitDiagram
+    from .numerics.poincare import PoincareSection as PoincareSection
+    from .numerics.poincare import orbit_diagram as orbit_diagram
+    from .numerics.poincare import poincare_section as poincare_section
     from .numerics.response import frequency_response as frequency_response
     from .numerics.shooting import shoot as shoot
     from .numerics.switching import switch_branch as switch_branch
@@ -138,6 +150,8 @@ if TYPE_CHECKING:
     from .study.sweep import sweep as sweep
     from .study.validate import Comparison as Comparison
     from .study.validate import compare as compare
+    from .study.variability import variability as variability
+    from .study.variability_result import Variability as Variability
     from .theory.derivation import Derivation as Derivation
     from .theory.derivation import derivation as derivation
     from .theory.lyapunov import StabilityProof as StabilityProof
@@ -156,6 +170,7 @@ if TYPE_CHECKING:
     from .theory.small_signal import small_signal as small_signal
 
 _HOME = {
+    "app.draw": ("draw_basins", "draw_orbit_diagram", "draw_variability"),
     "app.own_gears": ("read_gears",),
     "app.scan_file": ("ScanFile", "read_scan"),
     "model.drive": ("Drive", "HDC_40_050", "HDC_40_050_WARNING"),
@@ -176,13 +191,17 @@ _HOME = {
     "model.train_forms": ("SteadyTrain",),
     "model.varying": ("GearDamping", "NoVariation", "Ripple", "Variation", "VaryingOscillator"),
     "numerics.backbone": ("Backbone", "backbone"),
+    "numerics.attractors": ("Attractor",),
+    "numerics.basins": ("Basins", "basins"),
     "numerics.fold_curve": ("FoldCurve", "fold_curve"),
     "numerics.ensemble": ("ensemble",),
     "numerics.family": ("response_family",),
     "numerics.measures": ("Amplitude", "Extremes", "Final", "Mean", "Peak", "Poincare", "Rms"),
     "numerics.integrate": ("Dop8", "Dopri5", "Rk4", "simulate"),
+    "numerics.lyapunov_exponent": ("LyapunovExponent", "lyapunov_exponent"),
     "numerics.orbits": ("find_orbit",),
     "numerics.parameter_sweep": ("parameter_response",),
+    "numerics.poincare": ("OrbitDiagram", "PoincareSection", "orbit_diagram", "poincare_section"),
     "numerics.response": ("frequency_response",),
     "numerics.shooting": ("shoot",),
     "numerics.switching": ("switch_branch",),
@@ -204,6 +223,8 @@ _HOME = {
     "study.scan_results": ("ErrorScan", "Reversal", "ScanLine"),
     "study.sweep": ("sweep",),
     "study.validate": ("Comparison", "compare"),
+    "study.variability": ("variability",),
+    "study.variability_result": ("Variability",),
     "theory.derivation": ("Derivation", "derivation"),
     "theory.lyapunov": ("StabilityProof", "lyapunov"),
     "theory.multiple_scales": ("SlowFlow", "slow_flow"),

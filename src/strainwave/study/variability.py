@@ -1,0 +1,197 @@
+"""`variability`: what the scatter of a drive's parameters does to its peak error, its jumps and its resonances.
+
+Independent random drives (no grid, no stratification), so that every standard error printed is that of plain sampling.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..numerics.family import response_family
+from ..numerics.settle import settled
+from ..quantities import interval, number, numbers, parameters, positive_count, replace, shown, with_parts
+from ..results import Floats, SolveError
+from .jumps import jumps
+from .natural_frequencies import driven_orders, natural_frequencies
+from .sampling import Distribution
+from .sensitivity import ranking, running_quantile
+from .variability_result import Band, JumpSpread, SpeedSpread, Variability
+
+LEAST = 32  # drives, for quantiles and rankings to mean anything
+
+
+def variability(
+    system: Any,
+    distributions: Mapping[str, Any],
+    *,
+    speeds: ArrayLike | None = None,
+    count: int = 2000,
+    seed: int = 0,
+    quantiles: ArrayLike = (0.05, 0.5, 0.95),
+    settle: int = 200,
+    longest: int = 3000,
+    jump_span: tuple[float, float] | None = None,
+    jump_count: int = 64,
+    speed_band: tuple[float, float] | None = None,
+    amplitude: float = 0.0,
+    threads: int | None = None,
+) -> Variability:
+    """Draw drives at random and tell how their peak error, jump speeds and resonances scatter, and why.
+
+    The peak error is that of the motion that starts from rest, after it has settled. Where several motions coexist
+    that is one of them; `basins` tells about the others.
+
+    Parameters
+    ----------
+    system : Oscillator
+        The drive; what has no distribution stays as it is.
+    distributions : dict of str to Uniform, LogUniform, Normal, or a frozen distribution of scipy.stats
+        Path of a parameter to its distribution (SI units), as in ``{"law.K": sw.Normal(1e5, 5e3)}``. They are
+        independent of each other.
+    speeds : (speeds,) array_like, optional
+        Base speeds [rad/s] at which the peak error is computed. Default: the system's omega.
+    count : int
+        Number of drives, at least 32.
+    seed : int
+        The same seed gives the same drives and numbers.
+    quantiles : (quantiles,) array_like
+        Shares of the drives, between 0 and 1.
+    settle, longest : int
+        Turns before the first look at a motion, and in all.
+    jump_span : (float, float), optional
+        Range of omega [rad/s] in which to follow response curves; without it no jumps are looked for.
+    jump_count : int
+        How many of the drives are followed.
+    speed_band : (float, float), optional
+        Range of omega [rad/s]: how probable is it that a line of the excitation meets the natural frequency there?
+    amplitude : float
+        Amplitude [rad] of vibration at which the natural frequency is taken (describing function); 0: small.
+    threads : int, optional
+        Default: as many as there are processors.
+
+    Returns
+    -------
+    Variability
+
+    Raises
+    ------
+    ValueError, TypeError
+        If there is no such parameter, a distribution gives an impossible drive, or a count or share is out of range.
+
+    References
+    ----------
+    Saltelli et al. 2008, Global Sensitivity Analysis: The Primer, secs. 1.2.5 (regression), 1.2.6-1.2.8 (first-order
+    index).
+    """
+    system = with_parts("variability", system, "J", "B", "law", "excitation", "omega", "error")
+    positive_count("count", count)
+    if count < LEAST:
+        raise ValueError(f"count is {count}; it must be at least {LEAST} drives")
+    shares = np.sort(numbers("quantiles", quantiles))
+    if not (shares[0] > 0.0 and shares[-1] < 1.0):
+        raise ValueError(f"quantiles are {shown(quantiles)}; they must be shares between 0 and 1")
+    at = numbers("speeds", system.omega if speeds is None else speeds)
+    if not np.all(at > 0.0):
+        raise ValueError(f"speeds are {shown(speeds)}; they must be positive")
+    if "omega" in distributions and speeds is not None:
+        raise ValueError("omega has a distribution and speeds are given; leave one of them out")
+    drives = drawn(system, distributions, count, seed)
+    spreads = tuple(
+        _at_speed(
+            system, drives, float(omega), shares, seed, {"settle": settle, "longest": longest, "threads": threads}
+        )
+        for omega in at
+    )
+    follow = positive_count("jump_count", jump_count)
+    jumping = None if jump_span is None else _jumps(system, drives, interval("jump_span", jump_span), follow, shares)
+    band = None
+    if speed_band is not None:
+        low, high = interval("speed_band", speed_band, positive=True)
+        band = _band(system, drives, low, high, number("amplitude", amplitude))
+    return Variability(drives, spreads, jumping, band, seed)
+
+
+def drawn(system: Any, distributions: Any, count: int, seed: Any) -> dict[str, Floats]:
+    """Values (count,) of every parameter, drawn independently; the first drives of a larger count are the same."""
+    if not isinstance(distributions, Mapping) or not distributions:
+        raise ValueError(f"distributions are {shown(distributions)}; give a dict of path to distribution")
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise ValueError(f"seed is {shown(seed)}; it must be a whole number of at least 0")
+    known = {p.path: p.value for p in parameters(system)}
+    values = {}
+    streams = np.random.SeedSequence(seed).spawn(len(distributions))
+    for (path, law), stream in zip(distributions.items(), streams, strict=True):
+        if not isinstance(known.get(path), float):
+            able = ", ".join(p for p, v in known.items() if isinstance(v, float))
+            raise ValueError(f"{type(system).__name__} has no parameter {shown(path)} that can vary; it has {able}")
+        values[path] = _values(path, law, np.random.default_rng(stream).random(count))
+    for path, column in values.items():
+        for place in (int(np.argmin(column)), int(np.argmax(column))):
+            member = replace(system, {p: float(v[place]) for p, v in values.items()})
+            try:
+                with_parts("variability", member, "rhs")
+            except ValueError as error:
+                raise ValueError(f"drive {place}, with {path} = {column[place]:g}, is impossible: {error}") from error
+    return values
+
+
+def _values(path: str, law: Any, shares: Floats) -> Floats:
+    inside = np.maximum(shares, 0.5**53)
+    if isinstance(law, Distribution):
+        law.check()
+        return np.asarray(law.quantile(inside), float)
+    if not callable(getattr(law, "ppf", None)):
+        raise TypeError(
+            f"the distribution of {path!r} is {shown(law)}; give Uniform, LogUniform, Normal, or a frozen distribution "
+            "of scipy.stats"
+        )
+    values = np.asarray(law.ppf(inside), float)
+    if values.shape != shares.shape or not np.all(np.isfinite(values)):
+        raise ValueError(f"the distribution of {path!r} gives values that are not finite; cut it off")
+    return values
+
+
+def _at_speed(system: Any, drives: dict[str, Floats], omega: float, shares: Floats, seed: int, how: Any) -> SpeedSpread:
+    base = system if "omega" in drives else system._replace(omega=omega)
+    count = len(next(iter(drives.values())))
+    states = len(system.state_names()) if hasattr(system, "state_names") else 2
+    ends = settled(base, drives, np.zeros((states, count)), **how)
+    peak = np.maximum(np.abs(ends.lowest), np.abs(ends.highest))
+    good = ~ends.diverged
+    if np.count_nonzero(good) < LEAST:
+        raise SolveError(f"at omega = {omega:g} rad/s only {np.count_nonzero(good)} of {count} drives stay bounded")
+    rng = np.random.default_rng([seed, 1])
+    running = running_quantile(peak[good], shares, rng)
+    table = ranking({path: v[good] for path, v in drives.items()}, peak[good], rng)
+    unsettled = int(np.count_nonzero(good & (ends.period == 0)))
+    return SpeedSpread(omega, shares, peak, running, table, int(np.count_nonzero(~good)), unsettled)
+
+
+def _jumps(system: Any, drives: dict[str, Floats], span: Any, follow: int, shares: Floats) -> JumpSpread:
+    few: dict[str, Any] = {path: v[:follow] for path, v in drives.items() if path != "omega"}
+    follow = len(next(iter(few.values()))) if few else 0
+    found = {"up": np.full(follow, np.nan), "down": np.full(follow, np.nan)}
+    failed = 0
+    branches = response_family(system, span, few) if few else []
+    for i, branch in enumerate(branches):
+        if not branch.status:
+            failed += 1
+            continue
+        try:
+            said = jumps(branch)
+        except ValueError:  # no stable orbit on the curve
+            failed += 1
+            continue
+        found["up"][i], found["down"][i] = said.jump_up, said.jump_down
+    return JumpSpread(span, shares, found["up"], found["down"], failed)
+
+
+def _band(system: Any, drives: dict[str, Floats], low: float, high: float, amplitude: float) -> Band:
+    if amplitude < 0.0:
+        raise ValueError(f"amplitude is {amplitude:g} rad; it must not be negative")
+    natural = natural_frequencies(system, drives, amplitude)
+    orders = driven_orders(system)
+    inside = {k: (natural >= k * low) & (natural <= k * high) for k in orders}
+    return Band(low, high, amplitude, natural, inside)
