@@ -47,6 +47,7 @@ def draw_basins(axes: Any, found: Basins) -> None:
         if p > 0.0:
             axes.plot([], [], "s", mfc=colour, mec="#222222", ls="none", label=f"{name}: {p:.3f} ± {error:.3f}")
     axes.set(xlabel="initial x (rad)", ylabel="initial x' (rad/s)", xlim=(x0, x1), ylim=(v0, v1))
+    axes.locator_params(axis="x", nbins=7)
     axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.14), frameon=False)
 
 

@@ -97,6 +97,14 @@ def variability(
         raise ValueError(f"speeds are {shown(speeds)}; they must be positive")
     if "omega" in distributions and speeds is not None:
         raise ValueError("omega has a distribution and speeds are given; leave one of them out")
+    follow = positive_count("jump_count", jump_count)
+    positive_count("settle", settle)
+    positive_count("longest", longest)
+    span = None if jump_span is None else interval("jump_span", jump_span, positive=True)
+    bounds = None if speed_band is None else interval("speed_band", speed_band, positive=True)
+    number("amplitude", amplitude)
+    if amplitude < 0.0:
+        raise ValueError(f"amplitude is {amplitude:g} rad; it must not be negative")
     drives = drawn(system, distributions, count, seed)
     spreads = tuple(
         _at_speed(
@@ -104,12 +112,8 @@ def variability(
         )
         for omega in at
     )
-    follow = positive_count("jump_count", jump_count)
-    jumping = None if jump_span is None else _jumps(system, drives, interval("jump_span", jump_span), follow, shares)
-    band = None
-    if speed_band is not None:
-        low, high = interval("speed_band", speed_band, positive=True)
-        band = _band(system, drives, low, high, number("amplitude", amplitude))
+    jumping = None if span is None else _jumps(system, drives, span, follow, shares)
+    band = None if bounds is None else _band(system, drives, *bounds, float(amplitude))
     return Variability(drives, spreads, jumping, band, seed)
 
 
@@ -189,8 +193,6 @@ def _jumps(system: Any, drives: dict[str, Floats], span: Any, follow: int, share
 
 
 def _band(system: Any, drives: dict[str, Floats], low: float, high: float, amplitude: float) -> Band:
-    if amplitude < 0.0:
-        raise ValueError(f"amplitude is {amplitude:g} rad; it must not be negative")
     natural = natural_frequencies(system, drives, amplitude)
     orders = driven_orders(system)
     inside = {k: (natural >= k * low) & (natural <= k * high) for k in orders}
