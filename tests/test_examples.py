@@ -206,6 +206,54 @@ def test_example_real_gear():
     assert len(plt.get_fignums()) == 1
 
 
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_example_loud_or_quiet():
+    # Independent: classical Runge-Kutta in NumPy, 60 steps a free vibration, from 600 random states; in steady state the
+    # loud motion has three times the amplitude of the quiet one.
+    module = example("loud_or_quiet")
+    share, error = module.main()
+    s = module.drive()
+    x, v = np.random.default_rng(3).uniform(-1.0, 1.0, (2, 600)) * [[4e-3], [1.2]]
+    h = 2.0 * math.pi / s.omega / 120
+
+    def rate(t, x, v):
+        e, de = (f(2.0 * s.omega * t) * s.error.lines[0].amplitude for f in (np.cos, np.sin))
+        u = x - e
+        force = -s.B * (v + 2.0 * s.omega * de) - s.law.K * (u + s.law.alpha * u**3)
+        return v, force / s.J
+
+    largest = np.zeros(600)
+    for n in range(150 * 120):
+        k1 = rate(n * h, x, v)
+        k2 = rate((n + 0.5) * h, x + 0.5 * h * k1[0], v + 0.5 * h * k1[1])
+        k3 = rate((n + 0.5) * h, x + 0.5 * h * k2[0], v + 0.5 * h * k2[1])
+        k4 = rate((n + 1.0) * h, x + h * k3[0], v + h * k3[1])
+        x = x + h / 6.0 * (k1[0] + 2.0 * k2[0] + 2.0 * k3[0] + k4[0])
+        v = v + h / 6.0 * (k1[1] + 2.0 * k2[1] + 2.0 * k3[1] + k4[1])
+        if n >= 149 * 120:
+            largest = np.maximum(largest, np.abs(x))
+    other = np.mean(largest > 1.2e-3)
+    assert abs(share - other) < 3.0 * math.hypot(error, math.sqrt(other * (1.0 - other) / 600))
+    assert 0.0 < share < 1.0
+    assert len(plt.get_fignums()) == 1
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_example_unit_to_unit():
+    # Independent: peaks of 150 other drives by harmonic balance.
+    module = example("unit_to_unit")
+    value, error = module.main()
+    rng, peaks = np.random.default_rng(9), []
+    for _ in range(150):
+        drawn = {path: float(law.quantile(rng.random())) for path, law in module.SCATTER.items()}
+        peaks.append(sw.find_orbit(sw.replace(module.drive(), drawn)).peak)
+    again = [np.quantile(rng.choice(peaks, 150), 0.95) for _ in range(200)]
+    assert abs(value - np.quantile(peaks, 0.95)) < 3.0 * math.hypot(error, np.std(again))
+    assert len(plt.get_fignums()) == 1
+
+
 @pytest.mark.parametrize("x", [-3e-4, -1e-5, 0.0, 2e-4])
 def test_the_law_of_my_own_has_the_stiffness_of_its_torque(x):
     law = example("my_own_law").LAWS["RoundedGap"]
