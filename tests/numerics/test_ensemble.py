@@ -129,6 +129,13 @@ def test_a_lane_that_diverges_says_so_and_leaves_the_others_alone(method):
     assert np.all(np.isfinite(found["points"].values[:, :, 0]))
 
 
+def test_a_single_number_is_shared_by_all_lanes():
+    method = sw.Rk4(steps_per_period=16)
+    shared = sw.ensemble(DUFFING, FEW | {"B": 0.2}, (0.0, 0.0), periods=1, method=method)
+    each = sw.ensemble(DUFFING, FEW | {"B": [0.2, 0.2]}, (0.0, 0.0), periods=1, method=method)
+    assert np.array_equal(shared["peak"], each["peak"])
+
+
 def test_units_and_coordinates():
     found = sw.ensemble(
         DUFFING, FEW, (0.0, 0.0), periods=1, measures=(sw.Peak(), sw.Final()), method=sw.Rk4(steps_per_period=16)
@@ -141,7 +148,7 @@ def test_units_and_coordinates():
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"parameters": {"omega": [1.0, 2.0], "B": [0.1]}}, "lengths"),
+        ({"parameters": {"omega": [1.0, 2.0], "B": [0.1, 0.2, 0.3]}}, "lengths"),
         ({"parameters": {"omga": [1.0]}}, "no parameter 'omga'"),
         ({"parameters": {"excitation.order": [1.0]}}, "whole number"),
         ({"parameters": {"omega": [1.0, np.nan]}}, "finite"),

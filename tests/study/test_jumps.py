@@ -93,3 +93,13 @@ def sorted_curve(branch, run):
 def _orbit(branch, run, omega):
     i = run[np.argmin(np.abs(branch.omega[run] - omega))]
     return np.stack([branch.coefficients[i], 0.0 * branch.coefficients[i]], axis=1)
+
+
+def test_a_sweep_starts_and_ends_at_the_ends_of_the_range_where_the_branch_goes_beyond_it():
+    """Folds 1.2704388305 and 1.5863944025 (AUTO-07p): a range that ends between them has the run-down's jump alone."""
+    duffing = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
+    told = sw.jumps(sw.frequency_response(duffing, (0.25, 1.4), harmonics=7))
+    assert [j.value for j in told.on_run_up] == []
+    assert [j.value for j in told.on_run_down] == pytest.approx([1.2704388305], rel=1e-9)
+    assert told.jump_up == pytest.approx(1.2704388305, rel=1e-9)
+    assert "outside the range" in str(told)

@@ -17,7 +17,7 @@ def show(latex: bool, as_json: bool) -> None:
         from ..theory.derivation import derivation
     except ModuleNotFoundError as error:
         raise RuntimeError(
-            f"deriving needs {error.name}, which is not installed; pip install 'strainwave[sym]'"
+            f"deriving needs SymPy, which is not installed; pip install 'strainwave[sym]'"
         ) from error
     steps = derivation()
     if as_json:

@@ -31,7 +31,8 @@ log = logging.getLogger(__name__)
 
 MOST_TRIES = 12  # of finer steps, until the stiffness met asks for no more
 SAMPLED = 16  # lanes that are run again with half the step, for the estimate of the error
-SETTLED = 1e-6  # largest change of a settled state from one period (or up to eight) to the next
+SETTLED = 1e-6  # largest change of a settled state from one period (or up to eight) to the next, of fixed steps
+LOOSE = 1e4  # of adaptive ones, in units of their tolerance
 MOST_STEPS = 100_000  # a period, for lanes that explode
 
 
@@ -101,7 +102,8 @@ def ensemble(
     workers = positive_count("threads", threads or os.cpu_count() or 1)
     members = replace(system, varied)
     found, steps = _run(batch, members, chosen, workers)
-    data = _dataset(system, varied, batch, found, measures)
+    settled = max(SETTLED, LOOSE * chosen.rtol) if isinstance(chosen, Dopri5) else SETTLED
+    data = _dataset(system, varied, batch, found, measures, settled)
     data.attrs |= {"method": str(chosen), "periods": periods, "settle": settle}
     if isinstance(chosen, Rk4):
         data["steps"] = ("lane", steps, {"long_name": "steps per period"})
@@ -126,13 +128,15 @@ def _arrays(system: Any, parameters: Any, y0: Any) -> tuple[dict[str, Floats], F
     if not isinstance(y0, list | tuple | np.ndarray) or len(y0) == 0:
         raise ValueError(f"y0 is {shown(y0)}; it must have one entry per state, a number or one value per lane")
     states = [numbers(f"y0[{i}]", entry) for i, entry in enumerate(y0)]
-    lengths = {len(v) for v in varied.values()} | {len(v) for v in states if len(v) > 1}
+    lengths = {len(v) for v in [*varied.values(), *states] if len(v) > 1}
     if len(lengths) > 1:
         raise ValueError(f"the arrays have the lengths {sorted(lengths)}; every lane needs one value of each")
     lanes = lengths.pop() if lengths else 1
+    varied = {path: np.full(lanes, v[0]) if len(v) == 1 else v for path, v in varied.items()}
     wanted = len(system.state_names()) if hasattr(system, "state_names") else len(states)
     if len(states) != wanted:
-        raise ValueError(f"y0 has {len(states)} states; {type(system).__name__} has {wanted}")
+        names = ", ".join(system.state_names())
+        raise ValueError(f"y0 has {len(states)} states; {type(system).__name__} has {wanted}: {names}; give each one")
     for low_or_high in (np.argmin, np.argmax):
         for path, values in varied.items():
             place = int(low_or_high(values))
@@ -253,7 +257,9 @@ def _march_all(batch: Batch, steps: Any, method: Rk4 | Dopri5, workers: int) -> 
     return Block(*(np.concatenate([getattr(b, part) for b in blocks], axis=-1)[..., back] for part in parts))
 
 
-def _dataset(system: Any, varied: dict[str, Floats], batch: Batch, found: Block, measures: Any) -> xr.Dataset:
+def _dataset(
+    system: Any, varied: dict[str, Floats], batch: Batch, found: Block, measures: Any, settled: float = SETTLED
+) -> xr.Dataset:
     periods = batch.settle + batch.periods
     good = found.ended == periods
     turn = 2.0 * np.pi / batch.omega
@@ -278,18 +284,18 @@ def _dataset(system: Any, varied: dict[str, Floats], batch: Batch, found: Block,
         data = data.assign_coords(state=list(names))
     data["status"] = ("lane", (~good).astype(np.int8), {"meaning": "0 finished, 1 left every bound"})
     data["ended"] = ("lane", found.ended * turn, {"units": "s", "long_name": "bounded until"})
-    data["period"] = ("lane", _periods_of(found, good), {"units": "turn", "long_name": "0: not settled"})
+    data["period"] = ("lane", _periods_of(found, good, settled), {"units": "turn", "long_name": "0: not settled"})
     return data
 
 
-def _periods_of(found: Block, good: Any) -> Any:
+def _periods_of(found: Block, good: Any, settled: float) -> Any:
     """Turns after which a state comes back (lanes,): the smallest number up to 8; 0 where there is none."""
     last = found.last
     size = np.maximum(np.max(np.abs(last), axis=0), 1e-300)
     out = np.zeros(last.shape[2], np.int64)
     for n in range(len(last) - 1, 0, -1):
         with np.errstate(all="ignore"):
-            back = np.all(np.abs(last[-1] - last[-1 - n]) <= SETTLED * size, axis=0)
+            back = np.all(np.abs(last[-1] - last[-1 - n]) <= settled * size, axis=0)
         out[back & good] = n
     return out
 

@@ -98,7 +98,7 @@ def jumps(branch: Branch) -> Jumps:
         [
             _told(branch.parameter, "run-up", on_up, good_up, float(branch.values[up[-1]])),
             _told(branch.parameter, "run-down", on_down, good_down, float(branch.values[down[-1]])),
-            f"Hysteresis {width:.6g} wide." if width else "No hysteresis.",
+            _told_width(width, bool(both)),
         ]
     )
     return Jumps(
@@ -120,6 +120,12 @@ def _told(parameter: str, name: str, some: tuple[Jump, ...], good: bool, end: fl
     if not good:
         text += f", and beyond {parameter} = {end:.6g} this branch has no stable orbit: integrate to see what follows"
     return text + "."
+
+
+def _told_width(width: float, jumped: bool) -> str:
+    if width:
+        return f"Hysteresis {width:.6g} wide."
+    return "The jump of the other direction lies outside the range." if jumped else "No hysteresis."
 
 
 def _stable_pieces(branch: Branch) -> list[NDArray[np.int64]]:
@@ -147,10 +153,17 @@ def _stable_pieces(branch: Branch) -> list[NDArray[np.int64]]:
 
 
 def _sweep(branch: Branch, pieces: list[Any], sign: float) -> tuple[NDArray[np.int64], tuple[Jump, ...], bool]:
-    """Points visited by a sweep (sign 1: up), its jumps, and whether it reaches the end of the range."""
+    """Points visited by a sweep (sign 1: up), its jumps, and whether it reaches the end of the range.
+
+    An open branch may leave its range and come back: the sweep goes from the end with the lower value to the other.
+    """
     values, ends = sign * branch.values, float(np.max(sign * branch.values))
     ahead = [p if values[p[-1]] > values[p[0]] else p[::-1] for p in pieces]
     here = min(ahead, key=lambda p: float(values[p[0]]))
+    if not branch.closed:
+        start = 0 if values[0] <= values[-1] else len(values) - 1
+        here = next((p for p in ahead if p[0] == start), here)
+        ends = float(max(values[0], values[-1]))
     visited = list(here)
     found: list[Jump] = []
     while values[visited[-1]] < ends and len(found) <= len(pieces):
@@ -170,7 +183,8 @@ def _sweep(branch: Branch, pieces: list[Any], sign: float) -> tuple[NDArray[np.i
         found.append(Jump(sign * at, before, landings[best], _cause(branch, sign * at), len(onto)))
         here = onto[best]
         visited += list(here[values[here] > at])
-    return np.array(visited), tuple(found), bool(values[visited[-1]] >= ends)
+    inside = [i for i in visited if values[i] <= ends]
+    return np.array(inside), tuple(found), bool(values[visited[-1]] >= ends)
 
 
 def _cause(branch: Branch, value: float) -> str:
