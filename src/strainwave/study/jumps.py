@@ -184,7 +184,7 @@ def _sweep(branch: Branch, pieces: list[Any], sign: float) -> tuple[NDArray[np.i
         here = onto[best]
         visited += list(here[values[here] > at])
     inside = [i for i in visited if values[i] <= ends]
-    return np.array(inside), tuple(found), bool(values[visited[-1]] >= ends)
+    return np.array(inside or visited), tuple(found), bool(values[visited[-1]] >= ends)
 
 
 def _cause(branch: Branch, value: float) -> str:
