@@ -82,7 +82,7 @@ class Motor(NamedTuple):
 
 
 class Load(NamedTuple):
-    """Load: inertia J, torque `excitation` (of the base angle) along the output's motion, `drag` (of angle and speed)."""
+    """Load: inertia J, torque `excitation` (of the base angle) along the motion, `drag` (of angle and speed)."""
 
     J: Inertia
     excitation: Any = NO_TORQUE
