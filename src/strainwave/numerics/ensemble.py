@@ -195,16 +195,18 @@ def _run(batch: Batch, members: Any, method: Rk4 | Dopri5, workers: int) -> tupl
     reach, periods = np.abs(batch.y0[0]), batch.settle + batch.periods
     steps = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
     found = _march_all(batch, steps, method, workers)
+    lost = np.zeros(lanes, bool)  # explodes in the same period with half the step: no finer one will save it
     for _ in range(MOST_TRIES):
         reach = np.maximum(reach, 1.02 * np.where(np.isfinite(found.reach), found.reach, 0.0))
         needed = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
         stayed = found.ended == periods
         finer = np.where(stayed, needed, np.minimum(needed, 2 * steps))  # a lane that explodes asks for any number
-        again = np.flatnonzero((finer > steps) & (stayed | (steps < MOST_STEPS)))
+        again = np.flatnonzero((finer > steps) & (stayed | (steps < MOST_STEPS)) & ~lost)
         if not len(again):
             break
         steps[again] = finer[again]
         better = _march_all(_some(batch, again), steps[again], method, workers)
+        lost[again] = ~stayed[again] & (better.ended == found.ended[again])
         for name in ("sums", "last", "points", "ended", "reach"):
             getattr(found, name)[..., again] = getattr(better, name)
     return found, steps
