@@ -209,7 +209,7 @@ def test_example_real_gear():
 @pytest.mark.compiled
 @pytest.mark.slow
 def test_example_loud_or_quiet():
-    # Independent: classical Runge-Kutta in NumPy, 60 steps a free vibration, from 600 random states; in steady state the
+    # Independent: classical Runge-Kutta in NumPy, 60 steps a free vibration, from 600 random states; in the end the
     # loud motion has three times the amplitude of the quiet one.
     module = example("loud_or_quiet")
     share, error = module.main()

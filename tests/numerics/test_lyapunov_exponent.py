@@ -30,7 +30,7 @@ def test_of_a_periodic_orbit_it_is_the_logarithm_of_the_largest_multiplier():
     system = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
     branch = sw.frequency_response(system, (0.6, 2.0))
     fold = max(branch.folds, key=lambda o: o.omega)
-    near = system._replace(omega=0.999 * fold.omega)  # where both multipliers are real
+    near = system._replace(omega=(1.0 - 1e-5) * fold.omega)  # where both multipliers are real
     guess = branch.coefficients[int(np.argmax(branch.peak))]
     orbit = sw.find_orbit(near, guess=guess)
     assert orbit.stable
@@ -50,7 +50,7 @@ def test_chaos_by_the_variational_equation_and_by_two_trajectories():
     error = np.hypot(tangent.standard_error, np.std(means, ddof=1) / 8.0)
     assert tangent.value > 20.0 * tangent.standard_error
     assert abs(tangent.value - np.mean(means)) < 3.0 * error
-    assert error < 0.02 * tangent.value
+    assert error < 0.03 * tangent.value
     assert "chaotic" in str(tangent)
 
 
