@@ -16,9 +16,7 @@ def show(latex: bool, as_json: bool) -> None:
     try:
         from ..theory.derivation import derivation
     except ModuleNotFoundError as error:
-        raise RuntimeError(
-            f"deriving needs SymPy, which is not installed; pip install 'strainwave[sym]'"
-        ) from error
+        raise RuntimeError("deriving needs SymPy, which is not installed; pip install 'strainwave[sym]'") from error
     steps = derivation()
     if as_json:
         click.echo(to_json({"latex": steps.latex(), "text": str(steps)}))
