@@ -82,11 +82,27 @@ def test_more_terms_fit_better():
     [
         ((sw.Linear(1.0), 1.0, 4), "degree is 4; an odd polynomial has one of 1, 3, 5 to 15"),
         ((sw.Linear(1.0), 1.0, 17), "degree is 17"),
-        ((sw.Linear(1.0), 0.0), "reach is 0 rad"),
-        ((sw.Linear(1.0), math.inf), "reach is inf rad"),
+        ((sw.Linear(1.0), 0.0), r"reach \[rad\] is 0"),
+        ((sw.Linear(1.0), math.inf), r"reach \[rad\] is inf"),
         ((sw.Backlash(1.0, 1.0), 1.5, 3), "has the stiffness -0.*fit a law without play"),
     ],
 )
 def test_a_fit_that_makes_no_sense_is_refused(arguments, sentence):
     with pytest.raises(ValueError, match=sentence):
         sw.fit_odd(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("law", "error", "said"),
+    [
+        (sw.Polynomial((0.0, 1.0, 0.0, -1.0)), ValueError, "no torque at the reach"),
+        (sw.BoucWen(1e4, 0.5, 1e-3), TypeError, "takes a spring"),
+        (sw.PiecewiseLinear(1e4, 2e4, 3e4, 10.0, 5.0), ValueError, "0 < T1 < T2"),
+    ],
+)
+def test_a_law_that_cannot_be_fitted_is_refused(law, error, said):
+    with pytest.raises(error, match=said):
+        sw.fit_odd(law, 1.0)
+    if error is TypeError:
+        with pytest.raises(error, match=said):
+            sw.small_signal(law, 1.0)

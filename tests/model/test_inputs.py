@@ -116,3 +116,8 @@ def test_replace_says_what_a_model_has():
         sw.replace(GOOD, {"J.x": 1.0})
     with pytest.raises(ValueError, match="it has 0, 1"):
         sw.replace(two, {"error.lines.2.amplitude": 1.0})
+
+
+def test_a_class_in_place_of_a_law_is_refused():
+    with pytest.raises(TypeError, match=r"is the class Linear; give a law of it"):
+        sw.find_orbit(GOOD._replace(law=sw.Parallel(sw.Linear, sw.Linear(1.0))))

@@ -1,5 +1,6 @@
 """What a run asks of a gear against its datasheet: who exceeds what, and what the sentence says."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -70,3 +71,25 @@ def test_the_cubic_mean_is_the_vendors():
     angle = 2.0 * np.pi * np.arange(256) / 256
     assert sw.cubic_mean(5.0 * np.cos(angle)) == pytest.approx(5.0 * (4.0 / (3.0 * np.pi)) ** (1.0 / 3.0), rel=1e-6)
     assert sw.cubic_mean([0.0, 0.0]) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("torque", "weights"),
+    [([], None), ([math.nan], None), ([1.0, 2.0], [1.0, -3.0]), ([1.0, 2.0], [0.0, 0.0]), ([1.0, 2.0], [1.0])],
+)
+def test_a_cubic_mean_of_no_numbers_or_with_impossible_weights_is_refused(torque, weights):
+    with pytest.raises(ValueError, match="must"):
+        sw.cubic_mean(torque, weights)
+
+
+def test_limits_are_checked_for_a_record_not_a_name():
+    with pytest.raises(TypeError, match="give a record"):
+        sw.check_limits("CSG-40-50", peak_torque=1.0)
+
+
+def test_a_flexspline_that_fails_below_a_limit_contradicts_it():
+    gear = sw.catalogue.gear("CSG-40-50")
+    low = dataclasses.replace(gear, momentary_torque=None, ratcheting_torque=100.0)
+    assert [field for field, _ in low.contradictions()] == ["repeated_peak_torque"]
+    low = dataclasses.replace(gear, buckling_torque=100.0)
+    assert [field for field, _ in low.contradictions()] == ["momentary_torque"]

@@ -108,3 +108,11 @@ def test_slow_run_up_reaches_the_peak_of_the_steady_response_and_a_fast_one_does
     assert largest[0] < largest[1] < largest[2] < 1.0
     assert largest[0] < 0.7
     assert largest[2] > 0.95
+
+
+def test_a_ripple_about_no_speed_or_after_the_end_is_refused():
+    train = sw.DriveTrain(sw.Motor(1e-4), 50.0, 1.0, sw.Linear(1e4), sw.Load(1.0), reference=sw.AtRest())
+    run = sw.drive_run(train, t=1e-3)
+    for after, said in ((0.0, "mean speed"), (1.0, "is not in it")):
+        with pytest.raises(ValueError, match=said):
+            run.speed_ripple(after)

@@ -180,3 +180,15 @@ def test_what_cannot_be_asked_is_refused_in_one_sentence():
         sw.parametric_tongue(1.0, 1.5, 0.1)
     with pytest.raises(ValueError, match="0 <= depth < 1"):
         sw.parametric_tongue(1.0, 0.1, 1.0)
+
+
+def test_a_tongue_of_a_high_order_is_that_of_the_first_order_at_a_slower_turn():
+    def tongue(order):
+        ripples = sw.Variation((sw.Ripple(order, 0.3),))
+        system = sw.VaryingOscillator(
+            2.0, sw.GearDamping(5.0), sw.Linear(8e4), sw.Harmonic(0.0), 100.0, variation=ripples
+        )
+        (found,) = (r for r in sw.parametric_resonances(system, (300.0 / order, 600.0 / order)) if r.m == order)
+        return order * np.array([found.low, found.omega, found.high])
+
+    assert tongue(24) == pytest.approx(tongue(1), rel=1e-7)

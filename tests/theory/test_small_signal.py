@@ -85,9 +85,9 @@ def test_play_has_no_stiffness_at_rest_but_some_under_torque():
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        ({"mean_torque": math.nan}, "mean_torque is nan"),
-        ({"mean_torque": 1.0, "amplitude": 0.0}, "amplitude is 0.0 rad"),
-        ({"mean_torque": 1.0, "amplitude": math.inf}, "amplitude is inf rad"),
+        ({"mean_torque": math.nan}, r"mean_torque \[N\*m\] is nan"),
+        ({"mean_torque": 1.0, "amplitude": 0.0}, r"amplitude \[rad\] is 0\.0"),
+        ({"mean_torque": 1.0, "amplitude": math.inf}, r"amplitude \[rad\] is inf"),
     ],
 )
 def test_impossible_operating_points_are_refused(arguments, sentence):

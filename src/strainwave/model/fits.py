@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from .._dispatch import KINDS, depends
+from ..quantities import checked, number
 from .laws import Cubic, Polynomial
 
 POINTS = 2001
@@ -54,15 +56,23 @@ def fit_odd(law: Any, reach: float, degree: int = 3) -> LawFit:
     Raises
     ------
     ValueError
-        If the degree is not odd or out of range, `reach` is not positive and finite, or the fit has no stiffness at
-        rest.
+        If the degree is not odd or out of range, `reach` is not positive and finite, the law is wrong or without torque
+        there, or the fit has no stiffness at rest.
+    TypeError
+        If `law` is no spring.
     """
     if degree not in range(1, HIGHEST + 1, 2):
         raise ValueError(f"degree is {degree!r}; an odd polynomial has one of 1, 3, 5 to {HIGHEST}")
-    if not 0.0 < reach < np.inf:
-        raise ValueError(f"reach is {reach:g} rad; it must be positive and finite")
+    law = checked(law)
+    if depends(law) != 1:
+        raise TypeError(f"fit_odd takes a spring, torque(x); {type(law).__name__} has {KINDS[depends(law) - 1]}")
+    reach = number("reach [rad]", reach, positive=True)
     s = np.linspace(0.0, 1.0, POINTS)
     torque = np.broadcast_to(np.asarray(law.torque(reach * s), float), s.shape)
+    if not abs(torque[-1]) > 0.0:
+        raise ValueError(
+            f"{type(law).__name__} has no torque at the reach {reach:g} rad, to which errors are related; take another"
+        )
     powers = np.arange(1, degree + 1, 2)
     scaled = np.linalg.lstsq(s[:, None] ** powers, torque, rcond=None)[0]
     k = [float(c) for c in scaled / reach**powers]

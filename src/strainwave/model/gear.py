@@ -196,8 +196,8 @@ class Gear:
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """Name numbers that cannot be true together: the field to blame and a sentence on it.
 
-        A limit must not be below the one that it includes (rated, average, repeated peak, momentary, ratcheting torque;
-        average, largest speed), stiffness and inertia must be positive, T1 below T2.
+        A limit must not be below the one that it includes (rated, average, repeated peak, momentary, then ratcheting or
+        buckling torque; average, largest speed), stiffness and inertia must be positive, T1 below T2.
         """
         for field in NUMBERS:
             value = getattr(self, field)
@@ -207,10 +207,12 @@ class Gear:
             yield "T1", f"T1 is {self.T1:g} and T2 is {self.T2:g} N*m; the first slope must end below the second"
         if self.efficiency is not None and self.efficiency > 1.0:
             yield "efficiency", f"efficiency is {self.efficiency:g}; it must be at most 1 (100 %)"
+        said = set()
         for fields in ASCENDING:
             known = [(field, getattr(self, field)) for field in fields if getattr(self, field) is not None]
             for (low, smaller), (high, larger) in pairwise(known):
-                if smaller > larger:
+                if smaller > larger and (low, high) not in said:
+                    said.add((low, high))
                     unit = NUMBERS[low]
                     yield low, f"{low} is {smaller:g} {unit}, above {high}, {larger:g} {unit}; check which is right"
 
@@ -225,8 +227,8 @@ NUMBERS = {
     "back_driving_torque": "N*m", "pitch_radius": "m",
 }  # fmt: skip
 ASCENDING = (
-    ("rated_torque", "average_torque", "repeated_peak_torque", "momentary_torque"),
-    ("momentary_torque", "ratcheting_torque"),
+    ("rated_torque", "average_torque", "repeated_peak_torque", "momentary_torque", "ratcheting_torque"),
+    ("rated_torque", "average_torque", "repeated_peak_torque", "momentary_torque", "buckling_torque"),
     ("average_rpm", "max_rpm"),
     ("special_accuracy", "accuracy"),
 )

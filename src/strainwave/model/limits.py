@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..quantities import number
+from ..quantities import number, numbers, shown
 from .gear import RPM, Gear
 
 # Limits of the peak torque, and what to do beyond them.
@@ -72,7 +72,16 @@ def check_limits(
     tuple of Finding
         One for each quantity given and limit known, in the order speed, average torque, peak torques; `exceeded` says
         which matter.
+
+    Raises
+    ------
+    TypeError
+        If `gear` is no `Gear`.
+    ValueError
+        If a quantity is no finite number.
     """
+    if not isinstance(gear, Gear):
+        raise TypeError(f"gear is {shown(gear)}; give a record, such as catalogue.gear('CSG-40-50')")
     found = []
 
     def compare(limit: str, value: float, unit: str, fact: str, remedy: str) -> None:
@@ -110,14 +119,25 @@ def cubic_mean(torque: Any, weights: Any = None) -> float:
     torque : array_like
         Torques [N*m], equally spaced in time unless weighted.
     weights : array_like, optional
-        Turns of the input that each torque lasts (speed times time).
+        Turns of the input that each torque lasts (size of the speed times time).
+
+    Raises
+    ------
+    ValueError
+        If torques or weights are no finite numbers, or the weights are negative or all zero.
 
     References
     ----------
     Harmonic Drive LLC, CSF/CSG catalogue, p. 14: life is proportional to (rated/average torque)^3 and to turns.
     """
-    size = np.abs(np.asarray(torque, float))
+    size = np.abs(numbers("torque", torque))
     top = float(np.max(size))
+    if weights is not None:
+        weights = numbers("weights", weights, count=size.size)
+        if np.any(weights < 0.0) or not np.any(weights > 0.0):
+            raise ValueError(
+                "the weights must not be negative nor all zero; give the sizes of the turns, either way round"
+            )
     return top * float(np.cbrt(np.average((size / top) ** 3, weights=weights))) if top > 0.0 else 0.0
 
 

@@ -82,9 +82,23 @@ class DriveRun:
         return {name: self._since(name, after) for name in list(self.work)[INPUTS:]}
 
     def speed_ripple(self, after: float = 0.0) -> float:
-        """Half the range of the motor's speed from t = `after` [s] on, relative to its mean there."""
-        speed = self.motor_speed[self.trajectory.t >= after]
-        return float(0.5 * np.ptp(speed) / abs(np.mean(speed)))
+        """Half the range of the motor's speed from t = `after` [s] on, relative to its mean there.
+
+        Raises
+        ------
+        ValueError
+            If the run has ended by then, or the mean speed is zero.
+        """
+        t = self.trajectory.t
+        speed = self.motor_speed[t >= after]
+        if not len(speed):
+            raise ValueError(f"the run goes from {t[0]:g} to {t[-1]:g} s; {after:g} s is not in it")
+        mean = abs(float(np.mean(speed)))
+        if not mean > 0.0:
+            raise ValueError(
+                f"the motor's mean speed after t = {after:g} s is zero; a ripple is relative to a mean speed"
+            )
+        return float(0.5 * np.ptp(speed)) / mean
 
     def largest(self) -> tuple[float, float, float]:
         """Largest |dynamic error| at the samples [rad], the time [s] and the motor's speed [rad/s] there."""

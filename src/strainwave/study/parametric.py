@@ -19,10 +19,11 @@ import numpy as np
 
 from ..model.excitation import Harmonic, NoError
 from ..model.laws import Linear
+from ..model.varying import Variation
 from ..numerics.branches import leaf_of
 from ..numerics.first_order import first_order
 from ..numerics.variational import monodromy
-from ..quantities import interval, with_parts
+from ..quantities import interval, replace, with_parts
 from ..results import Floats
 from ..theory.lyapunov import mean_torque
 from ..theory.setting import operating_point
@@ -48,7 +49,8 @@ class ParametricResonance:
     unstable : bool
         Whether they grow.
     low, high : float
-        Edges [rad/s] of the unstable range of the base speed; nan where the damping suffices.
+        Edges [rad/s] of the unstable range of the base speed; nan where the damping suffices, and for an edge at which
+        the next tongue begins.
     damping_ratio, damping_needed : float
         What there is (mean over a turn) and what would suffice at the centre (to second order in it).
     turns : int
@@ -117,8 +119,10 @@ def parametric_resonances(system: Any, span: tuple[float, float]) -> list[Parame
     linear = system._replace(law=Linear(stiffness), excitation=Harmonic(0.0), error=NoError(), omega=lo)
     omega_0 = math.sqrt(stiffness / system.J)
     causes = _causes(system.variation.orders()).items()
-    near = [(m, cause) for m, cause in causes if lo <= _bracket(omega_0, m)[1] and hi >= _bracket(omega_0, m)[0]]
-    found = [_resonance(linear, omega_0, m, cause) for m, cause in near]
+    fast, g = _on_own_turn(linear)
+    brackets = [(m, cause, _bracket(omega_0, m // g)) for m, cause in causes]
+    near = [(m, cause) for m, cause, (low, high) in brackets if lo * g <= high and hi * g >= low]
+    found = [_resonance(fast, omega_0, m, g, cause) for m, cause in near]
     inside = [r for r in found if lo <= r.omega <= hi or (r.unstable and r.low <= hi and r.high >= lo)]
     return sorted(inside, key=lambda r: r.omega)
 
@@ -136,12 +140,31 @@ def _causes(orders: tuple[int, ...]) -> dict[int, str]:
     return causes
 
 
+def _on_own_turn(linear: Any) -> tuple[Any, int]:
+    """Return the drive on the period of what varies, g times as fast as the base angle, and g.
+
+    On the base angle tongues of high order would lie next to others that are closed, and reach beyond them.
+    """
+    parts = {"variation": linear.variation, "damping.variation": getattr(linear.damping, "variation", None)}
+    varied = {path: part for path, part in parts.items() if isinstance(part, Variation)}
+    orders = (*linear.variation.orders(), *(linear.damping.orders() if hasattr(linear.damping, "orders") else ()))
+    g = math.gcd(*orders)
+    if g < 2 or sorted(orders) != sorted(order for part in varied.values() for order in part.orders()):
+        return linear, 1
+    slowed = {
+        path: Variation(tuple(ripple._replace(order=ripple.order // g) for ripple in part.ripples))
+        for path, part in varied.items()
+    }
+    return replace(linear, slowed), g
+
+
 def _bracket(omega_0: float, m: int) -> tuple[float, float]:
     """Base speeds [rad/s] between which tongue m lies."""
     return 2.0 * omega_0 / (m + 0.5), 2.0 * omega_0 / (m - 0.5)
 
 
-def _resonance(linear: Any, omega_0: float, m: int, cause: str) -> ParametricResonance:
+def _resonance(linear: Any, omega_0: float, base: int, g: int, cause: str) -> ParametricResonance:
+    m = base // g
     leaf = leaf_of(linear, "omega")
     problem = first_order(linear, leaf, leaf, 2 * max((1, *linear.orders())))
 
@@ -167,7 +190,16 @@ def _resonance(linear: Any, omega_0: float, m: int, cause: str) -> ParametricRes
     unstable = bool(beyond(np.array([centre]))[0] > ROUNDING)
     edges = (_crossing(beyond, centre, low), _crossing(beyond, centre, high)) if unstable else (math.nan, math.nan)
     return ParametricResonance(
-        centre, m, cause, feeding - loss, unstable, *edges, loss / omega_0, feeding / omega_0, 1 + m % 2
+        centre / g,
+        base,
+        cause,
+        feeding - loss,
+        unstable,
+        edges[0] / g,
+        edges[1] / g,
+        loss / omega_0,
+        feeding / omega_0,
+        1 + base % 2,
     )
 
 

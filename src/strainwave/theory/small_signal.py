@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from .._dispatch import KINDS, depends
 from ..model.laws import Cubic, Linear, Polynomial
-from ..quantities import checked
+from ..quantities import checked, number
 from .setting import operating_point
 
 POINTS = 801
@@ -69,16 +70,18 @@ def small_signal(law: Any, mean_torque: float, *, amplitude: float | None = None
     ------
     ValueError
         If no torsion carries the torque, or a number is not finite.
+    TypeError
+        If `law` is no spring.
 
     References
     ----------
     Nayfeh & Mook 1979, sec. 2.3 (the backbone of a law with quadratic and cubic terms).
     """
     law = checked(law)
-    if not math.isfinite(mean_torque):
-        raise ValueError(f"mean_torque is {mean_torque!r} N*m; it must be finite")
-    if amplitude is not None and not 0.0 < amplitude < math.inf:
-        raise ValueError(f"amplitude is {amplitude!r} rad; it must be positive and finite")
+    if depends(law) != 1:
+        raise TypeError(f"small_signal takes a spring, torque(x); {type(law).__name__} has {KINDS[depends(law) - 1]}")
+    mean_torque = number("mean_torque [N*m]", mean_torque)
+    amplitude = None if amplitude is None else number("amplitude [rad]", amplitude, positive=True)
     x = operating_point(law, mean_torque)
     k1, at_rest = float(law.stiffness(x)), float(law.stiffness(0.0))
     if amplitude is None:
