@@ -50,11 +50,13 @@ def test_sweeps_up_and_down_jump_where_the_response_curve_folds():
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_a_period_doubling_lies_where_harmonic_balance_has_it():
-    system = sw.Oscillator(1.0, 0.15, sw.Cubic(-1.0, -1.0), sw.Harmonic(0.1), 1.2)
-    start = sw.find_orbit(system, guess=np.array([[-1.0, 0.0], [0.1, 0.0], [0.0, 0.0]]))
-    values = np.arange(0.1, 0.215, 0.01)
+    system = sw.Oscillator(1.0, 0.15, sw.Cubic(-1.0, -1.0), sw.Harmonic(0.15), 1.2)
+    settled = sw.simulate(system, (-0.8, 0.0), 200.0 * np.pi / 1.2).y[:, -1]
+    start = sw.shoot(system, settled)
+    assert start.stable
+    values = np.arange(0.15, 0.215, 0.01)
     found = sw.orbit_diagram(system, "excitation.amplitude", values, tuple(start.state(0.0)), settle=300, points=16)
-    curve = sw.parameter_response(system, "excitation.amplitude", (0.1, 0.25), start=start)
+    curve = sw.parameter_response(system, "excitation.amplitude", (0.14, 0.25), start=start)
     first = int(np.flatnonzero(found.period_up[:, 0] != 1)[0])
     assert values[first - 1] < curve.doublings[0].value < values[first]
     assert found.period_up[first, 0] == 2
