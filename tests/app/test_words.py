@@ -4,6 +4,7 @@ import math
 from types import SimpleNamespace
 
 import strainwave as sw
+from strainwave.app import words
 from strainwave.app.words import warnings
 from strainwave.study.usage import Usage, limit_findings
 
@@ -24,3 +25,11 @@ def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
         "At 2350 rpm at the motor: The cubic mean of the torque in the gear is 300 N·m",
     ]
     assert said[3:] == ["a warning", "a doubt"]
+
+
+def test_jumps_are_told_with_the_resonance_next_to_them_alone():
+    exact = {"jump_up": {"omega_rad_per_s": 154.0, "motor_speed_rpm": 1470.8}, "jump_down": None}
+    row = {"name": "primary", "order": 2, "omega_rad_per_s": 138.7, "motor_speed_rpm": 1324.2, "peak": None}
+    results = {"exact_response": exact}
+    assert words._resonance_lines(results, row, True)[1] == "    jumps up at 1470.8 rpm at the motor"
+    assert len(words._resonance_lines(results, row, False)) == 1

@@ -36,6 +36,12 @@ def warnings(project: Project, analysis: Analysis) -> list[str]:
             f"Run-up and coast-down differ between {first.split()[0]} and {last}: two stable motions exist there, and "
             "which one the drive is on depends on its history; pass through that band quickly or keep out of it."
         )
+    elif sweep is not None and (sweep.on_run_up or sweep.on_run_down):
+        at = speed_text(place(project, (sweep.on_run_up or sweep.on_run_down)[0].value))
+        said.append(
+            f"The response jumps at {at}, in the other direction outside the speed range: which motion the drive is "
+            "on at the end of the range depends on its history; take a wider range to see both jumps."
+        )
     return [*said, *project.notes]
 
 
@@ -93,9 +99,16 @@ def summary(results: dict[str, Any]) -> str:
         if omega_0:
             hertz = number(omega_0 / (2.0 * math.pi))
             lines.append(f"  natural frequency, motor {mode}{used}: {number(omega_0)} rad/s ({hertz} Hz)")
-    for row in results["resonances"]:
-        if row["inside_range"] and row["name"] == "primary":
-            lines += _resonance_lines(results, row)
+    primaries = [row for row in results["resonances"] if row["inside_range"] and row["name"] == "primary"]
+    exact = results["exact_response"]
+    ends = [exact[name]["omega_rad_per_s"] for name in ("jump_up", "jump_down") if exact[name]]
+    nearest = (
+        min(primaries, key=lambda row: abs(row["omega_rad_per_s"] - sum(ends) / len(ends)))
+        if ends and primaries
+        else None
+    )
+    for row in primaries:
+        lines += _resonance_lines(results, row, row is nearest)
     worst, torque = results["largest_error"], results["largest_torque"]
     angle = angle_unit(worst["peak_rad"])
     lines.append(f"  largest steady |x| at the load: {angle.text(worst['peak_rad'])} at {speed_text(worst)}")
@@ -113,11 +126,13 @@ def summary(results: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _resonance_lines(results: dict[str, Any], row: dict[str, Any]) -> list[str]:
+def _resonance_lines(results: dict[str, Any], row: dict[str, Any], jumping: bool) -> list[str]:
+    """Lines about a resonance; the jumps of the response are told with the one next to them."""
     lines = [f"  {row['name']} resonance of order {row['order']} at {speed_text(row)}"]
     exact = results["exact_response"]
-    if exact["jump_up"] and exact["jump_down"]:
-        lines.append(f"    jumps up at {speed_text(exact['jump_up'])}, down at {speed_text(exact['jump_down'])}")
+    ends = [f"{name} at {speed_text(exact[f'jump_{name}'])}" for name in ("up", "down") if exact[f"jump_{name}"]]
+    if jumping:
+        lines.append(f"    jumps {', '.join(ends)}")
     if row["peak"]:
         peak = angle_unit(results["largest_error"]["peak_rad"]).text(row["peak"]["amplitude_rad"])
         lines.append(f"    its peak by multiple scales: {peak} ({verdict(row['certificate_at_peak'])})")
