@@ -615,3 +615,26 @@ def test_any_yaml_like_text_gives_a_project_or_a_complaint(written, content):
 def test_a_right_file_with_a_slip_gives_a_project_or_a_complaint(written, start, length, slip):
     content = GOOD[:start] + slip + GOOD[start + length :]
     assert is_project_or_complaint(written(content.encode("utf-8", "surrogatepass")))
+
+
+FREE = """
+gear: CSG-40-50
+motor: {inertia: 4.5 kg*cm^2, mode: free}
+load: {inertia: 1.3 kg*m^2}
+damping: {ratio: RATIO}
+speed: {from: 1000 rpm, to: 3000 rpm, shaft: motor}
+excitation:
+  motor_torque: {mean: MEAN}
+  load_torque: {mean: -90 N*m}
+  kinematic_error: [{order: 2, amplitude: 23 arcsec}]
+"""
+
+
+@pytest.mark.parametrize(("mean", "ratio", "told"), [("1 N*m", "4", (True, True)), ("1.8 N*m", "4 %", (False, False))])
+def test_unbalanced_mean_torques_and_a_forgotten_percent_sign_are_told(tmp_path, mean, ratio, told):
+    path = tmp_path / "project.yaml"
+    path.write_text(FREE.replace("MEAN", mean).replace("RATIO", ratio))
+    notes = " ".join(load(path).notes)
+    assert ("mean torque of 1.8 N*m" in notes, "400 % of critical" in notes) == told
+    if told[0]:  # N (N T_m + T_l)/(N^2 J_m + J_l)
+        assert "speeds up by -824.7 rad/s^2" in notes

@@ -29,6 +29,9 @@ class ProjectError(FileError):
     """A project file cannot be used; one line `file:line:column: field: fact, value, remedy` per problem."""
 
 
+UNUSUAL = 0.5  # damping ratio
+
+
 @dataclass(frozen=True)
 class Project:
     """A drive with its speed and excitation, in SI and radians.
@@ -265,8 +268,29 @@ def _torque(spec: TorqueSpec | None) -> Harmonics | None:
     return Harmonics((lines[0]._replace(mean=spec.mean), *lines[1:]))
 
 
+def _torque_notes(project: Project) -> Iterator[str]:
+    """Notes on mean torques that a free motor cannot balance and on damping that no gear has."""
+    drive = project.drive
+    at_motor, at_load = (
+        0.0 if t is None else sum(h.mean for h in t.terms) for t in (project.motor_torque, project.load_torque)
+    )
+    whole = drive.N * at_motor + at_load
+    if project.motor == "free" and abs(whole) > 1e-9 * (abs(drive.N * at_motor) + abs(at_load)):
+        rate = drive.N * whole / (drive.N * drive.N * drive.J_m + drive.J_l)
+        yield (
+            f"The mean torques do not balance: the motor speeds up by {rate:.4g} rad/s^2 and does not keep the speeds "
+            f"analysed; give the free motor a mean torque of {-at_load / drive.N:.4g} N*m, or write 'mode: held'."
+        )
+    if project.damping_ratio is not None and project.damping_ratio > UNUSUAL:
+        yield (
+            f"The damping ratio is {project.damping_ratio:.3g} ({100.0 * project.damping_ratio:.3g} % of critical); 0.01 "
+            "to 0.05 is usual, and 4 % is written '4 %' or 0.04."
+        )
+
+
 def _notes(project: Project) -> Iterator[str]:
     """Sentences on what a reader of the results should know about the input."""
+    yield from _torque_notes(project)
     gear = project.gear
     if project.motor == "free" and project.kinematic_error is not None:
         yield (
