@@ -50,7 +50,7 @@ def states_of(law: Any) -> int:
 
 
 @chosen
-def torsion(system: Any, phase: Any, y: Any) -> Any:  # noqa: ARG001
+def torsion(system: Any, phase: Any, y: Any) -> Any:
     """Return the system's torsion, or its first state where it defines none."""
     return _own_torsion if hasattr(class_of(system), "torsion") else _first_state
 
@@ -59,24 +59,24 @@ def _own_torsion(system: Any, phase: Any, y: Any) -> Any:
     return system.torsion(phase, y)
 
 
-def _first_state(system: Any, phase: Any, y: Any) -> Any:  # noqa: ARG001
+def _first_state(system: Any, phase: Any, y: Any) -> Any:
     return y[0]
 
 
 @chosen
-def torque_of(law: Any, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG001
+def torque_of(law: Any, x: Any, v: Any, z: Any) -> Any:
     """Torque [N*m] of any law at torsion x [rad], its rate v [rad/s] and the law's internal states z (a tuple)."""
     return (_of_spring, _of_friction, _of_memory)[depends(law) - 1]
 
 
 @chosen
-def z_rate_of(law: Any, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG001
+def z_rate_of(law: Any, x: Any, v: Any, z: Any) -> Any:
     """Rates of a law's internal states: a tuple, empty for a law without memory."""
     return _own_rates if hasattr(class_of(law), "z_rate") else _no_rates
 
 
 @chosen
-def energy_of(law: Any, x: Any, z: Any) -> Any:  # noqa: ARG001
+def energy_of(law: Any, x: Any, z: Any) -> Any:
     """Energy stored [J] in any law; a law torque(x, v) stores none unless it has energy(x)."""
     if depends(law) == 3:
         return _energy_of_memory
@@ -84,28 +84,28 @@ def energy_of(law: Any, x: Any, z: Any) -> Any:  # noqa: ARG001
 
 
 @chosen
-def losses_of(law: Any, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG001
+def losses_of(law: Any, x: Any, v: Any, z: Any) -> Any:
     """Powers [W] that a law turns into heat: a tuple, empty for a spring, T v for friction without memory."""
     return (_no_losses, _friction_losses, _own_losses)[depends(law) - 1]
 
 
 @chosen
-def share(law: Any, z: Any) -> Any:  # noqa: ARG001
+def share(law: Any, z: Any) -> Any:
     """Take a law's own internal states: as many of the first of z as it has."""
     n = states_of(law)
 
-    def first(law: Any, z: Any) -> Any:  # noqa: ARG001
+    def first(law: Any, z: Any) -> Any:
         return z[:n]
 
     return first
 
 
 @chosen
-def rest(law: Any, z: Any) -> Any:  # noqa: ARG001
+def rest(law: Any, z: Any) -> Any:
     """Take the internal states in z after the law's own."""
     n = states_of(law)
 
-    def after(law: Any, z: Any) -> Any:  # noqa: ARG001
+    def after(law: Any, z: Any) -> Any:
         return z[n:]
 
     return after
@@ -121,15 +121,15 @@ def _own_breakpoints(law: Any) -> Any:
     return law.breakpoints()
 
 
-def _no_breakpoints(law: Any) -> Any:  # noqa: ARG001
+def _no_breakpoints(law: Any) -> Any:
     return ()
 
 
-def _of_spring(law: Any, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG001
+def _of_spring(law: Any, x: Any, v: Any, z: Any) -> Any:
     return law.torque(x)
 
 
-def _of_friction(law: Any, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG001
+def _of_friction(law: Any, x: Any, v: Any, z: Any) -> Any:
     return law.torque(x, v)
 
 
@@ -141,7 +141,7 @@ def _own_rates(law: Any, x: Any, v: Any, z: Any) -> Any:
     return law.z_rate(x, v, z)
 
 
-def _energy_of_spring(law: Any, x: Any, z: Any) -> Any:  # noqa: ARG001
+def _energy_of_spring(law: Any, x: Any, z: Any) -> Any:
     return law.energy(x)
 
 
@@ -149,15 +149,15 @@ def _energy_of_memory(law: Any, x: Any, z: Any) -> Any:
     return law.energy(x, z)
 
 
-def _no_energy(law: Any, x: Any, z: Any) -> Any:  # noqa: ARG001
+def _no_energy(law: Any, x: Any, z: Any) -> Any:
     return 0.0 * x
 
 
-def _no_losses(law: Any, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG001
+def _no_losses(law: Any, x: Any, v: Any, z: Any) -> Any:
     return ()
 
 
-def _friction_losses(law: Any, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG001
+def _friction_losses(law: Any, x: Any, v: Any, z: Any) -> Any:
     return (law.torque(x, v) * v,)
 
 
@@ -165,7 +165,7 @@ def _own_losses(law: Any, x: Any, v: Any, z: Any) -> Any:
     return law.losses(x, v, z)
 
 
-def _no_rates(law: Any, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG001
+def _no_rates(law: Any, x: Any, v: Any, z: Any) -> Any:
     return ()
 
 

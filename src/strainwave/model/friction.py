@@ -64,7 +64,7 @@ class Viscous(NamedTuple):
     per_kelvin: PerKelvin = 0.035
     per_torque: PerTorque = 0.0
 
-    def torque(self, x: Any, v: Any) -> Any:  # noqa: ARG002
+    def torque(self, x: Any, v: Any) -> Any:
         """Torque [N*m] at the speed v [rad/s]."""
         return self.B * exp(-self.per_kelvin * self.warming) * (1.0 + self.per_torque * abs(self.load)) * v
 
@@ -87,7 +87,7 @@ class Coulomb(NamedTuple):
     T_c: Torque
     width: AngularSpeed
 
-    def torque(self, x: Any, v: Any) -> Any:  # noqa: ARG002
+    def torque(self, x: Any, v: Any) -> Any:
         """Torque [N*m] at the speed v [rad/s]."""
         return self.T_c * smooth_sign(v, self.width)
 
@@ -115,7 +115,7 @@ class Stribeck(NamedTuple):
     v_s: AngularSpeed
     width: AngularSpeed
 
-    def torque(self, x: Any, v: Any) -> Any:  # noqa: ARG002
+    def torque(self, x: Any, v: Any) -> Any:
         """Torque [N*m] at the speed v [rad/s]."""
         return smooth_sign(v, self.width) * sliding_friction(v, self.T_c, self.T_s, self.v_s)
 
@@ -162,11 +162,11 @@ class LuGre(NamedTuple):
         """Number of internal states."""
         return 1
 
-    def torque(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+    def torque(self, x: Any, v: Any, z: Any) -> Any:
         """Torque [N*m] at the speed v [rad/s] and z = (z,) [rad]."""
         return self.sigma_0 * z[0] + self.sigma_1 * bending(self, v, z[0]) + self.sigma_2 * v
 
-    def z_rate(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
         """Rate (z',) [rad/s] of the deflection."""
         return (bending(self, v, z[0]),)
 
@@ -174,11 +174,11 @@ class LuGre(NamedTuple):
         """Stiffness sigma_0 [N*m/rad] before it slips."""
         return self.sigma_0 + 0.0 * x
 
-    def energy(self, x: Any, z: Any) -> Any:  # noqa: ARG002
+    def energy(self, x: Any, z: Any) -> Any:
         """Energy stored [J] in the bristles."""
         return 0.5 * self.sigma_0 * z[0] * z[0]
 
-    def losses(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+    def losses(self, x: Any, v: Any, z: Any) -> Any:
         """Power [W] turned into heat, in a tuple."""
         z_rate = bending(self, v, z[0])
         return (self.sigma_0 * z[0] * (v - z_rate) + self.sigma_1 * z_rate * v + self.sigma_2 * v * v,)

@@ -47,11 +47,11 @@ class BoucWen(NamedTuple):
         """Number of internal states."""
         return 1
 
-    def torque(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+    def torque(self, x: Any, v: Any, z: Any) -> Any:
         """Torque [N*m] at torsion x [rad], its rate v [rad/s] and z = (z,) [rad]."""
         return self.ratio * self.K * x + (1.0 - self.ratio) * self.K * z[0]
 
-    def z_rate(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
         """Rate (z',) [rad/s] of the internal state."""
         slip = self.beta * abs(v) * sign(z[0]) + self.gamma * v
         return (self.A * v - yielded(z[0], self.yield_twist, self.n) * slip,)
@@ -64,7 +64,7 @@ class BoucWen(NamedTuple):
         """Energy stored [J]."""
         return 0.5 * self.K * (self.ratio * x * x + (1.0 - self.ratio) * z[0] * z[0] / self.A)
 
-    def losses(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+    def losses(self, x: Any, v: Any, z: Any) -> Any:
         """Power [W] turned into heat, in a tuple; never negative."""
         power = abs(v * z[0]) * (self.beta + self.gamma * sign(v * z[0]))  # in this form never below zero by rounding
         return ((1.0 - self.ratio) * self.K / self.A * yielded(z[0], self.yield_twist, self.n) * power,)

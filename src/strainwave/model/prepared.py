@@ -118,11 +118,11 @@ class Yielding(NamedTuple):
         """Number of internal states."""
         return 1
 
-    def torque(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+    def torque(self, x: Any, v: Any, z: Any) -> Any:
         """Torque [N*m] at torsion x [rad], its rate v [rad/s] and z = (z,) [rad]."""
         return self.elastic * x + self.plastic * z[0]
 
-    def z_rate(self, x: Any, v: Any, z: Any) -> Any:  # noqa: ARG002
+    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
         """Rate (z',) [rad/s] of the internal state."""
         size = abs(z[0] * self.per_yield)
         level = size

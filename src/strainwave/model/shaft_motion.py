@@ -12,40 +12,40 @@ from .shafts import Elastic, Free, Held, PositionLoop, SpeedLoop
 
 
 @chosen
-def deviation_of(control: Any, y: Any) -> Any:  # noqa: ARG001
+def deviation_of(control: Any, y: Any) -> Any:
     """Deviation (angle [rad], speed [rad/s]) of the motor from its reference, from the train's state."""
     return _no_deviation if class_of(control) is Held else _own_deviation
 
 
-def _own_deviation(control: Any, y: Any) -> Any:  # noqa: ARG001
+def _own_deviation(control: Any, y: Any) -> Any:
     return y[2], y[3]
 
 
-def _no_deviation(control: Any, y: Any) -> Any:  # noqa: ARG001
+def _no_deviation(control: Any, y: Any) -> Any:
     return 0.0 * y[0], 0.0 * y[0]
 
 
 @chosen
-def internal_states(control: Any, y: Any) -> Any:  # noqa: ARG001
+def internal_states(control: Any, y: Any) -> Any:
     """States of the train after those of the motor."""
     return _after_two if class_of(control) is Held else _after_four
 
 
-def _after_two(control: Any, y: Any) -> Any:  # noqa: ARG001
+def _after_two(control: Any, y: Any) -> Any:
     return y[2:]
 
 
-def _after_four(control: Any, y: Any) -> Any:  # noqa: ARG001
+def _after_four(control: Any, y: Any) -> Any:
     return y[4:]
 
 
 @chosen
-def acceleration_of(control: Any, J: Any, torque: Any, reference: Any, deviation: Any) -> Any:  # noqa: ARG001
+def acceleration_of(control: Any, J: Any, torque: Any, reference: Any, deviation: Any) -> Any:
     """Acceleration [rad/s^2] of a motor under a torque without that of its control; `reference` is its reference's."""
     return _prescribed if class_of(control) is Held else _driven
 
 
-def _prescribed(control: Any, J: Any, torque: Any, reference: Any, deviation: Any) -> Any:  # noqa: ARG001
+def _prescribed(control: Any, J: Any, torque: Any, reference: Any, deviation: Any) -> Any:
     return reference
 
 
@@ -56,16 +56,16 @@ def _driven(control: Any, J: Any, torque: Any, reference: Any, deviation: Any) -
 
 
 @chosen
-def control_torque(control: Any, J: Any, torque: Any, acceleration: Any, reference: Any, deviation: Any) -> Any:  # noqa: ARG001
+def control_torque(control: Any, J: Any, torque: Any, acceleration: Any, reference: Any, deviation: Any) -> Any:
     """Torque [N*m] of the control, where the motor accelerates like this under it and the other `torque`."""
     return _holding if class_of(control) is Held else _looped
 
 
-def _holding(control: Any, J: Any, torque: Any, acceleration: Any, reference: Any, deviation: Any) -> Any:  # noqa: ARG001
+def _holding(control: Any, J: Any, torque: Any, acceleration: Any, reference: Any, deviation: Any) -> Any:
     return J * acceleration - torque
 
 
-def _looped(control: Any, J: Any, torque: Any, acceleration: Any, reference: Any, deviation: Any) -> Any:  # noqa: ARG001
+def _looped(control: Any, J: Any, torque: Any, acceleration: Any, reference: Any, deviation: Any) -> Any:
     stiff, damped, heavy = gains_of(control)
     return -stiff * deviation[0] - damped * deviation[1] - heavy * (acceleration - reference)
 
@@ -76,7 +76,7 @@ def gains_of(control: Any) -> Any:
     return {Free: _no_gains, PositionLoop: _position_gains, SpeedLoop: _speed_gains}[class_of(control)]
 
 
-def _no_gains(control: Any) -> Any:  # noqa: ARG001
+def _no_gains(control: Any) -> Any:
     return 0.0, 0.0, 0.0
 
 
@@ -89,21 +89,21 @@ def _speed_gains(control: Any) -> Any:
 
 
 @chosen
-def motor_rates(control: Any, deviation: Any, acceleration: Any) -> Any:  # noqa: ARG001
+def motor_rates(control: Any, deviation: Any, acceleration: Any) -> Any:
     """Rates of the motor's own states; `acceleration` [rad/s^2] is that of the deviation."""
     return _no_rates if class_of(control) is Held else _own_rates
 
 
-def _own_rates(control: Any, deviation: Any, acceleration: Any) -> Any:  # noqa: ARG001
+def _own_rates(control: Any, deviation: Any, acceleration: Any) -> Any:
     return deviation[1], acceleration
 
 
-def _no_rates(control: Any, deviation: Any, acceleration: Any) -> Any:  # noqa: ARG001
+def _no_rates(control: Any, deviation: Any, acceleration: Any) -> Any:
     return ()
 
 
 @chosen
-def load_rates(load: Any, phase: Any, motion: Any, states: Any, torque: Any) -> Any:  # noqa: ARG001
+def load_rates(load: Any, phase: Any, motion: Any, states: Any, torque: Any) -> Any:
     """Acceleration [rad/s^2] of what sits on the gear, and the rates of the load's states.
 
     `motion` is the (angle, speed) of the gear's output and `torque` [N*m] what the gear gives.
@@ -129,7 +129,7 @@ def _elastic_rates(load: Any, phase: Any, motion: Any, states: Any, torque: Any)
 
 
 @chosen
-def load_energy(load: Any, motion: Any, states: Any) -> Any:  # noqa: ARG001
+def load_energy(load: Any, motion: Any, states: Any) -> Any:
     """Energy [J] in the load: kinetic, and stored in its laws."""
     return _elastic_energy if class_of(load) is Elastic else _rigid_energy
 
@@ -147,7 +147,7 @@ def _elastic_energy(load: Any, motion: Any, states: Any) -> Any:
 
 
 @chosen
-def load_powers(load: Any, phase: Any, motion: Any, states: Any) -> Any:  # noqa: ARG001
+def load_powers(load: Any, phase: Any, motion: Any, states: Any) -> Any:
     """Powers [W]: what the load torque puts in, then what the load's drag and each coupling lose."""
     return _elastic_powers if class_of(load) is Elastic else _rigid_powers
 
@@ -170,7 +170,7 @@ def total(values: Any) -> Any:
     return _sum if len(values) else _zero
 
 
-def _zero(values: Any) -> Any:  # noqa: ARG001
+def _zero(values: Any) -> Any:
     return 0.0
 
 

@@ -26,7 +26,7 @@ SAFETY = math.log(0.9)
 
 
 @chosen
-def kept(accept: Any, new: Any, old: Any) -> Any:  # noqa: ARG001
+def kept(accept: Any, new: Any, old: Any) -> Any:
     """Numbers of the tuple `new` (of numbers, or of tuples of numbers) where a step is accepted, else of `old`."""
     return _kept_items if len(new) else _kept_nothing
 
@@ -35,12 +35,12 @@ def _kept_items(accept: Any, new: Any, old: Any) -> Any:
     return (kept_item(accept, new[0], old[0]), *kept(accept, new[1:], old[1:]))
 
 
-def _kept_nothing(accept: Any, new: Any, old: Any) -> Any:  # noqa: ARG001
+def _kept_nothing(accept: Any, new: Any, old: Any) -> Any:
     return ()
 
 
 @chosen
-def kept_item(accept: Any, new: Any, old: Any) -> Any:  # noqa: ARG001
+def kept_item(accept: Any, new: Any, old: Any) -> Any:
     """`kept` of a tuple, or of a number."""
     return _kept_tuple if hasattr(new, "__len__") and not hasattr(new, "dtype") else _kept_number
 

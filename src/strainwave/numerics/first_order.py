@@ -57,7 +57,7 @@ class FirstOrder(NamedTuple):
         series[: min(n, len(table))] = table[:n]
         return np.append((to_blocks(series).T / self.sizes[:, None]).ravel(), value)
 
-    def residual(self, z: Any, work: Any, r: Any) -> None:  # noqa: ARG002
+    def residual(self, z: Any, work: Any, r: Any) -> None:
         """Residual of every coefficient, in units of the state's size a second."""
         y = self.states(z)
         rates = rates_at(with_leaf(self.system, self.leaf, float(z[-1])), self.angles, y @ self.synthesis)

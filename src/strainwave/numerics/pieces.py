@@ -56,7 +56,7 @@ class Ends(NamedTuple):
 
 
 @chosen
-def integral(piece: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> Any:  # noqa: ARG001
+def integral(piece: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> Any:
     """Integral over a piece of the cubic with these values and slopes at its ends (fourth order).
 
     Over even pieces all but the values cancel in the sum, up to the `Ends`.
@@ -68,7 +68,7 @@ def _whole_integral(piece: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> A
     return piece.width * (0.5 * (f0 + f1) + piece.width / 12.0 * (slope0 - slope1))
 
 
-def _even_integral(piece: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> Any:  # noqa: ARG001
+def _even_integral(piece: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> Any:
     return piece.width * f1
 
 
@@ -77,7 +77,7 @@ def _ends_integral(piece: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> An
 
 
 @chosen
-def updated(measures: Any, sums: Any, piece: Any) -> Any:  # noqa: ARG001
+def updated(measures: Any, sums: Any, piece: Any) -> Any:
     """Sums of several measures (tuples) after a piece."""
     return _first_and_rest if len(measures) else _nothing
 
@@ -86,7 +86,7 @@ def _first_and_rest(measures: Any, sums: Any, piece: Any) -> Any:
     return (measures[0].update(sums[0], piece), *updated(measures[1:], sums[1:], piece))
 
 
-def _nothing(measures: Any, sums: Any, piece: Any) -> Any:  # noqa: ARG001
+def _nothing(measures: Any, sums: Any, piece: Any) -> Any:
     return ()
 
 
@@ -171,14 +171,14 @@ class General(NamedTuple):
 
 
 @chosen
-def extreme_between(kind: Any, y: Any, rate: Any, y1: Any, rate1: Any, h: Any) -> Any:  # noqa: ARG001
+def extreme_between(kind: Any, y: Any, rate: Any, y1: Any, rate1: Any, h: Any) -> Any:
     """Extreme value of the first state between two instants h apart, with the rates of all states there."""
     return {Smooth: _smooth_extreme, General: _general_extreme}[class_of(kind)]
 
 
-def _smooth_extreme(kind: Any, y: Any, rate: Any, y1: Any, rate1: Any, h: Any) -> Any:  # noqa: ARG001
+def _smooth_extreme(kind: Any, y: Any, rate: Any, y1: Any, rate1: Any, h: Any) -> Any:
     return smooth_vertex(y[0], rate[0], rate[1], y1[0], rate1[0], rate1[1], h)
 
 
-def _general_extreme(kind: Any, y: Any, rate: Any, y1: Any, rate1: Any, h: Any) -> Any:  # noqa: ARG001
+def _general_extreme(kind: Any, y: Any, rate: Any, y1: Any, rate1: Any, h: Any) -> Any:
     return vertex(y[0], rate[0], y1[0], rate1[0], h)

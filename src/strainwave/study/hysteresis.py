@@ -113,14 +113,14 @@ def _branch(law: Any, state: Floats, target: float, speed: float, rtol: float) -
     def torque(y: Floats) -> float:
         return float(torque_of(law, float(y[0]), direction * speed, tuple(y[1:-1].tolist())))
 
-    def rates(s: float, y: Floats) -> Any:  # noqa: ARG001
+    def rates(s: float, y: Floats) -> Any:
         z_rates = z_rate_of(law, float(y[0]), direction * speed, tuple(y[1:-1].tolist()))
         return [direction, *(rate / speed for rate in z_rates), direction * torque(y)]
 
-    def reached(s: float, y: Floats) -> float:  # noqa: ARG001
+    def reached(s: float, y: Floats) -> float:
         return torque(y) - target
 
-    def zero(s: float, y: Floats) -> float:  # noqa: ARG001
+    def zero(s: float, y: Floats) -> float:
         return torque(y)
 
     reached.terminal = True  # type: ignore[attr-defined]

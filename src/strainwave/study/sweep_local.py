@@ -27,11 +27,11 @@ class ThreadPool:
         self.stop = threading.Event()
         self.pool = ThreadPoolExecutor(workers, thread_name_prefix="sweep")
 
-    def submit(self, job: Job, chunk: int, first: int, values: Mapping[str, Floats]) -> "Future[Part]":  # noqa: ARG002
+    def submit(self, job: Job, chunk: int, first: int, values: Mapping[str, Floats]) -> "Future[Part]":
         """Begin to compute a chunk."""
         return self.pool.submit(compute, job, first, values, self.stop.is_set)
 
-    def lost(self, error: BaseException) -> bool:  # noqa: ARG002
+    def lost(self, error: BaseException) -> bool:
         """Threads die with the process only."""
         return False
 
@@ -62,7 +62,7 @@ class ProcessPool:
         context = multiprocessing.get_context("spawn")
         return ProcessPoolExecutor(self.workers, mp_context=context, initializer=_begin)
 
-    def submit(self, job: Job, chunk: int, first: int, values: Mapping[str, Floats]) -> "Future[Part]":  # noqa: ARG002
+    def submit(self, job: Job, chunk: int, first: int, values: Mapping[str, Floats]) -> "Future[Part]":
         """Begin to compute a chunk."""
         try:
             return self.pool.submit(compute, job, first, values)
