@@ -283,8 +283,8 @@ def _torque_notes(project: Project) -> Iterator[str]:
         )
     if project.damping_ratio is not None and project.damping_ratio > UNUSUAL:
         yield (
-            f"The damping ratio is {project.damping_ratio:.3g} ({100.0 * project.damping_ratio:.3g} % of critical); 0.01 "
-            "to 0.05 is usual, and 4 % is written '4 %' or 0.04."
+            f"The damping ratio is {project.damping_ratio:.3g} ({100.0 * project.damping_ratio:.3g} % of critical); "
+            "0.01 to 0.05 is usual, and 4 % is written '4 %' or 0.04."
         )
 
 
