@@ -60,6 +60,17 @@ def motor_acceleration(train: Any, phase: Any, y: Any, motor: Any, reaction: Any
     return acceleration, control_torque(control, J, torque, acceleration, reference, deviation)
 
 
+@kernel
+def forces(train: Any, phase: Any, y: Any) -> Any:
+    """Motions of motor, gear and output, internal states of gear and drag, torque, and `motor_acceleration`."""
+    motor = motor_motion(train, phase, y)
+    gear, z = gear_motion(train, y, motor), internal_states(train.motor.control, y)
+    torque, of_motor = gear_torque(train, gear, z), rest(train.law, z)
+    driven = motor_acceleration(train, phase, y, motor, gear[2] * torque, of_motor)
+    output = motor[0] / train.N - y[0], motor[1] / train.N - y[1]
+    return motor, gear, output, z, of_motor, torque, driven
+
+
 class DriveTrain(NamedTuple):
     """Motor, strain wave gear (ratio N, damping B across it, torsion law, kinematic error) and load.
 
@@ -83,19 +94,14 @@ class DriveTrain(NamedTuple):
 
     def rhs(self, phase: Any, y: Any) -> Any:
         """Time derivatives of the state at the base angle [rad]."""
-        motor = motor_motion(self, phase, y)
-        gear, z = gear_motion(self, y, motor), internal_states(self.motor.control, y)
-        torque = gear_torque(self, gear, z)
-        of_motor = rest(self.law, z)
-        fast, _ = motor_acceleration(self, phase, y, motor, gear[2] * torque, of_motor)
-        output = motor[0] / self.N - y[0], motor[1] / self.N - y[1]
+        motor, gear, output, z, of_motor, torque, (fast, _) = forces(self, phase, y)
         slow, of_load = load_rates(self.load, phase, output, rest(self.motor.drag, of_motor), torque)
         deviation = deviation_of(self.motor.control, y)
         relative = fast - self.omega * self.omega * self.reference.curvature(phase)
         own = motor_rates(self.motor.control, deviation, relative)
         law = z_rate_of(self.law, gear[0], gear[1], share(self.law, z))
         drag = z_rate_of(self.motor.drag, motor[0], motor[1], share(self.motor.drag, of_motor))
-        return (y[1], fast / self.N - slow) + own + law + drag + of_load  # noqa: RUF005
+        return (y[1], fast / self.N - slow, *own, *law, *drag, *of_load)
 
     def torsion(self, phase: Any, y: Any) -> Any:
         """Torsion u = x - e(theta_m) of the gear [rad]."""
@@ -120,17 +126,12 @@ class DriveTrain(NamedTuple):
 
     def losses(self, phase: Any, y: Any) -> Any:
         """Powers [W] as `power_names` lists them: put in by motor torque, control and load torque; then lost."""
-        motor = motor_motion(self, phase, y)
-        gear, z = gear_motion(self, y, motor), internal_states(self.motor.control, y)
-        torque = gear_torque(self, gear, z)
-        of_motor = rest(self.law, z)
-        _, control = motor_acceleration(self, phase, y, motor, gear[2] * torque, of_motor)
-        output = motor[0] / self.N - y[0], motor[1] / self.N - y[1]
+        motor, gear, output, z, of_motor, _, (_, control) = forces(self, phase, y)
         given = self.motor.excitation.torque(phase) * motor[1]
         law = total(losses_of(self.law, gear[0], gear[1], share(self.law, z)))
         drag = total(losses_of(self.motor.drag, motor[0], motor[1], share(self.motor.drag, of_motor)))
         of_load = load_powers(self.load, phase, output, rest(self.motor.drag, of_motor))
-        return (given, control * motor[1], of_load[0], self.B * gear[1] * gear[1], law, drag) + of_load[1:]  # noqa: RUF005
+        return (given, control * motor[1], of_load[0], self.B * gear[1] * gear[1], law, drag, *of_load[1:])
 
     def motor_speed(self, phase: Any, y: Any) -> Any:
         """Speed theta_m' of the motor [rad/s]."""

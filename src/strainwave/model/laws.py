@@ -193,7 +193,7 @@ class Backlash(NamedTuple):
 @kernel
 def spread(places: Any, gap: Any) -> Any:
     """Breakpoints of a law behind a gap, sorted: the edges of the gap, and the law's own moved outwards by it."""
-    out = (-gap, gap) + places  # noqa: RUF005  (compiled code knows no starred tuples)
+    out = (-gap, gap, *places)
     for i in range(2, len(out)):
         out = with_leaf(out, i, out[i] + gap * sign(out[i]))
         for j in range(i, 0, -1):

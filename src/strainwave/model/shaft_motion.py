@@ -125,7 +125,7 @@ def _elastic_rates(load: Any, phase: Any, motion: Any, states: Any, torque: Any)
     passed = torque_of(load.law, twist, speed, own) + load.B * speed
     here = (torque - passed) / load.J
     there, rates = load_rates(load.load, phase, behind, rest(load.law, z), passed)
-    return here, (speed, here - there) + z_rate_of(load.law, twist, speed, own) + rates  # noqa: RUF005
+    return here, (speed, here - there, *z_rate_of(load.law, twist, speed, own), *rates)
 
 
 @chosen
@@ -161,7 +161,7 @@ def _elastic_powers(load: Any, phase: Any, motion: Any, states: Any) -> Any:
     twist, speed, z = states[0], states[1], states[2:]
     behind = motion[0] - twist, motion[1] - speed
     lost = load.B * speed * speed + total(losses_of(load.law, twist, speed, share(load.law, z)))
-    return load_powers(load.load, phase, behind, rest(load.law, z)) + (lost,)  # noqa: RUF005
+    return (*load_powers(load.load, phase, behind, rest(load.law, z)), lost)
 
 
 @chosen

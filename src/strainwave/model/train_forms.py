@@ -34,11 +34,11 @@ class SteadyTrain(NamedTuple):
         """Rates of the state, per 1/omega of the base angle: time derivatives where that is omega t."""
         w = y[2]
         own = w + (self.omega - self.train.omega) * self.train.reference.slope(phase)
-        rates = self.train.rhs(phase, (y[0], y[1], 0.0 * w, own) + y[4:])  # noqa: RUF005
+        rates = self.train.rhs(phase, (y[0], y[1], 0.0 * w, own, *y[4:]))
         inertia = self.train.motor.J
         kept = y[3] / inertia - self.bandwidth * self.omega * w
         trim = -0.125 * self.bandwidth * self.bandwidth * inertia * self.omega * self.omega * w
-        here = (rates[0], rates[1] + kept / self.train.N, rates[3] + kept, trim) + rates[4:]  # noqa: RUF005
+        here = (rates[0], rates[1] + kept / self.train.N, rates[3] + kept, trim, *rates[4:])
         return axpy(here, self.by_angle * (self.omega / (self.omega + w) - 1.0), here)
 
     def sizes(self) -> tuple[float, ...]:
@@ -53,7 +53,7 @@ class SteadyTrain(NamedTuple):
     def torque(self, phase: Any, y: Any) -> Any:
         """Torque that the gear transmits [N*m, output side], with its damping."""
         own = y[2] + (self.omega - self.train.omega) * self.train.reference.slope(phase)
-        return self.train.torque(phase, (y[0], y[1], 0.0 * own, own) + y[4:])  # noqa: RUF005
+        return self.train.torque(phase, (y[0], y[1], 0.0 * own, own, *y[4:]))
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where the gear's law is not smooth."""

@@ -16,7 +16,7 @@ from .._jit import borrowed, chosen, kernel, kernel_as
 from .._lanes import count, lane, load, store
 from ..maths import exp, log
 from .lanes import every_lane, strobe
-from .pieces import Piece, extreme_between, larger, select, smaller, updated
+from .pieces import Piece, Whole, extreme_between, larger, select, smaller, updated
 from .steps import dopri5_step
 
 TURN = 2.0 * math.pi
@@ -105,7 +105,7 @@ def attempt(
     after = select(good, larger(q * growth, select(left > step, 0.0, step)), q * shrink)
     end = select(left > step, phase + q, TURN)
     extreme = extreme_between(kind, y, k, y1, k1, h)
-    sums1 = updated(measures, before, Piece(phase, y[0], k[0], end, y1[0], k1[0], h, omega, extreme))
+    sums1 = updated(measures, before, Piece(Whole(), phase, y[0], k[0], end, y1[0], k1[0], h, omega, extreme))
     go = select(good, select(moving, 1.0, 0.0), 0.0)
     lost = select(after > LEAST, 0.0, select(moving, 1.0, 0.0))
     new_phase = select(lost > 0.0, TURN, select(go > 0.0, end, phase))

@@ -11,7 +11,7 @@ from typing import Any
 
 from .._jit import borrowed, kernel, kernel_as
 from .._lanes import LANES, count, lane, load, store
-from .pieces import Ends, EvenPiece, extreme_between, larger, updated, vertex
+from .pieces import Ends, Even, Piece, extreme_between, larger, updated, vertex
 from .steps import dop8_step, rk4_step
 
 BOUND = 1e100  # a state beyond it has left for infinity
@@ -62,7 +62,7 @@ def measure(
     y, y1, end = lane(y0, rows, source, j), lane(y0, rows, target, j), phase + 2.0 * turn
     v, v1 = s.rhs(phase, y)[0], s.rhs(end, y1)[0]
     extreme = vertex(y[0], v, y1[0], v1, 2.0 * h)
-    piece = EvenPiece(phase, y[0], v, end, y1[0], v1, 2.0 * h, turn / h, extreme)
+    piece = Piece(Even(), phase, y[0], v, end, y1[0], v1, 2.0 * h, turn / h, extreme)
     store(updated(measures, lane(sums, rows, at, j), piece), rows, at, j)
 
 
@@ -78,7 +78,7 @@ def measured_long_step(
     store(y1, rows, at, j)
     before, after = s.rhs(phase, y), s.rhs(end, y1)
     extreme = extreme_between(kind, y, before, y1, after, h)
-    piece = EvenPiece(phase, y[0], before[0], end, y1[0], after[0], h, turn / h, extreme)
+    piece = Piece(Even(), phase, y[0], before[0], end, y1[0], after[0], h, turn / h, extreme)
     reach = at + 3 * n + count(sums)
     store(larger(abs(y1[0]), load(rows, reach, j)), rows, reach, j)
     store(updated(measures, lane(sums, rows, at + 2 * n, j), piece), rows, at + 2 * n, j)
@@ -98,7 +98,7 @@ def close(system: Any, y0: Any, measures: Any, sums: Any, rows: Any, turn: float
     s, h = lane(system, rows, 0, j), load(rows, at - 1, j)
     first, last = lane(y0, rows, at + 2 * n + count(sums), j), lane(y0, rows, at, j)
     v0, v1 = s.rhs(0.0, first)[0], s.rhs(0.0, last)[0]
-    ends = Ends(0.0, first[0], v0, 0.0, last[0], v1, many * h, turn / h, last[0])
+    ends = Piece(Ends(), 0.0, first[0], v0, 0.0, last[0], v1, many * h, turn / h, last[0])
     store(updated(measures, lane(sums, rows, at + 2 * n, j), ends), rows, at + 2 * n, j)
 
 

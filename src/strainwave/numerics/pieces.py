@@ -9,41 +9,26 @@ from .._dispatch import class_of
 from .._jit import chosen, kernel, kernel_as
 
 
-class Piece(NamedTuple):
-    """A stretch of a trajectory between two instants: phase, first state and its rate there, and what lies between.
-
-    `width` is its time, `omega` the base frequency, `extreme` the extreme value of the first state inside (or at its
-    end).
-    """
-
-    phase0: Any
-    x0: Any
-    v0: Any
-    phase1: Any
-    x1: Any
-    v1: Any
-    width: Any
-    omega: Any
-    extreme: Any
+class Whole(NamedTuple):
+    """Says of a `Piece` that its integral is wanted by itself."""
 
 
-class EvenPiece(NamedTuple):
-    """A `Piece` among many of one width: its integral is width times the value at its end."""
-
-    phase0: Any
-    x0: Any
-    v0: Any
-    phase1: Any
-    x1: Any
-    v1: Any
-    width: Any
-    omega: Any
-    extreme: Any
+class Even(NamedTuple):
+    """Says of a `Piece` that it is one of many of one width: its integral is width times the value at its end."""
 
 
 class Ends(NamedTuple):
-    """First and last instant of many even pieces, of their width: what the sum of their integrals lacks."""
+    """Says of a `Piece` that it spans many even ones, of their width: its integral is what their sum lacks."""
 
+
+class Piece(NamedTuple):
+    """A stretch of a trajectory between two instants: phase, first state and its rate there, and what lies between.
+
+    `rule` says how integrals over it are formed, `width` is its time, `omega` the base frequency, `extreme` the extreme
+    value of the first state inside (or at its end).
+    """
+
+    rule: Any
     phase0: Any
     x0: Any
     v0: Any
@@ -61,7 +46,7 @@ def integral(piece: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> Any:
 
     Over even pieces all but the values cancel in the sum, up to the `Ends`.
     """
-    return {Piece: _whole_integral, EvenPiece: _even_integral, Ends: _ends_integral}[class_of(piece)]
+    return {Whole: _whole_integral, Even: _even_integral, Ends: _ends_integral}[class_of(piece.rule)]
 
 
 def _whole_integral(piece: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> Any:
