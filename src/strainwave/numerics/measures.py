@@ -56,7 +56,7 @@ class Rms(NamedTuple):
     def update(self, sums: Any, piece: Any) -> Any:
         """Sums after a piece."""
         x0, x1 = piece.x0, piece.x1
-        part = integral(piece, x0 * x0, 2.0 * x0 * piece.v0, x1 * x1, 2.0 * x1 * piece.v1)
+        part = integral(piece.rule, piece.width, x0 * x0, 2.0 * x0 * piece.v0, x1 * x1, 2.0 * x1 * piece.v1)
         return (sums[0] + part,)
 
     def results(self, sums: Any, time: Any) -> dict[str, Any]:
@@ -73,7 +73,7 @@ class Mean(NamedTuple):
 
     def update(self, sums: Any, piece: Any) -> Any:
         """Sums after a piece."""
-        return (sums[0] + integral(piece, piece.x0, piece.v0, piece.x1, piece.v1),)
+        return (sums[0] + integral(piece.rule, piece.width, piece.x0, piece.v0, piece.x1, piece.v1),)
 
     def results(self, sums: Any, time: Any) -> dict[str, Any]:
         """Variables from the sums (rows) over a time [s]."""
@@ -94,8 +94,8 @@ class Amplitude(NamedTuple):
         c0, s0 = cos(self.k * piece.phase0), sin(self.k * piece.phase0)
         c1, s1 = cos(self.k * piece.phase1), sin(self.k * piece.phase1)
         x0, v0, x1, v1, rate = piece.x0, piece.v0, piece.x1, piece.v1, self.k * piece.omega
-        even = integral(piece, x0 * c0, v0 * c0 - rate * x0 * s0, x1 * c1, v1 * c1 - rate * x1 * s1)
-        odd = integral(piece, x0 * s0, v0 * s0 + rate * x0 * c0, x1 * s1, v1 * s1 + rate * x1 * c1)
+        even = integral(piece.rule, piece.width, x0 * c0, v0 * c0 - rate * x0 * s0, x1 * c1, v1 * c1 - rate * x1 * s1)
+        odd = integral(piece.rule, piece.width, x0 * s0, v0 * s0 + rate * x0 * c0, x1 * s1, v1 * s1 + rate * x1 * c1)
         return sums[0] + even, sums[1] + odd
 
     def results(self, sums: Any, time: Any) -> dict[str, Any]:

@@ -41,24 +41,24 @@ class Piece(NamedTuple):
 
 
 @chosen
-def integral(piece: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> Any:
-    """Integral over a piece of the cubic with these values and slopes at its ends (fourth order).
+def integral(rule: Any, width: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> Any:
+    """Integral over a piece of this width of the cubic with these values and slopes at its ends (fourth order).
 
     Over even pieces all but the values cancel in the sum, up to the `Ends`.
     """
-    return {Whole: _whole_integral, Even: _even_integral, Ends: _ends_integral}[class_of(piece.rule)]
+    return {Whole: _whole_integral, Even: _even_integral, Ends: _ends_integral}[class_of(rule)]
 
 
-def _whole_integral(piece: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> Any:
-    return piece.width * (0.5 * (f0 + f1) + piece.width / 12.0 * (slope0 - slope1))
+def _whole_integral(rule: Any, width: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> Any:
+    return width * (0.5 * (f0 + f1) + width / 12.0 * (slope0 - slope1))
 
 
-def _even_integral(piece: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> Any:
-    return piece.width * f1
+def _even_integral(rule: Any, width: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> Any:
+    return width * f1
 
 
-def _ends_integral(piece: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> Any:
-    return piece.width * (0.5 * (f0 - f1) + piece.width / 12.0 * (slope0 - slope1))
+def _ends_integral(rule: Any, width: Any, f0: Any, slope0: Any, f1: Any, slope1: Any) -> Any:
+    return width * (0.5 * (f0 - f1) + width / 12.0 * (slope0 - slope1))
 
 
 @chosen
