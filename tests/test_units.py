@@ -201,6 +201,7 @@ def test_convert_cuts_a_long_unit_in_its_sentence():
     assert len(str(error.value)) < 200
 
 
+@pytest.mark.slow
 def test_pint_is_imported_at_the_first_text_and_not_before():
     code = (
         "import sys; from strainwave.quantities import parse; before = 'pint' in sys.modules; "

@@ -183,6 +183,7 @@ def test_doctor_reports_cache_cores_and_extras(tmp_path, monkeypatch):
     assert "cache" in run("doctor").stdout
 
 
+@pytest.mark.slow
 def test_derive_prints_latex():
     assert "\\ddot" in invoke("derive", "--latex").stdout
     assert set(json.loads(invoke("derive", "--json").stdout)) == {"latex", "text"}

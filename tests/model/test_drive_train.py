@@ -223,6 +223,7 @@ def test_held_train_and_error_equation_move_together_with_kinematic_error():
     np.testing.assert_allclose(whole.y[0], other.y[0], rtol=0, atol=1e-9 * np.max(abs(other.y[0])))
 
 
+@pytest.mark.compiled
 def test_stiff_speed_loop_approaches_the_held_motor():
     given = {"kinematic_error": sw.KinematicError((sw.Line(2, 1.1e-4),)), "omega": 190.0}
     held = sw.find_orbit(DRIVE.error_equation(motor="held", **given)).peak

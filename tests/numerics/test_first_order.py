@@ -131,6 +131,7 @@ def test_the_jacobian_is_the_derivative_of_the_residual():
         assert (r[0] - r[1]) / (2.0 * d) == pytest.approx(full[:, j], abs=2e-4)
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("mean", [0.0, 0.7])
 def test_duffing_with_two_states_has_the_folds_of_the_oscillator(mean):
     system = DUFFING._replace(mean=mean)
@@ -181,6 +182,7 @@ def test_zener_element_has_its_closed_form():
     assert np.sort(np.abs(branch.multipliers[0])) == pytest.approx(np.sort(np.abs(exact)), rel=1e-8)
 
 
+@pytest.mark.compiled
 def test_bouc_wen_agrees_with_integration():
     orbit = sw.find_orbit(BOUC_WEN, harmonics=31)
     turn = 2.0 * np.pi / BOUC_WEN.omega
@@ -191,6 +193,7 @@ def test_bouc_wen_agrees_with_integration():
     assert orbit.stable
 
 
+@pytest.mark.compiled
 def test_bouc_wen_softens_along_its_curve():
     branch = sw.frequency_response(BOUC_WEN, (0.3, 1.6), harmonics=15)
     assert branch.status
@@ -211,6 +214,7 @@ def test_the_period_map_has_liouvilles_determinant(system):
     assert np.linalg.det(monodromy(problem, point[None, :])[0]) == pytest.approx(np.exp(trace), rel=tolerance)
 
 
+@pytest.mark.compiled
 def test_neimark_sacker_points_of_van_der_pol_lie_where_averaging_puts_them():
     # averaging x = A cos: the trace of the slow flow is mu (1 - A^2/2); the torus is born at A = sqrt 2 up to O(mu^2)
     found = {}
@@ -228,6 +232,7 @@ def test_neimark_sacker_points_of_van_der_pol_lie_where_averaging_puts_them():
         assert abs(fine - np.sqrt(2.0)) < 0.6 * abs(coarse - np.sqrt(2.0))
 
 
+@pytest.mark.compiled
 def test_stability_changes_at_the_neimark_sacker_points():
     branch = sw.frequency_response(VanDerPol(0.1, 0.3, 1.0), (0.6, 1.5), harmonics=7)
     low, high = sorted(orbit.value for orbit in branch.tori)

@@ -99,6 +99,7 @@ def test_orbit_with_hysteresis_is_refined_by_shooting():
     np.testing.assert_allclose(again.y[:, -1], orbit.state(0.0), atol=1e-9)
 
 
+@pytest.mark.compiled
 def test_parameter_response_takes_laws_with_memory():
     branch = sw.parameter_response(FORCED, "excitation.amplitude", (0.2, 0.6), harmonics=7, points=20)
     assert branch.status is sw.Status.OK

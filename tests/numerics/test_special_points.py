@@ -65,6 +65,7 @@ def test_a_curve_without_crossings_has_none():
     assert curve.folds == curve.doublings == curve.branch_points == []
 
 
+@pytest.mark.compiled
 def test_the_branch_of_doubled_orbits_joins_both_doublings(biased):
     doubled = sw.switch_branch(BIASED, biased.doublings[0])
     assert doubled.period == 2
@@ -88,6 +89,7 @@ def test_a_doubled_orbit_repeats_after_two_turns_and_not_after_one(biased):
     assert np.linalg.norm(run.y[:, 1] - run.y[:, 0]) > 0.1
 
 
+@pytest.mark.compiled
 def test_the_branch_of_broken_symmetry_has_a_mean_and_comes_back(symmetric):
     broken = sw.switch_branch(SYMMETRIC, symmetric.branch_points[0], harmonics=31)
     assert broken.period == 1
@@ -97,6 +99,7 @@ def test_the_branch_of_broken_symmetry_has_a_mean_and_comes_back(symmetric):
     assert "returns to the branch" in broken.message
 
 
+@pytest.mark.compiled
 def test_no_branch_leaves_at_an_ordinary_orbit():
     with pytest.raises(ValueError, match=r"Branch\.doublings"):
         sw.switch_branch(BIASED, sw.find_orbit(BIASED, harmonics=5))

@@ -15,6 +15,7 @@ import strainwave as sw
 # --- E1: the forcing of the error equation; E7: the reach of the stability claim ---
 
 
+@pytest.mark.slow
 def test_e1_printed_forcing_lacks_the_ratio_in_front_of_the_load_torque():
     derived = sw.derivation()
     s = derived.symbols

@@ -22,6 +22,7 @@ def short_runs_as_python():
         yield
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("name", TRAINS)
 def test_energy_balance_closes_to_1e_8(name):
     train = TRAINS[name]

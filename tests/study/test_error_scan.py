@@ -94,6 +94,7 @@ def test_taking_coloured_noise_for_white_understates_the_error():
     assert stated["autocorrelated"] / stated["white"] == pytest.approx(3.0, rel=0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rho", "even"), [(0.0, True), (0.8, True), (0.0, False)])
 def test_noise_alone_gives_lines_no_oftener_than_stated(rho, even):
     alarms, seeds = 0, 100
@@ -104,6 +105,7 @@ def test_noise_alone_gives_lines_no_oftener_than_stated(rho, even):
     assert alarms <= 11  # 5 expected, 11 or more by chance in 1 of 70
 
 
+@pytest.mark.slow
 def test_lines_above_the_threshold_are_found_and_weaker_ones_are_not():
     found = {}
     theta = uniform(1000)

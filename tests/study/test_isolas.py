@@ -8,6 +8,7 @@ import strainwave as sw
 DUFFING = sw.Oscillator(1.0, 0.01, sw.Cubic(1.0, 0.2), sw.Harmonic(2.0), 3.15)
 
 
+@pytest.mark.compiled
 def test_the_loop_does_not_depend_on_the_range_asked_for():
     wide, narrow = (sw.isolas(DUFFING, span)[0] for span in ((3.0, 10.0), (3.1, 3.3)))
     assert wide.closed

@@ -53,6 +53,7 @@ def test_a_linear_drive_does_not_jump():
     assert "No hysteresis" in told.sentence
 
 
+@pytest.mark.compiled
 def test_a_sweep_of_the_amplitude_jumps_at_its_folds():
     sweep = sw.parameter_response(HARDENING._replace(omega=1.2), "excitation.amplitude", (0.0, 0.5))
     told = sw.jumps(sweep)

@@ -16,6 +16,7 @@ def error(amplitude):
     return sw.KinematicError((sw.Line(2, amplitude),))
 
 
+@pytest.mark.compiled
 def test_what_is_dropped_grows_with_n_times_the_error_slope():
     # relative difference and ripple are of first order in the error's amplitude
     found = [sw.compare_reductions(DRIVE, error(amplitude), [150.0]) for amplitude in (1e-5, 2e-5, 4e-5)]
@@ -25,6 +26,7 @@ def test_what_is_dropped_grows_with_n_times_the_error_slope():
     assert 0.0 < abs(found[2].difference[0]) < found[2].error_slope
 
 
+@pytest.mark.compiled
 def test_columns_are_the_orbits_of_their_equations():
     found = sw.compare_reductions(DRIVE, error(1e-4), [150.0])
     for mode in ("free", "held"):

@@ -24,6 +24,7 @@ def both():
     return checked(DUFFING, SPEEDS)
 
 
+@pytest.mark.compiled
 def test_exact_response_has_the_folds_of_a_finer_balance(both):
     fine = sw.frequency_response(DUFFING, SPEEDS, harmonics=21)
     assert [f.omega for f in both[0].curve.folds] == pytest.approx([f.omega for f in fine.folds], rel=1e-9)

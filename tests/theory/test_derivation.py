@@ -33,6 +33,7 @@ def difference(equation, derived, law, values, system):
     return sp.simplify(sp.nsimplify(acceleration - by_model))
 
 
+@pytest.mark.slow
 def test_kinematic_error_lines_are_their_own_derivative(s):
     a, phase = sp.symbols("a phi", real=True)
     error = sw.KinematicError((sw.Line(2, a, phase), sw.Line(4, a)))

@@ -114,6 +114,7 @@ def random_ripples(rng):
     ]
 
 
+@pytest.mark.compiled
 def test_random_stiffness_within_the_condition_always_decays():
     rng = np.random.default_rng(6)
     law = LAW
