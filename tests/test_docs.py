@@ -17,7 +17,7 @@ from strainwave._jit import RESERVED
 from strainwave.app import project
 from strainwave.app.cli import cli
 from strainwave.app.complaints import EXAMPLES
-from strainwave.app.schema import law_fields, law_types
+from strainwave.app.entries import fields_of, law_types
 from strainwave.quantities import parse
 
 matplotlib.use("Agg")
@@ -111,7 +111,7 @@ def test_every_command_and_option_is_on_the_command_line_page():
 def test_every_field_of_a_project_file_is_on_its_page():
     fields = {field.replace("[]", "") for field in EXAMPLES}
     fields = {re.sub(r"excitation\.(motor|load)_torque\.", "", field) for field in fields}  # described once for both
-    laws = {field for cls in law_types().values() for field in law_fields(cls)}
+    laws = {field for cls in law_types().values() for field in fields_of(cls)}
     assert not_on("project-file.md", fields | laws | set(law_types())) == []
 
 

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from .app.draw import draw_basins as draw_basins
     from .app.draw import draw_orbit_diagram as draw_orbit_diagram
     from .app.draw import draw_variability as draw_variability
+    from .app.entries import project_entry as project_entry
     from .app.own_gears import read_gears as read_gears
     from .app.scan_file import ScanFile as ScanFile
     from .app.scan_file import read_scan as read_scan
@@ -171,6 +172,7 @@ if TYPE_CHECKING:
 
 _HOME = {
     "app.draw": ("draw_basins", "draw_orbit_diagram", "draw_variability"),
+    "app.entries": ("project_entry",),
     "app.own_gears": ("read_gears",),
     "app.scan_file": ("ScanFile", "read_scan"),
     "model.drive": ("Drive", "HDC_40_050", "HDC_40_050_WARNING"),

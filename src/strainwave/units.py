@@ -30,6 +30,7 @@ _KIND = {
     "N*m": ("a torque", "0.5 N*m or 20 N*cm"),
     "1/rad**2": ("a quantity per square radian", "0.1 1/rad^2"),
     "N*m*s/rad": ("a rotational damping", "0.017 N*m*s/rad"),
+    "K": ("a difference of temperature", "20 K"),
     "": ("a plain number", "0.02 or 2 %"),
 }
 

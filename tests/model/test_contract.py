@@ -28,6 +28,8 @@ from canonical import (
 import strainwave as sw
 from strainwave import _jit
 from strainwave._dispatch import energy_of, losses_of, share, torque_of, z_rate_of
+from strainwave.app.entries import law_types, read_entry
+from strainwave.app.yaml_text import read
 from strainwave.quantities import checked, floated, parameters
 
 EPS = np.finfo(float).eps
@@ -257,6 +259,19 @@ def test_model_survives_pickling(model):
     copy = pickle.loads(pickle.dumps(model))
     assert copy == model
     assert classes_of(copy) == classes_of(model)
+
+
+@pytest.mark.parametrize("law", (LAWS | DISSIPATIVE).values(), ids=(LAWS | DISSIPATIVE).keys())
+def test_law_survives_a_project_file(law):
+    if not type(law).__module__.startswith("strainwave."):
+        with pytest.raises(ValueError, match="is not among the laws of a project file"):
+            sw.project_entry(law)
+        return
+    written = read(f"law: {sw.project_entry(law)}")
+    assert not written.problems
+    again = read_entry(written.content["law"], law_types())
+    assert again == law
+    assert classes_of(again) == classes_of(law)
 
 
 @each_model

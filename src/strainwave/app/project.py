@@ -1,23 +1,27 @@
 """The project file: a drive, its speed and what excites it, read from YAML with units and resolved to SI."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
-from pydantic import ValidationError
+from pydantic import ValidationError, create_model
 
+from .._dispatch import depends
 from ..model import catalogue
 from ..model.drive import Drive
+from ..model.drive_train import DriveTrain
 from ..model.error_spectrum import accuracy_spectrum
 from ..model.excitation import Harmonic, Harmonics, KinematicError, Line
 from ..model.gear import Gear
 from ..model.oscillator import Oscillator
-from ..quantities import convert
+from ..model.shafts import FREE, NO_DRAG, Elastic, Held
+from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
+from ..quantities import checked, convert
 from .complaints import complaints
+from .contradictions import contradictions, notes, train_fields
 from .own_gears import read_gears
-from .schema import CATALOGUE, ExplicitGear, OwnGear, ProjectSpec, TorqueSpec
-from .yaml_text import FileError, Keys, Problem, complaint, name, read, read_text, shown
+from .schema import CATALOGUE, ExplicitGear, OwnGear, ProjectSpec, Spec, TorqueSpec
+from .yaml_text import FileError, Located, Problem, complaint, name, read, read_text, shown
 
 ACCURACY_NOTE = (
     "The kinematic error stands for an accuracy class of {:.4g} arcsec peak-to-peak: its orders 1, 2 and 4 share it as "
@@ -27,9 +31,6 @@ ACCURACY_NOTE = (
 
 class ProjectError(FileError):
     """A project file cannot be used; one line `file:line:column: field: fact, value, remedy` per problem."""
-
-
-UNUSUAL = 0.5  # damping ratio
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,15 @@ class Project:
     notes : tuple of str
         Sentences for the reader: doubts about the catalogue data, a motor inertia that cannot be right. What the run
         asks of the gear beyond its limits is in the analysis.
+    damping : GearDamping or None
+        The damping, where it varies with angle, speed or temperature; its size is that of the drive.
+    stiffness : Variation or None
+        The factor of the stiffness over the base angle, where it varies.
+    train : DriveTrain or None
+        The whole drive train at constant speed, where the error equation leaves something of it out: a loop, friction
+        on a shaft, gravity, a coupling, or the ripple of a free motor.
+    rated_torque : float or None
+        Rated torque [N*m] of the gear, where it is known.
     """
 
     title: str
@@ -77,6 +87,10 @@ class Project:
     motor_torque: Harmonics | None
     load_torque: Harmonics | None
     kinematic_error: KinematicError | None
+    damping: GearDamping | None = None
+    stiffness: Variation | None = None
+    train: DriveTrain | None = None
+    rated_torque: float | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -98,15 +112,26 @@ class Project:
         """Speed [rad/s] of the file's shaft when the base angle turns at `omega` [rad/s]."""
         return omega / self.drive.N if self.shaft == "load" else omega
 
-    def system(self, omega: float) -> Oscillator:
+    @property
+    def has_memory(self) -> bool:
+        """Whether the torsion law has friction or memory."""
+        return depends(self.drive.law) > 1
+
+    def system(self, omega: float) -> Oscillator | VaryingOscillator:
         """Error equation at the base-angle speed `omega` [rad/s]."""
-        return self.drive.error_equation(
+        system = self.drive.error_equation(
             motor_torque=self.motor_torque,
             load_torque=self.load_torque,
             kinematic_error=self.kinematic_error,
             omega=omega,
             motor=self.motor,
         )
+        if self.damping is None and self.stiffness is None:
+            return system
+        damping = GearDamping(system.B) if self.damping is None else self.damping
+        varying = NoVariation() if self.stiffness is None else self.stiffness
+        whole: VaryingOscillator = checked(VaryingOscillator(system.J, damping, *system[2:], varying))
+        return whole
 
 
 def load(path: str | Path) -> Project:
@@ -128,28 +153,47 @@ def load(path: str | Path) -> Project:
         raise _error(path, [text])
     located = read(text)
     problems = list(located.problems)
-    spec = None
-    if located.content is not None:
-        try:
-            spec = ProjectSpec.model_validate(located.content)
-        except ValidationError as error:
-            problems += complaints(error, located)
-    elif not problems:
-        problems.append(Problem(1, 1, "file", "is empty; begin with a line such as 'gear: CSG-40-50'"))
-    gear = None
-    if spec is not None:
-        try:
-            gear = _record(spec, path)
-        except FileError as error:
-            raise ProjectError(str(error)) from None
-        except ValueError as error:
-            problems.append(Problem(*located.place(("gear", "name")), "gear.name", str(error)))
-        else:
-            found = _contradictions(spec, gear)
-            problems += [Problem(*located.place(keys), name(keys), sentence) for keys, sentence in found]
-    if problems or spec is None:
+    if located.content is None:
+        if not problems:
+            problems.append(Problem(1, 1, "file", "is empty; begin with a line such as 'gear: CSG-40-50'"))
         raise _error(path, problems)
+    try:
+        spec = ProjectSpec.model_validate(located.content)
+    except ValidationError as error:
+        problems += complaints(error, located)
+        if not isinstance(located.content, dict):
+            raise _error(path, problems) from None
+        spec = _what_is_right(located.content)
+    gear, elsewhere = None, ""
+    try:
+        gear = _record(spec, path)
+    except FileError as error:
+        elsewhere = str(error)
+    except ValueError as error:
+        problems.append(Problem(*located.place(("gear", "name")), "gear.name", str(error)))
+    else:
+        problems += _contradictions(spec, gear, located)
+    if problems or elsewhere:
+        raise ProjectError("\n".join(part for part in (problems and complaint(path, problems), elsewhere) if part))
     return _resolved(spec, gear, path, text)
+
+
+def _what_is_right(content: dict[str, Any]) -> ProjectSpec:
+    """The groups of a file that are right by themselves; None in place of the others."""
+    right: dict[str, Any] = {}
+    for group, info in ProjectSpec.model_fields.items():
+        one = create_model(group, __base__=Spec, **{group: (info.annotation, info)})  # type: ignore[call-overload]
+        try:
+            given = {group: content[group]} if group in content else {}
+            right[group] = getattr(one.model_validate(given), group)
+        except ValidationError:
+            right[group] = None
+    return ProjectSpec.model_construct(**right)
+
+
+def _contradictions(spec: ProjectSpec, gear: Gear | None, located: Located) -> list[Problem]:
+    found = contradictions(spec, gear)
+    return [Problem(*located.place(keys), name(keys), sentence) for keys, sentence in found]
 
 
 def _record(spec: ProjectSpec, path: Path) -> Gear | None:
@@ -160,50 +204,11 @@ def _record(spec: ProjectSpec, path: Path) -> Gear | None:
         if spec.gear.name not in gears:
             raise ValueError(f"{spec.gear.file} has no gear {shown(spec.gear.name)}; it has {', '.join(gears)[:200]}")
         return gears[spec.gear.name]
-    return None if isinstance(spec.gear, ExplicitGear) else catalogue.gear(spec.gear)
+    return catalogue.gear(spec.gear) if isinstance(spec.gear, str) else None
 
 
 def _error(path: Path, problems: list[Problem]) -> ProjectError:
     return ProjectError(complaint(path, problems))
-
-
-def _contradictions(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
-    """Fields that are right by themselves but do not go together."""
-    driven = spec.excitation
-    if gear is not None and gear.input_inertia is None and spec.motor.inertia is None:
-        yield ("motor", "inertia"), f"is missing and no source gives it for {gear.name}; write 'inertia: 4.5 kg*cm^2'"
-    if isinstance(spec.gear, ExplicitGear):
-        if spec.motor.inertia is None:
-            yield ("motor", "inertia"), "is missing for an explicit gear; write for example 'inertia: 4.5 kg*cm^2'"
-        if spec.damping.B is None and not spec.gear.law.model().stiffness(0.0) > 0.0:
-            way = "ratio" if spec.damping.ratio is not None else "quality"
-            yield ("damping", way), "has no meaning for a law without stiffness at rest (play); write B: 10 N*m*s/rad"
-    if spec.motor.mode == "held" and driven.motor_torque is not None:
-        sentence = "a held motor keeps its speed whatever its torque; remove it or write 'mode: free' under motor"
-        yield ("excitation", "motor_torque"), sentence
-    torques = [t for t in (driven.motor_torque, driven.load_torque) if t is not None]
-    amplitudes = [line.amplitude for line in driven.kinematic_error]
-    amplitudes += [line.amplitude for torque in torques for line in torque.lines]
-    yield from _accuracy_problems(spec, gear)
-    if not any(amplitudes) and driven.accuracy is None:
-        sentence = (
-            "nothing periodic drives the error; write for example 'kinematic_error: [{order: 2, amplitude: 23 arcsec}]'"
-        )
-        yield ("excitation",), sentence
-
-
-def _accuracy_problems(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
-    """What an accuracy class does not go together with."""
-    accuracy, field = spec.excitation.accuracy, ("excitation", "accuracy")
-    if accuracy is None:
-        return
-    if spec.excitation.kinematic_error:
-        yield field, "stands beside kinematic_error, which it would be a guess of; remove one of them"
-    if spec.speed.shaft == "forcing":
-        yield field, "belongs to the motor's turn, and the speeds to the forcing's; write 'shaft: motor' under speed"
-    if accuracy == CATALOGUE and (gear is None or gear.accuracy is None):
-        name = "an explicit gear" if gear is None else gear.name
-        yield field, f"no source gives one for {name}; write it as an angle, for example 1 arcmin"
 
 
 def _kinematic_error(spec: ProjectSpec, gear: Gear | None) -> KinematicError | None:
@@ -224,11 +229,13 @@ def _class_of(spec: ProjectSpec, gear: Gear | None) -> float:
 def _resolved(spec: ProjectSpec, gear: Gear | None, path: Path, text: str) -> Project:
     J_m = spec.motor.inertia or (gear.input_inertia if gear is not None else None) or 0.0
     if isinstance(spec.gear, ExplicitGear):
-        law, ratio = spec.gear.law.model(), spec.gear.ratio
+        law, ratio = spec.gear.law, spec.gear.ratio
     else:
         assert gear is not None
         law, ratio = gear.law, float(gear.ratio)
-    drive = Drive(J_m, spec.load.inertia, ratio, spec.damping.B or 0.0, law)
+    coupling = spec.load.coupling
+    J_l = spec.load.inertia + (coupling.inertia if coupling is not None else 0.0)
+    drive = Drive(J_m, J_l, ratio, spec.damping.B or 0.0, law)
     drive = drive._replace(B=_damping(spec, drive))
     factor = ratio if spec.speed.shaft == "load" else 1.0
     speeds = spec.speed.at or [s for s in (spec.speed.low, spec.speed.high) if s is not None]
@@ -245,11 +252,42 @@ def _resolved(spec: ProjectSpec, gear: Gear | None, path: Path, text: str) -> Pr
         motor_torque=_torque(spec.excitation.motor_torque),
         load_torque=_torque(spec.excitation.load_torque),
         kinematic_error=_kinematic_error(spec, gear),
+        damping=spec.damping.of(drive.B) if spec.damping.varies else None,
+        stiffness=None if spec.stiffness is None else spec.stiffness.ripples,
+        rated_torque=_rated_torque(spec, gear),
     )
-    notes = tuple(_notes(project))
+    said = tuple(notes(project))
     if spec.excitation.accuracy is not None:
-        notes = (ACCURACY_NOTE.format(convert(_class_of(spec, gear), "rad", "arcsec")), *notes)
-    return replace(project, notes=notes)
+        said = (ACCURACY_NOTE.format(convert(_class_of(spec, gear), "rad", "arcsec")), *said)
+    return replace(project, train=_train(project, spec), notes=said)
+
+
+def _rated_torque(spec: ProjectSpec, gear: Gear | None) -> float | None:
+    if isinstance(spec.gear, ExplicitGear):
+        return spec.gear.rated_torque
+    return None if gear is None else gear.rated_torque
+
+
+def _train(project: Project, spec: ProjectSpec) -> DriveTrain | None:
+    """The whole train, where it holds more than the error equation."""
+    ripples = project.motor == "free" and project.kinematic_error is not None
+    if spec.speed.shaft == "forcing" or not (train_fields(spec) or ripples):
+        return None
+    control = spec.motor.loop or (FREE if project.motor == "free" else Held())
+    drive, coupling = project.drive, spec.load.coupling
+    train = drive._replace(J_l=spec.load.inertia).train(
+        motor_torque=project.motor_torque,
+        load_torque=project.load_torque,
+        kinematic_error=project.kinematic_error,
+        omega=project.omega[0],
+        control=control,
+        motor_drag=spec.motor.drag or NO_DRAG,
+        load_drag=spec.load.drag or NO_DRAG,
+    )
+    if coupling is not None:
+        train = train._replace(load=Elastic(coupling.inertia, coupling.B, coupling.law, train.load))
+    whole: DriveTrain = checked(train)
+    return whole
 
 
 def _damping(spec: ProjectSpec, drive: Drive) -> float:
@@ -266,42 +304,3 @@ def _torque(spec: TorqueSpec | None) -> Harmonics | None:
         return None
     lines = [Harmonic(line.amplitude, line.order, line.phase) for line in spec.lines] or [Harmonic(0.0)]
     return Harmonics((lines[0]._replace(mean=spec.mean), *lines[1:]))
-
-
-def _torque_notes(project: Project) -> Iterator[str]:
-    """Notes on mean torques that a free motor cannot balance and on damping that no gear has."""
-    drive = project.drive
-    at_motor, at_load = (
-        0.0 if t is None else sum(h.mean for h in t.terms) for t in (project.motor_torque, project.load_torque)
-    )
-    whole = drive.N * at_motor + at_load
-    if project.motor == "free" and abs(whole) > 1e-9 * (abs(drive.N * at_motor) + abs(at_load)):
-        rate = drive.N * whole / (drive.N * drive.N * drive.J_m + drive.J_l)
-        yield (
-            f"The mean torques do not balance: the motor speeds up by {rate:.4g} rad/s^2 and does not keep the speeds "
-            f"analysed; give the free motor a mean torque of {-at_load / drive.N:.4g} N*m, or write 'mode: held'."
-        )
-    if project.damping_ratio is not None and project.damping_ratio > UNUSUAL:
-        yield (
-            f"The damping ratio is {project.damping_ratio:.3g} ({100.0 * project.damping_ratio:.3g} % of critical); "
-            "0.01 to 0.05 is usual, and 4 % is written '4 %' or 0.04."
-        )
-
-
-def _notes(project: Project) -> Iterator[str]:
-    """Sentences on what a reader of the results should know about the input."""
-    yield from _torque_notes(project)
-    gear = project.gear
-    if project.motor == "free" and project.kinematic_error is not None:
-        yield (
-            "With a free motor and a kinematic error the reduction to one equation drops the motor's speed ripple, "
-            "an error of up to about a fifth near resonance; a stiff speed loop is described by 'mode: held'."
-        )
-    if gear is None:
-        return
-    yield from gear.notes
-    if gear.input_inertia is not None and project.drive.J_m < gear.input_inertia:
-        yield (
-            f"motor.inertia is {project.drive.J_m:g} kg*m^2, less than the {gear.input_inertia:g} kg*m^2 of the wave "
-            f"generator of {gear.name} alone; it must include the wave generator."
-        )

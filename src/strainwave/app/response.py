@@ -8,8 +8,9 @@ import click
 import numpy as np
 
 from ..results import SolveError
-from ..study.exact import ExactResponse, exact_response
+from ..study.exact import ExactResponse
 from ..study.regimes import operating_point, regimes
+from ..study.swept import response_through
 from . import curves, png
 from .console import Progress, number, to_json
 from .curve_files import exact_columns
@@ -38,7 +39,7 @@ def show(path: Path, output: Path | None, as_json: bool) -> None:
     with Progress(project.title) as progress:
         progress.show("exact response", 0.0)
         system = project.system(0.5 * (speeds[0] + speeds[1]))
-        exact = exact_response(system, speeds)
+        exact = response_through(system, speeds)
         if not len(exact.curve):
             raise SolveError(exact.curve.message)
         if output is not None:

@@ -2,20 +2,25 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from .._dispatch import is_spring
 from ..model.drive_train import DriveTrain
 from ..model.gear import Gear
 from ..model.limits import Finding
 from ..model.oscillator import Oscillator
+from ..model.varying import VaryingOscillator
 from ..results import SolveError
 from ..theory.lyapunov import StabilityProof, lyapunov
 from ..theory.resonance import NONRESONANT, Resonance
-from .exact import ExactResponse, exact_response
+from .exact import ExactResponse
+from .gear_forces import loses_energy
 from .reductions import compare_with_train
 from .regimes import OperatingPoint, Regime, operating_point, regimes
 from .runup import RunUp, run_up
+from .swept import response_through
 from .time_case import TimeCase, time_case
 from .usage import Usage, limit_findings, usage
 
@@ -32,7 +37,7 @@ class Analysis:
 
     Attributes
     ----------
-    system : Oscillator
+    system : Oscillator or VaryingOscillator
         The error equation at the middle of the range.
     speeds : (float, float)
         Range of the base-angle speed [rad/s].
@@ -58,7 +63,7 @@ class Analysis:
         Sentences about what went wrong or needs care.
     """
 
-    system: Oscillator
+    system: Oscillator | VaryingOscillator
     speeds: tuple[float, float]
     point: OperatingPoint
     stability: StabilityProof
@@ -73,7 +78,7 @@ class Analysis:
 
 
 def analyze(
-    system: Oscillator,
+    system: Oscillator | VaryingOscillator,
     speeds: tuple[float, ...],
     *,
     is_range: bool = True,
@@ -85,7 +90,7 @@ def analyze(
 
     Parameters
     ----------
-    system : Oscillator
+    system : Oscillator or VaryingOscillator
         The error equation; its omega is replaced by the speeds.
     speeds : tuple of float
         Base-angle speeds [rad/s], ascending: the ends of the range, or every speed asked for.
@@ -111,7 +116,7 @@ def analyze(
 
 
 def analysis_steps(
-    system: Oscillator,
+    system: Oscillator | VaryingOscillator,
     speeds: tuple[float, ...],
     *,
     is_range: bool = True,
@@ -124,13 +129,13 @@ def analysis_steps(
     system = system._replace(omega=0.5 * (limits[0] + limits[1]))
     yield "operating point and stability", 0.0
     point = operating_point(system)
-    stability = lyapunov(system)
+    stability = _proof(system, point)
     yield "exact response", 0.02
-    exact = exact_response(system, limits)
+    exact = response_through(system, limits)
     yield "resonances by multiple scales", 0.2
     found = regimes(system, point, limits)
     narrow = [regime for regime in found if _narrow(regime, exact)]
-    close = {regime.resonance: exact_response(system, regime.band(), FINE) for regime in narrow}
+    close = {regime.resonance: response_through(system, regime.band(), FINE) for regime in narrow}
     sweep: RunUp | None = None
     for step in run_up(system, limits, exact, point):
         if isinstance(step, RunUp):
@@ -156,7 +161,19 @@ def analysis_steps(
     yield Analysis(system, limits, point, stability, found, exact, close, sweep, tuple(cases), used, passed, said)
 
 
-def _left_out(train: DriveTrain, system: Oscillator, worst: float, limits: tuple[float, float]) -> str:
+def _proof(system: Any, point: OperatingPoint) -> StabilityProof:
+    """Lyapunov's certificate, or why this law has none."""
+    if is_spring(system):
+        return lyapunov(system)
+    law = type(system.law).__name__
+    reason = (
+        f"{law} has friction or memory, whose internal states Lyapunov's direct method with V(x, v) does not know; the "
+        "multipliers of the exact response say which motions are stable"
+    )
+    return StabilityProof(system, point.mean_torque, (), None, False, "none", False, None, "nothing is claimed", reason)
+
+
+def _left_out(train: DriveTrain, system: Any, worst: float, limits: tuple[float, float]) -> str:
     """Sentence on what the error equation leaves out, at the worst speed and where twice its order is resonant."""
     speeds = [omega for omega in (0.5 * worst, worst) if limits[0] <= omega <= limits[1]]
     harmonics = min(MOST_HARMONICS, 4 * max((1, *system.orders())))
@@ -206,7 +223,7 @@ def _away(inside: list[Regime], limits: tuple[float, float]) -> float:
 
 
 def _warnings(
-    system: Oscillator, point: OperatingPoint, exact: ExactResponse, sweep: RunUp, cases: tuple[TimeCase, ...]
+    system: Any, point: OperatingPoint, exact: ExactResponse, sweep: RunUp, cases: tuple[TimeCase, ...]
 ) -> tuple[str, ...]:
     said = []
     if point.omega_0 == 0.0:
@@ -215,7 +232,7 @@ def _warnings(
             "frequency to resonate "
             "with and multiple scales does not apply; everything here is from integration."
         )
-    if system.B == 0.0:
+    if not loses_energy(system):
         said.append(
             "The drive has no damping: transients never decay, the amplitude at resonance is bounded by the "
             "nonlinearity alone, "

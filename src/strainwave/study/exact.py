@@ -2,14 +2,16 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from .._dispatch import is_spring
 from .._jit import as_python
-from ..model.oscillator import Oscillator
 from ..numerics.harmonics import highest_order
 from ..numerics.response import frequency_response
 from ..results import Branch, Floats
+from .gear_forces import gear_torque
 from .jumps import Jumps, jumps
 
 HARMONICS, WITH_KINKS, MOST = 7, 15, 63  # per turn for smooth laws, for laws with breakpoints, and at most
@@ -29,10 +31,13 @@ class ExactResponse:
         Points in arc order with stability and folds.
     sweep : Jumps or None
         What a slow run-up and run-down do on it; None where no motion is stable, as without damping.
+    method : str
+        "harmonic balance", or "integration" for laws with friction or memory (see `swept`).
     """
 
     curve: Branch
     sweep: Jumps | None
+    method: str = "harmonic balance"
 
     def largest(self) -> int | None:
         """Number of the stable point with the largest |x| that a sweep visits; None where there is no sweep."""
@@ -41,8 +46,8 @@ class ExactResponse:
         visited = [*self.sweep.run_up, *self.sweep.run_down]
         return int(max(visited, key=lambda i: float(self.curve.peak[i])))
 
-    def torque(self, system: Oscillator) -> Floats:
-        """Transmitted torque T(u) + B u' [N*m, output side] at every point (rows) and place of a turn (columns)."""
+    def torque(self, system: Any) -> Floats:
+        """Torque through the gear with its damping [N*m, output side] at every point (rows) and place of a turn."""
         coefficients, omega = self.curve.coefficients, self.curve.omega[:, None]
         k = np.arange(1, coefficients.shape[1] // 2 + 1)[:, None]
         theta = np.linspace(0.0, 2.0 * np.pi, PER_HARMONIC * len(k), endpoint=False)
@@ -50,9 +55,13 @@ class ExactResponse:
         slopes = np.stack([-k * np.sin(k * theta), k * np.cos(k * theta)], axis=1).reshape(-1, len(theta))
         u = coefficients[:, :1] + coefficients[:, 1:] @ waves - system.error.value(theta)
         rate = omega * (coefficients[:, 1:] @ slopes - system.error.slope(theta))
-        return np.asarray(system.law.torque(u) + system.B * rate)
+        if is_spring(system):
+            return np.asarray(gear_torque(system, theta, u, rate))
+        # the curve holds no internal states; the torque is tau - J x''
+        bends = np.repeat(k * k, 2, axis=0) * waves
+        return np.asarray(system.excitation.torque(theta) + system.J * omega * omega * (coefficients[:, 1:] @ bends))
 
-    def torsion_amplitude(self, system: Oscillator, order: int) -> Floats:
+    def torsion_amplitude(self, system: Any, order: int) -> Floats:
         """0-to-peak amplitude [rad] of the torsion's component at `order` times the base speed, at every point."""
         x = self.curve.coefficients
         if 2 * order >= x.shape[1]:
@@ -63,7 +72,7 @@ class ExactResponse:
         return np.asarray(np.hypot(even, odd))
 
 
-def exact_response(system: Oscillator, speeds: tuple[float, float], points: int = POINTS) -> ExactResponse:
+def exact_response(system: Any, speeds: tuple[float, float], points: int = POINTS) -> ExactResponse:
     """Follow the response through a range of base-angle speeds [rad/s].
 
     The harmonics grow until those left out do not show; `curve.tail` says how large the last ones are.

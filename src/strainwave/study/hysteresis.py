@@ -101,6 +101,20 @@ def hysteresis_loop(law: Any, torque: float, *, speed: float = SPEED, rtol: floa
     )
 
 
+def loaded_state(law: Any, torque: float) -> tuple[float, ...]:
+    """Torsion [rad] and internal states of a law that was loaded slowly from rest to a torque [N*m].
+
+    Raises
+    ------
+    ValueError
+        If the law does not carry the torque.
+    """
+    state = np.zeros(2 + states_of(law))
+    if torque != 0.0:
+        state = _branch(law, state, torque, SPEED, RTOL)[2]
+    return tuple(state[:-1].tolist())
+
+
 def lost_motion(law: Any, rated_torque: float, *, share: float = SMALL_LOOP, speed: float = SPEED) -> float:
     """Lost motion [rad]: torsion between the ends of a loop at +-share (4 %) of the rated torque [N*m]."""
     return hysteresis_loop(law, number("share", share, positive=True) * rated_torque, speed=speed).span

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from ..model.oscillator import Oscillator
+from .._dispatch import is_spring
 from ..results import Floats, SolveError
 from ..theory.multiple_scales import slow_flow
 from ..theory.resonance import Resonance
 from ..theory.slow_results import Certificate, SlowResponse, SteadyState
+from .hysteresis import loaded_state
 
 NAMES = {
     (1, 1): "primary",
@@ -43,6 +44,8 @@ class OperatingPoint:
         Small-signal natural frequency [rad/s]; 0 where the law has no stiffness there (play).
     odd : bool
         Whether the law is odd about the operating point, so that no even terms arise.
+    z : tuple of float
+        Internal states of a law with memory that was loaded slowly from rest.
     """
 
     mean_torque: float
@@ -50,6 +53,12 @@ class OperatingPoint:
     stiffness: float
     omega_0: float
     odd: bool
+    z: tuple[float, ...] = ()
+
+    @property
+    def start(self) -> tuple[float, ...]:
+        """State of the error equation at rest there."""
+        return (self.x, 0.0, *self.z)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +123,7 @@ class Regime:
         return max(low, float(np.min(omega))), min(top, float(np.max(omega)))
 
 
-def operating_point(system: Oscillator) -> OperatingPoint:
+def operating_point(system: Any) -> OperatingPoint:
     """Find the equilibrium under the mean torque, by bisection on the law.
 
     Raises
@@ -127,13 +136,25 @@ def operating_point(system: Oscillator) -> OperatingPoint:
     largest = float(np.max(np.abs(system.excitation.torque(angle))))
     if abs(mean) < 1e-12 * max(largest, 1e-300):
         mean = 0.0
-    x = _balance(system.law, mean)
+    x, *z = (_balance(system.law, mean),) if is_spring(system) else _loaded(system.law, mean)
+    odd = _is_odd(system.law, x, mean) if is_spring(system) else mean == 0.0
     stiffness = float(system.law.stiffness(x))
+    return OperatingPoint(mean, x, stiffness, math.sqrt(max(stiffness, 0.0) / system.J), odd, tuple(z))
+
+
+def _is_odd(law: Any, x: float, mean: float) -> bool:
+    """Whether a spring is odd about its torsion x [rad] under the mean torque [N*m]."""
     steps = np.geomspace(1e-6, 1.0, 25) * max(abs(x), 1e-2)
-    around = system.law.torque(x + steps) + system.law.torque(x - steps) - 2.0 * mean
-    size = np.abs(system.law.torque(x + steps)) + np.abs(system.law.torque(x - steps)) + abs(mean) + 1e-300
-    odd = bool(np.all(np.abs(around) <= 1e-9 * size))
-    return OperatingPoint(mean, x, stiffness, math.sqrt(max(stiffness, 0.0) / system.J), odd)
+    around = law.torque(x + steps) + law.torque(x - steps) - 2.0 * mean
+    size = np.abs(law.torque(x + steps)) + np.abs(law.torque(x - steps)) + abs(mean) + 1e-300
+    return bool(np.all(np.abs(around) <= 1e-9 * size))
+
+
+def _loaded(law: Any, torque: float) -> tuple[float, ...]:
+    try:
+        return loaded_state(law, torque)
+    except ValueError as error:
+        raise SolveError(f"the torsion law cannot carry the mean torque: {error}") from None
 
 
 def _balance(law: Any, torque: float) -> float:
@@ -159,7 +180,7 @@ def _balance(law: Any, torque: float) -> float:
     return 0.5 * (inner + outer)
 
 
-def regimes(system: Oscillator, point: OperatingPoint, speeds: tuple[float, float]) -> tuple[Regime, ...]:
+def regimes(system: Any, point: OperatingPoint, speeds: tuple[float, float]) -> tuple[Regime, ...]:
     """List the resonances of every excitation line, those inside the speed range with their response curves.
 
     Parameters
@@ -189,7 +210,7 @@ def regimes(system: Oscillator, point: OperatingPoint, speeds: tuple[float, floa
     return tuple(sorted(found.values(), key=lambda regime: regime.omega))
 
 
-def active_orders(system: Oscillator) -> tuple[int, ...]:
+def active_orders(system: Any) -> tuple[int, ...]:
     """Orders of the lines whose amplitude is not zero."""
     angle = 2.0 * math.pi * np.arange(POINTS) / POINTS
     lines = [
@@ -202,7 +223,7 @@ def active_orders(system: Oscillator) -> tuple[int, ...]:
 
 
 def _regime(
-    system: Oscillator, point: OperatingPoint, speeds: tuple[float, float], name: str, order: int, resonance: Resonance
+    system: Any, point: OperatingPoint, speeds: tuple[float, float], name: str, order: int, resonance: Resonance
 ) -> Regime:
     omega = resonance.q * point.omega_0 / resonance.p
     inside = speeds[0] <= omega <= speeds[1]
@@ -217,7 +238,7 @@ def _regime(
         if response is not None and response.branches:
             at_peak = slow_flow(system._replace(omega=response.peak[0]), resonance).certificate()
         existence = flow.existence
-    except (ValueError, SolveError, ArithmeticError) as error:
+    except (TypeError, ValueError, SolveError, ArithmeticError) as error:
         reason = str(error) or f"multiple scales stopped with {type(error).__name__}"
         return Regime(*here, (), "", None, None, None, None, reason)
     return Regime(*here, states, existence, certificate, at_peak, response, backbone, "")

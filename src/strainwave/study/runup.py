@@ -7,23 +7,22 @@ ends on a motion that a closed orbit of the integrated equation confirms.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from ..model.oscillator import Oscillator
 from ..numerics.branches import with_velocity
 from ..numerics.integrate import Dopri5
 from ..results import Branch, Floats
 from .exact import ExactResponse
+from .gear_forces import loses_energy, settling_time
 from .regimes import OperatingPoint
 from .steady import SteadyMotion, settle
 
 CHECKS, BEYOND = 8, 4  # speeds per direction on the curve, and where the curve has no stable motion to follow
-SETTLE = 8.0  # in units of 1/mu: the transient falls to exp(-4) before the orbit is closed
 NEAR_FOLD = 0.003  # relative distance in speed within which motions settle too slowly to be a check
 LONGER = 3  # times as long for a motion that does not close yet
 TOLERANCE = Dopri5(rtol=1e-8, atol=1e-13)
-UNDAMPED_PERIODS = 50
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,14 +54,8 @@ class RunUp:
         return max(found) if found else None
 
 
-def settling_time(system: Oscillator) -> float:
-    """Time [s] to wait for the transient; without damping it never goes, so a number of periods serves."""
-    mu = system.B / system.J
-    return SETTLE / mu if mu > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / system.omega
-
-
 def run_up(
-    system: Oscillator, speeds: tuple[float, float], exact: ExactResponse, point: OperatingPoint
+    system: Any, speeds: tuple[float, float], exact: ExactResponse, point: OperatingPoint
 ) -> Iterator[RunUp | float]:
     """Simulate up and down; yields the finished share after each speed, and the `RunUp` at the end.
 
@@ -83,8 +76,8 @@ def run_up(
         motions: list[SteadyMotion] = []
         for omega, start, _ in visits:
             here = system._replace(omega=omega)
-            rest = motions[-1].end if motions and motions[-1].status and system.B > 0.0 else (point.x, 0.0)
-            motions.append(_settled(here, rest if start is None else _state(exact.curve, start)))
+            rest = motions[-1].end if motions and motions[-1].status and loses_energy(system) else point.start
+            motions.append(_settled(here, rest if start is None else (*_state(exact.curve, start), *rest[2:])))
             yield share + 0.5 * len(motions) / len(visits)
         peaks = np.array([math.nan if at is None else exact.curve.peak[at] for _, _, at in visits])
         order = slice(None) if upwards else slice(None, None, -1)
@@ -126,9 +119,9 @@ def _state(curve: Branch, at: int) -> tuple[float, float]:
     return float(x), float(v)
 
 
-def _settled(system: Oscillator, state: tuple[float, float]) -> SteadyMotion:
+def _settled(system: Any, state: tuple[float, ...]) -> SteadyMotion:
     """Motion that a simulation from `state` ends on: of period 1, or 2 or 3 where that does not close."""
-    damped = system.B > 0.0
+    damped = loses_energy(system)
     motion = settle(system, state, time=settling_time(system), close=damped, method=TOLERANCE)
     for _ in range(LONGER):  # after a jump the transient is large
         if motion.closed or not motion.status or not damped:

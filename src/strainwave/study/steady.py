@@ -31,6 +31,8 @@ class SteadyMotion:
         Number of base periods that the samples span.
     t, x, v, u : (n,) arrays
         Times [s] from the start of the span, dynamic error [rad], its rate [rad/s], and torsion [rad].
+    z : (internal states, n) array
+        Internal states of a law with memory.
     peak : float
         Largest |x| [rad], 0-to-peak about zero.
     gap : float
@@ -51,6 +53,7 @@ class SteadyMotion:
     x: Floats
     v: Floats
     u: Floats
+    z: Floats
     peak: float
     gap: float
     closed: bool
@@ -59,9 +62,9 @@ class SteadyMotion:
     message: str
 
     @property
-    def end(self) -> tuple[float, float]:
-        """State (x [rad], x' [rad/s]) at the end of the span, where a sweep goes on."""
-        return float(self.x[-1]), float(self.v[-1])
+    def end(self) -> tuple[float, ...]:
+        """State (x [rad], x' [rad/s], z ...) at the end of the span, where a sweep goes on."""
+        return (float(self.x[-1]), float(self.v[-1]), *self.z[:, -1].tolist())
 
     def amplitude(self, k: float) -> float:
         """0-to-peak amplitude [rad] of the component of x at k omega; k times `period` must be a whole number."""
@@ -81,7 +84,7 @@ class SteadyMotion:
 
 def settle(
     system: Any,
-    y0: tuple[float, float] = (0.0, 0.0),
+    y0: tuple[float, ...] = (0.0, 0.0),
     *,
     time: float,
     period: int = 1,
@@ -94,8 +97,8 @@ def settle(
     ----------
     system : Oscillator
         A system of one degree of freedom with `omega` [rad/s].
-    y0 : (2,) tuple
-        Start (x [rad], x' [rad/s]).
+    y0 : tuple
+        Start (x [rad], x' [rad/s]), then the internal states of a law with memory.
     time : float
         Settling time [s], rounded up to whole spans of `period` base periods; 0 starts to close the orbit at y0.
     period : int
@@ -117,12 +120,12 @@ def settle(
     Nayfeh & Balachandran 1995, Applied Nonlinear Dynamics, sec. 6.5 (shooting).
     """
     turn = 2.0 * math.pi / system.omega * period
-    start = (float(y0[0]), float(y0[1]))
+    start = tuple(float(y) for y in y0)
     if time > 0.0:
         run = finished_or_interrupted(
             simulate(system, start, np.array([0.0, 0.5, 1.0]) * turn * math.ceil(time / turn), method=method)
         )
-        start = (float(run.y[0, -1]), float(run.y[1, -1]))
+        start = tuple(run.y[:, -1].tolist())
         if not run.status:
             return _motion(system, period, run, None)
     if not close:
@@ -138,7 +141,7 @@ def finished_or_interrupted(run: Trajectory) -> Trajectory:
     return run
 
 
-def _lap(system: Any, start: tuple[float, float], period: int, method: Dopri5) -> Trajectory:
+def _lap(system: Any, start: tuple[float, ...], period: int, method: Dopri5) -> Trajectory:
     """One span of the motion, in samples fit for its spectrum."""
     length = 2.0 * math.pi / system.omega * period
     order = max((1, *system.orders()))
@@ -149,9 +152,10 @@ def _lap(system: Any, start: tuple[float, float], period: int, method: Dopri5) -
 def _matrix(system: Any, lap: Trajectory, method: Dopri5) -> Floats | None:
     """Derivative of the period map, by forward differences of states that are `1e-5` apart."""
     start, end = lap.y[:, 0], lap.y[:, -1]
+    scale = _scale(system, lap)
     size = max(abs(start[0]), abs(start[1]) / system.omega, 1e-9)
     columns = []
-    for step in (np.array([1e-5 * size, 0.0]), np.array([0.0, 1e-5 * size * system.omega])):
+    for step in np.diag(1e-5 * size / scale):
         moved = finished_or_interrupted(simulate(system, start + step, lap.t[[0, len(lap.t) // 2, -1]], method=method))
         if not moved.status:
             return None
@@ -159,18 +163,24 @@ def _matrix(system: Any, lap: Trajectory, method: Dopri5) -> Floats | None:
     return np.array(columns).T
 
 
-def _closed(system: Any, start: tuple[float, float], period: int, method: Dopri5) -> tuple[Trajectory, Floats | None]:
+def _scale(system: Any, lap: Trajectory) -> Floats:
+    """Factors that make the states of a lap comparable with x."""
+    largest = np.max(np.abs(lap.y), axis=1)
+    inner = [largest[0] / z if z > 0.0 else 1.0 for z in largest[2:]]
+    return np.array([1.0, 1.0 / system.omega, *inner])
+
+
+def _closed(system: Any, start: tuple[float, ...], period: int, method: Dopri5) -> tuple[Trajectory, Floats | None]:
     """Newton's method on the period map, with its derivative renewed only where it converges slowly.
 
     The lap that comes nearest to a closed orbit is returned, with the derivative of the map near it.
     """
     best, best_gap, matrix, old = None, math.inf, None, math.inf
-    scale = np.array([1.0, 1.0 / system.omega])
     for _ in range(10):
         lap = _lap(system, start, period, method)
         if not lap.status:
             break
-        miss = lap.y[:, -1] - lap.y[:, 0]
+        miss, scale = lap.y[:, -1] - lap.y[:, 0], _scale(system, lap)
         gap, size = float(np.linalg.norm(miss * scale)), float(np.linalg.norm(lap.y[:, 0] * scale)) + 1e-300
         if gap < best_gap:
             best, best_gap = lap, gap
@@ -181,21 +191,23 @@ def _closed(system: Any, start: tuple[float, float], period: int, method: Dopri5
         if matrix is None or gap > 0.2 * old:
             matrix = _matrix(system, lap, method)
         old = gap
-        if matrix is None or abs(np.linalg.det(matrix - np.eye(2))) < 1e-9 or gap < 1e-13 * size:
+        if matrix is None or abs(np.linalg.det(matrix - np.eye(len(start)))) < 1e-9 or gap < 1e-13 * size:
             break
-        step = np.linalg.solve(matrix - np.eye(2), -miss)
+        step = np.linalg.solve(matrix - np.eye(len(start)), -miss)
         if float(np.linalg.norm(step * scale)) > FARTHEST * size:
             break
-        start = (start[0] + float(step[0]), start[1] + float(step[1]))
+        start = tuple((np.array(start) + step).tolist())
     return (lap if best is None else best), matrix
 
 
 def _motion(system: Any, period: int, run: Trajectory, matrix: Floats | None) -> SteadyMotion:
     """Describe one span; `matrix` is the derivative of the period map where the orbit was to be closed."""
-    x, v = run.y
+    x, v, z = run.y[0], run.y[1], run.y[2:]
     u = x - system.error.value(system.omega * run.t)
     size = max(float(np.max(np.abs(x))), 1e-300)
     gap = float(np.hypot(x[-1] - x[0], (v[-1] - v[0]) / system.omega)) / size
     closed = bool(run.status) and gap < 1e-6
     stable = None if matrix is None or not closed else bool(np.max(np.abs(np.linalg.eigvals(matrix))) < 1.0)
-    return SteadyMotion(system.omega, period, run.t, x, v, u, run.peak(), gap, closed, stable, run.status, run.message)
+    return SteadyMotion(
+        system.omega, period, run.t, x, v, u, z, run.peak(), gap, closed, stable, run.status, run.message
+    )

@@ -3,16 +3,17 @@
 import cmath
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from ..model.oscillator import Oscillator
 from ..numerics.integrate import simulate
 from ..results import Floats, SolveError, Status, Trajectory
 from ..theory.multiple_scales import slow_flow
 from ..theory.resonance import Resonance
+from .gear_forces import UNDAMPED_PERIODS, damping_of, gear_torque, heat, loses_energy, settling_time
 from .regimes import OperatingPoint
-from .runup import LONGER, UNDAMPED_PERIODS, settling_time
+from .runup import LONGER
 from .steady import SteadyMotion, finished_or_interrupted, settle
 from .validate import Comparison, compare
 
@@ -28,14 +29,14 @@ class Cycle:
     Attributes
     ----------
     t, x, v, u, torque : (n,) arrays
-        Time [s], dynamic error [rad], its rate [rad/s], torsion [rad] and transmitted torque T(u) + B u' [N*m,
+        Time [s], dynamic error [rad], its rate [rad/s], torsion [rad] and transmitted torque T + B u' [N*m,
         output side].
     peak_torque, mean_torque : float
         Largest absolute and mean transmitted torque [N*m].
     dissipated, work : float
-        Energy [J] that the damping takes and the excitation gives per turn of the base angle; equal in a steady motion.
+        Energy [J] that damping and law take and the excitation gives per turn of the base angle; equal when steady.
     power : float
-        Mean power lost in the damping [W].
+        Mean power lost [W].
     peak, peak_to_peak : float
         Largest |x| and largest minus smallest x [rad].
     """
@@ -98,7 +99,7 @@ class TimeCase:
     reason: str
 
 
-def time_case(name: str, system: Oscillator, resonance: Resonance, point: OperatingPoint) -> TimeCase:
+def time_case(name: str, system: Any, resonance: Resonance, point: OperatingPoint) -> TimeCase:
     """Simulate one speed from rest and compare with multiple scales.
 
     Parameters
@@ -112,15 +113,15 @@ def time_case(name: str, system: Oscillator, resonance: Resonance, point: Operat
     point : OperatingPoint
         The start: the static equilibrium, at rest.
     """
-    start = (point.x, 0.0)
+    start = point.start
     steady = _settled(system, start, resonance.q or 1)
     cycle = cycle_of(system, steady) if steady.status else None
     comparison, reason = None, ""
     try:
-        window = None if system.B > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / system.omega
-        comparison = compare(system, resonance, start, window)
+        window = None if damping_of(system) > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / system.omega
+        comparison = compare(system, resonance, (point.x, 0.0), window)
         transient = finished_or_interrupted(comparison.integrated)
-    except (ValueError, SolveError, ArithmeticError) as error:
+    except (TypeError, ValueError, SolveError, ArithmeticError) as error:
         reason = str(error) or f"multiple scales stopped with {type(error).__name__}"
         transient = finished_or_interrupted(simulate(system, start, _times(system, point)))
     theory, amplitude = None, None
@@ -143,19 +144,19 @@ def time_case(name: str, system: Oscillator, resonance: Resonance, point: Operat
     )
 
 
-def _times(system: Oscillator, point: OperatingPoint) -> Floats:
+def _times(system: Any, point: OperatingPoint) -> Floats:
     """Times of the transient: until it has fallen to exp(-2.5), or some periods where nothing decays."""
-    mu = system.B / system.J
+    mu = damping_of(system) / system.J
     length = WINDOW / mu if mu > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / system.omega
     fastest = max(point.omega_0, system.omega * max((1, *system.orders())))
     return np.linspace(0.0, length, min(MOST, PER_CYCLE * math.ceil(length * fastest / (2.0 * math.pi)) + 1))
 
 
-def _settled(system: Oscillator, start: tuple[float, float], period: int) -> SteadyMotion:
+def _settled(system: Any, start: tuple[float, ...], period: int) -> SteadyMotion:
     """Motion after the transient; more of it is simulated until the orbit that closes is a stable one."""
     steady = settle(system, start, time=settling_time(system), period=period)
     for _ in range(LONGER):
-        if steady.stable or not steady.status or not system.B > 0.0:
+        if steady.stable or not steady.status or not loses_energy(system):
             break
         steady = settle(system, steady.end, time=settling_time(system), period=period)
     return steady
@@ -176,12 +177,11 @@ def _steady_theory(comparison: Comparison, t: Floats) -> tuple[Floats, float | N
     return x, None if resonance.ratio is None else amplitude
 
 
-def cycle_of(system: Oscillator, steady: SteadyMotion) -> Cycle:
+def cycle_of(system: Any, steady: SteadyMotion) -> Cycle:
     """Torque and energy of a steady motion.
 
-    The damping takes the integral of B u'^2; the excitation gives that of tau x' - (T(u) + B u') e', the
-    second term being the
-    work of the motor through the kinematic error.
+    Damping, friction and memory take the integral of B u'^2 and of the law's losses; the excitation gives that of
+    tau x' - (T + B u') e', the second term being the work of the motor through the kinematic error.
 
     Parameters
     ----------
@@ -194,11 +194,12 @@ def cycle_of(system: Oscillator, steady: SteadyMotion) -> Cycle:
     u = steady.u
     e_rate = system.omega * system.error.slope(phase)
     du = steady.v - e_rate
-    torque = system.law.torque(u) + system.B * du
+    z = tuple(steady.z)
+    torque = np.asarray(gear_torque(system, phase, u, du, z))
     tau = np.broadcast_to(system.excitation.torque(phase), phase.shape)
     span = float(steady.t[-1])
     turns = steady.period
-    dissipated = float(np.mean((system.B * du * du)[:-1])) * span / turns
+    dissipated = float(np.mean(heat(system, phase, u, du, z)[:-1])) * span / turns
     work = float(np.mean((tau * steady.v - torque * e_rate)[:-1])) * span / turns
     return Cycle(
         steady.t,

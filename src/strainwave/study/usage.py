@@ -2,12 +2,12 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ..model.gear import Gear
 from ..model.limits import Finding, check_limits, cubic_mean
-from ..model.oscillator import Oscillator
 from .exact import ExactResponse
 from .steady import SteadyMotion
 from .time_case import cycle_of
@@ -31,7 +31,7 @@ class Usage:
     at_average: float
 
 
-def usage(system: Oscillator, exact: ExactResponse, motions: Iterable[SteadyMotion]) -> Usage:
+def usage(system: Any, exact: ExactResponse, motions: Iterable[SteadyMotion]) -> Usage:
     """Find the largest torques in the gear over the steady motions that were found.
 
     Parameters

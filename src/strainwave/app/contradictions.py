@@ -1,0 +1,137 @@
+"""What is wrong or doubtful in a project whose fields are right by themselves: contradictions, and notes."""
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from .._dispatch import depends
+from ..model.gear import Gear
+from .schema import CATALOGUE, ExplicitGear, ProjectSpec
+from .yaml_text import Keys
+
+if TYPE_CHECKING:
+    from .project import Project
+
+UNUSUAL = 0.5  # damping ratio
+RPM = 30.0 / math.pi
+NOTHING_DRIVES = (
+    "nothing periodic drives the error; write for example 'kinematic_error: [{order: 2, amplitude: 23 arcsec}]'"
+)
+
+
+def contradictions(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
+    """Fields that do not go together; groups of the spec that are None have problems of their own, told elsewhere."""
+    if spec.gear is not None and spec.motor is not None:
+        yield from _inertia(spec, gear)
+    if spec.gear is not None and spec.damping is not None:
+        yield from _damping(spec)
+    if spec.excitation is not None:
+        yield from _excitation(spec, gear)
+    yield from _whole_train(spec)
+
+
+def _inertia(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
+    if spec.motor.inertia is not None:
+        return
+    if gear is not None and gear.input_inertia is None:
+        yield ("motor", "inertia"), f"is missing and no source gives it for {gear.name}; write 'inertia: 4.5 kg*cm^2'"
+    if isinstance(spec.gear, ExplicitGear):
+        yield ("motor", "inertia"), "is missing for an explicit gear; write for example 'inertia: 4.5 kg*cm^2'"
+
+
+def _damping(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:
+    law = spec.gear.law if isinstance(spec.gear, ExplicitGear) else None
+    if law is None:
+        return
+    if spec.damping.B is None and not float(law.stiffness(0.0)) > 0.0:
+        way = "ratio" if spec.damping.ratio is not None else "quality"
+        yield ("damping", way), "has no meaning for a law without stiffness at rest (play); write B: 10 N*m*s/rad"
+    if depends(law) > 1:
+        for group, varies in (("stiffness", spec.stiffness is not None), ("damping", spec.damping.varies)):
+            if varies:
+                yield (group,), f"varies, which takes a spring, and the law has friction or memory: {BOTH}"
+
+
+BOTH = "leave one of them out, or write the equation in Python (strainwave.simulate takes any system)"
+
+
+def _excitation(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
+    driven = spec.excitation
+    if spec.motor is not None and spec.motor.mode == "held" and driven.motor_torque is not None:
+        sentence = "a held motor keeps its speed whatever its torque; remove it or write 'mode: free' under motor"
+        yield ("excitation", "motor_torque"), sentence
+    torques = [t for t in (driven.motor_torque, driven.load_torque) if t is not None]
+    amplitudes = [line.amplitude for line in driven.kinematic_error]
+    amplitudes += [line.amplitude for torque in torques for line in torque.lines]
+    yield from _accuracy(spec, gear)
+    if not any(amplitudes) and driven.accuracy is None:
+        yield ("excitation",), NOTHING_DRIVES
+
+
+def _accuracy(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
+    """What an accuracy class does not go together with."""
+    accuracy, field = spec.excitation.accuracy, ("excitation", "accuracy")
+    if accuracy is None:
+        return
+    if spec.excitation.kinematic_error:
+        yield field, "stands beside kinematic_error, which it would be a guess of; remove one of them"
+    if spec.speed is not None and spec.speed.shaft == "forcing":
+        yield field, "belongs to the motor's turn, and the speeds to the forcing's; write 'shaft: motor' under speed"
+    if accuracy == CATALOGUE and spec.gear is not None and (gear is None or gear.accuracy is None):
+        name = "an explicit gear" if gear is None else gear.name
+        yield field, f"no source gives one for {name}; write it as an angle, for example 1 arcmin"
+
+
+def train_fields(spec: ProjectSpec) -> list[Keys]:
+    """Fields of the file that only the whole drive train has."""
+    found: list[Keys] = []
+    for group, names in (("motor", ("loop", "drag")), ("load", ("drag", "coupling"))):
+        part = getattr(spec, group)
+        found += [(group, name) for name in names if part is not None and getattr(part, name) is not None]
+    return found
+
+
+def _whole_train(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:
+    """What the whole drive train does not go together with."""
+    if spec.motor is not None and spec.motor.loop is not None and spec.motor.mode == "free":
+        yield ("motor", "loop"), "keeps the motor's speed, and 'mode: free' gives it up; write 'mode: held' or no loop"
+    for field in train_fields(spec):
+        if spec.speed is not None and spec.speed.shaft == "forcing":
+            yield field, "belongs to a shaft, and the speeds to the forcing; write 'shaft: motor' under speed"
+        elif spec.stiffness is not None or (spec.damping is not None and spec.damping.varies):
+            sentence = "belongs to the drive train, whose stiffness and damping do not vary; leave one of them out, or "
+            yield field, sentence + "give strainwave.DriveTrain a law of your own"
+
+
+def notes(project: "Project") -> Iterator[str]:
+    """Sentences on what a reader of the results should know about the input."""
+    yield from _torque_notes(project)
+    gear = project.gear
+    if gear is None:
+        return
+    if gear.input_inertia is not None and project.drive.J_m < gear.input_inertia:
+        yield (
+            f"motor.inertia is {project.drive.J_m:g} kg*m^2, less than the {gear.input_inertia:g} kg*m^2 of the wave "
+            f"generator of {gear.name} alone; it must include the wave generator."
+        )
+
+
+def _torque_notes(project: "Project") -> Iterator[str]:
+    """Notes on mean torques that a free motor cannot balance and on damping that no gear has."""
+    drive = project.drive
+    at_motor, at_load = (
+        0.0 if t is None else sum(h.mean for h in t.terms) for t in (project.motor_torque, project.load_torque)
+    )
+    whole = drive.N * at_motor + at_load
+    if project.motor == "free" and abs(whole) > 1e-9 * (abs(drive.N * at_motor) + abs(at_load)):
+        rate = drive.N * whole / (drive.N * drive.N * drive.J_m + drive.J_l)
+        yield (
+            f"The mean torques do not balance: the motor speeds up by {rate * RPM:.4g} rpm/s and does not keep the "
+            "speeds analysed; give the "
+            f"free motor a mean torque of {-at_load / drive.N:.4g} N*m, or write 'mode: held'."
+        )
+    if project.damping_ratio is not None and project.damping_ratio > UNUSUAL:
+        yield (
+            f"The damping ratio is {project.damping_ratio:.3g} ({100.0 * project.damping_ratio:.3g} % of critical); "
+            "0.01 to 0.05 is usual, and 4 % is written '4 %' or 0.04."
+        )
