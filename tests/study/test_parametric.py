@@ -190,6 +190,36 @@ def test_what_cannot_be_asked_is_refused_in_one_sentence():
         sw.parametric_tongue(1.0, 0.1, 1.0)
 
 
+@pytest.mark.parametrize("ratio", [0.2, 0.5])
+def test_heavy_damping_only_takes_its_share_from_the_growth(ratio):
+    # x = exp(-ratio t) z makes of 1 and the damping ratio an undamped drive of 1 - ratio^2, in which k weighs more
+    free = math.sqrt(1.0 - ratio**2)
+    systems = drive(0.3, ratio), drive(0.3 / free**2, law=sw.Linear(free**2))
+    found, other = ({r.m: r for r in sw.parametric_resonances(system, (0.2, 3.0))} for system in systems)
+    assert found.keys() == other.keys() == {1, 2, 3, 4}
+    for m, resonance in found.items():
+        assert resonance.omega == pytest.approx(other[m].omega, rel=1e-6)
+        assert resonance.growth == pytest.approx(other[m].growth - ratio, abs=1e-9)
+        assert not resonance.unstable
+        assert resonance.damping_ratio == pytest.approx(ratio, rel=1e-12)
+
+
+@pytest.mark.parametrize("ratio", [0.98, 0.99, 1e3])
+def test_a_drive_at_the_edge_of_vibrating_gives_finite_numbers_or_none(ratio):
+    found = sw.parametric_resonances(drive(0.3, ratio, orders=(1, 24)), (0.01, 10.0))
+    assert bool(found) == (ratio < 0.99)
+    assert all(math.isfinite(r.growth) and r.growth < 0.0 and not r.unstable for r in found)
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1e200])
+def test_the_closed_form_of_the_tongue_scales_with_the_frequency(scale):
+    one, other = sw.parametric_tongue(1.0, 0.01, 0.1), sw.parametric_tongue(scale, 0.01 * scale, 0.1)
+    assert (other.low, other.high, other.growth) == pytest.approx(
+        (scale * one.low, scale * one.high, scale * one.growth), rel=1e-12
+    )
+    assert other.threshold == pytest.approx(one.threshold, rel=1e-12)
+
+
 def test_a_tongue_of_a_high_order_is_that_of_the_first_order_at_a_slower_turn():
     def tongue(order):
         ripples = sw.Variation((sw.Ripple(order, 0.3),))

@@ -19,7 +19,7 @@ from .balance import second_order, work_for
 from .branches import leaf_of
 from .floquet import displacement_peaks
 from .fourier import from_blocks
-from .guess import operating_point
+from .guess import carried
 from .harmonics import starting_harmonics
 
 TAIL = 1e-11
@@ -143,7 +143,7 @@ def _one_harmonic(problem: Any, a: float) -> Floats:
     system, h = problem.system, len(problem.tau) // 2
     angle = np.pi * (np.arange(256) + 0.5) / 256
     z = np.zeros(2 * h + 2)
-    z[0] = operating_point(system.law, float(problem.tau[0]))
+    z[0] = carried(system.law, float(problem.tau[0]))
     z[1] = a
     for _ in range(30):  # the mean that carries the mean torque at this amplitude
         u = z[0] + a * np.cos(angle)

@@ -11,6 +11,7 @@ Bifurcation Theory, sec. 10.2 (test functions).
 """
 
 import math
+from collections.abc import Iterator
 from itertools import combinations
 from typing import Any
 
@@ -33,20 +34,56 @@ PHASE = 0.3  # of the fastest eigenvalue in a step: errors of about 1e-11 a step
 
 def monodromy(problem: FirstOrder, points: Floats) -> Floats:
     """Period maps (points, states, states) of disturbances of orbits (coefficients, parameter last)."""
-    steps = _steps(problem, points)
-    states = len(problem.sizes)
-    system = _systems(problem, points)
-    w = _omega(problem, points)[:, None, None] / problem.turns
-    h = 2.0 * math.pi / steps / w
-    flow = np.broadcast_to(np.eye(states), (len(points), states, states)).copy()
-    for i in range(steps):
-        matrices = _matrices(problem, system, points, 2.0 * math.pi * (i + np.array(DOP8_C)) / steps)
-        rates: list[Floats] = []
-        for stage, weights in enumerate(DOP8_A):
-            moved = flow + h * sum(a * rate for a, rate in zip(weights, rates, strict=True) if a)
-            rates.append(matrices[:, stage] @ moved)
-        flow = flow + h * sum(b * rate for b, rate in zip(DOP8_B, rates, strict=True) if b)
+    flow = _start(problem, points)
+    for h, matrices in _stages(problem, points):
+        flow = _advanced(flow, h, matrices)
     return flow
+
+
+def hill_map(problem: FirstOrder, points: Floats) -> tuple[Floats, Floats, Floats]:
+    """Period maps without their mean growth, in a form that neither under- nor overflows.
+
+    Abel's formula: the determinant of a period map is the exponential of the integral of A's trace. Without its share
+    of the trace A gives a map of determinant 1.
+
+    Returns
+    -------
+    (points, states, states), (points,), (points,) arrays
+        M, s and d: the period map is exp(d + s) M, where exp(s) M has the determinant 1.
+    """
+    flow = _start(problem, points)
+    size, decay = np.zeros(len(points)), np.zeros(len(points))
+    for h, matrices in _stages(problem, points):
+        mean = np.trace(matrices, axis1=2, axis2=3) / matrices.shape[-1]
+        flow = _advanced(flow, h, matrices - mean[..., None, None] * np.eye(matrices.shape[-1]))
+        decay += h[:, 0, 0] * (mean @ np.array(DOP8_B))
+        largest = np.max(np.abs(flow), axis=(1, 2))
+        flow /= largest[:, None, None]
+        size += np.log(largest)
+    return flow, size, decay
+
+
+def _start(problem: FirstOrder, points: Floats) -> Floats:
+    states = len(problem.sizes)
+    return np.broadcast_to(np.eye(states), (len(points), states, states)).copy()
+
+
+def _stages(problem: FirstOrder, points: Floats) -> Iterator[tuple[Floats, Floats]]:
+    """Length (points, 1, 1) [s] of every step of a period, and the matrices at the stages of the method."""
+    steps = _steps(problem, points)
+    system = _systems(problem, points)
+    h = 2.0 * math.pi / steps * problem.turns / _omega(problem, points)[:, None, None]
+    for i in range(steps):
+        yield h, _matrices(problem, system, points, 2.0 * math.pi * (i + np.array(DOP8_C)) / steps)
+
+
+def _advanced(flow: Floats, h: Floats, matrices: Floats) -> Floats:
+    """Flow after a step of the eighth-order method."""
+    rates: list[Floats] = []
+    for stage, weights in enumerate(DOP8_A):
+        moved = flow + h * sum(a * rate for a, rate in zip(weights, rates, strict=True) if a)
+        rates.append(matrices[:, stage] @ moved)
+    return np.asarray(flow + h * sum(b * rate for b, rate in zip(DOP8_B, rates, strict=True) if b))
 
 
 def _systems(problem: FirstOrder, points: Floats) -> Any:

@@ -11,9 +11,9 @@ import numpy as np
 
 from ..model.error_spectrum import extremes
 from ..model.oscillator import Oscillator
+from ..numerics.guess import operating_point
 from ..quantities import checked, positive_count, shown
 from ..results import Floats, Orbit
-from ..theory.setting import operating_point
 
 FEWEST = 256
 PER_PERIOD = 8  # samples a period of the highest harmonic

@@ -22,14 +22,16 @@ from ..model.laws import Linear
 from ..model.varying import Variation
 from ..numerics.branches import leaf_of
 from ..numerics.first_order import first_order
-from ..numerics.variational import monodromy
+from ..numerics.guess import operating_point
+from ..numerics.variational import hill_map
 from ..quantities import interval, replace, with_parts
 from ..results import Floats
 from ..theory.lyapunov import mean_torque
-from ..theory.setting import operating_point
 
 HIGHEST = 4  # multiple n of a line's half order that is looked at
 ROUNDING = 1e-11  # of the traces: a tongue that has closed is none
+DEAD = 0.99  # damping ratio at which a vibration falls to exp(-44) in a cycle
+LARGE = 700.0  # logarithm of a trace D whose arcosh(D/2) is log D
 
 
 @dataclass(frozen=True)
@@ -94,8 +96,9 @@ def parametric_resonances(system: Any, span: tuple[float, float]) -> list[Parame
     -------
     list of ParametricResonance
         By rising speed; those whose centre or unstable range lies in the span, for n up to 4 and pairs of lines. Empty
-        for a stiffness that does not vary. A forced orbit of large amplitude has multipliers of its own: see
-        `frequency_response`, whose `doublings` (odd m) and `branch_points` (even m) are the edges of the tongues on it.
+        for a stiffness that does not vary, and for a mean damping ratio from 0.99 up: nothing vibrates. A forced orbit
+        of large amplitude has multipliers of its own: see `frequency_response`, whose `doublings` (odd m) and
+        `branch_points` (even m) are the edges of the tongues on it.
 
     Raises
     ------
@@ -118,11 +121,14 @@ def parametric_resonances(system: Any, span: tuple[float, float]) -> list[Parame
         )
     linear = system._replace(law=Linear(stiffness), excitation=Harmonic(0.0), error=NoError(), omega=lo)
     omega_0 = math.sqrt(stiffness / system.J)
+    free = _damped_frequency(linear, omega_0)
+    if free == 0.0:
+        return []
     causes = _causes(system.variation.orders()).items()
     fast, g = _on_own_turn(linear)
-    brackets = [(m, cause, _bracket(omega_0, m // g)) for m, cause in causes]
+    brackets = [(m, cause, _bracket(free, m // g)) for m, cause in causes]
     near = [(m, cause) for m, cause, (low, high) in brackets if lo * g <= high and hi * g >= low]
-    found = [_resonance(fast, omega_0, m, g, cause) for m, cause in near]
+    found = [_resonance(fast, omega_0, free, m, g, cause) for m, cause in near]
     inside = [r for r in found if lo <= r.omega <= hi or (r.unstable and r.low <= hi and r.high >= lo)]
     return sorted(inside, key=lambda r: r.omega)
 
@@ -158,34 +164,44 @@ def _on_own_turn(linear: Any) -> tuple[Any, int]:
     return replace(linear, slowed), g
 
 
-def _bracket(omega_0: float, m: int) -> tuple[float, float]:
+def _damped_frequency(linear: Any, omega_0: float) -> float:
+    """Frequency [rad/s] of the free vibration under the mean damping; 0 where there is none."""
+    angles = np.linspace(0.0, 2.0 * math.pi, 16 * max((1, *linear.orders())), endpoint=False)
+    mean = float(np.mean(np.broadcast_to(linear.damping.slope(angles, 0.0), angles.shape)))
+    share = mean / (2.0 * linear.J * omega_0)
+    return omega_0 * math.sqrt((1.0 - share) * (1.0 + share)) if abs(share) < DEAD else 0.0
+
+
+def _bracket(free: float, m: int) -> tuple[float, float]:
     """Base speeds [rad/s] between which tongue m lies."""
-    return 2.0 * omega_0 / (m + 0.5), 2.0 * omega_0 / (m - 0.5)
+    return 2.0 * free / (m + 0.5), 2.0 * free / (m - 0.5)
 
 
-def _resonance(linear: Any, omega_0: float, base: int, g: int, cause: str) -> ParametricResonance:
+def _resonance(linear: Any, omega_0: float, free: float, base: int, g: int, cause: str) -> ParametricResonance:
     m = base // g
     leaf = leaf_of(linear, "omega")
     problem = first_order(linear, leaf, leaf, 2 * max((1, *linear.orders())))
 
     def hill(omega: Floats) -> tuple[Floats, Floats]:
-        """Traces relative to the root of the determinant, positive in tongue m, and logarithms of that root."""
+        """Sizes log(1 + |D|) of the relative traces, positive in tongue m, and logarithms of the determinant's root."""
         points = np.zeros((len(omega), len(problem.tau) + 1))
         points[:, -1] = omega
-        flow = monodromy(problem, points)
-        decay = 0.5 * np.log(np.linalg.det(flow))
-        return (-1.0) ** m * np.trace(flow, axis1=1, axis2=2) * np.exp(-decay), decay
+        flow, size, decay = hill_map(problem, points)
+        trace = (-1.0) ** m * np.trace(flow, axis1=1, axis2=2)
+        with np.errstate(divide="ignore"):
+            return np.sign(trace) * np.logaddexp(0.0, np.log(np.abs(trace)) + size), decay
 
     def beyond(omega: Floats) -> Floats:
-        """Positive where the larger multiplier is outside the unit circle."""
+        """Positive where the larger multiplier is outside the unit circle: D above 2 cosh(decay)."""
         trace, decay = hill(omega)
-        return trace - 2.0 * np.cosh(decay)
+        return trace - np.logaddexp(0.0, np.logaddexp(decay, -decay))
 
-    low, high = _bracket(omega_0, m)
+    low, high = _bracket(free, m)
     centre = _summit(lambda omega: hill(omega)[0], low, high)
     traces, decays = hill(np.array([centre]))
     turn = 2.0 * math.pi / centre
-    feeding = math.acosh(max(1.0, 0.5 * float(traces[0]))) / turn
+    trace = float(traces[0])
+    feeding = (trace if trace > LARGE else math.acosh(max(1.0, 0.5 * math.expm1(trace)))) / turn
     loss = -float(decays[0]) / turn
     unstable = bool(beyond(np.array([centre]))[0] > ROUNDING)
     edges = (_crossing(beyond, centre, low), _crossing(beyond, centre, high)) if unstable else (math.nan, math.nan)

@@ -62,10 +62,11 @@ def parametric_tongue(omega_0: float, mu: float, depth: float) -> ParametricTong
         raise ValueError(f"mu is {mu:g} 1/s and depth {depth:g}; it takes mu >= 0 and 0 <= depth < 1")
     if not mu < omega_0:
         raise ValueError(f"mu is {mu:g} 1/s, at least omega_0 = {omega_0:g} rad/s; the forms hold for light damping")
-    square = (0.5 * depth * omega_0**2) ** 2 - (mu * omega_0) ** 2 + 0.25 * mu**4
+    r = mu / omega_0
+    square = 0.25 * depth * depth - r * r + 0.25 * r**4
     low = high = math.nan
     if square > 0.0:
-        middle, half = omega_0**2 - 0.5 * mu * mu, math.sqrt(square)
-        low, high = 2.0 * math.sqrt(middle - half), 2.0 * math.sqrt(middle + half)
-    threshold = 2.0 * mu / omega_0 * math.sqrt(1.0 - 0.25 * (mu / omega_0) ** 2)
+        middle, half = 1.0 - 0.5 * r * r, math.sqrt(square)
+        low, high = 2.0 * omega_0 * math.sqrt(middle - half), 2.0 * omega_0 * math.sqrt(middle + half)
+    threshold = 2.0 * r * math.sqrt(1.0 - 0.25 * r * r)
     return ParametricTongue(low, high, threshold, 0.25 * depth * omega_0 - 0.5 * mu)

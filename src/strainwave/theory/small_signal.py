@@ -13,8 +13,8 @@ import numpy as np
 
 from .._dispatch import KINDS, depends
 from ..model.laws import Cubic, Linear, Polynomial
+from ..numerics.guess import operating_point
 from ..quantities import checked, number
-from .setting import operating_point
 
 POINTS = 801
 
