@@ -27,7 +27,7 @@ def main():
     loop = sw.hysteresis_loop(law, 178.0)
     orbit = sw.find_orbit(system)
     balance = sw.energy_balance(system, orbit)
-    share = sum(balance.losses.values()) / (balance.damping + sum(balance.losses.values()))
+    share = balance.losses["BoucWen"] / sum(balance.losses.values())
 
     figure, axes = plt.subplots(figsize=(6.4, 4.0))
     axes.plot(loop.torsion / ARCMIN, loop.torque, "C0")

@@ -17,12 +17,13 @@ from ..numerics.integrate import Dopri5, simulate
 from ..quantities import number, shown, with_parts
 from ..results import Floats, Orbit, SolveError
 
+OWN = "damping B"  # of the losses: the oscillator's own
 COARSE = 1e-6  # tolerance of the first pass, which finds how large the states and works are
 
 
 @dataclass(frozen=True)
 class EnergyBalance:
-    """Energies [J] over a stretch of motion: work + error_work = damping + losses + stored.
+    """Energies [J] over a stretch of motion: work + error_work = sum of the losses + stored.
 
     Attributes
     ----------
@@ -32,10 +33,9 @@ class EnergyBalance:
         Work of the excitation, the integral of tau x'.
     error_work : float
         Work that the kinematic error does on the gear, the integral of -(B u' + T) e'.
-    damping : float
-        What the damping B turns into heat.
     losses : dict of str to float
-        What each part of the law turns into heat; "BoucWen", "LuGre", ..., the second of a kind "BoucWen 2".
+        What is turned into heat, all of it: by the oscillator's own damping, "damping B", and by each part of the law,
+        "BoucWen", "LuGre", ..., the second of a kind "BoucWen 2".
     stored : float
         Change of the kinetic energy and the energy stored in the law. Over a settled orbit it is zero.
     """
@@ -43,21 +43,20 @@ class EnergyBalance:
     duration: float
     work: float
     error_work: float
-    damping: float
     losses: dict[str, float]
     stored: float
 
     @property
     def closure(self) -> float:
         """What is missing from the balance, relative to its largest term: the error of the integration."""
-        terms = [self.work, self.error_work, -self.damping, -self.stored, *(-loss for loss in self.losses.values())]
+        terms = [self.work, self.error_work, -self.stored, *(-loss for loss in self.losses.values())]
         return abs(sum(terms)) / max(max(abs(term) for term in terms), 1e-300)
 
     def __str__(self) -> str:
-        parts = "".join(f", {name} {loss:.6g}" for name, loss in self.losses.items())
+        parts = ", ".join(f"{name} {loss:.6g}" for name, loss in self.losses.items())
         return (
             f"EnergyBalance over {self.duration:.6g} s [J]: excitation {self.work:.6g}, kinematic error "
-            f"{self.error_work:.6g} = damping {self.damping:.6g}{parts}, stored {self.stored:.6g} "
+            f"{self.error_work:.6g} = {parts}, stored {self.stored:.6g} "
             f"(closed to {self.closure:.1e})"
         )
 
@@ -122,7 +121,7 @@ def energy_balance(
         If the integration does not reach the end.
     """
     system = with_parts("energy_balance", system, "J", "B", "law", "excitation", "omega", "error")
-    names = _names(system.law)
+    names = [OWN, *_names(system.law)]
     if isinstance(start, Orbit):
         system = system._replace(omega=start.omega)
         duration = 2.0 * np.pi * start.period / start.omega if duration is None else duration
@@ -134,15 +133,15 @@ def energy_balance(
     y0 = np.array(start, float, ndmin=1)
     if y0.shape != (states,):
         raise ValueError(f"the start is {shown(start)}; it must be {', '.join(system.state_names())}")
-    begin = (*y0.tolist(), *(0.0,) * (3 + len(names)))
+    begin = (*y0.tolist(), *(0.0,) * (2 + len(names)))
     coarse = _run(system, begin, duration, Dopri5(rtol=COARSE))
     sizes = np.max(np.abs(coarse), axis=1)
     smallest = float(np.min(sizes[sizes > 0.0], initial=1.0))
     y = _run(system, begin, duration, Dopri5(rtol=rtol, atol=max(1e-2 * rtol * smallest, 1e-300)))
-    work, error_work, damping, *losses = (float(w) for w in y[states:, -1])
+    work, error_work, *losses = (float(w) for w in y[states:, -1])
     omega, end = system.omega, y[:states, -1]
     stored = _stored(system, omega * duration, end) - _stored(system, 0.0, y[:states, 0])
-    return EnergyBalance(duration, work, error_work, damping, dict(zip(names, losses, strict=True)), stored)
+    return EnergyBalance(duration, work, error_work, dict(zip(names, losses, strict=True)), stored)
 
 
 def _run(system: Any, start: tuple[float, ...], duration: float, method: Dopri5) -> Floats:
