@@ -33,6 +33,9 @@ LARGEST = (
 )
 
 
+DEEPEST = 64  # models inside each other; the compiler writes code for every one
+
+
 class Parameter(NamedTuple):
     """One number of a model: where it sits, what it is now, and its unit."""
 
@@ -78,6 +81,18 @@ def _converted(value: Any, hint: Any, where: str) -> Any:
     return floated(value) if is_model(value) else value
 
 
+def _refuse_deep(model: Any) -> None:
+    level = [model]
+    for _ in range(DEEPEST):
+        level = [item for thing in level for item in thing if isinstance(item, tuple)]
+        if not level:
+            return
+    raise ValueError(
+        f"{type(model).__name__} holds models nested more than {DEEPEST} deep; put fewer laws side by side, laws of "
+        "one kind often add up to one"
+    )
+
+
 def floated(model: Any) -> Any:
     """Return `model` with ints turned to floats in its float fields, at any depth.
 
@@ -88,11 +103,12 @@ def floated(model: Any) -> Any:
     TypeError
         If `model` is no NamedTuple or a field holds something of another kind than its annotation says.
     ValueError
-        If an integer field holds a number that is not whole.
+        If an integer field holds a number that is not whole, or models are nested more than 64 deep.
     """
     if not is_model(model):
         raise TypeError(f"a model object is a NamedTuple, such as Oscillator(...), not {shown(model)}")
     cls: Any = type(model)
+    _refuse_deep(model)
     hints = _hints(cls)
     fields = zip(cls._fields, model, strict=True)
     return cls(*(_converted(value, hints.get(name, Any), f"{cls.__name__}.{name}") for name, value in fields))

@@ -106,6 +106,12 @@ def test_wrong_shares_and_phases_are_refused(shares, phases, words):
         accuracy_spectrum(1e-4, shares, phases)
 
 
+@pytest.mark.parametrize("given", [{"shares": [0.25, 1.0]}, {"shares": 2}, {"phases": [0.1]}])
+def test_shares_and_phases_that_are_no_mapping_are_refused(given):
+    with pytest.raises(TypeError, match=r"(shares|phases) are .*; write order: number, for example"):
+        accuracy_spectrum(1e-4, **given)
+
+
 def test_peak_to_peak_needs_lines():
     with pytest.raises(TypeError, match="has no lines"):
         peak_to_peak(sw.NoError())

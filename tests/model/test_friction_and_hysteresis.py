@@ -130,6 +130,7 @@ BOUC_WEN, LUGRE = sw.BoucWen(1.0, 0.3, 0.4), sw.LuGre(3.0, 0.1, 0.1, 0.03, 0.05,
         (BOUC_WEN._replace(A=0.0), r"BoucWen\.A is 0; it must be positive"),
         (BOUC_WEN._replace(ratio=1.2), r"BoucWen\.ratio is 1\.2; it is the elastic share of the torque, from 0 to 1"),
         (BOUC_WEN._replace(n=0), r"BoucWen\.n is 0; it must be a whole number of at least 1"),
+        (BOUC_WEN._replace(n=51), r"BoucWen\.n is 51; it must be at most 50, whose knee is already within 2 %"),
         (BOUC_WEN._replace(n=1.5), r"BoucWen\.n must be a whole number, not 1\.5"),
         (BOUC_WEN._replace(beta=-0.5), r"with \|gamma\| > beta it creates energy"),
         (LUGRE._replace(T_s=0.02), r"LuGre has T_s = 0\.02 and T_c = 0\.03 N\*m; break-away takes at least"),
@@ -139,6 +140,7 @@ BOUC_WEN, LUGRE = sw.BoucWen(1.0, 0.3, 0.4), sw.LuGre(3.0, 0.1, 0.1, 0.03, 0.05,
         (sw.Coulomb(1.0, 0.0), r"Coulomb\.width is 0; it must be positive"),
         (sw.Stribeck(1.0, 2.0, 0.1, 0.2), r"the width must be smaller, or the break-away torque is never seen"),
         (sw.Viscous(-1.0), r"Viscous\.B is -1; it must not be negative"),
+        (sw.Viscous(1.0, warming=-1e6), r"Viscous\.warming is -1e\+06 K, for 0\.035 1/K the factor exp\(3\.5e\+04\)"),
     ],
 )
 def test_parameters_that_are_no_friction_are_refused_in_one_sentence(law, sentence):
@@ -146,6 +148,25 @@ def test_parameters_that_are_no_friction_are_refused_in_one_sentence(law, senten
         with pytest.raises(ValueError, match=sentence) as error:
             checked(model)
         assert "\n" not in str(error.value)
+
+
+def test_the_sharpest_knee_is_within_2_percent_of_elastic_and_plastic():
+    # dz/dx = 1 - z^50 from 0: z < min(x, 1), furthest from it at x = 1
+    law = sw.BoucWen(1.0, 0.0, 1.0, n=50)
+    x = np.linspace(0.0, 2.0, 2001)
+    run = solve_ivp(lambda x, z: law.z_rate(x, 1.0, z), (0.0, 2.0), (0.0,), t_eval=x, max_step=0.01, rtol=1e-8)
+    away = np.minimum(x, 1.0) - run.y[0]
+    assert 0.01 < np.max(away) < 0.02
+
+
+def test_laws_nested_without_end_are_refused():
+    law = sw.Linear(1.0)
+    for _ in range(400):
+        law = sw.Parallel(sw.Linear(1.0), law)
+    with pytest.raises(
+        ValueError, match="Oscillator holds models nested more than 64 deep; put fewer laws side by side"
+    ):
+        sw.simulate(sw.Oscillator(1.0, 0.1, law, sw.Harmonic(1.0), 1.0), (0.0, 0.0), 1.0)
 
 
 def test_part_of_parallel_that_is_no_law_is_refused():

@@ -36,6 +36,9 @@ LINE = sw.Line(2, 1e-4)
         (GOOD._replace(error=sw.KinematicError(())), r"KinematicError\.lines is empty"),
         (GOOD._replace(error=sw.KinematicError((sw.Line(-2, 1e-4),))), r"Line\.order is -2"),
         (sw.Drive(-5e-4, 0.05, 50.0, 0.017, sw.Linear(7160.0)), r"Drive\.J_m is -0\.0005; it must be positive"),
+        (sw.HDC_40_050.train()._replace(B=-1.0), r"DriveTrain\.B is -1 N\*m\*s/rad; a damping must not be negative"),
+        (sw.Elastic(0.01, -1.0, sw.Linear(1.0), sw.Load(0.05)), r"Elastic\.B is -1 N\*m\*s/rad; a damping must not be"),
+        (sw.GearDamping(1.0, warming=-1e6), r"GearDamping\.warming is -1e\+06 K"),
         (sw.Drive(5e-4, 0.05, 0.0, 0.017, sw.Linear(7160.0)), r"Drive\.N is 0; it must be positive"),
     ],
 )

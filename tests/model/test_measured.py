@@ -80,11 +80,28 @@ def test_an_odd_table_adds_the_origin_and_its_mirror_image():
         ([(0.0, 0.0), (1.0, math.nan), (2.0, 1.0)], "the point .* is not finite"),
         ([(0.0, 0.0), (1.0, 1.0, 1.0), (2.0, 1.0)], "is no point; write"),
         ([(0.0, 0.0), "ab", (2.0, 1.0)], "'ab' is no point"),
+        (
+            [(0.0, 0.0), (1e-300, 1.0), (2e-300, 2.0)],
+            "between 0 and 1e-300 rad, more than 1e[+]60 N[*]m/rad; give the tor",
+        ),
+        ([(0.0, 0.0), (1.0, 1e-300), (1e62, 2.0)], "Knot.x is 1e[+]62; it must not exceed"),
     ],
 )
 def test_a_bad_table_is_refused(points, sentence):
     with pytest.raises(ValueError, match=sentence):
         sw.tabulated(points)
+
+
+@pytest.mark.parametrize("points", [None, 3.0])
+def test_no_table_at_all_is_refused(points):
+    with pytest.raises(TypeError, match=r"points are .*; write \[\(torsion in rad, torque in N\*m\), \.\.\.\]"):
+        sw.tabulated(points)
+
+
+@pytest.mark.parametrize("width", ["a", None, math.nan])
+def test_a_width_that_is_none_is_refused(width):
+    with pytest.raises(ValueError, match=r"width \[rad\] is .*; it must be a finite number"):
+        sw.catalogue.gear("CSG-40-50").rounded(width)
 
 
 def test_an_odd_table_of_points_on_both_sides_is_refused():
@@ -141,6 +158,7 @@ def test_play_moves_the_law_outwards_by_half_the_gap():
         (sw.Play(1e-4, sw.Polynomial((0.3, 1.0))), "Polynomial with the torque 0.3 N[*]m at zero torsion"),
         (sw.Play(1e-4, sw.Backlash(1e5, 0.0)), "Backlash with a corner at zero torsion"),
         (sw.Play(1e-4, sw.Linear(math.inf)), "Linear.K is inf"),
+        (sw.Play(1e-4, sw.Linear(-1e5)), "Linear with the stiffness -100000 N[*]m/rad at zero torsion; behind a gap"),
     ],
 )
 def test_bad_play_is_refused(play, sentence):

@@ -26,7 +26,7 @@ from .shaft_motion import (
     motor_rates,
     total,
 )
-from .shafts import Elastic, Held, Load, Motor
+from .shafts import Elastic, Held, Load, Motor, refuse_driving
 
 
 @kernel
@@ -182,9 +182,10 @@ class DriveTrain(NamedTuple):
         return tuple(sorted({order for orders in known for order in orders}))
 
     def check(self) -> None:
-        """Refuse a ratio that is not positive (ValueError) and parts without the methods needed (TypeError)."""
+        """Refuse no ratio, damping that drives (ValueError) and parts without the methods needed (TypeError)."""
         if not self.N >= 1.0 / LARGEST:
             raise ValueError(f"DriveTrain.N is {self.N:g}; a ratio must be positive")
+        refuse_driving(self)
         if not isinstance(self.load, Load | Elastic):
             raise TypeError(f"DriveTrain.load is {shown(self.load)}; it must be a Load or an Elastic")
         for name, method in (("law", "torque"), ("error", "value"), ("error", "slope"), ("reference", "curvature")):

@@ -125,6 +125,8 @@ def accuracy_spectrum(
     ------
     ValueError
         If the accuracy is not positive, a share is negative or no number, all are zero, or a phase has no share.
+    TypeError
+        If shares or phases are no mapping, or an order or a phase is no number.
     """
     if not isinstance(accuracy, int | float) or not 0.0 < accuracy < inf:
         raise ValueError(
@@ -132,6 +134,9 @@ def accuracy_spectrum(
             "none (None), take it from the datasheet"
         )
     phases = {} if phases is None else phases
+    for name, given in (("shares", shares), ("phases", phases)):
+        if not isinstance(given, Mapping):
+            raise TypeError(f"{name} are {shown(given)}; write order: number, for example {{1: 0.25, 2: 1.0, 4: 0.25}}")
     for order, share in shares.items():
         if not (isinstance(share, int | float) and isfinite(share) and share >= 0.0):
             raise ValueError(f"the share of order {order} is {shown(share)}; it must be a number, zero or more")

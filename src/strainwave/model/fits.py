@@ -1,12 +1,13 @@
 """Odd polynomials instead of a datasheet's straight lines: least squares in the torque, with the error of the fit."""
 
 from dataclasses import dataclass
+from numbers import Integral
 from typing import Any
 
 import numpy as np
 
 from .._dispatch import KINDS, depends
-from ..quantities import checked, number
+from ..quantities import LARGEST, checked, number, shown
 from .laws import Cubic, Polynomial
 
 POINTS = 2001
@@ -61,8 +62,8 @@ def fit_odd(law: Any, reach: float, degree: int = 3) -> LawFit:
     TypeError
         If `law` is no spring.
     """
-    if degree not in range(1, HIGHEST + 1, 2):
-        raise ValueError(f"degree is {degree!r}; an odd polynomial has one of 1, 3, 5 to {HIGHEST}")
+    if isinstance(degree, bool) or not isinstance(degree, Integral) or degree not in range(1, HIGHEST + 1, 2):
+        raise ValueError(f"degree is {shown(degree)}; an odd polynomial has one of 1, 3, 5 to {HIGHEST}")
     law = checked(law)
     if depends(law) != 1:
         raise TypeError(f"fit_odd takes a spring, torque(x); {type(law).__name__} has {KINDS[depends(law) - 1]}")
@@ -75,7 +76,13 @@ def fit_odd(law: Any, reach: float, degree: int = 3) -> LawFit:
         )
     powers = np.arange(1, degree + 1, 2)
     scaled = np.linalg.lstsq(s[:, None] ** powers, torque, rcond=None)[0]
-    k = [float(c) for c in scaled / reach**powers]
+    with np.errstate(all="ignore"):
+        k = [float(c) for c in scaled / reach**powers]
+    if not max(abs(c) for c in k) <= LARGEST:  # nor nan
+        raise ValueError(
+            f"reach [rad] is {reach:g}, out of all proportion: the coefficients of degree {degree} exceed {LARGEST:g} "
+            "in SI units; give the largest torsion in rad"
+        )
     if not k[0] > 0.0:
         raise ValueError(
             f"the fit of degree {degree} to {type(law).__name__} has the stiffness {k[0]:g} N*m/rad at rest; fit a law "

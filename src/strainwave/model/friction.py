@@ -15,6 +15,8 @@ PerKelvin = Annotated[float, "1/K"]
 PerTorque = Annotated[float, "1/(N*m)"]
 Kelvin = Annotated[float, "K"]
 
+HOTTEST = 20.0  # exponent of the viscosity: 570 K for oil
+
 
 @kernel
 def smooth_sign(v: Any, width: Any) -> Any:
@@ -38,6 +40,17 @@ def _not_negative(law: Any, *names: str) -> None:
     for name in names:
         if not getattr(law, name) >= 0.0:
             raise ValueError(f"{type(law).__name__}.{name} is {getattr(law, name):g}; it must not be negative")
+
+
+def refuse_heat(law: Any) -> None:
+    """Refuse a warming beyond all temperatures at which exp(-per_kelvin warming) could hold (ValueError)."""
+    exponent = -law.per_kelvin * law.warming
+    if not abs(exponent) <= HOTTEST:
+        raise ValueError(
+            f"{type(law).__name__}.warming is {law.warming:g} K, for {law.per_kelvin:g} 1/K the factor exp("
+            f"{exponent:.3g}); the exponent must be within +-{HOTTEST:g}, give the kelvin above the reference "
+            "temperature"
+        )
 
 
 def _rising(law: Any) -> None:
@@ -73,8 +86,9 @@ class Viscous(NamedTuple):
         return 0.0 * x
 
     def check(self) -> None:
-        """Refuse friction that drives (ValueError)."""
+        """Refuse friction that drives, and a warming that no oil has seen (ValueError)."""
         _not_negative(self, "B", "per_torque")
+        refuse_heat(self)
 
 
 class Coulomb(NamedTuple):
@@ -107,7 +121,7 @@ class Stribeck(NamedTuple):
     s(v) = v/sqrt(v^2 + width^2) smooths the sign, as in `Coulomb`, so that the peak is a little below T_s. The falling
     part is negative damping: it can keep a stick-slip motion going. Analytic, odd.
 
-    Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30, sec. 2 (Stribeck curve).
+    Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30(7), 1083-1138 (survey, with the Stribeck curve).
     """
 
     T_c: Torque
@@ -146,9 +160,10 @@ class LuGre(NamedTuple):
     g(v) = T_c + (T_s - T_c) exp(-(v/v_s)^2); z [rad] is the bristles' deflection, at most T_s/sigma_0. At a steady
     speed T = g(v) sign v + sigma_2 v; before it slips it is a spring of stiffness sigma_0. E = sigma_0 z^2/2 is stored,
     sigma_0^2 |v| z^2/g + sigma_1 z' v + sigma_2 v^2 is lost, which is never negative where sigma_2 >= sigma_1 (T_s -
-    T_c)/T_c and else may be for moments (Barahanov & Ortega 2000, IFAC Proc. 33). Odd; C0.
+    T_c)/T_c and else may be for moments (Barabanov & Ortega 2000, IEEE Trans. Automatic Control 45(4), 830-832). Odd;
+    C0.
 
-    Canudas de Wit, Olsson, Astrom & Lischinsky 1995, IEEE Trans. Automatic Control 40, eqs. 3-6.
+    Canudas de Wit, Olsson, Astrom & Lischinsky 1995, IEEE Trans. Automatic Control 40(3), 419-425.
     """
 
     sigma_0: TorsionalStiffness

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
-from ..quantities import number
+from ..quantities import checked, number
 from .drive import Drive
 from .fits import LawFit, fit_odd
 from .laws import Cubic, PiecewiseLinear
@@ -137,8 +137,7 @@ class Gear:
 
     def rounded(self, width: float) -> RoundedPiecewiseLinear:
         """Return the law with its corners rounded over a `width` [rad] of torsion."""
-        law = RoundedPiecewiseLinear(*self.law, width)
-        law.check()
+        law: RoundedPiecewiseLinear = checked(RoundedPiecewiseLinear(*self.law, number("width [rad]", width)))
         return law
 
     @property

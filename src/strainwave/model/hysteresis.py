@@ -13,6 +13,8 @@ from ..maths import sign
 from ..quantities import Angle, Ratio, TorsionalStiffness
 from .prepared import Yielding, prepared
 
+SHARPEST = 50  # n: every unit costs a multiplication in every step, and the sharper knee smaller steps
+
 
 @kernel
 def yielded(z: Any, yield_twist: Any, n: int) -> Any:
@@ -32,7 +34,8 @@ class BoucWen(NamedTuple):
     E = K (ratio x^2 + (1 - ratio) z^2/A)/2 is stored, and T v - dE/dt = (1 - ratio) (K/A) |z/x_y|^n (beta |v z| +
     gamma v z) >= (1 - ratio) (K/A) |z/x_y|^n |v z| (beta - |gamma|) >= 0 where |gamma| <= beta, which `check` asks for.
 
-    Ismail, Ikhouane & Rodellar 2009, The hysteresis Bouc-Wen model, a survey, Arch. Comput. Methods Eng. 16, eqs. 1-2.
+    Bouc 1967, Proc. 4th Conf. Nonlinear Oscillations, Prague; Wen 1976, J. Eng. Mech. Div. ASCE 102(2), 249-263;
+    Ismail, Ikhouane & Rodellar 2009, Arch. Comput. Methods Eng. 16(2), 161-188 (survey).
     """
 
     K: TorsionalStiffness
@@ -83,6 +86,10 @@ class BoucWen(NamedTuple):
             raise ValueError(f"BoucWen.ratio is {self.ratio:g}; it is the elastic share of the torque, from 0 to 1")
         if self.n < 1:
             raise ValueError(f"BoucWen.n is {self.n}; it must be a whole number of at least 1")
+        if self.n > SHARPEST:
+            raise ValueError(
+                f"BoucWen.n is {self.n}; it must be at most {SHARPEST}, whose knee is already within 2 % of a sharp one"
+            )
         if abs(self.gamma) > self.beta:
             raise ValueError(
                 f"BoucWen has gamma = {self.gamma:g} and beta = {self.beta:g}; with |gamma| > beta it creates energy, "

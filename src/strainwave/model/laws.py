@@ -234,7 +234,7 @@ class Play(NamedTuple):
         return places
 
     def check(self) -> None:
-        """Refuse a negative gap and a law that pulls or has a corner at zero torsion (ValueError), or no spring."""
+        """Refuse a negative gap, a law that pulls, pushes or has a corner at zero (ValueError), and no spring."""
         if self.half_gap < 0.0:
             raise ValueError(f"Play.half_gap is {self.half_gap:g} rad; it must not be negative")
         name = type(self.law).__name__
@@ -245,6 +245,12 @@ class Play(NamedTuple):
             raise ValueError(
                 f"Play.law is a {name} with the torque {pull:g} N*m at zero torsion; inside the gap nothing can carry "
                 "it, use a law with T(0) = 0 and give the mean torque to the excitation"
+            )
+        stiffness = float(self.law.stiffness(0.0))
+        if stiffness < 0.0:
+            raise ValueError(
+                f"Play.law is a {name} with the stiffness {stiffness:g} N*m/rad at zero torsion; behind a gap it would "
+                "push the sides apart, give one that is not negative"
             )
         if 0.0 in breakpoints_of(self.law):
             raise ValueError(f"Play.law is a {name} with a corner at zero torsion; the gap has its own, move it away")

@@ -4,13 +4,13 @@ As in `laws`, a law is a NamedTuple with branch-free `torque(x)`, `stiffness(x)`
 in the torque, so they have no breakpoints. x is in rad on the output side, torque in N*m, energy in J.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from math import isfinite
 from typing import Any, NamedTuple
 
 from .._jit import kernel
-from ..quantities import Angle, Torque, TorsionalStiffness
+from ..quantities import LARGEST, Angle, Torque, TorsionalStiffness, checked, shown
 from .laws import PiecewiseLinear
 
 FEWEST, MOST_POINTS = 3, 64
@@ -219,12 +219,16 @@ def tabulated(points: Sequence[Sequence[float]], *, odd: bool = False) -> Tabula
     ------
     ValueError
         If there are fewer than 3 or more than 64 points, or they are not numbers, unsorted, repeated or falling.
+    TypeError
+        If `points` is no sequence.
 
     References
     ----------
     Fritsch & Carlson 1980, SIAM J. Numer. Anal. 17(2), 238-246 (monotone cubics); Fritsch & Butland 1984, SIAM J. Sci.
     Stat. Comput. 5(2), 300-304, eq. (5) (the mean); Moler 2004, Numerical Computing with MATLAB, sec. 3.6 (the ends).
     """
+    if not isinstance(points, Iterable):
+        raise TypeError(f"points are {shown(points)}; write [(torsion in rad, torque in N*m), ...]")
     pairs = [_pair(point) for point in points]
     if odd:
         if pairs and not pairs[0][0] > 0.0:
@@ -239,14 +243,15 @@ def tabulated(points: Sequence[Sequence[float]], *, odd: bool = False) -> Tabula
     inner = [_mean_slope(*both) for both in zip(pairwise(steps), pairwise(secants), strict=True)]
     first, last = _end_slope(steps, secants), _end_slope(steps[::-1], secants[::-1])
     slopes = (first, *inner, last)
-    return Tabulated(tuple(Knot(x, T, K) for (x, T), K in zip(pairs, slopes, strict=True)))
+    law: Tabulated = checked(Tabulated(tuple(Knot(x, T, K) for (x, T), K in zip(pairs, slopes, strict=True))))
+    return law
 
 
 def _pair(point: Sequence[float]) -> tuple[float, float]:
     try:
         x, T = (float(number) for number in point)
     except (TypeError, ValueError):
-        raise ValueError(f"{point!r} is no point; write (torsion in rad, torque in N*m)") from None
+        raise ValueError(f"{shown(point)} is no point; write (torsion in rad, torque in N*m)") from None
     return x, T
 
 
@@ -266,6 +271,11 @@ def _check_points(pairs: Sequence[tuple[float, float]]) -> None:
             raise ValueError(
                 f"the torque falls from {T0:g} to {T1:g} N*m between {x0:g} and {x1:g} rad (negative stiffness); "
                 "correct the points, or average the branches of a hysteresis loop first"
+            )
+        if not LARGEST * (x1 - x0) >= (T1 - T0):
+            raise ValueError(
+                f"the torque rises from {T0:g} to {T1:g} N*m between {x0:g} and {x1:g} rad, more than {LARGEST:g} "
+                "N*m/rad; give the torsions in rad"
             )
     if pairs[0][1] == pairs[-1][1]:
         raise ValueError(f"the torque is {pairs[0][1]:g} N*m at every point; a law needs one that rises")

@@ -108,6 +108,7 @@ class Elastic(NamedTuple):
     def check(self) -> None:
         """Refuse an inertia that is not positive (ValueError) and parts of another kind (TypeError)."""
         _positive_inertia(self)
+        refuse_driving(self)
         if not hasattr(self.law, "torque"):
             raise TypeError(f"Elastic.law is {shown(self.law)}; it must be an object with a method torque")
         check_law("Elastic.law", self.law)
@@ -116,6 +117,14 @@ class Elastic(NamedTuple):
 
 
 CONTROLS = (Free, Held, PositionLoop, SpeedLoop)
+
+
+def refuse_driving(part: Any) -> None:
+    """Refuse a damping B that would put energy in (ValueError)."""
+    if not part.B >= 0.0:
+        raise ValueError(
+            f"{type(part).__name__}.B is {part.B:g} N*m*s/rad; a damping must not be negative, it would drive the train"
+        )
 
 
 def _positive_inertia(shaft: Any) -> None:

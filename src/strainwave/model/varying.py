@@ -13,7 +13,7 @@ from .._dispatch import check_law, depends
 from ..maths import cos, exp, sin
 from ..quantities import LARGEST, Angle, AngularSpeed, Damping, Inertia, Ratio, shown
 from .excitation import NoError, _refuse_high
-from .friction import Kelvin, PerKelvin
+from .friction import Kelvin, PerKelvin, refuse_heat
 
 
 class Ripple(NamedTuple):
@@ -133,6 +133,7 @@ class GearDamping(NamedTuple):
                 raise ValueError(f"GearDamping.{name} is {getattr(self, name):g}; it must not be negative")
         if not self.v_fast > 0.0:
             raise ValueError(f"GearDamping.v_fast is {self.v_fast:g} rad/s; it must be positive")
+        refuse_heat(self)
 
 
 class VaryingOscillator(NamedTuple):
