@@ -136,6 +136,11 @@ def test_what_is_wrong_with_a_gear_is_one_line_with_its_place(written, old, new,
             "MY-40-50",
             "gears.csv:3:1: name: 'MY-40-50' appears twice, first in line 2; remove one or rename it",
         ),
+        (
+            "1e5",
+            "1e5 N*m/rad",
+            "gears.csv:2:3: K1: '1e5 N*m/rad' has a unit and line 1 gives the column N*m/rad; write it once",
+        ),
         ("[N*m/rad]", "[Nm/furlong]", "gears.csv:2:3: K1: '1e5 Nm/furlong' has the unknown unit 'furlong'"),
         (",,,", ",,", "gears.csv:3:1: file: has 9 cells where line 1 names 10 columns"),
         (",ratio", ",name", "gears.csv:1:1: name: is the name of two columns; remove one"),
@@ -161,6 +166,13 @@ def test_what_is_wrong_with_a_line_of_csv_is_said_with_its_place(written, old, n
 )
 def test_a_file_without_gears_is_refused(written, name, text, said):
     assert any(said in line for line in complaint(written(text, name)))
+
+
+@pytest.mark.parametrize("path", [None, 3])
+def test_what_is_no_path_is_refused(path):
+    for reader in (sw.read_gears, sw.read_scan):
+        with pytest.raises(TypeError, match=f"the file is {path}; give its name as text"):
+            reader(path)
 
 
 def test_a_file_that_is_not_there_is_said():

@@ -115,10 +115,26 @@ def test_files_that_are_none_are_refused(tmp_path):
         read_scan(tmp_path / "binary.csv")
 
 
-@pytest.mark.parametrize("signs", [{"delimiter": ";;"}, {"decimal": ","}, {"decimal": "'"}, {"delimiter": "1"}])
+@pytest.mark.parametrize(
+    "signs",
+    [
+        {"delimiter": ";;"},
+        {"delimiter": None},
+        {"decimal": ","},
+        {"decimal": "'"},
+        {"decimal": None},
+        {"delimiter": "1"},
+    ],
+)
 def test_signs_that_cannot_go_together_are_refused(tmp_path, signs):
-    with pytest.raises(ValueError, match="the delimiter is"):
+    with pytest.raises(ValueError, match=r"the delimiter \(--delimiter\) is"):
         read_scan(written(tmp_path, GOOD), **signs)
+
+
+@pytest.mark.parametrize("names", [{"angle": None}, {"angle": 3}, {"error": 3}, {"backward": ["a"]}])
+def test_columns_without_a_name_are_refused(tmp_path, names):
+    with pytest.raises(TypeError, match="give the name of a column as text"):
+        read_scan(written(tmp_path, GOOD), **names)
 
 
 def run(*arguments):
@@ -140,6 +156,23 @@ excitation:
     assert [line.order for line in lines] == [1, 2]
     assert lines[1].amplitude == pytest.approx(23.0 * ARCSEC, abs=0.2 * ARCSEC)
     assert lines[1].phase == pytest.approx(math.radians(17.0), abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments", "words"),
+    [
+        (GOOD.replace(",", ";"), [], "file: has one column; if ';' parts them, say so with --delimiter"),
+        (GOOD.replace(",", ";").replace("2;3", "2;3,5"), ["--delimiter", ";"], "say which it is with --decimal"),
+        (GOOD.replace("angle", "phi"), [], "or give --angle"),
+        (GOOD, ["--backward", "way back [deg]"], "or give --backward"),
+        (GOOD, ["--delimiter", ";;"], "the delimiter (--delimiter) is ';;'"),
+        (GOOD + "1,2\n", [], "the way back is a file of its own (--back)"),
+    ],
+)
+def test_complaints_of_the_command_name_its_options(tmp_path, text, arguments, words):
+    done = run(written(tmp_path, text), *arguments)
+    assert done.exit_code in (1, 3)
+    assert words in done.stderr
 
 
 def test_the_command_counts_on_the_turn_asked_for(tmp_path):

@@ -211,6 +211,9 @@ THETA = uniform(100)
         ({"highest": 60}, "orders below 50 are told apart"),
         ({"false_alarm": 0.0}, "probability between 0 and 1"),
         ({"noise": "pink"}, "must be 'auto', 'white' or 'autocorrelated'"),
+        ({"orders": 2}, r"orders are 2; give a list of whole numbers"),
+        ({"orders": "124"}, r"orders are '124'; give a list of whole numbers"),
+        ({"backward": 3}, r"backward is 3; it must be a pair of arrays \(angle, error\)"),
         ({"backward": (THETA[::-1], THETA)}, "backward angle .* angles must ascend"),
     ],
 )

@@ -94,7 +94,7 @@ def _arcsec(angle: float) -> float:
 
 
 def _print(file: Path, scan: ErrorScan, turn: str) -> None:
-    columns = ("order", "amplitude (arcsec)", "±", "phase (deg)", "±", "false alarm")
+    columns = ("order", "amplitude (arcsec)", "± (arcsec)", "phase (deg)", "± (deg)", "false alarm")
     rows = [
         (
             str(line.order), _arcsec(line.amplitude), number(_arcsec(line.amplitude_error), 2),

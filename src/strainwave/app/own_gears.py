@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 
 from ..model.gear import NUMBERS, RPM, Gear
 from ..quantities import example, parse
-from .yaml_text import FileError, Problem, complaint, kind_of, name, read, read_text, shown
+from ..units import NUMBER
+from .yaml_text import FileError, Problem, as_path, complaint, kind_of, name, read, read_text, shown
 
 TEXTS = ("name", "series", "source")
 COUNTS = ("ratio", "size")
@@ -58,7 +59,7 @@ def read_gears(path: str | Path) -> dict[str, Gear]:
         If the file cannot be read or a record is wrong, contradicts itself or appears twice; a ValueError with one line
         `file:line:column: field: fact, value, remedy` per problem.
     """
-    path = Path(path)
+    path = as_path(path)
     text = read_text(path)
     problems: list[Problem] = []
     gears: dict[str, Gear] = {}
@@ -143,12 +144,31 @@ def _csv_rows(text: str, problems: list[Problem]) -> Iterator[tuple[Problem, dic
             said = f"has {len(row)} cells where line {first} names {len(header)} columns; leave cells empty, not out"
             problems.append(Problem(line, 1, "file", said))
             continue
+        twice_said = [
+            Problem(
+                line,
+                i + 1,
+                field,
+                f"{shown(cell.strip())} has a unit and line {first} gives the column {unit}; write it once",
+            )
+            for i, (field, unit, cell) in enumerate(zip(names, units, row, strict=True))
+            if unit and _has_unit(cell.strip())
+        ]
+        if twice_said:
+            problems += twice_said
+            continue
         cells = {
             field: Cell(f"{cell.strip()} {unit}".strip(), line, i + 1, field)
             for i, (field, unit, cell) in enumerate(zip(names, units, row, strict=True))
             if cell.strip()
         }
         yield Problem(line, 1, "gear", ""), cells
+
+
+def _has_unit(cell: str) -> bool:
+    """Whether letters or a sign of an angle follow a number."""
+    number = NUMBER.match(cell)
+    return bool(number and re.match(r"\s*[^\W\d_]|\s*[°%′″]", cell[number.end() :]))
 
 
 def _gear(start: Problem, cells: dict[str, Cell], problems: list[Problem], path: Path) -> Gear | None:

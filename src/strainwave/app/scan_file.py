@@ -1,7 +1,8 @@
 """A measured error scan in CSV: one line of column names with units, one line per sample.
 
 Nothing is guessed: a semicolon between columns and a comma in numbers must be said, and every unit must stand in the
-column's name, as in `angle [deg]`, or beside the name that the caller gives.
+column's name, as in `angle [deg]`, or beside the name that the caller gives. Complaints name the options of the command
+line; the arguments of `read_scan` are called the same without dashes.
 """
 
 import csv
@@ -17,7 +18,7 @@ import numpy as np
 from ..quantities import convert
 from ..results import Floats
 from ..units import NUMBER
-from .yaml_text import FileError, Problem, complaint, read_text, shown
+from .yaml_text import FileError, Problem, as_path, complaint, read_text, shown
 
 LARGEST = 64 * 1024 * 1024
 MOST_SHOWN = 20
@@ -93,12 +94,17 @@ def read_scan(
     ValueError
         If delimiter and decimal sign cannot go together.
     """
-    path = Path(path)
-    if len(delimiter) != 1 or decimal not in (".", ",") or delimiter == decimal or delimiter in '+-0123456789eE"\n\r':
+    path = as_path(path)
+    plain = isinstance(delimiter, str) and len(delimiter) == 1 and delimiter not in '+-0123456789eE"\n\r'
+    if not plain or decimal not in (".", ",") or delimiter == decimal:
         raise ValueError(
-            f"the delimiter is {delimiter!r} and the decimal sign {decimal!r}; take one of , ; tab and space, and "
-            "a point or a comma that is not the delimiter"
+            f"the delimiter (--delimiter) is {delimiter!r} and the decimal sign (--decimal) {decimal!r}; take one of "
+            ", ; tab and space, and a point or a comma that is not the delimiter"
         )
+    wanted = {ANGLE: angle, OURS: error, BACKWARD: backward}
+    for field, name in wanted.items():
+        if not isinstance(name, str) and (name is not None or field == ANGLE):
+            raise TypeError(f"{field} is {name!r}; give the name of a column as text, with its unit: 'Winkel [deg]'")
     text = read_text(path, "scan file", LARGEST)
     if isinstance(text, Problem):
         raise FileError(complaint(path, [text]))
@@ -108,7 +114,6 @@ def read_scan(
     if not problems and len(rows) < 2:
         problems.append(Problem(1, 1, "file", f"has no samples; {HINT}, and give one line per sample"))
     if not problems:
-        wanted = {ANGLE: angle, OURS: error, BACKWARD: backward}
         columns, vendors = _columns(*rows[0], wanted, delimiter, problems)
         ate = ate or vendors
     if problems:
@@ -145,7 +150,7 @@ def _columns(
     names = [name for name, _ in parts]
     other = next((d for d in ";,\t" if d != delimiter and d in header[0]), None)
     if len(header) == 1 and other is not None:
-        problems.append(Problem(line, 1, "file", f"has one column; if {other!r} parts them, give it as delimiter"))
+        problems.append(Problem(line, 1, "file", f"has one column; if {other!r} parts them, say so with --delimiter"))
         return [], False
     vendors = wanted[OURS] is None and OURS not in names and VENDORS in names
     asked = dict(wanted) | {OURS: wanted[OURS] or (VENDORS if vendors else OURS)}
@@ -158,7 +163,7 @@ def _columns(
         name, unit = _name_and_unit(text)
         if names.count(name) != 1:
             fact = "is there twice" if name in names else f"is missing; the file has {_list(names)}"
-            problems.append(Problem(line, 1, field, f"column {shown(name)} {fact}; {HINT}"))
+            problems.append(Problem(line, 1, field, f"column {shown(name)} {fact}; {HINT}, or give --{field}"))
             continue
         place = names.index(name)
         given = parts[place][1]
@@ -192,7 +197,7 @@ def _numbers(rows: list[tuple[int, list[str]]], columns: list[Column], decimal: 
         if len(problems) > MOST_SHOWN:
             break
         if len(row) != len(header):
-            said = f"has {len(row)} cells where line {first} names {len(header)} columns; is the delimiter right?"
+            said = f"has {len(row)} cells where line {first} names {len(header)} columns; is --delimiter right?"
             problems.append(Problem(line, 1, "file", said))
             continue
         for j, column in enumerate(columns):
@@ -206,7 +211,9 @@ def _numbers(rows: list[tuple[int, list[str]]], columns: list[Column], decimal: 
 def _number(text: str, decimal: str) -> float:
     other = "," if decimal == "." else "."
     if other in text:
-        raise ValueError(f"{shown(text)} has {other!r} where the decimal sign is {decimal!r}; say which it is")
+        raise ValueError(
+            f"{shown(text)} has {other!r} where the decimal sign is {decimal!r}; say which it is with --decimal"
+        )
     plain = text.replace(decimal, ".")
     value = float(plain) if NUMBER.fullmatch(plain) else np.nan
     if not np.isfinite(value):
@@ -220,7 +227,11 @@ def _order(angles: Floats, lines: list[int], column: Column) -> list[Problem]:
     for i in np.flatnonzero(np.diff(angles) <= 0.0)[: MOST_SHOWN + 1]:
         before, after = float(angles[i]), float(angles[i + 1])
         fact = "repeats that of" if before == after else f"stands after {before:.9g} of"
-        remedy = "average repeated angles" if before == after else "angles must ascend, the way back is a run apart"
+        remedy = (
+            "average repeated angles"
+            if before == after
+            else "angles must ascend, the way back is a file of its own (--back)"
+        )
         said = f"{after:.9g} {fact} line {lines[i]}; {remedy}"
         problems.append(Problem(lines[i + 1], column.place + 1, column.name, said))
     return problems

@@ -4,6 +4,7 @@ Scalars stay the text that the person wrote: "1e-3", "no" or "0x10" cannot turn 
 a project file never needs (aliases, tags, several documents, deep nesting) is refused: a hostile file costs little.
 """
 
+import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -85,6 +86,13 @@ def kind_of(value: Any) -> str:
 def shown(value: Any) -> str:
     """Quote a value in a sentence: a text in quotes and on one line, else its kind."""
     return repr(value if len(value) <= 40 else value[:37] + "...") if isinstance(value, str) else kind_of(value)
+
+
+def as_path(path: Any) -> Path:
+    """Return a path given as text or as `Path`, or say that it is none (TypeError)."""
+    if not isinstance(path, str | os.PathLike):
+        raise TypeError(f"the file is {path!r}; give its name as text")
+    return Path(path)
 
 
 def read_text(path: Path, kind: str = "project file", largest: int = LARGEST) -> str | Problem:

@@ -14,9 +14,10 @@ from ..model.shafts import Elastic, Free, Held
 from ..model.train_forms import SteadyTrain
 from ..numerics.first_order import jacobians_at
 from ..numerics.orbits import find_orbit
-from ..quantities import number, numbers, with_parts
+from ..quantities import number, numbers, shown, with_parts
 from ..results import Floats, Orbit
 
+SHAFTS = ("motor", "load")
 STEP = 1e-3  # units of the states for differences: x [rad] far inside any law's bends
 
 Complexes = NDArray[np.complex128]
@@ -51,12 +52,18 @@ class Bode:
     messages: tuple[str, ...]
 
     def decibels(self, shaft: Literal["motor", "load"] = "motor") -> Floats:
-        """Magnitude (n,) in dB of the speed of a shaft over the torque, relative to 1 rad/(N*m*s)."""
-        return np.asarray(20.0 * np.log10(np.abs(getattr(self, shaft))))
+        """Magnitude (n,) in dB of the speed of a shaft over the torque, relative to 1 rad/(N*m*s); -inf of one held."""
+        size = np.abs(self._of(shaft))
+        return 20.0 * np.log10(size, out=np.full(size.shape, -np.inf), where=size != 0.0)
 
     def degrees(self, shaft: Literal["motor", "load"] = "motor") -> Floats:
         """Phase (n,) in degrees of the speed of a shaft, continuous along the frequencies."""
-        return np.asarray(np.unwrap(np.angle(getattr(self, shaft))) * 180.0 / pi)
+        return np.asarray(np.unwrap(np.angle(self._of(shaft))) * 180.0 / pi)
+
+    def _of(self, shaft: str) -> Complexes:
+        if shaft not in SHAFTS:
+            raise ValueError(f"shaft is {shown(shaft)}; it must be 'motor' or 'load'")
+        return self.motor if shaft == "motor" else self.load
 
 
 def bode(
@@ -102,8 +109,8 @@ def bode(
     grid = numbers("omega", omega)
     if not np.all(grid > 0.0):
         raise ValueError(f"omega has {np.min(grid):g} rad/s; a frequency must be positive")
-    if source not in ("motor", "load"):
-        raise ValueError(f"source is {source!r}; it must be 'motor' or 'load'")
+    if source not in SHAFTS:
+        raise ValueError(f"source is {shown(source)}; it must be 'motor' or 'load'")
     if source == "motor" and isinstance(train.motor.control, Held):
         raise ValueError("a held motor answers no torque; take source='load', or a motor that is free or has a loop")
     plain = train._replace(error=NoError(), reference=AtRest(), omega=1.0)

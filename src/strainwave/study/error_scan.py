@@ -5,7 +5,7 @@ transmission error theta_l - theta_m/N is its negative.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -114,6 +114,8 @@ def error_scan(
     sign = -1.0 if ate else 1.0
     runs = [_direction("", angle, error, sign)]
     if backward is not None:
+        if not isinstance(backward, tuple | list) or len(backward) != 2:
+            raise ValueError(f"backward is {shown(backward)}; it must be a pair of arrays (angle, error)")
         runs.append(_direction("backward ", *backward, sign))
     limit = min(0.5 * len(run.angle) / run.turns for run in runs)
     looked_at = _sought(highest, limit)
@@ -183,6 +185,8 @@ def _sought(highest: int | None, limit: float) -> int:
 
 
 def _given(orders: Sequence[int], limit: float) -> list[int]:
+    if isinstance(orders, str) or not isinstance(orders, Iterable):
+        raise ValueError(f"orders are {shown(orders)}; give a list of whole numbers, for example [1, 2, 4]")
     chosen = [positive_count("order", order, HIGHEST) for order in orders]
     if not chosen or len(set(chosen)) < len(chosen):
         raise ValueError(f"orders are {shown(orders)}; give at least one, and none twice")
