@@ -1,12 +1,14 @@
 """The datasheet's measurements, against closed forms and an integration of the motion; fits of a datasheet."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from canonical import CSF_40_50
 
 import strainwave as sw
+from strainwave.study import hysteresis
 
 ARCMIN = math.pi / 180.0 / 60.0
 RATED = 178.0  # N*m, CSG-40-50: Harmonic Drive SE catalogue
@@ -74,6 +76,95 @@ def test_dry_friction_widens_the_loop_by_twice_its_torque_over_the_stiffness():
 def test_law_that_does_not_carry_the_torque_is_refused():
     with pytest.raises(ValueError, match=r"BoucWen carries 0\.4 N\*m at .* and does not reach 1 N\*m; take less"):
         sw.hysteresis_loop(sw.BoucWen(1.0, 0.0, 0.4), 1.0)
+
+
+SLIDING = {
+    "BoucWen": sw.BoucWen(1.0, 0.0, 0.4),
+    "BoucWen, sharp": sw.BoucWen(1.0, 0.0, 0.4, n=20),
+    "LuGre": sw.LuGre(3.0, 0.1, 0.1, 0.3, 0.4, 0.3),
+}
+
+
+@pytest.mark.parametrize("times", [2.0, 5.0, 100.0])
+@pytest.mark.parametrize("name", SLIDING)
+def test_a_law_that_yields_says_so_however_large_the_torque(name, times):
+    # the sliding torque is K x_y, and T_s of LuGre at this low speed: 0.4 N*m
+    with pytest.raises(ValueError, match=r"carries 0\.4 N\*m at .* and does not reach .*put a spring in parallel"):
+        sw.hysteresis_loop(SLIDING[name], 0.4 * times)
+
+
+@pytest.mark.parametrize("times", [5.0, 100.0])
+@pytest.mark.parametrize("name", SLIDING)
+def test_far_above_yield_the_loop_is_that_of_the_spring_with_dry_friction(name, times):
+    loop = sw.hysteresis_loop(sw.Parallel(sw.Linear(0.1), SLIDING[name]), 0.4 * times)
+    # it slides with 0.4 N*m on both branches: the spring carries the rest at the ends, and +-0.4 N*m at no torque
+    assert loop.span == pytest.approx(2.0 * 0.4 * (times - 1.0) / 0.1, rel=1e-3)
+    assert loop.loss == pytest.approx(2.0 * 0.4 / 0.1, rel=1e-3)
+
+
+class Maxwell(NamedTuple):
+    """A spring G in series with a dashpot of relaxation time r: 1/(r speed) relaxations per radian."""
+
+    G: float
+    r: float
+    states = 1
+
+    def torque(self, x, v, z):
+        return z[0]
+
+    def stiffness(self, x):
+        return self.G + 0.0 * x
+
+    def z_rate(self, x, v, z):
+        return (self.G * v - z[0] / self.r,)
+
+
+def test_a_law_that_relaxes_during_the_slow_loop_leaves_the_spring_alone():
+    loop = sw.hysteresis_loop(sw.Parallel(sw.Linear(2.0), Maxwell(5.0, 1e-3)), 1.0)
+    assert loop.span == pytest.approx(1.0, rel=1e-6)
+    assert abs(loop.loss) < 1e-8
+
+
+class Rough(NamedTuple):
+    """A spring with a ripple finer than any step."""
+
+    K: float
+
+    def torque(self, x):
+        return self.K * x * (1.0 + 1e-3 * np.sin(1e9 * x))
+
+    def stiffness(self, x):
+        return self.K + 0.0 * x
+
+
+def test_a_law_too_rough_to_integrate_along_is_given_up(monkeypatch):
+    monkeypatch.setattr(hysteresis, "MOST", 2000)
+    with pytest.raises(sw.SolveError, match=r"Rough was asked 2000 times on the way to 1 N\*m and is only at"):
+        sw.hysteresis_loop(Rough(1.0), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "sentence"),
+    [
+        (lambda: sw.hysteresis_loop(sw.Harmonic(1.0), 1.0), TypeError, "Harmonic has no stiffness; give a law"),
+        (lambda: sw.hysteresis_loop(CSF_40_50, RATED, rtol=0.0), ValueError, "rtol is 0.0; it must be a positive"),
+        (lambda: sw.lost_motion(CSF_40_50, None), ValueError, r"rated_torque \[N\*m\] is None"),
+        (
+            lambda: sw.fit_hysteresis(sw.Linear(1e5), ARCMIN, ARCMIN, rated_torque=RATED),
+            TypeError,
+            r"the spring is Linear\(K=100000.0\); it must be the datasheet's PiecewiseLinear",
+        ),
+        (
+            lambda: sw.fit_hysteresis(CSF_40_50._replace(T1=None), ARCMIN, ARCMIN, rated_torque=RATED),
+            TypeError,
+            "PiecewiseLinear.T1 must be a number, not None",
+        ),
+    ],
+)
+def test_what_cannot_be_twisted_is_refused_in_one_sentence(call, error, sentence):
+    with pytest.raises(error, match=sentence) as refusal:
+        call()
+    assert "\n" not in str(refusal.value)
 
 
 @pytest.mark.slow

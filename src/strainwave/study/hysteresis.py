@@ -5,6 +5,7 @@ loop at zero torque after full load; `lost motion` is the difference of torsion 
 +-4 % of the rated torque (Harmonic Drive catalogues, "hysteresis loss" and "lost motion").
 """
 
+import itertools
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,13 +16,14 @@ from scipy.optimize import least_squares
 from .._dispatch import check_law, states_of, torque_of, z_rate_of
 from ..model.hysteresis import BoucWen, Parallel
 from ..model.laws import PiecewiseLinear
-from ..quantities import checked, number
+from ..quantities import checked, number, shown
 from ..results import Floats, SolveError
 
 SMALL_LOOP = 0.04  # of the rated torque
 SAMPLES = 400  # of each branch
 SPEED = 1e-9  # torsion rate [rad/s] of the quasi-static loop
 DOUBLINGS = 12  # a law 4000 times softer than at rest does not carry the torque
+MOST = 50_000  # evaluations of a law along a branch
 RTOL = 1e-10
 RTOL_OF_FIT = 1e-7
 INSIDE = 0.8  # of full load: up to there the two branches of a loop are apart
@@ -80,10 +82,14 @@ def hysteresis_loop(law: Any, torque: float, *, speed: float = SPEED, rtol: floa
     ------
     ValueError
         If the torque or speed is not positive, or the law does not carry the torque.
+    TypeError
+        If `law` is no law.
+    SolveError
+        If the law is so rough that the integration does not end.
     """
-    law = checked(law)
-    check_law("the law", law)
+    law = _twistable(law)
     torque, speed = number("torque [N*m]", torque, positive=True), number("speed [rad/s]", speed, positive=True)
+    rtol = number("rtol", rtol, positive=True)
     state = np.zeros(2 + states_of(law))  # torsion, internal states, work
     branches, at_zero, work, ends = [], [], [], []
     for target in (torque, -torque, torque):
@@ -101,23 +107,20 @@ def hysteresis_loop(law: Any, torque: float, *, speed: float = SPEED, rtol: floa
     )
 
 
-def loaded_state(law: Any, torque: float) -> tuple[float, ...]:
-    """Torsion [rad] and internal states of a law that was loaded slowly from rest to a torque [N*m].
-
-    Raises
-    ------
-    ValueError
-        If the law does not carry the torque.
-    """
-    state = np.zeros(2 + states_of(law))
-    if torque != 0.0:
-        state = _branch(law, state, torque, SPEED, RTOL)[2]
-    return tuple(state[:-1].tolist())
+def _twistable(law: Any) -> Any:
+    """Checked law that has a torque and a stiffness."""
+    law = checked(law)
+    missing = [method for method in ("torque", "stiffness") if not hasattr(law, method)]
+    if missing:
+        raise TypeError(f"{type(law).__name__} has no {missing[0]}; give a law such as Parallel(spring, BoucWen(...))")
+    check_law("the law", law)
+    return law
 
 
 def lost_motion(law: Any, rated_torque: float, *, share: float = SMALL_LOOP, speed: float = SPEED) -> float:
     """Lost motion [rad]: torsion between the ends of a loop at +-share (4 %) of the rated torque [N*m]."""
-    return hysteresis_loop(law, number("share", share, positive=True) * rated_torque, speed=speed).span
+    rated = number("rated_torque [N*m]", rated_torque, positive=True)
+    return hysteresis_loop(law, number("share", share, positive=True) * rated, speed=speed).span
 
 
 def _branch(law: Any, state: Floats, target: float, speed: float, rtol: float) -> tuple[Floats, Floats, Floats, float]:
@@ -127,7 +130,14 @@ def _branch(law: Any, state: Floats, target: float, speed: float, rtol: float) -
     def torque(y: Floats) -> float:
         return float(torque_of(law, float(y[0]), direction * speed, tuple(y[1:-1].tolist())))
 
+    evaluations = itertools.count()
+
     def rates(s: float, y: Floats) -> Any:
+        if next(evaluations) > MOST:
+            raise SolveError(
+                f"{type(law).__name__} was asked {MOST} times on the way to {target:g} N*m and is only at "
+                f"{torque(y):.4g} N*m; take less torque, a smoother law or a larger rtol"
+            )
         z_rates = z_rate_of(law, float(y[0]), direction * speed, tuple(y[1:-1].tolist()))
         return [direction, *(rate / speed for rate in z_rates), direction * torque(y)]
 
@@ -142,7 +152,7 @@ def _branch(law: Any, state: Floats, target: float, speed: float, rtol: float) -
     xs, ts, at_zero, begin = [], [], float(state[0]), torque(state)
     for _ in range(DOUBLINGS):
         run = solve_ivp(
-            rates, (0.0, length), state, "DOP853", rtol=rtol, atol=1e-3 * rtol * length, events=(reached, zero),
+            rates, (0.0, length), state, "LSODA", rtol=rtol, atol=1e-3 * rtol * length, events=(reached, zero),
             dense_output=True,
         )  # fmt: skip
         s = np.linspace(0.0, run.t[-1], SAMPLES)
@@ -225,9 +235,16 @@ def fit_hysteresis(
     ------
     ValueError
         If a number is not positive.
+    TypeError
+        If the spring is no `PiecewiseLinear`.
     SolveError
         If the values cannot be met; the sentence says by how much.
     """
+    if not isinstance(spring, PiecewiseLinear):
+        raise TypeError(
+            f"the spring is {shown(spring)}; it must be the datasheet's PiecewiseLinear(K1, K2, K3, T1, T2), for "
+            "example catalogue.gear('CSG-40-50').law"
+        )
     spring = checked(spring)
     names = ("hysteresis_loss [rad]", "lost_motion [rad]", "rated_torque [N*m]", "tolerance")
     values = (hysteresis_loss, lost_motion, rated_torque, tolerance)
