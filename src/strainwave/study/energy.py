@@ -6,6 +6,7 @@ states; the energies on the left are formulas of the states at both ends, so tha
 torque, energy and losses belong together.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -14,9 +15,10 @@ from numpy.typing import ArrayLike
 
 from .._dispatch import depends, energy_of, losses_of, parts_of, share, states_of, torque_of
 from ..numerics.integrate import Dopri5, simulate
-from ..quantities import number, shown, with_parts
+from ..quantities import number, numbers, shown, with_parts
 from ..results import Floats, Orbit, SolveError
 
+CYCLES = (1e-6, 1e5)  # shortest and longest stretch
 OWN = "damping B"  # of the losses: the oscillator's own
 COARSE = 1e-6  # tolerance of the first pass, which finds how large the states and works are
 
@@ -114,7 +116,8 @@ def energy_balance(
     Raises
     ------
     ValueError
-        If a state is given without a duration, or either is no usable number.
+        If a state is given without a duration, or either is no usable number; if the duration is below 1e-6 or above
+        1e5 cycles.
     TypeError
         If a law with memory does not say what it stores and loses (`energy(x, z)`, `losses(x, v, z)`).
     SolveError
@@ -123,14 +126,18 @@ def energy_balance(
     system = with_parts("energy_balance", system, "J", "B", "law", "excitation", "omega", "error")
     names = [OWN, *_names(system.law)]
     if isinstance(start, Orbit):
+        if not start.status:
+            raise ValueError(f"the orbit is none: {start.message}")
         system = system._replace(omega=start.omega)
         duration = 2.0 * np.pi * start.period / start.omega if duration is None else duration
         start = start.state(0.0)
     if duration is None:
         raise ValueError("the start is a state; give the duration of the motion too, in s")
     duration = number("duration [s]", duration, positive=True)
+    _check_duration(system, duration)
+    rtol = number("rtol", rtol, positive=True)
     states = 2 + states_of(system.law)
-    y0 = np.array(start, float, ndmin=1)
+    y0 = numbers("the start", start)
     if y0.shape != (states,):
         raise ValueError(f"the start is {shown(start)}; it must be {', '.join(system.state_names())}")
     begin = (*y0.tolist(), *(0.0,) * (2 + len(names)))
@@ -142,6 +149,18 @@ def energy_balance(
     omega, end = system.omega, y[:states, -1]
     stored = _stored(system, omega * duration, end) - _stored(system, 0.0, y[:states, 0])
     return EnergyBalance(duration, work, error_work, dict(zip(names, losses, strict=True)), stored)
+
+
+def _check_duration(system: Any, duration: float) -> None:
+    """Refuse stretches in which nothing moves, or that no computer steps through (ValueError)."""
+    stiffness = abs(float(system.law.stiffness(0.0))) if hasattr(system.law, "stiffness") else 0.0
+    fastest = max(abs(system.omega) * max((1, *system.orders())), math.sqrt(stiffness / system.J))
+    shortest, longest = (cycles * 2.0 * math.pi / (fastest or 1.0) for cycles in CYCLES)
+    if not shortest <= duration <= longest:
+        raise ValueError(
+            f"duration [s] is {duration:g}; give one from {shortest:.3g} to {longest:.3g} s, {CYCLES[0]:g} to "
+            f"{CYCLES[1]:g} cycles of the fastest vibration: below, energies differ by rounding alone"
+        )
 
 
 def _run(system: Any, start: tuple[float, ...], duration: float, method: Dopri5) -> Floats:
