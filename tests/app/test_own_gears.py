@@ -170,7 +170,7 @@ def test_a_file_without_gears_is_refused(written, name, text, said):
 
 @pytest.mark.parametrize("path", [None, 3])
 def test_what_is_no_path_is_refused(path):
-    for reader in (sw.read_gears, sw.read_scan):
+    for reader in (sw.read_gears, sw.read_scan, load):
         with pytest.raises(TypeError, match=f"the file is {path}; give its name as text"):
             reader(path)
 

@@ -21,7 +21,7 @@ from .complaints import complaints
 from .contradictions import contradictions, notes, train_fields
 from .own_gears import read_gears
 from .schema import CATALOGUE, ExplicitGear, OwnGear, ProjectSpec, Spec, TorqueSpec
-from .yaml_text import FileError, Located, Problem, complaint, name, read, read_text, shown
+from .yaml_text import FileError, Located, Problem, as_path, complaint, name, read, read_text, shown
 
 ACCURACY_NOTE = (
     "The kinematic error stands for an accuracy class of {:.4g} arcsec peak-to-peak: its orders 1, 2 and 4 share it as "
@@ -147,7 +147,7 @@ def load(path: str | Path) -> Project:
     ProjectError
         If the file cannot be read or does not describe a drive; all problems found, one line each.
     """
-    path = Path(path)
+    path = as_path(path)
     text = read_text(path)
     if isinstance(text, Problem):
         raise _error(path, [text])

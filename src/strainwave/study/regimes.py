@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 
 from .._dispatch import is_spring
+from ..numerics import guess
 from ..results import Floats, SolveError
+from ..theory.lyapunov import mean_torque
 from ..theory.multiple_scales import slow_flow
 from ..theory.resonance import Resonance
 from ..theory.slow_results import Certificate, SlowResponse, SteadyState
@@ -25,7 +27,7 @@ NAMES = {
     (2, 1): "superharmonic 2:1",
     (1, 2): "subharmonic 1:2",
 }
-POINTS = 512  # samples of a period for the mean torque
+POINTS = 512  # samples of a period for the lines
 
 
 @dataclass(frozen=True)
@@ -124,19 +126,18 @@ class Regime:
 
 
 def operating_point(system: Any) -> OperatingPoint:
-    """Find the equilibrium under the mean torque, by bisection on the law.
+    """Find the equilibrium under the mean torque; of a law with memory the one that a slow load from rest leads to.
 
     Raises
     ------
     SolveError
         If the law cannot carry the mean torque.
     """
-    angle = 2.0 * math.pi * np.arange(POINTS) / POINTS
-    mean = float(np.mean(np.broadcast_to(system.excitation.torque(angle), angle.shape)))
-    largest = float(np.max(np.abs(system.excitation.torque(angle))))
-    if abs(mean) < 1e-12 * max(largest, 1e-300):
-        mean = 0.0
-    x, *z = (_balance(system.law, mean),) if is_spring(system) else _loaded(system.law, mean)
+    mean, law = mean_torque(system.excitation), system.law
+    try:
+        x, *z = (guess.operating_point(law, mean),) if is_spring(system) else loaded_state(law, mean)
+    except ValueError as error:
+        raise SolveError(str(error)) from None
     odd = _is_odd(system.law, x, mean) if is_spring(system) else mean == 0.0
     stiffness = float(system.law.stiffness(x))
     return OperatingPoint(mean, x, stiffness, math.sqrt(max(stiffness, 0.0) / system.J), odd, tuple(z))
@@ -148,36 +149,6 @@ def _is_odd(law: Any, x: float, mean: float) -> bool:
     around = law.torque(x + steps) + law.torque(x - steps) - 2.0 * mean
     size = np.abs(law.torque(x + steps)) + np.abs(law.torque(x - steps)) + abs(mean) + 1e-300
     return bool(np.all(np.abs(around) <= 1e-9 * size))
-
-
-def _loaded(law: Any, torque: float) -> tuple[float, ...]:
-    try:
-        return loaded_state(law, torque)
-    except ValueError as error:
-        raise SolveError(f"the torsion law cannot carry the mean torque: {error}") from None
-
-
-def _balance(law: Any, torque: float) -> float:
-    """Torsion [rad] nearest to 0 at which the law carries a torque [N*m]."""
-    if float(law.torque(0.0)) == torque:
-        return 0.0
-    up = torque > float(law.torque(0.0))
-    grid = np.concatenate([[0.0], np.geomspace(1e-9, 10.0, 2001)]) * (1.0 if up else -1.0)
-    missing = (np.asarray(law.torque(grid)) - torque) * (1.0 if up else -1.0)
-    crossed = np.flatnonzero(missing >= 0.0)
-    if len(crossed) == 0:
-        raise SolveError(
-            f"the torsion law cannot carry the mean torque of {torque:.6g} N*m within 10 rad; lower the mean "
-            f"torque or check the law"
-        )
-    inner, outer = float(grid[crossed[0] - 1]), float(grid[crossed[0]])
-    for _ in range(80):
-        middle = 0.5 * (inner + outer)
-        if (float(law.torque(middle)) - torque) * (1.0 if up else -1.0) >= 0.0:
-            outer = middle
-        else:
-            inner = middle
-    return 0.5 * (inner + outer)
 
 
 def regimes(system: Any, point: OperatingPoint, speeds: tuple[float, float]) -> tuple[Regime, ...]:
