@@ -51,6 +51,7 @@ LIGHT_RUNS = 12  # about three response curves
 _light_runs = count()
 _plain_runs: ContextVar[Iterator[bool] | None] = ContextVar("_plain_runs", default=None)
 _kernels: list[tuple[Callable[..., Any], Callable[..., Any], bool | None]] = []
+_exposed: list[tuple[Callable[..., Any], Callable[..., Any], bool | None]] = []
 
 
 def kernel(function: F) -> F:
@@ -195,7 +196,8 @@ def _explain(error: Exception, classes: set[str]) -> str:
 def _dispatcher(function: Callable[..., Any], cacheable: bool) -> Any:
     _numba()
     while _kernels:  # those of modules imported since the last call
-        _expose(*_kernels.pop())
+        _exposed.append(_kernels.pop())
+        _expose(*_exposed[-1])
     return _made(function, cacheable)
 
 
@@ -234,9 +236,7 @@ def _expose(function: Callable[..., Any], body: Callable[..., Any], inline: bool
 @cache
 def _numba() -> Any:
     """Import Numba and teach it the maths functions, the methods of models and the primitives of this module."""
-    numba: Any = import_module("numba")
-    types: Any = import_module("numba.core.types")
-    extending: Any = import_module("numba.extending")
+    numba, types, extending = map(import_module, ("numba", "numba.core.types", "numba.extending"))
     # No kernel calls BLAS: Numba's search for it would import scipy.linalg. A user's compiled np.dot finds it later.
     blas = sys.modules.setdefault("scipy.linalg.cython_blas", None)  # type: ignore[arg-type]
     import_module("numba.np.arraymath")

@@ -50,7 +50,7 @@ def _rebuilt(thing: Any, rows: Any, at: int, j: Any) -> tuple[Any, int]:
 def _flat(values: Any) -> list[Any]:
     if isinstance(values, tuple):
         return [number for value in values for number in _flat(value)]
-    return [values]
+    return [] if isinstance(values, int) else [values]
 
 
 def _floats(types: Any, kind: Any) -> int:
@@ -60,12 +60,21 @@ def _floats(types: Any, kind: Any) -> int:
 
 
 def _address(types: Any, context: Any, builder: Any, kind: Any, rows: Any, row: Any, place: Any) -> Any:
+    """Address in a block of lanes, whose strides are constants."""
     array = context.make_array(kind)(context, builder, rows)
     stride = context.get_constant(types.intp, LANES)
     return builder.gep(array.data, [builder.add(builder.mul(row, stride), place)])
 
 
-def _lane_body(types: Any, extending: Any) -> Any:
+def strided_address(types: Any, context: Any, builder: Any, kind: Any, rows: Any, row: Any, place: Any) -> Any:
+    """Address in any array of rows and lanes."""
+    array = context.make_array(kind)(context, builder, rows)
+    size = context.get_constant(types.intp, 8)
+    row_stride, stride = (builder.sdiv(builder.extract_value(array.strides, axis), size) for axis in (0, 1))
+    return builder.gep(array.data, [builder.add(builder.mul(row, row_stride), builder.mul(place, stride))])
+
+
+def _lane_body(types: Any, extending: Any, address: Any) -> Any:
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         row = 0
 
@@ -77,7 +86,7 @@ def _lane_body(types: Any, extending: Any) -> Any:
             if isinstance(kind, types.Float):
                 here = builder.add(arguments[2], context.get_constant(types.intp, row))
                 row += 1
-                place = _address(types, context, builder, signature.args[1], arguments[1], here, arguments[3])
+                place = address(types, context, builder, signature.args[1], arguments[1], here, arguments[3])
                 return builder.load(place)
             return old
 
@@ -89,7 +98,7 @@ def _lane_body(types: Any, extending: Any) -> Any:
     return extending.intrinsic(typed)
 
 
-def _store_body(types: Any, extending: Any) -> Any:
+def _store_body(types: Any, extending: Any, address: Any) -> Any:
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         row = 0
 
@@ -101,7 +110,7 @@ def _store_body(types: Any, extending: Any) -> Any:
             elif isinstance(kind, types.Float):
                 here = builder.add(arguments[2], context.get_constant(types.intp, row))
                 row += 1
-                place = _address(types, context, builder, signature.args[1], arguments[1], here, arguments[3])
+                place = address(types, context, builder, signature.args[1], arguments[1], here, arguments[3])
                 builder.store(value, place)
 
         write(signature.args[0], arguments[0])
@@ -113,8 +122,8 @@ def _store_body(types: Any, extending: Any) -> Any:
     return extending.intrinsic(typed)
 
 
-def bodies(types: Any, extending: Any) -> dict[Any, Any]:
-    """What compiled code runs instead of the functions above."""
+def bodies(types: Any, extending: Any, address: Any = _address) -> dict[Any, Any]:
+    """What compiled code runs instead of the functions above; `address` finds the number of a row and a lane."""
 
     def counted(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return context.get_constant(types.intp, _floats(types, signature.args[0]))
@@ -122,7 +131,7 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
     def typed_count(context: Any, model: Any) -> Any:
         return types.intp(model), counted
 
-    lane_of, store_into = _lane_body(types, extending), _store_body(types, extending)
+    lane_of, store_into = _lane_body(types, extending, address), _store_body(types, extending, address)
     count_of = extending.intrinsic(typed_count)
     return {
         lane: lambda model, rows, at, j: lane_of(model, rows, at, j),

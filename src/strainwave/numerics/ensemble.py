@@ -17,11 +17,11 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from .._dispatch import is_spring
-from .._lanes import LANES
 from ..quantities import numbers, positive_count, replace, shown, with_parts
 from ..quantities import parameters as parameters_of
 from ..results import Floats
-from .blocks import Batch, Block, first_lane, flat, march
+from .blocks import Batch, Block, first_lane, flat
+from .gpu import Machine, machine_of
 from .integrate import Dop8, Dopri5, Rk4
 from .measures import Final, Peak, Poincare, Rms
 from .pieces import General, Smooth
@@ -46,6 +46,7 @@ def ensemble(
     measures: tuple[Any, ...] = (Peak(), Rms()),
     method: Rk4 | Dopri5 | None = None,
     threads: int | None = None,
+    device: str = "cpu",
 ) -> xr.Dataset:
     """Integrate many variants of a system over whole periods of the base angle and keep a few numbers of each.
 
@@ -69,15 +70,18 @@ def ensemble(
         breakpoints or memory and for other systems. `steps` of a fixed method count per shortest time scale met.
     threads : int, optional
         Default: as many as there are processors.
+    device : {"cpu", "gpu"}
+        "gpu": on a graphics processor of NVIDIA (extra `cuda`), the same to rounding; where there is none, a warning
+        says so and the processor does it. Worth it from about 1e10 steps in all.
 
     Returns
     -------
     xarray.Dataset
         Over the dimension "lane": the varied parameters as coordinates; the measures (NaN in lanes that diverged);
         `status` (0 finished, 1 diverged), `ended` (time [s] until which the states stayed bounded), `period` (of the
-        settled motion, in turns; 0 if it is not settled, or if its period is longer than 8). Attributes: method,
-        steps, and of every measure with a fixed step `error_estimate`, the largest difference to half the step in a
-        sample of lanes.
+        settled motion, in turns; 0 if it is not settled, or if its period is longer than 8), `steps` where they are
+        fixed. Attributes: method, device, and of every measure with a fixed step `error_estimate`, the largest
+        difference to half the step in a sample of lanes.
 
     Raises
     ------
@@ -99,15 +103,15 @@ def ensemble(
     kept = _checked_measures(measures)
     chosen = _method(system, method)
     batch = _batch(system, varied, states, lanes, kept, settle, periods, any(isinstance(m, Poincare) for m in measures))
-    workers = positive_count("threads", threads or os.cpu_count() or 1)
+    machine = machine_of(device, positive_count("threads", threads or os.cpu_count() or 1))
     members = replace(system, varied)
-    found, steps = _run(batch, members, chosen, workers)
+    found, steps = _run(batch, members, chosen, machine)
     settled = max(SETTLED, LOOSE * chosen.rtol) if isinstance(chosen, Dopri5) else SETTLED
     data = _dataset(system, varied, batch, found, measures, settled)
-    data.attrs |= {"method": str(chosen), "periods": periods, "settle": settle}
+    data.attrs |= {"method": str(chosen), "device": machine.name, "periods": periods, "settle": settle}
     if isinstance(chosen, Rk4):
         data["steps"] = ("lane", steps, {"long_name": "steps per period"})
-        _add_error_estimates(data, batch, chosen, steps, measures, system, varied)
+        _add_error_estimates(data, batch, chosen, steps, measures, system, varied, machine)
     return data
 
 
@@ -184,17 +188,17 @@ def _batch(
     return Batch(first_lane(prepared), table, omega, y0, kind, measures, settle, periods, points)
 
 
-def _run(batch: Batch, members: Any, method: Rk4 | Dopri5, workers: int) -> tuple[Block, Any]:
+def _run(batch: Batch, members: Any, method: Rk4 | Dopri5, machine: Machine) -> tuple[Block, Any]:
     """Run all lanes, those of a fixed method again with finer steps where they met more stiffness than foreseen."""
     lanes = len(batch.omega)
     given = 0 if isinstance(method, Dopri5) else method.steps_per_period
     if isinstance(method, Dopri5) or given is not None:
         per_period = -(-(given or 0) // 4) * 4
-        return _march_all(batch, np.full(lanes, per_period), method, workers), np.full(lanes, per_period)
+        return _march_all(batch, np.full(lanes, per_period), method, machine), np.full(lanes, per_period)
     order, margin = max((1, *members.orders())), _error_reach(members, lanes)
     reach, periods = np.abs(batch.y0[0]), batch.settle + batch.periods
     steps = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
-    found = _march_all(batch, steps, method, workers)
+    found = _march_all(batch, steps, method, machine)
     lost = np.zeros(lanes, bool)  # explodes in the same period with half the step: no finer one will save it
     for _ in range(MOST_TRIES):
         reach = np.maximum(reach, 1.02 * np.where(np.isfinite(found.reach), found.reach, 0.0))
@@ -205,7 +209,7 @@ def _run(batch: Batch, members: Any, method: Rk4 | Dopri5, workers: int) -> tupl
         if not len(again):
             break
         steps[again] = finer[again]
-        better = _march_all(_some(batch, again), steps[again], method, workers)
+        better = _march_all(_some(batch, again), steps[again], method, machine)
         lost[again] = ~stayed[again] & (better.ended == found.ended[again])
         for name in ("sums", "last", "points", "ended", "reach"):
             getattr(found, name)[..., again] = getattr(better, name)
@@ -223,23 +227,23 @@ def _some(batch: Batch, places: Any) -> Batch:
     return with_changes(batch, numbers=batch.numbers[:, places], omega=batch.omega[places], y0=batch.y0[:, places])
 
 
-def _march_all(batch: Batch, steps: Any, method: Rk4 | Dopri5, workers: int) -> Block:
+def _march_all(batch: Batch, steps: Any, method: Rk4 | Dopri5, machine: Machine) -> Block:
     """Run all lanes, in blocks of lanes with one number of steps."""
     jobs = []
     for number in np.unique(steps):
         places = np.flatnonzero(steps == number)
-        jobs += [(places[i : i + LANES], int(number)) for i in range(0, len(places), LANES)]
+        jobs += [(places[i : i + machine.lanes], int(number)) for i in range(0, len(places), machine.lanes)]
     said, done, blocks = monotonic(), 0, []
 
     def job(item: Any) -> Block:
-        return march(batch, item[0], method, item[1])
+        return machine.march(batch, item[0], method, item[1])
 
     def results() -> Any:
-        if workers == 1 or len(jobs) == 1:
+        if machine.workers == 1 or len(jobs) == 1:
             yield from map(job, jobs)
             return
         yield job(jobs[0])  # compiles, where that is still to do, before the threads start
-        with ThreadPoolExecutor(workers) as pool:
+        with ThreadPoolExecutor(machine.workers) as pool:
             try:
                 yield from pool.map(job, jobs[1:])
             except BaseException:
@@ -303,14 +307,15 @@ def _periods_of(found: Block, good: Any, settled: float) -> Any:
 
 
 def _add_error_estimates(
-    data: xr.Dataset, batch: Batch, method: Rk4, steps: Any, measures: Any, system: Any, varied: dict[str, Floats]
-) -> None:
+    data: xr.Dataset, batch: Batch, method: Rk4, steps: Any, measures: Any, system: Any, varied: dict[str, Floats],
+    machine: Machine,
+) -> None:  # fmt: skip
     """Run a sample of lanes with half the step and say by how much every measure changes at most."""
     good = np.flatnonzero(data["status"].values == 0)
     if not len(good):
         return
     sample = good[np.unique(np.linspace(0, len(good) - 1, SAMPLED).astype(int))]
-    finer = _march_all(_some(batch, sample), 2 * steps[sample], method, 1)
+    finer = _march_all(_some(batch, sample), 2 * steps[sample], method, machine)
     few = _dataset(system, {p: v[sample] for p, v in varied.items()}, _some(batch, sample), finer, measures)
     for name in few:
         if few[name].dtype.kind == "f" and name != "ended":

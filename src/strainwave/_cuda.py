@@ -1,0 +1,139 @@
+"""Kernels on graphics processors of NVIDIA, through numba-cuda (extra `cuda`): all that the package knows of it.
+
+The Python bodies that `_jit` compiles for the processor are compiled here for the device. A thread takes a few lanes,
+whose numbers, states and sums are a small array of its own: once all calls are inlined and the loops over its lanes
+unrolled, every index into it is a constant, and the compiler keeps it in registers.
+
+With NUMBA_ENABLE_CUDASIM=1 the same kernels run as Python, in Numba's simulator of a device.
+"""
+
+import inspect
+import os
+from collections.abc import Callable
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from types import FunctionType
+from typing import Any
+
+from . import _compiled_maths, _jit, _lanes
+
+THREADS = 64  # of a block, at most
+INNER: dict[str, Any] = {"device": True, "forceinline": True}
+
+cuda: Any = None  # numba.cuda, once loaded: the simulator looks for it among the names of a kernel's module
+
+
+def simulated() -> bool:
+    """Whether kernels run in Numba's simulator of a device."""
+    return os.environ.get("NUMBA_ENABLE_CUDASIM", "0") == "1"
+
+
+@cache
+def missing() -> str:
+    """Say what keeps kernels from a graphics processor; empty where nothing does."""
+    if simulated():
+        return ""
+    if not _jit.enabled():
+        return "compilation is off (STRAINWAVE_JIT=0)"
+    if not find_spec("numba_cuda"):
+        return "numba-cuda is not installed (pip install 'strainwave[cuda]')"
+    return "" if load().is_available() else "no NVIDIA device with its driver was found"
+
+
+@cache
+def load() -> Any:
+    """Import numba.cuda and teach it the kernels of `_jit`, the maths functions and the methods of models."""
+    global cuda
+    cuda = import_module("numba.cuda")
+    if simulated():
+        return cuda
+    types, extending = import_module("numba.cuda.types"), import_module("numba.cuda.extending")
+    config: Any = import_module("numba.cuda.core.config")
+    config.CUDA_LOW_OCCUPANCY_WARNINGS = 0  # a small ensemble is no mistake
+    types.NamedTuple.__bool__ = lambda self: True  # see _jit
+    for name in _jit.RESERVED:
+        extending.overload_method(types.BaseNamedTuple, name, jit_options=INNER)(_method(name))
+    _expose(_jit.axpy, _jit._axpy_body(import_module("numba.cuda.cpython.unsafe.tuple")))
+    _expose(_jit.borrowed, lambda thing: thing)
+    for bodies in (_lanes.bodies(types, extending, _lanes.strided_address), _compiled_maths.bodies(types, extending)):
+        for function, body in bodies.items():
+            _expose(function, body)
+    return cuda
+
+
+@cache
+def _expose(function: Callable[..., Any], body: Callable[..., Any], inline: bool | None = True) -> None:
+    """Let device code call `function`, with `body` as its implementation (or what chooses it: inline is None)."""
+
+    def typed(*args: Any) -> Any:
+        return body
+
+    typed.__signature__ = inspect.signature(body)  # type: ignore[attr-defined]
+    cuda.extending.overload(function, jit_options=INNER)(body if inline is None else typed)
+
+
+def _method(name: str) -> Callable[..., Any]:
+    def typed(self: Any, *args: Any) -> Any:
+        method = getattr(self.instance_class, name, None)
+        if method is None:
+            return None
+        compiled = cuda.jit(**INNER)(method)
+
+        def call(self: Any, *args: Any) -> Any:
+            return compiled(self, *args)
+
+        return call
+
+    return typed
+
+
+def launch(parts: Any, rows: int, lanes: int, grid: tuple[int, int], arguments: tuple[Any, ...]) -> None:
+    """Run the kernel made of `parts` (see `kernel`) on a grid of (blocks, threads of a block).
+
+    If a user's class uses something that compiled code does not know, the sentence of the TypeError says what.
+    """
+    errors = import_module("numba.core.errors")
+    try:
+        kernel(*parts, rows, lanes)[grid](*arguments)
+    except (errors.NumbaError, errors.UnsupportedBytecodeError) as error:
+        raise TypeError(_jit._explain(error, _jit._foreign_classes(arguments))) from error
+
+
+@cache
+def kernel(begin: Any, march: Any, call: Any, finish: Any, rows: int, lanes: int) -> Any:
+    """Kernel of which every thread runs `begin`, `call(march)` and `finish` on its own lanes, in so many rows.
+
+    The thread's lanes are those that `every_lane` gives in the three functions. Its arguments are a system, its states,
+    what is known of them, measures and their first sums (all as templates, see `_lanes`), the method's own arguments,
+    counts of periods, and arrays whose last axis is the lanes of all threads.
+    """
+    load()
+    begin, finish = _own(begin, lanes), _own(finish, lanes)
+    march = _own(call(_own(march, lanes)), lanes)
+
+    def thread(
+        system: Any, y0: Any, kind: Any, measures: Any, sums: Any, how: Any, settle: int, periods: int, inputs: Any,
+        outputs: Any, last: Any, points: Any,
+    ) -> None:  # fmt: skip
+        i, threads = cuda.grid(1), cuda.gridsize(1)
+        block, last, points = cuda.local.array((rows, lanes), "f8"), last[:, :, i::threads], points[:, :, i::threads]
+        begin(system, y0, sums, inputs[:, i::threads], block)
+        march(system, y0, kind, measures, sums, block, how, settle, periods, last, points)
+        finish(system, y0, sums, block, outputs[:, i::threads])
+
+    return cuda.jit(thread) if simulated() else cuda.jit(launch_bounds=THREADS, lto=False)(thread)
+
+
+def _own(function: Any, lanes: int) -> Any:
+    """Device code of a function in which `every_lane` gives a thread's own lanes."""
+    if simulated():
+        return function
+    for marked in (*_jit._exposed, *_jit._kernels):
+        _expose(*marked)
+
+    def own_lanes() -> Any:
+        return range(lanes)
+
+    names = function.__globals__ | {"every_lane": cuda.jit(**INNER)(own_lanes)}
+    return cuda.jit(**INNER)(FunctionType(function.__code__, names, function.__name__, None, function.__closure__))
