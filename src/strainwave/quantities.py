@@ -216,11 +216,14 @@ def _as_float(name: str, value: Any) -> float:
 
 
 def number(name: str, value: Any, *, positive: bool = False) -> float:
-    """Return a finite number as float, or say in one sentence that `name` is none (or is not positive)."""
+    """Return a number of a size up to `LARGEST` (positive: from 1/LARGEST) as float, or say that `name` is none."""
     good = isinstance(value, Real) and not isinstance(value, bool)
     result = _as_float(name, value) if good else 0.0
     if not (good and isfinite(result) and (result > 0.0 or not positive)):
         raise ValueError(f"{name} is {shown(value)}; it must be a {'positive ' if positive else ''}finite number")
+    if abs(result) > LARGEST or (positive and result < 1.0 / LARGEST):
+        bounds = f"from {1.0 / LARGEST:g} to {LARGEST:g}" if positive else f"at most {LARGEST:g}"
+        raise ValueError(f"{name} is {shown(value)}; it must be {bounds} in SI units")
     return result
 
 

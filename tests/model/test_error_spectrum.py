@@ -82,7 +82,7 @@ def test_measured_errors_are_below_the_vendors_limit_where_both_are_known():
     assert all(error.source and error.error(2).lines[0].order == 2 for error in MEASURED_ERRORS)
 
 
-@pytest.mark.parametrize("accuracy", [0.0, -1e-4, math.nan, math.inf, None, "1 arcmin"])
+@pytest.mark.parametrize("accuracy", [0.0, -1e-4, 1e-300, 1e300, math.nan, math.inf, None, "1 arcmin"])
 def test_an_accuracy_that_is_no_angle_is_refused(accuracy):
     with pytest.raises(ValueError, match="it must be a positive angle in rad"):
         accuracy_spectrum(accuracy)
@@ -97,6 +97,8 @@ def test_an_accuracy_that_is_no_angle_is_refused(accuracy):
         ({2: math.nan}, None, "share of order 2 is nan"),
         ({0: 1.0}, None, "order is 0"),
         ({2.5: 1.0}, None, "whole number"),
+        ({"a": 1.0, 2: 1.0}, None, "whole number, not 'a'"),
+        ({2: 1e300}, None, "share of order 2 is 1e.300"),
         ({2: 1.0}, {4: 0.1}, "order 4 has a phase and no share"),
         ({2: 1.0}, {2: math.inf}, "it must be finite"),
     ],

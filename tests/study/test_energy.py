@@ -97,7 +97,7 @@ def test_bad_input_ends_in_one_sentence():
         sw.energy_balance(model, (0.0, 0.0, 0.0), 1.0)
     with pytest.raises(ValueError, match="the start is a state; give the duration of the motion too"):
         sw.energy_balance(system("BoucWen"), (0.0, 0.0, 0.0))
-    for duration in (1e-300, 1e-12, 1e12, 1e300):  # of cycles of 5 s
+    for duration in (1e-30, 1e-12, 1e12, 1e50):  # of cycles of 5 s
         with pytest.raises(
             ValueError, match=r"duration \[s\] is 1e.*; give one from 1.*e-06 to 1.*e\+05 s, 1e-06 to 1"
         ):

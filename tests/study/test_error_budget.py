@@ -168,7 +168,18 @@ GOOD = sw.Source("a", "design", 2, 1e-5)
         ([GOOD._replace(turn="output")], {}, "'a' repeats with the output; give the ratio N"),
         ([GOOD], {"N": 50.5}, "whole ratio"),
         ([GOOD], {"quantiles": [95]}, "probability between 0 and 1"),
+        ([GOOD], {"quantiles": "x"}, "quantiles is 'x'; it must be one or more finite numbers"),
+        ([GOOD], {"quantiles": []}, "quantiles is"),
         ([GOOD], {"draws": 0}, "draws is 0"),
+        ([GOOD], {"seed": -1}, "seed is -1; it must be a whole number from 0"),
+        ([GOOD], {"seed": "x"}, "seed is 'x'"),
+        ([GOOD._replace(amplitude=1e-200)], {}, "the amplitude of 'a' is 1e-200"),
+        ([GOOD._replace(amplitude=1e200)], {}, r"the amplitude of 'a' is 1e\+200"),
+        (
+            [GOOD._replace(order=5000), sw.Source("b", "design", 1, 1e-5, turn="output")],
+            {"N": 160},
+            "'a' repeats 800000 times on the output turn that all share; orders go up to 10000",
+        ),
     ],
 )
 def test_wrong_budgets_are_refused_in_one_sentence(sources, options, words):
@@ -180,5 +191,9 @@ def test_wrong_budgets_are_refused_in_one_sentence(sources, options, words):
 def test_what_is_no_source_is_refused():
     with pytest.raises(TypeError, match="is no source"):
         sw.error_budget([("a", 2, 1e-5)])
+    with pytest.raises(TypeError, match="the sources are None; write"):
+        sw.error_budget(None)
+    with pytest.raises(TypeError, match="a source has the name 3; write it as text"):
+        sw.error_budget([GOOD._replace(name=3)])
     with pytest.raises(ValueError, match="probability between 0 and 1"):
         sw.error_budget([GOOD]).error(1.0)

@@ -147,7 +147,14 @@ def test_a_law_too_rough_to_integrate_along_is_given_up(monkeypatch):
     ("call", "error", "sentence"),
     [
         (lambda: sw.hysteresis_loop(sw.Harmonic(1.0), 1.0), TypeError, "Harmonic has no stiffness; give a law"),
-        (lambda: sw.hysteresis_loop(CSF_40_50, RATED, rtol=0.0), ValueError, "rtol is 0.0; it must be a positive"),
+        (lambda: sw.hysteresis_loop(CSF_40_50, RATED, rtol=0.0), ValueError, "rtol is 0; it must be from 1e-13"),
+        (
+            lambda: sw.hysteresis_loop(CSF_40_50, 1e-200),
+            ValueError,
+            r"torque \[N\*m\] is 1e-200; it must be from 1e-60",
+        ),
+        (lambda: sw.hysteresis_loop(sw.Linear(-1.0), 1.0), ValueError, "Linear carries -4.095e"),
+        (lambda: sw.hysteresis_loop(sw.Polynomial((5.0, 1.0)), 1.0), ValueError, "carries 5 N.m before it is twisted"),
         (lambda: sw.lost_motion(CSF_40_50, None), ValueError, r"rated_torque \[N\*m\] is None"),
         (
             lambda: sw.fit_hysteresis(sw.Linear(1e5), ARCMIN, ARCMIN, rated_torque=RATED),

@@ -211,7 +211,7 @@ def test_a_drive_at_the_edge_of_vibrating_gives_finite_numbers_or_none(ratio):
     assert all(math.isfinite(r.growth) and r.growth < 0.0 and not r.unstable for r in found)
 
 
-@pytest.mark.parametrize("scale", [1e-200, 1e200])
+@pytest.mark.parametrize("scale", [1e-57, 1e57])
 def test_the_closed_form_of_the_tongue_scales_with_the_frequency(scale):
     one, other = sw.parametric_tongue(1.0, 0.01, 0.1), sw.parametric_tongue(scale, 0.01 * scale, 0.1)
     assert (other.low, other.high, other.growth) == pytest.approx(

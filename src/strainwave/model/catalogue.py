@@ -13,7 +13,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from ..quantities import shown
+from ..quantities import number, positive_count, shown
 from .gear import Gear
 
 __all__ = ["Gear", "gear", "names", "select"]
@@ -85,7 +85,24 @@ def select(
         Smallest K1 [N*m/rad].
     speed : float, optional
         Smallest limit of the input speed [rad/s].
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a condition is of another kind than these, or `gears` are no gears.
     """
+    given = _gears().values() if gears is None else gears
+    chosen = list(given) if isinstance(given, Iterable) else [given]
+    if not all(isinstance(g, Gear) for g in chosen):
+        raise TypeError(f"gears are {shown(gears)}; give a list of records, such as [gear('CSG-40-50')]")
+    if not (series is None or isinstance(series, str)):
+        raise TypeError(f"series is {shown(series)}; write it as text, such as 'CSG'")
+    for name, whole in (("size", size), ("ratio", ratio)):
+        if whole is not None:
+            positive_count(name, whole)
+    for name, low in (("torque", torque), ("stiffness", stiffness), ("speed", speed)):
+        if low is not None:
+            number(name, low)
     least = (("rated_torque", torque), ("K1", stiffness), ("max_speed", speed))
 
     def fits(g: Gear) -> bool:
@@ -93,7 +110,7 @@ def select(
         alike = series is None or g.series.upper() == series.upper()
         return enough and alike and size in (None, g.size) and ratio in (None, g.ratio)
 
-    return [g for g in (_gears().values() if gears is None else gears) if fits(g)]
+    return [g for g in chosen if fits(g)]
 
 
 @cache

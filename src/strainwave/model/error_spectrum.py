@@ -6,13 +6,13 @@ The peak-to-peak of several lines depends on their phases: at most twice the sum
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import reduce
-from math import gcd, inf, isfinite, pi
+from math import gcd, pi
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from ..quantities import checked, shown
+from ..quantities import LARGEST, checked, shown
 from ..results import Floats
 from .excitation import KinematicError, Line
 
@@ -128,7 +128,7 @@ def accuracy_spectrum(
     TypeError
         If shares or phases are no mapping, or an order or a phase is no number.
     """
-    if not isinstance(accuracy, int | float) or not 0.0 < accuracy < inf:
+    if not isinstance(accuracy, int | float) or not 1.0 / LARGEST <= accuracy <= LARGEST:
         raise ValueError(
             f"accuracy is {shown(accuracy)}; it must be a positive angle in rad, peak-to-peak; where the catalogue has "
             "none (None), take it from the datasheet"
@@ -138,7 +138,7 @@ def accuracy_spectrum(
         if not isinstance(given, Mapping):
             raise TypeError(f"{name} are {shown(given)}; write order: number, for example {{1: 0.25, 2: 1.0, 4: 0.25}}")
     for order, share in shares.items():
-        if not (isinstance(share, int | float) and isfinite(share) and share >= 0.0):
+        if not (isinstance(share, int | float) and 0.0 <= share <= LARGEST):
             raise ValueError(f"the share of order {order} is {shown(share)}; it must be a number, zero or more")
     if not any(shares.values()):
         raise ValueError("no order has a share of the accuracy; write for example {1: 0.25, 2: 1.0, 4: 0.25}")
@@ -147,10 +147,11 @@ def accuracy_spectrum(
             raise ValueError(
                 f"order {order} has a phase and no share; shares are given for {', '.join(map(str, shares))}"
             )
-    lines = tuple(Line(order, share, phases.get(order, 0.0)) for order, share in sorted(shares.items()) if share > 0.0)
+    largest = max(shares.values())
+    lines = tuple(Line(k, share / largest, phases.get(k, 0.0)) for k, share in shares.items() if share > 0.0)
     unscaled: KinematicError = checked(KinematicError(lines))
     factor = accuracy / peak_to_peak(unscaled)
-    return KinematicError(tuple(line._replace(amplitude=factor * line.amplitude) for line in unscaled.lines))
+    return KinematicError(tuple(line._replace(amplitude=factor * line.amplitude) for line in sorted(unscaled.lines)))
 
 
 @dataclass(frozen=True)

@@ -77,8 +77,9 @@ def fit_odd(law: Any, reach: float, degree: int = 3) -> LawFit:
     powers = np.arange(1, degree + 1, 2)
     scaled = np.linalg.lstsq(s[:, None] ** powers, torque, rcond=None)[0]
     with np.errstate(all="ignore"):
-        k = [float(c) for c in scaled / reach**powers]
-    if not max(abs(c) for c in k) <= LARGEST:  # nor nan
+        sizes = reach**powers
+        k = [float(c) for c in scaled / sizes]
+    if not (max(abs(c) for c in k) <= LARGEST and np.all(np.isfinite(sizes))):  # nor nan
         raise ValueError(
             f"reach [rad] is {reach:g}, out of all proportion: the coefficients of degree {degree} exceed {LARGEST:g} "
             "in SI units; give the largest torsion in rad"

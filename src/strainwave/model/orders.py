@@ -12,7 +12,7 @@ from fractions import Fraction
 from math import pi
 from typing import Any
 
-from ..quantities import checked, shown
+from ..quantities import checked, number, shown
 from .excitation import Harmonic, Harmonics, KinematicError
 
 LARGEST_RATIO = 10_000
@@ -42,7 +42,7 @@ class GearOrder:
 
     def frequency_hz(self, omega_m: float) -> float:
         """Frequency [Hz] at the motor speed `omega_m` [rad/s]."""
-        return float(self.per_motor_turn) * abs(omega_m) / (2.0 * pi)
+        return float(self.per_motor_turn) * abs(number("omega_m [rad/s]", omega_m)) / (2.0 * pi)
 
 
 @dataclass(frozen=True)
@@ -147,6 +147,8 @@ def on_output_turn(excitation: Any, N: float) -> Any:
         If `excitation` is of another kind.
     """
     ratio = _whole_ratio(N)
+    if isinstance(excitation, KinematicError | Harmonic | Harmonics):
+        checked(excitation)
     match excitation:
         case KinematicError(lines=lines):
             moved: Any = KinematicError(tuple(line._replace(order=ratio * line.order) for line in lines))

@@ -133,6 +133,11 @@ class GearDamping(NamedTuple):
                 raise ValueError(f"GearDamping.{name} is {getattr(self, name):g}; it must not be negative")
         if not self.v_fast > 0.0:
             raise ValueError(f"GearDamping.v_fast is {self.v_fast:g} rad/s; it must be positive")
+        if isinstance(self.variation, type) or not hasattr(self.variation, "value"):
+            raise TypeError(
+                f"GearDamping.variation is {shown(self.variation)}; it must be a Variation((Ripple(order, depth), "
+                "...)) or NoVariation()"
+            )
         refuse_heat(self)
 
 
@@ -195,7 +200,7 @@ class VaryingOscillator(NamedTuple):
         )  # fmt: skip
         for name, method in wanted:
             part = getattr(self, name)
-            if not hasattr(part, method):
+            if isinstance(part, type) or not hasattr(part, method):
                 remedy = "; write GearDamping(B) for a constant damping" if name == "damping" else ""
                 raise TypeError(
                     f"VaryingOscillator.{name} is {shown(part)}; it must be an object with a method {method}{remedy}"

@@ -14,7 +14,7 @@ from ..model.shafts import Elastic, Free, Held
 from ..model.train_forms import SteadyTrain
 from ..numerics.first_order import jacobians_at
 from ..numerics.orbits import find_orbit
-from ..quantities import number, numbers, shown, with_parts
+from ..quantities import LARGEST, number, numbers, shown, with_parts
 from ..results import Floats, Orbit
 
 SHAFTS = ("motor", "load")
@@ -107,8 +107,8 @@ def bode(
     """
     train = with_parts("bode", train, "power_names")
     grid = numbers("omega", omega)
-    if not np.all(grid > 0.0):
-        raise ValueError(f"omega has {np.min(grid):g} rad/s; a frequency must be positive")
+    if not np.all(grid >= 1.0 / LARGEST):
+        raise ValueError(f"omega has {np.min(grid):g} rad/s; a frequency must be positive, {1.0 / LARGEST:g} up")
     if source not in SHAFTS:
         raise ValueError(f"source is {shown(source)}; it must be 'motor' or 'load'")
     if source == "motor" and isinstance(train.motor.control, Held):

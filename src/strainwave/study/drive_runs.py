@@ -10,7 +10,7 @@ from ..model.gear import Gear
 from ..model.limits import Finding, check_limits
 from ..model.train_forms import Metered
 from ..numerics.integrate import Dopri5, Rk4, simulate
-from ..quantities import shown, with_parts
+from ..quantities import number, numbers, shown, with_parts
 from ..results import Floats, Trajectory
 
 INPUTS = 3  # of the powers, the first ones: motor torque, control, load torque
@@ -89,7 +89,7 @@ class DriveRun:
         ValueError
             If the run has ended by then, or the mean speed is zero.
         """
-        t = self.trajectory.t
+        t, after = self.trajectory.t, number("after [s]", after)
         speed = self.motor_speed[t >= after]
         if not len(speed):
             raise ValueError(f"the run goes from {t[0]:g} to {t[-1]:g} s; {after:g} s is not in it")
@@ -106,7 +106,7 @@ class DriveRun:
         return float(abs(self.error[at])), float(self.trajectory.t[at]), float(self.motor_speed[at])
 
     def _since(self, name: str, after: float) -> float:
-        t = self.trajectory.t
+        t, after = self.trajectory.t, number("after [s]", after)
         if not t[0] <= after < t[-1]:
             raise ValueError(f"the run goes from {t[0]:g} to {t[-1]:g} s; {after:g} s is not in it")
         return float(self.work[name][-1] - self.work[name][np.searchsorted(t, after)])
@@ -157,7 +157,7 @@ def drive_run(
     """
     train = with_parts("drive_run", train, "power_names")
     names = train.state_names()
-    start = np.zeros(len(names)) if y0 is None else np.asarray(y0, float)
+    start = np.zeros(len(names)) if y0 is None else numbers("y0", y0)
     if start.shape != (len(names),):
         raise ValueError(f"y0 is {shown(y0)}; it must be {len(names)} numbers: {', '.join(names)}")
     powers = train.power_names()

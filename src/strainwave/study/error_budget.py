@@ -1,8 +1,9 @@
 """Static sources of the kinematic error as named contributors: worst case, root sum square, Monte Carlo over phases."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from ..model.excitation import HIGHEST, KinematicError, Line
 from ..model.orders import order_map
 from ..model.sources import KINDS, Source, Turn
-from ..quantities import positive_count, shown
+from ..quantities import LARGEST, numbers, positive_count, shown
 from .random_phases import Phasors, draw, span
 
 MOST_DRAWS = 1_000_000
@@ -183,10 +184,12 @@ def error_budget(
     if output and ratio is None:
         name = next(source.name for source in listed if source.turn == "output")
         raise ValueError(f"{name!r} repeats with the output; give the ratio N, so that all orders share one turn")
-    chosen = tuple(float(q) for q in quantiles)
+    chosen = tuple(numbers("quantiles", quantiles).tolist())
     for q in chosen:
         _check_quantile(q)
     draws = positive_count("draws", draws, MOST_DRAWS)
+    if not isinstance(seed, Integral) or isinstance(seed, bool) or seed < 0:
+        raise ValueError(f"seed is {shown(seed)}; it must be a whole number from 0")
     whole = sum(s.amplitude for s in listed)
     squares = sum(s.amplitude**2 for s in listed)
     rows = tuple(
@@ -197,6 +200,12 @@ def error_budget(
         for s in sorted(listed, key=lambda s: (-s.amplitude, s.name))
     )  # fmt: skip
     factor = {"motor": ratio or 1 if output else 1, "output": 1}
+    for s in listed:
+        if s.order * factor[s.turn] > HIGHEST:
+            raise ValueError(
+                f"{s.name!r} repeats {s.order * factor[s.turn]} times on the output turn that all share; orders go up "
+                f"to {HIGHEST}, leave the source out or budget motor and output apart"
+            )
     phasors = _phasors(rows, factor)
     draws = draws if np.any(np.isnan(phasors.phases)) else 1
     rest = [row for row in rows if not row.compensable]
@@ -212,18 +221,21 @@ def error_budget(
 
 
 def _checked(sources: Sequence[Source]) -> list[Source]:
+    if not isinstance(sources, Iterable):
+        raise TypeError(f"the sources are {shown(sources)}; write [Source(name, kind, order, amplitude), ...]")
     listed = list(sources)
     for s in listed:
         if not isinstance(s, Source):
             raise TypeError(f"{shown(s)} is no source; write Source(name, kind, order, amplitude)")
+        if not isinstance(s.name, str):
+            raise TypeError(f"a source has the name {shown(s.name)}; write it as text")
         if s.kind not in KINDS or s.turn not in ("motor", "output"):
             kinds, turns = ", ".join(KINDS), "motor or output"
             raise ValueError(f"{s.name!r} has the kind {s.kind!r} and the turn {s.turn!r}; known are {kinds}; {turns}")
         positive_count(f"the order of {s.name!r}", s.order, HIGHEST)
-        if not (isinstance(s.amplitude, int | float) and 0.0 <= s.amplitude < math.inf):
-            raise ValueError(
-                f"the amplitude of {s.name!r} is {shown(s.amplitude)}; it must be an angle in rad, not negative"
-            )
+        size = s.amplitude
+        if not (isinstance(size, int | float) and (size == 0.0 or 1.0 / LARGEST <= size <= LARGEST)):
+            raise ValueError(f"the amplitude of {s.name!r} is {shown(size)}; it must be an angle in rad, not negative")
         if s.phase is not None and not (isinstance(s.phase, int | float) and math.isfinite(s.phase)):
             raise ValueError(
                 f"the phase of {s.name!r} is {shown(s.phase)}; it must be an angle in rad, or None if unknown"

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..model.error_spectrum import extremes
 from ..model.excitation import HIGHEST
-from ..quantities import positive_count, shown
+from ..quantities import LARGEST, positive_count, shown
 from ..results import Floats
 from .line_noise import Floor, correlation, found_orders, noise_floor
 from .scan_results import ErrorScan, Reversal, ScanLine
@@ -111,6 +111,8 @@ def error_scan(
         raise ValueError(f"false_alarm is {shown(false_alarm)}; it is a probability between 0 and 1, for example 0.01")
     if noise not in ("auto", "white", "autocorrelated"):
         raise ValueError(f"noise is {shown(noise)}; it must be 'auto', 'white' or 'autocorrelated'")
+    if not isinstance(drift, bool | np.bool_):
+        raise ValueError(f"drift is {shown(drift)}; it must be True or False")
     sign = -1.0 if ate else 1.0
     runs = [_direction("", angle, error, sign)]
     if backward is not None:
@@ -132,6 +134,8 @@ def _direction(which: str, angle: Any, error: Any, sign: float) -> Direction:
     run = []
     for name, values in (("angle", angle), ("error", error)):
         try:
+            if np.iscomplexobj(values):
+                raise TypeError
             run.append(np.asarray(values, float))
         except (TypeError, ValueError):
             raise ValueError(f"{which}{name} is {shown(values)}; it must be an array of numbers in rad") from None
@@ -141,8 +145,9 @@ def _direction(which: str, angle: Any, error: Any, sign: float) -> Direction:
             f"{which}angle and error have the shapes {theta.shape} and {e.shape}; give one length of 4 at least"
         )
     for name, column in (("angle", theta), ("error", e)):
-        if not np.all(np.isfinite(column)):
-            i = int(np.flatnonzero(~np.isfinite(column))[0])
+        good = np.abs(column) <= LARGEST
+        if not np.all(good):
+            i = int(np.flatnonzero(~good)[0])
             raise ValueError(f"{which}{name} of sample {i} is {column[i]}; remove the sample")
     steps = np.diff(theta)
     if not np.all(steps > 0.0):

@@ -6,6 +6,7 @@ loop at zero torque after full load; `lost motion` is the difference of torsion 
 """
 
 import itertools
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +26,7 @@ SPEED = 1e-9  # torsion rate [rad/s] of the quasi-static loop
 DOUBLINGS = 12  # a law 4000 times softer than at rest does not carry the torque
 MOST = 50_000  # evaluations of a law along a branch
 RTOL = 1e-10
+FINEST = 1e-13  # tolerance
 RTOL_OF_FIT = 1e-7
 INSIDE = 0.8  # of full load: up to there the two branches of a loop are apart
 
@@ -89,7 +91,8 @@ def hysteresis_loop(law: Any, torque: float, *, speed: float = SPEED, rtol: floa
     """
     law = _twistable(law)
     torque, speed = number("torque [N*m]", torque, positive=True), number("speed [rad/s]", speed, positive=True)
-    rtol = number("rtol", rtol, positive=True)
+    if not FINEST <= (rtol := number("rtol", rtol)) < 1.0:
+        raise ValueError(f"rtol is {rtol:g}; it must be from {FINEST:g}, where rounding begins, to below 1")
     state = np.zeros(2 + states_of(law))  # torsion, internal states, work
     branches, at_zero, work, ends = [], [], [], []
     for target in (torque, -torque, torque):
@@ -105,6 +108,20 @@ def hysteresis_loop(law: Any, torque: float, *, speed: float = SPEED, rtol: floa
         ends[2] - ends[1],
         work[2] - work[0],
     )
+
+
+def loaded_state(law: Any, torque: float) -> tuple[float, ...]:
+    """Torsion [rad] and internal states of a law that was loaded slowly from rest to a torque [N*m].
+
+    Raises
+    ------
+    ValueError
+        If the law does not carry the torque.
+    """
+    state = np.zeros(2 + states_of(law))
+    if torque != 0.0:
+        state = _branch(law, state, torque, SPEED, RTOL)[2]
+    return tuple(state[:-1].tolist())
 
 
 def _twistable(law: Any) -> Any:
@@ -149,12 +166,23 @@ def _branch(law: Any, state: Floats, target: float, speed: float, rtol: float) -
 
     reached.terminal = True  # type: ignore[attr-defined]
     length = abs(target) / max(float(law.stiffness(0.0)), 1e-12 * abs(target))
-    xs, ts, at_zero, begin = [], [], float(state[0]), torque(state)
+    xs, ts, at_zero = [], [], float(state[0])
+    if direction * torque(state) >= abs(target):
+        raise ValueError(
+            f"{type(law).__name__} carries {torque(state):.4g} N*m before it is twisted towards {target:g} N*m; take "
+            "more torque, less speed, or a law without torque at rest"
+        )
     for _ in range(DOUBLINGS):
-        run = solve_ivp(
-            rates, (0.0, length), state, "LSODA", rtol=rtol, atol=1e-3 * rtol * length, events=(reached, zero),
-            dense_output=True,
-        )  # fmt: skip
+        tolerances = {"rtol": rtol, "atol": 1e-3 * rtol * length}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # the status says it
+            run = solve_ivp(
+                rates, (0.0, length), state, "LSODA", events=(reached, zero), dense_output=True, **tolerances
+            )
+        if run.status < 0:
+            raise SolveError(
+                f"twisting {type(law).__name__} to {target:g} N*m stopped: {run.message}; take another torque"
+            )
         s = np.linspace(0.0, run.t[-1], SAMPLES)
         y = run.sol(s)
         xs.append(y[0])
@@ -167,10 +195,9 @@ def _branch(law: Any, state: Floats, target: float, speed: float, rtol: float) -
             pick = np.linspace(0, len(x) - 1, SAMPLES).round().astype(int)
             return x[pick], t[pick], state, at_zero
         length *= 2.0
-    most = max(abs(torque(state)), abs(begin))
     raise ValueError(
-        f"{type(law).__name__} carries {most:.4g} N*m at {state[0]:.3g} rad and does not reach {abs(target):g} N*m; "
-        "take less torque, or put a spring in parallel"
+        f"{type(law).__name__} carries {torque(state):.4g} N*m at {state[0]:.3g} rad and does not reach {target:g} "
+        "N*m; take less torque, or put a spring in parallel"
     )
 
 

@@ -12,7 +12,7 @@ from ..model.excitation import KinematicError
 from ..model.oscillator import Oscillator
 from ..model.train_forms import SteadyTrain
 from ..numerics.orbits import find_orbit
-from ..quantities import numbers
+from ..quantities import numbers, shown
 from ..results import Floats, Orbit
 
 SAMPLES = 512  # of an orbit, for its largest values
@@ -116,6 +116,8 @@ def compare_reductions(
     ValueError, TypeError
         As `Drive.error_equation` and `find_orbit`.
     """
+    if not isinstance(drive, Drive):
+        raise TypeError(f"drive is {shown(drive)}; it must be a Drive(J_m, J_l, N, B, law)")
     torques = {"motor_torque": motor_torque, "load_torque": load_torque}
     train = drive.train(kinematic_error=kinematic_error, **torques)
     free = drive.error_equation(kinematic_error=kinematic_error, **torques)
