@@ -77,7 +77,7 @@ class ParametricResonance:
             else f"motions decay by {-self.growth:.3g} 1/s"
         )
         return (
-            f"{self.cause} at {self.omega:.6g} rad/s: {what}; damping ratio {self.damping_ratio:.3g}, needed "
+            f"{self.cause} at {self.omega:.5g} rad/s: {what}; damping ratio {self.damping_ratio:.3g}, needed "
             f"{self.damping_needed:.3g}"
         )
 
