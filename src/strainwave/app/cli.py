@@ -120,7 +120,9 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
     multiple=True,
     required=True,
     metavar="PATH=VALUES",
-    help='Values of a parameter: LOW:HIGH:COUNT[:log] or V1,V2,..., in SI units or their own ("9 rad/s"); repeatable.',
+    help='Values of a parameter: LOW:HIGH:COUNT[:log] or V1,V2,..., in SI units or their own ("9 rad/s"); repeatable. '
+    "PATH is one of the error equation's (omega, J, B, law.K, error.lines.0.amplitude) or, where that is the same, "
+    "the file's (gear.law.K, damping.B, load.inertia of a held motor, excitation.kinematic_error.0.amplitude).",
 )
 @click.option(
     "--measure",

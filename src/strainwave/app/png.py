@@ -1,5 +1,6 @@
 """A panel of `svg` as a PNG file, drawn by matplotlib, for slides and word processors."""
 
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -10,18 +11,17 @@ from .svg import Panel
 INCHES, DOTS = (7.6, 4.2), 200
 
 
-def write(panel: Panel, path: Path) -> None:
-    """Write one panel of lines and markers with its legend.
+def check() -> None:
+    """Refuse (RuntimeError) where there is no matplotlib, before anything is computed."""
+    if find_spec("matplotlib") is None:
+        raise RuntimeError("a PNG needs matplotlib; pip install 'strainwave[plot]', or write .svg")
 
-    Raises
-    ------
-    RuntimeError
-        If matplotlib is not installed.
-    """
-    try:
-        from matplotlib.figure import Figure
-    except ModuleNotFoundError as error:
-        raise RuntimeError("a PNG needs matplotlib; pip install 'strainwave[plot]', or write .svg") from error
+
+def write(panel: Panel, path: Path) -> None:
+    """Write one panel of lines and markers with its legend; errors as `check`."""
+    check()
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=INCHES, layout="constrained")
     axes = figure.add_subplot(xlabel=panel.xlabel, ylabel=panel.ylabel, title=panel.title)
     axes.grid(color="#dddddd")

@@ -33,6 +33,8 @@ def show(path: Path, output: Path | None, as_json: bool) -> None:
         If no periodic motion is found.
     """
     project = load(path)
+    if output is not None and output.suffix == ".png":
+        png.check()
     speeds = (project.omega[0], project.omega[-1])
     if not project.is_range:
         speeds = (0.8 * speeds[0], 1.2 * speeds[-1])
@@ -101,13 +103,13 @@ def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str
     lines = [f"{project.title}: exact response, {data['message']}"]
     if data["largest"]:
         peak, at = data["largest"]["peak_arcsec"] / ARCSEC, data["largest"]["speed"]
-        lines.append(f"  largest steady |x| at the load: {angle_unit(peak).text(peak)} at {number(at, 6)} {unit}")
+        lines.append(f"  largest steady |x| at the load: {angle_unit(peak).text(peak)} at {number(at, 5)} {unit}")
     else:
         lines.append(f"  {data['sweep']}")
-    folds = ", ".join(number(speed, 8) for speed in data["fold_speeds"])
+    folds = ", ".join(number(speed, 5) for speed in data["fold_speeds"])
     lines.append(f"  folds: {f'{folds} {unit}' if folds else 'none'}")
     for name, key in (("jump up", "jump_up_speed"), ("jump down", "jump_down_speed")):
-        text = number(data[key], 8)
+        text = number(data[key], 5)
         lines.append(f"  {name}: {'none' if text == '–' else f'{text} {unit}'}")
     lines.append(f"  {data['harmonics']} harmonics; the last two hold {number(data['last_harmonics_relative'], 2)}")
     return "\n".join(lines if output is None else [*lines, f"  written: {output}"])

@@ -18,7 +18,7 @@ from ..results import Floats
 from ..study.ensemble_measure import EnsembleMeasure
 from ..study.sweep import sweep
 from .console import number, to_json
-from .project import load
+from .project import Project, load
 
 MEASURES = {"peak": Peak, "rms": Rms, "mean": Mean, "extremes": Extremes}
 MOST_VALUES = 10_000_000
@@ -39,13 +39,24 @@ def show(
     """
     project = load(path)
     system = project.system(0.5 * (project.omega[0] + project.omega[-1]))
-    axes = dict(axis(text, parameters(system)) for text in grid)
+    axes = dict(axis(in_equation(text, project), parameters(system)) for text in grid)
     states = len(system.state_names()) if hasattr(system, "state_names") else 2
     measure = EnsembleMeasure((0.0,) * states, periods, tuple(map(named, measures)), settle)
     with progress(project.title), client(cluster) as connected:
         data = sweep(measure, system, axes, store=output, client=connected, workers=workers)
     report = found(data) | {"title": project.title, "store": str(output)}
     click.echo(to_json(report) if as_json else summary(report))
+
+
+def in_equation(text: str, project: Project) -> str:
+    """Write a grid with the path that the error equation has for a name of the project file."""
+    path, equals, values = text.partition("=")
+    path = path.strip()
+    for name, own in (("gear.law.", "law."), ("excitation.kinematic_error.", "error.lines.")):
+        if path.startswith(name):
+            path = own + path.removeprefix(name)
+    same = {"damping.B": "B", "speed": "omega"} | ({"load.inertia": "J"} if project.motor == "held" else {})
+    return same.get(path, path) + equals + values
 
 
 def axis(text: str, known: list[Parameter]) -> tuple[str, Floats]:

@@ -54,9 +54,20 @@ def gear(name: str) -> Gear:
     found = _gears().get(key)
     if found is not None:
         return found
-    near = difflib.get_close_matches(key, names(), n=3, cutoff=0.6)
+    near = _nearest(key)
     remedy = f"the nearest are {', '.join(near)}" if near else "its names look like CSG-40-50 (series, size, ratio)"
     raise ValueError(f"the catalogue has no gear {name!r}; {remedy}")
+
+
+def _nearest(key: str) -> list[str]:
+    """Three names next to an unknown one: of its series by size and then ratio, else those that are spelt alike."""
+    wanted = re.fullmatch(r"(.+)-([0-9]{1,4})-([0-9]{1,4})", key)
+    if wanted:
+        size, ratio = int(wanted[2]), int(wanted[3])
+        same = [g for g in _gears().values() if g.series == wanted[1]]
+        if same:
+            return [g.name for g in sorted(same, key=lambda g: (abs((g.size or 0) - size), abs(g.ratio - ratio)))[:3]]
+    return difflib.get_close_matches(key, names(), n=3, cutoff=0.6)
 
 
 def select(
