@@ -146,3 +146,56 @@ def test_numbers_are_written_for_people(value, text):
 
 def test_plain_data_has_no_nan():
     assert plain({"a": (1.0, float("inf")), 2: float("nan")}) == {"a": [1.0, None], "2": None}
+
+
+MEMORY = (
+    "{type: parallel, first: {type: linear, K: 1e5 N*m/rad}, "
+    "second: {type: bouc_wen, K: 6e4 N*m/rad, ratio: 0, yield_twist: 0.08 mrad}}"
+)
+
+
+@pytest.mark.slow
+def test_a_law_with_memory_is_reported_with_its_loop_and_closed_energies_and_without_multiple_scales(tmp_path):
+    results, folder = written(tmp_path, law=f"{MEMORY}, rated_torque: 178 N*m", damping="B: 15 N*m*s/rad")
+    assert results["exact_response"]["method"] == results["largest_error"]["method"] == "integration"
+    assert results["stability"]["scope"] == "none"
+    assert {row["reason"] for row in results["resonances"]} == {
+        "first-order multiple scales describes springs, and this law has friction or memory"
+    }
+    for case in results["cases"]:
+        # sums over 512 samples a turn; the losses have corners, so that they converge with the square of the step alone
+        assert case["work_J_per_turn"] == pytest.approx(case["dissipated_J_per_turn"], rel=1e-4)
+    loop = results["hysteresis"]
+    # on the way from full load to zero torque the element yields the other way: at zero the spring carries its limit,
+    # K yield_twist = 4.8 N*m, on both branches
+    assert loop["hysteresis_loss_rad"] == pytest.approx(2.0 * 4.8 / 1e5, rel=0.01)
+    assert loop["full_load_is_rated"]
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "Hysteresis of the gear" in page
+    assert "harmonic balance" not in page
+
+
+@pytest.mark.slow
+def test_a_varying_stiffness_is_reported_with_its_parametric_resonance(tmp_path):
+    path = tmp_path / "drive.yaml"
+    text = DRIVE.format(law="{type: linear, K: 1e5 N*m/rad}", damping="ratio: 1 %, ripples: [{order: 1, depth: 5 %}]")
+    path.write_text(text + "stiffness: {ripples: [{order: 4, depth: 10 %}]}\n")
+    results = analyse(load(path), tmp_path / "out")
+    (row,) = results["parametric_resonances"]
+    # 4 omega = 2 omega_0, omega_0 = sqrt(1e5): grows where the depth of 10 % exceeds four times the damping ratio
+    assert row["motor_speed_rpm"] == pytest.approx(1509.876, rel=2e-3)
+    assert row["unstable"]
+
+
+@pytest.mark.slow
+def test_a_loop_and_a_coupling_are_reported_with_bode_plot_and_run_up(tmp_path):
+    path = tmp_path / "drive.yaml"
+    text = DRIVE.format(law="{type: linear, K: 1e5 N*m/rad}", damping="ratio: 5 %")
+    text = text.replace("mode: held", "loop: {type: speed_loop, K_p: 0.5 N*m*s/rad, K_i: 20 N*m/rad}")
+    coupling = "coupling: {inertia: 0.1 kg*m^2, law: {type: linear, K: 4e5 N*m/rad}}"
+    path.write_text(text.replace("inertia: 1 kg*m^2", "inertia: 0.9 kg*m^2, " + coupling))
+    train = analyse(load(path), tmp_path / "out")["train"]
+    assert train["gains"] == {"K_p": 0.5, "K_i": 20.0, "K_d": 0.0}
+    assert train["run_up"]["imbalance"] < 1e-6
+    assert train["run_up"]["heat_J"]["gear damping"] > 0.0
+    assert all(row["peak_train_rad"] < row["peak_equation_rad"] for row in train["steady"])

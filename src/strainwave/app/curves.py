@@ -36,7 +36,9 @@ def range_panel(
     low, high = scale * speeds[0], scale * speeds[1]
     margin = 0.02 * (high - low)
     panel = Panel("", label, f"largest |x| at the load\n({angle.name})", xlim=(low - margin, high + margin))
-    _exact(panel, scale * curve.omega, factor * curve.peak, curve.stable)
+    _exact(panel, exact.method, scale * curve.omega, factor * curve.peak, curve.stable)
+    if exact.back is not None:
+        panel.line(scale * exact.back.omega, factor * exact.back.peak, BLUE, "coast-down by integration", DOT_DASH)
     for regime in regimes:
         for branch in regime.response.branches if regime.response else ():
             shown = _within(branch.omega, *speeds)
@@ -52,7 +54,7 @@ def range_panel(
     panel.log = bool(np.max(heights) > 30.0 * np.min(heights) > 0.0)
     if not panel.log:
         panel.ylim = (0.0, 1.05 * float(np.max(heights)))
-    _mark_resonances(panel, regimes, scale, 0.03 * (high - low))
+    _mark_resonances(panel, regimes, scale, 0.03 * (high - low), named=run is None)
     gear = project.gear
     limit = None if gear is None or project.shaft == "forcing" else gear.max_rpm
     if limit is not None and limit <= 1.05 * high:
@@ -83,7 +85,7 @@ def response(project: Project, analysis: Analysis, regime: Regime, angle: AngleU
         keep = _within(exact.omega, low, high)
         amplitude = near.torsion_amplitude(analysis.system, p)
         top = max(top, float(np.max(amplitude[keep], initial=0.0)))
-        _exact(panel, scale * exact.omega, factor * amplitude, exact.stable, keep)
+        _exact(panel, near.method, scale * exact.omega, factor * amplitude, exact.stable, keep)
         folds = [fold.omega for fold in exact.folds if low <= fold.omega <= high]
         _folds(panel, folds, [float(amplitude[exact.omega == omega][0]) for omega in folds], scale, factor)
     for branch in curve.branches:
@@ -106,9 +108,9 @@ def _within(omega: Floats, low: float, high: float) -> Any:
     return (omega >= low * (1.0 - 1e-12)) & (omega <= high * (1.0 + 1e-12))
 
 
-def _exact(panel: Panel, x: Floats, y: Floats, stable: Any, keep: Any = True) -> None:
-    _runs(panel, x, y, stable & keep, BLUE, "harmonic balance, stable", "", 2.2)
-    _runs(panel, x, y, ~stable & keep, BLUE, "harmonic balance, unstable", DASHES, 1.9)
+def _exact(panel: Panel, method: str, x: Floats, y: Floats, stable: Any, keep: Any = True) -> None:
+    _runs(panel, x, y, stable & keep, BLUE, f"{method}, stable", "", 2.2)
+    _runs(panel, x, y, ~stable & keep, BLUE, f"{method}, unstable", DASHES, 1.9)
 
 
 def _runs(panel: Panel, x: Floats, y: Floats, keep: Any, colour: str, name: str, dash: str, width: float = 1.4) -> None:
@@ -137,13 +139,13 @@ def _upright(panel: Panel, at: float, colour: str, dash: str, width: float, name
     panel.line([at, at], [0.0 if panel.log else -np.inf, np.inf], colour, name, dash, width)
 
 
-def _mark_resonances(panel: Panel, regimes: tuple[Regime, ...], scale: float, close: float) -> None:
-    """Thin lines at the resonances in the range, numbered as in the table."""
+def _mark_resonances(panel: Panel, regimes: tuple[Regime, ...], scale: float, close: float, named: bool) -> None:
+    """Thin lines at the resonances in the range, numbered as in the table; `named` in the legend of a lone figure."""
     last, level = -np.inf, 0
     for i, regime in enumerate(regimes, 1):
         if regime.inside:
             at = scale * regime.omega
             level = (level + 1) % 3 if at - last < close else 0
             last = at
-            _upright(panel, at, GREY, "5 4", 0.9)
+            _upright(panel, at, GREY, "5 4", 0.9, f"{i}: {regime.label}" if named else "")
             panel.notes.append(Note(at, level, str(i), above=True))

@@ -27,15 +27,14 @@ def analyse(project: Project, folder: Path) -> dict[str, Any]:
 def _analysis(project: Project, progress: Progress) -> Analysis:
     system = project.system(project.omega[0])
     by_motor = project.shaft != "forcing"
-    train = None
-    if project.motor == "free" and project.kinematic_error is not None and by_motor:
-        train = project.drive.train(
-            motor_torque=project.motor_torque,
-            load_torque=project.load_torque,
-            kinematic_error=project.kinematic_error,
-        )
     steps = analysis_steps(
-        system, project.omega, is_range=project.is_range, gear=project.gear, by_motor=by_motor, train=train
+        system,
+        project.omega,
+        is_range=project.is_range,
+        gear=project.gear,
+        by_motor=by_motor,
+        train=project.train,
+        rated_torque=project.rated_torque,
     )
     for step in steps:
         if isinstance(step, Analysis):

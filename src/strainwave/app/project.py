@@ -271,7 +271,8 @@ def _rated_torque(spec: ProjectSpec, gear: Gear | None) -> float | None:
 def _train(project: Project, spec: ProjectSpec) -> DriveTrain | None:
     """The whole train, where it holds more than the error equation."""
     ripples = project.motor == "free" and project.kinematic_error is not None
-    if spec.speed.shaft == "forcing" or not (train_fields(spec) or ripples):
+    varies = project.damping is not None or project.stiffness is not None
+    if spec.speed.shaft == "forcing" or varies or not (train_fields(spec) or ripples):
         return None
     control = spec.motor.loop or (FREE if project.motor == "free" else Held())
     drive, coupling = project.drive, spec.load.coupling

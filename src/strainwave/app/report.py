@@ -7,6 +7,7 @@ from typing import Any
 from .. import __version__
 from ..study.analysis import Analysis
 from . import curve_files, curves, plots
+from .beyond_report import beyond_data, beyond_figures, train_warning
 from .console import number, to_json
 from .facts import angle_unit
 from .project import Project
@@ -16,7 +17,9 @@ from .words import sweep_sentences, verdict, warnings, with_unit
 
 def write(project: Project, analysis: Analysis, folder: Path) -> dict[str, Any]:
     """Write report.html, results.json and the CSV files into a folder and return the results as plain data."""
-    results = collect(project, analysis) | {"warnings": warnings(project, analysis)}
+    results = collect(project, analysis) | beyond_data(project, analysis)
+    angle = angle_unit(results["largest_error"]["peak_rad"])
+    results["warnings"] = [*train_warning(analysis, angle), *warnings(project, analysis)]
     results["files"] = [*curve_files.write(project, analysis, folder), "results.json", "report.html"]
     (folder / "results.json").write_text(to_json(results) + "\n", encoding="utf-8")
     (folder / "report.html").write_text(page(project, analysis, results), encoding="utf-8")
@@ -59,7 +62,7 @@ def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
             if regime.response is not None and regime.response.branches
         ],
         "cases": [plots.time_figure(case, angle) for case in analysis.cases],
-    }
+    } | beyond_figures(analysis, angle)
     template = environment.get_template("report.html.j2")
     return template.render(
         r=results,
@@ -68,6 +71,7 @@ def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
         jumps=sweep_sentences(project, analysis.exact, angle),
         verdict=verdict,
         forcing=project.shaft == "forcing",
+        coast_down=analysis.exact.back is not None,
         software=_software(),
     )
 

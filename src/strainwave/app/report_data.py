@@ -12,6 +12,8 @@ from ..theory.slow_results import Certificate
 from .facts import ARCSEC, RPM, angle_unit, facts
 from .project import Project
 
+NO_STIFFNESS = "the law has no stiffness where the mean torque holds the drive (play), or nothing excites the drive."
+
 
 def collect(project: Project, analysis: Analysis) -> dict[str, Any]:
     """Gather every number of the report with its unit; None stands for a number that does not exist."""
@@ -30,6 +32,8 @@ def collect(project: Project, analysis: Analysis) -> dict[str, Any]:
             "law": repr(project.drive.law),
             "gear": project.gear.name if project.gear else None,
             "source": project.gear.source if project.gear else None,
+            "notes": list(project.gear.notes) if project.gear else [],
+            "has_memory": project.has_memory,
         },
         "derived": [fact._asdict() for fact in facts(project, analysis, angle_unit(largest["peak_rad"]))],
         "stability": {
@@ -41,6 +45,7 @@ def collect(project: Project, analysis: Analysis) -> dict[str, Any]:
         },
         "speed_range_rad_per_s": list(analysis.speeds),
         "resonances": [_resonance(project, i, regime) for i, regime in enumerate(analysis.regimes, 1)],
+        "resonance_remark": "" if analysis.regimes else NO_STIFFNESS,
         "exact_response": exact_response_data(project, analysis.exact),
         "largest_error": largest,
         "largest_torque": _largest_torque(project, analysis),
@@ -110,7 +115,7 @@ def exact_response_data(project: Project, exact: ExactResponse) -> dict[str, Any
     """Key numbers of the exact response: folds, jumps, accuracy."""
     curve, sweep = exact.curve, exact.sweep
     return {
-        "method": "harmonic balance",
+        "method": exact.method,
         "harmonics": curve.coefficients.shape[1] // 2,
         "last_harmonics_relative": curve.tail,
         "complete": bool(curve.status),
@@ -143,7 +148,7 @@ def _largest(project: Project, analysis: Analysis) -> dict[str, Any]:
     if at is None or curve.peak[at] < 0.999 * worst.peak:
         return place(project, worst.omega) | _angle_of("peak", worst.peak) | {"method": "integration"}
     here = place(project, float(curve.omega[at]))
-    return here | _angle_of("peak", float(curve.peak[at])) | {"method": "harmonic balance"}
+    return here | _angle_of("peak", float(curve.peak[at])) | {"method": analysis.exact.method}
 
 
 def peak_torque(analysis: Analysis) -> tuple[float, float]:

@@ -66,6 +66,7 @@ class Panel:
     xlim: tuple[float, float] | None = None
     ylim: tuple[float, float] | None = None
     log: bool = False
+    xlog: bool = False
 
     def line(
         self, x: ArrayLike, y: ArrayLike, colour: str, label: str = "", dash: str = "", width: float = 1.6
@@ -157,7 +158,9 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float) -> str
     (left, right), (bottom, top) = panel.limits()
 
     def across(values: ArrayLike) -> Floats:
-        return np.asarray(np.clip((np.asarray(values, float) - left) / (right - left) * w, -4.0 * w, 5.0 * w))
+        v = np.asarray(values, float)
+        share = np.log(v / left) / math.log(right / left) if panel.xlog else (v - left) / (right - left)
+        return np.asarray(np.clip(share * w, -4.0 * w, 5.0 * w))
 
     def up(values: ArrayLike) -> Floats:
         v = np.asarray(values, float)
@@ -165,7 +168,7 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float) -> str
             share = np.log(v / bottom) / math.log(top / bottom) if panel.log else (v - bottom) / (top - bottom)
         return np.asarray(h - np.clip(np.nan_to_num(share, nan=-4.0), -4.0, 5.0) * h)
 
-    xs, names = ticks(left, right, max(4, round(w / 75.0)))
+    xs, names = log_ticks(left, right) if panel.xlog else ticks(left, right, max(4, round(w / 75.0)))
     ys, heights = log_ticks(bottom, top) if panel.log else ticks(bottom, top, max(4, round(h / 45.0)))
     px, py = across(xs).tolist(), up(ys).tolist()
     grid = "".join(f"M{v:.1f} 0V{h:.1f}" for v in px) + "".join(f"M0 {v:.1f}H{w:.1f}" for v in py)

@@ -9,16 +9,29 @@ from ..study.analysis import Analysis
 from ..study.exact import ExactResponse
 from ..study.usage import gravest
 from .console import number
-from .facts import AngleUnit, angle_unit
+from .facts import RPM, AngleUnit, angle_unit
 from .project import Project
 from .report_data import place
 
+NUMBER = re.compile(r"[0-9.]*[0-9](?:e[-+]?[0-9]+)?")
+SPEEDS = re.compile(rf"({NUMBER.pattern}(?:(?:, | to | and | or | \.\. ){NUMBER.pattern})*) rad/s(?![\^*/0-9])")
 RADIANS = re.compile(r"(-?[0-9.]+(?:e[-+]?[0-9]+)?) rad\b(?![/^])")  # an angle in a sentence of the theory
 
 
 def with_unit(text: str, angle: AngleUnit) -> str:
     """Write the angles of a sentence in the report's unit."""
     return RADIANS.sub(lambda found: angle.text(float(found[1])), text)
+
+
+def with_rpm(project: Project, text: str) -> str:
+    """Write the base-angle speeds of a sentence in rpm of the motor, where the base angle is the motor's."""
+    if project.shaft == "forcing":
+        return text
+
+    def converted(found: re.Match[str]) -> str:
+        return NUMBER.sub(lambda value: number(float(value[0]) * RPM, 5), found[1]) + " rpm at the motor"
+
+    return SPEEDS.sub(converted, text)
 
 
 def warnings(project: Project, analysis: Analysis) -> list[str]:
@@ -42,7 +55,7 @@ def warnings(project: Project, analysis: Analysis) -> list[str]:
             f"The response jumps at {at}, in the other direction outside the speed range: which motion the drive is "
             "on at the end of the range depends on its history; take a wider range to see both jumps."
         )
-    return [*said, *project.notes]
+    return [with_rpm(project, text) for text in (*said, *project.notes)]
 
 
 def _overload(project: Project, analysis: Analysis) -> list[str]:

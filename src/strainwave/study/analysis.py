@@ -15,9 +15,9 @@ from ..model.varying import VaryingOscillator
 from ..results import SolveError
 from ..theory.lyapunov import StabilityProof, lyapunov
 from ..theory.resonance import NONRESONANT, Resonance
+from .beyond import Beyond, study_beyond
 from .exact import ExactResponse
 from .gear_forces import loses_energy
-from .reductions import compare_with_train
 from .regimes import OperatingPoint, Regime, operating_point, regimes
 from .runup import RunUp, run_up
 from .swept import response_through
@@ -26,7 +26,6 @@ from .usage import Usage, limit_findings, usage
 
 CASES = 4  # resonances shown in time, besides a speed away from all of them
 FEWEST, FINE = 20, 300  # points of the exact response in the band of a resonance, and of one drawn for it alone
-MOST_HARMONICS = 31  # of the whole drive train
 DISAGREE = 0.01  # of the largest |x|: more than truncation of the series explains
 PRIORITY = ("primary", "superharmonic 3:1", "superharmonic 2:1", "subharmonic 1:3", "subharmonic 1:2")
 
@@ -59,6 +58,8 @@ class Analysis:
         What the steady motions ask of the gear.
     limits : tuple of Finding
         The same against each limit of the gear's datasheet; empty for a gear that is given by its law alone.
+    beyond : Beyond
+        Hysteresis, varying stiffness, and the whole drive train, of a drive that has them.
     warnings : tuple of str
         Sentences about what went wrong or needs care.
     """
@@ -74,6 +75,7 @@ class Analysis:
     cases: tuple[TimeCase, ...]
     usage: Usage
     limits: tuple[Finding, ...]
+    beyond: Beyond
     warnings: tuple[str, ...]
 
 
@@ -85,6 +87,7 @@ def analyze(
     gear: Gear | None = None,
     by_motor: bool = True,
     train: DriveTrain | None = None,
+    rated_torque: float | None = None,
 ) -> Analysis:
     """Analyse a drive over a range of speeds, or at single ones.
 
@@ -101,15 +104,19 @@ def analyze(
     by_motor : bool
         Whether the base angle is that of the motor, so that its speed is the gear's input speed.
     train : DriveTrain, optional
-        The whole train with its motor free and its kinematic error: a warning then says what the error equation leaves
-        out.
+        The whole train at constant speed, where the error equation leaves something of it out.
+    rated_torque : float, optional
+        Rated torque [N*m], full load of the hysteresis loop.
 
     Raises
     ------
     SolveError
         If the law cannot carry the mean torque, or no simulation finishes.
     """
-    for step in analysis_steps(system, speeds, is_range=is_range, gear=gear, by_motor=by_motor, train=train):
+    steps = analysis_steps(
+        system, speeds, is_range=is_range, gear=gear, by_motor=by_motor, train=train, rated_torque=rated_torque
+    )
+    for step in steps:
         if isinstance(step, Analysis):
             return step
     raise AssertionError("the steps end with the analysis")
@@ -123,6 +130,7 @@ def analysis_steps(
     gear: Gear | None = None,
     by_motor: bool = True,
     train: DriveTrain | None = None,
+    rated_torque: float | None = None,
 ) -> Iterator[tuple[str, float] | Analysis]:
     """Do the work of `analyze` in steps; yields (what is being done, finished share), at the end the `Analysis`."""
     limits = (speeds[0], speeds[-1]) if is_range else (0.8 * speeds[0], 1.2 * speeds[-1])
@@ -155,10 +163,16 @@ def analysis_steps(
     used = usage(system, exact, (*sweep.up, *sweep.down, *(case.steady for case in cases)))
     passed = () if gear is None else limit_findings(gear, used, speeds[-1] if by_motor else None)
     said = _warnings(system, point, exact, sweep, tuple(cases))
-    if train is not None:
-        yield "whole drive train", 0.99
-        said += (_left_out(train, system, sweep.worst().omega, limits),)
-    yield Analysis(system, limits, point, stability, found, exact, close, sweep, tuple(cases), used, passed, said)
+    yield "whole drive train" if train is not None else "other parts", 0.97
+    beyond = study_beyond(
+        system, limits, largest_torque=used.peak_torque, worst=sweep.worst().omega, rated_torque=rated_torque,
+        gear=gear, train=train,
+    )  # fmt: skip
+    if beyond.train is not None and beyond.train.left_out is not None:
+        said += (beyond.train.left_out.sentence(),)
+    yield Analysis(
+        system, limits, point, stability, found, exact, close, sweep, tuple(cases), used, passed, beyond, said
+    )
 
 
 def _proof(system: Any, point: OperatingPoint) -> StabilityProof:
@@ -171,13 +185,6 @@ def _proof(system: Any, point: OperatingPoint) -> StabilityProof:
         "multipliers of the exact response say which motions are stable"
     )
     return StabilityProof(system, point.mean_torque, (), None, False, "none", False, None, "nothing is claimed", reason)
-
-
-def _left_out(train: DriveTrain, system: Any, worst: float, limits: tuple[float, float]) -> str:
-    """Sentence on what the error equation leaves out, at the worst speed and where twice its order is resonant."""
-    speeds = [omega for omega in (0.5 * worst, worst) if limits[0] <= omega <= limits[1]]
-    harmonics = min(MOST_HARMONICS, 4 * max((1, *system.orders())))
-    return compare_with_train(train, system, None, speeds, harmonics).sentence()
 
 
 def _narrow(regime: Regime, exact: ExactResponse) -> bool:

@@ -33,11 +33,14 @@ class ExactResponse:
         What a slow run-up and run-down do on it; None where no motion is stable, as without damping.
     method : str
         "harmonic balance", or "integration" for laws with friction or memory (see `swept`).
+    back : Branch or None
+        By integration: motions of a coast-down, where they differ from those of the run-up in `curve`.
     """
 
     curve: Branch
     sweep: Jumps | None
     method: str = "harmonic balance"
+    back: Branch | None = None
 
     def largest(self) -> int | None:
         """Number of the stable point with the largest |x| that a sweep visits; None where there is no sweep."""

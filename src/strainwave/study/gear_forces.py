@@ -28,6 +28,15 @@ def loses_energy(system: Any) -> bool:
     return damping_of(system) > 0.0 or depends(system.law) > 1
 
 
+def no_multiple_scales(system: Any) -> str:
+    """Why multiple scales does not describe a system, as a sentence; empty where it can."""
+    if depends(system.law) > 1:
+        return "first-order multiple scales describes springs, and this law has friction or memory"
+    if not hasattr(system, "B"):
+        return "first-order multiple scales describes a constant stiffness and damping, and these vary"
+    return ""
+
+
 def gear_torque(system: Any, phase: Any, u: Any, du: Any, z: Any = ()) -> Any:
     """Torque through the gear [N*m, output side] with its damping, at torsion u [rad], rate [rad/s] and states z."""
     torque = torque_of(system.law, u, du, z)

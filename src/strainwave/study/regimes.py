@@ -18,6 +18,7 @@ from ..theory.lyapunov import mean_torque
 from ..theory.multiple_scales import slow_flow
 from ..theory.resonance import Resonance
 from ..theory.slow_results import Certificate, SlowResponse, SteadyState
+from .gear_forces import no_multiple_scales
 from .hysteresis import loaded_state
 
 NAMES = {
@@ -199,6 +200,8 @@ def _regime(
     omega = resonance.q * point.omega_0 / resonance.p
     inside = speeds[0] <= omega <= speeds[1]
     here = (name, order, resonance, omega, inside)
+    if reason := no_multiple_scales(system):
+        return Regime(*here, (), "", None, None, None, None, reason)
     try:
         flow = slow_flow(system._replace(omega=omega), resonance)
         states = tuple(flow.steady_states())
@@ -209,7 +212,7 @@ def _regime(
         if response is not None and response.branches:
             at_peak = slow_flow(system._replace(omega=response.peak[0]), resonance).certificate()
         existence = flow.existence
-    except (TypeError, ValueError, SolveError, ArithmeticError) as error:
+    except (ValueError, SolveError, ArithmeticError) as error:
         reason = str(error) or f"multiple scales stopped with {type(error).__name__}"
         return Regime(*here, (), "", None, None, None, None, reason)
     return Regime(*here, states, existence, certificate, at_peak, response, backbone, "")

@@ -1,8 +1,7 @@
-"""The response through a speed range of laws with friction or memory: steady motions by integration, a sweep up.
+"""The response through a speed range of laws with friction or memory: steady motions by integration, up and down.
 
 Harmonic balance (`frequency_response`) takes these laws too, but their corners make its steps many and small; closed
-orbits of the integrated equation are as exact and come in a fraction of the time. Where a sweep down finds other
-motions, the run-up and coast-down of the report show both.
+orbits of the integrated equation are as exact and come in a fraction of the time.
 """
 
 import math
@@ -14,12 +13,13 @@ from .._dispatch import is_spring
 from ..results import Branch, Floats, Status
 from .exact import POINTS, ExactResponse, exact_response
 from .gear_forces import settling_time
-from .jumps import jumps
+from .jumps import Jump, Jumps
 from .regimes import operating_point
 from .steady import SteadyMotion, settle
 
-FIRST, ROUNDS = 41, 3  # speeds, and how often more are put where the peak changes by a large
-ROUGH = 0.03  # share of the largest
+FIRST, ROUNDS = 41, 8  # speeds, and how often more are put where the peak changes by a large
+ROUGH, JUMP = 0.03, 0.15  # share of the largest; so much of it at once is a jump
+SAME = 0.03  # relative difference of peaks of one motion
 HARMONICS = 31
 LONGER = 2
 
@@ -35,22 +35,60 @@ def response_through(system: Any, speeds: tuple[float, float], points: int = POI
         Ends of the range [rad/s].
     points : int
         About so many, of a spring.
+
+    Returns
+    -------
+    ExactResponse
+        By integration the curve holds the motions of a slow run-up, and `back` those of a coast-down where they differ.
     """
     if is_spring(system):
         return exact_response(system, speeds, points)
     start = operating_point(system).start
+    up = _sweep(system, np.linspace(*speeds, FIRST), start)
+    last = up[-1].end if up[-1].status else start
+    down = _sweep(system, np.linspace(*speeds[::-1], FIRST), last)[::-1]
+    curve, back = (_branch([m for m in motions if m.closed], len(motions), speeds) for motions in (up, down))
+    if not len(curve):
+        return ExactResponse(curve, None, "integration")
+    other = np.abs(np.interp(curve.omega, back.omega, back.peak) / curve.peak - 1.0) > SAME if len(back) else None
+    differs = other is not None and int(np.sum(other)) > 1
+    return ExactResponse(curve, _jumps(curve, back, other), "integration", back if differs else None)
+
+
+def _sweep(system: Any, omega: Floats, start: tuple[float, ...]) -> list[SteadyMotion]:
+    """Steady motions in the order of the sweep, each from the one before, with more of them where the peak changes."""
     found: list[SteadyMotion] = []
-    for omega in np.linspace(*speeds, FIRST):
+    for w in omega:
         start = found[-1].end if found and found[-1].status else start
-        found.append(_settled(system._replace(omega=float(omega)), start))
+        found.append(_settled(system._replace(omega=float(w)), start))
+    upwards = 1.0 if omega[-1] > omega[0] else -1.0
     for _ in range(ROUNDS):
         found += _between(system, found)
-        found.sort(key=lambda motion: motion.omega)
-    curve = _branch([motion for motion in found if motion.closed], len(found), speeds)
-    try:
-        return ExactResponse(curve, jumps(curve), "integration")
-    except ValueError:  # nothing stable to follow
-        return ExactResponse(curve, None, "integration")
+        found.sort(key=lambda motion: upwards * motion.omega)
+    return found
+
+
+def _jumps(curve: Branch, back: Branch, other: Any) -> Jumps:
+    """Jumps of both sweeps, as `jumps` tells them of a branch."""
+    on_up, on_down = _steps(curve.omega, curve.peak), _steps(back.omega[::-1], back.peak[::-1])
+    every = sorted((*on_up, *on_down), key=lambda j: -abs(j.after - j.before))
+    rises, drops = ([j.value for j in every if (j.after > j.before) is rising] for rising in (True, False))
+    jump_up, jump_down = (values[0] if values else math.nan for values in (rises, drops))
+    width = abs(jump_up - jump_down) if rises and drops else 0.0
+    places = np.arange(len(curve))
+    down = places[::-1] if other is None else places[~other][::-1]
+    said = "; ".join(f"|x| jumps from {j.before:.6g} to {j.after:.6g} rad at {j.value:.6g} rad/s" for j in every)
+    return Jumps(
+        "omega", jump_up, jump_down, width, places, down, on_up, on_down, True, True, said or "no jump by integration"
+    )
+
+
+def _steps(omega: Floats, peak: Floats) -> tuple[Jump, ...]:
+    large = np.flatnonzero(np.abs(np.diff(peak)) > JUMP * np.max(peak, initial=0.0))
+    return tuple(
+        Jump(float(0.5 * (omega[i] + omega[i + 1])), float(peak[i]), float(peak[i + 1]), "integration", 1)
+        for i in large
+    )
 
 
 def _settled(system: Any, start: tuple[float, ...]) -> SteadyMotion:
@@ -86,7 +124,8 @@ def _branch(found: list[SteadyMotion], tried: int, speeds: tuple[float, float]) 
     return Branch(
         "omega", omega, omega, table, np.array([motion.peak for motion in found]),
         np.zeros((len(found), 0), complex), stable, [], [], 1, False,
-        float(np.max(last / np.maximum(size, 1e-300), initial=0.0)), f"a sweep up from {speeds[0]:.6g} rad/s",
+        float(np.max(last / np.maximum(size, 1e-300), initial=0.0)),
+        f"a sweep between {speeds[0]:.6g} and {speeds[1]:.6g} rad/s",
         Status.OK if whole else Status.NO_CONVERGENCE, message,
     )  # fmt: skip
 

@@ -11,7 +11,15 @@ from ..numerics.integrate import simulate
 from ..results import Floats, SolveError, Status, Trajectory
 from ..theory.multiple_scales import slow_flow
 from ..theory.resonance import Resonance
-from .gear_forces import UNDAMPED_PERIODS, damping_of, gear_torque, heat, loses_energy, settling_time
+from .gear_forces import (
+    UNDAMPED_PERIODS,
+    damping_of,
+    gear_torque,
+    heat,
+    loses_energy,
+    no_multiple_scales,
+    settling_time,
+)
 from .regimes import OperatingPoint
 from .runup import LONGER
 from .steady import SteadyMotion, finished_or_interrupted, settle
@@ -118,10 +126,12 @@ def time_case(name: str, system: Any, resonance: Resonance, point: OperatingPoin
     cycle = cycle_of(system, steady) if steady.status else None
     comparison, reason = None, ""
     try:
+        if reason := no_multiple_scales(system):
+            raise ValueError(reason)
         window = None if damping_of(system) > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / system.omega
         comparison = compare(system, resonance, (point.x, 0.0), window)
         transient = finished_or_interrupted(comparison.integrated)
-    except (TypeError, ValueError, SolveError, ArithmeticError) as error:
+    except (ValueError, SolveError, ArithmeticError) as error:
         reason = str(error) or f"multiple scales stopped with {type(error).__name__}"
         transient = finished_or_interrupted(simulate(system, start, _times(system, point)))
     theory, amplitude = None, None
