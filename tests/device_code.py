@@ -7,6 +7,7 @@ reads: set LLVMLITE_ENABLE_IR_LAYER_TYPED_POINTERS=0 before llvmlite is imported
 
 import ctypes
 import re
+import shutil
 import subprocess
 from functools import cache
 from importlib.util import find_spec
@@ -87,13 +88,15 @@ def code(system, method, capabilities):
 
 def registers(ptx, capability):
     """Registers, bytes of stack and bytes of spill stores of a kernel; None where there is no ptxas."""
-    homes = [Path(home) for home in find_spec("nvidia").submodule_search_locations]
-    programs = [path for home in homes for path in home.glob("*/bin/ptxas*")]
-    if not programs:
+    packages = find_spec("nvidia")
+    homes = packages.submodule_search_locations if packages else []
+    programs = [shutil.which("ptxas"), *(path for home in homes for path in Path(home).glob("*/bin/ptxas*"))]
+    program = next(filter(None, programs), None)
+    if program is None:
         return None
     arch = f"-arch=sm_{capability[0]}{capability[1]}"
     run = subprocess.run(
-        [programs[0], arch, "-v", "-o", "/dev/null", "/dev/stdin"],
+        [program, arch, "-v", "-o", "/dev/null", "/dev/stdin"],
         input=ptx,
         capture_output=True,
         text=True,
