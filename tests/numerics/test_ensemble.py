@@ -101,11 +101,14 @@ def test_a_subharmonic_motion_settles_with_its_period():
 @pytest.mark.parametrize("law", [sw.Backlash(1.0, 0.5), sw.PiecewiseLinear(1.0, 1.4, 1.8, 0.5, 1.2)])
 def test_laws_with_kinks_take_adaptive_steps(law):
     system = sw.Oscillator(1.0, 0.1, law, sw.Harmonic(0.6), 0.8)
-    found = sw.ensemble(system, {"omega": np.array([0.8, 0.7])}, (0.0, 0.0), periods=4, measures=ALL)
-    assert found.attrs["method"].startswith("Dopri5")
+    varied = {"omega": np.array([0.8, 0.7])}
+    found = sw.ensemble(system, varied, (0.0, 0.0), periods=4, measures=ALL)
+    finer = sw.ensemble(system, varied, (0.0, 0.0), periods=4, measures=ALL, method=sw.Dopri5(rtol=1e-11, atol=1e-14))
+    assert found.attrs["method"].startswith("Dopri5(rtol=1e-09")
     for i, w in enumerate((0.8, 0.7)):
         *wanted, final = single(sw.replace(system, {"omega": w}), (0.0, 0.0), 4, 0)
-        np.testing.assert_allclose(found["final"][:, i], final, atol=2e-7)
+        for data, rtol in ((found, 1e-9), (finer, 1e-11)):  # some hundred steps, each wrong by up to rtol
+            np.testing.assert_allclose(data["final"][:, i], final, rtol=0.0, atol=1e3 * rtol)
         assert float(found["rms"][i]) == pytest.approx(wanted[3], rel=1e-6)
 
 

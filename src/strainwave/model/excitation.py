@@ -34,9 +34,9 @@ class Harmonic(NamedTuple):
         """The order of the line."""
         return (self.order,)
 
-    def prepared(self) -> Any:
-        """The same torque with the phase in two amplitudes."""
-        return wave(self.amplitude, self.order, self.phase, self.mean)
+    def scaled(self, factor: Any) -> Any:
+        """The same torque times a factor, with the phase in two amplitudes."""
+        return wave(self.amplitude * factor, self.order, self.phase, self.mean * factor)
 
     def check(self) -> None:
         """Refuse an order below 1 (ValueError)."""
@@ -61,9 +61,9 @@ class Harmonics(NamedTuple):
         """The orders of all terms."""
         return tuple(term.order for term in self.terms)
 
-    def prepared(self) -> Any:
-        """The same torque with every phase in two amplitudes."""
-        return Waves(tuple(full_wave(*term) for term in self.terms))
+    def scaled(self, factor: Any) -> Any:
+        """The same torque times a factor, with every phase in two amplitudes."""
+        return Waves(tuple(full_wave(t.amplitude * factor, t.order, t.phase, t.mean * factor) for t in self.terms))
 
 
 class Line(NamedTuple):

@@ -11,7 +11,7 @@ from .._dispatch import check_law, energy_of, losses_of, rest, share, torque_of,
 from .._jit import kernel
 from ..maths import sign
 from ..quantities import Angle, Ratio, TorsionalStiffness
-from .prepared import Yielding, prepared
+from .prepared import Yielding, scaled_law
 
 SHARPEST = 50  # n: every unit costs a multiplication in every step, and the sharper knee smaller steps
 
@@ -72,9 +72,10 @@ class BoucWen(NamedTuple):
         power = abs(v * z[0]) * (self.beta + self.gamma * sign(v * z[0]))  # in this form never below zero by rounding
         return ((1.0 - self.ratio) * self.K / self.A * yielded(z[0], self.yield_twist, self.n) * power,)
 
-    def prepared(self) -> Yielding:
-        """The same law without divisions."""
-        parts = self.ratio * self.K, (1.0 - self.ratio) * self.K, self.A, 1.0 / self.yield_twist, self.beta, self.gamma
+    def scaled(self, factor: Any) -> Yielding:
+        """The same law times a factor, without divisions."""
+        K = self.K * factor
+        parts = self.ratio * K, (1.0 - self.ratio) * K, self.A, 1.0 / self.yield_twist, self.beta, self.gamma
         return Yielding(*parts, (1,) * self.n)
 
     def check(self) -> None:
@@ -135,9 +136,9 @@ class Parallel(NamedTuple):
         laws = [law for law in self if hasattr(law, "breakpoints")]
         return tuple(sorted({place for law in laws for place in law.breakpoints()}))
 
-    def prepared(self) -> "Parallel":
-        """The same laws, prepared."""
-        return Parallel(prepared(self.first), prepared(self.second))
+    def scaled(self, factor: Any) -> "Parallel":
+        """The same laws times a factor."""
+        return Parallel(scaled_law(self.first, factor), scaled_law(self.second, factor))
 
     def check(self) -> None:
         """Refuse parts that are no laws (TypeError)."""

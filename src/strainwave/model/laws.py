@@ -12,7 +12,7 @@ from .._dispatch import KINDS, breakpoints_of, depends
 from .._jit import kernel, with_leaf
 from ..maths import sign
 from ..quantities import Angle, PerSquareRadian, Torque, TorsionalStiffness
-from .prepared import Slopes
+from .prepared import LinearAndCubic, Slopes
 
 
 class Linear(NamedTuple):
@@ -35,6 +35,10 @@ class Linear(NamedTuple):
     def breakpoints(self) -> tuple[float, ...]:
         """No breakpoints: the law is smooth."""
         return ()
+
+    def scaled(self, factor: Any) -> "Linear":
+        """The same law times a factor."""
+        return Linear(self.K * factor)
 
 
 class Cubic(NamedTuple):
@@ -59,6 +63,10 @@ class Cubic(NamedTuple):
     def breakpoints(self) -> tuple[float, ...]:
         """No breakpoints: the law is smooth."""
         return ()
+
+    def scaled(self, factor: Any) -> LinearAndCubic:
+        """The same law times a factor, its coefficients multiplied out."""
+        return LinearAndCubic(self.K * factor, self.K * self.alpha * factor)
 
 
 class Polynomial(NamedTuple):
@@ -95,6 +103,10 @@ class Polynomial(NamedTuple):
     def breakpoints(self) -> tuple[float, ...]:
         """No breakpoints: the law is smooth."""
         return ()
+
+    def scaled(self, factor: Any) -> "Polynomial":
+        """The same law times a factor."""
+        return Polynomial(tuple(c * factor for c in self.coefficients))
 
 
 class PiecewiseLinear(NamedTuple):
@@ -143,11 +155,12 @@ class PiecewiseLinear(NamedTuple):
         x2 = x1 + (self.T2 - self.T1) / self.K2
         return (-x2, -x1, x1, x2)
 
-    def prepared(self) -> Slopes:
-        """The same law without divisions."""
+    def scaled(self, factor: Any) -> Slopes:
+        """The same law times a factor, without divisions."""
         x1 = self.T1 / self.K1
         x2 = x1 + (self.T2 - self.T1) / self.K2
-        return Slopes(self.K3, 0.5 * (self.K1 - self.K2), 0.5 * (self.K2 - self.K3), x1, x2)
+        half = 0.5 * factor
+        return Slopes(self.K3 * factor, half * (self.K1 - self.K2), half * (self.K2 - self.K3), x1, x2)
 
     def check(self) -> None:
         """Refuse slopes that are not positive, and torques out of order (ValueError)."""
@@ -183,6 +196,10 @@ class Backlash(NamedTuple):
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] at the edges of the gap."""
         return (-self.half_gap, self.half_gap)
+
+    def scaled(self, factor: Any) -> "Backlash":
+        """The same law times a factor."""
+        return Backlash(self.K * factor, self.half_gap)
 
     def check(self) -> None:
         """Refuse a negative gap (ValueError)."""

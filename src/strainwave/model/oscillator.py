@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from .._dispatch import check_law, states_of, torque_of, z_rate_of
 from ..quantities import LARGEST, AngularSpeed, Damping, Inertia, shown
 from .excitation import NoError
-from .prepared import FreeOfError, WithError, prepared
+from .prepared import FreeOfError, WithError, prepared, scaled_law, scaled_torque
 
 
 class Oscillator(NamedTuple):
@@ -55,8 +55,9 @@ class Oscillator(NamedTuple):
         return tuple(sorted({order for orders in known for order in orders}))
 
     def prepared(self) -> Any:
-        """The same system for many steps: its parts prepared, the division by J a multiplication."""
-        parts = 1.0 / self.J, self.B, prepared(self.law), prepared(self.excitation), self.omega
+        """The same system for many steps: its parts prepared and divided by J."""
+        per_J = 1.0 / self.J
+        parts = self.B * per_J, scaled_law(self.law, per_J), scaled_torque(self.excitation, per_J), self.omega
         return FreeOfError(*parts) if isinstance(self.error, NoError) else WithError(*parts, prepared(self.error))
 
     def check(self) -> None:

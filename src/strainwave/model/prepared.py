@@ -1,8 +1,9 @@
 """The forms of models that run many steps: what a step would compute again and again is computed once.
 
 `prepared(model)` asks a model for its own (`model.prepared()`), which must behave like the model; its numbers may be
-arrays, one value for each member of an ensemble. A model without one is its own. Divisions become multiplications, a
-phase that may differ between members leaves the cosine, breakpoints are found beforehand.
+arrays, one value for each member of an ensemble. A model without one is its own. The inertia goes into the torques
+(`law.scaled(1/J)`), divisions become multiplications, a phase that may differ between members leaves the cosine,
+breakpoints are found beforehand.
 """
 
 from typing import Any, NamedTuple
@@ -16,6 +17,42 @@ from ..maths import cos, sign, sin
 def prepared(model: Any) -> Any:
     """Prepared form of a model, or the model itself where it defines none."""
     return model.prepared() if hasattr(model, "prepared") else model
+
+
+def scaled_law(law: Any, factor: Any) -> Any:
+    """Law whose torque is that of another times a factor, in its form for many steps."""
+    return law.scaled(factor) if hasattr(law, "scaled") else Geared(prepared(law), factor)
+
+
+def scaled_torque(excitation: Any, factor: Any) -> Any:
+    """Excitation times a factor, in its form for many steps."""
+    return excitation.scaled(factor) if hasattr(excitation, "scaled") else Driven(prepared(excitation), factor)
+
+
+class Geared(NamedTuple):
+    """Law of any kind whose torque is multiplied by a factor."""
+
+    law: Any
+    factor: Any
+
+    def torque(self, x: Any, v: Any, z: Any) -> Any:
+        """Torque at torsion x [rad], its rate v [rad/s] and the law's states z."""
+        return self.factor * torque_of(self.law, x, v, z)
+
+    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+        """Rates of the law's states."""
+        return z_rate_of(self.law, x, v, z)
+
+
+class Driven(NamedTuple):
+    """Excitation of any kind, multiplied by a factor."""
+
+    excitation: Any
+    factor: Any
+
+    def torque(self, angle: Any) -> Any:
+        """Torque at the base angle [rad]."""
+        return self.factor * self.excitation.torque(angle)
 
 
 class Cosine(NamedTuple):
@@ -88,6 +125,17 @@ def full_wave(amplitude: Any, order: int, phase: Any, mean: Any = 0.0) -> Wave:
     return Wave(mean, amplitude * np.cos(phase), -amplitude * np.sin(phase), order)
 
 
+class LinearAndCubic(NamedTuple):
+    """Odd law linear x + cubic x^3: `Cubic` with its coefficients multiplied out."""
+
+    linear: Any
+    cubic: Any
+
+    def torque(self, x: Any) -> Any:
+        """Torque T(x) [N*m] at torsion x [rad]."""
+        return x * (self.linear + self.cubic * (x * x))
+
+
 class Slopes(NamedTuple):
     """Odd law of three slopes with breakpoints x1 < x2: `PiecewiseLinear` without its divisions."""
 
@@ -132,9 +180,8 @@ class Yielding(NamedTuple):
 
 
 class FreeOfError(NamedTuple):
-    """Oscillator whose gear has no kinematic error."""
+    """Oscillator whose gear has no kinematic error; its torques are divided by the inertia."""
 
-    per_J: Any
     B: Any
     law: Any
     excitation: Any
@@ -144,13 +191,12 @@ class FreeOfError(NamedTuple):
         """Time derivatives of the state y at the base phase [rad]."""
         x, v, z = y[0], y[1], y[2:]
         torque = torque_of(self.law, x, v, z)
-        return (v, (self.excitation.torque(phase) - self.B * v - torque) * self.per_J, *z_rate_of(self.law, x, v, z))
+        return (v, self.excitation.torque(phase) - self.B * v - torque, *z_rate_of(self.law, x, v, z))
 
 
 class WithError(NamedTuple):
-    """Oscillator whose gear has a kinematic error."""
+    """Oscillator whose gear has a kinematic error; its torques are divided by the inertia."""
 
-    per_J: Any
     B: Any
     law: Any
     excitation: Any
@@ -163,4 +209,4 @@ class WithError(NamedTuple):
         u = y[0] - self.error.value(phase)
         du = v - self.omega * self.error.slope(phase)
         torque = torque_of(self.law, u, du, z)
-        return (v, (self.excitation.torque(phase) - self.B * du - torque) * self.per_J, *z_rate_of(self.law, u, du, z))
+        return (v, self.excitation.torque(phase) - self.B * du - torque, *z_rate_of(self.law, u, du, z))

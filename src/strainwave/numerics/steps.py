@@ -6,7 +6,7 @@ time; the adaptive one takes time, which `omega` turns into phase.
 
 from typing import Any
 
-from .._jit import axpy, kernel
+from .._jit import axpy, chosen, kernel
 from .tableaus import DOP8_A as A
 from .tableaus import DOP8_B as B
 from .tableaus import DOP8_C as C
@@ -23,63 +23,78 @@ def rk4_step(system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
     return axpy(axpy(axpy(axpy(y, h / 6.0, k1), h / 3.0, k2), h / 3.0, k3), h / 6.0, k4)
 
 
+@chosen
+def times(h: Any, k: Any) -> Any:
+    """Tuple of h times the numbers of a tuple."""
+    return _times_items if len(k) else _times_nothing
+
+
+def _times_items(h: Any, k: Any) -> Any:
+    return (h * k[0], *times(h, k[1:]))
+
+
+def _times_nothing(h: Any, k: Any) -> Any:
+    return ()
+
+
 @kernel
 def dop8_step(system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
-    """Eighth-order step with the twelve stages of DOP853 (zero weights left out)."""
-    k0 = system.rhs(phase, y)
-    y1 = axpy(y, h * A[1][0], k0)
-    k1 = system.rhs(phase + turn * C[1], y1)
-    y2 = axpy(axpy(y, h * A[2][0], k0), h * A[2][1], k1)
-    k2 = system.rhs(phase + turn * C[2], y2)
-    y3 = axpy(axpy(y, h * A[3][0], k0), h * A[3][2], k2)
-    k3 = system.rhs(phase + turn * C[3], y3)
-    y4 = axpy(axpy(axpy(y, h * A[4][0], k0), h * A[4][2], k2), h * A[4][3], k3)
-    k4 = system.rhs(phase + turn * C[4], y4)
-    y5 = axpy(axpy(axpy(y, h * A[5][0], k0), h * A[5][3], k3), h * A[5][4], k4)
-    k5 = system.rhs(phase + turn * C[5], y5)
-    y6 = axpy(axpy(axpy(axpy(y, h * A[6][0], k0), h * A[6][3], k3), h * A[6][4], k4), h * A[6][5], k5)
-    k6 = system.rhs(phase + turn * C[6], y6)
-    y7 = axpy(axpy(axpy(axpy(y, h * A[7][0], k0), h * A[7][3], k3), h * A[7][4], k4), h * A[7][5], k5)
-    k7 = system.rhs(phase + turn * C[7], axpy(y7, h * A[7][6], k6))
-    y8 = axpy(axpy(axpy(axpy(y, h * A[8][0], k0), h * A[8][3], k3), h * A[8][4], k4), h * A[8][5], k5)
-    k8 = system.rhs(phase + turn * C[8], axpy(axpy(y8, h * A[8][6], k6), h * A[8][7], k7))
-    y9 = axpy(axpy(axpy(axpy(y, h * A[9][0], k0), h * A[9][3], k3), h * A[9][4], k4), h * A[9][5], k5)
-    y9 = axpy(axpy(axpy(y9, h * A[9][6], k6), h * A[9][7], k7), h * A[9][8], k8)
-    k9 = system.rhs(phase + turn * C[9], y9)
-    y10 = axpy(axpy(axpy(axpy(y, h * A[10][0], k0), h * A[10][3], k3), h * A[10][4], k4), h * A[10][5], k5)
-    y10 = axpy(axpy(axpy(axpy(y10, h * A[10][6], k6), h * A[10][7], k7), h * A[10][8], k8), h * A[10][9], k9)
-    k10 = system.rhs(phase + turn * C[10], y10)
-    y11 = axpy(axpy(axpy(axpy(y, h * A[11][0], k0), h * A[11][3], k3), h * A[11][4], k4), h * A[11][5], k5)
-    y11 = axpy(axpy(axpy(axpy(y11, h * A[11][6], k6), h * A[11][7], k7), h * A[11][8], k8), h * A[11][9], k9)
-    k11 = system.rhs(phase + turn, axpy(y11, h * A[11][10], k10))
-    out = axpy(axpy(axpy(axpy(y, h * B[0], k0), h * B[5], k5), h * B[6], k6), h * B[7], k7)
-    return axpy(axpy(axpy(axpy(out, h * B[8], k8), h * B[9], k9), h * B[10], k10), h * B[11], k11)
+    """Eighth-order step with the twelve stages of DOP853 (zero weights left out); rates are multiplied by h once."""
+    k0 = times(h, system.rhs(phase, y))
+    y1 = axpy(y, A[1][0], k0)
+    k1 = times(h, system.rhs(phase + turn * C[1], y1))
+    y2 = axpy(axpy(y, A[2][0], k0), A[2][1], k1)
+    k2 = times(h, system.rhs(phase + turn * C[2], y2))
+    y3 = axpy(axpy(y, A[3][0], k0), A[3][2], k2)
+    k3 = times(h, system.rhs(phase + turn * C[3], y3))
+    y4 = axpy(axpy(axpy(y, A[4][0], k0), A[4][2], k2), A[4][3], k3)
+    k4 = times(h, system.rhs(phase + turn * C[4], y4))
+    y5 = axpy(axpy(axpy(y, A[5][0], k0), A[5][3], k3), A[5][4], k4)
+    k5 = times(h, system.rhs(phase + turn * C[5], y5))
+    y6 = axpy(axpy(axpy(axpy(y, A[6][0], k0), A[6][3], k3), A[6][4], k4), A[6][5], k5)
+    k6 = times(h, system.rhs(phase + turn * C[6], y6))
+    y7 = axpy(axpy(axpy(axpy(y, A[7][0], k0), A[7][3], k3), A[7][4], k4), A[7][5], k5)
+    k7 = times(h, system.rhs(phase + turn * C[7], axpy(y7, A[7][6], k6)))
+    y8 = axpy(axpy(axpy(axpy(y, A[8][0], k0), A[8][3], k3), A[8][4], k4), A[8][5], k5)
+    k8 = times(h, system.rhs(phase + turn * C[8], axpy(axpy(y8, A[8][6], k6), A[8][7], k7)))
+    y9 = axpy(axpy(axpy(axpy(y, A[9][0], k0), A[9][3], k3), A[9][4], k4), A[9][5], k5)
+    y9 = axpy(axpy(axpy(y9, A[9][6], k6), A[9][7], k7), A[9][8], k8)
+    k9 = times(h, system.rhs(phase + turn * C[9], y9))
+    y10 = axpy(axpy(axpy(axpy(y, A[10][0], k0), A[10][3], k3), A[10][4], k4), A[10][5], k5)
+    y10 = axpy(axpy(axpy(axpy(y10, A[10][6], k6), A[10][7], k7), A[10][8], k8), A[10][9], k9)
+    k10 = times(h, system.rhs(phase + turn * C[10], y10))
+    y11 = axpy(axpy(axpy(axpy(y, A[11][0], k0), A[11][3], k3), A[11][4], k4), A[11][5], k5)
+    y11 = axpy(axpy(axpy(axpy(y11, A[11][6], k6), A[11][7], k7), A[11][8], k8), A[11][9], k9)
+    k11 = times(h, system.rhs(phase + turn, axpy(y11, A[11][10], k10)))
+    out = axpy(axpy(axpy(axpy(y, B[0], k0), B[5], k5), B[6], k6), B[7], k7)
+    return axpy(axpy(axpy(axpy(out, B[8], k8), B[9], k9), B[10], k10), B[11], k11)
 
 
 @kernel
-def dopri5_step(system: Any, omega: float, t: float, y: Any, h: float, k1: Any) -> Any:
-    """Dormand-Prince step from y with k1 = rhs(y): the new state, its rate, the error, and the dense-output vector.
+def dopri5_step(system: Any, omega: float, t: float, y: Any, h: float, rate: Any) -> Any:
+    """Dormand-Prince step from y with rate = rhs(y): the new state, its rate, the error, and the dense-output vector.
 
-    Hairer, Norsett & Wanner I, table II.5.2 and eq. (II.6.17).
+    Hairer, Norsett & Wanner I, table II.5.2 and eq. (II.6.17), with the rates multiplied by h once.
     """
-    k2 = system.rhs(omega * (t + h / 5), axpy(y, h / 5, k1))
-    k3 = system.rhs(omega * (t + h * 3 / 10), axpy(axpy(y, h * 3 / 40, k1), h * 9 / 40, k2))
-    y4 = axpy(axpy(axpy(y, h * 44 / 45, k1), -h * 56 / 15, k2), h * 32 / 9, k3)
-    k4 = system.rhs(omega * (t + h * 4 / 5), y4)
-    y5 = axpy(axpy(axpy(y, h * 19372 / 6561, k1), -h * 25360 / 2187, k2), h * 64448 / 6561, k3)
-    k5 = system.rhs(omega * (t + h * 8 / 9), axpy(y5, -h * 212 / 729, k4))
-    y6 = axpy(axpy(axpy(y, h * 9017 / 3168, k1), -h * 355 / 33, k2), h * 46732 / 5247, k3)
-    k6 = system.rhs(omega * (t + h), axpy(axpy(y6, h * 49 / 176, k4), -h * 5103 / 18656, k5))
-    y7 = axpy(axpy(axpy(y, h * 35 / 384, k1), h * 500 / 1113, k3), h * 125 / 192, k4)
-    y7 = axpy(axpy(y7, -h * 2187 / 6784, k5), h * 11 / 84, k6)
-    k7 = system.rhs(omega * (t + h), y7)
-    zero = axpy(k1, -1.0, k1)
-    error = axpy(axpy(axpy(zero, h * 71 / 57600, k1), -h * 71 / 16695, k3), h * 71 / 1920, k4)
-    error = axpy(axpy(axpy(error, -h * 17253 / 339200, k5), h * 22 / 525, k6), -h / 40, k7)
-    dense = axpy(axpy(zero, -h * 12715105075 / 11282082432, k1), h * 87487479700 / 32700410799, k3)
-    dense = axpy(axpy(dense, -h * 10690763975 / 1880347072, k4), h * 701980252875 / 199316789632, k5)
-    dense = axpy(axpy(dense, -h * 1453857185 / 822651844, k6), h * 69997945 / 29380423, k7)
-    return y7, k7, error, dense
+    k1 = times(h, rate)
+    k2 = times(h, system.rhs(omega * (t + h / 5), axpy(y, 1 / 5, k1)))
+    k3 = times(h, system.rhs(omega * (t + h * 3 / 10), axpy(axpy(y, 3 / 40, k1), 9 / 40, k2)))
+    y4 = axpy(axpy(axpy(y, 44 / 45, k1), -56 / 15, k2), 32 / 9, k3)
+    k4 = times(h, system.rhs(omega * (t + h * 4 / 5), y4))
+    y5 = axpy(axpy(axpy(y, 19372 / 6561, k1), -25360 / 2187, k2), 64448 / 6561, k3)
+    k5 = times(h, system.rhs(omega * (t + h * 8 / 9), axpy(y5, -212 / 729, k4)))
+    y6 = axpy(axpy(axpy(y, 9017 / 3168, k1), -355 / 33, k2), 46732 / 5247, k3)
+    k6 = times(h, system.rhs(omega * (t + h), axpy(axpy(y6, 49 / 176, k4), -5103 / 18656, k5)))
+    y7 = axpy(axpy(axpy(y, 35 / 384, k1), 500 / 1113, k3), 125 / 192, k4)
+    y7 = axpy(axpy(y7, -2187 / 6784, k5), 11 / 84, k6)
+    new_rate = system.rhs(omega * (t + h), y7)
+    k7 = times(h, new_rate)
+    error = axpy(axpy(times(71 / 57600, k1), -71 / 16695, k3), 71 / 1920, k4)
+    error = axpy(axpy(axpy(error, -17253 / 339200, k5), 22 / 525, k6), -1 / 40, k7)
+    dense = axpy(times(-12715105075 / 11282082432, k1), 87487479700 / 32700410799, k3)
+    dense = axpy(axpy(dense, -10690763975 / 1880347072, k4), 701980252875 / 199316789632, k5)
+    dense = axpy(axpy(dense, -1453857185 / 822651844, k6), 69997945 / 29380423, k7)
+    return y7, new_rate, error, dense
 
 
 @kernel
