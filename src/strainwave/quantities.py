@@ -54,6 +54,7 @@ def is_model(thing: Any) -> bool:
     return isinstance(thing, tuple) and hasattr(thing, "_fields")
 
 
+@cache
 def _is_float(hint: Any) -> bool:
     return hint is float or (get_origin(hint) is Annotated and get_args(hint)[0] is float)
 
@@ -62,11 +63,17 @@ def _is_whole(value: Any) -> bool:
     return isinstance(value, Integral) or (isinstance(value, Real) and float(value).is_integer())
 
 
-def _converted(value: Any, hint: Any, where: str) -> Any:
+def _converted(value: Any, hint: Any, cls: Any, name: str) -> Any:
+    if type(value) is float and _is_float(hint):
+        return value
+    return _as_annotated(value, hint, f"{cls.__name__}.{name}")
+
+
+def _as_annotated(value: Any, hint: Any, where: str) -> Any:
     if get_origin(hint) is tuple:
         if is_model(value) or not isinstance(value, list | tuple):
             raise TypeError(f"{where} must be a tuple, not {shown(value)}; write a single item as (item,)")
-        return tuple(_converted(item, get_args(hint)[0], where) for item in value)
+        return tuple(_as_annotated(item, get_args(hint)[0], where) for item in value)
     if _is_float(hint):
         if not isinstance(value, Real):
             raise TypeError(f"{where} must be a number, not {shown(value)}")
@@ -111,7 +118,7 @@ def floated(model: Any) -> Any:
     _refuse_deep(model)
     hints = _hints(cls)
     fields = zip(cls._fields, model, strict=True)
-    return cls(*(_converted(value, hints.get(name, Any), f"{cls.__name__}.{name}") for name, value in fields))
+    return cls(*[_converted(value, hints.get(name, Any), cls, name) for name, value in fields])
 
 
 def checked(model: Any) -> Any:
@@ -132,17 +139,15 @@ def checked(model: Any) -> Any:
 
 def _check(model: Any) -> None:
     for name, value in zip(model._fields, model, strict=True):
-        where = f"{type(model).__name__}.{name}"
         items = value if isinstance(value, tuple) and not is_model(value) else (value,)
         if not items:
-            raise ValueError(f"{where} is empty; it needs at least one item")
+            raise ValueError(f"{type(model).__name__}.{name} is empty; it needs at least one item")
         for item in items:
             if is_model(item):
                 _check(item)
-            elif isinstance(item, float) and not isfinite(item):
-                raise ValueError(f"{where} is {shown(value)}; it must be finite")
-            elif isinstance(item, float) and abs(item) > LARGEST:
-                raise ValueError(f"{where} is {shown(value)}; it must not exceed {LARGEST:g} in SI units")
+            elif isinstance(item, float) and not abs(item) <= LARGEST:
+                limit = f"not exceed {LARGEST:g} in SI units" if isfinite(item) else "be finite"
+                raise ValueError(f"{type(model).__name__}.{name} is {shown(value)}; it must {limit}")
     if hasattr(model, "check"):
         model.check()
 

@@ -19,7 +19,7 @@ from .balance import second_order, work_for
 from .branches import leaf_of
 from .floquet import displacement_peaks
 from .fourier import from_blocks
-from .guess import carried
+from .guess import one_harmonic
 from .harmonics import starting_harmonics
 
 TAIL = 1e-11
@@ -141,16 +141,9 @@ def _along(problem: Any, amplitudes: Floats) -> list[Floats | None]:
 def _one_harmonic(problem: Any, a: float) -> Floats:
     """Guess by the describing function: one harmonic about the operating point."""
     system, h = problem.system, len(problem.tau) // 2
-    angle = np.pi * (np.arange(256) + 0.5) / 256
     z = np.zeros(2 * h + 2)
-    z[0] = carried(system.law, float(problem.tau[0]))
-    z[1] = a
-    for _ in range(30):  # the mean that carries the mean torque at this amplitude
-        u = z[0] + a * np.cos(angle)
-        slope = float(np.mean(system.law.stiffness(u)))
-        z[0] -= (float(np.mean(system.law.torque(u))) - float(problem.tau[0])) / slope if slope > 0.0 else 0.0
-    restoring = 2.0 * float(np.mean(system.law.torque(z[0] + a * np.cos(angle)) * np.cos(angle)))
-    z[-1] = np.sqrt(max(restoring, 0.0) / (system.J * a))
+    mean, stiffness = one_harmonic(system.law, float(problem.tau[0]), np.array([a]))
+    z[0], z[1], z[-1] = mean[0], a, np.sqrt(max(float(stiffness[0]), 0.0) / system.J)
     return z
 
 

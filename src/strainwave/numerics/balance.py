@@ -9,6 +9,7 @@ Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2
 """
 
 import math
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -258,6 +259,24 @@ class SecondOrder(NamedTuple):
             slope[i] /= 2.0 * d
 
 
+class Tables(NamedTuple):
+    """What all problems with equal numbers of harmonics, samples and turns share."""
+
+    angles: Floats
+    synthesis: Floats
+    analysis: Floats
+    analysis_padded: Floats
+    analysis_double: Floats
+
+
+@lru_cache(maxsize=64)
+def _tables(h: int, samples: int, turns: int, stride: int) -> Tables:
+    angles = 2.0 * np.pi / stride * turns * np.arange(samples) / samples
+    table = analysis(h, samples, stride)
+    double = padded(analysis(2 * h, samples))
+    return Tables(angles, synthesis(h, samples, stride), table, padded(table), double)
+
+
 def second_order(
     system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: int = 1, stride: int = 1
 ) -> SecondOrder:
@@ -268,23 +287,21 @@ def second_order(
     piecewise = is_piecewise_linear(system.law)
     samples = (8 * harmonics + 8 if piecewise else 4 * harmonics + 4) // stride
     h = (harmonics + 1) // stride if stride > 1 else harmonics
-    angles = 2.0 * np.pi / stride * turns * np.arange(samples) / samples
-    table = analysis(h, samples, stride)
-    torque = np.broadcast_to(np.asarray(system.excitation.torque(angles), float), angles.shape)
-    error = np.broadcast_to(np.asarray(system.error.value(angles), float), angles.shape)
-    tau = torque @ table
+    tables = _tables(h, samples, turns, stride)
+    angles, table = tables.angles, tables.analysis
+    nothing = np.zeros(samples)
+    tau = (system.excitation.torque(angles) + nothing) @ table
+    error = (system.error.value(angles) + nothing) @ table
     clean_mean(tau)
     wide = 4 * h + 1
     nonlinear: Any
     if piecewise:
         nonlinear = crossings_for(h)
     else:
-        double = padded(analysis(2 * h, samples))
         buffers = np.empty(samples), np.empty(wide), np.empty(wide), np.empty(wide)
-        nonlinear = Sampling(padded(table), double, *buffers, stride)
-    table_back = synthesis(h, samples, stride)
+        nonlinear = Sampling(tables.analysis_padded, tables.analysis_double, *buffers, stride)
     return SecondOrder(
-        system, leaf, omega_leaf, turns, stride, table_back, table, angles, tau, error @ table, nonlinear
+        system, leaf, omega_leaf, turns, stride, tables.synthesis, table, angles, tau, error, nonlinear
     )  # fmt: skip
 
 

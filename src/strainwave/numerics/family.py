@@ -3,15 +3,13 @@
 Kernels release the interpreter's lock, so that threads share the work; every member takes the same harmonics.
 """
 
-from concurrent.futures import ThreadPoolExecutor
-from itertools import islice
 from typing import Any
 
 from numpy.typing import ArrayLike
 
-from ..quantities import numbers, positive_count, replace, shown
+from ..quantities import checked, numbers, positive_count, replace, shown
 from ..results import Branch
-from .response import frequency_response
+from .response import frequencies, response_curves
 
 
 def response_family(
@@ -55,14 +53,7 @@ def response_family(
     if len(lengths) != 1:
         raise ValueError(f"the values of a family must be arrays of one length, not of lengths {sorted(lengths)}")
     positive_count("threads", threads)
+    lo, hi = frequencies(span)
     columns = {path: v.tolist() for path, v in values.items()}
-    members = [replace(system, {p: c[i] for p, c in columns.items()}) for i in range(lengths.pop())]
-
-    def curve(member: Any) -> Branch:
-        return frequency_response(member, span, harmonics=harmonics, points=points)
-
-    if threads == 1:
-        return [curve(member) for member in members]
-    first = [curve(member) for member in members[:1]]  # compiles, where that is still to do, before the threads start
-    with ThreadPoolExecutor(threads) as pool:
-        return first + list(pool.map(curve, islice(members, 1, None)))
+    members = [checked(replace(system, {p: c[i] for p, c in columns.items()})) for i in range(lengths.pop())]
+    return response_curves(members, lo, hi, harmonics, 1, points, threads)

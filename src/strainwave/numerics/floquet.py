@@ -50,8 +50,8 @@ def _stability_loops(problem: Any, table: Any, points: Any, traces: Any, peaks: 
 def _refined(x: Any, h: int, stride: int, angle: float, value: float) -> float:
     top = value
     for _ in range(2):
-        c, s = math.cos(stride * angle), math.sin(stride * angle)
         ck, sk = math.cos(angle), math.sin(angle)
+        c, s = (ck, sk) if stride == 1 else (ck * ck - sk * sk, 2.0 * sk * ck)
         top, slope, curvature, order = x[0], 0.0, 0.0, 1
         for k in range(1, h + 1):
             even, odd = x[k] * ck + x[h + k] * sk, x[h + k] * ck - x[k] * sk
@@ -128,10 +128,18 @@ def grid_of(problem: SecondOrder, steps: int) -> Floats:
 
 def multipliers(traces: Floats, decay: Floats) -> NDArray[np.complex128]:
     """Floquet multipliers (points, 2), largest modulus first, from Hill's traces and exp(-B period/(2J))."""
-    half = 0.5 * np.asarray(traces, complex)
-    root = np.sqrt(half * half - 1.0)
-    first = np.where(np.abs(half + root) >= np.abs(half - root), half + root, half - root)
-    return np.asarray(np.stack([first, 1.0 / first], axis=-1) * np.asarray(decay)[..., None], complex)
+    half = 0.5 * np.asarray(traces, float)
+    square = half * half - 1.0
+    root = np.sqrt(np.abs(square))
+    real = square >= 0.0  # two real multipliers, else a complex pair
+    out = np.empty((*half.shape, 2), complex)
+    larger = half + np.where(real, np.copysign(root, half), 0.0)
+    out.real[..., 0] = larger
+    out.real[..., 1] = np.where(real, 1.0 / np.where(real, larger, 1.0), half)
+    out.imag[..., 0] = np.where(real, 0.0, root)
+    out.imag[..., 1] = -out.imag[..., 0]
+    out *= np.asarray(decay)[..., None]
+    return out
 
 
 def hill(problem: Any, points: Floats, table: Floats | None = None) -> tuple[Floats, Floats]:
@@ -145,8 +153,12 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> tuple[Flo
 
 def orbit_scales(problem: Any, values: Floats) -> tuple[Floats, Floats]:
     """Base frequency, and exp(-B period/(2J)), for every value of the parameter."""
-    systems = with_leaf(problem.system, problem.leaf, values)
-    omega = np.broadcast_to(np.asarray(systems.omega, float), values.shape).copy()
+    systems = problem.system
+    if problem.leaf == problem.omega_leaf:
+        omega = values.copy()
+    else:
+        systems = with_leaf(systems, problem.leaf, values)
+        omega = np.broadcast_to(np.asarray(systems.omega, float), values.shape).copy()
     return omega, np.exp(-np.pi * problem.turns * systems.B / systems.J / omega)
 
 

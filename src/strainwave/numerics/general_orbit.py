@@ -11,7 +11,7 @@ from .first_order import FirstOrder, first_order
 from .floquet import displacement_peaks
 from .fourier import from_blocks
 from .harmonics import starting_harmonics
-from .response import linear_start, settled_start
+from .passage import linear_start, settled_start
 from .variational import monodromy, multipliers_of
 
 

@@ -12,6 +12,8 @@ from ..results import Floats
 from .brackets import bracketed_root
 from .fourier import orders
 
+WAVE = np.cos(np.pi * (np.arange(16) + 0.5) / 16)  # half a vibration
+
 
 def operating_point(law: Any, mean: float) -> float:
     """Torsion [rad] nearest to zero at which the law carries the mean torque [N*m].
@@ -74,14 +76,36 @@ def linear_response(problem: Any, value: float) -> Floats:
     z[0] = carried(system.law, float(tau[0]))
     stiffness = float(system.law.stiffness(z[0]))
     w = orders(h, problem.stride) * system.omega / problem.turns
-    drive = (tau[1 : h + 1] + system.J * w * w * error[1 : h + 1]) - 1j * (
-        tau[h + 1 :] + system.J * w * w * error[h + 1 :]
-    )
     bottom = stiffness - system.J * w * w + 1j * system.B * w
     least = 1e-9 * (abs(stiffness) + system.J * w * w)  # exactly at a resonance without damping there is no response
-    response = drive / np.where(np.abs(bottom) < least, least, bottom)
+    response = drive(system, w, tau, error) / np.where(np.abs(bottom) < least, least, bottom)
     z[1 : h + 1], z[h + 1 : n] = response.real, -response.imag
     return z
+
+
+def drive(system: Any, w: Floats, tau: Floats, error: Floats) -> Any:
+    """Complex amplitudes [N*m] of what drives the torsion at the frequencies w [rad/s]: tau - J e''."""
+    h, inertia = len(w), system.J * w * w
+    return tau[1 : h + 1] + inertia * error[1 : h + 1] - 1j * (tau[h + 1 :] + inertia * error[h + 1 :])
+
+
+def one_harmonic(law: Any, torque: float, sizes: Floats) -> tuple[Floats, Floats]:
+    """Mean torsion [rad] and equivalent stiffness [N*m/rad] of vibrations of one harmonic with these amplitudes [rad].
+
+    The mean carries the mean torque [N*m] (where the law lets it), the stiffness is the describing function.
+    Gelb & Vander Velde 1968, Multiple-Input Describing Functions, sec. 6.1 (a harmonic and a bias).
+    """
+    wave = sizes[:, None] * WAVE
+    mean = np.full(len(sizes), carried(law, torque))
+    for _ in range(30):
+        u = mean[:, None] + wave
+        pull = law.torque(u) + 0.0 * u
+        short = torque - pull.mean(axis=1)
+        if np.all(np.abs(short) <= 1e-9 * np.abs(pull).max(axis=1)):
+            break
+        slope = (law.stiffness(u) + 0.0 * u).mean(axis=1)
+        mean += np.divide(short, slope, out=np.zeros(len(sizes)), where=slope > 0.0)
+    return mean, 2.0 / len(WAVE) * (pull @ WAVE) / sizes
 
 
 def error_coefficients(problem: Any, values: Floats) -> Floats:

@@ -22,18 +22,18 @@ def odd_problem(problem: Any) -> SecondOrder | None:
     if problem.turns != 1 or not isinstance(getattr(problem, "nonlinear", None), Sampling):
         return None
     h, law = len(problem.tau) // 2, problem.system.law
-    even = np.abs(np.stack([problem.tau, problem.error])[:, [0, *range(2, h + 1, 2), *range(h + 2, 2 * h + 1, 2)]])
     with np.errstate(all="ignore"):
         odd = _odd(law.torque(TWISTS), law.torque(-TWISTS))
-    if not odd or np.any(even > 1e-14 * np.max(np.abs([problem.tau, problem.error]), axis=1, keepdims=True)):
+    if not odd or not all(_is_odd_series(series, h) for series in (problem.tau, problem.error)):
         return None
     return second_order(problem.system, problem.leaf, problem.omega_leaf, h, 1, 2)
 
 
 def is_odd_on(problem: SecondOrder, points: Floats) -> bool:
     """Whether the law is odd at the torsions of the orbits found (coefficients in blocks, parameter last)."""
-    u = points[:, :-1] @ problem.synthesis
-    law = with_leaf(problem.system, problem.leaf, points[:, -1:]).law
+    some = points[::3]  # neighbours have next to the same torsions
+    u = some[:, :-1] @ problem.synthesis
+    law = with_leaf(problem.system, problem.leaf, some[:, -1:]).law
     return _odd(law.torque(u), law.torque(-u))
 
 
@@ -45,6 +45,12 @@ def all_orders(problem: SecondOrder, series: Floats) -> Floats:
     out = np.zeros((len(series), 4 * h - 1))
     out[:, 1 : 2 * h : 2], out[:, 2 * h :: 2] = series[:, 1 : h + 1], series[:, h + 1 :]
     return out
+
+
+def _is_odd_series(series: Floats, h: int) -> bool:
+    """Whether the mean and the even harmonics (in blocks) are rounding."""
+    sizes = [abs(value) for value in series.tolist()]
+    return bool(max(sizes[:1] + sizes[2 : h + 1 : 2] + sizes[h + 2 :: 2]) <= 1e-14 * max(sizes))
 
 
 def _odd(there: Any, back: Any) -> bool:

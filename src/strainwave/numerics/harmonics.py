@@ -97,7 +97,7 @@ def too_few(problem: Any, path: str, points: Floats) -> list[str]:
     for point in few:
         system = with_leaf(problem.system, problem.leaf, float(point[-1]))
         here = problem._replace(system=system, leaf=problem.omega_leaf)
-        shares.append(left_out(here, np.append(point[:-1], system.omega)[None, :])[0])
+        shares.append(left_out(here, np.append(point[:-1], system.omega)[None, :])[0].item())
     worst = int(np.argmax(shares))
     if shares[worst] <= MATTERS:
         return []

@@ -8,8 +8,9 @@ from .._dispatch import is_spring
 from ..quantities import shown, with_parts
 from ..results import Floats, Orbit, SolveError, Status
 from .balance import second_order
-from .branches import Trace, describe, leaf_of, solve, tail_of, with_velocity
+from .branches import Trace, leaf_of, solve, tail_of, with_velocity
 from .continuation import END
+from .description import describe
 from .first_order import is_second_order
 from .fourier import from_blocks, to_blocks
 from .general_orbit import general_orbit

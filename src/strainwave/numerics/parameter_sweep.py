@@ -11,13 +11,15 @@ import numpy as np
 
 from ..quantities import interval, replace, shown, with_parts
 from ..results import Branch, Floats, Orbit, SolveError
-from .branches import UNBOUNDED, Trace, describe, largest_tail, leaf_of, solve, tail_of, trace
+from .branches import UNBOUNDED, Trace, largest_tail, leaf_of, solve, tail_of, trace
 from .continuation import CLOSED, END, LOST
+from .description import describe
 from .first_order import FirstOrder, balance_of
 from .fourier import to_blocks
 from .guess import linear_response
 from .harmonics import most_harmonics, starting_harmonics, too_few
-from .response import GROWTH, TAIL, damped_start, linear_start
+from .passage import GROWTH, damped_start, linear_start
+from .response import TAIL
 
 SECOND_ORDER = ("J", "B", "law", "excitation", "omega", "error")  # what the compact harmonic balance needs of a system
 INSIDE = 0.01  # of the range: where a sweep starts that has no response at its lower end

@@ -28,9 +28,8 @@ def products(traces: Floats, decay: Floats) -> tuple[Floats, Floats]:
     return 1.0 + total + determinant, 1.0 - total + determinant
 
 
-def with_crossings(problem: Any, points: Floats, labels: Any, traces: Floats) -> tuple[Floats, Any, int]:
+def with_crossings(problem: Any, points: Floats, labels: Any, traces: Floats, decay: Floats) -> tuple[Floats, Any, int]:
     """Insert the period doublings and branch points between the points of a branch; returns how many there are."""
-    decay = orbit_scales(problem, points[:, -1])[1]
     doubling, crossing = products(traces, decay)
     found: list[tuple[int, int, Floats]] = []
     for i in np.flatnonzero(doubling[1:] * doubling[:-1] < 0.0).tolist():

@@ -14,8 +14,9 @@ import numpy as np
 from ..quantities import checked, interval, replace, shown, with_parts
 from ..results import Branch, Floats, Orbit, SolveError
 from .balance import work_for
-from .branches import Trace, describe, largest_tail, leaf_of, trace
+from .branches import Trace, largest_tail, leaf_of, trace
 from .continuation import END, FOLD, STEP
+from .description import describe
 from .first_order import balance_of
 from .harmonics import most_harmonics, starting_harmonics
 from .parameter_sweep import embedded

@@ -1,8 +1,9 @@
 """`isolas`: responses that no sweep reaches, such as subharmonic loops, seeded by the slow flow and then continued.
 
-Each steady state of the slow flow becomes a guess for harmonic balance with the period of its resonance; what converges
-is followed both ways until it closes. Where the slow flow does not know the resonance or no state converges, the free
-vibration of the same frequency (the backbone) is tried with all phases, and then integration from those states.
+Each steady state of the slow flow, and each orbit that a harmonic alone allows at an end of the range, becomes a guess
+for harmonic balance with the period of its resonance; what converges is followed both ways until it closes. Where the
+slow flow does not know the resonance or no state converges, the free vibration of the same frequency (the backbone) is
+tried with all phases, and then integration from those states.
 
 Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 4.1.3, 4.1.4; Krack & Gross 2019, sec. 4.4 (isolated branches).
 """
@@ -16,8 +17,10 @@ import numpy as np
 from .._dispatch import springs_only
 from ..numerics.backbone import backbone
 from ..numerics.balance import second_order
-from ..numerics.branches import Trace, describe, leaf_of, solve
+from ..numerics.branches import Trace, leaf_of, solve
+from ..numerics.coexisting import guesses
 from ..numerics.continuation import CLOSED, END, FOLD, STEP
+from ..numerics.description import describe
 from ..numerics.fourier import from_blocks
 from ..numerics.guess import linear_response
 from ..numerics.harmonics import highest_order, starting_harmonics
@@ -93,7 +96,7 @@ def isolas(
     main = [frequency_response(system, (lo, hi), harmonics=harmonics)] if period == 1 else []
     found: list[Branch] = []
     reached = False
-    for seeds in (_slow_seeds, _free_seeds, _settled_seeds):
+    for seeds in (_first_seeds, _free_seeds, _settled_seeds):
         for guess, origin in seeds(problem, resonance, lo, hi):
             point = solve(problem, guess)
             if point is None or not _subharmonic(point, period):
@@ -215,6 +218,15 @@ def _with_component(problem: Any, omega: float, p: int, amplitude: float, phase:
     h = len(problem.tau) // 2
     z[p], z[h + p] = amplitude * np.cos(phase), amplitude * np.sin(phase)
     return z
+
+
+def _first_seeds(problem: Any, resonance: Resonance, lo: float, hi: float) -> Iterator[tuple[Floats, str]]:
+    """What a harmonic alone allows at the ends of the range, through which branches may enter, and the slow flow."""
+    if resonance.q == 1:
+        for omega, some in guesses(problem, (lo, hi)).items():
+            for guess in some:
+                yield guess, f"seeded by what one harmonic allows at the end of the range, omega = {omega:.6g} rad/s"
+    yield from _slow_seeds(problem, resonance, lo, hi)
 
 
 def _slow_seeds(problem: Any, resonance: Resonance, lo: float, hi: float) -> Iterator[tuple[Floats, str]]:
