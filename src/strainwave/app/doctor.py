@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from .. import __version__, _jit
+from .. import __version__, _cuda, _jit
 from .console import to_json
 
 CORE = ("numpy", "scipy", "numba", "llvmlite", "xarray", "zarr", "pint", "pydantic", "ruamel.yaml", "click", "rich")
@@ -19,6 +19,8 @@ EXTRAS = {
     "plot": ("matplotlib",),
     "report": ("jinja2",),
     "sym": ("sympy",),
+    "cluster": ("distributed",),
+    "cuda": ("numba_cuda",),
     "docs": ("sphinx", "myst_parser", "sphinx_gallery", "furo"),
     "dev": ("pytest", "hypothesis", "ruff", "mypy"),
 }
@@ -38,6 +40,7 @@ def report() -> dict[str, Any]:
         "system": f"{platform.system()} {platform.release()} {platform.machine()}",
         "packages": {name: _version(name) for name in CORE},
         "compilation": "on" if _jit.enabled() else "off (STRAINWAVE_JIT=0 or NUMBA_DISABLE_JIT=1)",
+        "gpu": _cuda.missing() or "usable",
         "cache": {"folder": str(folder), "writable": writable, "why": why, "bytes": size},
         "cores": {"machine": os.cpu_count(), "usable": _usable_cores()},
         "cpu": cpu,
@@ -82,6 +85,7 @@ def show(as_json: bool) -> None:
     click.echo(f"cpu          {facts['cpu']}, {cores['usable']} of {cores['machine']} cores usable")
     click.echo(f"simd         {' '.join(facts['simd']) or 'none known'}")
     click.echo(f"compilation  {facts['compilation']}")
+    click.echo(f"gpu          {facts['gpu']}")
     state = (
         "writable" if cache["writable"] else f"NOT writable, so code is compiled anew at every start: {cache['why']}"
     )
@@ -89,4 +93,4 @@ def show(as_json: bool) -> None:
     click.echo("packages     " + ", ".join(f"{name} {v or 'MISSING'}" for name, v in facts["packages"].items()))
     for extra, there in facts["extras"].items():
         hint = "installed" if there else f"not installed; pip install 'strainwave[{extra}]'"
-        click.echo(f"extra {extra:<7}{hint}")
+        click.echo(f"extra {extra:<8}{hint}")
