@@ -529,6 +529,70 @@ def test_all_problems_are_told_at_once_in_the_order_of_the_file(written):
     assert [line.split(": ")[1] for line in complaint(written(text))] == ["gear", "load.inertia", "speed.from"]
 
 
+def test_contradictions_are_told_with_what_is_wrong_elsewhere(written):
+    text = GOOD.replace("1.3 kg*m^2", "1.3").replace("100 rpm", "20 Hz")
+    text += "  motor_torque: {mean: 1 N*m}\n"
+    fields = [line.split(": ")[1] for line in complaint(written(text))]
+    assert fields == ["load.inertia", "speed.from", "excitation.motor_torque"]
+
+
+LOOP = "loop: {type: speed_loop, K_p: 0.5 N*m*s/rad, K_i: 20 N*m/rad}"
+
+
+def test_loop_drag_and_coupling_make_the_whole_train(written):
+    text = GOOD.replace("mode: held", LOOP + ", drag: {type: viscous, B: 2e-4 N*m*s/rad}").replace(
+        "inertia: 1.3 kg*m^2",
+        "inertia: 1.2 kg*m^2, drag: {type: angle_torque, amplitude: 40 N*m}, "
+        "coupling: {inertia: 0.1 kg*m^2, B: 5 N*m*s/rad, law: {type: linear, K: 4e5 N*m/rad}}",
+    )
+    project = load(written(text))
+    train = project.train
+    assert train.motor == sw.Motor(5e-4, drag=sw.Viscous(2e-4), control=sw.SpeedLoop(0.5, 20.0))
+    assert train.load[:3] == (0.1, 5.0, sw.Linear(4e5))
+    assert (train.load.load.J, train.load.load.drag) == (1.2, sw.AngleTorque(40.0))
+    assert project.drive.J_l == pytest.approx(1.3)
+    assert load(written(GOOD)).train is None
+
+
+def test_ripples_make_a_varying_oscillator(written):
+    text = GOOD.replace("{ratio: 0.02}", "{ratio: 0.02, ripples: [{order: 3, depth: 10 %}], warming: 20 K}")
+    system = load(written(text + "stiffness: {ripples: [{order: 2, depth: 0.1, phase: 90 deg}]}\n")).system(200.0)
+    assert isinstance(system, sw.VaryingOscillator)
+    assert system.variation == sw.Variation((sw.Ripple(2, 0.1, math.pi / 2.0),))
+    assert system.damping.variation == sw.Variation((sw.Ripple(3, 0.1),))
+    assert system.damping.warming == 20.0
+
+
+SPRING = "{type: linear, K: 1e5 N*m/rad}"
+HYSTERESIS = "{type: bouc_wen, K: 1e5 N*m/rad, ratio: 0.5, yield_twist: 1 mrad}"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("mode: held", "mode: free, " + LOOP, "motor.loop: keeps the motor's speed, and 'mode: free' gives it up"),
+        ("mode: held", LOOP.replace("speed_loop", "pid"), "motor.loop.type: 'pid' is not known; write one of speed_"),
+        ("mode: held", LOOP.replace("0.5", "-0.5"), "motor.loop.K_p: is -0.5; with a negative gain"),
+        ("mode: held", f"drag: {SPRING}", "motor.drag: Linear is a spring, which ties a shaft to the ground"),
+        ("CSG-40-50", "{ratio: 50, law: {type: angle_torque, amplitude: 1 N*m}}", "gear.law: AngleTorque follows the"),
+        ("ratio: 0.02", "ratio: 0.02, ripples: [{order: 2, depth: 120 %}]", "damping.ripples: the depths of a Vari"),
+        ("ratio: 0.02", "ratio: 0.02, ripples: [2]", "damping.ripples[0]: '2' is not a group of fields; write {order"),
+        ("ratio: 0.02", "ratio: 0.02, warming: 20 deg", "damping.warming: '20 deg' is not a difference of temperature"),
+    ],
+)
+def test_what_does_not_fit_a_loop_or_a_ripple_is_said(written, old, new, said):
+    (line,) = complaint(written(GOOD.replace(old, new)))
+    assert said in line
+
+
+def test_ripples_stand_beside_no_memory_and_no_loop(written):
+    ripples = "stiffness: {ripples: [{order: 2, depth: 0.1}]}\n"
+    (line,) = complaint(written(GOOD.replace("CSG-40-50", f"{{ratio: 50, law: {HYSTERESIS}}}") + ripples))
+    assert "stiffness: varies, which takes a spring" in line
+    (line,) = complaint(written(GOOD.replace("mode: held", LOOP) + ripples))
+    assert "motor.loop: belongs to the drive train, whose stiffness and damping do not vary" in line
+
+
 def test_very_many_problems_are_cut_short(written):
     lines = complaint(written(GOOD + "".join(f"wrong_{i}: 1\n" for i in range(500))))
     assert len(lines) == 21

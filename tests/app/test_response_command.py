@@ -97,3 +97,16 @@ def test_curve_without_a_stable_motion_is_told_so(project):
     assert "no motion on the curve is stable" in result.stdout
     data = json.loads(invoke(project, "--json").stdout)
     assert (data["largest"], data["jump_up_speed"], data["jump_down_speed"]) == (None, None, None)
+
+
+def test_a_png_asks_for_matplotlib_before_anything_is_computed(project, tmp_path, monkeypatch):
+    monkeypatch.setattr("strainwave.app.png.find_spec", lambda _: None)
+    monkeypatch.setattr("strainwave.app.response.response_through", lambda *_: pytest.fail("it was computed"))
+    result = invoke(project, "-o", tmp_path / "curve.png")
+    assert result.exit_code == 1
+    assert "a PNG needs matplotlib" in result.stderr
+
+
+def test_a_lone_figure_names_its_numbered_lines(project, tmp_path):
+    assert invoke(project, "-o", tmp_path / "curve.svg").exit_code == 0
+    assert "2: primary, order 2" in (tmp_path / "curve.svg").read_text(encoding="utf-8")

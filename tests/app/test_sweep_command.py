@@ -16,7 +16,7 @@ from click.testing import CliRunner
 import strainwave as sw
 from strainwave.app import cli as command
 from strainwave.app.project import load
-from strainwave.app.sweep import axis, named
+from strainwave.app.sweep import axis, in_equation, named
 from strainwave.quantities import parameters
 
 PROJECT = """\
@@ -36,6 +36,25 @@ def project(tmp_path):
     path = tmp_path / "drive.yaml"
     path.write_text(PROJECT)
     return path
+
+
+@pytest.mark.parametrize(
+    ("text", "own"),
+    [
+        ("gear.law.alpha=1,2", "law.alpha=1,2"),
+        ("load.inertia = 1,2", "J= 1,2"),
+        ("damping.B=1,2", "B=1,2"),
+        ("excitation.kinematic_error.0.amplitude=1:2:3", "error.lines.0.amplitude=1:2:3"),
+        ("omega=1,2", "omega=1,2"),
+    ],
+)
+def test_names_of_the_project_file_are_those_of_the_equation(project, text, own):
+    assert in_equation(text, load(project)) == own
+
+
+def test_the_load_is_not_the_inertia_of_a_free_motors_equation(project):
+    project.write_text(PROJECT.replace("held", "free"))
+    assert in_equation("load.inertia=1,2", load(project)) == "load.inertia=1,2"
 
 
 @pytest.mark.parametrize(

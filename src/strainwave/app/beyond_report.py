@@ -105,8 +105,13 @@ def _run_data(study: TrainStudy) -> dict[str, Any]:
 def train_warning(analysis: Analysis, angle: AngleUnit) -> list[str]:
     """Say where the whole train and the error equation of the report are far apart; a free motor has a sentence."""
     study = analysis.beyond.train
-    if study is None or study.left_out is not None or not np.any(np.isfinite(study.whole)):
+    if study is None or study.left_out is not None:
         return []
+    if not np.any(np.isfinite(study.whole)):
+        return [
+            "This report is about the error equation with an ideally held motor and a rigid load; the loop, friction, "
+            "gravity and coupling of the file are in the section of the whole drive train alone."
+        ]
     apart = np.nan_to_num(np.abs(np.log(study.reduced / study.whole)))
     at = int(np.argmax(apart))
     if apart[at] < np.log1p(APART):
@@ -137,7 +142,7 @@ def _loop_figure(loop: GearLoop, cycle: Cycle | None, angle: AngleUnit) -> str:
     left.line(loop.small.torsion * angle.factor, loop.small.torque, ORANGE, "4 % of full load", width=2.2)
     if cycle is None:
         return figure([[left]], 300.0, "hysteresis loop")
-    right = Panel("steady motion with the largest |x|", f"torsion ({angle.name})", "torque through the gear (N·m)")
+    right = Panel("steady motion, largest |x| of the cases", f"torsion ({angle.name})", "torque in the gear (N·m)")
     right.line(cycle.u * angle.factor, cycle.torque, BLACK, "steady motion, damping included", width=1.3)
     return figure([[left, right]], 300.0, "hysteresis loop")
 

@@ -55,7 +55,7 @@ def in_equation(text: str, project: Project) -> str:
     for name, own in (("gear.law.", "law."), ("excitation.kinematic_error.", "error.lines.")):
         if path.startswith(name):
             path = own + path.removeprefix(name)
-    same = {"damping.B": "B", "speed": "omega"} | ({"load.inertia": "J"} if project.motor == "held" else {})
+    same = {"damping.B": "B"} | ({"load.inertia": "J"} if project.motor == "held" else {})
     return same.get(path, path) + equals + values
 
 

@@ -246,7 +246,8 @@ def _warnings(
             "and simulated points depend on the start; give a damping, a damping ratio or a quality factor."
         )
     if not exact.curve.status:
-        said.append(f"The exact response curve is not whole: {exact.curve.message}.")
+        what = "The exact response curve is not whole" if exact.method != "integration" else "The response has gaps"
+        said.append(f"{what}: {exact.curve.message}.")
     difference = sweep.difference()
     if difference is not None and difference > DISAGREE:
         said.append(
