@@ -29,6 +29,7 @@ CASES = {
     "Dop8, steps chosen, one lane lost": (SOFT._replace(error=FORCED), None, MEASURES),
     "Dopri5": (SYSTEMS["Duffing"], sw.Dopri5(rtol=1e-8, atol=1e-8), MEASURES),
 }
+SPILLED = {("everything", "Dop8"): 3000}  # bytes of a thread: it computes the cosines of all stages beforehand
 INSTALLED = find_spec("numba_cuda") is not None
 needs_compiler = pytest.mark.skipif(not INSTALLED, reason="numba-cuda is not installed (extra cuda)")
 
@@ -100,6 +101,9 @@ def test_ptx_keeps_the_state_in_registers_and_calls_nothing(name, method):
         assert f".target sm_{major}{minor}" in ptx
         assert ptx.count("fma.rn.f64") > 100
         assert re.findall(r"^\s+(?:ld|st)\.local.*|^\s+call.*|^\.extern.*", ptx, re.MULTILINE) == []
+    used = device_code.registers(made[9, 0], (9, 0))
+    if used is not None:
+        assert used[2] <= SPILLED.get((name, type(method).__name__), 0)
 
 
 @pytest.mark.skipif(INSTALLED, reason="numba-cuda is installed")
