@@ -9,7 +9,6 @@ Machine code is kept on disk in a folder keyed by a hash of the package's source
 notice an edit in another file. Code that involves a class from outside the package is compiled in memory only.
 """
 
-import hashlib
 import inspect
 import os
 import sys
@@ -20,7 +19,6 @@ from functools import cache, wraps
 from importlib import import_module
 from itertools import count, repeat
 from pathlib import Path
-from tempfile import TemporaryFile
 from typing import Any, TypeVar
 
 from . import _compiled_maths, _lanes
@@ -117,17 +115,18 @@ def _with_leaf(thing: Any, index: int, value: Any) -> tuple[Any, int]:
     for place, item in enumerate(thing):
         if isinstance(item, float):
             index -= 1
-            found = index == -1
+            if index != -1:
+                continue
             new = value
         elif isinstance(item, tuple):
             new, index = _with_leaf(item, index, value)
-            found = new is not item
+            if new is item:
+                continue
         else:
             continue
-        if found:
-            items = (*thing[:place], new, *thing[place + 1 :])
-            make: Any = type(thing)
-            return (make(*items) if hasattr(thing, "_fields") else items), -1
+        items = (*thing[:place], new, *thing[place + 1 :])
+        make: Any = type(thing)
+        return (make(*items) if hasattr(thing, "_fields") else items), -1
     return thing, index
 
 
@@ -359,7 +358,7 @@ def _with_leaf_body(types: Any, extending: Any) -> Callable[..., Any]:
 @cache
 def source_hash() -> str:
     """Hash of the sources that hold compiled code, which keys its folder."""
-    digest = hashlib.sha256()
+    digest = import_module("hashlib").sha256()  # imported when needed, as a light run may need no cache
     home = Path(__file__).parent
     for path in sorted([*home.glob("*.py"), *home.glob("model/*.py"), *home.glob("numerics/*.py")]):
         digest.update(path.read_bytes())
@@ -387,7 +386,7 @@ def cache_writable() -> bool:
     # Asked here because Numba would fall back on __pycache__, which no source hash keys.
     try:
         cache_folder().mkdir(parents=True, exist_ok=True)
-        TemporaryFile(dir=cache_folder()).close()
+        import_module("tempfile").TemporaryFile(dir=cache_folder()).close()
     except OSError:
         return False
     return True

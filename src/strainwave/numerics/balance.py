@@ -82,10 +82,11 @@ def add_linear(J: float, B: float, w: float, stride: int, z: Any, torque: Any, e
     """Add J u'' + B u' - tau + J e'' in Fourier coefficients."""
     h = len(r) // 2
     kw = w * orders(h, stride)
+    inertia, damping = J * kw * kw, B * kw
     c, s = z[1 : h + 1], z[h + 1 : 2 * h + 1]
     r -= torque
-    r[1 : h + 1] += -J * kw * kw * (c + error[1 : h + 1]) + B * kw * s
-    r[h + 1 :] += -J * kw * kw * (s + error[h + 1 :]) - B * kw * c
+    r[1 : h + 1] += damping * s - inertia * (c + error[1 : h + 1])
+    r[h + 1 :] -= damping * c + inertia * (s + error[h + 1 :])
 
 
 def _add_linear_jacobian_loops(J: float, B: float, w: float, stride: int, h: int, out: Any) -> None:

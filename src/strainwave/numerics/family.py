@@ -3,6 +3,7 @@
 Kernels release the interpreter's lock, so that threads share the work; every member takes the same harmonics.
 """
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -56,4 +57,7 @@ def response_family(
     lo, hi = frequencies(span)
     columns = {path: v.tolist() for path, v in values.items()}
     members = [checked(replace(system, {p: c[i] for p, c in columns.items()})) for i in range(lengths.pop())]
-    return response_curves(members, lo, hi, harmonics, 1, points, threads)
+    if threads == 1:
+        return response_curves(members, lo, hi, harmonics, 1, points)
+    with ThreadPoolExecutor(threads) as pool:
+        return response_curves(members, lo, hi, harmonics, 1, points, pool.map)

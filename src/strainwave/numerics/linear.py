@@ -83,7 +83,8 @@ def _weighted_norm_loops(v: Any, weights: Any) -> float:
 @kernel_as(_weighted_norm_loops, inline=True)
 def weighted_norm(v: Any, weights: Any) -> float:
     """Euclidean norm of v times weights, entry by entry."""
-    return float(np.linalg.norm(v * weights))
+    scaled = v * weights
+    return float(scaled @ scaled) ** 0.5
 
 
 def _row_times_loops(row: Any, table: Any, out: Any) -> None:

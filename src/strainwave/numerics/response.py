@@ -5,7 +5,7 @@ leaves the range with folds still ahead, it is followed outside until it comes b
 until the last two are negligible.
 """
 
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
 from dataclasses import replace as with_changes
 from typing import Any
 
@@ -90,20 +90,17 @@ def frequencies(span: Any) -> tuple[float, float]:
 
 
 def response_curves(
-    systems: list[Any], lo: float, hi: float, harmonics: int | None, period: int, points: int, threads: int = 1
-) -> list[Branch]:
-    """Response curves of checked systems of one class, traced one by one and described together."""
+    systems: list[Any], lo: float, hi: float, harmonics: int | None, period: int, points: int,
+    each: Callable[..., Any] = map,
+) -> list[Branch]:  # fmt: skip
+    """Response curves of checked systems of one class, traced by `each`, which is like map, and described together."""
     leaf = leaf_of(systems[0], "omega")
 
     def traced(system: Any) -> Any:
         return _traced(with_leaf(system, leaf, (lo * hi) ** 0.5), leaf, lo, hi, harmonics, period, points)
 
-    first = [traced(systems[0])]  # compiles, where that is still to do, before the threads start
-    if threads == 1:
-        found = first + [traced(system) for system in systems[1:]]
-    else:
-        with ThreadPoolExecutor(threads) as pool:
-            found = first + list(pool.map(traced, systems[1:]))
+    # The first compiles, where that is still to do, before threads start.
+    found = [traced(systems[0]), *each(traced, systems[1:])]
     alike: dict[Any, list[int]] = {}
     for i, curve in enumerate(found):
         if isinstance(curve, Survey):
