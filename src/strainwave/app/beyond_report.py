@@ -15,7 +15,7 @@ from .plots import BLACK, BLUE, DASHES, GREY, ORANGE
 from .project import Project
 from .svg import Curve, Panel, figure
 
-BINS = 240  # of the run-up's band
+BINS, CYCLE = 240, 100  # pieces of a run-up, at most, and samples in which every speed of it has a whole cycle
 APART = 0.1  # relative difference of train and error equation that is warned of
 
 
@@ -167,7 +167,7 @@ def _run_figure(study: TrainStudy, angle: AngleUnit) -> str:
     keep = run.trajectory.t >= study.begin
     speed, error = run.motor_speed[keep] * RPM, run.error[keep] * angle.factor
     panel = Panel("", "motor speed (rpm)", f"x at the load\n({angle.name})")
-    starts = np.linspace(0, len(speed), min(BINS, max(2, len(speed) // 40)), endpoint=False).astype(int)
+    starts = np.linspace(0, len(speed), min(BINS, max(2, len(speed) // CYCLE)), endpoint=False).astype(int)
     low, high = np.minimum.reduceat(error, starts), np.maximum.reduceat(error, starts)
     at = np.add.reduceat(speed, starts) / np.diff([*starts, len(speed)])
     panel.curves.append(Curve(at, low, BLUE, "run-up of the whole train (band of its cycles)", upper=high))
