@@ -65,7 +65,7 @@ def test_dense_output_of_dopri5_has_order_4():
     # One step of size h from the exact start: the interpolant of a fourth-order continuous extension errs by O(h^5).
     def inside(h):
         y, rate = (1.5, 0.2), DUFFING.rhs(0.0, (1.5, 0.2))
-        y1, k1, _, dense = integrate.dopri5_step(DUFFING, 1.0, 0.0, y, h, rate)
+        y1, k1, _, dense = integrate.dopri5_step(DUFFING, 0.0, h, y, h, rate)
         there = [integrate.dense_output(s, h, y, rate, y1, k1, dense) for s in (0.25, 0.5, 0.75)]
         exact = by_scipy(DUFFING, y, np.array([0.0, 0.25, 0.5, 0.75, 1.0]) * h)[:, 1:4].T
         return np.max(np.abs(np.array(there) - exact))

@@ -92,20 +92,21 @@ def attempt(
     phase, step, past = load(rows, place, j), load(rows, place + 1, j), load(rows, place + 2, j)
     left = TURN - phase
     q = smaller(step, left)
-    h, omega = q * per_omega, 1.0 / per_omega
-    y1, k1, error, _ = dopri5_step(s, omega, phase * per_omega, y, h, k)
+    h = q * per_omega
+    y1, k1, error, _ = dopri5_step(s, phase, q, y, h, k)
     e = 0.0 * h
     for i in range(n):
         scaled = error[i] / (atol + rtol * larger(abs(y[i]), abs(y1[i])))
         e = e + scaled * scaled / n
     good, moving = e <= 1.0, left > 0.0
     now = 0.5 * log(larger(e, 1e-20))
-    growth = exp(smaller(larger(SAFETY + 0.04 * past - 0.17 * now, -1.6), 2.3))
-    shrink = select(e > 1.0, exp(larger(SAFETY - 0.2 * now, -1.6)), 0.1)  # 0.1 also where the error is no number
-    after = select(good, larger(q * growth, select(left > step, 0.0, step)), q * shrink)
+    grown, shrunk = SAFETY + 0.04 * past - 0.17 * now, select(e > 1.0, SAFETY - 0.2 * now, -2.3)
+    power = select(good, grown, shrunk)  # shrunk also where the error is no number
+    next_step = q * exp(smaller(larger(power, select(e == e, -1.6, -2.3)), 2.3))
+    after = select(good, larger(next_step, select(left > step, 0.0, step)), next_step)
     end = select(left > step, phase + q, TURN)
     extreme = extreme_between(kind, y, k, y1, k1, h)
-    sums1 = updated(measures, before, Piece(Whole(), phase, y[0], k[0], end, y1[0], k1[0], h, omega, extreme))
+    sums1 = updated(measures, before, Piece(Whole(), phase, y[0], k[0], end, y1[0], k1[0], h, 1.0 / per_omega, extreme))
     go = select(good, select(moving, 1.0, 0.0), 0.0)
     lost = select(after > LEAST, 0.0, select(moving, 1.0, 0.0))
     new_phase = select(lost > 0.0, TURN, select(go > 0.0, end, phase))

@@ -138,7 +138,7 @@ def adaptive(
         last = t + 1.0000001 * h >= t_end
         if last:
             h = t_end - t
-        y1, k1, error, dense = dopri5_step(system, omega, t, y, h, k)
+        y1, k1, error, dense = dopri5_step(system, omega * t, omega * h, y, h, k)
         tried, at = h, -1
         if breakpoints is not None and bounded(y1, BOUND):
             s, at = first_switch(system, omega, t, h, y, k, y1, k1, dense, breakpoints, sides)

@@ -1,7 +1,7 @@
 """One step of each integration method, on tuple states; used by `integrate` and by the ensembles.
 
-Fixed steps take the phase at the start and its growth, which all lanes of an ensemble share, the state and the step in
-time; the adaptive one takes time, which `omega` turns into phase.
+They take the phase at the start and its growth, which all lanes of an ensemble share in steps of fixed size, the state,
+and the step in time.
 """
 
 from typing import Any
@@ -71,23 +71,23 @@ def dop8_step(system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
 
 
 @kernel
-def dopri5_step(system: Any, omega: float, t: float, y: Any, h: float, rate: Any) -> Any:
+def dopri5_step(system: Any, phase: Any, turn: Any, y: Any, h: Any, rate: Any) -> Any:
     """Dormand-Prince step from y with rate = rhs(y): the new state, its rate, the error, and the dense-output vector.
 
     Hairer, Norsett & Wanner I, table II.5.2 and eq. (II.6.17), with the rates multiplied by h once.
     """
     k1 = times(h, rate)
-    k2 = times(h, system.rhs(omega * (t + h / 5), axpy(y, 1 / 5, k1)))
-    k3 = times(h, system.rhs(omega * (t + h * 3 / 10), axpy(axpy(y, 3 / 40, k1), 9 / 40, k2)))
+    k2 = times(h, system.rhs(phase + turn * (1 / 5), axpy(y, 1 / 5, k1)))
+    k3 = times(h, system.rhs(phase + turn * (3 / 10), axpy(axpy(y, 3 / 40, k1), 9 / 40, k2)))
     y4 = axpy(axpy(axpy(y, 44 / 45, k1), -56 / 15, k2), 32 / 9, k3)
-    k4 = times(h, system.rhs(omega * (t + h * 4 / 5), y4))
+    k4 = times(h, system.rhs(phase + turn * (4 / 5), y4))
     y5 = axpy(axpy(axpy(y, 19372 / 6561, k1), -25360 / 2187, k2), 64448 / 6561, k3)
-    k5 = times(h, system.rhs(omega * (t + h * 8 / 9), axpy(y5, -212 / 729, k4)))
+    k5 = times(h, system.rhs(phase + turn * (8 / 9), axpy(y5, -212 / 729, k4)))
     y6 = axpy(axpy(axpy(y, 9017 / 3168, k1), -355 / 33, k2), 46732 / 5247, k3)
-    k6 = times(h, system.rhs(omega * (t + h), axpy(axpy(y6, 49 / 176, k4), -5103 / 18656, k5)))
+    k6 = times(h, system.rhs(phase + turn, axpy(axpy(y6, 49 / 176, k4), -5103 / 18656, k5)))
     y7 = axpy(axpy(axpy(y, 35 / 384, k1), 500 / 1113, k3), 125 / 192, k4)
     y7 = axpy(axpy(y7, -2187 / 6784, k5), 11 / 84, k6)
-    new_rate = system.rhs(omega * (t + h), y7)
+    new_rate = system.rhs(phase + turn, y7)
     k7 = times(h, new_rate)
     error = axpy(axpy(times(71 / 57600, k1), -71 / 16695, k3), 71 / 1920, k4)
     error = axpy(axpy(axpy(error, -17253 / 339200, k5), 22 / 525, k6), -1 / 40, k7)

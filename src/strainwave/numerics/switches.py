@@ -73,7 +73,7 @@ def step_onto(system: Any, omega: float, t: float, h: float, y: Any, k: Any, bre
     shift = 0.0
     for _ in range(4):
         h = min(h - shift, t_end - t)
-        y1, k1, error, dense = dopri5_step(system, omega, t, y, h, k)
+        y1, k1, error, dense = dopri5_step(system, omega * t, omega * h, y, h, k)
         gap = torsion(system, omega * (t + h), y1) - breakpoint
         rate = torsion_rate(system, omega, t + h, y1, k1)
         shift = gap / rate if abs(gap) < 0.1 * h * abs(rate) else 0.0

@@ -100,9 +100,7 @@ def train_study(
     else:
         run, begin = _run_up(train, system, speeds, top, gear)
         if any(h.amplitude for torque in _torques(train) for h in getattr(torque, "terms", (torque,))):
-            remarks.append(
-                "The run-up has the mean torques; lines of a torque, which follow an angle, are left out."
-            )
+            remarks.append("The run-up has the mean torques; lines of a torque, which follow an angle, are left out.")
     return TrainStudy(train, plot, at, whole, reduced, run, begin, left_out, tuple(remarks))
 
 

@@ -105,7 +105,7 @@ def _integrate(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
     h = min(first_step(system, 1.0, now, y, k, rtol, atol), end - now)
     z, filled = np.full(len(t), z0, complex), 1
     for _ in range(MOST_STEPS):
-        y1, k1, error, dense = dopri5_step(system, 1.0, now, y, h, k)
+        y1, k1, error, dense = dopri5_step(system, now, h, y, h, k)
         e = error_norm(error, y, y1, rtol, atol)
         if not now + h > now:
             break
