@@ -17,6 +17,18 @@ def test_every_member_has_the_curve_it_has_alone():
         assert branch.status
 
 
+def test_curves_described_together_are_those_described_alone():
+    """Members of different symmetry and numbers of harmonics, with and without folds, one with a remark."""
+    values = {"law.alpha": [0.0, 0.05, 0.4], "excitation.mean": [0.0, 0.0, 0.3], "B": [0.2, 0.1, 0.3]}
+    family = sw.response_family(SYSTEM, (0.6, 2.0), values, points=50, threads=1)
+    for i, branch in enumerate(family):
+        alone = sw.frequency_response(sw.replace(SYSTEM, {p: v[i] for p, v in values.items()}), (0.6, 2.0), points=50)
+        for name in ("values", "omega", "coefficients", "peak", "multipliers", "stable"):
+            assert np.array_equal(getattr(branch, name), getattr(alone, name))
+        assert [f.omega for f in branch.folds] == [f.omega for f in alone.folds]
+        assert (branch.message, branch.origin, branch.tail) == (alone.message, alone.origin, alone.tail)
+
+
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
