@@ -362,7 +362,7 @@ def source_hash() -> str:
     home = Path(__file__).parent
     for path in sorted([*home.glob("*.py"), *home.glob("model/*.py"), *home.glob("numerics/*.py")]):
         digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+    return str(digest.hexdigest()[:16])
 
 
 @cache

@@ -84,7 +84,7 @@ def _weighted_norm_loops(v: Any, weights: Any) -> float:
 def weighted_norm(v: Any, weights: Any) -> float:
     """Euclidean norm of v times weights, entry by entry."""
     scaled = v * weights
-    return float(scaled @ scaled) ** 0.5
+    return float((scaled @ scaled) ** 0.5)
 
 
 def _row_times_loops(row: Any, table: Any, out: Any) -> None:
