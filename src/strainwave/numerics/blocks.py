@@ -64,6 +64,8 @@ class Block:
         Periods over which the states stayed bounded.
     reach : (lanes,) array
         Largest |x| at the ends of fixed steps.
+    attempts : int
+        Adaptive steps that every lane attempted.
     """
 
     sums: Floats
@@ -71,6 +73,7 @@ class Block:
     points: Floats
     ended: Floats
     reach: Floats
+    attempts: int = 0
 
 
 def flat(thing: Any) -> list[Any]:
@@ -103,15 +106,16 @@ def march(batch: Batch, places: Any, method: Rk4 | Dopri5, steps: int) -> Block:
     last, ended = np.zeros((KEPT, states, LANES)), np.zeros(LANES)
     points = np.empty((periods if batch.points else 0, states, LANES))
     common = batch.template, (0.0,) * states, batch.kind, batch.measures, starts, rows
-    times = batch.settle, batch.periods, last, points, ended
+    times, attempts = (batch.settle, batch.periods, last, points, ended), 0
     with np.errstate(all="ignore"):
         if isinstance(method, Dopri5):
             rows[floats] = 1.0 / batch.omega[full]
             waiting = np.zeros(LANES, np.int64)
-            run(march_adaptive, *common, float(method.rtol), float(method.atol), method.max_steps, waiting, *times)
+            how = float(method.rtol), float(method.atol), method.max_steps
+            attempts = run(march_adaptive, *common, *how, waiting, *times)
         else:
             rows[floats] = 2.0 * np.pi / steps / batch.omega[full]
             run(march_dop8 if isinstance(method, Dop8) else march_rk4, *common, steps, *times)
     newest = (periods - 1 - np.arange(min(KEPT, periods))[::-1]) % KEPT
     reach = rows[at + len(sums) + states, :n]
-    return Block(rows[at : at + len(sums), :n], last[newest, :, :n], points[:, :, :n], ended[:n], reach)
+    return Block(rows[at : at + len(sums), :n], last[newest, :, :n], points[:, :, :n], ended[:n], reach, attempts)
