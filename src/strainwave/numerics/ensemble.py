@@ -260,7 +260,8 @@ def _march_all(batch: Batch, steps: Any, method: Rk4 | Dopri5, machine: Machine)
     back = np.empty_like(order)
     back[order] = np.arange(len(order))
     parts = ("sums", "last", "points", "ended", "reach")
-    return Block(*(np.concatenate([getattr(b, part) for b in blocks], axis=-1)[..., back] for part in parts))
+    whole: Any = {part: np.concatenate([getattr(b, part) for b in blocks], axis=-1)[..., back] for part in parts}
+    return Block(**whole)
 
 
 def _dataset(
