@@ -8,8 +8,10 @@
 3. `kill`: a sweep of a million points (a cheap measure, a whole chunk at a time) killed with SIGKILL at twenty random
    moments and resumed: damaged chunks, finished chunks that were lost, and whether all files equal those of a run
    without interruption.
+4. `cluster`: the same sweep on a cluster of two worker processes (extra `cluster`), of which one at a time is killed
+   with SIGKILL; whether all files equal those of the quiet run of threads.
 
-    python benchmarks/sweep.py [cost] [direct] [kill] [--points 10000000] [--periods 20]
+    python benchmarks/sweep.py [cost] [direct] [kill] [cluster] [--points 10000000] [--periods 20]
 """
 
 import argparse
@@ -19,6 +21,7 @@ import math
 import os
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -38,6 +41,7 @@ SYSTEM = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
 SPENT = [0.0]
 GUARD = threading.Lock()
 KILLS = 20
+PARTS = ["cost", "direct", "kill", "cluster"]
 
 
 @dataclass(frozen=True)
@@ -186,9 +190,38 @@ def kill() -> None:
         print(f"  damaged chunks: {damaged}; finished chunks lost: {lost}; all files equal a quiet run's: {same}")
 
 
-def run_cheap(store: Path) -> None:
+def cluster(kills: int = 5) -> None:
+    """Kill workers of a cluster, one after the other, during a sweep, and compare it with a quiet run."""
+    import distributed  # an optional dependency, of this part alone
+
+    random, killed, over = np.random.default_rng(0), [], threading.Event()
+
+    def killer(workers: Any) -> None:
+        while len(killed) < kills and not over.wait(random.uniform(0.5, 1.5)):
+            if alive := [nanny.pid for nanny in workers.workers.values() if nanny.pid]:
+                killed.append(int(random.choice(alive)))
+                os.kill(killed[-1], signal.SIGKILL)
+
+    with folder() as path:
+        run_cheap(path / "quiet")
+        settings = {"distributed.comm.timeouts.connect": "10s"}
+        with (
+            distributed.config.set(settings),
+            distributed.LocalCluster(2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None) as workers,
+            distributed.Client(workers) as client,
+        ):
+            thread = threading.Thread(target=killer, args=(workers,))
+            thread.start()
+            run_cheap(path / "killed", client)
+            over.set()
+            thread.join()
+        same = files(path / "quiet") == files(path / "killed")
+        print(f"{len(killed)} workers of a cluster killed during the sweep; all files equal a quiet run's: {same}")
+
+
+def run_cheap(store: Path, client: Any = None) -> None:
     """Sweep a million points."""
-    sw.sweep(Cheap(), SYSTEM, kill_grid(), store=store, chunk=4000)
+    sw.sweep(Cheap(), SYSTEM, kill_grid(), store=store, chunk=4000, client=client)
 
 
 def files(store: Path) -> dict[str, bytes]:
@@ -205,7 +238,7 @@ def main() -> None:
         run_cheap(Path(sys.argv[2]))
         return
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("what", nargs="*", choices=["cost", "direct", "kill"], default=["cost", "direct", "kill"])
+    parser.add_argument("what", nargs="*", choices=PARTS, default=PARTS)
     parser.add_argument("--points", type=int, default=10_000_000)
     parser.add_argument("--periods", type=int, default=20)
     chosen = parser.parse_args()
@@ -215,6 +248,8 @@ def main() -> None:
         direct(chosen.periods)
     if "kill" in chosen.what:
         kill()
+    if "cluster" in chosen.what:
+        cluster()
 
 
 if __name__ == "__main__":

@@ -56,10 +56,22 @@ def test_the_loop_has_a_stable_and_an_unstable_half():
 
 def test_the_sweep_misses_the_loop():
     main = sw.frequency_response(DUFFING, (3.0, 4.0))
-    assert main.stable.all()
-    assert main.folds == main.doublings == []
-    there = np.interp(OMEGA, main.omega, main.amplitude(1))
+    assert main.period == 1
+    assert main.doublings == main.branch_points == []  # nothing leads from it to the loop
+    quiet = (main.omega > 3.0) & (main.omega < 4.0) & (main.amplitude(1) < 0.5)
+    assert main.stable[quiet].all()
+    ascending = np.argsort(main.omega[quiet])
+    there = np.interp(OMEGA, main.omega[quiet][ascending], main.amplitude(1)[quiet][ascending])
     assert there == pytest.approx(0.22434, abs=1e-4)  # linear between points
+
+
+def test_the_range_lies_in_the_bistable_band_of_the_primary_resonance():
+    main = sw.frequency_response(DUFFING, (3.0, 4.0))
+    # the damping is small, so that the loud motion lies near the backbone of one harmonic, w^2 = 1 + 3/4 alpha a^2
+    loud = (np.abs(main.omega - OMEGA) < 0.02) & main.stable & (main.amplitude(1) > 1.0)
+    backbone = np.sqrt((OMEGA**2 - 1.0) / 0.15)
+    assert np.mean(main.amplitude(1)[loud]) == pytest.approx(backbone, rel=0.03)
+    assert len(main.folds) == 2
 
 
 def test_the_trivial_motion_has_the_printed_amplitude():

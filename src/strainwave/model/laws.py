@@ -210,7 +210,7 @@ class Backlash(NamedTuple):
 @kernel
 def spread(places: Any, gap: Any) -> Any:
     """Breakpoints of a law behind a gap, sorted: the edges of the gap, and the law's own moved outwards by it."""
-    out = (-gap, gap, *places)
+    out = (-gap, gap) + places  # noqa: RUF005  (Numba takes no starred tuple for a variable that loops change)
     for i in range(2, len(out)):
         out = with_leaf(out, i, out[i] + gap * sign(out[i]))
         for j in range(i, 0, -1):
