@@ -11,8 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.integrate import solve_ivp
-from scipy.optimize import least_squares
 
 from .._dispatch import check_law, states_of, torque_of, z_rate_of
 from ..model.hysteresis import BoucWen, Parallel
@@ -142,6 +140,9 @@ def lost_motion(law: Any, rated_torque: float, *, share: float = SMALL_LOOP, spe
 
 def _branch(law: Any, state: Floats, target: float, speed: float, rtol: float) -> tuple[Floats, Floats, Floats, float]:
     """Torsions and torques until the torque is the target, the state there, and the torsion where it is zero."""
+    # Here and in `fit_hysteresis`, because SciPy's solvers take longer to load than most analyses, which need none.
+    from scipy.integrate import solve_ivp
+
     direction = 1.0 if target > 0.0 else -1.0
 
     def torque(y: Floats) -> float:
@@ -299,6 +300,8 @@ def fit_hysteresis(
     start = [spring.K1, wanted_loss] if replace_spring else [0.5 * spring.K1 * wanted_loss, 0.25 * wanted_loss]
     p0 = np.log(start + ([1.0] if replace_spring else []))
     weights = np.ones(len(labels)) if replace_spring else np.array([1.0, 1.0, *[1e-4] * len(places)])
+    from scipy.optimize import least_squares
+
     found = least_squares(lambda p: weights * misfit(p), p0, bounds=(p0 - 12.0, p0 + 12.0), xtol=1e-6, diff_step=1e-3)
     off = dict(zip(labels, (float(value) for value in misfit(found.x, RTOL)), strict=True))
     law = law_of(found.x)
