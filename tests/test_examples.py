@@ -76,6 +76,7 @@ def test_example_closed_form():
     assert len(plt.get_fignums()) == 1
 
 
+@pytest.mark.interpreted
 def test_example_error_scan():
     # Independent: the true lines through the linear drive (its torsion stays on the first slope, K1 up to 111 arcsec).
     module = example("error_scan")

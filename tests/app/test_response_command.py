@@ -39,6 +39,7 @@ def folds_by_fine_balance(path):
     return [fold.omega for fold in curve.folds]
 
 
+@pytest.mark.interpreted
 def test_folds_and_jumps_are_told_at_the_shaft_of_the_project(project):
     result = invoke(project, "--json")
     assert result.exit_code == 0, result.stderr

@@ -203,6 +203,7 @@ def test_compiled_play_takes_a_users_law_without_breakpoints():
     assert run.switches > 5
 
 
+@pytest.mark.interpreted
 def test_exact_balance_takes_play_as_it_takes_backlash():
     torque = sw.Harmonic(0.6, mean=0.2)  # the bias holds the flank
     orbits = [

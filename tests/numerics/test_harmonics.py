@@ -13,6 +13,7 @@ def linear(order, speed=BELOW):
     return sw.Oscillator(1.0, B, sw.Linear(1.0), sw.Harmonic(AMPLITUDE, order=order), speed / order)
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("order", [8, 20, 32, 64, 130])
 def test_orbit_of_a_linear_system_is_exact_at_any_order(order):
     orbit = sw.find_orbit(linear(order))
