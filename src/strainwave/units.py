@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?")
-_FACTOR = r"[A-Za-z]+(?:\^-?[0-9])?"
-_GROUP = rf"(?:{_FACTOR}|\({_FACTOR}(?:[*/]{_FACTOR})*\)(?:\^-?[0-9])?)"
+_FACTOR = r"[A-Za-z]+(?:\^-?1?[0-9])?"
+_GROUP = rf"(?:{_FACTOR}|\({_FACTOR}(?:[*/]{_FACTOR})*\)(?:\^-?1?[0-9])?)"
 UNIT = re.compile(rf"(?:1?/)?{_GROUP}(?:[*/]{_GROUP})*")
 PREFIX = re.compile("^(?:nano|micro|milli|centi|kilo|mega|[numckM])")
 LONGEST = 60

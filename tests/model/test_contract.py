@@ -274,6 +274,18 @@ def test_law_survives_a_project_file(law):
     assert classes_of(again) == classes_of(law)
 
 
+def test_a_polynomial_of_high_degree_is_written_and_read_back():
+    law = sw.Polynomial(tuple(0.1 * i for i in range(1, 17)))
+    content = read(f"law: {sw.project_entry(law)}").content["law"]
+    assert read_entry(content, law_types()) == law
+
+
+@pytest.mark.parametrize("law", [sw.Cubic(-1.0, -1.0), sw.Linear(1e40), sw.Polynomial((1.0,))])
+def test_what_a_project_file_refuses_is_not_written(law):
+    with pytest.raises(ValueError, match=r"^a project file does not take this law: "):
+        sw.project_entry(law)
+
+
 @each_model
 def test_model_passes_its_own_check(model):
     assert checked(model) == model

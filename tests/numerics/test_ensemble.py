@@ -171,3 +171,23 @@ def test_bad_input_is_one_sentence(change, sentence):
     arguments = {"parameters": FEW, "y0": (0.0, 0.0), "periods": 1} | change
     with pytest.raises((ValueError, TypeError), match=sentence):
         sw.ensemble(DUFFING, arguments.pop("parameters"), arguments.pop("y0"), **arguments)
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "sentence"),
+    [
+        ({"measures": (sw.Peak,)}, TypeError, r"Peak is the class of a measure; write Peak\(\)"),
+        (
+            {"measures": (sw.Amplitude(1.5),)},
+            TypeError,
+            "Amplitude.k is 1.5; it must be the whole number of a harmonic",
+        ),
+        ({"settle": -1}, ValueError, "settle is -1; it must be a whole number of periods, 0 or more"),
+        ({"parameters": {"omega": [1.0, 1e-9]}}, ValueError, "omega is 1e-09 rad/s in lane 1, so that a period takes"),
+    ],
+)
+def test_what_would_never_end_or_means_nothing_is_told(change, error, sentence):
+    system = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
+    call = {"parameters": {}, "y0": (0.0, 0.0), "periods": 1} | change
+    with pytest.raises(error, match=sentence):
+        sw.ensemble(system, **call)

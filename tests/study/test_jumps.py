@@ -104,3 +104,23 @@ def test_a_sweep_starts_and_ends_at_the_ends_of_the_range_where_the_branch_goes_
     assert [j.value for j in told.on_run_down] == pytest.approx([1.2704388305], rel=1e-9)
     assert told.jump_up == pytest.approx(1.2704388305, rel=1e-9)
     assert "outside the range" in str(told)
+
+
+@pytest.mark.slow
+def test_a_sweep_goes_through_a_period_doubling_and_jumps_at_the_fold():
+    law = sw.Polynomial((0.0, 1.0, -0.4309207001008153, 0.3))
+    torque = sw.Harmonic(1.3513329439648971, 1, 0.0, 0.26952212508194395)
+    system = sw.Oscillator(1.0, 0.06911691821306883, law, torque, 1.0)
+    branch = sw.frequency_response(system, (0.92425, 3.38605))
+    told = sw.jumps(branch)
+    assert branch.doublings
+    assert [j.cause for j in told.on_run_down] == ["fold"]
+    assert "repeats after two periods" in str(told)
+    # a slow run-down by integration: small on both sides of the doubling, large beyond the fold alone
+    y, peaks = (-0.5, 0.0), {}
+    for omega in (2.1, 2.0, 1.95, 1.91, 1.88, 1.8, 1.7, 1.6, 1.5, 0.99 * told.on_run_down[0].value):
+        here, turn = system._replace(omega=omega), 2.0 * math.pi / omega
+        y = sw.simulate(here, y, [0.0, 80 * turn]).y[:, -1]
+        peaks[omega] = sw.simulate(here, y, 2 * turn).peak()
+    *before, after = peaks.values()
+    assert max(before) < 2.0 < 3.0 < after

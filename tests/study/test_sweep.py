@@ -229,6 +229,18 @@ def test_what_a_killed_write_leaves_behind_is_removed(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["s"]
 
 
+@pytest.mark.parametrize("harm", [lambda file: file.unlink(), lambda file: file.write_bytes(b"garbled")])
+def test_damaged_values_of_the_grid_are_written_again(tmp_path, harm, caplog):
+    store = tmp_path / "s"
+    sw.sweep(product, SYSTEM, GRID, store=store, chunk=10)
+    before = files_of(store)
+    harm(store / next(iter(GRID)) / "c" / "0")
+    again = sw.sweep(product, SYSTEM, GRID, store=store, chunk=10)
+    assert np.array_equal(again[next(iter(GRID))], GRID[next(iter(GRID))])
+    assert files_of(store) == before
+    assert "are written again" in caplog.text
+
+
 def test_the_store_of_another_sweep_is_refused_and_stays_as_it_is(tmp_path):
     call = {"measure": product, "system": SYSTEM, "grid": GRID, "chunk": 10}
     sw.sweep(**call, store=tmp_path / "s")

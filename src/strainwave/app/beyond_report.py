@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from ..model.shafts import Elastic
 from ..study.analysis import Analysis
 from ..study.beyond import GearLoop
 from ..study.drive_runs import INPUTS
@@ -116,10 +117,13 @@ def train_warning(analysis: Analysis, angle: AngleUnit) -> list[str]:
     at = int(np.argmax(apart))
     if apart[at] < np.log1p(APART):
         return []
+    loudest = int(np.nanargmax(study.whole))
+    more = ", with the twist of the coupling on top" if isinstance(study.train.load, Elastic) else ""
     return [
         "This report is about the error equation with an ideally held motor and a rigid load; the whole drive train "
-        f"of the file has at {study.omega[at] * RPM:.4g} rpm {angle.text(float(study.whole[at]))} in place of "
-        f"{angle.text(float(study.reduced[at]))}: see its section."
+        f"of the file has at {study.omega[at] * RPM:.4g} rpm {angle.text(float(study.whole[at]))} across the gear in "
+        f"place of {angle.text(float(study.reduced[at]))}{more}. Of the speeds computed its largest is "
+        f"{angle.text(float(study.whole[loudest]))} at {study.omega[loudest] * RPM:.4g} rpm: see its section."
     ]
 
 

@@ -16,7 +16,7 @@ from ..model import friction, hysteresis, laws, measured, motion
 from ..model.shafts import PositionLoop, SpeedLoop
 from ..model.varying import Ripple, Variation
 from ..quantities import checked, example, is_model, parse
-from .yaml_text import Keys, kind_of, shown
+from .yaml_text import Keys, kind_of, read, shown
 
 SPRINGS = (laws.__name__, measured.__name__)
 POSITIVE, NOT_NEGATIVE = ("N*m/rad", "N*m"), ("rad",)  # numbers of a spring, by their unit
@@ -246,11 +246,21 @@ def project_entry(model: Any) -> str:
     Raises
     ------
     ValueError
-        If it is no such law, or a table whose slopes are not those that `tabulated` finds.
+        If it is no such law, a table whose slopes are not those that `tabulated` finds, or one with numbers that a
+        project file refuses.
     TypeError
         If it is no model object.
     """
-    model = checked(model)
+    text = _entry(checked(model))
+    found: list[Wrong] = []
+    _typed(read(f"law: {text}").content["law"], law_types() | loop_types(), (), found)
+    if found:
+        place = " ".join([type(model).__name__, *map(str, found[0].keys)])
+        raise ValueError(f"a project file does not take this law: {place} {found[0].sentence}")
+    return text
+
+
+def _entry(model: Any) -> str:
     cls: Any = type(model)
     if cls not in (law_types() | loop_types()).values():
         raise ValueError(
@@ -272,7 +282,7 @@ def project_entry(model: Any) -> str:
 
 def _written(value: Any, hint: Any) -> str:
     if is_model(value):
-        return project_entry(value)
+        return _entry(value)
     if isinstance(value, tuple):
         return "[" + ", ".join(f"{c!r} {_coefficient(i)}".replace("**", "^") for i, c in enumerate(value)) + "]"
     unit = get_args(hint)[1] if hint is not int else ""

@@ -34,6 +34,7 @@ SAMPLED = 16  # lanes that are run again with half the step, for the estimate of
 SETTLED = 1e-6  # largest change of a settled state from one period (or up to eight) to the next, of fixed steps
 LOOSE = 1e4  # of adaptive ones, in units of their tolerance
 MOST_STEPS = 100_000  # a period, for lanes that explode
+FINEST = 10_000_000  # steps a period at first
 
 
 def ensemble(
@@ -98,8 +99,8 @@ def ensemble(
     system = with_parts("ensemble", system, "rhs")
     varied, states, lanes = _arrays(system, parameters, y0)
     positive_count("periods", periods)
-    if settle != 0:
-        positive_count("settle", settle)
+    if isinstance(settle, bool) or not isinstance(settle, int) or settle < 0:
+        raise ValueError(f"settle is {shown(settle)}; it must be a whole number of periods, 0 or more")
     kept = _checked_measures(measures)
     chosen = _method(system, method)
     batch = _batch(system, varied, states, lanes, kept, settle, periods, any(isinstance(m, Poincare) for m in measures))
@@ -154,6 +155,8 @@ def _checked_measures(measures: Any) -> tuple[Any, ...]:
     if not isinstance(measures, tuple) or not measures:
         raise TypeError(f"measures are {shown(measures)}; they must be a tuple such as (sw.Peak(), sw.Rms())")
     for measure in measures:
+        if isinstance(measure, type):
+            raise TypeError(f"{measure.__name__} is the class of a measure; write {measure.__name__}()")
         if not (hasattr(measure, "update") or isinstance(measure, Final | Poincare)):
             raise TypeError(f"{shown(measure)} is no measure; take Peak(), Rms(), Amplitude(k), Final() or the like")
         if hasattr(measure, "check"):
@@ -198,6 +201,12 @@ def _run(batch: Batch, members: Any, method: Rk4 | Dopri5, machine: Machine) -> 
     order, margin = max((1, *members.orders())), _error_reach(members, lanes)
     reach, periods = np.abs(batch.y0[0]), batch.settle + batch.periods
     steps = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
+    lane = int(np.argmax(steps))
+    if steps[lane] > FINEST:
+        raise ValueError(
+            f"omega is {batch.omega[lane]:.4g} rad/s in lane {lane}, so that a period takes {steps[lane]} steps and at "
+            f"most {FINEST} are taken; raise omega, or integrate part of a period with simulate"
+        )
     found = _march_all(batch, steps, method, machine)
     lost = np.zeros(lanes, bool)  # explodes in the same period with half the step: no finer one will save it
     for _ in range(MOST_TRIES):

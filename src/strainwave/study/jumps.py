@@ -84,8 +84,8 @@ def jumps(branch: Branch) -> Jumps:
     ----------
     Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 4.1.1 (jump phenomena).
     """
-    pieces = _stable_pieces(branch)
-    if not pieces:
+    pieces = _pieces(branch)
+    if not pieces or not branch.stable.any():
         raise ValueError("the branch has no stable orbit that a sweep could follow")
     up, on_up, good_up = _sweep(branch, pieces, 1.0)
     down, on_down, good_down = _sweep(branch, pieces, -1.0)
@@ -99,6 +99,7 @@ def jumps(branch: Branch) -> Jumps:
             _told(branch.parameter, "run-up", on_up, good_up, float(branch.values[up[-1]])),
             _told(branch.parameter, "run-down", on_down, good_down, float(branch.values[down[-1]])),
             _told_width(width, bool(both)),
+            *_told_doubled(branch, np.union1d(up, down)),
         ]
     )
     return Jumps(
@@ -128,11 +129,32 @@ def _told_width(width: float, jumped: bool) -> str:
     return "The jump of the other direction lies outside the range." if jumped else "No hysteresis."
 
 
-def _stable_pieces(branch: Branch) -> list[NDArray[np.int64]]:
-    """Runs of points, stable and monotonic in the parameter; special points may end a run."""
+def _doubled(branch: Branch) -> NDArray[np.bool_]:
+    """Points that are unstable by a multiplier below -1: a motion of twice the period goes on beside them."""
+    if not branch.multipliers.size:
+        return np.zeros(len(branch.values), bool)
+    largest = branch.multipliers[np.arange(len(branch.values)), np.argmax(np.abs(branch.multipliers), axis=1)]
+    return np.asarray(~branch.stable & (largest.real < -1.0))
+
+
+def _told_doubled(branch: Branch, visited: NDArray[np.int64]) -> list[str]:
+    inside = branch.values[visited[_doubled(branch)[visited]]]
+    if not len(inside):
+        return []
+    return [
+        f"Between {branch.parameter} = {inside.min():.6g} and {inside.max():.6g} the motion repeats after two periods "
+        "or more: its max |x| is not that of this curve, and it may jump before the fold; integrate there."
+    ]
+
+
+def _pieces(branch: Branch) -> list[NDArray[np.int64]]:
+    """Runs of points, monotonic in the parameter, that a sweep follows; special points may end a run.
+
+    They are stable, or accompanied by a stable motion of twice the period.
+    """
     special = {o.value for orbits in (branch.folds, branch.doublings, branch.branch_points) for o in orbits}
     marginal = np.array([v in special for v in branch.values], bool)
-    stable, values = branch.stable, branch.values
+    stable, values = branch.stable | _doubled(branch), branch.values
     pieces: list[list[int]] = []
     heading = 0.0
     for i in range(len(values) - 1):

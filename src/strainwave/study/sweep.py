@@ -92,7 +92,7 @@ def sweep(
     system, points = checked(system), points_of(grid)
     positive_count("chunk", 1 if chunk is None else chunk)
     workers = positive_count("workers", _processors() if workers is None else workers)
-    parameter_units = _check(measure, system, points, seed)
+    parameter_units = _check(measure, system, points, seed, units)
     job = Job(measure, system, seed)
     layout = layout_of(points.shape, chunk or chunk_size(_product(points.shape), job.whole_chunks))
     spec = _hash(job, grid, points, layout, store is not None)
@@ -230,10 +230,14 @@ def _pool(client: Any, spec: str, workers: int, processes: bool, job: Job) -> An
     return ProcessPool(workers, job) if processes else ThreadPool(workers)
 
 
-def _check(measure: Any, system: Any, points: Points, seed: Any) -> dict[str, str]:
+def _check(measure: Any, system: Any, points: Points, seed: Any, units: Any) -> dict[str, str]:
     """Refuse what cannot be swept; return the units of the parameters."""
     if not callable(measure):
         raise TypeError(f"the measure is {shown(measure)}; it must be a function of the system, or an EnsembleMeasure")
+    if units is not None and not (
+        isinstance(units, Mapping) and all(isinstance(v, str) for pair in units.items() for v in pair)
+    ):
+        raise TypeError(f"units are {shown(units)}; they must be a dict such as {{'peak': 'rad'}}")
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise ValueError(f"seed is {shown(seed)}; it must be a whole number of at least 0")
     known = {parameter.path: parameter.unit for parameter in parameters_of(system)}

@@ -247,6 +247,8 @@ def _plain(value: Any) -> Any:
 def _check_names(variables: tuple[Variable, ...], found: Mapping[str, Any]) -> None:
     if taken := sorted(set(RESERVED) & set(found)):
         raise _AnotherShape(f"the measure returned a variable {taken[0]!r}, a name that the sweep uses; choose another")
+    if strange := [name for name in found if not name or name[0] == "." or not set(name).isdisjoint("/\\\0")]:
+        raise _AnotherShape(f"the measure returned a variable {strange[0]!r}, which names no file; choose another name")
     names = [variable.name for variable in variables]
     if not names or set(names) != set(found):
         raise _AnotherShape(

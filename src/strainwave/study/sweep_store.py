@@ -118,6 +118,7 @@ class SweepStore:
             self.done = np.zeros(self.layout.chunks, bool)
             return
         self._check_arrays()
+        self._restore(axes)
         self.done = self._found()
         if not self.done.all():
             _check_version(path, self.group.attrs.get("strainwave"), attributes["strainwave"])
@@ -198,6 +199,16 @@ class SweepStore:
         if name not in self.arrays:
             self.arrays[name] = self.group[name]
         return self.arrays[name]
+
+    def _restore(self, axes: Mapping[str, Floats]) -> None:
+        """Write the values along the axes again where they are missing or damaged."""
+        for path, values in axes.items():
+            whole = False
+            with contextlib.suppress(Exception):
+                whole = bool(np.array_equal(self._at(path)[:], values))
+            if not whole:
+                log.warning("the values of %s in %s are damaged; they are written again", path, self.path)
+                self._at(path)[:] = values
 
     def _check_arrays(self) -> None:
         """Raise a ValueError if the description of an array cannot be read."""

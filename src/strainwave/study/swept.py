@@ -19,6 +19,7 @@ from .steady import SteadyMotion, settle
 
 FIRST, ROUNDS = 41, 8  # speeds, and how often more are put where the peak changes by a large
 ROUGH, JUMP = 0.03, 0.15  # share of the largest; so much of it at once is a jump
+TOP = 0.005  # relative distance of the speeds next to the largest peak, at most
 SAME = 0.03  # relative difference of peaks of one motion
 HARMONICS = 31
 LONGER = 2
@@ -105,6 +106,11 @@ def _between(system: Any, found: list[SteadyMotion]) -> list[SteadyMotion]:
     peaks = np.array([motion.peak if motion.status else math.nan for motion in found])
     steps = np.abs(np.diff(peaks))
     rough = np.flatnonzero(steps > ROUGH * np.nanmax(peaks))
+    if len(found) > 2 and np.any(np.isfinite(peaks)):  # the top itself, which is flat
+        top = int(np.nanargmax(peaks))
+        wide = [i for i in (top - 1, top) if 0 <= i < len(steps)]
+        wide = [i for i in wide if abs(found[i + 1].omega - found[i].omega) > TOP * found[i].omega]
+        rough = np.union1d(rough, np.array(wide, int))
     middle = [0.5 * (found[i].omega + found[i + 1].omega) for i in rough]
     return [_settled(system._replace(omega=w), found[i].end) for i, w in zip(rough, middle, strict=True)]
 

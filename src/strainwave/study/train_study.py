@@ -78,6 +78,9 @@ def train_study(
     plot = bode(train, grid, source="load" if isinstance(train.motor.control, Held) else "motor")
     at = np.unique(np.append(np.linspace(low, high, SPEEDS), np.clip(worst, low, high)))
     left_out, whole, reduced = None, np.empty(0), np.empty(0)
+    run, begin = None, 0.0
+    if not isinstance(train.motor.control, Free):
+        run, begin = _run_up(train, system, speeds, top, gear)
     harmonics = min(MOST_HARMONICS, 4 * top)
     if isinstance(train.motor.control, Free):
         here = np.array([w for w in (0.5 * worst, worst) if low <= w <= high])
@@ -90,15 +93,16 @@ def train_study(
         )
         at = np.empty(0)
     else:
+        if run is not None and run.trajectory.status:  # where the run-up is loudest
+            loudest = int(np.argmax(np.abs(run.error) * (run.trajectory.t >= begin)))
+            at = np.unique(np.append(at, np.clip(run.motor_speed[loudest], low, high)))
         whole = np.array([_peak(train._replace(omega=float(w)), harmonics) for w in at])
         reduced = np.array([_peak(system._replace(omega=float(w)), harmonics) for w in at])
         if np.any(np.isnan(whole)):
             remarks.append("At speeds without a value no motion of the train that repeats with every turn was found.")
-    run, begin = None, 0.0
-    if isinstance(train.motor.control, Free):
+    if run is None:
         remarks.append("A free motor follows its torque, not a speed: there is no run-up to prescribe; give it a loop.")
     else:
-        run, begin = _run_up(train, system, speeds, top, gear)
         if any(h.amplitude for torque in _torques(train) for h in getattr(torque, "terms", (torque,))):
             remarks.append("The run-up has the mean torques; lines of a torque, which follow an angle, are left out.")
     return TrainStudy(train, plot, at, whole, reduced, run, begin, left_out, tuple(remarks))
