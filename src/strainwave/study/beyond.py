@@ -8,6 +8,7 @@ from ..model.drive_train import DriveTrain
 from ..model.gear import Gear
 from ..model.varying import VaryingOscillator
 from ..quantities import parameters
+from ..results import SolveError
 from .hysteresis import SMALL_LOOP, SPEED, HysteresisLoop, hysteresis_loop
 from .parametric import ParametricResonance, parametric_resonances
 from .train_study import TrainStudy, train_study
@@ -90,7 +91,7 @@ def study_beyond(
         torque = largest_torque if rated_torque is None else rated_torque
         try:
             loop = gear_loop(system.law, torque, rated_torque is not None)
-        except ValueError as error:
+        except (ValueError, SolveError) as error:
             remarks.append(f"There is no hysteresis loop to measure: {error}.")
     found: tuple[ParametricResonance, ...] = ()
     if isinstance(system, VaryingOscillator):
