@@ -192,7 +192,8 @@ def kill() -> None:
 
 def cluster(kills: int = 5) -> None:
     """Kill workers of a cluster, one after the other, during a sweep, and compare it with a quiet run."""
-    import distributed  # an optional dependency, of this part alone
+    import dask  # both are optional dependencies, of this part alone
+    import distributed
 
     random, killed, over = np.random.default_rng(0), [], threading.Event()
 
@@ -206,7 +207,7 @@ def cluster(kills: int = 5) -> None:
         run_cheap(path / "quiet")
         settings = {"distributed.comm.timeouts.connect": "10s"}
         with (
-            distributed.config.set(settings),
+            dask.config.set(settings),
             distributed.LocalCluster(2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None) as workers,
             distributed.Client(workers) as client,
         ):
