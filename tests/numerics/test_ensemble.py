@@ -182,6 +182,7 @@ def test_bad_input_is_one_sentence(change, sentence):
             TypeError,
             "Amplitude.k is 1.5; it must be the whole number of a harmonic",
         ),
+        ({"threads": 0}, ValueError, "threads is 0"),
         ({"settle": -1}, ValueError, "settle is -1; it must be a whole number of periods, 0 or more"),
         ({"parameters": {"omega": [1.0, 1e-9]}}, ValueError, "omega is 1e-09 rad/s in lane 1, so that a period takes"),
     ],
@@ -191,3 +192,11 @@ def test_what_would_never_end_or_means_nothing_is_told(change, error, sentence):
     call = {"parameters": {}, "y0": (0.0, 0.0), "periods": 1} | change
     with pytest.raises(error, match=sentence):
         sw.ensemble(system, **call)
+
+
+def test_fixed_steps_cannot_be_chosen_for_a_law_with_memory():
+    system = sw.Oscillator(1.0, 0.1, sw.BoucWen(1.0, 0.4, 0.3), sw.Harmonic(1.0), 1.0)
+    with pytest.raises(
+        TypeError, match="a law with friction or memory has no rate to choose a step from; give steps_per"
+    ):
+        sw.ensemble(system, {}, (0.0, 0.0, 0.0), periods=1, method=sw.Dop8())

@@ -104,7 +104,7 @@ def ensemble(
     kept = _checked_measures(measures)
     chosen = _method(system, method)
     batch = _batch(system, varied, states, lanes, kept, settle, periods, any(isinstance(m, Poincare) for m in measures))
-    machine = machine_of(device, positive_count("threads", threads or os.cpu_count() or 1))
+    machine = machine_of(device, positive_count("threads", os.cpu_count() or 1 if threads is None else threads))
     members = replace(system, varied)
     found, steps = _run(batch, members, chosen, machine)
     settled = max(SETTLED, LOOSE * chosen.rtol) if isinstance(chosen, Dopri5) else SETTLED
@@ -173,7 +173,10 @@ def _method(system: Any, method: Any) -> Rk4 | Dopri5:
         raise TypeError(f"method is {shown(method)}; it must be Dop8(...), Rk4(...) or Dopri5(...)")
     if isinstance(method, Rk4) and method.steps_per_period is None and not steps_known:
         name = type(system).__name__
-        raise TypeError(f"{name} has no jacobian and orders to choose a step from; give steps_per_period or use Dopri5")
+        lacks = (
+            f"{name} has no jacobian and orders" if is_spring(system) else "a law with friction or memory has no rate"
+        )
+        raise TypeError(f"{lacks} to choose a step from; give steps_per_period or use Dopri5")
     return method
 
 
