@@ -1,6 +1,6 @@
 """The report's sections on hysteresis, a varying stiffness and the whole drive train: plain data, and figures."""
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -157,11 +157,12 @@ def _bode_figure(study: TrainStudy) -> str:
     ends = float(hertz[0]), float(hertz[-1])
     size = Panel("", "frequency (Hz)", "speed per torque\n(dB re 1 rad/(N·m·s))", xlim=ends, xlog=True)
     phase = Panel("", "frequency (Hz)", "phase (deg)", xlim=ends, xlog=True)
-    for shaft, colour, dash in (("motor", BLUE, ""), ("load", ORANGE, DASHES)):
+    lines: tuple[tuple[Literal["motor", "load"], str, str], ...] = (("motor", BLUE, ""), ("load", ORANGE, DASHES))
+    for shaft, colour, dash in lines:
         if shaft == "motor" and not np.any(plot.motor):
             continue
-        size.line(hertz, plot.decibels(shaft), colour, f"{shaft} speed", dash)  # type: ignore[arg-type]
-        phase.line(hertz, plot.degrees(shaft), colour, f"{shaft} speed", dash)  # type: ignore[arg-type]
+        size.line(hertz, plot.decibels(shaft), colour, f"{shaft} speed", dash)
+        phase.line(hertz, plot.degrees(shaft), colour, f"{shaft} speed", dash)
     return figure([[size, phase]], 290.0, "Bode plot")
 
 

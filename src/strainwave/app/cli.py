@@ -32,7 +32,7 @@ class Sentences(click.Group):
         except KeyboardInterrupt as stop:
             click.echo(f"strainwave: {str(stop) or 'interrupted; nothing was written'}", err=True)
             ctx.exit(INTERRUPTED)
-        except Exception as error:
+        except Exception as error:  # whatever it is, a user gets one sentence; --debug shows the rest
             if ctx.params.get("debug") or os.environ.get("STRAINWAVE_DEBUG") == "1":
                 raise
             files = sys.modules.get("strainwave.app.yaml_text")

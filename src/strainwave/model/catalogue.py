@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from ..quantities import number, positive_count, shown
 from .gear import Gear
@@ -177,9 +178,9 @@ def _completed(g: Gear) -> Gear:
     return g
 
 
-def _with(g: Gear, numbers: dict[str, float], source: str, doubt: str = "") -> Gear:
+def _with(g: Gear, numbers: dict[str, Any], source: str, doubt: str = "") -> Gear:
     notes = (*g.notes, f"{g.name}: {doubt}.") if doubt else g.notes
-    return replace(g, **numbers, source="; ".join(filter(None, (g.source, source))), notes=notes)  # type: ignore[arg-type]
+    return replace(g, **numbers, source="; ".join(filter(None, (g.source, source))), notes=notes)
 
 
 @cache

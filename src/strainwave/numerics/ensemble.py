@@ -73,7 +73,7 @@ def ensemble(
         Default: as many as there are processors.
     device : {"cpu", "gpu"}
         "gpu": on a graphics processor of NVIDIA (extra `cuda`), the same to rounding; where there is none, a warning
-        says so and the processor does it. Worth it from about 1e11 steps in all.
+        says so and the processor does it. For very large ensembles: its code takes seconds to make.
 
     Returns
     -------
