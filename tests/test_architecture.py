@@ -52,6 +52,19 @@ def test_import_leaves_the_heavy_libraries_alone(module):
     assert run.stdout.split() == []
 
 
+def test_all_names_can_be_imported_without_the_extras_and_what_needs_one_says_which():
+    code = (
+        "import sys; sys.modules.update(dict.fromkeys(['sympy', 'matplotlib', 'jinja2', 'distributed', 'dask']))\n"
+        "from strainwave import *\n"
+        "try: derivation()\n"
+        "except ModuleNotFoundError as error: print(error, HDC_40_050.N)"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.split(" which")[0] == "the derivation needs SymPy,"
+    assert run.stdout.endswith("pip install 'strainwave[sym]' 50.0\n")
+
+
 def test_help_of_the_command_line_answers():
     run = subprocess.run([sys.executable, "-m", "strainwave", "--help"], capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr

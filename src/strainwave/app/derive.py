@@ -13,11 +13,12 @@ def show(latex: bool, as_json: bool) -> None:
     RuntimeError
         If SymPy is not installed.
     """
+    from ..theory.derivation import derivation
+
     try:
-        from ..theory.derivation import derivation
+        steps = derivation()
     except ModuleNotFoundError as error:
-        raise RuntimeError("deriving needs SymPy, which is not installed; pip install 'strainwave[sym]'") from error
-    steps = derivation()
+        raise RuntimeError(str(error)) from error
     if as_json:
         click.echo(to_json({"latex": steps.latex(), "text": str(steps)}))
     else:

@@ -13,10 +13,8 @@ from typing import Any, NamedTuple
 
 try:
     import sympy as sp
-except ImportError as error:  # an optional extra
-    raise ModuleNotFoundError(
-        "the derivation needs SymPy, which is not installed; pip install 'strainwave[sym]'"
-    ) from error
+except ImportError:  # an optional extra
+    sp = None
 
 
 class Symbols(NamedTuple):
@@ -209,13 +207,15 @@ def derivation() -> Derivation:
 
     Raises
     ------
-    ImportError
+    ModuleNotFoundError
         If SymPy (the extra `sym`) is not installed.
 
     References
     ----------
     Corrects the article's F(t): F = T_m/(N J_m) - T_l/J_l (erratum E1).
     """
+    if sp is None:
+        raise ModuleNotFoundError("the derivation needs SymPy, which is not installed; pip install 'strainwave[sym]'")
     s = _symbols()
     torsion = s.theta_m / s.N - s.theta_l - s.e(s.theta_m)
     torsion_rate = sp.diff(torsion, s.theta_m) * s.theta_m_rate + sp.diff(torsion, s.theta_l) * s.theta_l_rate
