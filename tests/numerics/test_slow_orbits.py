@@ -29,3 +29,25 @@ def test_phase_of_the_multipliers_of_a_slow_linear_orbit_is_that_of_its_vibratio
 def test_a_curve_that_begins_at_a_slow_speed_is_stable_there():
     curve = sw.frequency_response(sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(0.1), 1.0), (0.01, 0.5))
     assert np.all(curve.stable)
+
+
+@pytest.mark.parametrize("omega", [1e-5, 1e-8])
+def test_an_orbit_slower_than_any_grid_decays_and_is_no_nan(omega):
+    orbit = sw.find_orbit(sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(0.5), omega))
+    assert np.array_equal(orbit.multipliers, [0.0, 0.0])  # exp(-0.05 * 2 pi/omega) is below every float
+    assert orbit.stable
+
+
+def test_a_slow_overdamped_orbit_creeps_back_as_stiffness_over_damping_says():
+    """The slow rate is -K/B (1 + K J/B^2), the fast one has long died out: exp(-2 pi K/(B omega))."""
+    for omega in (1e-2, 1e-3):
+        orbit = sw.find_orbit(sw.Oscillator(1e-6, 1.0, sw.Linear(1e-3), sw.Harmonic(5e-4), omega))
+        expected = np.exp(-2.0 * np.pi * 1e-3 / omega * (1.0 + 1e-9))
+        assert abs(orbit.multipliers[0]) == pytest.approx(expected, rel=1e-6)
+        assert orbit.stable
+
+
+def test_a_slow_orbit_on_a_hilltop_is_unstable_and_its_multiplier_finite():
+    orbit = sw.find_orbit(sw.Oscillator(1.0, 0.1, sw.Cubic(-1.0, -1.0), sw.Harmonic(0.01), 1e-8))
+    assert not orbit.stable
+    assert np.all(np.isfinite(orbit.multipliers))

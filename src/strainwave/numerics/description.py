@@ -12,7 +12,7 @@ from ..results import Branch, Floats, Orbit, Status
 from .branches import Trace, solve, tail_of, with_velocity
 from .continuation import CLOSED, END, FOLD, LOST, STUCK, TOP
 from .first_order import FirstOrder
-from .floquet import displacement_peaks, grid_of, hill, multipliers, orbit_scales, steps_for
+from .floquet import displacement_peaks, frozen, grid_of, hill, multipliers, orbit_scales, steps_for
 from .fourier import from_blocks
 from .guess import error_coefficients
 from .half_wave import all_orders
@@ -84,6 +84,9 @@ def together(curves: list[Survey], parameter: str) -> list[Branch]:
     omega, peaks, labels = (joined([getattr(c, name) for c in curves]) for name in ("omega", "peaks", "labels"))
     values = joined([c.points[:, -1] for c in curves])
     floquet = multipliers(joined([c.traces for c in curves]), joined([c.decay for c in curves]))
+    if np.isnan(floquet).any():
+        slow = joined([frozen(c.problem, c.points) for c in curves])
+        floquet = np.where(np.isnan(floquet), slow, floquet)
     stable = np.abs(floquet[:, 0]) < 1.0
     wide = all_orders(problem, joined([c.series for c in curves]))
     coefficients = from_blocks(wide.T).T

@@ -21,6 +21,7 @@ from .fourier import synthesis
 from .linear import add, row_times
 
 PER_VIBRATION, MOST_STEPS = 16, 200_000  # Numerov steps a free vibration, and of an orbit
+FROZEN, LARGEST_LOG = 4096, 700.0  # instants of a very slow orbit, and the logarithm of the largest multiplier told
 
 
 def _stability_loops(problem: Any, table: Any, points: Any, traces: Any, peaks: Any) -> None:
@@ -129,9 +130,8 @@ def grid_of(problem: SecondOrder, steps: int) -> Floats:
 def multipliers(traces: Floats, decay: Floats) -> NDArray[np.complex128]:
     """Floquet multipliers (points, 2), largest modulus first, from Hill's traces and exp(-B period/(2J))."""
     half = 0.5 * np.asarray(traces, float)
-    square = half * half - 1.0
-    root = np.sqrt(np.abs(square))
-    real = square >= 0.0  # two real multipliers, else a complex pair
+    root = np.sqrt(np.abs(half - 1.0)) * np.sqrt(np.abs(half + 1.0))  # the square of half may not fit a float
+    real = np.abs(half) >= 1.0  # two real multipliers, else a complex pair
     out = np.empty((*half.shape, 2), complex)
     larger = half + np.where(real, np.copysign(root, half), 0.0)
     out.real[..., 0] = larger
@@ -143,12 +143,44 @@ def multipliers(traces: Floats, decay: Floats) -> NDArray[np.complex128]:
 
 
 def hill(problem: Any, points: Floats, table: Floats | None = None) -> tuple[Floats, Floats]:
-    """Traces of Hill's period map and largest |x| of points; `table` is the synthesis table of another grid."""
+    """Traces of Hill's period map and largest |x| of points; `table` is the synthesis table of another grid.
+
+    The trace is NaN where it does not fit a float, or no grid resolves the free vibration: see `frozen`.
+    """
     grid = grid_of(problem, steps_for(problem, points)) if table is None else table
     traces, peaks = np.empty(len(points)), np.empty(len(points))
     with np.errstate(all="ignore"):
         run(stability, problem, grid, np.ascontiguousarray(points), traces, peaks, light=is_light(problem))
+    coarse = isinstance(problem.nonlinear, Sampling) and problem.stride * grid.shape[1] >= MOST_STEPS
+    traces[~np.isfinite(traces) | (coarse and unresolved(problem, points, grid))] = np.nan
     return traces, peaks
+
+
+def unresolved(problem: Any, points: Floats, table: Floats) -> NDArray[np.bool_]:
+    """Whether a free vibration (points,) has fewer than a quarter of the Numerov steps that it is to have."""
+    rates = frozen_rates(problem, points)[0]
+    fastest = np.max(np.abs(rates.imag), axis=1) * problem.turns / orbit_scales(problem, points[:, -1])[0]
+    return np.asarray(fastest * PER_VIBRATION > 4 * problem.stride * table.shape[1])
+
+
+def frozen_rates(problem: Any, points: Floats) -> Any:
+    """Rates [1/s] (points, times) -B/(2J) +- sqrt((B/(2J))^2 - T'(u)/J) at which a disturbance grows."""
+    system = with_leaf(problem.system, problem.leaf, points[:, -1:])
+    half = 0.5 * system.B / system.J
+    q = system.law.stiffness(points[:, :-1] @ grid_of(problem, FROZEN)) / system.J
+    with np.errstate(all="ignore"):
+        root = np.sqrt(half * half - q + 0j)
+        return np.where(half > 0.0, -q / (half + root), root - half), -half - root
+
+
+def frozen(problem: Any, points: Floats) -> NDArray[np.complex128]:
+    """Multipliers (points, 2) of orbits so slow that disturbances follow the rates of the moment (WKB).
+
+    With thousands of free vibrations a period what this leaves out is less than the rounding of the integral.
+    """
+    period = 2.0 * np.pi * problem.turns / orbit_scales(problem, points[:, -1])[0]
+    logs = [np.mean(rate, axis=1) * period for rate in frozen_rates(problem, points)]
+    return np.stack([np.exp(np.minimum(log.real, LARGEST_LOG) + 1j * log.imag) for log in logs], axis=1)
 
 
 def orbit_scales(problem: Any, values: Floats) -> tuple[Floats, Floats]:
