@@ -261,7 +261,7 @@ WRONG = [
     ("m^2}", "m^2, inertja: 5 kg*m^2}", "3:29", "load.inertja", "unknown field; did you mean 'inertia'?"),
     ("m^2}", "m^2, inertia: 5 kg*m^2}", "3:29", "load.inertia", "appears twice, first in line 3; remove one"),
     ("damping:", "gear: CSG-40-80\ndamping:", "4:1", "gear", "appears twice, first in line 1; remove one"),
-    ("damping:", "colour: red\ndamping:", "4:1", "colour", "unknown field; known here: title, gear, motor, load"),
+    ("damping:", "colour: red\ndamping:", "4:1", "colour", "unknown field; known here: title, gear, hysteresis"),
     (
         "gear: CSG-40-50",
         "gear: CSG-40-5",
@@ -561,6 +561,113 @@ def test_ripples_make_a_varying_oscillator(written):
     assert system.variation == sw.Variation((sw.Ripple(2, 0.1, math.pi / 2.0),))
     assert system.damping.variation == sw.Variation((sw.Ripple(3, 0.1),))
     assert system.damping.warming == 20.0
+
+
+YIELDING = "{type: bouc_wen, K: 6e4 N*m/rad, ratio: 0, yield_twist: 0.08 mrad}"
+
+
+@pytest.mark.parametrize("gear", ["CSG-40-50", "{ratio: 50, law: {type: linear, K: 1e5 N*m/rad}}"])
+def test_hysteresis_and_backlash_stand_beside_a_gear_of_any_kind(written, gear):
+    text = GOOD.replace("CSG-40-50", gear)
+    spring = load(written(text)).drive.law
+    hysteresis, gap = sw.BoucWen(6e4, 0.0, 8e-5), pytest.approx(10.0 * ARCSEC, rel=1e-14)
+    one = load(written(text + f"hysteresis: {YIELDING}\n"))
+    assert one.drive.law == sw.Parallel(spring, hysteresis)
+    assert one.omega_0 == pytest.approx(math.sqrt(1.6e5 / 1.3), rel=1e-14)
+    both = text + f"backlash: {{half_gap: 10 arcsec}}\nhysteresis: {YIELDING}\n"
+    assert load(written(both)).drive.law == sw.Parallel(sw.Play(gap, spring), hysteresis)
+    alone = text.replace("ratio: 0.02", "B: 1 N*m*s/rad") + "backlash: {half_gap: 10 arcsec}\n"
+    assert load(written(alone)).drive.law == sw.Play(gap, spring)
+    assert load(written(both)).gear == load(written(text)).gear
+
+
+WITH_FRICTION = "{ratio: 50, law: {type: parallel, first: {type: linear, K: 5 N*m/rad}, second: %s}}"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place", "said"),
+    [
+        (
+            "damping",
+            "hysteresis: {type: linear, K: 5 N*m/rad}\ndamping",
+            "4:13",
+            "hysteresis: Linear is a spring, which",
+        ),
+        (
+            "damping",
+            "hysteresis: 5\ndamping",
+            "4:13",
+            "hysteresis: '5' is not a group of fields; write for example {typ",
+        ),
+        ("damping", "backlash: {half_gap: 0 rad}\ndamping", "4:22", "backlash.half_gap: '0 rad' is not positive"),
+        (
+            "gear: CSG-40-50",
+            "backlash: {half_gap: 1 mrad}\ngear: " + WITH_FRICTION % YIELDING,
+            "1:11",
+            "backlash: takes a spring behind it, and gear.law has friction or memory; write that as 'hysteresis'",
+        ),
+        (
+            "gear: CSG-40-50",
+            "backlash: {half_gap: 1 mrad}\ngear: "
+            "{ratio: 50, law: {type: polynomial, coefficients: [1 N*m, 5 N*m/rad]}}",
+            "1:11",
+            "backlash: does not go with gear.law: Play.law is a Polynomial with the torque 1 N*m at zero torsion",
+        ),
+        (
+            "ratio: 0.02}",
+            "ratio: 0.02}\nbacklash: {half_gap: 1 mrad}",
+            "4:18",
+            "damping.ratio: has no meaning for a law without stiffness at rest (play)",
+        ),
+        (
+            "CSG-40-50",
+            "{name: CSG-40-50}",
+            "1:7",
+            "gear: gives name and no file; write 'gear: CSG-40-50' for a gear of",
+        ),
+        ("CSG-40-50", "{name: A, law: {type: linear}}", "1:7", "gear: gives name and law; write 'gear: CSG-40-50' for"),
+        ("CSG-40-50", "{file: a.yaml, name: A, ratio: 5}", "1:7", "gear: gives file and name and ratio; write 'gear: "),
+        (
+            "CSG-40-50",
+            f"{{file: a, name: A, hysteresis: {YIELDING}}}",
+            "1:26",
+            "gear.hysteresis: unknown field; did you",
+        ),
+        (
+            "CSG-40-50",
+            WITH_FRICTION % "{type: angle_torque, amplitude: 5 N*m}",
+            "1:86",
+            "gear.law.second: AngleTorque follows the angle of a shaft; write it as drag",
+        ),
+        (
+            "CSG-40-50",
+            "{ratio: 50, law: {type: play, half_gap: 1 rad, law: {type: angle_torque, amplitude: 5 N*m}}}",
+            "1:59",
+            "gear.law.law: AngleTorque follows the angle of a shaft; write it as drag",
+        ),
+        (
+            "mode: held",
+            f"drag: {{type: parallel, first: {YIELDING}, second: {{type: linear, K: 5 N*m/rad}}}}",
+            "2:135",
+            "motor.drag.second: Linear is a spring, which ties a shaft to the ground; write friction, or angle_torque",
+        ),
+        (
+            "mode: held",
+            "drag: " + YIELDING.replace("ratio: 0", "ratio: 0.2"),
+            "2:75",
+            "motor.drag.ratio: 0.2 of this torque is a spring, which ties a shaft to the ground; write 'ratio: 0'",
+        ),
+        (
+            "0.02",
+            "0.02, warming: -1e6 K",
+            "4:33",
+            "damping.warming: is -1e+06 K, for 0.035 1/K the factor exp(3.5e+04)",
+        ),
+    ],
+)
+def test_what_a_gear_or_a_shaft_cannot_hold_is_told_at_its_place(written, old, new, place, said):
+    (line,) = complaint(written(GOOD.replace(old, new, 1)))
+    assert line.startswith(f"project.yaml:{place}: {said}")
 
 
 SPRING = "{type: linear, K: 1e5 N*m/rad}"

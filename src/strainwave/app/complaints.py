@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from .entries import RIPPLES, Wrong, near
+from .law_fields import EXAMPLE_DRAG, EXAMPLE_HYSTERESIS
 from .yaml_text import Keys, Located, Problem, name, shown
 
 # Every field by its name without list positions, with the example that a complaint shows.
@@ -18,11 +19,14 @@ EXAMPLES = {
     "gear.ratio": "50",
     "gear.law": "{type: cubic, K: 7160 N*m/rad, alpha: 0.1 1/rad^2}",
     "gear.rated_torque": "178 N*m",
+    "hysteresis": EXAMPLE_HYSTERESIS,
+    "backlash": "{half_gap: 10 arcsec}",
+    "backlash.half_gap": "10 arcsec",
     "motor": "{inertia: 4.5 kg*cm^2, mode: held}",
     "motor.inertia": "4.5 kg*cm^2",
     "motor.mode": "held",
     "motor.loop": "{type: speed_loop, K_p: 0.5 N*m*s/rad, K_i: 20 N*m/rad}",
-    "motor.drag": "{type: coulomb, T_c: 0.05 N*m, width: 1 rad/s}",
+    "motor.drag": EXAMPLE_DRAG,
     "load": "{inertia: 1.3 kg*m^2}",
     "load.inertia": "1.3 kg*m^2",
     "load.drag": "{type: angle_torque, amplitude: 40 N*m}",

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from .._dispatch import depends
 from ..model.gear import Gear
+from ..quantities import checked
 from .schema import CATALOGUE, ExplicitGear, ProjectSpec
 from .yaml_text import Keys
 
@@ -23,8 +24,8 @@ def contradictions(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys,
     """Fields that do not go together; groups of the spec that are None have problems of their own, told elsewhere."""
     if spec.gear is not None and spec.motor is not None:
         yield from _inertia(spec, gear)
-    if spec.gear is not None and spec.damping is not None:
-        yield from _damping(spec)
+    if spec.gear is not None:
+        yield from _law(spec, gear)
     if spec.excitation is not None:
         yield from _excitation(spec, gear)
     yield from _whole_train(spec)
@@ -39,9 +40,17 @@ def _inertia(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]
         yield ("motor", "inertia"), "is missing for an explicit gear; write for example 'inertia: 4.5 kg*cm^2'"
 
 
-def _damping(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:
-    law = spec.gear.law if isinstance(spec.gear, ExplicitGear) else None
-    if law is None:
+def _law(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
+    """What the law of the gear, with what stands beside it, does not go together with."""
+    try:
+        law = checked(spec.law(gear))
+    except TypeError:
+        yield ("backlash",), "takes a spring behind it, and gear.law has friction or memory; write that as 'hysteresis'"
+        return
+    except ValueError as error:
+        yield ("backlash",), f"does not go with gear.law: {error}"
+        return
+    if spec.damping is None:
         return
     if spec.damping.B is None and not float(law.stiffness(0.0)) > 0.0:
         way = "ratio" if spec.damping.ratio is not None else "quality"

@@ -7,6 +7,7 @@ collected with its place, all of it.
 
 import difflib
 import re
+from collections.abc import Collection
 from functools import cache
 from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 
@@ -22,6 +23,7 @@ SPRINGS = (laws.__name__, measured.__name__)
 POSITIVE, NOT_NEGATIVE = ("N*m/rad", "N*m"), ("rad",)  # numbers of a spring, by their unit
 EXAMPLE_POINTS = "points such as [[-1 mrad, -90 N*m], [0 mrad, 0 N*m], [1 mrad, 100 N*m]]"
 EXAMPLE_LAW = "{type: linear, K: 7160 N*m/rad}"
+EXAMPLE_LOOP = "{type: speed_loop, K_p: 0.1 N*m*s/rad}"
 
 
 class Wrong(NamedTuple):
@@ -87,7 +89,7 @@ def fields_of(cls: type) -> dict[str, Any]:
     return {"points": "points"} if cls is measured.Tabulated else dict(get_type_hints(cls, include_extras=True))
 
 
-def read_entry(value: Any, known: dict[str, type]) -> Any:
+def read_entry(value: Any, known: dict[str, type], for_example: str = EXAMPLE_LAW) -> Any:
     """Read a group of a project file with a `type` as the model object that it describes.
 
     Raises
@@ -96,7 +98,7 @@ def read_entry(value: Any, known: dict[str, type]) -> Any:
         With everything that is wrong.
     """
     found: list[Wrong] = []
-    model = _typed(value, known, (), found)
+    model = _typed(value, known, (), found, for_example)
     if found:
         raise refusal(*found)
     return model
@@ -112,9 +114,9 @@ def read_ripples(value: Any) -> Variation:
     return variation
 
 
-def _typed(value: Any, known: dict[str, type], keys: Keys, found: list[Wrong]) -> Any:
+def _typed(value: Any, known: dict[str, type], keys: Keys, found: list[Wrong], for_example: str = EXAMPLE_LAW) -> Any:
     if not isinstance(value, dict):
-        said = f"{shown(value)} is not a group of fields; write for example {_example(known)}"
+        said = f"{shown(value)} is not a group of fields; write for example {for_example}"
         return found.append(Wrong(keys, "" if value is None else said))
     field = (*keys, "type")
     if "type" not in value:
@@ -126,10 +128,6 @@ def _typed(value: Any, known: dict[str, type], keys: Keys, found: list[Wrong]) -
         said = "" if word is None else f"{shown(word)} is not known{near(word, list(known))}"
         return found.append(Wrong(field, said))
     return _of_class({key: item for key, item in value.items() if key != "type"}, cls, keys, found, ("type",))
-
-
-def _example(known: dict[str, type]) -> str:
-    return EXAMPLE_LAW if "linear" in known else "{type: speed_loop, K_p: 0.1 N*m*s/rad}"
 
 
 def _of_class(value: Any, cls: Any, keys: Keys, found: list[Wrong], more: tuple[str, ...] = ()) -> Any:
@@ -151,11 +149,14 @@ def _of_class(value: Any, cls: Any, keys: Keys, found: list[Wrong], more: tuple[
     try:
         return checked(measured.tabulated(given["points"]) if cls is measured.Tabulated else cls(**given))
     except (TypeError, ValueError) as error:
-        text = str(error)
-        about = re.match(rf"{cls.__name__}\.(\w+) (is .*)", text)
-        if about and about[1] in given:
-            return found.append(Wrong((*keys, about[1]), about[2]))
-        return found.append(Wrong(keys, text))
+        below = about(error, cls, given)
+        return found.append(below._replace(keys=keys + below.keys))
+
+
+def about(error: Exception, cls: type, given: Collection[str]) -> Wrong:
+    """What is wrong with an object of the model, at its field where the sentence names one that was given."""
+    named = re.match(rf"{cls.__name__}\.(\w+) (is .*)", str(error))
+    return Wrong((named[1],), named[2]) if named and named[1] in given else Wrong((), str(error))
 
 
 def _unknown(key: str, here: list[str]) -> str:

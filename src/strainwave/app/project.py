@@ -228,14 +228,10 @@ def _class_of(spec: ProjectSpec, gear: Gear | None) -> float:
 
 def _resolved(spec: ProjectSpec, gear: Gear | None, path: Path, text: str) -> Project:
     J_m = spec.motor.inertia or (gear.input_inertia if gear is not None else None) or 0.0
-    if isinstance(spec.gear, ExplicitGear):
-        law, ratio = spec.gear.law, spec.gear.ratio
-    else:
-        assert gear is not None
-        law, ratio = gear.law, float(gear.ratio)
+    ratio = float((gear or spec.gear).ratio)  # type: ignore[union-attr]
     coupling = spec.load.coupling
     J_l = spec.load.inertia + (coupling.inertia if coupling is not None else 0.0)
-    drive = Drive(J_m, J_l, ratio, spec.damping.B or 0.0, law)
+    drive = Drive(J_m, J_l, ratio, spec.damping.B or 0.0, spec.law(gear))
     drive = drive._replace(B=_damping(spec, drive))
     factor = ratio if spec.speed.shaft == "load" else 1.0
     speeds = spec.speed.at or [s for s in (spec.speed.low, spec.speed.high) if s is not None]

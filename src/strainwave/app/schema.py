@@ -7,17 +7,21 @@ import re
 from functools import partial
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
 from pydantic import model_validator as check_model
 
-from .._dispatch import depends
 from ..model import catalogue
-from ..model.motion import AngleTorque
+from ..model.gear import Gear
+from ..model.hysteresis import Parallel
+from ..model.laws import Play
 from ..model.varying import GearDamping
-from .entries import Wrong, law_types, loop_types, number, read_entry, read_ripples, refusal, whole
+from ..quantities import checked
+from .entries import EXAMPLE_LOOP, Wrong, about, loop_types, number, read_entry, read_ripples, refusal, whole
+from .law_fields import Drag, GearLaw, Hysteresis
 from .yaml_text import shown
 
 MOST_LINES = 64
+WAYS = ("name", "file", "ratio", "law", "rated_torque")  # to give a gear: the first two, or the others
 CATALOGUE = "catalogue"  # in place of an accuracy: the one that the gear's record gives
 
 
@@ -51,31 +55,7 @@ def _quantity(unit: str, sign: str = "any") -> BeforeValidator:
     return BeforeValidator(partial(number, unit=unit, sign=sign))
 
 
-def _drag(law: Any) -> Any:
-    """Pass what opposes a shaft; a spring does not."""
-    if depends(law) == 1 and not isinstance(law, AngleTorque):
-        raise ValueError(
-            f"{type(law).__name__} is a spring, which ties a shaft to the ground; write friction, or angle_torque for "
-            "gravity"
-        )
-    return law
-
-
-def _gear_law(law: Any) -> Any:
-    """Pass a law that holds a gear together."""
-    if isinstance(law, AngleTorque):
-        raise ValueError("AngleTorque follows the angle of a shaft; write it as drag under motor or load")
-    rest = float(law.stiffness(0.0))
-    if not rest > 0.0 and not (hasattr(law, "breakpoints") and law.breakpoints()):
-        remedy = "; write {type: parallel, first: a spring, second: the friction}" if depends(law) > 1 else ""
-        raise ValueError(f"the stiffness at rest is {rest:g} N*m/rad; it must be positive{remedy}")
-    return law
-
-
-LAW = BeforeValidator(partial(read_entry, known=law_types()))
-GearLaw = Annotated[Any, AfterValidator(_gear_law), LAW]
-Drag = Annotated[Any, AfterValidator(_drag), LAW]
-Loop = Annotated[Any, BeforeValidator(partial(read_entry, known=loop_types()))]
+Loop = Annotated[Any, BeforeValidator(partial(read_entry, known=loop_types(), for_example=EXAMPLE_LOOP))]
 Ripples = Annotated[Any, BeforeValidator(read_ripples)]
 
 
@@ -113,10 +93,29 @@ def _known_gear(value: str) -> str:
     return gear.name
 
 
+def _one_gear(value: Any) -> Any:
+    """Pass a gear that is given in one way."""
+    given = [key for key in value if key in WAYS] if isinstance(value, dict) else []
+    named = {"name", "file"} & set(given)
+    if named and (set(given) - named or "file" not in named):
+        said = " and ".join(given) if len(given) > 1 else "name and no file"
+        raise ValueError(
+            f"gives {said}; write 'gear: CSG-40-50' for a gear of the catalogue, {{file, name}} for one of your own, "
+            "or {ratio, law}: hysteresis and backlash of any gear are fields beside 'gear'"
+        )
+    return value
+
+
 def _gear_kind(value: Any) -> str:
     if isinstance(value, str):
         return "name"
     return "own" if isinstance(value, dict) and ("file" in value or "name" in value) else "explicit"
+
+
+class BacklashSpec(Spec):
+    """Play in series with the gear's law."""
+
+    half_gap: Annotated[float, _quantity("rad", "positive")]
 
 
 class MotorSpec(Spec):
@@ -174,6 +173,10 @@ class DampingSpec(Spec):
         if len(ways) != 1:
             given = " and ".join(sorted(ways)) or "nothing"
             raise ValueError(f"gives {given}; write exactly one of B, ratio, quality")
+        try:
+            checked(self.of(self.B or 0.0))
+        except ValueError as error:
+            raise refusal(about(error, GearDamping, self.model_fields_set)) from error
         return self
 
 
@@ -247,10 +250,20 @@ class ProjectSpec(Spec):
         | Annotated[ExplicitGear, Tag("explicit")]
         | Annotated[OwnGear, Tag("own")],
         Discriminator(_gear_kind),
+        BeforeValidator(_one_gear),
     ]
+    hysteresis: Hysteresis | None = None
+    backlash: BacklashSpec | None = None
     motor: MotorSpec = MotorSpec()
     load: LoadSpec
     damping: DampingSpec
     stiffness: StiffnessSpec | None = None
     speed: SpeedSpec
     excitation: ExcitationSpec
+
+    def law(self, gear: Gear | None) -> Any:
+        """Torsion law: that of the gear or its record, with the backlash in series and the hysteresis in parallel."""
+        law = self.gear.law if isinstance(self.gear, ExplicitGear) else gear and gear.law
+        if self.backlash is not None:
+            law = Play(self.backlash.half_gap, law)
+        return law if self.hysteresis is None else Parallel(law, self.hysteresis)
