@@ -117,20 +117,30 @@ def _traced(
     system: Any, leaf: int, lo: float, hi: float, harmonics: int | None, period: int, points: int
 ) -> Survey | Branch:
     """The curve of one system, with as many harmonics as it takes."""
-    h = starting_harmonics(system, harmonics, period, points)
-    while True:
-        problem = balance_of(system, leaf, leaf, h, period)
-        problem, found, origin = symmetric_across(problem, lo, hi, 4.0 / points)
-        tail = largest_tail(problem, found.points)
-        if harmonics is not None or (tail <= TAIL and found.outcome == END) or h >= most_harmonics(system):
-            break
-        h = min(2 * h + 1, most_harmonics(system))
+    problem, found, tail, origin = traced_points(system, leaf, lo, hi, harmonics, period, points)
     if isinstance(problem, FirstOrder):
         branch = describe(problem, "omega", found, tail, origin)
         unstable = len(branch) > 0 and not branch.stable.any()
         said = [branch.message, *([NEVER_STABLE] if unstable else [])]
         return with_changes(branch, message="; ".join(said))
     return survey(problem, "omega", found, tail, origin)
+
+
+def traced_points(
+    system: Any, leaf: int, lo: float, hi: float, harmonics: int | None, period: int, points: int
+) -> tuple[Any, Trace, float, str]:
+    """The balance problem of a curve, its points, the size of the last harmonics, and how it was found.
+
+    Without `harmonics` they grow until the last two are negligible.
+    """
+    h = starting_harmonics(system, harmonics, period, points)
+    while True:
+        problem = balance_of(system, leaf, leaf, h, period)
+        problem, found, origin = symmetric_across(problem, lo, hi, 4.0 / points)
+        tail = largest_tail(problem, found.points)
+        if harmonics is not None or (tail <= TAIL and found.outcome == END) or h >= most_harmonics(system):
+            return problem, found, tail, origin
+        h = min(2 * h + 1, most_harmonics(system))
 
 
 def symmetric_across(problem: Any, lo: float, hi: float, step: float) -> tuple[Any, Trace, str]:

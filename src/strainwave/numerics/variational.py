@@ -129,9 +129,11 @@ def tests_of(multipliers: NDArray[np.complex128]) -> dict[int, Floats]:
     return found if torus is None else found | {NEIMARK_SACKER: torus}
 
 
-def with_special_points(problem: FirstOrder, points: Floats, labels: Any) -> tuple[Floats, Any]:
-    """Insert the period doublings, branch points and Neimark-Sacker points between the points of a branch."""
-    tests = tests_of(multipliers_of(monodromy(problem, points)))
+def with_special_points(
+    problem: FirstOrder, points: Floats, labels: Any, floquet: NDArray[np.complex128]
+) -> tuple[Floats, Any, NDArray[np.complex128]]:
+    """Insert the period doublings, branch points and Neimark-Sacker points of a branch, with their multipliers."""
+    tests = tests_of(floquet)
     found = []
     for label, values in tests.items():
         for i in np.flatnonzero(values[1:] * values[:-1] < 0.0):
@@ -142,9 +144,10 @@ def with_special_points(problem: FirstOrder, points: Floats, labels: Any) -> tup
     found.sort(key=lambda item: item[:2])
     places = [item[0] for item in found]
     if not found:
-        return points, labels
-    points = np.insert(points, places, [item[3] for item in found], axis=0)
-    return points, np.insert(labels, places, [item[2] for item in found])
+        return points, labels, floquet
+    added = np.array([item[3] for item in found])
+    floquet = np.insert(floquet, places, multipliers_of(monodromy(problem, added)), axis=0)
+    return np.insert(points, places, added, axis=0), np.insert(labels, places, [item[2] for item in found]), floquet
 
 
 def _located(problem: FirstOrder, first: Floats, last: Floats, label: int) -> Floats | None:
@@ -181,11 +184,10 @@ def described(
     status: Status, message: str,
 ) -> Branch:  # fmt: skip
     """Branch of a general system, with stability and labelled special points."""
-    if len(points) > 1:
-        points, labels = with_special_points(problem, points, labels)
     states = len(problem.sizes)
-    flow = monodromy(problem, points) if len(points) else np.empty((0, states, states))
-    floquet = multipliers_of(flow)
+    floquet = multipliers_of(monodromy(problem, points) if len(points) else np.empty((0, states, states)))
+    if len(points) > 1:
+        points, labels, floquet = with_special_points(problem, points, labels, floquet)
     omega = _omega(problem, points)
     series = points[:, :-1].reshape(len(points), states, -1) * problem.sizes[:, None]
     peaks = displacement_peaks(series[:, 0]) if len(points) else np.empty(0)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._dispatch import is_spring
 from .._jit import as_python
@@ -44,10 +45,12 @@ class ExactResponse:
 
     def largest(self) -> int | None:
         """Number of the stable point with the largest |x| that a sweep visits; None where there is no sweep."""
-        if self.sweep is None:
-            return None
-        visited = [*self.sweep.run_up, *self.sweep.run_down]
-        return int(max(visited, key=lambda i: float(self.curve.peak[i])))
+        visited = self.visited()
+        return int(visited[np.argmax(self.curve.peak[visited])]) if len(visited) else None
+
+    def visited(self) -> NDArray[np.int64]:
+        """Numbers of the stable points that a slow run-up or coast-down visits; empty where there is no sweep."""
+        return np.empty(0, np.int64) if self.sweep is None else np.union1d(self.sweep.run_up, self.sweep.run_down)
 
     def torque(self, system: Any) -> Floats:
         """Torque through the gear with its damping [N*m, output side] at every point (rows) and place of a turn."""

@@ -44,8 +44,8 @@ def usage(system: Any, exact: ExactResponse, motions: Iterable[SteadyMotion]) ->
         Simulated motions, which count too where they finished: some are on no curve.
     """
     found = [(m.omega, cycle_of(system._replace(omega=m.omega), m).torque) for m in motions if m.status]
-    if exact.sweep is not None:
-        visited = np.unique([*exact.sweep.run_up, *exact.sweep.run_down])
+    visited = exact.visited()
+    if len(visited):
         found += zip(exact.curve.omega[visited], exact.torque(system)[visited], strict=True)
     peak, at_peak = max((float(np.max(np.abs(torque))), float(omega)) for omega, torque in found)
     mean, at_mean = max((cubic_mean(torque), float(omega)) for omega, torque in found)

@@ -1,0 +1,168 @@
+"""The response of a whole drive train through a speed range: the error at the load, and the torque in the gear."""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .._dispatch import parts_of
+from ..model.drive_train import DriveTrain
+from ..model.limits import cubic_mean
+from ..model.motion import AngleTorque
+from ..model.shafts import Elastic, Free
+from ..numerics.branches import Trace, leaf_of, tail_of
+from ..numerics.description import describe
+from ..numerics.floquet import displacement_peaks
+from ..numerics.fourier import from_blocks, synthesis
+from ..numerics.response import traced_points
+from ..quantities import AngularSpeed
+from ..results import Floats
+from .exact import ExactResponse
+from .jumps import jumps
+from .usage import Usage
+
+POINTS, FEW = 60, 24  # about so many, and more where the curve bends; and for a peak alone
+PER_ORDER, MOST = 4, 32  # harmonics to begin with per order of the excitation, and at most
+ENOUGH = 1e-3  # size of the last two harmonics that a figure does not show
+SAMPLES = 512  # of a turn, for its largest torque
+
+
+class AtLoad(NamedTuple):
+    """A train in whose state (x, x') is that of the load: theta_m/N - theta of the load, twists of couplings included.
+
+    `twists` are the places of the couplings' twists in the state. Its omega is that of the train.
+    """
+
+    train: DriveTrain
+    omega: AngularSpeed
+    twists: tuple[int, ...] = ()
+
+    @property
+    def law(self) -> Any:
+        """Law of the gear."""
+        return self.train.law
+
+    def turning(self) -> DriveTrain:
+        """The train at the speed omega."""
+        return self.train._replace(omega=self.omega)
+
+    def own(self, y: Any) -> Any:
+        """State of the train itself."""
+        return (y[0] - sum(y[at] for at in self.twists), y[1] - sum(y[at + 1] for at in self.twists), *y[2:])
+
+    def rhs(self, phase: Any, y: Any) -> Any:
+        """Time derivatives of the state at the base angle [rad]."""
+        rates = self.turning().rhs(phase, self.own(y))
+        twisting = (sum(rates[at + i] for at in self.twists) for i in (0, 1))
+        return (*(rate + more for rate, more in zip(rates[:2], twisting, strict=True)), *rates[2:])
+
+    def orders(self) -> tuple[int, ...]:
+        """Orders of the torques and of the kinematic error."""
+        return tuple(sorted({*self.train.orders(), *end_of(self.train.load).excitation.orders()}))
+
+
+@dataclass(frozen=True, eq=False)
+class TrainCurve:
+    """Steady motions of a drive train through a range of motor speeds.
+
+    Attributes
+    ----------
+    response : ExactResponse
+        The curve: its x is the error at the load, twists of couplings included.
+    usage : Usage
+        Largest torques in the gear over the motions that a slow run-up or coast-down visits.
+    gear_peak : float
+        Largest |x| across the gear alone [rad] in them.
+    """
+
+    response: ExactResponse
+    usage: Usage
+    gear_peak: float
+
+
+def at_load(train: DriveTrain) -> AtLoad:
+    """Return the train with the error at the load as its first state."""
+    return AtLoad(train, train.omega, train.twists())
+
+
+def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | None:
+    """Follow the steady motions of a train whose motor is held or has a loop; None where none that repeats is found.
+
+    Parameters
+    ----------
+    train : DriveTrain
+        The train at constant speed (the `Steady` reference); its omega is replaced.
+    speeds : (float, float)
+        Range of the motor speed [rad/s].
+    """
+    if isinstance(train.motor.control, Free) or follows_its_angle(train):
+        return None
+    system = at_load(train)
+    problem, found, tail, origin = _traced(system, speeds, POINTS)
+    if not len(found.points):
+        return None
+    curve = describe(problem, "omega", found, tail, origin)
+    try:
+        response = ExactResponse(curve, jumps(curve))
+    except ValueError:  # nothing stable to follow
+        return None
+    series = _series(problem, found.points)
+    path = response.visited()
+    own = np.array([np.any(np.all(row == curve.coefficients[path], axis=1)) for row in from_blocks(series[:, 0].T).T])
+    return TrainCurve(response, *_strain(system, found.points[own, -1], series[own]))
+
+
+def largest_oscillation(train: DriveTrain, speeds: tuple[float, float]) -> tuple[float, float] | None:
+    """Speed [rad/s] and size [rad], largest |x - mean| at the load, of the largest oscillation in a short range."""
+    problem, found, _, _ = _traced(at_load(train), speeds, FEW)
+    if not len(found.points):
+        return None
+    series = _series(problem, found.points)[:, 0]
+    series[:, 0] = 0.0
+    sizes = displacement_peaks(series)
+    return float(found.points[np.argmax(sizes), -1]), float(np.max(sizes))
+
+
+def follows_its_angle(train: DriveTrain) -> bool:
+    """Whether the load is opposed by a torque of its own angle, which repeats once in N turns of the motor."""
+    return _of_angle(end_of(train.load).drag)
+
+
+def end_of(load: Any) -> Any:
+    """The load itself, behind all couplings."""
+    return end_of(load.load) if isinstance(load, Elastic) else load
+
+
+def _of_angle(law: Any) -> bool:
+    return isinstance(law, AngleTorque) or any(_of_angle(part) for part in parts_of(law))
+
+
+def _traced(system: AtLoad, speeds: tuple[float, float], points: int) -> tuple[Any, Trace, float, str]:
+    """Balance problem and points of a curve, with the harmonics that the error at the load takes."""
+    leaf, top = leaf_of(system, "omega"), max((1, *system.orders()))
+    middle = system._replace(omega=(speeds[0] * speeds[1]) ** 0.5)
+    most = max(MOST, top + 2)
+    harmonics = min(most, PER_ORDER * top)
+    while True:
+        problem, found, _, origin = traced_points(middle, leaf, *speeds, harmonics, 1, points)
+        tail = float(np.max(tail_of(_series(problem, found.points)[:, 0]), initial=0.0))
+        if tail <= ENOUGH or harmonics >= most:
+            return problem, found, tail, origin
+        harmonics = min(most, 2 * harmonics)
+
+
+def _series(problem: Any, points: Floats) -> Floats:
+    """Coefficients (points, states, 2H+1) in blocks."""
+    return np.asarray(points[:, :-1].reshape(len(points), len(problem.sizes), -1) * problem.sizes[:, None])
+
+
+def _strain(system: AtLoad, omega: Floats, series: Floats) -> tuple[Usage, float]:
+    """What motions ask of the gear: its torques, and the largest |x| across it."""
+    angles = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
+    y = np.moveaxis(series @ synthesis(series.shape[2] // 2, SAMPLES), 1, 0)
+    own = system.own(y)
+    torque = np.asarray(system._replace(omega=omega[:, None]).turning().torque(angles, own))
+    peaks, means = np.max(np.abs(torque), axis=1), np.array([cubic_mean(row) for row in torque])
+    at, at_mean = int(np.argmax(peaks)), int(np.argmax(means))
+    used = Usage(float(peaks[at]), float(omega[at]), float(means[at_mean]), float(omega[at_mean]))
+    return used, float(np.max(np.abs(own[0])))
