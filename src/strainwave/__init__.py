@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from .app.draw import draw_variability as draw_variability
     from .app.entries import project_entry as project_entry
     from .app.own_gears import read_gears as read_gears
+    from .app.project_text import project_text as project_text
     from .app.scan_file import ScanFile as ScanFile
     from .app.scan_file import read_scan as read_scan
     from .model import catalogue as catalogue
@@ -174,6 +175,7 @@ _HOME = {
     "app.draw": ("draw_basins", "draw_orbit_diagram", "draw_variability"),
     "app.entries": ("project_entry",),
     "app.own_gears": ("read_gears",),
+    "app.project_text": ("project_text",),
     "app.scan_file": ("ScanFile", "read_scan"),
     "model.drive": ("Drive", "HDC_40_050", "HDC_40_050_WARNING"),
     "model.error_spectrum": ("MEASURED_ERRORS", "MeasuredError", "accuracy_spectrum", "peak_to_peak"),

@@ -151,6 +151,11 @@ def load(path: str | Path) -> Project:
     text = read_text(path)
     if isinstance(text, Problem):
         raise _error(path, [text])
+    return from_text(text, path)
+
+
+def from_text(text: str, path: Path) -> Project:
+    """Read the text of a project file that is, or could be, at a path (ProjectError as `load`)."""
     located = read(text)
     problems = list(located.problems)
     if located.content is None:
