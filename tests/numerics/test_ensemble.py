@@ -60,6 +60,29 @@ def test_the_error_estimate_bounds_the_error_within_its_order():
         assert 0.5 * error < coarse[name].attrs["error_estimate"] < 2.0 * error
 
 
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.parametrize("method", [sw.Dop8(), sw.Rk4(steps=128)])
+def test_the_error_estimate_of_fixed_steps_over_kinks_is_no_smaller_than_the_error(method):
+    """Errors are of second order and differ from lane to lane: near the fold they are a hundred times the median."""
+    system = sw.Oscillator(1.0, 0.1, sw.PiecewiseLinear(1.0, 1.4, 1.8, 0.5, 1.2), sw.Harmonic(0.6), 1.0)
+    lanes = {"omega": np.linspace(0.2, 2.5, 400)}
+    call = {"periods": 4, "settle": 100, "measures": (sw.Peak(), sw.Rms(), sw.Amplitude(1))}
+    coarse = sw.ensemble(system, lanes, (0.0, 0.0), method=method, **call)
+    exact = sw.ensemble(system, lanes, (0.0, 0.0), method=sw.Dopri5(rtol=1e-12, atol=1e-14), **call)
+    for name in ("peak", "rms", "amplitude_1"):
+        error = float(np.max(np.abs(coarse[name] - exact[name])))
+        assert error < coarse[name].attrs["error_estimate"] < 4.0 * error
+
+
+def test_an_order_above_those_of_the_system_gets_its_steps():
+    """In 32 steps a turn cos(33 phase) is cos(phase): order 33 would have the amplitude of order 1."""
+    linear = sw.Oscillator(1.0, 0.5, sw.Linear(1.0), sw.Harmonic(1.0), 0.5)
+    found = sw.ensemble(linear, {}, (0.0, 0.0), periods=1, settle=8, measures=(sw.Amplitude(1), sw.Amplitude(33)))
+    assert found["amplitude_1"][0] > 1.0
+    assert found["amplitude_33"][0] < 1e-6
+
+
 @pytest.mark.compiled
 def test_bits_do_not_depend_on_the_place_in_the_batch_or_on_threads():
     rng = np.random.default_rng(1)
@@ -185,6 +208,18 @@ def test_bad_input_is_one_sentence(change, sentence):
         ({"threads": 0}, ValueError, "threads is 0"),
         ({"settle": -1}, ValueError, "settle is -1; it must be a whole number of periods, 0 or more"),
         ({"parameters": {"omega": [1.0, 1e-9]}}, ValueError, "omega is 1e-09 rad/s in lane 1, so that a period takes"),
+        ({"measures": (sw.Amplitude(10**7),)}, ValueError, r"steps for orders up to 2500000 and at most 10000000 are"),
+        (
+            {"measures": (sw.Amplitude(9),), "method": sw.Dop8(steps_per_period=32)},
+            ValueError,
+            r"Amplitude\(9\) is of an order that the steps of Dop8\(.*\) do not resolve; take steps_per_period=36",
+        ),
+        (
+            {"measures": (sw.Amplitude(5),), "method": sw.Rk4(steps_per_period=32)},
+            ValueError,
+            r"Amplitude\(5\) is of an order .* take steps_per_period=40",
+        ),
+        ({"measures": (sw.Amplitude(100),), "method": sw.Dopri5()}, ValueError, r"take a smaller rtol, or Dop8\("),
     ],
 )
 def test_what_would_never_end_or_means_nothing_is_told(change, error, sentence):

@@ -118,3 +118,18 @@ def test_without_numba_cuda_a_warning_says_so_and_the_processor_does_it():
 def test_unknown_device_is_refused():
     with pytest.raises(ValueError, match=r"device is 'tpu'; it must be 'cpu' or 'gpu'"):
         sw.ensemble(SYSTEMS["Duffing"], FEW, (0.0, 0.0), periods=1, device="tpu")
+
+
+@pytest.mark.parametrize("error", ["CudaAPIError('[2] Call to cuMemAlloc results in CUDA_ERROR_OUT_OF_MEMORY')", "0"])
+def test_a_device_without_memory_left_is_one_sentence(error):
+    """A driver that allocates nothing: the simulator's allocation raises what numba-cuda's does, or NumPy's error."""
+    code = (
+        "import strainwave as sw, strainwave._cuda as c; cuda = c.load()\n"
+        "class CudaAPIError(RuntimeError): pass\n"
+        f"def full(shape): raise ({error} or MemoryError('Unable to allocate 1 TiB'))\n"
+        "cuda.device_array = full\n"
+        "try: gpu.ensemble_of('Dopri5', sw.ensemble, device='gpu')\n"
+        "except MemoryError as error: print(json.dumps(str(error)))"
+    )
+    said = in_process(code, NUMBA_ENABLE_CUDASIM="1", STRAINWAVE_JIT="0")
+    assert said.startswith("the graphics processor has no memory left for 5 trajectories at a time; make several")

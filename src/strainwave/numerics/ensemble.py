@@ -17,20 +17,22 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from .._dispatch import is_spring
+from .._lanes import LANES
 from ..quantities import numbers, positive_count, replace, shown, with_parts
 from ..quantities import parameters as parameters_of
 from ..results import Floats
 from .blocks import Batch, Block, first_lane, flat
 from .gpu import Machine, machine_of
 from .integrate import Dop8, Dopri5, Rk4
-from .measures import Final, Peak, Poincare, Rms
+from .measures import Final, Peak, Poincare, Rms, check_orders, order_for
 from .pieces import General, Smooth
 from .step_counts import fastest_rates, steps_needed
 
 log = logging.getLogger(__name__)
 
 MOST_TRIES = 12  # of finer steps, until the stiffness met asks for no more
-SAMPLED = 16  # lanes that are run again with half the step, for the estimate of the error
+SAMPLED = 16  # lanes whose blocks are run again with half the step, for the estimate of the error
+SAMPLED_BLOCKS = 16  # of every number of steps, for laws with breakpoints: their errors differ from lane to lane
 SETTLED = 1e-6  # largest change of a settled state from one period (or up to eight) to the next, of fixed steps
 LOOSE = 1e4  # of adaptive ones, in units of their tolerance
 MOST_STEPS = 100_000  # a period, for lanes that explode
@@ -82,13 +84,14 @@ def ensemble(
         `status` (0 finished, 1 diverged), `ended` (time [s] until which the states stayed bounded), `period` (of the
         settled motion, in turns; 0 if it is not settled, or if its period is longer than 8), `steps` where they are
         fixed. Attributes: method, device, and of every measure with a fixed step `error_estimate`, the largest
-        difference to half the step in a sample of lanes.
+        difference to half the step in a sample of lanes (twice that for laws with breakpoints, where fixed steps are
+        of second order; a lane whose motion would end up on another attractor may not be among them).
 
     Raises
     ------
     ValueError
-        If arrays have different lengths, a value is not finite, a path is unknown or names an order, or a count is not
-        positive.
+        If arrays have different lengths, a value is not finite, a path is unknown or names an order, a count is not
+        positive, or the steps of the method cannot resolve the order of an `Amplitude`.
     TypeError
         If the system has no `rhs`, or a fixed step cannot be chosen for it.
 
@@ -103,6 +106,7 @@ def ensemble(
         raise ValueError(f"settle is {shown(settle)}; it must be a whole number of periods, 0 or more")
     kept = _checked_measures(measures)
     chosen = _method(system, method)
+    check_orders(measures, chosen, system.orders() if hasattr(system, "orders") else ())
     batch = _batch(system, varied, states, lanes, kept, settle, periods, any(isinstance(m, Poincare) for m in measures))
     machine = machine_of(device, positive_count("threads", os.cpu_count() or 1 if threads is None else threads))
     members = replace(system, varied)
@@ -201,14 +205,15 @@ def _run(batch: Batch, members: Any, method: Rk4 | Dopri5, machine: Machine) -> 
     if isinstance(method, Dopri5) or given is not None:
         per_period = -(-(given or 0) // 4) * 4
         return _march_all(batch, np.full(lanes, per_period), method, machine), np.full(lanes, per_period)
-    order, margin = max((1, *members.orders())), _error_reach(members, lanes)
+    order, margin = max(1, *members.orders(), order_for(batch.measures, method)), _error_reach(members, lanes)
     reach, periods = np.abs(batch.y0[0]), batch.settle + batch.periods
     steps = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
     lane = int(np.argmax(steps))
     if steps[lane] > FINEST:
         raise ValueError(
-            f"omega is {batch.omega[lane]:.4g} rad/s in lane {lane}, so that a period takes {steps[lane]} steps and at "
-            f"most {FINEST} are taken; raise omega, or integrate part of a period with simulate"
+            f"omega is {batch.omega[lane]:.4g} rad/s in lane {lane}, so that a period takes {steps[lane]} steps for "
+            f"orders up to {order} and at most {FINEST} are taken; raise omega, leave out the highest orders, or "
+            "integrate part of a period with simulate"
         )
     found = _march_all(batch, steps, method, machine)
     lost = np.zeros(lanes, bool)  # explodes in the same period with half the step: no finer one will save it
@@ -323,14 +328,26 @@ def _add_error_estimates(
     data: xr.Dataset, batch: Batch, method: Rk4, steps: Any, measures: Any, system: Any, varied: dict[str, Floats],
     machine: Machine,
 ) -> None:  # fmt: skip
-    """Run a sample of lanes with half the step and say by how much every measure changes at most."""
+    """Run a sample of lanes with half the step and say by how much every measure changes at most.
+
+    A block holds as many lanes as it has places for, whatever it is run for: the sample fills its blocks.
+    """
     good = np.flatnonzero(data["status"].values == 0)
     if not len(good):
         return
-    sample = good[np.unique(np.linspace(0, len(good) - 1, SAMPLED).astype(int))]
+    kinks = bool(system.breakpoints()) if hasattr(system, "breakpoints") else False
+    seen, blocks = (good, SAMPLED_BLOCKS) if kinks else (_spread(good, SAMPLED), 1)
+    groups = [good[steps[good] == number] for number in np.unique(steps[seen])]
+    sample = np.sort(np.concatenate([_spread(group, blocks * LANES) for group in groups]))
     finer = _march_all(_some(batch, sample), 2 * steps[sample], method, machine)
     few = _dataset(system, {p: v[sample] for p, v in varied.items()}, _some(batch, sample), finer, measures)
     for name in few:
         if few[name].dtype.kind == "f" and name != "ended":
             change = np.abs(few[name].values - data[name].isel(lane=sample).values)
-            data[name].attrs["error_estimate"] = float(np.nanmax(change)) if np.any(np.isfinite(change)) else 0.0
+            largest = float(np.nanmax(change)) if np.any(np.isfinite(change)) else 0.0
+            data[name].attrs["error_estimate"] = (2.0 if kinks else 1.0) * largest
+
+
+def _spread(places: Any, most: int) -> Any:
+    """At most so many of these places, evenly spread, the first and last among them."""
+    return places[np.unique(np.linspace(0, len(places) - 1, most).astype(int))]

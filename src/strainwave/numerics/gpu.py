@@ -5,7 +5,8 @@ thread, which share the cosines of a phase.
 """
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -105,6 +106,20 @@ METHODS = {
 }
 
 
+@contextmanager
+def memory_told(lanes: int) -> Iterator[None]:
+    """Say in one sentence that the device's memory is too small (MemoryError), whichever way the driver puts it."""
+    try:
+        yield
+    except Exception as error:
+        if not (isinstance(error, MemoryError) or "OUT_OF_MEMORY" in str(error)):
+            raise
+        raise MemoryError(
+            f"the graphics processor has no memory left for {lanes} trajectories at a time; make several ensembles of "
+            "them (in a sweep give a smaller chunk), or leave out Poincare(), which keeps every turn"
+        ) from error
+
+
 def march_on_gpu(batch: Batch, places: Any, method: Rk4 | Dopri5, steps: int) -> Block:
     """Run the lanes at these places through all their periods, on the device."""
     states, floats, periods = len(batch.y0), len(batch.numbers), batch.settle + batch.periods
@@ -124,14 +139,16 @@ def march_on_gpu(batch: Batch, places: Any, method: Rk4 | Dopri5, steps: int) ->
         how = (steps,)
         times = 2.0 * np.pi / steps / batch.omega[full]
     device = _cuda.load()
-    inputs = device.to_device(np.concatenate([batch.numbers[:, full], times[None], batch.y0[:, full]]))
+    start = np.concatenate([batch.numbers[:, full], times[None], batch.y0[:, full]])
     shapes = (sums + 2, len(full)), (KEPT, states, len(full)), (periods if batch.points else 1, states, len(full))
-    outputs, last, points = (device.device_array(shape) for shape in shapes)
-    arguments = (
-        batch.template, (0.0,) * states, batch.kind, batch.measures, starts, how, batch.settle, batch.periods, inputs,
-        outputs, last, points if batch.points else points[:0],
-    )  # fmt: skip
-    _cuda.launch((begin, steps_of, call, finish), rows, own, (blocks, threads), arguments)
+    with memory_told(n):
+        inputs = device.to_device(start)
+        outputs, last, points = (device.device_array(shape) for shape in shapes)
+        arguments = (
+            batch.template, (0.0,) * states, batch.kind, batch.measures, starts, how, batch.settle, batch.periods,
+            inputs, outputs, last, points if batch.points else points[:0],
+        )  # fmt: skip
+        _cuda.launch((begin, steps_of, call, finish), rows, own, (blocks, threads), arguments)
     newest = (periods - 1 - np.arange(min(KEPT, periods))[::-1]) % KEPT
     found, kept = outputs.copy_to_host()[:, :n], last.copy_to_host()[newest, :, :n]
     strobes = points.copy_to_host()[:, :, :n] if batch.points else np.empty((0, states, n))

@@ -10,7 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..maths import cos, sin
+from .integrate import Dopri5, Rk4
 from .pieces import integral, larger, smaller
+
+PER_ORDER = 4  # pieces of a fixed step per turn of the highest order that an amplitude is taken of
+HIGHEST_ADAPTIVE = 20  # order, in those of the system, that steps of a relative tolerance of 1e-9 resolve to 1e-4
 
 
 class Peak(NamedTuple):
@@ -116,3 +120,34 @@ class Final(NamedTuple):
 
 class Poincare(NamedTuple):
     """States at the end of every period, those before the measures too: variable `points` over period, state, lane."""
+
+
+def _highest(measures: Any) -> int:
+    return max((m.k for m in measures if isinstance(m, Amplitude)), default=0)
+
+
+def order_for(measures: Any, method: Rk4) -> int:
+    """Order that the system is to be taken to have, so that a method's own steps resolve all amplitudes."""
+    return -(-_highest(measures) * PER_ORDER * _steps_of_a_piece(method) // method.steps)
+
+
+def check_orders(measures: Any, method: Rk4 | Dopri5, orders: tuple[int, ...]) -> None:
+    """Refuse an amplitude of an order that the steps do not resolve (ValueError): it would be that of another order.
+
+    Adaptive steps follow the motion, whose orders are those of the system, not the cosine that it is multiplied by.
+    """
+    k = _highest(measures)
+    if isinstance(method, Dopri5):
+        most = max(1, int(HIGHEST_ADAPTIVE * (1e-9 / method.rtol) ** 0.2 * max((1, *orders))))
+        remedy = f"a smaller rtol, or Dop8(steps_per_period={8 * PER_ORDER * -(-k // 8)})"
+    elif method.steps_per_period is not None:
+        pieces = -(-method.steps_per_period // 4) * 4 // _steps_of_a_piece(method)
+        most, remedy = pieces // PER_ORDER, f"steps_per_period={PER_ORDER * _steps_of_a_piece(method) * k}"
+    else:
+        return
+    if k > most:
+        raise ValueError(f"Amplitude({k}) is of an order that the steps of {method} do not resolve; take {remedy}")
+
+
+def _steps_of_a_piece(method: Rk4) -> int:
+    return 2 if type(method) is Rk4 else 1

@@ -25,6 +25,8 @@ class EnsembleMeasure:
         Periods before that.
     method : Dop8, Rk4, Dopri5 or None
         Integrator; None is that of `ensemble`.
+    device : {"cpu", "gpu"}
+        Where it runs, as in `ensemble`; results of both agree to rounding, so a store is that of one of them.
     """
 
     y0: tuple[float, ...]
@@ -32,6 +34,7 @@ class EnsembleMeasure:
     measures: tuple[Any, ...] = (Peak(), Rms())
     settle: int = 0
     method: Any = None
+    device: str = "cpu"
     whole_chunks: ClassVar[bool] = True
 
     def __call__(self, system: Any, values: Mapping[str, Floats]) -> Any:
@@ -39,7 +42,7 @@ class EnsembleMeasure:
         chosen = {} if self.method is None else {"method": self.method}
         found = ensemble(
             system, dict(values), self.y0, periods=self.periods, settle=self.settle, measures=self.measures,
-            threads=1, **chosen,
+            threads=1, device=self.device, **chosen,
         )  # fmt: skip
         small = {"status": "int8", "period": "int8", "steps": "int32"}  # of many points, each byte counts
         return found.assign({name: found[name].astype(kind) for name, kind in small.items() if name in found})
