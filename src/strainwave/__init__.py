@@ -128,11 +128,11 @@ if TYPE_CHECKING:
     from .study.error_parts import ErrorParts as ErrorParts
     from .study.error_parts import error_parts as error_parts
     from .study.error_scan import error_scan as error_scan
-    from .study.hysteresis import HysteresisFit as HysteresisFit
     from .study.hysteresis import HysteresisLoop as HysteresisLoop
-    from .study.hysteresis import fit_hysteresis as fit_hysteresis
     from .study.hysteresis import hysteresis_loop as hysteresis_loop
     from .study.hysteresis import lost_motion as lost_motion
+    from .study.hysteresis_fit import HysteresisFit as HysteresisFit
+    from .study.hysteresis_fit import fit_hysteresis as fit_hysteresis
     from .study.isolas import isolas as isolas
     from .study.jumps import Jump as Jump
     from .study.jumps import Jumps as Jumps
@@ -218,7 +218,8 @@ _HOME = {
     "study.error_budget": ("BudgetRow", "BudgetTotal", "ErrorBudget", "error_budget"),
     "study.error_parts": ("ErrorParts", "error_parts"),
     "study.error_scan": ("error_scan",),
-    "study.hysteresis": ("HysteresisFit", "HysteresisLoop", "fit_hysteresis", "hysteresis_loop", "lost_motion"),
+    "study.hysteresis": ("HysteresisLoop", "hysteresis_loop", "lost_motion"),
+    "study.hysteresis_fit": ("HysteresisFit", "fit_hysteresis"),
     "study.isolas": ("isolas",),
     "study.jumps": ("Jump", "Jumps", "jumps"),
     "study.parametric": ("ParametricResonance", "parametric_resonances"),

@@ -20,8 +20,8 @@ def project_text(train: DriveTrain, omega: float | tuple[float, float] | None = 
     Parameters
     ----------
     train : DriveTrain
-        As `Drive.train` returns it: law, damping, kinematic error and torques, with its loop, the drag of the shafts and
-        one coupling, where it has them.
+        As `Drive.train` returns it: law, damping, kinematic error and torques, with loop, drag of the shafts and one
+        coupling, where it has them.
     omega : float or (float, float), optional
         Speed of the motor [rad/s], or a range. Default: that of the train.
     title : str, optional
