@@ -15,19 +15,22 @@ from ..model.varying import VaryingOscillator
 from ..results import SolveError
 from ..theory.lyapunov import StabilityProof, lyapunov
 from ..theory.resonance import NONRESONANT, Resonance
+from .advice import Advice, advise
 from .beyond import Beyond, study_beyond
+from .cases import speeds_in_time
 from .exact import ExactResponse
 from .gear_forces import loses_energy
+from .regime_tops import with_tops
 from .regimes import OperatingPoint, Regime, operating_point, regimes
 from .runup import RunUp, run_up
 from .swept import response_through
 from .time_case import TimeCase, time_case
+from .train_curve import TrainCurve, train_curve
+from .train_study import train_study
 from .usage import Usage, limit_findings, usage
 
-CASES = 4  # resonances shown in time, besides a speed away from all of them
 FEWEST, FINE = 20, 300  # points of the exact response in the band of a resonance, and of one drawn for it alone
 DISAGREE = 0.01  # of the largest |x|: more than truncation of the series explains
-PRIORITY = ("primary", "superharmonic 3:1", "superharmonic 2:1", "subharmonic 1:3", "subharmonic 1:2")
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +50,7 @@ class Analysis:
     regimes : tuple of Regime
         Resonances of all excitation lines, by ascending speed.
     exact : ExactResponse
-        Response through the range by harmonic balance, with stability, folds and jumps.
+        Response of the error equation through the range, with stability, folds and jumps.
     close : dict of Resonance to ExactResponse
         The response once more around those resonances that are too narrow for the points of `exact`.
     run_up : RunUp
@@ -55,11 +58,13 @@ class Analysis:
     cases : tuple of TimeCase
         Single speeds in time.
     usage : Usage
-        What the steady motions ask of the gear.
+        What the steady motions ask of the gear: those of the whole drive train, where there is a curve of it.
     limits : tuple of Finding
         The same against each limit of the gear's datasheet; empty for a gear that is given by its law alone.
     beyond : Beyond
         Hysteresis, varying stiffness, and the whole drive train, of a drive that has them.
+    advice : Advice or None
+        Speeds to avoid and what would help; None where no motion is stable.
     warnings : tuple of str
         Sentences about what went wrong or needs care.
     """
@@ -76,7 +81,18 @@ class Analysis:
     usage: Usage
     limits: tuple[Finding, ...]
     beyond: Beyond
+    advice: Advice | None
     warnings: tuple[str, ...]
+
+    @property
+    def train_curve(self) -> TrainCurve | None:
+        """Steady motions of the whole drive train, where it has any that repeat."""
+        return None if self.beyond.train is None else self.beyond.train.curve
+
+    @property
+    def response(self) -> ExactResponse:
+        """The curve that the drive's largest error is read from: of the whole train where there is one."""
+        return self.exact if self.train_curve is None else self.train_curve.response
 
 
 def analyze(
@@ -144,6 +160,7 @@ def analysis_steps(
     found = regimes(system, point, limits)
     narrow = [regime for regime in found if _narrow(regime, exact)]
     close = {regime.resonance: response_through(system, regime.band(), FINE) for regime in narrow}
+    found = with_tops(found, system, exact, close)
     sweep: RunUp | None = None
     for step in run_up(system, limits, exact, point):
         if isinstance(step, RunUp):
@@ -154,24 +171,29 @@ def analysis_steps(
         raise AssertionError("a run-up ends with its result")
     if not any(motion.status for motion in (*sweep.up, *sweep.down)):
         raise SolveError(f"no simulated speed reached a steady motion: {sweep.up[0].message}")
-    chosen = _chosen(found, sweep, limits, () if is_range else speeds)
+    chosen = speeds_in_time(found, sweep, limits, () if is_range else speeds)
     cases = []
     for i, (name, omega, regime) in enumerate(chosen):
         yield f"{name} in time", 0.6 + 0.4 * i / len(chosen)
         resonance = NONRESONANT if regime is None else regime.resonance
         cases.append(time_case(name, system._replace(omega=omega), resonance, point))
-    used = usage(system, exact, (*sweep.up, *sweep.down, *(case.steady for case in cases)))
+    curve = None
+    if train is not None:
+        yield "whole drive train", 0.95
+        curve = train_curve(train, limits)
+    motions = (*sweep.up, *sweep.down, *(case.steady for case in cases))
+    used = usage(system, exact, motions) if curve is None else curve.usage
     passed = () if gear is None else limit_findings(gear, used, speeds[-1] if by_motor else None)
     said = _warnings(system, point, exact, sweep, tuple(cases))
-    yield "whole drive train" if train is not None else "other parts", 0.97
-    beyond = study_beyond(
-        system, limits, largest_torque=used.peak_torque, worst=sweep.worst().omega, rated_torque=rated_torque,
-        gear=gear, train=train,
-    )  # fmt: skip
-    if beyond.train is not None and beyond.train.left_out is not None:
-        said += (beyond.train.left_out.sentence(),)
+    study = None if train is None else train_study(train, system, limits, curve, exact, point, gear)
+    beyond = study_beyond(system, limits, largest_torque=used.peak_torque, rated_torque=rated_torque, study=study)
+    if study is not None and study.left_out is not None:
+        said += (study.left_out.sentence(),)
+    yield "what would help", 0.98
+    about = exact if curve is None else curve.response
+    advice = advise(system, about, point, limits, used.peak_torque, None if curve is None else train)
     yield Analysis(
-        system, limits, point, stability, found, exact, close, sweep, tuple(cases), used, passed, beyond, said
+        system, limits, point, stability, found, exact, close, sweep, tuple(cases), used, passed, beyond, advice, said
     )
 
 
@@ -193,40 +215,6 @@ def _narrow(regime: Regime, exact: ExactResponse) -> bool:
         return False
     low, high = regime.band()
     return int(np.sum((exact.curve.omega > low) & (exact.curve.omega < high))) < FEWEST
-
-
-def _chosen(
-    found: tuple[Regime, ...], sweep: RunUp, limits: tuple[float, float], asked: tuple[float, ...]
-) -> list[tuple[str, float, Regime | None]]:
-    """Speeds to show in time: those asked for, or the main resonances in the range and one place far from them."""
-    if asked:
-        return [_nearest(omega, found) for omega in asked]
-    inside = [regime for regime in found if regime.inside]
-    inside.sort(key=lambda regime: (PRIORITY.index(regime.name), regime.order))
-    away = _away(inside, limits)
-    chosen: list[tuple[str, float, Regime | None]] = [("away from resonance", away, None)]
-    chosen += [(regime.label, regime.omega, regime) for regime in inside[:CASES]]
-    if not inside:
-        chosen.append(("largest error of the run-up", sweep.worst().omega, None))
-    return chosen
-
-
-def _nearest(omega: float, found: tuple[Regime, ...]) -> tuple[str, float, Regime | None]:
-    """Name a speed that was asked for by the resonance it sits on (within 5 %), if any."""
-    near = [regime for regime in found if abs(regime.omega / omega - 1.0) < 0.05]
-    if not near:
-        return "away from resonance", omega, None
-    regime = min(near, key=lambda r: abs(r.omega / omega - 1.0))
-    return f"near {regime.label}", omega, regime
-
-
-def _away(inside: list[Regime], limits: tuple[float, float]) -> float:
-    """Speed [rad/s] in the range that is relatively farthest from every resonance in it."""
-    grid = np.linspace(*limits, 201)[1:-1]
-    if not inside:
-        return float(grid[len(grid) // 2])
-    nearest = np.min([np.abs(np.log(grid / regime.omega)) for regime in inside], axis=0)
-    return float(grid[int(np.argmax(nearest))])
 
 
 def _warnings(

@@ -4,14 +4,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from .._dispatch import depends
-from ..model.drive_train import DriveTrain
-from ..model.gear import Gear
 from ..model.varying import VaryingOscillator
 from ..quantities import parameters
 from ..results import SolveError
 from .hysteresis import SMALL_LOOP, SPEED, HysteresisLoop, hysteresis_loop
 from .parametric import ParametricResonance, parametric_resonances
-from .train_study import TrainStudy, train_study
+from .train_study import TrainStudy
 
 ABOVE = 30.0  # widths of a smoothed friction: at that speed it is 99.9 % of the dry one
 
@@ -63,10 +61,8 @@ def study_beyond(
     speeds: tuple[float, float],
     *,
     largest_torque: float,
-    worst: float,
     rated_torque: float | None = None,
-    gear: Gear | None = None,
-    train: DriveTrain | None = None,
+    study: TrainStudy | None = None,
 ) -> Beyond:
     """Study those of the three that a drive has.
 
@@ -76,14 +72,12 @@ def study_beyond(
         The error equation.
     speeds : (float, float)
         Range of the base-angle speed [rad/s].
-    largest_torque, worst : float
-        Largest torque in the gear [N*m] in a steady motion, and the speed [rad/s] of the largest error.
+    largest_torque : float
+        Largest torque in the gear [N*m] in a steady motion.
     rated_torque : float, optional
         Rated torque [N*m] of the gear.
-    gear : Gear, optional
-        Record whose limits a run-up is compared with.
-    train : DriveTrain, optional
-        The whole train at constant speed.
+    study : TrainStudy, optional
+        That of the whole train.
     """
     remarks: list[str] = []
     loop = None
@@ -99,8 +93,7 @@ def study_beyond(
             found = tuple(parametric_resonances(system, speeds))
         except ValueError as error:
             remarks.append(f"Parametric resonances are not looked for: {error}.")
-    whole = None if train is None else train_study(train, system, speeds, worst, gear)
-    return Beyond(loop, found, whole, tuple(remarks))
+    return Beyond(loop, found, study, tuple(remarks))
 
 
 def gear_loop(law: Any, torque: float, rated: bool) -> GearLoop:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..model.drive_train import DriveTrain
 from ..model.excitation import Harmonic, NoError
-from ..model.motion import AtRest
+from ..model.motion import AtRest, Steady
 from ..model.shafts import Elastic, Free, Held
 from ..model.train_forms import SteadyTrain
 from ..numerics.first_order import jacobians_at
@@ -25,7 +25,7 @@ Complexes = NDArray[np.complex128]
 
 @dataclass(frozen=True, eq=False)
 class Bode:
-    """Frequency response of the speeds to a torque, about standstill.
+    """Frequency response of the speeds to a torque, about standstill or another operating point.
 
     Attributes
     ----------
@@ -73,8 +73,9 @@ def bode(
     source: Literal["motor", "load"] = "motor",
     amplitude: float | None = None,
     at: ArrayLike | None = None,
+    speed: float = 0.0,
 ) -> Bode:
-    """Compute how the speeds of motor and load answer a torque, about standstill and without kinematic error.
+    """Compute how the speeds of motor and load answer a torque, without kinematic error.
 
     Parameters
     ----------
@@ -89,7 +90,10 @@ def bode(
         by harmonic balance, each frequency followed from the one before; a sweep up where they ascend. Default: the
         linearised train.
     at : (states,) array_like, optional
-        State about which it is linearised, for instance x under a mean torque. Default: zeros.
+        State about which it is linearised, for instance x under a mean torque (`operating_state`). Default: zeros.
+    speed : float
+        Speed of the motor [rad/s] about which it is linearised, which friction depends on. Default: standstill, about
+        which the response at an `amplitude` always is.
 
     Returns
     -------
@@ -116,7 +120,8 @@ def bode(
     plain = train._replace(error=NoError(), reference=AtRest(), omega=1.0)
     count = len(train.state_names())
     state = np.zeros(count) if at is None else numbers("at", at, count=count)
-    matrix, unit = _linearised(plain, source, state)
+    turning = plain._replace(reference=Steady(), omega=number("speed", speed)) if speed else plain
+    matrix, unit = _linearised(turning, source, state)
     poles = np.linalg.eigvals(matrix).astype(complex)
     if amplitude is None:
         answers = np.array([np.linalg.solve(1j * w * np.eye(count) - matrix, unit) for w in grid]).T

@@ -77,7 +77,7 @@ class Regime:
     resonance : Resonance
         p omega ~ q omega_0 on the base angle.
     omega : float
-        Speed of the base angle [rad/s] at p omega = q omega_0.
+        Speed of the base angle [rad/s] at p omega = q omega_0, of small oscillations.
     inside : bool
         Whether that speed lies in the speed range.
     states : tuple of SteadyState
@@ -94,6 +94,9 @@ class Regime:
         Speed of the base angle [rad/s] and amplitude [rad] of the undamped, unforced motion up to the curve's peak.
     reason : str
         Why multiple scales does not apply, empty where it does.
+    top : (float, float) or None
+        Speed of the base angle [rad/s] and amplitude [rad] where the torsion's component near omega_0 is largest on
+        the computed curve; None where that has no such maximum.
     """
 
     name: str
@@ -108,6 +111,12 @@ class Regime:
     response: SlowResponse | None
     backbone: Floats | None
     reason: str
+    top: tuple[float, float] | None = None
+
+    @property
+    def place(self) -> float:
+        """Speed [rad/s] to look at: where the curve is largest for a law that multiple scales does not describe."""
+        return self.top[0] if self.reason and self.top is not None else self.omega
 
     @property
     def label(self) -> str:

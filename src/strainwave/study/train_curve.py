@@ -161,7 +161,8 @@ def _strain(system: AtLoad, omega: Floats, series: Floats) -> tuple[Usage, float
     angles = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
     y = np.moveaxis(series @ synthesis(series.shape[2] // 2, SAMPLES), 1, 0)
     own = system.own(y)
-    torque = np.asarray(system._replace(omega=omega[:, None]).turning().torque(angles, own))
+    each: Any = omega[:, None]
+    torque = np.asarray(system._replace(omega=each).turning().torque(angles, own))
     peaks, means = np.max(np.abs(torque), axis=1), np.array([cubic_mean(row) for row in torque])
     at, at_mean = int(np.argmax(peaks)), int(np.argmax(means))
     used = Usage(float(peaks[at]), float(omega[at]), float(means[at_mean]), float(omega[at_mean]))

@@ -1,25 +1,26 @@
 """The whole drive train beside its error equation: Bode plot, steady motions, and a run-up with its energies."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from .._dispatch import parts_of
 from ..model.drive_train import DriveTrain
-from ..model.excitation import Harmonic
 from ..model.gear import Gear
-from ..model.motion import AngleTorque, SpeedProfile
-from ..model.shafts import Elastic, Free, Held
+from ..model.motion import SpeedProfile
+from ..model.shafts import Free, Held
 from ..numerics.integrate import Dopri5
-from ..numerics.orbits import find_orbit
-from ..results import Floats
+from ..results import Floats, SolveError
 from .bode import Bode, bode
 from .drive_runs import DriveRun, drive_run
+from .exact import ExactResponse
 from .gear_forces import damping_of
 from .reductions import Reductions, compare_with_train
+from .regimes import OperatingPoint
+from .train_curve import TrainCurve, end_of, follows_its_angle
+from .train_point import operating_state, with_mean_torques
 
-FREQUENCIES, SPEEDS, MOST_HARMONICS = 240, 3, 31
+FREQUENCIES, MOST_HARMONICS = 240, 31
 SLOW, BEFORE = 40.0, 8.0  # length of the run-up and of the time before it, in units of 1/mu
 MOST_TURNS, SAMPLES = 1000.0, 40  # of the motor in a run-up, and samples per cycle of the highest order
 METHOD = Dopri5(rtol=1e-8, atol=1e-12)
@@ -33,11 +34,17 @@ class TrainStudy:
     ----------
     train : DriveTrain
         The train at constant speed.
+    curve : TrainCurve or None
+        Its steady motions through the range, error at the load; None where it has none that repeat, or a free motor.
+    state : (states,) array
+        Where the mean torques hold it at `speed`.
+    speed : float
+        Motor speed [rad/s] of the largest error, at which it is linearised.
     bode : Bode
-        Speeds of motor and load over a torque, linear, about standstill.
+        Speeds of motor and load over a torque, linear, about that state.
     omega, whole, reduced : (n,) arrays
-        Motor speeds [rad/s]; largest |x| [rad] across the gear of the train and of the error equation; nan where no
-        periodic motion was found. Empty where the train has none.
+        Motor speeds [rad/s] where they are compared; largest |x| at the load [rad] of the train on a slow run-up (of a
+        free one that across the gear) and of the error equation; nan where there is no motion. Empty without a curve.
     run : DriveRun or None
         Run-up from the lowest to the highest speed; None where the motor is free.
     begin : float
@@ -49,6 +56,9 @@ class TrainStudy:
     """
 
     train: DriveTrain
+    curve: TrainCurve | None
+    state: Floats
+    speed: float
     bode: Bode
     omega: Floats
     whole: Floats
@@ -60,9 +70,15 @@ class TrainStudy:
 
 
 def train_study(
-    train: DriveTrain, system: Any, speeds: tuple[float, float], worst: float, gear: Gear | None = None
+    train: DriveTrain,
+    system: Any,
+    speeds: tuple[float, float],
+    curve: TrainCurve | None,
+    exact: ExactResponse,
+    point: OperatingPoint,
+    gear: Gear | None = None,
 ) -> TrainStudy:
-    """Study a drive train over a range of motor speeds [rad/s]; `worst` is the one of the largest error.
+    """Study a drive train over a range of motor speeds [rad/s].
 
     Parameters
     ----------
@@ -70,75 +86,73 @@ def train_study(
         The train at constant speed (the `Steady` reference).
     system : Oscillator
         Its error equation.
+    curve : TrainCurve or None
+        `train_curve` of the same range.
+    exact, point : ExactResponse, OperatingPoint
+        Response of the error equation over the range, and its equilibrium.
+    gear : Gear, optional
+        Record whose limits the run-up is compared with.
     """
-    remarks: list[str] = []
     low, high = speeds
     top = max(1, *system.orders()) if system.orders() else 1
+    worst, highest = _loudest(exact, speeds), high if curve is None else _loudest(curve.response, speeds)
+    speed = worst if curve is None else highest
+    state, remarks = _operating_state(train, speed, (point.x, *point.z))
     grid = np.geomspace(0.2 * low, 1.5 * top * high, FREQUENCIES)
-    plot = bode(train, grid, source="load" if isinstance(train.motor.control, Held) else "motor")
-    at = np.unique(np.append(np.linspace(low, high, SPEEDS), np.clip(worst, low, high)))
-    left_out, whole, reduced = None, np.empty(0), np.empty(0)
+    source: Literal["motor", "load"] = "load" if isinstance(train.motor.control, Held) else "motor"
+    plot = bode(train, grid, source=source, at=state, speed=speed)
+    left_out, at, whole, reduced = None, np.empty(0), np.empty(0), np.empty(0)
     run, begin = None, 0.0
-    if not isinstance(train.motor.control, Free):
-        run, begin = _run_up(train, system, speeds, top, gear)
-    harmonics = min(MOST_HARMONICS, 4 * top)
     if isinstance(train.motor.control, Free):
-        here = np.array([w for w in (0.5 * worst, worst) if low <= w <= high])
-        left_out = compare_with_train(train, system, None, here, harmonics)
-        at, whole, reduced = here, left_out.exact, left_out.free
-    elif _gravity(train.load):
-        remarks.append(
-            "What depends on the load's own angle repeats once in N turns of the motor, so that the train has no "
-            "motion that repeats with every turn to compare with; the run-up has it."
-        )
-        at = np.empty(0)
-    else:
-        if run is not None and run.trajectory.status:  # where the run-up is loudest
-            loudest = int(np.argmax(np.abs(run.error) * (run.trajectory.t >= begin)))
-            at = np.unique(np.append(at, np.clip(run.motor_speed[loudest], low, high)))
-        whole = np.array([_peak(train._replace(omega=float(w)), harmonics) for w in at])
-        reduced = np.array([_peak(system._replace(omega=float(w)), harmonics) for w in at])
-        if np.any(np.isnan(whole)):
-            remarks.append("At speeds without a value no motion of the train that repeats with every turn was found.")
-    if run is None:
         remarks.append("A free motor follows its torque, not a speed: there is no run-up to prescribe; give it a loop.")
+        at = np.array([w for w in (0.5 * worst, worst) if low <= w <= high])
+        left_out = compare_with_train(train, system, None, at, min(MOST_HARMONICS, max(top + 2, 4 * top)))
+        whole, reduced = left_out.exact, left_out.free
     else:
+        run, begin = _run_up(train, system, speeds, top, gear)
         if any(h.amplitude for torque in _torques(train) for h in getattr(torque, "terms", (torque,))):
             remarks.append("The run-up has the mean torques; lines of a torque, which follow an angle, are left out.")
-    return TrainStudy(train, plot, at, whole, reduced, run, begin, left_out, tuple(remarks))
+        if curve is not None:
+            at = np.unique([low, worst, highest, high])
+            whole, reduced = along(curve.response, at), along(exact, at)
+        elif follows_its_angle(train):
+            remarks.append(
+                "What depends on the load's own angle repeats once in N turns of the motor, so that the train has no "
+                "motion that repeats with every turn to compare with; the run-up has it."
+            )
+        else:
+            remarks.append("No steady motion of the train that repeats with every turn was found; the run-up has it.")
+    return TrainStudy(
+        train, curve, state, speed, plot, at, whole, reduced, run, begin, left_out, tuple(remarks)
+    )  # fmt: skip
 
 
-def _peak(system: Any, harmonics: int) -> float:
-    orbit = find_orbit(system, harmonics=harmonics)
-    return orbit.peak if orbit.status else float("nan")
+def along(response: ExactResponse, omega: Floats) -> Floats:
+    """Largest |x| [rad] that a slow run-up meets at speeds [rad/s]; nan beyond it."""
+    if response.sweep is None:
+        return np.full(len(omega), np.nan)
+    path = response.sweep.run_up
+    path = path[np.argsort(response.curve.omega[path], kind="stable")]
+    at, peak = response.curve.omega[path], response.curve.peak[path]
+    return np.asarray(np.interp(omega, at, peak, left=np.nan, right=np.nan))
 
 
-def _gravity(load: Any) -> bool:
-    """Whether the load, behind its couplings, is opposed by a torque that follows its own angle."""
-    while isinstance(load, Elastic):
-        load = load.load
-    return _follows_angle(load.drag)
+def _loudest(response: ExactResponse, speeds: tuple[float, float]) -> float:
+    at = response.largest()
+    return speeds[1] if at is None else float(np.clip(response.curve.omega[at], *speeds))
 
 
-def _follows_angle(law: Any) -> bool:
-    return isinstance(law, AngleTorque) or any(_follows_angle(part) for part in parts_of(law))
+def _operating_state(train: DriveTrain, speed: float, near: tuple[float, ...]) -> tuple[Floats, list[str]]:
+    """State under the mean torques; without one the state of rest, and a sentence."""
+    try:
+        return operating_state(train, speed, near=near), []
+    except SolveError as error:
+        said = f"Modes and Bode plot are about the train without torques: {error}."
+        return np.zeros(len(train.state_names())), [said]
 
 
 def _torques(train: DriveTrain) -> tuple[Any, Any]:
-    load = train.load
-    while isinstance(load, Elastic):
-        load = load.load
-    return train.motor.excitation, load.excitation
-
-
-def _mean(torque: Any) -> Harmonic:
-    return Harmonic(0.0, mean=sum(h.mean for h in getattr(torque, "terms", (torque,))))
-
-
-def _with_means(load: Any) -> Any:
-    if isinstance(load, Elastic):
-        return load._replace(load=_with_means(load.load))
-    return load._replace(excitation=_mean(load.excitation))
+    return train.motor.excitation, end_of(train.load).excitation
 
 
 def _run_up(
@@ -151,8 +165,7 @@ def _run_up(
     length = min(SLOW / mu, MOST_TURNS * 2.0 * np.pi / mean)
     begin = min(BEFORE / mu, 0.2 * length)
     profile = SpeedProfile((0.0, begin, begin + length), (low, low, high))
-    motor = train.motor._replace(excitation=_mean(train.motor.excitation))
-    timed = train._replace(motor=motor, load=_with_means(train.load), omega=1.0, reference=profile)
+    timed = with_mean_torques(train)._replace(omega=1.0, reference=profile)
     cycles = top * mean * (begin + length) / (2.0 * np.pi)
     times = np.linspace(0.0, begin + length, int(SAMPLES * cycles) + 2)
     start = np.zeros(len(timed.state_names()))

@@ -1,0 +1,294 @@
+"""Which speeds to avoid, by a stated rule, and what would make the error smaller, computed by changing it."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+from .._dispatch import depends, is_spring
+from .._jit import as_python
+from ..model.drive_train import DriveTrain
+from ..model.shafts import Elastic
+from ..numerics.branches import leaf_of
+from ..numerics.floquet import displacement_peaks
+from ..numerics.fourier import to_blocks
+from ..numerics.half_wave import all_orders
+from ..numerics.response import traced_points
+from ..quantities import parameters, replace
+from ..results import Branch, Floats
+from .exact import PLAIN_RUNS, ExactResponse
+from .gear_forces import settling_time
+from .regimes import OperatingPoint, operating_point
+from .steady import settle
+from .train_curve import largest_oscillation
+
+HALF_POWER = sqrt(0.5)
+AMPLIFIED = 2.0  # times the error of slow turning, from which on a peak is one
+CHANGE, NEAR = 0.1, 0.15  # what is changed, and the band about a peak that is computed again, relative
+POINTS, SIMULATED = 12, 7  # of that band, by harmonic balance and by integration
+BENDS = 0.01  # relative change of the stiffness by the preload, from which on it counts
+
+
+@dataclass(frozen=True)
+class Avoid:
+    """Speeds to avoid: where the oscillation of the error is above 1/sqrt(2) of its largest, and between jumps.
+
+    The oscillation is the largest |x - mean|. The first half of the rule counts where the largest is more than twice
+    that of slow turning.
+
+    Attributes
+    ----------
+    bands : tuple of (float, float)
+        Speeds of the base angle [rad/s], ascending and apart.
+    largest, at : float
+        Largest oscillation in the range [rad], and its speed [rad/s].
+    slow : float
+        Oscillation [rad] when the drive turns slowly.
+    """
+
+    bands: tuple[tuple[float, float], ...]
+    largest: float
+    at: float
+    slow: float
+
+    @property
+    def amplified(self) -> bool:
+        """Whether the largest oscillation is more than twice that of slow turning."""
+        return self.largest > AMPLIFIED * self.slow
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """What 10 % more of one thing does to the largest oscillation.
+
+    Attributes
+    ----------
+    what : str
+        The thing that is changed.
+    by : float
+        The change, in its own unit where it is not 10 % of the thing: 0 there.
+    ratio : float
+        Largest oscillation over that without the change.
+    at : float
+        Speed [rad/s] of it.
+    """
+
+    what: str
+    by: float
+    ratio: float
+    at: float
+
+
+@dataclass(frozen=True)
+class Advice:
+    """Speeds to avoid, and what would help, the most helpful first."""
+
+    avoid: Avoid
+    remedies: tuple[Remedy, ...]
+
+
+def advise(
+    system: Any,
+    response: ExactResponse,
+    point: OperatingPoint,
+    speeds: tuple[float, float],
+    torque: float,
+    train: DriveTrain | None = None,
+) -> Advice | None:
+    """`speeds_to_avoid` and, where there are any, `remedies`; None where no motion is stable."""
+    avoid = speeds_to_avoid(system, response, point)
+    if avoid is None:
+        return None
+    return Advice(avoid, remedies(system, response, avoid, speeds, torque, train) if avoid.bands else ())
+
+
+def speeds_to_avoid(system: Any, response: ExactResponse, point: OperatingPoint) -> Avoid | None:
+    """Apply the rule of `Avoid` to the motions that a slow run-up and coast-down visit; None where there are none."""
+    visited = response.visited()
+    if not len(visited) or response.sweep is None:
+        return None
+    sweep, sizes = response.sweep, oscillations(response.curve)
+    at = int(visited[np.argmax(sizes[visited])])
+    found = Avoid((), float(sizes[at]), float(response.curve.omega[at]), _slow(system, point))
+    bands = [tuple(sorted((sweep.jump_up, sweep.jump_down)))] if sweep.width > 0.0 else []
+    if found.amplified:
+        level = HALF_POWER * found.largest
+        for path in (sweep.run_up, sweep.run_down):
+            bands += _above(response.curve.omega[path], sizes[path], level)
+        if response.back is not None:
+            bands += _above(response.back.omega, oscillations(response.back), level)
+    return Avoid(_merged(bands), found.largest, found.at, found.slow)
+
+
+def remedies(
+    system: Any,
+    response: ExactResponse,
+    avoid: Avoid,
+    speeds: tuple[float, float],
+    torque: float,
+    train: DriveTrain | None = None,
+) -> tuple[Remedy, ...]:
+    """Compute the peak again with 10 % more of one thing at a time; the most helpful first.
+
+    Parameters
+    ----------
+    system : Oscillator or VaryingOscillator
+        The error equation.
+    response, avoid : ExactResponse, Avoid
+        The curve and its largest oscillation.
+    speeds : (float, float)
+        Range of the base-angle speed [rad/s].
+    torque : float
+        Largest torque in the gear [N*m]; 10 % of it is the change of the preload.
+    train : DriveTrain, optional
+        The train that the curve belongs to, in place of the error equation.
+    """
+    sweep = response.sweep
+    jumped = sweep.jump_up if sweep is not None and sweep.width > 0.0 else avoid.at
+    band = max(speeds[0], (1.0 - NEAR) * min(avoid.at, jumped)), min(speeds[1], (1.0 + NEAR) * max(avoid.at, jumped))
+    harmonics = response.curve.coefficients.shape[1] // 2
+    before = avoid.largest
+    if train is None and not is_spring(system):  # at as few speeds as the others
+        coarse = _simulated(system, band)
+        before = before if coarse is None else coarse[1]
+    found = []
+    for what, by, changed in _changes(system, train, CHANGE * torque):
+        after = _peak(*changed, band, harmonics)
+        if after is not None:
+            found.append(Remedy(what, by, after[1] / before, after[0]))
+    return tuple(sorted(found, key=lambda remedy: remedy.ratio))
+
+
+def oscillations(curve: Branch) -> Floats:
+    """Largest |x - mean| [rad] over a period, at every point of a curve."""
+    if not np.any(np.abs(curve.coefficients[:, 0]) > 1e-6 * curve.peak):
+        return curve.peak
+    series = to_blocks(curve.coefficients.T).T.copy()
+    series[:, 0] = 0.0
+    return displacement_peaks(series)
+
+
+def _slow(system: Any, point: OperatingPoint) -> float:
+    """Oscillation [rad] of a drive that follows its excitation without inertia."""
+    angles = 2.0 * np.pi * np.arange(2048) / 2048
+    torque = np.broadcast_to(system.excitation.torque(angles), angles.shape) - point.mean_torque
+    twist = torque / point.stiffness if point.stiffness > 0.0 else 0.0 * torque
+    error = system.error.value(angles) + twist
+    return float(np.max(np.abs(error - np.mean(error))))
+
+
+def _above(omega: Floats, sizes: Floats, level: float) -> list[tuple[float, float]]:
+    """Bands of a sweep in which the sizes are above a level, their ends by linear interpolation."""
+    order = np.argsort(omega, kind="stable")
+    w, a = omega[order], sizes[order] - level
+    bands, start = [], float(w[0])
+    for i in range(1, len(w)):
+        if a[i - 1] * a[i] < 0.0:
+            edge = float(w[i - 1] - a[i - 1] * (w[i] - w[i - 1]) / (a[i] - a[i - 1]))
+            if a[i] < 0.0:
+                bands.append((start, edge))
+            start = edge
+    return [*bands, (start, float(w[-1]))] if a[-1] > 0.0 else bands
+
+
+def _merged(bands: Iterable[tuple[float, ...]]) -> tuple[tuple[float, float], ...]:
+    out: list[list[float]] = []
+    for low, high in sorted(bands):
+        if out and low <= out[-1][1]:
+            out[-1][1] = max(out[-1][1], high)
+        else:
+            out.append([low, high])
+    return tuple((low, high) for low, high in out)
+
+
+def _changes(system: Any, train: DriveTrain | None, preload: float) -> Iterator[tuple[str, float, tuple[Any, Any]]]:
+    """Name, size and result of every change: the error equation, and the train in its place."""
+    whole = system if train is None else train
+    here = (lambda changed: (changed, None)) if train is None else (lambda changed: (system, changed))
+    more = 1.0 + CHANGE
+    damping = {p.path: more * p.value for p in parameters(whole) if p.path in ("B", "damping.B") and p.value > 0.0}
+    if damping:
+        yield "damping of the gear", 0.0, here(replace(whole, damping))
+    if (stiffer := _stiffer(whole.law)) is not None:
+        yield "stiffness of the gear", 0.0, here(whole._replace(law=stiffer))
+    if train is not None:
+        yield from ((name, 0.0, here(changed)) for name, changed in _train_changes(train, more))
+    elif is_spring(system):
+        loaded = system._replace(excitation=_with_more(system.excitation, preload))
+        if abs(operating_point(loaded).stiffness / operating_point(system).stiffness - 1.0) > BENDS:
+            yield "preload", preload, here(loaded)
+
+
+def _train_changes(train: DriveTrain, more: float) -> Iterator[tuple[str, DriveTrain]]:
+    load = train.load
+    if isinstance(load, Elastic):
+        if load.B > 0.0:
+            yield "damping of the coupling", train._replace(load=load._replace(B=more * load.B))
+        if (stiffer := _stiffer(load.law)) is not None:
+            yield "stiffness of the coupling", train._replace(load=load._replace(law=stiffer))
+    gain = getattr(train.motor.control, "K_p", 0.0)
+    if gain > 0.0:
+        control = train.motor.control._replace(K_p=more * gain)
+        yield "gain K_p of the loop", train._replace(motor=train.motor._replace(control=control))
+
+
+def _with_more(torque: Any, by: float) -> Any:
+    """The torque with a larger mean, in the direction that it has."""
+    terms = getattr(torque, "terms", (torque,))
+    mean = sum(term.mean for term in terms)
+    first = terms[0]._replace(mean=terms[0].mean + (by if mean >= 0.0 else -by))
+    return torque._replace(terms=(first, *terms[1:])) if hasattr(torque, "terms") else first
+
+
+def _stiffer(law: Any) -> Any:
+    """The law with 10 % more torque at every torsion; None where its numbers do not say how."""
+    more = 1.0 + CHANGE
+    changes = {}
+    for p in parameters(law):
+        if "N*m" in p.unit:
+            changes[p.path] = p.value / more if p.unit.startswith("1/") else more * p.value
+    changed = replace(law, changes)
+    if depends(law) > 1:
+        return changed if changes else None
+    x = np.geomspace(1e-5, 1e-1, 9)
+    same = np.allclose(changed.torque(x), more * law.torque(x), rtol=1e-9, atol=0.0)
+    return changed if same else None
+
+
+def _peak(
+    system: Any, train: DriveTrain | None, band: tuple[float, float], harmonics: int
+) -> tuple[float, float] | None:  # fmt: skip
+    """Speed [rad/s] and size [rad] of the largest oscillation in a band."""
+    if train is not None:
+        return largest_oscillation(train, band)
+    if not is_spring(system):
+        return _simulated(system, band)
+    with as_python(PLAIN_RUNS):
+        middle = system._replace(omega=(band[0] * band[1]) ** 0.5)
+        problem, found, _, _ = traced_points(middle, leaf_of(system, "omega"), *band, harmonics, 1, POINTS)
+    if not len(found.points):
+        return None
+    series = all_orders(problem, found.points[:, :-1] + problem.error)
+    series[:, 0] = 0.0
+    sizes = displacement_peaks(series)
+    return float(found.points[np.argmax(sizes), -1]), float(np.max(sizes))
+
+
+def _simulated(system: Any, band: tuple[float, float]) -> tuple[float, float] | None:
+    """The same by integration, upwards, with the parabola through the three largest."""
+    start, found = operating_point(system).start, []
+    for omega in np.linspace(*band, SIMULATED):
+        motion = settle(system._replace(omega=float(omega)), start, time=settling_time(system._replace(omega=omega)))
+        if not motion.closed:
+            return None
+        start = motion.end
+        found.append((float(omega), float(np.max(np.abs(motion.x - np.mean(motion.x[:-1]))))))
+    w, a = np.array(found).T
+    i = int(np.argmax(a))
+    if not 0 < i < len(w) - 1:
+        return float(w[i]), float(a[i])
+    bend = a[i - 1] - 2.0 * a[i] + a[i + 1]
+    s = 0.5 * (a[i - 1] - a[i + 1]) / bend if bend < 0.0 else 0.0
+    return float(w[i] + s * (w[1] - w[0])), float(a[i] - 0.125 * (a[i - 1] - a[i + 1]) ** 2 / min(bend, -1e-300))
