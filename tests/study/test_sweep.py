@@ -21,6 +21,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import strainwave as sw
+from strainwave.study import sweep_store
+from strainwave.study.sampling import GridPoints
 from strainwave.study.store_lock import StoreLock
 from strainwave.study.sweep_layout import layout_of
 from strainwave.study.sweep_spec import digest, identity
@@ -217,6 +219,86 @@ def test_a_damaged_chunk_is_computed_again(tmp_path, caplog, name, harm):
     assert "computed again" in caplog.text
 
 
+MASSES = np.array([1.0, -1.0, 2.0, 1e70])
+
+
+def test_an_impossible_point_has_the_sentence_of_a_single_system():
+    result = sw.sweep(product, SYSTEM, {"J": MASSES})
+    assert result["point_status"].values.tolist() == [0, 1, 0, 1]
+    assert "point 1 (J = -1): ValueError: Oscillator.J is -1 kg*m**2; an inertia must be" in result.attrs["errors"][0]
+    assert len(CALLS) == 2
+
+
+@pytest.mark.parametrize("order", [("J", "omega"), ("omega", "J")])
+def test_impossible_points_of_a_whole_chunk_leave_the_others_alone(order):
+    grid = {"J": MASSES, "omega": OMEGA}
+    result = sw.sweep(Chunkwise(), SYSTEM, {path: grid[path] for path in order}, workers=1)
+    bad = (result["J"] < 0.0) | (result["J"] > 1e60)
+    assert np.array_equal(result["point_status"].transpose("J", "omega"), np.repeat(bad.values[:, None], 20, axis=1))
+    assert np.array_equal(result["twice"].sel(J=2.0), 2.0 * OMEGA)
+    assert "Oscillator.J is -1 kg*m**2" in result.attrs["errors"][0]
+    assert max(CALLS) == 40
+
+
+def test_lanes_that_an_ensemble_refuses_leave_the_others_alone():
+    measure = sw.EnsembleMeasure((0.0, 0.0), 1, method=sw.Rk4(steps_per_period=16))
+    omega = np.tile([1.0, -1.0, 2.0, 0.0], 100)  # more pieces than a search by halves would find
+    result = sw.sweep(measure, SYSTEM, {"omega": omega}, workers=1)
+    assert np.array_equal(result["point_status"], omega <= 0.0)
+    assert np.array_equal(np.isfinite(result["peak"]), omega > 0.0)
+    assert "omega is -1 rad/s in lane 1; it must be positive" in result.attrs["errors"][0]
+
+
+def test_parameters_that_share_a_factor_are_scaled_together(tmp_path):
+    law = sw.PiecewiseLinear(1.0, 1.4, 1.8, 0.5, 1.2)
+    grid = {("law.K1", "law.K2", "law.K3"): [0.5, 1.0, 2.0], "omega": [1.0, 3.0]}
+
+    def stiffnesses(system):
+        return dict(zip("abc", (system.law.K1, system.law.K2, system.law.K3), strict=True)) | {"w": system.omega}
+
+    for _ in range(2):  # computed, and read again
+        result = sw.sweep(stiffnesses, SYSTEM._replace(law=law), grid, store=tmp_path / "s")
+        assert result["a"].dims == ("law.K1 & law.K2 & law.K3", "omega")
+        assert result["law.K1 & law.K2 & law.K3"].attrs["units"] == ""
+        np.testing.assert_allclose(result["b"][:, 1], [0.7, 1.4, 2.8])
+        np.testing.assert_allclose(result["c"] / result["a"], 1.8)
+    sample = sw.LatinHypercube(50, {("law.K1", "law.K2"): sw.Normal(1.0, 0.1)})
+    result = sw.sweep(stiffnesses, SYSTEM._replace(law=law), sample)
+    np.testing.assert_allclose(result["a"], result["law.K1 & law.K2"])
+    np.testing.assert_allclose(result["b"] / result["a"], 1.4)
+
+
+def test_units_of_nothing_are_refused_before_anything_is_kept_and_on_resuming(tmp_path):
+    def again(**more):
+        return sw.sweep(product, SYSTEM, GRID, store=tmp_path / "s", chunk=10, **more)
+
+    for _ in range(2):
+        with pytest.raises(ValueError, match="units has 'peek', which the measure does not return"):
+            again(units={"peek": "rad"})
+        assert not again()["point_status"].any()
+        (tmp_path / "s" / "done" / "c" / "3").unlink()
+
+
+def test_a_chunk_beyond_the_memory_is_one_sentence(tmp_path, monkeypatch):
+    def full(*_):
+        raise MemoryError("Unable to allocate 8.00 GiB for an array")
+
+    monkeypatch.setattr(GridPoints, "values", full)
+    with pytest.raises(RuntimeError, match=r"a chunk has up to 10 points, too many .* 0 of 6 chunks are kept"):
+        sw.sweep(product, SYSTEM, GRID, store=tmp_path / "s", chunk=10)
+
+
+def test_results_that_fit_nowhere_are_refused_after_the_first_chunk(tmp_path, monkeypatch):
+    assert 0.0 < sweep_store._room(tmp_path) < math.inf
+    assert sweep_store._room(None) > 1e8
+    monkeypatch.setattr(sweep_store, "_room", lambda _: 1019.0)  # and 60 points take 1 + 2 * 8 bytes each
+    for store, words in ((tmp_path / "s", "the disk of .* has free"), (None, "memory; .* or give the sweep a store")):
+        with pytest.raises(ValueError, match=r"the results of 60 points take 1.02e-06 GB, more than .*" + words):
+            sw.sweep(product, SYSTEM, GRID, store=store, chunk=10)
+        assert len(CALLS) == 10
+        CALLS.clear()
+
+
 def test_what_a_killed_write_leaves_behind_is_removed(tmp_path):
     store = tmp_path / "s"
     sw.sweep(product, SYSTEM, GRID, store=store, chunk=10)
@@ -349,8 +431,17 @@ def test_a_folder_that_cannot_be_written_is_told_in_one_sentence(tmp_path):
     [
         ({"measure": 3}, "must be a function"),
         ({"system": 3}, "NamedTuple"),
-        ({"grid": {"law.beta": [1.0]}}, "no parameter 'beta'"),
-        ({"grid": {"law": [1.0]}}, "is no number"),
+        ({"grid": {"law.beta": [1.0]}}, "no parameter 'law.beta'; it has J, B"),
+        ({"grid": {"law": [1.0]}}, "no parameter 'law'; it has J, B"),
+        ({"grid": {("law.K",): [1.0]}}, r"\('law.K',\) is no parameter; give a path .* or a tuple of several"),
+        ({"grid": {("law.K", "law.alpha"): [1.0], "law.K": [1.0]}}, "law.K is given twice"),
+        ({"grid": {("law.K", "excitation.order"): [1.0]}}, "excitation.order is a whole number"),
+        (
+            {"grid": {p: np.ones(10**4) for p in ("J", "B", "law.K", "omega")}},
+            r"the sweep has 1e\+16 points, .* chunks",
+        ),
+        ({"chunk": 1, "grid": sw.Sobol(2**30, {"J": sw.Uniform(1.0, 2.0)})}, "or a larger chunk"),
+        ({"chunk": 2**40, "grid": sw.LatinHypercube(2**40, {"J": sw.Uniform(1.0, 2.0)})}, r"chunk is 1\.1e\+12 points"),
         ({"chunk": 0}, "chunk is 0"),
         ({"workers": 0}, "workers is 0"),
         ({"seed": -1}, "seed is -1"),

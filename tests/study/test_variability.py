@@ -6,6 +6,7 @@ from scipy import stats
 
 import strainwave as sw
 from strainwave.study.natural_frequencies import natural_frequencies
+from strainwave.study.sampling import by_path
 from strainwave.study.sensitivity import ranking, running_quantile
 from strainwave.study.variability import drawn
 
@@ -55,6 +56,34 @@ def test_drives_that_run_away_are_counted():
     assert 0 < at.diverged < 128
     assert np.count_nonzero(np.isnan(at.peak)) == at.diverged
     assert f"{at.diverged} drives left every bound" in str(found)
+
+
+def test_a_factor_scales_its_parameters_together():
+    system = sw.Oscillator(1.0, 0.1, sw.PiecewiseLinear(1.0, 1.4, 1.8, 0.5, 1.2), sw.Harmonic(0.1), 0.5)
+    together = ("law.K1", "law.K2", "law.K3")
+    drives = drawn(system, {together: sw.Normal(1.0, 0.1), "B": sw.Uniform(0.1, 0.2)}, 40, 0)
+    assert list(drives) == ["law.K1 & law.K2 & law.K3", "B"]
+    apart = by_path(system, drives)
+    assert list(apart) == [*together, "B"]
+    factor = drives["law.K1 & law.K2 & law.K3"]
+    assert np.array_equal(apart["law.K2"], 1.4 * factor)
+    natural = natural_frequencies(system, apart)
+    np.testing.assert_allclose(natural, np.sqrt(factor))
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_a_shared_factor_is_ranked_under_the_names_of_its_parameters():
+    """Below resonance a gear of any slopes answers with torque over stiffness: the factor is all that matters."""
+    system = sw.Oscillator(1.0, 0.5, sw.PiecewiseLinear(1.0, 1.4, 1.8, 0.5, 1.2), sw.Harmonic(0.1), 0.05)
+    found = sw.variability(
+        system, {("law.K1", "law.K2", "law.K3"): sw.Normal(1.0, 0.1), "B": sw.Uniform(0.45, 0.55)}, count=200
+    )
+    first = found.speeds[0].ranking.rows[0]
+    assert first.path == "law.K1 & law.K2 & law.K3"
+    assert first.index > 0.9
+    assert "law.K1 & law.K2 & law.K3: " in str(found)
+    assert "law.K1 & law.K2 & law.K3" in found.dataset()
 
 
 @pytest.mark.parametrize("count", [40, 80])

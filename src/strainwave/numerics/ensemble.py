@@ -24,6 +24,7 @@ from ..results import Floats
 from .blocks import Batch, Block, first_lane, flat
 from .gpu import Machine, machine_of
 from .integrate import Dop8, Dopri5, Rk4
+from .lane_checks import LaneError, check_lanes
 from .measures import Final, Peak, Poincare, Rms, check_orders, order_for
 from .pieces import General, Smooth
 from .step_counts import fastest_rates, steps_needed
@@ -146,12 +147,11 @@ def _arrays(system: Any, parameters: Any, y0: Any) -> tuple[dict[str, Floats], F
     if len(states) != wanted:
         names = ", ".join(system.state_names())
         raise ValueError(f"y0 has {len(states)} states; {type(system).__name__} has {wanted}: {names}; give each one")
-    for low_or_high in (np.argmin, np.argmax):
-        for path, values in varied.items():
-            place = int(low_or_high(values))
-            with_parts("ensemble", replace(system, {p: float(v[place]) for p, v in varied.items()}), "rhs")
-            if path == "omega" and not values[place] > 0.0:
-                raise ValueError(f"omega is {values[place]:g} rad/s in lane {place}; it must be positive")
+    check_lanes(system, varied)
+    slow = varied.get("omega", np.ones(1)) <= 0.0
+    if slow.any():
+        lane = int(np.argmax(slow))
+        raise LaneError(f"omega is {varied['omega'][lane]:g} rad/s in lane {lane}; it must be positive", slow)
     return varied, np.stack([np.broadcast_to(v, (lanes,)) for v in states]), lanes
 
 
@@ -210,10 +210,11 @@ def _run(batch: Batch, members: Any, method: Rk4 | Dopri5, machine: Machine) -> 
     steps = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
     lane = int(np.argmax(steps))
     if steps[lane] > FINEST:
-        raise ValueError(
+        raise LaneError(
             f"omega is {batch.omega[lane]:.4g} rad/s in lane {lane}, so that a period takes {steps[lane]} steps for "
             f"orders up to {order} and at most {FINEST} are taken; raise omega, leave out the highest orders, or "
-            "integrate part of a period with simulate"
+            "integrate part of a period with simulate",
+            steps > FINEST,
         )
     found = _march_all(batch, steps, method, machine)
     lost = np.zeros(lanes, bool)  # explodes in the same period with half the step: no finer one will save it

@@ -7,7 +7,7 @@ Source: A. B. Owen, Monte Carlo theory, methods and examples, chapters 10 and 17
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 from scipy.stats import qmc
 
-from ..quantities import number, numbers, positive_count, shown
+from ..quantities import number, numbers, parameters, positive_count, shown
 from ..results import Floats
 
 SOBOL_BITS = 30  # of SciPy's points: 2**30 of them are distinct
 LARGEST_SAMPLE = 2**40
+TOGETHER = " & "  # between the paths of parameters that share a factor, in the name of that factor
 ROUNDS = 6  # of the Feistel network that shuffles the strata of a Latin hypercube
 
 
@@ -94,7 +95,8 @@ class LatinHypercube:
     count : int
         Number of points.
     distributions : dict of str to Uniform, LogUniform or Normal
-        Path of a parameter to its distribution, as in ``{"law.K": sw.Normal(1e5, 5e3)}``.
+        Path of a parameter to its distribution, as in ``{"law.K": sw.Normal(1e5, 5e3)}``; or a tuple of paths to that
+        of a factor which scales them together, as in ``{("law.K1", "law.K2", "law.K3"): sw.Normal(1.0, 0.05)}``.
     seed : int
         Another seed gives another sample.
     """
@@ -113,7 +115,7 @@ class Sobol:
     count : int
         Number of points, a power of two up to 2**30.
     distributions : dict of str to Uniform, LogUniform or Normal
-        Path of a parameter to its distribution.
+        As of `LatinHypercube`.
     seed : int
         Another seed gives another scrambling, with which the error of a mean can be estimated.
     """
@@ -123,7 +125,46 @@ class Sobol:
     seed: int = 0
 
 
-Grid = Mapping[str, Any] | LatinHypercube | Sobol
+Grid = Mapping[Any, Any] | LatinHypercube | Sobol
+
+
+def named(key: Any) -> str:
+    """Name of a key of a grid or of distributions: a path, or several (a tuple of them) that share one factor."""
+    paths = key if isinstance(key, tuple) else (key,)
+    if not (paths and all(isinstance(path, str) for path in paths)) or (isinstance(key, tuple) and len(paths) < 2):
+        raise ValueError(
+            f"{shown(key)} is no parameter; give a path such as 'law.K', or a tuple of several, which one factor scales"
+        )
+    return TOGETHER.join(paths)
+
+
+def check_names(system: Any, names: Iterable[str]) -> dict[str, str]:
+    """Units of the parameters by name ("" of a factor), or one sentence on the first that cannot vary (ValueError)."""
+    known = {parameter.path: parameter for parameter in parameters(system)}
+    units: dict[str, str] = {}
+    seen: set[str] = set()
+    for name in names:
+        paths = name.split(TOGETHER)
+        for path in paths:
+            if path not in known:
+                raise ValueError(f"{type(system).__name__} has no parameter {shown(path)}; it has {', '.join(known)}")
+            if path in seen:
+                raise ValueError(f"{path} is given twice; vary it once")
+            if len(paths) > 1 and not isinstance(known[path].value, float):
+                raise ValueError(f"{path} is a whole number, which no factor scales; vary it by itself")
+            seen.add(path)
+        units[name] = known[name].unit if len(paths) == 1 else ""
+    return units
+
+
+def by_path(system: Any, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of every path: a factor of several paths becomes the values of each, in relation to the system's own."""
+    nominal = {parameter.path: parameter.value for parameter in parameters(system)}
+    apart: dict[str, Any] = {}
+    for name, factor in values.items():
+        paths = name.split(TOGETHER)
+        apart |= {name: factor} if len(paths) == 1 else {path: nominal[path] * factor for path in paths}
+    return apart
 
 
 class Points(Protocol):
@@ -142,11 +183,11 @@ class GridPoints:
     """All combinations of the values of the parameters."""
 
     def __init__(self, axes: Mapping[str, Any]) -> None:
-        if not axes or not all(isinstance(path, str) for path in axes):
+        if not axes:
             raise ValueError(
                 f"the grid is {shown(axes)}; it must be a dict of path to values, as in {{'law.K': [1, 2]}}"
             )
-        self.axes = {path: numbers(f"grid[{path!r}]", values) for path, values in axes.items()}
+        self.axes = {named(key): numbers(f"grid[{key!r}]", values) for key, values in axes.items()}
         self.dims = self.paths = tuple(self.axes)
         self.shape = tuple(len(axis) for axis in self.axes.values())
 
@@ -174,7 +215,7 @@ class SamplePoints:
             law.check()
         if isinstance(sample.seed, bool) or not isinstance(sample.seed, int) or sample.seed < 0:
             raise ValueError(f"{kind}.seed is {shown(sample.seed)}; it must be a whole number of at least 0")
-        self.laws = dict(sample.distributions)
+        self.laws = {named(key): law for key, law in sample.distributions.items()}
         self.dims: tuple[str, ...] = ("point",)
         self.shape: tuple[int, ...] = (count,)
         self.paths = tuple(self.laws)

@@ -1,6 +1,7 @@
 """`sweep`: any function of a system over a grid or a sample, kept chunk by chunk and resumed where it stopped."""
 
 import logging
+import math
 import os
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -13,13 +14,12 @@ from uuid import uuid4
 import xarray as xr
 
 from .. import __version__
-from ..quantities import checked, positive_count, replace, shown
-from ..quantities import parameters as parameters_of
+from ..quantities import checked, positive_count, shown
 from ..results import Floats
-from .sampling import Grid, GridPoints, Points, points_of
-from .sweep_layout import Layout, chunk_size, layout_of
+from .sampling import Grid, GridPoints, Points, check_names, points_of
+from .sweep_layout import Layout, check_size, chunk_size, layout_of
 from .sweep_local import ProcessPool, ThreadPool
-from .sweep_points import RESERVED, Job, Part, lost
+from .sweep_points import RESERVED, Job, Part, Variable, lost
 from .sweep_spec import digest, readable
 from .sweep_store import SweepStore
 
@@ -55,7 +55,9 @@ def sweep(
     system : NamedTuple
         What the points are variants of.
     grid : dict of str to (n,) array_like, LatinHypercube or Sobol
-        Paths of parameters and their values (SI units): all combinations; or a sample of distributions.
+        Paths of parameters and their values (SI units): all combinations; or a sample of distributions. A tuple of
+        paths in place of one has factors for values, which scale these parameters together: the dimension's name is
+        then that of the paths with " & " between them.
     store : path, optional
         Folder (zarr v3) that keeps the results; running the same sweep again goes on where the last run stopped.
         Default: in memory.
@@ -77,8 +79,9 @@ def sweep(
     xarray.Dataset
         Over the grid's dimensions (named by the paths) or over "point"; values are read from the store when they are
         used. Variables of the measure ("value" where it returns a number), NaN where it failed, and `point_status` (0
-        ok, 1 the measure raised, 2 it returned something else than elsewhere, 3 its worker died). Attributes:
-        `failed_points`, `errors` (the first messages), `spec` (hash), `strainwave` (version), `measure`.
+        ok, 1 the system is impossible or the measure raised, 2 it returned something else than elsewhere, 3 its worker
+        died). Attributes: `failed_points`, `errors` (the first messages), `spec` (hash), `strainwave` (version),
+        `measure`.
 
     Raises
     ------
@@ -95,6 +98,7 @@ def sweep(
     parameter_units = _check(measure, system, points, seed, units)
     job = Job(measure, system, seed)
     layout = layout_of(points.shape, chunk or chunk_size(_product(points.shape), job.whole_chunks))
+    check_size(layout)
     spec = _hash(job, grid, points, layout, store is not None)
     attributes = {
         "spec": spec, "strainwave": __version__, "measure": readable(measure), "system": str(system)[:1000],
@@ -122,6 +126,7 @@ class _Run:
         self.started = self.said = monotonic()
         self.computed, self.left = 0, int((~kept.done).sum())
         if kept.variables is not None:
+            self._check_units(kept.variables)
             self.job = Job(job.measure, job.system, job.seed, kept.variables)
 
     def values(self, chunk: int) -> tuple[int, dict[str, Floats]]:
@@ -132,6 +137,7 @@ class _Run:
     def keep(self, chunk: int, part: Part, values: Mapping[str, Floats]) -> None:
         """Write what was found in a chunk, and learn from the first one what the measure returns."""
         if self.job.variables is None and part.variables:
+            self._check_units(part.variables)
             known = tuple(v._replace(attributes=self._named(v.name) | v.attributes) for v in part.variables)
             self.kept.declare(known)
             self.job = Job(self.job.measure, self.job.system, self.job.seed, known)
@@ -144,6 +150,13 @@ class _Run:
             done = self.layout.chunks - self.left + self.computed
             share = 100.0 * done / self.layout.chunks
             log.info("%d of %d chunks (%.0f %%), about %s left", done, self.layout.chunks, share, _duration(left))
+
+    def _check_units(self, variables: tuple[Variable, ...]) -> None:
+        names = [variable.name for variable in variables]
+        if unknown := [name for name in self.units if name not in names]:
+            raise ValueError(
+                f"units has {shown(unknown[0])}, which the measure does not return; it returns {', '.join(names)}"
+            )
 
     def _named(self, name: str) -> dict[str, Any]:
         return {"units": self.units[name]} if name in self.units else {}
@@ -165,6 +178,9 @@ def _fill(run: _Run, start: Callable[[], Any]) -> None:
         _compute_all(run, pool)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(run.stopped("interrupted")) from None
+    except MemoryError as error:
+        most = f"a chunk has up to {math.prod(run.layout.block)} points, too many for the memory; give a smaller chunk"
+        raise RuntimeError(run.stopped(most)) from error
     except ConnectionError as error:
         raise RuntimeError(run.stopped(" ".join(str(error).split()))) from error
     finally:
@@ -240,14 +256,10 @@ def _check(measure: Any, system: Any, points: Points, seed: Any, units: Any) -> 
         raise TypeError(f"units are {shown(units)}; they must be a dict such as {{'peak': 'rad'}}")
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise ValueError(f"seed is {shown(seed)}; it must be a whole number of at least 0")
-    known = {parameter.path: parameter.unit for parameter in parameters_of(system)}
-    for path in points.paths:
-        replace(system, {path: 0.0})
-        if path not in known:
-            raise ValueError(f"{path!r} is no number; a sweep varies one of {', '.join(known)}")
-        if path in RESERVED:
-            raise ValueError(f"a parameter named {path!r} cannot be swept: the store uses that name")
-    return {path: known[path] for path in points.paths}
+    parameter_units = check_names(system, points.paths)
+    if taken := sorted(set(RESERVED) & set(points.paths)):
+        raise ValueError(f"a parameter named {taken[0]!r} cannot be swept: the store uses that name")
+    return parameter_units
 
 
 def _hash(job: Job, grid: Grid, points: Points, layout: Layout, stored: bool) -> str:

@@ -9,6 +9,8 @@ import numpy as np
 
 MOST_CHUNKS = 4096  # that a sweep point by point is cut into: each costs a few files and milliseconds
 SMALLEST, LARGEST = 32, 1 << 17
+MOST_KEPT = 10_000_000  # chunks: a few files each
+MOST_HELD = 1 << 28  # points of a chunk: 2 GiB of every parameter
 
 
 class Stretch(NamedTuple):
@@ -73,6 +75,18 @@ def layout_of(shape: tuple[int, ...], target: int) -> Layout:
 def chunk_size(points: int, whole_chunks: bool) -> int:
     """Points of a chunk when the user does not say: it depends on nothing but the sweep itself."""
     return LARGEST if whole_chunks else min(LARGEST, max(SMALLEST, -(-points // MOST_CHUNKS)))
+
+
+def check_size(layout: Layout) -> None:
+    """Refuse a sweep of more chunks than can be kept, or of chunks too large to be held (ValueError)."""
+    points, block = layout.points, math.prod(layout.block)
+    if block > MOST_HELD:
+        raise ValueError(f"chunk is {block:.4g} points; at most {MOST_HELD} fit into memory at a time")
+    if layout.chunks > MOST_KEPT:
+        raise ValueError(
+            f"the sweep has {points:.4g} points, that is {layout.chunks:.4g} chunks of up to {block} points, and at "
+            f"most {MOST_KEPT} can be kept; take fewer values, a Sobol or LatinHypercube sample, or a larger chunk"
+        )
 
 
 def described(values: Mapping[str, Any], i: int) -> str:

@@ -13,8 +13,10 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..quantities import floated, replace
+from ..numerics.lane_checks import LaneError, check_lanes
+from ..quantities import checked, replace
 from ..results import Floats
+from .sampling import by_path
 from .sweep_layout import described
 
 Array: TypeAlias = NDArray[Any]
@@ -108,31 +110,32 @@ def compute(job: Job, first: int, values: Mapping[str, Floats], stopped: Callabl
         Asked between points; once it says yes, KeyboardInterrupt is raised.
     """
     count = len(next(iter(values.values())))
-    pieces = _whole(job, first, values) if job.whole_chunks else _one_by_one(job, first, values)
+    apart = by_path(job.system, values)
+    pieces = _whole(job, first, apart) if job.whole_chunks else _one_by_one(job, first, apart)
     variables, message = job.variables, ""
     status = np.zeros(count, np.uint8)
     arrays: dict[str, Array] = {}
     estimates: dict[str, float] = {}
-    for start, stop, found in pieces:
+    for places, found in pieces:
         if stopped():
             raise KeyboardInterrupt
         try:
             if isinstance(found, Exception):
                 raise found
-            dataset = _as_arrays(found, stop - start, job.whole_chunks)
+            dataset = _as_arrays(found, len(places), job.whole_chunks)
             variables = variables or tuple(_variable(name, *item) for name, item in dataset.items())
             _check_names(variables, dataset)
             if not arrays:
                 arrays = {variable.name: variable.empty(count) for variable in variables}
             for variable in variables:
                 array, _, attributes = dataset[variable.name]
-                arrays[variable.name][start:stop] = _fitting(variable, array)
+                arrays[variable.name][places] = _fitting(variable, array)
                 if ESTIMATE in attributes:
                     estimates[variable.name] = max(estimates.get(variable.name, 0.0), attributes[ESTIMATE])
         except Exception as error:
             shape = isinstance(error, _AnotherShape)
-            status[start:stop] = PointStatus.ANOTHER_SHAPE if shape else PointStatus.RAISED
-            message = message or _sentence(first + start, described(values, start), error)
+            status[places] = PointStatus.ANOTHER_SHAPE if shape else PointStatus.RAISED
+            message = message or _sentence(first + places[0], described(values, places[0]), error)
     if variables and not arrays:
         arrays = {variable.name: variable.empty(count) for variable in variables}
     return Part(variables or (), arrays, status, message, estimates)
@@ -146,7 +149,7 @@ def lost(job: Job, first: int, values: Mapping[str, Floats], why: str) -> Part:
     return Part(job.variables or (), arrays, np.full(count, PointStatus.LOST, np.uint8), message, {})
 
 
-Pieces = Iterator[tuple[int, int, Any]]
+Pieces = Iterator[tuple[Any, Any]]  # places in the stretch, and what was found there or went wrong
 
 
 def _one_by_one(job: Job, first: int, values: Mapping[str, Floats]) -> Pieces:
@@ -154,30 +157,37 @@ def _one_by_one(job: Job, first: int, values: Mapping[str, Floats]) -> Pieces:
     columns = {path: array.tolist() for path, array in values.items()}
     for i in range(len(next(iter(columns.values())))):
         try:
-            system = floated(replace(job.system, {path: column[i] for path, column in columns.items()}))
-            yield i, i + 1, job.measure(system, **_random(job, first + i, random))
+            system = checked(replace(job.system, {path: column[i] for path, column in columns.items()}))
+            yield [i], job.measure(system, **_random(job, first + i, random))
         except Exception as error:
-            yield i, i + 1, error
+            yield [i], error
 
 
 def _whole(job: Job, first: int, values: Mapping[str, Floats]) -> Pieces:
-    """Measure a stretch at once; where that raises, its halves, until the points are found or it costs too much."""
+    """Measure a stretch at once; where that raises, its halves, until the points are found or it costs too much.
+
+    Points that are known to be impossible are left out of it.
+    """
     random, calls = _takes_random(job.measure), 0
-    waiting = [(0, len(next(iter(values.values()))))]
+    waiting = [np.arange(len(next(iter(values.values()))))]
     while waiting:
-        start, stop = waiting.pop()
+        places = waiting.pop()
         calls += 1
         try:
-            part = {path: array[start:stop] for path, array in values.items()}
-            found = job.measure(job.system, part, **_random(job, first + start, random))
+            part = {path: array[places] for path, array in values.items()}
+            check_lanes(job.system, part)
+            found = job.measure(job.system, part, **_random(job, first + int(places[0]), random))
+        except LaneError as error:
+            yield places[error.lanes], error
+            waiting += [places[~error.lanes]] if not error.lanes.all() else []
         except Exception as error:
-            if stop - start == 1 or calls >= MOST_CALLS:
-                yield start, stop, error
+            if len(places) == 1 or calls >= MOST_CALLS:
+                yield places, error
             else:
-                middle = (start + stop) // 2
-                waiting += [(middle, stop), (start, middle)]
-            continue
-        yield start, stop, found
+                middle = len(places) // 2
+                waiting += [places[middle:], places[:middle]]
+        else:
+            yield places, found
 
 
 def _takes_random(measure: Any) -> bool:

@@ -8,6 +8,7 @@ import contextlib
 import errno
 import json
 import logging
+import math
 import os
 import shutil
 from collections.abc import Iterator, Mapping
@@ -158,6 +159,7 @@ class SweepStore:
 
     def declare(self, variables: tuple[Variable, ...]) -> None:
         """Make the arrays of the variables, once it is known what the measure returns."""
+        self._check_room(variables)
         with self.told("written"):
             for variable in variables:
                 self._over_points(
@@ -170,6 +172,18 @@ class SweepStore:
                 [v.name, v.dtype, list(v.dims), list(v.shape), v.attributes] for v in variables
             ]
         self.variables = variables
+
+    def _check_room(self, variables: tuple[Variable, ...]) -> None:
+        """Refuse results that are larger than the disk's free space, or this machine's memory (ValueError)."""
+        each = 1 + sum(np.dtype(v.dtype).itemsize * math.prod(v.shape) for v in variables)
+        needed, room = self.layout.points * each, _room(self.path)
+        if needed > room:
+            where = f"the disk of {self.path} has free" if self.path else "this machine has memory"
+            remedy = "" if self.path else ", or give the sweep a store"
+            raise ValueError(
+                f"the results of {self.layout.points:.4g} points take {needed / 1e9:.4g} GB, more than the "
+                f"{room / 1e9:.4g} GB that {where}; keep fewer numbers of fewer points{remedy}"
+            )
 
     def write(self, chunk: int, part: Part, values: Mapping[str, Floats]) -> None:
         """Write what was found in a chunk; points whose worker was lost are tried again by the next run."""
@@ -302,6 +316,15 @@ def opened(store: Any) -> xr.Dataset:
     for name in names:
         data = data.assign_coords(data[name].attrs.pop("labels", {}))
     return data[[*names, STATUS, *data.attrs["parameters"]]].set_coords(data.attrs["parameters"])
+
+
+def _room(path: Path | None) -> float:
+    """Bytes that results may take; infinite where the system does not say."""
+    if path is not None:
+        return float(shutil.disk_usage(path).free) or math.inf  # some network file systems say 0
+    with contextlib.suppress(AttributeError, ValueError, OSError):
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    return math.inf
 
 
 def _variable(item: Any) -> Variable:

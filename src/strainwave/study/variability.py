@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..numerics.family import response_family
+from ..numerics.lane_checks import LaneError, check_lanes
 from ..numerics.settle import settled
-from ..quantities import interval, number, numbers, parameters, positive_count, replace, shown, with_parts
+from ..quantities import interval, number, numbers, parameters, positive_count, shown, with_parts
 from ..results import Floats, SolveError
 from .jumps import jumps
 from .natural_frequencies import driven_orders, natural_frequencies
-from .sampling import Distribution
+from .sampling import TOGETHER, Distribution, by_path, check_names, named
 from .sensitivity import ranking, running_quantile
+from .sweep_layout import described
 from .variability_result import Band, JumpSpread, SpeedSpread, Variability
 
 LEAST = 32  # drives, for quantiles and rankings to mean anything
@@ -49,7 +51,8 @@ def variability(
         The drive; what has no distribution stays as it is.
     distributions : dict of str to Uniform, LogUniform, Normal, or a frozen distribution of scipy.stats
         Path of a parameter to its distribution (SI units), as in ``{"law.K": sw.Normal(1e5, 5e3)}``. They are
-        independent of each other.
+        independent of each other. A tuple of paths has the distribution of a factor that scales them together:
+        ``{("law.K1", "law.K2", "law.K3"): sw.Normal(1.0, 0.05)}``; results name it "law.K1 & law.K2 & law.K3".
     speeds : (speeds,) array_like, optional
         Base speeds [rad/s] at which the peak error is computed. Default: the system's omega.
     count : int
@@ -95,8 +98,6 @@ def variability(
     at = numbers("speeds", system.omega if speeds is None else speeds)
     if not np.all(at > 0.0):
         raise ValueError(f"speeds are {shown(speeds)}; they must be positive")
-    if "omega" in distributions and speeds is not None:
-        raise ValueError("omega has a distribution and speeds are given; leave one of them out")
     follow = positive_count("jump_count", jump_count)
     positive_count("settle", settle)
     positive_count("longest", longest)
@@ -106,14 +107,23 @@ def variability(
     if amplitude < 0.0:
         raise ValueError(f"amplitude is {amplitude:g} rad; it must not be negative")
     drives = drawn(system, distributions, count, seed)
+    apart = by_path(system, drives)
+    if "omega" in apart and speeds is not None:
+        raise ValueError("omega has a distribution and speeds are given; leave one of them out")
     spreads = tuple(
         _at_speed(
-            system, drives, float(omega), shares, seed, {"settle": settle, "longest": longest, "threads": threads}
+            system,
+            drives,
+            apart,
+            float(omega),
+            shares,
+            seed,
+            {"settle": settle, "longest": longest, "threads": threads},
         )
         for omega in at
     )
-    jumping = None if span is None else _jumps(system, drives, span, follow, shares)
-    band = None if bounds is None else _band(system, drives, *bounds, float(amplitude))
+    jumping = None if span is None else _jumps(system, apart, span, follow, shares)
+    band = None if bounds is None else _band(system, apart, *bounds, float(amplitude))
     return Variability(drives, spreads, jumping, band, seed)
 
 
@@ -124,20 +134,22 @@ def drawn(system: Any, distributions: Any, count: int, seed: Any) -> dict[str, F
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise ValueError(f"seed is {shown(seed)}; it must be a whole number of at least 0")
     known = {p.path: p.value for p in parameters(system)}
-    values = {}
-    streams = np.random.SeedSequence(seed).spawn(len(distributions))
-    for (path, law), stream in zip(distributions.items(), streams, strict=True):
+    names = [named(key) for key in distributions]
+    for path in (path for name in names for path in name.split(TOGETHER)):
         if not isinstance(known.get(path), float):
             able = ", ".join(p for p, v in known.items() if isinstance(v, float))
             raise ValueError(f"{type(system).__name__} has no parameter {shown(path)} that can vary; it has {able}")
-        values[path] = _values(path, law, np.random.default_rng(stream).random(count))
-    for path, column in values.items():
-        for place in (int(np.argmin(column)), int(np.argmax(column))):
-            member = replace(system, {p: float(v[place]) for p, v in values.items()})
-            try:
-                with_parts("variability", member, "rhs")
-            except ValueError as error:
-                raise ValueError(f"drive {place}, with {path} = {column[place]:g}, is impossible: {error}") from error
+    check_names(system, names)
+    values = {}
+    streams = np.random.SeedSequence(seed).spawn(len(distributions))
+    for name, law, stream in zip(names, distributions.values(), streams, strict=True):
+        values[name] = _values(name, law, np.random.default_rng(stream).random(count))
+    try:
+        check_lanes(system, by_path(system, values))
+    except LaneError as error:
+        place = int(np.argmax(error.lanes))
+        why = str(error).partition(": ")[2]
+        raise ValueError(f"drive {place}, with {described(values, place)}, is impossible: {why}") from error
     return values
 
 
@@ -157,11 +169,13 @@ def _values(path: str, law: Any, shares: Floats) -> Floats:
     return values
 
 
-def _at_speed(system: Any, drives: dict[str, Floats], omega: float, shares: Floats, seed: int, how: Any) -> SpeedSpread:
-    base = system if "omega" in drives else system._replace(omega=omega)
+def _at_speed(
+    system: Any, drives: dict[str, Floats], apart: dict[str, Floats], omega: float, shares: Floats, seed: int, how: Any
+) -> SpeedSpread:
+    base = system if "omega" in apart else system._replace(omega=omega)
     count = len(next(iter(drives.values())))
     states = len(system.state_names()) if hasattr(system, "state_names") else 2
-    ends = settled(base, drives, np.zeros((states, count)), **how)
+    ends = settled(base, apart, np.zeros((states, count)), **how)
     peak = np.maximum(np.abs(ends.lowest), np.abs(ends.highest))
     good = ~ends.diverged
     if np.count_nonzero(good) < LEAST:

@@ -119,7 +119,8 @@ class Variability:
     Attributes
     ----------
     drives : dict of str to (drives,) array
-        Path of every varied parameter to its values.
+        Path of every varied parameter to its values; of parameters that vary together, their paths with " & " between
+        them to the factor.
     speeds : tuple of SpeedSpread
         One for every speed.
     jumps : JumpSpread or None
