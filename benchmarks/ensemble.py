@@ -30,7 +30,7 @@ DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
 FMA_PER_STEP = 30  # of RK4 on the Duffing oscillator
 # Of a Dormand-Prince step on it: sums 40, error 12, rates times h 14, six rates 30; and of its five cosines, as
 # `_compiled_maths.cos` has them, because every lane has its own phase. The step control is not counted.
-FMA_PER_ATTEMPT = 96 + 5 * 26
+FMA_PER_ATTEMPT = 96 + 5 * 18
 
 
 def chains(x, a, b, rounds):

@@ -1,12 +1,12 @@
 """Elementary functions as compiled kernels compute them: inlined arithmetic and selects, no call and no branch.
 
 A loop over lanes that uses them becomes vector code, and what does not depend on the lane leaves the loop. Errors are
-below one unit in the last place for exp, log and power, below 2.5 for cos, sin (0.8 of the last place of 1) and tanh;
+below one unit in the last place for exp, log and power, below 2.5 for cos, sin (one of the last place of 1) and tanh;
 infinities, NaN and subnormal numbers behave as in libm (zero has no sign here).
 
-The reductions are those of Cody & Waite, Software Manual for the Elementary Functions, 1980; the polynomials of sine
-and cosine those of fdlibm (Sun, 1993), the others Chebyshev interpolants of the remainders. As Python, the same
-functions run on floats, which is how their accuracy is tested without a compiler.
+The reductions are those of Cody & Waite, Software Manual for the Elementary Functions, 1980; the polynomials Chebyshev
+interpolants of the remainders. As Python, the same functions run on floats, which is how their accuracy is tested
+without a compiler.
 """
 
 import math
@@ -21,10 +21,9 @@ _ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to a
 # pi/2 in four parts, the first three of 22 bits
 _LARGEST = 3.3e9  # up to here a whole number of quarter turns has 31 bits, and its products with three parts are exact
 _P1, _P2, _P3, _P4 = 1.570796012878418, 3.139164164167596e-07, 6.223369259164557e-14, 2.912732056093356e-20
-_S1, _S2, _S3 = -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04
-_S4, _S5, _S6 = 2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10
-_C1, _C2, _C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05
-_C4, _C5, _C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
+_S1, _S2, _S3, _S4 = -0.16666666666666666, 0.008333333333333316, -0.00019841269841254974, 2.755731921916323e-06
+_S5, _S6, _S7 = -2.5052107616995878e-08, 1.6058977312444268e-10, -7.643970296165793e-13
+_S8 = 2.73144475909634e-15
 
 # ln 2 in two parts, the first of 41 bits: times an exponent it is exact
 _LN2, _LN2_REST = 0.693147180559663, 2.8235290563031577e-13
@@ -58,18 +57,14 @@ def fma(a: float, b: float, c: float) -> float:
 
 def cos(x: float) -> float:
     """Cosine; NaN beyond 3.3e9 rad, where neighbouring floats differ by 5e-7 rad."""
-    turn, s, c = _quarter(x)
-    value = s if abs(turn) == 0.25 else c
-    value = -value if turn > 0.125 else value
-    return value if abs(x) < _LARGEST else math.nan
+    halves = (x * 0.3183098861837907 - 0.5) + _ROUND
+    return -_signed_sine(x, halves, 2.0 * (halves - _ROUND) + 1.0)
 
 
 def sin(x: float) -> float:
     """Sine; NaN beyond 3.3e9 rad."""
-    turn, s, c = _quarter(x)
-    value = c if abs(turn) == 0.25 else s
-    value = -value if abs(turn - 0.125) > 0.25 else value
-    return value if abs(x) < _LARGEST else math.nan
+    halves = x * 0.3183098861837907 + _ROUND
+    return _signed_sine(x, halves, 2.0 * (halves - _ROUND))
 
 
 def exp(x: float) -> float:
@@ -120,15 +115,14 @@ def power(x: float, y: float) -> float:
     return negative if x < 0.0 else value
 
 
-def _quarter(x: float) -> tuple[float, float, float]:
-    """Turn of x to a whole quarter (-0.25, 0, 0.25 or 0.5), and sine and cosine of the rest (at most pi/4)."""
-    n = (x * 0.6366197723675814 + _ROUND) - _ROUND
-    turn = n * 0.25 - (((n * 0.25 - 0.125) + _ROUND) - _ROUND)
-    r = (((x - n * _P1) - n * _P2) - n * _P3) - n * _P4
+def _signed_sine(x: float, halves: float, quarters: float) -> float:
+    """Sine of x less a number of quarter turns (at most pi/2), negated where the last bit of `halves` is set."""
+    r = (((x - quarters * _P1) - quarters * _P2) - quarters * _P3) - quarters * _P4
     z = r * r
-    s = r + r * z * (_S1 + z * (_S2 + z * (_S3 + z * (_S4 + z * (_S5 + z * _S6)))))
-    c = 1.0 - 0.5 * z + z * z * (_C1 + z * (_C2 + z * (_C3 + z * (_C4 + z * (_C5 + z * _C6)))))
-    return turn, s, c
+    high = _S5 + z * (_S6 + z * (_S7 + z * _S8))
+    s = r + r * z * (_S1 + z * (_S2 + z * (_S3 + z * (_S4 + z * high))))
+    value = float_of(bits_of(s) ^ (bits_of(halves) << 63))
+    return value if abs(x) < _LARGEST else math.nan
 
 
 def _exp(x: float, rest: float) -> float:
@@ -233,7 +227,7 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
 
     to_bits, to_float, fused = (extending.intrinsic(f) for f in (typed_bits, typed_float, typed_fma))
     faces = (cos, sin, exp, log, tanh, sqrt, sign, power)
-    inner = (_quarter, _exp, _expm1, _exp_rest, _power_of_two, _split, _atanh_rest, _log, _whole)
+    inner = (_signed_sine, _exp, _expm1, _exp_rest, _power_of_two, _split, _atanh_rest, _log, _whole)
     return {
         bits_of: lambda x: to_bits(x),
         float_of: lambda bits: to_float(bits),

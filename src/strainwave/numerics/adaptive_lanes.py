@@ -14,15 +14,25 @@ from typing import Any
 
 from .._jit import borrowed, chosen, kernel, kernel_as
 from .._lanes import count, lane, load, store
-from ..maths import exp, log
 from .lanes import every_lane, strobe
-from .pieces import Piece, Whole, extreme_between, larger, select, smaller, updated
+from .pieces import (
+    Piece,
+    Whole,
+    about_log2,
+    about_one_over,
+    about_two_to,
+    extreme_between,
+    larger,
+    select,
+    smaller,
+    updated,
+)
 from .steps import dopri5_step
 
 TURN = 2.0 * math.pi
 FIRST = TURN / 64.0  # step tried first
 LEAST = 1e-12  # smallest step [rad]: a lane that needs a smaller one goes no further
-SAFETY = math.log(0.9)
+SAFETY = math.log2(0.9)
 
 
 @chosen
@@ -76,7 +86,7 @@ def begin(system: Any, y0: Any, sums: Any, rows: Any, period: int, j: Any) -> No
     if period == 0:
         store(lane(system, rows, 0, j).rhs(0.0, y), rows, at + 1 + n, j)
         store(FIRST + 0.0 * load(rows, at, j), rows, place + 1, j)
-        store(-9.0 + 0.0 * load(rows, at, j), rows, place + 2, j)
+        store(-13.0 + 0.0 * load(rows, at, j), rows, place + 2, j)
 
 
 @kernel
@@ -96,13 +106,13 @@ def attempt(
     y1, k1, error, _ = dopri5_step(s, phase, q, y, h, k)
     e = 0.0 * h
     for i in range(n):
-        scaled = error[i] / (atol + rtol * larger(abs(y[i]), abs(y1[i])))
+        scaled = error[i] * about_one_over(atol + rtol * larger(abs(y[i]), abs(y1[i])))
         e = e + scaled * scaled / n
     good, moving = e <= 1.0, left > 0.0
-    now = 0.5 * log(larger(e, 1e-20))
-    grown, shrunk = SAFETY + 0.04 * past - 0.17 * now, select(e > 1.0, SAFETY - 0.2 * now, -2.3)
+    now = 0.5 * about_log2(larger(e, 1e-20))
+    grown, shrunk = SAFETY + 0.04 * past - 0.17 * now, select(e > 1.0, SAFETY - 0.2 * now, -3.3)
     power = select(good, grown, shrunk)  # shrunk also where the error is no number
-    next_step = q * exp(smaller(larger(power, select(e == e, -1.6, -2.3)), 2.3))
+    next_step = q * about_two_to(smaller(larger(power, select(e == e, -2.3, -3.3)), 3.3))
     after = select(good, larger(next_step, select(left > step, 0.0, step)), next_step)
     end = select(left > step, phase + q, TURN)
     extreme = extreme_between(kind, y, k, y1, k1, h)
@@ -115,7 +125,7 @@ def attempt(
     store(kept(go * measuring > 0.0, sums1, before), rows, at + 1 + 2 * n, j)
     store(new_phase, rows, place, j)
     store(select(moving, after, step), rows, place + 1, j)
-    store(select(go > 0.0, larger(now, -9.0), past), rows, place + 2, j)
+    store(select(go > 0.0, larger(now, -13.0), past), rows, place + 2, j)
     store(select(lost > 0.0, math.nan, load(rows, at + 1, j)), rows, at + 1, j)
     waiting[j] = select(new_phase < TURN, 1, 0)
 

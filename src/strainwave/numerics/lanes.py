@@ -93,12 +93,12 @@ def remember(system: Any, y0: Any, sums: Any, rows: Any, j: Any) -> None:
 
 @kernel
 def close(system: Any, y0: Any, measures: Any, sums: Any, rows: Any, turn: float, many: float, j: Any) -> None:
-    """Add to the measures of lane j what the sum over even pieces, `many` steps each, lacks at its ends."""
+    """Add to the measures of lane j what the even pieces, `many` steps each, lack: the first state, and sums' ends."""
     at, n = count(system) + 1, count(y0)
     s, h = lane(system, rows, 0, j), load(rows, at - 1, j)
     first, last = lane(y0, rows, at + 2 * n + count(sums), j), lane(y0, rows, at, j)
     v0, v1 = s.rhs(0.0, first)[0], s.rhs(0.0, last)[0]
-    ends = Piece(Ends(), 0.0, first[0], v0, 0.0, last[0], v1, many * h, turn / h, last[0])
+    ends = Piece(Ends(), 0.0, first[0], v0, 0.0, last[0], v1, many * h, turn / h, first[0])
     store(updated(measures, lane(sums, rows, at + 2 * n, j), ends), rows, at + 2 * n, j)
 
 

@@ -25,7 +25,7 @@ class Piece(NamedTuple):
     """A stretch of a trajectory between two instants: phase, first state and its rate there, and what lies between.
 
     `rule` says how integrals over it are formed, `width` is its time, `omega` the base frequency, `extreme` the extreme
-    value of the first state inside (or at its end).
+    value of the first state inside, or any value there where it has none.
     """
 
     rule: Any
@@ -116,15 +116,36 @@ def about_one_over(x: Any) -> Any:
     return 1.0 / x
 
 
+def _about_log2_loops(x: Any) -> Any:
+    return (float_of((bits_of(x) >> 20) | 0x4330000000000000) - 4507993378914304.0) * 2.3283064365386963e-10
+
+
+@kernel_as(_about_log2_loops, inline=True)
+def about_log2(x: Any) -> Any:
+    """Binary logarithm of a positive number to 0.09: the straight line between powers of two, which its bits are."""
+    return np.log2(x)
+
+
+def _about_two_to_loops(x: Any) -> Any:
+    n = (x + 6755399441055744.0) - 6755399441055744.0
+    r = x - n
+    return float_of((bits_of(n + 6755399441055744.0) + 1023) << 52) * (1.0 + r * (0.6931 + r * (0.2402 + r * 0.0555)))
+
+
+@kernel_as(_about_two_to_loops, inline=True)
+def about_two_to(x: Any) -> Any:
+    """2^x to 0.1 %, for x from -1022 to 1023."""
+    return np.exp2(x)
+
+
 @kernel
 def vertex(x0: Any, v0: Any, x1: Any, v1: Any, h: Any) -> Any:
-    """Value of the cubic through two points with rates v, h apart, where the rate passes zero between them, else x1.
+    """Value of the cubic through two points with rates v, h apart, where the rate passes zero between them.
 
-    Branch-free: the place is where the straight line through both rates vanishes, kept between the points; an error in
-    it counts by its square.
+    Branch-free: the place is where the straight line through both rates vanishes; an error in it counts by its square.
+    Where the rate keeps its sign, a value between those of the points.
     """
-    fall = v0 - v1
-    s = smaller(larger(v0 * fall * about_one_over(fall * fall), 0.0), 1.0)  # where both rates are equal 0
+    s = abs(v0) * about_one_over(abs(v0) + 1e-290 + abs(v1))  # 0 at rest
     r, rise = 1.0 - s, x1 - x0
     return x0 + s * (rise + r * ((h * v0 - rise) * r - (h * v1 - rise) * s))
 
@@ -166,4 +187,4 @@ def _smooth_extreme(kind: Any, y: Any, rate: Any, y1: Any, rate1: Any, h: Any) -
 
 
 def _general_extreme(kind: Any, y: Any, rate: Any, y1: Any, rate1: Any, h: Any) -> Any:
-    return vertex(y[0], rate[0], y1[0], rate1[0], h)
+    return select(rate[0] * rate1[0] < 0.0, vertex(y[0], rate[0], y1[0], rate1[0], h), y[0])
