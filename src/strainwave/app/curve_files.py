@@ -24,6 +24,9 @@ def write(project: Project, analysis: Analysis, folder: Path) -> list[str]:
     if len(analysis.exact.curve):
         write_csv(folder / "exact-response.csv", exact_columns(project, analysis.exact.curve))
         names.append("exact-response.csv")
+    if analysis.train_curve is not None:
+        write_csv(folder / "train-response.csv", exact_columns(project, analysis.train_curve.response.curve))
+        names.append("train-response.csv")
     for regime in analysis.regimes:
         for i, branch in enumerate(regime.response.branches if regime.response else ()):
             name = f"response-{slug(regime.label)}{'' if i == 0 else f'-branch-{i + 1}'}.csv"

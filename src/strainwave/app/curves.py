@@ -62,6 +62,19 @@ def range_panel(
     return panel
 
 
+def report_panel(project: Project, analysis: Analysis, angle: AngleUnit) -> Panel:
+    """`range_panel` of a report: of the whole train, with the error equation over it, where there is a curve of it."""
+    if analysis.train_curve is None:
+        return range_panel(project, analysis.exact, analysis.regimes, analysis.speeds, analysis.run_up, angle)
+    panel = range_panel(project, analysis.response, (), analysis.speeds, None, angle)
+    scale = speed_axis(project)[1]
+    exact = analysis.exact.curve
+    panel.line(scale * exact.omega, angle.factor * exact.peak, GREY, "error equation, a reduction", DOT_DASH, 1.3)
+    top = angle.factor * max(float(np.max(exact.peak)), float(np.max(analysis.response.curve.peak)))
+    panel.ylim = None if panel.log else (0.0, 1.05 * top)
+    return panel
+
+
 def speed_range(panel: Panel) -> str:
     """`range_panel` as SVG."""
     return figure([[panel]], HEIGHT, "largest error against speed")
@@ -144,7 +157,7 @@ def _mark_resonances(panel: Panel, regimes: tuple[Regime, ...], scale: float, cl
     last, level = -np.inf, 0
     for i, regime in enumerate(regimes, 1):
         if regime.inside:
-            at = scale * regime.omega
+            at = scale * regime.place
             level = (level + 1) % 3 if at - last < close else 0
             last = at
             _upright(panel, at, GREY, "5 4", 0.9, f"{i}: {regime.label}" if named else "")

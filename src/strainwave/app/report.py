@@ -7,18 +7,22 @@ from typing import Any
 from .. import __version__
 from ..study.analysis import Analysis
 from . import curve_files, curves, plots
-from .beyond_report import beyond_data, beyond_figures, train_warning
+from .advice_words import advice_data
+from .beyond_report import beyond_data, beyond_figures
 from .console import number, to_json
 from .facts import angle_unit
 from .project import Project
 from .report_data import collect
-from .words import sweep_sentences, verdict, warnings, with_unit
+from .train_report import reduction, train_warning
+from .words import peak_verdict, sweep_sentences, warnings, with_unit
 
 
 def write(project: Project, analysis: Analysis, folder: Path) -> dict[str, Any]:
     """Write report.html, results.json and the CSV files into a folder and return the results as plain data."""
     results = collect(project, analysis) | beyond_data(project, analysis)
     angle = angle_unit(results["largest_error"]["peak_rad"])
+    results["advice"] = advice_data(project, analysis, angle)
+    results["reduction"] = reduction(analysis, angle)
     results["warnings"] = [*train_warning(analysis, angle), *warnings(project, analysis)]
     results["files"] = [*curve_files.write(project, analysis, folder), "results.json", "report.html"]
     (folder / "results.json").write_text(to_json(results) + "\n", encoding="utf-8")
@@ -51,11 +55,8 @@ def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
     environment.filters["in_unit"] = lambda rad: number(None if rad is None else rad * angle.factor)
     environment.filters["angle"] = angle.text
     environment.filters["angles"] = lambda text: with_unit(text, angle)
-    panel = curves.range_panel(
-        project, analysis.exact, analysis.regimes, analysis.speeds, analysis.run_up, angle
-    )  # fmt: skip
     figures = {
-        "range": curves.speed_range(panel),
+        "range": curves.speed_range(curves.report_panel(project, analysis, angle)),
         "responses": [
             (i, results["resonances"][i - 1], curves.response(project, analysis, regime, angle))
             for i, regime in enumerate(analysis.regimes, 1)
@@ -68,10 +69,10 @@ def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
         r=results,
         unit=angle.name,
         figures=figures,
-        jumps=sweep_sentences(project, analysis.exact, angle),
-        verdict=verdict,
+        jumps=sweep_sentences(project, analysis.response, angle),
+        verdict=peak_verdict,
         forcing=project.shaft == "forcing",
-        coast_down=analysis.exact.back is not None,
+        coast_down=analysis.response.back is not None,
         software=_software(),
     )
 

@@ -6,11 +6,11 @@ from typing import Any
 from .. import __version__
 from ..study.analysis import Analysis
 from ..study.exact import ExactResponse
-from ..study.regimes import Regime
 from ..study.time_case import TimeCase
-from ..theory.slow_results import Certificate
 from .facts import ARCSEC, RPM, angle_unit, facts
 from .project import Project
+from .resonance_data import place, resonances, rpm
+from .train_report import run_data
 
 NO_STIFFNESS = "the law has no stiffness where the mean torque holds the drive (play), or nothing excites the drive."
 
@@ -44,7 +44,7 @@ def collect(project: Project, analysis: Analysis) -> dict[str, Any]:
             "reason": proof.reason,
         },
         "speed_range_rad_per_s": list(analysis.speeds),
-        "resonances": [_resonance(project, i, regime) for i, regime in enumerate(analysis.regimes, 1)],
+        "resonances": resonances(project, analysis),
         "resonance_remark": "" if analysis.regimes else NO_STIFFNESS,
         "exact_response": exact_response_data(project, analysis.exact),
         "largest_error": largest,
@@ -55,59 +55,6 @@ def collect(project: Project, analysis: Analysis) -> dict[str, Any]:
         ],
         "run_up": _run_up(project, analysis),
         "cases": [_case(project, case) for case in analysis.cases],
-    }
-
-
-def _rpm(project: Project, omega: float) -> float | None:
-    return None if project.shaft == "forcing" else omega * RPM
-
-
-def _resonance(project: Project, index: int, regime: Regime) -> dict[str, Any]:
-    curve = regime.response
-    folds = [] if curve is None else list(zip(curve.folds, curve.fold_amplitudes, strict=True))
-    return {
-        "number": index,
-        "name": regime.name,
-        "order": regime.order,
-        "resonance": f"{regime.resonance.p}:{regime.resonance.q}",
-        "omega_rad_per_s": regime.omega,
-        "motor_speed_rpm": _rpm(project, regime.omega),
-        "inside_range": regime.inside,
-        "steady_amplitudes_rad": [{"value": s.amplitude, "stable": s.stable} for s in regime.states],
-        "existence": regime.existence,
-        "certificate": _certificate(regime.certificate),
-        "certificate_at_peak": _certificate(regime.at_peak),
-        "peak": None
-        if curve is None or not curve.branches
-        else {
-            "omega_rad_per_s": curve.peak[0],
-            "motor_speed_rpm": _rpm(project, curve.peak[0]),
-            "amplitude_rad": curve.peak[1],
-            "amplitude_arcsec": curve.peak[1] * ARCSEC,
-        },
-        "folds": [
-            {
-                "omega_rad_per_s": w,
-                "motor_speed_rpm": _rpm(project, w),
-                "amplitude_rad": a,
-                "amplitude_arcsec": a * ARCSEC,
-            }
-            for w, a in folds
-        ],
-        "response": "" if curve is None else curve.message,
-        "reason": regime.reason,
-    }
-
-
-def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
-    if certificate is None:
-        return None
-    return {
-        "valid": certificate.valid,
-        "predicted_error": certificate.predicted_error,
-        "error_at_speed": certificate.error_at_speed,
-        "speed_error": abs(certificate.frequency_shift),
-        "sentence": certificate.sentence,
     }
 
 
@@ -128,11 +75,6 @@ def exact_response_data(project: Project, exact: ExactResponse) -> dict[str, Any
     }
 
 
-def place(project: Project, omega: float) -> dict[str, Any]:
-    """Speed of the base angle and of the motor; None where the base angle is a forcing phase."""
-    return {"omega_rad_per_s": omega, "motor_speed_rpm": _rpm(project, omega)}
-
-
 def _angle_of(name: str, rad: float) -> dict[str, Any]:
     return {f"{name}_rad": rad, f"{name}_arcsec": rad * ARCSEC}
 
@@ -142,23 +84,37 @@ def _jump(project: Project, omega: float) -> dict[str, Any] | None:
 
 
 def _largest(project: Project, analysis: Analysis) -> dict[str, Any]:
-    """Largest steady |x| that a sweep meets: on the exact curve, or by simulation where there is no such curve."""
-    at, worst = analysis.exact.largest(), analysis.run_up.worst()
-    curve = analysis.exact.curve
-    if at is None or curve.peak[at] < 0.999 * worst.peak:
-        return place(project, worst.omega) | _angle_of("peak", worst.peak) | {"method": "integration"}
+    """Largest steady |x| that a sweep meets: on the curve, or by simulation where there is no such curve.
+
+    Of the whole train where there is one: steady, or in the run-up where no motion of it repeats.
+    """
+    run = _run_instead(analysis)
+    if run is not None:
+        found = place(project, run["at_rpm"] / RPM) | _angle_of("peak", run["largest_error_rad"])
+        return found | {"method": "integration", "of": "run-up of the whole drive train"}
+    of = {"of": "error equation" if analysis.train_curve is None else "whole drive train"}
+    at, worst = analysis.response.largest(), analysis.run_up.worst()
+    curve = analysis.response.curve
+    if analysis.train_curve is None and (at is None or curve.peak[at] < 0.999 * worst.peak):
+        return place(project, worst.omega) | _angle_of("peak", worst.peak) | {"method": "integration"} | of
+    assert at is not None
     here = place(project, float(curve.omega[at]))
-    return here | _angle_of("peak", float(curve.peak[at])) | {"method": analysis.exact.method}
+    return here | _angle_of("peak", float(curve.peak[at])) | {"method": analysis.response.method} | of
 
 
-def peak_torque(analysis: Analysis) -> tuple[float, float]:
-    """Speed [rad/s] and size [N*m] of the largest torque through the gear in any steady motion that was found."""
-    return analysis.usage.at_peak, analysis.usage.peak_torque
+def _run_instead(analysis: Analysis) -> dict[str, Any] | None:
+    """The run-up of a train that has no steady curve; None else."""
+    study = analysis.beyond.train
+    if study is None or study.curve is not None or study.run is None or not study.run.trajectory.status:
+        return None
+    return run_data(study)
 
 
 def _largest_torque(project: Project, analysis: Analysis) -> dict[str, Any]:
-    """Largest torque through the gear in a steady motion, beside the gear's limits."""
-    omega, torque = peak_torque(analysis)
+    """Largest torque through the gear in a steady motion, or the run-up in its place, beside the gear's limits."""
+    omega, torque = analysis.usage.at_peak, analysis.usage.peak_torque
+    if (run := _run_instead(analysis)) is not None:
+        omega, torque = run["largest_torque_at_rpm"] / RPM, run["largest_torque_Nm"]
     gear = project.gear
     return place(project, omega) | {
         "torque_Nm": torque,
@@ -194,7 +150,7 @@ def _case(project: Project, case: TimeCase) -> dict[str, Any]:
     row: dict[str, Any] = {
         "name": case.name,
         "omega_rad_per_s": case.omega,
-        "motor_speed_rpm": _rpm(project, case.omega),
+        "motor_speed_rpm": rpm(project, case.omega),
         "regime": str(case.resonance),
         "peak_from_rest_rad": case.peak_from_rest if case.transient.status else None,
         "peak_from_rest_arcsec": case.peak_from_rest * ARCSEC if case.transient.status else None,

@@ -11,7 +11,7 @@ from ..study.usage import gravest
 from .console import number
 from .facts import RPM, AngleUnit, angle_unit
 from .project import Project
-from .report_data import place
+from .resonance_data import place
 
 NUMBER = re.compile(r"[0-9.]*[0-9](?:e[-+]?[0-9]+)?")
 SPEEDS = re.compile(rf"({NUMBER.pattern}(?:(?:, | to | and | or | \.\. ){NUMBER.pattern})*) rad/s(?![\^*/0-9])")
@@ -41,7 +41,7 @@ def warnings(project: Project, analysis: Analysis) -> list[str]:
     if (project.drive.law, project.drive.J_m, project.drive.J_l) == article:
         said.append(HDC_40_050_WARNING)
     said += analysis.warnings
-    sweep = analysis.exact.sweep
+    sweep = analysis.response.sweep
     if sweep is not None and sweep.width > 0.0:
         ends = sorted((sweep.jump_up, sweep.jump_down))
         first, last = (speed_text(place(project, w)) for w in ends)
@@ -86,25 +86,75 @@ def sweep_sentences(project: Project, exact: ExactResponse, angle: AngleUnit) ->
     return said
 
 
-def verdict(certificate: dict[str, Any] | None) -> str:
-    """The certificate in an engineer's words."""
-    if certificate is None:
+def peak_verdict(row: dict[str, Any]) -> str:
+    """How far the peak by multiple scales is off, in an engineer's words."""
+    error = row["peak_error"]
+    if error is None:
         return ""
-    at_speed = certificate["error_at_speed"]
-    errors = f"off by about {number(100.0 * certificate['predicted_error'], 2)} % in amplitude"
-    if certificate["speed_error"] > 0.0:
-        errors += f" and {number(100.0 * certificate['speed_error'], 2)} % in speed"
-        errors += (
-            "; at this very speed there is no such motion"
-            if at_speed is None
-            else f", {number(100.0 * at_speed, 2)} % at equal speed"
+    if error["predicted"]:
+        off = (
+            f"{number(100.0 * error['amplitude'], 2)} % in amplitude and {number(100.0 * error['speed'], 2)} % in speed"
         )
-    return errors if certificate["valid"] else f"not valid: {errors}; use the exact curve"
+        return f"no computed curve to compare with; by its own estimate off by about {off}"
+    sizes = [f"{number(100.0 * abs(error[name]), 2)} %" for name in ("amplitude", "speed")]
+    higher, faster = ("too high" if error["amplitude"] > 0.0 else "too low"), "fast" if error["speed"] > 0.0 else "slow"
+    return f"against the computed curve {sizes[0]} {higher} and {sizes[1]} too {faster}"
+
+
+def stability_text(results: dict[str, Any], angle: AngleUnit) -> str:
+    """The proof of stability in a line: what is claimed, or why nothing is."""
+    proof = results["stability"]
+    if proof["scope"] != "none":
+        return f"{proof['scope']}; {with_unit(proof['claim'], angle)}"
+    reason = with_unit(proof["reason"], angle)
+    return f"no proof, {re.split(r'; |(?<=[a-z]): |, whose ', reason)[0].rstrip('.')}"
 
 
 def summary(results: dict[str, Any]) -> str:
     """Key numbers in a few lines."""
-    lines = [results["title"]]
+    worst, torque = results["largest_error"], results["largest_torque"]
+    angle = angle_unit(worst["peak_rad"])
+    whole = (results.get("train") or {}).get("curve") is not None
+    lines = [results["title"], *(_train_lines(results) if whole else _equation_lines(results, angle))]
+    steady = "error in the run-up" if worst["of"].startswith("run-up") else "steady |x|"
+    lines.append(f"  largest {steady} at the load: {angle.text(worst['peak_rad'])} at {speed_text(worst)}")
+    text = f"  largest torque through the gear: {number(torque['torque_Nm'])} N·m at {speed_text(torque)}"
+    for name in ("momentary", "repeated_peak"):
+        limit = torque[f"{name}_torque_Nm"]
+        if limit is not None and torque["torque_Nm"] > limit:
+            text += f", MORE than the {name.replace('_', ' ')} torque of {number(limit)} N·m"
+            break
+    lines.append(text)
+    advice = results.get("advice")
+    if advice is not None:
+        lines += [f"  {advice[name]}" for name in ("sentence", "remedy_sentence") if advice[name]]
+    if results.get("reduction"):
+        lines.append(f"  {results['reduction']['sentence']}")
+    lines.append(f"  stability{' of the error equation' if whole else ''}: {stability_text(results, angle)}")
+    if results["warnings"]:
+        lines.append(f"  {len(results['warnings'])} warning(s) in the report")
+    return "\n".join(lines)
+
+
+def _train_lines(results: dict[str, Any]) -> list[str]:
+    """Lines about a whole drive train: its modes and its jumps."""
+    train = results["train"]
+    modes = [f"{number(m['hertz'], 3)} Hz ({number(100.0 * m['damping_ratio'], 2)} %)" for m in train["modes"]]
+    said = [
+        f"  whole drive train: {train['parts']}",
+        f"  its modes at the operating point (damping ratio): {', '.join(modes) or 'none'}",
+    ]
+    jumps = train["curve"]["jumps"]
+    if jumps:
+        said.append(f"  it jumps at {' and '.join(speed_text(place) for place in jumps)}")
+    if not train["curve"]["all_stable"]:
+        said.append("  part of its curve is unstable")
+    return said
+
+
+def _equation_lines(results: dict[str, Any], angle: AngleUnit) -> list[str]:
+    """Lines about the error equation: natural frequencies and primary resonances."""
+    lines = []
     free = {(f["name"], f["unit"]): f["value"] for f in results["derived"]}
     for mode in ("free", "held"):
         omega_0 = free.get((f"Natural frequency, motor {mode}", "rad/s"))
@@ -112,43 +162,21 @@ def summary(results: dict[str, Any]) -> str:
         if omega_0:
             hertz = number(omega_0 / (2.0 * math.pi))
             lines.append(f"  natural frequency, motor {mode}{used}: {number(omega_0)} rad/s ({hertz} Hz)")
-    primaries = [row for row in results["resonances"] if row["inside_range"] and row["name"] == "primary"]
-    exact = results["exact_response"]
-    ends = [exact[name]["omega_rad_per_s"] for name in ("jump_up", "jump_down") if exact[name]]
-    nearest = (
-        min(primaries, key=lambda row: abs(row["omega_rad_per_s"] - sum(ends) / len(ends)))
-        if ends and primaries
-        else None
-    )
-    for row in primaries:
-        lines += _resonance_lines(results, row, row is nearest)
-    worst, torque = results["largest_error"], results["largest_torque"]
-    angle = angle_unit(worst["peak_rad"])
-    lines.append(f"  largest steady |x| at the load: {angle.text(worst['peak_rad'])} at {speed_text(worst)}")
-    text = f"  largest steady torque through the gear: {number(torque['torque_Nm'])} N·m at {speed_text(torque)}"
-    for name in ("momentary", "repeated_peak"):
-        limit = torque[f"{name}_torque_Nm"]
-        if limit is not None and torque["torque_Nm"] > limit:
-            text += f", MORE than the {name.replace('_', ' ')} torque of {number(limit)} N·m"
-            break
-    lines.append(text)
-    claim = with_unit(results["stability"]["claim"], angle)
-    lines.append(f"  stability: {results['stability']['scope']}; {claim}")
-    if results["warnings"]:
-        lines.append(f"  {len(results['warnings'])} warning(s) in the report")
-    return "\n".join(lines)
+    for row in results["resonances"]:
+        if row["inside_range"] and row["name"] == "primary":
+            lines += _resonance_lines(row, angle)
+    return lines
 
 
-def _resonance_lines(results: dict[str, Any], row: dict[str, Any], jumping: bool) -> list[str]:
-    """Lines about a resonance; the jumps of the response are told with the one next to them."""
-    lines = [f"  {row['name']} resonance of order {row['order']} at {speed_text(row)}"]
-    exact = results["exact_response"]
-    ends = [f"{name} at {speed_text(exact[f'jump_{name}'])}" for name in ("up", "down") if exact[f"jump_{name}"]]
-    if jumping:
-        lines.append(f"    jumps {', '.join(ends)}")
+def _resonance_lines(row: dict[str, Any], angle: AngleUnit) -> list[str]:
+    """Lines about a resonance, and the jumps of the computed curve next to it."""
+    top = row["top"]
+    text = f"  {row['name']} resonance of order {row['order']}: small oscillations at {speed_text(row)}"
+    lines = [text + (f", largest at {speed_text(top)}" if top else "")]
+    if row["jumps"]:
+        lines.append(f"    jumps at {' and '.join(speed_text(jump) for jump in row['jumps'])}")
     if row["peak"]:
-        peak = angle_unit(results["largest_error"]["peak_rad"]).text(row["peak"]["amplitude_rad"])
-        lines.append(f"    its peak by multiple scales: {peak} ({verdict(row['certificate_at_peak'])})")
+        lines.append(f"    peak by multiple scales {angle.text(row['peak']['amplitude_rad'])}: {peak_verdict(row)}")
     return lines
 
 
