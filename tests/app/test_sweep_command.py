@@ -46,6 +46,7 @@ def project(tmp_path):
         ("damping.B=1,2", "B=1,2"),
         ("excitation.kinematic_error.0.amplitude=1:2:3", "error.lines.0.amplitude=1:2:3"),
         ("omega=1,2", "omega=1,2"),
+        ("gear.law.K1&gear.law.K2 = 0.9,1.1", "law.K1 & law.K2= 0.9,1.1"),
     ],
 )
 def test_names_of_the_project_file_are_those_of_the_equation(project, text, own):
@@ -78,7 +79,11 @@ def test_a_grid_is_read_in_si_units_or_in_its_own(text, values):
     [
         ("omega", "is no grid"),
         ("omega=", "is no grid"),
-        ("speed=1", "has J, B, law.K"),
+        ("speeed=1", "'speeed' is no parameter of this drive; it has J, B, law.K"),
+        ("speed=1", r"part of omega \(1 rad/s\): sweep that; it has J, B, law.K"),
+        ("damping.ratio=1 %:5 %:3", r"'damping.ratio' is no .* part of B \(0.1 N\*m\*s/rad\): sweep that; it has J, B"),
+        ("load.inertia=1,2", r"part of J \(1 kg\*m\*\*2\): sweep that"),
+        ("law.K & law.beta=1,2", "'law.beta' is no parameter"),
         ("omega=1:2", "is no range"),
         ("omega=1:2:3:lin", "is no range"),
         ("omega=1:2:0", "no count"),
@@ -91,6 +96,12 @@ def test_a_grid_is_read_in_si_units_or_in_its_own(text, values):
 def test_what_is_no_grid_is_refused(text, words):
     with pytest.raises(click.BadParameter, match=words):
         axis(text, KNOWN)
+
+
+def test_a_factor_of_several_parameters_is_a_plain_number():
+    path, found = axis("law.K & law.alpha=0.9:1.1:3", KNOWN)
+    assert path == "law.K & law.alpha"
+    assert found == pytest.approx([0.9, 1.0, 1.1])
 
 
 def test_measures_have_names():
@@ -106,6 +117,13 @@ def test_wrong_usage_is_told_before_a_store_is_made(project, tmp_path):
     assert run.exit_code == 2
     assert "no parameter of this drive" in run.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["drive.yaml"]
+
+
+def test_a_sweep_of_impossible_points_is_one_sentence(project, tmp_path):
+    call = ["sweep", str(project), "--grid", "J=-1,-2", "--periods", "1", "--settle", "0", "-o", str(tmp_path / "s")]
+    run = CliRunner().invoke(command.cli, call)
+    assert run.exit_code == 1
+    assert run.stderr.startswith("strainwave: none of 2 points could be computed: point 0 (J = -1): Oscillator.J is -1")
 
 
 @pytest.mark.slow

@@ -178,7 +178,7 @@ def test_units_and_coordinates():
         ({"parameters": {"omga": [1.0]}}, "no parameter 'omga'"),
         ({"parameters": {"excitation.order": [1.0]}}, "whole number"),
         ({"parameters": {"omega": [1.0, np.nan]}}, "finite"),
-        ({"parameters": {"omega": [1.0, -1.0]}}, "omega is -1 rad/s in lane 1"),
+        ({"parameters": {"omega": [1.0, -1.0]}}, "lane 1: omega is -1 rad/s; it must be positive"),
         ({"parameters": {"J": [1.0, -1.0]}}, "inertia"),
         ({"y0": (0.0,)}, "1 states"),
         ({"y0": 3}, "y0 is 3"),
@@ -207,7 +207,7 @@ def test_bad_input_is_one_sentence(change, sentence):
         ),
         ({"threads": 0}, ValueError, "threads is 0"),
         ({"settle": -1}, ValueError, "settle is -1; it must be a whole number of periods, 0 or more"),
-        ({"parameters": {"omega": [1.0, 1e-9]}}, ValueError, "omega is 1e-09 rad/s in lane 1, so that a period takes"),
+        ({"parameters": {"omega": [1.0, 1e-9]}}, ValueError, "lane 1: omega is 1e-09 rad/s, so that a period takes"),
         ({"measures": (sw.Amplitude(10**7),)}, ValueError, r"steps for orders up to 2500000 and at most 10000000 are"),
         (
             {"measures": (sw.Amplitude(9),), "method": sw.Dop8(steps_per_period=32)},

@@ -16,12 +16,17 @@ from ..numerics.measures import Amplitude, Extremes, Mean, Peak, Rms
 from ..quantities import Parameter, parameters, parse
 from ..results import Floats
 from ..study.ensemble_measure import EnsembleMeasure
+from ..study.sampling import TOGETHER
 from ..study.sweep import sweep
 from .console import number, to_json
 from .project import Project, load
 
 MEASURES = {"peak": Peak, "rms": Rms, "mean": Mean, "extremes": Extremes}
 MOST_VALUES = 10_000_000
+WITHIN = {  # numbers of the project file that are no parameters of the equation, and the one that they are part of
+    "damping.ratio": "B", "damping.quality": "B", "load.inertia": "J", "motor.inertia": "J", "gear.ratio": "J",
+    "gear": "law.K", "speed": "omega", "speed.from": "omega", "speed.to": "omega",
+}  # fmt: skip
 
 
 def show(
@@ -50,23 +55,31 @@ def show(
 
 def in_equation(text: str, project: Project) -> str:
     """Write a grid with the path that the error equation has for a name of the project file."""
-    path, equals, values = text.partition("=")
-    path = path.strip()
-    for name, own in (("gear.law.", "law."), ("excitation.kinematic_error.", "error.lines.")):
-        if path.startswith(name):
-            path = own + path.removeprefix(name)
+    paths, equals, values = text.partition("=")
     same = {"damping.B": "B"} | ({"load.inertia": "J"} if project.motor == "held" else {})
-    return same.get(path, path) + equals + values
+    found = []
+    for path in map(str.strip, paths.split("&")):
+        for name, own in (("gear.law.", "law."), ("excitation.kinematic_error.", "error.lines.")):
+            if path.startswith(name):
+                path = own + path.removeprefix(name)
+        found.append(same.get(path, path))
+    return TOGETHER.join(found) + equals + values
 
 
 def axis(text: str, known: list[Parameter]) -> tuple[str, Floats]:
-    """Read "law.alpha=1e4:1e5:20", with ":log" at the end for even ratios, or "omega=10 rad/s, 200 rpm"."""
+    """Read "law.alpha=1e4:1e5:20", with ":log" at the end for even ratios, or "omega=10 rad/s, 200 rpm".
+
+    A factor of several parameters is "law.K1 & law.K2=0.9:1.1:5".
+    """
     path, equals, values = (part.strip() for part in text.partition("="))
     units = {parameter.path: parameter.unit for parameter in known}
     if not equals or not values:
         raise click.BadParameter(f"{text!r} is no grid; write it as law.alpha=1e4:1e5:20 or omega=10,20,50")
-    if path not in units:
-        raise click.BadParameter(f"{path!r} is no parameter of this drive; it has {', '.join(units)}")
+    paths = path.split(TOGETHER)
+    if unknown := [name for name in paths if name not in units]:
+        raise click.BadParameter(_no_parameter(unknown[0], known))
+    if len(paths) > 1:
+        units[path] = ""
     parts = values.split(":")
     if len(parts) == 1:
         return path, np.array([quantity(part, units[path]) for part in values.split(",")])
@@ -85,6 +98,15 @@ def axis(text: str, known: list[Parameter]) -> tuple[str, Floats]:
     if logarithmic and not (low > 0.0 and high > 0.0):
         raise click.BadParameter(f"{text!r} goes through 0; even ratios need two positive numbers")
     return path, np.geomspace(low, high, count) if logarithmic else np.linspace(low, high, count)
+
+
+def _no_parameter(path: str, known: list[Parameter]) -> str:
+    """Say what to sweep in place of a path that the equation does not have."""
+    has = f"it has {', '.join(parameter.path for parameter in known)}"
+    for own in (parameter for parameter in known if parameter.path == WITHIN.get(path)):
+        here = f"{own.value:.6g} {own.unit}".strip()
+        return f"{path!r} is no parameter of this drive's equation, but part of {own.path} ({here}): sweep that; {has}"
+    return f"{path!r} is no parameter of this drive; {has}"
 
 
 def quantity(text: str, unit: str) -> float:
@@ -151,6 +173,8 @@ def found(data: xr.Dataset) -> dict[str, Any]:
     sizes = {str(dim): int(n) for dim, n in data.sizes.items() if dim in data.attrs["parameters"]}
     ranges: dict[str, Any] = {}
     unsettled = diverged = 0
+    if "status" not in data:
+        raise RuntimeError(f"none of {math.prod(sizes.values())} points could be computed: {data.attrs['errors'][0]}")
     dim = next(iter(sizes))
     step = max(1, 1_000_000 * sizes[dim] // math.prod(sizes.values()))
     for start in range(0, sizes[dim], step):

@@ -151,7 +151,7 @@ def _arrays(system: Any, parameters: Any, y0: Any) -> tuple[dict[str, Floats], F
     slow = varied.get("omega", np.ones(1)) <= 0.0
     if slow.any():
         lane = int(np.argmax(slow))
-        raise LaneError(f"omega is {varied['omega'][lane]:g} rad/s in lane {lane}; it must be positive", slow)
+        raise LaneError(f"omega is {varied['omega'][lane]:g} rad/s; it must be positive", slow)
     return varied, np.stack([np.broadcast_to(v, (lanes,)) for v in states]), lanes
 
 
@@ -208,13 +208,14 @@ def _run(batch: Batch, members: Any, method: Rk4 | Dopri5, machine: Machine) -> 
     order, margin = max(1, *members.orders(), order_for(batch.measures, method)), _error_reach(members, lanes)
     reach, periods = np.abs(batch.y0[0]), batch.settle + batch.periods
     steps = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
-    lane = int(np.argmax(steps))
-    if steps[lane] > FINEST:
+    endless = steps > FINEST
+    if endless.any():
+        lane = int(np.argmax(endless))
         raise LaneError(
-            f"omega is {batch.omega[lane]:.4g} rad/s in lane {lane}, so that a period takes {steps[lane]} steps for "
+            f"omega is {batch.omega[lane]:.4g} rad/s, so that a period takes {steps[lane]} steps for "
             f"orders up to {order} and at most {FINEST} are taken; raise omega, leave out the highest orders, or "
             "integrate part of a period with simulate",
-            steps > FINEST,
+            endless,
         )
     found = _march_all(batch, steps, method, machine)
     lost = np.zeros(lanes, bool)  # explodes in the same period with half the step: no finer one will save it

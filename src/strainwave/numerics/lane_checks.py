@@ -12,14 +12,14 @@ from ..results import Floats
 
 
 class LaneError(ValueError):
-    """Some lanes of an ensemble cannot be computed: `lanes` (n,) says which, the message why the first cannot."""
+    """Some lanes of an ensemble cannot be computed: `lanes` (n,) says which, `reason` why the first of them cannot."""
 
-    def __init__(self, message: str, lanes: NDArray[np.bool_]) -> None:
-        super().__init__(message)
-        self.lanes = lanes
+    def __init__(self, reason: str, lanes: NDArray[np.bool_]) -> None:
+        super().__init__(f"lane {int(np.argmax(lanes))}: {reason}")
+        self.reason, self.lanes = reason, lanes
 
     def __reduce__(self) -> Any:
-        return LaneError, (str(self), self.lanes)
+        return LaneError, (self.reason, self.lanes)  # between processes
 
 
 def check_lanes(system: Any, varied: Mapping[str, Floats]) -> None:
@@ -51,8 +51,7 @@ def check_lanes(system: Any, varied: Mapping[str, Floats]) -> None:
             below = part[widest] <= 0.5 * (low[widest] + high[widest])
             waiting += [lanes[~below], lanes[below]]
     if refused.any():
-        lane = int(np.argmax(refused))
-        raise LaneError(f"lane {lane}: {_refusal(system, varied, table[:, lane])}", refused)
+        raise LaneError(_refusal(system, varied, table[:, int(np.argmax(refused))]), refused)
 
 
 def _refusal(system: Any, varied: Mapping[str, Floats], values: Any) -> str:

@@ -274,6 +274,6 @@ def _fitting(variable: Variable, array: Array) -> Array:
 
 
 def _sentence(point: int, place: str, error: Exception) -> str:
-    text = " ".join(str(error).split()) or "no reason given"
-    kind = "" if isinstance(error, _AnotherShape) else f"{type(error).__name__}: "
+    text = error.reason if isinstance(error, LaneError) else " ".join(str(error).split()) or "no reason given"
+    kind = "" if isinstance(error, _AnotherShape | LaneError) else f"{type(error).__name__}: "
     return f"point {point} ({place}): {kind}{text}"[:LONGEST_MESSAGE]

@@ -148,8 +148,7 @@ def drawn(system: Any, distributions: Any, count: int, seed: Any) -> dict[str, F
         check_lanes(system, by_path(system, values))
     except LaneError as error:
         place = int(np.argmax(error.lanes))
-        why = str(error).partition(": ")[2]
-        raise ValueError(f"drive {place}, with {described(values, place)}, is impossible: {why}") from error
+        raise ValueError(f"drive {place}, with {described(values, place)}, is impossible: {error.reason}") from error
     return values
 
 
