@@ -42,7 +42,7 @@ def advice_data(project: Project, analysis: Analysis, angle: AngleUnit) -> dict[
         "remedies": [
             {
                 "what": r.what,
-                "change": f"{number(r.by)} N·m more" if r.by else "10 % more",
+                "change": _change(r),
                 "relative_oscillation": r.ratio,
                 "at_rad_per_s": r.at,
                 "at_rpm": r.at * rpm if rpm else None,
@@ -54,7 +54,8 @@ def advice_data(project: Project, analysis: Analysis, angle: AngleUnit) -> dict[
 
 
 def _speed(project: Project, omega: float) -> str:
-    return number(omega, 5) if project.shaft == "forcing" else number(omega * RPM, 4)
+    """Speed without its unit, for ends of bands: whole rpm."""
+    return number(omega, 4) if project.shaft == "forcing" else f"{omega * RPM:.0f}"
 
 
 def _unit(project: Project) -> str:
@@ -103,9 +104,14 @@ def _remedies(project: Project, advice: Advice) -> str:
     return f"{helps} Computed again with one thing changed at a time: {told}."
 
 
+def _change(remedy: Remedy) -> str:
+    if remedy.by:
+        return f"{number(remedy.by, 3)} N·m more"
+    return f"{number(100.0 * abs(remedy.share))} % {'more' if remedy.share > 0.0 else 'less'}"
+
+
 def _more(remedy: Remedy) -> str:
-    by = f"{number(remedy.by, 3)} N·m" if remedy.by else "10 %"
-    return f"{by} more {remedy.what}" if not remedy.by else f"a mean torque larger by {by}"
+    return f"{_change(remedy)} {'mean torque' if remedy.by else remedy.what}"
 
 
 def _told(project: Project, advice: Advice, remedy: Remedy) -> str:

@@ -103,9 +103,11 @@ def _largest(project: Project, analysis: Analysis) -> dict[str, Any]:
 
 
 def _run_instead(analysis: Analysis) -> dict[str, Any] | None:
-    """The run-up of a train that has no steady curve; None else."""
-    study = analysis.beyond.train
-    if study is None or study.curve is not None or study.run is None or not study.run.trajectory.status:
+    """The run-up of a train that has no steady curve with all its torques; None else."""
+    study, curve = analysis.beyond.train, analysis.train_curve
+    if study is None or study.run is None or not study.run.trajectory.status:
+        return None
+    if curve is not None and not curve.without_angle:
         return None
     return run_data(study)
 

@@ -84,6 +84,7 @@ def _curve_data(curve: TrainCurve) -> dict[str, Any]:
         "harmonics": response.curve.coefficients.shape[1] // 2,
         "complete": bool(response.curve.status),
         "message": response.curve.message,
+        "without_gravity": curve.without_angle,
         "all_stable": bool(np.all(stable)),
         "largest_across_gear_rad": curve.gear_peak,
         "at_rpm": None if at is None else float(response.curve.omega[at]) * RPM,
@@ -154,8 +155,7 @@ def train_warning(analysis: Analysis, angle: AngleUnit) -> list[str]:
         return [found["sentence"] + about] if found["far_apart"] else []
     return [
         "Resonances, single speeds, speeds to avoid and the proof of stability are about the error equation with an "
-        "ideally held motor and a rigid load; the loop, friction, gravity and coupling of the file are in the run-up "
-        "of the whole drive train, and in its largest values, alone."
+        "ideally held motor and a rigid load: the whole drive train has a run-up alone."
     ]
 
 
@@ -194,7 +194,15 @@ def _run_figure(analysis: Analysis, study: TrainStudy, angle: AngleUnit) -> str:
     panel.curves.append(Curve(at, low, BLUE, "run-up of the whole train (band of its cycles)", upper=high))
     curves = [(analysis.exact, GREY, "error equation, steady, largest |x|", DOT_DASH)]
     if study.curve is not None:
-        curves.insert(0, (study.curve.response, BLACK, "whole train, steady, largest |x|", ""))
+        curves.insert(
+            0,
+            (
+                study.curve.response,
+                BLACK,
+                "whole train, steady, largest |x|" + (" without gravity" if study.curve.without_angle else ""),
+                "",
+            ),
+        )
     for response, colour, name, dash in curves:
         if response.sweep is not None:
             path = response.sweep.run_up

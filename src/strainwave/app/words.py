@@ -107,7 +107,7 @@ def stability_text(results: dict[str, Any], angle: AngleUnit) -> str:
     if proof["scope"] != "none":
         return f"{proof['scope']}; {with_unit(proof['claim'], angle)}"
     reason = with_unit(proof["reason"], angle)
-    return f"no proof, {re.split(r'; |(?<=[a-z]): |, whose ', reason)[0].rstrip('.')}"
+    return f"no proof: {re.split(r'; |(?<=[a-z]): |, whose ', reason)[0].rstrip('.')}"
 
 
 def summary(results: dict[str, Any]) -> str:

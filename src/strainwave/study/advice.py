@@ -61,14 +61,16 @@ class Avoid:
 
 @dataclass(frozen=True)
 class Remedy:
-    """What 10 % more of one thing does to the largest oscillation.
+    """What a change of one thing by 10 % does to the largest oscillation.
 
     Attributes
     ----------
     what : str
-        The thing that is changed.
+        The thing that is changed; the preload by 10 % of the largest torque.
+    share : float
+        Relative change of the thing: 0.1, or -0.1 of a gain; 0 of a preload.
     by : float
-        The change, in its own unit where it is not 10 % of the thing: 0 there.
+        Change of a preload [N*m]; 0 of the others.
     ratio : float
         Largest oscillation over that without the change.
     at : float
@@ -76,6 +78,7 @@ class Remedy:
     """
 
     what: str
+    share: float
     by: float
     ratio: float
     at: float
@@ -130,7 +133,7 @@ def remedies(
     torque: float,
     train: DriveTrain | None = None,
 ) -> tuple[Remedy, ...]:
-    """Compute the peak again with 10 % more of one thing at a time; the most helpful first.
+    """Compute the peak again with one thing changed by 10 % at a time; the most helpful first.
 
     Parameters
     ----------
@@ -154,10 +157,10 @@ def remedies(
         coarse = _simulated(system, band)
         before = before if coarse is None else coarse[1]
     found = []
-    for what, by, changed in _changes(system, train, CHANGE * torque):
+    for what, share, by, changed in _changes(system, train, CHANGE * torque):
         after = _peak(*changed, band, harmonics)
         if after is not None:
-            found.append(Remedy(what, by, after[1] / before, after[0]))
+            found.append(Remedy(what, share, by, after[1] / before, after[0]))
     return tuple(sorted(found, key=lambda remedy: remedy.ratio))
 
 
@@ -203,35 +206,38 @@ def _merged(bands: Iterable[tuple[float, ...]]) -> tuple[tuple[float, float], ..
     return tuple((low, high) for low, high in out)
 
 
-def _changes(system: Any, train: DriveTrain | None, preload: float) -> Iterator[tuple[str, float, tuple[Any, Any]]]:
-    """Name, size and result of every change: the error equation, and the train in its place."""
+def _changes(
+    system: Any, train: DriveTrain | None, preload: float
+) -> Iterator[tuple[str, float, float, tuple[Any, Any]]]:
+    """Name, share, size and result of every change: the error equation, and the train in its place."""
     whole = system if train is None else train
     here = (lambda changed: (changed, None)) if train is None else (lambda changed: (system, changed))
     more = 1.0 + CHANGE
     damping = {p.path: more * p.value for p in parameters(whole) if p.path in ("B", "damping.B") and p.value > 0.0}
     if damping:
-        yield "damping of the gear", 0.0, here(replace(whole, damping))
+        yield "damping of the gear", CHANGE, 0.0, here(replace(whole, damping))
     if (stiffer := _stiffer(whole.law)) is not None:
-        yield "stiffness of the gear", 0.0, here(whole._replace(law=stiffer))
+        yield "stiffness of the gear", CHANGE, 0.0, here(whole._replace(law=stiffer))
     if train is not None:
-        yield from ((name, 0.0, here(changed)) for name, changed in _train_changes(train, more))
+        yield from ((name, share, 0.0, here(changed)) for name, share, changed in _train_changes(train, more))
     elif is_spring(system):
         loaded = system._replace(excitation=_with_more(system.excitation, preload))
         if abs(operating_point(loaded).stiffness / operating_point(system).stiffness - 1.0) > BENDS:
-            yield "preload", preload, here(loaded)
+            yield "preload", 0.0, preload, here(loaded)
 
 
-def _train_changes(train: DriveTrain, more: float) -> Iterator[tuple[str, DriveTrain]]:
+def _train_changes(train: DriveTrain, more: float) -> Iterator[tuple[str, float, DriveTrain]]:
     load = train.load
     if isinstance(load, Elastic):
         if load.B > 0.0:
-            yield "damping of the coupling", train._replace(load=load._replace(B=more * load.B))
+            yield "damping of the coupling", CHANGE, train._replace(load=load._replace(B=more * load.B))
         if (stiffer := _stiffer(load.law)) is not None:
-            yield "stiffness of the coupling", train._replace(load=load._replace(law=stiffer))
+            yield "stiffness of the coupling", CHANGE, train._replace(load=load._replace(law=stiffer))
     gain = getattr(train.motor.control, "K_p", 0.0)
     if gain > 0.0:
-        control = train.motor.control._replace(K_p=more * gain)
-        yield "gain K_p of the loop", train._replace(motor=train.motor._replace(control=control))
+        for share in (CHANGE, -CHANGE):  # a stiff loop holds the motor, a soft one lets it give way: either may help
+            control = train.motor.control._replace(K_p=(1.0 + share) * gain)
+            yield "gain K_p of the loop", share, train._replace(motor=train.motor._replace(control=control))
 
 
 def _with_more(torque: Any, by: float) -> Any:

@@ -27,7 +27,7 @@ from .swept import response_through
 from .time_case import TimeCase, time_case
 from .train_curve import TrainCurve, train_curve
 from .train_study import train_study
-from .usage import Usage, limit_findings, usage
+from .usage import Usage, limit_findings, usage, with_run
 
 FEWEST, FINE = 20, 300  # points of the exact response in the band of a resonance, and of one drawn for it alone
 DISAGREE = 0.01  # of the largest |x|: more than truncation of the series explains
@@ -58,7 +58,7 @@ class Analysis:
     cases : tuple of TimeCase
         Single speeds in time.
     usage : Usage
-        What the steady motions ask of the gear: those of the whole drive train, where there is a curve of it.
+        What the steady motions ask of the gear: those of the whole drive train and its run-up, where there are any.
     limits : tuple of Finding
         The same against each limit of the gear's datasheet; empty for a gear that is given by its law alone.
     beyond : Beyond
@@ -183,9 +183,11 @@ def analysis_steps(
         curve = train_curve(train, limits)
     motions = (*sweep.up, *sweep.down, *(case.steady for case in cases))
     used = usage(system, exact, motions) if curve is None else curve.usage
+    study = None if train is None else train_study(train, system, limits, curve, exact, point, gear)
+    if study is not None and study.run is not None:
+        used = with_run(used, study.run, study.begin)
     passed = () if gear is None else limit_findings(gear, used, speeds[-1] if by_motor else None)
     said = _warnings(system, point, exact, sweep, tuple(cases))
-    study = None if train is None else train_study(train, system, limits, curve, exact, point, gear)
     beyond = study_beyond(system, limits, largest_torque=used.peak_torque, rated_torque=rated_torque, study=study)
     if study is not None and study.left_out is not None:
         said += (study.left_out.sentence(),)

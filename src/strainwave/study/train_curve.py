@@ -5,11 +5,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._dispatch import parts_of
 from ..model.drive_train import DriveTrain
+from ..model.hysteresis import Parallel
 from ..model.limits import cubic_mean
 from ..model.motion import AngleTorque
-from ..model.shafts import Elastic, Free
+from ..model.shafts import NO_DRAG, Elastic, Free
 from ..numerics.branches import Trace, leaf_of, tail_of
 from ..numerics.description import describe
 from ..numerics.floquet import displacement_peaks
@@ -73,11 +73,15 @@ class TrainCurve:
         Largest torques in the gear over the motions that a slow run-up or coast-down visits.
     gear_peak : float
         Largest |x| across the gear alone [rad] in them.
+    without_angle : bool
+        Whether a torque that follows the load's own angle, gravity for one, is left out: it repeats once in N turns of
+        the motor, so that no motion with it repeats with every turn.
     """
 
     response: ExactResponse
     usage: Usage
     gear_peak: float
+    without_angle: bool
 
 
 def at_load(train: DriveTrain) -> AtLoad:
@@ -86,7 +90,7 @@ def at_load(train: DriveTrain) -> AtLoad:
 
 
 def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | None:
-    """Follow the steady motions of a train whose motor is held or has a loop; None where none that repeats is found.
+    """Follow the steady motions of a train whose motor is held or has a loop; None of another, or where none is found.
 
     Parameters
     ----------
@@ -95,9 +99,9 @@ def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | 
     speeds : (float, float)
         Range of the motor speed [rad/s].
     """
-    if isinstance(train.motor.control, Free) or follows_its_angle(train):
+    if isinstance(train.motor.control, Free):
         return None
-    system = at_load(train)
+    system = at_load(without_gravity(train))
     problem, found, tail, origin = _traced(system, speeds, POINTS)
     if not len(found.points):
         return None
@@ -109,12 +113,13 @@ def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | 
     series = _series(problem, found.points)
     path = response.visited()
     own = np.array([np.any(np.all(row == curve.coefficients[path], axis=1)) for row in from_blocks(series[:, 0].T).T])
-    return TrainCurve(response, *_strain(system, found.points[own, -1], series[own]))
+    strain = _strain(system, found.points[own, -1], series[own])
+    return TrainCurve(response, *strain, follows_its_angle(train))
 
 
 def largest_oscillation(train: DriveTrain, speeds: tuple[float, float]) -> tuple[float, float] | None:
     """Speed [rad/s] and size [rad], largest |x - mean| at the load, of the largest oscillation in a short range."""
-    problem, found, _, _ = _traced(at_load(train), speeds, FEW)
+    problem, found, _, _ = _traced(at_load(without_gravity(train)), speeds, FEW)
     if not len(found.points):
         return None
     series = _series(problem, found.points)[:, 0]
@@ -133,8 +138,27 @@ def end_of(load: Any) -> Any:
     return end_of(load.load) if isinstance(load, Elastic) else load
 
 
+def without_gravity(train: DriveTrain) -> DriveTrain:
+    """Return the train without the torques that follow the load's own angle."""
+    return train._replace(load=_without_gravity(train.load)) if follows_its_angle(train) else train
+
+
+def _without_gravity(load: Any) -> Any:
+    if isinstance(load, Elastic):
+        return load._replace(load=_without_gravity(load.load))
+    return load._replace(drag=_no_angle(load.drag))
+
+
+def _no_angle(law: Any) -> Any:
+    if isinstance(law, AngleTorque):
+        return NO_DRAG
+    return Parallel(*map(_no_angle, law)) if isinstance(law, Parallel) else law
+
+
 def _of_angle(law: Any) -> bool:
-    return isinstance(law, AngleTorque) or any(_of_angle(part) for part in parts_of(law))
+    if isinstance(law, Parallel):
+        return any(map(_of_angle, law))
+    return isinstance(law, AngleTorque)
 
 
 def _traced(system: AtLoad, speeds: tuple[float, float], points: int) -> tuple[Any, Trace, float, str]:

@@ -17,7 +17,7 @@ from .exact import ExactResponse
 from .gear_forces import damping_of
 from .reductions import Reductions, compare_with_train
 from .regimes import OperatingPoint
-from .train_curve import TrainCurve, end_of, follows_its_angle
+from .train_curve import TrainCurve, end_of
 from .train_point import operating_state, with_mean_torques
 
 FREQUENCIES, MOST_HARMONICS = 240, 31
@@ -35,7 +35,7 @@ class TrainStudy:
     train : DriveTrain
         The train at constant speed.
     curve : TrainCurve or None
-        Its steady motions through the range, error at the load; None where it has none that repeat, or a free motor.
+        Its steady motions through the range, error at the load; None of a free motor, or where none were found.
     state : (states,) array
         Where the mean torques hold it at `speed`.
     speed : float
@@ -112,16 +112,16 @@ def train_study(
         run, begin = _run_up(train, system, speeds, top, gear)
         if any(h.amplitude for torque in _torques(train) for h in getattr(torque, "terms", (torque,))):
             remarks.append("The run-up has the mean torques; lines of a torque, which follow an angle, are left out.")
-        if curve is not None:
+        if curve is None:
+            remarks.append("No steady motion of the train that repeats with every turn was found; the run-up has it.")
+        else:
             at = np.unique([low, worst, highest, high])
             whole, reduced = along(curve.response, at), along(exact, at)
-        elif follows_its_angle(train):
-            remarks.append(
-                "What depends on the load's own angle repeats once in N turns of the motor, so that the train has no "
-                "motion that repeats with every turn to compare with; the run-up has it."
-            )
-        else:
-            remarks.append("No steady motion of the train that repeats with every turn was found; the run-up has it.")
+            if curve.without_angle:
+                remarks.append(
+                    "What depends on the load's own angle, gravity for one, repeats once in N turns of the motor, so "
+                    "that no motion with it repeats with every turn: the steady curve leaves it out, the run-up not."
+                )
     return TrainStudy(
         train, curve, state, speed, plot, at, whole, reduced, run, begin, left_out, tuple(remarks)
     )  # fmt: skip
