@@ -124,6 +124,26 @@ def test_points_that_fail_are_told_and_the_sweep_goes_on():
     ]
 
 
+class Unspeakable(Exception):
+    def __str__(self):
+        raise ValueError("no words")
+
+
+@pytest.mark.parametrize(
+    ("error", "words"), [(SystemExit(3), "SystemExit: 3"), (Unspeakable(), "Unspeakable: no reason given")]
+)
+@pytest.mark.parametrize("workers", [{"workers": 1}, {"workers": 2}])
+def test_whatever_a_measure_raises_is_told(error, words, workers):
+    def rude(system):
+        if system.omega == OMEGA[3]:
+            raise error
+        return system.omega
+
+    result = sw.sweep(rude, SYSTEM, {"omega": OMEGA}, **workers)
+    assert np.flatnonzero(result["point_status"]).tolist() == [3]
+    assert result.attrs["errors"][0].endswith(words)
+
+
 def test_a_measure_that_always_fails_gives_a_store_without_variables(tmp_path):
     def hopeless(system):
         assert not system
@@ -445,6 +465,10 @@ def test_a_folder_that_cannot_be_written_is_told_in_one_sentence(tmp_path):
         ({"chunk": 2**40, "grid": sw.LatinHypercube(2**40, {"J": sw.Uniform(1.0, 2.0)})}, r"chunk is 1\.1e\+12 points"),
         ({"chunk": 0}, "chunk is 0"),
         ({"workers": 0}, "workers is 0"),
+        ({"workers": 10**9}, "workers is 1000000000; it must be at most 1024"),
+        ({"store": 3}, "store is 3; it must be the path of a folder"),
+        ({"store": ""}, "store is ''; it must name a folder"),
+        ({"store": "s\0"}, "it must name a folder"),
         ({"seed": -1}, "seed is -1"),
         ({"client": "tcp://127.0.0.1:1"}, "must be a dask.distributed.Client"),
         ({"measure": lambda system: system.J, "processes": True}, "cannot be sent to another process"),

@@ -25,6 +25,7 @@ from .sweep_store import SweepStore
 
 log = logging.getLogger(__name__)
 
+MOST_WORKERS = 1024
 ALONE = "the worker died each time it computed them; ask for less memory, or look at its log"
 
 
@@ -94,7 +95,8 @@ def sweep(
     """
     system, points = checked(system), points_of(grid)
     positive_count("chunk", 1 if chunk is None else chunk)
-    workers = positive_count("workers", _processors() if workers is None else workers)
+    workers = positive_count("workers", _processors() if workers is None else workers, MOST_WORKERS)
+    folder = None if store is None else _folder(store)
     parameter_units = _check(measure, system, points, seed, units)
     job = Job(measure, system, seed)
     layout = layout_of(points.shape, chunk or chunk_size(_product(points.shape), job.whole_chunks))
@@ -105,9 +107,7 @@ def sweep(
         "parameters": list(points.paths), "seed": seed,
     }  # fmt: skip
     axes = points.axes if isinstance(points, GridPoints) else {}
-    kept = SweepStore(
-        None if store is None else Path(store), layout, points.dims, axes, attributes, parameter_units, job.whole_chunks
-    )
+    kept = SweepStore(folder, layout, points.dims, axes, attributes, parameter_units, job.whole_chunks)
     try:
         if not kept.done.all():
             run = _Run(job, layout, points, kept, dict(units or {}))
@@ -271,6 +271,16 @@ def _hash(job: Job, grid: Grid, points: Points, layout: Layout, stored: bool) ->
         if stored:
             raise
         return uuid4().hex  # nothing is resumed from memory
+
+
+def _folder(store: Any) -> Path:
+    """Return the path of a store, or say that it is none."""
+    if not isinstance(store, str | os.PathLike):
+        raise TypeError(f"store is {shown(store)}; it must be the path of a folder, such as 'map.zarr'")
+    path = Path(store)
+    if not path.name or "\0" in path.name:
+        raise ValueError(f"store is {shown(str(store))}; it must name a folder, such as 'map.zarr'")
+    return path
 
 
 def _product(shape: tuple[int, ...]) -> int:

@@ -3,6 +3,7 @@
 `compute` needs nothing but its arguments and runs anywhere: in this process, in another, on another machine.
 """
 
+import contextlib
 import inspect
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -120,7 +121,7 @@ def compute(job: Job, first: int, values: Mapping[str, Floats], stopped: Callabl
         if stopped():
             raise KeyboardInterrupt
         try:
-            if isinstance(found, Exception):
+            if isinstance(found, BaseException):
                 raise found
             dataset = _as_arrays(found, len(places), job.whole_chunks)
             variables = variables or tuple(_variable(name, *item) for name, item in dataset.items())
@@ -132,7 +133,7 @@ def compute(job: Job, first: int, values: Mapping[str, Floats], stopped: Callabl
                 arrays[variable.name][places] = _fitting(variable, array)
                 if ESTIMATE in attributes:
                     estimates[variable.name] = max(estimates.get(variable.name, 0.0), attributes[ESTIMATE])
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             shape = isinstance(error, _AnotherShape)
             status[places] = PointStatus.ANOTHER_SHAPE if shape else PointStatus.RAISED
             message = message or _sentence(first + places[0], described(values, places[0]), error)
@@ -159,7 +160,7 @@ def _one_by_one(job: Job, first: int, values: Mapping[str, Floats]) -> Pieces:
         try:
             system = checked(replace(job.system, {path: column[i] for path, column in columns.items()}))
             yield [i], job.measure(system, **_random(job, first + i, random))
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             yield [i], error
 
 
@@ -180,7 +181,7 @@ def _whole(job: Job, first: int, values: Mapping[str, Floats]) -> Pieces:
         except LaneError as error:
             yield places[error.lanes], error
             waiting += [places[~error.lanes]] if not error.lanes.all() else []
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             if len(places) == 1 or calls >= MOST_CALLS:
                 yield places, error
             else:
@@ -273,7 +274,9 @@ def _fitting(variable: Variable, array: Array) -> Array:
     return array
 
 
-def _sentence(point: int, place: str, error: Exception) -> str:
-    text = error.reason if isinstance(error, LaneError) else " ".join(str(error).split()) or "no reason given"
+def _sentence(point: int, place: str, error: BaseException) -> str:
+    text = ""
+    with contextlib.suppress(Exception):  # of the user's own class, whose text may fail, too
+        text = error.reason if isinstance(error, LaneError) else " ".join(str(error).split())
     kind = "" if isinstance(error, _AnotherShape | LaneError) else f"{type(error).__name__}: "
-    return f"point {point} ({place}): {kind}{text}"[:LONGEST_MESSAGE]
+    return f"point {point} ({place}): {kind}{text or 'no reason given'}"[:LONGEST_MESSAGE]
