@@ -1,6 +1,7 @@
 """Small dense linear algebra for the solvers: one line of NumPy as Python, loops as machine code.
 
-The loops beat LAPACK below about 60 unknowns, where the time of a call dominates.
+The loops beat LAPACK below about 60 unknowns, where the time of a call dominates. As Python, a matrix of up to LARGE
+rows is inverted by NumPy, and a larger one, where that takes five times as long, factored by SciPy.
 """
 
 from typing import Any
@@ -9,6 +10,8 @@ import numpy as np
 
 from .._jit import kernel_as
 from ..results import Floats
+
+LARGE = 150  # below it, loading SciPy (0.3 s) costs more than a whole curve gains
 
 
 def _copy_loops(source: Any, out: Any) -> None:
@@ -165,6 +168,12 @@ def factor(a: Any, pivots: Any) -> float:
 
     A singular matrix leaves non-finite numbers.
     """
+    if len(a) > LARGE:
+        from scipy.linalg.lapack import dgetrf
+
+        a[:], pivots[:], _ = dgetrf(a)
+        swaps = np.count_nonzero(pivots != np.arange(len(a)))
+        return float(np.prod(np.sign(np.diag(a)))) * (-1.0) ** swaps
     sign = float(np.linalg.slogdet(a)[0])
     try:
         a[:] = np.linalg.inv(a)
@@ -195,4 +204,9 @@ def _substitute_loops(a: Any, pivots: Any, b: Any) -> None:
 @kernel_as(_substitute_loops)
 def substitute(a: Any, pivots: Any, b: Any) -> None:
     """Solve in place for the right-hand side b with the matrix that `factor` left in a."""
-    b[:] = a @ b
+    if len(a) > LARGE:
+        from scipy.linalg.lapack import dgetrs
+
+        b[:] = dgetrs(a, pivots, b)[0]
+    else:
+        b[:] = a @ b
