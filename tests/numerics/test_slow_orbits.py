@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
+from strainwave.numerics import variational
 
 
 @pytest.mark.parametrize("ratio", [10.0, 37.0, 60.0, 150.0])
@@ -51,3 +52,21 @@ def test_a_slow_orbit_on_a_hilltop_is_unstable_and_its_multiplier_finite():
     orbit = sw.find_orbit(sw.Oscillator(1.0, 0.1, sw.Cubic(-1.0, -1.0), sw.Harmonic(0.01), 1e-8))
     assert not orbit.stable
     assert np.all(np.isfinite(orbit.multipliers))
+
+
+@pytest.mark.parametrize("omega", [1e-5, 1e-8])
+def test_a_general_system_slower_than_any_steps_decays_and_is_no_nan(omega):
+    law = sw.Parallel(sw.Cubic(1.0, 0.1), sw.Viscous(0.1))
+    orbit = sw.find_orbit(sw.Oscillator(1.0, 0.1, law, sw.Harmonic(0.5), omega))
+    assert np.array_equal(np.abs(orbit.multipliers), [0.0, 0.0])
+    assert orbit.stable
+
+
+def test_the_rates_of_the_moment_join_the_period_map_where_steps_still_resolve_it(monkeypatch):
+    """A linear spring beside viscous friction: 100 vibrations a period, decay exp(-B period/(2J))."""
+    law = sw.Parallel(sw.Linear(1.0), sw.Viscous(0.01))
+    system = sw.Oscillator(1.0, 0.01, law, sw.Harmonic(0.5), 0.01)
+    resolved = sw.find_orbit(system).multipliers
+    monkeypatch.setattr(variational, "FINEST", 256)
+    np.testing.assert_allclose(np.abs(sw.find_orbit(system).multipliers), np.abs(resolved), rtol=1e-6)
+    assert np.abs(resolved) == pytest.approx(math.exp(-math.pi * 0.02 / 0.01), rel=1e-6)

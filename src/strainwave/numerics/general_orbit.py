@@ -12,7 +12,7 @@ from .floquet import displacement_peaks
 from .fourier import from_blocks
 from .harmonics import starting_harmonics
 from .passage import linear_start, settled_start
-from .variational import monodromy, multipliers_of
+from .variational import floquet_of
 
 
 def general_orbit(
@@ -38,7 +38,7 @@ def general_orbit(
         )
         nothing, unknown = np.zeros((3, states)), np.full(states, 0j)
         return Orbit(problem.omega, period, nothing, 0.0, unknown, False, 0.0, Status.NO_CONVERGENCE, message)
-    floquet = multipliers_of(monodromy(problem, found[None, :]))[0]
+    floquet = floquet_of(problem, found[None, :])[0]
     series = problem.states(found)
     return Orbit(
         problem.omega, period, from_blocks(series.T), float(displacement_peaks(series[:1])[0]), floquet,

@@ -22,7 +22,7 @@ from .._jit import with_leaf
 from ..results import Branch, Floats, Orbit, Status
 from .continuation import CLOSED, FOLD
 from .first_order import FirstOrder, jacobians_at
-from .floquet import displacement_peaks
+from .floquet import LARGEST_LOG, displacement_peaks
 from .fourier import from_blocks
 from .special_points import BRANCH_POINT, DOUBLING, on_chord
 from .tableaus import DOP8_A, DOP8_B, DOP8_C
@@ -38,6 +38,28 @@ def monodromy(problem: FirstOrder, points: Floats) -> Floats:
     for h, matrices in _stages(problem, points):
         flow = _advanced(flow, h, matrices)
     return flow
+
+
+def floquet_of(problem: FirstOrder, points: Floats) -> NDArray[np.complex128]:
+    """Multipliers (points, states) of orbits, largest modulus first.
+
+    Of orbits so slow that no steps resolve their disturbances: the exponential of the integral of the Jacobian's
+    eigenvalues over a period (WKB), each followed by its rank among the real parts.
+    """
+    states = len(problem.sizes)
+    phases = _phases(problem, points)
+    slow = phases > 4.0 * PHASE * FINEST
+    found = np.zeros((len(points), states), complex)
+    if not slow.all():
+        found[~slow] = multipliers_of(monodromy(problem, points[~slow]))
+    for i in np.flatnonzero(slow):
+        point = points[i : i + 1]
+        psi = 2.0 * math.pi * np.arange(FINEST) / FINEST
+        rates = np.linalg.eigvals(_matrices(problem, _systems(problem, point), point, psi)[0]).astype(complex)
+        mean = np.mean(np.take_along_axis(rates, np.lexsort((rates.imag, rates.real), axis=1), axis=1), axis=0)
+        log = mean * 2.0 * math.pi * problem.turns / _omega(problem, point)[0]
+        found[i] = np.exp(np.minimum(log.real, LARGEST_LOG) + 1j * log.imag)[::-1]
+    return found
 
 
 def hill_map(problem: FirstOrder, points: Floats) -> tuple[Floats, Floats, Floats]:
@@ -105,11 +127,15 @@ def _matrices(problem: FirstOrder, system: Any, points: Floats, psi: Floats) -> 
 
 
 def _steps(problem: FirstOrder, points: Floats) -> int:
-    few = points[:: max(1, len(points) // 16)]
-    psi = 2.0 * math.pi * np.arange(64) / 64
-    fastest = np.max(np.abs(np.linalg.eigvals(_matrices(problem, _systems(problem, few), few, psi))), axis=(1, 2))
-    phase = float(np.max(fastest * 2.0 * math.pi * problem.turns / _omega(problem, few), initial=0.0))
+    phase = float(np.max(_phases(problem, points[:: max(1, len(points) // 16)]), initial=0.0))
     return min(FINEST, max(64, 4 * len(problem.error), math.ceil(phase / PHASE)))
+
+
+def _phases(problem: FirstOrder, points: Floats) -> Floats:
+    """Angle [rad] (points,) through which the fastest disturbance turns, or the exponent by which it decays."""
+    psi = 2.0 * math.pi * np.arange(64) / 64
+    rates = np.linalg.eigvals(_matrices(problem, _systems(problem, points), points, psi))
+    return np.asarray(np.max(np.abs(rates), axis=(1, 2)) * 2.0 * math.pi * problem.turns / _omega(problem, points))
 
 
 def multipliers_of(flow: Floats) -> NDArray[np.complex128]:
@@ -185,7 +211,7 @@ def described(
 ) -> Branch:  # fmt: skip
     """Branch of a general system, with stability and labelled special points."""
     states = len(problem.sizes)
-    floquet = multipliers_of(monodromy(problem, points) if len(points) else np.empty((0, states, states)))
+    floquet = floquet_of(problem, points) if len(points) else np.empty((0, states), complex)
     if len(points) > 1:
         points, labels, floquet = with_special_points(problem, points, labels, floquet)
     omega = _omega(problem, points)
