@@ -3,12 +3,18 @@
 import math
 from types import SimpleNamespace
 
+import pytest
+
 import strainwave as sw
 from strainwave.app import words
+from strainwave.app.advice_words import advice_data
+from strainwave.app.facts import ARCSEC, AngleUnit
 from strainwave.app.words import warnings
+from strainwave.study.advice import Advice, Avoid, Remedy
 from strainwave.study.usage import Usage, limit_findings
 
 RPM = math.pi / 30.0
+ARCSECONDS = AngleUnit("arcsec", ARCSEC)
 
 
 def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
@@ -17,7 +23,7 @@ def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
     limits = limit_findings(gear, used, 4500 * RPM)
     drive = gear.drive(load_inertia=1.3, B=20.0)
     project = SimpleNamespace(gear=gear, drive=drive, notes=("a doubt",), shaft="motor")
-    analysis = SimpleNamespace(usage=used, limits=limits, warnings=("a warning",), exact=SimpleNamespace(sweep=None))
+    analysis = SimpleNamespace(usage=used, limits=limits, warnings=("a warning",), response=SimpleNamespace(sweep=None))
     said = warnings(project, analysis)
     assert [sentence.split(",")[0] for sentence in said[:3]] == [
         "At 2400 rpm at the motor: The torque in the gear reaches 600 N·m",
@@ -27,9 +33,73 @@ def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
     assert said[3:] == ["a warning", "a doubt"]
 
 
-def test_jumps_are_told_with_the_resonance_next_to_them_alone():
-    exact = {"jump_up": {"omega_rad_per_s": 154.0, "motor_speed_rpm": 1470.8}, "jump_down": None}
-    row = {"name": "primary", "order": 2, "omega_rad_per_s": 138.7, "motor_speed_rpm": 1324.2, "peak": None}
-    results = {"exact_response": exact}
-    assert words._resonance_lines(results, row, True)[1] == "    jumps up at 1470.8 rpm at the motor"
-    assert len(words._resonance_lines(results, row, False)) == 1
+def resonance(**more):
+    speeds = {"omega_rad_per_s": 138.7, "motor_speed_rpm": 1324.2}
+    row = {"name": "primary", "order": 2, "top": None, "jumps": [], "peak": None, "peak_error": None}
+    return row | speeds | more
+
+
+def test_a_resonance_is_told_with_the_jumps_of_the_computed_curve_and_the_place_of_its_maximum():
+    jump = {"omega_rad_per_s": 154.0, "motor_speed_rpm": 1470.8}
+    lines = words._resonance_lines(resonance(top=jump, jumps=[jump]), ARCSECONDS)
+    assert lines == [
+        "  primary resonance of order 2: small oscillations at 1324.2 rpm at the motor, "
+        "largest at 1470.8 rpm at the motor",
+        "    jumps at 1470.8 rpm at the motor",
+    ]
+    assert len(words._resonance_lines(resonance(), ARCSECONDS)) == 1
+
+
+def test_a_peak_by_multiple_scales_is_measured_against_the_curve_or_said_to_be_estimated():
+    measured = {"amplitude": 0.27, "speed": -0.05, "predicted": False}
+    assert words.peak_verdict(resonance(peak_error=measured)) == (
+        "against the computed curve 27 % too high and 5 % too slow"
+    )
+    guessed = {"amplitude": 0.27, "speed": 0.05, "predicted": True}
+    assert "by its own estimate off by about 27 %" in words.peak_verdict(resonance(peak_error=guessed))
+
+
+def test_no_proof_of_stability_is_told_with_its_reason():
+    proof = {
+        "scope": "none",
+        "claim": "nothing is claimed",
+        "reason": "LuGre has friction or memory, whose states hide",
+    }
+    assert words.stability_text({"stability": proof}, ARCSECONDS) == "no proof: LuGre has friction or memory"
+
+
+def advised(bands, largest, slow, remedies=(), sweep=None):
+    avoid = Avoid(bands, largest, 140.0, slow)
+    analysis = SimpleNamespace(
+        advice=Advice(avoid, remedies), response=SimpleNamespace(sweep=sweep), speeds=(60.0, 200.0)
+    )
+    return advice_data(SimpleNamespace(shaft="motor"), analysis, ARCSECONDS)
+
+
+def test_speeds_to_avoid_are_one_sentence_with_the_reason_and_the_jumps():
+    sweep = SimpleNamespace(width=5.0, jump_up=148.0, jump_down=153.0)
+    told = advised(((135.0, 155.0), (190.0, 200.0)), 1e-3, 1e-4, sweep=sweep)
+    assert told["sentence"] == (
+        "Avoid 1289 to 1480 and 1814 to 1910 (the end of the range) rpm at the motor: there the error oscillates with "
+        "more than 1/√2 of its largest, 206.3 arcsec at 1337, 10 times the 20.63 arcsec of slow turning, and the "
+        "motion jumps between 1413 and 1461."
+    )
+    assert told["bands"][0]["to_rpm"] == pytest.approx(155.0 / RPM)
+
+
+def test_a_drive_without_a_resonance_in_its_range_has_no_speed_to_avoid():
+    assert advised((), 1.5e-4, 1e-4)["sentence"] == (
+        "No speed of the range has to be avoided: the error oscillates with at most 30.94 arcsec, 1.5 times the 20.63 "
+        "arcsec of slow turning, and nothing jumps."
+    )
+
+
+def test_remedies_are_told_with_their_effect_and_none_is_recommended_that_makes_it_worse():
+    better = Remedy("damping of the gear", 0.1, 0.0, 0.92, 140.0)
+    worse = Remedy("preload", 0.0, 12.0, 1.05, 150.0)
+    assert advised(((135.0, 155.0),), 1e-3, 1e-4, (better, worse))["remedy_sentence"] == (
+        "Most helpful: 10 % more damping of the gear. Computed again with one thing changed at a time: 10 % more "
+        "damping of the gear: 8 % less oscillation; 12 N·m more mean torque: 5 % more oscillation, at 1432 in place "
+        "of 1337."
+    )
+    assert advised(((135.0, 155.0),), 1e-3, 1e-4, (worse,))["remedy_sentence"].startswith("None of them")

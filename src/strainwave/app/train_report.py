@@ -31,7 +31,7 @@ def train_data(analysis: Analysis, study: TrainStudy) -> dict[str, Any]:
     """Every number of the section with its unit."""
     control = study.train.motor.control
     damped = [p for p in study.bode.poles if p.imag > 1e-6 * abs(p)]
-    orders = active_orders(analysis.system)
+    orders, (low, high) = active_orders(analysis.system), analysis.speeds
     state = tuple(study.state.tolist())
     torque = float(study.train._replace(error=NoError()).torque(0.0, state))
     return {
@@ -49,6 +49,7 @@ def train_data(analysis: Analysis, study: TrainStudy) -> dict[str, Any]:
                 "hertz": abs(p) / (2.0 * np.pi),
                 "damping_ratio": -p.real / abs(p),
                 "met_at_rpm": {str(k): abs(p) / k * RPM for k in orders},
+                "met_in_range": any(low <= abs(p) / k <= high for k in orders),
             }
             for p in sorted(damped, key=abs)
         ],

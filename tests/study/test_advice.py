@@ -1,0 +1,108 @@
+"""Speeds to avoid by their rule, and remedies against closed forms of the linear oscillator."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+from strainwave.study.advice import Avoid, oscillations, remedies, speeds_to_avoid
+from strainwave.study.exact import ExactResponse, exact_response
+from strainwave.study.jumps import Jumps
+from strainwave.study.regimes import operating_point
+
+K, J, ZETA, A = 1e5, 1.0, 0.03, 1e-4
+OMEGA_0 = math.sqrt(K / J)
+SYSTEM = sw.Oscillator(
+    J, 2.0 * ZETA * J * OMEGA_0, sw.Linear(K), sw.Harmonic(0.0), 100.0, sw.KinematicError((sw.Line(2, A),))
+)
+
+
+def transmissibility(omega, zeta=ZETA, omega_0=OMEGA_0):
+    """Error at the load over the kinematic error of order 2 (den Hartog 1956, Mechanical Vibrations, sec. 2.12)."""
+    r = 2.0 * omega / omega_0
+    return np.sqrt((1.0 + (2 * zeta * r) ** 2) / ((1.0 - r * r) ** 2 + (2 * zeta * r) ** 2))
+
+
+def followed(omega, peak, mean=0.0, jump_up=math.nan, jump_down=math.nan):
+    """Response curve of one motion at every speed."""
+    table = np.column_stack([np.full(len(omega), mean), np.zeros((len(omega), 2)), peak, np.zeros(len(omega))])
+    curve = SimpleNamespace(omega=omega, peak=peak + abs(mean), coefficients=table)
+    path, width = np.arange(len(omega)), abs(jump_up - jump_down)
+    width = width if math.isfinite(width) else 0.0
+    sweep = Jumps("omega", jump_up, jump_down, width, path, path[::-1], (), (), True, True, "")
+    return ExactResponse(curve, sweep)
+
+
+OMEGA = np.linspace(100.0, 220.0, 2001)
+POINT = operating_point(SYSTEM)
+
+
+@pytest.mark.parametrize("mean", [0.0, 3e-3])
+def test_the_band_of_a_resonance_ends_at_half_power_of_the_oscillation_whatever_the_mean(mean):
+    found = speeds_to_avoid(SYSTEM, followed(OMEGA, A * transmissibility(OMEGA), mean), POINT)
+    ((low, high),) = found.bands
+    assert transmissibility(np.array([low, high])) == pytest.approx(
+        np.max(transmissibility(OMEGA)) / math.sqrt(2.0), rel=1e-4
+    )
+    assert high - low == pytest.approx(ZETA * OMEGA_0, rel=0.01)  # 2 zeta omega_0, at the order 2
+    assert found.slow == pytest.approx(A, rel=1e-5)
+
+
+def test_a_range_without_resonance_has_no_speed_to_avoid_however_its_largest_is():
+    omega = np.linspace(20.0, 60.0, 101)
+    assert speeds_to_avoid(SYSTEM, followed(omega, A * transmissibility(omega)), POINT).bands == ()
+
+
+def test_the_band_between_the_jumps_is_avoided_even_of_a_small_oscillation():
+    omega = np.linspace(20.0, 60.0, 101)
+    response = followed(omega, A * transmissibility(omega), jump_up=30.0, jump_down=40.0)
+    assert speeds_to_avoid(SYSTEM, response, POINT).bands == ((30.0, 40.0),)
+
+
+def test_a_band_that_the_range_cuts_off_ends_with_the_range():
+    omega = np.linspace(100.0, 0.5 * OMEGA_0, 801)
+    ((_, high),) = speeds_to_avoid(SYSTEM, followed(omega, A * transmissibility(omega)), POINT).bands
+    assert high == omega[-1]
+
+
+def test_where_no_motion_is_stable_nothing_is_advised():
+    curve = SimpleNamespace(omega=OMEGA, peak=OMEGA, coefficients=np.zeros((len(OMEGA), 5)))
+    assert speeds_to_avoid(SYSTEM, ExactResponse(curve, None), POINT) is None
+
+
+@pytest.mark.compiled
+def test_remedies_are_those_of_the_closed_form():
+    speeds = (130.0, 190.0)
+    response = exact_response(SYSTEM, speeds)
+    avoid = speeds_to_avoid(SYSTEM, response, POINT)
+    found = {remedy.what: remedy for remedy in remedies(SYSTEM, response, avoid, speeds, 100.0)}
+    fine = np.linspace(*speeds, 20001)
+    before = np.max(transmissibility(fine))
+    damped, stiff = transmissibility(fine, 1.1 * ZETA), transmissibility(fine, ZETA / 1.1**0.5, 1.1**0.5 * OMEGA_0)
+    assert list(found) == ["damping of the gear", "stiffness of the gear"]  # a preload does not stiffen a linear law
+    # the curve's points lie within a percent of the band's width of the crest
+    assert found["damping of the gear"].ratio == pytest.approx(np.max(damped) / before, rel=2e-3)
+    assert found["stiffness of the gear"].ratio == pytest.approx(np.max(stiff) / before, rel=2e-3)
+    assert found["stiffness of the gear"].at == pytest.approx(fine[np.argmax(stiff)], rel=3e-3)
+
+
+@pytest.mark.compiled
+def test_a_preload_is_among_the_remedies_of_a_law_that_it_stiffens():
+    system = SYSTEM._replace(law=sw.Cubic(K, 6.9e4), B=3.0 * SYSTEM.B)
+    response = exact_response(system, (130.0, 220.0))
+    avoid = speeds_to_avoid(system, response, operating_point(system))
+    found = {remedy.what: remedy for remedy in remedies(system, response, avoid, (130.0, 220.0), 1500.0)}
+    assert found["preload"].by == 150.0
+    assert found["preload"].at > avoid.at
+
+
+def test_oscillations_leave_out_the_mean():
+    curve = SimpleNamespace(coefficients=np.array([[5.0, 3.0, 4.0]]), peak=np.array([10.0]))
+    assert oscillations(curve) == pytest.approx([5.0], rel=1e-9)
+
+
+def test_a_peak_counts_from_twice_the_error_of_slow_turning():
+    assert Avoid((), 2.1, 1.0, 1.0).amplified
+    assert not Avoid((), 1.9, 1.0, 1.0).amplified

@@ -1,0 +1,116 @@
+"""The steady curve of a drive train against linear algebra, and its operating point against statics."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+from strainwave.study.train_curve import AtLoad, at_load, largest_oscillation, train_curve
+from strainwave.study.train_point import operating_state
+
+K, B, K_C, B_C, J_1, J_2, A = 1e5, 15.0, 1.5e5, 5.0, 0.1, 1.2, 1e-4
+DRIVE = sw.Drive(J_m=4.5e-4, J_l=J_2, N=50.0, B=B, law=sw.Linear(K))
+HELD = sw.Held()
+ERROR = sw.KinematicError((sw.Line(2, A),))
+
+
+def train(control=HELD, law=None, mean=0.0, load_drag=None):
+    made = DRIVE.train(control=control, kinematic_error=ERROR, omega=100.0)
+    load = made.load._replace(excitation=sw.Harmonic(0.0, mean=mean), **({"drag": load_drag} if load_drag else {}))
+    return made._replace(load=sw.Elastic(J_1, B_C, sw.Linear(K_C), load), **({"law": law} if law else {}))
+
+
+def at_the_load(omega):
+    """Amplitudes of x across the gear and at the load behind the coupling, motor held: J q'' + B q' + K q = force."""
+    w = 2.0 * omega
+    gear, coupling = K + 1j * w * B, K_C + 1j * w * B_C
+    matrix = np.array([[gear + coupling - J_1 * w * w, -coupling], [-coupling, coupling - J_2 * w * w]])
+    return np.abs(np.linalg.solve(matrix, np.array([gear * A, 0.0])))
+
+
+def test_the_curve_of_a_linear_train_is_that_of_linear_algebra_with_the_twist_of_the_coupling():
+    found = train_curve(train(), (80.0, 140.0))
+    curve = found.response.curve
+    exact = np.array([at_the_load(w) for w in curve.omega])
+    assert curve.peak == pytest.approx(exact[:, 1], rel=1e-6)
+    assert found.gear_peak == pytest.approx(np.max(exact[:, 0]), rel=1e-4)
+    assert np.max(exact[:, 1]) > 1.3 * found.gear_peak  # the coupling twists as well
+    assert curve.stable.all()
+    at = found.usage.at_peak
+    twist = at_the_load(at)[1]  # the gear bears the inertias of both
+    assert found.usage.peak_torque == pytest.approx(4.0 * at * at * (J_2 * twist + J_1 * at_the_load(at)[0]), rel=0.01)
+
+
+def test_the_largest_oscillation_is_that_of_the_curve():
+    speed, size = largest_oscillation(train(), (90.0, 130.0))
+    fine = np.linspace(90.0, 130.0, 4001)
+    exact = np.array([at_the_load(w)[1] for w in fine])
+    assert size == pytest.approx(np.max(exact), rel=1e-3)
+    assert speed == pytest.approx(fine[np.argmax(exact)], rel=2e-3)
+
+
+def test_the_state_at_the_load_moves_as_that_of_the_train():
+    system, y = at_load(train(sw.SpeedLoop(0.5, 20.0))), np.array([1e-3, 0.2, 1e-3, 0.1, 4e-4, 0.05])
+    assert isinstance(system, AtLoad)
+    own, rates = system.own(tuple(y)), np.array(system.rhs(0.3, tuple(y)))
+    inner = np.array(system.train.rhs(0.3, own))
+    assert system.train.load_error(own) == pytest.approx(y[0])
+    assert rates[0] == pytest.approx(y[1])
+    assert rates[1] == pytest.approx(inner[1] + inner[5])
+    assert rates[2:] == pytest.approx(inner[2:])
+
+
+def test_gravity_is_left_out_of_the_steady_curve_and_that_is_told():
+    heavy = train(load_drag=sw.AngleTorque(40.0))
+    found = train_curve(heavy, (95.0, 120.0))
+    assert found.without_angle
+    assert found.response.curve.peak == pytest.approx([at_the_load(w)[1] for w in found.response.curve.omega], rel=1e-6)
+
+
+def test_a_free_motor_has_no_curve_here():
+    assert train_curve(train(sw.Free()), (80.0, 140.0)) is None
+
+
+@pytest.mark.parametrize("control", [sw.Held(), sw.Free(), sw.SpeedLoop(0.5, 20.0), sw.PositionLoop(30.0, 0.5)])
+def test_the_operating_state_carries_load_and_friction(control):
+    hardening = sw.Cubic(K, 6.9e4)
+    loaded = train(control, law=hardening, mean=-100.0, load_drag=sw.Viscous(3.0))
+    state = operating_state(loaded, 150.0)
+    torque = 100.0 + 3.0 * 150.0 / 50.0
+    assert hardening.torque(state[0]) == pytest.approx(torque, rel=1e-9)
+    assert state[loaded.twists()[0]] == pytest.approx(torque / K_C, rel=1e-9)
+    if isinstance(control, sw.SpeedLoop | sw.PositionLoop):  # the loop's spring holds the motor against it
+        stiff = control.K_i if isinstance(control, sw.SpeedLoop) else control.K_p
+        assert state[2] == pytest.approx(-torque / 50.0 / stiff, rel=1e-6)
+
+
+def test_modes_about_a_mean_torque_are_those_of_the_stiffness_there():
+    hardening = sw.Cubic(K, 6.9e4)
+    loaded = DRIVE.train(control=sw.Held(), load_torque=sw.Harmonic(0.0, mean=-178.0))._replace(law=hardening)
+    state = operating_state(loaded, 150.0)
+    poles = sw.bode(loaded, [10.0], source="load", at=state, speed=150.0).poles
+    assert np.abs(poles) == pytest.approx(np.sqrt(hardening.stiffness(state[0]) / J_2), rel=1e-6)
+    assert np.abs(sw.bode(loaded, [10.0], source="load").poles) == pytest.approx(np.sqrt(K / J_2), rel=1e-6)
+
+
+def test_a_friction_that_only_holds_at_standstill_damps_no_mode_of_a_turning_motor():
+    dry = DRIVE.train(control=sw.SpeedLoop(0.5, 20.0), motor_drag=sw.Coulomb(0.1, 0.05))
+    still, turning = (sw.bode(dry, [10.0], speed=speed).poles for speed in (0.0, 150.0))
+    without = sw.bode(dry._replace(motor=dry.motor._replace(drag=sw.Viscous(0.0))), [10.0]).poles
+    assert np.sort_complex(turning) == pytest.approx(np.sort_complex(without), rel=1e-6)
+    assert np.max(np.abs(still)) > 2.0 * np.max(np.abs(without))
+
+
+class Slipping(NamedTuple):
+    """A law that carries no more than a torque."""
+
+    most: float
+
+    def torque(self, x):
+        return self.most * x / np.sqrt(1e-6 + x * x)
+
+
+def test_a_torque_beyond_the_law_is_a_sentence():
+    with pytest.raises(sw.SolveError, match="hold the train in no state at 150 rad/s"):
+        operating_state(train(law=Slipping(50.0), mean=-100.0), 150.0)
