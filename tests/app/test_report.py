@@ -95,8 +95,8 @@ def test_a_report_has_one_unit_of_angle_and_a_verdict_beside_multiple_scales(rep
     assert "arcsec" in words
     assert not re.search(r"[0-9] (mrad|rad)\b(?!/)", words)
     text = summary(report[0])
-    assert re.search(r"peak by multiple scales: .* arcsec \((not valid: )?off by about", text)
-    assert "largest steady torque through the gear" in text
+    assert re.search(r"peak by multiple scales .* arcsec: against the computed curve .* % too (high|low)", text)
+    assert "largest torque through the gear" in text
 
 
 @pytest.mark.slow
@@ -159,6 +159,13 @@ def test_a_law_with_memory_is_reported_with_its_loop_and_closed_energies_and_wit
     results, folder = written(tmp_path, law=f"{MEMORY}, rated_torque: 178 N*m", damping="B: 15 N*m*s/rad")
     assert results["exact_response"]["method"] == results["largest_error"]["method"] == "integration"
     assert results["stability"]["scope"] == "none"
+    assert "no proof: Parallel has friction or memory" in summary(results)
+    primary = next(row for row in results["resonances"] if row["name"] == "primary")
+    # once it slips the law is softer: the curve is largest below the speed of small oscillations, and the case is there
+    assert primary["top"]["motor_speed_rpm"] < 0.9 * primary["motor_speed_rpm"]
+    (band,) = results["advice"]["bands"]
+    assert band["from_rpm"] < primary["top"]["motor_speed_rpm"] < band["to_rpm"]
+    assert results["cases"][1]["motor_speed_rpm"] == primary["top"]["motor_speed_rpm"]
     assert {row["reason"] for row in results["resonances"]} == {
         "first-order multiple scales describes springs, and this law has friction or memory"
     }
@@ -194,8 +201,19 @@ def test_a_loop_and_a_coupling_are_reported_with_bode_plot_and_run_up(tmp_path):
     text = text.replace("mode: held", "loop: {type: speed_loop, K_p: 0.5 N*m*s/rad, K_i: 20 N*m/rad}")
     coupling = "coupling: {inertia: 0.1 kg*m^2, law: {type: linear, K: 4e5 N*m/rad}}"
     path.write_text(text.replace("inertia: 1 kg*m^2", "inertia: 0.9 kg*m^2, " + coupling))
-    train = analyse(load(path), tmp_path / "out")["train"]
+    results = analyse(load(path), tmp_path / "out")
+    train, largest = results["train"], results["largest_error"]
     assert train["gains"] == {"K_p": 0.5, "K_i": 20.0, "K_d": 0.0}
     assert train["run_up"]["imbalance"] < 1e-6
     assert train["run_up"]["heat_J"]["gear damping"] > 0.0
-    assert all(row["peak_train_rad"] < row["peak_equation_rad"] for row in train["steady"])
+    # what the page begins with is the train: the loop gives way, so that its error is below that of the equation
+    assert largest["of"] == "whole drive train"
+    assert largest["peak_rad"] == max(row["peak_train_rad"] for row in train["steady"])
+    assert (
+        largest["peak_rad"] < results["reduction"]["peak_rad"] == max(r["peak_equation_rad"] for r in train["steady"])
+    )
+    # a slow pass meets the steady curve: both are the error at the load
+    assert train["run_up"]["largest_error_rad"] == pytest.approx(largest["peak_rad"], rel=0.1)
+    (band,) = results["advice"]["bands"]
+    assert band["from_rpm"] < largest["motor_speed_rpm"] < band["to_rpm"]
+    assert "reduction" in summary(results)

@@ -12,6 +12,7 @@ from .._jit import as_python
 from ..model.drive_train import DriveTrain
 from ..model.shafts import Elastic
 from ..numerics.branches import leaf_of
+from ..numerics.first_order import FirstOrder
 from ..numerics.floquet import displacement_peaks
 from ..numerics.fourier import to_blocks
 from ..numerics.half_wave import all_orders
@@ -22,7 +23,7 @@ from .exact import PLAIN_RUNS, ExactResponse
 from .gear_forces import settling_time
 from .regimes import OperatingPoint, operating_point
 from .steady import settle
-from .train_curve import largest_oscillation
+from .train_curve import largest_oscillation, series_of
 
 HALF_POWER = sqrt(0.5)
 AMPLIFIED = 2.0  # times the error of slow turning, from which on a peak is one
@@ -263,9 +264,7 @@ def _stiffer(law: Any) -> Any:
     return changed if same else None
 
 
-def _peak(
-    system: Any, train: DriveTrain | None, band: tuple[float, float], harmonics: int
-) -> tuple[float, float] | None:  # fmt: skip
+def _peak(system: Any, train: Any, band: tuple[float, float], harmonics: int) -> tuple[float, float] | None:
     """Speed [rad/s] and size [rad] of the largest oscillation in a band."""
     if train is not None:
         return largest_oscillation(train, band)
@@ -276,7 +275,9 @@ def _peak(
         problem, found, _, _ = traced_points(middle, leaf_of(system, "omega"), *band, harmonics, 1, POINTS)
     if not len(found.points):
         return None
-    series = all_orders(problem, found.points[:, :-1] + problem.error)
+    general = isinstance(problem, FirstOrder)
+    points = series_of(problem, found.points)[:, 0] if general else found.points[:, :-1] + problem.error
+    series = points if general else all_orders(problem, points)
     series[:, 0] = 0.0
     sizes = displacement_peaks(series)
     return float(found.points[np.argmax(sizes), -1]), float(np.max(sizes))

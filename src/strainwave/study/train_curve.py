@@ -110,7 +110,7 @@ def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | 
         response = ExactResponse(curve, jumps(curve))
     except ValueError:  # nothing stable to follow
         return None
-    series = _series(problem, found.points)
+    series = series_of(problem, found.points)
     path = response.visited()
     own = np.array([np.any(np.all(row == curve.coefficients[path], axis=1)) for row in from_blocks(series[:, 0].T).T])
     strain = _strain(system, found.points[own, -1], series[own])
@@ -122,7 +122,7 @@ def largest_oscillation(train: DriveTrain, speeds: tuple[float, float]) -> tuple
     problem, found, _, _ = _traced(at_load(without_gravity(train)), speeds, FEW)
     if not len(found.points):
         return None
-    series = _series(problem, found.points)[:, 0]
+    series = series_of(problem, found.points)[:, 0]
     series[:, 0] = 0.0
     sizes = displacement_peaks(series)
     return float(found.points[np.argmax(sizes), -1]), float(np.max(sizes))
@@ -169,13 +169,13 @@ def _traced(system: AtLoad, speeds: tuple[float, float], points: int) -> tuple[A
     harmonics = min(most, PER_ORDER * top)
     while True:
         problem, found, _, origin = traced_points(middle, leaf, *speeds, harmonics, 1, points)
-        tail = float(np.max(tail_of(_series(problem, found.points)[:, 0]), initial=0.0))
+        tail = float(np.max(tail_of(series_of(problem, found.points)[:, 0]), initial=0.0))
         if tail <= ENOUGH or harmonics >= most:
             return problem, found, tail, origin
         harmonics = min(most, 2 * harmonics)
 
 
-def _series(problem: Any, points: Floats) -> Floats:
+def series_of(problem: Any, points: Floats) -> Floats:
     """Coefficients (points, states, 2H+1) in blocks."""
     return np.asarray(points[:, :-1].reshape(len(points), len(problem.sizes), -1) * problem.sizes[:, None])
 
