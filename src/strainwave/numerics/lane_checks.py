@@ -32,12 +32,13 @@ def check_lanes(system: Any, varied: Mapping[str, Floats]) -> None:
         return
     table = np.array(list(varied.values()))
     refused = np.zeros(table.shape[1], bool)
-    width = np.maximum(np.ptp(table, axis=1), 1e-300)
+    width = None
     waiting = [np.arange(table.shape[1])]
     while waiting:
         lanes = waiting.pop()
-        part = table[:, lanes]
+        part = table if width is None else table[:, lanes]
         low, high = part.min(axis=1), part.max(axis=1)
+        width = np.maximum(high - low, 1e-300) if width is None else width
         sides = [
             sorted({a, b, 0.0} if a < 0.0 < b else {a, b}) for a, b in zip(low.tolist(), high.tolist(), strict=True)
         ]
