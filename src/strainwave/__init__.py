@@ -150,6 +150,7 @@ if TYPE_CHECKING:
     from .study.scan_results import Reversal as Reversal
     from .study.scan_results import ScanLine as ScanLine
     from .study.sweep import sweep as sweep
+    from .study.train_point import operating_state as operating_state
     from .study.validate import Comparison as Comparison
     from .study.validate import compare as compare
     from .study.variability import variability as variability
@@ -227,6 +228,7 @@ _HOME = {
     "study.sampling": ("LatinHypercube", "LogUniform", "Normal", "Sobol", "Uniform"),
     "study.scan_results": ("ErrorScan", "Reversal", "ScanLine"),
     "study.sweep": ("sweep",),
+    "study.train_point": ("operating_state",),
     "study.validate": ("Comparison", "compare"),
     "study.variability": ("variability",),
     "study.variability_result": ("Variability",),
