@@ -13,6 +13,7 @@ from .continuation import CLOSED, FOLD, LOST, RUNNING, SCALE, START, STEP, TOP, 
 from .first_order import FirstOrder
 from .fourier import orders
 from .half_wave import all_orders
+from .quiet import quiet
 from .variational import tail_of_states
 
 MOST_PIECES = 40
@@ -70,7 +71,7 @@ def _run(problem: Any, *arguments: Any) -> Any:
     with np.errstate(all="ignore"):  # a step that fails is taken again, shorter
         if isinstance(problem, FirstOrder):
             return follow(problem, *arguments)
-        return run(follow, problem, *arguments, light=is_light(problem))
+        return run(follow, quiet(problem), *arguments, light=is_light(problem))
 
 
 def trace(

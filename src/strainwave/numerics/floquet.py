@@ -19,6 +19,7 @@ from ..results import Floats
 from .balance import Sampling, SecondOrder, is_light
 from .fourier import synthesis
 from .linear import add, row_times
+from .quiet import quiet
 
 PER_VIBRATION, MOST_STEPS = 16, 200_000  # Numerov steps a free vibration, and of an orbit
 FROZEN, LARGEST_LOG = 4096, 700.0  # instants of a very slow orbit, and the logarithm of the largest multiplier told
@@ -150,7 +151,7 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> tuple[Flo
     grid = grid_of(problem, steps_for(problem, points)) if table is None else table
     traces, peaks = np.empty(len(points)), np.empty(len(points))
     with np.errstate(all="ignore"):
-        run(stability, problem, grid, np.ascontiguousarray(points), traces, peaks, light=is_light(problem))
+        run(stability, quiet(problem), grid, np.ascontiguousarray(points), traces, peaks, light=is_light(problem))
     coarse = isinstance(problem.nonlinear, Sampling) and problem.stride * grid.shape[1] >= MOST_STEPS
     traces[~np.isfinite(traces) | (coarse and unresolved(problem, points, grid))] = np.nan
     return traces, peaks
