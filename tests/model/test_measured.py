@@ -239,8 +239,7 @@ def test_play_with_bias_crosses_its_corners_exactly():
     np.testing.assert_allclose(ours.y[:, -1], y, rtol=1e-6)
 
 
-@pytest.mark.compiled
-@pytest.mark.slow
+@pytest.mark.interpreted
 def test_the_orbit_of_play_is_the_published_one_of_backlash():
     # J = K = 1, half gap .5, B .1, A .6, omega .8: exact flow of the segments, and DOP853 with located switches.
     orbit = sw.find_orbit(sw.Oscillator(1.0, 0.1, sw.Play(0.5, sw.Linear(1.0)), sw.Harmonic(0.6), 0.8))

@@ -8,6 +8,7 @@ import strainwave as sw
 from strainwave.numerics.basins import CHAOTIC, DIVERGED, UNSETTLED
 
 TWO_WELLS = sw.Oscillator(1.0, 0.15, sw.Cubic(-1.0, -1.0), sw.Harmonic(0.2), 1.0)
+LINEAR = sw.Cubic(2.0, 0.0)  # of a class that other tests compile
 BOX = ((-2.2, 2.2), (-2.2, 2.2))
 
 
@@ -95,7 +96,7 @@ def test_chaos_and_escape_are_counted_as_such():
 
 @pytest.mark.compiled
 def test_a_slow_transient_is_counted_as_not_settled():
-    light = sw.Oscillator(1.0, 1e-6, sw.Linear(2.0), sw.Harmonic(1.0), 1.0)
+    light = sw.Oscillator(1.0, 1e-6, LINEAR, sw.Harmonic(1.0), 1.0)
     found = sw.basins(light, (-1.0, 1.0), (-1.0, 1.0), resolution=2, settle=10, longest=30)
     assert set(found.label) == {UNSETTLED}
     assert float(found.dataset()["label"].max()) == UNSETTLED
@@ -103,7 +104,7 @@ def test_a_slow_transient_is_counted_as_not_settled():
 
 @pytest.mark.compiled
 def test_a_sample_is_reproducible_and_its_dataset_complete():
-    damped = sw.Oscillator(1.0, 0.5, sw.Linear(2.0), sw.Harmonic(1.0), 1.0)
+    damped = sw.Oscillator(1.0, 0.5, LINEAR, sw.Harmonic(1.0), 1.0)
     one, two = (sw.basins(damped, (-1.0, 1.0), (-1.0, 1.0), samples=20, seed=5) for _ in range(2))
     assert np.array_equal(one.x, two.x)
     data = one.dataset()

@@ -38,6 +38,7 @@ def test_without_damping_a_hardening_curve_reaches_both_ends():
     assert {0.5, 1.5} <= set(branch.values)
 
 
+@pytest.mark.interpreted
 def test_a_backlash_without_bias_floats_beyond_its_contact_and_the_sentence_says_where():
     law, B, F = sw.Backlash(1.0, 0.5), 0.1, 0.6
     branch = response(oscillator(law, B=B, amplitude=F), span=(0.6, 1.5))
