@@ -157,7 +157,6 @@ if TYPE_CHECKING:
     from .study.variability_result import Variability as Variability
     from .theory.derivation import Derivation as Derivation
     from .theory.derivation import derivation as derivation
-    from .theory.lyapunov import StabilityProof as StabilityProof
     from .theory.lyapunov import lyapunov as lyapunov
     from .theory.multiple_scales import SlowFlow as SlowFlow
     from .theory.multiple_scales import slow_flow as slow_flow
@@ -171,6 +170,7 @@ if TYPE_CHECKING:
     from .theory.slow_results import SteadyState as SteadyState
     from .theory.small_signal import SmallSignal as SmallSignal
     from .theory.small_signal import small_signal as small_signal
+    from .theory.stability_proof import StabilityProof as StabilityProof
 
 _HOME = {
     "app.draw": ("draw_basins", "draw_orbit_diagram", "draw_variability"),
@@ -233,12 +233,13 @@ _HOME = {
     "study.variability": ("variability",),
     "study.variability_result": ("Variability",),
     "theory.derivation": ("Derivation", "derivation"),
-    "theory.lyapunov": ("StabilityProof", "lyapunov"),
+    "theory.lyapunov": ("lyapunov",),
     "theory.multiple_scales": ("SlowFlow", "slow_flow"),
     "theory.parametric": ("ParametricTongue", "parametric_tongue"),
     "theory.resonance": ("NONRESONANT", "PRIMARY", "SUBHARMONIC", "SUPERHARMONIC", "Resonance"),
     "theory.slow_results": ("SteadyState",),
     "theory.small_signal": ("SmallSignal", "small_signal"),
+    "theory.stability_proof": ("StabilityProof",),
 }
 _MODULE = {name: module for module, names in _HOME.items() for name in names}
 

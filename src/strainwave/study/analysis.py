@@ -13,8 +13,9 @@ from ..model.limits import Finding
 from ..model.oscillator import Oscillator
 from ..model.varying import VaryingOscillator
 from ..results import SolveError
-from ..theory.lyapunov import StabilityProof, lyapunov
+from ..theory.lyapunov import lyapunov
 from ..theory.resonance import NONRESONANT, Resonance
+from ..theory.stability_proof import StabilityProof
 from .advice import Advice, advise
 from .beyond import Beyond, study_beyond
 from .cases import speeds_in_time

@@ -1,0 +1,128 @@
+"""What Lyapunov's direct method claims about the dynamic error: the function V, its rate, and from where it holds."""
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from ..model.oscillator import Oscillator
+from ..model.varying import VaryingOscillator
+
+Scope = Literal["global", "local", "set", "none"]
+
+
+@dataclass(frozen=True)
+class Region:
+    """Where a claim holds: x_low < x < x_high [rad] and V(x, v) < energy_limit [J]; infinite where nothing limits."""
+
+    x_low: float = -math.inf
+    x_high: float = math.inf
+    energy_limit: float = math.inf
+
+    def __str__(self) -> str:
+        low = f"{self.x_low:.6g} < " if math.isfinite(self.x_low) else ""
+        high = f" < {self.x_high:.6g}" if math.isfinite(self.x_high) else ""
+        if not (low or high):
+            return "all x and v"
+        return f"{low}x{high} rad and V < {self.energy_limit:.6g} J"
+
+
+@dataclass(frozen=True, eq=False)
+class StabilityProof:
+    """What Lyapunov's direct method says about the unforced dynamic error, or why it says nothing.
+
+    Attributes
+    ----------
+    system : Oscillator or VaryingOscillator
+        The system of the claim: the one given, with its mean torque alone and without kinematic error.
+    tau_0 : float
+        Mean torque [N*m].
+    equilibria : tuple of float
+        All known rests [rad], stable or not; of a whole interval of rests both ends.
+    rest : (float, float) or None
+        Ends of the set of x [rad] that the claim is about, equal for a point; None without a claim.
+    holds : bool
+        Whether there is a claim.
+    scope : {"global", "local", "set", "none"}
+        For all starts; for starts in `region`; for all starts, to a set of rests (backlash); no claim.
+    asymptotic : bool
+        Whether motions converge (B > 0) or only stay near (B = 0).
+    region : Region or None
+        From where the claim holds.
+    claim, reason : str
+        The claim, and the sentence that proves it or says what is in the way and what helps.
+    conditions : tuple of str
+        Of a `VaryingOscillator`: the bounds on which the claim rests.
+    """
+
+    system: Oscillator | VaryingOscillator
+    tau_0: float
+    equilibria: tuple[float, ...]
+    rest: tuple[float, float] | None
+    holds: bool
+    scope: Scope
+    asymptotic: bool
+    region: Region | None
+    claim: str
+    reason: str
+    conditions: tuple[str, ...] = ()
+
+    def V(self, x: Any, v: Any, phase: Any = 0.0) -> Any:
+        """Lyapunov function J v^2/(2 kappa) + U(x) - tau_0 x [J], zero at rest (without a claim: at x = 0).
+
+        Parameters
+        ----------
+        x : float or array
+            Dynamic error [rad].
+        v : float or array
+            Its rate x' [rad/s], of the same shape.
+        phase : float or array
+            Base angle [rad], on which the stiffness factor kappa depends; kappa = 1 of an `Oscillator`.
+        """
+        x_e = 0.5 * (self.rest[0] + self.rest[1]) if self.rest else 0.0
+        law = self.system.law
+        kappa = self.system.variation.value(phase) if isinstance(self.system, VaryingOscillator) else 1.0
+        return 0.5 * self.system.J * v * v / kappa + law.energy(x) - law.energy(x_e) - self.tau_0 * (x - x_e)
+
+    def dissipation(self, x: Any, v: Any, phase: Any = 0.0) -> Any:
+        """Rate V' [W] along the motion, -B v^2 or -(b + J kappa'/(2 kappa)) v^2/kappa; arguments as of V."""
+        if not isinstance(self.system, VaryingOscillator):
+            return -self.system.B * v * v + 0.0 * x
+        kappa, rate = self.system.variation.value(phase), self.system.omega * self.system.variation.slope(phase)
+        b = self.system.damping.value(phase, v)
+        return -(b + 0.5 * self.system.J * rate / kappa) * v * v / kappa + 0.0 * x
+
+    def contains(self, x: float, v: float, phase: float = 0.0) -> bool:
+        """Whether the claim covers a motion that starts at the error x [rad], the rate v [rad/s] and a base angle."""
+        region = self.region
+        if region is None or not region.x_low < x < region.x_high:
+            return False
+        return bool(self.V(x, v, phase) < region.energy_limit)
+
+    def __str__(self) -> str:
+        torque = f", mean torque {self.tau_0:.6g} N*m" if self.tau_0 else ""
+        where = f", relative to its value at {place(self.rest)}" if self.rest else ""
+        equation, square, loss = "J x'' + B x' + T(x)", "J v^2/2", "-B v^2"
+        if isinstance(self.system, VaryingOscillator):
+            equation, square = "J x'' + b(t) x' + kappa(t) T(x)", "J v^2/(2 kappa)"
+            loss = "-(b + J kappa'/(2 kappa)) v^2/kappa"
+        else:
+            loss += f", B = {self.system.B:.6g} N*m*s/rad"
+        return "\n".join(
+            [
+                f"Stability of {equation} = tau_0 with {self.system.law}{torque}",
+                f"  V  = {square} + U(x) - tau_0 x{where}",
+                f"  V' = {loss}",
+                *(f"  condition: {condition}" for condition in self.conditions),
+                f"  claim ({self.scope}): {self.claim}",
+                f"  region: {self.region if self.region else 'none'}",
+                f"  reason: {self.reason}",
+                "  set aside: the periodic part of the torque and the kinematic error",
+            ]
+        )
+
+
+def place(rest: tuple[float, float] | None) -> str:
+    """Write a rest [rad], of which a set is given by its ends."""
+    if rest is None:
+        return "none"
+    return f"x = {rest[0]:.6g} rad" if rest[0] == rest[1] else f"{rest[0]:.6g} <= x <= {rest[1]:.6g} rad"
