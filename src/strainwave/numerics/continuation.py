@@ -17,13 +17,8 @@ from .balance import work_for
 from .linear import add, copy, dot, factor, fill, substitute, weighted_norm
 
 START, STEP, FOLD, TOP, BOUND = range(5)  # what the next correction is for, and the label of the point it gives
-RUNNING, END, CLOSED, STUCK, LOST = (
-    0,
-    1,
-    2,
-    3,
-    4,
-)  # outcome: full buffer, left the range, closed loop, step too small, no start
+# Outcome: full buffer, left the range, closed loop, step too small, no start.
+RUNNING, END, CLOSED, STUCK, LOST = range(5)
 Z0, T0, Z1, T1, Z, T, ROW, SCALE, HOME, AHEAD = range(10)  # rows of the state of a continuation
 SMALLEST_STEP = 1e-9
 NOTHING_MOVES = 1e-12  # smallest unit of the coefficients: an orbit at rest has no size
