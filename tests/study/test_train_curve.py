@@ -43,7 +43,7 @@ def test_the_curve_of_a_linear_train_is_that_of_linear_algebra_with_the_twist_of
 
 
 def test_the_largest_oscillation_is_that_of_the_curve():
-    speed, size = largest_oscillation(train(), (90.0, 130.0))
+    speed, size = largest_oscillation(train(), (90.0, 130.0), 8)
     fine = np.linspace(90.0, 130.0, 4001)
     exact = np.array([at_the_load(w)[1] for w in fine])
     assert size == pytest.approx(np.max(exact), rel=1e-3)

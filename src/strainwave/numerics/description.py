@@ -42,12 +42,17 @@ class Survey:
     message: str
 
 
-def describe(problem: Any, parameter: str, found: Trace, tail: float, origin: str) -> Branch:
-    """Add stability, peaks, period doublings and branch points to a branch, and label the special points."""
+def describe(
+    problem: Any, parameter: str, found: Trace, tail: float, origin: str, *, locate: bool = True
+) -> Branch:  # fmt: skip
+    """Add stability, peaks, period doublings and branch points to a branch, and label the special points.
+
+    Locating those of a general system takes far longer than the rest; without `locate` it has its folds alone.
+    """
     if isinstance(problem, FirstOrder):
         points = np.ascontiguousarray(found.points)
         status, message = _verdict(found, parameter, points[:, -1])
-        return described(problem, parameter, points, found.labels, found.outcome, tail, origin, status, message)
+        return described(problem, parameter, points, found.labels, found.outcome, tail, origin, status, message, locate)
     return together([survey(problem, parameter, found, tail, origin)], parameter)[0]
 
 

@@ -207,12 +207,12 @@ def _located(problem: FirstOrder, first: Floats, last: Floats, label: int) -> Fl
 
 def described(
     problem: FirstOrder, parameter: str, points: Floats, labels: Any, outcome: int, tail: float, origin: str,
-    status: Status, message: str,
+    status: Status, message: str, locate: bool = True,
 ) -> Branch:  # fmt: skip
-    """Branch of a general system, with stability and labelled special points."""
+    """Branch of a general system, with stability and labelled special points; without `locate` with its folds alone."""
     states = len(problem.sizes)
     floquet = floquet_of(problem, points) if len(points) else np.empty((0, states), complex)
-    if len(points) > 1:
+    if locate and len(points) > 1:
         points, labels, floquet = with_special_points(problem, points, labels, floquet)
     omega = _omega(problem, points)
     series = points[:, :-1].reshape(len(points), states, -1) * problem.sizes[:, None]

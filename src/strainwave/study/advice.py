@@ -267,7 +267,7 @@ def _stiffer(law: Any) -> Any:
 def _peak(system: Any, train: Any, band: tuple[float, float], harmonics: int) -> tuple[float, float] | None:
     """Speed [rad/s] and size [rad] of the largest oscillation in a band."""
     if train is not None:
-        return largest_oscillation(train, band)
+        return largest_oscillation(train, band, harmonics)
     if not is_spring(system):
         return _simulated(system, band)
     with as_python(PLAIN_RUNS):

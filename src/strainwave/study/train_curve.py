@@ -23,7 +23,7 @@ from .usage import Usage
 
 POINTS, FEW = 60, 24  # about so many, and more where the curve bends; and for a peak alone
 PER_ORDER, MOST = 4, 32  # harmonics to begin with per order of the excitation, and at most
-ENOUGH = 1e-3  # size of the last two harmonics that a figure does not show
+ENOUGH = 2e-3  # size of the last two harmonics that a figure does not show
 SAMPLES = 512  # of a turn, for its largest torque
 
 
@@ -105,7 +105,7 @@ def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | 
     problem, found, tail, origin = _traced(system, speeds, POINTS)
     if not len(found.points):
         return None
-    curve = describe(problem, "omega", found, tail, origin)
+    curve = describe(problem, "omega", found, tail, origin, locate=False)
     try:
         response = ExactResponse(curve, jumps(curve))
     except ValueError:  # nothing stable to follow
@@ -117,9 +117,11 @@ def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | 
     return TrainCurve(response, *strain, follows_its_angle(train))
 
 
-def largest_oscillation(train: DriveTrain, speeds: tuple[float, float]) -> tuple[float, float] | None:
+def largest_oscillation(
+    train: DriveTrain, speeds: tuple[float, float], harmonics: int
+) -> tuple[float, float] | None:  # fmt: skip
     """Speed [rad/s] and size [rad], largest |x - mean| at the load, of the largest oscillation in a short range."""
-    problem, found, _, _ = _traced(at_load(without_gravity(train)), speeds, FEW)
+    problem, found, _, _ = _traced(at_load(without_gravity(train)), speeds, FEW, harmonics)
     if not len(found.points):
         return None
     series = series_of(problem, found.points)[:, 0]
@@ -161,16 +163,18 @@ def _of_angle(law: Any) -> bool:
     return isinstance(law, AngleTorque)
 
 
-def _traced(system: AtLoad, speeds: tuple[float, float], points: int) -> tuple[Any, Trace, float, str]:
-    """Balance problem and points of a curve, with the harmonics that the error at the load takes."""
+def _traced(
+    system: AtLoad, speeds: tuple[float, float], points: int, given: int | None = None
+) -> tuple[Any, Trace, float, str]:
+    """Balance problem and points of a curve, with the harmonics that the error at the load takes, or those given."""
     leaf, top = leaf_of(system, "omega"), max((1, *system.orders()))
     middle = system._replace(omega=(speeds[0] * speeds[1]) ** 0.5)
     most = max(MOST, top + 2)
-    harmonics = min(most, PER_ORDER * top)
+    harmonics = given or min(most, PER_ORDER * top)
     while True:
         problem, found, _, origin = traced_points(middle, leaf, *speeds, harmonics, 1, points)
         tail = float(np.max(tail_of(series_of(problem, found.points)[:, 0]), initial=0.0))
-        if tail <= ENOUGH or harmonics >= most:
+        if tail <= ENOUGH or harmonics >= most or given:
             return problem, found, tail, origin
         harmonics = min(most, 2 * harmonics)
 
