@@ -25,7 +25,8 @@ def with_tops(
     for regime in found:
         near = close.get(regime.resonance, exact)
         top = None if regime.resonance.q != 1 else _top(regime, places, system, near)
-        out.append(replace(regime, top=top))
+        met = top is not None and bool(regime.reason)  # the curve is in the range, and such a law is placed by it
+        out.append(replace(regime, top=top, inside=regime.inside or met))
     return tuple(out)
 
 

@@ -79,7 +79,7 @@ class Regime:
     omega : float
         Speed of the base angle [rad/s] at p omega = q omega_0, of small oscillations.
     inside : bool
-        Whether that speed lies in the speed range.
+        Whether that speed, or `place`, lies in the speed range.
     states : tuple of SteadyState
         Steady states of the slow flow there; empty where it does not apply.
     existence : str
