@@ -1,5 +1,7 @@
 """Ensembles against single integrations, closed forms and harmonic balance; bits that do not depend on the batch."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 from scipy.integrate import simpson
@@ -206,9 +208,13 @@ def test_bad_input_is_one_sentence(change, sentence):
             "Amplitude.k is 1.5; it must be the whole number of a harmonic",
         ),
         ({"threads": 0}, ValueError, "threads is 0"),
-        ({"settle": -1}, ValueError, "settle is -1; it must be a whole number of periods, 0 or more"),
-        ({"parameters": {"omega": [1.0, 1e-9]}}, ValueError, "lane 1: omega is 1e-09 rad/s, so that a period takes"),
-        ({"measures": (sw.Amplitude(10**7),)}, ValueError, r"steps for orders up to 2500000 and at most 10000000 are"),
+        ({"settle": -1}, ValueError, "settle is -1; it must be a whole number of periods from 0 to"),
+        (
+            {"parameters": {"omega": [1.0, 1e-9]}},
+            ValueError,
+            "lane 1: a period at omega = 1e-09 rad/s, with .* takes more than 10000000 steps",
+        ),
+        ({"measures": (sw.Amplitude(10**7),)}, ValueError, "orders up to 2500000 .* takes more than"),
         (
             {"measures": (sw.Amplitude(9),), "method": sw.Dop8(steps_per_period=32)},
             ValueError,
@@ -235,3 +241,76 @@ def test_fixed_steps_cannot_be_chosen_for_a_law_with_memory():
         TypeError, match="a law with friction or memory has no rate to choose a step from; give steps_per"
     ):
         sw.ensemble(system, {}, (0.0, 0.0, 0.0), periods=1, method=sw.Dop8())
+
+
+OVERDAMPED = sw.Oscillator(1.0, 20.0, sw.Backlash(1.0, 0.1), sw.Harmonic(0.0), 1.0)
+
+
+@pytest.mark.parametrize("law", [sw.Backlash(1.0, 0.1), sw.Cubic(1.0, 0.05)])
+@pytest.mark.parametrize(("y0", "name", "wanted"), [((1.0, -10.0), "highest", 1.0), ((0.05, 1.0), "lowest", 0.05)])
+def test_the_first_state_of_adaptive_lanes_counts(law, y0, name, wanted):
+    system = OVERDAMPED._replace(law=law)
+    found = sw.ensemble(system, {}, y0, periods=1, measures=(sw.Extremes(), sw.Peak()), method=sw.Dopri5())
+    assert float(found[name][0]) == wanted
+    assert float(found["peak"][0]) >= abs(wanted)
+
+
+def test_a_stiff_lane_stops_alone_and_says_why():
+    speeds = {"law.K": np.array([1.0, 2.0, 1e8])}
+    system = sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(0.0), 1.0)
+    method = sw.Dopri5(max_steps=1000)
+    found = sw.ensemble(system, speeds, (0.2, 0.1), periods=3, method=method)
+    alone = sw.ensemble(system, {"law.K": speeds["law.K"][:2]}, (0.2, 0.1), periods=3, method=method)
+    assert found["status"].values.tolist() == [0, 0, 2]
+    assert np.array_equal(found["peak"].values[:2], alone["peak"].values)
+    assert np.isnan(found["peak"].values[2])
+    assert float(found["ended"][2]) == 0.0
+
+
+def test_harmonics_of_a_motion_that_hardly_moves_are_those_of_the_motion():
+    still = sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(0.0, mean=1.0), 1.0)
+    at_rest = sw.ensemble(still, {}, (1.0, 0.0), periods=3, measures=(sw.Amplitude(3),), method=sw.Dopri5())
+    assert float(at_rest["amplitude_3"][0]) < 1e-14
+    fast = sw.Oscillator(1.0, 0.05, sw.Backlash(1.0, 0.1), sw.Harmonic(0.1), 1000.0)
+    kept = tuple(sw.Amplitude(k) for k in (1, 2, 3))
+    adaptive = sw.ensemble(fast, {}, (1.0, 0.0), periods=4, measures=kept)
+    fixed = sw.ensemble(fast, {}, (1.0, 0.0), periods=4, measures=kept, method=sw.Dop8(steps_per_period=256))
+    for k in (1, 2, 3):
+        assert float(adaptive[f"amplitude_{k}"][0]) == pytest.approx(float(fixed[f"amplitude_{k}"][0]), abs=1e-9)
+
+
+@pytest.mark.parametrize("method", [sw.Dop8(), sw.Dopri5()])
+def test_a_motion_at_rest_or_at_its_turning_points_has_period_one(method):
+    decayed = sw.Oscillator(1.0, 0.5, sw.Cubic(1.0, 0.1), sw.Harmonic(0.0), 1.0)
+    undamped = sw.Oscillator(1.0, 0.0, sw.Linear(4.0), sw.Harmonic(3.0), 1.0)  # x = cos t: v = 0 after every turn
+    for system, settle in ((decayed, 40), (undamped, 1)):
+        found = sw.ensemble(system, {}, (1.0, 0.0), periods=9, settle=settle, method=method)
+        assert found["period"].values.tolist() == [1]
+
+
+@pytest.mark.parametrize("omega", [0.0, -1.0])
+def test_a_speed_that_is_not_positive_is_refused(omega):
+    with pytest.raises(ValueError, match=r"omega is .*; it must be positive"):
+        sw.ensemble(DUFFING._replace(omega=omega), {}, (0.0, 0.0), periods=1, method=sw.Rk4(steps_per_period=16))
+
+
+def test_endless_runs_are_refused():
+    with pytest.raises(ValueError, match=r"periods is .*; it must be at most 1000000000"):
+        sw.ensemble(DUFFING, {}, (0.0, 0.0), periods=10**30)
+
+
+class Crossed(NamedTuple):
+    """A system whose first rate is the second state at the state (2, 3), and nowhere else."""
+
+    omega: float
+
+    def rhs(self, phase, y):
+        return 1.5 * y[1] - 0.5 * y[0] - 0.5, -2.0 * y[0] - 0.3 * y[1]
+
+
+def test_a_rate_that_is_the_second_state_by_chance_is_not_taken_for_it():
+    found = sw.ensemble(
+        Crossed(1.0), {}, (1.0, 0.0), periods=2, measures=(sw.Extremes(),), method=sw.Dopri5(rtol=1e-11)
+    )
+    run = sw.simulate(Crossed(1.0), (1.0, 0.0), np.linspace(0.0, 4.0 * np.pi, 200_001), method=sw.Dopri5(rtol=1e-11))
+    assert float(found["lowest"][0]) == pytest.approx(float(run.y[0].min()), abs=1e-9)

@@ -4,7 +4,7 @@ For laws with kinks, where methods of fixed step fall back to second order. All 
 that are rejected, or have finished the period, keep their state. Lanes wait for each other at the end of a period.
 
 Rows of a block: the numbers of the systems, 1/omega, the states, their rates, the sums of the measures, and the phase,
-the step [rad] and the logarithm of the last error.
+the step [rad], the logarithm of the last error and the attempts left.
 
 Hairer, Norsett & Wanner I, sec. II.4 (error norm); Hairer & Wanner II, sec. IV.2 (PI control).
 """
@@ -77,8 +77,13 @@ def total(flags: Any) -> int:
 
 
 @kernel
-def begin(system: Any, y0: Any, sums: Any, rows: Any, period: int, j: Any) -> None:
-    """Put lane j at the start of a period; before the first with the rates and a step to try. A lost lane has ended."""
+def begin(
+    system: Any, y0: Any, measures: Any, sums: Any, rows: Any, most: int, period: int, settle: int, j: Any
+) -> None:  # fmt: skip
+    """Put lane j at the start of a period; before the first with the rates and a step to try. A lost lane has ended.
+
+    The measures see the state with which they begin.
+    """
     at, n = count(system), count(y0)
     place = at + 1 + 2 * n + count(sums)
     y = lane(y0, rows, at + 1, j)
@@ -87,6 +92,10 @@ def begin(system: Any, y0: Any, sums: Any, rows: Any, period: int, j: Any) -> No
         store(lane(system, rows, 0, j).rhs(0.0, y), rows, at + 1 + n, j)
         store(FIRST + 0.0 * load(rows, at, j), rows, place + 1, j)
         store(-13.0 + 0.0 * load(rows, at, j), rows, place + 2, j)
+        store(most + 0.0 * load(rows, at, j), rows, place + 3, j)
+    if period == settle:
+        first = Piece(Whole(), 0.0, y[0], 0.0, 0.0, y[0], 0.0, 0.0, 1.0, y[0])
+        store(updated(measures, lane(sums, rows, at + 1 + 2 * n, j), first), rows, at + 1 + 2 * n, j)
 
 
 @kernel
@@ -118,7 +127,8 @@ def attempt(
     extreme = extreme_between(kind, y, k, y1, k1, h)
     sums1 = updated(measures, before, Piece(Whole(), phase, y[0], k[0], end, y1[0], k1[0], h, 1.0 / per_omega, extreme))
     go = select(good, select(moving, 1.0, 0.0), 0.0)
-    lost = select(after > LEAST, 0.0, select(moving, 1.0, 0.0))
+    tries = load(rows, place + 3, j) - select(moving, 1.0, 0.0)
+    lost = select(smaller(after - LEAST, tries + 1.0) > 0.0, 0.0, select(moving, 1.0, 0.0))
     new_phase = select(lost > 0.0, TURN, select(go > 0.0, end, phase))
     store(kept(go > 0.0, y1, y), rows, at + 1, j)
     store(kept(go > 0.0, k1, k), rows, at + 1 + n, j)
@@ -126,8 +136,16 @@ def attempt(
     store(new_phase, rows, place, j)
     store(select(moving, after, step), rows, place + 1, j)
     store(select(go > 0.0, larger(now, -13.0), past), rows, place + 2, j)
+    store(tries, rows, place + 3, j)
     store(select(lost > 0.0, math.nan, load(rows, at + 1, j)), rows, at + 1, j)
     waiting[j] = select(new_phase < TURN, 1, 0)
+
+
+@kernel
+def judge(system: Any, y0: Any, sums: Any, rows: Any, ended: Any, j: Any) -> None:
+    """Tell a lane that had too few attempts by a number of periods below zero: -1 less the periods it was bounded."""
+    left = load(rows, count(system) + 4 + 2 * count(y0) + count(sums), j)
+    ended[j] = select(left < 0.0, -1.0 - ended[j], ended[j])
 
 
 @kernel
@@ -135,20 +153,20 @@ def march_adaptive(
     system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, rtol: float, atol: float, most: int,
     waiting: Any, settle: int, periods: int, last: Any, points: Any, ended: Any,
 ) -> int:  # fmt: skip
-    """March a block by adaptive steps through its periods; returns the attempts made, at most about `most`."""
+    """March a block by adaptive steps, of a lane at most `most`, through its periods; returns the attempts made."""
     rows, waiting, last, points, ended = borrowed((rows, waiting, last, points, ended))
     at, attempts = count(system) + 1, 0
     for period in range(settle + periods):
         for j in every_lane():
-            begin(system, y0, sums, rows, period, j)
+            begin(system, y0, measures, sums, rows, most, period, settle, j)
         measuring, way = (1.0 if period >= settle else 0.0), 1
-        while way > 0 and attempts < most:
+        while way > 0:
             for j in every_lane():
                 attempt(system, y0, kind, measures, sums, rows, rtol, atol, measuring, waiting, j)
             attempts += 1
             way = total(waiting)
-        if way > 0:
-            break
         for j in every_lane():
             strobe(y0, rows, at, period, last, points, ended, j)
+    for j in every_lane():
+        judge(system, y0, sums, rows, ended, j)
     return attempts

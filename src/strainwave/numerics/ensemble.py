@@ -9,6 +9,7 @@ import logging
 import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace as with_changes
+from numbers import Integral
 from time import monotonic
 from typing import Any
 
@@ -22,6 +23,7 @@ from ..quantities import numbers, positive_count, replace, shown, with_parts
 from ..quantities import parameters as parameters_of
 from ..results import Floats
 from .blocks import Batch, Block, first_lane, flat
+from .ensemble_data import dataset_of
 from .gpu import Machine, machine_of
 from .integrate import Dop8, Dopri5, Rk4
 from .lane_checks import LaneError, check_lanes
@@ -33,11 +35,11 @@ log = logging.getLogger(__name__)
 
 MOST_TRIES = 12  # of finer steps, until the stiffness met asks for no more
 SAMPLED = 16  # lanes whose blocks are run again with half the step, for the estimate of the error
+FOURTH = 16 / 15  # an error of fourth order over its change with half the step; those of higher order are closer
 SAMPLED_BLOCKS = 16  # of every number of steps, for laws with breakpoints: their errors differ from lane to lane
-SETTLED = 1e-6  # largest change of a settled state from one period (or up to eight) to the next, of fixed steps
-LOOSE = 1e4  # of adaptive ones, in units of their tolerance
 MOST_STEPS = 100_000  # a period, for lanes that explode
 FINEST = 10_000_000  # steps a period at first
+MOST_PERIODS = 10**9  # of one run
 
 
 def ensemble(
@@ -81,12 +83,13 @@ def ensemble(
     Returns
     -------
     xarray.Dataset
-        Over the dimension "lane": the varied parameters as coordinates; the measures (NaN in lanes that diverged);
-        `status` (0 finished, 1 diverged), `ended` (time [s] until which the states stayed bounded), `period` (of the
-        settled motion, in turns; 0 if it is not settled, or if its period is longer than 8), `steps` where they are
-        fixed. Attributes: method, device, and of every measure with a fixed step `error_estimate`, the largest
-        difference to half the step in a sample of lanes (twice that for laws with breakpoints, where fixed steps are
-        of second order; a lane whose motion would end up on another attractor may not be among them).
+        Over the dimension "lane": the varied parameters as coordinates; the measures (NaN in lanes that did not
+        finish); `status` (0 finished, 1 diverged, 2 needed more than the method's `max_steps`), `ended` (time [s]
+        until which the states stayed bounded), `period` (of the settled motion, in turns; 0 if it is not settled, or
+        if its period is longer than 8), `steps` where they are fixed. Attributes: method, device, and of every
+        measure with a fixed step `error_estimate`, the largest difference to half the step in a sample of lanes
+        (twice that for laws with breakpoints, where fixed steps are of second order; a lane whose motion would end
+        up on another attractor may not be among them), in the unit of the measure.
 
     Raises
     ------
@@ -102,18 +105,19 @@ def ensemble(
     """
     system = with_parts("ensemble", system, "rhs")
     varied, states, lanes = _arrays(system, parameters, y0)
-    positive_count("periods", periods)
-    if isinstance(settle, bool) or not isinstance(settle, int) or settle < 0:
-        raise ValueError(f"settle is {shown(settle)}; it must be a whole number of periods, 0 or more")
+    periods = positive_count("periods", periods, MOST_PERIODS)
+    if isinstance(settle, bool) or not isinstance(settle, Integral) or not 0 <= settle <= MOST_PERIODS:
+        raise ValueError(f"settle is {shown(settle)}; it must be a whole number of periods from 0 to {MOST_PERIODS}")
     kept = _checked_measures(measures)
     chosen = _method(system, method)
     check_orders(measures, chosen, system.orders() if hasattr(system, "orders") else ())
-    batch = _batch(system, varied, states, lanes, kept, settle, periods, any(isinstance(m, Poincare) for m in measures))
+    batch = _batch(
+        system, varied, states, lanes, kept, int(settle), periods, any(isinstance(m, Poincare) for m in measures)
+    )
     machine = machine_of(device, positive_count("threads", os.cpu_count() or 1 if threads is None else threads))
     members = replace(system, varied)
     found, steps = _run(batch, members, chosen, machine)
-    settled = max(SETTLED, LOOSE * chosen.rtol) if isinstance(chosen, Dopri5) else SETTLED
-    data = _dataset(system, varied, batch, found, measures, settled)
+    data = dataset_of(system, varied, batch, found, measures, chosen)
     data.attrs |= {"method": str(chosen), "device": machine.name, "periods": periods, "settle": settle}
     if isinstance(chosen, Rk4):
         data["steps"] = ("lane", steps, {"long_name": "steps per period"})
@@ -148,10 +152,10 @@ def _arrays(system: Any, parameters: Any, y0: Any) -> tuple[dict[str, Floats], F
         names = ", ".join(system.state_names())
         raise ValueError(f"y0 has {len(states)} states; {type(system).__name__} has {wanted}: {names}; give each one")
     check_lanes(system, varied)
-    slow = varied.get("omega", np.ones(1)) <= 0.0
-    if slow.any():
-        lane = int(np.argmax(slow))
-        raise LaneError(f"omega is {varied['omega'][lane]:g} rad/s; it must be positive", slow)
+    omega = varied.get("omega", np.full(lanes, float(getattr(system, "omega", 1.0))))
+    if not (omega > 0.0).all():
+        slow = ~(omega > 0.0)
+        raise LaneError(f"omega is {omega[int(np.argmax(slow))]:g} rad/s; it must be positive", slow)
     return varied, np.stack([np.broadcast_to(v, (lanes,)) for v in states]), lanes
 
 
@@ -192,10 +196,14 @@ def _batch(
     prepared = members.prepared() if hasattr(members, "prepared") else members
     table = np.array([np.broadcast_to(np.asarray(v, float), (lanes,)) for v in flat(prepared)]).reshape(-1, lanes)
     omega = np.broadcast_to(np.asarray(getattr(members, "omega", 1.0), float), (lanes,))
-    probe = tuple(float(i + 2) for i in range(len(y0)))
-    smooth = len(probe) > 1 and float(np.asarray(system.rhs(0.3, probe)[0])) == probe[1]
-    kind = Smooth() if smooth else General()
+    kind = Smooth() if _is_smooth(system, len(y0)) else General()
     return Batch(first_lane(prepared), table, omega, y0, kind, measures, settle, periods, points)
+
+
+def _is_smooth(system: Any, states: int) -> bool:
+    """Whether the second state is the rate of the first, in two states that nothing else has in common."""
+    probes = [tuple(start + step * i for i in range(states)) for start, step in ((2.0, 1.0), (-0.37, 0.59))]
+    return states > 1 and all(float(np.asarray(system.rhs(0.3, probe)[0])) == probe[1] for probe in probes)
 
 
 def _run(batch: Batch, members: Any, method: Rk4 | Dopri5, machine: Machine) -> tuple[Block, Any]:
@@ -212,9 +220,9 @@ def _run(batch: Batch, members: Any, method: Rk4 | Dopri5, machine: Machine) -> 
     if endless.any():
         lane = int(np.argmax(endless))
         raise LaneError(
-            f"omega is {batch.omega[lane]:.4g} rad/s, so that a period takes {steps[lane]} steps for "
-            f"orders up to {order} and at most {FINEST} are taken; raise omega, leave out the highest orders, or "
-            "integrate part of a period with simulate",
+            f"a period at omega = {batch.omega[lane]:.4g} rad/s, with orders up to {order} and {method.steps} steps "
+            f"of the shortest time scale, takes more than {FINEST} steps; raise omega, leave out the highest orders, "
+            "or integrate part of a period with simulate",
             endless,
         )
     found = _march_all(batch, steps, method, machine)
@@ -283,49 +291,6 @@ def _march_all(batch: Batch, steps: Any, method: Rk4 | Dopri5, machine: Machine)
     return Block(**whole)
 
 
-def _dataset(
-    system: Any, varied: dict[str, Floats], batch: Batch, found: Block, measures: Any, settled: float = SETTLED
-) -> xr.Dataset:
-    periods = batch.settle + batch.periods
-    good = found.ended == periods
-    turn = 2.0 * np.pi / batch.omega
-    units = {p.path: p.unit for p in parameters_of(system)}
-    names = system.state_names() if hasattr(system, "state_names") else [f"y{i}" for i in range(len(batch.y0))]
-    angle = {"units": "rad"} if hasattr(system, "torsion") else {}
-    data = xr.Dataset(coords={path: ("lane", v, {"units": units[path]}) for path, v in varied.items()})
-    at = 0
-    for measure in batch.measures:
-        n = len(flat(measure.start()))
-        with np.errstate(all="ignore"):
-            variables = measure.results(found.sums[at : at + n], batch.periods * turn)
-        at += n
-        for name, values in variables.items():
-            data[name] = ("lane", np.where(good, values, np.nan), dict(angle))
-    if any(isinstance(measure, Final) for measure in measures):
-        data["final"] = (("state", "lane"), np.where(good, found.last[-1], np.nan))
-    if any(isinstance(measure, Poincare) for measure in measures):
-        inside = np.arange(periods)[:, None, None] < found.ended
-        data["points"] = (("turn", "state", "lane"), np.where(inside, found.points, np.nan))
-    if "final" in data or "points" in data:
-        data = data.assign_coords(state=list(names))
-    data["status"] = ("lane", (~good).astype(np.int8), {"meaning": "0 finished, 1 left every bound"})
-    data["ended"] = ("lane", found.ended * turn, {"units": "s", "long_name": "bounded until"})
-    data["period"] = ("lane", _periods_of(found, good, settled), {"units": "turn", "long_name": "0: not settled"})
-    return data
-
-
-def _periods_of(found: Block, good: Any, settled: float) -> Any:
-    """Turns after which a state comes back (lanes,): the smallest number up to 8; 0 where there is none."""
-    last = found.last
-    size = np.maximum(np.max(np.abs(last), axis=0), 1e-300)
-    out = np.zeros(last.shape[2], np.int64)
-    for n in range(len(last) - 1, 0, -1):
-        with np.errstate(all="ignore"):
-            back = np.all(np.abs(last[-1] - last[-1 - n]) <= settled * size, axis=0)
-        out[back & good] = n
-    return out
-
-
 def _add_error_estimates(
     data: xr.Dataset, batch: Batch, method: Rk4, steps: Any, measures: Any, system: Any, varied: dict[str, Floats],
     machine: Machine,
@@ -341,13 +306,14 @@ def _add_error_estimates(
     seen, blocks = (good, SAMPLED_BLOCKS) if kinks else (_spread(good, SAMPLED), 1)
     groups = [good[steps[good] == number] for number in np.unique(steps[seen])]
     sample = np.sort(np.concatenate([_spread(group, blocks * LANES) for group in groups]))
-    finer = _march_all(_some(batch, sample), 2 * steps[sample], method, machine)
-    few = _dataset(system, {p: v[sample] for p, v in varied.items()}, _some(batch, sample), finer, measures)
+    part = _some(batch, sample)
+    finer = _march_all(part, 2 * steps[sample], method, machine)
+    few = dataset_of(system, {p: v[sample] for p, v in varied.items()}, part, finer, measures, method)
     for name in few:
         if few[name].dtype.kind == "f" and name != "ended":
             change = np.abs(few[name].values - data[name].isel(lane=sample).values)
             largest = float(np.nanmax(change)) if np.any(np.isfinite(change)) else 0.0
-            data[name].attrs["error_estimate"] = (2.0 if kinks else 1.0) * largest
+            data[name].attrs["error_estimate"] = (2.0 if kinks else FOURTH) * largest
 
 
 def _spread(places: Any, most: int) -> Any:

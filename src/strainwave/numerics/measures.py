@@ -11,7 +11,7 @@ import numpy as np
 
 from ..maths import cos, sin
 from .integrate import Dopri5, Rk4
-from .pieces import integral, larger, smaller
+from .pieces import harmonic_integrals, integral, larger, smaller
 
 PER_ORDER = 4  # pieces of a fixed step per turn of the highest order that an amplitude is taken of
 HIGHEST_ADAPTIVE = 20  # order, in those of the system, that steps of a relative tolerance of 1e-9 resolve to 1e-4
@@ -97,9 +97,7 @@ class Amplitude(NamedTuple):
         """Sums after a piece."""
         c0, s0 = cos(self.k * piece.phase0), sin(self.k * piece.phase0)
         c1, s1 = cos(self.k * piece.phase1), sin(self.k * piece.phase1)
-        x0, v0, x1, v1, rate = piece.x0, piece.v0, piece.x1, piece.v1, self.k * piece.omega
-        even = integral(piece.rule, piece.width, x0 * c0, v0 * c0 - rate * x0 * s0, x1 * c1, v1 * c1 - rate * x1 * s1)
-        odd = integral(piece.rule, piece.width, x0 * s0, v0 * s0 + rate * x0 * c0, x1 * s1, v1 * s1 + rate * x1 * c1)
+        even, odd = harmonic_integrals(piece.rule, piece, self.k * piece.omega, c0, s0, c1, s1)
         return sums[0] + even, sums[1] + odd
 
     def results(self, sums: Any, time: Any) -> dict[str, Any]:

@@ -62,6 +62,31 @@ def _ends_integral(rule: Any, width: Any, f0: Any, slope0: Any, f1: Any, slope1:
 
 
 @chosen
+def harmonic_integrals(rule: Any, piece: Any, rate: Any, c0: Any, s0: Any, c1: Any, s1: Any) -> Any:
+    """Integrals of the first state times a cosine and times a sine that turn at this rate, given at both ends.
+
+    Of a whole piece the straight line between its ends counts exactly, however far the cosine turns meanwhile.
+    """
+    return {Whole: _whole_harmonic, Even: _summed_harmonic, Ends: _summed_harmonic}[class_of(rule)]
+
+
+def _summed_harmonic(rule: Any, piece: Any, rate: Any, c0: Any, s0: Any, c1: Any, s1: Any) -> Any:
+    x0, v0, x1, v1, width = piece.x0, piece.v0, piece.x1, piece.v1, piece.width
+    even = integral(rule, width, x0 * c0, v0 * c0 - rate * x0 * s0, x1 * c1, v1 * c1 - rate * x1 * s1)
+    odd = integral(rule, width, x0 * s0, v0 * s0 + rate * x0 * c0, x1 * s1, v1 * s1 + rate * x1 * c1)
+    return even, odd
+
+
+def _whole_harmonic(rule: Any, piece: Any, rate: Any, c0: Any, s0: Any, c1: Any, s1: Any) -> Any:
+    x0, x1, width = piece.x0, piece.x1, piece.width
+    line = (x1 - x0) / larger(width, 1e-300)
+    d0, d1, part = piece.v0 - line, piece.v1 - line, width * width / 12.0
+    even = (x1 * s1 - x0 * s0 + line * (c1 - c0) / rate) / rate + part * (d0 * c0 - d1 * c1)
+    odd = (x0 * c0 - x1 * c1 + line * (s1 - s0) / rate) / rate + part * (d0 * s0 - d1 * s1)
+    return even, odd
+
+
+@chosen
 def updated(measures: Any, sums: Any, piece: Any) -> Any:
     """Sums of several measures (tuples) after a piece."""
     return _first_and_rest if len(measures) else _nothing
@@ -187,4 +212,4 @@ def _smooth_extreme(kind: Any, y: Any, rate: Any, y1: Any, rate1: Any, h: Any) -
 
 
 def _general_extreme(kind: Any, y: Any, rate: Any, y1: Any, rate1: Any, h: Any) -> Any:
-    return select(rate[0] * rate1[0] < 0.0, vertex(y[0], rate[0], y1[0], rate1[0], h), y[0])
+    return vertex(y[0], rate[0], y1[0], rate1[0], h)
