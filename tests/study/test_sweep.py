@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar
@@ -24,7 +25,7 @@ import strainwave as sw
 from strainwave.study import sweep_store
 from strainwave.study.sampling import GridPoints
 from strainwave.study.store_lock import StoreLock
-from strainwave.study.sweep_layout import layout_of
+from strainwave.study.sweep_layout import chunk_size, layout_of
 from strainwave.study.sweep_spec import digest, identity
 
 SYSTEM = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(1.0), 1.0)
@@ -68,6 +69,25 @@ class Chunkwise:
         if np.isin(values["omega"], self.bad).any():
             raise ArithmeticError("bad speed")
         return {"twice": 2.0 * values["omega"], "pair": np.stack([values["omega"], -values["omega"]], axis=1)}
+
+
+@dataclass(frozen=True)
+class Slow:
+    """A whole chunk at a time, that of `at` for ever."""
+
+    at: float
+    whole_chunks: ClassVar[bool] = True
+
+    def __call__(self, system, values):
+        try:
+            if self.at in values["omega"]:
+                signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+            while self.at in values["omega"]:
+                time.sleep(0.01)
+        except KeyboardInterrupt:
+            CALLS.append("given up")
+            raise
+        return {"omega": values["omega"]}
 
 
 @pytest.fixture(autouse=True)
@@ -172,7 +192,7 @@ def test_in_a_whole_chunk_that_fails_the_points_are_found():
 
 def test_a_whole_chunk_that_always_fails_costs_a_bounded_number_of_calls():
     omega = np.linspace(1.0, 2.0, 5000)
-    result = sw.sweep(Chunkwise(bad=tuple(omega)), SYSTEM, {"omega": omega}, workers=1)
+    result = sw.sweep(Chunkwise(bad=tuple(omega)), SYSTEM, {"omega": omega}, workers=1, chunk=5000)
     assert result.attrs["failed_points"] == 5000
     assert len(CALLS) < 100
 
@@ -201,6 +221,14 @@ def test_an_interrupted_sweep_goes_on_where_it_stopped(tmp_path):
     assert len(CALLS) == 10 * (6 - kept)
     assert files_of(tmp_path / "s") == files_of(whole)
     assert not (tmp_path / "s.lock").exists()
+
+
+def test_on_ctrl_c_chunks_under_way_are_given_up_and_not_waited_for(tmp_path, caplog):
+    grid = {"omega": np.linspace(1.0, 2.0, 1024)}
+    with pytest.raises(KeyboardInterrupt, match=r"interrupted; 3 of 4 chunks are kept"):
+        sw.sweep(Slow(2.0), SYSTEM, grid, store=tmp_path / "s", workers=1)
+    assert CALLS == ["given up"]
+    assert caplog.text == ""  # nor does a thread die of it
 
 
 def test_a_finished_sweep_computes_nothing(tmp_path):
@@ -540,6 +568,50 @@ def test_a_grid_of_a_million_million_points_is_cut_without_making_them():
     values = points.values(last.first, last.points)
     assert last.points <= 65536
     assert [values[path][-1] for path in ("J", "B", "omega")] == [10_000, 9_999, 9_999]
+
+
+@pytest.mark.parametrize(
+    ("shape", "least", "block"),
+    [
+        ((4096,), None, (32,)),
+        ((1 << 20,), None, (256,)),
+        ((200,), 256, (200,)),
+        ((1024,), 256, (256,)),
+        ((100, 150), 256, (3, 150)),  # one row of 150 would leave 106 of 256 lanes empty
+        ((100, 150), 8192, (50, 150)),
+        ((1 << 20,), 256, (1 << 14,)),
+        ((1 << 20,), 1 << 17, (1 << 17,)),
+        ((10**7,), 256, (129871,)),
+    ],
+)
+def test_chunks_of_whole_blocks_are_a_64th_of_the_points(shape, least, block):
+    assert layout_of(shape, chunk_size(shape, least)).block == block
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"y0": (0.0,)}, "y0 has 1 states; Oscillator has 2"),
+        ({"y0": 0.0}, "y0 is 0.0"),
+        ({"periods": 0}, "periods is 0"),
+        ({"settle": -1}, "settle is -1"),
+        ({"measures": (3,)}, "3 is no measure"),
+        ({"method": "rk4"}, "method is 'rk4'"),
+        ({"device": "q"}, "device is 'q'"),
+    ],
+)
+def test_a_measure_that_would_fail_everywhere_is_refused_before_there_is_a_store(change, words, tmp_path):
+    measure = sw.EnsembleMeasure(**{"y0": (0.0, 0.0), "periods": 2} | change)
+    with pytest.raises((TypeError, ValueError), match=words):
+        sw.sweep(measure, SYSTEM, GRID, store=tmp_path / "s")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_least_chunk_is_what_the_steps_need():
+    kinked = SYSTEM._replace(law=sw.Backlash(1.0, 0.1))
+    assert sw.EnsembleMeasure((0.0, 0.0), 1).least_chunk(kinked) == 256
+    assert sw.EnsembleMeasure((0.0, 0.0), 1).least_chunk(SYSTEM) == 8192
+    assert sw.EnsembleMeasure((0.0, 0.0), 1, device="gpu").least_chunk(kinked) == 131072
 
 
 @pytest.mark.slow

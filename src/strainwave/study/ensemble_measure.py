@@ -1,12 +1,21 @@
 """`EnsembleMeasure`: what a sweep keeps of trajectories, a whole chunk of them side by side."""
 
+import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from ..numerics.ensemble import ensemble
-from ..numerics.measures import Peak, Rms
+from .._lanes import LANES
+from ..numerics.ensemble import _arrays, _checked_measures, _method, ensemble
+from ..numerics.gpu import machine_of
+from ..numerics.integrate import Dopri5
+from ..numerics.lane_checks import LaneError
+from ..numerics.measures import Peak, Rms, check_orders
+from ..quantities import positive_count
 from ..results import Floats
+from .sweep_layout import LARGEST
+
+SHARED = 32  # blocks of fixed steps, a few of which are run again for the estimate of the error
 
 
 @dataclass(frozen=True)
@@ -36,6 +45,27 @@ class EnsembleMeasure:
     method: Any = None
     device: str = "cpu"
     whole_chunks: ClassVar[bool] = True
+
+    def check(self, system: Any) -> None:
+        """Refuse what would fail at every point of a sweep over variants of `system` (TypeError, ValueError)."""
+        with contextlib.suppress(LaneError):  # of this variant: those of the sweep are others
+            _arrays(system, {}, self.y0)
+        positive_count("periods", self.periods)
+        if isinstance(self.settle, bool) or self.settle != 0:
+            positive_count("settle", self.settle)
+        _checked_measures(self.measures)
+        check_orders(self.measures, _method(system, self.method), system.orders() if hasattr(system, "orders") else ())
+        machine_of(self.device, 1)
+
+    def least_chunk(self, system: Any) -> int:
+        """Fewest lanes that are worth a chunk.
+
+        One block of adaptive steps; of fixed steps 32 blocks, since some are run again to estimate the error and
+        lanes share a block with those of the same number of steps only; on a graphics processor as many as there are.
+        """
+        if self.device == "gpu":
+            return LARGEST
+        return LANES if isinstance(_method(system, self.method), Dopri5) else SHARED * LANES
 
     def __call__(self, system: Any, values: Mapping[str, Floats]) -> Any:
         """Measure the variants of `system` with these values (n,) by path; a dataset over the dimension "lane"."""

@@ -1,5 +1,6 @@
 """`sweep`: any function of a system over a grid or a sample, kept chunk by chunk and resumed where it stopped."""
 
+import contextlib
 import logging
 import math
 import os
@@ -14,8 +15,10 @@ from uuid import uuid4
 import xarray as xr
 
 from .. import __version__
+from .._lanes import LANES
 from ..quantities import checked, positive_count, shown
 from ..results import Floats
+from .ensemble_measure import EnsembleMeasure
 from .sampling import Grid, GridPoints, Points, check_names, points_of
 from .sweep_layout import Layout, check_size, chunk_size, layout_of
 from .sweep_local import ProcessPool, ThreadPool
@@ -69,7 +72,9 @@ def sweep(
     processes : bool
         Compute in processes: for measures that are not compiled code.
     chunk : int, optional
-        Most points that are computed and written at a time: results of fewer are lost when a run is stopped.
+        Most points that are computed and written at a time: results of fewer are lost when a run is stopped. Default:
+        a 4096th of the points, at least 32; for whole-chunk measures a 64th, rounded up to fill blocks of 256 lanes,
+        at least what `EnsembleMeasure.least_chunk` says; never more than 131072.
     seed : int
         Seed of the random numbers of a measure that takes `rng`.
     units : dict of str to str, optional
@@ -91,15 +96,17 @@ def sweep(
     RuntimeError
         If the store is in use or cannot be written, or the cluster is gone; what was finished is kept.
     KeyboardInterrupt
-        On Ctrl-C, with a sentence; what was finished is kept.
+        On Ctrl-C, with a sentence; what was finished is kept, chunks under way are given up within about a second.
     """
     system, points = checked(system), points_of(grid)
     positive_count("chunk", 1 if chunk is None else chunk)
     workers = positive_count("workers", _processors() if workers is None else workers, MOST_WORKERS)
     folder = None if store is None else _folder(store)
     parameter_units = _check(measure, system, points, seed, units)
+    if isinstance(measure, EnsembleMeasure):
+        measure.check(system)
     job = Job(measure, system, seed)
-    layout = layout_of(points.shape, chunk or chunk_size(_product(points.shape), job.whole_chunks))
+    layout = layout_of(points.shape, chunk or chunk_size(points.shape, _least_chunk(job)))
     check_size(layout)
     spec = _hash(job, grid, points, layout, store is not None)
     attributes = {
@@ -205,8 +212,21 @@ def _compute_all(run: _Run, pool: Any) -> None:
 
 
 def _finish(run: _Run, pool: Any, chunks: Any, most: int | None) -> list[int]:
-    """Compute chunks and keep their results; return those whose worker died."""
+    """Compute chunks and keep their results, also those that Ctrl-C finds complete; return those whose worker died."""
     waiting: dict[Any, tuple[int, dict[str, Floats]]] = {}
+    try:
+        return _kept_as_finished(run, pool, chunks, most, waiting)
+    except KeyboardInterrupt:
+        for future, (chunk, values) in waiting.items():
+            if future.done():
+                with contextlib.suppress(Exception):
+                    run.keep(chunk, future.result(), values)
+        raise
+
+
+def _kept_as_finished(
+    run: _Run, pool: Any, chunks: Any, most: int | None, waiting: dict[Any, tuple[int, dict[str, Floats]]]
+) -> list[int]:
     finished: SimpleQueue[Any] = SimpleQueue()
     suspects: list[int] = []
     chunks = iter(chunks)
@@ -225,7 +245,7 @@ def _finish(run: _Run, pool: Any, chunks: Any, most: int | None) -> list[int]:
             pool.check()
             room = most or pool.room
             continue
-        chunk, values = waiting.pop(future)
+        chunk, values = waiting[future]
         try:
             part = future.result()
         except Exception as error:
@@ -233,8 +253,10 @@ def _finish(run: _Run, pool: Any, chunks: Any, most: int | None) -> list[int]:
                 pool.check()
                 raise
             suspects.append(chunk)
+            del waiting[future]
             continue
         run.keep(chunk, part, values)
+        del waiting[future]
 
 
 def _pool(client: Any, spec: str, workers: int, processes: bool, job: Job) -> Any:
@@ -283,8 +305,11 @@ def _folder(store: Any) -> Path:
     return path
 
 
-def _product(shape: tuple[int, ...]) -> int:
-    return Layout(shape, shape).points
+def _least_chunk(job: Job) -> int | None:
+    """Fewest points that are worth a chunk, None for a measure of single points."""
+    if isinstance(job.measure, EnsembleMeasure):
+        return job.measure.least_chunk(job.system)
+    return LANES if job.whole_chunks else None
 
 
 def _processors() -> int:

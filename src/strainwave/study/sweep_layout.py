@@ -7,10 +7,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._lanes import LANES
+
 MOST_CHUNKS = 4096  # that a sweep point by point is cut into: each costs a few files and milliseconds
 SMALLEST, LARGEST = 32, 1 << 17
+SHARES = 64  # chunks that whole-chunk measures get at least, if these are not too small
 MOST_KEPT = 10_000_000  # chunks: a few files each
 MOST_HELD = 1 << 28  # points of a chunk: 2 GiB of every parameter
+SPARE = 1.1  # times as many lanes as with the best size are taken for smaller chunks
 
 
 class Stretch(NamedTuple):
@@ -72,9 +76,31 @@ def layout_of(shape: tuple[int, ...], target: int) -> Layout:
     return Layout(shape, tuple(block))
 
 
-def chunk_size(points: int, whole_chunks: bool) -> int:
-    """Points of a chunk when the user does not say: it depends on nothing but the sweep itself."""
-    return LARGEST if whole_chunks else min(LARGEST, max(SMALLEST, -(-points // MOST_CHUNKS)))
+def chunk_size(shape: tuple[int, ...], least: int | None = None) -> int:
+    """Points of a chunk when the user does not say: it depends on nothing but the sweep itself.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Shape of the arrays over the points.
+    least : int, optional
+        For a measure of whole chunks: the fewest lanes that are worth a chunk.
+    """
+    points = math.prod(shape)
+    if least is None:
+        return min(LARGEST, max(SMALLEST, -(-points // MOST_CHUNKS)))
+    target = LANES * max(1, -(-max(least, -(-points // SHARES)) // LANES))
+    if target >= LARGEST:
+        return LARGEST
+    # A block of the arrays rarely has as many points as it may: the smallest size that leaves few lanes empty.
+    sizes = range(target, min(2 * target, LARGEST) + 1, max(LANES, target // 8 // LANES * LANES))
+    lanes = {size: _lanes(layout_of(shape, size)) for size in sizes}
+    return next(size for size in sizes if lanes[size] <= SPARE * min(lanes.values()))
+
+
+def _lanes(layout: Layout) -> int:
+    """Lanes that are computed where every chunk fills its last block of lanes up."""
+    return layout.chunks * -(-math.prod(layout.block) // LANES)
 
 
 def check_size(layout: Layout) -> None:

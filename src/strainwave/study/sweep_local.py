@@ -6,17 +6,22 @@ for good; and `close(...)`.
 """
 
 import contextlib
+import ctypes
+import logging
 import multiprocessing
 import os
 import pickle
 import signal
 import threading
+import time
 from collections.abc import Mapping
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 
 from ..results import Floats
 from .sweep_points import Job, Part, compute
+
+log = logging.getLogger(__name__)
 
 
 class ThreadPool:
@@ -25,11 +30,25 @@ class ThreadPool:
     def __init__(self, workers: int) -> None:
         self.room = 2 * workers
         self.stop = threading.Event()
+        self.busy: set[int] = set()
+        self.guard = threading.Lock()
         self.pool = ThreadPoolExecutor(workers, thread_name_prefix="sweep")
 
     def submit(self, job: Job, chunk: int, first: int, values: Mapping[str, Floats]) -> "Future[Part]":
         """Begin to compute a chunk."""
-        return self.pool.submit(compute, job, first, values, self.stop.is_set)
+        return self.pool.submit(self._compute, job, first, values)
+
+    def _compute(self, job: Job, first: int, values: Mapping[str, Floats]) -> Part:
+        thread = threading.get_ident()
+        with self.guard:
+            self.busy.add(thread)
+        try:
+            return compute(job, first, values, self.stop.is_set)
+        finally:
+            with self.guard:
+                self.busy.discard(thread)
+            if self.stop.is_set():
+                _bytecode()
 
     def lost(self, error: BaseException) -> bool:
         """Threads die with the process only."""
@@ -39,9 +58,31 @@ class ThreadPool:
         """Threads are always there."""
 
     def close(self) -> None:
-        """Stop the threads at their next point; chunks under way are given up."""
+        """Stop the threads; chunks under way are given up as soon as compiled code returns: after a block of lanes."""
         self.stop.set()
-        self.pool.shutdown(wait=True, cancel_futures=True)
+        self.pool.shutdown(wait=False, cancel_futures=True)
+        since, said = time.monotonic(), False
+        while self._interrupted():
+            time.sleep(0.05)
+            if not said and time.monotonic() - since > 1.0:
+                said = True
+                log.info("stopping as soon as the blocks of trajectories under way have come to their end")
+        self.pool.shutdown(wait=True)
+
+    def _interrupted(self) -> bool:
+        """Raise KeyboardInterrupt in the threads that compute; whether there were any.
+
+        A measure knows no flag that it could look at, and Python sends an interrupt to the main thread alone.
+        """
+        raising = ctypes.pythonapi.PyThreadState_SetAsyncExc
+        with self.guard:
+            for thread in self.busy:
+                raising(ctypes.c_ulong(thread), ctypes.py_object(KeyboardInterrupt))
+            return bool(self.busy)
+
+
+def _bytecode() -> None:
+    """Be a call: an interrupt that came at the last moment is raised here and not in the thread's own loop."""
 
 
 class ProcessPool:
