@@ -360,6 +360,26 @@ def test_what_a_killed_write_leaves_behind_is_removed(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["s"]
 
 
+def test_a_complete_store_is_read_where_nothing_can_be_written(tmp_path, monkeypatch):
+    store = tmp_path / "s"
+    first = sw.sweep(product, SYSTEM, GRID, store=store, chunk=10)
+    before = files_of(store)
+    CALLS.clear()
+
+    def refused(*_args, **_more):
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    monkeypatch.setattr(os, "open", refused)
+    assert first.identical(sw.sweep(product, SYSTEM, GRID, store=store, chunk=10))
+    assert files_of(store) == before
+    (store / "done" / "c" / "3").unlink()
+    with pytest.raises(RuntimeError, match="cannot be opened .read-only file system."):
+        sw.sweep(product, SYSTEM, GRID, store=store, chunk=10)
+    with pytest.raises(RuntimeError, match="cannot be opened .read-only file system."):
+        sw.sweep(product, SYSTEM, GRID, store=tmp_path / "new", chunk=10)
+    assert CALLS == []
+
+
 @pytest.mark.parametrize("harm", [lambda file: file.unlink(), lambda file: file.write_bytes(b"garbled")])
 def test_damaged_values_of_the_grid_are_written_again(tmp_path, harm, caplog):
     store = tmp_path / "s"

@@ -91,7 +91,15 @@ class SweepStore:
                 self.group = zarr.open_group(self.memory, mode="r+", zarr_format=3)
                 self.done = np.zeros(layout.chunks, bool)
                 return
-            self.lock = StoreLock(path)
+            try:
+                self.lock = StoreLock(path)
+            except OSError as error:
+                if error.errno not in (errno.EROFS, errno.EACCES) or not path.is_dir():
+                    raise
+                self._open(path, axes, attributes)  # what is complete can be read where nothing can be written
+                if not self.done.all():
+                    raise
+                return
             try:
                 self._open(path, axes, attributes)
             except BaseException:
@@ -100,7 +108,9 @@ class SweepStore:
 
     def _open(self, path: Path, axes: Mapping[str, Floats], attributes: dict[str, Any]) -> None:
         part = path.with_name(path.name + ".partial")
-        shutil.rmtree(part, ignore_errors=True)
+        writable = self.lock is not None
+        if writable:
+            shutil.rmtree(part, ignore_errors=True)
         self.resumed = path.exists() and not (path.is_dir() and not any(path.iterdir()))
         if not self.resumed:
             self._create(LocalStore(part), axes, attributes)
@@ -109,9 +119,9 @@ class SweepStore:
             os.replace(part, path)
         else:
             _check_spec(path, attributes)
-            for left_over in path.rglob("*.partial"):
+            for left_over in path.rglob("*.partial") if writable else ():
                 left_over.unlink(missing_ok=True)
-        self.group = zarr.open_group(LocalStore(path), mode="r+", zarr_format=3)
+        self.group = zarr.open_group(LocalStore(path), mode="r+" if writable else "r", zarr_format=3)
         described = self.group.attrs.get("variables")
         if isinstance(described, list):
             self.variables = tuple(_variable(item) for item in described)
@@ -285,6 +295,8 @@ class SweepStore:
 
     def finish(self) -> None:
         """Note in the attributes how many points failed, and the first messages."""
+        if self.path is not None and self.lock is None:  # it is read only: they are there already
+            return
         wrong = [chunk for chunk, points in sorted(self.failed.items()) if points]
         with self.told("written"):
             letters = [np.asarray(self._at(MESSAGE)[chunk]).tobytes() for chunk in wrong[:SHOWN]]
