@@ -42,6 +42,18 @@ def test_of_a_periodic_orbit_it_is_the_logarithm_of_the_largest_multiplier():
 
 @pytest.mark.slow
 @pytest.mark.compiled
+def test_a_disturbance_that_turns_in_step_with_the_blocks_is_in_the_standard_error():
+    """Multipliers exp((-B/(2J) +- i w) T): after five turns the disturbance points almost as before."""
+    law = sw.PiecewiseLinear(67000.0, 110000.0, 120000.0, 29.0, 108.0)
+    lines = sw.KinematicError((sw.Line(1, 1.94e-5, 0.698), sw.Line(2, 8.24e-5), sw.Line(4, 1.45e-5, 1.571)))
+    system = sw.Oscillator(2.4, 20.05, law, sw.Harmonic(0.0), 97.39, error=lines)
+    found = sw.lyapunov_exponent(system, (2e-3, 0.0), turns=100, settle=100)
+    assert abs(found.value + 20.05 / 4.8) < 2.0 * found.standard_error
+    assert found.standard_error < 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
 def test_chaos_by_the_variational_equation_and_by_two_trajectories():
     tangent = sw.lyapunov_exponent(UEDA, (2.5, 0.0), turns=6000)
     starts = np.array([[2.5], [0.0]]) + 0.01 * np.random.default_rng(0).normal(size=(2, 64))
