@@ -64,6 +64,11 @@ def test_a_right_file_resolves_to_si(written):
     assert project.text == GOOD
 
 
+def test_a_limit_of_the_oscillation_is_read_in_any_unit_of_angle(written):
+    assert load(written(GOOD)).limit is None
+    assert load(written(GOOD + "limit: {oscillation: 1 arcmin}\n")).limit == pytest.approx(60.0 * ARCSEC, rel=1e-14)
+
+
 def test_the_system_is_the_drives_error_equation(written):
     project = load(written(GOOD))
     system = project.system(200.0)
@@ -261,6 +266,8 @@ WRONG = [
     ("m^2}", "m^2, inertja: 5 kg*m^2}", "3:29", "load.inertja", "unknown field; did you mean 'inertia'?"),
     ("m^2}", "m^2, inertia: 5 kg*m^2}", "3:29", "load.inertia", "appears twice, first in line 3; remove one"),
     ("damping:", "gear: CSG-40-80\ndamping:", "4:1", "gear", "appears twice, first in line 1; remove one"),
+    ("damping:", "limit: {oscillation: 0 arcsec}\ndamping:", "4:22", "limit.oscillation", "'0 arcsec' is not positive"),
+    ("damping:", "limit: 60 arcsec\ndamping:", "4:8", "limit", "'60 arcsec' is not a group of fields; write for"),
     ("damping:", "colour: red\ndamping:", "4:1", "colour", "unknown field; known here: title, gear, hysteresis"),
     (
         "gear: CSG-40-50",

@@ -10,7 +10,9 @@ from strainwave.app import words
 from strainwave.app.advice_words import advice_data
 from strainwave.app.facts import ARCSEC, AngleUnit
 from strainwave.app.words import warnings
-from strainwave.study.advice import Advice, Avoid, Remedy
+from strainwave.study.advice import Advice
+from strainwave.study.avoid import Avoid
+from strainwave.study.remedies import Remedy
 from strainwave.study.usage import Usage, limit_findings
 
 RPM = math.pi / 30.0
@@ -68,8 +70,22 @@ def test_no_proof_of_stability_is_told_with_its_reason():
     assert words.stability_text({"stability": proof}, ARCSECONDS) == "no proof: LuGre has friction or memory"
 
 
-def advised(bands, largest, slow, remedies=(), sweep=None):
-    avoid = Avoid(bands, largest, 140.0, slow)
+def test_jumps_are_told_of_the_computed_curve_first():
+    at = [{"omega_rad_per_s": 170.0, "motor_speed_rpm": rpm} for rpm in (1621.1, 1629.9)]
+    told = words.jump_verdict
+    assert told({"jumps": [], "folds": []}) == ""
+    assert told({"jumps": [], "folds": at}) == (
+        "Here the computed curve does not jump; multiple scales would at 1621.1 rpm at the motor and 1629.9 rpm at "
+        "the motor."
+    )
+    assert told({"jumps": at[:1], "folds": at[1:]}) == (
+        "The computed curve jumps at 1621.1 rpm at the motor; multiple scales would at 1629.9 rpm at the motor."
+    )
+    assert told({"jumps": at[:1], "folds": []}).endswith("rpm at the motor, that of multiple scales does not.")
+
+
+def advised(bands, largest, slow, remedies=(), sweep=None, peaks=(), limit=None):
+    avoid = Avoid(bands, largest, 140.0, slow, peaks, limit)
     analysis = SimpleNamespace(
         advice=Advice(avoid, remedies), response=SimpleNamespace(sweep=sweep), speeds=(60.0, 200.0)
     )
@@ -78,12 +94,14 @@ def advised(bands, largest, slow, remedies=(), sweep=None):
 
 def test_speeds_to_avoid_are_one_sentence_with_the_reason_and_the_jumps():
     sweep = SimpleNamespace(width=5.0, jump_up=148.0, jump_down=153.0)
-    told = advised(((135.0, 155.0), (190.0, 200.0)), 1e-3, 1e-4, sweep=sweep)
+    peaks = ((140.0, 1e-3), (200.0, 3e-4))
+    told = advised(((135.0, 155.0), (190.0, 200.0)), 1e-3, 1e-4, sweep=sweep, peaks=peaks)
     assert told["sentence"] == (
         "Avoid 1289 to 1480 and 1814 to 1910 (the end of the range) rpm at the motor: there the error oscillates with "
-        "more than 1/√2 of its largest, 206.3 arcsec at 1337, 10 times the 20.63 arcsec of slow turning, and the "
-        "motion jumps between 1413 and 1461."
+        "more than 1/√2 of the peak there, 206.3 arcsec at 1337 and 61.88 arcsec at 1910, against 20.63 arcsec of slow "
+        "turning, and the motion jumps between 1413 and 1461."
     )
+    assert "nominal drive; sw.variability" in told["nominal"]
     assert told["bands"][0]["to_rpm"] == pytest.approx(155.0 / RPM)
 
 
@@ -92,6 +110,17 @@ def test_a_drive_without_a_resonance_in_its_range_has_no_speed_to_avoid():
         "No speed of the range has to be avoided: the error oscillates with at most 30.94 arcsec, 1.5 times the 20.63 "
         "arcsec of slow turning, and nothing jumps."
     )
+
+
+def test_a_limit_of_the_project_is_the_rule_in_place_of_half_power():
+    told = advised(((135.0, 155.0),), 1e-3, 1e-4, limit=5e-4)
+    assert told["sentence"] == (
+        "Avoid 1289 to 1480 rpm at the motor: there the error oscillates with more than the limit of 103.1 arcsec, at "
+        "most 206.3 arcsec at 1337."
+    )
+    assert "is above the project's limit of 103.1 arcsec" in told["rule"]
+    assert "half power" not in told["rule"]
+    assert "arcsec, within the limit of 412.5 arcsec, and nothing" in advised((), 1e-3, 1e-4, limit=2e-3)["sentence"]
 
 
 def test_remedies_are_told_with_their_effect_and_none_is_recommended_that_makes_it_worse():

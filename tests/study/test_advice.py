@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.study.advice import Avoid, oscillations, remedies, speeds_to_avoid
+from strainwave.model.shafts import Elastic
+from strainwave.study.avoid import oscillations, speeds_to_avoid
 from strainwave.study.exact import ExactResponse, exact_response
 from strainwave.study.jumps import Jumps
 from strainwave.study.regimes import operating_point
+from strainwave.study.remedies import line_that_matters, remedies, train_changes
 
 K, J, ZETA, A = 1e5, 1.0, 0.03, 1e-4
 OMEGA_0 = math.sqrt(K / J)
@@ -77,11 +79,17 @@ def test_remedies_are_those_of_the_closed_form():
     speeds = (130.0, 190.0)
     response = exact_response(SYSTEM, speeds)
     avoid = speeds_to_avoid(SYSTEM, response, POINT)
-    found = {remedy.what: remedy for remedy in remedies(SYSTEM, response, avoid, speeds, 100.0)}
+    loads = ((0.1, SYSTEM._replace(J=1.1 * J)),)
+    found = {remedy.what: remedy for remedy in remedies(SYSTEM, response, avoid, speeds, 100.0, loads=loads)}
     fine = np.linspace(*speeds, 20001)
     before = np.max(transmissibility(fine))
     damped, stiff = transmissibility(fine, 1.1 * ZETA), transmissibility(fine, ZETA / 1.1**0.5, 1.1**0.5 * OMEGA_0)
-    assert list(found) == ["damping of the gear", "stiffness of the gear"]  # a preload does not stiffen a linear law
+    heavy = transmissibility(fine, ZETA / 1.1**0.5, OMEGA_0 / 1.1**0.5)
+    names = ["kinematic error of order 2", "damping of the gear", "inertia of the load", "stiffness of the gear"]
+    assert sorted(found) == sorted(names)  # a preload does not stiffen a linear law
+    assert found["kinematic error of order 2"].ratio == pytest.approx(0.9, rel=2e-3)
+    assert found["inertia of the load"].ratio == pytest.approx(np.max(heavy) / before, rel=2e-3)
+    assert found["inertia of the load"].at == pytest.approx(fine[np.argmax(heavy)], rel=3e-3)
     # the curve's points lie within a percent of the band's width of the crest
     assert found["damping of the gear"].ratio == pytest.approx(np.max(damped) / before, rel=2e-3)
     assert found["stiffness of the gear"].ratio == pytest.approx(np.max(stiff) / before, rel=2e-3)
@@ -103,6 +111,67 @@ def test_oscillations_leave_out_the_mean():
     assert oscillations(curve) == pytest.approx([5.0], rel=1e-9)
 
 
-def test_a_peak_counts_from_twice_the_error_of_slow_turning():
-    assert Avoid((), 2.1, 1.0, 1.0).amplified
-    assert not Avoid((), 1.9, 1.0, 1.0).amplified
+@pytest.mark.parametrize(("height", "bands"), [(1.9, 0), (2.1, 1)])
+def test_a_peak_counts_from_twice_the_error_of_slow_turning(height, bands):
+    hill = A * (1.0 + (height - 1.0) * np.exp(-(((OMEGA - 160.0) / 5.0) ** 2)))
+    assert len(speeds_to_avoid(SYSTEM, followed(OMEGA, hill), POINT).bands) == bands
+
+
+def hills(*several):
+    """Oscillation of slow turning with hills of a height [times that] at a speed, five rad/s wide."""
+    return A * (1.0 + sum((h - 1.0) * np.exp(-(((OMEGA - w) / 5.0) ** 2)) for w, h in several))
+
+
+def test_every_peak_has_a_band_of_its_own_height():
+    found = speeds_to_avoid(SYSTEM, followed(OMEGA, hills((130.0, 4.0), (170.0, 20.0))), POINT)
+    assert [peak[0] for peak in found.peaks] == pytest.approx([130.0, 170.0], abs=0.1)
+    for (low, high), (at, size) in zip(found.bands, found.peaks, strict=True):
+        assert low < at < high
+        half = np.interp([low, high], OMEGA, hills((130.0, 4.0), (170.0, 20.0)))
+        assert half == pytest.approx(size / math.sqrt(2.0), rel=1e-6)
+
+
+def test_a_bump_on_the_flank_of_a_peak_is_none_of_its_own():
+    curve = hills((170.0, 20.0)) + 2.5 * A * np.exp(-(((OMEGA - 164.0) / 0.5) ** 2))
+    assert np.sum((curve[1:-1] > curve[:-2]) & (curve[1:-1] > curve[2:])) == 2
+    found = speeds_to_avoid(SYSTEM, followed(OMEGA, curve), POINT)
+    assert len(found.peaks) == len(found.bands) == 1
+
+
+def test_a_limit_takes_the_place_of_the_peaks():
+    curve = followed(OMEGA, hills((130.0, 4.0), (170.0, 20.0)))
+    ((low, high),) = speeds_to_avoid(SYSTEM, curve, POINT, limit=5.0 * A).bands
+    # 1 + 19 exp(-d^2/25) = 5
+    assert [low, high] == pytest.approx([170.0 - (d := 5.0 * math.sqrt(math.log(19.0 / 4.0))), 170.0 + d], abs=1e-3)
+    assert speeds_to_avoid(SYSTEM, curve, POINT, limit=21.0 * A).bands == ()
+
+
+def test_where_a_sweep_lands_on_the_flank_of_a_peak_that_the_other_one_follows_is_no_peak():
+    # a softening drive by integration: run-up jumps at 160 from the quiet motion to the loud one, which coast-down
+    # follows to 140, where it is largest
+    loud = A * (5.0 + 15.0 * (220.0 - OMEGA) / 80.0)
+    up, down = np.where(OMEGA < 160.0, A, loud), np.where(OMEGA < 140.0, A, loud)
+    forth = followed(OMEGA, up, jump_up=160.0, jump_down=140.0)
+    back = followed(OMEGA, down).curve
+    found = speeds_to_avoid(SYSTEM, ExactResponse(forth.curve, forth.sweep, "integration", back), POINT)
+    assert [at for at, _ in found.peaks] == pytest.approx([140.0], abs=0.1)
+    ((low, high),) = found.bands
+    # half of the power, 20/sqrt(2) = 5 + 15 (220 - omega)/80
+    assert [low, high] == pytest.approx([140.0, 220.0 - 80.0 * (20.0 / math.sqrt(2.0) - 5.0) / 15.0], abs=0.1)
+
+
+def test_the_line_that_matters_is_the_one_that_is_largest_at_the_peak():
+    error = sw.KinematicError((sw.Line(2, 5e-5), sw.Line(4, 1e-5), sw.Line(40, 1e-3)))
+    harmonics = np.zeros(11)  # up to order 5
+    harmonics[3:5], harmonics[7:9] = 1e-4, 3e-4
+    assert line_that_matters(error, harmonics) == (4, {"error.lines.1.amplitude": pytest.approx(0.9e-5)})
+    assert line_that_matters(sw.KinematicError(()), harmonics) is None
+
+
+def test_the_load_of_a_train_is_the_inertia_behind_its_couplings():
+    train = sw.Drive(1e-4, J, 50.0, 1.0, sw.Linear(K)).train(omega=100.0)
+    coupled = train._replace(load=Elastic(0.1, 1.0, sw.Linear(K), train.load))
+    changed = {(what, share): new for what, share, new in train_changes(coupled)}
+    heavier = changed["inertia of the load", 0.1].load
+    assert math.isclose(heavier.load.J, 1.1 * J)
+    assert heavier.J == 0.1

@@ -1,18 +1,23 @@
 """Speeds to avoid and what would help, as data and in sentences."""
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
-from ..study.advice import AMPLIFIED, Advice, Remedy
+from ..study.advice import Advice
 from ..study.analysis import Analysis
+from ..study.avoid import AMPLIFIED, Avoid
+from ..study.remedies import Remedy
 from .console import number
 from .facts import ARCSEC, RPM, AngleUnit
 from .project import Project
+from .resonance_data import place
 
-RULE = (
-    "A speed is to be avoided where the oscillation of the error (its largest distance from its mean, in a steady "
-    "motion) is above 1/√2 of the largest in the range (half power), provided that this largest is more than "
-    f"{AMPLIFIED:g} times the oscillation of slow turning; and wherever run-up and coast-down are on different motions."
+OSCILLATION = "the oscillation of the error (its largest distance from its mean, in a steady motion)"
+APART = "and wherever run-up and coast-down are on different motions"
+NOMINAL = (
+    "The speeds to avoid are those of the nominal drive; sw.variability tells how far the scatter of its parameters "
+    "moves them (page “Ensembles, basins, variability” of the documentation)."
 )
 NOTHING = 0.005  # relative change that is called none
 
@@ -24,7 +29,8 @@ def advice_data(project: Project, analysis: Analysis, angle: AngleUnit) -> dict[
         return None
     avoid, rpm = advice.avoid, None if project.shaft == "forcing" else RPM
     return {
-        "rule": RULE,
+        "rule": _rule(avoid, angle),
+        "limit_rad": avoid.limit,
         "bands": [
             {
                 "from_rad_per_s": low,
@@ -38,7 +44,9 @@ def advice_data(project: Project, analysis: Analysis, angle: AngleUnit) -> dict[
         "largest_oscillation_arcsec": avoid.largest * ARCSEC,
         "at_rad_per_s": avoid.at,
         "slow_oscillation_rad": avoid.slow,
-        "sentence": _avoid(project, analysis, advice, angle),
+        "peaks": [place(project, at) | {"oscillation_rad": size} for at, size in avoid.peaks],
+        "sentence": _avoid(project, analysis, avoid, angle),
+        "nominal": NOMINAL if avoid.bands else "",
         "remedies": [
             {
                 "what": r.what,
@@ -62,35 +70,51 @@ def _unit(project: Project) -> str:
     return "rad/s" if project.shaft == "forcing" else "rpm at the motor"
 
 
-def _avoid(project: Project, analysis: Analysis, advice: Advice, angle: AngleUnit) -> str:
-    avoid, sweep = advice.avoid, analysis.response.sweep
+def _rule(avoid: Avoid, angle: AngleUnit) -> str:
+    if avoid.limit is not None:
+        return (
+            f"A speed is to be avoided where {OSCILLATION} is above the project's limit of {angle.text(avoid.limit)}, "
+            f"{APART}."
+        )
+    return (
+        f"A speed is to be avoided around every peak of the computed curve that is more than {AMPLIFIED:g} times the "
+        f"oscillation of slow turning, as long as {OSCILLATION} is above 1/√2 of that peak (half power), {APART}."
+    )
+
+
+def _avoid(project: Project, analysis: Analysis, avoid: Avoid, angle: AngleUnit) -> str:
+    sweep, ends = analysis.response.sweep, analysis.speeds
     slow = f"{angle.text(avoid.slow)} of slow turning"
     if not avoid.bands:
+        times = f"{number(avoid.largest / avoid.slow, 2)} times" if avoid.slow > 0.0 else "many times"
+        beside = f"{times} the {slow}" if avoid.limit is None else f"within the limit of {angle.text(avoid.limit)}"
         return (
             f"No speed of the range has to be avoided: the error oscillates with at most {angle.text(avoid.largest)}, "
-            f"{_times(avoid)} the {slow}, and nothing jumps."
+            f"{beside}, and nothing jumps."
         )
-    ends = analysis.speeds
-    bands = " and ".join(
+    bands = _listed(
         f"{_speed(project, low)} to {_speed(project, high)}"
         + (" (the end of the range)" if math.isclose(high, ends[1]) else "")
         + (" (from the start of the range)" if math.isclose(low, ends[0]) else "")
         for low, high in avoid.bands
     )
-    why = (
-        f"there the error oscillates with more than 1/√2 of its largest, {angle.text(avoid.largest)} at "
-        f"{_speed(project, avoid.at)}, {_times(avoid)} the {slow}"
-    )
-    jumping = ""
+    reasons = []
+    if avoid.peaks:
+        tops = _listed(f"{angle.text(size)} at {_speed(project, at)}" for at, size in avoid.peaks)
+        whose = "its peak" if len(avoid.peaks) == 1 else "the peak there"
+        reasons.append(f"the error oscillates with more than 1/√2 of {whose}, {tops}, against {slow}")
+    if avoid.limit is not None and avoid.largest > avoid.limit:
+        most = f"{angle.text(avoid.largest)} at {_speed(project, avoid.at)}"
+        reasons.append(f"the error oscillates with more than the limit of {angle.text(avoid.limit)}, at most {most}")
     if sweep is not None and sweep.width > 0.0:
         low, high = sorted((sweep.jump_up, sweep.jump_down))
-        jumping = f"the motion jumps between {_speed(project, low)} and {_speed(project, high)}"
-    reasons = ", and ".join(part for part in (why if avoid.amplified else "", jumping) if part)
-    return f"Avoid {bands} {_unit(project)}: {reasons}."
+        reasons.append(f"the motion jumps between {_speed(project, low)} and {_speed(project, high)}")
+    return f"Avoid {bands} {_unit(project)}: there {', and '.join(reasons)}."
 
 
-def _times(avoid: Any) -> str:
-    return f"{number(avoid.largest / avoid.slow, 2)} times" if avoid.slow > 0.0 else "many times"
+def _listed(parts: Iterable[str]) -> str:
+    *first, last = parts
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _remedies(project: Project, advice: Advice) -> str:

@@ -57,6 +57,8 @@ EXAMPLES = {
     "excitation.kinematic_error[].order": "2",
     "excitation.kinematic_error[].amplitude": "23 arcsec",
     "excitation.kinematic_error[].phase": "90 deg",
+    "limit": "{oscillation: 60 arcsec}",
+    "limit.oscillation": "60 arcsec",
 } | {
     f"excitation.{torque}{field}": text
     for torque in ("motor_torque", "load_torque")

@@ -1,9 +1,11 @@
 """`strainwave analyze`: from a project file to a folder with the report, results.json and CSV files."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from ..study.analysis import Analysis, analysis_steps
+from ..study.remedies import CHANGE
 from .console import Progress, to_json
 from .output import staged
 from .project import Project, load
@@ -35,12 +37,20 @@ def _analysis(project: Project, progress: Progress) -> Analysis:
         by_motor=by_motor,
         train=project.train,
         rated_torque=project.rated_torque,
+        limit=project.limit,
+        loads=tuple((share, _with_load(project, share)) for share in (CHANGE, -CHANGE)),
     )
     for step in steps:
         if isinstance(step, Analysis):
             return step
         progress.show(*step)
     raise AssertionError("the steps end with the analysis")
+
+
+def _with_load(project: Project, share: float) -> Any:
+    """The error equation with the load's inertia changed by a share of it."""
+    drive = project.drive._replace(J_l=(1.0 + share) * project.drive.J_l)
+    return replace(project, drive=drive).system(project.omega[0])
 
 
 def print_out(results: dict[str, Any], folder: Path, as_json: bool) -> str:

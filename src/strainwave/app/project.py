@@ -73,6 +73,8 @@ class Project:
         on a shaft, gravity, a coupling, or the ripple of a free motor.
     rated_torque : float or None
         Rated torque [N*m] of the gear, where it is known.
+    limit : float or None
+        Largest oscillation of the error [rad] that the drive may have, where the file gives one.
     """
 
     title: str
@@ -91,6 +93,7 @@ class Project:
     stiffness: Variation | None = None
     train: DriveTrain | None = None
     rated_torque: float | None = None
+    limit: float | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -256,6 +259,7 @@ def _resolved(spec: ProjectSpec, gear: Gear | None, path: Path, text: str) -> Pr
         damping=spec.damping.of(drive.B) if spec.damping.varies else None,
         stiffness=None if spec.stiffness is None else spec.stiffness.ripples,
         rated_torque=_rated_torque(spec, gear),
+        limit=None if spec.limit is None else spec.limit.oscillation,
     )
     said = tuple(notes(project))
     if spec.excitation.accuracy is not None:

@@ -14,7 +14,7 @@ from .facts import angle_unit
 from .project import Project
 from .report_data import collect
 from .train_report import reduction, train_warning
-from .words import peak_verdict, sweep_sentences, warnings, with_unit
+from .words import jump_verdict, peak_verdict, sweep_sentences, warnings, with_unit
 
 
 def write(project: Project, analysis: Analysis, folder: Path) -> dict[str, Any]:
@@ -71,6 +71,7 @@ def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
         figures=figures,
         jumps=sweep_sentences(project, analysis.response, angle),
         verdict=peak_verdict,
+        jump_verdict=jump_verdict,
         forcing=project.shaft == "forcing",
         coast_down=analysis.response.back is not None,
         software=_software(),

@@ -241,6 +241,12 @@ class ExcitationSpec(Spec):
     load_torque: TorqueSpec | None = None
 
 
+class LimitSpec(Spec):
+    """What the drive may have at most."""
+
+    oscillation: Annotated[float, _quantity("rad", "positive")]
+
+
 class ProjectSpec(Spec):
     """The whole project file."""
 
@@ -260,6 +266,7 @@ class ProjectSpec(Spec):
     stiffness: StiffnessSpec | None = None
     speed: SpeedSpec
     excitation: ExcitationSpec
+    limit: LimitSpec | None = None
 
     def law(self, gear: Gear | None) -> Any:
         """Torsion law: that of the gear or its record, with the backlash in series and the hysteresis in parallel."""

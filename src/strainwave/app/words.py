@@ -101,6 +101,15 @@ def peak_verdict(row: dict[str, Any]) -> str:
     return f"against the computed curve {sizes[0]} {higher} and {sizes[1]} too {faster}"
 
 
+def jump_verdict(row: dict[str, Any]) -> str:
+    """Where the computed curve jumps next to a resonance, and where multiple scales has it jump."""
+    computed, predicted = (" and ".join(map(speed_text, row[name])) for name in ("jumps", "folds"))
+    if not computed and not predicted:
+        return ""
+    said = f"The computed curve jumps at {computed}" if computed else "Here the computed curve does not jump"
+    return said + (f"; multiple scales would at {predicted}." if predicted else ", that of multiple scales does not.")
+
+
 def stability_text(results: dict[str, Any], angle: AngleUnit) -> str:
     """The proof of stability in a line: what is claimed, or why nothing is."""
     proof = results["stability"]
@@ -127,7 +136,7 @@ def summary(results: dict[str, Any]) -> str:
     lines.append(text)
     advice = results.get("advice")
     if advice is not None:
-        lines += [f"  {advice[name]}" for name in ("sentence", "remedy_sentence") if advice[name]]
+        lines += [f"  {advice[name]}" for name in ("sentence", "nominal", "remedy_sentence") if advice[name]]
     if results.get("reduction"):
         lines.append(f"  {results['reduction']['sentence']}")
     lines.append(f"  stability{' of the error equation' if whole else ''}: {stability_text(results, angle)}")

@@ -105,6 +105,8 @@ def analyze(
     by_motor: bool = True,
     train: DriveTrain | None = None,
     rated_torque: float | None = None,
+    limit: float | None = None,
+    loads: tuple[tuple[float, Any], ...] = (),
 ) -> Analysis:
     """Analyse a drive over a range of speeds, or at single ones.
 
@@ -124,6 +126,10 @@ def analyze(
         The whole train at constant speed, where the error equation leaves something of it out.
     rated_torque : float, optional
         Rated torque [N*m], full load of the hysteresis loop.
+    limit : float, optional
+        Largest oscillation of the error [rad] that the drive may have, for the speeds to avoid.
+    loads : tuple of (float, system), optional
+        Relative changes of the load's inertia, each with the error equation that it leads to, for what would help.
 
     Raises
     ------
@@ -131,8 +137,9 @@ def analyze(
         If the law cannot carry the mean torque, or no simulation finishes.
     """
     steps = analysis_steps(
-        system, speeds, is_range=is_range, gear=gear, by_motor=by_motor, train=train, rated_torque=rated_torque
-    )
+        system, speeds, is_range=is_range, gear=gear, by_motor=by_motor, train=train, rated_torque=rated_torque,
+        limit=limit, loads=loads,
+    )  # fmt: skip
     for step in steps:
         if isinstance(step, Analysis):
             return step
@@ -148,6 +155,8 @@ def analysis_steps(
     by_motor: bool = True,
     train: DriveTrain | None = None,
     rated_torque: float | None = None,
+    limit: float | None = None,
+    loads: tuple[tuple[float, Any], ...] = (),
 ) -> Iterator[tuple[str, float] | Analysis]:
     """Do the work of `analyze` in steps; yields (what is being done, finished share), at the end the `Analysis`."""
     limits = (speeds[0], speeds[-1]) if is_range else (0.8 * speeds[0], 1.2 * speeds[-1])
@@ -194,7 +203,8 @@ def analysis_steps(
         said += (study.left_out.sentence(),)
     yield "what would help", 0.98
     about = exact if curve is None else curve.response
-    advice = advise(system, about, point, limits, used.peak_torque, None if curve is None else train)
+    whole = None if curve is None else train
+    advice = advise(system, about, point, limits, used.peak_torque, whole, limit=limit, loads=loads)
     yield Analysis(
         system, limits, point, stability, found, exact, close, sweep, tuple(cases), used, passed, beyond, advice, said
     )
