@@ -7,8 +7,10 @@ from scipy import stats
 import strainwave as sw
 from strainwave.study.natural_frequencies import natural_frequencies
 from strainwave.study.sampling import by_path
-from strainwave.study.sensitivity import ranking, running_quantile
+from strainwave.study.sensitivity import Ranking, ranking, running_quantile
+from strainwave.study.two_groups import two_groups
 from strainwave.study.variability import drawn
+from strainwave.study.variability_result import JumpSpread, SpeedSpread, Variability
 
 LINEAR = sw.Oscillator(1.0, 0.4, sw.Linear(2.0), sw.Harmonic(1.0), 1.0)
 CUBIC = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
@@ -126,6 +128,54 @@ def test_running_quantiles_settle_as_their_errors_say():
     assert np.all(np.abs(found.values[:, 0]) < 4.0 * found.errors[:, 0])
 
 
+def test_a_quiet_and_a_loud_group_of_peaks_are_told_with_their_share():
+    rng = np.random.default_rng(0)
+    loud = rng.random(400) < 0.3
+    peak = np.exp(rng.normal(0.0, 0.15, 400)) * np.where(loud, 5.0, 1.0)
+    found = two_groups(peak)
+    assert found.share == np.mean(loud)
+    assert found.error == pytest.approx(np.sqrt(np.mean(loud) * np.mean(~loud) / 400))
+    assert (found.quiet, found.loud) == pytest.approx((peak[~loud].max(), peak[loud].min()))
+    shares = np.array([0.05, 0.5])
+    spread = SpeedSpread(5.0, shares, peak, running_quantile(peak, shares, rng), Ranking((), 1.0), 0, 0)
+    result = Variability({"J": np.ones(400)}, (spread,), None, None, 0)
+    assert f"two groups: {np.mean(loud):.4f} +- {found.error:.4f} of the drives are loud" in str(result)
+    assert result.dataset()["loud_share"] == np.mean(loud)
+
+
+@pytest.mark.parametrize("count", [64, 300, 2000])
+def test_one_group_of_peaks_is_rarely_taken_for_two(count):
+    rng = np.random.default_rng(0)
+    samples = [
+        sample
+        for _ in range(100)
+        for sample in (
+            rng.normal(1.0, 0.1, count), rng.uniform(0.5, 1.5, count), rng.lognormal(0.0, 0.5, count),
+            1.0 / np.hypot(1.0 - 0.9 * rng.normal(1.0, 0.05, count), 0.03),
+        )
+    ]  # fmt: skip
+    assert [two_groups(sample) for sample in samples] == [None] * 400
+    assert two_groups(np.ones(count)) is None
+    assert two_groups(np.zeros(count)) is None
+
+
+def test_few_loud_drives_are_no_group():
+    assert two_groups(np.array([1.0] * 40 + [9.0] * 4)) is None
+    assert two_groups(np.array([1.0] * 40 + [9.0] * 5)).share == pytest.approx(5 / 45)
+
+
+def test_jump_speeds_have_a_standard_error():
+    """The median of n normal numbers has sigma sqrt(pi / 2n)."""
+    speeds = np.random.default_rng(1).normal(100.0, 2.0, 400)
+    found = JumpSpread((50.0, 150.0), np.array([0.5]), speeds, np.where(np.arange(400) < 1, speeds, np.nan), 0)
+    up, down = found.errors()
+    assert up[0] == pytest.approx(2.0 * np.sqrt(np.pi / 800), rel=0.3)
+    assert np.isnan(down[0])
+    result = Variability({"J": np.ones(400)}, (), found, None, 0)
+    assert f"jump up: 400 of 400 drives, at [rad/s] 50%: {found.quantiles()[0][0]:.6g} +- 0.1" in str(result)
+    assert "+- nan" not in str(result)
+
+
 def test_the_probability_of_a_resonance_in_a_band():
     """sqrt(K/J)/2 is uniform in sqrt(K): between 0.6 and 0.7 for K from 1.44 to 1.96."""
     held = LINEAR._replace(excitation=sw.Harmonic(0.0, order=1), error=sw.KinematicError((sw.Line(2, 0.1),)))
@@ -173,6 +223,7 @@ def test_natural_frequencies_at_an_amplitude_and_a_mean_torque():
         ({"speeds": [-1.0]}, "must be positive"),
         ({"seed": 1.5}, "seed is 1.5"),
         ({"jump_count": 0}, "jump_count is 0"),
+        ({"settle": 9, "longest": 1}, r"longest is 1 turns; it must be at least settle \+ 8 = 17"),
     ],
 )
 def test_bad_input_is_one_sentence(change, sentence):

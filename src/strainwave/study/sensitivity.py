@@ -115,8 +115,12 @@ def running_quantile(sample: Floats, shares: Floats, rng: np.random.Generator) -
     """Quantiles of the first n of a sample for n growing to the whole, with bootstrap standard errors."""
     counts = np.unique(np.geomspace(min(32, len(sample)), len(sample), PIECES).astype(int))
     values = np.array([np.quantile(sample[:n], shares) for n in counts])
-    errors = []
-    for n in counts:
-        again = np.array([np.quantile(sample[rng.integers(n, size=n)], shares) for _ in range(RESAMPLED)])
-        errors.append(np.std(again, axis=0, ddof=1))
-    return RunningQuantile(counts, values, np.array(errors))
+    errors = np.array([quantile_errors(sample[:n], shares, rng) for n in counts])
+    return RunningQuantile(counts, values, errors)
+
+
+def quantile_errors(sample: Floats, shares: Floats, rng: np.random.Generator) -> Floats:
+    """Bootstrap standard errors (quantiles,) of the quantiles of a sample."""
+    n = len(sample)
+    again = np.array([np.quantile(sample[rng.integers(n, size=n)], shares) for _ in range(RESAMPLED)])
+    return np.asarray(np.std(again, axis=0, ddof=1))

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..numerics.family import response_family
 from ..numerics.lane_checks import LaneError, check_lanes
-from ..numerics.settle import settled
+from ..numerics.settle import SEEN, settled
 from ..quantities import interval, number, numbers, parameters, positive_count, shown, with_parts
 from ..results import Floats, SolveError
 from .jumps import jumps
@@ -43,7 +43,9 @@ def variability(
     """Draw drives at random and tell how their peak error, jump speeds and resonances scatter, and why.
 
     The peak error is that of the motion that starts from rest, after it has settled. Where several motions coexist
-    that is one of them; `basins` tells about the others.
+    that is one of them; `basins` tells about the others. Where the peaks of the drives fall into a quiet and a loud
+    group, with a gap between them twice as wide (in logarithms) as the scatter of either, the share of loud drives is
+    told (`SpeedSpread.groups`).
 
     Parameters
     ----------
@@ -100,7 +102,8 @@ def variability(
         raise ValueError(f"speeds are {shown(speeds)}; they must be positive")
     follow = positive_count("jump_count", jump_count)
     positive_count("settle", settle)
-    positive_count("longest", longest)
+    if positive_count("longest", longest) < settle + SEEN:
+        raise ValueError(f"longest is {longest} turns; it must be at least settle + {SEEN} = {settle + SEEN}")
     span = None if jump_span is None else interval("jump_span", jump_span, positive=True)
     bounds = None if speed_band is None else interval("speed_band", speed_band, positive=True)
     number("amplitude", amplitude)

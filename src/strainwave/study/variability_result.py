@@ -7,7 +7,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..results import Floats
-from .sensitivity import Ranking, RunningQuantile
+from .sensitivity import Ranking, RunningQuantile, quantile_errors
+from .two_groups import TwoGroups, two_groups
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +50,11 @@ class SpeedSpread:
         """Their standard errors [rad] (bootstrap)."""
         return np.asarray(self.running.errors[-1])
 
+    @property
+    def groups(self) -> TwoGroups | None:
+        """A quiet and a loud group of peaks, as where two motions coexist; None where the peaks are one group."""
+        return two_groups(self.peak[np.isfinite(self.peak)])
+
 
 @dataclass(frozen=True, eq=False)
 class JumpSpread:
@@ -77,6 +83,13 @@ class JumpSpread:
         none = np.full(len(self.shares), np.nan)
         some = (values[np.isfinite(values)] for values in (self.up, self.down))
         up, down = (np.quantile(values, self.shares) if len(values) else none for values in some)
+        return up, down
+
+    def errors(self) -> tuple[Floats, Floats]:
+        """Their standard errors (bootstrap); nan where fewer than two drives jump."""
+        rng, none = np.random.default_rng(0), np.full(len(self.shares), np.nan)
+        some = (values[np.isfinite(values)] for values in (self.up, self.down))
+        up, down = (quantile_errors(values, self.shares, rng) if len(values) > 1 else none for values in some)
         return up, down
 
 
@@ -158,6 +171,9 @@ class Variability:
             data[name] = (("speed", "path"), np.array([[row[path] for path in self.drives] for row in rows]))
         data["diverged"] = ("speed", [s.diverged for s in self.speeds])
         data["unsettled"] = ("speed", [s.unsettled for s in self.speeds])
+        groups = [s.groups for s in self.speeds]
+        data["loud_share"] = ("speed", [np.nan if g is None else g.share for g in groups])
+        data["loud_share_error"] = ("speed", [np.nan if g is None else g.error for g in groups])
         if self.jumps is not None:
             data["jump_up"] = ("followed", self.jumps.up, {"units": "rad/s"})
             data["jump_down"] = ("followed", self.jumps.down, {"units": "rad/s"})
@@ -189,6 +205,11 @@ def _speed_lines(spread: SpeedSpread) -> list[str]:
     lines = [f"  at {spread.omega:g} rad/s, peak |x| [rad] {values}"]
     if spread.diverged or spread.unsettled:
         lines.append(f"    {spread.diverged} drives left every bound, {spread.unsettled} did not settle")
+    if groups := spread.groups:
+        lines.append(
+            f"    two groups: {groups.share:.4f} +- {groups.error:.4f} of the drives are loud, from {groups.loud:.5g} "
+            f"rad on; the others stay below {groups.quiet:.5g} rad"
+        )
     for row in spread.ranking.rows:
         lines.append(
             f"    {row.path}: {row.index:.3f} +- {row.index_error:.3f} of the variance, regression "
@@ -201,10 +222,14 @@ def _speed_lines(spread: SpeedSpread) -> list[str]:
 def _jump_lines(found: JumpSpread) -> list[str]:
     lines = []
     n = len(found.up)
-    for name, values, quantiles in zip(("up", "down"), (found.up, found.down), found.quantiles(), strict=True):
+    ways = zip(("up", "down"), (found.up, found.down), found.quantiles(), found.errors(), strict=True)
+    for name, values, quantiles, errors in ways:
         jumping = int(np.count_nonzero(np.isfinite(values)))
-        text = ", ".join(f"{q:.0%}: {v:.6g}" for q, v in zip(found.shares, quantiles, strict=True)) if jumping else ""
-        lines.append(f"  jump {name}: {jumping} of {n} drives{', at [rad/s] ' + text if text else ''}")
+        text = ", ".join(
+            f"{q:.0%}: {v:.6g}" + (f" +- {e:.1g}" if np.isfinite(e) else "")
+            for q, v, e in zip(found.shares, quantiles, errors, strict=True)
+        )
+        lines.append(f"  jump {name}: {jumping} of {n} drives{', at [rad/s] ' + text if jumping else ''}")
     if found.failed:
         lines.append(f"  {found.failed} of {n} response curves could not be used")
     return lines
