@@ -5,6 +5,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
+from strainwave.app.labels import ROW, beside
 from strainwave.app.svg import Note, Panel, _path, figure, log_ticks, ticks
 
 
@@ -67,3 +68,15 @@ def test_a_logarithmic_panel_shows_values_that_span_decades():
     x, y = np.array([pair.split() for pair in path.get("d")[1:].split("L")], float).T
     assert np.diff(y)[0] == pytest.approx(np.diff(y)[1], abs=0.11)
     assert np.diff(x)[0] == pytest.approx(np.diff(x)[1], abs=0.11)
+
+
+def test_a_label_stands_on_the_side_of_its_point_that_no_line_crosses():
+    x = np.linspace(0.0, 200.0, 21)
+    level, upright = (x, 0.0 * x + 50.0), (np.array([100.0, 100.0]), np.array([0.0, 50.0]))
+    assert beside(100.0, 50.0, 30.0, [])[2] == "start"
+    # a line through the point from left to right, and one from above: below is free
+    u, v, anchor = beside(100.0, 50.0, 30.0, [level, upright])
+    assert (u, anchor) == (100.0, "middle")
+    assert v - ROW > 50.0
+    right = (x[10:], 0.0 * x[10:] + 50.0)
+    assert beside(100.0, 50.0, 30.0, [right])[2] == "end"

@@ -14,6 +14,7 @@ from ..study.exact import ExactResponse
 from ..study.regimes import Regime
 from ..study.runup import RunUp
 from .facts import RPM, AngleUnit
+from .fine_curve import fine
 from .plots import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE
 from .project import Project
 from .svg import Arrow, Note, Panel, figure
@@ -31,7 +32,7 @@ def range_panel(
     run: RunUp | None, angle: AngleUnit,
 ) -> Panel:  # fmt: skip
     """Largest error through the speed range: exact, by multiple scales, and simulated up and down."""
-    curve, factor = exact.curve, angle.factor
+    curve, factor = fine(exact).curve, angle.factor
     label, scale = speed_axis(project)
     low, high = scale * speeds[0], scale * speeds[1]
     margin = 0.02 * (high - low)
@@ -68,7 +69,7 @@ def report_panel(project: Project, analysis: Analysis, angle: AngleUnit) -> Pane
         return range_panel(project, analysis.exact, analysis.regimes, analysis.speeds, analysis.run_up, angle)
     panel = range_panel(project, analysis.response, (), analysis.speeds, None, angle)
     scale = speed_axis(project)[1]
-    exact = analysis.exact.curve
+    exact = fine(analysis.exact).curve
     panel.line(scale * exact.omega, angle.factor * exact.peak, GREY, "error equation, a reduction", DOT_DASH, 1.3)
     top = angle.factor * max(float(np.max(exact.peak)), float(np.max(analysis.response.curve.peak)))
     panel.ylim = None if panel.log else (0.0, 1.05 * top)
@@ -93,7 +94,7 @@ def response(project: Project, analysis: Analysis, regime: Regime, angle: AngleU
     panel = Panel("", label, f"torsion amplitude at\n{place} ({angle.name})", xlim=(scale * low, scale * high))
     top, factor = curve.peak[1], angle.factor
     if q == 1:
-        near = analysis.close.get(regime.resonance, analysis.exact)
+        near = fine(analysis.close.get(regime.resonance, analysis.exact))
         exact = near.curve
         keep = _within(exact.omega, low, high)
         amplitude = near.torsion_amplitude(analysis.system, p)

@@ -4,7 +4,7 @@ The report's dozen figures take a few milliseconds each; matplotlib's, with 33 a
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from typing import NamedTuple
@@ -14,12 +14,15 @@ from numpy.typing import ArrayLike
 
 from ..results import Floats
 from .console import number
+from .labels import beside
 
 WIDTH, FONT, LETTER = 760.0, 12.5, 6.9  # of a figure, of its text, of a letter on average [px]
 LEFT, RIGHT, TOP, BOTTOM = 74.0, 12.0, 24.0, 44.0  # margins of a panel [px]
 LEGEND_ROW, SAMPLE = 19.0, 30.0
 INK, GRID = "#222222", "#dddddd"
 CLOSE = 0.08  # points nearer to the chord of their neighbours than this [px] are left out
+
+Scale = Callable[[ArrayLike], Floats]
 
 
 class Curve(NamedTuple):
@@ -192,13 +195,25 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float) -> str
             out += [
                 _marker(u, v, c) for u, v in zip(across(c.x), up(c.y), strict=True) if -1 < u < w + 1 and -1 < v < h + 1
             ]
+    out += _notes(panel, across, up, (w, h))
+    return "".join(out) + "</g>"
+
+
+def _notes(panel: Panel, across: Scale, up: Scale, size: tuple[float, float]) -> list[str]:
+    """Texts above the panel, and those beside a point where they cross the fewest lines, arrows and edges."""
+    w, h = size
+    lines = [(across(c.x), up(c.y)) for c in panel.curves if not c.marker and np.all(np.isfinite(c.x))]
+    lines += [(across([a.x, a.x]), up([a.start, a.end])) for a in panel.arrows]
+    lines.append((np.array([0.0, w, w, 0.0, 0.0]), np.array([0.0, 0.0, h, h, 0.0])))
+    out = []
     for note in panel.notes:
         at = float(across(note.x))
         if note.above:
             out.append(_text(at, -4.0 - 13.0 * note.y, note.text, "middle"))
         elif -1.0 < at < w + 1.0:
-            out.append(_text(at + 9.0, float(up(note.y)) + 4.0, note.text, "start", halo=True))
-    return "".join(out) + "</g>"
+            u, v, anchor = beside(at, float(up(note.y)), LETTER * len(note.text), lines)
+            out.append(_text(u, v, note.text, anchor, halo=True))
+    return out
 
 
 def _text(x: float, y: float, text: str, anchor: str, turned: bool = False, halo: bool = False) -> str:
