@@ -43,6 +43,8 @@ class PoincareSection:
     section: str
 
     def __str__(self) -> str:
+        if not len(self.t):
+            return f"Poincare section at {self.section}: no crossings"
         low, high = np.min(self.y, axis=1), np.max(self.y, axis=1)
         spans = ", ".join(f"{a:.5g} .. {b:.5g}" for a, b in zip(low, high, strict=True))
         return f"Poincare section at {self.section}: {len(self.t)} points, states {spans}"
@@ -151,6 +153,8 @@ class OrbitDiagram:
         Turns after which it repeats; 0 where it does not settle (chaos, a slow transient, a period above 8).
     peak_up, peak_down : (n, starts) arrays
         Largest absolute value of the first state in those turns [rad].
+    unit : str
+        Unit of the parameter, "" where it has none.
     """
 
     parameter: str
@@ -161,11 +165,13 @@ class OrbitDiagram:
     period_down: NDArray[np.int64]
     peak_up: Floats
     peak_down: Floats
+    unit: str = ""
 
     def dataset(self) -> xr.Dataset:
         """All of it over the parameter, "direction" (up, down), "point" and "start"."""
         data = xr.Dataset(coords={self.parameter: self.values, "direction": ["up", "down"]})
         dims = ("direction", self.parameter)
+        data[self.parameter].attrs["units"] = self.unit
         data["x"] = ((*dims, "point", "start"), np.stack([self.up, self.down]), {"units": "rad"})
         data["period"] = ((*dims, "start"), np.stack([self.period_up, self.period_down]), {"units": "turn"})
         data["peak"] = ((*dims, "start"), np.stack([self.peak_up, self.peak_down]), {"units": "rad"})
@@ -228,6 +234,7 @@ def orbit_diagram(
     if len(grid) < 2 or not np.all(np.diff(grid) > 0.0):
         raise ValueError(f"values are {shown(values)}; they must be two or more rising numbers")
     known = {p.path: p.value for p in parameters(system)}
+    unit = next((p.unit for p in parameters(system) if p.path == path), "")
     if not isinstance(known.get(path), float):
         able = ", ".join(p for p, v in known.items() if isinstance(v, float))
         raise ValueError(f"{type(system).__name__} has no parameter {shown(path)} that can be swept; it has {able}")
@@ -249,8 +256,9 @@ def orbit_diagram(
     x, period, peak = (np.stack([part[i] for part in found], axis=-1) for i in range(3))
     up, down = slice(None, n), slice(n, None)
     return OrbitDiagram(
-        path, grid, x[..., up], x[::-1, ..., down], period[:, up], period[::-1, down], peak[:, up], peak[::-1, down]
-    )
+        path, grid, x[..., up], x[::-1, ..., down], period[:, up], period[::-1, down], peak[:, up], peak[::-1, down],
+        unit,
+    )  # fmt: skip
 
 
 def _swept(members: list[Any], y: Floats, settle: int, points: int, method: Any) -> tuple[Floats, Any, Floats]:
