@@ -16,7 +16,7 @@ from click.testing import CliRunner
 import strainwave as sw
 from strainwave.app import cli as command
 from strainwave.app.project import load
-from strainwave.app.sweep import axis, in_equation, named
+from strainwave.app.sweep import axis, in_equation, named, summary, typed_unit
 from strainwave.quantities import parameters
 
 PROJECT = """\
@@ -98,6 +98,44 @@ def test_what_is_no_grid_is_refused(text, words):
         axis(text, KNOWN)
 
 
+@pytest.mark.parametrize(
+    ("text", "given"),
+    [
+        ("omega=1:2:3", "rad/s"),
+        ("omega=800 rpm:1000 rpm:5:log", "rpm"),
+        ("omega = 8e2rpm, 90 rad/s", "rpm"),
+        ("omega=1e2:1e3:20:log", "rad/s"),
+        ("omega=1,9 rpm", "rpm"),
+        ("law.K & law.alpha=0.9,1.1", ""),
+    ],
+)
+def test_the_unit_that_was_typed_is_known(text, given):
+    own = "" if "&" in text else "rad/s"
+    assert typed_unit(text, KNOWN)[1] == (own, given)
+
+
+def test_what_was_found_is_told_in_the_units_that_were_typed_and_angles_in_arcsec_too():
+    peak = {"unit": "rad", "smallest": 1e-5, "largest": 2e-3, "largest_at": {"omega": 30.0 * np.pi, "B": 2.0}}
+    report = {"title": "A drive", "points": 6, "over": {"omega": 3, "B": 2}, "variables": {"peak": peak}}
+    report |= {"units": {"omega": ("rad/s", "rpm"), "B": ("N*m*s/rad", "N*m*s/rad")}, "errors": [], "store": "s"}
+    told = summary(report | dict.fromkeys(("not_settled", "diverged", "failed"), 0))
+    assert (
+        "peak: 1×10⁻⁵ to 0.002 rad (2.0626 to 412.53 arcsec), the largest at omega = 900 rpm, B = 2 N·m·s/rad" in told
+    )
+
+
+def test_a_whole_number_is_neither_swept_nor_offered(project):
+    known = parameters(load(project).system(1.0))
+    with pytest.raises(
+        click.BadParameter, match=r"'error.lines.0.order' is a whole number, .* sweep J, B, law.K"
+    ) as no:
+        axis("error.lines.0.order=2,4", known)
+    assert no.value.message.count("order") == 1
+    with pytest.raises(click.BadParameter) as no:
+        axis("speeed=1", known)
+    assert "order" not in no.value.message
+
+
 def test_a_factor_of_several_parameters_is_a_plain_number():
     path, found = axis("law.K & law.alpha=0.9:1.1:3", KNOWN)
     assert path == "law.K & law.alpha"
@@ -130,11 +168,12 @@ def test_a_sweep_of_impossible_points_is_one_sentence(project, tmp_path):
 def test_a_sweep_prints_what_it_found_and_computes_nothing_twice(project, tmp_path):
     store = tmp_path / "s"
     call = ["sweep", str(project), "--grid", "law.alpha=5e4,6e4", "--grid", "omega=100:120:5", "-o", str(store)]
-    call += ["--settle", "40", "--periods", "1"]
+    call += ["--settle", "40", "--periods", "1", "--chunk", "5"]
     run = CliRunner().invoke(command.cli, [*call, "--json"])
     assert run.exit_code == 0, run.stderr
     report = json.loads(run.stdout)
     assert report["points"] == 10
+    assert zarr.open_array(store / "done", mode="r").size == 2
     assert (report["failed"], report["diverged"]) == (0, 0)
     # order 2 runs towards the resonance at 316 rad/s from below: the largest error is that of the highest speed
     place = report["variables"]["peak"]["largest_at"]

@@ -136,11 +136,15 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
 @click.option("--periods", type=click.IntRange(1), default=20, show_default=True, help="Periods of the measures.")
 @click.option("-o", "--output", type=folder_type, required=True, help="Store of the results; run again to resume.")
 @click.option("--workers", type=click.IntRange(1), help="Threads. Default: one for every processor.")
+@click.option(
+    "--chunk", type=click.IntRange(1),
+    help="Points that are computed and written at a time: what a stopped run loses at most. Default: by their number.",
+)  # fmt: skip
 @click.option("--cluster", metavar="ADDRESS", help="Scheduler of a dask cluster, for example tcp://127.0.0.1:8786.")
 @json_option
 def sweep(
     project: Path, grid: tuple[str, ...], measures: tuple[str, ...], settle: int, periods: int, output: Path,
-    workers: int | None, cluster: str | None, as_json: bool,
+    workers: int | None, chunk: int | None, cluster: str | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Integrate a drive over a grid of its parameters and keep the results in a store.
 
@@ -148,7 +152,7 @@ def sweep(
     """
     from .sweep import show
 
-    show(project, grid, measures, settle, periods, output, workers, cluster, as_json)
+    show(project, grid, measures, settle, periods, output, workers, chunk, cluster, as_json)
 
 
 @cli.command()

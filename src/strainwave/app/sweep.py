@@ -2,6 +2,7 @@
 
 import logging
 import math
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,16 +14,17 @@ import numpy as np
 import xarray as xr
 
 from ..numerics.measures import Amplitude, Extremes, Mean, Peak, Rms
-from ..quantities import Parameter, parameters, parse
+from ..quantities import Parameter, convert, parameters, parse
 from ..results import Floats
 from ..study.ensemble_measure import EnsembleMeasure
 from ..study.sampling import TOGETHER
 from ..study.sweep import sweep
+from ..units import NUMBER
 from .console import number, to_json
 from .project import Project, load
 
 MEASURES = {"peak": Peak, "rms": Rms, "mean": Mean, "extremes": Extremes}
-MOST_VALUES = 10_000_000
+MOST_VALUES, DIGITS = 10_000_000, 5
 WITHIN = {  # numbers of the project file that are no parameters of the equation, and the one that they are part of
     "damping.ratio": "B", "damping.quality": "B", "load.inertia": "J", "motor.inertia": "J", "gear.ratio": "J",
     "gear": "law.K", "speed": "omega", "speed.from": "omega", "speed.to": "omega",
@@ -31,7 +33,7 @@ WITHIN = {  # numbers of the project file that are no parameters of the equation
 
 def show(
     path: Path, grid: tuple[str, ...], measures: tuple[str, ...], settle: int, periods: int, output: Path,
-    workers: int | None, cluster: str | None, as_json: bool,
+    workers: int | None, chunk: int | None, cluster: str | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Sweep the drive of a project file, or go on where the last run stopped, and print what was found.
 
@@ -44,12 +46,14 @@ def show(
     """
     project = load(path)
     system = project.system(0.5 * (project.omega[0] + project.omega[-1]))
-    axes = dict(axis(in_equation(text, project), parameters(system)) for text in grid)
+    known, grids = parameters(system), [in_equation(text, project) for text in grid]
+    axes = dict(axis(text, known) for text in grids)
+    units = dict(typed_unit(text, known) for text in grids)
     states = len(system.state_names()) if hasattr(system, "state_names") else 2
     measure = EnsembleMeasure((0.0,) * states, periods, tuple(map(named, measures)), settle)
     with progress(project.title), client(cluster) as connected:
-        data = sweep(measure, system, axes, store=output, client=connected, workers=workers)
-    report = found(data) | {"title": project.title, "store": str(output)}
+        data = sweep(measure, system, axes, store=output, client=connected, workers=workers, chunk=chunk)
+    report = found(data) | {"title": project.title, "store": str(output), "units": units}
     click.echo(to_json(report) if as_json else summary(report))
 
 
@@ -78,6 +82,11 @@ def axis(text: str, known: list[Parameter]) -> tuple[str, Floats]:
     paths = path.split(TOGETHER)
     if unknown := [name for name in paths if name not in units]:
         raise click.BadParameter(_no_parameter(unknown[0], known))
+    if whole := [parameter.path for parameter in known if parameter.path in paths and _is_whole(parameter)]:
+        raise click.BadParameter(
+            f"{whole[0]!r} is a whole number, which trajectories side by side share; write a project file for each, or "
+            f"sweep {_listed(known)}"
+        )
     if len(paths) > 1:
         units[path] = ""
     parts = values.split(":")
@@ -102,11 +111,33 @@ def axis(text: str, known: list[Parameter]) -> tuple[str, Floats]:
 
 def _no_parameter(path: str, known: list[Parameter]) -> str:
     """Say what to sweep in place of a path that the equation does not have."""
-    has = f"it has {', '.join(parameter.path for parameter in known)}"
+    has = f"it has {_listed(known)}"
     for own in (parameter for parameter in known if parameter.path == WITHIN.get(path)):
         here = f"{own.value:.6g} {own.unit}".strip()
         return f"{path!r} is no parameter of this drive's equation, but part of {own.path} ({here}): sweep that; {has}"
     return f"{path!r} is no parameter of this drive; {has}"
+
+
+def _is_whole(parameter: Parameter) -> bool:
+    return isinstance(parameter.value, int)
+
+
+def _listed(known: list[Parameter]) -> str:
+    return ", ".join(parameter.path for parameter in known if not _is_whole(parameter))
+
+
+def typed_unit(text: str, known: list[Parameter]) -> tuple[str, tuple[str, str]]:
+    """Path of a grid, with its unit in SI and the one that its values were given in."""
+    path, _, values = (part.strip() for part in text.partition("="))
+    own = next((parameter.unit for parameter in known if parameter.path == path), "")
+    return path, (own, next(filter(None, map(_unit_of, re.split("[:,]", values))), own))
+
+
+def _unit_of(text: str) -> str:
+    """What follows the number of a quantity."""
+    plain = " ".join(text.split())
+    found = NUMBER.match(plain)
+    return plain[found.end() :].strip() if found else ""
 
 
 def quantity(text: str, unit: str) -> float:
@@ -200,12 +231,29 @@ def _widen(known: dict[str, Any], values: xr.DataArray) -> None:
 
 def summary(report: dict[str, Any]) -> str:
     """Return what was found as text."""
+    units = report["units"]
     over = ", ".join(f"{path} ({n})" for path, n in report["over"].items())
     lines = [f"{report['title']}: {report['points']} points over {over}"]
     for name, known in report["variables"].items():
-        place = ", ".join(f"{path} = {number(value, 6)}" for path, value in known["largest_at"].items())
-        span = f"{number(known['smallest'], 4)} to {number(known['largest'], 6)} {known['unit']}".rstrip()
+        place = ", ".join(f"{path} = {_in_unit(value, *units[path])}" for path, value in known["largest_at"].items())
+        span = _span(known, known["unit"])
+        if known["unit"] == "rad":
+            span += f" ({_span(known, 'arcsec')})"
         lines.append(f"  {name}: {span}, the largest at {place}")
     lines.append(f"  not settled: {report['not_settled']}, diverged: {report['diverged']}, failed: {report['failed']}")
     lines += [f"  {error}" for error in report["errors"]]
     return "\n".join([*lines, f"  store: {report['store']} (zarr; xarray.open_zarr reads it)"])
+
+
+def _in_unit(value: float, own: str, given: str) -> str:
+    """A value of an axis in the unit that it was given in."""
+    return f"{number(convert(value, own, given), DIGITS)} {_sign(given)}".rstrip()
+
+
+def _span(known: dict[str, Any], unit: str) -> str:
+    ends = (number(convert(known[end], known["unit"], unit), DIGITS) for end in ("smallest", "largest"))
+    return f"{' to '.join(ends)} {_sign(unit)}".rstrip()
+
+
+def _sign(unit: str) -> str:
+    return unit.replace("**2", "²").replace("**3", "³").replace("*", "·")
