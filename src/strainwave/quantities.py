@@ -261,6 +261,8 @@ def interval(name: str, span: Any, *, positive: bool = False) -> tuple[float, fl
         raise ValueError(f"{name} is {shown(span)}; it must be two finite numbers (low, high) with low < high")
     if positive and not lo > 0.0:
         raise ValueError(f"{name} is {lo:g} .. {hi:g}; it must be 0 < low < high")
+    if not isfinite(hi - lo):
+        raise ValueError(f"{name} is {lo:g} .. {hi:g}, wider than the largest number; its ends must be closer")
     if hi - lo < 1e-9 * max(abs(lo), abs(hi)):
         raise ValueError(f"{name} is {lo!r} .. {hi!r}; its ends must be at least 1e-9 of them apart, or take one value")
     return lo, hi

@@ -29,7 +29,16 @@ def test_crossings_of_a_torsion_lie_on_it_and_rise():
 
 @pytest.mark.compiled
 def test_no_crossing_is_an_empty_section():
-    assert len(sw.poincare_section(LINEAR, (0.0, 0.0), turns=3, settle=40, torsion_level=9.0).t) == 0
+    found = sw.poincare_section(LINEAR, (0.0, 0.0), turns=3, settle=40, torsion_level=9.0)
+    assert len(found.t) == 0
+    assert str(found) == "Poincare section at torsion rising through 9 rad: no crossings"
+
+
+@pytest.mark.parametrize("method", [sw.Dopri5(), sw.Rk4(steps_per_period=100), sw.Dop8(steps_per_period=100)])
+def test_a_motion_that_leaves_every_bound_is_one_sentence_without_warnings(method):
+    soft = sw.Oscillator(1.0, 0.3, sw.Cubic(1.0, -0.3), sw.Harmonic(0.2), 0.5)
+    with pytest.raises(sw.SolveError, match=r"the motion ended: .* left every bound"):
+        sw.poincare_section(soft, (5.0, 0.0), turns=5, settle=1, method=method)
 
 
 @pytest.mark.slow

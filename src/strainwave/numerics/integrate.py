@@ -246,9 +246,10 @@ def simulate(system: Any, y0: ArrayLike, t: float | ArrayLike, *, method: Dopri5
     times = _times(t)
     y, rate = _start(system, times[0], y0)
     samples = len(times) if len(times) > 2 else 0
-    if isinstance(method, Dopri5):
-        return _adaptive(system, y, times, method, Record(times[0], times[-1], y, rate, samples))
-    return _fixed(system, y, rate, times, method)
+    with np.errstate(all="ignore"):  # the status tells of an overflow, also where nothing is compiled
+        if isinstance(method, Dopri5):
+            return _adaptive(system, y, times, method, Record(times[0], times[-1], y, rate, samples))
+        return _fixed(system, y, rate, times, method)
 
 
 def _numbers(value: ArrayLike, sentence: str) -> Floats:
