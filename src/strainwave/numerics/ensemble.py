@@ -9,7 +9,6 @@ import logging
 import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace as with_changes
-from numbers import Integral
 from time import monotonic
 from typing import Any
 
@@ -17,17 +16,16 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from .._dispatch import is_spring
 from .._lanes import LANES
-from ..quantities import numbers, positive_count, replace, shown, with_parts
-from ..quantities import parameters as parameters_of
+from ..quantities import positive_count, replace, with_parts
 from ..results import Floats
 from .blocks import Batch, Block, first_lane, flat
 from .ensemble_data import dataset_of
+from .ensemble_input import lanes_of, spans, what_and_how
 from .gpu import Machine, machine_of
-from .integrate import Dop8, Dopri5, Rk4
-from .lane_checks import LaneError, check_lanes
-from .measures import Final, Peak, Poincare, Rms, check_orders, order_for
+from .integrate import Dopri5, Rk4
+from .lane_checks import LaneError
+from .measures import Peak, Poincare, Rms, order_for
 from .pieces import General, Smooth
 from .step_counts import fastest_rates, steps_needed
 
@@ -39,7 +37,6 @@ FOURTH = 16 / 15  # an error of fourth order over its change with half the step;
 SAMPLED_BLOCKS = 16  # of every number of steps, for laws with breakpoints: their errors differ from lane to lane
 MOST_STEPS = 100_000  # a period, for lanes that explode
 FINEST = 10_000_000  # steps a period at first
-MOST_PERIODS = 10**9  # of one run
 
 
 def ensemble(
@@ -104,16 +101,10 @@ def ensemble(
     Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, 2nd ed., secs. II.4-II.5.
     """
     system = with_parts("ensemble", system, "rhs")
-    varied, states, lanes = _arrays(system, parameters, y0)
-    periods = positive_count("periods", periods, MOST_PERIODS)
-    if isinstance(settle, bool) or not isinstance(settle, Integral) or not 0 <= settle <= MOST_PERIODS:
-        raise ValueError(f"settle is {shown(settle)}; it must be a whole number of periods from 0 to {MOST_PERIODS}")
-    kept = _checked_measures(measures)
-    chosen = _method(system, method)
-    check_orders(measures, chosen, system.orders() if hasattr(system, "orders") else ())
-    batch = _batch(
-        system, varied, states, lanes, kept, int(settle), periods, any(isinstance(m, Poincare) for m in measures)
-    )
+    varied, states, lanes = lanes_of(system, parameters, y0)
+    settle, periods = spans(periods, settle)
+    kept, chosen = what_and_how(system, measures, method)
+    batch = _batch(system, varied, states, lanes, kept, settle, periods, any(isinstance(m, Poincare) for m in measures))
     machine = machine_of(device, positive_count("threads", os.cpu_count() or 1 if threads is None else threads))
     members = replace(system, varied)
     found, steps = _run(batch, members, chosen, machine)
@@ -123,69 +114,6 @@ def ensemble(
         data["steps"] = ("lane", steps, {"long_name": "steps per period"})
         _add_error_estimates(data, batch, chosen, steps, measures, system, varied, machine)
     return data
-
-
-def _arrays(system: Any, parameters: Any, y0: Any) -> tuple[dict[str, Floats], Floats, int]:
-    if not isinstance(parameters, dict):
-        raise TypeError(f"parameters are {shown(parameters)}; they must be a dict of path to values of every lane")
-    known = {p.path: p.value for p in parameters_of(system)}
-    varied = {}
-    for path, values in parameters.items():
-        if path not in known:
-            name = type(system).__name__
-            raise ValueError(f"{name} has no parameter {shown(path)}; it has {', '.join(known)}")
-        if not isinstance(known[path], float):
-            raise ValueError(
-                f"{path} is a whole number, which all lanes share; make one ensemble for each of its values"
-            )
-        varied[path] = numbers(path, values)
-    if not isinstance(y0, list | tuple | np.ndarray) or len(y0) == 0:
-        raise ValueError(f"y0 is {shown(y0)}; it must have one entry per state, a number or one value per lane")
-    states = [numbers(f"y0[{i}]", entry) for i, entry in enumerate(y0)]
-    lengths = {len(v) for v in [*varied.values(), *states] if len(v) > 1}
-    if len(lengths) > 1:
-        raise ValueError(f"the arrays have the lengths {sorted(lengths)}; every lane needs one value of each")
-    lanes = lengths.pop() if lengths else 1
-    varied = {path: np.full(lanes, v[0]) if len(v) == 1 else v for path, v in varied.items()}
-    wanted = len(system.state_names()) if hasattr(system, "state_names") else len(states)
-    if len(states) != wanted:
-        names = ", ".join(system.state_names())
-        raise ValueError(f"y0 has {len(states)} states; {type(system).__name__} has {wanted}: {names}; give each one")
-    check_lanes(system, varied)
-    omega = varied.get("omega", np.full(lanes, float(getattr(system, "omega", 1.0))))
-    if not (omega > 0.0).all():
-        slow = ~(omega > 0.0)
-        raise LaneError(f"omega is {omega[int(np.argmax(slow))]:g} rad/s; it must be positive", slow)
-    return varied, np.stack([np.broadcast_to(v, (lanes,)) for v in states]), lanes
-
-
-def _checked_measures(measures: Any) -> tuple[Any, ...]:
-    if not isinstance(measures, tuple) or not measures:
-        raise TypeError(f"measures are {shown(measures)}; they must be a tuple such as (sw.Peak(), sw.Rms())")
-    for measure in measures:
-        if isinstance(measure, type):
-            raise TypeError(f"{measure.__name__} is the class of a measure; write {measure.__name__}()")
-        if not (hasattr(measure, "update") or isinstance(measure, Final | Poincare)):
-            raise TypeError(f"{shown(measure)} is no measure; take Peak(), Rms(), Amplitude(k), Final() or the like")
-        if hasattr(measure, "check"):
-            measure.check()
-    return tuple(m for m in measures if hasattr(m, "update"))
-
-
-def _method(system: Any, method: Any) -> Rk4 | Dopri5:
-    steps_known = hasattr(system, "jacobian") and hasattr(system, "orders") and is_spring(system)
-    if method is None:
-        kinks = system.breakpoints() if hasattr(system, "breakpoints") else ()
-        return Dop8() if steps_known and not kinks else Dopri5()
-    if not isinstance(method, Dopri5 | Rk4):
-        raise TypeError(f"method is {shown(method)}; it must be Dop8(...), Rk4(...) or Dopri5(...)")
-    if isinstance(method, Rk4) and method.steps_per_period is None and not steps_known:
-        name = type(system).__name__
-        lacks = (
-            f"{name} has no jacobian and orders" if is_spring(system) else "a law with friction or memory has no rate"
-        )
-        raise TypeError(f"{lacks} to choose a step from; give steps_per_period or use Dopri5")
-    return method
 
 
 def _batch(

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from .._lanes import LANES
-from ..numerics.ensemble import _arrays, _checked_measures, _method, ensemble
+from ..numerics.ensemble import ensemble
+from ..numerics.ensemble_input import lanes_of, method_of, spans, what_and_how
 from ..numerics.gpu import machine_of
 from ..numerics.integrate import Dopri5
 from ..numerics.lane_checks import LaneError
-from ..numerics.measures import Peak, Rms, check_orders
-from ..quantities import positive_count
+from ..numerics.measures import Peak, Rms
 from ..results import Floats
 from .sweep_layout import LARGEST
 
@@ -49,12 +49,9 @@ class EnsembleMeasure:
     def check(self, system: Any) -> None:
         """Refuse what would fail at every point of a sweep over variants of `system` (TypeError, ValueError)."""
         with contextlib.suppress(LaneError):  # of this variant: those of the sweep are others
-            _arrays(system, {}, self.y0)
-        positive_count("periods", self.periods)
-        if isinstance(self.settle, bool) or self.settle != 0:
-            positive_count("settle", self.settle)
-        _checked_measures(self.measures)
-        check_orders(self.measures, _method(system, self.method), system.orders() if hasattr(system, "orders") else ())
+            lanes_of(system, {}, self.y0)
+        spans(self.periods, self.settle)
+        what_and_how(system, self.measures, self.method)
         machine_of(self.device, 1)
 
     def least_chunk(self, system: Any) -> int:
@@ -65,7 +62,7 @@ class EnsembleMeasure:
         """
         if self.device == "gpu":
             return LARGEST
-        return LANES if isinstance(_method(system, self.method), Dopri5) else SHARED * LANES
+        return LANES if isinstance(method_of(system, self.method), Dopri5) else SHARED * LANES
 
     def __call__(self, system: Any, values: Mapping[str, Floats]) -> Any:
         """Measure the variants of `system` with these values (n,) by path; a dataset over the dimension "lane"."""
