@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from ..numerics.fourier import synthesis, to_blocks
 from ..results import Floats
@@ -44,5 +43,17 @@ def _between(points: Floats) -> Floats:
     """Points (rows) with others between them, evenly along the chord."""
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     place = np.concatenate([[0.0], np.cumsum(np.maximum(steps, SHORTEST))])
-    among = place[:-1, None] + np.diff(place)[:, None] * np.arange(PARTS) / PARTS
-    return np.asarray(CubicSpline(place, points)(np.append(among, place[-1])))
+    h, rise = np.diff(place)[:, None], np.diff(points, axis=0)
+    slope = rise / h
+    # Tangents of the cubic spline: its curvature has no jumps; at the ends those of parabolas through three points.
+    matrix, right = np.eye(len(points)), np.empty_like(points)
+    i = np.arange(1, len(points) - 1)
+    matrix[i, i - 1], matrix[i, i], matrix[i, i + 1] = h[1:, 0], 2.0 * (h[1:, 0] + h[:-1, 0]), h[:-1, 0]
+    right[i] = 3.0 * (h[1:] * slope[:-1] + h[:-1] * slope[1:])
+    right[0] = slope[0] - h[0] * (slope[1] - slope[0]) / (h[0] + h[1])
+    right[-1] = slope[-1] + h[-1] * (slope[-1] - slope[-2]) / (h[-1] + h[-2])
+    tangents = np.linalg.solve(matrix, right)
+    s = (np.arange(PARTS) / PARTS)[:, None]
+    start, end = (h * tangents[:-1] - rise)[:, None], (h * tangents[1:] - rise)[:, None]
+    among = points[:-1, None] + s * (rise[:, None] + (1.0 - s) * (start * (1.0 - s) - end * s))
+    return np.concatenate([among.reshape(-1, points.shape[1]), points[-1:]])
