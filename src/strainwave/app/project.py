@@ -236,7 +236,9 @@ def _class_of(spec: ProjectSpec, gear: Gear | None) -> float:
 
 def _resolved(spec: ProjectSpec, gear: Gear | None, path: Path, text: str) -> Project:
     J_m = spec.motor.inertia or (gear.input_inertia if gear is not None else None) or 0.0
-    ratio = float((gear or spec.gear).ratio)  # type: ignore[union-attr]
+    geared = gear or spec.gear
+    assert isinstance(geared, Gear | ExplicitGear)
+    ratio = float(geared.ratio)
     coupling = spec.load.coupling
     J_l = spec.load.inertia + (coupling.inertia if coupling is not None else 0.0)
     drive = Drive(J_m, J_l, ratio, spec.damping.B or 0.0, spec.law(gear))

@@ -111,7 +111,7 @@ def memory_told(lanes: int) -> Iterator[None]:
     """Say in one sentence that the device's memory is too small (MemoryError), whichever way the driver puts it."""
     try:
         yield
-    except Exception as error:
+    except Exception as error:  # of the driver, of the bindings or of NumPy; what is no lack of memory goes on as it is
         if not (isinstance(error, MemoryError) or "OUT_OF_MEMORY" in str(error)):
             raise
         raise MemoryError(

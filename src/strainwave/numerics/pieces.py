@@ -8,6 +8,9 @@ from .._compiled_maths import bits_of, float_of
 from .._dispatch import class_of
 from .._jit import chosen, kernel, kernel_as
 
+ROUND = 1.5 * 2.0**52  # adding and subtracting it rounds to a whole number
+LOG_OF_ONE = 2.0**20 + 1023.0  # what `_about_log2_loops` makes of the bits of 1
+
 
 class Whole(NamedTuple):
     """Says of a `Piece` that its integral is wanted by itself."""
@@ -142,7 +145,10 @@ def about_one_over(x: Any) -> Any:
 
 
 def _about_log2_loops(x: Any) -> Any:
-    return (float_of((bits_of(x) >> 20) | 0x4330000000000000) - 4507993378914304.0) * 2.3283064365386963e-10
+    shifted = float_of(
+        (bits_of(x) >> 20) | 0x4330000000000000
+    )  # 2^52 + 2^32 (1023 + logarithm): no integer is converted
+    return shifted * 2.0**-32 - LOG_OF_ONE
 
 
 @kernel_as(_about_log2_loops, inline=True)
@@ -152,9 +158,9 @@ def about_log2(x: Any) -> Any:
 
 
 def _about_two_to_loops(x: Any) -> Any:
-    n = (x + 6755399441055744.0) - 6755399441055744.0
+    n = (x + ROUND) - ROUND
     r = x - n
-    return float_of((bits_of(n + 6755399441055744.0) + 1023) << 52) * (1.0 + r * (0.6931 + r * (0.2402 + r * 0.0555)))
+    return float_of((bits_of(n + ROUND) + 1023) << 52) * (1.0 + r * (0.6931 + r * (0.2402 + r * 0.0555)))
 
 
 @kernel_as(_about_two_to_loops, inline=True)
