@@ -23,7 +23,7 @@ from .sampling import Grid, GridPoints, Points, check_names, points_of
 from .sweep_layout import Layout, check_size, chunk_size, layout_of
 from .sweep_local import ProcessPool, ThreadPool
 from .sweep_points import RESERVED, Job, Part, Variable, lost
-from .sweep_spec import digest, readable
+from .sweep_spec import digest, installed, readable
 from .sweep_store import SweepStore
 
 log = logging.getLogger(__name__)
@@ -87,7 +87,7 @@ def sweep(
         used. Variables of the measure ("value" where it returns a number), NaN where it failed, and `point_status` (0
         ok, 1 the system is impossible or the measure raised, 2 it returned something else than elsewhere, 3 its worker
         died). Attributes: `failed_points`, `errors` (the first messages), `spec` (hash), `strainwave` (version),
-        `measure`.
+        `installed` (versions of Python and of packages that the measure depends on), `measure`.
 
     Raises
     ------
@@ -108,10 +108,10 @@ def sweep(
     job = Job(measure, system, seed)
     layout = layout_of(points.shape, chunk or chunk_size(points.shape, _least_chunk(job)))
     check_size(layout)
-    spec = _hash(job, grid, points, layout, store is not None)
+    spec, used = _recognised(job, grid, points, layout, store is not None)
     attributes = {
         "spec": spec, "strainwave": __version__, "measure": readable(measure), "system": str(system)[:1000],
-        "parameters": list(points.paths), "seed": seed,
+        "parameters": list(points.paths), "seed": seed, "installed": used,
     }  # fmt: skip
     axes = points.axes if isinstance(points, GridPoints) else {}
     kept = SweepStore(folder, layout, points.dims, axes, attributes, parameter_units, job.whole_chunks)
@@ -284,15 +284,15 @@ def _check(measure: Any, system: Any, points: Points, seed: Any, units: Any) -> 
     return parameter_units
 
 
-def _hash(job: Job, grid: Grid, points: Points, layout: Layout, stored: bool) -> str:
-    """Hash of everything that the results depend on."""
-    what = points.axes if isinstance(points, GridPoints) else grid
+def _recognised(job: Job, grid: Grid, points: Points, layout: Layout, stored: bool) -> tuple[str, list[str]]:
+    """Hash of everything that the results depend on, and the versions of what is installed among it."""
+    what = job.measure, job.system, points.axes if isinstance(points, GridPoints) else grid, layout.block, job.seed
     try:
-        return digest(job.measure, job.system, what, layout.block, job.seed)
+        return digest(*what), installed(*what)
     except TypeError:
         if stored:
             raise
-        return uuid4().hex  # nothing is resumed from memory
+        return uuid4().hex, []  # nothing is resumed from memory
 
 
 def _folder(store: Any) -> Path:

@@ -6,7 +6,6 @@ checksum follows the data. Whatever moment a process dies at, the next one finds
 
 import contextlib
 import errno
-import json
 import logging
 import math
 import os
@@ -25,6 +24,7 @@ from ..results import Floats
 from .store_lock import StoreLock
 from .sweep_layout import Layout
 from .sweep_points import ESTIMATE, LONGEST_MESSAGE, Array, Part, PointStatus, Variable
+from .sweep_spec import check_spec, check_versions
 
 log = logging.getLogger(__name__)
 
@@ -118,7 +118,7 @@ class SweepStore:
                 path.rmdir()
             os.replace(part, path)
         else:
-            _check_spec(path, attributes)
+            check_spec(path, attributes)
             for left_over in path.rglob("*.partial") if writable else ():
                 left_over.unlink(missing_ok=True)
         self.group = zarr.open_group(LocalStore(path), mode="r+" if writable else "r", zarr_format=3)
@@ -132,7 +132,7 @@ class SweepStore:
         self._restore(axes)
         self.done = self._found()
         if not self.done.all():
-            _check_version(path, self.group.attrs.get("strainwave"), attributes["strainwave"])
+            check_versions(path, self.group.attrs.asdict(), attributes)
 
     def _create(self, store: Any, axes: Mapping[str, Floats], attributes: dict[str, Any]) -> None:
         self.group = zarr.open_group(store, mode="w", zarr_format=3, attributes=attributes | {"format": FORMAT})
@@ -342,25 +342,3 @@ def _room(path: Path | None) -> float:
 def _variable(item: Any) -> Variable:
     name, dtype, dims, shape, attributes = item
     return Variable(name, dtype, tuple(dims), tuple(shape), attributes)
-
-
-def _check_spec(path: Path, attributes: dict[str, Any]) -> None:
-    """Refuse what is no store, or that of another sweep."""
-    try:
-        found = json.loads((path / "zarr.json").read_text(encoding="utf-8"))["attributes"]
-        spec = found["spec"]
-    except (OSError, ValueError, KeyError, TypeError):
-        raise ValueError(f"{path} is there already and is no store of a sweep; give another path") from None
-    if spec != attributes["spec"]:
-        raise ValueError(
-            f"{path} holds another sweep ({found.get('measure')} over {', '.join(found.get('parameters', ()))}; hash "
-            f"{spec[:8]}, this one has {attributes['spec'][:8]}); give another path, or delete it"
-        )
-
-
-def _check_version(path: Path, version: Any, own: str) -> None:
-    if version != own:
-        raise ValueError(
-            f"{path} was begun with strainwave {version}, this is {own}; finish it with that version, or give another "
-            "path"
-        )
