@@ -201,11 +201,11 @@ def client(address: str | None) -> Iterator[Any]:
 
 def found(data: xr.Dataset) -> dict[str, Any]:
     """Range of every variable, with the place of the largest value; read a slice of the first dimension at a time."""
-    sizes = {str(dim): int(n) for dim, n in data.sizes.items() if dim in data.attrs["parameters"]}
+    sizes = {str(dim): int(n) for dim, n in data["point_status"].sizes.items()}
     ranges: dict[str, Any] = {}
-    unsettled = diverged = 0
+    unsettled, diverged, errors = 0, 0, data.attrs["errors"].splitlines()
     if "status" not in data:
-        raise RuntimeError(f"none of {math.prod(sizes.values())} points could be computed: {data.attrs['errors'][0]}")
+        raise RuntimeError(f"none of {math.prod(sizes.values())} points could be computed: {errors[0]}")
     dim = next(iter(sizes))
     step = max(1, 1_000_000 * sizes[dim] // math.prod(sizes.values()))
     for start in range(0, sizes[dim], step):
@@ -217,7 +217,7 @@ def found(data: xr.Dataset) -> dict[str, Any]:
                 _widen(ranges.setdefault(str(name), {"unit": part[name].attrs.get("units", "")}), part[name])
     return {
         "points": math.prod(sizes.values()), "over": sizes, "variables": ranges, "not_settled": unsettled - diverged,
-        "diverged": diverged, "failed": data.attrs["failed_points"], "errors": data.attrs["errors"],
+        "diverged": diverged, "failed": data.attrs["failed_points"], "errors": errors,
     }  # fmt: skip
 
 

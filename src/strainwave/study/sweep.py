@@ -86,8 +86,8 @@ def sweep(
         Over the grid's dimensions (named by the paths) or over "point"; values are read from the store when they are
         used. Variables of the measure ("value" where it returns a number), NaN where it failed, and `point_status` (0
         ok, 1 the system is impossible or the measure raised, 2 it returned something else than elsewhere, 3 its worker
-        died). Attributes: `failed_points`, `errors` (the first messages), `spec` (hash), `strainwave` (version),
-        `installed` (versions of Python and of packages that the measure depends on), `measure`.
+        died). Attributes: `failed_points`, `errors` (the first messages, one a line), `spec` (hash), `strainwave`
+        (version), `installed` (versions of Python and of packages that the measure depends on), `measure`.
 
     Raises
     ------

@@ -327,7 +327,10 @@ def opened(store: Any) -> xr.Dataset:
     names = [item[0] for item in data.attrs.pop("variables", [])]
     for name in names:
         data = data.assign_coords(data[name].attrs.pop("labels", {}))
-    return data[[*names, STATUS, *data.attrs["parameters"]]].set_coords(data.attrs["parameters"])
+    parameters = data.attrs["parameters"]
+    listed = {"parameters": ", ".join(parameters), "installed": ", ".join(data.attrs.get("installed", ()))}
+    lines = {"errors": "\n".join(data.attrs.get("errors", ()))}  # lists of text are more than netCDF files hold
+    return data[[*names, STATUS, *parameters]].set_coords(parameters).assign_attrs(listed | lines)
 
 
 def _room(path: Path | None) -> float:
