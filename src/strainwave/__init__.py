@@ -131,10 +131,11 @@ if TYPE_CHECKING:
     from .study.hysteresis import HysteresisLoop as HysteresisLoop
     from .study.hysteresis import hysteresis_loop as hysteresis_loop
     from .study.hysteresis import lost_motion as lost_motion
+    from .study.hysteresis_bands import HysteresisBand as HysteresisBand
+    from .study.hysteresis_bands import Jump as Jump
     from .study.hysteresis_fit import HysteresisFit as HysteresisFit
     from .study.hysteresis_fit import fit_hysteresis as fit_hysteresis
     from .study.isolas import isolas as isolas
-    from .study.jumps import Jump as Jump
     from .study.jumps import Jumps as Jumps
     from .study.jumps import jumps as jumps
     from .study.parametric import ParametricResonance as ParametricResonance
@@ -222,7 +223,8 @@ _HOME = {
     "study.hysteresis": ("HysteresisLoop", "hysteresis_loop", "lost_motion"),
     "study.hysteresis_fit": ("HysteresisFit", "fit_hysteresis"),
     "study.isolas": ("isolas",),
-    "study.jumps": ("Jump", "Jumps", "jumps"),
+    "study.hysteresis_bands": ("HysteresisBand", "Jump"),
+    "study.jumps": ("Jumps", "jumps"),
     "study.parametric": ("ParametricResonance", "parametric_resonances"),
     "study.reductions": ("Reductions", "compare_reductions"),
     "study.sampling": ("LatinHypercube", "LogUniform", "Normal", "Sobol", "Uniform"),

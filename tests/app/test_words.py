@@ -93,13 +93,13 @@ def advised(bands, largest, slow, remedies=(), sweep=None, peaks=(), limit=None)
 
 
 def test_speeds_to_avoid_are_one_sentence_with_the_reason_and_the_jumps():
-    sweep = SimpleNamespace(width=5.0, jump_up=148.0, jump_down=153.0)
+    sweep = SimpleNamespace(jumping=(SimpleNamespace(low=148.0, high=153.0), SimpleNamespace(low=190.0, high=195.0)))
     peaks = ((140.0, 1e-3), (200.0, 3e-4))
     told = advised(((135.0, 155.0), (190.0, 200.0)), 1e-3, 1e-4, sweep=sweep, peaks=peaks)
     assert told["sentence"] == (
         "Avoid 1289 to 1480 and 1814 to 1910 (the end of the range) rpm at the motor: there the error oscillates with "
         "more than 1/√2 of the peak there, 206.3 arcsec at 1337 and 61.88 arcsec at 1910, against 20.63 arcsec of slow "
-        "turning, and the motion jumps between 1413 and 1461."
+        "turning, and the motion jumps between 1413 and 1461 and between 1814 and 1862."
     )
     assert "nominal drive; sw.variability" in told["nominal"]
     assert told["bands"][0]["to_rpm"] == pytest.approx(155.0 / RPM)

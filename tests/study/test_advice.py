@@ -10,7 +10,8 @@ import strainwave as sw
 from strainwave.model.shafts import Elastic
 from strainwave.study.avoid import oscillations, speeds_to_avoid
 from strainwave.study.exact import ExactResponse, exact_response
-from strainwave.study.jumps import Jumps
+from strainwave.study.hysteresis_bands import HysteresisBand, Jump
+from strainwave.study.jumps import jumps_of
 from strainwave.study.regimes import operating_point
 from strainwave.study.remedies import line_that_matters, remedies, train_changes
 
@@ -31,9 +32,12 @@ def followed(omega, peak, mean=0.0, jump_up=math.nan, jump_down=math.nan):
     """Response curve of one motion at every speed."""
     table = np.column_stack([np.full(len(omega), mean), np.zeros((len(omega), 2)), peak, np.zeros(len(omega))])
     curve = SimpleNamespace(omega=omega, peak=peak + abs(mean), coefficients=table)
-    path, width = np.arange(len(omega)), abs(jump_up - jump_down)
-    width = width if math.isfinite(width) else 0.0
-    sweep = Jumps("omega", jump_up, jump_down, width, path, path[::-1], (), (), True, True, "")
+    path = np.arange(len(omega))
+    rise, drop = Jump(jump_up, 0.0, 1.0, "fold", 1), Jump(jump_down, 1.0, 0.0, "fold", 1)
+    up, down = ((drop,), (rise,)) if jump_up < jump_down else ((rise,), (drop,))
+    both = jump_up, jump_down
+    bands = (HysteresisBand(min(both), max(both), up, down),) if math.isfinite(jump_up) else ()
+    sweep = jumps_of("omega", path, path[::-1], up if bands else (), down if bands else (), True, True, "", bands)
     return ExactResponse(curve, sweep)
 
 

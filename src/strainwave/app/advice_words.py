@@ -106,9 +106,9 @@ def _avoid(project: Project, analysis: Analysis, avoid: Avoid, angle: AngleUnit)
     if avoid.limit is not None and avoid.largest > avoid.limit:
         most = f"{angle.text(avoid.largest)} at {_speed(project, avoid.at)}"
         reasons.append(f"the error oscillates with more than the limit of {angle.text(avoid.limit)}, at most {most}")
-    if sweep is not None and sweep.width > 0.0:
-        low, high = sorted((sweep.jump_up, sweep.jump_down))
-        reasons.append(f"the motion jumps between {_speed(project, low)} and {_speed(project, high)}")
+    if sweep is not None and sweep.jumping:
+        between = _listed(f"between {_speed(project, b.low)} and {_speed(project, b.high)}" for b in sweep.jumping)
+        reasons.append(f"the motion jumps {between}")
     return f"Avoid {bands} {_unit(project)}: there {', and '.join(reasons)}."
 
 

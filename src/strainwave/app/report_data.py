@@ -70,6 +70,16 @@ def exact_response_data(project: Project, exact: ExactResponse) -> dict[str, Any
         "folds": [place(project, fold.omega) | _angle_of("peak", fold.peak) for fold in curve.folds],
         "jump_up": _jump(project, sweep.jump_up if sweep else math.nan),
         "jump_down": _jump(project, sweep.jump_down if sweep else math.nan),
+        "bands": [
+            {
+                "low": place(project, band.low),
+                "high": place(project, band.high),
+                "jump_up": _jump(project, band.jump_up),
+                "jump_down": _jump(project, band.jump_down),
+                "whole": band.whole,
+            }
+            for band in (sweep.bands if sweep else ())
+        ],
         "hysteresis_rad_per_s": sweep.width if sweep else None,
         "sweep": sweep.sentence if sweep else "no motion on the curve is stable",
     }

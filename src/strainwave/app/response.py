@@ -1,5 +1,6 @@
 """`strainwave response`: the exact response of a project's drive as numbers, CSV or figure."""
 
+import math
 import os
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from .project import Project, load
 from .report_data import exact_response_data
 
 FIGURES = (".svg", ".png")
+JUMPS = {"up": "jump_up_speed", "down": "jump_down_speed"}
 
 
 def show(path: Path, output: Path | None, as_json: bool) -> None:
@@ -92,6 +94,16 @@ def _in_shaft(project: Project, exact: ExactResponse) -> dict[str, Any]:
         "fold_speeds": [own(fold.omega) for fold in curve.folds],
         "jump_up_speed": own(sweep.jump_up) if sweep else None,
         "jump_down_speed": own(sweep.jump_down) if sweep else None,
+        "hysteresis_bands": [
+            {
+                "from_speed": own(band.low),
+                "to_speed": own(band.high),
+                "jump_up_speed": own(band.jump_up),
+                "jump_down_speed": own(band.jump_down),
+                "whole": band.whole,
+            }
+            for band in (sweep.bands if sweep else ())
+        ],
         "largest": None
         if top is None
         else {"speed": own(float(curve.omega[top])), "peak_arcsec": float(curve.peak[top]) * ARCSEC},
@@ -108,8 +120,12 @@ def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str
         lines.append(f"  {data['sweep']}")
     folds = ", ".join(number(speed, 5) for speed in data["fold_speeds"])
     lines.append(f"  folds: {f'{folds} {unit}' if folds else 'none'}")
-    for name, key in (("jump up", "jump_up_speed"), ("jump down", "jump_down_speed")):
-        text = number(data[key], 5)
-        lines.append(f"  {name}: {'none' if text == '–' else f'{text} {unit}'}")
+    for band in data["hysteresis_bands"]:
+        ends = f"{number(band['from_speed'], 5)} to {number(band['to_speed'], 5)} {unit}"
+        ways = [f"jump {way} at {number(band[key], 5)}" for way, key in JUMPS.items() if math.isfinite(band[key])]
+        beyond = "" if band["whole"] else "; a jump lies outside the range"
+        lines.append(f"  hysteresis: {ends}{', ' if ways else ''}{' and '.join(ways)}{beyond}")
+    if not data["hysteresis_bands"]:
+        lines.append("  hysteresis: none")
     lines.append(f"  {data['harmonics']} harmonics; the last two hold {number(data['last_harmonics_relative'], 2)}")
     return "\n".join(lines if output is None else [*lines, f"  written: {output}"])

@@ -42,18 +42,12 @@ def warnings(project: Project, analysis: Analysis) -> list[str]:
         said.append(HDC_40_050_WARNING)
     said += analysis.warnings
     sweep = analysis.response.sweep
-    if sweep is not None and sweep.width > 0.0:
-        ends = sorted((sweep.jump_up, sweep.jump_down))
-        first, last = (speed_text(place(project, w)) for w in ends)
+    for band in () if sweep is None else sweep.bands:
+        first, last = (speed_text(place(project, w)) for w in (band.low, band.high))
         said.append(
             f"Run-up and coast-down differ between {first.split()[0]} and {last}: two stable motions exist there, and "
             "which one the drive is on depends on its history; pass through that band quickly or keep out of it."
-        )
-    elif sweep is not None and (sweep.on_run_up or sweep.on_run_down):
-        at = speed_text(place(project, (sweep.on_run_up or sweep.on_run_down)[0].value))
-        said.append(
-            f"The response jumps at {at}, in the other direction outside the speed range: which motion the drive is "
-            "on at the end of the range depends on its history; take a wider range to see both jumps."
+            + ("" if band.whole else " A jump between them lies outside the speed range; take a wider one to see it.")
         )
     return [with_rpm(project, text) for text in (*said, *project.notes)]
 

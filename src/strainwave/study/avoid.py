@@ -1,4 +1,4 @@
-"""Which speeds to avoid: around the peaks of the computed curve or above a limit, and between the jumps."""
+"""Which speeds to avoid: around the peaks of the computed curve or above a limit, and in bands between jumps."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ Speeds = tuple[float, float]
 
 @dataclass(frozen=True)
 class Avoid:
-    """Speeds to avoid: in the half-power band of a peak, or where a limit is exceeded in its place; and between jumps.
+    """Speeds to avoid: in the half-power band of a peak, or where a limit is exceeded in its place; and in hysteresis.
 
     The oscillation is the largest |x - mean|. A peak is more than twice that of slow turning, and the largest of all
     motions around it that are above 1/sqrt(2) of it: its half-power band.
@@ -114,7 +114,7 @@ def speeds_to_avoid(
     if response.back is not None:
         omega = response.back.omega
         every.append(Motions(omega, oscillations(response.back), np.ones(len(omega), bool)))
-    bands = [tuple(sorted((sweep.jump_up, sweep.jump_down)))] if sweep.width > 0.0 else []
+    bands = [(band.low, band.high) for band in sweep.jumping]
     tops = [] if limit is not None else _peaks(every, AMPLIFIED * slow)
     for motions, i in tops:
         level = HALF_POWER * motions.sizes[i]

@@ -11,17 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..results import Branch, Orbit
-
-
-@dataclass(frozen=True)
-class Jump:
-    """One jump of a sweep: the frequency (or other parameter) and the largest |x| before and after; why it happens."""
-
-    value: float
-    before: float
-    after: float
-    cause: str
-    choices: int
+from .hysteresis_bands import HysteresisBand, Jump, Leg, bands_between, told_bands
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,9 +23,9 @@ class Jumps:
     parameter : str
         Path of the parameter that is swept, "omega" [rad/s].
     jump_up, jump_down : float
-        Where |x| jumps up and where it drops (the largest such jump of both sweeps); nan where there is none.
+        Where |x| jumps up and where it drops, in the band with the largest jump; nan where there is none.
     width : float
-        Distance between the two: the hysteresis; 0 where there is none.
+        Width of that band: the hysteresis; 0 where there is none, or one of its ends is no jump.
     run_up, run_down : integer arrays
         Points of the branch that the sweep visits, in order.
     on_run_up, on_run_down : tuple of Jump
@@ -44,6 +34,8 @@ class Jumps:
         Whether each sweep reaches the other end of the branch's range on stable orbits of the branch.
     sentence : str
         All of it in words.
+    bands : tuple of HysteresisBand
+        Each band with its own pair of jumps, by ascending `low`; they may overlap.
     """
 
     parameter: str
@@ -57,6 +49,12 @@ class Jumps:
     finished_up: bool
     finished_down: bool
     sentence: str
+    bands: tuple[HysteresisBand, ...]
+
+    @property
+    def jumping(self) -> tuple[HysteresisBand, ...]:
+        """The bands that a sweep jumps into or out of."""
+        return tuple(band for band in self.bands if band.on_run_up or band.on_run_down)
 
     def __str__(self) -> str:
         return self.sentence
@@ -87,28 +85,32 @@ def jumps(branch: Branch) -> Jumps:
     pieces = _pieces(branch)
     if not pieces or not branch.stable.any():
         raise ValueError("the branch has no stable orbit that a sweep could follow")
-    up, on_up, good_up = _sweep(branch, pieces, 1.0)
-    down, on_down, good_down = _sweep(branch, pieces, -1.0)
-    both = [*on_up, *on_down]
-    rises = [j for j in both if j.after > j.before]
-    drops = [j for j in both if j.after < j.before]
-    jump_up, jump_down = _largest(rises), _largest(drops)
-    width = abs(jump_down - jump_up) if rises and drops else 0.0
+    up, on_up, good_up, legs_up = _sweep(branch, pieces, 1.0)
+    down, on_down, good_down, legs_down = _sweep(branch, pieces, -1.0)
+    bands = bands_between(legs_up, legs_down)
     sentence = " ".join(
         [
             _told(branch.parameter, "run-up", on_up, good_up, float(branch.values[up[-1]])),
             _told(branch.parameter, "run-down", on_down, good_down, float(branch.values[down[-1]])),
-            _told_width(width, bool(both)),
+            told_bands(branch.parameter, bands),
             *_told_doubled(branch, np.union1d(up, down)),
         ]
     )
+    return jumps_of(branch.parameter, up, down, on_up, on_down, good_up, good_down, sentence, bands)
+
+
+def jumps_of(
+    parameter: str, up: NDArray[np.int64], down: NDArray[np.int64], on_up: tuple[Jump, ...], on_down: tuple[Jump, ...],
+    good_up: bool, good_down: bool, sentence: str, bands: tuple[HysteresisBand, ...],
+) -> Jumps:  # fmt: skip
+    """Put together what was found, with the pair of jumps of the band with the largest one."""
+    held = {jump for band in bands for jump in (*band.on_run_up, *band.on_run_down)}
+    alone = [HysteresisBand(j.value, j.value, (j,), ()) for j in (*on_up, *on_down) if j not in held]
+    main = max((*bands, *alone), key=lambda band: band.size, default=HysteresisBand(0.0, 0.0, (), ()))
     return Jumps(
-        branch.parameter, jump_up, jump_down, width, up, down, on_up, on_down, good_up, good_down, sentence
+        parameter, main.jump_up, main.jump_down, main.width, up, down, on_up, on_down, good_up, good_down, sentence,
+        bands,
     )  # fmt: skip
-
-
-def _largest(some: list[Jump]) -> float:
-    return max(some, key=lambda j: abs(j.after - j.before)).value if some else float("nan")
 
 
 def _told(parameter: str, name: str, some: tuple[Jump, ...], good: bool, end: float) -> str:
@@ -121,12 +123,6 @@ def _told(parameter: str, name: str, some: tuple[Jump, ...], good: bool, end: fl
     if not good:
         text += f", and beyond {parameter} = {end:.6g} this branch has no stable orbit: integrate to see what follows"
     return text + "."
-
-
-def _told_width(width: float, jumped: bool) -> str:
-    if width:
-        return f"Hysteresis {width:.6g} wide."
-    return "The jump of the other direction lies outside the range." if jumped else "No hysteresis."
 
 
 def _doubled(branch: Branch) -> NDArray[np.bool_]:
@@ -174,39 +170,46 @@ def _pieces(branch: Branch) -> list[NDArray[np.int64]]:
     return [np.array(p) for p in pieces]
 
 
-def _sweep(branch: Branch, pieces: list[Any], sign: float) -> tuple[NDArray[np.int64], tuple[Jump, ...], bool]:
-    """Points visited by a sweep (sign 1: up), its jumps, and whether it reaches the end of the range.
+def _sweep(
+    branch: Branch, pieces: list[Any], sign: float
+) -> tuple[NDArray[np.int64], tuple[Jump, ...], bool, list[Leg]]:
+    """Points visited by a sweep (sign 1: up), its jumps, whether it reaches the end of the range, and its legs.
 
     An open branch may leave its range and come back: the sweep goes from the end with the lower value to the other.
     """
     values, ends = sign * branch.values, float(np.max(sign * branch.values))
     ahead = [p if values[p[-1]] > values[p[0]] else p[::-1] for p in pieces]
-    here = min(ahead, key=lambda p: float(values[p[0]]))
+    here = min(range(len(ahead)), key=lambda k: float(values[ahead[k][0]]))
     if not branch.closed:
         start = 0 if values[0] <= values[-1] else len(values) - 1
-        here = next((p for p in ahead if p[0] == start), here)
+        here = next((k for k, p in enumerate(ahead) if p[0] == start), here)
         ends = float(max(values[0], values[-1]))
-    visited = list(here)
-    found: list[Jump] = []
-    while values[visited[-1]] < ends and len(found) <= len(pieces):
-        last = visited[-1]
+    visited = list(ahead[here])
+    legs: list[Leg] = []
+    begun, whole = float(values[visited[0]]), False
+    while True:
+        last, leg = visited[-1], here
         at = float(values[last])
-        onto = [p for p in ahead if p is not here and values[p[0]] <= at < values[p[-1]] and last not in p[:-1]]
-        if not onto:
-            joined = [p for p in ahead if p is not here and p[0] == last]
-            if not joined:
-                return np.array(visited), tuple(found), False
-            here = joined[0]  # stability only touches its limit there
-            visited += list(here[1:])
-            continue
-        before = float(branch.peak[last])
-        landings = [float(np.interp(at, values[p], branch.peak[p])) for p in onto]
-        best = int(np.argmin(np.abs(np.array(landings) - before)))
-        found.append(Jump(sign * at, before, landings[best], _cause(branch, sign * at), len(onto)))
-        here = onto[best]
-        visited += list(here[values[here] > at])
+        whole = at >= ends
+        onto = [
+            k for k, p in enumerate(ahead) if k != here and values[p[0]] <= at < values[p[-1]] and last not in p[:-1]
+        ]
+        jump = None
+        if not whole and onto and len(legs) <= len(pieces):
+            before = float(branch.peak[last])
+            landings = [float(np.interp(at, values[ahead[k]], branch.peak[ahead[k]])) for k in onto]
+            best = int(np.argmin(np.abs(np.array(landings) - before)))
+            jump = Jump(sign * at, before, landings[best], _cause(branch, sign * at), len(onto))
+            here = onto[best]
+            visited += list(ahead[here][values[ahead[here]] > at])
+        low, high = sorted((sign * begun, sign * min(at, ends)))
+        legs.append(Leg(leg, low, high, jump))
+        if jump is None:
+            break
+        begun = at
     inside = [i for i in visited if values[i] <= ends]
-    return np.array(inside or visited), tuple(found), bool(values[visited[-1]] >= ends)
+    found = tuple(leg.jump for leg in legs if leg.jump is not None)
+    return np.array(inside or visited), found, whole, legs
 
 
 def _cause(branch: Branch, value: float) -> str:

@@ -81,8 +81,9 @@ def remedies(
         Relative changes of the load's inertia, each with the error equation that it leads to; of a train they follow.
     """
     sweep = response.sweep
-    jumped = sweep.jump_up if sweep is not None and sweep.width > 0.0 else avoid.at
-    band = max(speeds[0], (1.0 - NEAR) * min(avoid.at, jumped)), min(speeds[1], (1.0 + NEAR) * max(avoid.at, jumped))
+    around = [] if sweep is None else [band for band in sweep.bands if band.low <= avoid.at <= band.high]
+    ends = [avoid.at, *(end for band in around for end in (band.low, band.high))]
+    band = max(speeds[0], (1.0 - NEAR) * min(ends)), min(speeds[1], (1.0 + NEAR) * max(ends))
     harmonics = response.curve.coefficients.shape[1] // 2
     before = avoid.largest
     if train is None and not is_spring(system):  # at as few speeds as the others

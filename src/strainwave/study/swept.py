@@ -5,6 +5,7 @@ orbits of the integrated equation are as exact and come in a fraction of the tim
 """
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,8 @@ from .._dispatch import is_spring
 from ..results import Branch, Floats, Status
 from .exact import POINTS, ExactResponse, exact_response
 from .gear_forces import settling_time
-from .jumps import Jump, Jumps
+from .hysteresis_bands import HysteresisBand, Jump
+from .jumps import Jumps, jumps_of
 from .regimes import operating_point
 from .steady import SteadyMotion, settle
 
@@ -72,16 +74,23 @@ def _sweep(system: Any, omega: Floats, start: tuple[float, ...]) -> list[SteadyM
 def _jumps(curve: Branch, back: Branch, other: Any) -> Jumps:
     """Jumps of both sweeps, as `jumps` tells them of a branch."""
     on_up, on_down = _steps(curve.omega, curve.peak), _steps(back.omega[::-1], back.peak[::-1])
-    every = sorted((*on_up, *on_down), key=lambda j: -abs(j.after - j.before))
-    rises, drops = ([j.value for j in every if (j.after > j.before) is rising] for rising in (True, False))
-    jump_up, jump_down = (values[0] if values else math.nan for values in (rises, drops))
-    width = abs(jump_up - jump_down) if rises and drops else 0.0
     places = np.arange(len(curve))
     down = places[::-1] if other is None else places[~other][::-1]
+    bands = () if other is None else tuple(_bands(curve.omega, other, on_up, on_down))
+    every = sorted((*on_up, *on_down), key=lambda j: -abs(j.after - j.before))
     said = "; ".join(f"|x| jumps from {j.before:.6g} to {j.after:.6g} rad at {j.value:.6g} rad/s" for j in every)
-    return Jumps(
-        "omega", jump_up, jump_down, width, places, down, on_up, on_down, True, True, said or "no jump by integration"
-    )
+    return jumps_of("omega", places, down, on_up, on_down, True, True, said or "no jump by integration", bands)
+
+
+def _bands(omega: Floats, other: Any, on_up: tuple[Jump, ...], on_down: tuple[Jump, ...]) -> Iterator[HysteresisBand]:
+    """Runs of speeds at which both sweeps are on different motions, with a jump in them or at an end."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], other, [False]])))
+    for first, last in edges.reshape(-1, 2):  # speeds number first ... last - 1
+        low, high = omega[max(first - 1, 0)], omega[min(last, len(omega) - 1)]
+        forth, back = (tuple(j for j in some if low <= j.value <= high) for some in (on_up, on_down))
+        if forth or back:
+            ends = min((j.value for j in back), default=low), max((j.value for j in forth), default=high)
+            yield HysteresisBand(float(min(ends)), float(max(ends)), forth, back)
 
 
 def _steps(omega: Floats, peak: Floats) -> tuple[Jump, ...]:
