@@ -13,7 +13,6 @@ import matplotlib
 import pytest
 
 import strainwave as sw
-from strainwave._jit import RESERVED
 from strainwave.app import project
 from strainwave.app.cli import cli
 from strainwave.app.complaints import EXAMPLES
@@ -124,10 +123,6 @@ def test_units_of_the_project_page_are_known():
         for name in re.findall("`(.*?)`", refused):
             with pytest.raises(ValueError, match="write"):
                 parse(f"1 {name}", unit)
-
-
-def test_reserved_names_are_on_the_page_about_laws():
-    assert not_on("add-a-law.md", RESERVED) == []
 
 
 def test_the_errata_table_is_complete():

@@ -52,8 +52,6 @@ def load() -> Any:
     config: Any = import_module("numba.cuda.core.config")
     config.CUDA_LOW_OCCUPANCY_WARNINGS = 0  # a small ensemble is no mistake
     types.NamedTuple.__bool__ = lambda self: True  # see _jit
-    for name in _jit.RESERVED:
-        extending.overload_method(types.BaseNamedTuple, name, jit_options=INNER)(_method(name))
     _expose(_jit.axpy, _jit._axpy_body(import_module("numba.cuda.cpython.unsafe.tuple")))
     _expose(_jit.borrowed, lambda thing: thing)
     for bodies in (_lanes.bodies(types, extending, _lanes.strided_address), _compiled_maths.bodies(types, extending)):
@@ -71,6 +69,19 @@ def _expose(function: Callable[..., Any], body: Callable[..., Any], inline: bool
 
     typed.__signature__ = inspect.signature(body)  # type: ignore[attr-defined]
     cuda.extending.overload(function, jit_options=INNER)(body if inline is None else typed)
+
+
+def expose_methods(things: tuple[Any, ...]) -> None:
+    """Let device code call the methods of the models among things, at any depth."""
+    for cls in () if simulated() else _jit.model_classes(things):
+        for name in _jit.methods_of(cls):
+            _expose_method(name)
+
+
+@cache
+def _expose_method(name: str) -> None:
+    types, extending = import_module("numba.cuda.types"), import_module("numba.cuda.extending")
+    extending.overload_method(types.BaseNamedTuple, name, jit_options=INNER)(_method(name))
 
 
 def _method(name: str) -> Callable[..., Any]:
@@ -97,7 +108,7 @@ def launch(parts: Any, rows: int, lanes: int, grid: tuple[int, int], arguments: 
     try:
         kernel(*parts, rows, lanes)[grid](*arguments)
     except (errors.NumbaError, errors.UnsupportedBytecodeError) as error:
-        raise TypeError(_jit._explain(error, _jit._foreign_classes(arguments))) from error
+        raise TypeError(_jit._explain(error, _jit.foreign_names(arguments))) from error
 
 
 @cache

@@ -1,7 +1,7 @@
 """All of Numba: kernels, the methods of model objects inside them, and the compiled-code cache.
 
 A kernel is a plain Python function marked `@kernel`. It may call other kernels, the functions of `maths`, and the
-reserved methods of any NamedTuple handed to it; `run(kernel, *args)` executes it as machine code. Numba is imported
+methods of any NamedTuple handed to it; `run(kernel, *args)` executes it as machine code. Numba is imported
 at the first `run`, so importing the package stays cheap, and with the environment variable STRAINWAVE_JIT=0 (or
 NUMBA_DISABLE_JIT=1) the same functions run as Python.
 
@@ -24,23 +24,6 @@ from typing import Any, TypeVar
 from . import _compiled_maths, _lanes
 
 F = TypeVar("F", bound=Callable[..., Any])
-
-# Methods of a model object that a kernel may call. No field may have one of these names.
-RESERVED = (
-    "torque", "z_rate", "losses", "stiffness", "energy", "value", "slope", "curvature", "rhs", "jacobian", "torsion",
-    "breakpoints", "update",
-)  # fmt: skip
-# Methods of the package's own problem objects (harmonic balance), with their arguments.
-INTERNAL = {
-    "forcing": ("self", "system", "work"),
-    "residual": ("self", "z", "work", "r"),
-    "linearise": ("self", "z", "work", "jacobian", "slope"),
-    "parameter_slope": ("self", "z", "work", "slope"),
-    "torque_series": ("self", "law", "z", "u", "r"),
-    "stiffness_product": ("self", "law", "u", "jacobian"),
-    "slack": ("self", "law", "u"),
-    "hill_trace": ("self", "system", "z", "u", "w"),
-}
 
 # "contract", "nsz" and "arcp" allow FMA and reciprocals; full fastmath assumes no NaN and would hide divergence.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}, "nogil": True}
@@ -155,8 +138,8 @@ def run(function: Callable[..., Any], *args: Any, light: bool = False) -> Any:
     as_light = light and "numba" not in sys.modules and next(_light_runs) < LIGHT_RUNS
     if not enabled() or as_light or next(_plain_runs.get() or iter(()), False):
         return function(*args)
-    foreign = _foreign_classes(args)
-    dispatcher = _dispatcher(function, not foreign and _is_ours(function.__module__))
+    foreign = foreign_names(args)
+    dispatcher = _dispatcher(function, not foreign and _is_ours(function.__module__), args)
     from numba.core import errors
 
     try:
@@ -169,17 +152,28 @@ def _is_ours(module: str) -> bool:
     return module.startswith(__package__ + ".")
 
 
-def _foreign_classes(things: tuple[Any, ...]) -> set[str]:
-    """Names of the model classes among the arguments, at any depth, that are not from this package."""
-    names: set[str] = set()
+def model_classes(things: tuple[Any, ...]) -> dict[type, None]:
+    """Model classes (NamedTuples) among things, at any depth, in the order in which they are met."""
+    classes: dict[type, None] = {}
     waiting = [things]
     while waiting:
         for item in waiting.pop():
             if isinstance(item, tuple):
                 waiting.append(item)
-                if type(item) is not tuple and not _is_ours(type(item).__module__):
-                    names.add(type(item).__name__)
-    return names
+                if type(item) is not tuple:
+                    classes[type(item)] = None
+    return classes
+
+
+def foreign_names(things: tuple[Any, ...]) -> set[str]:
+    """Names of the model classes among things, at any depth, that are not from this package."""
+    return {cls.__name__ for cls in model_classes(things) if not _is_ours(cls.__module__)}
+
+
+@cache
+def methods_of(cls: type) -> tuple[str, ...]:
+    """Names of the methods that compiled code may call on a model of this class."""
+    return tuple(name for name in dir(cls) if name[0] != "_" and inspect.isfunction(getattr(cls, name)))
 
 
 def _explain(error: Exception, classes: set[str]) -> str:
@@ -192,8 +186,10 @@ def _explain(error: Exception, classes: set[str]) -> str:
     )
 
 
-def _dispatcher(function: Callable[..., Any], cacheable: bool) -> Any:
+def _dispatcher(function: Callable[..., Any], cacheable: bool, things: tuple[Any, ...] = ()) -> Any:
     _numba()
+    for cls in model_classes(things):
+        _expose_methods(cls)
     while _kernels:  # those of modules imported since the last call
         _exposed.append(_kernels.pop())
         _expose(*_exposed[-1])
@@ -244,12 +240,6 @@ def _numba() -> Any:
     _prefer_wide_vectors(numba.config)
     # Numba asks `if receiver:` before it passes self; the type of a model without fields must not be falsy.
     types.NamedTuple.__bool__ = lambda self: True
-    for name in RESERVED:
-        typed = _method(numba, name)
-        extending.overload_method(types.BaseNamedTuple, name, jit_options=INNER)(typed)
-    for name, arguments in INTERNAL.items():
-        typed = _internal_method(name, arguments)
-        extending.overload_method(types.BaseNamedTuple, name, jit_options=INNER, strict=False)(typed)
     _expose(axpy, _axpy_body(import_module("numba.cpython.unsafe.tuple")))
     _expose(with_leaf, _with_leaf_body(types, extending))
     _expose(borrowed, _borrowed_body(types, extending))
@@ -266,28 +256,31 @@ def _prefer_wide_vectors(config: Any) -> None:
         config.CPU_NAME, config.CPU_FEATURES = name, features.flatten() + ",-prefer-256-bit"
 
 
-def _method(numba: Any, name: str) -> Callable[..., Any]:
-    def typed(self: Any, *args: Any) -> Any:
-        method = getattr(self.instance_class, name, None)
-        if method is None:
-            return None
-        compiled = numba.njit(method, **INNER)
-
-        def call(self: Any, *args: Any) -> Any:
-            return compiled(self, *args)
-
-        return call
-
-    return typed
+@cache
+def _expose_methods(cls: type) -> None:
+    """Let compiled code call the methods of models of this class."""
+    types, templates, extending = map(
+        import_module, ("numba.core.types", "numba.core.typing.templates", "numba.extending")
+    )
+    for name in methods_of(cls):
+        _expose_method(cls, name, types, templates, extending.overload)
 
 
-def _internal_method(name: str, arguments: tuple[str, ...]) -> Callable[..., Any]:
+def _expose_method(cls: type, name: str, types: Any, templates: Any, overload: Any) -> None:
+    method, own = getattr(cls, name), f"{name} of {cls.__module__}.{cls.__qualname__} {id(cls)}"
+
     def typed(*args: Any) -> Any:
-        return getattr(args[0].instance_class, name, None)
+        return method
 
-    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
-    typed.__signature__ = inspect.Signature([inspect.Parameter(a, kind) for a in arguments])  # type: ignore[attr-defined]
-    return typed
+    typed.__signature__ = inspect.signature(method)  # type: ignore[attr-defined]
+    base = templates.make_overload_method_template(types.BaseNamedTuple, own, typed, "never", jit_options=INNER)
+
+    class Method(base):
+        def _resolve(self, kind: Any, attribute: str) -> Any:
+            return super()._resolve(kind, own) if attribute == name and kind.instance_class is cls else None
+
+    templates.infer_getattr(Method)
+    overload(typed, jit_options=INNER)(typed)
 
 
 def _axpy_body(tuples: Any) -> Callable[..., Any]:

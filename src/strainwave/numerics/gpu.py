@@ -139,6 +139,7 @@ def march_on_gpu(batch: Batch, places: Any, method: Rk4 | Dopri5, steps: int) ->
         how = (steps,)
         times = 2.0 * np.pi / steps / batch.omega[full]
     device = _cuda.load()
+    _cuda.expose_methods((batch.template, batch.kind, batch.measures))
     start = np.concatenate([batch.numbers[:, full], times[None], batch.y0[:, full]])
     shapes = (sums + 2, len(full)), (KEPT, states, len(full)), (periods if batch.points else 1, states, len(full))
     with memory_told(n):
