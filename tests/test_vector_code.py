@@ -35,7 +35,7 @@ def shared_phase(rows, phase, order):
 
 def instructions(function, *arguments):
     """Return the machine code's instructions without those of the entry from Python."""
-    dispatcher = _jit._dispatcher(function, False)
+    dispatcher = _jit._dispatcher(function)
     dispatcher(*arguments)
     assembly = next(iter(dispatcher.inspect_asm().values()))
     body = re.split(r"^(?!\.L)\S+:$", assembly, maxsplit=2, flags=re.MULTILINE)[1]  # after the first function's name

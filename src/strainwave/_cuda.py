@@ -106,18 +106,20 @@ def launch(parts: Any, rows: int, lanes: int, grid: tuple[int, int], arguments: 
     """
     errors = import_module("numba.core.errors")
     try:
-        kernel(*parts, rows, lanes)[grid](*arguments)
+        kernel(*parts, rows, lanes, _jit.model_classes(arguments))[grid](*arguments)
     except (errors.NumbaError, errors.UnsupportedBytecodeError) as error:
         raise TypeError(_jit._explain(error, _jit.foreign_names(arguments))) from error
 
 
 @cache
-def kernel(begin: Any, march: Any, call: Any, finish: Any, rows: int, lanes: int) -> Any:
+def kernel(
+    begin: Any, march: Any, call: Any, finish: Any, rows: int, lanes: int, classes: tuple[type, ...] = ()
+) -> Any:
     """Kernel of which every thread runs `begin`, `call(march)` and `finish` on its own lanes, in so many rows.
 
     The thread's lanes are those that `every_lane` gives in the three functions. Its arguments are a system, its states,
     what is known of them, measures and their first sums (all as templates, see `_lanes`), the method's own arguments,
-    counts of periods, and arrays whose last axis is the lanes of all threads.
+    counts of periods, and arrays whose last axis is the lanes of all threads. It is for models of these classes.
     """
     load()
     begin, finish = _own(begin, lanes), _own(finish, lanes)

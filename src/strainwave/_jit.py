@@ -5,8 +5,7 @@ methods of any NamedTuple handed to it; `run(kernel, *args)` executes it as mach
 at the first `run`, so importing the package stays cheap, and with the environment variable STRAINWAVE_JIT=0 (or
 NUMBA_DISABLE_JIT=1) the same functions run as Python.
 
-Machine code is kept on disk in a folder keyed by a hash of the package's sources, because Numba's own cache does not
-notice an edit in another file. Code that involves a class from outside the package is compiled in memory only.
+Machine code is kept on disk (`_code_cache`), that of a user's classes too.
 """
 
 import inspect
@@ -18,10 +17,10 @@ from contextvars import ContextVar
 from functools import cache, wraps
 from importlib import import_module
 from itertools import count, repeat
-from pathlib import Path
 from typing import Any, TypeVar
 
 from . import _compiled_maths, _lanes
+from ._code_cache import CodeCache, cache_writable
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -138,21 +137,20 @@ def run(function: Callable[..., Any], *args: Any, light: bool = False) -> Any:
     as_light = light and "numba" not in sys.modules and next(_light_runs) < LIGHT_RUNS
     if not enabled() or as_light or next(_plain_runs.get() or iter(()), False):
         return function(*args)
-    foreign = foreign_names(args)
-    dispatcher = _dispatcher(function, not foreign and _is_ours(function.__module__), args)
+    dispatcher = _dispatcher(function, model_classes(args))
     from numba.core import errors
 
     try:
         return dispatcher(*args)
     except (errors.NumbaError, errors.UnsupportedBytecodeError) as error:
-        raise TypeError(_explain(error, foreign)) from error
+        raise TypeError(_explain(error, foreign_names(args))) from error
 
 
 def _is_ours(module: str) -> bool:
     return module.startswith(__package__ + ".")
 
 
-def model_classes(things: tuple[Any, ...]) -> dict[type, None]:
+def model_classes(things: tuple[Any, ...]) -> tuple[type, ...]:
     """Model classes (NamedTuples) among things, at any depth, in the order in which they are met."""
     classes: dict[type, None] = {}
     waiting = [things]
@@ -162,7 +160,7 @@ def model_classes(things: tuple[Any, ...]) -> dict[type, None]:
                 waiting.append(item)
                 if type(item) is not tuple:
                     classes[type(item)] = None
-    return classes
+    return tuple(classes)
 
 
 def foreign_names(things: tuple[Any, ...]) -> set[str]:
@@ -186,26 +184,23 @@ def _explain(error: Exception, classes: set[str]) -> str:
     )
 
 
-def _dispatcher(function: Callable[..., Any], cacheable: bool, things: tuple[Any, ...] = ()) -> Any:
+def _dispatcher(function: Callable[..., Any], classes: tuple[type, ...] = ()) -> Any:
     _numba()
-    for cls in model_classes(things):
+    for cls in classes:
         _expose_methods(cls)
     while _kernels:  # those of modules imported since the last call
         _exposed.append(_kernels.pop())
         _expose(*_exposed[-1])
-    return _made(function, cacheable)
+    return _made(function, classes)
 
 
 @cache
-def _made(function: Callable[..., Any], cacheable: bool) -> Any:
-    numba = _numba()
-    dispatcher = numba.njit(**OPTIONS)(getattr(function, "loops", function))
-    if cacheable and cache_writable():
-        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(cache_folder())
-        try:
-            dispatcher.enable_caching()
-        finally:
-            numba.config.CACHE_DIR = before
+def _made(function: Callable[..., Any], classes: tuple[type, ...]) -> Any:
+    """Compiled form of a function for models of these classes: Numba takes two classes of one name for the same."""
+    body = getattr(function, "loops", function)
+    dispatcher = _numba().njit(**OPTIONS)(body)
+    if cache_writable():
+        dispatcher._cache = CodeCache(body)
     return dispatcher
 
 
@@ -238,6 +233,8 @@ def _numba() -> Any:
     if blas is None:
         del sys.modules["scipy.linalg.cython_blas"]
     _prefer_wide_vectors(numba.config)
+    # Names of compiled functions hold a number, which code of another process must not have too.
+    import_module("numba.core.bytecode").FunctionIdentity._unique_ids = count(int.from_bytes(os.urandom(6)))
     # Numba asks `if receiver:` before it passes self; the type of a model without fields must not be falsy.
     types.NamedTuple.__bool__ = lambda self: True
     _expose(axpy, _axpy_body(import_module("numba.cpython.unsafe.tuple")))
@@ -273,13 +270,14 @@ def _expose_method(cls: type, name: str, types: Any, templates: Any, overload: A
         return method
 
     typed.__signature__ = inspect.signature(method)  # type: ignore[attr-defined]
-    base = templates.make_overload_method_template(types.BaseNamedTuple, own, typed, "never", jit_options=INNER)
+    template = templates.make_overload_method_template(types.BaseNamedTuple, own, typed, "never", jit_options=INNER)
+    resolve = template._resolve
 
-    class Method(base):
-        def _resolve(self, kind: Any, attribute: str) -> Any:
-            return super()._resolve(kind, own) if attribute == name and kind.instance_class is cls else None
+    def of_this_class(self: Any, kind: Any, attribute: str) -> Any:
+        return resolve(self, kind, own) if attribute == name and kind.instance_class is cls else None
 
-    templates.infer_getattr(Method)
+    template._resolve = of_this_class
+    templates.infer_getattr(template)
     overload(typed, jit_options=INNER)(typed)
 
 
@@ -346,43 +344,6 @@ def _with_leaf_body(types: Any, extending: Any) -> Callable[..., Any]:
         return intrinsic(model, index, value)
 
     return body
-
-
-@cache
-def source_hash() -> str:
-    """Hash of the sources that hold compiled code, which keys its folder."""
-    digest = import_module("hashlib").sha256()  # imported when needed, as a light run may need no cache
-    home = Path(__file__).parent
-    for path in sorted([*home.glob("*.py"), *home.glob("model/*.py"), *home.glob("numerics/*.py")]):
-        digest.update(path.read_bytes())
-    return str(digest.hexdigest()[:16])
-
-
-@cache
-def cache_folder() -> Path:
-    """Folder of compiled code: STRAINWAVE_CACHE_DIR, or the user's cache folder of the operating system."""
-    home = os.environ.get("STRAINWAVE_CACHE_DIR")
-    if home:
-        root = Path(home)
-    elif sys.platform == "win32":
-        root = Path(os.environ.get("LOCALAPPDATA", Path.home())) / "strainwave" / "cache"
-    elif sys.platform == "darwin":
-        root = Path.home() / "Library" / "Caches" / "strainwave"
-    else:
-        root = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "strainwave"
-    return root / source_hash()
-
-
-@cache
-def cache_writable() -> bool:
-    """Whether compiled code can be kept on disk; otherwise it is kept in memory."""
-    # Asked here because Numba would fall back on __pycache__, which no source hash keys.
-    try:
-        cache_folder().mkdir(parents=True, exist_ok=True)
-        import_module("tempfile").TemporaryFile(dir=cache_folder()).close()
-    except OSError:
-        return False
-    return True
 
 
 def host_cpu() -> tuple[Any, str]:

@@ -29,7 +29,7 @@ def packed_and_scalar(system):
     """Numbers of packed and of scalar multiply-adds in the loop over lanes, and of calls."""
     y0 = (0.0,) * (2 + _dispatch.states_of(system.law))
     arguments = system.prepared(), y0, ((0.0,),), np.ones((100, _lanes.LANES)), 0.1
-    dispatcher = _jit._dispatcher(two_steps, False, arguments)
+    dispatcher = _jit._dispatcher(two_steps, _jit.model_classes(arguments))
     dispatcher(*arguments)
     assembly = dispatcher.inspect_asm(dispatcher.signatures[-1])
     body = re.split(r"^(?!\.L)\S+:$", assembly, maxsplit=2, flags=re.MULTILINE)[1]

@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from .. import __version__, _cuda, _jit
+from .. import __version__, _code_cache, _cuda, _jit
 from .console import to_json
 
 CORE = ("numpy", "scipy", "numba", "llvmlite", "xarray", "zarr", "pint", "pydantic", "ruamel.yaml", "click", "rich")
@@ -30,7 +30,7 @@ VECTOR_UNITS = ("sse2", "avx", "avx2", "fma", "avx512f", "neon", "asimd", "sve")
 def report() -> dict[str, Any]:
     """Collect what `doctor` prints."""
     features, cpu = _jit.host_cpu()
-    folder = _jit.cache_folder()
+    folder = _code_cache.cache_folder()
     writable, why = _writable(folder)
     size = sum(f.stat().st_size for f in folder.glob("**/*") if f.is_file()) if folder.is_dir() else 0
     return {

@@ -10,8 +10,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from .code_reads import OWN
-from .identity import Identity
+from .._code_reads import OWN
+from .._identity import Identity
 
 
 def identity(thing: Any) -> str:
