@@ -10,7 +10,8 @@ from typing import NamedTuple
 import strainwave as sw
 import strainwave.model
 from strainwave.maths import exp, sign, sqrt
-from strainwave.model.train_forms import Metered
+from strainwave.model.oscillator import Powers
+from strainwave.model.train_forms import AtLoad, Metered
 from strainwave.quantities import Angle, TorsionalStiffness, is_model
 
 
@@ -161,6 +162,9 @@ TRAIN_FORMS = {
     "SteadyTrain": sw.SteadyTrain(PLAIN_TRAIN._replace(error=ERRORS["KinematicError"]), 1.3, bandwidth=0.1),
     "SteadyTrain, in time": sw.SteadyTrain(PLAIN_TRAIN._replace(reference=sw.AtRest()), 1.3, 0),
     "Metered": Metered(TRAINS["everything"]),
+    "AtLoad": AtLoad(TRAINS["everything"], 1.3),
+    "AtLoad, rigid": AtLoad(TRAINS["held"], 1.0),
+    "Powers": Powers(SYSTEMS["everything"]),
 }
 
 MODELS = (

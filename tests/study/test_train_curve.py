@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.study.train_curve import AtLoad, at_load, largest_oscillation, train_curve
+from strainwave.model.train_forms import AtLoad, own_state
+from strainwave.study.train_curve import largest_oscillation, train_curve
 from strainwave.study.train_point import operating_state
 
 K, B, K_C, B_C, J_1, J_2, A = 1e5, 15.0, 1.5e5, 5.0, 0.1, 1.2, 1e-4
@@ -51,9 +52,9 @@ def test_the_largest_oscillation_is_that_of_the_curve():
 
 
 def test_the_state_at_the_load_moves_as_that_of_the_train():
-    system, y = at_load(train(sw.SpeedLoop(0.5, 20.0))), np.array([1e-3, 0.2, 1e-3, 0.1, 4e-4, 0.05])
-    assert isinstance(system, AtLoad)
-    own, rates = system.own(tuple(y)), np.array(system.rhs(0.3, tuple(y)))
+    whole, y = train(sw.SpeedLoop(0.5, 20.0)), np.array([1e-3, 0.2, 1e-3, 0.1, 4e-4, 0.05])
+    system = AtLoad(whole, whole.omega)
+    own, rates = own_state(system, tuple(y)), np.array(system.rhs(0.3, tuple(y)))
     inner = np.array(system.train.rhs(0.3, own))
     assert system.train.load_error(own) == pytest.approx(y[0])
     assert rates[0] == pytest.approx(y[1])

@@ -8,6 +8,11 @@ from types import TracebackType
 from typing import Any
 
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+# What x is, wherever a command or the report shows it: short beside a number, whole once.
+BETWEEN = "between motor and load"
+WHAT_X_IS = (
+    "x = θ_m/N − θ_l is the error between motor and load; the motor's own deviation from its reference is not in it"
+)
 
 
 class Progress:

@@ -5,13 +5,13 @@ from typing import Any, Literal
 import numpy as np
 
 from ..model.excitation import NoError
-from ..model.shafts import NO_DRAG, Elastic
+from ..model.shafts import NO_DRAG, Elastic, end_of
 from ..study.analysis import Analysis
 from ..study.drive_runs import INPUTS
 from ..study.regimes import active_orders
-from ..study.train_curve import TrainCurve, end_of
+from ..study.train_curve import TrainCurve
 from ..study.train_study import TrainStudy
-from .console import number
+from .console import BETWEEN, number
 from .facts import ARCSEC, RPM, AngleUnit
 from .plots import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE
 from .resonance_data import jump_speeds
@@ -188,7 +188,7 @@ def _run_figure(analysis: Analysis, study: TrainStudy, angle: AngleUnit) -> str:
     assert run is not None
     keep = run.trajectory.t >= study.begin
     speed, error = run.motor_speed[keep] * RPM, run.error[keep] * angle.factor
-    panel = Panel("", "motor speed (rpm)", f"x at the load\n({angle.name})")
+    panel = Panel("", "motor speed (rpm)", f"x {BETWEEN}\n({angle.name})")
     starts = np.linspace(0, len(speed), min(BINS, max(2, len(speed) // CYCLE)), endpoint=False).astype(int)
     low, high = np.minimum.reduceat(error, starts), np.maximum.reduceat(error, starts)
     at = np.add.reduceat(speed, starts) / np.diff([*starts, len(speed)])

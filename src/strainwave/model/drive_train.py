@@ -23,6 +23,7 @@ from .shaft_motion import (
     load_names,
     load_powers,
     load_rates,
+    load_twist,
     motor_rates,
     total,
 )
@@ -69,6 +70,13 @@ def forces(train: Any, phase: Any, y: Any) -> Any:
     driven = motor_acceleration(train, phase, y, motor, gear[2] * torque, of_motor)
     output = motor[0] / train.N - y[0], motor[1] / train.N - y[1]
     return motor, gear, output, z, of_motor, torque, driven
+
+
+@kernel
+def coupling_twist(train: Any, y: Any) -> Any:
+    """Twist [rad] of all couplings together and its rate, from the state; from the rates of the state, their rates."""
+    of_motor = rest(train.law, internal_states(train.motor.control, y))
+    return load_twist(train.load, rest(train.motor.drag, of_motor))
 
 
 class DriveTrain(NamedTuple):
@@ -139,11 +147,14 @@ class DriveTrain(NamedTuple):
 
     def load_speed(self, phase: Any, y: Any) -> Any:
         """Speed [rad/s] of the load, behind all couplings."""
-        return motor_motion(self, phase, y)[1] / self.N - y[1] - sum(y[at + 1] for at in self.twists())
+        return motor_motion(self, phase, y)[1] / self.N - y[1] - coupling_twist(self, y)[1]
 
     def load_error(self, y: Any) -> Any:
-        """Dynamic error at the load [rad]: x and the twists of all couplings, theta_m/N - theta of the load."""
-        return y[0] + sum(y[at] for at in self.twists())
+        """Error between motor and load [rad]: x and the twists of all couplings, theta_m/N - theta of the load.
+
+        The motor's own deviation from its reference is not in it.
+        """
+        return y[0] + coupling_twist(self, y)[0]
 
     def twists(self) -> tuple[int, ...]:
         """Places of the couplings' twists in the state."""

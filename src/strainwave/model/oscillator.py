@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from .._dispatch import check_law, states_of, torque_of, z_rate_of
+from .._dispatch import check_law, losses_of, share, states_of, torque_of, z_rate_of
 from ..quantities import LARGEST, AngularSpeed, Damping, Inertia, shown
 from .excitation import NoError
 from .prepared import FreeOfError, WithError, prepared, scaled_law, scaled_torque
@@ -69,3 +69,33 @@ class Oscillator(NamedTuple):
             if not hasattr(part, method):
                 raise TypeError(f"Oscillator.{name} is {shown(part)}; it must be an object with a method {method}")
         check_law("Oscillator.law", self.law)
+
+
+class Powers(NamedTuple):
+    """An oscillator's states and after them its works and losses: excitation, error, damping, parts of the law."""
+
+    system: Any
+
+    @property
+    def omega(self) -> float:
+        """Base speed [rad/s] of the system."""
+        return float(self.system.omega)
+
+    def breakpoints(self) -> tuple[float, ...]:
+        """Torsions where the law is not smooth."""
+        return tuple(self.system.breakpoints())
+
+    def torsion(self, phase: Any, y: Any) -> Any:
+        """Torsion of the system."""
+        return self.system.torsion(phase, y)
+
+    def rhs(self, phase: Any, y: Any) -> Any:
+        """Rates of the states, and the powers [W]."""
+        system, v = self.system, y[1]
+        z = share(system.law, y[2:])
+        u = system.torsion(phase, y)
+        error_rate = system.omega * system.error.slope(phase)
+        du = v - error_rate
+        gear = system.B * du + torque_of(system.law, u, du, z)
+        works = (system.excitation.torque(phase) * v, -gear * error_rate, system.B * du * du)
+        return system.rhs(phase, (y[0], v, *z)) + works + losses_of(system.law, u, du, z)

@@ -129,6 +129,21 @@ def _elastic_rates(load: Any, phase: Any, motion: Any, states: Any, torque: Any)
 
 
 @chosen
+def load_twist(load: Any, states: Any) -> Any:
+    """Twist [rad] of all couplings together and its rate, from the load's states; of their rates, the rates."""
+    return _elastic_twist if class_of(load) is Elastic else _rigid_twist
+
+
+def _rigid_twist(load: Any, states: Any) -> Any:
+    return 0.0, 0.0
+
+
+def _elastic_twist(load: Any, states: Any) -> Any:
+    twist, rate = load_twist(load.load, rest(load.law, states[2:]))
+    return states[0] + twist, states[1] + rate
+
+
+@chosen
 def load_energy(load: Any, motion: Any, states: Any) -> Any:
     """Energy [J] in the load: kinetic, and stored in its laws."""
     return _elastic_energy if class_of(load) is Elastic else _rigid_energy

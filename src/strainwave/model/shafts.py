@@ -140,3 +140,8 @@ def _check_shaft(shaft: Any) -> None:
         if not hasattr(getattr(shaft, field), "torque"):
             raise TypeError(f"{name}.{field} is {shown(getattr(shaft, field))}; it must be an object with a torque")
     check_law(f"{name}.drag", shaft.drag)
+
+
+def end_of(load: Any) -> Any:
+    """The load itself, behind all couplings."""
+    return end_of(load.load) if isinstance(load, Elastic) else load

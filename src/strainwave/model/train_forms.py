@@ -1,13 +1,13 @@
-"""Two other forms of a drive train: at constant mean speed, for periodic motions, and with its energies as states."""
+"""Other forms of a drive train: at constant mean speed, with its energies as states, in coordinates of the load."""
 
 from typing import Any, NamedTuple
 
-from .._jit import axpy
+from .._jit import axpy, kernel
 from ..quantities import AngularSpeed, Ratio
-from .drive_train import DriveTrain
+from .drive_train import DriveTrain, coupling_twist
 from .excitation import NoError
 from .motion import AtRest, Steady
-from .shafts import Free
+from .shafts import Free, end_of
 
 
 class SteadyTrain(NamedTuple):
@@ -117,3 +117,52 @@ class Metered(NamedTuple):
     def state_names(self) -> tuple[str, ...]:
         """Names of the train's states, then of the powers that are integrated."""
         return self.train.state_names() + self.train.power_names()
+
+
+@kernel
+def turning(system: Any) -> Any:
+    """The train of an `AtLoad` at its speed omega."""
+    train = system.train
+    return DriveTrain(
+        train.motor, train.N, train.B, train.law, train.load, system.omega, train.error, train.reference
+    )  # fmt: skip
+
+
+@kernel
+def own_state(system: Any, y: Any) -> Any:
+    """State of the train itself from that of an `AtLoad`."""
+    twist, rate = coupling_twist(system.train, y)
+    return (y[0] - twist, y[1] - rate, *y[2:])
+
+
+class AtLoad(NamedTuple):
+    """A train in whose state (x, x') is that of the load: theta_m/N - theta of the load, twists of couplings included.
+
+    Its omega is that of the train.
+    """
+
+    train: DriveTrain
+    omega: AngularSpeed
+
+    @property
+    def law(self) -> Any:
+        """Law of the gear."""
+        return self.train.law
+
+    def rhs(self, phase: Any, y: Any) -> Any:
+        """Time derivatives of the state at the base angle [rad]."""
+        rates = turning(self).rhs(phase, own_state(self, y))
+        speed, acceleration = coupling_twist(self.train, rates)
+        return (rates[0] + speed, rates[1] + acceleration, *rates[2:])
+
+    def torsion(self, phase: Any, y: Any) -> Any:
+        """Torsion u = x - e(theta_m) of the gear [rad], x that across the gear."""
+        return turning(self).torsion(phase, own_state(self, y))
+
+    def breakpoints(self) -> tuple[float, ...]:
+        """Torsions [rad] where the gear's law is not smooth."""
+        return self.train.breakpoints()
+
+    def orders(self) -> tuple[int, ...]:
+        """Orders of the torques and of the kinematic error."""
+        return tuple(sorted({*self.train.orders(), *end_of(self.train.load).excitation.orders()}))

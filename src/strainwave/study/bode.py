@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..model.drive_train import DriveTrain
+from ..model.drive_train import DriveTrain, coupling_twist
 from ..model.excitation import Harmonic, NoError
 from ..model.motion import AtRest, Steady
 from ..model.shafts import Elastic, Free, Held
@@ -159,7 +159,7 @@ def _speeds(train: DriveTrain, states: Any) -> tuple[Complexes, Complexes]:
     """Speeds (n,) of motor and load for complex states (states, n)."""
     held = isinstance(train.motor.control, Held)
     motor = np.zeros(states.shape[1], complex) if held else states[3].astype(complex)
-    return motor, motor / train.N - states[1] - sum(states[at + 1] for at in train.twists())
+    return motor, motor / train.N - states[1] - coupling_twist(train, states)[1]
 
 
 def _at_amplitude(

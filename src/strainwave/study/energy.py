@@ -8,12 +8,13 @@ torque, energy and losses belong together.
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._dispatch import depends, energy_of, losses_of, parts_of, share, states_of, torque_of
+from .._dispatch import depends, energy_of, parts_of, states_of
+from ..model.oscillator import Powers
 from ..numerics.integrate import Dopri5, simulate
 from ..quantities import number, numbers, shown, with_parts
 from ..results import Floats, Orbit, SolveError
@@ -61,36 +62,6 @@ class EnergyBalance:
             f"{self.error_work:.6g} = {parts}, stored {self.stored:.6g} "
             f"(closed to {self.closure:.1e})"
         )
-
-
-class Powers(NamedTuple):
-    """An oscillator's states and after them its works and losses: excitation, error, damping, parts of the law."""
-
-    system: Any
-
-    @property
-    def omega(self) -> float:
-        """Base speed [rad/s] of the system."""
-        return float(self.system.omega)
-
-    def breakpoints(self) -> tuple[float, ...]:
-        """Torsions where the law is not smooth."""
-        return tuple(self.system.breakpoints())
-
-    def torsion(self, phase: Any, y: Any) -> Any:
-        """Torsion of the system."""
-        return self.system.torsion(phase, y)
-
-    def rhs(self, phase: Any, y: Any) -> Any:
-        """Rates of the states, and the powers [W]."""
-        system, v = self.system, y[1]
-        z = share(system.law, y[2:])
-        u = system.torsion(phase, y)
-        error_rate = system.omega * system.error.slope(phase)
-        du = v - error_rate
-        gear = system.B * du + torque_of(system.law, u, du, z)
-        works = (system.excitation.torque(phase) * v, -gear * error_rate, system.B * du * du)
-        return system.rhs(phase, (y[0], v, *z)) + works + losses_of(system.law, u, du, z)
 
 
 def energy_balance(

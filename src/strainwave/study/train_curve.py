@@ -1,7 +1,11 @@
-"""The response of a whole drive train through a speed range: the error at the load, and the torque in the gear."""
+"""The response of a whole drive train through a speed range: error between motor and load, and torque in the gear.
+
+That error is x = theta_m/N - theta_l, of the load behind all couplings; the motor's own deviation from its reference is
+not in it.
+"""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -9,13 +13,13 @@ from ..model.drive_train import DriveTrain
 from ..model.hysteresis import Parallel
 from ..model.limits import cubic_mean
 from ..model.motion import AngleTorque
-from ..model.shafts import NO_DRAG, Elastic, Free
+from ..model.shafts import NO_DRAG, Elastic, Free, end_of
+from ..model.train_forms import AtLoad, own_state, turning
 from ..numerics.branches import Trace, leaf_of, tail_of
 from ..numerics.description import describe
 from ..numerics.floquet import displacement_peaks
 from ..numerics.fourier import from_blocks, synthesis
 from ..numerics.response import traced_points
-from ..quantities import AngularSpeed
 from ..results import Floats
 from .exact import ExactResponse
 from .jumps import jumps
@@ -27,40 +31,6 @@ ENOUGH = 2e-3  # size of the last two harmonics that a figure does not show
 SAMPLES = 512  # of a turn, for its largest torque
 
 
-class AtLoad(NamedTuple):
-    """A train in whose state (x, x') is that of the load: theta_m/N - theta of the load, twists of couplings included.
-
-    `twists` are the places of the couplings' twists in the state. Its omega is that of the train.
-    """
-
-    train: DriveTrain
-    omega: AngularSpeed
-    twists: tuple[int, ...] = ()
-
-    @property
-    def law(self) -> Any:
-        """Law of the gear."""
-        return self.train.law
-
-    def turning(self) -> DriveTrain:
-        """The train at the speed omega."""
-        return self.train._replace(omega=self.omega)
-
-    def own(self, y: Any) -> Any:
-        """State of the train itself."""
-        return (y[0] - sum(y[at] for at in self.twists), y[1] - sum(y[at + 1] for at in self.twists), *y[2:])
-
-    def rhs(self, phase: Any, y: Any) -> Any:
-        """Time derivatives of the state at the base angle [rad]."""
-        rates = self.turning().rhs(phase, self.own(y))
-        twisting = (sum(rates[at + i] for at in self.twists) for i in (0, 1))
-        return (*(rate + more for rate, more in zip(rates[:2], twisting, strict=True)), *rates[2:])
-
-    def orders(self) -> tuple[int, ...]:
-        """Orders of the torques and of the kinematic error."""
-        return tuple(sorted({*self.train.orders(), *end_of(self.train.load).excitation.orders()}))
-
-
 @dataclass(frozen=True, eq=False)
 class TrainCurve:
     """Steady motions of a drive train through a range of motor speeds.
@@ -68,7 +38,7 @@ class TrainCurve:
     Attributes
     ----------
     response : ExactResponse
-        The curve: its x is the error at the load, twists of couplings included.
+        The curve: its x is the error between motor and load, twists of couplings included.
     usage : Usage
         Largest torques in the gear over the motions that a slow run-up or coast-down visits.
     gear_peak : float
@@ -84,11 +54,6 @@ class TrainCurve:
     without_angle: bool
 
 
-def at_load(train: DriveTrain) -> AtLoad:
-    """Return the train with the error at the load as its first state."""
-    return AtLoad(train, train.omega, train.twists())
-
-
 def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | None:
     """Follow the steady motions of a train whose motor is held or has a loop; None of another, or where none is found.
 
@@ -101,7 +66,7 @@ def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | 
     """
     if isinstance(train.motor.control, Free):
         return None
-    system = at_load(without_gravity(train))
+    system = AtLoad(without_gravity(train), train.omega)
     problem, found, tail, origin = _traced(system, speeds, POINTS)
     if not len(found.points):
         return None
@@ -120,8 +85,8 @@ def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | 
 def largest_oscillation(
     train: DriveTrain, speeds: tuple[float, float], harmonics: int
 ) -> tuple[float, float] | None:  # fmt: skip
-    """Speed [rad/s] and size [rad], largest |x - mean| at the load, of the largest oscillation in a short range."""
-    problem, found, _, _ = _traced(at_load(without_gravity(train)), speeds, FEW, harmonics)
+    """Speed [rad/s] and size [rad], largest |x - mean| of the load, of the largest oscillation in a short range."""
+    problem, found, _, _ = _traced(AtLoad(without_gravity(train), train.omega), speeds, FEW, harmonics)
     if not len(found.points):
         return None
     series = series_of(problem, found.points)[:, 0]
@@ -133,11 +98,6 @@ def largest_oscillation(
 def follows_its_angle(train: DriveTrain) -> bool:
     """Whether the load is opposed by a torque of its own angle, which repeats once in N turns of the motor."""
     return _of_angle(end_of(train.load).drag)
-
-
-def end_of(load: Any) -> Any:
-    """The load itself, behind all couplings."""
-    return end_of(load.load) if isinstance(load, Elastic) else load
 
 
 def without_gravity(train: DriveTrain) -> DriveTrain:
@@ -166,7 +126,7 @@ def _of_angle(law: Any) -> bool:
 def _traced(
     system: AtLoad, speeds: tuple[float, float], points: int, given: int | None = None
 ) -> tuple[Any, Trace, float, str]:
-    """Balance problem and points of a curve, with the harmonics that the error at the load takes, or those given."""
+    """Balance problem and points of a curve, with the harmonics that the x of the load takes, or those given."""
     leaf, top = leaf_of(system, "omega"), max((1, *system.orders()))
     middle = system._replace(omega=(speeds[0] * speeds[1]) ** 0.5)
     most = max(MOST, top + 2)
@@ -188,9 +148,9 @@ def _strain(system: AtLoad, omega: Floats, series: Floats) -> tuple[Usage, float
     """What motions ask of the gear: its torques, and the largest |x| across it."""
     angles = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
     y = np.moveaxis(series @ synthesis(series.shape[2] // 2, SAMPLES), 1, 0)
-    own = system.own(y)
+    own = own_state(system, tuple(y))
     each: Any = omega[:, None]
-    torque = np.asarray(system._replace(omega=each).turning().torque(angles, own))
+    torque = np.asarray(turning(system._replace(omega=each)).torque(angles, own))
     peaks, means = np.max(np.abs(torque), axis=1), np.array([cubic_mean(row) for row in torque])
     at, at_mean = int(np.argmax(peaks)), int(np.argmax(means))
     used = Usage(float(peaks[at]), float(omega[at]), float(means[at_mean]), float(omega[at_mean]))

@@ -8,7 +8,7 @@ import numpy as np
 from ..model.drive_train import DriveTrain
 from ..model.gear import Gear
 from ..model.motion import SpeedProfile
-from ..model.shafts import Free, Held
+from ..model.shafts import Free, Held, end_of
 from ..numerics.integrate import Dopri5
 from ..results import Floats, SolveError
 from .bode import Bode, bode
@@ -17,7 +17,7 @@ from .exact import ExactResponse
 from .gear_forces import damping_of
 from .reductions import Reductions, compare_with_train
 from .regimes import OperatingPoint
-from .train_curve import TrainCurve, end_of
+from .train_curve import TrainCurve
 from .train_point import operating_state, with_mean_torques
 
 FREQUENCIES, MOST_HARMONICS = 240, 31
@@ -35,7 +35,8 @@ class TrainStudy:
     train : DriveTrain
         The train at constant speed.
     curve : TrainCurve or None
-        Its steady motions through the range, error at the load; None of a free motor, or where none were found.
+        Its steady motions through the range, error between motor and load (the motor's own deviation from its reference
+        is not in it); None of a free motor, or where none were found.
     state : (states,) array
         Where the mean torques hold it at `speed`.
     speed : float
@@ -43,8 +44,9 @@ class TrainStudy:
     bode : Bode
         Speeds of motor and load over a torque, linear, about that state.
     omega, whole, reduced : (n,) arrays
-        Motor speeds [rad/s] where they are compared; largest |x| at the load [rad] of the train on a slow run-up (of a
-        free one that across the gear) and of the error equation; nan where there is no motion. Empty without a curve.
+        Motor speeds [rad/s] where they are compared; largest |x| [rad] of the train on a slow run-up, that of the load
+        (of a free one that across the gear), and of the error equation; nan where there is no motion. Empty without a
+        curve.
     run : DriveRun or None
         Run-up from the lowest to the highest speed; None where the motor is free.
     begin : float
