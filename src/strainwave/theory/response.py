@@ -83,6 +83,8 @@ def response(flow: Flow, lo: float, hi: float) -> SlowResponse:
     seeds: list[tuple[complex, float]] = []
     trivial = []
     for omega in speeds:
+        if flow.setting.sits_on(float(omega)):
+            continue
         here = flow.at(float(omega))
         seeds += [(z, float(omega)) for z in fixed_points(here)]
         if is_trivial(here):

@@ -20,6 +20,7 @@ from .resonance import Resonance
 Complexes = NDArray[np.complex128]
 LARGEST = 1e30  # of what the slow flow takes powers of
 HIGHEST = 2000  # harmonic of the common period: the averages sample it 16 times and more
+NEAR = 1e-6  # of omega_0: a hard line that is nearer sits on it
 SMALLEST_LINE = 1e-13  # relative to the largest: what sampling and rounding leave behind
 
 
@@ -67,12 +68,19 @@ class Setting:
         # J u'' + B u' + T(u) = tau - J omega^2 e'', and e'' of a line is -k^2 e_k
         forcing = self.torque_lines / self.system.J + (omega * k) ** 2 * self.error_lines
         p, q = self.resonance
-        hard = np.where(self.on_fast, 0.0, forcing / np.where(self.on_fast, 1.0, self.omega_0**2 - (k * omega) ** 2))
+        gap, least = self.omega_0**2 - (k * omega) ** 2, 2.0 * NEAR * self.omega_0**2
+        gap = np.where(np.abs(gap) < least, np.copysign(least, gap), gap)  # see `sits_on`
+        hard = np.where(self.on_fast, 0.0, forcing / gap)
         return Setting(
             self.system._replace(omega=omega), self.resonance, self.u0, self.omega_0, self.mu, self.orders,
             self.torque_lines, self.error_lines, self.on_fast, omega,
             p / q * omega if q else self.omega_0, hard, complex(np.sum(forcing[self.on_fast])),
         )  # fmt: skip
+
+    def sits_on(self, omega: float) -> int | None:
+        """Order of a hard line on omega_0 at a speed [rad/s], where its forced amplitude is infinite at first order."""
+        near = (abs(self.omega_0 - k * omega) < NEAR * self.omega_0 for k in self.orders)
+        return next((k for k, hot, soft in zip(self.orders, near, self.on_fast, strict=True) if hot and not soft), None)
 
     @property
     def copies(self) -> int:
@@ -160,12 +168,11 @@ def setting(system: Any, resonance: Resonance) -> Setting:
         system, resonance, u0, omega_0, system.B / system.J, orders, torque, error,
         np.array([resonance.ratio == k for k in orders], bool), 0.0, 0.0, np.zeros(0, complex), 0j,
     )  # fmt: skip
-    for k in orders:
-        if resonance.ratio != k and abs(omega_0 - k * system.omega) < 1e-6 * omega_0:
-            raise ValueError(
-                f"the line of order {k} sits on omega_0 = {omega_0:.6g} rad/s at omega = {system.omega:.6g} rad/s, "
-                f"where its forced amplitude is infinite at first order; use Resonance({k}, 1)"
-            )
+    if k := blank.sits_on(system.omega):
+        raise ValueError(
+            f"the line of order {k} sits on omega_0 = {omega_0:.6g} rad/s at omega = {system.omega:.6g} rad/s, "
+            f"where its forced amplitude is infinite at first order; use Resonance({k}, 1)"
+        )
     s = blank.at(system.omega)
     _refuse_extremes(s)
     return s
