@@ -5,9 +5,9 @@ Which lines does a measured error have? From a scan in both directions to the dr
 A rig turns a CSG-40-50 by two turns of its wave generator and back and records the error at the output. Its lines
 follow by least squares, those that noise could make are left out, and the
 difference of the directions is the lost motion. The
-lines then drive the model near its resonance: pure error, torsion, and their sum at the load.
+lines then drive the model near its resonance: pure error, torsion, and their sum.
 
-The number: the error at the load at 1500 rpm, peak-to-peak, relative to that of the slow scan.
+The number: the error between motor and load at 1500 rpm, peak-to-peak, relative to that of the slow scan.
 """
 
 import matplotlib.pyplot as plt
@@ -55,5 +55,5 @@ def main():
 
 
 if __name__ == "__main__":
-    print(f"the error at the load at 1500 rpm is {main():.2f} times that of the slow scan")
+    print(f"the error between motor and load at 1500 rpm is {main():.2f} times that of the slow scan")
     plt.show()

@@ -212,7 +212,7 @@ def test_a_loop_and_a_coupling_are_reported_with_bode_plot_and_run_up(tmp_path):
     assert (
         largest["peak_rad"] < results["reduction"]["peak_rad"] == max(r["peak_equation_rad"] for r in train["steady"])
     )
-    # a slow pass meets the steady curve: both are the error at the load
+    # a slow pass meets the steady curve: both are the error between motor and load
     assert train["run_up"]["largest_error_rad"] == pytest.approx(largest["peak_rad"], rel=0.1)
     (band,) = results["advice"]["bands"]
     assert band["from_rpm"] < largest["motor_speed_rpm"] < band["to_rpm"]

@@ -118,10 +118,12 @@ def test_what_was_found_is_told_in_the_units_that_were_typed_and_angles_in_arcse
     peak = {"unit": "rad", "smallest": 1e-5, "largest": 2e-3, "largest_at": {"omega": 30.0 * np.pi, "B": 2.0}}
     report = {"title": "A drive", "points": 6, "over": {"omega": 3, "B": 2}, "variables": {"peak": peak}}
     report |= {"units": {"omega": ("rad/s", "rpm"), "B": ("N*m*s/rad", "N*m*s/rad")}, "errors": [], "store": "s"}
+    report["remarks"] = ["All points are at one speed."]
     told = summary(report | dict.fromkeys(("not_settled", "diverged", "failed"), 0))
     assert (
         "peak: 1×10⁻⁵ to 0.002 rad (2.0626 to 412.53 arcsec), the largest at omega = 900 rpm, B = 2 N·m·s/rad" in told
     )
+    assert "note: All points are at one speed." in told
 
 
 def test_a_whole_number_is_neither_swept_nor_offered(project):

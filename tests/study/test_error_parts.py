@@ -1,4 +1,4 @@
-"""The error at the load is the pure kinematic error plus the torsion."""
+"""The error between motor and load is the pure kinematic error plus the torsion."""
 
 import math
 from typing import NamedTuple

@@ -13,6 +13,7 @@ from ..study.analysis import Analysis
 from ..study.exact import ExactResponse
 from ..study.regimes import Regime
 from ..study.runup import RunUp
+from .console import BETWEEN
 from .facts import RPM, AngleUnit
 from .fine_curve import fine
 from .plots import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE
@@ -36,7 +37,7 @@ def range_panel(
     label, scale = speed_axis(project)
     low, high = scale * speeds[0], scale * speeds[1]
     margin = 0.02 * (high - low)
-    panel = Panel("", label, f"largest |x| at the load\n({angle.name})", xlim=(low - margin, high + margin))
+    panel = Panel("", label, f"largest |x| {BETWEEN}\n({angle.name})", xlim=(low - margin, high + margin))
     _exact(panel, exact.method, scale * curve.omega, factor * curve.peak, curve.stable)
     if exact.back is not None:
         panel.line(scale * exact.back.omega, factor * exact.back.peak, BLUE, "coast-down by integration", DOT_DASH)

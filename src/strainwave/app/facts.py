@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from ..study.analysis import Analysis
 from ..study.regimes import active_orders
-from .console import number
+from .console import BETWEEN, number
 from .project import Project
 
 RPM = 60.0 / (2.0 * math.pi)
@@ -13,7 +13,7 @@ ARCSEC = 180.0 * 3600.0 / math.pi
 
 
 class AngleUnit(NamedTuple):
-    """Unit in which a report shows angles at the load, and its factor from radians."""
+    """Unit in which a report shows angles of the output side, and its factor from radians."""
 
     name: str
     factor: float
@@ -95,7 +95,7 @@ def _static(project: Project, analysis: Analysis, angle: AngleUnit) -> list[Fact
     point, system = analysis.point, analysis.system
     rows = [
         Fact("Mean torque on the error equation", "τ₀", point.mean_torque, "N·m", "output side"),
-        Fact("Static error under the mean torque", "x₀", point.x * angle.factor, angle.name, "at the load"),
+        Fact("Static error under the mean torque", "x₀", point.x * angle.factor, angle.name, BETWEEN),
     ]
     if point.stiffness > 0.0:
         terms = getattr(system.excitation, "terms", (system.excitation,))
@@ -103,12 +103,12 @@ def _static(project: Project, analysis: Analysis, angle: AngleUnit) -> list[Fact
             if getattr(term, "amplitude", 0.0):
                 static = abs(term.amplitude) / point.stiffness * angle.factor
                 name = f"Quasi-static error of the torque of order {term.order}"
-                rows.append(Fact(name, f"A{term.order}/T'", static, angle.name, "0-to-peak, at the load"))
+                rows.append(Fact(name, f"A{term.order}/T'", static, angle.name, "0-to-peak, output side"))
     if project.kinematic_error is not None:
         for line in project.kinematic_error.lines:
             name = f"Kinematic error of order {line.order}"
             size = abs(line.amplitude) * angle.factor
-            rows.append(Fact(name, f"e{line.order}", size, angle.name, "0-to-peak, at the load"))
+            rows.append(Fact(name, f"e{line.order}", size, angle.name, "0-to-peak, output side"))
     gear = project.gear
     if gear is not None:
         for name, value, unit in (

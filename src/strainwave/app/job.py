@@ -27,7 +27,7 @@ def analyse(project: Project, folder: Path) -> dict[str, Any]:
 
 
 def _analysis(project: Project, progress: Progress) -> Analysis:
-    system = project.system(project.omega[0])
+    system = project.system(project.omega[0], reduced=True)
     by_motor = project.shaft != "forcing"
     steps = analysis_steps(
         system,
@@ -50,7 +50,7 @@ def _analysis(project: Project, progress: Progress) -> Analysis:
 def _with_load(project: Project, share: float) -> Any:
     """The error equation with the load's inertia changed by a share of it."""
     drive = project.drive._replace(J_l=(1.0 + share) * project.drive.J_l)
-    return replace(project, drive=drive).system(project.omega[0])
+    return replace(project, drive=drive).system(project.omega[0], reduced=True)
 
 
 def print_out(results: dict[str, Any], folder: Path, as_json: bool) -> str:

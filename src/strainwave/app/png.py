@@ -2,11 +2,12 @@
 
 from importlib.util import find_spec
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
 
-from .svg import Panel
+from .svg import LINE, Panel
 
 INCHES, DOTS = (7.6, 4.2), 200
 
@@ -43,6 +44,10 @@ def write(panel: Panel, path: Path) -> None:
     xlim, ylim = panel.limits()
     axes.set(xlim=xlim, ylim=ylim, yscale="log" if panel.log else "linear")
     axes.legend(fontsize=8, frameon=False)
+    if panel.caption:
+        figure.supxlabel(
+            "\n".join(line for text in panel.caption for line in wrap(text, LINE)), fontsize=7, x=0.02, ha="left"
+        )
     figure.savefig(path, dpi=DOTS)
 
 

@@ -17,6 +17,7 @@ from ..model.oscillator import Oscillator
 from ..model.shafts import FREE, NO_DRAG, Elastic, Held
 from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
 from ..quantities import checked, convert
+from ..study.reductions import left_out, listed
 from .complaints import complaints
 from .contradictions import contradictions, notes, train_fields
 from .own_gears import read_gears
@@ -46,7 +47,8 @@ class Project:
     text : str
         Its content, for the record.
     drive : Drive
-        Inertias, ratio, damping B [N*m*s/rad] and torsion law.
+        Inertias, ratio, damping B [N*m*s/rad] and torsion law; loop, drags and coupling are in `train` alone, and J_l
+        holds the inertias on both sides of a coupling.
     gear : Gear or None
         The record of the catalogue or of the user's own file, or None for an explicit law.
     motor : {"free", "held"}
@@ -120,13 +122,36 @@ class Project:
         """Whether the torsion law has friction or memory."""
         return depends(self.drive.law) > 1
 
-    def system(self, omega: float) -> Oscillator | VaryingOscillator:
-        """Error equation at the base-angle speed `omega` [rad/s]."""
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """Parts of the drive that its error equation leaves out and that change the error; `train` has them all."""
+        return () if self.train is None else left_out(self.train)
+
+    def system(self, omega: float | None = None, *, reduced: bool = False) -> Oscillator | VaryingOscillator:
+        """Error equation of the drive: an ideally held or a free motor, the gear, and a rigid load.
+
+        Parameters
+        ----------
+        omega : float, optional
+            Speed of the base angle [rad/s]. Default: the middle of the file's speeds.
+        reduced : bool
+            Whether it may leave out parts of the drive: those that `left_out` names.
+
+        Raises
+        ------
+        ValueError
+            If the drive has such parts and `reduced` is false.
+        """
+        if self.left_out and not reduced:
+            raise ValueError(
+                f"the error equation leaves out {listed(self.left_out)} of this drive; take project.train, the whole "
+                "train, or system(omega, reduced=True) for the error equation without them"
+            )
         system = self.drive.error_equation(
             motor_torque=self.motor_torque,
             load_torque=self.load_torque,
             kinematic_error=self.kinematic_error,
-            omega=omega,
+            omega=0.5 * (self.omega[0] + self.omega[-1]) if omega is None else omega,
             motor=self.motor,
         )
         if self.damping is None and self.stiffness is None:

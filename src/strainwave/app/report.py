@@ -9,7 +9,7 @@ from ..study.analysis import Analysis
 from . import curve_files, curves, plots
 from .advice_words import advice_data
 from .beyond_report import beyond_data, beyond_figures
-from .console import number, to_json
+from .console import WHAT_X_IS, number, to_json
 from .facts import angle_unit
 from .project import Project
 from .report_data import collect
@@ -75,6 +75,7 @@ def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
         forcing=project.shaft == "forcing",
         coast_down=analysis.response.back is not None,
         software=_software(),
+        what_x_is=WHAT_X_IS,
     )
 
 

@@ -13,6 +13,11 @@ from .resonance_data import place, resonances, rpm
 from .train_report import run_data
 
 NO_STIFFNESS = "the law has no stiffness where the mean torque holds the drive (play), or nothing excites the drive."
+CONVENTIONS = (
+    "x = theta_m/N - theta_l [rad, output side], the error between motor and load; the motor's own deviation from its "
+    "reference is not in it; peak is the largest |x|, the mean included; amplitudes of single harmonics are 0-to-peak; "
+    "omega is the speed of the base angle"
+)
 
 
 def collect(project: Project, analysis: Analysis) -> dict[str, Any]:
@@ -24,10 +29,7 @@ def collect(project: Project, analysis: Analysis) -> dict[str, Any]:
         "project": project.text,
         "motor": project.motor,
         "base_angle": "forcing phase" if project.shaft == "forcing" else "motor (wave-generator) angle",
-        "conventions": (
-            "x = theta_m/N - theta_l [rad, output side]; peak is the largest |x|, the mean included; amplitudes of "
-            "single harmonics are 0-to-peak; omega is the speed of the base angle"
-        ),
+        "conventions": CONVENTIONS,
         "drive": {
             "law": repr(project.drive.law),
             "gear": project.gear.name if project.gear else None,

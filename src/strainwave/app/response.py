@@ -13,12 +13,13 @@ from ..study.exact import ExactResponse
 from ..study.regimes import operating_point, regimes
 from ..study.swept import response_through
 from . import curves, png
-from .console import Progress, number, to_json
+from .console import BETWEEN, WHAT_X_IS, Progress, number, to_json
 from .curve_files import exact_columns
+from .equation import refuse_reduced, remarks
 from .facts import ARCSEC, RPM, angle_unit
 from .output import write_csv
 from .project import Project, load
-from .report_data import exact_response_data
+from .report_data import CONVENTIONS, exact_response_data
 
 FIGURES = (".svg", ".png")
 JUMPS = {"up": "jump_up_speed", "down": "jump_down_speed"}
@@ -31,10 +32,13 @@ def show(path: Path, output: Path | None, as_json: bool) -> None:
     ------
     ProjectError
         If the project file is invalid.
+    ValueError
+        If the error equation leaves out something of the drive.
     SolveError
         If no periodic motion is found.
     """
     project = load(path)
+    refuse_reduced(project, "response")
     if output is not None and output.suffix == ".png":
         png.check()
     speeds = (project.omega[0], project.omega[-1])
@@ -49,8 +53,8 @@ def show(path: Path, output: Path | None, as_json: bool) -> None:
         if output is not None:
             progress.show("writing", 0.8)
             _write(project, system, exact, speeds, output)
-    data = {"title": project.title, "shaft": project.shaft} | _in_shaft(project, exact)
-    data |= exact_response_data(project, exact)
+    data = {"title": project.title, "shaft": project.shaft, "motor": project.motor} | _in_shaft(project, exact)
+    data |= exact_response_data(project, exact) | {"conventions": CONVENTIONS, "remarks": _remarks(project, speeds)}
     click.echo(to_json(data) if as_json else _summary(project, data, output))
 
 
@@ -62,6 +66,7 @@ def _write(project: Project, system: Any, exact: ExactResponse, speeds: tuple[fl
         if output.suffix in FIGURES:
             found = regimes(system, operating_point(system), speeds)
             panel = curves.range_panel(project, exact, found, speeds, None, angle_unit(float(np.max(exact.curve.peak))))
+            panel.caption = [f"{WHAT_X_IS}.", *_remarks(project, speeds)]
             if output.suffix == ".svg":
                 part.write_text(curves.speed_range(panel) + "\n", encoding="utf-8")
             else:
@@ -78,6 +83,18 @@ def shaft_speed(project: Project, omega: float) -> tuple[float, str]:
     if project.shaft == "forcing":
         return omega, "rad/s of the forcing phase"
     return project.shaft_speed(omega) * RPM, f"rpm at the {project.shaft}"
+
+
+def _remarks(project: Project, speeds: tuple[float, float]) -> list[str]:
+    """What a reader must know about the curve: `remarks`, and its range where the file gives none."""
+    said = list(remarks(project))
+    if not project.is_range:
+        (low, unit), (high, _) = (shaft_speed(project, omega) for omega in speeds)
+        said.append(
+            f"The file gives single speeds: the curve goes from {number(low, 5)} to {number(high, 5)} {unit}, a fifth "
+            "beyond them."
+        )
+    return said
 
 
 def _in_shaft(project: Project, exact: ExactResponse) -> dict[str, Any]:
@@ -112,10 +129,10 @@ def _in_shaft(project: Project, exact: ExactResponse) -> dict[str, Any]:
 
 def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str:
     unit = data["unit"]
-    lines = [f"{project.title}: exact response, {data['message']}"]
+    lines = [f"{project.title}: exact response, motor {project.motor}, {data['message']}"]
     if data["largest"]:
         peak, at = data["largest"]["peak_arcsec"] / ARCSEC, data["largest"]["speed"]
-        lines.append(f"  largest steady |x| at the load: {angle_unit(peak).text(peak)} at {number(at, 5)} {unit}")
+        lines.append(f"  largest steady |x| {BETWEEN}: {angle_unit(peak).text(peak)} at {number(at, 5)} {unit}")
     else:
         lines.append(f"  {data['sweep']}")
     folds = ", ".join(number(speed, 5) for speed in data["fold_speeds"])
@@ -128,4 +145,6 @@ def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str
     if not data["hysteresis_bands"]:
         lines.append("  hysteresis: none")
     lines.append(f"  {data['harmonics']} harmonics; the last two hold {number(data['last_harmonics_relative'], 2)}")
+    lines += [f"  {WHAT_X_IS}"]
+    lines += [f"  note: {remark}" for remark in data["remarks"]]
     return "\n".join(lines if output is None else [*lines, f"  written: {output}"])

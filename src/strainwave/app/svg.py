@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from html import escape
+from textwrap import wrap
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from .labels import beside
 WIDTH, FONT, LETTER = 760.0, 12.5, 6.9  # of a figure, of its text, of a letter on average [px]
 LEFT, RIGHT, TOP, BOTTOM = 74.0, 12.0, 24.0, 44.0  # margins of a panel [px]
 LEGEND_ROW, SAMPLE = 19.0, 30.0
+CAPTION_ROW, LINE = 17.0, 104  # height of a line of the caption [px], and its letters
 INK, GRID = "#222222", "#dddddd"
 CLOSE = 0.08  # points nearer to the chord of their neighbours than this [px] are left out
 
@@ -70,6 +72,7 @@ class Panel:
     ylim: tuple[float, float] | None = None
     log: bool = False
     xlog: bool = False
+    caption: Sequence[str] = ()  # sentences below the figure
 
     def line(
         self, x: ArrayLike, y: ArrayLike, colour: str, label: str = "", dash: str = "", width: float = 1.6
@@ -149,10 +152,14 @@ def figure(rows: Sequence[Sequence[Panel]], height: float, label: str) -> str:
                 if curve.label:
                     entries.setdefault(curve.label, curve)
     legend, more = _legend(entries, len(rows) * height)
+    said = [line for row in rows for panel in row for text in panel.caption for line in wrap(text, LINE)]
+    top = len(rows) * height + more + 4.0
+    below = legend + "".join(_text(LEFT, top + CAPTION_ROW * i, line, "start") for i, line in enumerate(said))
+    more += CAPTION_ROW * len(said)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label="{escape(label)}" '
         f'viewBox="0 0 {WIDTH:.0f} {len(rows) * height + more:.0f}" fill="{INK}" font-size="{FONT}" '
-        f'font-family="Segoe UI, Helvetica Neue, Arial, DejaVu Sans, sans-serif">{"".join(parts)}{legend}</svg>'
+        f'font-family="Segoe UI, Helvetica Neue, Arial, DejaVu Sans, sans-serif">{"".join(parts)}{below}</svg>'
     )
 
 

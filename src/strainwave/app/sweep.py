@@ -20,7 +20,8 @@ from ..study.ensemble_measure import EnsembleMeasure
 from ..study.sampling import TOGETHER
 from ..study.sweep import sweep
 from ..units import NUMBER
-from .console import number, to_json
+from .console import WHAT_X_IS, number, to_json
+from .equation import refuse_reduced, remarks
 from .project import Project, load
 
 MEASURES = {"peak": Peak, "rms": Rms, "mean": Mean, "extremes": Extremes}
@@ -41,11 +42,14 @@ def show(
     ------
     ProjectError
         If the project file is invalid.
+    ValueError
+        If the error equation leaves out something of the drive.
     click.BadParameter
         If a grid or a measure cannot be read.
     """
     project = load(path)
-    system = project.system(0.5 * (project.omega[0] + project.omega[-1]))
+    refuse_reduced(project, "sweep")
+    system = project.system()
     known, grids = parameters(system), [in_equation(text, project) for text in grid]
     axes = dict(axis(text, known) for text in grids)
     units = dict(typed_unit(text, known) for text in grids)
@@ -53,8 +57,19 @@ def show(
     measure = EnsembleMeasure((0.0,) * states, periods, tuple(map(named, measures)), settle)
     with progress(project.title), client(cluster) as connected:
         data = sweep(measure, system, axes, store=output, client=connected, workers=workers, chunk=chunk)
-    report = found(data) | {"title": project.title, "store": str(output), "units": units}
+    report = found(data) | {"conventions": WHAT_X_IS, "title": project.title, "store": str(output), "units": units}
+    report["remarks"] = [*remarks(project), *at_one_speed(project, float(system.omega), list(axes))]
     click.echo(to_json(report) if as_json else summary(report))
+
+
+def at_one_speed(project: Project, omega: float, paths: list[str]) -> list[str]:
+    """Say the base-angle speed [rad/s] of a sweep over other parameters, where the file gives several."""
+    if any("omega" in path.split(TOGETHER) for path in paths) or len(project.omega) == 1:
+        return []
+    at = f"{omega:.6g} rad/s" + (
+        "" if project.shaft == "forcing" else f" ({convert(omega, 'rad/s', 'rpm'):.5g} rpm) at the motor"
+    )
+    return [f"All points are at {at}, the middle of the file's speeds; a grid of omega takes others."]
 
 
 def in_equation(text: str, project: Project) -> str:
@@ -242,6 +257,8 @@ def summary(report: dict[str, Any]) -> str:
         lines.append(f"  {name}: {span}, the largest at {place}")
     lines.append(f"  not settled: {report['not_settled']}, diverged: {report['diverged']}, failed: {report['failed']}")
     lines += [f"  {error}" for error in report["errors"]]
+    lines.append(f"  {WHAT_X_IS}")
+    lines += [f"  note: {remark}" for remark in report["remarks"]]
     return "\n".join([*lines, f"  store: {report['store']} (zarr; xarray.open_zarr reads it)"])
 
 

@@ -8,7 +8,7 @@ from ..model.drive import HDC_40_050, HDC_40_050_WARNING
 from ..study.analysis import Analysis
 from ..study.exact import ExactResponse
 from ..study.usage import gravest
-from .console import number
+from .console import BETWEEN, WHAT_X_IS, number
 from .facts import RPM, AngleUnit, angle_unit
 from .project import Project
 from .resonance_data import place
@@ -119,8 +119,8 @@ def summary(results: dict[str, Any]) -> str:
     angle = angle_unit(worst["peak_rad"])
     whole = (results.get("train") or {}).get("curve") is not None
     lines = [results["title"], *(_train_lines(results) if whole else _equation_lines(results, angle))]
-    steady = "error in the run-up" if worst["of"].startswith("run-up") else "steady |x|"
-    lines.append(f"  largest {steady} at the load: {angle.text(worst['peak_rad'])} at {speed_text(worst)}")
+    steady = "|x| in the run-up" if worst["of"].startswith("run-up") else "steady |x|"
+    lines.append(f"  largest {steady} {BETWEEN}: {angle.text(worst['peak_rad'])} at {speed_text(worst)}")
     text = f"  largest torque through the gear: {number(torque['torque_Nm'])} N·m at {speed_text(torque)}"
     for name in ("momentary", "repeated_peak"):
         limit = torque[f"{name}_torque_Nm"]
@@ -134,6 +134,7 @@ def summary(results: dict[str, Any]) -> str:
     if results.get("reduction"):
         lines.append(f"  {results['reduction']['sentence']}")
     lines.append(f"  stability{' of the error equation' if whole else ''}: {stability_text(results, angle)}")
+    lines.append(f"  {WHAT_X_IS}")
     if results["warnings"]:
         lines.append(f"  {len(results['warnings'])} warning(s) in the report")
     return "\n".join(lines)

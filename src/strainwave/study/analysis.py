@@ -21,6 +21,7 @@ from .beyond import Beyond, study_beyond
 from .cases import speeds_in_time
 from .exact import ExactResponse
 from .gear_forces import loses_energy
+from .reductions import refuse_free
 from .regime_tops import with_tops
 from .regimes import OperatingPoint, Regime, operating_point, regimes
 from .runup import RunUp, run_up
@@ -133,6 +134,8 @@ def analyze(
 
     Raises
     ------
+    ValueError
+        If the motor is free and the train has parts that the error equation leaves out.
     SolveError
         If the law cannot carry the mean torque, or no simulation finishes.
     """
@@ -159,6 +162,8 @@ def analysis_steps(
     loads: tuple[tuple[float, Any], ...] = (),
 ) -> Iterator[tuple[str, float] | Analysis]:
     """Do the work of `analyze` in steps; yields (what is being done, finished share), at the end the `Analysis`."""
+    if train is not None:
+        refuse_free(train)
     limits = (speeds[0], speeds[-1]) if is_range else (0.8 * speeds[0], 1.2 * speeds[-1])
     system = system._replace(omega=0.5 * (limits[0] + limits[1]))
     yield "operating point and stability", 0.0

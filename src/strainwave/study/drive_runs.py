@@ -30,7 +30,8 @@ class DriveRun:
     motor_speed, load_speed : (n,) arrays
         Speeds theta_m' and theta_l' [rad/s].
     error : (n,) array
-        Dynamic error at the load [rad], theta_m/N - theta_l, couplings included.
+        Dynamic error between motor and load [rad], theta_m/N - theta_l, couplings included; the motor's own deviation
+        from its reference is not in it.
     torque : (n,) array
         Torque that the gear transmits [N*m, output side].
     energy : (n,) array

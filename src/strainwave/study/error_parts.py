@@ -1,4 +1,4 @@
-"""The error at the load as the sum of its parts: pure kinematic error and torsion.
+"""The error between motor and load as the sum of its parts: pure kinematic error and torsion.
 
 x = theta_m/N - theta_l = e + u: the gear's geometry and its twist under torque. Vendors' angular transmission error
 (ATE) is theta_l - theta_m/N = -x.
@@ -33,7 +33,7 @@ class ErrorParts:
     torsion : (n,) array
         Torsion u [rad], its mean included.
     total : (n,) array
-        Error x = e + u [rad] at the load.
+        Error x = e + u [rad] between motor and load.
     pure_peak_to_peak, torsion_peak_to_peak, total_peak_to_peak : float
         Peak-to-peak of each [rad]; that of the total is no sum, it depends on their phases.
     """
@@ -59,14 +59,15 @@ class ErrorParts:
     def __str__(self) -> str:
         mean = float(np.mean(self.total))
         return (
-            f"error at the load {self.total_peak_to_peak:.4g} rad peak-to-peak about a mean of {mean:.4g} rad\n"
+            f"error between motor and load {self.total_peak_to_peak:.4g} rad peak-to-peak about a mean of {mean:.4g} "
+            "rad\n"
             f"  pure kinematic error {self.pure_peak_to_peak:.4g} rad peak-to-peak\n"
             f"  torsion {self.torsion_peak_to_peak:.4g} rad peak-to-peak about a mean of {self.wind_up:.4g} rad"
         )
 
 
 def error_parts(system: Oscillator, orbit: Orbit | None = None) -> ErrorParts:
-    """Separate the error at the load into the pure kinematic error and the torsion.
+    """Separate the error between motor and load into the pure kinematic error and the torsion.
 
     Parameters
     ----------

@@ -10,6 +10,7 @@ from ..model.drive import Drive
 from ..model.drive_train import DriveTrain
 from ..model.excitation import KinematicError
 from ..model.oscillator import Oscillator
+from ..model.shafts import NO_DRAG, Elastic, Free, Held, end_of
 from ..model.train_forms import SteadyTrain
 from ..numerics.orbits import find_orbit
 from ..quantities import numbers, shown
@@ -146,10 +147,47 @@ def compare_with_train(
             if exact.status:
                 ripple = np.max(np.abs(exact.state(phase)[2]))
                 table[i, 0], table[i, 3] = exact.peak, ripple / speed
+    return Reductions(speeds, table[:, 0], table[:, 1], table[:, 2], error_slope(train), table[:, 3])
+
+
+def error_slope(train: DriveTrain) -> float:
+    """Largest N |e'| of a train, how far the ratio of its gear varies, relative to 1/N."""
     highest = max((1, *train.error.orders())) if hasattr(train.error, "orders") else 1
     phase = 2.0 * np.pi * np.arange(SAMPLES * highest) / (SAMPLES * highest)
-    slope = float(train.N * np.max(np.abs(train.error.slope(phase))))
-    return Reductions(speeds, table[:, 0], table[:, 1], table[:, 2], slope, table[:, 3])
+    return float(train.N * np.max(np.abs(train.error.slope(phase))))
+
+
+def left_out(train: DriveTrain) -> tuple[str, ...]:
+    """Parts of a train that its error equation does not hold and that change the dynamic error, in words.
+
+    That equation has a motor ideally held or free, the gear, and a rigid load. The drag of a motor that is ideally held
+    changes nothing: the motor keeps its speed whatever opposes it. What a free motor does with the kinematic error is
+    the approximation that `compare_reductions` measures, no part that is missing.
+    """
+    motor, load = train.motor, end_of(train.load)
+    control, held = type(motor.control).__name__, isinstance(motor.control, Held)
+    parts = (
+        (not held and not isinstance(motor.control, Free), f"the motor's loop ({control})"),
+        (not held and motor.drag != NO_DRAG, f"the motor's drag ({type(motor.drag).__name__})"),
+        (load.drag != NO_DRAG, f"the load's drag ({type(load.drag).__name__})"),
+        (isinstance(train.load, Elastic), "the coupling"),
+    )
+    return tuple(words for there, words in parts if there)
+
+
+def refuse_free(train: DriveTrain) -> None:
+    """Refuse a free motor in a train that is more than its error equation: neither answers for it (ValueError)."""
+    if isinstance(train.motor.control, Free) and (parts := left_out(train)):
+        raise ValueError(
+            f"with the motor free an analysis is about the error equation, which leaves out {listed(parts)} of this "
+            "drive; give the motor a loop or hold it ('mode: held'), or take find_orbit(SteadyTrain(train, omega))"
+        )
+
+
+def listed(parts: tuple[str, ...]) -> str:
+    """Words in a row: "a, b and c"."""
+    *first, last = parts
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _followed(system: Oscillator, before: Orbit | None) -> Orbit | None:
