@@ -8,7 +8,7 @@ import pytest
 
 import strainwave as sw
 from strainwave.model.shafts import Elastic
-from strainwave.study.avoid import oscillations, speeds_to_avoid
+from strainwave.study.avoid import in_run, oscillations, speeds_to_avoid
 from strainwave.study.exact import ExactResponse, exact_response
 from strainwave.study.hysteresis_bands import HysteresisBand, Jump
 from strainwave.study.jumps import jumps_of
@@ -179,3 +179,46 @@ def test_the_load_of_a_train_is_the_inertia_behind_its_couplings():
     heavier = changed["inertia of the load", 0.1].load
     assert math.isclose(heavier.load.J, 1.1 * J)
     assert heavier.J == 0.1
+
+
+def ramp(swing):
+    """Run-up from 100 to 220 rad/s in 60 s: at every speed the steady error, on a swing once in 50 turns."""
+    t = np.linspace(0.0, 60.0, 600_001)
+    speed = 100.0 + 2.0 * t
+    angle = 100.0 * t + t * t
+    error = A * transmissibility(speed) * np.cos(2.0 * angle) + swing * np.sin(angle / 50.0)
+    return SimpleNamespace(trajectory=SimpleNamespace(t=t), motor_speed=speed, error=error)
+
+
+@pytest.mark.parametrize("swing", [0.0, 1e-3])
+def test_the_oscillation_of_a_run_up_is_that_about_its_slow_swing(swing):
+    found = in_run(ramp(swing), 5.0)
+    assert found.omega[0] == pytest.approx(110.0, rel=0.01)
+    exact = A * transmissibility(found.omega)
+    assert np.max(np.abs(found.sizes - exact)) < 0.01 * np.max(exact)
+
+
+def test_the_bands_of_a_run_up_join_those_of_the_steady_curve():
+    # the curve has its resonance elsewhere: the same drive with a load torque on a stiffer piece
+    stiffer = followed(OMEGA, A * transmissibility(OMEGA, omega_0=1.2 * OMEGA_0))
+    alone = speeds_to_avoid(SYSTEM, stiffer, POINT)
+    both = speeds_to_avoid(SYSTEM, stiffer, POINT, passed=in_run(ramp(1e-3), 0.0))
+    top = 0.5 * OMEGA_0  # where the order 2 meets omega_0
+    assert len(alone.bands) == 1
+    assert not any(low < top < high for low, high in alone.bands)
+    assert set(alone.bands) < set(both.bands)
+    ((low, high),) = both.passed
+    assert low < top < high
+    assert high - low == pytest.approx(ZETA * OMEGA_0, rel=0.1)  # half power: 2 zeta omega_0, at the order 2
+    assert both.largest_passed == pytest.approx((top, np.max(A * transmissibility(OMEGA))), rel=0.02)
+
+
+def test_the_bands_of_a_run_up_are_those_above_the_limit_where_there_is_one():
+    limit = 3.0 * A
+    found = speeds_to_avoid(SYSTEM, followed(OMEGA, 0.0 * OMEGA + A), POINT, limit, in_run(ramp(0.0), 0.0))
+    ((low, high),) = found.passed == found.bands and found.bands
+    assert transmissibility(np.array([low, high])) == pytest.approx(3.0, rel=0.02)
+
+
+def test_a_run_of_a_turn_or_two_has_no_oscillation_of_its_own():
+    assert in_run(ramp(0.0), 59.98) is None

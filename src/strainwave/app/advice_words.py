@@ -31,21 +31,15 @@ def advice_data(project: Project, analysis: Analysis, angle: AngleUnit) -> dict[
     return {
         "rule": _rule(avoid, angle),
         "limit_rad": avoid.limit,
-        "bands": [
-            {
-                "from_rad_per_s": low,
-                "to_rad_per_s": high,
-                "from_rpm": low * rpm if rpm else None,
-                "to_rpm": high * rpm if rpm else None,
-            }
-            for low, high in avoid.bands
-        ],
+        "bands": [_band(project, *band) for band in avoid.bands],
         "largest_oscillation_rad": avoid.largest,
         "largest_oscillation_arcsec": avoid.largest * ARCSEC,
         "at_rad_per_s": avoid.at,
         "slow_oscillation_rad": avoid.slow,
         "peaks": [place(project, at) | {"oscillation_rad": size} for at, size in avoid.peaks],
         "sentence": _avoid(project, analysis, avoid, angle),
+        "run_up_bands": [_band(project, *band) for band in avoid.passed],
+        "about": _about(project, analysis, avoid),
         "nominal": NOMINAL if avoid.bands else "",
         "remedies": [
             {
@@ -59,6 +53,42 @@ def advice_data(project: Project, analysis: Analysis, angle: AngleUnit) -> dict[
         ],
         "remedy_sentence": _remedies(project, advice),
     }
+
+
+def _band(project: Project, low: float, high: float) -> dict[str, Any]:
+    rpm = None if project.shaft == "forcing" else RPM
+    return {
+        "from_rad_per_s": low,
+        "to_rad_per_s": high,
+        "from_rpm": low * rpm if rpm else None,
+        "to_rpm": high * rpm if rpm else None,
+    }
+
+
+def _about(project: Project, analysis: Analysis, avoid: Avoid) -> str:
+    """Say which torque the speeds to avoid are for, where the curve has not all of them."""
+    if avoid.largest_passed is None:
+        return ""
+    if analysis.train_curve is None:
+        motions, run = "of the error equation, in place of the whole drive train", "the run-up of that train"
+    else:
+        motions = "under constant mean torques, without the torque that follows the load's own angle"
+        run = "the run-up, which has that torque,"
+    met = _listed(_range(project, analysis, *band) for band in avoid.passed)
+    adds = f"adds {met} {_unit(project)}" if met else "adds no speed"
+    return (
+        f"The steady motions behind these speeds are {motions}; {run} {adds}. At other angles of the load the speeds "
+        "move."
+    )
+
+
+def _range(project: Project, analysis: Analysis, low: float, high: float) -> str:
+    ends = analysis.speeds
+    return (
+        f"{_speed(project, low)} to {_speed(project, high)}"
+        + (" (the end of the range)" if math.isclose(high, ends[1]) else "")
+        + (" (from the start of the range)" if math.isclose(low, ends[0]) else "")
+    )
 
 
 def _speed(project: Project, omega: float) -> str:
@@ -83,21 +113,17 @@ def _rule(avoid: Avoid, angle: AngleUnit) -> str:
 
 
 def _avoid(project: Project, analysis: Analysis, avoid: Avoid, angle: AngleUnit) -> str:
-    sweep, ends = analysis.response.sweep, analysis.speeds
+    sweep = analysis.response.sweep
     slow = f"{angle.text(avoid.slow)} of slow turning"
     if not avoid.bands:
-        times = f"{number(avoid.largest / avoid.slow, 2)} times" if avoid.slow > 0.0 else "many times"
+        largest = avoid.largest if avoid.largest_passed is None else max(avoid.largest, avoid.largest_passed[1])
+        times = f"{number(largest / avoid.slow, 2)} times" if avoid.slow > 0.0 else "many times"
         beside = f"{times} the {slow}" if avoid.limit is None else f"within the limit of {angle.text(avoid.limit)}"
         return (
-            f"No speed of the range has to be avoided: the error oscillates with at most {angle.text(avoid.largest)}, "
+            f"No speed of the range has to be avoided: the error oscillates with at most {angle.text(largest)}, "
             f"{beside}, and nothing jumps."
         )
-    bands = _listed(
-        f"{_speed(project, low)} to {_speed(project, high)}"
-        + (" (the end of the range)" if math.isclose(high, ends[1]) else "")
-        + (" (from the start of the range)" if math.isclose(low, ends[0]) else "")
-        for low, high in avoid.bands
-    )
+    bands = _listed(_range(project, analysis, *band) for band in avoid.bands)
     reasons = []
     if avoid.peaks:
         tops = _listed(f"{angle.text(size)} at {_speed(project, at)}" for at, size in avoid.peaks)
@@ -106,6 +132,9 @@ def _avoid(project: Project, analysis: Analysis, avoid: Avoid, angle: AngleUnit)
     if avoid.limit is not None and avoid.largest > avoid.limit:
         most = f"{angle.text(avoid.largest)} at {_speed(project, avoid.at)}"
         reasons.append(f"the error oscillates with more than the limit of {angle.text(avoid.limit)}, at most {most}")
+    if avoid.passed and avoid.largest_passed is not None:
+        at, size = avoid.largest_passed
+        reasons.append(f"in the run-up the error oscillates with up to {angle.text(size)}, at {_speed(project, at)}")
     if sweep is not None and sweep.jumping:
         between = _listed(f"between {_speed(project, b.low)} and {_speed(project, b.high)}" for b in sweep.jumping)
         reasons.append(f"the motion jumps {between}")
@@ -113,8 +142,8 @@ def _avoid(project: Project, analysis: Analysis, avoid: Avoid, angle: AngleUnit)
 
 
 def _listed(parts: Iterable[str]) -> str:
-    *first, last = parts
-    return f"{', '.join(first)} and {last}" if first else last
+    told = list(parts)
+    return f"{', '.join(told[:-1])} and {told[-1]}" if len(told) > 1 else "".join(told)
 
 
 def _remedies(project: Project, advice: Advice) -> str:

@@ -116,12 +116,8 @@ def _largest(project: Project, analysis: Analysis) -> dict[str, Any]:
 
 def _run_instead(analysis: Analysis) -> dict[str, Any] | None:
     """The run-up of a train that has no steady curve with all its torques; None else."""
-    study, curve = analysis.beyond.train, analysis.train_curve
-    if study is None or study.run is None or not study.run.trajectory.status:
-        return None
-    if curve is not None and not curve.without_angle:
-        return None
-    return run_data(study)
+    study = analysis.beyond.train
+    return run_data(study) if study is not None and study.run_alone else None
 
 
 def _largest_torque(project: Project, analysis: Analysis) -> dict[str, Any]:

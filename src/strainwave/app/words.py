@@ -130,7 +130,7 @@ def summary(results: dict[str, Any]) -> str:
     lines.append(text)
     advice = results.get("advice")
     if advice is not None:
-        lines += [f"  {advice[name]}" for name in ("sentence", "nominal", "remedy_sentence") if advice[name]]
+        lines += [f"  {advice[name]}" for name in ("sentence", "about", "nominal", "remedy_sentence") if advice[name]]
     if results.get("reduction"):
         lines.append(f"  {results['reduction']['sentence']}")
     lines.append(f"  stability{' of the error equation' if whole else ''}: {stability_text(results, angle)}")

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..model.drive_train import DriveTrain
-from .avoid import Avoid, speeds_to_avoid
+from .avoid import Avoid, Motions, speeds_to_avoid
 from .exact import ExactResponse
 from .regimes import OperatingPoint
 from .remedies import Remedy, remedies
@@ -28,9 +28,10 @@ def advise(
     *,
     limit: float | None = None,
     loads: tuple[tuple[float, Any], ...] = (),
+    passed: Motions | None = None,
 ) -> Advice | None:
     """`speeds_to_avoid` and, where there are any, `remedies`; None where no motion is stable."""
-    avoid = speeds_to_avoid(system, response, point, limit)
+    avoid = speeds_to_avoid(system, response, point, limit, passed)
     if avoid is None:
         return None
     return Advice(avoid, remedies(system, response, avoid, speeds, torque, train, loads) if avoid.bands else ())

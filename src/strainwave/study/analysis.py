@@ -17,6 +17,7 @@ from ..theory.lyapunov import lyapunov
 from ..theory.resonance import NONRESONANT, Resonance
 from ..theory.stability_proof import StabilityProof
 from .advice import Advice, advise
+from .avoid import in_run
 from .beyond import Beyond, study_beyond
 from .cases import speeds_in_time
 from .exact import ExactResponse
@@ -209,7 +210,8 @@ def analysis_steps(
     yield "what would help", 0.98
     about = exact if curve is None else curve.response
     whole = None if curve is None else train
-    advice = advise(system, about, point, limits, used.peak_torque, whole, limit=limit, loads=loads)
+    ramp = None if study is None or study.run is None or not study.run_alone else in_run(study.run, study.begin)
+    advice = advise(system, about, point, limits, used.peak_torque, whole, limit=limit, loads=loads, passed=ramp)
     yield Analysis(
         system, limits, point, stability, found, exact, close, sweep, tuple(cases), used, passed, beyond, advice, said
     )

@@ -1,4 +1,8 @@
-"""Which speeds to avoid: around the peaks of the computed curve or above a limit, and in bands between jumps."""
+"""Which speeds to avoid: around the peaks of the computed curve or above a limit, and in bands between jumps.
+
+A steady curve is under constant mean torques. Where a torque follows the load's own angle, the run-up has it, and the
+speeds of its peaks are avoided as well.
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -10,6 +14,7 @@ import numpy as np
 from ..numerics.floquet import displacement_peaks
 from ..numerics.fourier import to_blocks
 from ..results import Branch, Floats
+from .drive_runs import DriveRun
 from .exact import ExactResponse
 from .regimes import OperatingPoint
 from .swept import SAME
@@ -39,6 +44,10 @@ class Avoid:
         Speed [rad/s] and oscillation [rad] of every peak, by ascending speed; empty where there is a limit.
     limit : float or None
         Largest oscillation [rad] that the drive may have; None where nothing is given.
+    passed : tuple of (float, float)
+        Those of the bands that the run-up adds, as it met them.
+    largest_passed : (float, float) or None
+        Speed [rad/s] and size [rad] of the largest oscillation of that run-up; None where the curve has all torques.
     """
 
     bands: tuple[Speeds, ...]
@@ -47,6 +56,8 @@ class Avoid:
     slow: float
     peaks: tuple[tuple[float, float], ...] = ()
     limit: float | None = None
+    passed: tuple[Speeds, ...] = ()
+    largest_passed: tuple[float, float] | None = None
 
 
 class Motions(NamedTuple):
@@ -99,10 +110,39 @@ class Motions(NamedTuple):
         return self._highest(i) > (1.0 + SAME) * size
 
 
+def in_run(run: DriveRun, begin: float) -> Motions | None:
+    """Oscillation in every turn of the motor of a run, from a time [s] on: largest distance from the mean of the turns.
+
+    The mean follows what changes slowly, the torque of the load's own angle for one. None of a run of less than three
+    turns.
+    """
+    keep = run.trajectory.t >= begin
+    t, speed, error = run.trajectory.t[keep], run.motor_speed[keep], run.error[keep]
+    angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t))]) / (2.0 * np.pi)
+    starts = np.searchsorted(angle, np.arange(int(angle[-1]) + 1))
+    if len(starts) < 4:
+        return None
+    ends, starts = starts[1:], starts[:-1]
+    error, speed, counts = error[: ends[-1]], speed[: ends[-1]], ends - starts
+    means, middles = np.add.reduceat(error, starts) / counts, 0.5 * (starts + ends - 1)
+    slow = np.interp(np.arange(len(error)), _longer(middles), _longer(means))
+    sizes = np.maximum.reduceat(np.abs(error - slow), starts)
+    return Motions(np.add.reduceat(speed, starts) / counts, sizes, np.ones(len(starts), bool))
+
+
+def _longer(row: Floats) -> Floats:
+    """A row with one number more at each end, on a straight line."""
+    return np.concatenate([[2.0 * row[0] - row[1]], row, [2.0 * row[-1] - row[-2]]])
+
+
 def speeds_to_avoid(
-    system: Any, response: ExactResponse, point: OperatingPoint, limit: float | None = None
-) -> Avoid | None:
-    """Apply the rule of `Avoid` to the motions that a slow run-up and coast-down visit; None where there are none."""
+    system: Any, response: ExactResponse, point: OperatingPoint, limit: float | None = None,
+    passed: Motions | None = None,
+) -> Avoid | None:  # fmt: skip
+    """Apply the rule of `Avoid` to the motions that a slow run-up and coast-down visit; None where there are none.
+
+    `passed` are those of a run-up that has torques which the curve has not (`in_run`).
+    """
     visited = response.visited()
     if not len(visited) or response.sweep is None:
         return None
@@ -122,7 +162,26 @@ def speeds_to_avoid(
     if limit is not None:
         bands += [band for motions in every for band in motions.above(limit)]
     peaks = tuple(sorted((float(motions.omega[i]), float(motions.sizes[i])) for motions, i in tops))
-    return Avoid(_merged(bands), float(forth.sizes[at]), float(forth.omega[at]), slow, peaks, limit)
+    met = () if passed is None else _merged(_met(passed, AMPLIFIED * slow, limit))
+    top = None if passed is None else _largest(passed)
+    return Avoid(
+        _merged([*bands, *met]), float(forth.sizes[at]), float(forth.omega[at]), slow, peaks, limit, met, top
+    )  # fmt: skip
+
+
+def _largest(motions: Motions) -> tuple[float, float]:
+    at = int(np.argmax(motions.sizes))
+    return float(motions.omega[at]), float(motions.sizes[at])
+
+
+def _met(motions: Motions, least: float, limit: float | None) -> list[Speeds]:
+    """Bands of a run-up: above the limit, or within half power of its peaks and of the largest of them."""
+    if limit is not None:
+        return motions.above(limit)
+    tops = motions.peaks(least)
+    levels = [HALF_POWER * motions.sizes[i] for i in tops]
+    found = [motions.band(*motions.run(i, level), level) for i, level in zip(tops, levels, strict=True)]
+    return found + (motions.above(max(levels)) if levels else [])
 
 
 def _peaks(every: list[Motions], least: float) -> list[tuple[Motions, int]]:

@@ -70,6 +70,12 @@ class TrainStudy:
     left_out: Reductions | None
     remarks: tuple[str, ...]
 
+    @property
+    def run_alone(self) -> bool:
+        """Whether only the run-up has all torques of the train: it has no steady curve, or one without gravity."""
+        found = self.run is not None and bool(self.run.trajectory.status)
+        return found and (self.curve is None or self.curve.without_angle)
+
 
 def train_study(
     train: DriveTrain,
