@@ -7,7 +7,6 @@ unrolled, every index into it is a constant, and the compiler keeps it in regist
 With NUMBA_ENABLE_CUDASIM=1 the same kernels run as Python, in Numba's simulator of a device.
 """
 
-import inspect
 import os
 from collections.abc import Callable
 from functools import cache
@@ -63,40 +62,19 @@ def load() -> Any:
 @cache
 def _expose(function: Callable[..., Any], body: Callable[..., Any], inline: bool | None = True) -> None:
     """Let device code call `function`, with `body` as its implementation (or what chooses it: inline is None)."""
-
-    def typed(*args: Any) -> Any:
-        return body
-
-    typed.__signature__ = inspect.signature(body)  # type: ignore[attr-defined]
-    cuda.extending.overload(function, jit_options=INNER)(body if inline is None else typed)
+    cuda.extending.overload(function, jit_options=INNER)(body if inline is None else _jit._typed(body))
 
 
 def expose_methods(things: tuple[Any, ...]) -> None:
     """Let device code call the methods of the models among things, at any depth."""
     for cls in () if simulated() else _jit.model_classes(things):
-        for name in _jit.methods_of(cls):
-            _expose_method(name)
+        _expose_methods(cls)
 
 
 @cache
-def _expose_method(name: str) -> None:
-    types, extending = import_module("numba.cuda.types"), import_module("numba.cuda.extending")
-    extending.overload_method(types.BaseNamedTuple, name, jit_options=INNER)(_method(name))
-
-
-def _method(name: str) -> Callable[..., Any]:
-    def typed(self: Any, *args: Any) -> Any:
-        method = getattr(self.instance_class, name, None)
-        if method is None:
-            return None
-        compiled = cuda.jit(**INNER)(method)
-
-        def call(self: Any, *args: Any) -> Any:
-            return compiled(self, *args)
-
-        return call
-
-    return typed
+def _expose_methods(cls: type) -> None:
+    modules = ("numba.cuda.types", "numba.cuda.typing.templates", "numba.cuda.extending")
+    _jit.expose_methods(cls, INNER, *map(import_module, modules))
 
 
 def launch(parts: Any, rows: int, lanes: int, grid: tuple[int, int], arguments: tuple[Any, ...]) -> None:

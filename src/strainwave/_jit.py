@@ -216,11 +216,7 @@ def _expose(function: Callable[..., Any], body: Callable[..., Any], inline: bool
         overload(function, jit_options=INNER)(body)
         return
 
-    def typed(*args: Any) -> Any:
-        return body
-
-    typed.__signature__ = inspect.signature(body)  # type: ignore[attr-defined]
-    overload(function, jit_options=INNER if inline else CALLED)(typed)
+    overload(function, jit_options=INNER if inline else CALLED)(_typed(body))
 
 
 @cache
@@ -255,30 +251,40 @@ def _prefer_wide_vectors(config: Any) -> None:
 
 @cache
 def _expose_methods(cls: type) -> None:
-    """Let compiled code call the methods of models of this class."""
-    types, templates, extending = map(
-        import_module, ("numba.core.types", "numba.core.typing.templates", "numba.extending")
-    )
+    numba = ("numba.core.types", "numba.core.typing.templates", "numba.extending")
+    expose_methods(cls, INNER, *map(import_module, numba))
+
+
+def expose_methods(cls: type, options: dict[str, Any], types: Any, templates: Any, extending: Any) -> None:
+    """Let compiled code call the methods of models of this class, by these options and modules of a compiler."""
     for name in methods_of(cls):
-        _expose_method(cls, name, types, templates, extending.overload)
+        own = f"{name} of {cls.__module__}.{cls.__qualname__} {id(cls)}"
+        typed = _typed(getattr(cls, name))
+        template = templates.make_overload_method_template(
+            types.BaseNamedTuple, own, typed, "never", jit_options=options
+        )
+        template._resolve = _of_class(cls, name, own, template._resolve)
+        templates.infer_getattr(template)
+        extending.overload(typed, jit_options=options)(typed)
 
 
-def _expose_method(cls: type, name: str, types: Any, templates: Any, overload: Any) -> None:
-    method, own = getattr(cls, name), f"{name} of {cls.__module__}.{cls.__qualname__} {id(cls)}"
+def _typed(body: Callable[..., Any]) -> Any:
+    """What tells Numba the body of a function: always this one."""
 
     def typed(*args: Any) -> Any:
-        return method
+        return body
 
-    typed.__signature__ = inspect.signature(method)  # type: ignore[attr-defined]
-    template = templates.make_overload_method_template(types.BaseNamedTuple, own, typed, "never", jit_options=INNER)
-    resolve = template._resolve
+    typed.__signature__ = inspect.signature(body)  # type: ignore[attr-defined]
+    return typed
 
-    def of_this_class(self: Any, kind: Any, attribute: str) -> Any:
+
+def _of_class(cls: type, name: str, own: str, resolve: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a method that Numba knows by its `own` name be found by its name in models of this class."""
+
+    def found(self: Any, kind: Any, attribute: str) -> Any:
         return resolve(self, kind, own) if attribute == name and kind.instance_class is cls else None
 
-    template._resolve = of_this_class
-    templates.infer_getattr(template)
-    overload(typed, jit_options=INNER)(typed)
+    return found
 
 
 def _axpy_body(tuples: Any) -> Callable[..., Any]:
