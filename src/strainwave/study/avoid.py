@@ -130,7 +130,7 @@ def in_run(run: DriveRun, begin: float) -> Motions | None:
     return Motions(np.add.reduceat(speed, starts) / counts, sizes, np.ones(len(starts), bool))
 
 
-def _longer(row: Floats) -> Floats:
+def _longer(row: Any) -> Floats:
     """A row with one number more at each end, on a straight line."""
     return np.concatenate([[2.0 * row[0] - row[1]], row, [2.0 * row[-1] - row[-2]]])
 
