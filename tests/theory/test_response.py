@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import strainwave as sw
 from strainwave.theory.averaging import averaged_flow
@@ -9,6 +10,7 @@ from strainwave.theory.response import response
 from strainwave.theory.setting import setting
 
 T4 = sw.Oscillator(1.0, 0.01, sw.Cubic(1.0, 0.2), sw.Harmonic(0.01), 1.05)
+NEXT_TO_A_FOLD = sw.Oscillator(0.3633274, 4.2345343, sw.Cubic(405.19695, -56.437648), sw.Harmonic(42.279498), 9.0)
 T7 = sw.Oscillator(1.0, 0.01, sw.Cubic(1.0, 0.2), sw.Harmonic(2.0), 3.15)
 
 
@@ -100,6 +102,75 @@ def test_band_without_a_state_gives_an_empty_curve_and_a_sentence():
     assert (found.branches, found.folds) == ((), ())
     assert found.omega.size == 0
     assert "no steady state with a > 0" in found.message
+
+
+def primary_count(system, omega):
+    """Steady states of the primary resonance of a cubic law: real positive roots of E4 in s = a^2, scaled."""
+    omega_0, mu = np.sqrt(system.law.K / system.J), system.B / system.J
+    k, sigma, f = 0.375 * system.law.alpha * omega_0, omega - omega_0, system.excitation.amplitude / system.J
+    c = np.array([k * k, -2.0 * k * sigma, mu**2 / 4.0 + sigma**2, -((f / (2.0 * omega_0)) ** 2)])
+    scale = abs(c[-1] / c[0]) ** (1.0 / 3.0)
+    roots = np.roots(c * scale ** np.arange(3.0, -1.0, -1.0))
+    return int(np.sum((np.abs(roots.imag) < 1e-9 * np.abs(roots)) & (roots.real > 0.0)))
+
+
+def crossings(found, omega):
+    """How often the branches of a response pass a speed."""
+    return sum(int(np.sum((b.omega[1:] - omega) * (b.omega[:-1] - omega) < 0.0)) for b in found.branches)
+
+
+@pytest.mark.parametrize(
+    ("system", "band"),
+    [
+        # a state of the seeding grid lies next to a fold: the branch was traced twice, its fold listed twice
+        (NEXT_TO_A_FOLD, (1.67, 136.7)),
+        # little damping: steps went from the lower arm before the resonance to the one behind it
+        (sw.Oscillator(1.0, 1e-4, sw.Cubic(1.0, 0.1), sw.Harmonic(1e-3), 1.0), (0.3, 2.0)),
+        (sw.Oscillator(1.0, 1e-6, sw.Cubic(1.0, -0.1), sw.Harmonic(1e-3), 1.0), (0.3, 2.0)),
+    ],
+    ids=["next to a fold", "hardening", "softening"],
+)
+def test_as_many_states_as_roots_at_every_speed(system, band):
+    found = sw.slow_flow(system, sw.PRIMARY).response(band)
+    away = [w for w in np.linspace(*band, 202)[1:-1] if np.min(np.abs(w - np.array(found.folds)), initial=1.0) > 1e-6]
+    assert [crossings(found, w) for w in away] == [primary_count(system, w) for w in away]
+    changes = np.flatnonzero(np.diff([primary_count(system, w) for w in np.linspace(*band, 2000)]))
+    assert len(found.folds) == len(changes)
+    ends = [end for b in found.branches for end in (b.omega[0], b.omega[-1])]
+    assert all(end in band for end in ends)
+    assert len(ends) == sum(primary_count(system, w) for w in band)
+
+
+@pytest.mark.parametrize("B", [1e-4, 1e-6])
+def test_a_sharp_peak_is_climbed_whatever_the_damping(B):
+    """The largest amplitude is F/(B omega_0), between speeds of the seeding grid."""
+    found = sw.slow_flow(sw.Oscillator(1.0, B, sw.Linear(1.0), sw.Harmonic(1e-3), 1.1), sw.PRIMARY).response((0.3, 2.0))
+    (branch,) = found.branches
+    assert found.peak == pytest.approx((1.0, 1e-3 / B), rel=1e-6)
+    assert (branch.omega[0], branch.omega[-1]) == (0.3, 2.0)
+
+
+def test_a_branch_born_at_rest_is_listed_once_with_one_fold():
+    """A quadratic and a cubic term under a line at twice the speed: the loop through a = 0 holds each state twice.
+
+    With C = 1/(1 - omega^2) the flow is z' = -(mu/2 + i (omega/2 - 1 - (3/4) 0.2 C^2 - (3/8) 0.2 |z|^2)) z + i (0.3/2)
+    C conj(z): a = 0 loses its stability where mu^2/4 + (omega/2 - 1 - 0.15 C^2)^2 = (0.15 C)^2, and two states merge
+    where 0.15 |C| = mu/2.
+    """
+    mu = 0.05
+    system = sw.Oscillator(1.0, mu, sw.Polynomial((0.0, 1.0, 0.3, 0.2)), sw.Harmonic(1.0), 2.05)
+    found = sw.slow_flow(system, sw.Resonance(1, 2)).response((1.5, 3.0))
+
+    def margin(omega):
+        C = 1.0 / (1.0 - omega**2)
+        return mu**2 / 4.0 + (omega / 2.0 - 1.0 - 0.15 * C**2) ** 2 - (0.15 * C) ** 2
+
+    births = [brentq(margin, 1.8, 2.0, xtol=1e-14), brentq(margin, 2.05, 2.3, xtol=1e-14)]
+    (branch,) = found.branches
+    assert sorted((branch.omega[0], branch.omega[-1])) == pytest.approx(births, rel=1e-10)
+    assert (branch.amplitude[0], branch.amplitude[-1]) == (0.0, 0.0)
+    assert found.folds == pytest.approx([np.sqrt(1.0 + 0.3 / mu)], rel=1e-9)
+    assert "begins at a = 0" in found.message
 
 
 def test_kinematic_error_forces_with_the_square_of_the_speed():

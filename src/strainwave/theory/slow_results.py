@@ -72,7 +72,8 @@ class SlowBranch:
     stable : (n,) array of bool
         Stability of each state.
     closed : bool
-        Whether the arc is a closed loop (the last point equals the first).
+        Whether the arc is a closed loop (the last point equals the first). Otherwise it ends where it leaves the range,
+        or at a = 0 where that is a steady state too.
     """
 
     omega: Floats
@@ -87,6 +88,9 @@ class SlowBranch:
 class SlowResponse:
     """Steady amplitude against speed: every branch of nontrivial states in a range of omega.
 
+    Each branch and each fold is listed once. States are sought at 33 speeds from end to end; a closed loop that lies
+    between two of them is not seen.
+
     Attributes
     ----------
     branches : tuple of SlowBranch
@@ -98,7 +102,8 @@ class SlowResponse:
     trivial : tuple of (float, bool)
         Where a = 0 is a steady state too: the speeds [rad/s] of the seeding grid and whether it is stable there.
     message : str
-        One sentence on what was found.
+        One sentence on what was found, with the speeds inside the range at which a branch begins at a = 0, and those at
+        which one could not be followed further.
     """
 
     branches: tuple[SlowBranch, ...]
