@@ -8,7 +8,7 @@ import pytest
 from canonical import CSF_40_50
 
 import strainwave as sw
-from strainwave.study import hysteresis
+from strainwave.numerics import loading
 
 ARCMIN = math.pi / 180.0 / 60.0
 RATED = 178.0  # N*m, CSG-40-50: Harmonic Drive SE catalogue
@@ -74,7 +74,9 @@ def test_dry_friction_widens_the_loop_by_twice_its_torque_over_the_stiffness():
 
 
 def test_law_that_does_not_carry_the_torque_is_refused():
-    with pytest.raises(ValueError, match=r"BoucWen carries 0\.4 N\*m at .* and does not reach 1 N\*m; take less"):
+    with pytest.raises(
+        ValueError, match=r"BoucWen carries at most 0\.4 N\*m, at .* and does not reach 1 N\*m; take less"
+    ):
         sw.hysteresis_loop(sw.BoucWen(1.0, 0.0, 0.4), 1.0)
 
 
@@ -89,7 +91,7 @@ SLIDING = {
 @pytest.mark.parametrize("name", SLIDING)
 def test_a_law_that_yields_says_so_however_large_the_torque(name, times):
     # the sliding torque is K x_y, and T_s of LuGre at this low speed: 0.4 N*m
-    with pytest.raises(ValueError, match=r"carries 0\.4 N\*m at .* and does not reach .*put a spring in parallel"):
+    with pytest.raises(ValueError, match=r"carries at most 0\.4 N\*m, at .* does not reach .*put a spring in"):
         sw.hysteresis_loop(SLIDING[name], 0.4 * times)
 
 
@@ -138,7 +140,7 @@ class Rough(NamedTuple):
 
 
 def test_a_law_too_rough_to_integrate_along_is_given_up(monkeypatch):
-    monkeypatch.setattr(hysteresis, "MOST", 2000)
+    monkeypatch.setattr(loading, "MOST", 2000)
     with pytest.raises(sw.SolveError, match=r"Rough was asked 2000 times on the way to 1 N\*m and is only at"):
         sw.hysteresis_loop(Rough(1.0), 1.0)
 
@@ -153,7 +155,7 @@ def test_a_law_too_rough_to_integrate_along_is_given_up(monkeypatch):
             ValueError,
             r"torque \[N\*m\] is 1e-200; it must be from 1e-60",
         ),
-        (lambda: sw.hysteresis_loop(sw.Linear(-1.0), 1.0), ValueError, "Linear carries -4.095e"),
+        (lambda: sw.hysteresis_loop(sw.Linear(-1.0), 1.0), ValueError, "Linear carries at most 0 N"),
         (lambda: sw.hysteresis_loop(sw.Polynomial((5.0, 1.0)), 1.0), ValueError, "carries 5 N.m before it is twisted"),
         (lambda: sw.lost_motion(CSF_40_50, None), ValueError, r"rated_torque \[N\*m\] is None"),
         (

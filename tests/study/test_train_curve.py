@@ -1,5 +1,6 @@
 """The steady curve of a drive train against linear algebra, and its operating point against statics."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -101,6 +102,28 @@ def test_a_friction_that_only_holds_at_standstill_damps_no_mode_of_a_turning_mot
     without = sw.bode(dry._replace(motor=dry.motor._replace(drag=sw.Viscous(0.0))), [10.0]).poles
     assert np.sort_complex(turning) == pytest.approx(np.sort_complex(without), rel=1e-6)
     assert np.max(np.abs(still)) > 2.0 * np.max(np.abs(without))
+
+
+def test_the_operating_state_lies_behind_a_gap_and_below_the_largest_torque():
+    play = sw.Play(1e-4, sw.Cubic(K, 6.9e4))
+    state = operating_state(train(law=play, mean=-50.0), 150.0)
+    assert play.torque(state[0]) == pytest.approx(50.0, rel=1e-9)
+    soft = sw.Cubic(K, -1e6)  # carries 2/3 K/sqrt(3e6) = 0.000385 K
+    most = 2.0 / 3.0 * K / math.sqrt(3e6)
+    state = operating_state(train(law=soft, mean=-0.999 * most), 150.0)
+    assert soft.torque(state[0]) == pytest.approx(0.999 * most, rel=1e-9)
+    assert soft.stiffness(state[0]) > 0.0
+    with pytest.raises(sw.SolveError, match=r"in no state at 150 rad/s: Cubic carries at most .* and the mean torque"):
+        operating_state(train(law=soft, mean=-1.01 * most), 150.0)
+
+
+def test_the_operating_state_of_a_law_with_memory_is_where_a_slow_load_brings_it():
+    # n = 1, beta = gamma = 1/2: z = x_y (1 - exp(-x/x_y)) on the way from rest, never beyond x_y
+    law = sw.Parallel(sw.Linear(K), sw.BoucWen(5e4, 0.0, 1e-4))
+    state = operating_state(train(law=law, mean=-42.0), 150.0)
+    z = 1e-4 * (1.0 - math.exp(-state[0] / 1e-4))
+    assert state[2] == pytest.approx(z, rel=1e-6)
+    assert K * state[0] + 5e4 * z == pytest.approx(42.0, rel=1e-9)
 
 
 class Slipping(NamedTuple):

@@ -10,7 +10,7 @@ from strainwave.study.sampling import by_path
 from strainwave.study.sensitivity import ranking, running_quantile
 from strainwave.study.two_groups import two_groups
 from strainwave.study.variability import drawn
-from strainwave.study.variability_result import JumpSpread, SpeedSpread, Variability
+from strainwave.study.variability_result import Band, JumpSpread, SpeedSpread, Variability
 
 LINEAR = sw.Oscillator(1.0, 0.4, sw.Linear(2.0), sw.Harmonic(1.0), 1.0)
 CUBIC = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
@@ -209,6 +209,30 @@ def test_natural_frequencies_at_an_amplitude_and_a_mean_torque():
     u = np.array([np.roots([a, 0.0, 1.0, -1.5])[-1].real for a in drives["law.alpha"]])
     wanted = np.sqrt(1.0 + 3.0 * drives["law.alpha"] * u**2)
     np.testing.assert_allclose(natural_frequencies(biased, drives), wanted, rtol=1e-9)
+
+
+SOFT = sw.Oscillator(1.3, 10.0, sw.Cubic(1e5, -1e6), sw.Harmonic(5.0, mean=30.0), 150.0)
+
+
+def test_natural_frequencies_of_a_softening_law_near_its_largest_torque():
+    """Cubic(K, -1/a^2) carries 2 K a/(3 sqrt 3) at most, and a share s of it at 2 a/sqrt 3 sin(asin(s)/3)."""
+    rng = np.random.default_rng(1)
+    a, share = rng.uniform(1e-3, 3e-3, 300), rng.uniform(0.7, 0.95, 300)
+    mean = share * 2.0 * 1e5 * a / (3.0 * np.sqrt(3.0))
+    found = natural_frequencies(SOFT, {"law.alpha": -1.0 / a**2, "excitation.mean": mean})
+    u = 2.0 / np.sqrt(3.0) * np.sin(np.arcsin(share) / 3.0)
+    np.testing.assert_allclose(found, np.sqrt(1e5 * (1.0 - 3.0 * u**2) / 1.3), rtol=1e-12)
+
+
+def test_drives_that_cannot_carry_their_mean_torque_are_counted():
+    # they carry 2/3 K/sqrt(3e6): 30 N*m from K = 77942 N*m/rad on
+    K = np.linspace(6e4, 1e5, 41)
+    natural = natural_frequencies(SOFT, {"law.K": K})
+    assert np.array_equal(np.isnan(natural), 2.0 / 3.0 * K / np.sqrt(3e6) < 30.0)
+    band = Band(100.0, 200.0, 0.0, natural, {1: natural > 0.0})
+    assert band.without == 18
+    drives = {"law.K": K}
+    assert "18 drives have no natural frequency and count as without" in str(Variability(drives, (), None, band, 0))
 
 
 @pytest.mark.parametrize(

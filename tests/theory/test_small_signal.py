@@ -96,5 +96,7 @@ def test_impossible_operating_points_are_refused(arguments, sentence):
 
 
 def test_a_torque_that_a_softening_law_cannot_carry_is_refused():
-    with pytest.raises(ValueError, match="Cubic carries the mean torque 5 N"):
+    with pytest.raises(
+        ValueError, match=r"Cubic carries at most 1\.2171\d N\*m, at 1\.83 rad, and the mean torque is 5 N"
+    ):
         sw.small_signal(sw.Cubic(1.0, -0.1), 5.0).x  # noqa: B018

@@ -1,53 +1,15 @@
 """Where the solvers start: the linear response about the operating point of the mean torque."""
 
-import functools
-import math
 from typing import Any
 
 import numpy as np
 
-from .._dispatch import breakpoints_of
 from .._jit import with_leaf
 from ..results import Floats
-from .brackets import bracketed_root
 from .fourier import orders
+from .operating_point import operating_point
 
 WAVE = np.cos(np.pi * (np.arange(16) + 0.5) / 16)  # half a vibration
-
-
-def operating_point(law: Any, mean: float) -> float:
-    """Torsion [rad] nearest to zero at which the law carries the mean torque [N*m].
-
-    Raises
-    ------
-    ValueError
-        If no torsion carries it.
-    """
-    offset = float(law.torque(0.0)) - mean
-    if offset == 0.0:
-        return 0.0
-    slope = float(law.stiffness(0.0))
-    reach = abs(offset) / slope if slope > 0.0 else max((abs(b) for b in breakpoints_of(law)), default=1.0)
-    steps = np.concatenate([[0.0], reach * np.geomspace(1e-6, 1e6, 4801)])
-    with np.errstate(all="ignore"):
-        best = math.inf
-        for side in (1.0, -1.0) if slope <= 0.0 else (math.copysign(1.0, -offset),):
-            above = np.sign(law.torque(side * steps) - mean)
-            change = np.flatnonzero(above[1:] * above[0] <= 0.0)
-            if change.size and steps[change[0] + 1] < abs(best):
-                a, b = float(steps[change[0]]), float(steps[change[0] + 1])
-                best = side * bracketed_root(functools.partial(_missing, law, mean, side), a, b, xtol=1e-300)
-    if not math.isfinite(best):
-        raise ValueError(
-            f"{type(law).__name__} carries the mean torque {mean:.6g} N*m at no torsion up to {steps[-1]:.3g} rad; "
-            "lower the mean torque"
-        )
-    return best
-
-
-def _missing(law: Any, mean: float, side: float, size: float) -> float:
-    """Torque of the law at side * size less the mean one [N*m]."""
-    return float(law.torque(side * size)) - mean
 
 
 def carried(law: Any, mean: float) -> float:

@@ -5,9 +5,10 @@ from typing import Any
 
 from .._dispatch import depends
 from ..model.varying import VaryingOscillator
+from ..numerics.loading import SPEED
 from ..quantities import parameters
 from ..results import SolveError
-from .hysteresis import SMALL_LOOP, SPEED, HysteresisLoop, hysteresis_loop
+from .hysteresis import SMALL_LOOP, HysteresisLoop, hysteresis_loop
 from .parametric import ParametricResonance, parametric_resonances
 from .train_study import TrainStudy
 

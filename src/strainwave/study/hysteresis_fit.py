@@ -7,9 +7,10 @@ import numpy as np
 
 from ..model.hysteresis import BoucWen, Parallel
 from ..model.laws import PiecewiseLinear
+from ..numerics.loading import RTOL
 from ..quantities import checked, number, shown
 from ..results import Floats, SolveError
-from .hysteresis import RTOL, SMALL_LOOP, hysteresis_loop
+from .hysteresis import SMALL_LOOP, hysteresis_loop
 
 RTOL_OF_FIT = 1e-7
 INSIDE = 0.8  # of full load: up to there the two branches of a loop are apart

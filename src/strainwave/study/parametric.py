@@ -22,7 +22,7 @@ from ..model.laws import Linear
 from ..model.varying import Variation
 from ..numerics.branches import leaf_of
 from ..numerics.first_order import first_order
-from ..numerics.guess import operating_point
+from ..numerics.operating_point import operating_point
 from ..numerics.variational import hill_map
 from ..quantities import interval, replace, with_parts
 from ..results import Floats

@@ -12,14 +12,13 @@ from typing import Any
 import numpy as np
 
 from .._dispatch import is_spring
-from ..numerics import guess
+from ..numerics.loading import loaded_state
 from ..results import Floats, SolveError
 from ..theory.lyapunov import mean_torque
 from ..theory.multiple_scales import slow_flow
 from ..theory.resonance import Resonance
 from ..theory.slow_results import Certificate, SlowResponse, SteadyState
 from .gear_forces import no_multiple_scales
-from .hysteresis import loaded_state
 
 NAMES = {
     (1, 1): "primary",
@@ -145,7 +144,7 @@ def operating_point(system: Any) -> OperatingPoint:
     """
     mean, law = mean_torque(system.excitation), system.law
     try:
-        x, *z = (guess.operating_point(law, mean),) if is_spring(system) else loaded_state(law, mean)
+        x, *z = loaded_state(law, mean)
     except ValueError as error:
         raise SolveError(str(error)) from None
     odd = _is_odd(system.law, x, mean) if is_spring(system) else mean == 0.0

@@ -16,7 +16,7 @@ from ..numerics.floquet import displacement_peaks
 from ..numerics.half_wave import all_orders
 from ..numerics.response import traced_points
 from ..quantities import parameters, replace
-from ..results import Floats
+from ..results import Floats, SolveError
 from .avoid import Avoid, oscillations
 from .exact import PLAIN_RUNS, ExactResponse
 from .gear_forces import settling_time
@@ -119,8 +119,16 @@ def _changes(
     yield from (("inertia of the load", share, 0.0, here(changed)) for share, changed in loads)
     if is_spring(system):
         loaded = system._replace(excitation=_with_more(system.excitation, preload))
-        if abs(operating_point(loaded).stiffness / operating_point(system).stiffness - 1.0) > BENDS:
+        if _bends(system, loaded):
             yield "preload", 0.0, preload, here(loaded)
+
+
+def _bends(system: Any, loaded: Any) -> bool:
+    """Whether a preload that the law carries changes the stiffness at the operating point."""
+    try:
+        return abs(operating_point(loaded).stiffness / operating_point(system).stiffness - 1.0) > BENDS
+    except SolveError:
+        return False
 
 
 def line_that_matters(error: Any, series: Floats) -> tuple[int, dict[str, float]] | None:

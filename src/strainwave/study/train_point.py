@@ -4,11 +4,13 @@ from typing import Any
 
 import numpy as np
 
+from .._dispatch import states_of, torque_of
 from ..model.drive_train import DriveTrain
 from ..model.excitation import Harmonic, NoError
 from ..model.motion import Steady
 from ..model.shafts import Elastic, Free, Held
 from ..numerics.first_order import jacobians_at, rates_at
+from ..numerics.loading import loaded_state
 from ..quantities import with_parts
 from ..results import Floats, SolveError
 
@@ -19,6 +21,8 @@ ROUNDS, CLOSE = 50, 1e-9  # of Newton's method, and rates of the solution relati
 
 def operating_state(train: DriveTrain, speed: float, *, near: tuple[float, ...] = ()) -> Floats:
     """Find the state (states,) in which the mean torques hold a train at a constant motor speed.
+
+    Every law is taken where a slow load from rest brings it, so that one that softens is below its largest torque.
 
     Friction of the shafts counts with that speed, gravity as at the angle 0; kinematic error and the lines of the
     torques do not. A free motor gets the torque that keeps the speed.
@@ -31,12 +35,12 @@ def operating_state(train: DriveTrain, speed: float, *, near: tuple[float, ...] 
         Speed of the motor's reference [rad/s].
     near : tuple of float, optional
         Torsion [rad] of the gear and the internal states of its law near it, which choose among the equilibria of a
-        law with memory.
+        law with memory. Default: where a slow load from rest leads.
 
     Raises
     ------
     SolveError
-        If the train has no such state: a law cannot carry its torque.
+        If the train has no such state: a law cannot carry its torque, and the sentence says how much it carries.
     """
     train = with_mean_torques(with_parts("operating_state", train, "power_names"))
     held = train._replace(error=NoError(), reference=Steady(), omega=float(speed))
@@ -46,8 +50,7 @@ def operating_state(train: DriveTrain, speed: float, *, near: tuple[float, ...] 
     names = held.state_names()
     state = np.zeros(len(names))
     largest = max(float(np.max(np.abs(_rates(held, state)))), 1e-300)
-    if near:
-        state[[0, *(i for i, name in enumerate(names) if name.startswith("gear z"))]] = near
+    short = _loaded(held, names, state, near)
     rates = _rates(held, state)
     for _ in range(ROUNDS):
         matrix = jacobians_at(held, np.zeros(1), state[:, None], np.full(len(state), STEP))[:, :, 0]
@@ -57,7 +60,31 @@ def operating_state(train: DriveTrain, speed: float, *, near: tuple[float, ...] 
             break
         if float(np.max(np.abs(rates))) <= CLOSE * largest:
             return state
-    raise SolveError(f"the mean torques hold the train in no state at {speed:.6g} rad/s that Newton's method finds")
+    said = short or "Newton's method finds none"
+    raise SolveError(f"the mean torques hold the train in no state at {speed:.6g} rad/s: {said}")
+
+
+def _loaded(train: DriveTrain, names: tuple[str, ...], state: Floats, near: tuple[float, ...]) -> str:
+    """Set the twists to those that carry the load's torque at the angle 0; a sentence where a law does not carry it."""
+    laws, end = [train.law], train.load
+    while isinstance(end, Elastic):
+        laws.append(end.law)
+        end = end.load
+    turning = train.omega * train.reference.slope(0.0) / train.N
+    drag = torque_of(end.drag, 0.0, turning, (0.0,) * states_of(end.drag))
+    torque = float(drag - end.excitation.torque(0.0))
+    for i, law in enumerate(laws):
+        if not hasattr(law, "stiffness"):
+            continue
+        name = f"coupling {i}" if i else "gear"
+        places = [j for j, other in enumerate(names) if other == name or other.startswith(f"{name} z")]
+        if i == 0:
+            places = [0, *places]
+        try:
+            state[places] = near if near and i == 0 else loaded_state(law, torque)
+        except (ValueError, SolveError) as error:
+            return str(error)
+    return ""
 
 
 def _rates(train: DriveTrain, state: Floats) -> Floats:

@@ -104,7 +104,7 @@ class Band:
     amplitude : float
         Amplitude [rad] at which the natural frequency is taken; 0: small vibrations.
     natural : (drives,) array
-        Natural frequencies [rad/s]; nan where nothing restores.
+        Natural frequencies [rad/s]; nan where nothing restores, or where the law does not carry the mean torque.
     inside : dict of int to (drives,) bool array
         Order of the excitation to whether its line meets the natural frequency in the range.
     """
@@ -114,6 +114,11 @@ class Band:
     amplitude: float
     natural: Floats
     inside: dict[int, NDArray[np.bool_]]
+
+    @property
+    def without(self) -> int:
+        """How many drives have no natural frequency; the probabilities count them as drives without a resonance."""
+        return int(np.count_nonzero(np.isnan(self.natural)))
 
     def probability(self, order: int | None = None) -> tuple[float, float]:
         """Probability of a resonance in the range with one order, or with any, and its standard error."""
@@ -195,6 +200,11 @@ class Variability:
                 f"  resonance at {self.band.low:g} .. {self.band.high:g} rad/s: probability {p:.4f} +- {error:.4f} "
                 f"({each})"
             )
+            if self.band.without:
+                lines.append(
+                    f"    {self.band.without} drives have no natural frequency and count as without resonance: their "
+                    "law does not carry the mean torque, or has no stiffness there"
+                )
         return "\n".join(lines)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from .._dispatch import KINDS, depends
 from ..model.laws import Cubic, Linear, Polynomial
-from ..numerics.guess import operating_point
+from ..numerics.operating_point import operating_point
 from ..quantities import checked, number
 
 POINTS = 801
