@@ -89,6 +89,15 @@ def losses_of(law: Any, x: Any, v: Any, z: Any) -> Any:
     return (_no_losses, _friction_losses, _own_losses)[depends(law) - 1]
 
 
+def spring_stiffness(law: Any, x: Any) -> Any:
+    """Stiffness [N*m/rad] of the spring in any law at torsion x [rad], without what friction or memory add at rest.
+
+    Hysteresis and bristles are springs too until they yield or slip; a vibration of any size is not held by them.
+    It is `law.spring_stiffness(x)`, and of laws without that method their `stiffness(x)`.
+    """
+    return law.spring_stiffness(x) if hasattr(law, "spring_stiffness") else law.stiffness(x)
+
+
 @chosen
 def share(law: Any, z: Any) -> Any:
     """Take a law's own internal states: as many of the first of z as it has."""

@@ -531,6 +531,59 @@ def test_a_backlash_law_has_no_damping_ratio_and_an_explicit_gear_no_motor_inert
     ]
 
 
+SHG_25 = "{type: piecewise_linear, K1: 4.5e4 N*m/rad, K2: 6e4 N*m/rad, K3: 9e4 N*m/rad, T1: 14 N*m, T2: 48 N*m}"
+BESIDE = {
+    "nothing": "",
+    "hysteresis": "hysteresis: {type: bouc_wen, K: 6e4 N*m/rad, ratio: 0, yield_twist: 0.08 mrad}\n",
+    "the same, sharper": "hysteresis: {type: bouc_wen, K: 4.8e5 N*m/rad, ratio: 0, yield_twist: 0.01 mrad}\n",
+    "and sharper": "hysteresis: {type: bouc_wen, K: 1.6e6 N*m/rad, ratio: 0, yield_twist: 0.003 mrad}\n",
+    "bristles": "hysteresis: {type: lugre, sigma_0: 3e6 N*m/rad, sigma_1: 10 N*m*s/rad, sigma_2: 0 N*m*s/rad, "
+    "T_c: 4 N*m, T_s: 5 N*m, v_s: 0.01 rad/s}\n",
+    "dry friction": "hysteresis: {type: coulomb, T_c: 4.8 N*m, width: 1e-3 rad/s}\n",
+}
+
+
+@pytest.mark.parametrize("name", BESIDE)
+@pytest.mark.parametrize("mode", ["held", "free"])
+def test_a_damping_ratio_belongs_to_the_spring_whatever_hysteresis_lies_beside_it(written, mode, name):
+    """B = 2 zeta sqrt(K1 J), J the load's inertia for a held motor and reduced by the motor's for a free one."""
+    text = GOOD.replace("CSG-40-50", f"{{ratio: 50, law: {SHG_25}}}").replace("held", mode)
+    J = 1.3 if mode == "held" else 1.0 / (1.0 / 1.3 + 1.0 / (50.0**2 * 5e-4))
+    project = load(written(text + BESIDE[name]))
+    given = project.drive.B
+    assert given == pytest.approx(2.0 * 0.02 * math.sqrt(4.5e4 * J), rel=1e-12)
+    assert project.damping_ratio == pytest.approx(0.02, rel=1e-12)
+    assert project.omega_0 == pytest.approx(math.sqrt(4.5e4 / J), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("law", "K"),
+    [
+        ("{type: bouc_wen, K: 8e4 N*m/rad, ratio: 0.25, yield_twist: 0.1 mrad}", 2e4),
+        (
+            "{type: parallel, first: %s, second: {type: bouc_wen, K: 8e4 N*m/rad, ratio: 0.25, yield_twist: 0.1 mrad}}",
+            6.5e4,
+        ),
+        ("{type: tabulated, points: [[-2 mrad, -100 N*m], [0 mrad, 0 N*m], [2 mrad, 100 N*m]]}", 5e4),
+    ],
+)
+def test_a_damping_ratio_of_an_explicit_law_belongs_to_its_spring(written, law, K):
+    text = GOOD.replace("CSG-40-50", f"{{ratio: 50, law: {law.replace('%s', SHG_25)}}}")
+    given = load(written(text)).drive.B
+    assert given == pytest.approx(2.0 * 0.02 * math.sqrt(K * 1.3), rel=1e-12)
+
+
+@pytest.mark.parametrize("more", ["backlash: {half_gap: 10 arcsec}\n", ""])
+def test_a_damping_ratio_of_what_only_hysteresis_holds_is_refused(written, more):
+    text = GOOD + more + f"hysteresis: {YIELDING}\n"
+    if not more:
+        text = GOOD.replace("CSG-40-50", f"{{ratio: 50, law: {YIELDING}}}")
+    (line,) = complaint(written(text))
+    assert (
+        "damping.ratio: has no meaning for a law whose friction or hysteresis alone holds it at rest; write B" in line
+    )
+
+
 def test_all_problems_are_told_at_once_in_the_order_of_the_file(written):
     text = GOOD.replace("CSG-40-50", "XYZ").replace("1.3 kg*m^2", "1.3").replace("100 rpm", "20 Hz")
     assert [line.split(": ")[1] for line in complaint(written(text))] == ["gear", "load.inertia", "speed.from"]
@@ -580,10 +633,10 @@ def test_hysteresis_and_backlash_stand_beside_a_gear_of_any_kind(written, gear):
     hysteresis, gap = sw.BoucWen(6e4, 0.0, 8e-5), pytest.approx(10.0 * ARCSEC, rel=1e-14)
     one = load(written(text + f"hysteresis: {YIELDING}\n"))
     assert one.drive.law == sw.Parallel(spring, hysteresis)
-    assert one.omega_0 == pytest.approx(math.sqrt(1.6e5 / 1.3), rel=1e-14)
-    both = text + f"backlash: {{half_gap: 10 arcsec}}\nhysteresis: {YIELDING}\n"
-    assert load(written(both)).drive.law == sw.Parallel(sw.Play(gap, spring), hysteresis)
+    assert one.omega_0 == pytest.approx(math.sqrt(1e5 / 1.3), rel=1e-14)  # K1
     alone = text.replace("ratio: 0.02", "B: 1 N*m*s/rad") + "backlash: {half_gap: 10 arcsec}\n"
+    both = alone + f"hysteresis: {YIELDING}\n"
+    assert load(written(both)).drive.law == sw.Parallel(sw.Play(gap, spring), hysteresis)
     assert load(written(alone)).drive.law == sw.Play(gap, spring)
     assert load(written(both)).gear == load(written(text)).gear
 

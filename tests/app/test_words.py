@@ -8,10 +8,11 @@ import pytest
 import strainwave as sw
 from strainwave.app import words
 from strainwave.app.advice_words import advice_data
-from strainwave.app.facts import ARCSEC, AngleUnit
+from strainwave.app.facts import ARCSEC, AngleUnit, facts
 from strainwave.app.words import warnings
 from strainwave.study.advice import Advice
 from strainwave.study.avoid import Avoid
+from strainwave.study.regimes import operating_point
 from strainwave.study.remedies import Remedy
 from strainwave.study.usage import Usage, limit_findings
 
@@ -33,6 +34,23 @@ def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
         "At 2350 rpm at the motor: The cubic mean of the torque in the gear is 300 N·m",
     ]
     assert said[3:] == ["a warning", "a doubt"]
+
+
+def test_the_facts_name_the_frequencies_before_and_after_hysteresis_yields_and_the_ratio_of_the_spring():
+    """K1 = 1e5 N*m/rad holds 1.3 kg*m^2 at 277.35 rad/s, with the 6e4 of the hysteresis at 350.82 rad/s."""
+    law = sw.Parallel(sw.catalogue.gear("CSG-40-50").law, sw.BoucWen(6e4, 0.0, 8e-5))
+    damping = 2.0 * 0.03 * math.sqrt(1e5 * 1.3)
+    drive = sw.Drive(4.5e-4, 1.3, 50.0, damping, law)
+    system = drive.error_equation(kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)), motor="held")
+    analysis = SimpleNamespace(point=operating_point(system), system=system)
+    project = SimpleNamespace(drive=drive, motor="held", shaft="motor", kinematic_error=None, gear=None)
+    rows = {fact.name: fact for fact in facts(project, analysis, ARCSECONDS)}
+    before, after = rows["Natural frequency, motor held"], rows["Natural frequency of the spring alone, motor held"]
+    assert (before.value, after.value) == (pytest.approx(350.823, abs=1e-3), pytest.approx(277.350, abs=1e-3))
+    assert "before the hysteresis yields" in before.note
+    assert "after it has yielded" in after.note
+    assert rows["Damping ratio, motor held"].value == pytest.approx(0.03, rel=1e-12)
+    assert rows["Torsional stiffness of the spring alone"].value == 1e5
 
 
 def resonance(**more):

@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from .._dispatch import depends
+from .._dispatch import depends, spring_stiffness
 from ..model.gear import Gear
 from ..quantities import checked
 from .schema import CATALOGUE, ExplicitGear, ProjectSpec
@@ -52,13 +52,18 @@ def _law(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
         return
     if spec.damping is None:
         return
-    if spec.damping.B is None and not float(law.stiffness(0.0)) > 0.0:
+    if spec.damping.B is None and not float(spring_stiffness(law, 0.0)) > 0.0:
         way = "ratio" if spec.damping.ratio is not None else "quality"
-        yield ("damping", way), "has no meaning for a law without stiffness at rest (play); write B: 10 N*m*s/rad"
+        yield ("damping", way), f"has no meaning for a law {_without_spring(law)}; write B: 10 N*m*s/rad"
     if depends(law) > 1:
         for group, varies in (("stiffness", spec.stiffness is not None), ("damping", spec.damping.varies)):
             if varies:
                 yield (group,), f"varies, which takes a spring, and the law has friction or memory: {BOTH}"
+
+
+def _without_spring(law: Any) -> str:
+    held = float(law.stiffness(0.0)) > 0.0
+    return "whose friction or hysteresis alone holds it at rest" if held else "without stiffness at rest (play)"
 
 
 BOTH = "leave one of them out, or write the equation in Python (strainwave.simulate takes any system)"

@@ -3,6 +3,7 @@
 import math
 from typing import NamedTuple
 
+from .._dispatch import spring_stiffness
 from ..study.analysis import Analysis
 from ..study.regimes import active_orders
 from .console import BETWEEN, number
@@ -41,24 +42,32 @@ class Fact(NamedTuple):
 def facts(project: Project, analysis: Analysis, angle: AngleUnit) -> list[Fact]:
     """List what follows from the data of the drive, for both motor modes where they differ."""
     drive, point = project.drive, analysis.point
-    used = project.motor
-    rows = [
-        Fact("Torsional stiffness at the operating point", "T'(x₀)", point.stiffness, "N·m/rad", _bias(analysis, angle))
-    ]
+    used, spring = project.motor, float(spring_stiffness(drive.law, point.x))
+    yields = spring < point.stiffness * (1.0 - 1e-9)
+    bias = _bias(analysis, angle) + ("; of small vibrations, before the hysteresis yields" if yields else "")
+    rows = [Fact("Torsional stiffness at the operating point", "T'(x₀)", point.stiffness, "N·m/rad", bias)]
+    if yields:
+        rows.append(Fact("Torsional stiffness of the spring alone", "K", spring, "N·m/rad", "after it has yielded"))
     for mode, inertia in (("free", drive.J), ("held", drive.J_l)):
         mark = "used in this report" if mode == used else "for comparison"
         symbol = "J" if mode == "free" else "J_l"
-        omega_0 = math.sqrt(max(point.stiffness, 0.0) / inertia)
+        omega_0, of_spring = (math.sqrt(max(K, 0.0) / inertia) for K in (point.stiffness, spring))
         rows.append(Fact(f"Inertia, motor {mode}", symbol, inertia, "kg·m²", mark))
         rows.append(Fact(f"Damping parameter B/{symbol}, motor {mode}", "μ", drive.B / inertia, "1/s", mark))
+        if of_spring > 0.0:
+            zeta = drive.B / (2.0 * inertia * of_spring)
+            more = "; of the damping B and the spring, hysteresis damps too" if yields else ""
+            note = mark + more + _at_rest(project, spring, zeta)
+            rows.append(Fact(f"Damping ratio, motor {mode}", "ζ", zeta, "", note))
         if omega_0 > 0.0:
-            zeta = drive.B / (2.0 * inertia * omega_0)
-            rows.append(
-                Fact(f"Damping ratio, motor {mode}", "ζ", zeta, "", mark + _at_rest(project, point.stiffness, zeta))
-            )
+            if yields:
+                mark += "; of small vibrations, before the hysteresis yields"
             rows.append(Fact(f"Natural frequency, motor {mode}", "ω₀", omega_0, "rad/s", mark))
             rows.append(Fact("", "f₀", omega_0 / (2.0 * math.pi), "Hz", mark))
             rows += _resonance_speeds(project, analysis, omega_0, mark)
+            if yields:
+                name, note = f"Natural frequency of the spring alone, motor {mode}", "after it has yielded"
+                rows.append(Fact(name, "", of_spring, "rad/s", note))
         else:
             rows.append(
                 Fact(f"Natural frequency, motor {mode}", "ω₀", None, "rad/s", "no stiffness at the operating point")
@@ -68,7 +77,7 @@ def facts(project: Project, analysis: Analysis, angle: AngleUnit) -> list[Fact]:
 
 def _at_rest(project: Project, stiffness: float, zeta: float) -> str:
     """Say which stiffness the ratio refers to, where there are two."""
-    rest = float(project.drive.law.stiffness(0.0))
+    rest = float(spring_stiffness(project.drive.law, 0.0))
     if not rest > 0.0 or abs(stiffness / rest - 1.0) < 1e-9:
         return ""
     ratio = number(100.0 * zeta * math.sqrt(stiffness / rest))

@@ -105,7 +105,7 @@ class Project:
 
     @property
     def omega_0(self) -> float:
-        """Natural frequency [rad/s] in the project's motor mode; 0 where the law has no stiffness at rest (play)."""
+        """Natural frequency [rad/s] of the law's spring in the project's motor mode; 0 where that has none at rest."""
         return self.drive.omega_0 if self.motor == "free" else self.drive.omega_0_held
 
     @property
@@ -324,7 +324,7 @@ def _train(project: Project, spec: ProjectSpec) -> DriveTrain | None:
 
 
 def _damping(spec: ProjectSpec, drive: Drive) -> float:
-    """Return B [N*m*s/rad]; a ratio and a quality refer to omega_0 at rest in the project's motor mode."""
+    """Return B [N*m*s/rad]; a ratio and a quality refer to omega_0 of the spring at rest in the project's mode."""
     if spec.damping.B is not None:
         return spec.damping.B
     ratio = spec.damping.ratio if spec.damping.quality is None else 0.5 / spec.damping.quality

@@ -163,9 +163,15 @@ def _equation_lines(results: dict[str, Any], angle: AngleUnit) -> list[str]:
     for mode in ("free", "held"):
         omega_0 = free.get((f"Natural frequency, motor {mode}", "rad/s"))
         used = ", used here" if mode == results["motor"] else ""
+        spring = free.get((f"Natural frequency of the spring alone, motor {mode}", "rad/s"))
         if omega_0:
             hertz = number(omega_0 / (2.0 * math.pi))
-            lines.append(f"  natural frequency, motor {mode}{used}: {number(omega_0)} rad/s ({hertz} Hz)")
+            told = (
+                f" before the hysteresis yields, {number(spring)} rad/s of the spring alone"
+                if spring is not None
+                else ""
+            )
+            lines.append(f"  natural frequency, motor {mode}{used}: {number(omega_0)} rad/s ({hertz} Hz){told}")
     for row in results["resonances"]:
         if row["inside_range"] and row["name"] == "primary":
             lines += _resonance_lines(row, angle)

@@ -3,6 +3,7 @@
 from math import sqrt
 from typing import Any, Literal, NamedTuple
 
+from .._dispatch import spring_stiffness
 from ..quantities import LARGEST, AngularSpeed, Damping, Inertia, Ratio, checked, shown
 from .drive_train import DriveTrain
 from .excitation import Harmonic, Harmonics, KinematicError, NoError
@@ -36,12 +37,18 @@ class Drive(NamedTuple):
 
     @property
     def omega_0(self) -> float:
-        """Natural frequency sqrt(T'(0)/J) [rad/s] with the motor free."""
+        """Natural frequency sqrt(T'(0)/J) [rad/s] with the motor free, T' being that of the law's spring alone.
+
+        Hysteresis adds its stiffness until it yields: small vibrations are faster, and larger ones lie between.
+        """
         return _natural_frequency(self.law, self.J)
 
     @property
     def omega_0_held(self) -> float:
-        """Natural frequency sqrt(T'(0)/J_l) [rad/s] with the motor held at constant speed (the vendors' formula)."""
+        """Natural frequency sqrt(T'(0)/J_l) [rad/s] with the motor held at constant speed (the vendors' formula).
+
+        As `omega_0` of the law's spring alone: of a gear of the catalogue K1, whatever hysteresis lies beside it.
+        """
         self.check()
         return _natural_frequency(self.law, self.J_l)
 
@@ -153,7 +160,7 @@ def _symbolic(thing: Any) -> bool:
 
 
 def _natural_frequency(law: Any, inertia: float) -> float:
-    stiffness = float(law.stiffness(0.0))
+    stiffness = float(spring_stiffness(law, 0.0))
     if stiffness < 0.0:
         raise ValueError(f"{law} has the stiffness {stiffness:g} N*m/rad at rest: there is no natural frequency")
     return sqrt(stiffness / inertia)

@@ -189,6 +189,10 @@ class LuGre(NamedTuple):
         """Stiffness sigma_0 [N*m/rad] before it slips."""
         return self.sigma_0 + 0.0 * x
 
+    def spring_stiffness(self, x: Any) -> Any:
+        """No stiffness once it slips: 0."""
+        return 0.0 * x
+
     def energy(self, x: Any, z: Any) -> Any:
         """Energy stored [J] in the bristles."""
         return 0.5 * self.sigma_0 * z[0] * z[0]

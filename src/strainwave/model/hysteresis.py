@@ -7,7 +7,7 @@ torsion [rad], v its rate [rad/s], z the tuple of internal states; their number 
 
 from typing import Any, NamedTuple
 
-from .._dispatch import check_law, energy_of, losses_of, rest, share, torque_of, z_rate_of
+from .._dispatch import check_law, energy_of, losses_of, rest, share, spring_stiffness, torque_of, z_rate_of
 from .._jit import kernel
 from ..maths import sign
 from ..quantities import Angle, Ratio, TorsionalStiffness
@@ -62,6 +62,10 @@ class BoucWen(NamedTuple):
     def stiffness(self, x: Any) -> Any:
         """Stiffness [N*m/rad] before it yields (z = 0): K (ratio + (1 - ratio) A)."""
         return self.K * (self.ratio + (1.0 - self.ratio) * self.A) + 0.0 * x
+
+    def spring_stiffness(self, x: Any) -> Any:
+        """Stiffness [N*m/rad] after it has yielded: ratio K."""
+        return self.ratio * self.K + 0.0 * x
 
     def energy(self, x: Any, z: Any) -> Any:
         """Energy stored [J]."""
@@ -121,6 +125,10 @@ class Parallel(NamedTuple):
     def stiffness(self, x: Any) -> Any:
         """Sum of the stiffnesses [N*m/rad] at torsion x [rad]."""
         return self.first.stiffness(x) + self.second.stiffness(x)
+
+    def spring_stiffness(self, x: Any) -> Any:
+        """Sum of the stiffnesses [N*m/rad] of the springs at torsion x [rad]."""
+        return spring_stiffness(self.first, x) + spring_stiffness(self.second, x)
 
     def energy(self, x: Any, z: Any) -> Any:
         """Energy stored [J] in both laws."""

@@ -5,6 +5,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from .._dispatch import spring_stiffness
 from ..model.drive_train import DriveTrain
 from ..model.gear import Gear
 from ..model.motion import SpeedProfile
@@ -106,6 +107,8 @@ def train_study(
     worst, highest = _loudest(exact, speeds), high if curve is None else _loudest(curve.response, speeds)
     speed = worst if curve is None else highest
     state, remarks = _operating_state(train, speed, (point.x, *point.z))
+    if spring_stiffness(train.law, point.x) < point.stiffness * (1.0 - 1e-9):
+        remarks.append("Modes and Bode plot are those of small vibrations, before the hysteresis yields.")
     grid = np.geomspace(0.2 * low, 1.5 * top * high, FREQUENCIES)
     source: Literal["motor", "load"] = "load" if isinstance(train.motor.control, Held) else "motor"
     plot = bode(train, grid, source=source, at=state, speed=speed)
