@@ -105,6 +105,59 @@ def test_noise_alone_gives_lines_no_oftener_than_stated(rho, even):
     assert alarms <= 11  # 5 expected, 11 or more by chance in 1 of 70
 
 
+def coverage(turns, drift, rho, lines, n=128, sigma=1e-5, seeds=300):
+    """Scans with a false line, scans with all lines, amplitudes over the true ones, and scores of the errors stated."""
+    false, complete, ratios, scores = 0, 0, [], []
+    for seed in range(seeds):
+        rng = np.random.default_rng([seed, int(100 * turns), int(10 * rho)])
+        theta = uniform(int(n * turns), turns)
+        true = {k: (A, rng.uniform(-math.pi, math.pi)) for k, A in lines}
+        e = lines_at(theta, [(k, *line) for k, line in true.items()]) + sigma * coloured(rng, len(theta), rho)
+        scan = sw.error_scan(theta, e + 2e-5 * theta * drift, drift=drift, highest=40)
+        found = {line.order: line for line in scan.lines}
+        assert all(line.false_alarm < 0.01 for line in scan.lines)
+        false += bool(set(found) - set(true))
+        complete += set(true) <= set(found)
+        for k in set(true) & set(found):
+            ratios.append(found[k].amplitude / true[k][0])
+            scores.append((found[k].amplitude - true[k][0]) / found[k].amplitude_error)
+    return false, complete, np.array(ratios), np.array(scores)
+
+
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_a_clean_order_over_one_turn_gets_no_other_line():
+    # before it is fitted the drift takes part of it and leaves a ramp with lines of every order
+    false, complete, *_ = coverage(1.0, True, 0.0, [(2, 1e-4)])
+    assert false <= 9  # 3 of 300 expected, 10 or more by chance in 1 of 900
+    assert complete == 300
+
+
+@pytest.mark.slow
+@pytest.mark.interpreted
+@pytest.mark.parametrize("rho", [0.0, 0.8])
+@pytest.mark.parametrize("drift", [True, False])
+@pytest.mark.parametrize(("turns", "lines"), [(1.0, [(2, 1e-4)]), (1.37, [(1, 2e-4), (2, 1e-4)])])
+def test_no_more_scans_than_promised_get_a_false_line_and_true_ones_are_found_with_their_errors(
+    turns, drift, rho, lines
+):
+    false, complete, ratios, scores = coverage(turns, drift, rho, lines)
+    assert false <= 9
+    assert complete == 300
+    assert np.mean(ratios) == pytest.approx(1.0, abs=5.0 * np.std(ratios) / math.sqrt(len(ratios)) + 0.01)
+    # 95 % of normal scores lie within 1.96. This coloured noise falls to a quarter up to order 8, which a straight line
+    # through 64 orders rounds off: standard errors are down to half the scatter, as documented.
+    assert np.mean(np.abs(scores) < (1.96 if rho == 0.0 else 1.96 / 0.5)) > 0.91
+
+
+def test_lines_that_leak_into_each_other_by_the_drift_are_all_found():
+    # far above the noise, but each hidden by the ramp that the drift makes of the others
+    false, complete, ratios, _ = coverage(1.0, True, 0.0, [(1, 2e-5), (2, 1e-4), (4, 1e-5)], sigma=3e-8, seeds=60)
+    assert complete == 60
+    assert false <= 4
+    assert np.max(np.abs(ratios - 1.0)) < 0.01
+
+
 @pytest.mark.slow
 def test_lines_above_the_threshold_are_found_and_weaker_ones_are_not():
     found = {}

@@ -6,7 +6,7 @@ transmission error theta_l - theta_m/N is its negative.
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,41 +14,14 @@ from numpy.typing import ArrayLike
 from ..model.error_spectrum import extremes
 from ..model.excitation import HIGHEST
 from ..quantities import LARGEST, positive_count, shown
-from ..results import Floats
-from .line_noise import Floor, correlation, found_orders, noise_floor
+from .line_fit import Direction, Fit, fit_lines, together
+from .line_noise import correlation, noise_floor
+from .line_search import false_alarms, found_orders
 from .scan_results import ErrorScan, Reversal, ScanLine
 
 HIGHEST_SOUGHT = 100
 NEARLY = 1e-6  # of a turn: rounding of the angles
-WORST_CONDITION = 1e6
 ROUNDING = 1e-15  # of the largest error: that of the computer
-
-
-class Direction(NamedTuple):
-    """Samples of one direction of rotation, angles ascending."""
-
-    angle: Floats
-    error: Floats
-
-    @property
-    def turns(self) -> float:
-        """Turns scanned, the last sample's share included."""
-        n = len(self.angle)
-        return float(self.angle[-1] - self.angle[0]) * n / (n - 1) / (2.0 * np.pi)
-
-
-class Fit(NamedTuple):
-    """Least squares of one direction: (mean, drift, cos, sin, ...), the matrix (X'X)^-1, and the residual."""
-
-    values: Floats
-    inverse: Floats
-    residual: Floats
-    drift: bool
-
-    def line(self, i: int) -> slice:
-        """Place of the cosine and sine of line i."""
-        start = 1 + self.drift + 2 * i
-        return slice(start, start + 2)
 
 
 def error_scan(
@@ -122,12 +95,12 @@ def error_scan(
     limit = min(0.5 * len(run.angle) / run.turns for run in runs)
     looked_at = _sought(highest, limit)
     if orders is None:
-        chosen = found_orders(lambda k: _residual(runs, k, drift), looked_at, false_alarm, _resolution(runs))
+        chosen = found_orders(runs, drift, looked_at, false_alarm, _resolution(runs))
         trials = looked_at
     else:
         chosen = _given(orders, limit)
         trials = len(chosen)
-    return _scan(runs, [_fit(run, chosen, drift) for run in runs], chosen, trials, false_alarm, noise)
+    return _scan(runs, [fit_lines(run, chosen, drift) for run in runs], chosen, trials, false_alarm, noise)
 
 
 def _direction(which: str, angle: Any, error: Any, sign: float) -> Direction:
@@ -202,39 +175,14 @@ def _given(orders: Sequence[int], limit: float) -> list[int]:
     return sorted(chosen)
 
 
-def _fit(run: Direction, orders: Sequence[int], drift: bool) -> Fit:
-    theta, e = run
-    unknowns = 1 + drift + 2 * len(orders)
-    if len(theta) <= unknowns:
-        raise ValueError(
-            f"{len(theta)} samples are given for {unknowns} unknowns (mean, drift and two a line); measure more samples"
-        )
-    half = 0.5 * (theta[-1] - theta[0])
-    columns = [np.ones_like(theta)] + [(theta - theta[0] - half) / half] * drift
-    columns += [part for k in orders for part in (np.cos(k * theta), np.sin(k * theta))]
-    X = np.column_stack(columns)
-    u, s, vt = np.linalg.svd(X, full_matrices=False)
-    if s[0] > WORST_CONDITION * s[-1]:
-        raise ValueError(
-            f"the samples do not tell the orders {', '.join(map(str, orders))} apart (gaps in the angle?); "
-            "measure evenly over whole turns, or fit fewer orders"
-        )
-    values = vt.T @ ((u.T @ e) / s)
-    return Fit(values, (vt.T / s**2) @ vt, e - X @ values, drift)
-
-
-def _residual(runs: list[Direction], orders: Sequence[int], drift: bool) -> list[Direction]:
-    return [Direction(run.angle, _fit(run, orders, drift).residual) for run in runs]
-
-
 def _scan(
     runs: list[Direction], fits: list[Fit], orders: list[int], trials: int, false_alarm: float, noise: str
 ) -> ErrorScan:
     """Put the fits of one or two directions together."""
     left = [Direction(run.angle, fit.residual) for run, fit in zip(runs, fits, strict=True)]
     samples = sum(len(run.angle) for run in runs)
-    together = float(np.average([correlation(run.error) for run in left], weights=[len(run.angle) for run in left]))
-    coloured = noise == "autocorrelated" or (noise == "auto" and abs(together) > 3.0 / math.sqrt(samples))
+    neighbours = float(np.average([correlation(run.error) for run in left], weights=[len(run.angle) for run in left]))
+    coloured = noise == "autocorrelated" or (noise == "auto" and abs(neighbours) > 3.0 / math.sqrt(samples))
     least = _resolution(runs)
     floors = [noise_floor([run], max(orders, default=1), orders, least) for run in left]
     both = noise_floor(left, max(trials, *orders, 1), orders, least)
@@ -245,7 +193,8 @@ def _scan(
             return [max(_white(fit), least) for fit in fits]
         return [floor.variance(order) for floor in floors]
 
-    lines = tuple(_line(i, k, fits, variances(k), both, trials) for i, k in enumerate(orders))
+    alarms = false_alarms(fits, orders, both, trials)
+    lines = tuple(_line(i, k, fits, variances(k), alarms[i]) for i, k in enumerate(orders))
     middle = [_middle(run, fit) for run, fit in zip(runs, fits, strict=True)]
     reversal = None
     if len(fits) == 2:
@@ -259,7 +208,7 @@ def _scan(
         float(np.mean([m for m, _ in middle])),
         float(np.mean([d for _, d in middle])),
         rms,
-        together,
+        neighbours,
         "white" if white else "autocorrelated",
         both.threshold(false_alarm, trials),
         samples,
@@ -279,11 +228,12 @@ def _middle(run: Direction, fit: Fit) -> tuple[float, float]:
     return float(fit.values[0]), float(fit.values[1]) / half if fit.drift else 0.0
 
 
-def _line(i: int, order: int, fits: list[Fit], variances: list[float], floor: Floor, trials: int) -> ScanLine:
+def _line(i: int, order: int, fits: list[Fit], variances: list[float], false_alarm: float) -> ScanLine:
     """Line i as the mean over the directions, with errors to first order."""
-    a, b = (float(c) for c in np.mean([fit.values[fit.line(i)] for fit in fits], axis=0))
-    blocks = [v * fit.inverse[fit.line(i), fit.line(i)] for v, fit in zip(variances, fits, strict=True)]
-    covariance = np.sum(blocks, axis=0) / len(fits) ** 2
+    found = [fit.line(i) for fit in fits]
+    (a, b), covariance = together(
+        [(values, v * inverse) for v, (values, inverse) in zip(variances, found, strict=True)]
+    )
     amplitude = math.hypot(a, b)
     if amplitude == 0.0:
         return ScanLine(order, 0.0, math.sqrt(float(np.trace(covariance)) / 2.0), 0.0, math.pi, 1.0)
@@ -294,5 +244,5 @@ def _line(i: int, order: int, fits: list[Fit], variances: list[float], floor: Fl
         math.sqrt(max(float(along @ covariance @ along), 0.0)),
         math.atan2(-b, a),
         math.sqrt(max(float(across @ covariance @ across), 0.0)) / amplitude,
-        floor.false_alarm(order, amplitude * amplitude, trials),
+        false_alarm,
     )

@@ -15,12 +15,10 @@ from ..results import Floats
 
 NEIGHBOURS = 64  # independent frequencies from which the noise at an order is estimated
 FEWEST = 12
-PASSES = 20
-STRONG = 0.1  # lines of at least this share of the strongest one's power are taken in one pass
 SCATTER = math.pi**2 / 6.0  # variance of the logarithm of an exponential value
 CUT = 3.0  # a logarithm that stands so far above the median is a line
 EVEN = 1e-6  # of a step: angles that deviate less are equidistant
-ROUNDED = 1.5  # a residual of at most so many times the variance of rounding has no lines
+BEND = 5.0  # spacings
 CLOSE = 1.5  # frequencies nearer than so many spacings to a fitted line are no noise
 
 
@@ -68,6 +66,8 @@ class Floor:
     ----------
     orders, powers : (n,) arrays
         Independent frequencies without lines, ascending, and P there.
+    spacing : float
+        Distance of independent frequencies.
     highest : int
         Highest order looked at.
     samples : int
@@ -76,48 +76,58 @@ class Floor:
         P of rounding errors, below which nothing is noise or line.
     """
 
-    def __init__(self, orders: Floats, powers: Floats, highest: int, samples: int, least: float) -> None:
-        self.orders, self.highest, self.samples = orders, highest, samples
+    def __init__(
+        self, orders: Floats, powers: Floats, spacing: float, highest: int, samples: int, least: float
+    ) -> None:
+        self.orders, self.spacing, self.highest, self.samples = orders, spacing, highest, samples
         # The mean logarithm of an exponential value lies Euler's constant below that of its mean.
         self.logarithms = np.log(np.maximum(powers, max(least, 1e-300))) + np.euler_gamma
         self.enough = len(orders) >= FEWEST
 
-    def estimate(self, order: float) -> tuple[float, float]:
-        """Mean of P at an order, and how many exponential values it is worth.
+    def estimates(self, sought: Any) -> tuple[Floats, Floats]:
+        """Means (n,) of P at orders (n,) for a decision, and how many exponential values they are worth.
 
-        A straight line through the logarithms of its neighbours, because noise falls with the order more often than not
-        and low orders have neighbours on one side alone; lines that were not fitted are cut down first.
+        The larger of two: of the straight lines over the order, and over the logarithm of the frequency, counted from
+        `BEND` spacings on. Noise that falls within the lowest orders is far above the first, which would call it lines.
         """
-        first = int(np.searchsorted(self.orders, order)) - NEIGHBOURS // 2
-        first = max(0, min(first, len(self.orders) - NEIGHBOURS))
-        x = self.orders[first : first + NEIGHBOURS] - order
-        y = self.logarithms[first : first + NEIGHBOURS]
-        if len(x) < FEWEST:
-            return (math.exp(float(np.mean(y))), float(len(x)) / SCATTER) if len(x) else (math.inf, 1.0)
-        y = np.minimum(y, np.median(y) + CUT)
-        middle = float(np.mean(x))
-        spread = float(np.sum((x - middle) ** 2))
-        slope = float(np.sum((x - middle) * y)) / spread
-        lever = 1.0 / len(x) + middle * middle / spread
-        return math.exp(float(np.mean(y)) - slope * middle), 1.0 / (SCATTER * lever)
+        by_order, by_logarithm = self._means(sought, lambda x: x), self._means(sought, self._logarithm)
+        larger = by_logarithm[0] > by_order[0]
+        return np.where(larger, by_logarithm[0], by_order[0]), np.where(larger, by_logarithm[1], by_order[1])
 
     def variance(self, order: float) -> float:
         """Variance s^2 of the white noise that has the residual's mean P around an order."""
-        return 0.25 * self.samples * self.estimate(order)[0]
+        return 0.25 * self.samples * float(self._means(order, lambda x: x)[0][0])
 
-    def false_alarm(self, order: int, squared: float, trials: int) -> float:
-        """Probability that noise makes a line of this squared amplitude at one of so many orders."""
-        mean, freedom = self.estimate(order)
-        return probability(squared / mean, freedom, trials)
+    def _logarithm(self, orders: Floats) -> Floats:
+        return np.log(orders / self.spacing + BEND)
+
+    def _means(self, sought: Any, place: Callable[[Floats], Floats]) -> tuple[Floats, Floats]:
+        """`estimates` by straight lines through the logarithms of P at the neighbours, over a `place` of the order.
+
+        Noise falls with the order more often than not, and low orders have neighbours on one side alone; lines that
+        were not fitted are cut down first.
+        """
+        sought = np.atleast_1d(np.asarray(sought, float))
+        count = min(NEIGHBOURS, len(self.orders))
+        if not self.enough:
+            mean = math.exp(float(np.mean(self.logarithms))) if count else math.inf
+            return np.full(len(sought), mean), np.full(len(sought), count / SCATTER if count else 1.0)
+        first = np.clip(np.searchsorted(self.orders, sought) - NEIGHBOURS // 2, 0, len(self.orders) - count)
+        near = first[:, None] + np.arange(count)
+        x, y = place(self.orders)[near] - place(sought)[:, None], self.logarithms[near]
+        y = np.minimum(y, np.median(y, axis=1, keepdims=True) + CUT)
+        middle = np.mean(x, axis=1)
+        off = x - middle[:, None]
+        spread = np.sum(off * off, axis=1)
+        slope = np.sum(off * y, axis=1) / spread
+        lever = 1.0 / count + middle * middle / spread
+        return np.exp(np.mean(y, axis=1) - slope * middle), 1.0 / (SCATTER * lever)
 
     def threshold(self, false_alarm: float, trials: int) -> float:
         """Amplitude that noise exceeds at one of so many orders with the given probability: its median."""
         single = -math.expm1(math.log1p(-false_alarm) / trials)
-        looked_at = np.linspace(1, self.highest, min(50, self.highest))
-        levels = [
-            mean * freedom * (single ** (-1.0 / freedom) - 1.0) for mean, freedom in map(self.estimate, looked_at)
-        ]
-        return math.sqrt(float(np.median(levels)))
+        mean, freedom = self.estimates(np.linspace(1, self.highest, min(50, self.highest)))
+        return math.sqrt(float(np.median(mean * freedom * (single ** (-1.0 / freedom) - 1.0))))
 
 
 def noise_floor(runs: Sequence[Any], highest: int, lines: Sequence[int], least: float) -> Floor:
@@ -135,44 +145,10 @@ def noise_floor(runs: Sequence[Any], highest: int, lines: Sequence[int], least: 
     free = np.ones(count, bool)
     for line in lines:
         free &= np.abs(orders - line) > min(CLOSE * spacing, 0.5) - 1e-6
-    return Floor(orders[free], powers[free], highest, samples, 4.0 * least / samples)
+    return Floor(orders[free], powers[free], spacing, highest, samples, 4.0 * least / samples)
 
 
 def probability(ratio: float, freedom: float, trials: int) -> float:
     """Probability that noise exceeds `ratio` times its estimated mean at one of so many orders."""
     single = math.exp(-freedom * math.log1p(ratio / freedom))
     return -math.expm1(trials * math.log1p(-min(single, 1.0 - 1e-16)))
-
-
-def found_orders(
-    residual: Callable[[Sequence[int]], list[Any]], highest: int, false_alarm: float, least: float
-) -> list[int]:
-    """Orders whose power noise alone would reach with a probability below `false_alarm`, over all orders.
-
-    Parameters
-    ----------
-    residual : callable
-        Gives the (angle, residual) of every direction after fitting the orders passed to it.
-    highest : int
-        Highest order looked at.
-    least : float
-        Variance of rounding.
-    """
-    chosen: list[int] = []
-    for _ in range(PASSES):
-        runs = residual(chosen)
-        if sum(float(r @ r) for _, r in runs) <= ROUNDED * least * sum(len(r) for _, r in runs):
-            break
-        floor = noise_floor(runs, highest, chosen, least)
-        P = power(runs, 1.0, highest)
-        P[np.array(chosen, int) - 1] = 0.0
-        hits = [
-            k for k in range(1, highest + 1)
-            if P[k - 1] > 0.0 and floor.false_alarm(k, float(P[k - 1]), highest) < false_alarm
-        ]  # fmt: skip
-        strongest = max((P[k - 1] for k in hits), default=0.0)
-        hits = [k for k in hits if P[k - 1] >= STRONG * strongest]
-        if not hits:
-            break
-        chosen = sorted([*chosen, *hits])
-    return chosen
