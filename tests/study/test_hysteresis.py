@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from canonical import CSF_40_50
+from scipy.optimize import brentq
 
 import strainwave as sw
 from strainwave.numerics import loading
@@ -184,6 +185,81 @@ def test_fit_meets_hysteresis_loss_and_lost_motion(loss, motion):
     assert sw.lost_motion(fit.law, RATED) == pytest.approx(motion * ARCMIN, rel=1e-4)
     assert max(abs(off) for off in fit.misfit.values()) < 0.05
     assert fit.law.first == CSF_40_50
+
+
+def turned(law, x, z, target, sign):
+    """Torsion and z where the torque of a spring beside Bouc-Wen (n = 1, beta = gamma = 1/2, A = 1) is the target.
+
+    Closed form in the direction `sign`: z sign < 0 moves along x until it is 0, then z = x_y (1 - exp(-way/x_y)).
+    """
+    twist = law.second.yield_twist
+
+    def z_at(u):
+        way = sign * (u - x) + sign * z  # after z has come to 0; z >= 0 in this direction is further on its curve
+        if z * sign > 0.0:
+            way = sign * (u - x) - twist * math.log(1.0 - z * sign / twist)
+        return sign * (way if way < 0.0 else twist * (1.0 - math.exp(-way / twist)))
+
+    def missing(u):
+        return float(law.first.torque(u)) + law.second.K * z_at(u) - target
+
+    end = brentq(missing, x, x + sign * 0.1, xtol=1e-16, rtol=1e-14)
+    return end, z_at(end)
+
+
+def measured(law, torque):
+    """Hysteresis loss and the width between the ends, 0 -> +T -> -T -> +T, from the closed form."""
+    top = turned(law, 0.0, 0.0, torque, 1.0)
+    down, bottom = turned(law, *top, 0.0, -1.0), turned(law, *top, -torque, -1.0)
+    up, again = turned(law, *bottom, 0.0, 1.0), turned(law, *bottom, torque, 1.0)
+    return down[0] - up[0], again[0] - bottom[0]
+
+
+def catalogue_hysteresis():
+    """Every different law and hysteresis loss of the catalogue with a rated torque and the limit of the lost motion."""
+    gears = [sw.catalogue.gear(name) for name in sw.catalogue.names()]
+    with_loss = [g for g in gears if g.hysteresis_loss is not None and g.K1 is not None]
+    assert len(with_loss) > 80
+    # CSF gears have no ratings here: the torque T2, at which the slope changes last, stands for full load
+    found = {(g.law, g.hysteresis_loss): (g.rated_torque or g.T2, g.lost_motion) for g in with_loss}
+    return [(*key, *found[key]) for key in sorted(found)]
+
+
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_the_hysteresis_loss_of_every_gear_of_the_catalogue_is_met():
+    """Definition: width of the loop at no torque after rated torque (CHA manual, "hysteresis loss"); 1 or 3 arcmin."""
+    for law, loss, torque, limit in catalogue_hysteresis():
+        fit = sw.fit_hysteresis(law, loss, rated_torque=torque)
+        assert fit.law.first == law
+        assert measured(fit.law, torque)[0] == pytest.approx(loss, rel=1e-4)
+        motion = measured(fit.law, 0.04 * torque)[1]
+        assert fit.lost_motion == pytest.approx(motion, rel=1e-4)
+        assert motion < limit  # "less than 1 arcmin"
+
+
+def test_the_loss_of_shg_25_100_is_met_whatever_its_lost_motion_is():
+    gear = sw.catalogue.gear("SHG-25-100")
+    fit = sw.fit_hysteresis(gear.law, gear.hysteresis_loss, rated_torque=gear.rated_torque)
+    assert measured(fit.law, gear.rated_torque)[0] == pytest.approx(ARCMIN, rel=1e-4)
+    assert "lost motion" not in fit.misfit
+    # as gradual an element as K 4.5e4 N*m/rad, yield .1 mrad, whose loop is nearly that wide
+    other = sw.Parallel(gear.law, sw.BoucWen(4.5e4, 0.0, 1e-4))
+    assert sw.hysteresis_loop(other, gear.rated_torque).loss == pytest.approx(
+        measured(other, gear.rated_torque)[0], rel=1e-6
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.interpreted
+@pytest.mark.parametrize("motion", [0.05, 0.57])
+def test_the_loss_of_shg_25_100_is_met_with_every_lost_motion_that_the_spring_lets(motion):
+    # 0.08 * 87 N*m / 3.1e4 N*m/rad = 0.77 arcmin is the lost motion of the spring alone
+    gear = sw.catalogue.gear("SHG-25-100")
+    fit = sw.fit_hysteresis(gear.law, gear.hysteresis_loss, motion * ARCMIN, rated_torque=gear.rated_torque)
+    assert measured(fit.law, gear.rated_torque)[0] == pytest.approx(ARCMIN, rel=1e-3)
+    assert measured(fit.law, 0.04 * gear.rated_torque)[1] == pytest.approx(motion * ARCMIN, rel=1e-3)
+    assert abs(fit.misfit[f"torsion at {gear.T1:g} N*m"]) > 0.05  # the corner is rounded, and that is told
 
 
 @pytest.mark.slow

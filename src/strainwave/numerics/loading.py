@@ -9,8 +9,7 @@ import numpy as np
 
 from .._dispatch import depends, states_of, torque_of, z_rate_of
 from ..results import Floats, SolveError
-from .brackets import bracketed_root
-from .operating_point import first_reached, operating_point
+from .operating_point import first_reached, operating_point, root_between
 
 SAMPLES = 400  # of a path
 SPEED = 1e-9  # torsion rate [rad/s]
@@ -159,5 +158,4 @@ class _Path(NamedTuple):
         low, high = (float(place[0]) for place in first_reached(missing, np.linspace(0.0, end, SAMPLES)[:, None]))
         if math.isnan(high):
             return end, reached
-        root = high if low == high else bracketed_root(lambda s: float(missing(s)), low, high, xtol=1e-16 * end)
-        return root, True
+        return root_between(lambda s: float(missing(s)), low, high, xtol=1e-16 * end), True

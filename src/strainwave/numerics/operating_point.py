@@ -44,7 +44,7 @@ def operating_point(law: Any, mean: float) -> float:
     if math.isnan(high):
         at, missed = _largest(lambda x: way.toward * missing(x), way.places)
         raise ValueError(too_much(law, mean, mean + float((way.toward * missed)[0]), float(at[0])))
-    return high if low == high else bracketed_root(lambda x: float(missing(x)), low, high, xtol=1e-300)
+    return root_between(lambda x: float(missing(x)), low, high, xtol=1e-300)
 
 
 def operating_points(law: Any, mean: Any, wave: Any = 0.0) -> Floats:
@@ -122,6 +122,11 @@ def first_reached(f: Function, places: Floats, slack: Any = 0.0) -> tuple[Floats
             tops[j - 1, lanes] = False
             tops[:, good] = False
     return low, high
+
+
+def root_between(f: Callable[[float], float], low: float, high: float, *, xtol: float) -> float:
+    """Root in what `first_reached` gives: `high` where that is no bracket, at a summit or by rounding."""
+    return high if f(low) * f(high) >= 0.0 else bracketed_root(f, low, high, xtol=xtol)
 
 
 class _Way(NamedTuple):
