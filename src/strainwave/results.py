@@ -113,6 +113,8 @@ class Trajectory:
             f"  status: {self.message}"
         )
 
+    __repr__ = __str__
+
 
 @dataclass(frozen=True, eq=False)
 class Orbit:
@@ -180,6 +182,8 @@ class Orbit:
             f"  {'stable' if self.stable else 'unstable'}: largest multiplier {modulus:.6g}\n"
             f"  {len(self.coefficients) // 2} harmonics, tail {self.tail:.1e}; {self.message}"
         )
+
+    __repr__ = __str__
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,6 +265,8 @@ class Branch:
             f"  {int(np.sum(self.stable))} of {len(self)} points stable\n"
             f"  {self.coefficients.shape[1] // 2} harmonics, tail {self.tail:.1e}; {self.message}"
         )
+
+    __repr__ = __str__
 
 
 class atomic:

@@ -84,7 +84,13 @@ def test_remedies_are_those_of_the_closed_form():
     response = exact_response(SYSTEM, speeds)
     avoid = speeds_to_avoid(SYSTEM, response, POINT)
     loads = ((0.1, SYSTEM._replace(J=1.1 * J)),)
-    found = {remedy.what: remedy for remedy in remedies(SYSTEM, response, avoid, speeds, 100.0, loads=loads)}
+    told = []
+    tried = remedies(SYSTEM, response, avoid, speeds, 100.0, loads=loads, progress=told.append)
+    found = {remedy.what: remedy for remedy in tried}
+    assert told == [
+        "damping of the gear, +10%", "stiffness of the gear, +10%", "kinematic error of order 2, -10%",
+        "inertia of the load, +10%",
+    ]  # fmt: skip
     fine = np.linspace(*speeds, 20001)
     before = np.max(transmissibility(fine))
     damped, stiff = transmissibility(fine, 1.1 * ZETA), transmissibility(fine, ZETA / 1.1**0.5, 1.1**0.5 * OMEGA_0)

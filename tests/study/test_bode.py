@@ -1,5 +1,7 @@
 """Bode plots against the transfer functions of two inertias, and at amplitude against the error equation."""
 
+import math
+
 import numpy as np
 import pytest
 from canonical import PLAIN_TRAIN
@@ -104,3 +106,15 @@ def test_large_amplitude_has_the_torsion_of_the_error_equation():
 def test_bad_input_is_told_in_one_sentence(call, sentence):
     with pytest.raises(ValueError, match=sentence):
         call()
+
+
+def test_a_bode_plot_prints_as_a_summary_not_as_its_numbers():
+    plot = sw.bode(sw.HDC_40_050.train(), np.geomspace(1.0, 1000.0, 240))
+    assert len(str(plot).splitlines()) <= 5
+    assert repr([plot]) == f"[{plot}]"
+    # free-free: sqrt(K/J) with J = N^2 J_m J_l/(N^2 J_m + J_l), and damping B/(2 sqrt(K J))
+    drive = sw.HDC_40_050
+    both = drive.N**2 * drive.J_m
+    J = both * drive.J_l / (both + drive.J_l)
+    K = float(drive.law.stiffness(0.0))
+    assert f"{math.sqrt(K / J):.6g} rad/s (damping ratio {drive.B / (2.0 * math.sqrt(K * J)):.3g})" in str(plot)

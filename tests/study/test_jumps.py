@@ -1,9 +1,12 @@
 """What a run-up and a run-down do: jump frequencies, landings, and a simulated sweep beside them."""
 
 import math
+from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import strainwave as sw
 
@@ -124,3 +127,86 @@ def test_a_sweep_goes_through_a_period_doubling_and_jumps_at_the_fold():
         peaks[omega] = sw.simulate(here, y, 2 * turn).peak()
     *before, after = peaks.values()
     assert max(before) < 2.0 < 3.0 < after
+
+
+TWO_LINES = sw.Oscillator(
+    1.0, 0.05, sw.Cubic(1.0, 0.3), sw.Harmonic(0.0), 1.0, sw.KinematicError((sw.Line(1, 0.04), sw.Line(2, 0.04)))
+)
+
+
+@pytest.mark.interpreted
+def test_two_bands_have_each_their_own_pair_of_jumps():
+    """Slow sweeps by RK4 in C drop at 0.54217(13) and 1.0857(3), and rise at 0.53116(13) and 1.0630(3)."""
+    told = sw.jumps(sw.frequency_response(TWO_LINES, (0.4, 1.4)))
+    first, second = told.bands
+    assert (first.jump_up, second.jump_up) == pytest.approx((0.53116, 1.0630), rel=6e-4)
+    assert (first.jump_down, second.jump_down) == pytest.approx((0.54217, 1.0857), rel=1e-3)
+    for band in told.bands:
+        assert (band.low, band.high, band.whole) == (band.jump_up, band.jump_down, True)
+        assert [len(jumps) for jumps in (band.on_run_up, band.on_run_down)] == [1, 1]
+    assert (told.jump_up, told.jump_down) == (second.jump_up, second.jump_down)  # whose jump is the largest
+    assert told.width == second.high - second.low < 0.03
+    assert str(told).count("Hysteresis") == 2
+
+
+def settled(omega, y):
+    """Largest |x| of the motion that follows y by DOP853, and its state 60 periods later."""
+    error = TWO_LINES.error
+
+    def rates(t, y):
+        x, v = y[0] - error.value(omega * t), y[1] - omega * error.slope(omega * t)
+        return y[1], -0.05 * v - x - 0.3 * x**3
+
+    turn = 2.0 * math.pi / omega
+    far = solve_ivp(rates, (0.0, 60 * turn), y, method="DOP853", rtol=1e-8).y[:, -1]
+    return np.max(np.abs(solve_ivp(rates, (0.0, turn), far, method="DOP853", rtol=1e-8, max_step=turn / 200).y[0])), far
+
+
+@pytest.mark.slow
+def test_between_two_bands_an_integrated_run_up_and_run_down_are_on_one_motion():
+    speeds, apart = (0.52, 0.536, 0.55, 0.8, 1.0, 1.05, 1.074, 1.1), {}
+    for order in (speeds, speeds[::-1]):
+        y = (0.0, 0.0)
+        for omega in order:
+            peak, y = settled(omega, y)
+            apart.setdefault(omega, []).append(peak)
+    differ = {omega for omega, (up, down) in apart.items() if abs(up / down - 1.0) > 0.01}
+    told = sw.jumps(sw.frequency_response(TWO_LINES, (0.4, 1.4)))
+    assert differ == {w for w in speeds if any(band.low < w < band.high for band in told.bands)} == {0.536, 1.074}
+
+
+@pytest.mark.parametrize(("span", "ends"), [((0.4, 0.537), "high"), ((0.536, 0.9), "low")])
+def test_a_band_that_the_range_cuts_ends_with_it(span, ends):
+    told = sw.jumps(sw.frequency_response(TWO_LINES, span))
+    (band,) = told.bands
+    assert getattr(band, ends) == span[ends == "high"]
+    assert not band.whole
+    assert band.width == told.width == 0.0
+    assert "outside the range" in str(told)
+
+
+def drawn(path, points=40):
+    """An open branch through corners (omega, peak, stable towards the next one)."""
+    corners = [np.array(corner[:2]) for corner in path]
+    pieces = [a + np.linspace(0.0, 1.0, points)[:, None] * (b - a) for a, b in pairwise(corners)]
+    line = np.concatenate([piece[1:] if i else piece for i, piece in enumerate(pieces)])
+    stable = np.repeat([corner[2] for corner in path[:-1]], [len(p) - (i > 0) for i, p in enumerate(pieces)])
+    folds = [SimpleNamespace(value=c[0], label="fold") for c in corners[1:-1]]
+    return SimpleNamespace(
+        parameter="omega", values=line[:, 0], peak=line[:, 1], stable=stable, folds=folds, doublings=[],
+        branch_points=[], multipliers=np.zeros((len(line), 0)), closed=False,
+    )  # fmt: skip
+
+
+def test_bands_that_overlap_have_each_a_jump_and_its_way_back():
+    branch = drawn([(0, 1, True), (4, 2, False), (1, 3, True), (6, 4, False), (3, 5, True), (9, 6, True)])
+    told = sw.jumps(branch)
+    assert [(band.low, band.high) for band in told.bands] == [(1.0, 4.0), (3.0, 6.0)]
+
+
+def test_a_sweep_that_passes_over_a_motion_of_the_other_one_has_one_band_with_three_jumps():
+    # up: from the lowest motion at 6 to the highest one; down: at 3 to the middle one, which ends at 1
+    branch = drawn([(0, 1, True), (6, 2, False), (1, 3, True), (4, 4, False), (3, 5, True), (9, 6, True)])
+    (band,) = sw.jumps(branch).bands
+    assert (band.low, band.high, band.whole) == (1.0, 6.0, True)
+    assert ([j.value for j in band.on_run_up], [j.value for j in band.on_run_down]) == ([6.0], [3.0, 1.0])

@@ -4,9 +4,12 @@ import json
 import math
 import sys
 from collections.abc import Iterable, Sequence
+from threading import Event, Thread
+from time import monotonic
 from types import TracebackType
 from typing import Any
 
+EVERY = 10.0  # seconds after which a stage that goes on is told again
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 # What x is, wherever a command or the report shows it: short beside a number, whole once.
 BETWEEN = "between motor and load"
@@ -16,11 +19,12 @@ WHAT_X_IS = (
 
 
 class Progress:
-    """Progress of one run on stderr: a bar on a terminal, one plain line per stage elsewhere."""
+    """Progress of one run on stderr: a bar on a terminal, one plain line per stage and every 10 s of it elsewhere."""
 
     def __init__(self, title: str) -> None:
         self.title = title
-        self.stage = ""
+        self.stage, self.begun = "", monotonic()
+        self.over = Event()
         self.bar: Any = None
         self.task: Any = None
 
@@ -34,11 +38,20 @@ class Progress:
             self.bar = Bar(*columns, console=Console(stderr=True), transient=True)
             self.task = self.bar.add_task(self.title, total=1.0)
             self.bar.start()
+        else:
+            Thread(target=self._repeat, daemon=True).start()
         return self
+
+    def _repeat(self) -> None:
+        while not self.over.wait(EVERY):
+            took = monotonic() - self.begun
+            if self.stage and took >= EVERY:
+                print(f"{self.title}: {self.stage}, {took:.0f} s so far", file=sys.stderr, flush=True)
 
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.over.set()
         if self.bar is not None:
             self.bar.stop()
 
@@ -48,7 +61,8 @@ class Progress:
             self.bar.update(self.task, completed=share, description=f"{self.title}: {stage}")
         elif stage != self.stage:
             print(f"{self.title}: {stage}", file=sys.stderr, flush=True)
-        self.stage = stage
+        if stage != self.stage:
+            self.stage, self.begun = stage, monotonic()
 
 
 def number(value: float | str | bool | None, digits: int = 4) -> str:

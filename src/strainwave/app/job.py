@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..study.analysis import Analysis, analysis_steps
+from ..study.analysis import Analysis, analyze
 from ..study.remedies import CHANGE
 from .console import Progress, to_json
 from .output import staged
@@ -29,7 +29,7 @@ def analyse(project: Project, folder: Path) -> dict[str, Any]:
 def _analysis(project: Project, progress: Progress) -> Analysis:
     system = project.system(project.omega[0], reduced=True)
     by_motor = project.shaft != "forcing"
-    steps = analysis_steps(
+    return analyze(
         system,
         project.omega,
         is_range=project.is_range,
@@ -39,12 +39,8 @@ def _analysis(project: Project, progress: Progress) -> Analysis:
         rated_torque=project.rated_torque,
         limit=project.limit,
         loads=tuple((share, _with_load(project, share)) for share in (CHANGE, -CHANGE)),
+        progress=progress.show,
     )
-    for step in steps:
-        if isinstance(step, Analysis):
-            return step
-        progress.show(*step)
-    raise AssertionError("the steps end with the analysis")
 
 
 def _with_load(project: Project, share: float) -> Any:

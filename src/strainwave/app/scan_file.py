@@ -45,6 +45,15 @@ class ScanFile:
     backward: Floats | None
     last: int
 
+    def __str__(self) -> str:
+        each = "each direction" if self.backward is not None else "one direction"
+        return (
+            f"Scan file: {len(self.angle)} samples in {each}, {self.angle[0]:.6g} .. {self.angle[-1]:.6g} rad\n"
+            f"  error {np.min(self.error):.4g} .. {np.max(self.error):.4g} rad"
+        )
+
+    __repr__ = __str__
+
 
 class Column(NamedTuple):
     """A column of the file: its name, its place, the factor to radians."""

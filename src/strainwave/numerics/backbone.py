@@ -65,6 +65,8 @@ class Backbone:
             f"  {self.coefficients.shape[1] // 2} harmonics, tail {self.tail:.1e}; {self.message}"
         )
 
+    __repr__ = __str__
+
 
 def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None) -> Backbone:
     """Find the free undamped vibrations of given amplitudes about the operating point of the mean torque.

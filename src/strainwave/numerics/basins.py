@@ -96,6 +96,8 @@ class Basins:
                 lines.append(f"  {p:.4f} +- {error:.4f}  {name}")
         return "\n".join(lines)
 
+    __repr__ = __str__
+
 
 def basins(
     system: Any,

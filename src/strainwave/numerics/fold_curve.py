@@ -85,6 +85,8 @@ class FoldCurve:
             f"  cusps: {cusps}\n  {self.message}"
         )
 
+    __repr__ = __str__
+
 
 def fold_curve(
     system: Any,

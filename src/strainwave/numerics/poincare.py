@@ -49,6 +49,8 @@ class PoincareSection:
         spans = ", ".join(f"{a:.5g} .. {b:.5g}" for a, b in zip(low, high, strict=True))
         return f"Poincare section at {self.section}: {len(self.t)} points, states {spans}"
 
+    __repr__ = __str__
+
 
 def poincare_section(
     system: Any,
@@ -185,6 +187,8 @@ class OrbitDiagram:
             )
             lines.append(f"  {name}: {counts}")
         return "\n".join(lines)
+
+    __repr__ = __str__
 
 
 def orbit_diagram(

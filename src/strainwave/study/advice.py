@@ -1,5 +1,6 @@
 """What an engineer is told to do: the speeds to avoid, and what would make the error smaller."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,6 +9,7 @@ from .avoid import Avoid, Motions, speeds_to_avoid
 from .exact import ExactResponse
 from .regimes import OperatingPoint
 from .remedies import Remedy, remedies
+from .runup import silent
 
 
 @dataclass(frozen=True)
@@ -29,9 +31,15 @@ def advise(
     limit: float | None = None,
     loads: tuple[tuple[float, Any], ...] = (),
     passed: Motions | None = None,
+    progress: Callable[[str], None] = silent,
 ) -> Advice | None:
-    """`speeds_to_avoid` and, where there are any, `remedies`; None where no motion is stable."""
+    """`speeds_to_avoid` and, where there are any, `remedies`; None where no motion is stable.
+
+    `progress` is told every change before it is tried.
+    """
     avoid = speeds_to_avoid(system, response, point, limit, passed)
     if avoid is None:
         return None
-    return Advice(avoid, remedies(system, response, avoid, speeds, torque, train, loads) if avoid.bands else ())
+    if not avoid.bands:
+        return Advice(avoid, ())
+    return Advice(avoid, remedies(system, response, avoid, speeds, torque, train, loads, progress))

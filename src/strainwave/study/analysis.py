@@ -1,6 +1,6 @@
 """The whole analysis of a drive: stability, resonances, response through the speed range, single speeds in time."""
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,7 +25,7 @@ from .gear_forces import loses_energy
 from .reductions import refuse_free
 from .regime_tops import with_tops
 from .regimes import OperatingPoint, Regime, operating_point, regimes
-from .runup import RunUp, run_up
+from .runup import RunUp, run_up, silent
 from .swept import response_through
 from .time_case import TimeCase, time_case
 from .train_curve import TrainCurve, train_curve
@@ -109,6 +109,7 @@ def analyze(
     rated_torque: float | None = None,
     limit: float | None = None,
     loads: tuple[tuple[float, Any], ...] = (),
+    progress: Callable[[str, float], None] = silent,
 ) -> Analysis:
     """Analyse a drive over a range of speeds, or at single ones.
 
@@ -132,6 +133,8 @@ def analyze(
         Largest oscillation of the error [rad] that the drive may have, for the speeds to avoid.
     loads : tuple of (float, system), optional
         Relative changes of the load's inertia, each with the error equation that it leads to, for what would help.
+    progress : callable
+        Told before every step what is done now, and the share of the work that is done; default: nobody.
 
     Raises
     ------
@@ -140,79 +143,60 @@ def analyze(
     SolveError
         If the law cannot carry the mean torque, or no simulation finishes.
     """
-    steps = analysis_steps(
-        system, speeds, is_range=is_range, gear=gear, by_motor=by_motor, train=train, rated_torque=rated_torque,
-        limit=limit, loads=loads,
-    )  # fmt: skip
-    for step in steps:
-        if isinstance(step, Analysis):
-            return step
-    raise AssertionError("the steps end with the analysis")
-
-
-def analysis_steps(
-    system: Oscillator | VaryingOscillator,
-    speeds: tuple[float, ...],
-    *,
-    is_range: bool = True,
-    gear: Gear | None = None,
-    by_motor: bool = True,
-    train: DriveTrain | None = None,
-    rated_torque: float | None = None,
-    limit: float | None = None,
-    loads: tuple[tuple[float, Any], ...] = (),
-) -> Iterator[tuple[str, float] | Analysis]:
-    """Do the work of `analyze` in steps; yields (what is being done, finished share), at the end the `Analysis`."""
     if train is not None:
         refuse_free(train)
     limits = (speeds[0], speeds[-1]) if is_range else (0.8 * speeds[0], 1.2 * speeds[-1])
     system = system._replace(omega=0.5 * (limits[0] + limits[1]))
-    yield "operating point and stability", 0.0
+    progress("operating point and stability", 0.0)
     point = operating_point(system)
     stability = _proof(system, point)
-    yield "exact response", 0.02
+    progress("exact response", 0.02)
     exact = response_through(system, limits)
-    yield "resonances by multiple scales", 0.2
+    progress("resonances by multiple scales", 0.2)
     found = regimes(system, point, limits)
     narrow = [regime for regime in found if _narrow(regime, exact)]
-    close = {regime.resonance: response_through(system, regime.band(), FINE) for regime in narrow}
+    close = {}
+    for near in narrow:
+        progress(f"exact response around the {near.name}", 0.3)
+        close[near.resonance] = response_through(system, near.band(), FINE)
     found = with_tops(found, system, exact, close)
-    sweep: RunUp | None = None
-    for step in run_up(system, limits, exact, point):
-        if isinstance(step, RunUp):
-            sweep = step
-        else:
-            yield "run-up and coast-down", 0.4 + 0.2 * step
-    if sweep is None:
-        raise AssertionError("a run-up ends with its result")
+    sweep = run_up(system, limits, exact, point, lambda share: progress("run-up and coast-down", 0.4 + 0.2 * share))
     if not any(motion.status for motion in (*sweep.up, *sweep.down)):
         raise SolveError(f"no simulated speed reached a steady motion: {sweep.up[0].message}")
     chosen = speeds_in_time(found, sweep, limits, () if is_range else speeds)
     cases = []
     for i, (name, omega, regime) in enumerate(chosen):
-        yield f"{name} in time", 0.6 + 0.4 * i / len(chosen)
+        progress(f"{name} in time", 0.6 + 0.2 * i / len(chosen))
         resonance = NONRESONANT if regime is None else regime.resonance
         cases.append(time_case(name, system._replace(omega=omega), resonance, point))
     curve = None
     if train is not None:
-        yield "whole drive train", 0.95
+        progress("whole drive train", 0.8)
         curve = train_curve(train, limits)
     motions = (*sweep.up, *sweep.down, *(case.steady for case in cases))
     used = usage(system, exact, motions) if curve is None else curve.usage
-    study = None if train is None else train_study(train, system, limits, curve, exact, point, gear)
+    study = None
+    if train is not None:
+        study = train_study(
+            train, system, limits, curve, exact, point, gear, lambda part: progress(f"whole drive train: {part}", 0.85)
+        )
     if study is not None and study.run is not None:
         used = with_run(used, study.run, study.begin)
     passed = () if gear is None else limit_findings(gear, used, speeds[-1] if by_motor else None)
     said = _warnings(system, point, exact, sweep, tuple(cases))
+    progress("hysteresis and varying stiffness", 0.88)
     beyond = study_beyond(system, limits, largest_torque=used.peak_torque, rated_torque=rated_torque, study=study)
     if study is not None and study.left_out is not None:
         said += (study.left_out.sentence(),)
-    yield "what would help", 0.98
+    progress("what would help", 0.9)
     about = exact if curve is None else curve.response
     whole = None if curve is None else train
     ramp = None if study is None or study.run is None or not study.run_alone else in_run(study.run, study.begin)
-    advice = advise(system, about, point, limits, used.peak_torque, whole, limit=limit, loads=loads, passed=ramp)
-    yield Analysis(
+    advice = advise(
+        system, about, point, limits, used.peak_torque, whole, limit=limit, loads=loads, passed=ramp,
+        progress=lambda what: progress(f"what would help: {what}", 0.9),
+    )  # fmt: skip
+    return Analysis(
         system, limits, point, stability, found, exact, close, sweep, tuple(cases), used, passed, beyond, advice, said
     )
 

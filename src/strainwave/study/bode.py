@@ -60,6 +60,26 @@ class Bode:
         """Phase (n,) in degrees of the speed of a shaft, continuous along the frequencies."""
         return np.asarray(np.unwrap(np.angle(self._of(shaft))) * 180.0 / pi)
 
+    def __str__(self) -> str:
+        how = f"amplitude {self.amplitude:g} N*m" if self.amplitude else "linear"
+        lines = [
+            f"Bode: {len(self.omega)} frequencies, {self.omega[0]:.6g} .. {self.omega[-1]:.6g} rad/s, torque on the "
+            f"{self.source}, {how}"
+        ]
+        for shaft, size in (("motor", self.decibels("motor")), ("load", self.decibels("load"))):
+            if np.any(np.isfinite(size)):
+                top = int(np.nanargmax(size))
+                lines.append(f"  {shaft}: at most {size[top]:.4g} dB, at {self.omega[top]:.6g} rad/s")
+            else:
+                lines.append(f"  {shaft}: held")
+        waves = sorted({(abs(p), -p.real / abs(p)) for p in self.poles.tolist() if p.imag > 0.0})
+        modes = ", ".join(f"{w:.6g} rad/s (damping ratio {zeta:.3g})" for w, zeta in waves)
+        fastest = np.max(self.poles.real, initial=-np.inf)
+        lines.append(f"  modes: {modes or 'none that oscillates'}; fastest growth {fastest:.4g} 1/s")
+        return "\n".join([*lines, *(f"  {message}" for message in self.messages[:1])])
+
+    __repr__ = __str__
+
     def _of(self, shaft: str) -> Complexes:
         if shaft not in SHAFTS:
             raise ValueError(f"shaft is {shown(shaft)}; it must be 'motor' or 'load'")

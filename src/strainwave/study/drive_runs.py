@@ -122,6 +122,8 @@ class DriveRun:
             f"  heat [J]: {heat}\n  energy balance to {self.imbalance:.1e}; {self.trajectory.message}"
         )
 
+    __repr__ = __str__
+
 
 def drive_run(
     train: DriveTrain,

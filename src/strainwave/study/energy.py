@@ -63,6 +63,8 @@ class EnergyBalance:
             f"(closed to {self.closure:.1e})"
         )
 
+    __repr__ = __str__
+
 
 def energy_balance(
     system: Any, start: Orbit | ArrayLike, duration: float | None = None, *, rtol: float = 1e-12

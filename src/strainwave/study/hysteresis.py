@@ -41,6 +41,15 @@ class HysteresisLoop:
     span: float
     energy: float
 
+    def __str__(self) -> str:
+        return (
+            f"Hysteresis loop: {np.max(self.torque):.6g} N*m to {np.min(self.torque):.6g} N*m and back\n"
+            f"  hysteresis loss {self.loss:.4g} rad of {self.span:.4g} rad from end to end\n"
+            f"  {self.energy:.4g} J dissipated in a cycle"
+        )
+
+    __repr__ = __str__
+
     def middle(self, torque: float) -> float:
         """Torsion [rad] midway between unloading and loading at a torque [N*m] inside the loop."""
         n = len(self.torque) // 3

@@ -105,11 +105,12 @@ def told_bands(parameter: str, bands: tuple[HysteresisBand, ...]) -> str:
     """Width and ends of every band in words."""
     if not bands:
         return "No hysteresis."
-    told = [
-        f"Hysteresis {band.width:.6g} wide, from {parameter} = {band.low:.9g} to {band.high:.9g}."
-        if band.whole
-        else f"Between {parameter} = {band.low:.9g} and {band.high:.9g} both sweeps are on different motions, and the "
-        f"jump of {'the other' if band.on_run_up or band.on_run_down else 'either'} direction lies outside the range."
-        for band in bands
-    ]
+    told = []
+    for band in bands:
+        ends = f"{parameter} = {band.low:.9g} to {band.high:.9g}"
+        if band.whole:
+            told.append(f"Hysteresis {band.width:.6g} wide{f', from {ends}' if len(bands) > 1 else ''}.")
+            continue
+        missing = "The jump of the other direction lies" if band.on_run_up or band.on_run_down else "Both jumps lie"
+        told.append(f"The sweeps are on different motions from {ends}. {missing} outside the range.")
     return " ".join(told)

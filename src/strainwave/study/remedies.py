@@ -1,6 +1,6 @@
 """What would make the error smaller: its peak computed again with one thing changed by 10 % at a time."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +21,7 @@ from .avoid import Avoid, oscillations
 from .exact import PLAIN_RUNS, ExactResponse
 from .gear_forces import settling_time
 from .regimes import operating_point
+from .runup import silent
 from .steady import settle
 from .train_curve import largest_oscillation, series_of
 
@@ -62,6 +63,7 @@ def remedies(
     torque: float,
     train: DriveTrain | None = None,
     loads: tuple[tuple[float, Any], ...] = (),
+    progress: Callable[[str], None] = silent,
 ) -> tuple[Remedy, ...]:
     """Compute the peak again with one thing changed by 10 % at a time; the most helpful first.
 
@@ -79,6 +81,8 @@ def remedies(
         The train that the curve belongs to, in place of the error equation.
     loads : tuple of (float, system)
         Relative changes of the load's inertia, each with the error equation that it leads to; of a train they follow.
+    progress : callable
+        Told every change before it is tried.
     """
     sweep = response.sweep
     around = [] if sweep is None else [band for band in sweep.bands if band.low <= avoid.at <= band.high]
@@ -92,6 +96,7 @@ def remedies(
     found = []
     at = response.visited()[np.argmax(oscillations(response.curve)[response.visited()])]
     for what, share, by, changed in _changes(system, train, CHANGE * torque, response.curve.coefficients[at], loads):
+        progress(f"{what}, {share:+.0%}" if share else what)
         after = _peak(*changed, band, harmonics)
         if after is not None:
             found.append(Remedy(what, share, by, after[1] / before, after[0]))

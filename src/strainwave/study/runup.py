@@ -5,7 +5,7 @@ ends on a motion that a closed orbit of the integrated equation confirms.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +23,10 @@ CHECKS, BEYOND = 8, 4  # speeds per direction on the curve, and where the curve 
 NEAR_FOLD = 0.003  # relative distance in speed within which motions settle too slowly to be a check
 LONGER = 3  # times as long for a motion that does not close yet
 TOLERANCE = Dopri5(rtol=1e-8, atol=1e-13)
+
+
+def silent(*_: Any) -> None:
+    """Progress of which nobody is told."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +59,13 @@ class RunUp:
 
 
 def run_up(
-    system: Any, speeds: tuple[float, float], exact: ExactResponse, point: OperatingPoint
-) -> Iterator[RunUp | float]:
-    """Simulate up and down; yields the finished share after each speed, and the `RunUp` at the end.
+    system: Any,
+    speeds: tuple[float, float],
+    exact: ExactResponse,
+    point: OperatingPoint,
+    progress: Callable[[float], None] = silent,
+) -> RunUp:
+    """Simulate up and down; `progress` is told the finished share after each speed.
 
     Parameters
     ----------
@@ -78,12 +86,12 @@ def run_up(
             here = system._replace(omega=omega)
             rest = motions[-1].end if motions and motions[-1].status and loses_energy(system) else point.start
             motions.append(_settled(here, rest if start is None else (*_state(exact.curve, start), *rest[2:])))
-            yield share + 0.5 * len(motions) / len(visits)
+            progress(share + 0.5 * len(motions) / len(visits))
         peaks = np.array([math.nan if at is None else exact.curve.peak[at] for _, _, at in visits])
         order = slice(None) if upwards else slice(None, None, -1)
         sides.append((tuple(motions[order]), peaks[order]))
     (up, curve_up), (down, curve_down) = sides
-    yield RunUp(up, down, curve_up, curve_down)
+    return RunUp(up, down, curve_up, curve_down)
 
 
 def _visits(

@@ -1,5 +1,6 @@
 """The whole drive train beside its error equation: Bode plot, steady motions, and a run-up with its energies."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -18,6 +19,7 @@ from .exact import ExactResponse
 from .gear_forces import damping_of
 from .reductions import Reductions, compare_with_train
 from .regimes import OperatingPoint
+from .runup import silent
 from .train_curve import TrainCurve
 from .train_point import operating_state, with_mean_torques
 
@@ -86,6 +88,7 @@ def train_study(
     exact: ExactResponse,
     point: OperatingPoint,
     gear: Gear | None = None,
+    progress: Callable[[str], None] = silent,
 ) -> TrainStudy:
     """Study a drive train over a range of motor speeds [rad/s].
 
@@ -101,11 +104,14 @@ def train_study(
         Response of the error equation over the range, and its equilibrium.
     gear : Gear, optional
         Record whose limits the run-up is compared with.
+    progress : callable
+        Told every part before it is computed.
     """
     low, high = speeds
     top = max(1, *system.orders()) if system.orders() else 1
     worst, highest = _loudest(exact, speeds), high if curve is None else _loudest(curve.response, speeds)
     speed = worst if curve is None else highest
+    progress("modes and Bode plot")
     state, remarks = _operating_state(train, speed, (point.x, *point.z))
     if spring_stiffness(train.law, point.x) < point.stiffness * (1.0 - 1e-9):
         remarks.append("Modes and Bode plot are those of small vibrations, before the hysteresis yields.")
@@ -117,9 +123,11 @@ def train_study(
     if isinstance(train.motor.control, Free):
         remarks.append("A free motor follows its torque, not a speed: there is no run-up to prescribe; give it a loop.")
         at = np.array([w for w in (0.5 * worst, worst) if low <= w <= high])
+        progress("comparison with the error equation")
         left_out = compare_with_train(train, system, None, at, min(MOST_HARMONICS, max(top + 2, 4 * top)))
         whole, reduced = left_out.exact, left_out.free
     else:
+        progress("run-up")
         run, begin = _run_up(train, system, speeds, top, gear)
         if any(h.amplitude for torque in _torques(train) for h in getattr(torque, "terms", (torque,))):
             remarks.append("The run-up has the mean torques; lines of a torque, which follow an angle, are left out.")

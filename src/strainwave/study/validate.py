@@ -51,6 +51,18 @@ class Comparison:
     theory: Evolution
     integrated: Trajectory
 
+    def __str__(self) -> str:
+        first, last = self.window
+        parts = ", ".join(f"{k} omega: {a:.4g} and {b:.4g}" for k, (a, b) in self.harmonics.items())
+        return (
+            f"Comparison of multiple scales and integration, {self.resonance}, {first:g} .. {last:.6g} s\n"
+            f"  rms of the difference {self.rms_difference:.3g} of the integrated solution\n"
+            f"  largest |x| {self.peak_theory:.6g} rad and {self.peak_integrated:.6g} rad\n"
+            f"  amplitudes [rad] {parts or 'none'}"
+        )
+
+    __repr__ = __str__
+
     @property
     def t(self) -> Floats:
         """Times [s] of both solutions."""

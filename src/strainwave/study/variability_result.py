@@ -55,6 +55,11 @@ class SpeedSpread:
         """A quiet and a loud group of peaks, as where two motions coexist; None where the peaks are one group."""
         return two_groups(self.peak[np.isfinite(self.peak)])
 
+    def __str__(self) -> str:
+        return "\n".join(line[2:] for line in _speed_lines(self))
+
+    __repr__ = __str__
+
 
 @dataclass(frozen=True, eq=False)
 class JumpSpread:
@@ -67,7 +72,7 @@ class JumpSpread:
     shares : (quantiles,) array
         Shares of the drives that jump.
     up, down : (followed,) arrays
-        Where the peak jumps up and where it drops.
+        Where the peak jumps up and where it drops; of several hysteresis bands in that with the largest jump.
     failed : int
         Drives whose curve could not be followed or has no stable orbit.
     """
@@ -77,6 +82,11 @@ class JumpSpread:
     up: Floats
     down: Floats
     failed: int
+
+    def __str__(self) -> str:
+        return "\n".join(line[2:] for line in _jump_lines(self))
+
+    __repr__ = __str__
 
     def quantiles(self) -> tuple[Floats, Floats]:
         """Quantiles of the speeds of the jumps up and down; nan where no drive jumps."""
@@ -119,6 +129,13 @@ class Band:
     def without(self) -> int:
         """How many drives have no natural frequency; the probabilities count them as drives without a resonance."""
         return int(np.count_nonzero(np.isnan(self.natural)))
+
+    def __str__(self) -> str:
+        p, error = self.probability()
+        each = ", ".join(f"order {k}: {self.probability(k)[0]:.4f}" for k in self.inside)
+        return f"resonance at {self.low:g} .. {self.high:g} rad/s: probability {p:.4f} +- {error:.4f} ({each})"
+
+    __repr__ = __str__
 
     def probability(self, order: int | None = None) -> tuple[float, float]:
         """Probability of a resonance in the range with one order, or with any, and its standard error."""
@@ -194,18 +211,15 @@ class Variability:
         if self.jumps is not None:
             lines += _jump_lines(self.jumps)
         if self.band is not None:
-            p, error = self.band.probability()
-            each = ", ".join(f"order {k}: {self.band.probability(k)[0]:.4f}" for k in self.band.inside)
-            lines.append(
-                f"  resonance at {self.band.low:g} .. {self.band.high:g} rad/s: probability {p:.4f} +- {error:.4f} "
-                f"({each})"
-            )
+            lines.append(f"  {self.band}")
             if self.band.without:
                 lines.append(
                     f"    {self.band.without} drives have no natural frequency and count as without resonance: their "
                     "law does not carry the mean torque, or has no stiffness there"
                 )
         return "\n".join(lines)
+
+    __repr__ = __str__
 
 
 def _speed_lines(spread: SpeedSpread) -> list[str]:

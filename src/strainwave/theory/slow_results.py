@@ -56,6 +56,15 @@ class Evolution:
     x: Floats
     rate: Floats
 
+    def __str__(self) -> str:
+        return (
+            f"Evolution of the slow flow: {len(self.t)} times, {self.t[0]:.6g} .. {self.t[-1]:.6g} s\n"
+            f"  amplitude {self.amplitude[0]:.6g} rad at the start, {self.amplitude[-1]:.6g} rad at the end\n"
+            f"  largest |x| {np.max(np.abs(self.x)):.6g} rad"
+        )
+
+    __repr__ = __str__
+
 
 @dataclass(frozen=True, eq=False)
 class SlowBranch:
@@ -82,6 +91,17 @@ class SlowBranch:
     peak: Floats
     stable: Booleans
     closed: bool
+
+    def __str__(self) -> str:
+        top = int(np.argmax(self.amplitude))
+        return (
+            f"Branch of the slow flow: {len(self.omega)} points{', closed' if self.closed else ''}, "
+            f"{int(np.sum(self.stable))} of them stable\n"
+            f"  omega {np.min(self.omega):.6g} .. {np.max(self.omega):.6g} rad/s, largest amplitude "
+            f"{self.amplitude[top]:.6g} rad at {self.omega[top]:.6g} rad/s"
+        )
+
+    __repr__ = __str__
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +132,12 @@ class SlowResponse:
     peak: tuple[float, float]
     trivial: tuple[tuple[float, bool], ...]
     message: str
+
+    def __str__(self) -> str:
+        folds = ", ".join(f"{omega:.9g}" for omega in self.folds)
+        return f"Slow response: {self.message}\n  folds at omega = {folds or 'none'}"
+
+    __repr__ = __str__
 
     @property
     def omega(self) -> Floats:
@@ -170,3 +196,5 @@ class Certificate:
 
     def __str__(self) -> str:
         return self.sentence
+
+    __repr__ = __str__
