@@ -20,10 +20,16 @@ class Status(Enum):
     DIVERGED = "the solution left every bound; check the sign of damping and stiffness, or start closer to equilibrium"
     TOO_MANY_STEPS = "the step limit was reached; ask for a shorter time, a larger tolerance or more steps"
     NO_CONVERGENCE = "the iteration did not converge; start closer to a solution or take more harmonics"
+    TRUNCATED = "the harmonics left out hold more than 0.1 % of the motion; take more harmonics"
     INTERRUPTED = "interrupted by the user; what was finished is kept"
 
     def __bool__(self) -> bool:
         return self is Status.OK
+
+    @property
+    def found(self) -> bool:
+        """Whether there is a whole result, if perhaps a rough one: `OK` or `TRUNCATED`."""
+        return self in (Status.OK, Status.TRUNCATED)
 
 
 class SolveError(RuntimeError):
@@ -135,9 +141,9 @@ class Orbit:
     stable : bool
         Whether every multiplier lies inside the unit circle.
     tail : float
-        Size of the last two harmonics relative to the whole: the error of truncation, roughly.
+        Share of the first state that the harmonics left out hold, estimated from the torque: the error of truncation.
     status : Status
-        `Status.OK`, or why there is no orbit.
+        `Status.OK`; `Status.TRUNCATED` where `tail` is above 1e-3; or why there is no orbit.
     message : str
         One sentence.
     label : str
@@ -211,11 +217,11 @@ class Branch:
     closed : bool
         Whether the branch is a closed loop (an isola).
     tail : float
-        Largest size of the last two harmonics relative to the whole.
+        Largest share of the first state that the harmonics left out hold, estimated from the torque.
     origin : str
         How the branch was found.
     status : Status
-        `Status.OK`, or why the branch ends inside the range.
+        `Status.OK`; `Status.TRUNCATED` where `tail` is above 1e-3; or why the branch ends inside the range.
     message : str
         One sentence.
     branch_points : list of Orbit

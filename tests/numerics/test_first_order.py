@@ -251,3 +251,35 @@ def test_without_an_equation_for_the_frequency_the_sentence_says_so():
 
     with pytest.raises(ValueError, match="Fixed has no continuous parameter 'omega'; it has B"):
         sw.frequency_response(Fixed(0.1), (0.5, 2.0))
+
+
+class Cornered(NamedTuple):
+    """J = 1 with a spring of slope 1 up to |x| = 1 and 3 beyond."""
+
+    B: float
+    amplitude: float
+    omega: float
+
+    def rhs(self, phase, y):
+        x, v = y
+        outer = abs(x - 1.0) - abs(x + 1.0)
+        return v, self.amplitude * cos(phase) - self.B * v - 3.0 * x - outer
+
+    def breakpoints(self):
+        return (-1.0, 1.0)
+
+
+def test_a_general_system_with_corners_has_the_folds_and_multipliers_of_its_error_equation():
+    """The crossings of an oscillator are integrated in closed form; here by Gauss's rule between them."""
+    general = Cornered(0.1, 0.5, 1.0)
+    law = sw.PiecewiseLinear(1.0, 3.0 - 1e-12, 3.0, 1.0, 1e6)
+    oscillator = sw.Oscillator(1.0, 0.1, law, sw.Harmonic(0.5), 1.0)
+    exact = sw.frequency_response(oscillator, (0.6, 2.0), harmonics=9)
+    curve = sw.frequency_response(general, (0.6, 2.0), harmonics=9, points=60)
+    assert [f.omega for f in curve.folds] == pytest.approx([f.omega for f in exact.folds], rel=1e-8)
+    assert len(exact.folds) == 2
+    for omega in (1.0, 1.2, 1.9):
+        orbit = sw.find_orbit(general._replace(omega=omega), harmonics=9)
+        other = sw.find_orbit(oscillator._replace(omega=omega), harmonics=9)
+        assert orbit.peak == pytest.approx(other.peak, rel=1e-8)
+        assert np.sort_complex(orbit.multipliers) == pytest.approx(np.sort_complex(other.multipliers), rel=1e-7)

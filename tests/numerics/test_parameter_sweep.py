@@ -113,3 +113,29 @@ def test_isolas_without_forcing_are_refused():
     still = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 1.0), sw.Harmonic(0.0, mean=0.1), 1.0)
     with pytest.raises(ValueError, match="without forcing no resonance responds; give one of them an amplitude"):
         sw.isolas(still, (2.5, 4.0))
+
+
+CORNERS = sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 54.0, 196.0)
+
+
+def test_a_sweep_from_an_orbit_refined_by_shooting_takes_as_many_harmonics_as_it_needs():
+    """Folds by the exact flow of the segments; the orbit itself has 1023 harmonics."""
+    drive = sw.Drive(4.5e-4, 1.3, 50.0, 9.82317898446, CORNERS)
+    error = sw.KinematicError((sw.Line(2, 1.1e-4),))
+    system = drive.error_equation(kinematic_error=error, omega=222.0, motor="held")._replace(J=drive.J)
+    start = sw.find_orbit(system)
+    assert len(start.coefficients) == 2047
+    sweep = sw.parameter_response(system, "omega", (215.0, 255.0), start=start, points=20)
+    assert sweep.coefficients.shape[1] <= 255
+    assert sweep.status
+    assert sorted(fold.value for fold in sweep.folds) == pytest.approx([226.448419, 249.057291], abs=1e-5)
+
+
+@pytest.mark.parametrize("points", [39, 51, 117])
+def test_no_fold_is_missed_where_a_motion_reaches_a_corner_of_the_law(points):
+    # DOP853 at 1e-10 with the variational equations, by Newton's method for y(T) = y(0) and det(M - 1) = 0.
+    law, J = sw.catalogue.gear("SHG-25-100").law, 0.6
+    error = sw.KinematicError((sw.Line(2, np.radians(40.0 / 3600.0)),))
+    system = sw.Oscillator(J, 0.06 * np.sqrt(J * law.K1), law, sw.Harmonic(0.0), 100.0, error)
+    curve = sw.frequency_response(system, (400.0 * np.pi / 30.0, 1500.0 * np.pi / 30.0), harmonics=16, points=points)
+    assert [fold.omega for fold in curve.folds] == pytest.approx([148.178377660, 142.312007789], rel=1e-6)

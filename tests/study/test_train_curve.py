@@ -8,7 +8,8 @@ import pytest
 
 import strainwave as sw
 from strainwave.model.train_forms import AtLoad, own_state
-from strainwave.study.train_curve import largest_oscillation, train_curve
+from strainwave.study.exact import exact_response
+from strainwave.study.train_curve import largest_oscillation, traced_train, train_curve
 from strainwave.study.train_point import operating_state
 
 K, B, K_C, B_C, J_1, J_2, A = 1e5, 15.0, 1.5e5, 5.0, 0.1, 1.2, 1e-4
@@ -138,3 +139,46 @@ class Slipping(NamedTuple):
 def test_a_torque_beyond_the_law_is_a_sentence():
     with pytest.raises(sw.SolveError, match="hold the train in no state at 150 rad/s"):
         operating_state(train(law=Slipping(50.0), mean=-100.0), 150.0)
+
+
+def kinked_pair(mean=0.0):
+    """Train with an ideally held motor and a rigid load, and its error equation: one and the same motion."""
+    law, J_l = sw.catalogue.gear("SHG-25-100").law, 0.6
+    drive = sw.Drive(J_m=4e-4, J_l=J_l, N=100.0, B=0.06 * np.sqrt(J_l * law.K1), law=law)
+    error = sw.KinematicError((sw.Line(2, np.radians(40.0 / 3600.0)),))
+    torque = sw.Harmonic(0.0, mean=mean)
+    whole = drive.train(control=HELD, kinematic_error=error, load_torque=torque, omega=100.0)
+    return whole, drive.error_equation(kinematic_error=error, load_torque=torque, omega=100.0, motor="held")
+
+
+@pytest.mark.parametrize("mean", [0.0, -20.0])
+def test_a_held_motor_and_a_rigid_load_have_the_curve_of_the_error_equation_with_a_law_of_corners(mean):
+    whole, equation = kinked_pair(mean)
+    found, exact = train_curve(whole, (130.0, 160.0)).response, exact_response(equation, (130.0, 160.0))
+    top, other = found.largest(), exact.largest()
+    assert found.curve.peak[top] == pytest.approx(exact.curve.peak[other], rel=1e-3)
+    assert found.curve.omega[top] == pytest.approx(exact.curve.omega[other], rel=1e-3)
+    folds, others = ([fold.omega for fold in curve.folds] for curve in (found.curve, exact.curve))
+    assert folds == pytest.approx(others, rel=1e-6)
+    assert len(folds) == 2
+    assert found.curve.status
+    assert found.curve.tail < 1e-3
+
+
+def test_the_curve_of_a_law_with_corners_has_the_peak_and_the_folds_of_an_integration():
+    # DOP853 at 1e-10 with the variational equations, by Newton's method for y(T) = y(0) and det(M - 1) = 0.
+    curve = train_curve(kinked_pair()[0], (130.0, 160.0)).response.curve
+    assert np.max(curve.peak) == pytest.approx(np.radians(867.3998 / 3600.0), rel=1e-4)
+    assert [fold.omega for fold in curve.folds] == pytest.approx([148.178377660, 142.312007789], rel=1e-6)
+
+
+def test_a_curve_cut_short_says_so():
+    whole = kinked_pair()[0]
+    problem, found, tail, _ = traced_train(AtLoad(whole, whole.omega), (130.0, 160.0), 24, 2)
+    assert tail.share > 1e-3
+    assert tail.harmonics == 2
+    status, message = tail.verdict(sw.Status.OK, "finished", "omega", 130.0)
+    assert status is sw.Status.TRUNCATED
+    assert "the harmonics left out hold about" in message
+    assert len(problem.error) == 5
+    assert len(found.points)

@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 from .. import __version__
+from ..results import Status
 from ..study.analysis import Analysis
 from ..study.exact import ExactResponse
 from ..study.time_case import TimeCase
@@ -66,8 +67,9 @@ def exact_response_data(project: Project, exact: ExactResponse) -> dict[str, Any
     return {
         "method": exact.method,
         "harmonics": curve.coefficients.shape[1] // 2,
-        "last_harmonics_relative": curve.tail,
-        "complete": bool(curve.status),
+        "left_out_relative": curve.tail,
+        "complete": curve.status.found,
+        "rough": curve.status is Status.TRUNCATED,
         "message": curve.message,
         "folds": [place(project, fold.omega) | _angle_of("peak", fold.peak) for fold in curve.folds],
         "jump_up": _jump(project, sweep.jump_up if sweep else math.nan),

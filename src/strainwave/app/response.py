@@ -144,7 +144,7 @@ def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str
         lines.append(f"  hysteresis: {ends}{', ' if ways else ''}{' and '.join(ways)}{beyond}")
     if not data["hysteresis_bands"]:
         lines.append("  hysteresis: none")
-    lines.append(f"  {data['harmonics']} harmonics; the last two hold {number(data['last_harmonics_relative'], 2)}")
+    lines.append(f"  {data['harmonics']} harmonics; those left out hold {number(data['left_out_relative'], 2)}")
     lines += [f"  {WHAT_X_IS}"]
     lines += [f"  note: {remark}" for remark in data["remarks"]]
     return "\n".join(lines if output is None else [*lines, f"  written: {output}"])

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..model.excitation import NoError
 from ..model.shafts import NO_DRAG, Elastic, end_of
+from ..results import Status
 from ..study.analysis import Analysis
 from ..study.drive_runs import INPUTS
 from ..study.regimes import active_orders
@@ -83,7 +84,9 @@ def _curve_data(curve: TrainCurve) -> dict[str, Any]:
     stable = response.curve.stable
     return {
         "harmonics": response.curve.coefficients.shape[1] // 2,
-        "complete": bool(response.curve.status),
+        "left_out_relative": response.curve.tail,
+        "complete": response.curve.status.found,
+        "rough": response.curve.status is Status.TRUNCATED,
         "message": response.curve.message,
         "without_gravity": curve.without_angle,
         "all_stable": bool(np.all(stable)),

@@ -8,7 +8,7 @@ no small twist is the difference of large angles.
 
 from typing import Any, NamedTuple
 
-from .._dispatch import check_law, energy_of, losses_of, rest, share, states_of, torque_of, z_rate_of
+from .._dispatch import breakpoints_of, check_law, energy_of, losses_of, rest, share, states_of, torque_of, z_rate_of
 from .._jit import kernel
 from ..quantities import LARGEST, AngularSpeed, Damping, Ratio, shown
 from .excitation import NoError
@@ -16,7 +16,7 @@ from .motion import Steady
 from .shaft_motion import (
     acceleration_of,
     control_torque,
-    couplings,
+    coupling_laws,
     deviation_of,
     internal_states,
     load_energy,
@@ -159,11 +159,17 @@ class DriveTrain(NamedTuple):
     def twists(self) -> tuple[int, ...]:
         """Places of the couplings' twists in the state."""
         names = self.state_names()
-        return tuple(names.index(f"coupling {i + 1}") for i in range(couplings(self.load)))
+        return tuple(names.index(f"coupling {i + 1}") for i in range(len(coupling_laws(self.load))))
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where the gear's law is not smooth."""
         return tuple(self.law.breakpoints()) if hasattr(self.law, "breakpoints") else ()
+
+    def kinks(self, phase: Any, y: Any) -> tuple[Any, ...]:
+        """Distances [rad] of the torsion and of the couplings' twists from the breakpoints of their laws."""
+        twists = zip(self.twists(), coupling_laws(self.load), strict=True)
+        own = [(self.torsion(phase, y), self.law), *((y[at], law) for at, law in twists)]
+        return tuple(value - b for value, law in own for b in breakpoints_of(law))
 
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in order; a prime is a rate."""
@@ -174,7 +180,7 @@ class DriveTrain(NamedTuple):
 
     def power_names(self) -> tuple[str, ...]:
         """Names of the powers of `losses`, in order; the first three put energy in, the others take it out."""
-        behind = (f"coupling {i}" for i in range(couplings(self.load), 0, -1))
+        behind = (f"coupling {i}" for i in range(len(coupling_laws(self.load)), 0, -1))
         return (
             "motor torque",
             "control",

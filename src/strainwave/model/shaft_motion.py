@@ -210,6 +210,6 @@ def load_names(load: Any, number: int = 1) -> tuple[str, ...]:
     return (name, f"{name}'", *own, *load_names(load.load, number + 1))
 
 
-def couplings(load: Any) -> int:
-    """How many couplings lie between the gear and the load."""
-    return 1 + couplings(load.load) if isinstance(load, Elastic) else 0
+def coupling_laws(load: Any) -> tuple[Any, ...]:
+    """Laws of the couplings between the gear and the load, from the gear on."""
+    return (load.law, *coupling_laws(load.load)) if isinstance(load, Elastic) else ()

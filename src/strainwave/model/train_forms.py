@@ -163,6 +163,10 @@ class AtLoad(NamedTuple):
         """Torsions [rad] where the gear's law is not smooth."""
         return self.train.breakpoints()
 
+    def kinks(self, phase: Any, y: Any) -> tuple[Any, ...]:
+        """Distances [rad] from the breakpoints of the laws, as of the train itself."""
+        return tuple(turning(self).kinks(phase, own_state(self, y)))
+
     def orders(self) -> tuple[int, ...]:
         """Orders of the torques and of the kinematic error."""
         return tuple(sorted({*self.train.orders(), *end_of(self.train.load).excitation.orders()}))

@@ -138,5 +138,5 @@ def _orbit(system: Any, y: Floats, turns: int, scale: Floats) -> Orbit | None:
         orbit = find_orbit(system, guess=series, period=turns)
     except (ValueError, TypeError, SolveError):  # a system without periodic orbits that `find_orbit` can look for
         return None
-    gap = np.abs(orbit.state(0.0) - y[:, 0]) / scale if orbit.status else np.array([np.inf])
+    gap = np.abs(orbit.state(0.0) - y[:, 0]) / scale if orbit.status.found else np.array([np.inf])
     return orbit if float(np.max(gap)) < 20.0 * NEAR else None

@@ -20,10 +20,8 @@ from .branches import leaf_of
 from .floquet import displacement_peaks
 from .fourier import from_blocks
 from .guess import one_harmonic
-from .harmonics import starting_harmonics
-
-TAIL = 1e-11
-MOST_HARMONICS = 127
+from .harmonics import MOST, starting_harmonics
+from .truncation import FREE, Tail
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +41,7 @@ class Backbone:
     tail : float
         Largest size of the last two harmonics relative to the whole.
     status : Status
-        `Status.OK`, or why amplitudes are missing.
+        `Status.OK`; `Status.TRUNCATED` where `tail` is above 1e-3; or why amplitudes are missing.
     message : str
         One sentence.
     """
@@ -110,16 +108,20 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
         kept = np.array([z is not None for z in found])
         points = np.array([z for z in found if z is not None]).reshape(-1, 2 * h + 2)
         last = points[:, max(1, h - 1) : h + 1]
-        tail = float(np.max(np.linalg.norm(last, axis=1) / wanted[kept], initial=0.0))
-        if harmonics is not None or tail <= TAIL or h >= MOST_HARMONICS:
+        tails = np.linalg.norm(last, axis=1) / wanted[kept]
+        tail = float(np.max(tails, initial=0.0))
+        if harmonics is not None or tail <= FREE or h >= MOST:
             break
-        h = min(2 * h + 1, MOST_HARMONICS)
+        h = min(2 * h + 1, MOST)
     peaks = displacement_peaks(points[:, :-1]) if len(points) else np.empty(0)
     status, message = Status.OK, "finished"
     if not np.all(kept):
         missing = ", ".join(f"{a:.4g}" for a in wanted[~kept][:4])
         status = Status.NO_CONVERGENCE
         message = f"no free vibration of amplitude(1) {missing} rad found; a law needs a restoring torque there"
+    if len(points):
+        at = float(points[np.argmax(tails), -1])
+        status, message = Tail(tail, tail, at, h).verdict(status, message, "omega", at)
     return Backbone(wanted[kept], points[:, -1], peaks, from_blocks(points[:, :-1].T).T, tail, status, message)
 
 

@@ -12,9 +12,8 @@ from .balance import is_light
 from .continuation import CLOSED, FOLD, LOST, RUNNING, SCALE, START, STEP, TOP, Z1, buffers_for, follow
 from .first_order import FirstOrder
 from .fourier import orders
-from .half_wave import all_orders
+from .missed_folds import with_missed_folds
 from .quiet import quiet
-from .variational import tail_of_states
 
 MOST_PIECES = 40
 PIECE = 512  # points per call of the kernel: between calls the user can interrupt
@@ -107,6 +106,7 @@ def trace(
                 end = int(np.argmax(large)) + 1
                 pieces[-1], labels[-1], outcome = points[:end], kinds[:end], UNBOUNDED
     points, kinds = in_order(np.concatenate(pieces), np.concatenate(labels))
+    points, kinds = with_missed_folds(problem, points, kinds)
     if outcome == CLOSED:
         points[-1] = points[0]  # the last step went a little past the start
     return Trace(points, kinds, outcome)
@@ -131,21 +131,6 @@ def in_order(points: Floats, labels: Any) -> tuple[Floats, Any]:
                 if (second - first) @ ahead < 0.0 and np.linalg.norm(second - near) < np.linalg.norm(first - near):
                     order[a], order[a + 1] = order[a + 1], order[a]
     return points[order], labels[order]
-
-
-def tail_of(points: Floats) -> Floats:
-    """Size of the last two harmonics relative to the whole, at every point (coefficients in blocks)."""
-    h = points.shape[1] // 2
-    squares = points * points
-    last = squares[:, max(1, h - 1) : h + 1].sum(axis=1) + squares[:, max(1, 2 * h - 1) :].sum(axis=1)
-    return np.asarray(np.sqrt(last) / np.maximum(np.sqrt(squares.sum(axis=1)), 1e-300))
-
-
-def largest_tail(problem: Any, points: Floats) -> float:
-    """Largest tail of the points of a branch (parameter last), of the worst state."""
-    if isinstance(problem, FirstOrder):
-        return tail_of_states(problem, points)
-    return float(np.max(tail_of(all_orders(problem, points[:, :-1])), initial=0.0))
 
 
 def with_velocity(x: Floats, w: float) -> Floats:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..results import Branch, Floats, Orbit, Status
-from .branches import Trace, solve, tail_of, with_velocity
+from .branches import Trace, solve, with_velocity
 from .continuation import CLOSED, END, FOLD, LOST, STUCK, TOP
 from .first_order import FirstOrder
 from .floquet import displacement_peaks, frozen, grid_of, hill, multipliers, orbit_scales, steps_for
@@ -17,6 +17,7 @@ from .fourier import from_blocks
 from .guess import error_coefficients
 from .half_wave import all_orders
 from .special_points import BRANCH_POINT, DOUBLING, finer_table, with_crossings
+from .truncation import Tail, tail_along, tails_together
 from .variational import described
 
 
@@ -24,7 +25,8 @@ from .variational import described
 class Survey:
     """A traced curve (coefficients in blocks, parameter last) with all that depends on its own system.
 
-    `series` holds the coefficients of x in blocks, `decay` is exp(-B period/(2J)) at every point.
+    `series` holds the coefficients of x in blocks, `decay` is exp(-B period/(2J)) at every point, `tail` is None where
+    `together` finds it.
     """
 
     problem: Any
@@ -36,27 +38,28 @@ class Survey:
     traces: Floats
     peaks: Floats
     closed: bool
-    tail: float
+    tail: Tail | None
     origin: str
     status: Status
     message: str
 
 
 def describe(
-    problem: Any, parameter: str, found: Trace, tail: float, origin: str, *, locate: bool = True
+    problem: Any, parameter: str, found: Trace, tail: Tail | None, origin: str, *, locate: bool = True
 ) -> Branch:  # fmt: skip
     """Add stability, peaks, period doublings and branch points to a branch, and label the special points.
 
     Locating those of a general system takes far longer than the rest; without `locate` it has its folds alone.
     """
     if isinstance(problem, FirstOrder):
+        tail = tail_along(problem, found.points) if tail is None else tail
         points = np.ascontiguousarray(found.points)
         status, message = _verdict(found, parameter, points[:, -1])
         return described(problem, parameter, points, found.labels, found.outcome, tail, origin, status, message, locate)
     return together([survey(problem, parameter, found, tail, origin)], parameter)[0]
 
 
-def survey(problem: Any, parameter: str, found: Trace, tail: float, origin: str) -> Survey:
+def survey(problem: Any, parameter: str, found: Trace, tail: Tail | None, origin: str) -> Survey:
     """Add what needs the system: traces of the period map, peaks, the crest, period doublings and branch points."""
     points, labels = np.ascontiguousarray(found.points), found.labels
     status, message = _verdict(found, parameter, points[:, -1])
@@ -95,26 +98,36 @@ def together(curves: list[Survey], parameter: str) -> list[Branch]:
     stable = np.abs(floquet[:, 0]) < 1.0
     wide = all_orders(problem, joined([c.series for c in curves]))
     coefficients = from_blocks(wide.T).T
+    beyond = _tails(curves)
     special = np.flatnonzero((labels == FOLD) | (labels > TOP))
-    tails = tail_of(wide[special]).tolist()
     found: dict[int, list[tuple[int, Orbit]]] = {FOLD: [], DOUBLING: [], BRANCH_POINT: []}
     names = {FOLD: "fold", DOUBLING: "period doubling", BRANCH_POINT: "symmetry breaking / branch point"}
-    for i, tail in zip(special.tolist(), tails, strict=True):
-        label = int(labels[i])
+    which = np.searchsorted(ends, special, side="right").tolist()
+    for i, curve in zip(special.tolist(), which, strict=True):
+        label, tail = int(labels[i]), beyond[curve]
+        status, message = tail.verdict(Status.OK, "finished", parameter, float(omega[i]))
         states = with_velocity(coefficients[i], omega[i] / turns)
         orbit = Orbit(
-            float(omega[i]), turns, states, float(peaks[i]), floquet[i], bool(stable[i]), tail, Status.OK, "finished",
+            float(omega[i]), turns, states, float(peaks[i]), floquet[i], bool(stable[i]), tail.share, status, message,
             names[label], float(values[i]),
         )  # fmt: skip
         found[label].append((i, orbit))
     branches = []
-    for c, first, last in zip(curves, [0, *ends], ends, strict=False):
+    for c, tail, first, last in zip(curves, beyond, [0, *ends], ends, strict=False):
         own = slice(first, last)
+        verdict = tail.verdict(c.status, c.message, parameter, float(omega[first]) if last > first else 0.0)
         arrays = (values[own], omega[own], coefficients[own], peaks[own], floquet[own], stable[own])
         folds, doublings, crossings = ([o for i, o in some if first <= i < last] for some in found.values())
-        said = (c.closed, c.tail, c.origin, c.status, c.message)
+        said = (c.closed, tail.share, c.origin, *verdict)
         branches.append(Branch(parameter, *arrays, folds, doublings, turns, *said, crossings))
     return branches
+
+
+def _tails(curves: list[Survey]) -> list[Tail]:
+    """Tails of the curves: those they have, and the others found all at once."""
+    open_ = [c for c in curves if c.tail is None]
+    found = iter(tails_together([c.problem for c in open_], [c.points for c in open_]) if open_ else ())
+    return [next(found) if c.tail is None else c.tail for c in curves]
 
 
 def with_crest(

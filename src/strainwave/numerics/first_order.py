@@ -2,7 +2,8 @@
 
 omega/turns dY/dpsi = f(turns psi, Y) with one block of coefficients (mean, cosines, sines) a state, each in units of
 the state's size in the linear response, by alternating frequency/time. It runs in NumPy on whole arrays of samples:
-`rhs` and `jacobian` must take arrays, as all arithmetic without branches does.
+`rhs` and `jacobian` must take arrays, as all arithmetic without branches does. Of a system whose laws have breakpoints
+the samples end at the kinks of the motion (see `panels`).
 
 Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
 """
@@ -16,14 +17,16 @@ from .._jit import with_leaf
 from ..results import Floats
 from .balance import second_order
 from .fourier import analysis, extend, multiply_rows, synthesis, to_blocks
+from .panels import Distance, distances, samples_between
 
 MOST_STATES = 64
 SAME = ("J", "B", "law", "excitation", "omega", "error")  # what a system of the form of `Oscillator` has
 DIFFERENCE = 6e-6  # of a state's size: the cube root of rounding, for central differences
+NEAR_KINKS = 1e-7  # the same for laws with breakpoints, which a difference must not reach across
 
 
 class FirstOrder(NamedTuple):
-    """Balance of omega/turns dY/dpsi = f(turns psi, Y); an orbit takes `turns` turns of the base angle.
+    """Balance of omega/turns dY/dpsi = f(turns psi, Y); an orbit takes `turns` turns of the base angle, or a part 1/g.
 
     `sizes` are the units of the states, `omega` is the base frequency where it does not vary, `error` and `tau` only
     say how many coefficients a state and all states have.
@@ -32,7 +35,7 @@ class FirstOrder(NamedTuple):
     system: Any
     leaf: int
     omega_leaf: int
-    turns: int
+    turns: float
     omega: float
     sizes: Floats
     synthesis: Floats
@@ -41,6 +44,7 @@ class FirstOrder(NamedTuple):
     angles: Floats
     tau: Floats
     error: Floats
+    kinked: bool = False
 
     def base(self, z: Any) -> float:
         """Base frequency [rad/s] at z = (coefficients, parameter)."""
@@ -57,11 +61,23 @@ class FirstOrder(NamedTuple):
         series[: min(n, len(table))] = table[:n]
         return np.append((to_blocks(series).T / self.sizes[:, None]).ravel(), value)
 
+    def difference(self) -> float:
+        """Half of the central differences for the Jacobian, in units of the states' sizes."""
+        return NEAR_KINKS if self.kinked else DIFFERENCE
+
+    def sampled(self, system: Any, y: Floats, wide: int = 1) -> tuple[Floats, Floats, Floats]:
+        """Base angles [rad] of the samples, synthesis of the states there, and analysis up to harmonic `wide` H."""
+        if not self.kinked:
+            return self.angles, self.synthesis, self.analysis if wide == 1 else self.analysis_double
+        return panels(system, y, self.turns, wide)
+
     def residual(self, z: Any, work: Any, r: Any) -> None:
         """Residual of every coefficient, in units of the state's size a second."""
         y = self.states(z)
-        rates = rates_at(with_leaf(self.system, self.leaf, float(z[-1])), self.angles, y @ self.synthesis)
-        balance = self.base(z) / self.turns * derivative(y) - rates @ self.analysis
+        system = with_leaf(self.system, self.leaf, float(z[-1]))
+        angles, synthesis, analysis = self.sampled(system, y)
+        rates = rates_at(system, angles, y @ synthesis)
+        balance = self.base(z) / self.turns * derivative(y) - rates @ analysis
         r[:] = (balance / self.sizes[:, None]).ravel()
 
     def linearise(self, z: Any, work: Any, jacobian: Any, slope: Any) -> None:
@@ -69,15 +85,20 @@ class FirstOrder(NamedTuple):
         n = len(self.error)
         h = n // 2
         system = with_leaf(self.system, self.leaf, float(z[-1]))
-        matrices = jacobians_at(system, self.angles, self.states(z) @ self.synthesis, self.sizes)
+        y = self.states(z)
+        angles, synthesis, analysis = self.sampled(system, y, 2)
+        matrices = jacobians_at(system, angles, y @ synthesis, self.sizes, self.difference())
         gc, gs, product = np.empty(4 * h + 1), np.empty(4 * h + 1), np.empty((n, n))
         k = np.arange(1, h + 1)
         kw = self.base(z) / self.turns * k
         for i, j in np.ndindex(len(self.sizes), len(self.sizes)):
             block = jacobian[i * n : (i + 1) * n, j * n : (j + 1) * n]
-            extend(matrices[i, j] @ self.analysis_double, h, gc, gs)
-            multiply_rows(gc, gs, h, 1, product)
-            block[:] = product * (-self.sizes[j] / self.sizes[i])
+            if np.any(matrices[i, j]):
+                extend(matrices[i, j] @ analysis, h, gc, gs)
+                multiply_rows(gc, gs, h, 1, product)
+                block[:] = product * (-self.sizes[j] / self.sizes[i])
+            else:
+                block[:] = 0.0
             if i == j:
                 block[k, h + k] += kw
                 block[h + k, k] -= kw
@@ -114,6 +135,20 @@ class FirstOrder(NamedTuple):
         return z
 
 
+def distance_along(system: Any, y: Floats, turns: float) -> Distance:
+    """Distance of a motion, states with coefficients y (states, 2H+1), from the breakpoints of its laws."""
+    return lambda psi, table: distances(system, turns * psi, y @ table)
+
+
+def panels(system: Any, y: Floats, turns: float, wide: int) -> tuple[Floats, Floats, Floats]:
+    """As `FirstOrder.sampled` for states with coefficients y (states, 2H+1), cut at the kinks of the motion."""
+    h = y.shape[1] // 2
+    samples = samples_between(distance_along(system, y, turns), h)
+    basis = samples.basis(wide * h)
+    own = np.concatenate([basis[: h + 1], basis[wide * h + 1 : (wide + 1) * h + 1]])
+    return turns * samples.psi, own, samples.analysis(basis)
+
+
 def derivative(series: Floats) -> Floats:
     """Coefficients (states, 2H+1) of the derivatives of series in blocks."""
     h = series.shape[1] // 2
@@ -128,10 +163,11 @@ def rates_at(system: Any, angles: Floats, y: Floats) -> Floats:
     return np.array([np.broadcast_to(rate, y.shape[1:]) for rate in system.rhs(angles, tuple(y))], float)
 
 
-def jacobians_at(system: Any, angles: Floats, y: Floats, sizes: Floats) -> Floats:
+def jacobians_at(system: Any, angles: Floats, y: Floats, sizes: Floats, difference: float = DIFFERENCE) -> Floats:
     """Derivatives (states, states, ...) of the rates by the states; by central differences if the system has none.
 
-    An `Oscillator` knows them for a law torque(x) alone.
+    `difference` is half of each, in units of the states' `sizes`. An `Oscillator` knows them for a law
+    torque(x) alone.
     """
     if hasattr(system, "jacobian") and is_spring(system):
         rows = system.jacobian(angles, tuple(y))
@@ -139,8 +175,8 @@ def jacobians_at(system: Any, angles: Floats, y: Floats, sizes: Floats) -> Float
     columns = []
     for j, size in enumerate(sizes):
         d = np.zeros(len(y)).reshape(-1, *[1] * (y.ndim - 1))
-        d[j] = DIFFERENCE * size
-        columns.append((rates_at(system, angles, y + d) - rates_at(system, angles, y - d)) / (2.0 * DIFFERENCE * size))
+        d[j] = difference * size
+        columns.append((rates_at(system, angles, y + d) - rates_at(system, angles, y - d)) / (2.0 * difference * size))
     return np.stack(columns, axis=1)
 
 
@@ -183,14 +219,15 @@ def balance_of(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: i
     return first_order(system, leaf, omega_leaf, harmonics, turns)
 
 
-def first_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: int = 1) -> FirstOrder:
+def first_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: float = 1) -> FirstOrder:
     """Build the general balance problem of a system for a number of harmonics of omega/turns."""
     samples = 4 * harmonics + 4
     states, n = number_of_states(system), 2 * harmonics + 1
+    kinked = len(distances(system, np.zeros(1), np.zeros((states, 1)))) > 0
     problem = FirstOrder(
         system, leaf, omega_leaf, turns, float(getattr(system, "omega", 1.0)), np.ones(states),
         synthesis(harmonics, samples), analysis(harmonics, samples), analysis(2 * harmonics, samples),
-        2.0 * np.pi * turns * np.arange(samples) / samples, np.zeros(states * n), np.zeros(n),
+        2.0 * np.pi * turns * np.arange(samples) / samples, np.zeros(states * n), np.zeros(n), kinked,
     )  # fmt: skip
     if leaf == omega_leaf:
         value = problem.omega

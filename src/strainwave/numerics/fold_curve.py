@@ -9,12 +9,13 @@ from .._dispatch import springs_only
 from ..quantities import checked, interval, replace, shown, with_parts
 from ..results import Floats, Orbit, SolveError, Status
 from .balance import second_order
-from .branches import leaf_of, tail_of
+from .branches import leaf_of
 from .floquet import displacement_peaks
 from .fold_system import FoldSystem, follow_fold
 from .fourier import from_blocks
 from .harmonics import starting_harmonics
 from .parameter_sweep import SECOND_ORDER, embedded, value_at
+from .truncation import LOOKED_AT, tail_along
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +41,9 @@ class FoldCurve:
     period : int
         Turns of the base angle per orbit.
     tail : float
-        Largest size of the last two harmonics relative to the whole.
+        Largest share of x that the harmonics left out hold, estimated from the torque.
     status : Status
-        `Status.OK`, or why the curve ends inside the range.
+        `Status.OK`; `Status.TRUNCATED` where `tail` is above 1e-3; or why the curve ends inside the range.
     message : str
         One sentence.
     """
@@ -168,8 +169,11 @@ def fold_curve(
     message = f"leaves the range at {path} = {curve[0, -1]:.6g} and {curve[-1, -1]:.6g}"
     if not good:
         message = f"stops between {path} = {curve[0, -1]:.6g} and {curve[-1, -1]:.6g}; take more harmonics"
+    tails = [tail_along(extended.at(z[-1]), z[None, :-1]) for z in curve[:: max(1, len(curve) // LOOKED_AT)]]
+    tail = max(tails)
+    verdict = tail.verdict(Status.OK if good else Status.NO_CONVERGENCE, message, parameter, fold.omega)
     return FoldCurve(
         path, parameter, curve[:, -1], curve[:, -2], from_blocks(x.T).T, displacement_peaks(x),
         tuple(s[:2] for s in special if s[2]), tuple(s[:2] for s in special if not s[2]), fold.period,
-        float(np.max(tail_of(curve[:, :-2]))), Status.OK if good else Status.NO_CONVERGENCE, message,
+        tail.share, *verdict,
     )  # fmt: skip

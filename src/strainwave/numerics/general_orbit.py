@@ -6,12 +6,13 @@ import numpy as np
 
 from ..quantities import parameters
 from ..results import Floats, Orbit, Status
-from .branches import largest_tail, solve
+from .branches import solve
 from .first_order import FirstOrder, first_order
 from .floquet import displacement_peaks
 from .fourier import from_blocks
 from .harmonics import starting_harmonics
 from .passage import linear_start, settled_start
+from .truncation import tail_along
 from .variational import floquet_of
 
 
@@ -25,8 +26,11 @@ def general_orbit(
     while True:
         problem = first_order(system, leaf, leaf, h, period)
         found = _solution(problem, guess)
-        tail = largest_tail(problem, found[None, :]) if found is not None else 0.0
-        if found is None or harmonics is not None or tail <= tail_goal or h >= most:
+        if found is None:
+            break
+        last = harmonics is not None or h >= most
+        tail = tail_along(problem, found[None, :], np.inf if last else tail_goal)
+        if last or tail.worst <= tail_goal:
             break
         guess = from_blocks(problem.states(found).T)
         h = min(2 * h + 1, most)
@@ -42,7 +46,7 @@ def general_orbit(
     series = problem.states(found)
     return Orbit(
         problem.omega, period, from_blocks(series.T), float(displacement_peaks(series[:1])[0]), floquet,
-        bool(abs(floquet[0]) < 1.0), tail, Status.OK, "finished",
+        bool(abs(floquet[0]) < 1.0), tail.share, *tail.verdict(Status.OK, "finished", "omega", problem.omega),
     )  # fmt: skip
 
 

@@ -5,13 +5,8 @@ A line beyond the last harmonic would be sampled too coarsely and appear at anot
 
 from typing import Any
 
-import numpy as np
-
 from .._dispatch import is_spring
-from .._jit import with_leaf
 from ..quantities import positive_count
-from ..results import Floats
-from .remarks import LOOKED_AT, MATTERS, left_out
 
 FEWEST = 7  # per turn of the base angle
 MOST = 127  # reached automatically
@@ -78,32 +73,3 @@ def starting_harmonics(system: Any, harmonics: int | None, period: int, points: 
             f"take at least {highest * period}, or leave the choice open"
         )
     return int(harmonics)
-
-
-def too_few(problem: Any, path: str, points: Floats) -> list[str]:
-    """Sentence on the share of the response in the harmonics left out of orbits, where it matters.
-
-    Parameters
-    ----------
-    problem : SecondOrder
-        The balance, in the parameter at `path`.
-    path : str
-        Path of that parameter.
-    points : (n, 2H+2) array
-        Coefficients in blocks, and the parameter.
-    """
-    shares = []
-    few = points[:: max(1, len(points) // LOOKED_AT)]
-    for point in few:
-        system = with_leaf(problem.system, problem.leaf, float(point[-1]))
-        here = problem._replace(system=system, leaf=problem.omega_leaf)
-        shares.append(left_out(here, np.append(point[:-1], system.omega)[None, :])[0].item())
-    worst = int(np.argmax(shares))
-    if shares[worst] <= MATTERS:
-        return []
-    omega = "" if path == "omega" else f", omega = {problem.system.omega:.6g} rad/s,"
-    share = min(100.0, 100.0 * shares[worst])
-    return [
-        f"at {path} = {few[worst, -1]:.6g}{omega or ' rad/s'} the harmonics left out hold about {share:.2g} % of the "
-        f"response: take more than {len(problem.tau) // 2} harmonics"
-    ]

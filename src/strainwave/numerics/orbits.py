@@ -4,23 +4,22 @@ from typing import Any
 
 import numpy as np
 
-from .._dispatch import is_spring
+from .._dispatch import breakpoints_of, is_spring
 from ..quantities import shown, with_parts
 from ..results import Floats, Orbit, SolveError, Status
 from .balance import second_order
-from .branches import Trace, leaf_of, solve, tail_of, with_velocity
+from .branches import Trace, leaf_of, solve, with_velocity
 from .continuation import END
 from .description import describe
 from .first_order import is_second_order
 from .fourier import from_blocks, to_blocks
 from .general_orbit import general_orbit
 from .guess import linear_response
-from .harmonics import most_harmonics, starting_harmonics, too_few
+from .harmonics import MOST, most_harmonics, starting_harmonics
 from .integrate import Dopri5, simulate
 from .shooting import shoot
+from .truncation import ORBIT, Tail, tail_along
 
-TAIL = 1e-10
-MOST_HARMONICS = 127
 SETTLING = 200  # periods integrated where Newton's method fails from the linear response
 
 
@@ -71,28 +70,27 @@ def find_orbit(
         raise ValueError(f"omega is {system.omega:g} rad/s; a periodic orbit needs a positive base frequency")
     if not is_second_order(system):
         table = None if guess is None else _table(guess)
-        orbit = general_orbit(system, harmonics, table, period, TAIL, most_harmonics(system))
-        corners = harmonics is None and orbit.tail > TAIL and not is_spring(system)
+        orbit = general_orbit(system, harmonics, table, period, ORBIT, most_harmonics(system))
+        corners = harmonics is None and orbit.tail > ORBIT and not (is_spring(system) and not breakpoints_of(system))
         return raised(_refined(system, orbit, period) if corners else orbit, throw)
     start = None if guess is None else _table(guess)[:, 0]
     if harmonics is None and start is not None:
-        h = max(h, min(len(start) // 2, MOST_HARMONICS))
+        h = max(h, min(len(start) // 2, MOST))
     leaf = leaf_of(system, "omega")
     while True:
         problem = second_order(system, leaf, leaf, h, period)
         found = _balanced(problem, system, start)
-        tail = float(tail_of(found[None, :-1])[0]) if found is not None else 0.0
-        if found is None or harmonics is not None or tail <= TAIL or h >= MOST_HARMONICS:
+        if found is None:
+            return raised(_missing(system, period), throw)
+        last = harmonics is not None or h >= MOST
+        tail = tail_along(problem, found[None, :], np.inf if last else ORBIT)
+        if last or tail.worst <= ORBIT:
             break
         start = from_blocks(found[:-1] + problem.error)
-        h = min(2 * h + 1, MOST_HARMONICS)
-    if found is None:
-        orbit = _missing(system, period)
-    else:
-        orbit = _described(problem, found, tail)
-        if harmonics is None and tail > TAIL and system.breakpoints():
-            orbit = _refined(system, orbit, period)
-    return raised(orbit, throw)
+        h = min(2 * h + 1, MOST)
+    orbit = _described(problem, found, tail)
+    corners = harmonics is None and tail.worst > ORBIT and system.breakpoints()
+    return raised(_refined(system, orbit, period) if corners else orbit, throw)
 
 
 def _refined(system: Any, orbit: Orbit, period: int) -> Orbit:
@@ -102,7 +100,7 @@ def _refined(system: Any, orbit: Orbit, period: int) -> Orbit:
 
 def raised(orbit: Orbit, throw: bool) -> Orbit:
     """Return the orbit, or raise its message if it is none and `throw` is true."""
-    if throw and not orbit.status:
+    if throw and not orbit.status.found:
         raise SolveError(orbit.message)
     return orbit
 
@@ -139,13 +137,13 @@ def _balanced(problem: Any, system: Any, start: Floats | None) -> Floats | None:
     return solve(problem, np.append(run.y[0, 1:] @ problem.analysis - problem.error, system.omega))
 
 
-def _described(problem: Any, found: Floats, tail: float) -> Orbit:
+def _described(problem: Any, found: Floats, tail: Tail) -> Orbit:
     branch = describe(problem, "omega", Trace(found[None, :], np.zeros(1, int), END), tail, "")
     series = with_velocity(branch.coefficients[0], branch.omega[0] / problem.turns)
-    omega, doubts = float(branch.omega[0]), too_few(problem, "omega", found[None, :])
+    omega = float(branch.omega[0])
     return Orbit(
-        omega, problem.turns, series, float(branch.peak[0]), branch.multipliers[0], bool(branch.stable[0]), tail,
-        Status.OK, "; ".join(["finished", *doubts]), value=omega,
+        omega, problem.turns, series, float(branch.peak[0]), branch.multipliers[0], bool(branch.stable[0]),
+        tail.share, *tail.verdict(Status.OK, "finished", "omega", omega), value=omega,
     )  # fmt: skip
 
 

@@ -11,15 +11,15 @@ import numpy as np
 
 from ..quantities import interval, replace, shown, with_parts
 from ..results import Branch, Floats, Orbit, SolveError
-from .branches import UNBOUNDED, Trace, largest_tail, leaf_of, solve, tail_of, trace
+from .branches import UNBOUNDED, Trace, leaf_of, solve, trace
 from .continuation import CLOSED, END, LOST
 from .description import describe
 from .first_order import FirstOrder, balance_of
 from .fourier import to_blocks
 from .guess import linear_response
-from .harmonics import most_harmonics, starting_harmonics, too_few
+from .harmonics import most_harmonics, starting_harmonics
 from .passage import GROWTH, damped_start, linear_start
-from .response import TAIL
+from .truncation import CURVE, tail_along
 
 SECOND_ORDER = ("J", "B", "law", "excitation", "omega", "error")  # what the compact harmonic balance needs of a system
 INSIDE = 0.01  # of the range: where a sweep starts that has no response at its lower end
@@ -53,7 +53,8 @@ def parameter_response(
         Turns of the base angle per orbit.
     start : Orbit, optional
         Orbit of `system` (at the parameter's own value, which must lie in the range) on the branch to follow, both
-        ways. Default: the linear response at the low end.
+        ways. Its harmonics beyond those that the curve takes are left out, and it is solved again. Default: the linear
+        response at the low end.
     points : int
         About how many points to place; more where the curve bends.
     throw : bool
@@ -85,35 +86,33 @@ def parameter_response(
     if path != "omega" and start is None and not system.omega > 0.0:
         raise ValueError(f"omega is {system.omega:g} rad/s; a periodic response needs a positive base frequency")
     if start is not None:
-        if not (isinstance(start, Orbit) and start.status):
-            raise ValueError(f"the start is {shown(start)}; it must be an Orbit whose status is OK")
+        if not (isinstance(start, Orbit) and start.status.found):
+            raise ValueError(f"the start is {shown(start)}; it must be an Orbit whose status is OK or TRUNCATED")
         period = start.period
         system = replace(system, {"omega": start.omega})
-    h = starting_harmonics(system, harmonics, period, points)
+    h, most = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
     if harmonics is None and start is not None:
-        h = max(h, len(start.coefficients) // 2)
+        h = max(h, min(harmonics_of(start.coefficients), most))
     while True:
         problem = balance_of(system, leaf, omega_leaf, h, period)
         guess, origin = _beginning(problem, system, path, lo, hi, start)
         found = both_ways(problem, guess, lo, hi, 4.0 / points, growth=GROWTH)
-        general = isinstance(problem, FirstOrder)
-        tail = largest_tail(problem, found.points) if general else tail_along(found.points[:, :-1])
-        if harmonics is not None or tail <= TAIL or h >= most_harmonics(system):
+        last = harmonics is not None or h >= most
+        tail = tail_along(problem, found.points, np.inf if last else CURVE)
+        if last or tail.worst <= CURVE:
             break
-        h = min(2 * h + 1, most_harmonics(system))
+        h = min(2 * h + 1, most)
+    found = with_changes(found, message=_ending(found, path, lo, hi, system.omega))
     branch = describe(problem, path, found, tail, origin)
-    message = _ending(branch, found, path, lo, hi, system.omega)
-    doubts = too_few(problem, path, found.points) if len(branch) and not general else []
-    branch = with_changes(branch, message="; ".join([message, *doubts]))
-    if throw and not branch.status:
+    if throw and not branch.status.found:
         raise SolveError(branch.message)
     return branch
 
 
-def _ending(branch: Branch, found: Trace, path: str, lo: float, hi: float, omega: float) -> str:
-    """Sentence on how the branch ends."""
+def _ending(found: Trace, path: str, lo: float, hi: float, omega: float) -> str:
+    """Sentence on how the branch ends; empty where `describe` has one."""
     at = "" if path == "omega" else f", omega = {omega:.6g} rad/s"
-    if not len(branch):
+    if not len(found.points):
         return (
             f"no periodic response was found at {path} = {lo:.6g} or {hi:.6g}{at}; a resonance without damping and a "
             "torque that the law cannot bear have none: give damping, less torque, or another range"
@@ -123,9 +122,9 @@ def _ending(branch: Branch, found: Trace, path: str, lo: float, hi: float, omega
             f"the response grows without bound at {path} = {found.points[-1, -1]:.6g}{at}; give more damping or end "
             "the range before it"
         )
-    if branch.status and not branch.closed:
-        return f"leaves the range at {path} = {branch.values[0]:.6g} and {branch.values[-1]:.6g}"
-    return branch.message
+    if found.outcome == END:
+        return f"leaves the range at {path} = {found.points[0, -1]:.6g} and {found.points[-1, -1]:.6g}"
+    return ""
 
 
 def both_ways(
@@ -145,12 +144,6 @@ def both_ways(
     if up.outcome == END and down.outcome != END:  # the end that needs explaining comes last
         return Trace(points[::-1], labels[::-1], down.outcome)
     return Trace(points, labels, up.outcome)
-
-
-def tail_along(series: Floats) -> float:
-    """Largest tail on a branch, where the orbit is not next to nothing (as at no load): there rounding is all."""
-    size = np.linalg.norm(series, axis=1)
-    return float(np.max(tail_of(series[size > 1e-3 * np.max(size, initial=0.0)]), initial=0.0))
 
 
 def embedded(problem: Any, orbit: Orbit, value: float, stretch: int = 1) -> Floats:
@@ -173,6 +166,13 @@ def embedded_series(problem: Any, point: Floats, stretch: int = 1) -> Floats:
     for k in range(1, min(len(x) // 2, n // (2 * stretch)) + 1):
         series[2 * k * stretch - 1 : 2 * k * stretch + 1] = x[2 * k - 1 : 2 * k + 1]
     return np.append(to_blocks(series) - problem.error, point[-1])
+
+
+def harmonics_of(table: Floats) -> int:
+    """Number of harmonics of coefficients (2H+1, states) beyond which next to nothing of any state is left."""
+    squares = np.square(table)
+    beyond = np.sqrt(np.cumsum(squares[::-1], axis=0)[::-1] / np.maximum(squares.sum(axis=0), 1e-300))
+    return int(np.flatnonzero(np.any(beyond > CURVE, axis=1))[-1] + 1) // 2
 
 
 def value_at(system: Any, path: str) -> float:

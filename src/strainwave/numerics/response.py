@@ -9,20 +9,20 @@ from collections.abc import Callable
 from dataclasses import replace as with_changes
 from typing import Any
 
+import numpy as np
+
 from .._jit import with_leaf
 from ..quantities import checked, interval
 from ..results import Branch, SolveError
-from .branches import Trace, largest_tail, leaf_of
+from .branches import Trace, leaf_of
 from .continuation import END
 from .description import Survey, describe, survey, together
 from .first_order import FirstOrder, balance_of
 from .half_wave import is_odd_on, odd_problem
-from .harmonics import MOST, most_harmonics, starting_harmonics
+from .harmonics import most_harmonics, starting_harmonics
 from .passage import across
 from .remarks import NEVER_STABLE, remarks
-
-TAIL = 1e-6  # the last two harmonics may hold this share of the whole
-MOST_HARMONICS = MOST
+from .truncation import CURVE, Tail, tail_along
 
 
 def frequency_response(
@@ -74,7 +74,7 @@ def frequency_response(
     system = checked(system)
     lo, hi = frequencies(span)
     branch = response_curves([system], lo, hi, harmonics, period, points)[0]
-    if throw and not branch.status:
+    if throw and not branch.status.found:
         raise SolveError(branch.message)
     return branch
 
@@ -128,19 +128,23 @@ def _traced(
 
 def traced_points(
     system: Any, leaf: int, lo: float, hi: float, harmonics: int | None, period: int, points: int
-) -> tuple[Any, Trace, float, str]:
+) -> tuple[Any, Trace, Tail | None, str]:
     """The balance problem of a curve, its points, the size of the last harmonics, and how it was found.
 
-    Without `harmonics` they grow until the last two are negligible.
+    Without `harmonics` they grow until those left out are negligible. With them, the size is found with the description
+    of the curve: None.
     """
-    h = starting_harmonics(system, harmonics, period, points)
+    h, most = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
     while True:
         problem = balance_of(system, leaf, leaf, h, period)
         problem, found, origin = symmetric_across(problem, lo, hi, 4.0 / points)
-        tail = largest_tail(problem, found.points)
-        if harmonics is not None or (tail <= TAIL and found.outcome == END) or h >= most_harmonics(system):
+        if harmonics is not None:
+            return problem, found, None, origin
+        last = h >= most
+        tail = tail_along(problem, found.points, np.inf if last else CURVE)
+        if last or (tail.worst <= CURVE and found.outcome == END):
             return problem, found, tail, origin
-        h = min(2 * h + 1, most_harmonics(system))
+        h = min(2 * h + 1, most)
 
 
 def symmetric_across(problem: Any, lo: float, hi: float, step: float) -> tuple[Any, Trace, str]:

@@ -14,14 +14,14 @@ import numpy as np
 from ..quantities import checked, interval, replace, shown, with_parts
 from ..results import Branch, Floats, Orbit, SolveError
 from .balance import work_for
-from .branches import Trace, largest_tail, leaf_of, trace
+from .branches import Trace, leaf_of, trace
 from .continuation import END, FOLD, STEP
 from .description import describe
 from .first_order import balance_of
 from .harmonics import most_harmonics, starting_harmonics
 from .parameter_sweep import embedded
-from .response import TAIL
 from .special_points import corrected
+from .truncation import CURVE, tail_along
 
 DEPARTURES = (0.01, 0.03, 0.1)  # first steps along the null vector, relative to the orbit
 
@@ -104,15 +104,15 @@ def switch_branch(
             )
         found = trace(problem, first, 1.0 if first[-1] > value else -1.0, lo, hi, 4.0 / points)
         found, returned = _until_return(found, departure)
-        tail = largest_tail(problem, found.points)
-        if harmonics is not None or tail <= TAIL or h >= most:
+        last = harmonics is not None or h >= most
+        tail = tail_along(problem, found.points, np.inf if last else CURVE)
+        if last or tail.worst <= CURVE:
             break
         h = min(2 * h + 1, most)
-    branch = describe(problem, parameter, found, tail, f"from the {orbit.label} at {parameter} = {value:.9g}")
     if returned:
-        end = f"returns to the branch that it left at {parameter} = {branch.values[-1]:.6g}"
-        branch = with_changes(branch, message=end)
-    return branch
+        end = f"returns to the branch that it left at {parameter} = {found.points[-1, -1]:.6g}"
+        found = with_changes(found, message=end)
+    return describe(problem, parameter, found, tail, f"from the {orbit.label} at {parameter} = {value:.9g}")
 
 
 def _departure(problem: Any, at: Floats, stretch: int) -> tuple[Floats | None, Floats]:

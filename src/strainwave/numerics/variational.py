@@ -6,7 +6,8 @@ the multipliers. Three of its functions change sign where the orbit does: the pr
 1 - m (fold, branch point) and of m_i m_j - 1 over all pairs (Neimark-Sacker, where a complex pair leaves the unit
 circle).
 
-Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 7.2-7.4; Kuznetsov 2004, Elements of Applied
+Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 7.2-7.4; Hairer & Wanner 1996, Solving Ordinary
+Differential Equations II, sec. IV.5 (Gauss methods); Kuznetsov 2004, Elements of Applied
 Bifurcation Theory, sec. 10.2 (test functions).
 """
 
@@ -21,23 +22,58 @@ from numpy.typing import NDArray
 from .._jit import with_leaf
 from ..results import Branch, Floats, Orbit, Status
 from .continuation import CLOSED, FOLD
-from .first_order import FirstOrder, jacobians_at
+from .first_order import FirstOrder, distance_along, jacobians_at
 from .floquet import LARGEST_LOG, displacement_peaks
 from .fourier import from_blocks
+from .panels import pieces
 from .special_points import BRANCH_POINT, DOUBLING, on_chord
 from .tableaus import DOP8_A, DOP8_B, DOP8_C
+from .truncation import Tail
 
+_PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+GAUSS_C, GAUSS_B = 0.5 + 0.5 * _PLACES, 0.5 * _WEIGHTS
+_POWERS = np.arange(1, 5)  # collocation: the rows integrate powers of the place exactly
+GAUSS_A = GAUSS_C[:, None] ** _POWERS / _POWERS @ np.linalg.inv(GAUSS_C[:, None] ** (_POWERS - 1))
 NEIMARK_SACKER = 7  # label of points, after those of `special_points`
 FINEST = 4096  # steps a period
 PHASE = 0.3  # of the fastest eigenvalue in a step: errors of about 1e-11 a step
 
 
 def monodromy(problem: FirstOrder, points: Floats) -> Floats:
-    """Period maps (points, states, states) of disturbances of orbits (coefficients, parameter last)."""
+    """Period maps (points, states, states) of disturbances of orbits (coefficients, parameter last).
+
+    Of laws with breakpoints the steps end at the kinks of each orbit.
+    """
+    if problem.kinked:
+        return np.array([_between_kinks(problem, point[None, :]) for point in points]).reshape(-1, *_shape(problem))
     flow = _start(problem, points)
     for h, matrices in _stages(problem, points):
         flow = _advanced(flow, h, matrices)
     return flow
+
+
+def _between_kinks(problem: FirstOrder, point: Floats) -> Floats:
+    """Period map (states, states) of one orbit: the product of the maps of all steps, which are found at once.
+
+    By the Gauss method of order 8, whose places lie inside a step: at its ends the Jacobian jumps.
+    """
+    system, y = with_leaf(problem.system, problem.leaf, float(point[0, -1])), problem.states(point[0])
+    distance = distance_along(system, y, problem.turns)
+    first, width = pieces(distance, len(problem.error) // 2, 2.0 * math.pi / _steps(problem, point))
+    psi = first[:, None] + width[:, None] * GAUSS_C
+    a = _matrices(problem, _systems(problem, point), point, psi.ravel())[0].reshape(*psi.shape, *_shape(problem))
+    a *= (width * problem.turns / _omega(problem, point))[:, None, None, None]
+    n, rows = len(problem.sizes), len(GAUSS_C) * len(problem.sizes)
+    coupled = np.einsum("ij,mikl->mikjl", GAUSS_A, a).reshape(-1, rows, rows)
+    rates = np.linalg.solve(np.eye(rows) - coupled, a.reshape(-1, rows, n)).reshape(a.shape)
+    flow = np.eye(n)
+    for step in np.eye(n) + np.einsum("i,mikl->mkl", GAUSS_B, rates):
+        flow = step @ flow
+    return flow
+
+
+def _shape(problem: FirstOrder) -> tuple[int, int]:
+    return len(problem.sizes), len(problem.sizes)
 
 
 def floquet_of(problem: FirstOrder, points: Floats) -> NDArray[np.complex128]:
@@ -123,7 +159,7 @@ def _matrices(problem: FirstOrder, system: Any, points: Floats, psi: Floats) -> 
     series = points[:, :-1].reshape(len(points), len(problem.sizes), -1) * problem.sizes[:, None]
     y = np.moveaxis(series @ basis, 1, 0)
     angles = np.broadcast_to(problem.turns * psi, y.shape[1:])
-    return np.moveaxis(jacobians_at(system, angles, y, problem.sizes), (0, 1), (2, 3))
+    return np.moveaxis(jacobians_at(system, angles, y, problem.sizes, problem.difference()), (0, 1), (2, 3))
 
 
 def _steps(problem: FirstOrder, points: Floats) -> int:
@@ -206,7 +242,7 @@ def _located(problem: FirstOrder, first: Floats, last: Floats, label: int) -> Fl
 
 
 def described(
-    problem: FirstOrder, parameter: str, points: Floats, labels: Any, outcome: int, tail: float, origin: str,
+    problem: FirstOrder, parameter: str, points: Floats, labels: Any, outcome: int, tail: Tail, origin: str,
     status: Status, message: str, locate: bool = True,
 ) -> Branch:  # fmt: skip
     """Branch of a general system, with stability and labelled special points; without `locate` with its folds alone."""
@@ -218,28 +254,21 @@ def described(
     series = points[:, :-1].reshape(len(points), states, -1) * problem.sizes[:, None]
     peaks = displacement_peaks(series[:, 0]) if len(points) else np.empty(0)
     stable = np.abs(floquet[:, 0]) < 1.0
+    turns = int(problem.turns)
+    said = tail.verdict(Status.OK, "finished", parameter, problem.omega)
 
     def special(label: int, name: str) -> list[Orbit]:
         return [
             Orbit(
-                float(omega[i]), problem.turns, from_blocks(series[i].T), float(peaks[i]), floquet[i], bool(stable[i]),
-                tail_of_states(problem, points[i : i + 1]), Status.OK, "finished", name, float(points[i, -1]),
+                float(omega[i]), turns, from_blocks(series[i].T), float(peaks[i]), floquet[i], bool(stable[i]),
+                tail.share, *said, name, float(points[i, -1]),
             )
             for i in np.flatnonzero(labels == label)
         ]  # fmt: skip
 
     return Branch(
         parameter, points[:, -1], omega, from_blocks(series[:, 0].T).T, peaks, floquet, stable, special(FOLD, "fold"),
-        special(DOUBLING, "period doubling"), problem.turns, outcome == CLOSED, tail, origin, status, message,
+        special(DOUBLING, "period doubling"), turns, outcome == CLOSED, tail.share, origin,
+        *tail.verdict(status, message, parameter, problem.omega),
         special(BRANCH_POINT, "symmetry breaking / branch point"), special(NEIMARK_SACKER, "Neimark-Sacker"),
     )  # fmt: skip
-
-
-def tail_of_states(problem: FirstOrder, points: Floats) -> float:
-    """Largest size of the last two harmonics of a state relative to that state's whole, over points and states."""
-    h = len(problem.error) // 2
-    series = points[:, :-1].reshape(len(points), len(problem.sizes), -1)
-    last = [k for k in (h - 1, h, 2 * h - 1, 2 * h) if k > 0]
-    size = np.linalg.norm(series, axis=2)
-    floor = 1e-6 * np.max(size, axis=0, initial=1e-300)
-    return float(np.max(np.linalg.norm(series[:, :, last], axis=2) / np.maximum(size, floor), initial=0.0))

@@ -12,7 +12,7 @@ from ..model.gear import Gear
 from ..model.limits import Finding
 from ..model.oscillator import Oscillator
 from ..model.varying import VaryingOscillator
-from ..results import SolveError
+from ..results import Branch, SolveError, Status
 from ..theory.lyapunov import lyapunov
 from ..theory.resonance import NONRESONANT, Resonance
 from ..theory.stability_proof import StabilityProof
@@ -184,6 +184,8 @@ def analyze(
         used = with_run(used, study.run, study.begin)
     passed = () if gear is None else limit_findings(gear, used, speeds[-1] if by_motor else None)
     said = _warnings(system, point, exact, sweep, tuple(cases))
+    if curve is not None:
+        said += tuple(_not_exact("The steady curve of the whole drive train", curve.response.curve))
     progress("hysteresis and varying stiffness", 0.88)
     beyond = study_beyond(system, limits, largest_torque=used.peak_torque, rated_torque=rated_torque, study=study)
     if study is not None and study.left_out is not None:
@@ -213,6 +215,13 @@ def _proof(system: Any, point: OperatingPoint) -> StabilityProof:
     return StabilityProof(system, point.mean_torque, (), None, False, "none", False, None, "nothing is claimed", reason)
 
 
+def _not_exact(name: str, curve: Branch) -> list[str]:
+    """Sentence on a curve that ends inside the range or leaves too many harmonics out."""
+    if curve.status:
+        return []
+    return [f"{name} is {'rough' if curve.status is Status.TRUNCATED else 'not whole'}: {curve.message}."]
+
+
 def _narrow(regime: Regime, exact: ExactResponse) -> bool:
     """Whether a resonance of the main branch has too few points of the exact response in its band."""
     if regime.response is None or not regime.response.branches or regime.resonance.q != 1:
@@ -237,9 +246,10 @@ def _warnings(
             "nonlinearity alone, "
             "and simulated points depend on the start; give a damping, a damping ratio or a quality factor."
         )
-    if not exact.curve.status:
-        what = "The exact response curve is not whole" if exact.method != "integration" else "The response has gaps"
-        said.append(f"{what}: {exact.curve.message}.")
+    if exact.method != "integration":
+        said += _not_exact("The exact response curve", exact.curve)
+    elif not exact.curve.status:
+        said.append(f"The response has gaps: {exact.curve.message}.")
     difference = sweep.difference()
     if difference is not None and difference > DISAGREE:
         said.append(

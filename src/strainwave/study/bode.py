@@ -196,6 +196,7 @@ def _at_amplitude(
         orbit = find_orbit(system, guess=orbit) if orbit is not None else find_orbit(system)
         if not orbit.status:
             messages.append(orbit.message)
+        if not orbit.status.found:
             orbit = None
             continue
         first = orbit.coefficients[1] - 1j * orbit.coefficients[2]

@@ -105,7 +105,7 @@ def error_parts(system: Oscillator, orbit: Orbit | None = None) -> ErrorParts:
         torsion: Floats = np.array([_static(system.law, float(T)) for T in torques])[place]
         total = pure + torsion
     else:
-        if not orbit.status:
+        if not orbit.status.found:
             raise ValueError(f"the orbit is none: {orbit.message}")
         if not np.isclose(orbit.omega, system.omega, rtol=1e-9, atol=0.0):
             raise ValueError(

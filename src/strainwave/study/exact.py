@@ -11,12 +11,12 @@ from .._dispatch import is_spring
 from .._jit import as_python
 from ..numerics.harmonics import highest_order
 from ..numerics.response import frequency_response
+from ..numerics.truncation import MATTERS
 from ..results import Branch, Floats
 from .gear_forces import gear_torque
 from .jumps import Jumps, jumps
 
 HARMONICS, WITH_KINKS, MOST = 7, 15, 63  # per turn for smooth laws, for laws with breakpoints, and at most
-ENOUGH = 1e-3  # size of the last two harmonics that a figure does not show
 POINTS = 100  # about so many, and more where the curve bends
 PER_HARMONIC = 16  # samples of a turn for its largest torque
 PLAIN_RUNS = 24  # of the solver without machine code, before it is made
@@ -89,7 +89,7 @@ def exact_response(system: Any, speeds: tuple[float, float], points: int = POINT
     while True:
         with as_python(PLAIN_RUNS):
             curve = frequency_response(system, speeds, harmonics=harmonics, points=points)
-        if curve.tail <= ENOUGH or harmonics >= most:
+        if curve.tail <= MATTERS or harmonics >= most:
             break
         harmonics = min(most, 2 * harmonics + 1)
     try:

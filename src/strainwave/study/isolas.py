@@ -23,11 +23,12 @@ from ..numerics.continuation import CLOSED, END, FOLD, STEP
 from ..numerics.description import describe
 from ..numerics.fourier import from_blocks
 from ..numerics.guess import linear_response
-from ..numerics.harmonics import highest_order, starting_harmonics
+from ..numerics.harmonics import MOST, highest_order, starting_harmonics
 from ..numerics.integrate import Dopri5, simulate
-from ..numerics.parameter_sweep import SECOND_ORDER, both_ways, embedded_series, tail_along
-from ..numerics.response import MOST_HARMONICS, TAIL, frequency_response
+from ..numerics.parameter_sweep import SECOND_ORDER, both_ways, embedded_series
+from ..numerics.response import frequency_response
 from ..numerics.switching import UPRIGHT
+from ..numerics.truncation import CURVE, tail_along
 from ..quantities import interval, replace, shown, with_parts
 from ..results import Branch, Floats, SolveError
 from ..theory.multiple_scales import slow_flow
@@ -121,11 +122,11 @@ def _followed(
             trace = both_ways(problem, point, lo / REACH, hi * REACH, step, size)
         else:
             trace = both_ways(problem, point, lo, hi, step)
-        tail = tail_along(trace.points[:, :-1])
+        tail = tail_along(problem, trace.points)
         h = len(problem.tau) // 2
-        if harmonics is not None or tail <= TAIL or h >= MOST_HARMONICS:
+        if harmonics is not None or tail.worst <= CURVE or h >= MOST:
             break
-        h = min(2 * h + 1, MOST_HARMONICS)
+        h = min(2 * h + 1, MOST)
         finer = second_order(problem.system, problem.leaf, problem.omega_leaf, h, problem.turns)
         series = from_blocks(point[:-1] + problem.error)
         better = solve(finer, embedded_series(finer, np.append(series, point[-1])))
@@ -133,12 +134,14 @@ def _followed(
             break
         problem, point = finer, better
     trace, born = _one_copy(trace, problem.turns)
-    branch = describe(problem, "omega", _with_own_speed(problem, trace), tail, origin)
-    ends = f"omega = {branch.omega.min():.9g} .. {branch.omega.max():.9g} rad/s"
+    trace, omega = _with_own_speed(problem, trace), trace.points[:, -1]
     if born:
-        meets = f"{branch.omega[0]:.6g} and {branch.omega[-1]:.6g} rad/s"
-        return with_changes(branch, message=f"meets the response of one turn at omega = {meets}")
-    return with_changes(branch, message=f"closed, {ends}") if branch.closed else branch
+        meets = f"meets the response of one turn at omega = {omega[0]:.6g} and {omega[-1]:.6g} rad/s"
+        trace = with_changes(trace, message=meets)
+    elif trace.outcome == CLOSED:
+        ends = f"closed, omega = {omega.min():.9g} .. {omega.max():.9g} rad/s"
+        trace = with_changes(trace, message=ends)
+    return describe(problem, "omega", trace, tail, origin)
 
 
 def _one_copy(trace: Trace, period: int) -> tuple[Trace, bool]:

@@ -144,7 +144,7 @@ def compare_with_train(
             exact = find_orbit(
                 whole._replace(omega=float(speed)), guess=_extended(train, free, before[0]), harmonics=harmonics
             )
-            if exact.status:
+            if exact.status.found:
                 ripple = np.max(np.abs(exact.state(phase)[2]))
                 table[i, 0], table[i, 3] = exact.peak, ripple / speed
     return Reductions(speeds, table[:, 0], table[:, 1], table[:, 2], error_slope(train), table[:, 3])
@@ -192,9 +192,9 @@ def listed(parts: tuple[str, ...]) -> str:
 
 def _followed(system: Oscillator, before: Orbit | None) -> Orbit | None:
     orbit = find_orbit(system, guess=before) if before is not None else find_orbit(system)
-    if not orbit.status and before is not None:
+    if not orbit.status.found and before is not None:
         orbit = find_orbit(system)
-    return orbit if orbit.status else None
+    return orbit if orbit.status.found else None
 
 
 def _extended(train: DriveTrain, free: Oscillator, orbit: Orbit) -> Floats:

@@ -5,6 +5,7 @@ not in it.
 """
 
 from dataclasses import dataclass
+from dataclasses import replace as with_changes
 from typing import Any
 
 import numpy as np
@@ -15,19 +16,23 @@ from ..model.limits import cubic_mean
 from ..model.motion import AngleTorque
 from ..model.shafts import NO_DRAG, Elastic, Free, end_of
 from ..model.train_forms import AtLoad, own_state, turning
-from ..numerics.branches import Trace, leaf_of, tail_of
+from ..numerics.branches import Trace, leaf_of
+from ..numerics.continuation import STUCK
 from ..numerics.description import describe
+from ..numerics.first_order import FirstOrder, first_order, rates_at
 from ..numerics.floquet import displacement_peaks
 from ..numerics.fourier import from_blocks, synthesis
-from ..numerics.response import traced_points
+from ..numerics.passage import across
+from ..numerics.truncation import MATTERS, Tail, tail_along
 from ..results import Floats
 from .exact import ExactResponse
 from .jumps import jumps
 from .usage import Usage
 
 POINTS, FEW = 60, 24  # about so many, and more where the curve bends; and for a peak alone
-PER_ORDER, MOST = 4, 32  # harmonics to begin with per order of the excitation, and at most
-ENOUGH = 2e-3  # size of the last two harmonics that a figure does not show
+PER_ORDER, WITH_KINKS = 4, 8  # harmonics to begin with per order of the excitation; and at least, with breakpoints
+MOST = 64  # at most, or two beyond the highest order
+LOOKED_AT, SAME = 12, 1e-9  # places of a turn, and the relative difference of rates that act alike there
 SAMPLES = 512  # of a turn, for its largest torque
 
 
@@ -67,7 +72,7 @@ def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | 
     if isinstance(train.motor.control, Free):
         return None
     system = AtLoad(without_gravity(train), train.omega)
-    problem, found, tail, origin = _traced(system, speeds, POINTS)
+    problem, found, tail, origin = traced_train(system, speeds, POINTS)
     if not len(found.points):
         return None
     curve = describe(problem, "omega", found, tail, origin, locate=False)
@@ -86,7 +91,7 @@ def largest_oscillation(
     train: DriveTrain, speeds: tuple[float, float], harmonics: int
 ) -> tuple[float, float] | None:  # fmt: skip
     """Speed [rad/s] and size [rad], largest |x - mean| of the load, of the largest oscillation in a short range."""
-    problem, found, _, _ = _traced(AtLoad(without_gravity(train), train.omega), speeds, FEW, harmonics)
+    problem, found, _, _ = traced_train(AtLoad(without_gravity(train), train.omega), speeds, FEW, harmonics)
     if not len(found.points):
         return None
     series = series_of(problem, found.points)[:, 0]
@@ -123,20 +128,58 @@ def _of_angle(law: Any) -> bool:
     return isinstance(law, AngleTorque)
 
 
-def _traced(
+def traced_train(
     system: AtLoad, speeds: tuple[float, float], points: int, given: int | None = None
-) -> tuple[Any, Trace, float, str]:
-    """Balance problem and points of a curve, with the harmonics that the x of the load takes, or those given."""
+) -> tuple[FirstOrder, Trace, Tail, str]:
+    """Balance problem and points of a curve, with the harmonics that the x of the load takes, or those given.
+
+    What repeats g times in a turn is followed over a g-th of a turn, with a g-th of the unknowns.
+    """
     leaf, top = leaf_of(system, "omega"), max((1, *system.orders()))
     middle = system._replace(omega=(speeds[0] * speeds[1]) ** 0.5)
-    most = max(MOST, top + 2)
-    harmonics = given or min(most, PER_ORDER * top)
+    small = first_order(middle, leaf, leaf, top)
+    kinked, g = small.kinked, repeats(small, top)
+    most = -(-max(MOST, top + 2 * g) // g)
+    h = max(1, PER_ORDER * top // g, WITH_KINKS if kinked else 1) if given is None else max(1, given // g)
+    h = min(most, h)
     while True:
-        problem, found, _, origin = traced_points(middle, leaf, *speeds, harmonics, 1, points)
-        tail = float(np.max(tail_of(series_of(problem, found.points)[:, 0]), initial=0.0))
-        if tail <= ENOUGH or harmonics >= most or given:
-            return problem, found, tail, origin
-        harmonics = min(most, 2 * harmonics)
+        problem = first_order(middle, leaf, leaf, h, 1.0 / g)
+        found, origin = across(problem, *speeds, 4.0 / points)
+        tail = tail_along(problem, found.points)
+        enough = tail.share <= MATTERS and found.outcome != STUCK
+        if enough or h >= most or given is not None:
+            return *_over_a_turn(problem, found, g), tail._replace(harmonics=h * g), origin
+        h = min(most, 2 * h)
+
+
+def repeats(problem: FirstOrder, top: int) -> int:
+    """How often in a turn, at most `top` times, everything that acts on a system repeats."""
+    angles = 2.0 * np.pi * np.arange(LOOKED_AT) / LOOKED_AT
+    moving = problem.sizes[:, None] * np.cos(1.0 + np.arange(len(problem.sizes))[:, None] + angles)
+    alike = set(range(1, top + 1))
+    for y in (0.0 * moving, moving):
+        here = rates_at(problem.system, angles, y)
+        least = SAME * np.max(np.abs(here), axis=1, keepdims=True)
+        for g in sorted(alike):
+            if np.any(np.abs(rates_at(problem.system, angles + 2.0 * np.pi / g, y) - here) > least):
+                alike.remove(g)
+    return max(alike)
+
+
+def _over_a_turn(problem: FirstOrder, found: Trace, g: int) -> tuple[FirstOrder, Trace]:
+    """The same curve over a whole turn, of which it was followed over a g-th."""
+    h = len(problem.error) // 2
+    whole = first_order(problem.system, problem.leaf, problem.omega_leaf, g * h)._replace(sizes=problem.sizes)
+    if g == 1:
+        return whole, found
+    points = np.zeros((len(found.points), len(whole.tau) + 1))
+    series = points[:, :-1].reshape(len(points), len(whole.sizes), -1)
+    own = found.points[:, :-1].reshape(len(points), len(whole.sizes), -1)
+    for first, last in ((0, 0), (g, 1), (g * h + g, h + 1)):
+        n = 1 if first == 0 else h
+        series[:, :, first : first + (n - 1) * g + 1 : g] = own[:, :, last : last + n]
+    points[:, -1] = found.points[:, -1]
+    return whole, with_changes(found, points=points)
 
 
 def series_of(problem: Any, points: Floats) -> Floats:

@@ -196,7 +196,7 @@ def _jumps(system: Any, drives: dict[str, Floats], span: Any, follow: int, share
     failed = 0
     branches = response_family(system, span, few) if few else []
     for i, branch in enumerate(branches):
-        if not branch.status:
+        if not branch.status.found:
             failed += 1
             continue
         try:
