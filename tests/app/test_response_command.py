@@ -10,6 +10,7 @@ from click.testing import CliRunner
 import strainwave as sw
 from strainwave.app import cli as command
 from strainwave.app.project import load
+from strainwave.study.analysis import not_exact
 
 PROJECT = """\
 title: A small drive
@@ -19,6 +20,17 @@ load: {inertia: 1 kg*m^2}
 damping: {ratio: 2 %}
 speed: {from: 24 rpm, to: 38 rpm, shaft: load}
 excitation: {kinematic_error: [{order: 2, amplitude: 10 arcsec}]}
+"""
+
+
+BEYOND = """\
+title: A line beyond what the harmonics reach
+gear: {ratio: 50, law: {type: cubic, K: 1e5 N*m/rad, alpha: 2e5 1/rad^2}}
+motor: {inertia: 4.5 kg*cm^2, mode: held}
+load: {inertia: 1.3 kg*m^2}
+damping: {ratio: 1 %}
+speed: {from: 54 rpm, to: 56 rpm, shaft: motor}
+excitation: {kinematic_error: [{order: 62, amplitude: 40 arcsec}]}
 """
 
 
@@ -111,3 +123,21 @@ def test_a_png_asks_for_matplotlib_before_anything_is_computed(project, tmp_path
 def test_a_lone_figure_names_its_numbered_lines(project, tmp_path):
     assert invoke(project, "-o", tmp_path / "curve.svg").exit_code == 0
     assert "2: primary, order 2" in (tmp_path / "curve.svg").read_text(encoding="utf-8")
+
+
+def test_a_curve_whose_left_out_harmonics_matter_says_so(tmp_path):
+    """Its third harmonic, order 186, holds more than 0.1 %, and the exact response has at most 64 harmonics."""
+    path = tmp_path / "beyond.yaml"
+    path.write_text(BEYOND)
+    result = invoke(path)
+    assert result.exit_code == 0, result.stderr
+    assert "the harmonics left out hold about" in result.stdout
+    assert "take more than 64 harmonics" in result.stdout
+
+
+def test_the_report_warns_of_a_rough_curve():
+    duffing = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.2)
+    rough, fine = (sw.frequency_response(duffing, (0.5, 1.6), harmonics=h, points=60) for h in (1, 7))
+    assert not_exact("The curve", fine) == []
+    (said,) = not_exact("The curve", rough)
+    assert said.startswith("The curve is rough: reached both ends; at omega = ")

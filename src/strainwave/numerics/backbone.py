@@ -39,7 +39,7 @@ class Backbone:
     coefficients : (n, 2H+1) array
         Fourier coefficients of u: mean, cos 1, sin 1 (0), cos 2, ...
     tail : float
-        Largest size of the last two harmonics relative to the whole.
+        Largest size of the last two harmonics relative to the first.
     status : Status
         `Status.OK`; `Status.TRUNCATED` where `tail` is above 1e-3; or why amplitudes are missing.
     message : str
@@ -76,7 +76,8 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
     amplitudes : array_like
         Amplitudes (n,) of the first harmonic of u, 0-to-peak [rad], positive.
     harmonics : int, optional
-        Highest harmonic. Default: grown until the last two are negligible (1e-11), at most 127.
+        Highest harmonic. Default: grown until the last two are negligible (1e-11), at most 127; with too few for 1e-3
+        of the amplitude the status is `Status.TRUNCATED`.
 
     Returns
     -------

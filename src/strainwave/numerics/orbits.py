@@ -38,9 +38,10 @@ def find_orbit(
     system : Oscillator, or any NamedTuple with `rhs(phase, y)`
         The forced system, at its own `omega` (1 where it has none).
     harmonics : int, optional
-        Highest harmonic of omega/period. Default: grown until the last two hold less than 1e-10 of the whole (at most
-        127); an orbit whose spectrum decays slowly, because it crosses breakpoints of the law or the law has friction
-        or memory (there at most 31), is then refined by shooting.
+        Highest harmonic of omega/period. Default: grown until the last two and those left out hold less than 1e-10 of
+        the whole, at most 127 or 31 with friction or memory; an orbit whose spectrum decays slowly, because it crosses
+        breakpoints of the law or the law has friction or memory, is then refined by shooting. With too few for 1e-3 of
+        the orbit, the status is `Status.TRUNCATED`.
     guess : (2H+1, states) array or Orbit, optional
         Coefficients (mean, cos 1, sin 1, ...) near the orbit. Default: the linear response, then integration.
     period : int

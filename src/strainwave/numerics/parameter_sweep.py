@@ -47,8 +47,9 @@ def parameter_response(
     span : (float, float)
         Range of the parameter (SI), low < high.
     harmonics : int, optional
-        Highest harmonic H of omega/period. Default: grown until the last two are negligible (1e-6), at most 127, or
-        31 with friction or memory.
+        Highest harmonic H of omega/period. Default: grown until the last two and those left out are negligible
+        (1e-6 of every state), at most 127, or 31 with friction or memory (and never below the highest order). With too
+        few for 1e-3 of the response, found or given, the status is `Status.TRUNCATED`.
     period : int
         Turns of the base angle per orbit.
     start : Orbit, optional

@@ -50,7 +50,7 @@ def switch_branch(
     parameter : str
         Path of the parameter that varies.
     harmonics : int, optional
-        Highest harmonic of omega over the new period. Default: grown until the last two are negligible (1e-6).
+        Highest harmonic of omega over the new period. Default: grown as in `frequency_response`.
     points : int
         About how many points to place.
 

@@ -185,7 +185,7 @@ def analyze(
     passed = () if gear is None else limit_findings(gear, used, speeds[-1] if by_motor else None)
     said = _warnings(system, point, exact, sweep, tuple(cases))
     if curve is not None:
-        said += tuple(_not_exact("The steady curve of the whole drive train", curve.response.curve))
+        said += tuple(not_exact("The steady curve of the whole drive train", curve.response.curve))
     progress("hysteresis and varying stiffness", 0.88)
     beyond = study_beyond(system, limits, largest_torque=used.peak_torque, rated_torque=rated_torque, study=study)
     if study is not None and study.left_out is not None:
@@ -215,7 +215,7 @@ def _proof(system: Any, point: OperatingPoint) -> StabilityProof:
     return StabilityProof(system, point.mean_torque, (), None, False, "none", False, None, "nothing is claimed", reason)
 
 
-def _not_exact(name: str, curve: Branch) -> list[str]:
+def not_exact(name: str, curve: Branch) -> list[str]:
     """Sentence on a curve that ends inside the range or leaves too many harmonics out."""
     if curve.status:
         return []
@@ -247,7 +247,7 @@ def _warnings(
             "and simulated points depend on the start; give a damping, a damping ratio or a quality factor."
         )
     if exact.method != "integration":
-        said += _not_exact("The exact response curve", exact.curve)
+        said += not_exact("The exact response curve", exact.curve)
     elif not exact.curve.status:
         said.append(f"The response has gaps: {exact.curve.message}.")
     difference = sweep.difference()

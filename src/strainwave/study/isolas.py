@@ -60,7 +60,7 @@ def isolas(
     resonance : Resonance
         p omega ~ q omega_0; the orbits take q turns of the base angle.
     harmonics : int, optional
-        Highest harmonic of omega/q. Default: grown until the last two are negligible (1e-6), at most 127.
+        Highest harmonic of omega/q. Default: grown as in `frequency_response`.
     points : int
         About how many points to place on each.
 
