@@ -36,6 +36,25 @@ class SolveError(RuntimeError):
     """A computation failed and the caller asked for an exception; the message says where, the value, and the remedy."""
 
 
+def largest_between(h: Floats, x: Floats, v: Floats, x1: Floats, v1: Floats) -> float:
+    """Largest |x| over stretches (n,) of lengths h [s]: at both ends and, where the rate v changes sign, between them.
+
+    There it is the extreme of the cubic with these values and rates (Hermite).
+    """
+    best = float(max(np.max(np.abs(x), initial=0.0), np.max(np.abs(x1), initial=0.0)))
+    turns = np.sign(v) * np.sign(v1) < 0.0
+    if not np.any(turns):
+        return best
+    x, rise, c, d = x[turns], (x1 - x)[turns], (h * v)[turns], (h * v1)[turns]
+    size = np.maximum(np.abs(c), np.abs(d))
+    rise, c, d = rise / size, c / size, d / size
+    # x(s) on [0, 1]: a s^3 + b s^2 + c s + x
+    a, b = c + d - 2.0 * rise, 3.0 * rise - 2.0 * c - d
+    q = np.abs(b) + np.sqrt(b * b - 3.0 * a * c)
+    s = np.where(b * c > 0.0, q / np.where(b * c > 0.0, 3.0 * np.abs(a), 1.0), np.abs(c) / q)
+    return max(best, float(np.max(np.abs(size * ((a * s + b) * s + c) * s + x))))
+
+
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """A solution in time.
@@ -54,6 +73,9 @@ class Trajectory:
         One sentence with the place where it ended.
     steps, rejected, switches : int
         Accepted steps, rejected steps, and crossings of a breakpoint of the law that were located.
+    largest : (states or more, n) array or None
+        Largest |state| on the way from the sample before, at the steps of the integration and between them; after the
+        states what the system has `watched`. None where the samples are the steps themselves.
     """
 
     t: Floats
@@ -64,37 +86,29 @@ class Trajectory:
     steps: int
     rejected: int
     switches: int
+    largest: Floats | None = None
 
     def peak(self, component: int = 0, after: float = -np.inf) -> float:
-        """Largest absolute value of a state, between the samples too (cubic Hermite interpolation).
+        """Largest absolute value of a state, between the samples too.
+
+        Of the integration itself, however far the samples are apart: of its steps and, by cubic Hermite interpolation,
+        between them.
 
         Parameters
         ----------
         component : int
             Which state; 0 is the dynamic error x.
         after : float
-            Look at times t >= after [s] only.
+            Look at times from the first sample at t >= after [s] on.
         """
         use = self.t >= after
         t, x, v = self.t[use], self.y[component, use], self.rate[component, use]
         if len(t) == 0:
             raise ValueError(f"no sample at t >= {after} s; the trajectory ends at {self.t[-1]} s")
-        best = float(np.max(np.abs(x)))
-        if len(t) == 1:
-            return best
-        h = np.diff(t)
-        dx = np.diff(x)
-        # x(s) on [0, 1]: a s^3 + b s^2 + c s + x0
-        c, d = v[:-1] * h, v[1:] * h
-        a, b = c + d - 2.0 * dx, 3.0 * dx - 2.0 * c - d
-        root = np.sqrt(np.maximum(b * b - 3.0 * a * c, 0.0))
-        q = -(b + np.where(b >= 0.0, root, -root))
-        for top, bottom in ((q, 3.0 * a), (c, q)):
-            with np.errstate(over="ignore"):
-                s = np.divide(top, bottom, out=np.zeros_like(top), where=bottom != 0.0)
-            s = np.clip(s, 0.0, 1.0)
-            best = max(best, float(np.max(np.abs(((a * s + b) * s + c) * s + x[:-1]))))
-        return best
+        if self.largest is None:
+            best = float(np.max(np.abs(x)))
+            return max(best, largest_between(np.diff(t), x[:-1], v[:-1], x[1:], v[1:]))
+        return float(max(np.max(np.abs(x)), np.max(self.largest[component, use][1:], initial=0.0)))
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write t and y as CSV (`.csv`) or NumPy (`.npz`); the file appears only when it is complete."""

@@ -12,7 +12,7 @@ from canonical import CSF_40_50
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.numerics import integrate, record, switches
+from strainwave.numerics import integrate, record, steps, switches
 
 DUFFING = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.0)
 SPRING = sw.Oscillator(1.0, 0.0, sw.Cubic(1.0, 0.0), sw.Harmonic(0.0), 1.0)  # of the type of DUFFING: compiled once
@@ -65,8 +65,8 @@ def test_dense_output_of_dopri5_has_order_4():
     # One step of size h from the exact start: the interpolant of a fourth-order continuous extension errs by O(h^5).
     def inside(h):
         y, rate = (1.5, 0.2), DUFFING.rhs(0.0, (1.5, 0.2))
-        y1, k1, _, dense = integrate.dopri5_step(DUFFING, 0.0, h, y, h, rate)
-        there = [integrate.dense_output(s, h, y, rate, y1, k1, dense) for s in (0.25, 0.5, 0.75)]
+        y1, k1, _, dense = steps.dopri5_step(DUFFING, 0.0, h, y, h, rate)
+        there = [steps.dense_output(s, h, y, rate, y1, k1, dense) for s in (0.25, 0.5, 0.75)]
         exact = by_scipy(DUFFING, y, np.array([0.0, 0.25, 0.5, 0.75, 1.0]) * h)[:, 1:4].T
         return np.max(np.abs(np.array(there) - exact))
 
@@ -466,3 +466,144 @@ def test_torsion_rate_sees_the_kinematic_error():
     y = (0.2, 0.7)
     rate = switches.torsion_rate(system, 3.0, 0.4, y, system.rhs(1.2, y))
     assert rate == pytest.approx(0.7 - 3.0 * system.error.slope(1.2), rel=1e-7)
+
+
+# A pulse of torque after a rest of 10 s, much longer than the period of 23 ms.
+PULSE = sw.TorqueProfile((10.0, 10.01, 10.5, 10.51), (0.0, -100.0, -100.0, 0.0))
+DRIVE = sw.Oscillator(1.3, 20.0, sw.Cubic(1e5, 6.8e4), PULSE, 1.0)
+
+
+def from_corner_to_corner(t):
+    """Error x (n,) of DRIVE at times by SciPy's DOP853, begun anew at every corner, and the largest |x|."""
+    corners, torques = (0.0, 10.0, 10.01, 10.5, 10.51, 11.0), (0.0, 0.0, -100.0, -100.0, 0.0, 0.0)
+    found, largest, y = np.zeros(len(t)), 0.0, np.zeros(2)
+    for (a, b), (first, last) in zip(pairwise(corners), pairwise(torques), strict=True):
+
+        def rhs(time, y, a=a, b=b, first=first, last=last):
+            torque = first + (last - first) * (time - a) / (b - a)
+            return y[1], (torque - 20.0 * y[1] - 1e5 * (y[0] + 6.8e4 * y[0] ** 3)) / 1.3
+
+        part = solve_ivp(rhs, (a, b), y, method="DOP853", rtol=1e-11, atol=1e-16, dense_output=True)
+        inside = (a <= t) & (t <= b)
+        found[inside], y = part.sol(t[inside])[0], part.y[:, -1]
+        largest = max(largest, np.max(np.abs(part.sol(np.linspace(a, b, 20_001))[0])))
+    return found, largest
+
+
+@pytest.mark.parametrize(
+    "times", [11.0, [0.0, 11.0], [0.0, 5.0, 11.0], np.linspace(0.0, 11.0, 34), [0.0, 10.0, 10.01, 10.3, 10.51, 11.0]]
+)
+def test_torque_that_begins_after_a_rest_is_met(times, monkeypatch):
+    monkeypatch.setenv("STRAINWAVE_JIT", "0")
+    run = sw.simulate(DRIVE, (0.0, 0.0), times)
+    exact, largest = from_corner_to_corner(run.t)
+    np.testing.assert_allclose(run.y[0], exact, rtol=0, atol=1e-7 * largest)
+    assert run.peak() == pytest.approx(largest, rel=1e-6)
+    assert run.t[-1] == 11.0
+    assert np.all(np.diff(run.t) > 0.0)
+
+
+@pytest.mark.parametrize("method", [sw.Rk4(steps=128), sw.Dop8(steps=24)], ids=["Rk4", "Dop8"])
+def test_steps_of_fixed_length_end_at_corners_too(method):
+    _, largest = from_corner_to_corner(np.array([0.0]))
+    every, seldom = (sw.simulate(DRIVE, (0.0, 0.0), t, method=method) for t in ((9.9, 11.0), [9.9, 10.2, 11.0]))
+    exact, _ = from_corner_to_corner(every.t)
+    np.testing.assert_allclose(every.y[0], exact, rtol=0, atol=2e-5 * largest)
+    assert every.peak() == pytest.approx(largest, rel=2e-5)
+    assert seldom.peak() == pytest.approx(largest, rel=1e-4)
+    np.testing.assert_allclose(seldom.y[0], from_corner_to_corner(seldom.t)[0], rtol=0, atol=2e-5 * largest)
+
+
+def test_order_of_a_fixed_step_is_kept_across_a_jump_of_the_acceleration():
+    # x'' = -x + s(t), s = 0 before t = 1 and 2 after it: x = 2 (1 - cos(t - 1)).
+    class Step(NamedTuple):
+        at: float
+
+        def torque(self, t):
+            return 1.0 + sw.maths.sign(t - self.at)
+
+        def corners(self):
+            return (self.at,)
+
+    system = sw.Oscillator(1.0, 0.0, sw.Linear(1.0), Step(1.0), 1.0)
+    errors = []
+    for n in (40, 80, 160):
+        run = sw.simulate(system, (0.0, 0.0), [0.0, 2.0, 4.0], method=sw.Rk4(steps_per_period=n))
+        errors.append(abs(run.y[0, -1] - 2.0 * (1.0 - math.cos(3.0))))
+    assert slope_of_errors(errors) == pytest.approx(4.0, abs=0.3)
+
+
+class Knock(NamedTuple):
+    """A user's own torque without corners: constant from `begin` to `end`, else 0."""
+
+    amplitude: float
+    begin: float
+    end: float
+
+    def torque(self, t):
+        return 0.5 * self.amplitude * (sw.maths.sign(t - self.begin) - sw.maths.sign(t - self.end))
+
+
+def test_knock_without_corners_is_met_from_rest():
+    # shorter than a tenth of the period of 22.7 ms, in the middle of a long rest; B = 0: x = 2 F/K sin(w d/2) at most
+    d, w = 2e-3, math.sqrt(1e5 / 1.3)
+    for begin in (3.0, 7.12345):
+        system = sw.Oscillator(1.3, 0.0, sw.Linear(1e5), Knock(100.0, begin, begin + d), 1.0)
+        run = sw.simulate(system, (0.0, 0.0), [0.0, 1.0, begin + 0.1], method=sw.Dopri5(rtol=1e-8))
+        assert run.peak() == pytest.approx(2e-3 * math.sin(0.5 * w * d), rel=1e-5)
+
+
+def test_largest_step_meets_what_is_shorter_than_all_scales():
+    # nothing restores x'' = F: after the knock x' = F d
+    system = sw.Oscillator(1.0, 0.0, sw.Linear(0.0), Knock(5.0, 6.0, 6.002), 1.0)
+    run = sw.simulate(system, (0.0, 0.0), 10.0, method=sw.Dopri5(largest_step=1e-3))
+    assert run.y[1, -1] == pytest.approx(0.01, rel=1e-7)
+    assert np.max(np.diff(run.t)) <= 1e-3 * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("count", [9, 41])
+def test_peak_is_that_of_the_motion_however_few_the_samples(count):
+    # from (1, 0) the free vibration decays; forcing off its resonance adds little, so that the largest |x| is the start
+    system = sw.Oscillator(1.0, 0.02, sw.Cubic(1.0, 0.05), sw.Harmonic(0.02), 1.7)
+    t = np.linspace(0.0, 400.0, 20_001)
+    run = sw.simulate(system, (1.0, 0.0), t[:: 20_000 // (count - 1)], method=sw.Dopri5(rtol=1e-7))
+    exact = by_scipy(system, (1.0, 0.0), t, rtol=1e-8, atol=1e-11)
+    assert run.peak() == pytest.approx(np.max(np.abs(exact[0])), rel=1e-6)
+    assert run.peak(1) == pytest.approx(np.max(np.abs(exact[1])), rel=1e-4)
+    after = run.t[2]
+    assert run.peak(after=after) == pytest.approx(np.max(np.abs(exact[0, t >= after])), rel=1e-4)
+
+
+@pytest.mark.parametrize("method", [sw.Rk4(steps_per_period=100), sw.Dop8(steps_per_period=40)], ids=["Rk4", "Dop8"])
+def test_peak_of_fixed_steps_lies_between_samples_too(method):
+    # x = cos t, sampled where it is 0
+    run = sw.simulate(SPRING, (1.0, 0.0), np.pi * np.array([0.0, 1.5, 2.5, 3.5]), method=method)
+    assert run.peak(after=0.1) == pytest.approx(1.0, rel=1e-5)
+
+
+def test_corners_that_are_no_angles_are_refused():
+    class Odd(NamedTuple):
+        at: float
+
+        def torque(self, t):
+            return 0.0 * t
+
+        def corners(self):
+            return (self.at, math.nan)
+
+    with pytest.raises(ValueError, match=r"Odd\.corners\(\) gives .*; it must give a tuple of finite base angles"):
+        sw.simulate(DRIVE._replace(excitation=Odd(1.0)), (0.0, 0.0), 1.0)
+    with pytest.raises(ValueError, match=r"Dopri5\.largest_step \[s\] is 0; it must be a positive finite number"):
+        sw.Dopri5(largest_step=0)
+
+
+def test_profile_is_refused_where_motions_must_repeat():
+    for verb, ask in (
+        ("find_orbit", lambda: sw.find_orbit(DRIVE)),
+        ("shoot", lambda: sw.shoot(DRIVE, (0.0, 0.0))),
+        ("frequency_response", lambda: sw.frequency_response(DRIVE, (1.0, 2.0))),
+        ("parameter_response", lambda: sw.parameter_response(DRIVE, "B", (10.0, 20.0))),
+        ("ensemble", lambda: sw.ensemble(DRIVE, {"B": [10.0, 20.0]}, (0.0, 0.0), periods=1)),
+    ):
+        with pytest.raises(ValueError, match=f"does not repeat; {verb} takes what repeats with every turn"):
+            ask()

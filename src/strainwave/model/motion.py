@@ -100,6 +100,10 @@ class SpeedProfile(NamedTuple):
             total = total + 0.5 * rate * (sign(phase - self.times[i]) - sign(phase - self.times[i + 1]))
         return total
 
+    def corners(self) -> tuple[float, ...]:
+        """Times [s] at which the acceleration jumps."""
+        return self.times
+
     def check(self) -> None:
         """Refuse times that do not increase or do not fit the speeds (ValueError)."""
         _check_polygon("SpeedProfile", self.times, self.speeds)
@@ -124,6 +128,10 @@ class TorqueProfile(NamedTuple):
     def torque(self, angle: Any) -> Any:
         """Torque [N*m] at a time [s]."""
         return polygon(self.times, self.torques, angle)
+
+    def corners(self) -> tuple[float, ...]:
+        """Times [s] at which the slope of the torque jumps."""
+        return self.times
 
     def check(self) -> None:
         """Refuse times that do not increase or do not fit the torques (ValueError)."""

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 from .._jit import axpy, kernel
 from ..quantities import AngularSpeed, Ratio
-from .drive_train import DriveTrain, coupling_twist
+from .drive_train import DriveTrain, coupling_twist, motor_motion
 from .excitation import NoError
 from .motion import AtRest, Steady
 from .shafts import Free, end_of
@@ -109,6 +109,10 @@ class Metered(NamedTuple):
     def torsion(self, phase: Any, y: Any) -> Any:
         """Torsion u = x - e(theta_m) of the gear [rad]."""
         return self.train.torsion(phase, y)
+
+    def watched(self, phase: Any, y: Any) -> Any:
+        """Error between motor and load [rad], torque in the gear [N*m, output side] and speed of the motor [rad/s]."""
+        return self.train.load_error(y), self.train.torque(phase, y), motor_motion(self.train, phase, y)[1]
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where the gear's law is not smooth."""

@@ -31,6 +31,7 @@ from .steps import dopri5_step
 
 TURN = 2.0 * math.pi
 FIRST = TURN / 64.0  # step tried first
+MOST = TURN / 16.0  # largest step: of what begins after a rest, no part of 1/32 turn lies between the stages
 LEAST = 1e-12  # smallest step [rad]: a lane that needs a smaller one goes no further
 SAFETY = math.log2(0.9)
 
@@ -122,7 +123,7 @@ def attempt(
     grown, shrunk = SAFETY + 0.04 * past - 0.17 * now, select(e > 1.0, SAFETY - 0.2 * now, -3.3)
     power = select(good, grown, shrunk)  # shrunk also where the error is no number
     next_step = q * about_two_to(smaller(larger(power, select(e == e, -2.3, -3.3)), 3.3))
-    after = select(good, larger(next_step, select(left > step, 0.0, step)), next_step)
+    after = smaller(select(good, larger(next_step, select(left > step, 0.0, step)), next_step), MOST)
     end = select(left > step, phase + q, TURN)
     extreme = extreme_between(kind, y, k, y1, k1, h)
     sums1 = updated(measures, before, Piece(Whole(), phase, y[0], k[0], end, y1[0], k1[0], h, 1.0 / per_omega, extreme))

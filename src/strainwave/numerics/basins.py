@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..quantities import interval, positive_count, shown, with_parts
 from ..results import Floats
 from .attractors import Attractor, recognised
+from .corners import repeating
 from .integrate import Dopri5, Rk4
 from .settle import SEEN, settled, stretching
 
@@ -149,7 +150,7 @@ def basins(
     ----------
     Menck, Heitzig, Marwan & Kurths 2013, Nature Physics 9, 89 (share of random states, binomial standard error).
     """
-    system = with_parts("basins", system, "rhs")
+    system = repeating("basins", with_parts("basins", system, "rhs"))
     spans = interval("x_span", x_span), interval("v_span", v_span)
     positive_count("settle", settle)
     if positive_count("longest", longest) < settle + SEEN:

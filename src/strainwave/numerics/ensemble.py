@@ -20,6 +20,7 @@ from .._lanes import LANES
 from ..quantities import positive_count, replace, with_parts
 from ..results import Floats
 from .blocks import Batch, Block, first_lane, flat
+from .corners import repeating
 from .ensemble_data import dataset_of
 from .ensemble_input import lanes_of, spans, what_and_how
 from .gpu import Machine, machine_of
@@ -100,7 +101,7 @@ def ensemble(
     ----------
     Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, 2nd ed., secs. II.4-II.5.
     """
-    system = with_parts("ensemble", system, "rhs")
+    system = repeating("ensemble", with_parts("ensemble", system, "rhs"))
     varied, states, lanes = lanes_of(system, parameters, y0)
     settle, periods = spans(periods, settle)
     kept, chosen = what_and_how(system, measures, method)

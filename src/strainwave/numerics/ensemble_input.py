@@ -88,6 +88,11 @@ def method_of(system: Any, method: Any) -> Rk4 | Dopri5:
         return Dop8() if steps_known and not kinks else Dopri5()
     if not isinstance(method, Dopri5 | Rk4):
         raise TypeError(f"method is {shown(method)}; it must be Dop8(...), Rk4(...) or Dopri5(...)")
+    if isinstance(method, Dopri5) and method.largest_step is not None:
+        raise ValueError(
+            f"Dopri5.largest_step is {method.largest_step:g} s; steps of an ensemble are at most 1/16 of a turn: leave "
+            "it out, or give Rk4(steps_per_period=...)"
+        )
     if isinstance(method, Rk4) and method.steps_per_period is None and not steps_known:
         name = type(system).__name__
         lacks = (

@@ -1,7 +1,8 @@
 """`simulate`: integration in time of any system with `rhs(phase, y)`.
 
 `Dopri5` adapts its step and, where the system has `breakpoints()` (torsions where its law is not smooth), ends a step
-on each of them, so that the order of the method is kept. `Rk4` and `Dop8` use fixed steps.
+on each of them, so that the order of the method is kept. `Rk4` and `Dop8` use fixed steps. All of them end a step at
+the `corners()` of profiles, and keep the largest values between samples.
 """
 
 import math
@@ -12,33 +13,45 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._dispatch import is_spring
-from .._jit import axpy, kernel, run
+from .._jit import run
 from ..quantities import number, positive_count, shown, with_parts
 from ..results import Floats, Status, Trajectory
+from .corners import across, stretches
+from .marches import BOUND, DIVERGED, DONE, PAUSED, adaptive, fixed
 from .record import Record
-from .steps import dense_output, dop8_step, dopri5_step, rk4_step
-from .switches import first_switch, set_sides, step_onto
 
 BUDGET = 65536  # steps per call of a kernel: between calls the user can interrupt
-DONE, DIVERGED, PAUSED = 0, 1, 2
-BOUND = 1e30  # of every state: far beyond any physics, and its powers in a law still fit a float
 MOST_RECORDED = 100_000_000
-LEAST = math.log(1e-4)  # the step control remembers no smaller error than this
 
 
 @dataclass(frozen=True)
 class Dopri5:
     """Adaptive Dormand-Prince 5(4) with dense output and located switches; rtol and atol apply to every state.
 
+    Steps end at the `corners()` of profiles. A function of the base angle of your own without them is met as it comes:
+    at rest too the system is looked at about fifteen times in the period of its fastest vibration, or two hundred times
+    in the span where nothing restores it, so that no change that lasts longer than from one look to the next is missed.
+    For shorter ones give the function `corners()`, or a `largest_step` of about their length.
+
+    Parameters
+    ----------
+    rtol, atol : float
+        Relative and absolute tolerance of the error of a step.
+    max_steps : int
+        Steps after which a run ends with `Status.TOO_MANY_STEPS`.
+    largest_step : float, optional
+        Length [s] that no step exceeds. Default: none.
+
     Raises
     ------
     ValueError
-        If rtol is below 1e-14 (rounding alone is larger), atol is not positive or max_steps is below 1.
+        If rtol is below 1e-14 (rounding alone is larger), atol or largest_step is not positive or max_steps is below 1.
     """
 
     rtol: float = 1e-9
     atol: float = 1e-12
     max_steps: int = 10_000_000
+    largest_step: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("rtol", "atol"):
@@ -48,6 +61,8 @@ class Dopri5:
                 f"Dopri5 has rtol {self.rtol:g} and atol {self.atol:g}; it needs 1e-14 <= rtol < 1, atol > 0"
             )
         positive_count("Dopri5.max_steps", self.max_steps)
+        if self.largest_step is not None:
+            number("Dopri5.largest_step [s]", self.largest_step, positive=True)
 
 
 @dataclass(frozen=True)
@@ -78,132 +93,6 @@ class Dop8(Rk4):
     """The eighth-order method of DOP853 with a fixed step; `steps` and `steps_per_period` as in `Rk4`."""
 
     steps: int = 16
-
-
-@kernel
-def error_norm(error: Any, y: Any, y_end: Any, rtol: float, atol: float) -> float:
-    """Root mean square of the error in units of the tolerance (Hairer, Norsett & Wanner I, eq. II.4.11)."""
-    total = 0.0
-    for i in range(len(y)):
-        scaled = error[i] / (atol + rtol * max(abs(y[i]), abs(y_end[i])))
-        total += scaled * scaled
-    return math.sqrt(total / len(y))
-
-
-@kernel
-def bounded(y: Any, bound: float) -> bool:
-    """Whether every state is below the bound (False for NaN)."""
-    good = True
-    for i in range(len(y)):
-        good = good and abs(y[i]) < bound
-    return good
-
-
-@kernel
-def first_step(system: Any, omega: float, t: float, y: Any, k: Any, rtol: float, atol: float) -> float:
-    """Starting step size (Hairer, Norsett & Wanner I, sec. II.4)."""
-    zero = axpy(y, -1.0, y)
-    d0, d1 = error_norm(y, y, zero, rtol, atol), error_norm(k, y, zero, rtol, atol)
-    h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
-    k1 = system.rhs(omega * (t + h0), axpy(y, h0, k))
-    d2 = error_norm(axpy(k1, -1.0, k), y, zero, rtol, atol) / h0
-    largest = max(d1, d2)
-    h1 = max(1e-6, h0 * 1e-3) if largest <= 1e-15 else (0.01 / largest) ** 0.2
-    return float(min(100.0 * h0, h1))
-
-
-@kernel
-def store(out_t: Any, out_y: Any, out_rate: Any, place: int, t: float, y: Any, k: Any) -> None:
-    """Write one sample (time, state, rate) into the output arrays."""
-    out_t[place] = t
-    for i in range(len(y)):
-        out_y[i, place], out_rate[i, place] = y[i], k[i]
-
-
-@kernel
-def adaptive(
-    system: Any, omega: float, t: float, y: Any, t_end: float, h: float, rtol: float, atol: float,
-    breakpoints: Any, sides: Any, at: int, samples: Any, filled: int, budget: int,
-    out_t: Any, out_y: Any, out_rate: Any,
-) -> Any:  # fmt: skip
-    """Integrate from t towards t_end in at most `budget` attempts; record every step, or the samples inside them."""
-    k = system.rhs(omega * t, y)
-    if breakpoints is not None:
-        set_sides(system, omega, t, y, k, breakpoints, sides, at)
-    every = len(samples) == 0
-    status, steps, rejected, switches, old = PAUSED, 0, 0, 0, LEAST
-    if h <= 0.0:
-        h = first_step(system, omega, t, y, k, rtol, atol)
-    while status == PAUSED and steps + rejected < budget:
-        last = t + 1.0000001 * h >= t_end
-        if last:
-            h = t_end - t
-        y1, k1, error, dense = dopri5_step(system, omega * t, omega * h, y, h, k)
-        tried, at = h, -1
-        if breakpoints is not None and bounded(y1, BOUND):
-            s, at = first_switch(system, omega, t, h, y, k, y1, k1, dense, breakpoints, sides)
-            if at >= 0:
-                there, h, y1, k1, error, dense = step_onto(system, omega, t, s * h, y, k, breakpoints[at], t_end)
-                last, at = False, at if there else -1
-        e = error_norm(error, y, y1, rtol, atol)
-        if not (e <= 1.0 and bounded(y1, BOUND)):
-            rejected += 1
-            h *= max(0.2, 0.9 * e**-0.2) if 1.0 < e < BOUND else 0.1
-            if not t + h > t:
-                status = DIVERGED
-            continue
-        # PI control (Hairer & Wanner II, sec. IV.2): 0.9 h e_old^0.04 e^-0.17, with one logarithm for two powers.
-        log_e = math.log(max(e, 1e-10))
-        h_next = h * min(10.0, max(0.2, 0.9 * math.exp(0.04 * old - 0.17 * log_e)))
-        old = max(log_e, LEAST)
-        if at >= 0:
-            switches += 1
-            h_next = tried
-        t1 = t_end if last else t + h
-        if every and t1 > t:
-            store(out_t, out_y, out_rate, filled, t1, y1, k1)
-            filled += 1
-        while filled < len(samples) and samples[filled] <= t1:
-            there = dense_output((samples[filled] - t) / h, h, y, k, y1, k1, dense)
-            rate = system.rhs(omega * samples[filled], there)
-            store(out_t, out_y, out_rate, filled, samples[filled], there, rate)
-            filled += 1
-        t, y, k, h = t1, y1, k1, h_next
-        steps += 1
-        if t >= t_end:
-            status = DONE
-        elif breakpoints is not None:
-            set_sides(system, omega, t, y, k, breakpoints, sides, at)
-    return t, y, h, at, filled, status, steps, rejected, switches
-
-
-@kernel
-def fixed(
-    system: Any, omega: float, t: float, y: Any, h: float, eighth: bool, samples: Any, filled: int, budget: int,
-    out_t: Any, out_y: Any, out_rate: Any,
-) -> Any:  # fmt: skip
-    """Integrate from sample to sample, in at most `budget` steps, with equal steps no longer than h."""
-    status, steps = PAUSED, 0
-    while status == PAUSED and steps < budget:
-        n = max(1, math.ceil((samples[filled] - t) / h * (1.0 - 1e-12)))
-        step = (samples[filled] - t) / n
-        now = min(n, budget - steps)
-        for i in range(now):
-            if eighth:
-                y = dop8_step(system, omega * (t + i * step), omega * step, y, step)
-            else:
-                y = rk4_step(system, omega * (t + i * step), omega * step, y, step)
-        steps += now
-        t = samples[filled] if now == n else t + now * step
-        k = system.rhs(omega * t, y)
-        if not (bounded(y, BOUND) and bounded(k, math.inf)):
-            status = DIVERGED
-        elif now == n:
-            store(out_t, out_y, out_rate, filled, t, y, k)
-            filled += 1
-            if filled == len(samples):
-                status = DONE
-    return t, y, filled, status, steps
 
 
 def simulate(system: Any, y0: ArrayLike, t: float | ArrayLike, *, method: Dopri5 | Rk4 = Dopri5()) -> Trajectory:
@@ -244,12 +133,21 @@ def simulate(system: Any, y0: ArrayLike, t: float | ArrayLike, *, method: Dopri5
     if not isinstance(method, Dopri5 | Rk4):
         raise TypeError(f"method is {shown(method)}; it must be Dopri5(...), Rk4(...) or Dop8(...)")
     times = _times(t)
-    y, rate = _start(system, times[0], y0)
-    samples = len(times) if len(times) > 2 else 0
+    spans = stretches(system, _omega(system), float(times[0]), float(times[-1]))
+    y, rate = _start(system, spans[0][0], y0)
     with np.errstate(all="ignore"):  # the status tells of an overflow, also where nothing is compiled
         if isinstance(method, Dopri5):
-            return _adaptive(system, y, times, method, Record(times[0], times[-1], y, rate, samples))
-        return _fixed(system, y, rate, times, method)
+            return _adaptive(system, y, spans, method, Record(system, times, spans, y, rate, len(times) > 2))
+        return _fixed(system, y, rate, times, spans, method)
+
+
+def first_time(t: float | ArrayLike) -> float:
+    """Time [s] at which `simulate` begins: 0 where t is an end time."""
+    return float(_times(t)[0])
+
+
+def _omega(system: Any) -> float:
+    return float(getattr(system, "omega", 1.0))
 
 
 def _numbers(value: ArrayLike, sentence: str) -> Floats:
@@ -282,7 +180,7 @@ def _start(system: Any, t: float, y0: ArrayLike) -> tuple[Any, Any]:
         names = ", ".join(system.state_names())
         raise ValueError(f"y0 has {len(y)} states but {name} has {len(system.state_names())}: {names}; give each one")
     try:
-        rate = tuple(float(v) for v in system.rhs(float(getattr(system, "omega", 1.0) * t), y))
+        rate = tuple(float(v) for v in system.rhs(_omega(system) * t, y))
     except (ArithmeticError, IndexError, ValueError) as error:
         raise ValueError(f"{name}.rhs does not accept y0 = {y} ({error}); give it as many states as it has") from error
     if len(rate) != len(y):
@@ -292,55 +190,71 @@ def _start(system: Any, t: float, y0: ArrayLike) -> tuple[Any, Any]:
     return y, rate
 
 
-def _adaptive(system: Any, y: Any, times: Floats, method: Dopri5, record: Record) -> Trajectory:
-    omega = float(getattr(system, "omega", 1.0))
+def _adaptive(system: Any, y: Any, spans: Any, method: Dopri5, record: Record) -> Trajectory:
+    omega = _omega(system)
     places = system.breakpoints() if hasattr(system, "breakpoints") else ()
     breakpoints = np.array(places, float) if places else None  # None: the kernel for smooth laws leaves the search out
-    samples = times if record.samples else np.empty(0)
-    t, t_end, h, at, sides = float(times[0]), float(times[-1]), 0.0, -1, np.ones(len(places))
-    steps, rejected, switches, status = 0, 0, 0, PAUSED
+    longest, span = float(method.largest_step or math.inf), spans[-1][1] - spans[0][0]
+    limits = longest, span, float(method.rtol), float(method.atol)
+    t, h, at, sides = spans[0][0], 0.0, -1, np.ones(len(places))
+    steps, rejected, switches, status = 0, 0, 0, DONE
     try:
-        while status == PAUSED and steps + rejected < method.max_steps:
-            budget = record.room(min(BUDGET, method.max_steps - steps - rejected))
-            t, y, h, at, filled, status, new, bad, crossed = run(
-                adaptive, system, omega, t, y, t_end, h, float(method.rtol), float(method.atol),
-                breakpoints, sides, at, samples, record.filled, budget, *record.buffers(),
-            )  # fmt: skip
-            record.keep(filled, t)
-            steps, rejected, switches = steps + new, rejected + bad, switches + crossed
+        for begin, end in spans:
+            if begin > t:
+                t, y, rate = across(system, omega, t, y, begin)
+                record.go_on(t, y, rate)
+            status = PAUSED
+            while status == PAUSED and steps + rejected < method.max_steps:
+                budget = record.room(min(BUDGET, method.max_steps - steps - rejected))
+                t, y, h, at, filled, status, new, bad, crossed = run(
+                    adaptive, system, omega, t, y, end, h, *limits, breakpoints, sides, at, record.samples,
+                    record.filled, budget, *record.buffers(),
+                )  # fmt: skip
+                record.keep(filled, t)
+                steps, rejected, switches = steps + new, rejected + bad, switches + crossed
+            if status != DONE:
+                break
     except KeyboardInterrupt:
         return record.trajectory(Status.INTERRUPTED, steps, rejected, switches)
     outcome = {DONE: Status.OK, DIVERGED: Status.DIVERGED, PAUSED: Status.TOO_MANY_STEPS}[status]
     return record.trajectory(outcome, steps, rejected, switches)
 
 
-def _fixed(system: Any, y: Any, rate: Any, times: Floats, method: Rk4) -> Trajectory:
-    omega = float(getattr(system, "omega", 1.0))
-    t, steps, status, samples = float(times[0]), 0, PAUSED, times
-    record = Record(t, times[-1], y, rate, 0)
+def _fixed(system: Any, y: Any, rate: Any, times: Floats, spans: Any, method: Rk4) -> Trajectory:
+    omega, (t, _), steps, status = _omega(system), spans[0], 0, DONE
+    record = Record(system, times, spans, y, rate, True)
     try:
-        h = _fixed_step(system, omega, y, rate, times, method)
+        h = _fixed_step(system, omega, y, rate, times, spans, method)
         if len(times) == 2:
-            n = math.ceil((times[-1] - t) / h * (1.0 - 1e-12))
-            if n > MOST_RECORDED:
+            counts = [math.ceil((end - begin) / h * (1.0 - 1e-12)) for begin, end in spans]
+            if sum(counts) > MOST_RECORDED:
                 raise ValueError(
-                    f"{n:.3g} steps are too many to record; give the times at which to record, or fewer steps"
+                    f"{sum(counts):.3g} steps are too many to record; give the times at which to record, or fewer steps"
                 )
-            samples = np.linspace(t, times[-1], 1 + n)
-        record = Record(t, times[-1], y, rate, len(samples))
-        while status == PAUSED:
-            eighth = isinstance(method, Dop8)
-            t, y, filled, status, new = run(
-                fixed, system, omega, t, y, h, eighth, samples, record.filled, BUDGET, *record.buffers()
-            )
-            record.keep(filled, t)
-            steps += new
+            parts = [np.linspace(begin, end, 1 + n) for (begin, end), n in zip(spans, counts, strict=True)]
+            grid = np.concatenate(parts)
+            grid[[0, -1]] = times
+            record = Record(system, grid, spans, y, rate, True)
+        for begin, end in spans:
+            if begin > t:
+                t, y, rate = across(system, omega, t, y, begin)
+            status = PAUSED
+            while status == PAUSED:
+                eighth = isinstance(method, Dop8)
+                t, y, filled, status, new = run(
+                    fixed, system, omega, t, y, end, h, eighth, record.samples, record.filled, BUDGET,
+                    *record.buffers(),
+                )  # fmt: skip
+                record.keep(filled, t)
+                steps += new
+            if status != DONE:
+                break
     except KeyboardInterrupt:
         return record.trajectory(Status.INTERRUPTED, steps)
     return record.trajectory(Status.OK if status == DONE else Status.DIVERGED, steps)
 
 
-def _fixed_step(system: Any, omega: float, y: Any, rate: Any, times: Floats, method: Rk4) -> float:
+def _fixed_step(system: Any, omega: float, y: Any, rate: Any, times: Floats, spans: Any, method: Rk4) -> float:
     """Step that resolves the shortest time scale, found from the Jacobian along a coarse adaptive solution."""
     if method.steps_per_period is not None:
         if omega == 0.0:
@@ -349,7 +263,8 @@ def _fixed_step(system: Any, omega: float, y: Any, rate: Any, times: Floats, met
     if not hasattr(system, "jacobian") or not is_spring(system):
         name = type(system).__name__
         raise TypeError(f"{name} has no jacobian to choose a step from; give steps_per_period or use Dopri5")
-    coarse = _adaptive(system, y, times[[0, -1]], Dopri5(rtol=1e-3, atol=1e-6), Record(times[0], times[-1], y, rate, 0))
+    record = Record(system, times[[0, -1]], spans, y, rate, False)
+    coarse = _adaptive(system, y, spans, Dopri5(rtol=1e-3, atol=1e-6), record)
     if coarse.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
     # On the way to infinity the stiffness has no bound; what counts is the stiffness before.

@@ -10,6 +10,7 @@ from ..results import Floats, Orbit, SolveError, Status
 from .balance import second_order
 from .branches import Trace, leaf_of, solve, with_velocity
 from .continuation import END
+from .corners import repeating
 from .description import describe
 from .first_order import is_second_order
 from .fourier import from_blocks, to_blocks
@@ -65,7 +66,7 @@ def find_orbit(
     ----------
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
     """
-    system = with_parts("find_orbit", system, "rhs")
+    system = repeating("find_orbit", with_parts("find_orbit", system, "rhs"))
     h = starting_harmonics(system, harmonics, period)
     if not getattr(system, "omega", 1.0) > 0.0:
         raise ValueError(f"omega is {system.omega:g} rad/s; a periodic orbit needs a positive base frequency")

@@ -13,6 +13,7 @@ from ..quantities import interval, replace, shown, with_parts
 from ..results import Branch, Floats, Orbit, SolveError
 from .branches import UNBOUNDED, Trace, leaf_of, solve, trace
 from .continuation import CLOSED, END, LOST
+from .corners import repeating
 from .description import describe
 from .first_order import FirstOrder, balance_of
 from .fourier import to_blocks
@@ -81,7 +82,7 @@ def parameter_response(
     ----------
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4.
     """
-    system = with_parts("parameter_response", system, "rhs", "omega")
+    system = repeating("parameter_response", with_parts("parameter_response", system, "rhs", "omega"))
     leaf, omega_leaf = leaf_of(system, path), leaf_of(system, "omega")
     lo, hi = interval(f"the range of {path}", span, positive=path in ("omega", "J"))
     if path != "omega" and start is None and not system.omega > 0.0:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._dispatch import torsion
 from ..quantities import number, numbers, parameters, positive_count, replace, shown, with_parts
 from ..results import Floats, SolveError
+from .corners import repeating
 from .integrate import Dopri5, Rk4, simulate
 
 METHOD = Dopri5()
@@ -233,7 +234,7 @@ def orbit_diagram(
     ValueError
         If the values do not rise, there is no such parameter, y0 is no state or a count is out of range.
     """
-    system = with_parts("orbit_diagram", system, "rhs")
+    system = repeating("orbit_diagram", with_parts("orbit_diagram", system, "rhs"))
     grid = numbers("values", values)
     if len(grid) < 2 or not np.all(np.diff(grid) > 0.0):
         raise ValueError(f"values are {shown(values)}; they must be two or more rising numbers")

@@ -16,6 +16,7 @@ from ..quantities import checked, interval
 from ..results import Branch, SolveError
 from .branches import Trace, leaf_of
 from .continuation import END
+from .corners import repeating
 from .description import Survey, describe, survey, together
 from .first_order import FirstOrder, balance_of
 from .half_wave import is_odd_on, odd_problem
@@ -72,7 +73,7 @@ def frequency_response(
     ----------
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4.
     """
-    system = checked(system)
+    system = repeating("frequency_response", checked(system))
     lo, hi = frequencies(span)
     branch = response_curves([system], lo, hi, harmonics, period, points)[0]
     if throw and not branch.status.found:

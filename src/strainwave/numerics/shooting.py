@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from .._dispatch import is_spring, torsion
 from ..quantities import number, numbers, positive_count, with_parts
 from ..results import Floats, Orbit, SolveError, Status
+from .corners import repeating
 from .integrate import Dopri5, simulate
 
 SAMPLES = 4096  # of the orbit, from which peak and Fourier coefficients are taken
@@ -117,7 +118,7 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
     SolveError
         If Newton's method fails and `throw` is true.
     """
-    system = with_parts("shoot", system, "rhs")
+    system = repeating("shoot", with_parts("shoot", system, "rhs"))
     y = start = numbers("y0", y0)
     n = len(y)
     smooth = n == 2 and hasattr(system, "jacobian") and is_spring(system)

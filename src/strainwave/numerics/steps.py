@@ -4,12 +4,19 @@ They take the phase at the start and its growth, which all lanes of an ensemble 
 and the step in time.
 """
 
+import math
 from typing import Any
 
-from .._jit import axpy, chosen, kernel
+from .._jit import axpy, chosen, kernel, routine
 from .tableaus import DOP8_A as A
 from .tableaus import DOP8_B as B
 from .tableaus import DOP8_C as C
+
+
+@routine
+def rates_of(system: Any, phase: Any, y: Any) -> Any:
+    """`system.rhs(phase, y)` outside the loops that count: compiled once for all places."""
+    return system.rhs(phase, y)
 
 
 @kernel
@@ -34,6 +41,20 @@ def _times_items(h: Any, k: Any) -> Any:
 
 
 def _times_nothing(h: Any, k: Any) -> Any:
+    return ()
+
+
+@chosen
+def alike(y: Any, value: Any) -> Any:
+    """Tuple as long as y of equal values."""
+    return _alike_items if len(y) else _alike_nothing
+
+
+def _alike_items(y: Any, value: Any) -> Any:
+    return (value, *alike(y[1:], value))
+
+
+def _alike_nothing(y: Any, value: Any) -> Any:
     return ()
 
 
@@ -108,3 +129,22 @@ def dense_output(s: float, h: float, y: Any, k: Any, y_end: Any, k_end: Any, den
     out = axpy(out, s * r, slope)
     out = axpy(out, s * r * s, bend)
     return axpy(out, s * r * s * r, dense)
+
+
+@kernel
+def error_norm(error: Any, y: Any, y_end: Any, rtol: float, atol: float) -> float:
+    """Root mean square of the error in units of the tolerance (Hairer, Norsett & Wanner I, eq. II.4.11)."""
+    total = 0.0
+    for i in range(len(y)):
+        scaled = error[i] / (atol + rtol * max(abs(y[i]), abs(y_end[i])))
+        total += scaled * scaled
+    return math.sqrt(total / len(y))
+
+
+@kernel
+def bounded(y: Any, bound: float) -> bool:
+    """Whether every state is below the bound (False for NaN)."""
+    good = True
+    for i in range(len(y)):
+        good = good and abs(y[i]) < bound
+    return good

@@ -16,6 +16,7 @@ from ..results import Branch, Floats, Orbit, SolveError
 from .balance import work_for
 from .branches import Trace, leaf_of, trace
 from .continuation import END, FOLD, STEP
+from .corners import repeating
 from .description import describe
 from .first_order import balance_of
 from .harmonics import most_harmonics, starting_harmonics
@@ -71,7 +72,7 @@ def switch_branch(
     ----------
     Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 5.5-5.6.
     """
-    system = with_parts("switch_branch", system, "rhs", "omega")
+    system = repeating("switch_branch", with_parts("switch_branch", system, "rhs", "omega"))
     leaf = leaf_of(system, parameter)
     if not isinstance(orbit, Orbit):
         raise ValueError(f"the orbit is {shown(orbit)}; take one of Branch.doublings or Branch.branch_points")

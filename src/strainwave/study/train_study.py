@@ -187,5 +187,4 @@ def _run_up(
     timed = with_mean_torques(train)._replace(omega=1.0, reference=profile)
     cycles = top * mean * (begin + length) / (2.0 * np.pi)
     times = np.linspace(0.0, begin + length, int(SAMPLES * cycles) + 2)
-    start = np.zeros(len(timed.state_names()))
-    return drive_run(timed, start, times, gear=gear, method=METHOD), begin
+    return drive_run(timed, None, times, gear=gear, method=METHOD), begin

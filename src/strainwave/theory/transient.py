@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..numerics.integrate import error_norm, first_step
-from ..numerics.steps import dense_output, dopri5_step
+from ..numerics.marches import first_step
+from ..numerics.steps import dense_output, dopri5_step, error_norm
 from ..quantities import numbers, shown
 from ..results import Floats, SolveError
 from .averaging import AveragedFlow, Sampled
