@@ -231,3 +231,17 @@ def test_certificate_is_honest_where_it_knows_nothing():
     assert certificate.predicted_error >= 1.0
     assert "nothing is known" in certificate.sentence
     assert np.isfinite(certificate.predicted_error)
+
+
+@pytest.mark.parametrize("law", [sw.Cubic(1.0, 0.05), sw.Polynomial((0.0, 1.0, 0.0, 0.05, 0.0, 0.01))])
+def test_a_curve_goes_through_the_speed_at_which_another_line_sits_on_omega_0(law):
+    # order 2 meets omega_0 = 1 at 0.5, which is among the places where the curve is looked for
+    terms = sw.Harmonics((sw.Harmonic(0.02), sw.Harmonic(0.001, order=2)))
+    system = sw.Oscillator(1.0, 0.02, law, terms, 1.0)
+    flow = sw.slow_flow(system, sw.PRIMARY)
+    through = flow.response((0.5, 1.5))
+    (branch,) = through.branches
+    assert np.all(np.isfinite([branch.omega, branch.amplitude, branch.phase, branch.peak]))
+    # at the top of the curve damping alone balances the line: a = A/(B omega_0)
+    assert through.peak[1] == pytest.approx(0.02 / 0.02, rel=1e-6)
+    assert through.peak == pytest.approx(flow.response((0.6, 1.5)).peak, rel=1e-6)
