@@ -1,5 +1,7 @@
 """Drive trains written as project files: what is read back moves as what was written."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
@@ -24,6 +26,15 @@ TRAINS = {
     "position loop": WITH_LOOP._replace(motor=WITH_LOOP.motor._replace(control=sw.PositionLoop(50.0, 0.5))),
     "free": DRIVE.train(motor_torque=sw.Harmonic(0.2, 2, 0.0, 1.0), kinematic_error=ERROR, omega=150.0),
 }
+
+
+class Constant(NamedTuple):
+    """Drag of a user's own, here 1 N*m and more."""
+
+    more: float
+
+    def torque(self, x, v):
+        return 1.0 + self.more + 0.0 * x * v
 
 
 @pytest.mark.parametrize("train", TRAINS.values(), ids=TRAINS.keys())
@@ -67,6 +78,11 @@ def test_the_error_equation_of_a_drive_survives_its_project_file(motor, tmp_path
             "holds torques as harmonics, and the load has TorqueProfile",
         ),
         (WITH_LOOP._replace(B=-1.0), None, "B"),
+        (  # equal to Linear(0.0), which is no drag, as tuples of numbers are
+            WITH_LOOP._replace(motor=WITH_LOOP.motor._replace(drag=Constant(0.0))),
+            None,
+            "Constant",
+        ),
     ],
 )
 def test_what_a_project_file_does_not_hold_is_said(train, omega, said):

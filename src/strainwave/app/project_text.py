@@ -69,7 +69,7 @@ def _group(**fields: str) -> str:
 
 
 def _drag(law: Any) -> str:
-    return "" if law == NO_DRAG else project_entry(law)
+    return "" if (type(law), law) == (type(NO_DRAG), NO_DRAG) else project_entry(law)  # equal numbers make no equal law
 
 
 def _motor(motor: Any) -> str:
