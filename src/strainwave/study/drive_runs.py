@@ -226,8 +226,9 @@ def waiting(train: DriveTrain, t: float) -> Floats:
         state = operating_state(begun, speed, angle=angle)
     except SolveError as error:
         raise SolveError(f"{error}; give the state to begin with, y0") from error
-    state[0] += train.error.value(angle)
-    state[1] += train.error.slope(angle) * speed
+    if speed:  # at standstill it is in the state already
+        state[0] += train.error.value(angle)
+        state[1] += train.error.slope(angle) * speed
     return state
 
 

@@ -26,8 +26,8 @@ def operating_state(
 
     Every law is taken where a slow load from rest brings it, so that one that softens is below its largest torque.
 
-    Friction of the shafts counts with that speed, gravity with that angle; kinematic error and the lines of the
-    torques do not. A free motor gets the torque that keeps the speed.
+    Friction of the shafts counts with that speed, gravity with that angle; the lines of the torques do not, nor does
+    the kinematic error, except at standstill. A free motor gets the torque that keeps the speed.
 
     Parameters
     ----------
@@ -49,7 +49,8 @@ def operating_state(
         If a torque has no mean, such as a profile.
     """
     train = with_mean_torques(with_parts("operating_state", train, "power_names"))
-    held = train._replace(error=NoError(), reference=Steady(), omega=float(speed))
+    error = NoError() if speed else train.error
+    held = train._replace(error=error, reference=Steady(), omega=float(speed))
     if isinstance(train.motor.control, Free):
         state = operating_state(held._replace(motor=held.motor._replace(control=HELD)), speed, near=near, angle=angle)
         return np.concatenate([state[:2], np.zeros(2), state[2:]])
