@@ -205,6 +205,16 @@ def test_bands_that_overlap_have_each_a_jump_and_its_way_back():
     assert [(band.low, band.high) for band in told.bands] == [(1.0, 4.0), (3.0, 6.0)]
 
 
+def test_a_jump_of_a_sweep_that_the_other_one_does_not_reach_is_in_no_band():
+    # no motion is stable between 6 and 7: the run-up jumps at 4 and ends at 6, the run-down ends at 7
+    branch = drawn([(0, 1, True), (4, 2, False), (3, 3, True), (6, 4, False), (7, 5, True), (9, 6, True)])
+    told = sw.jumps(branch)
+    assert told.bands == ()
+    assert [jump.value for jump in told.alone] == [4.0]
+    assert not told.finished_up
+    assert not told.finished_down
+
+
 def test_a_sweep_that_passes_over_a_motion_of_the_other_one_has_one_band_with_three_jumps():
     # up: from the lowest motion at 6 to the highest one; down: at 3 to the middle one, which ends at 1
     branch = drawn([(0, 1, True), (6, 2, False), (1, 3, True), (4, 4, False), (3, 5, True), (9, 6, True)])

@@ -121,7 +121,7 @@ def _avoid(project: Project, analysis: Analysis, avoid: Avoid, angle: AngleUnit)
         beside = f"{times} the {slow}" if avoid.limit is None else f"within the limit of {angle.text(avoid.limit)}"
         return (
             f"No speed of the range has to be avoided: the error oscillates with at most {angle.text(largest)}, "
-            f"{beside}, and nothing jumps."
+            f"{beside}{'' if sweep is not None and sweep.alone else ', and nothing jumps'}."
         )
     bands = _listed(_range(project, analysis, *band) for band in avoid.bands)
     reasons = []

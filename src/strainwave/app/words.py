@@ -49,6 +49,11 @@ def warnings(project: Project, analysis: Analysis) -> list[str]:
             "which one the drive is on depends on its history; pass through that band quickly or keep out of it."
             + ("" if band.whole else " A jump between them lies outside the speed range; take a wider one to see it.")
         )
+    for jump in () if sweep is None else sweep.alone:
+        said.append(
+            f"The response jumps at {speed_text(place(project, jump.value))}, and in the other direction its stable "
+            "motions end before that speed: the curve does not tell what follows there; integrate to see it."
+        )
     return [with_rpm(project, text) for text in (*said, *project.notes)]
 
 

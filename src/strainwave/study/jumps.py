@@ -56,6 +56,12 @@ class Jumps:
         """The bands that a sweep jumps into or out of."""
         return tuple(band for band in self.bands if band.on_run_up or band.on_run_down)
 
+    @property
+    def alone(self) -> tuple[Jump, ...]:
+        """Jumps in no band: the other sweep ends before it comes there, as its stable motions do."""
+        held = {jump for band in self.bands for jump in (*band.on_run_up, *band.on_run_down)}
+        return tuple(jump for jump in (*self.on_run_up, *self.on_run_down) if jump not in held)
+
     def __str__(self) -> str:
         return self.sentence
 
