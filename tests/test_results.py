@@ -102,3 +102,11 @@ def test_saved_file_has_the_permissions_of_any_new_file(tmp_path):
     (tmp_path / "plain").write_text("")
     saved = cosine(np.linspace(0.0, 1.0, 3)).save(tmp_path / "run.npz")
     assert saved.stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+def test_peak_takes_the_largest_values_between_samples_where_they_are_known():
+    y, rest = np.array([[1.0, 0.5, -0.2]]), np.zeros((1, 3))
+    run = Trajectory(np.arange(3.0), y, rest, sw.Status.OK, "", 9, 0, 0, np.array([[0.0, 3.0, 0.7]]))
+    assert run.peak() == 3.0
+    assert run.peak(after=1.0) == 0.7
+    assert run.peak(after=2.0) == 0.2

@@ -314,3 +314,28 @@ def test_a_rate_that_is_the_second_state_by_chance_is_not_taken_for_it():
     )
     run = sw.simulate(Crossed(1.0), (1.0, 0.0), np.linspace(0.0, 4.0 * np.pi, 200_001), method=sw.Dopri5(rtol=1e-11))
     assert float(found["lowest"][0]) == pytest.approx(float(run.y[0].min()), abs=1e-9)
+
+
+class Kick(NamedTuple):
+    """A torque for 1/25 of every turn, from the angle `at` on."""
+
+    amplitude: float
+    at: float
+
+    def torque(self, angle):
+        sign = sw.maths.sign
+        return 0.5 * self.amplitude * (sign(angle - self.at) - sign(angle - self.at - 2.0 * np.pi / 25.0))
+
+
+def test_adaptive_lanes_meet_a_kick_after_a_rest(monkeypatch):
+    # in the gap x'' = (A - B x')/J: after the kick of length d, x' = A/B (1 - exp(-B d)), and x ends A d/B farther
+    monkeypatch.setenv("STRAINWAVE_JIT", "0")
+    system = sw.Oscillator(1.0, 4.0, sw.Backlash(1e4, 1.0), Kick(4.0, 2.5), 1.0)
+    B = np.array([4.0, 6.0])
+    found = sw.ensemble(system, {"B": B}, (0.0, 0.0), periods=1, method=sw.Dopri5(rtol=1e-7), measures=(sw.Peak(),))
+    np.testing.assert_allclose(found.peak, 4.0 * 2.0 * np.pi / 25.0 / B, rtol=1e-5)
+
+
+def test_largest_step_is_refused_in_one_sentence():
+    with pytest.raises(ValueError, match=r"Dopri5\.largest_step is 0\.1 s; steps of an ensemble are at most 1/16 of a"):
+        sw.ensemble(DUFFING, FEW, (0.0, 0.0), periods=1, method=sw.Dopri5(largest_step=0.1))

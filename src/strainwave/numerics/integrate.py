@@ -104,10 +104,12 @@ def simulate(system: Any, y0: ArrayLike, t: float | ArrayLike, *, method: Dopri5
         Anything with `rhs(phase, y)`; its `omega` [rad/s] turns time into phase (1 where it has none). Switches are
         located where it has `breakpoints()`.
     y0 : (states,) array_like
-        State at the first time; for an `Oscillator` x [rad], x' [rad/s] and the internal states of its law, if any.
+        State at the first time; for an `Oscillator` x [rad], x' [rad/s] and the internal states of its law, if any; for
+        a train under gravity or load see `operating_state`.
     t : float or array_like
-        End time [s] (from 0), or (start, end): every step is recorded. More than two increasing times: the solution is
-        recorded there, by dense output.
+        End time [s] (from 0), or (start, end): every step is recorded, at a corner of a profile once just before and
+        once just after it. More than two increasing times: the solution is recorded there, by dense output, with the
+        largest values in between.
     method : Dopri5, Rk4 or Dop8
         Integration method and its tolerances or steps.
 
