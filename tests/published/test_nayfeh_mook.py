@@ -21,6 +21,7 @@ def test_first_order_gives_the_printed_subharmonics():
     assert [s.stable for s in states] == [True, False]
 
 
+@pytest.mark.compiled
 def test_the_isola_is_closed_and_holds_both_printed_subharmonics():
     loops = sw.isolas(DUFFING, (3.0, 10.0))
     assert len(loops) == 1

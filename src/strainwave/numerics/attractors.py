@@ -76,7 +76,7 @@ def recognised(system: Any, ends: Settled) -> tuple[NDArray[np.int64], tuple[Att
         place = next((i for i, known in enumerate(found) if _same(known, seen, scale)), len(found))
         if place == len(found):
             found.append(seen)
-        near = _distance(found[place].points, ends.state[:, waiting], scale) < NEAR
+        near = distance(found[place].points, ends.state[:, waiting], scale) < NEAR
         near[0] = True
         label[waiting[near]] = place
         waiting = waiting[~near]
@@ -86,14 +86,14 @@ def recognised(system: Any, ends: Settled) -> tuple[NDArray[np.int64], tuple[Att
     return rank[np.maximum(label, -1)], tuple(found[i] for i in order)
 
 
-def _distance(points: Floats, states: Floats, scale: Floats) -> Floats:
+def distance(points: Floats, states: Floats, scale: Floats) -> Floats:
     """Distance (lanes,) of states (states, lanes) to the nearest of the points (period, states), in state sizes."""
     gaps = np.abs(points[:, :, None] - states[None]) / scale[None, :, None]
     return np.asarray(np.min(np.max(gaps, axis=1), axis=0))
 
 
 def _same(known: Attractor, seen: Attractor, scale: Floats) -> bool:
-    return known.period == seen.period and bool(_distance(known.points, seen.points[:1].T, scale)[0] < 10.0 * NEAR)
+    return known.period == seen.period and bool(distance(known.points, seen.points[:1].T, scale)[0] < 10.0 * NEAR)
 
 
 def _attractor(system: Any, ends: Settled, lane: int) -> tuple[Attractor, Floats]:
@@ -104,14 +104,14 @@ def _attractor(system: Any, ends: Settled, lane: int) -> tuple[Attractor, Floats
     run = simulate(system, state, grid, method=Dopri5(rtol=1e-10, atol=1e-14 * float(np.max(np.abs(state)) + 1e-12)))
     y = run.y
     scale = np.maximum(np.max(np.abs(y), axis=1), 1e-300)
-    turns = _fewest(y[:, ::PER_TURN], turns, scale, NEAR)
+    turns = fewest(y[:, ::PER_TURN], turns, scale, NEAR)
     y = y[:, : turns * PER_TURN]
     orbit = _orbit(system, y, turns, scale)
     if orbit is None:
         low, high = float(ends.lowest[lane]), float(ends.highest[lane])
         return Attractor(turns, low, high, y[:, ::PER_TURN].T, np.nan, False), scale
     points = orbit.state(np.asarray(2.0 * np.pi * np.arange(turns + 1), float))
-    fewer = _fewest(points, turns, scale, SAME)
+    fewer = fewest(points, turns, scale, SAME)
     if fewer < turns:
         orbit = _orbit(system, y[:, : fewer * PER_TURN], fewer, scale) or orbit
     x = orbit.state(np.asarray(np.linspace(0.0, 2.0 * np.pi * fewer, 4096 * fewer), float))[0]
@@ -119,7 +119,7 @@ def _attractor(system: Any, ends: Settled, lane: int) -> tuple[Attractor, Floats
     return Attractor(fewer, low, high, points[:, :fewer].T, size, orbit.stable), scale
 
 
-def _fewest(points: Floats, turns: int, scale: Floats, near: float) -> int:
+def fewest(points: Floats, turns: int, scale: Floats, near: float) -> int:
     """Smallest divisor of the turns after which the first of the points (states, turns + 1) comes back."""
     for n in range(1, turns):
         if turns % n == 0 and np.all(np.abs(points[:, n] - points[:, 0]) < near * scale):

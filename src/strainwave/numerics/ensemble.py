@@ -7,6 +7,7 @@ are filled up with copies.
 
 import logging
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace as with_changes
 from time import monotonic
@@ -102,6 +103,19 @@ def ensemble(
     Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, 2nd ed., secs. II.4-II.5.
     """
     system = repeating("ensemble", with_parts("ensemble", system, "rhs"))
+    data, estimates = lanes_run(
+        system, parameters, y0, periods=periods, settle=settle, measures=measures, method=method, threads=threads,
+        device=device,
+    )  # fmt: skip
+    estimates()
+    return data
+
+
+def lanes_run(
+    system: Any, parameters: dict[str, ArrayLike], y0: Any, *, periods: int, settle: int, measures: tuple[Any, ...],
+    method: Rk4 | Dopri5 | None, threads: int | None, device: str = "cpu",
+) -> tuple[xr.Dataset, Callable[[], None]]:  # fmt: skip
+    """Dataset of an ensemble, and what adds the estimates of its errors: that takes as long as a few hundred lanes."""
     varied, states, lanes = lanes_of(system, parameters, y0)
     settle, periods = spans(periods, settle)
     kept, chosen = what_and_how(system, measures, method)
@@ -113,8 +127,12 @@ def ensemble(
     data.attrs |= {"method": str(chosen), "device": machine.name, "periods": periods, "settle": settle}
     if isinstance(chosen, Rk4):
         data["steps"] = ("lane", steps, {"long_name": "steps per period"})
-        _add_error_estimates(data, batch, chosen, steps, measures, system, varied, machine)
-    return data
+
+    def estimates() -> None:
+        if isinstance(chosen, Rk4):
+            _add_error_estimates(data, batch, chosen, steps, measures, system, varied, machine)
+
+    return data, estimates
 
 
 def _batch(

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..quantities import replace
 from ..results import Floats
-from .ensemble import ensemble
+from .ensemble import ensemble, lanes_run
 from .integrate import Dop8, Dopri5, Rk4
 from .measures import Extremes, Final
 
@@ -63,7 +63,7 @@ def settled(
     places, start, done, now = np.arange(lanes), y0, 0, settle
     while True:
         here: dict[str, Any] = {path: np.broadcast_to(values, (lanes,))[places] for path, values in parameters.items()}
-        found = ensemble(
+        found, _ = lanes_run(
             system, here, tuple(start), periods=SEEN, settle=now, measures=(Extremes(), Final()), method=method,
             threads=threads,
         )  # fmt: skip

@@ -1,44 +1,54 @@
-"""`isolas`: responses that no sweep reaches, such as subharmonic loops, seeded by the slow flow and then continued.
+"""`isolas`: responses that no sweep reaches, such as subharmonic loops, found from several kinds of seeds and followed.
 
-Each steady state of the slow flow, and each orbit that a harmonic alone allows at an end of the range, becomes a guess
-for harmonic balance with the period of its resonance; what converges is followed both ways until it closes. Where the
-slow flow does not know the resonance or no state converges, the free vibration of the same frequency (the backbone) is
-tried with all phases, and then integration from those states.
+Seeds are the steady states of the slow flow, orbits that one harmonic allows at an end of the range, motions on which
+random starts settle, and free vibrations of the frequency in question (the backbone) with all phases. Each becomes a
+guess for harmonic balance with the period of the resonance; what converges and is new is followed both ways until it
+closes or leaves the range.
 
 Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 4.1.3, 4.1.4; Krack & Gross 2019, sec. 4.4 (isolated branches).
 """
 
 from collections.abc import Iterator
 from dataclasses import replace as with_changes
+from itertools import chain
 from typing import Any
 
 import numpy as np
 
 from .._dispatch import springs_only
-from ..numerics.backbone import backbone
 from ..numerics.balance import second_order
 from ..numerics.branches import Trace, leaf_of, solve
-from ..numerics.coexisting import guesses
 from ..numerics.continuation import CLOSED, END, FOLD, STEP
 from ..numerics.description import describe
 from ..numerics.fourier import from_blocks
-from ..numerics.guess import linear_response
-from ..numerics.harmonics import MOST, highest_order, starting_harmonics
-from ..numerics.integrate import Dopri5, simulate
+from ..numerics.harmonics import MOST, starting_harmonics
 from ..numerics.parameter_sweep import SECOND_ORDER, both_ways, embedded_series
+from ..numerics.random_starts import Motion, Search, settled_motions
 from ..numerics.response import frequency_response
+from ..numerics.settle import SEEN
 from ..numerics.switching import UPRIGHT
 from ..numerics.truncation import CURVE, tail_along
-from ..quantities import interval, replace, shown, with_parts
-from ..results import Branch, Floats, SolveError
-from ..theory.multiple_scales import slow_flow
+from ..quantities import interval, shown, with_parts
+from ..results import Branch, Floats
 from ..theory.resonance import SUBHARMONIC, Resonance
+from .isola_seeds import free_seeds, series_of, slow_seeds, speeds
+from .orbit_copies import lies_on, takes
 
-SPEEDS = 12  # at which the slow flow is asked
-PHASES = 8
 REACH = 3.0  # a loop may leave the range by this factor and is still followed until it closes
-SPARSE = 5  # one in so many seeds is integrated
-SETTLING = 150  # periods of integration before a guess is read
+ENOUGH = 1e-4  # tail of a settled motion at which harmonic balance takes it up; the branch then takes more
+FINER = (1.0, 0.5, 0.25)  # of a step, where a branch was followed back and forth
+PROBES = (0.2, 0.5, 0.8)  # where along a new branch a known one is looked for
+
+
+class Isolas(list[Branch]):
+    """Branches that are no part of the main one, a list; `message` says what was searched and what else was met."""
+
+    def __init__(self, branches: list[Branch], message: str) -> None:
+        super().__init__(branches)
+        self.message = message
+
+    def __str__(self) -> str:
+        return "\n".join([*map(str, self), self.message])
 
 
 def isolas(
@@ -48,8 +58,8 @@ def isolas(
     resonance: Resonance = SUBHARMONIC,
     harmonics: int | None = None,
     points: int = 200,
-) -> list[Branch]:
-    """Find the responses of a resonance that are no part of the main branch, and follow them until they close.
+) -> Isolas:
+    """Find the responses of a resonance that are no part of the main branch, and follow them through the range.
 
     Parameters
     ----------
@@ -67,9 +77,12 @@ def isolas(
     Returns
     -------
     list of Branch
-        Without copies (orbits shifted by whole turns of the base angle). `closed` says whether it is a loop: it is
-        followed outside the range too, up to three times its ends; a branch that does not close there is cut to the
-        range. `origin` says how it was found. For q = 1 parts of the main branch are left out.
+        Without copies (orbits shifted by whole turns of the base angle, or mirrored and shifted by half a turn).
+        `closed` says whether it is a loop: it is followed outside the range too, up to three times its ends; a branch
+        that does not close there is cut to the range. `origin` says how it was found. For q = 1 parts of the main
+        branch are left out. The list has a `message`: the speeds that were searched, the number of random starts and
+        how long they ran, and what they settled on that is not in the list: motions of other periods (up to 8 turns),
+        and starts that did not settle. The starts are the same in every run.
 
     Raises
     ------
@@ -94,21 +107,100 @@ def isolas(
             "the excitation and the kinematic error are constant: without forcing no resonance responds; give one of "
             "them an amplitude"
         )
-    main = [frequency_response(system, (lo, hi), harmonics=harmonics)] if period == 1 else []
-    found: list[Branch] = []
-    reached = False
-    for seeds in (_first_seeds, _free_seeds, _settled_seeds):
-        for guess, origin in seeds(problem, resonance, lo, hi):
-            point = solve(problem, guess)
-            if point is None or not _subharmonic(point, period):
-                continue
-            reached = True
-            if any(_lies_on(problem, point, branch) for branch in [*main, *found]):
-                continue
-            found.append(_followed(problem, point, lo, hi, harmonics, 4.0 / points, origin))
-        if reached:
-            break
-    return found
+    at = speeds(system.omega, lo, hi)
+    found = [frequency_response(system, (lo, hi), harmonics=harmonics)] if period == 1 else []
+    main = len(found)
+    search = settled_motions(problem, at)
+    lost: list[Motion] = []
+    seeds = chain(
+        _points(problem, slow_seeds(problem, resonance, at)),
+        _points(problem, free_seeds(problem, resonance, at)),
+        _settled_points(problem, search, harmonics, lost),
+    )
+    for here, point, origin in seeds:
+        if not takes(point, period) or any(lies_on(here, point, branch) for branch in found):
+            continue
+        branch = _followed(here, point, lo, hi, harmonics, 4.0 / points, origin)
+        if not any(lies_on(here, probe, known) for known in found for probe in _probes(here, branch)):
+            found.append(branch)
+    return Isolas(found[main:], _sentence(search, period, len(found) - main, lost))
+
+
+def _points(problem: Any, seeds: Iterator[tuple[Floats, str]]) -> Iterator[tuple[Any, Floats, str]]:
+    """The orbits to which guesses lead."""
+    for guess, origin in seeds:
+        point = solve(problem, guess)
+        if point is not None:
+            yield problem, point, origin
+
+
+def _settled_points(
+    problem: Any, search: Search, harmonics: int | None, lost: list[Motion]
+) -> Iterator[tuple[Any, Floats, str]]:
+    """The orbits on which random starts settled; those that harmonic balance does not confirm are added to `lost`."""
+    for motion in search.motions:
+        if motion.turns != problem.turns:
+            continue
+        point, series = None, series_of(motion)
+        h = len(problem.tau) // 2
+        while point is None:
+            here = second_order(problem.system, problem.leaf, problem.omega_leaf, h, problem.turns)
+            guess = embedded_series(here, series)
+            if harmonics is not None or h >= MOST or tail_along(problem, guess[None], 0.0).worst <= ENOUGH:
+                point = solve(here, guess)
+                if harmonics is not None or h >= MOST:
+                    break
+            h = min(2 * h + 1, MOST)
+        if point is None:
+            lost.append(motion)
+            continue
+        yield here, point, f"settled on by random starts at omega = {motion.omega:.6g} rad/s"
+
+
+def _probes(problem: Any, branch: Branch) -> Iterator[Floats]:
+    """Some orbits of a branch."""
+    for share in PROBES:
+        i = int(share * (len(branch) - 1))
+        point = solve(problem, embedded_series(problem, np.append(branch.coefficients[i], branch.omega[i])))
+        if point is not None:
+            yield point
+
+
+def _sentence(search: Search, period: int, branches: int, lost: list[Motion]) -> str:
+    """What was searched, and what was met that is not in the list."""
+    at = search.omegas
+    said = [
+        f"{branches} branch(es) of orbits of {_turns(period)}; searched at {len(at)} speeds, omega = {at[0]:.6g} .. "
+        f"{at[-1]:.6g} rad/s, by the slow flow, by free vibrations, and from {search.starts} random starts each up to "
+        f"|x| = {search.reach:.3g} rad that ran for at most {search.turns} turns"
+    ]
+    for turns in sorted({m.turns for m in search.motions} - {period}):
+        here = [m.omega for m in search.motions if m.turns == turns]
+        said.append(
+            f"starts also settled on motions of {_turns(turns)} at omega = {_band(here)} rad/s: "
+            f"see isolas with Resonance(1, {turns})" + (" and frequency_response" if turns == 1 else "")
+        )
+    if lost:
+        some = ", ".join(f"{w:.6g}" for w in dict.fromkeys(m.omega for m in lost))
+        said.append(f"settled motions at omega = {some} rad/s were not found by harmonic balance: take more harmonics")
+    if search.unsettled:
+        some = ", ".join(f"{w:.6g}" for w in search.loose)
+        said.append(
+            f"{search.unsettled} starts, at omega = {some} rad/s, did not settle on a period of up to {SEEN} turns "
+            "(chaos, a longer period or a slow transient)"
+        )
+    if search.diverged:
+        said.append(f"{search.diverged} starts left every bound")
+    return "; ".join(said)
+
+
+def _band(values: list[float]) -> str:
+    low, high = min(values), max(values)
+    return f"{low:.6g}" if low == high else f"{low:.6g} .. {high:.6g}"
+
+
+def _turns(number: int) -> str:
+    return f"{number} turn" if number == 1 else f"{number} turns"
 
 
 def _followed(
@@ -116,12 +208,10 @@ def _followed(
 ) -> Branch:
     """Follow a branch through a point with as many harmonics as it needs."""
     while True:
-        trace = both_ways(problem, point, lo / REACH, hi * REACH, step)
-        if trace.outcome == CLOSED:  # again, in steps that suit the loop
-            size = float(np.ptp(trace.points[:, -1]))
-            trace = both_ways(problem, point, lo / REACH, hi * REACH, step, size)
-        else:
-            trace = both_ways(problem, point, lo, hi, step)
+        for share in FINER:
+            trace = _around(problem, point, lo, hi, share * step)
+            if not _turns_back(trace):
+                break
         tail = tail_along(problem, trace.points)
         h = len(problem.tau) // 2
         if harmonics is not None or tail.worst <= CURVE or h >= MOST:
@@ -142,6 +232,24 @@ def _followed(
         ends = f"closed, omega = {omega.min():.9g} .. {omega.max():.9g} rad/s"
         trace = with_changes(trace, message=ends)
     return describe(problem, "omega", trace, tail, origin)
+
+
+def _around(problem: Any, point: Floats, lo: float, hi: float, step: float) -> Trace:
+    """The loop through a point, also where it leaves the range, or else the part of a branch inside the range."""
+    trace = both_ways(problem, point, lo / REACH, hi * REACH, step)
+    if trace.outcome != CLOSED:
+        return both_ways(problem, point, lo, hi, step)
+    size = float(np.ptp(trace.points[:, -1]))  # again, in steps that suit the loop
+    return both_ways(problem, point, lo / REACH, hi * REACH, step, size)
+
+
+def _turns_back(trace: Trace) -> bool:
+    """Whether a fold is on a branch twice: a step past a branch point may turn round, and follow all of it again."""
+    folds = trace.points[trace.labels == FOLD]
+    if len(folds) < 2:
+        return False
+    gaps = np.linalg.norm(folds[:, None] - folds, axis=2) + np.diag(np.full(len(folds), np.inf))
+    return bool(np.min(gaps / np.linalg.norm(folds[:, :-1], axis=1)) < 1e-5)
 
 
 def _one_copy(trace: Trace, period: int) -> tuple[Trace, bool]:
@@ -181,103 +289,3 @@ def _own_harmonics(size: int, period: int) -> list[int]:
     h = size // 2 - 1
     rest = [k for k in range(1, h + 1) if k % period]
     return rest + [h + k for k in rest]
-
-
-def _subharmonic(point: Floats, period: int) -> bool:
-    """Whether an orbit really takes `period` turns: more than rounding beside the harmonics of one turn."""
-    own = point[_own_harmonics(len(point), period)]
-    return period == 1 or bool(np.linalg.norm(own) > 1e-6 * np.linalg.norm(point[:-1]))
-
-
-def _lies_on(problem: Any, point: Floats, branch: Branch) -> bool:
-    """Whether an orbit, or a copy of it shifted by whole turns, is on a branch: equal harmonics at its frequency."""
-    n, omega = len(point) - 1, float(point[-1])
-    h = n // 2
-    x = point[:-1] + problem.error
-    mine = np.hypot(x[1 : h + 1], x[h + 1 :])
-    size = float(np.linalg.norm(mine))
-    side, stretch = branch.omega - omega, problem.turns // branch.period
-    for i in np.flatnonzero(side[1:] * side[:-1] <= 0.0):
-        width = side[i] - side[i + 1]
-        share = float(side[i] / width) if width != 0.0 else 0.0
-        series = (1.0 - share) * branch.coefficients[i] + share * branch.coefficients[i + 1]
-        there = solve(problem, embedded_series(problem, np.append(series, omega), stretch))
-        if there is None:
-            continue
-        y = there[:-1] + problem.error
-        if np.linalg.norm(np.hypot(y[1 : h + 1], y[h + 1 :]) - mine) < 1e-5 * size:
-            return True
-    return False
-
-
-def _speeds(problem: Any, lo: float, hi: float) -> Floats:
-    own = [problem.system.omega] if lo <= problem.system.omega <= hi else []
-    return np.array([*own, *np.geomspace(lo, hi, SPEEDS + 2)[1:-1]])
-
-
-def _with_component(problem: Any, omega: float, p: int, amplitude: float, phase: float) -> Floats:
-    """Linear response plus amplitude cos(p angle - phase), in coefficients of the orbit's own angle."""
-    z = linear_response(problem, omega)
-    h = len(problem.tau) // 2
-    z[p], z[h + p] = amplitude * np.cos(phase), amplitude * np.sin(phase)
-    return z
-
-
-def _first_seeds(problem: Any, resonance: Resonance, lo: float, hi: float) -> Iterator[tuple[Floats, str]]:
-    """What a harmonic alone allows at the ends of the range, through which branches may enter, and the slow flow."""
-    if resonance.q == 1:
-        for omega, some in guesses(problem, (lo, hi)).items():
-            for guess in some:
-                yield guess, f"seeded by what one harmonic allows at the end of the range, omega = {omega:.6g} rad/s"
-    yield from _slow_seeds(problem, resonance, lo, hi)
-
-
-def _slow_seeds(problem: Any, resonance: Resonance, lo: float, hi: float) -> Iterator[tuple[Floats, str]]:
-    """Steady states of the slow flow, stable and unstable."""
-    for omega in _speeds(problem, lo, hi):
-        try:
-            states = slow_flow(replace(problem.system, {"omega": float(omega)}), resonance).steady_states()
-        except (ValueError, SolveError):
-            continue
-        for s in states:
-            if s.amplitude > 0.0:
-                origin = (
-                    f"seeded by the slow flow of the {resonance.p}:{resonance.q} resonance at omega = {omega:.6g} "
-                    f"rad/s, a = {s.amplitude:.6g} ({'stable' if s.stable else 'unstable'})"
-                )
-                yield _with_component(problem, float(omega), resonance.p, s.amplitude, s.phase), origin
-
-
-def _free_seeds(problem: Any, resonance: Resonance, lo: float, hi: float) -> Iterator[tuple[Floats, str]]:
-    """Free vibrations of the frequency p omega/q, with phases all around."""
-    size = float(np.linalg.norm(linear_response(problem, np.sqrt(lo * hi))[:-1])) or 1.0
-    curve = backbone(
-        problem.system, size * np.geomspace(1e-2, 1e2, 41), harmonics=max(7, highest_order(problem.system))
-    )
-    for omega in _speeds(problem, lo, hi):
-        side = curve.omega - resonance.p * omega / resonance.q
-        for i in np.flatnonzero(side[1:] * side[:-1] < 0.0):
-            share = side[i] / (side[i] - side[i + 1])
-            a = float((1.0 - share) * curve.amplitude[i] + share * curve.amplitude[i + 1])
-            for phase in 2.0 * np.pi * np.arange(PHASES) / PHASES:
-                origin = (
-                    f"seeded by the free vibration of {resonance.p}/{resonance.q} of omega = {omega:.6g} rad/s, "
-                    f"amplitude {a:.6g}, phase {phase:.3g}"
-                )
-                yield _with_component(problem, float(omega), resonance.p, a, float(phase)), origin
-
-
-def _settled_seeds(problem: Any, resonance: Resonance, lo: float, hi: float) -> Iterator[tuple[Floats, str]]:
-    """What an integration from the free vibrations settles on."""
-    samples = len(problem.angles)
-    for guess, origin in list(_free_seeds(problem, resonance, lo, hi))[::SPARSE]:
-        system = replace(problem.system, {"omega": float(guess[-1])})
-        turn = 2.0 * np.pi * problem.turns / system.omega
-        series = guess[:-1] + problem.error
-        h = len(series) // 2
-        start = (float(np.sum(series[: h + 1])), float(np.arange(1, h + 1) @ series[h + 1 :]) * 2.0 * np.pi / turn)
-        times = np.concatenate([[0.0], turn * (SETTLING + np.arange(samples) / samples)])
-        run = simulate(system, start, times, method=Dopri5(rtol=1e-7, atol=1e-12))
-        if run.status:
-            settled = np.append(run.y[0, 1:] @ problem.analysis - problem.error, guess[-1])
-            yield settled, f"settled by integration; {origin}"
