@@ -327,13 +327,13 @@ class Kick(NamedTuple):
         return 0.5 * self.amplitude * (sign(angle - self.at) - sign(angle - self.at - 2.0 * np.pi / 25.0))
 
 
-def test_adaptive_lanes_meet_a_kick_after_a_rest(monkeypatch):
-    # in the gap x'' = (A - B x')/J: after the kick of length d, x' = A/B (1 - exp(-B d)), and x ends A d/B farther
-    monkeypatch.setenv("STRAINWAVE_JIT", "0")
+@pytest.mark.compiled
+def test_adaptive_lanes_meet_a_kick_after_a_rest():
+    # in the gap J x'' + B x' = A for the length d of the kick, else 0: x comes to rest at A d/B, within exp(-3.5 B)
     system = sw.Oscillator(1.0, 4.0, sw.Backlash(1e4, 1.0), Kick(4.0, 2.5), 1.0)
     B = np.array([4.0, 6.0])
     found = sw.ensemble(system, {"B": B}, (0.0, 0.0), periods=1, method=sw.Dopri5(rtol=1e-7), measures=(sw.Peak(),))
-    np.testing.assert_allclose(found.peak, 4.0 * 2.0 * np.pi / 25.0 / B, rtol=1e-5)
+    np.testing.assert_allclose(found.peak, 4.0 * 2.0 * np.pi / 25.0 / B, rtol=2e-5)
 
 
 def test_largest_step_is_refused_in_one_sentence():
