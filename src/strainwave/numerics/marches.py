@@ -37,6 +37,27 @@ def store(out_t: Any, out_y: Any, out_rate: Any, place: int, t: float, y: Any, k
 
 
 @kernel
+def calmed(
+    system: Any, omega: float, t: float, y: Any, k: Any, span: float, h: float, h_next: float, calm: float, known: float
+) -> Any:
+    """Step after one of h, no longer than a calm one where nothing limits it, and what is known of that."""
+    if h_next > known:
+        calm = calm_step(system, omega, t, y, k, span)
+        known = max(calm, 2.0 * h_next)
+    if h_next > 2.0 * h:
+        h_next = max(h, min(h_next, calm))
+    return h_next, calm, known
+
+
+@kernel
+def shortened(h: float, e: float) -> float:
+    """Step to try after one of h whose error is e tolerances; e is at most 1 where the look inside has rejected it."""
+    if e <= 1.0:
+        return APART * h
+    return float(h * (max(0.2, 0.9 * e**-0.2) if e < BOUND else 0.1))
+
+
+@kernel
 def store_inside(
     system: Any, omega: float, t: float, h: float, y: Any, k: Any, t1: float, y1: Any, k1: Any, dense: Any,
     samples: Any, filled: int, most: Any, out_t: Any, out_y: Any, out_rate: Any, out_most: Any,
@@ -90,10 +111,7 @@ def adaptive(
         good = e <= 1.0 and bounded(y1, BOUND)
         if not good or (look and not undisturbed(system, omega, t, h, y, k, y1, k1, dense, rtol, atol)):
             rejected += 1
-            if good:
-                h *= APART
-            else:
-                h *= max(0.2, 0.9 * e**-0.2) if 1.0 < e < BOUND else 0.1
+            h = shortened(h, e)
             if not t + h > t:
                 status = DIVERGED
             continue
@@ -106,11 +124,7 @@ def adaptive(
             switches += 1
             h_next = tried
         else:
-            if h_next > known:
-                calm = calm_step(system, omega, t1, y1, k1, span)
-                known = max(calm, 2.0 * h_next)
-            if h_next > 2.0 * h:  # nothing limits it
-                h_next = max(h, min(h_next, calm))
+            h_next, calm, known = calmed(system, omega, t1, y1, k1, span, h, h_next, calm, known)
         known, look = min(known, FAR * tried), h_next > STAGES * calm
         if last:
             h_next = max(h_next, wanted)
