@@ -61,7 +61,7 @@ class TypedError(Exception):
 
 def typed(function, *arguments, **_options):
     """Find the types of a kernel with its arguments, in place of a run of it."""
-    _jit._dispatcher(function, False).get_call_template(tuple(map(numba.typeof, arguments)), {})
+    _jit._dispatcher(function, _jit.model_classes(arguments)).get_call_template(tuple(map(numba.typeof, arguments)), {})
     raise TypedError
 
 

@@ -350,7 +350,7 @@ def test_curve_of_the_whole_train_has_the_folds_of_the_error_equation_nearby():
     drive = sw.Drive(4.5e-4, 1.3, 50.0, 15.4, law)  # 3 % damping with the motor free
     error = sw.KinematicError((sw.Line(2, 1.115e-4),))
     systems = sw.SteadyTrain(drive.train(kinematic_error=error), 200.0), drive.error_equation(kinematic_error=error)
-    whole, reduced = (sw.frequency_response(s, (150.0, 260.0), harmonics=6, points=40) for s in systems)
+    whole, reduced = (sw.frequency_response(s, (150.0, 260.0), harmonics=10, points=40) for s in systems)
     assert whole.status is sw.Status.OK
     assert len(whole.folds) == len(reduced.folds) == 2
     for exact, near in zip(whole.folds, reduced.folds, strict=True):
