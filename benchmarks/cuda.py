@@ -20,9 +20,9 @@ import time
 import numpy as np
 
 import strainwave as sw
-from strainwave import _cuda
-from strainwave.numerics import gpu
-from strainwave.numerics.ensemble import _batch
+from strainwave.compile import cuda
+from strainwave.numerics.ensemble import gpu
+from strainwave.numerics.ensemble.ensemble import _batch
 
 DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
 ERROR = sw.KinematicError((sw.Line(2, 0.02), sw.Line(4, 0.005, 0.7)))
@@ -65,7 +65,7 @@ def march_time(system, method, lanes, periods):
 
 def measure(lanes, periods, rounds):
     """Print the table of rates, and return how many cases differ from the processor's answer."""
-    print(f"{lanes} trajectories of {periods} periods on {_cuda.load().get_current_device().name}")
+    print(f"{lanes} trajectories of {periods} periods on {cuda.load().get_current_device().name}")
     print(f"{'case':34s} {'trajectories/s':>15s} {'steps/s':>9s} {'difference to the processor':>28s}")
     wrong = 0
     for name, (system, method) in CASES.items():
@@ -82,16 +82,16 @@ def measure(lanes, periods, rounds):
 def compare_choices(lanes, periods):
     """Print the rates of other numbers of threads in a block and of lanes in a thread."""
     system, method = CASES["Duffing, Rk4, 100 steps"]
-    chosen, threads = gpu.METHODS[sw.Rk4], _cuda.THREADS
+    chosen, threads = gpu.METHODS[sw.Rk4], cuda.THREADS
     for of_block in (32, 64, 128, 256):
         for of_thread in (1, 2, 4):
-            _cuda.THREADS, gpu.METHODS[sw.Rk4] = of_block, (*chosen[:2], of_thread)
-            _cuda.kernel.cache_clear()
+            cuda.THREADS, gpu.METHODS[sw.Rk4] = of_block, (*chosen[:2], of_thread)
+            cuda.kernel.cache_clear()
             march_time(system, method, SMALL, 2)  # compiles
             rate = lanes * periods * 100 / march_time(system, method, lanes, periods)
             print(f"blocks of {of_block:3d} threads, {of_thread} lanes of a thread: {rate:9.2e} steps/s", flush=True)
-    _cuda.THREADS, gpu.METHODS[sw.Rk4] = threads, chosen
-    _cuda.kernel.cache_clear()
+    cuda.THREADS, gpu.METHODS[sw.Rk4] = threads, chosen
+    cuda.kernel.cache_clear()
 
 
 def show_code(wanted):
@@ -120,7 +120,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--code", nargs="?", const="", help="show the code of systems whose name contains this (all)")
     asked = parser.parse_args()
-    reason = _cuda.missing()
+    reason = cuda.missing()
     wrong = 0
     if reason:
         print(f"No rates: {reason}.")

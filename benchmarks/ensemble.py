@@ -21,15 +21,15 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave._jit import _numba, run
-from strainwave._lanes import LANES
-from strainwave.numerics.blocks import march
-from strainwave.numerics.ensemble import _batch
+from strainwave.compile.jit import _numba, run
+from strainwave.compile.lanes import LANES
+from strainwave.numerics.ensemble.blocks import march
+from strainwave.numerics.ensemble.ensemble import _batch
 
 DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
 FMA_PER_STEP = 30  # of RK4 on the Duffing oscillator
 # Of a Dormand-Prince step on it: sums 40, error 12, rates times h 14, six rates 30; and of its five cosines, as
-# `_compiled_maths.cos` has them, because every lane has its own phase. The step control is not counted.
+# `maths_kernels.cos` has them, because every lane has its own phase. The step control is not counted.
 FMA_PER_ATTEMPT = 96 + 5 * 18
 
 

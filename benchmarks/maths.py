@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from strainwave import _jit, _lanes, maths
+from strainwave import maths
+from strainwave.compile import jit, lanes
 
 RANGES = {"cos": (-1e3, 1e3), "sin": (-1e3, 1e3), "exp": (-20.0, 20.0), "log": (1e-3, 1e3), "tanh": (-3.0, 3.0)}
 RANGES |= {"power": (0.01, 10.0)}
@@ -25,14 +26,14 @@ def loop(function: Callable[..., float], both: bool) -> Callable[[Any, int], Non
     def of_one(rows: Any, repeats: int) -> None:
         for repeat in range(repeats):
             shift = 1e-12 * repeat
-            for i in range(_lanes.LANES):
-                _lanes.store(function(_lanes.load(rows, 0, i) + shift), rows, 1, i)
+            for i in range(lanes.LANES):
+                lanes.store(function(lanes.load(rows, 0, i) + shift), rows, 1, i)
 
     def of_two(rows: Any, repeats: int) -> None:
         for repeat in range(repeats):
             shift = 1e-12 * repeat
-            for i in range(_lanes.LANES):
-                _lanes.store(function(_lanes.load(rows, 0, i) + shift, _lanes.load(rows, 2, i)), rows, 1, i)
+            for i in range(lanes.LANES):
+                lanes.store(function(lanes.load(rows, 0, i) + shift, lanes.load(rows, 2, i)), rows, 1, i)
 
     return of_two if both else of_one
 
@@ -40,8 +41,8 @@ def loop(function: Callable[..., float], both: bool) -> Callable[[Any, int], Non
 def nanoseconds(kernel: Callable[[Any, int], None], rows: np.ndarray, repeats: int) -> float:
     """Return the CPU time of this thread for one lane."""
     started = time.thread_time()
-    _jit.run(kernel, rows, repeats)
-    return 1e9 * (time.thread_time() - started) / (repeats * _lanes.LANES)
+    jit.run(kernel, rows, repeats)
+    return 1e9 * (time.thread_time() - started) / (repeats * lanes.LANES)
 
 
 def main() -> None:
@@ -51,13 +52,13 @@ def main() -> None:
     rounds = parser.parse_args().rounds
     print("function   ours ns/lane   libm ns/lane   ratio   largest relative difference")
     for name, (low, high) in RANGES.items():
-        rows = np.zeros((3, _lanes.LANES))
-        rows[0] = np.random.default_rng(1).uniform(low, high, _lanes.LANES)
-        rows[2] = np.random.default_rng(2).uniform(-3.0, 3.0, _lanes.LANES)
+        rows = np.zeros((3, lanes.LANES))
+        rows[0] = np.random.default_rng(1).uniform(low, high, lanes.LANES)
+        rows[2] = np.random.default_rng(2).uniform(-3.0, 3.0, lanes.LANES)
         kernels = [loop(function, name == "power") for function in (getattr(maths, name), LIBM[name])]
         values = []
         for kernel in kernels:
-            _jit.run(kernel, rows, 1)
+            jit.run(kernel, rows, 1)
             values.append(rows[1].copy())
         times: list[list[float]] = [[], []]
         for _ in range(rounds):

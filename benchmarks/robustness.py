@@ -17,7 +17,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # threads cost more than the
 import numpy as np
 
 import strainwave as sw
-from strainwave.numerics.response import frequency_response
+from strainwave.numerics.curves.response import frequency_response
 
 KINDS = ("linear", "hard", "soft", "polynomial", "piecewise", "backlash", "biased backlash")
 LONGEST = 0.1  # neighbouring points, in units of the range and of the largest solution

@@ -11,7 +11,7 @@ import strainwave as sw
 import strainwave.model
 from strainwave.maths import exp, sign, sqrt
 from strainwave.model.oscillator import Powers
-from strainwave.model.train_forms import AtLoad, Metered
+from strainwave.model.train.train_forms import AtLoad, Metered
 from strainwave.quantities import Angle, TorsionalStiffness, is_model
 
 

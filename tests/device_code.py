@@ -18,7 +18,7 @@ from unittest import mock
 import numpy as np
 
 import strainwave as sw
-from strainwave import _cuda
+from strainwave.compile import cuda
 
 REGISTERS = ("tid", "ntid", "ctaid", "nctaid")  # that tell a thread its place
 ARITHMETIC = {"__nv_fabs": "llvm.fabs.f64", "__nv_sqrt": "llvm.sqrt.f64"}
@@ -43,11 +43,11 @@ class CaughtError(Exception):
 
 def ensemble_by(launch, *args, **options):
     """`sw.ensemble(..., device="gpu")` whose launches a function does."""
-    _cuda.load()
+    cuda.load()
     with (
-        mock.patch.object(_cuda, "missing", return_value=""),
-        mock.patch.object(_cuda, "load", return_value=HOST),
-        mock.patch.object(_cuda, "launch", launch),
+        mock.patch.object(cuda, "missing", return_value=""),
+        mock.patch.object(cuda, "load", return_value=HOST),
+        mock.patch.object(cuda, "launch", launch),
     ):
         return sw.ensemble(*args, device="gpu", **options)
 
@@ -64,10 +64,10 @@ def library(parts, rows, lanes, types, capability):
     from numba.cuda import compiler, dispatcher
 
     device = SimpleNamespace(compute_capability=capability)
-    thread = _cuda.kernel(*parts, rows, lanes).py_func
+    thread = cuda.kernel(*parts, rows, lanes).py_func
     with mock.patch.object(dispatcher, "get_current_device", return_value=device):
         return compiler._compile_pyfunc_with_fixup(
-            thread, types, device=False, abi="numba", cc=capability, launch_bounds=_cuda.THREADS
+            thread, types, device=False, abi="numba", cc=capability, launch_bounds=cuda.THREADS
         )[0]
 
 

@@ -13,10 +13,10 @@ import matplotlib
 import pytest
 
 import strainwave as sw
-from strainwave.app import project
-from strainwave.app.cli import cli
-from strainwave.app.complaints import EXAMPLES
-from strainwave.app.entries import fields_of, law_types
+from strainwave.app.commands.cli import cli
+from strainwave.files import project
+from strainwave.files.complaints import EXAMPLES
+from strainwave.files.entries import fields_of, law_types
 from strainwave.quantities import parse
 
 matplotlib.use("Agg")

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 import sympy
 
-from strainwave import _compiled_maths, _jit, maths
+from strainwave import maths
+from strainwave.compile import jit, maths_kernels
 
 EPS = np.finfo(float).eps
 FUNCTIONS = {name: getattr(math, name) for name in ("cos", "sin", "exp", "log", "tanh", "sqrt")}
@@ -84,7 +85,7 @@ def ulps(name, arguments, values):
 
 @pytest.mark.parametrize("name", BOUNDS)
 def test_compiled_function_is_right_to_the_last_places_as_python(name):
-    function, arguments = getattr(_compiled_maths, name), points(name)[::5]
+    function, arguments = getattr(maths_kernels, name), points(name)[::5]
     values = [function(*a) if name == "power" else function(a) for a in arguments.tolist()]
     assert ulps(name, arguments, values) < BOUNDS[name]
 
@@ -93,7 +94,7 @@ def test_compiled_function_is_right_to_the_last_places_as_python(name):
 def test_compiled_cosine_and_sine_are_right_to_the_last_place_of_one(name):
     with mpmath.workprec(140):
         for x in points(name)[::5].tolist():
-            assert abs(getattr(_compiled_maths, name)(x) - getattr(mpmath, name)(x)) < EPS
+            assert abs(getattr(maths_kernels, name)(x) - getattr(mpmath, name)(x)) < EPS
 
 
 def each_function(a, b, out):
@@ -113,7 +114,7 @@ def test_compiled_functions_are_right_to_the_last_places():
     arguments = [points(name)[::-1][:number] for name in BOUNDS]
     a, b = np.stack([*arguments[:5], arguments[5][:, 0]]), np.ascontiguousarray(arguments[5][:, 1])
     out = np.empty_like(a)
-    _jit.run(each_function, a, b, out)
+    jit.run(each_function, a, b, out)
     errors = {n: ulps(n, x, v.tolist()) for n, x, v in zip(BOUNDS, arguments, out, strict=True)}
     assert {n: e for n, e in errors.items() if not e < BOUNDS[n]} == {}
 
@@ -129,7 +130,7 @@ def test_python_and_compiled_function_agree_with_numpy_at_special_values(name):
             wanted = getattr(np, name)(x) if not (name == "sign" and math.isnan(x)) else 0.0
             assert getattr(maths, name)(x) == pytest.approx(wanted, rel=2 * EPS, abs=0.0, nan_ok=True)
             if name != "sqrt" or x >= 0.0:  # as Python, the square root of libm raises
-                assert getattr(_compiled_maths, name)(x) == pytest.approx(wanted, rel=2 * EPS, abs=0.0, nan_ok=True)
+                assert getattr(maths_kernels, name)(x) == pytest.approx(wanted, rel=2 * EPS, abs=0.0, nan_ok=True)
 
 
 @pytest.mark.parametrize("x", SPECIAL)
@@ -139,7 +140,7 @@ def test_power_agrees_with_numpy_at_special_values(x):
             wanted = np.float64(x) ** np.float64(y)
             if (abs(x) == 1.0 and math.isinf(y)) or (x == -math.inf and y % 1.0 != 0.0):
                 continue  # limits that the C standard defines and no law takes
-            for function in (maths.power, _compiled_maths.power):
+            for function in (maths.power, maths_kernels.power):
                 assert function(x, y) == pytest.approx(wanted, rel=2 * EPS, abs=0.0, nan_ok=True), y
 
 
@@ -152,8 +153,8 @@ def test_power_takes_arrays_and_symbols():
 
 @pytest.mark.parametrize("x", [3.31e9, -1e300, math.inf, -math.inf, math.nan])
 def test_compiled_cosine_and_sine_of_a_meaningless_phase_are_nan(x):
-    assert math.isnan(_compiled_maths.cos(x))
-    assert math.isnan(_compiled_maths.sin(x))
+    assert math.isnan(maths_kernels.cos(x))
+    assert math.isnan(maths_kernels.sin(x))
 
 
 @pytest.mark.parametrize(
@@ -162,4 +163,4 @@ def test_compiled_cosine_and_sine_of_a_meaningless_phase_are_nan(x):
 def test_fused_multiply_add_of_python_rounds_once(a, b, c):
     with mpmath.workprec(300):
         exact = mpmath.mpf(a) * b + c
-    assert _compiled_maths.fma(a, b, c) == pytest.approx(float(exact), rel=0.0, abs=0.0, nan_ok=True)
+    assert maths_kernels.fma(a, b, c) == pytest.approx(float(exact), rel=0.0, abs=0.0, nan_ok=True)

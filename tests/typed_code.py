@@ -16,11 +16,13 @@ from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.typing import signature
 
 import strainwave as sw
-from strainwave import _jit
-from strainwave._dispatch import is_spring, torsion
-from strainwave.app.project import from_text
-from strainwave.model.train_forms import AtLoad, Metered
-from strainwave.numerics import branches, floquet, integrate
+from strainwave.compile import jit
+from strainwave.files.project import from_text
+from strainwave.law import is_spring, torsion
+from strainwave.model.train.train_forms import AtLoad, Metered
+from strainwave.numerics.curves import trace as branches
+from strainwave.numerics.integration import simulate as integrate
+from strainwave.numerics.stability import second_order as floquet
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
@@ -61,7 +63,7 @@ class TypedError(Exception):
 
 def typed(function, *arguments, **_options):
     """Find the types of a kernel with its arguments, in place of a run of it."""
-    _jit._dispatcher(function, _jit.model_classes(arguments)).get_call_template(tuple(map(numba.typeof, arguments)), {})
+    jit._dispatcher(function, jit.model_classes(arguments)).get_call_template(tuple(map(numba.typeof, arguments)), {})
     raise TypedError
 
 
@@ -98,5 +100,5 @@ def complaints(text):
 if __name__ == "__main__":
     compiler.Compiler.define_pipelines = pipelines
     branches.run = floquet.run = integrate.run = typed
-    _jit.cache_writable = lambda: False  # types alone are not kept
+    jit.cache_writable = lambda: False  # types alone are not kept
     print(json.dumps(list(chain.from_iterable(map(complaints, json.load(sys.stdin))))))

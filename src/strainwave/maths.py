@@ -1,7 +1,7 @@
 """Elementary functions that a law or an excitation may call on floats, arrays and symbols alike.
 
 Each function asks the library its argument comes from (math, NumPy, SymPy); compiled kernels get vector code (see
-`_compiled_maths`). Like compiled code, a float outside the domain gives NaN and one too large gives infinity. `abs` of
+`maths_kernels`). Like compiled code, a float outside the domain gives NaN and one too large gives infinity. `abs` of
 the language works everywhere and needs no entry here.
 """
 

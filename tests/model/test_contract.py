@@ -26,10 +26,10 @@ from canonical import (
 )
 
 import strainwave as sw
-from strainwave import _jit
-from strainwave._dispatch import energy_of, losses_of, share, torque_of, z_rate_of
-from strainwave.app.entries import law_types, read_entry
-from strainwave.app.yaml_text import read
+from strainwave.compile import jit
+from strainwave.files.entries import law_types, read_entry
+from strainwave.files.yaml_text import read
+from strainwave.law import energy_of, losses_of, share, torque_of, z_rate_of
 from strainwave.quantities import checked, floated, parameters
 
 EPS = np.finfo(float).eps
@@ -249,7 +249,7 @@ def test_arrays_give_the_same_as_numbers(kind, model):
 def test_compiled_code_gives_the_same_as_python(kind, model):
     x = places(kind, model)
     python = np.array([kind(model, float(v)) for v in x]).T
-    compiled = np.array([_jit.run(kind, model, float(v)) for v in x]).T
+    compiled = np.array([jit.run(kind, model, float(v)) for v in x]).T
     largest = np.max(np.abs(python), axis=1, keepdims=True)
     assert np.all(np.abs(compiled - python) <= 4 * EPS * largest)
 
@@ -310,7 +310,7 @@ def test_parameters_and_replace_are_inverse(model):
 
 def test_no_field_of_a_law_has_the_name_of_a_method_of_laws():
     laws = {cls for law in LAWS.values() for cls in classes_of(law)}
-    methods = {name for cls in laws for name in _jit.methods_of(cls)}
+    methods = {name for cls in laws for name in jit.methods_of(cls)}
     assert [cls for cls in laws if set(cls._fields) & methods] == []
 
 

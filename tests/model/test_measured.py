@@ -8,7 +8,7 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 import strainwave as sw
-from strainwave.numerics.piecewise import is_piecewise_linear
+from strainwave.numerics.balance.piecewise import is_piecewise_linear
 from strainwave.quantities import checked
 
 # (K1, K2, K3) and (T1, T2) of a CSF-40-50: Harmonic Drive LLC, CSF/CSG catalogue, p. 50.

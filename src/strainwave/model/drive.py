@@ -3,14 +3,14 @@
 from math import sqrt
 from typing import Any, Literal, NamedTuple
 
-from .._dispatch import spring_stiffness
+from ..law import spring_stiffness
 from ..quantities import LARGEST, AngularSpeed, Damping, Inertia, Ratio, checked, shown
-from .drive_train import DriveTrain
 from .excitation import Harmonic, Harmonics, KinematicError, NoError
 from .laws import Cubic
-from .motion import STEADY
 from .oscillator import Oscillator
-from .shafts import FREE, NO_DRAG, NO_TORQUE, Load, Motor
+from .train.drive_train import DriveTrain
+from .train.motion import STEADY
+from .train.shafts import FREE, NO_DRAG, NO_TORQUE, Load, Motor
 
 
 class Drive(NamedTuple):

@@ -7,7 +7,7 @@ angle and speed. Torques are in N*m, speeds in rad/s, both of the shaft that the
 
 from typing import Annotated, Any, NamedTuple
 
-from .._jit import kernel
+from ..compile.jit import kernel
 from ..maths import exp, sqrt
 from ..quantities import AngularSpeed, Damping, Torque, TorsionalStiffness
 

@@ -8,8 +8,8 @@ energy in J.
 
 from typing import Any, NamedTuple
 
-from .._dispatch import KINDS, breakpoints_of, depends
-from .._jit import kernel, with_leaf
+from ..compile.jit import kernel, with_leaf
+from ..law import KINDS, breakpoints_of, depends
 from ..maths import sign
 from ..quantities import Angle, PerSquareRadian, Torque, TorsionalStiffness
 from .prepared import LinearAndCubic, Slopes

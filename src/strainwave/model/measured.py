@@ -9,7 +9,7 @@ from itertools import pairwise
 from math import isfinite
 from typing import Any, NamedTuple
 
-from .._jit import kernel
+from ..compile.jit import kernel
 from ..quantities import LARGEST, Angle, Torque, TorsionalStiffness, checked, shown
 from .laws import PiecewiseLinear
 

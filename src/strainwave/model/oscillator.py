@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from .._dispatch import check_law, losses_of, share, states_of, torque_of, z_rate_of
+from ..law import check_law, losses_of, share, states_of, torque_of, z_rate_of
 from ..quantities import LARGEST, AngularSpeed, Damping, Inertia, shown
 from .excitation import NoError
 from .prepared import FreeOfError, WithError, prepared, scaled_law, scaled_torque

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._dispatch import torque_of, z_rate_of
+from ..law import torque_of, z_rate_of
 from ..maths import cos, sign, sin
 
 

@@ -9,7 +9,7 @@ of lines of integer order on the base angle.
 import math
 from typing import Any, NamedTuple
 
-from .._dispatch import check_law, depends
+from ..law import check_law, depends
 from ..maths import cos, exp, sin
 from ..quantities import LARGEST, Angle, AngularSpeed, Damping, Inertia, Ratio, shown
 from .excitation import NoError, _refuse_high

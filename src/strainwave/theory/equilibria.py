@@ -15,7 +15,7 @@ import numpy as np
 
 from ..model.laws import Backlash, Cubic, Linear, PiecewiseLinear, Play, Polynomial
 from ..model.measured import RoundedPiecewiseLinear, Tabulated
-from ..numerics.brackets import bracketed_root
+from ..numerics.roots import bracketed_root
 
 KNOWN = (Linear, Cubic, Polynomial, PiecewiseLinear, Backlash, RoundedPiecewiseLinear, Tabulated)
 SAMPLES = 4000  # intervals over the span of a law that is only sampled

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from .._dispatch import springs_only
+from ..law import springs_only
 from ..model.excitation import Harmonic, Harmonics, NoError
 from ..model.oscillator import Oscillator
 from ..model.varying import VaryingOscillator

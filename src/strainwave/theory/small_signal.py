@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from .._dispatch import KINDS, depends
+from ..law import KINDS, depends
 from ..model.laws import Cubic, Linear, Polynomial
-from ..numerics.operating_point import operating_point
+from ..numerics.equilibrium.operating_point import operating_point
 from ..quantities import checked, number
 
 POINTS = 801

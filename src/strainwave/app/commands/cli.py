@@ -1,0 +1,250 @@
+"""The command `strainwave`: what each subcommand takes and prints. Results go to stdout, everything else to stderr.
+
+Exit codes: 0 ok, 1 the run failed, 2 wrong usage, 3 invalid project file, 130 interrupted. Heavy libraries are
+imported inside
+the commands, so that `--help` answers at once.
+"""
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ... import __version__
+
+FAILED, INVALID_PROJECT, INTERRUPTED = 1, 3, 130
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+folder_type = click.Path(file_okay=False, path_type=Path)
+
+
+class Sentences(click.Group):
+    """A group whose commands end with one sentence and an exit code, never with a traceback (but for --debug)."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the subcommand and turn what it raises into a sentence and an exit code."""
+        try:
+            return super().invoke(ctx)
+        except (click.exceptions.Exit, click.ClickException, click.Abort, BrokenPipeError):
+            raise
+        except KeyboardInterrupt as stop:
+            click.echo(f"strainwave: {str(stop) or 'interrupted; nothing was written'}", err=True)
+            ctx.exit(INTERRUPTED)
+        except Exception as error:  # whatever it is, a user gets one sentence; --debug shows the rest
+            if ctx.params.get("debug") or os.environ.get("STRAINWAVE_DEBUG") == "1":
+                raise
+            files = sys.modules.get("strainwave.files.yaml_text")
+            if files is not None and isinstance(error, files.FileError):
+                click.echo(str(error), err=True)
+                ctx.exit(INVALID_PROJECT)
+            click.echo(f"strainwave: {_sentence(error)}", err=True)
+            ctx.exit(FAILED)
+
+
+def _sentence(error: Exception) -> str:
+    """One line that says what went wrong."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename or 'a file'}: {error.strerror.lower()}"
+    text = " ".join(str(error).split()) or type(error).__name__
+    expected = type(error).__name__ in ("SolveError", "ValueError", "TypeError", "RuntimeError", "ModuleNotFoundError")
+    return text if expected else f"{type(error).__name__}: {text} (this is unexpected; --debug shows where)"
+
+
+def _known_suffix(_context: click.Context, _option: click.Parameter, output: Path | None) -> Path | None:
+    """Refuse a file name whose ending says nothing."""
+    if output is not None and output.suffix not in (".csv", ".svg", ".png"):
+        raise click.BadParameter(f"{output.name!r} must end in .csv, .svg or .png")
+    return output
+
+
+@click.group(cls=Sentences, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(__version__, prog_name="strainwave")
+@click.option("--debug", is_flag=True, help="Show the traceback of an error (also: STRAINWAVE_DEBUG=1).")
+def cli(debug: bool) -> None:
+    """Nonlinear dynamic error of strain wave gears (harmonic drives).
+
+    Start with `strainwave demo`, then write a project file and run `strainwave analyze PROJECT.yaml -o report`.
+    """
+
+
+@cli.command()
+@click.option(
+    "-o",
+    "--output",
+    type=folder_type,
+    default=Path("strainwave-demo"),
+    show_default=True,
+    help="Folder for the reports.",
+)
+@json_option
+def demo(output: Path, as_json: bool) -> None:
+    """Analyse the article's drive and a real catalogue drive."""
+    from .demo import run
+
+    click.echo(run(output, as_json))
+
+
+@cli.command()
+@click.argument("project", type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", type=folder_type, required=True, help="Folder for report.html, results.json and CSV files."
+)
+@json_option
+def analyze(project: Path, output: Path, as_json: bool) -> None:
+    """Analyse the drive of a project file and write a report."""
+    from .analyze import run
+
+    click.echo(run(project, output, as_json))
+
+
+@cli.command()
+@click.argument("project", type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", type=click.Path(dir_okay=False, path_type=Path), callback=_known_suffix,
+    help="File for the curve: .csv, or .svg or .png for a figure with multiple scales over it.",
+)  # fmt: skip
+@json_option
+def response(project: Path, output: Path | None, as_json: bool) -> None:
+    """Follow the exact response through the project's speeds: stability, folds, jumps."""
+    from .response import show
+
+    show(project, output, as_json)
+
+
+@cli.command()
+@click.argument("project", type=click.Path(path_type=Path))
+@click.option(
+    "--grid",
+    multiple=True,
+    required=True,
+    metavar="PATH=VALUES",
+    help='Values of a parameter: LOW:HIGH:COUNT[:log] or V1,V2,..., in SI units or their own ("9 rad/s"); repeatable. '
+    "PATH is one of the error equation's (omega, J, B, law.K, error.lines.0.amplitude) or, where that is the same, "
+    "the file's (gear.law.K, damping.B, load.inertia of a held motor, excitation.kinematic_error.0.amplitude).",
+)
+@click.option(
+    "--measure",
+    "measures",
+    multiple=True,
+    default=("peak",),
+    show_default=True,
+    help="What to keep of every trajectory: peak, rms, mean, extremes, amplitude:K. Repeat it for several.",
+)
+@click.option("--settle", type=click.IntRange(0), default=200, show_default=True, help="Periods before measuring.")
+@click.option("--periods", type=click.IntRange(1), default=20, show_default=True, help="Periods of the measures.")
+@click.option("-o", "--output", type=folder_type, required=True, help="Store of the results; run again to resume.")
+@click.option("--workers", type=click.IntRange(1), help="Threads. Default: one for every processor.")
+@click.option(
+    "--chunk", type=click.IntRange(1),
+    help="Points that are computed and written at a time: what a stopped run loses at most. Default: by their number.",
+)  # fmt: skip
+@click.option("--cluster", metavar="ADDRESS", help="Scheduler of a dask cluster, for example tcp://127.0.0.1:8786.")
+@json_option
+def sweep(
+    project: Path, grid: tuple[str, ...], measures: tuple[str, ...], settle: int, periods: int, output: Path,
+    workers: int | None, chunk: int | None, cluster: str | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Integrate a drive over a grid of its parameters and keep the results in a store.
+
+    An interrupted sweep keeps what it has finished; the same command again goes on from there.
+    """
+    from .sweep import show
+
+    show(project, grid, measures, settle, periods, output, workers, chunk, cluster, as_json)
+
+
+@cli.command()
+@json_option
+def reproduce(as_json: bool) -> None:
+    """Compute the article's Tables 3 and 4 again and compare every number."""
+    from .reproduction import show
+
+    show(as_json)
+
+
+@cli.command()
+@click.argument("name", required=False)
+@click.option("--series", help="Only this series, for example CSG.")
+@click.option("--size", type=int, help="Only this size.")
+@click.option("--ratio", type=int, help="Only this ratio.")
+@click.option("--torque", help='Smallest rated torque, for example "100 N*m".')
+@click.option("--stiffness", help='Smallest stiffness K1, for example "1e5 N*m/rad".')
+@click.option("--speed", help='Smallest limit of the input speed, for example "3000 rpm".')
+@click.option(
+    "--file", type=click.Path(path_type=Path), help="Gears of your own in YAML or CSV, in place of the catalogue."
+)
+@json_option
+def catalogue(
+    name: str | None, series: str | None, size: int | None, ratio: int | None,
+    torque: str | None, stiffness: str | None, speed: str | None, file: Path | None, as_json: bool,
+) -> None:  # fmt: skip
+    """List the gears of the catalogue or of a file, or show one."""
+    from .gears import show
+
+    show(name, series, size, ratio, {"torque": torque, "stiffness": stiffness, "speed": speed}, file, as_json)
+
+
+def _orders(_context: click.Context, _option: click.Parameter, text: str | None) -> list[int] | None:
+    """Read orders such as 1,2,4."""
+    if text is None:
+        return None
+    parts = [part.strip() for part in text.split(",")]
+    if not all(part.isascii() and part.isdigit() for part in parts):
+        raise click.BadParameter(f"{text!r} is no list of orders; write for example 1,2,4")
+    return [int(part) for part in parts]
+
+
+SHAFTS = click.Choice(("motor", "output"))
+
+
+@cli.command("error-scan")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--back", type=click.Path(path_type=Path), help="CSV of the run in the backward direction.")
+@click.option("--shaft", type=SHAFTS, default="motor", show_default=True, help="Shaft of the file's angle.")
+@click.option("--turn", type=SHAFTS, help="Shaft whose turn the orders count on; the same by default.")
+@click.option("--ratio", type=int, help="Ratio of the gear, where --shaft and --turn differ.")
+@click.option("--orders", callback=_orders, help="Fit these orders, as 1,2,4, in place of a search.")
+@click.option("--highest", type=int, help="Highest order sought.")
+@click.option("--false-alarm", type=float, default=0.01, show_default=True, help="Probability that noise gives a line.")
+@click.option("--angle", default="angle", show_default=True, help='Column of the angle, as "Winkel [deg]".')
+@click.option("--error", help='Column of the error, as "Fehler [arcsec]"; "error" or "ate" by default.')
+@click.option("--backward", help='Column of the error on the way back; "backward" by default.')
+@click.option("--ate", is_flag=True, help="The error is the vendors', output minus motor/ratio.")
+@click.option("--delimiter", default=",", show_default=True, help="Between columns.")
+@click.option("--decimal", default=".", show_default=True, help="Before decimals.")
+@json_option
+def error_scan(
+    file: Path, back: Path | None, shaft: Any, turn: Any, ratio: int | None, orders: list[int] | None,
+    highest: int | None, false_alarm: float, as_json: bool, **columns: Any,
+) -> None:  # fmt: skip
+    """Find the lines of a measured kinematic error, with their uncertainty."""
+    from .error_scan import show
+
+    search = {"orders": orders, "highest": highest, "false_alarm": false_alarm}
+    show(file, back, columns, (shaft, turn, ratio), search, as_json)
+
+
+@cli.command()
+@json_option
+def doctor(as_json: bool) -> None:
+    """Report versions, cache, cores, vector units and optional parts."""
+    from .doctor import show
+
+    show(as_json)
+
+
+@cli.command()
+@click.option("--latex", is_flag=True, help="Print the equations as LaTeX.")
+@json_option
+def derive(latex: bool, as_json: bool) -> None:
+    """Derive the error equation from Lagrange's equations and print each step."""
+    from .derive import show
+
+    show(latex, as_json)
+
+
+def main() -> None:
+    """Run the command line."""
+    cli(prog_name="strainwave")

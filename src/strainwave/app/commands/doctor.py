@@ -1,0 +1,97 @@
+"""`strainwave doctor`: what this installation is made of and what it can use."""
+
+import importlib.metadata
+import importlib.util
+import os
+import platform
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ... import __version__
+from ...compile import cache, cuda, jit
+from ..console import to_json
+
+CORE = ("numpy", "scipy", "numba", "llvmlite", "xarray", "zarr", "pint", "pydantic", "ruamel.yaml", "click", "rich")
+EXTRAS = {
+    "plot": ("matplotlib",),
+    "report": ("jinja2",),
+    "sym": ("sympy",),
+    "cluster": ("distributed",),
+    "cuda": ("numba_cuda",),
+    "docs": ("sphinx", "myst_parser", "sphinx_gallery", "furo"),
+    "dev": ("pytest", "hypothesis", "ruff", "mypy"),
+}
+VECTOR_UNITS = ("sse2", "avx", "avx2", "fma", "avx512f", "neon", "asimd", "sve")
+
+
+def report() -> dict[str, Any]:
+    """Collect what `doctor` prints."""
+    features, cpu = jit.host_cpu()
+    folder = cache.cache_folder()
+    writable, why = _writable(folder)
+    size = sum(f.stat().st_size for f in folder.glob("**/*") if f.is_file()) if folder.is_dir() else 0
+    return {
+        "strainwave": __version__,
+        "python": platform.python_version(),
+        "executable": sys.executable,
+        "system": f"{platform.system()} {platform.release()} {platform.machine()}",
+        "packages": {name: _version(name) for name in CORE},
+        "compilation": "on" if jit.enabled() else "off (STRAINWAVE_JIT=0 or NUMBA_DISABLE_JIT=1)",
+        "gpu": cuda.missing() or "usable",
+        "cache": {"folder": str(folder), "writable": writable, "why": why, "bytes": size},
+        "cores": {"machine": os.cpu_count(), "usable": _usable_cores()},
+        "cpu": cpu,
+        "simd": [unit for unit in VECTOR_UNITS if features.get(unit)],
+        "extras": {extra: all(importlib.util.find_spec(m) for m in modules) for extra, modules in EXTRAS.items()},
+    }
+
+
+def _version(package: str) -> str | None:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def _usable_cores() -> int | None:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+
+
+def _writable(folder: Path) -> tuple[bool, str]:
+    """Whether compiled code can be kept, tried in the nearest folder that exists."""
+    place = folder
+    while not place.exists() and place != place.parent:
+        place = place.parent
+    try:
+        with tempfile.TemporaryFile(dir=place):
+            return True, ""
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        return False, f"{place}: {reason}; set STRAINWAVE_CACHE_DIR to a folder that can be written"
+
+
+def show(as_json: bool) -> None:
+    """Print the report as text or JSON."""
+    facts = report()
+    if as_json:
+        click.echo(to_json(facts))
+        return
+    cache, cores = facts["cache"], facts["cores"]
+    click.echo(f"strainwave {facts['strainwave']}, Python {facts['python']} ({facts['executable']})")
+    click.echo(f"system       {facts['system']}")
+    click.echo(f"cpu          {facts['cpu']}, {cores['usable']} of {cores['machine']} cores usable")
+    click.echo(f"simd         {' '.join(facts['simd']) or 'none known'}")
+    click.echo(f"compilation  {facts['compilation']}")
+    click.echo(f"gpu          {facts['gpu']}")
+    state = (
+        "writable" if cache["writable"] else f"NOT writable, so code is compiled anew at every start: {cache['why']}"
+    )
+    click.echo(f"cache        {cache['folder']} ({cache['bytes'] / 1e6:.1f} MB, {state})")
+    click.echo("packages     " + ", ".join(f"{name} {v or 'MISSING'}" for name, v in facts["packages"].items()))
+    for extra, there in facts["extras"].items():
+        hint = "installed" if there else f"not installed; pip install 'strainwave[{extra}]'"
+        click.echo(f"extra {extra:<8}{hint}")

@@ -1,0 +1,129 @@
+"""`strainwave error-scan`: a measured kinematic error as lines with their uncertainty."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Literal
+
+import click
+import numpy as np
+
+from ...files.scan_file import ScanFile, read_scan
+from ...files.yaml_text import FileError, Problem, complaint
+from ...model.orders import order_map
+from ...quantities import convert
+from ...study.kinematic_error.scan import error_scan
+from ...study.kinematic_error.scan_results import ErrorScan
+from ..console import number, print_table, to_json
+
+ARCSEC = "arcsec"
+SHOWN_IN_PROJECT = 64
+
+
+def show(
+    file: Path,
+    back: Path | None,
+    columns: dict[str, Any],
+    shafts: tuple[Literal["motor", "output"], Literal["motor", "output"] | None, int | None],
+    search: dict[str, Any],
+    as_json: bool,
+) -> None:
+    """Read a scan, find its lines and print them.
+
+    Parameters
+    ----------
+    file, back : Path
+        The forward run, and the backward run if it is a file of its own.
+    columns : dict
+        Arguments of `read_scan`.
+    shafts : tuple
+        Shaft of the file's angle, shaft whose turn the orders count on (None: the same), ratio.
+    search : dict
+        Arguments of `error_scan`.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be read, or its samples give no lines.
+    ValueError
+        If the ratio is missing or an option is wrong.
+    """
+    shaft, turn, ratio = shafts
+    factor = _factor(shaft, turn or shaft, ratio)
+    forward = read_scan(file, **columns)
+    backward = None
+    if back is not None:
+        if forward.backward is not None:
+            raise ValueError(f"{file} has a column for the way back already; leave out {back} or the column")
+        run = read_scan(back, **columns, reverse=True)
+        backward = (factor * run.angle, run.error)
+    elif forward.backward is not None:
+        backward = (factor * forward.angle, forward.backward)
+    scan = _scan(file, forward, factor, backward, search)
+    if as_json:
+        click.echo(to_json({"file": file.name, "turn": turn or shaft, "unit": "rad"} | _data(scan)))
+        return
+    _print(file, scan, turn or shaft)
+
+
+def _factor(shaft: str, turn: str, ratio: int | None) -> float:
+    """Turns of the base angle per turn of the file's shaft."""
+    if shaft == turn:
+        return 1.0
+    if ratio is None:
+        raise ValueError(f"the angle is the {shaft}'s and the orders count on the {turn}'s turn; give --ratio")
+    N = order_map(ratio).N
+    return float(N) if shaft == "output" else 1.0 / N
+
+
+def _scan(
+    file: Path, run: ScanFile, factor: float, backward: tuple[Any, Any] | None, search: dict[str, Any]
+) -> ErrorScan:
+    try:
+        return error_scan(factor * run.angle, run.error, backward=backward, **search)
+    except ValueError as error:
+        raise FileError(complaint(file, [Problem(run.last, 1, "angle", str(error))])) from None
+
+
+def _data(scan: ErrorScan) -> dict[str, Any]:
+    return asdict(scan) | {"peak_to_peak": scan.peak_to_peak}
+
+
+def _arcsec(angle: float) -> float:
+    return float(convert(angle, "rad", ARCSEC))
+
+
+def _print(file: Path, scan: ErrorScan, turn: str) -> None:
+    columns = ("order", "amplitude (arcsec)", "± (arcsec)", "phase (deg)", "± (deg)", "false alarm")
+    rows = [
+        (
+            str(line.order), _arcsec(line.amplitude), number(_arcsec(line.amplitude_error), 2),
+            float(np.degrees(line.phase)), number(float(np.degrees(line.phase_error)), 2), f"{line.false_alarm:.1e}",
+        )
+        for line in scan.lines
+    ]  # fmt: skip
+    print_table(f"{file.name}: {len(rows)} lines, orders per turn of the {turn}", columns, rows, "± one standard error")
+    said = {
+        "peak-to-peak of the lines": _arcsec(scan.peak_to_peak),
+        "residual, rms": _arcsec(scan.residual),
+        "found above an amplitude of": _arcsec(scan.threshold),
+    }
+    if scan.reversal is not None:
+        said["lost motion (forward - backward)"] = _arcsec(scan.reversal.lost_motion)
+        said["  its standard error"] = _arcsec(scan.reversal.lost_motion_error)
+        said["  its variation, peak-to-peak"] = _arcsec(scan.reversal.peak_to_peak)
+    for name, value in said.items():
+        click.echo(f"{name:<36}{number(value, 4)} arcsec")
+    click.echo(f"{scan.samples} samples over {scan.turns:.4g} turns; the residual is taken as {scan.noise} noise")
+    if scan.lines:
+        click.echo(f"for a project file:\n{project_lines(scan)}")
+
+
+def project_lines(scan: ErrorScan) -> str:
+    """Lines of the scan as the field `kinematic_error` of a project file."""
+    strongest: Sequence[Any] = sorted(scan.lines, key=lambda line: -line.amplitude)[:SHOWN_IN_PROJECT]
+    rows = [
+        f"    - {{order: {line.order}, amplitude: {_arcsec(line.amplitude):.6g} arcsec, phase: {line.phase:.5g} rad}}"
+        for line in sorted(strongest, key=lambda line: line.order)
+    ]
+    return "\n".join(["  kinematic_error:", *rows])

@@ -1,0 +1,104 @@
+"""`strainwave catalogue`: gears of the catalogue or of a file, those that meet conditions, and the record of one."""
+
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+
+from ...files.own_gears import read_gears
+from ...model.gears import catalogue
+from ...model.gears.gear import NUMBERS, Gear
+from ...quantities import convert, parse
+from ..console import number, print_table, to_json
+
+ARCSEC = "arcsec"
+
+
+def show(
+    name: str | None,
+    series: str | None,
+    size: int | None,
+    ratio: int | None,
+    least: dict[str, str | None],
+    file: Path | None,
+    as_json: bool,
+) -> None:
+    """Print one record, or the list that passes the filters.
+
+    Parameters
+    ----------
+    least : dict of str to str or None
+        Smallest rated "torque", "stiffness" K1 and limit of the input "speed", each a number with its unit.
+    file : Path or None
+        File with gears of one's own, in place of the catalogue.
+
+    Raises
+    ------
+    ValueError
+        If the gear is unknown, a quantity is none, the file is wrong, or nothing passes the filters.
+    """
+    own = None if file is None else read_gears(file)
+    if name is not None:
+        _one(catalogue.gear(name) if own is None else _own(own, name, file), as_json)
+        return
+    gears = list(own.values()) if own is not None else catalogue.select()
+    chosen = catalogue.select(
+        gears,
+        series=series,
+        size=size,
+        ratio=ratio,
+        torque=_quantity("--torque", least.get("torque"), "N*m"),
+        stiffness=_quantity("--stiffness", least.get("stiffness"), "N*m/rad"),
+        speed=_quantity("--speed", least.get("speed"), "rad/s"),
+    )
+    if not chosen:
+        known = ", ".join(sorted({g.series for g in gears} - {""})) or "none"
+        where = "the catalogue" if file is None else str(file)
+        raise ValueError(f"no gear of {where} meets all conditions; it has {len(gears)} gears of the series {known}")
+    if as_json:
+        click.echo(to_json({"units": NUMBERS, "gears": [asdict(g) for g in chosen]}))
+        return
+    columns = ("gear", "ratio", "K1 N·m/rad", "K2", "K3", "T1 N·m", "T2", "rated N·m", "max rpm", "J_in kg·m²")
+    rows = [(g.name, g.ratio, g.K1, g.K2, g.K3, g.T1, g.T2, g.rated_torque, g.max_rpm, g.input_inertia) for g in chosen]
+    caption = "input speeds with grease; – is not tabulated; `strainwave catalogue NAME` shows the rest"
+    print_table("1 gear" if len(chosen) == 1 else f"{len(chosen)} gears", columns, rows, caption)
+
+
+def _quantity(option: str, text: str | None, unit: str) -> float | None:
+    try:
+        return None if text is None else parse(text, unit)
+    except ValueError as error:
+        raise ValueError(f"{option}: {error}") from None
+
+
+def _own(gears: dict[str, Gear], name: str, file: Path | None) -> Gear:
+    if name not in gears:
+        raise ValueError(f"{file} has no gear {name!r}; it has {', '.join(gears)[:200]}")
+    return gears[name]
+
+
+def _one(gear: Gear, as_json: bool) -> None:
+    if as_json:
+        click.echo(to_json({"units": NUMBERS, "gear": asdict(gear), "cubic_fit": _fit(gear)}))
+        return
+    for key, value in asdict(gear).items():
+        if key not in ("notes", "source") and value is not None:
+            unit = NUMBERS.get(key, "")
+            angle = f"  ({convert(value, 'rad', ARCSEC):.4g} arcsec)" if unit == "rad" else ""
+            click.echo(f"{key:<22}{number(value, 6)} {unit}".rstrip() + angle)
+    fit = _fit(gear)
+    if fit is not None:
+        click.echo(f"{'cubic fit':<22}K {number(fit['K'], 4)} N*m/rad, alpha {number(fit['alpha'], 4)} 1/rad**2, "
+                   f"rms error {100.0 * fit['relative_rms']:.2g} % up to {number(fit['reach'], 4)} rad")  # fmt: skip
+    unknown = [key for key in NUMBERS if getattr(gear, key) is None]
+    click.echo(f"not tabulated: {', '.join(unknown) or 'nothing'}")
+    click.echo(f"source: {gear.source}")
+    for note in gear.notes:
+        click.echo(f"note: {note}")
+
+
+def _fit(gear: Gear) -> dict[str, float] | None:
+    if None in (gear.K1, gear.K2, gear.K3, gear.T1, gear.T2):
+        return None
+    fit = gear.fit(3)
+    return {"K": gear.cubic.K, "alpha": gear.cubic.alpha, "relative_rms": fit.relative, "reach": fit.reach}

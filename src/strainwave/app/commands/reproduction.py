@@ -1,0 +1,39 @@
+"""`strainwave reproduce`: the article's Tables 3 and 4 on the terminal."""
+
+import click
+
+from ...study.article.article import reproduce
+from ..console import Progress, print_table, to_json
+
+COLUMNS = ("case", "quantity", "unit", "printed", "computed", "verdict", "note")
+TABLES = (
+    ("Table 3", "derived", "derived quantities, from the article's own Table 3"),
+    ("Table 4", "derived", "with mu and omega_0 derived from Table 3"),
+    ("Table 4", "printed", "with the printed mu = 0.129 1/s, omega_0 = 37.2 rad/s"),
+)
+
+
+def show(as_json: bool) -> None:
+    """Print every cell with its verdict and the reasons as notes, or all of it as JSON."""
+    with Progress("reproduce") as progress:
+        progress.show("integrating both parameter sets", 0.0)
+        result = reproduce()
+    if as_json:
+        click.echo(to_json(result.as_dict()))
+        return
+    notes: list[str] = []
+    for table, parameters, meaning in TABLES:
+        rows = []
+        last = ""
+        for cell in result.cells:
+            if (cell.table, cell.parameters) != (table, parameters):
+                continue
+            if cell.why not in notes:
+                notes.append(cell.why)
+            case, last = ("" if cell.case == last else cell.case), cell.case
+            place = f"[{notes.index(cell.why) + 1}]"
+            rows.append((case, cell.quantity, cell.unit, cell.printed, cell.value, cell.verdict, place))
+        print_table(f"{table}: {meaning}", COLUMNS, rows)
+    for i, note in enumerate(notes, 1):
+        click.echo(f"[{i}] {note}")
+    click.echo(f"\nRule: {result.rule}.")

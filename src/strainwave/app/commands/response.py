@@ -1,0 +1,150 @@
+"""`strainwave response`: the exact response of a project's drive as numbers, CSV or figure."""
+
+import math
+import os
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from ...files.project import Project, load
+from ...results import SolveError
+from ...study.response.by_integration import response_through
+from ...study.response.resonances import operating_point, regimes
+from ...study.response.response import ExactResponse
+from ..console import BETWEEN, WHAT_X_IS, Progress, number, to_json
+from ..figures import curves, png
+from ..output import write_csv
+from ..report.curve_files import exact_columns
+from ..report.data import CONVENTIONS, exact_response_data
+from ..units import ARCSEC, RPM, angle_unit
+from .equation import refuse_reduced, remarks
+
+FIGURES = (".svg", ".png")
+JUMPS = {"up": "jump_up_speed", "down": "jump_down_speed"}
+
+
+def show(path: Path, output: Path | None, as_json: bool) -> None:
+    """Compute the response of a project file, write it where `output` says, and print its key numbers.
+
+    Raises
+    ------
+    ProjectError
+        If the project file is invalid.
+    ValueError
+        If the error equation leaves out something of the drive.
+    SolveError
+        If no periodic motion is found.
+    """
+    project = load(path)
+    refuse_reduced(project, "response")
+    if output is not None and output.suffix == ".png":
+        png.check()
+    speeds = (project.omega[0], project.omega[-1])
+    if not project.is_range:
+        speeds = (0.8 * speeds[0], 1.2 * speeds[-1])
+    with Progress(project.title) as progress:
+        progress.show("exact response", 0.0)
+        system = project.system(0.5 * (speeds[0] + speeds[1]))
+        exact = response_through(system, speeds)
+        if not len(exact.curve):
+            raise SolveError(exact.curve.message)
+        if output is not None:
+            progress.show("writing", 0.8)
+            _write(project, system, exact, speeds, output)
+    data = {"title": project.title, "shaft": project.shaft, "motor": project.motor} | _in_shaft(project, exact)
+    data |= exact_response_data(project, exact) | {"conventions": CONVENTIONS, "remarks": _remarks(project, speeds)}
+    click.echo(to_json(data) if as_json else _summary(project, data, output))
+
+
+def _write(project: Project, system: Any, exact: ExactResponse, speeds: tuple[float, float], output: Path) -> None:
+    """Write the curve as CSV, or with multiple scales over it as a figure; the file appears when it is complete."""
+    output.parent.mkdir(parents=True, exist_ok=True)
+    part = output.with_name(f".{output.stem}.part{output.suffix}")
+    try:
+        if output.suffix in FIGURES:
+            found = regimes(system, operating_point(system), speeds)
+            panel = curves.range_panel(project, exact, found, speeds, None, angle_unit(float(np.max(exact.curve.peak))))
+            panel.caption = [f"{WHAT_X_IS}.", *_remarks(project, speeds)]
+            if output.suffix == ".svg":
+                part.write_text(curves.speed_range(panel) + "\n", encoding="utf-8")
+            else:
+                png.write(panel, part)
+        else:
+            write_csv(part, exact_columns(project, exact.curve))
+        os.replace(part, output)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def shaft_speed(project: Project, omega: float) -> tuple[float, str]:
+    """Speed of the project's own shaft, and its unit with the shaft's name."""
+    if project.shaft == "forcing":
+        return omega, "rad/s of the forcing phase"
+    return project.shaft_speed(omega) * RPM, f"rpm at the {project.shaft}"
+
+
+def _remarks(project: Project, speeds: tuple[float, float]) -> list[str]:
+    """What a reader must know about the curve: `remarks`, and its range where the file gives none."""
+    said = list(remarks(project))
+    if not project.is_range:
+        (low, unit), (high, _) = (shaft_speed(project, omega) for omega in speeds)
+        said.append(
+            f"The file gives single speeds: the curve goes from {number(low, 5)} to {number(high, 5)} {unit}, a fifth "
+            "beyond them."
+        )
+    return said
+
+
+def _in_shaft(project: Project, exact: ExactResponse) -> dict[str, Any]:
+    """Fold and jump speeds on the project's own shaft."""
+    curve, sweep = exact.curve, exact.sweep
+    unit = shaft_speed(project, 1.0)[1]
+    top = exact.largest()
+
+    def own(omega: float | None) -> float | None:
+        return None if omega is None else shaft_speed(project, omega)[0]
+
+    return {
+        "unit": unit,
+        "fold_speeds": [own(fold.omega) for fold in curve.folds],
+        "jump_up_speed": own(sweep.jump_up) if sweep else None,
+        "jump_down_speed": own(sweep.jump_down) if sweep else None,
+        "hysteresis_bands": [
+            {
+                "from_speed": own(band.low),
+                "to_speed": own(band.high),
+                "jump_up_speed": own(band.jump_up),
+                "jump_down_speed": own(band.jump_down),
+                "whole": band.whole,
+            }
+            for band in (sweep.bands if sweep else ())
+        ],
+        "largest": None
+        if top is None
+        else {"speed": own(float(curve.omega[top])), "peak_arcsec": float(curve.peak[top]) * ARCSEC},
+    }
+
+
+def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str:
+    unit = data["unit"]
+    lines = [f"{project.title}: exact response, motor {project.motor}, {data['message']}"]
+    if data["largest"]:
+        peak, at = data["largest"]["peak_arcsec"] / ARCSEC, data["largest"]["speed"]
+        lines.append(f"  largest steady |x| {BETWEEN}: {angle_unit(peak).text(peak)} at {number(at, 5)} {unit}")
+    else:
+        lines.append(f"  {data['sweep']}")
+    folds = ", ".join(number(speed, 5) for speed in data["fold_speeds"])
+    lines.append(f"  folds: {f'{folds} {unit}' if folds else 'none'}")
+    for band in data["hysteresis_bands"]:
+        ends = f"{number(band['from_speed'], 5)} to {number(band['to_speed'], 5)} {unit}"
+        ways = [f"jump {way} at {number(band[key], 5)}" for way, key in JUMPS.items() if math.isfinite(band[key])]
+        beyond = "" if band["whole"] else "; a jump lies outside the range"
+        lines.append(f"  hysteresis: {ends}{', ' if ways else ''}{' and '.join(ways)}{beyond}")
+    if not data["hysteresis_bands"]:
+        lines.append("  hysteresis: none")
+    lines.append(f"  {data['harmonics']} harmonics; those left out hold {number(data['left_out_relative'], 2)}")
+    lines += [f"  {WHAT_X_IS}"]
+    lines += [f"  note: {remark}" for remark in data["remarks"]]
+    return "\n".join(lines if output is None else [*lines, f"  written: {output}"])

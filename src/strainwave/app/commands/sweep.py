@@ -1,0 +1,276 @@
+"""`strainwave sweep`: trajectories of a project's drive over a grid of its parameters, kept in a store."""
+
+import logging
+import math
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+import xarray as xr
+
+from ...files.project import Project, load
+from ...numerics.ensemble.measures import Amplitude, Extremes, Mean, Peak, Rms
+from ...quantities import Parameter, convert, parameters, parse
+from ...results import Floats
+from ...study.sweep.ensemble_measure import EnsembleMeasure
+from ...study.sweep.sampling import TOGETHER
+from ...study.sweep.sweep import sweep
+from ...units import NUMBER
+from ..console import WHAT_X_IS, number, to_json
+from .equation import refuse_reduced, remarks
+
+MEASURES = {"peak": Peak, "rms": Rms, "mean": Mean, "extremes": Extremes}
+MOST_VALUES, DIGITS = 10_000_000, 5
+WITHIN = {  # numbers of the project file that are no parameters of the equation, and the one that they are part of
+    "damping.ratio": "B", "damping.quality": "B", "load.inertia": "J", "motor.inertia": "J", "gear.ratio": "J",
+    "gear": "law.K", "speed": "omega", "speed.from": "omega", "speed.to": "omega",
+}  # fmt: skip
+
+
+def show(
+    path: Path, grid: tuple[str, ...], measures: tuple[str, ...], settle: int, periods: int, output: Path,
+    workers: int | None, chunk: int | None, cluster: str | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Sweep the drive of a project file, or go on where the last run stopped, and print what was found.
+
+    Raises
+    ------
+    ProjectError
+        If the project file is invalid.
+    ValueError
+        If the error equation leaves out something of the drive.
+    click.BadParameter
+        If a grid or a measure cannot be read.
+    """
+    project = load(path)
+    refuse_reduced(project, "sweep")
+    system = project.system()
+    known, grids = parameters(system), [in_equation(text, project) for text in grid]
+    axes = dict(axis(text, known) for text in grids)
+    units = dict(typed_unit(text, known) for text in grids)
+    states = len(system.state_names()) if hasattr(system, "state_names") else 2
+    measure = EnsembleMeasure((0.0,) * states, periods, tuple(map(named, measures)), settle)
+    with progress(project.title), client(cluster) as connected:
+        data = sweep(measure, system, axes, store=output, client=connected, workers=workers, chunk=chunk)
+    report = found(data) | {"conventions": WHAT_X_IS, "title": project.title, "store": str(output), "units": units}
+    report["remarks"] = [*remarks(project), *at_one_speed(project, float(system.omega), list(axes))]
+    click.echo(to_json(report) if as_json else summary(report))
+
+
+def at_one_speed(project: Project, omega: float, paths: list[str]) -> list[str]:
+    """Say the base-angle speed [rad/s] of a sweep over other parameters, where the file gives several."""
+    if any("omega" in path.split(TOGETHER) for path in paths) or len(project.omega) == 1:
+        return []
+    at = f"{omega:.6g} rad/s" + (
+        "" if project.shaft == "forcing" else f" ({convert(omega, 'rad/s', 'rpm'):.5g} rpm) at the motor"
+    )
+    return [f"All points are at {at}, the middle of the file's speeds; a grid of omega takes others."]
+
+
+def in_equation(text: str, project: Project) -> str:
+    """Write a grid with the path that the error equation has for a name of the project file."""
+    paths, equals, values = text.partition("=")
+    same = {"damping.B": "B"} | ({"load.inertia": "J"} if project.motor == "held" else {})
+    found = []
+    for path in map(str.strip, paths.split("&")):
+        for name, own in (("gear.law.", "law."), ("excitation.kinematic_error.", "error.lines.")):
+            if path.startswith(name):
+                path = own + path.removeprefix(name)
+        found.append(same.get(path, path))
+    return TOGETHER.join(found) + equals + values
+
+
+def axis(text: str, known: list[Parameter]) -> tuple[str, Floats]:
+    """Read "law.alpha=1e4:1e5:20", with ":log" at the end for even ratios, or "omega=10 rad/s, 200 rpm".
+
+    A factor of several parameters is "law.K1 & law.K2=0.9:1.1:5".
+    """
+    path, equals, values = (part.strip() for part in text.partition("="))
+    units = {parameter.path: parameter.unit for parameter in known}
+    if not equals or not values:
+        raise click.BadParameter(f"{text!r} is no grid; write it as law.alpha=1e4:1e5:20 or omega=10,20,50")
+    paths = path.split(TOGETHER)
+    if unknown := [name for name in paths if name not in units]:
+        raise click.BadParameter(_no_parameter(unknown[0], known))
+    if whole := [parameter.path for parameter in known if parameter.path in paths and _is_whole(parameter)]:
+        raise click.BadParameter(
+            f"{whole[0]!r} is a whole number, which trajectories side by side share; write a project file for each, or "
+            f"sweep {_listed(known)}"
+        )
+    if len(paths) > 1:
+        units[path] = ""
+    parts = values.split(":")
+    if len(parts) == 1:
+        return path, np.array([quantity(part, units[path]) for part in values.split(",")])
+    logarithmic = len(parts) == 4 and parts[3].strip() == "log"
+    if len(parts) != 3 and not logarithmic:
+        raise click.BadParameter(
+            f"{text!r} is no range; write it as {path}=LOW:HIGH:COUNT or {path}=LOW:HIGH:COUNT:log"
+        )
+    low, high = (quantity(part, units[path]) for part in parts[:2])
+    try:
+        count = int(parts[2])
+    except ValueError:
+        count = 0
+    if not 1 <= count <= MOST_VALUES:
+        raise click.BadParameter(f"{parts[2]!r} in {text!r} is no count; give a whole number from 1 to {MOST_VALUES}")
+    if logarithmic and not (low > 0.0 and high > 0.0):
+        raise click.BadParameter(f"{text!r} goes through 0; even ratios need two positive numbers")
+    return path, np.geomspace(low, high, count) if logarithmic else np.linspace(low, high, count)
+
+
+def _no_parameter(path: str, known: list[Parameter]) -> str:
+    """Say what to sweep in place of a path that the equation does not have."""
+    has = f"it has {_listed(known)}"
+    for own in (parameter for parameter in known if parameter.path == WITHIN.get(path)):
+        here = f"{own.value:.6g} {own.unit}".strip()
+        return f"{path!r} is no parameter of this drive's equation, but part of {own.path} ({here}): sweep that; {has}"
+    return f"{path!r} is no parameter of this drive; {has}"
+
+
+def _is_whole(parameter: Parameter) -> bool:
+    return isinstance(parameter.value, int)
+
+
+def _listed(known: list[Parameter]) -> str:
+    return ", ".join(parameter.path for parameter in known if not _is_whole(parameter))
+
+
+def typed_unit(text: str, known: list[Parameter]) -> tuple[str, tuple[str, str]]:
+    """Path of a grid, with its unit in SI and the one that its values were given in."""
+    path, _, values = (part.strip() for part in text.partition("="))
+    own = next((parameter.unit for parameter in known if parameter.path == path), "")
+    return path, (own, next(filter(None, map(_unit_of, re.split("[:,]", values))), own))
+
+
+def _unit_of(text: str) -> str:
+    """What follows the number of a quantity."""
+    plain = " ".join(text.split())
+    found = NUMBER.match(plain)
+    return plain[found.end() :].strip() if found else ""
+
+
+def quantity(text: str, unit: str) -> float:
+    """Read a plain number in SI units, or a number with a unit of its own."""
+    try:
+        value = float(text)
+    except ValueError:
+        try:
+            return parse(text.strip(), unit)
+        except ValueError as error:
+            raise click.BadParameter(str(error)) from None
+    if not math.isfinite(value):
+        raise click.BadParameter(f"{text.strip()!r} is not finite; give a number in {unit or 'plain units'}")
+    return value
+
+
+def named(text: str) -> Any:
+    """Return the measure of a name: peak, rms, mean, extremes or amplitude:K."""
+    name, _, order = text.partition(":")
+    if name == "amplitude" and order.isdecimal() and int(order) > 0:
+        return Amplitude(int(order))
+    if text not in MEASURES:
+        raise click.BadParameter(
+            f"{text!r} is no measure; there are {', '.join(MEASURES)}, amplitude:1, amplitude:2, ..."
+        )
+    return MEASURES[text]()
+
+
+@contextmanager
+def progress(title: str) -> Iterator[None]:
+    """Show on stderr what the library logs."""
+    log, shown = logging.getLogger("strainwave.study"), logging.StreamHandler(sys.stderr)
+    shown.setFormatter(logging.Formatter("{}: %(message)s".format(title.replace("%", "%%"))))
+    log.addHandler(shown)
+    level = log.level
+    log.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        log.setLevel(level)
+        log.removeHandler(shown)
+
+
+@contextmanager
+def client(address: str | None) -> Iterator[Any]:
+    """Connect to a cluster's scheduler, where one is given."""
+    if address is None:
+        yield None
+        return
+    try:
+        from distributed import Client
+    except ModuleNotFoundError:
+        raise ModuleNotFoundError("a cluster needs the extra `cluster`: pip install 'strainwave[cluster]'") from None
+    try:
+        connected: Any = Client(address)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError) as error:
+        raise RuntimeError(f"no scheduler answers at {address} ({error}); see the page on sweeps") from None
+    with connected:
+        yield connected
+
+
+def found(data: xr.Dataset) -> dict[str, Any]:
+    """Range of every variable, with the place of the largest value; read a slice of the first dimension at a time."""
+    sizes = {str(dim): int(n) for dim, n in data["point_status"].sizes.items()}
+    ranges: dict[str, Any] = {}
+    unsettled, diverged, errors = 0, 0, data.attrs["errors"].splitlines()
+    if "status" not in data:
+        raise RuntimeError(f"none of {math.prod(sizes.values())} points could be computed: {errors[0]}")
+    dim = next(iter(sizes))
+    step = max(1, 1_000_000 * sizes[dim] // math.prod(sizes.values()))
+    for start in range(0, sizes[dim], step):
+        part = data.isel({dim: slice(start, start + step)}).load()
+        diverged += int((part["status"] == 1).sum())
+        unsettled += int((part["period"] == 0).sum())
+        for name in part:
+            if part[name].dtype.kind == "f" and name != "ended" and bool(part[name].notnull().any()):
+                _widen(ranges.setdefault(str(name), {"unit": part[name].attrs.get("units", "")}), part[name])
+    return {
+        "points": math.prod(sizes.values()), "over": sizes, "variables": ranges, "not_settled": unsettled - diverged,
+        "diverged": diverged, "failed": data.attrs["failed_points"], "errors": errors,
+    }  # fmt: skip
+
+
+def _widen(known: dict[str, Any], values: xr.DataArray) -> None:
+    top = values.isel(values.argmax(...))
+    known["smallest"] = min(known.get("smallest", math.inf), float(values.min()))
+    if float(top) > known.get("largest", -math.inf):
+        known["largest"] = float(top)
+        known["largest_at"] = {str(path): float(place) for path, place in top.coords.items()}
+
+
+def summary(report: dict[str, Any]) -> str:
+    """Return what was found as text."""
+    units = report["units"]
+    over = ", ".join(f"{path} ({n})" for path, n in report["over"].items())
+    lines = [f"{report['title']}: {report['points']} points over {over}"]
+    for name, known in report["variables"].items():
+        place = ", ".join(f"{path} = {_in_unit(value, *units[path])}" for path, value in known["largest_at"].items())
+        span = _span(known, known["unit"])
+        if known["unit"] == "rad":
+            span += f" ({_span(known, 'arcsec')})"
+        lines.append(f"  {name}: {span}, the largest at {place}")
+    lines.append(f"  not settled: {report['not_settled']}, diverged: {report['diverged']}, failed: {report['failed']}")
+    lines += [f"  {error}" for error in report["errors"]]
+    lines.append(f"  {WHAT_X_IS}")
+    lines += [f"  note: {remark}" for remark in report["remarks"]]
+    return "\n".join([*lines, f"  store: {report['store']} (zarr; xarray.open_zarr reads it)"])
+
+
+def _in_unit(value: float, own: str, given: str) -> str:
+    """A value of an axis in the unit that it was given in."""
+    return f"{number(convert(value, own, given), DIGITS)} {_sign(given)}".rstrip()
+
+
+def _span(known: dict[str, Any], unit: str) -> str:
+    ends = (number(convert(known[end], known["unit"], unit), DIGITS) for end in ("smallest", "largest"))
+    return f"{' to '.join(ends)} {_sign(unit)}".rstrip()
+
+
+def _sign(unit: str) -> str:
+    return unit.replace("**2", "²").replace("**3", "³").replace("*", "·")

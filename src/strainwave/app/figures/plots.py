@@ -1,0 +1,91 @@
+"""The figure of one speed in time.
+
+Colours are those of Okabe & Ito (colour-blind safe); every curve also differs by line style or marker.
+"""
+
+import numpy as np
+
+from ...results import Floats
+from ...study.analysis.time_case import Cycle, TimeCase
+from ..console import number
+from ..units import AngleUnit
+from .svg import Curve, Panel, figure
+
+BLUE, ORANGE, BLACK, GREY = "#0072B2", "#D55E00", "#222222", "#777777"
+DASHES, DOT_DASH = "6 3", "8 3 2 3"
+BINS, MOST_CYCLES = 350, 40
+
+
+def time_figure(case: TimeCase, angle: AngleUnit) -> str:
+    """One speed in time as SVG: from rest, the steady motion, its phase portrait, and the transmitted torque."""
+    rest = _from_rest(case, angle)
+    label = f"time response, {case.name}"
+    if case.cycle is None:
+        return figure([[rest]], 260.0, label)
+    shown = 2 if case.steady.period == 1 else 1
+    return figure(
+        [[rest, _steady(case, case.cycle, shown, angle)], _orbit(case, case.cycle, shown, angle)], 228.0, label
+    )
+
+
+def _from_rest(case: TimeCase, angle: AngleUnit) -> Panel:
+    """The start: both solutions as lines, or the band between their extremes where cycles would not show."""
+    run = case.transient
+    seconds, name = (1.0, "s") if run.t[-1] > 0.5 else (1e3, "ms")
+    title = f"from rest, largest |x| {angle.text(case.peak_from_rest)}"
+    panel = Panel(title, f"time ({name})", f"x ({angle.name})")
+    theory = None if case.comparison is None else case.comparison.theory
+    crossings = np.count_nonzero(np.diff(np.sign(run.y[0] - np.mean(run.y[0]))))
+    if crossings < 2 * MOST_CYCLES:
+        panel.line(run.t * seconds, run.y[0] * angle.factor, BLUE, "integration", width=1.2)
+        if theory is not None:
+            panel.line(theory.t * seconds, theory.x * angle.factor, ORANGE, "multiple scales", DASHES, 1.3)
+        return panel
+    turns = max(12, int(run.t[-1] * case.omega / (2.0 * np.pi)))
+    low, high, t = _envelope(run.t * seconds, run.y[0] * angle.factor, turns)
+    panel.curves.append(Curve(t, low, BLUE, "integration (band of its cycles)", upper=high))
+    if theory is not None:
+        low, high, t = _envelope(theory.t * seconds, theory.x * angle.factor, turns)
+        panel.line(t, high, ORANGE, "multiple scales", DASHES, 1.3)
+        panel.line(t, low, ORANGE, "multiple scales", DASHES, 1.3)
+    return panel
+
+
+def _steady(case: TimeCase, cycle: Cycle, shown: int, angle: AngleUnit) -> Panel:
+    panel = Panel("steady motion", "time (ms)", f"x ({angle.name})")
+    t = _repeated_time(cycle, shown)
+    panel.line(t, np.tile(cycle.x, shown) * angle.factor, BLUE, "integration")
+    if case.steady_theory is not None:
+        panel.line(t, np.tile(case.steady_theory, shown) * angle.factor, ORANGE, "multiple scales", DASHES, 1.3)
+    return panel
+
+
+def _orbit(case: TimeCase, cycle: Cycle, shown: int, angle: AngleUnit) -> list[Panel]:
+    """Phase portrait and transmitted torque."""
+    unit, rate = ("rad/s", 1.0) if np.max(np.abs(cycle.v)) > 1.0 else ("mrad/s", 1e3)
+    portrait = Panel("phase portrait of the steady motion", f"x ({angle.name})", f"x' ({unit})")
+    portrait.line(cycle.x * angle.factor, cycle.v * rate, BLUE, "integration")
+    each = (len(cycle.x) - 1) // case.steady.period
+    once = (cycle.x[:-1:each] * angle.factor, cycle.v[:-1:each] * rate)
+    portrait.points(*once, BLACK, "once per turn of the base angle", "o", ORANGE)
+    torque = Panel(
+        f"steady torque through the gear, largest {number(cycle.peak_torque)} N·m", "time (ms)", "torque (N·m)"
+    )
+    torque.line(_repeated_time(cycle, shown), np.tile(cycle.torque, shown), BLUE, "integration")
+    mean = cycle.mean_torque if abs(cycle.mean_torque) > 1e-6 * cycle.peak_torque else 0.0
+    torque.line([-np.inf, np.inf], [mean, mean], BLACK, f"mean torque {number(mean)} N·m", DOT_DASH, 1.0)
+    return [portrait, torque]
+
+
+def _repeated_time(cycle: Cycle, shown: int) -> Floats:
+    """Times [ms] of the cycle shown so many times."""
+    return np.concatenate([cycle.t + i * cycle.t[-1] for i in range(shown)]) * 1e3
+
+
+def _envelope(t: Floats, x: Floats, turns: int) -> tuple[Floats, Floats, Floats]:
+    """Lowest and highest value in each of at most `BINS` equal pieces, each a turn of the base angle or longer."""
+    starts = np.linspace(0, len(t), min(BINS, turns), endpoint=False).astype(int)
+    low, high = np.minimum.reduceat(x, starts), np.maximum.reduceat(x, starts)
+    at = np.add.reduceat(t, starts) / np.diff([*starts, len(t)])
+    at[0], at[-1] = t[0], t[-1]
+    return low, high, at

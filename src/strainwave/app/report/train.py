@@ -1,0 +1,215 @@
+"""The report's section on the whole drive train: plain data, sentences and figures."""
+
+from typing import Any, Literal
+
+import numpy as np
+
+from ...model.excitation import NoError
+from ...model.train.shafts import NO_DRAG, Elastic, end_of
+from ...results import Status
+from ...study.analysis.analysis import Analysis
+from ...study.analysis.train_curve import TrainCurve
+from ...study.analysis.train_study import TrainStudy
+from ...study.response.resonances import active_orders
+from ...study.train.run import INPUTS
+from ..console import BETWEEN, number
+from ..figures.plots import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE
+from ..figures.svg import Curve, Panel, figure
+from ..units import ARCSEC, RPM, AngleUnit
+from .resonances import jump_speeds
+
+BINS, CYCLE = 240, 100  # pieces of a run-up, at most, and samples in which every speed of it has a whole cycle
+APART = 0.1  # relative difference of train and error equation that is warned of
+CONTROLS = {
+    "Free": "a free motor",
+    "Held": "a motor ideally held",
+    "SpeedLoop": "a motor in a speed loop",
+    "PositionLoop": "a motor in a position loop",
+}
+
+
+def train_data(analysis: Analysis, study: TrainStudy) -> dict[str, Any]:
+    """Every number of the section with its unit."""
+    control = study.train.motor.control
+    damped = [p for p in study.bode.poles if p.imag > 1e-6 * abs(p)]
+    orders, (low, high) = active_orders(analysis.system), analysis.speeds
+    state = tuple(study.state.tolist())
+    torque = float(study.train._replace(error=NoError()).torque(0.0, state))
+    return {
+        "parts": parts(study),
+        "control": type(control).__name__,
+        "gains": control._asdict(),
+        "operating_point": {
+            "motor_speed_rpm": study.speed * RPM,
+            "torque_in_gear_Nm": torque,
+            "torsion_rad": state[0],
+        },
+        "modes": [
+            {
+                "omega_rad_per_s": abs(p),
+                "hertz": abs(p) / (2.0 * np.pi),
+                "damping_ratio": -p.real / abs(p),
+                "met_at_rpm": {str(k): abs(p) / k * RPM for k in orders},
+                "met_in_range": any(low <= abs(p) / k <= high for k in orders),
+            }
+            for p in sorted(damped, key=abs)
+        ],
+        "stable": bool(np.all(study.bode.poles.real < 1e-9 * np.max(np.abs(study.bode.poles)))),
+        "steady": [
+            {"omega_rad_per_s": w, "motor_speed_rpm": w * RPM, "peak_train_rad": a, "peak_equation_rad": b}
+            for w, a, b in zip(study.omega, study.whole, study.reduced, strict=True)
+        ],
+        "curve": None if study.curve is None else _curve_data(study.curve),
+        "run_up": None if study.run is None else run_data(study),
+        "remarks": list(study.remarks),
+    }
+
+
+def parts(study: TrainStudy) -> str:
+    """What the train is made of, in words."""
+    train, load = study.train, study.train.load
+    shafts = (("motor", train.motor), ("load", end_of(load)))
+    drags = [name for name, shaft in shafts if shaft.drag != NO_DRAG]
+    return ", ".join(
+        [
+            CONTROLS[type(train.motor.control).__name__],
+            *(["a load behind a coupling"] if isinstance(load, Elastic) else []),
+            *([f"friction or gravity on the {' and the '.join(drags)}"] if drags else []),
+        ]
+    )
+
+
+def _curve_data(curve: TrainCurve) -> dict[str, Any]:
+    response, at = curve.response, curve.response.largest()
+    stable = response.curve.stable
+    return {
+        "harmonics": response.curve.coefficients.shape[1] // 2,
+        "left_out_relative": response.curve.tail,
+        "complete": response.curve.status.found,
+        "rough": response.curve.status is Status.TRUNCATED,
+        "message": response.curve.message,
+        "without_gravity": curve.without_angle,
+        "all_stable": bool(np.all(stable)),
+        "largest_across_gear_rad": curve.gear_peak,
+        "at_rpm": None if at is None else float(response.curve.omega[at]) * RPM,
+        "jumps": [{"omega_rad_per_s": w, "motor_speed_rpm": w * RPM} for w in jump_speeds(response)],
+    }
+
+
+def run_data(study: TrainStudy) -> dict[str, Any]:
+    """Key numbers of the run-up after it has settled at the lowest speed."""
+    run = study.run
+    assert run is not None
+    after = run.trajectory.t >= study.begin
+    at, strained = (int(np.argmax(np.abs(values) * after)) for values in (run.error, run.torque))
+    names = list(run.work)
+    return {
+        "seconds": float(run.trajectory.t[-1]) - study.begin,
+        "status": run.trajectory.message,
+        "complete": bool(run.trajectory.status),
+        "largest_error_rad": float(abs(run.error[at])),
+        "largest_error_arcsec": float(abs(run.error[at])) * ARCSEC,
+        "at_rpm": float(run.motor_speed[at]) * RPM,
+        "largest_torque_Nm": float(abs(run.torque[strained])),
+        "largest_torque_at_rpm": float(run.motor_speed[strained]) * RPM,
+        "heat_J": run.lost(study.begin) if run.trajectory.status else {},
+        "put_in_J": {name: float(run.work[name][-1]) for name in names[:INPUTS]},
+        "imbalance": run.imbalance,
+        "warnings": list(run.warnings),
+    }
+
+
+def reduction(analysis: Analysis, angle: AngleUnit) -> dict[str, Any] | None:
+    """What the error equation makes of the drive in place of its train; None without a curve of that."""
+    curve, exact = analysis.train_curve, analysis.exact
+    at = None if curve is None else curve.response.largest()
+    here = exact.largest()
+    if curve is None or at is None or here is None:
+        return None
+    whole, reduced = float(curve.response.curve.peak[at]), float(exact.curve.peak[here])
+    fast, slow = float(curve.response.curve.omega[at]), float(exact.curve.omega[here])
+    apart = max(abs(np.log(reduced / whole)), abs(np.log(slow / fast))) > np.log1p(APART)
+    return {
+        "peak_rad": reduced,
+        "peak_arcsec": reduced * ARCSEC,
+        "omega_rad_per_s": slow,
+        "motor_speed_rpm": slow * RPM,
+        "peak_relative_to_train": reduced / whole,
+        "speed_relative_to_train": slow / fast,
+        "far_apart": bool(apart),
+        "sentence": (
+            "The error equation, with an ideally held motor and a rigid load, is a reduction of the drive train: its "
+            f"largest steady |x| is {angle.text(reduced)} at {number(slow * RPM, 5)} rpm at the motor, "
+            f"{_times(reduced / whole)} that of the train, at {_times(slow / fast)} the speed."
+        ),
+    }
+
+
+def _times(ratio: float) -> str:
+    return f"{number(ratio, 3)} times"
+
+
+def train_warning(analysis: Analysis, angle: AngleUnit) -> list[str]:
+    """Say where the error equation is far from the whole train; a free motor has a sentence of its own."""
+    study = analysis.beyond.train
+    if study is None or study.left_out is not None:
+        return []
+    if (found := reduction(analysis, angle)) is not None:
+        about = " Resonances, single speeds and the proof of stability below are about that equation."
+        return [found["sentence"] + about] if found["far_apart"] else []
+    return [
+        "Resonances, single speeds, speeds to avoid and the proof of stability are about the error equation with an "
+        "ideally held motor and a rigid load: the whole drive train has a run-up alone."
+    ]
+
+
+def train_figures(analysis: Analysis, study: TrainStudy, angle: AngleUnit) -> dict[str, str]:
+    """Figures of the section as SVG: "bode" and "run"."""
+    out = {"bode": _bode_figure(study)}
+    if study.run is not None:
+        out["run"] = _run_figure(analysis, study, angle)
+    return out
+
+
+def _bode_figure(study: TrainStudy) -> str:
+    plot = study.bode
+    hertz = plot.omega / (2.0 * np.pi)
+    ends = float(hertz[0]), float(hertz[-1])
+    size = Panel("", "frequency (Hz)", "speed per torque\n(dB re 1 rad/(N·m·s))", xlim=ends, xlog=True)
+    phase = Panel("", "frequency (Hz)", "phase (deg)", xlim=ends, xlog=True)
+    lines: tuple[tuple[Literal["motor", "load"], str, str], ...] = (("motor", BLUE, ""), ("load", ORANGE, DASHES))
+    for shaft, colour, dash in lines:
+        if shaft == "motor" and not np.any(plot.motor):
+            continue
+        size.line(hertz, plot.decibels(shaft), colour, f"{shaft} speed", dash)
+        phase.line(hertz, plot.degrees(shaft), colour, f"{shaft} speed", dash)
+    return figure([[size, phase]], 290.0, "Bode plot")
+
+
+def _run_figure(analysis: Analysis, study: TrainStudy, angle: AngleUnit) -> str:
+    run = study.run
+    assert run is not None
+    keep = run.trajectory.t >= study.begin
+    speed, error = run.motor_speed[keep] * RPM, run.error[keep] * angle.factor
+    panel = Panel("", "motor speed (rpm)", f"x {BETWEEN}\n({angle.name})")
+    starts = np.linspace(0, len(speed), min(BINS, max(2, len(speed) // CYCLE)), endpoint=False).astype(int)
+    low, high = np.minimum.reduceat(error, starts), np.maximum.reduceat(error, starts)
+    at = np.add.reduceat(speed, starts) / np.diff([*starts, len(speed)])
+    panel.curves.append(Curve(at, low, BLUE, "run-up of the whole train (band of its cycles)", upper=high))
+    curves = [(analysis.exact, GREY, "error equation, steady, largest |x|", DOT_DASH)]
+    if study.curve is not None:
+        curves.insert(
+            0,
+            (
+                study.curve.response,
+                BLACK,
+                "whole train, steady, largest |x|" + (" without gravity" if study.curve.without_angle else ""),
+                "",
+            ),
+        )
+    for response, colour, name, dash in curves:
+        if response.sweep is not None:
+            path = response.sweep.run_up
+            x, y = response.curve.omega[path] * RPM, response.curve.peak[path] * angle.factor
+            panel.line(x, y, colour, name, dash, 1.3)
+    return figure([[panel]], 300.0, "run-up of the drive train")

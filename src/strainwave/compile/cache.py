@@ -1,0 +1,159 @@
+"""Machine code on disk: a file for each kernel and kinds of arguments, in a folder keyed by the package's sources.
+
+Numba's own cache does not notice an edit in another file, and takes a class of a script for another one in each
+process. Here a file has the name of what its code depends on: the kernel, the kinds of its arguments, and the model
+classes among them, a user's class with its methods and all that these read (`identity`). What cannot be recognised in
+another process, such as a class that holds an open file, stays in memory.
+"""
+
+import hashlib
+import io
+import os
+import pickle
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from .identity import Identity
+
+FLOORS = ("", "model", "numerics", "theory", "study")  # folders of the package whose code may be kept
+UNUSED_DAYS = 30  # after which the folder of other sources is removed
+DAY = 86400.0  # s
+BAD_FILE = (OSError, EOFError, pickle.UnpicklingError, ImportError, AttributeError, LookupError, TypeError, ValueError)
+
+
+class CodeCache:
+    """What a dispatcher of Numba asks before it compiles `function`, and tells afterwards."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.function = function
+        self.cache_path = str(cache_folder())
+
+    def load_overload(self, kinds: Any, target: Any) -> Any:
+        """Machine code for arguments of these kinds, None where there is none that fits."""
+        target.refresh()
+        classes, path = self._place(kinds, target.codegen())
+        if path is None or not path.is_file():
+            return None
+        try:
+            parts = _Unpickler(io.BytesIO(path.read_bytes()), classes).load()
+            return import_module("numba.core.compiler").CompileResult._rebuild(target, *parts)
+        except BAD_FILE:  # written by a machine that stopped on the way, or by another version of a library
+            return None
+
+    def save_overload(self, kinds: Any, code: Any) -> None:
+        """Keep machine code for arguments of these kinds."""
+        classes, path = self._place(kinds, code.codegen)
+        if path is None or code.lifted or code.library.has_dynamic_globals:
+            return
+        stream = io.BytesIO()
+        pickler = _pickler()(stream, protocol=4)
+        pickler.classes = classes
+        draft = path.with_name(f"{path.name}.{os.getpid()}.part")
+        with suppress(OSError, pickle.PicklingError, TypeError, AttributeError):
+            pickler.dump(code._reduce())
+            draft.write_bytes(stream.getvalue())
+            draft.replace(path)
+
+    def flush(self) -> None:
+        """Numba calls this before it compiles all again, which nothing here does."""
+
+    def _place(self, kinds: Any, codegen: Any) -> tuple[list[type], Path | None]:
+        """Model classes among the kinds, and the file of the code; None where it stays in memory."""
+        classes = list(dict.fromkeys(_classes(kinds)))
+        try:
+            text = Identity().text((self.function, *classes))
+        except TypeError:
+            return classes, None
+        target = repr((kinds, codegen.magic_tuple(), sys.version_info[:2]))
+        if " at 0x" in target:  # a compiled function among the arguments, which has no name of its own
+            return classes, None
+        name = hashlib.sha256(f"{text} {target}".encode(errors="surrogatepass")).hexdigest()[:32]
+        return classes, cache_folder() / f"{self.function.__name__}-{name}.code"
+
+
+def _classes(kinds: Any) -> Iterator[type]:
+    """Model classes of the compiler's types, at any depth, in their order."""
+    for kind in kinds:
+        if hasattr(kind, "instance_class"):
+            yield kind.instance_class
+        if hasattr(kind, "types") or isinstance(kind, tuple):
+            yield from _classes(getattr(kind, "types", kind))
+
+
+@cache
+def _pickler() -> Any:
+    """Class of picklers that write the number of a model class in place of the class."""
+
+    class Pickler(import_module("numba.core.serialize").NumbaPickler):  # type: ignore[misc]
+        classes: tuple[type, ...] = ()
+
+        def persistent_id(self, thing: Any) -> int | None:
+            return self.classes.index(thing) if isinstance(thing, type) and thing in self.classes else None
+
+    return Pickler
+
+
+class _Unpickler(pickle.Unpickler):
+    """Reads what `_pickler` has written: the classes are those of this process."""
+
+    def __init__(self, stream: io.BytesIO, classes: list[type]) -> None:
+        super().__init__(stream)
+        self.classes = classes
+
+    def persistent_load(self, number: int) -> type:
+        return self.classes[number]
+
+
+@cache
+def source_hash() -> str:
+    """Hash of the sources that hold compiled code, which keys its folder."""
+    digest = hashlib.sha256()
+    home = Path(__file__).parent.parent
+    for path in sorted(path for floor in FLOORS for path in (home / floor).rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@cache
+def cache_folder() -> Path:
+    """Folder of compiled code: STRAINWAVE_CACHE_DIR, or the user's cache folder of the operating system."""
+    home = os.environ.get("STRAINWAVE_CACHE_DIR")
+    if home:
+        root = Path(home)
+    elif sys.platform == "win32":
+        root = Path(os.environ.get("LOCALAPPDATA", Path.home())) / "strainwave" / "cache"
+    elif sys.platform == "darwin":
+        root = Path.home() / "Library" / "Caches" / "strainwave"
+    else:
+        root = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "strainwave"
+    return root / source_hash()
+
+
+@cache
+def cache_writable() -> bool:
+    """Whether compiled code can be kept on disk; otherwise it is kept in memory."""
+    folder = cache_folder()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "used").touch()
+    except OSError:
+        return False
+    _remove_unused(folder)
+    return True
+
+
+def _remove_unused(folder: Path) -> None:
+    """Remove the code of other sources that no process has used for long."""
+    for other in folder.parent.iterdir():
+        mark = other / "used"
+        with suppress(OSError):
+            if other != folder and time.time() - mark.stat().st_mtime > UNUSED_DAYS * DAY:
+                for path in other.iterdir():
+                    path.unlink()
+                other.rmdir()

@@ -1,0 +1,359 @@
+"""All of Numba: kernels, the methods of model objects inside them, and the compiled-code cache.
+
+A kernel is a plain Python function marked `@kernel`. It may call other kernels, the functions of `maths`, and the
+methods of any NamedTuple handed to it; `run(kernel, *args)` executes it as machine code. Numba is imported
+at the first `run`, so importing the package stays cheap, and with the environment variable STRAINWAVE_JIT=0 (or
+NUMBA_DISABLE_JIT=1) the same functions run as Python.
+
+Machine code is kept on disk (`cache`), that of a user's classes too.
+"""
+
+import inspect
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import cache, wraps
+from importlib import import_module
+from itertools import count, repeat
+from typing import Any, TypeVar
+
+from . import lanes, maths_kernels
+from .cache import CodeCache, cache_writable
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+# "contract", "nsz" and "arcp" allow FMA and reciprocals; full fastmath assumes no NaN and would hide divergence.
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}, "nogil": True}
+
+LIGHT_RUNS = 12  # about three response curves
+_light_runs = count()
+_plain_runs: ContextVar[Iterator[bool] | None] = ContextVar("_plain_runs", default=None)
+_kernels: list[tuple[Callable[..., Any], Callable[..., Any], bool | None]] = []
+_exposed: list[tuple[Callable[..., Any], Callable[..., Any], bool | None]] = []
+
+
+def kernel(function: F) -> F:
+    """Mark a function that compiled code inlines; as Python it stays what it is."""
+    _kernels.append((function, function, True))
+    return function
+
+
+def routine(function: F) -> F:
+    """Mark a function that compiled code calls: large ones would be compiled again at every place of use."""
+    _kernels.append((function, function, False))
+    return function
+
+
+def kernel_as(loops: Callable[..., Any], inline: bool = False) -> Callable[[F], F]:
+    """Mark a NumPy function that compiled code replaces by `loops`, with the same arguments and results."""
+
+    def mark(function: F) -> F:
+        _kernels.append((function, loops, inline))
+        function.loops = loops  # type: ignore[attr-defined]
+        return function
+
+    return mark
+
+
+def chosen(choose: Callable[..., Any]) -> Callable[..., Any]:
+    """Make of a function that chooses a body by the classes of its arguments the function that runs this body.
+
+    Compiled code chooses when it is made: `choose` then gets the compiler's types, which know the `instance_class`.
+    """
+
+    @wraps(choose)
+    def function(*args: Any) -> Any:
+        return choose(*args)(*args)
+
+    _kernels.append((function, choose, None))
+    return function
+
+
+def axpy(y: Any, h: Any, k: Any) -> Any:
+    """Return y + h k for tuples y and k of equal length and a number h."""
+    if len(y) == 2:  # the usual case, four times faster than the general one
+        return y[0] + h * k[0], y[1] + h * k[1]
+    return tuple(a + h * b for a, b in zip(y, k, strict=True))
+
+
+def with_leaf(model: Any, index: int, value: Any) -> Any:
+    """Return the model with its float number `index` (in the order of `quantities.parameters`) replaced."""
+    return _with_leaf(model, index, value)[0]
+
+
+def borrowed(thing: Any) -> Any:
+    """Return the same arrays (alone or in tuples) without reference counting, which costs more than small loops.
+
+    Only for arguments of an entry kernel, which their caller keeps alive.
+    """
+    return thing
+
+
+def _with_leaf(thing: Any, index: int, value: Any) -> tuple[Any, int]:
+    if not isinstance(thing, tuple):
+        return (value, -1) if isinstance(thing, float) and index == 0 else (thing, index - isinstance(thing, float))
+    for place, item in enumerate(thing):
+        if isinstance(item, float):
+            index -= 1
+            if index != -1:
+                continue
+            new = value
+        elif isinstance(item, tuple):
+            new, index = _with_leaf(item, index, value)
+            if new is item:
+                continue
+        else:
+            continue
+        items = (*thing[:place], new, *thing[place + 1 :])
+        make: Any = type(thing)
+        return (make(*items) if hasattr(thing, "_fields") else items), -1
+    return thing, index
+
+
+def enabled() -> bool:
+    """Whether kernels are compiled."""
+    return os.environ.get("STRAINWAVE_JIT", "1") != "0" and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+
+
+@contextmanager
+def as_python(runs: int) -> Iterator[None]:
+    """Run up to so many kernels inside the block as Python: for a curve or two, machine code takes longer to make."""
+    before = _plain_runs.set(repeat(True, runs))
+    try:
+        yield
+    finally:
+        _plain_runs.reset(before)
+
+
+def run(function: Callable[..., Any], *args: Any, light: bool = False) -> Any:
+    """Execute a kernel as machine code, or as Python when compilation is off.
+
+    A `light` job, which takes a fraction of a second in NumPy, runs as Python the first times in a process that has not
+    loaded Numba: loading it takes longer. The results agree to rounding. If a user's class uses something that compiled
+    code does not know, the sentence of the TypeError says what.
+    """
+    as_light = light and "numba" not in sys.modules and next(_light_runs) < LIGHT_RUNS
+    if not enabled() or as_light or next(_plain_runs.get() or iter(()), False):
+        return function(*args)
+    dispatcher = _dispatcher(function, model_classes(args))
+    from numba.core import errors
+
+    try:
+        return dispatcher(*args)
+    except (errors.NumbaError, errors.UnsupportedBytecodeError) as error:
+        raise TypeError(_explain(error, foreign_names(args))) from error
+
+
+def _is_ours(module: str) -> bool:
+    return module.startswith(__package__ + ".")
+
+
+def model_classes(things: tuple[Any, ...]) -> tuple[type, ...]:
+    """Model classes (NamedTuples) among things, at any depth, in the order in which they are met."""
+    classes: dict[type, None] = {}
+    waiting = [things]
+    while waiting:
+        for item in waiting.pop():
+            if isinstance(item, tuple):
+                waiting.append(item)
+                if type(item) is not tuple:
+                    classes[type(item)] = None
+    return tuple(classes)
+
+
+def foreign_names(things: tuple[Any, ...]) -> set[str]:
+    """Names of the model classes among things, at any depth, that are not from this package."""
+    return {cls.__name__ for cls in model_classes(things) if not _is_ours(cls.__module__)}
+
+
+@cache
+def methods_of(cls: type) -> tuple[str, ...]:
+    """Names of the methods that compiled code may call on a model of this class."""
+    return tuple(name for name in dir(cls) if name[0] != "_" and inspect.isfunction(getattr(cls, name)))
+
+
+def _explain(error: Exception, classes: set[str]) -> str:
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    signs = ("Unknown attribute", "Cannot unify", "Use of unsupported", "Untyped global", "No implementation of")
+    facts = [line for sign in signs for line in lines if line.startswith(sign)] or lines or ["unknown reason"]
+    return (
+        f"{' / '.join(sorted(classes)) or 'the model'} cannot be compiled: {facts[0].rstrip('.:')}; write its methods "
+        "with arithmetic, abs and strainwave.maths, or set STRAINWAVE_JIT=0 to run it as Python"
+    )
+
+
+def _dispatcher(function: Callable[..., Any], classes: tuple[type, ...] = ()) -> Any:
+    _numba()
+    for cls in classes:
+        _expose_methods(cls)
+    while _kernels:  # those of modules imported since the last call
+        _exposed.append(_kernels.pop())
+        _expose(*_exposed[-1])
+    return _made(function, classes)
+
+
+@cache
+def _made(function: Callable[..., Any], classes: tuple[type, ...]) -> Any:
+    """Compiled form of a function for models of these classes: Numba takes two classes of one name for the same."""
+    body = getattr(function, "loops", function)
+    dispatcher = _numba().njit(**OPTIONS)(body)
+    if cache_writable():
+        dispatcher._cache = CodeCache(body)
+    return dispatcher
+
+
+# Inner functions need no entry from Python. Without forceinline every law larger than Cubic falls out of vector code.
+CALLED = OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+INNER = CALLED | {"forceinline": True}
+
+
+def _expose(function: Callable[..., Any], body: Callable[..., Any], inline: bool | None = True) -> None:
+    """Let compiled code call `function`, with `body` as its implementation (or what chooses it: inline is None)."""
+    overload: Any = import_module("numba.extending").overload
+    if inline is None:
+        overload(function, jit_options=INNER)(body)
+        return
+
+    overload(function, jit_options=INNER if inline else CALLED)(_typed(body))
+
+
+@cache
+def _numba() -> Any:
+    """Import Numba and teach it the maths functions, the methods of models and the primitives of this module."""
+    numba, types, extending = map(import_module, ("numba", "numba.core.types", "numba.extending"))
+    # No kernel calls BLAS: Numba's search for it would import scipy.linalg. A user's compiled np.dot finds it later.
+    blas = sys.modules.setdefault("scipy.linalg.cython_blas", None)  # type: ignore[arg-type]
+    import_module("numba.np.arraymath")
+    if blas is None:
+        del sys.modules["scipy.linalg.cython_blas"]
+    _prefer_wide_vectors(numba.config)
+    # Names of compiled functions hold a number, which code of another process must not have too.
+    import_module("numba.core.bytecode").FunctionIdentity._unique_ids = count(int.from_bytes(os.urandom(6)))
+    # Numba asks `if receiver:` before it passes self; the type of a model without fields must not be falsy.
+    types.NamedTuple.__bool__ = lambda self: True
+    _expose(axpy, _axpy_body(import_module("numba.cpython.unsafe.tuple")))
+    _expose(with_leaf, _with_leaf_body(types, extending))
+    _expose(borrowed, _borrowed_body(types, extending))
+    for bodies in (lanes.bodies, maths_kernels.bodies):
+        for function, body in bodies(types, extending).items():
+            _expose(function, body)
+    return numba
+
+
+def _prefer_wide_vectors(config: Any) -> None:
+    """Let the compiler use 512-bit vectors where the processor has them; for Intel's it keeps to 256 bits otherwise."""
+    features, name = host_cpu()
+    if config.CPU_NAME is None and config.CPU_FEATURES is None and features.get("avx512f"):
+        config.CPU_NAME, config.CPU_FEATURES = name, features.flatten() + ",-prefer-256-bit"
+
+
+@cache
+def _expose_methods(cls: type) -> None:
+    numba = ("numba.core.types", "numba.core.typing.templates", "numba.extending")
+    expose_methods(cls, INNER, *map(import_module, numba))
+
+
+def expose_methods(cls: type, options: dict[str, Any], types: Any, templates: Any, extending: Any) -> None:
+    """Let compiled code call the methods of models of this class, by these options and modules of a compiler."""
+    for name in methods_of(cls):
+        own = f"{name} of {cls.__module__}.{cls.__qualname__} {id(cls)}"
+        typed = _typed(getattr(cls, name))
+        template = templates.make_overload_method_template(
+            types.BaseNamedTuple, own, typed, "never", jit_options=options
+        )
+        template._resolve = _of_class(cls, name, own, template._resolve)
+        templates.infer_getattr(template)
+        extending.overload(typed, jit_options=options)(typed)
+
+
+def _typed(body: Callable[..., Any]) -> Any:
+    """What tells Numba the body of a function: always this one."""
+
+    def typed(*args: Any) -> Any:
+        return body
+
+    typed.__signature__ = inspect.signature(body)  # type: ignore[attr-defined]
+    return typed
+
+
+def _of_class(cls: type, name: str, own: str, resolve: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a method that Numba knows by its `own` name be found by its name in models of this class."""
+
+    def found(self: Any, kind: Any, attribute: str) -> Any:
+        return resolve(self, kind, own) if attribute == name and kind.instance_class is cls else None
+
+    return found
+
+
+def _axpy_body(tuples: Any) -> Callable[..., Any]:
+    tuple_setitem = tuples.tuple_setitem
+
+    def body(y: Any, h: Any, k: Any) -> Any:
+        out = y
+        for i in range(len(y)):
+            out = tuple_setitem(out, i, y[i] + h * k[i])
+        return out
+
+    return body
+
+
+def _borrowed_body(types: Any, extending: Any) -> Callable[..., Any]:
+    def strip(context: Any, thing: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            def rebuild(kind: Any, old: Any) -> Any:
+                if isinstance(kind, types.BaseTuple):
+                    items = [rebuild(k, builder.extract_value(old, i)) for i, k in enumerate(kind)]
+                    return context.make_tuple(builder, kind, items)
+                if isinstance(kind, types.Array):
+                    array = context.make_array(kind)(context, builder, old)
+                    array.meminfo = array.meminfo.type(None)
+                    return array._getvalue()
+                return old
+
+            return rebuild(thing, arguments[0])
+
+        return thing(thing), build
+
+    intrinsic = extending.intrinsic(strip)
+
+    def body(thing: Any) -> Any:
+        return intrinsic(thing)
+
+    return body
+
+
+def _with_leaf_body(types: Any, extending: Any) -> Callable[..., Any]:
+    def set_leaf(context: Any, model: Any, index: Any, value: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            place = 0
+
+            def rebuild(kind: Any, old: Any) -> Any:
+                nonlocal place
+                if isinstance(kind, types.BaseTuple):
+                    items = [rebuild(k, builder.extract_value(old, i)) for i, k in enumerate(kind)]
+                    return context.make_tuple(builder, kind, items)
+                if isinstance(kind, types.Float):
+                    here = builder.icmp_signed("==", arguments[1], context.get_constant(types.intp, place))
+                    place += 1
+                    return builder.select(here, arguments[2], old)
+                return old
+
+            return rebuild(model, arguments[0])
+
+        return model(model, types.intp, types.float64), build
+
+    intrinsic = extending.intrinsic(set_leaf)
+
+    def body(model: Any, index: int, value: float) -> Any:
+        return intrinsic(model, index, value)
+
+    return body
+
+
+def host_cpu() -> tuple[Any, str]:
+    """Features (name to whether it is there) and name of this machine's processor, as the compiler sees it."""
+    from llvmlite import binding
+
+    return binding.get_host_cpu_features(), binding.get_host_cpu_name()

@@ -1,0 +1,1 @@
+"""File formats: project files, gears of one's own, scans."""

@@ -1,0 +1,111 @@
+"""What is wrong in a project whose fields are right by themselves: contradictions."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from ..law import depends, spring_stiffness
+from ..model.gears.gear import Gear
+from ..quantities import checked
+from .schema import CATALOGUE, ExplicitGear, ProjectSpec
+from .yaml_text import Keys
+
+NOTHING_DRIVES = (
+    "nothing periodic drives the error; write for example 'kinematic_error: [{order: 2, amplitude: 23 arcsec}]'"
+)
+
+
+def contradictions(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
+    """Fields that do not go together; groups of the spec that are None have problems of their own, told elsewhere."""
+    if spec.gear is not None and spec.motor is not None:
+        yield from _inertia(spec, gear)
+    if spec.gear is not None:
+        yield from _law(spec, gear)
+    if spec.excitation is not None:
+        yield from _excitation(spec, gear)
+    yield from _whole_train(spec)
+
+
+def _inertia(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
+    if spec.motor.inertia is not None:
+        return
+    if gear is not None and gear.input_inertia is None:
+        yield ("motor", "inertia"), f"is missing and no source gives it for {gear.name}; write 'inertia: 4.5 kg*cm^2'"
+    if isinstance(spec.gear, ExplicitGear):
+        yield ("motor", "inertia"), "is missing for an explicit gear; write for example 'inertia: 4.5 kg*cm^2'"
+
+
+def _law(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
+    """What the law of the gear, with what stands beside it, does not go together with."""
+    try:
+        law = checked(spec.law(gear))
+    except TypeError:
+        yield ("backlash",), "takes a spring behind it, and gear.law has friction or memory; write that as 'hysteresis'"
+        return
+    except ValueError as error:
+        yield ("backlash",), f"does not go with gear.law: {error}"
+        return
+    if spec.damping is None:
+        return
+    if spec.damping.B is None and not float(spring_stiffness(law, 0.0)) > 0.0:
+        way = "ratio" if spec.damping.ratio is not None else "quality"
+        yield ("damping", way), f"has no meaning for a law {_without_spring(law)}; write B: 10 N*m*s/rad"
+    if depends(law) > 1:
+        for group, varies in (("stiffness", spec.stiffness is not None), ("damping", spec.damping.varies)):
+            if varies:
+                yield (group,), f"varies, which takes a spring, and the law has friction or memory: {BOTH}"
+
+
+def _without_spring(law: Any) -> str:
+    held = float(law.stiffness(0.0)) > 0.0
+    return "whose friction or hysteresis alone holds it at rest" if held else "without stiffness at rest (play)"
+
+
+BOTH = "leave one of them out, or write the equation in Python (strainwave.simulate takes any system)"
+
+
+def _excitation(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
+    driven = spec.excitation
+    if spec.motor is not None and spec.motor.mode == "held" and driven.motor_torque is not None:
+        sentence = "a held motor keeps its speed whatever its torque; remove it or write 'mode: free' under motor"
+        yield ("excitation", "motor_torque"), sentence
+    torques = [t for t in (driven.motor_torque, driven.load_torque) if t is not None]
+    amplitudes = [line.amplitude for line in driven.kinematic_error]
+    amplitudes += [line.amplitude for torque in torques for line in torque.lines]
+    yield from _accuracy(spec, gear)
+    if not any(amplitudes) and driven.accuracy is None:
+        yield ("excitation",), NOTHING_DRIVES
+
+
+def _accuracy(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
+    """What an accuracy class does not go together with."""
+    accuracy, field = spec.excitation.accuracy, ("excitation", "accuracy")
+    if accuracy is None:
+        return
+    if spec.excitation.kinematic_error:
+        yield field, "stands beside kinematic_error, which it would be a guess of; remove one of them"
+    if spec.speed is not None and spec.speed.shaft == "forcing":
+        yield field, "belongs to the motor's turn, and the speeds to the forcing's; write 'shaft: motor' under speed"
+    if accuracy == CATALOGUE and spec.gear is not None and (gear is None or gear.accuracy is None):
+        name = "an explicit gear" if gear is None else gear.name
+        yield field, f"no source gives one for {name}; write it as an angle, for example 1 arcmin"
+
+
+def train_fields(spec: ProjectSpec) -> list[Keys]:
+    """Fields of the file that only the whole drive train has."""
+    found: list[Keys] = []
+    for group, names in (("motor", ("loop", "drag")), ("load", ("drag", "coupling"))):
+        part = getattr(spec, group)
+        found += [(group, name) for name in names if part is not None and getattr(part, name) is not None]
+    return found
+
+
+def _whole_train(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:
+    """What the whole drive train does not go together with."""
+    if spec.motor is not None and spec.motor.loop is not None and spec.motor.mode == "free":
+        yield ("motor", "loop"), "keeps the motor's speed, and 'mode: free' gives it up; write 'mode: held' or no loop"
+    for field in train_fields(spec):
+        if spec.speed is not None and spec.speed.shaft == "forcing":
+            yield field, "belongs to a shaft, and the speeds to the forcing; write 'shaft: motor' under speed"
+        elif spec.stiffness is not None or (spec.damping is not None and spec.damping.varies):
+            sentence = "belongs to the drive train, whose stiffness and damping do not vary; leave one of them out, or "
+            yield field, sentence + "give strainwave.DriveTrain a law of your own"

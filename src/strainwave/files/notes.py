@@ -1,0 +1,42 @@
+"""What a reader of the results should know about the input of a project."""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+UNUSUAL = 0.5  # damping ratio
+RPM = 30.0 / math.pi
+
+
+def notes(project: Any) -> Iterator[str]:
+    """Sentences on what a reader of the results should know about the input."""
+    yield from _torque_notes(project)
+    gear = project.gear
+    if gear is None:
+        return
+    if gear.input_inertia is not None and project.drive.J_m < gear.input_inertia:
+        yield (
+            f"motor.inertia is {project.drive.J_m:g} kg*m^2, less than the {gear.input_inertia:g} kg*m^2 of the wave "
+            f"generator of {gear.name} alone; it must include the wave generator."
+        )
+
+
+def _torque_notes(project: Any) -> Iterator[str]:
+    """Notes on mean torques that a free motor cannot balance and on damping that no gear has."""
+    drive = project.drive
+    at_motor, at_load = (
+        0.0 if t is None else sum(h.mean for h in t.terms) for t in (project.motor_torque, project.load_torque)
+    )
+    whole = drive.N * at_motor + at_load
+    if project.motor == "free" and abs(whole) > 1e-9 * (abs(drive.N * at_motor) + abs(at_load)):
+        rate = drive.N * whole / (drive.N * drive.N * drive.J_m + drive.J_l)
+        yield (
+            f"The mean torques do not balance: the motor speeds up by {rate * RPM:.4g} rpm/s and does not keep the "
+            "speeds analysed; give the "
+            f"free motor a mean torque of {-at_load / drive.N:.4g} N*m, or write 'mode: held'."
+        )
+    if project.damping_ratio is not None and project.damping_ratio > UNUSUAL:
+        yield (
+            f"The damping ratio is {project.damping_ratio:.3g} ({100.0 * project.damping_ratio:.3g} % of critical); "
+            "0.01 to 0.05 is usual, and 4 % is written '4 %' or 0.04."
+        )

@@ -1,0 +1,340 @@
+"""The project file: a drive, its speed and what excites it, read from YAML with units and resolved to SI."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import ValidationError, create_model
+
+from ..law import depends
+from ..model.drive import Drive
+from ..model.excitation import Harmonic, Harmonics, KinematicError, Line
+from ..model.gears import catalogue
+from ..model.gears.error_spectrum import accuracy_spectrum
+from ..model.gears.gear import Gear
+from ..model.oscillator import Oscillator
+from ..model.train.drive_train import DriveTrain
+from ..model.train.shafts import FREE, NO_DRAG, Elastic, Held
+from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
+from ..quantities import checked, convert
+from ..study.train.reductions import left_out, listed
+from .complaints import complaints
+from .contradictions import contradictions, train_fields
+from .notes import notes
+from .own_gears import read_gears
+from .schema import CATALOGUE, ExplicitGear, OwnGear, ProjectSpec, Spec, TorqueSpec
+from .yaml_text import FileError, Located, Problem, as_path, complaint, name, read, read_text, shown
+
+ACCURACY_NOTE = (
+    "The kinematic error stands for an accuracy class of {:.4g} arcsec peak-to-peak: its orders 1, 2 and 4 share it as "
+    "1 : 4 : 1 by assumption; a measured scan (strainwave error-scan) replaces the assumption."
+)
+
+
+class ProjectError(FileError):
+    """A project file cannot be used; one line `file:line:column: field: fact, value, remedy` per problem."""
+
+
+@dataclass(frozen=True)
+class Project:
+    """A drive with its speed and excitation, in SI and radians.
+
+    Attributes
+    ----------
+    title : str
+        Title of the report; the file's name where the file gives none.
+    path : Path
+        The project file.
+    text : str
+        Its content, for the record.
+    drive : Drive
+        Inertias, ratio, damping B [N*m*s/rad] and torsion law; loop, drags and coupling are in `train` alone, and J_l
+        holds the inertias on both sides of a coupling.
+    gear : Gear or None
+        The record of the catalogue or of the user's own file, or None for an explicit law.
+    motor : {"free", "held"}
+        Whether the motor follows its torque or keeps its speed.
+    shaft : {"motor", "load", "forcing"}
+        The shaft that the file's speeds belong to; with "forcing" the base angle is the forcing phase itself.
+    omega : tuple of float
+        Speeds of the base angle [rad/s], ascending: the ends of the range if `is_range`, else every speed asked for.
+    is_range : bool
+        Whether the file gives a range (`from`, `to`) rather than single speeds (`at`).
+    motor_torque, load_torque : Harmonics or None
+        Torques [N*m] on the motor (motor side) and on the load (output side, a resisting load is negative).
+    kinematic_error : KinematicError or None
+        Lines of the gear's kinematic error [rad, output side].
+    notes : tuple of str
+        Sentences for the reader: doubts about the catalogue data, a motor inertia that cannot be right. What the run
+        asks of the gear beyond its limits is in the analysis.
+    damping : GearDamping or None
+        The damping, where it varies with angle, speed or temperature; its size is that of the drive.
+    stiffness : Variation or None
+        The factor of the stiffness over the base angle, where it varies.
+    train : DriveTrain or None
+        The whole drive train at constant speed, where the error equation leaves something of it out: a loop, friction
+        on a shaft, gravity, a coupling, or the ripple of a free motor.
+    rated_torque : float or None
+        Rated torque [N*m] of the gear, where it is known.
+    limit : float or None
+        Largest oscillation of the error [rad] that the drive may have, where the file gives one.
+    """
+
+    title: str
+    path: Path
+    text: str
+    drive: Drive
+    gear: Gear | None
+    motor: Literal["free", "held"]
+    shaft: Literal["motor", "load", "forcing"]
+    omega: tuple[float, ...]
+    is_range: bool
+    motor_torque: Harmonics | None
+    load_torque: Harmonics | None
+    kinematic_error: KinematicError | None
+    damping: GearDamping | None = None
+    stiffness: Variation | None = None
+    train: DriveTrain | None = None
+    rated_torque: float | None = None
+    limit: float | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def J(self) -> float:
+        """Inertia [kg m^2] of the error equation in the project's motor mode."""
+        return self.drive.J if self.motor == "free" else self.drive.J_l
+
+    @property
+    def omega_0(self) -> float:
+        """Natural frequency [rad/s] of the law's spring in the project's motor mode; 0 where that has none at rest."""
+        return self.drive.omega_0 if self.motor == "free" else self.drive.omega_0_held
+
+    @property
+    def damping_ratio(self) -> float | None:
+        """Damping ratio B/(2 J omega_0) in the project's motor mode, or None where omega_0 is 0."""
+        return self.drive.B / (2.0 * self.J * self.omega_0) if self.omega_0 else None
+
+    def shaft_speed(self, omega: float) -> float:
+        """Speed [rad/s] of the file's shaft when the base angle turns at `omega` [rad/s]."""
+        return omega / self.drive.N if self.shaft == "load" else omega
+
+    @property
+    def has_memory(self) -> bool:
+        """Whether the torsion law has friction or memory."""
+        return depends(self.drive.law) > 1
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """Parts of the drive that its error equation leaves out and that change the error; `train` has them all."""
+        return () if self.train is None else left_out(self.train)
+
+    def system(self, omega: float | None = None, *, reduced: bool = False) -> Oscillator | VaryingOscillator:
+        """Error equation of the drive: an ideally held or a free motor, the gear, and a rigid load.
+
+        Parameters
+        ----------
+        omega : float, optional
+            Speed of the base angle [rad/s]. Default: the middle of the file's speeds.
+        reduced : bool
+            Whether it may leave out parts of the drive: those that `left_out` names.
+
+        Raises
+        ------
+        ValueError
+            If the drive has such parts and `reduced` is false.
+        """
+        if self.left_out and not reduced:
+            raise ValueError(
+                f"the error equation leaves out {listed(self.left_out)} of this drive; take project.train, the whole "
+                "train, or system(omega, reduced=True) for the error equation without them"
+            )
+        system = self.drive.error_equation(
+            motor_torque=self.motor_torque,
+            load_torque=self.load_torque,
+            kinematic_error=self.kinematic_error,
+            omega=0.5 * (self.omega[0] + self.omega[-1]) if omega is None else omega,
+            motor=self.motor,
+        )
+        if self.damping is None and self.stiffness is None:
+            return system
+        damping = GearDamping(system.B) if self.damping is None else self.damping
+        varying = NoVariation() if self.stiffness is None else self.stiffness
+        whole: VaryingOscillator = checked(VaryingOscillator(system.J, damping, *system[2:], varying))
+        return whole
+
+
+def load(path: str | Path) -> Project:
+    """Read a project file.
+
+    Parameters
+    ----------
+    path : str or Path
+        YAML file of at most 256 KiB, see `examples/projects`.
+
+    Raises
+    ------
+    ProjectError
+        If the file cannot be read or does not describe a drive; all problems found, one line each.
+    """
+    path = as_path(path)
+    text = read_text(path)
+    if isinstance(text, Problem):
+        raise _error(path, [text])
+    return from_text(text, path)
+
+
+def from_text(text: str, path: Path) -> Project:
+    """Read the text of a project file that is, or could be, at a path (ProjectError as `load`)."""
+    located = read(text)
+    problems = list(located.problems)
+    if located.content is None:
+        if not problems:
+            problems.append(Problem(1, 1, "file", "is empty; begin with a line such as 'gear: CSG-40-50'"))
+        raise _error(path, problems)
+    try:
+        spec = ProjectSpec.model_validate(located.content)
+    except ValidationError as error:
+        problems += complaints(error, located)
+        if not isinstance(located.content, dict):
+            raise _error(path, problems) from None
+        spec = _what_is_right(located.content)
+    gear, elsewhere = None, ""
+    try:
+        gear = _record(spec, path)
+    except FileError as error:
+        elsewhere = str(error)
+    except ValueError as error:
+        problems.append(Problem(*located.place(("gear", "name")), "gear.name", str(error)))
+    else:
+        problems += _contradictions(spec, gear, located)
+    if problems or elsewhere:
+        raise ProjectError("\n".join(part for part in (problems and complaint(path, problems), elsewhere) if part))
+    return _resolved(spec, gear, path, text)
+
+
+def _what_is_right(content: dict[str, Any]) -> ProjectSpec:
+    """The groups of a file that are right by themselves; None in place of the others."""
+    right: dict[str, Any] = {}
+    for group, info in ProjectSpec.model_fields.items():
+        one = create_model(group, __base__=Spec, **{group: (info.annotation, info)})  # type: ignore[call-overload]
+        try:
+            given = {group: content[group]} if group in content else {}
+            right[group] = getattr(one.model_validate(given), group)
+        except ValidationError:
+            right[group] = None
+    return ProjectSpec.model_construct(**right)
+
+
+def _contradictions(spec: ProjectSpec, gear: Gear | None, located: Located) -> list[Problem]:
+    found = contradictions(spec, gear)
+    return [Problem(*located.place(keys), name(keys), sentence) for keys, sentence in found]
+
+
+def _record(spec: ProjectSpec, path: Path) -> Gear | None:
+    """Look up the record of the project's gear."""
+    if isinstance(spec.gear, OwnGear):
+        file = path.parent / spec.gear.file
+        gears = read_gears(file)
+        if spec.gear.name not in gears:
+            raise ValueError(f"{spec.gear.file} has no gear {shown(spec.gear.name)}; it has {', '.join(gears)[:200]}")
+        return gears[spec.gear.name]
+    return catalogue.gear(spec.gear) if isinstance(spec.gear, str) else None
+
+
+def _error(path: Path, problems: list[Problem]) -> ProjectError:
+    return ProjectError(complaint(path, problems))
+
+
+def _kinematic_error(spec: ProjectSpec, gear: Gear | None) -> KinematicError | None:
+    """Lines of the file, or those of its accuracy class."""
+    accuracy = spec.excitation.accuracy
+    if accuracy is not None:
+        return accuracy_spectrum(_class_of(spec, gear))
+    error = tuple(Line(line.order, line.amplitude, line.phase) for line in spec.excitation.kinematic_error)
+    return KinematicError(error) if error else None
+
+
+def _class_of(spec: ProjectSpec, gear: Gear | None) -> float:
+    accuracy = gear.accuracy if gear is not None and spec.excitation.accuracy == CATALOGUE else spec.excitation.accuracy
+    assert isinstance(accuracy, float)
+    return accuracy
+
+
+def _resolved(spec: ProjectSpec, gear: Gear | None, path: Path, text: str) -> Project:
+    J_m = spec.motor.inertia or (gear.input_inertia if gear is not None else None) or 0.0
+    geared = gear or spec.gear
+    assert isinstance(geared, Gear | ExplicitGear)
+    ratio = float(geared.ratio)
+    coupling = spec.load.coupling
+    J_l = spec.load.inertia + (coupling.inertia if coupling is not None else 0.0)
+    drive = Drive(J_m, J_l, ratio, spec.damping.B or 0.0, spec.law(gear))
+    drive = drive._replace(B=_damping(spec, drive))
+    factor = ratio if spec.speed.shaft == "load" else 1.0
+    speeds = spec.speed.at or [s for s in (spec.speed.low, spec.speed.high) if s is not None]
+    project = Project(
+        title=spec.title or path.stem,
+        path=path,
+        text=text,
+        drive=drive,
+        gear=gear,
+        motor=spec.motor.mode,
+        shaft=spec.speed.shaft,
+        omega=tuple(sorted({factor * s for s in speeds})),
+        is_range=spec.speed.at is None,
+        motor_torque=_torque(spec.excitation.motor_torque),
+        load_torque=_torque(spec.excitation.load_torque),
+        kinematic_error=_kinematic_error(spec, gear),
+        damping=spec.damping.of(drive.B) if spec.damping.varies else None,
+        stiffness=None if spec.stiffness is None else spec.stiffness.ripples,
+        rated_torque=_rated_torque(spec, gear),
+        limit=None if spec.limit is None else spec.limit.oscillation,
+    )
+    said = tuple(notes(project))
+    if spec.excitation.accuracy is not None:
+        said = (ACCURACY_NOTE.format(convert(_class_of(spec, gear), "rad", "arcsec")), *said)
+    return replace(project, train=_train(project, spec), notes=said)
+
+
+def _rated_torque(spec: ProjectSpec, gear: Gear | None) -> float | None:
+    if isinstance(spec.gear, ExplicitGear):
+        return spec.gear.rated_torque
+    return None if gear is None else gear.rated_torque
+
+
+def _train(project: Project, spec: ProjectSpec) -> DriveTrain | None:
+    """The whole train, where it holds more than the error equation."""
+    ripples = project.motor == "free" and project.kinematic_error is not None
+    varies = project.damping is not None or project.stiffness is not None
+    if spec.speed.shaft == "forcing" or varies or not (train_fields(spec) or ripples):
+        return None
+    control = spec.motor.loop or (FREE if project.motor == "free" else Held())
+    drive, coupling = project.drive, spec.load.coupling
+    train = drive._replace(J_l=spec.load.inertia).train(
+        motor_torque=project.motor_torque,
+        load_torque=project.load_torque,
+        kinematic_error=project.kinematic_error,
+        omega=project.omega[0],
+        control=control,
+        motor_drag=spec.motor.drag or NO_DRAG,
+        load_drag=spec.load.drag or NO_DRAG,
+    )
+    if coupling is not None:
+        train = train._replace(load=Elastic(coupling.inertia, coupling.B, coupling.law, train.load))
+    whole: DriveTrain = checked(train)
+    return whole
+
+
+def _damping(spec: ProjectSpec, drive: Drive) -> float:
+    """Return B [N*m*s/rad]; a ratio and a quality refer to omega_0 of the spring at rest in the project's mode."""
+    if spec.damping.B is not None:
+        return spec.damping.B
+    ratio = spec.damping.ratio if spec.damping.quality is None else 0.5 / spec.damping.quality
+    J, omega_0 = (drive.J, drive.omega_0) if spec.motor.mode == "free" else (drive.J_l, drive.omega_0_held)
+    return 2.0 * (ratio or 0.0) * J * omega_0
+
+
+def _torque(spec: TorqueSpec | None) -> Harmonics | None:
+    if spec is None or (not spec.lines and not spec.mean):
+        return None
+    lines = [Harmonic(line.amplitude, line.order, line.phase) for line in spec.lines] or [Harmonic(0.0)]
+    return Harmonics((lines[0]._replace(mean=spec.mean), *lines[1:]))

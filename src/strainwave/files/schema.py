@@ -1,0 +1,276 @@
+"""What a project file may contain: pydantic models with numbers in SI, and sentences for what is wrong.
+
+Laws, control loops and variations are objects of the model, which `entries` reads.
+"""
+
+import re
+from functools import partial
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
+from pydantic import model_validator as check_model
+
+from ..model.gears import catalogue
+from ..model.gears.gear import Gear
+from ..model.hysteresis import Parallel
+from ..model.laws import Play
+from ..model.varying import GearDamping
+from ..quantities import checked
+from .entries import EXAMPLE_LOOP, Wrong, about, loop_types, number, read_entry, read_ripples, refusal, whole
+from .law_fields import Drag, GearLaw, Hysteresis
+from .yaml_text import shown
+
+MOST_LINES = 64
+WAYS = ("name", "file", "ratio", "law", "rated_torque")  # to give a gear: the first two, or the others
+CATALOGUE = "catalogue"  # in place of an accuracy: the one that the gear's record gives
+
+
+def _ratio(value: Any) -> float:
+    ratio = number(value, "", "positive")
+    if ratio < 1.0:
+        raise ValueError(f"{value!r} is less than 1; write motor turns per output turn, for example 50")
+    return ratio
+
+
+def _order(value: Any) -> int:
+    order = whole(value, "write how often the line repeats per turn, for example 2")
+    if not 1 <= order <= 1000:
+        raise ValueError(f"{value!r} is not between 1 and 1000; a constant part belongs in 'mean'")
+    return order
+
+
+def _title(value: Any) -> Any:
+    if isinstance(value, str) and (len(value) > 200 or "\n" in value.strip()):
+        raise ValueError("is longer than one line of 200 characters; shorten it")
+    return value.strip() if isinstance(value, str) else value
+
+
+def _file_name(value: Any) -> Any:
+    if isinstance(value, str) and re.search(r"[/\\:]|^\.", value):
+        raise ValueError(f"{shown(value)} is no plain file name; put the gear file beside the project file")
+    return value
+
+
+def _quantity(unit: str, sign: str = "any") -> BeforeValidator:
+    return BeforeValidator(partial(number, unit=unit, sign=sign))
+
+
+Loop = Annotated[Any, BeforeValidator(partial(read_entry, known=loop_types(), for_example=EXAMPLE_LOOP))]
+Ripples = Annotated[Any, BeforeValidator(read_ripples)]
+
+
+Inertia = Annotated[float, _quantity("kg*m**2", "positive")]
+Speed = Annotated[float, _quantity("rad/s", "positive")]
+Angle = Annotated[float, _quantity("rad")]
+Torque = Annotated[float, _quantity("N*m")]
+Order = Annotated[int, BeforeValidator(_order)]
+
+
+class Spec(BaseModel):
+    """A mapping of the project file; unknown fields, infinities and NaN are refused."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+class ExplicitGear(Spec):
+    """A gear given by its ratio and law."""
+
+    ratio: Annotated[float, BeforeValidator(_ratio)]
+    law: GearLaw
+    rated_torque: Annotated[float, _quantity("N*m", "positive")] | None = None
+
+
+class OwnGear(Spec):
+    """A gear from a file of the user's own that lies beside the project file."""
+
+    file: Annotated[str, BeforeValidator(_file_name)]
+    name: str
+
+
+def _known_gear(value: str) -> str:
+    gear = catalogue.gear(value)
+    gear.check_law()
+    return gear.name
+
+
+def _one_gear(value: Any) -> Any:
+    """Pass a gear that is given in one way."""
+    given = [key for key in value if key in WAYS] if isinstance(value, dict) else []
+    named = {"name", "file"} & set(given)
+    if named and (set(given) - named or "file" not in named):
+        said = " and ".join(given) if len(given) > 1 else "name and no file"
+        raise ValueError(
+            f"gives {said}; write 'gear: CSG-40-50' for a gear of the catalogue, {{file, name}} for one of your own, "
+            "or {ratio, law}: hysteresis and backlash of any gear are fields beside 'gear'"
+        )
+    return value
+
+
+def _gear_kind(value: Any) -> str:
+    if isinstance(value, str):
+        return "name"
+    return "own" if isinstance(value, dict) and ("file" in value or "name" in value) else "explicit"
+
+
+class BacklashSpec(Spec):
+    """Play in series with the gear's law."""
+
+    half_gap: Annotated[float, _quantity("rad", "positive")]
+
+
+class MotorSpec(Spec):
+    """What turns with the motor shaft, the wave generator included, and whether the motor keeps its speed."""
+
+    inertia: Inertia | None = None
+    mode: Literal["free", "held"] = "held"
+    loop: Loop | None = None
+    drag: Drag | None = None
+
+
+class CouplingSpec(Spec):
+    """What lies between the gear and the load: the inertia on the gear's side, then a law and its damping."""
+
+    inertia: Inertia
+    B: Annotated[float, _quantity("N*m*s/rad", "not negative")] = 0.0
+    law: GearLaw
+
+
+class LoadSpec(Spec):
+    """The load."""
+
+    inertia: Inertia
+    drag: Drag | None = None
+    coupling: CouplingSpec | None = None
+
+
+class DampingSpec(Spec):
+    """Damping across the spring, given in one of three ways, and how it varies: the fields of `GearDamping`."""
+
+    B: Annotated[float, _quantity("N*m*s/rad", "not negative")] | None = None
+    ratio: Annotated[float, _quantity("", "not negative")] | None = None
+    quality: Annotated[float, _quantity("", "positive")] | None = None
+
+    ripples: Ripples | None = None
+    warming: Annotated[float, _quantity("K")] = 0.0
+    per_kelvin: Annotated[float, _quantity("1/K")] = GearDamping._field_defaults["per_kelvin"]
+    fast: Annotated[float, _quantity("", "not negative")] = 1.0
+    v_fast: Annotated[float, _quantity("rad/s", "positive")] = 1.0
+
+    @property
+    def varies(self) -> bool:
+        """Whether it is more than one number."""
+        return bool(self.model_fields_set - {"B", "ratio", "quality"})
+
+    def of(self, B: float) -> GearDamping:
+        """The damping as an object of the model, of the size B [N*m*s/rad]."""
+        parts = {} if self.ripples is None else {"variation": self.ripples}
+        numbers = {name: getattr(self, name) for name in ("warming", "per_kelvin", "fast", "v_fast")}
+        return GearDamping(B, **numbers, **parts)
+
+    @check_model(mode="after")
+    def _one(self) -> "DampingSpec":
+        ways = self.model_fields_set & {"B", "ratio", "quality"}
+        if len(ways) != 1:
+            given = " and ".join(sorted(ways)) or "nothing"
+            raise ValueError(f"gives {given}; write exactly one of B, ratio, quality")
+        try:
+            checked(self.of(self.B or 0.0))
+        except ValueError as error:
+            raise refusal(about(error, GearDamping, self.model_fields_set)) from error
+        return self
+
+
+class StiffnessSpec(Spec):
+    """How the stiffness varies with the base angle."""
+
+    ripples: Ripples
+
+
+class SpeedSpec(Spec):
+    """Speeds of one shaft: a range or a list."""
+
+    shaft: Literal["motor", "load", "forcing"]
+    low: Annotated[Speed | None, Field(alias="from")] = None
+    high: Annotated[Speed | None, Field(alias="to")] = None
+    at: Annotated[list[Speed], Field(min_length=1, max_length=100)] | None = None
+
+    @check_model(mode="after")
+    def _range_or_list(self) -> "SpeedSpec":
+        if (self.at is None) == (self.low is None and self.high is None):
+            raise ValueError("needs either a range 'from' and 'to' or a list 'at'; write {from: 100 rpm, to: 3000 rpm}")
+        if self.at is None and (self.low is None or self.high is None):
+            raise ValueError("has one end of the range only; write both 'from' and 'to'")
+        if self.low is not None and self.high is not None and self.low >= self.high:
+            raise refusal(Wrong(("to",), "the range does not ascend; write the smaller speed after 'from'"))
+        return self
+
+
+class ErrorLine(Spec):
+    """One line of the kinematic error."""
+
+    order: Order
+    amplitude: Annotated[float, _quantity("rad", "not negative")]
+    phase: Angle = 0.0
+
+
+class TorqueLine(Spec):
+    """One line of a torque."""
+
+    order: Order
+    amplitude: Annotated[float, _quantity("N*m", "not negative")]
+    phase: Angle = 0.0
+
+
+class TorqueSpec(Spec):
+    """A torque: its mean and its lines."""
+
+    mean: Torque = 0.0
+    lines: Annotated[list[TorqueLine], Field(max_length=MOST_LINES)] = []
+
+
+def _accuracy(value: Any) -> Any:
+    return value if value == CATALOGUE else number(value, "rad", "positive")
+
+
+class ExcitationSpec(Spec):
+    """What drives the error; `accuracy` in place of lines is the gear's accuracy class, peak-to-peak."""
+
+    accuracy: Annotated[float | Literal["catalogue"] | None, BeforeValidator(_accuracy)] = None
+    kinematic_error: Annotated[list[ErrorLine], Field(max_length=MOST_LINES)] = []
+    motor_torque: TorqueSpec | None = None
+    load_torque: TorqueSpec | None = None
+
+
+class LimitSpec(Spec):
+    """What the drive may have at most."""
+
+    oscillation: Annotated[float, _quantity("rad", "positive")]
+
+
+class ProjectSpec(Spec):
+    """The whole project file."""
+
+    title: Annotated[str, BeforeValidator(_title)] = ""
+    gear: Annotated[
+        Annotated[str, BeforeValidator(_known_gear), Tag("name")]
+        | Annotated[ExplicitGear, Tag("explicit")]
+        | Annotated[OwnGear, Tag("own")],
+        Discriminator(_gear_kind),
+        BeforeValidator(_one_gear),
+    ]
+    hysteresis: Hysteresis | None = None
+    backlash: BacklashSpec | None = None
+    motor: MotorSpec = MotorSpec()
+    load: LoadSpec
+    damping: DampingSpec
+    stiffness: StiffnessSpec | None = None
+    speed: SpeedSpec
+    excitation: ExcitationSpec
+    limit: LimitSpec | None = None
+
+    def law(self, gear: Gear | None) -> Any:
+        """Torsion law: that of the gear or its record, with the backlash in series and the hysteresis in parallel."""
+        law = self.gear.law if isinstance(self.gear, ExplicitGear) else gear and gear.law
+        if self.backlash is not None:
+            law = Play(self.backlash.half_gap, law)
+        return law if self.hysteresis is None else Parallel(law, self.hysteresis)

@@ -1,0 +1,214 @@
+"""What a law depends on, and the functions that do the same for every class of law or system.
+
+x is the torsion [rad], v its rate [rad/s], z a tuple of internal states.
+
+The arguments of its `torque` say it: `torque(x)` is a spring, `torque(x, v)` has friction, `torque(x, v, z)` memory,
+with `z_rate(x, v, z)`, the tuple of the rates of its internal states z, and `states`, their number (a class constant or
+a method without arguments; a law made of laws needs none: it has the states of its parts, in order). The choice is made
+by class: in compiled code it costs nothing.
+"""
+
+from functools import cache
+from typing import Any
+
+from .compile.jit import chosen
+
+KINDS = ("torque(x)", "torque(x, v)", "torque(x, v, z)")
+
+
+def class_of(law: Any) -> Any:
+    """Class of a model, or of the models that a type of the compiler stands for."""
+    return getattr(law, "instance_class", type(law))
+
+
+@cache
+def _arguments(cls: Any) -> int:
+    code = getattr(getattr(cls, "torque", None), "__code__", None)
+    return code.co_argcount - 1 - len(cls.torque.__defaults__ or ()) if code else 1
+
+
+def depends(law: Any) -> int:
+    """On how much a law's torque depends: 1 for torque(x), 2 for torque(x, v), 3 for torque(x, v, z)."""
+    return _arguments(class_of(law))
+
+
+def parts_of(law: Any) -> tuple[Any, ...]:
+    """Laws that a law with memory is made of: its fields, where it does not say how many states are its own."""
+    cls = class_of(law)
+    if not hasattr(cls, "z_rate") or hasattr(cls, "states"):
+        return ()
+    parts = law.types if hasattr(law, "instance_class") else law
+    return tuple(part for part in parts if hasattr(class_of(part), "torque"))
+
+
+def states_of(law: Any) -> int:
+    """Number of a law's internal states z."""
+    own = getattr(class_of(law), "states", None)
+    if own is None or not hasattr(class_of(law), "z_rate"):
+        return sum(states_of(part) for part in parts_of(law))
+    return int(own(law) if callable(own) else own)
+
+
+@chosen
+def torsion(system: Any, phase: Any, y: Any) -> Any:
+    """Return the system's torsion, or its first state where it defines none."""
+    return _own_torsion if hasattr(class_of(system), "torsion") else _first_state
+
+
+def _own_torsion(system: Any, phase: Any, y: Any) -> Any:
+    return system.torsion(phase, y)
+
+
+def _first_state(system: Any, phase: Any, y: Any) -> Any:
+    return y[0]
+
+
+@chosen
+def torque_of(law: Any, x: Any, v: Any, z: Any) -> Any:
+    """Torque [N*m] of any law at torsion x [rad], its rate v [rad/s] and the law's internal states z (a tuple)."""
+    return (_of_spring, _of_friction, _of_memory)[depends(law) - 1]
+
+
+@chosen
+def z_rate_of(law: Any, x: Any, v: Any, z: Any) -> Any:
+    """Rates of a law's internal states: a tuple, empty for a law without memory."""
+    return _own_rates if hasattr(class_of(law), "z_rate") else _no_rates
+
+
+@chosen
+def energy_of(law: Any, x: Any, z: Any) -> Any:
+    """Energy stored [J] in any law; a law torque(x, v) stores none unless it has energy(x)."""
+    if depends(law) == 3:
+        return _energy_of_memory
+    return _energy_of_spring if hasattr(class_of(law), "energy") else _no_energy
+
+
+@chosen
+def losses_of(law: Any, x: Any, v: Any, z: Any) -> Any:
+    """Powers [W] that a law turns into heat: a tuple, empty for a spring, T v for friction without memory."""
+    return (_no_losses, _friction_losses, _own_losses)[depends(law) - 1]
+
+
+def spring_stiffness(law: Any, x: Any) -> Any:
+    """Stiffness [N*m/rad] of the spring in any law at torsion x [rad], without what friction or memory add at rest.
+
+    Hysteresis and bristles are springs too until they yield or slip; a vibration of any size is not held by them.
+    It is `law.spring_stiffness(x)`, and of laws without that method their `stiffness(x)`.
+    """
+    return law.spring_stiffness(x) if hasattr(law, "spring_stiffness") else law.stiffness(x)
+
+
+@chosen
+def share(law: Any, z: Any) -> Any:
+    """Take a law's own internal states: as many of the first of z as it has."""
+    n = states_of(law)
+
+    def first(law: Any, z: Any) -> Any:
+        return z[:n]
+
+    return first
+
+
+@chosen
+def rest(law: Any, z: Any) -> Any:
+    """Take the internal states in z after the law's own."""
+    n = states_of(law)
+
+    def after(law: Any, z: Any) -> Any:
+        return z[n:]
+
+    return after
+
+
+@chosen
+def breakpoints_of(law: Any) -> Any:
+    """Breakpoints of a law: a tuple of torsions, empty for one that does not say."""
+    return _own_breakpoints if hasattr(class_of(law), "breakpoints") else _no_breakpoints
+
+
+def _own_breakpoints(law: Any) -> Any:
+    return law.breakpoints()
+
+
+def _no_breakpoints(law: Any) -> Any:
+    return ()
+
+
+def _of_spring(law: Any, x: Any, v: Any, z: Any) -> Any:
+    return law.torque(x)
+
+
+def _of_friction(law: Any, x: Any, v: Any, z: Any) -> Any:
+    return law.torque(x, v)
+
+
+def _of_memory(law: Any, x: Any, v: Any, z: Any) -> Any:
+    return law.torque(x, v, z)
+
+
+def _own_rates(law: Any, x: Any, v: Any, z: Any) -> Any:
+    return law.z_rate(x, v, z)
+
+
+def _energy_of_spring(law: Any, x: Any, z: Any) -> Any:
+    return law.energy(x)
+
+
+def _energy_of_memory(law: Any, x: Any, z: Any) -> Any:
+    return law.energy(x, z)
+
+
+def _no_energy(law: Any, x: Any, z: Any) -> Any:
+    return 0.0 * x
+
+
+def _no_losses(law: Any, x: Any, v: Any, z: Any) -> Any:
+    return ()
+
+
+def _friction_losses(law: Any, x: Any, v: Any, z: Any) -> Any:
+    return (law.torque(x, v) * v,)
+
+
+def _own_losses(law: Any, x: Any, v: Any, z: Any) -> Any:
+    return law.losses(x, v, z)
+
+
+def _no_rates(law: Any, x: Any, v: Any, z: Any) -> Any:
+    return ()
+
+
+def check_law(where: str, law: Any) -> None:
+    """Refuse a law whose methods do not fit together (TypeError): `where` names its field."""
+    if isinstance(law, type):
+        raise TypeError(f"{where} is the class {law.__name__}; give a law of it, with its numbers: {law.__name__}(...)")
+    name = type(law).__name__
+    if depends(law) not in (1, 2, 3):
+        raise TypeError(f"{name}.torque takes {depends(law)} arguments; a law has {', '.join(KINDS)}")
+    if (depends(law) == 3) != hasattr(law, "z_rate"):
+        raise TypeError(f"{name} has {KINDS[depends(law) - 1]}; torque(x, v, z) and z_rate(x, v, z) need each other")
+    if depends(law) == 3:
+        n, z = states_of(law), (0.0,) * states_of(law)
+        try:
+            rates = len(law.z_rate(0.0, 0.0, z))
+        except (IndexError, ValueError):
+            rates = -1
+        if rates != n:
+            raise TypeError(
+                f"{where}: {name} has {n} internal states but z_rate does not give as many rates; write `states = 2` "
+                "in the class for two of them and return a tuple of two"
+            )
+
+
+def is_spring(system: Any) -> bool:
+    """Whether a system's law depends on the torsion alone, so that its `jacobian` and a balance in x alone hold."""
+    return not hasattr(system, "law") or depends(system.law) == 1
+
+
+def springs_only(verb: str, system: Any) -> None:
+    """Refuse a law with friction or memory in a verb whose theory knows springs alone (TypeError)."""
+    if not is_spring(system):
+        raise TypeError(
+            f"{verb} takes a law torque(x) and {type(system.law).__name__} has {KINDS[depends(system.law) - 1]}; use "
+            "find_orbit, frequency_response, parameter_response or simulate, which take every law"
+        )

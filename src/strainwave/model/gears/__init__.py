@@ -1,0 +1,1 @@
+"""Gears of the catalogue: records, fits, limits, error spectra."""

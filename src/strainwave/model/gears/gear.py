@@ -1,0 +1,233 @@
+"""Datasheet record of one strain wave gear, and the laws that follow from it.
+
+Stiffness follows the vendors' definition: three straight lines of slope K1, K2, K3 that meet at the torques T1 and T2
+(Harmonic Drive LLC, CSF/CSG catalogue, p. 50).
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+from ...quantities import checked, number
+from ..drive import Drive
+from ..laws import Cubic, PiecewiseLinear
+from ..measured import RoundedPiecewiseLinear
+from .fits import LawFit, fit_odd
+
+RPM = 2.0 * math.pi / 60.0
+REACH = 1.5  # times T2: up to where the fits go
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gear:
+    """Datasheet record of one gear; None stands for a number that its sources do not give.
+
+    Attributes
+    ----------
+    name, series, size, ratio
+        "CSG-40-50" is series "CSG", size 40 (pitch diameter in inch times 10), reduction ratio 50.
+    K1, K2, K3 : float
+        Torsional stiffness up to T1, from T1 to T2, and beyond T2 [N*m/rad, output side].
+    T1, T2 : float
+        Torques at which the slope changes [N*m, output side].
+    rated_torque, average_torque, repeated_peak_torque, momentary_torque : float
+        Limits of the output torque [N*m]; the rated one at 2000 rpm input speed.
+    ratcheting_torque, buckling_torque : float
+        Output torques [N*m] at which teeth skip, and at which the flexspline buckles.
+    max_rpm, average_rpm : float
+        Limits of the input speed with grease as printed [rpm]; `max_speed` and `average_speed` give them in rad/s.
+    input_inertia : float
+        Inertia of the wave generator [kg m^2, motor side].
+    mass : float
+        Mass [kg].
+    accuracy, special_accuracy : float
+        Largest peak-to-peak transmission error over one output turn [rad, output side], and that of the selected grade.
+    hysteresis_loss, lost_motion : float
+        Largest width of the torque-torsion loop at no torque, and at +-4 % of the rated torque [rad, output side].
+    efficiency : float
+        At rated torque, as a fraction.
+    running_torque, starting_torque : float
+        Without load, on the input [N*m, motor side]; running at 2000 rpm.
+    back_driving_torque : float
+        Without load, on the output [N*m].
+    pitch_radius : float
+        Of the toothing [m].
+    source : str
+        Where the numbers come from.
+    notes : tuple of str
+        Doubts about single numbers, full sentences.
+    """
+
+    name: str
+    series: str
+    size: int | None
+    ratio: int
+    K1: float | None = None
+    K2: float | None = None
+    K3: float | None = None
+    T1: float | None = None
+    T2: float | None = None
+    rated_torque: float | None = None
+    average_torque: float | None = None
+    repeated_peak_torque: float | None = None
+    momentary_torque: float | None = None
+    ratcheting_torque: float | None = None
+    buckling_torque: float | None = None
+    max_rpm: float | None = None
+    average_rpm: float | None = None
+    input_inertia: float | None = None
+    mass: float | None = None
+    accuracy: float | None = None
+    special_accuracy: float | None = None
+    hysteresis_loss: float | None = None
+    lost_motion: float | None = None
+    efficiency: float | None = None
+    running_torque: float | None = None
+    starting_torque: float | None = None
+    back_driving_torque: float | None = None
+    pitch_radius: float | None = None
+    source: str = ""
+    notes: tuple[str, ...] = ()
+
+    @property
+    def law(self) -> PiecewiseLinear:
+        """The vendors' three-slope torsion law.
+
+        Raises
+        ------
+        ValueError
+            If the sources do not give all of K1, K2, K3, T1, T2.
+        """
+        numbers = {name: getattr(self, name) for name in PiecewiseLinear._fields}
+        missing = [name for name, value in numbers.items() if value is None]
+        if missing:
+            raise ValueError(
+                f"{self.name} has no torsion law: {', '.join(missing)} are not tabulated; take a gear of the same size "
+                "and ratio that has them, or give ratio and law explicitly"
+            )
+        return PiecewiseLinear(**numbers)
+
+    def check_law(self) -> None:
+        """Refuse a gear without a torsion law (ValueError)."""
+        self.law.check()
+
+    @property
+    def reach(self) -> float:
+        """Torsion [rad] at 1.5 T2, up to where the fits go."""
+        law = self.law
+        return self.twist(REACH * law.T2)
+
+    @property
+    def cubic(self) -> Cubic:
+        """The cubic law T = K (u + alpha u^3) that fits best up to 1.5 T2; `fit(3)` gives its error."""
+        law = self.fit(3).law
+        assert isinstance(law, Cubic)
+        return law
+
+    def fit(self, degree: int = 3) -> LawFit:
+        """Fit an odd polynomial to the law by least squares in the torque, uniformly in the torsion up to 1.5 T2.
+
+        Parameters
+        ----------
+        degree : int
+            3 gives a `Cubic`, 5, 7, ... a `Polynomial`.
+        """
+        return fit_odd(self.law, self.reach, degree)
+
+    def rounded(self, width: float) -> RoundedPiecewiseLinear:
+        """Return the law with its corners rounded over a `width` [rad] of torsion."""
+        law: RoundedPiecewiseLinear = checked(RoundedPiecewiseLinear(*self.law, number("width [rad]", width)))
+        return law
+
+    @property
+    def max_speed(self) -> float | None:
+        """Largest input speed with grease [rad/s]."""
+        return None if self.max_rpm is None else self.max_rpm * RPM
+
+    @property
+    def average_speed(self) -> float | None:
+        """Largest average input speed with grease [rad/s]."""
+        return None if self.average_rpm is None else self.average_rpm * RPM
+
+    def twist(self, torque: float) -> float:
+        """Torsion [rad] under a static output torque [N*m] with the input locked (CSF/CSG catalogue, p. 50).
+
+        T/K1 up to T1, T1/K1 + (T - T1)/K2 up to T2, T1/K1 + (T2 - T1)/K2 + (T - T2)/K3 beyond; odd in T.
+
+        Raises
+        ------
+        ValueError
+            If the torque is no finite number, or the gear has no torsion law.
+        """
+        size, law = abs(number("torque", torque)), self.law
+        first, second = min(size, law.T1), min(max(size - law.T1, 0.0), law.T2 - law.T1)
+        third = max(size - law.T2, 0.0)
+        return math.copysign(first / law.K1 + second / law.K2 + third / law.K3, torque)
+
+    def drive(self, *, load_inertia: float, motor_inertia: float | None = None, B: float) -> Drive:
+        """Build the drive of this gear.
+
+        Parameters
+        ----------
+        load_inertia : float
+            Inertia of the load [kg m^2, output side].
+        motor_inertia : float, optional
+            Everything that turns with the motor shaft, the wave generator included [kg m^2, motor side].
+            Default: the wave generator alone.
+        B : float
+            Damping across the spring [N*m*s/rad, output side].
+
+        Raises
+        ------
+        ValueError
+            If an inertia is not positive or B is negative, or the gear has no torsion law or no input inertia.
+        """
+        J_m = self.input_inertia if motor_inertia is None else motor_inertia
+        if J_m is None:
+            raise ValueError(f"{self.name} has no input inertia in its sources; give motor_inertia")
+        for name, value in (("load_inertia", load_inertia), ("motor_inertia", J_m)):
+            number(name, value, positive=True)
+        if number("B", B) < 0.0:
+            raise ValueError(f"B is {B} N*m*s/rad; the damping must not be negative")
+        return Drive(float(J_m), float(load_inertia), float(self.ratio), float(B), self.law)
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Name numbers that cannot be true together: the field to blame and a sentence on it.
+
+        A limit must not be below the one that it includes (rated, average, repeated peak, momentary, then ratcheting or
+        buckling torque; average, largest speed), stiffness and inertia must be positive, T1 below T2.
+        """
+        for field in NUMBERS:
+            value = getattr(self, field)
+            if value is not None and not 0.0 < value < math.inf:
+                yield field, f"{field} is {value:g} {NUMBERS[field]}; it must be positive".replace("  ", " ")
+        if self.T1 is not None and self.T2 is not None and self.T1 >= self.T2:
+            yield "T1", f"T1 is {self.T1:g} and T2 is {self.T2:g} N*m; the first slope must end below the second"
+        if self.efficiency is not None and self.efficiency > 1.0:
+            yield "efficiency", f"efficiency is {self.efficiency:g}; it must be at most 1 (100 %)"
+        said = set()
+        for fields in ASCENDING:
+            known = [(field, getattr(self, field)) for field in fields if getattr(self, field) is not None]
+            for (low, smaller), (high, larger) in pairwise(known):
+                if smaller > larger and (low, high) not in said:
+                    said.add((low, high))
+                    unit = NUMBERS[low]
+                    yield low, f"{low} is {smaller:g} {unit}, above {high}, {larger:g} {unit}; check which is right"
+
+
+# Every number of a record with its unit.
+NUMBERS = {
+    "K1": "N*m/rad", "K2": "N*m/rad", "K3": "N*m/rad", "T1": "N*m", "T2": "N*m",
+    "rated_torque": "N*m", "average_torque": "N*m", "repeated_peak_torque": "N*m", "momentary_torque": "N*m",
+    "ratcheting_torque": "N*m", "buckling_torque": "N*m", "max_rpm": "rpm", "average_rpm": "rpm",
+    "input_inertia": "kg*m**2", "mass": "kg", "accuracy": "rad", "special_accuracy": "rad", "hysteresis_loss": "rad",
+    "lost_motion": "rad", "efficiency": "", "running_torque": "N*m", "starting_torque": "N*m",
+    "back_driving_torque": "N*m", "pitch_radius": "m",
+}  # fmt: skip
+ASCENDING = (
+    ("rated_torque", "average_torque", "repeated_peak_torque", "momentary_torque", "ratcheting_torque"),
+    ("rated_torque", "average_torque", "repeated_peak_torque", "momentary_torque", "buckling_torque"),
+    ("average_rpm", "max_rpm"),
+    ("special_accuracy", "accuracy"),
+)

@@ -1,0 +1,146 @@
+"""What a run asked of a gear against the limits of its datasheet. Beyond a limit is a finding, never an error."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...quantities import number, numbers, shown
+from .gear import RPM, Gear
+
+# Limits of the peak torque, and what to do beyond them.
+TORQUES = (
+    ("repeated_peak_torque", "reduce the load or the vibration, or take a larger gear"),
+    ("momentary_torque", "the gear is damaged; reduce the load or the vibration, or take a larger gear"),
+    ("ratcheting_torque", "the teeth skip; reduce the load or the vibration, or take a larger gear"),
+    ("buckling_torque", "the flexspline collapses; take a larger gear"),
+)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One comparison of a run with a limit.
+
+    Attributes
+    ----------
+    limit : str
+        Name of the limit in the record, for example "repeated_peak_torque".
+    value, bound : float
+        What the run reached, and the limit, both in `unit`.
+    unit : str
+        "N*m" (output side) or "rpm" (input speed, as datasheets print it).
+    sentence : str
+        Fact, value and, beyond the limit, the remedy.
+    """
+
+    limit: str
+    value: float
+    bound: float
+    unit: str
+    sentence: str
+
+    @property
+    def exceeded(self) -> bool:
+        """Whether the run went beyond the limit (by more than rounding)."""
+        return self.value > self.bound * (1.0 + 1e-9)
+
+
+def check_limits(
+    gear: Gear,
+    *,
+    peak_torque: float | None = None,
+    average_torque: float | None = None,
+    max_speed: float | None = None,
+    average_speed: float | None = None,
+) -> tuple[Finding, ...]:
+    """Compare what a run did with every limit that the gear's record has.
+
+    Parameters
+    ----------
+    gear : Gear
+        The record.
+    peak_torque : float, optional
+        Largest size of the torque in the gear [N*m, output side], which the repeated peak, momentary, ratcheting and
+        buckling torques limit.
+    average_torque : float, optional
+        Its cubic mean [N*m, output side], see `cubic_mean`.
+    max_speed, average_speed : float, optional
+        Largest and mean input speed [rad/s, motor side].
+
+    Returns
+    -------
+    tuple of Finding
+        One for each quantity given and limit known, in the order speed, average torque, peak torques; `exceeded` says
+        which matter.
+
+    Raises
+    ------
+    TypeError
+        If `gear` is no `Gear`.
+    ValueError
+        If a quantity is no finite number.
+    """
+    if not isinstance(gear, Gear):
+        raise TypeError(f"gear is {shown(gear)}; give a record, such as catalogue.gear('CSG-40-50')")
+    found = []
+
+    def compare(limit: str, value: float, unit: str, fact: str, remedy: str) -> None:
+        bound = getattr(gear, limit)
+        if bound is not None:
+            beyond = Finding(limit, value, float(bound), unit, "").exceeded
+            relation = f"above the {_words(limit)}" if beyond else f"within the {_words(limit)}"
+            end = f"; {remedy}" if beyond else ""
+            sentence = f"{fact} {value:.4g} {unit}, {relation} of {gear.name}, {bound:.6g} {unit}{end}."
+            found.append(Finding(limit, value, float(bound), unit, sentence))
+
+    if max_speed is not None:
+        rpm = abs(number("max_speed", max_speed)) / RPM
+        compare("max_rpm", rpm, "rpm", "The input speed reaches", "drive slower, or take a smaller gear")
+    if average_speed is not None:
+        rpm = abs(number("average_speed", average_speed)) / RPM
+        fact = "The input speed reaches" if average_speed == max_speed else "The mean input speed is"
+        compare("average_rpm", rpm, "rpm", fact, "stay there for a short time only")
+    if average_torque is not None:
+        mean = abs(number("average_torque", average_torque))
+        remedy = "the life is short; reduce the load, or take a larger gear"
+        compare("average_torque", mean, "N*m", "The cubic mean of the torque in the gear is", remedy)
+    if peak_torque is not None:
+        peak = abs(number("peak_torque", peak_torque))
+        for limit, remedy in TORQUES:
+            compare(limit, peak, "N*m", "The torque in the gear reaches", remedy)
+    return tuple(found)
+
+
+def cubic_mean(torque: Any, weights: Any = None) -> float:
+    """Mean that a bearing's life goes by: the cube root of the mean of |T|^3.
+
+    Parameters
+    ----------
+    torque : array_like
+        Torques [N*m], equally spaced in time unless weighted.
+    weights : array_like, optional
+        Turns of the input that each torque lasts (size of the speed times time).
+
+    Raises
+    ------
+    ValueError
+        If torques or weights are no finite numbers, or the weights are negative or all zero.
+
+    References
+    ----------
+    Harmonic Drive LLC, CSF/CSG catalogue, p. 14: life is proportional to (rated/average torque)^3 and to turns.
+    """
+    size = np.abs(numbers("torque", torque))
+    top = float(np.max(size))
+    if weights is not None:
+        weights = numbers("weights", weights, count=size.size)
+        if np.any(weights < 0.0) or not np.any(weights > 0.0):
+            raise ValueError(
+                "the weights must not be negative nor all zero; give the sizes of the turns, either way round"
+            )
+    return top * float(np.cbrt(np.average((size / top) ** 3, weights=weights))) if top > 0.0 else 0.0
+
+
+def _words(limit: str) -> str:
+    names = {"max_rpm": "largest input speed (grease)", "average_rpm": "largest average input speed (grease)"}
+    return names.get(limit, ("limit for " if limit == "average_torque" else "") + limit.replace("_", " "))

@@ -1,0 +1,1 @@
+"""The drive train: shafts, couplings, motor, motions."""

@@ -1,0 +1,212 @@
+"""The drive train: motor, gear and load as they are, of which both error equations are reductions.
+
+J_m theta_m'' = T_m + control - drag - (1/N - e'(theta_m)) T and J_l theta_l'' = T_l - drag + T, with the gear's torque
+T = B u' + T(u), u = x - e(theta_m), x = theta_m/N - theta_l: Lagrange's equations of `theory.derivation`, nothing
+dropped. The state holds x instead of theta_l, and the motor's deviation from its reference instead of theta_m, so that
+no small twist is the difference of large angles.
+"""
+
+from typing import Any, NamedTuple
+
+from ...compile.jit import kernel
+from ...law import breakpoints_of, check_law, energy_of, losses_of, rest, share, states_of, torque_of, z_rate_of
+from ...quantities import LARGEST, AngularSpeed, Damping, Ratio, shown
+from ..excitation import NoError
+from .motion import Steady
+from .shaft_motion import (
+    acceleration_of,
+    control_torque,
+    coupling_laws,
+    deviation_of,
+    internal_states,
+    load_energy,
+    load_names,
+    load_powers,
+    load_rates,
+    load_twist,
+    motor_rates,
+    total,
+)
+from .shafts import Elastic, Held, Load, Motor, refuse_driving
+
+
+@kernel
+def motor_motion(train: Any, phase: Any, y: Any) -> Any:
+    """Angle [rad] and speed [rad/s] of the motor."""
+    angle, speed = deviation_of(train.motor.control, y)
+    return train.reference.value(phase) + angle, train.omega * train.reference.slope(phase) + speed
+
+
+@kernel
+def gear_motion(train: Any, y: Any, motor: Any) -> Any:
+    """Torsion [rad] of the gear, its rate [rad/s], and 1/N - e'(theta_m), how much output a motor's angle gives."""
+    slope = train.error.slope(motor[0])
+    return y[0] - train.error.value(motor[0]), y[1] - slope * motor[1], 1.0 / train.N - slope
+
+
+@kernel
+def gear_torque(train: Any, gear: Any, states: Any) -> Any:
+    """Torque [N*m, output side] that the gear transmits, with its damping."""
+    return torque_of(train.law, gear[0], gear[1], share(train.law, states)) + train.B * gear[1]
+
+
+@kernel
+def motor_acceleration(train: Any, phase: Any, y: Any, motor: Any, reaction: Any, states: Any) -> Any:
+    """Acceleration [rad/s^2] of the motor, and the torque [N*m] of its control."""
+    drag = torque_of(train.motor.drag, motor[0], motor[1], share(train.motor.drag, states))
+    torque = train.motor.excitation.torque(phase) - drag - reaction
+    reference = train.omega * train.omega * train.reference.curvature(phase)
+    control, J, deviation = train.motor.control, train.motor.J, deviation_of(train.motor.control, y)
+    acceleration = acceleration_of(control, J, torque, reference, deviation)
+    return acceleration, control_torque(control, J, torque, acceleration, reference, deviation)
+
+
+@kernel
+def forces(train: Any, phase: Any, y: Any) -> Any:
+    """Motions of motor, gear and output, internal states of gear and drag, torque, and `motor_acceleration`."""
+    motor = motor_motion(train, phase, y)
+    gear, z = gear_motion(train, y, motor), internal_states(train.motor.control, y)
+    torque, of_motor = gear_torque(train, gear, z), rest(train.law, z)
+    driven = motor_acceleration(train, phase, y, motor, gear[2] * torque, of_motor)
+    output = motor[0] / train.N - y[0], motor[1] / train.N - y[1]
+    return motor, gear, output, z, of_motor, torque, driven
+
+
+@kernel
+def coupling_twist(train: Any, y: Any) -> Any:
+    """Twist [rad] of all couplings together and its rate, from the state; from the rates of the state, their rates."""
+    of_motor = rest(train.law, internal_states(train.motor.control, y))
+    return load_twist(train.load, rest(train.motor.drag, of_motor))
+
+
+class DriveTrain(NamedTuple):
+    """Motor, strain wave gear (ratio N, damping B across it, torsion law, kinematic error) and load.
+
+    The state is (x, x'), x = theta_m/N - theta_l [rad, output side] the dynamic error; the motor's deviation from its
+    `reference` motion, (theta_m - reference [rad], its rate [rad/s]), unless it is held; the internal states of the
+    law and of the motor's drag; and for every coupling (twist [rad], its rate) and the internal states of its law.
+    Behind couplings theta_l is the angle of what sits on the gear. The kinematic error follows the motor's own angle.
+
+    `excitation`s are functions of the base angle, phase = omega t; a run-up has omega = 1, so that the base angle is
+    the time. With the `Steady` reference deviations are those from constant speed, and motions are periodic.
+    """
+
+    motor: Motor
+    N: Ratio
+    B: Damping
+    law: Any
+    load: Any
+    omega: AngularSpeed = 1.0
+    error: Any = NoError()
+    reference: Any = Steady()
+
+    def rhs(self, phase: Any, y: Any) -> Any:
+        """Time derivatives of the state at the base angle [rad]."""
+        motor, gear, output, z, of_motor, torque, (fast, _) = forces(self, phase, y)
+        slow, of_load = load_rates(self.load, phase, output, rest(self.motor.drag, of_motor), torque)
+        deviation = deviation_of(self.motor.control, y)
+        relative = fast - self.omega * self.omega * self.reference.curvature(phase)
+        own = motor_rates(self.motor.control, deviation, relative)
+        law = z_rate_of(self.law, gear[0], gear[1], share(self.law, z))
+        drag = z_rate_of(self.motor.drag, motor[0], motor[1], share(self.motor.drag, of_motor))
+        return (y[1], fast / self.N - slow, *own, *law, *drag, *of_load)
+
+    def torsion(self, phase: Any, y: Any) -> Any:
+        """Torsion u = x - e(theta_m) of the gear [rad]."""
+        return y[0] - self.error.value(motor_motion(self, phase, y)[0])
+
+    def torque(self, phase: Any, y: Any) -> Any:
+        """Torque that the gear transmits [N*m, output side], with its damping."""
+        motor = motor_motion(self, phase, y)
+        return gear_torque(self, gear_motion(self, y, motor), internal_states(self.motor.control, y))
+
+    def energy(self, phase: Any, y: Any) -> Any:
+        """Energy [J] of the whole train: kinetic, and stored in the laws."""
+        motor = motor_motion(self, phase, y)
+        gear, z = gear_motion(self, y, motor), internal_states(self.motor.control, y)
+        of_motor = rest(self.law, z)
+        output = motor[0] / self.N - y[0], motor[1] / self.N - y[1]
+        stored = energy_of(self.law, gear[0], share(self.law, z)) + energy_of(
+            self.motor.drag, motor[0], share(self.motor.drag, of_motor)
+        )
+        kinetic = 0.5 * self.motor.J * motor[1] * motor[1]
+        return kinetic + stored + load_energy(self.load, output, rest(self.motor.drag, of_motor))
+
+    def losses(self, phase: Any, y: Any) -> Any:
+        """Powers [W] as `power_names` lists them: put in by motor torque, control and load torque; then lost."""
+        motor, gear, output, z, of_motor, _, (_, control) = forces(self, phase, y)
+        given = self.motor.excitation.torque(phase) * motor[1]
+        law = total(losses_of(self.law, gear[0], gear[1], share(self.law, z)))
+        drag = total(losses_of(self.motor.drag, motor[0], motor[1], share(self.motor.drag, of_motor)))
+        of_load = load_powers(self.load, phase, output, rest(self.motor.drag, of_motor))
+        return (given, control * motor[1], of_load[0], self.B * gear[1] * gear[1], law, drag, *of_load[1:])
+
+    def motor_speed(self, phase: Any, y: Any) -> Any:
+        """Speed theta_m' of the motor [rad/s]."""
+        return motor_motion(self, phase, y)[1]
+
+    def load_speed(self, phase: Any, y: Any) -> Any:
+        """Speed [rad/s] of the load, behind all couplings."""
+        return motor_motion(self, phase, y)[1] / self.N - y[1] - coupling_twist(self, y)[1]
+
+    def load_error(self, y: Any) -> Any:
+        """Error between motor and load [rad]: x and the twists of all couplings, theta_m/N - theta of the load.
+
+        The motor's own deviation from its reference is not in it.
+        """
+        return y[0] + coupling_twist(self, y)[0]
+
+    def twists(self) -> tuple[int, ...]:
+        """Places of the couplings' twists in the state."""
+        names = self.state_names()
+        return tuple(names.index(f"coupling {i + 1}") for i in range(len(coupling_laws(self.load))))
+
+    def breakpoints(self) -> tuple[float, ...]:
+        """Torsions [rad] where the gear's law is not smooth."""
+        return tuple(self.law.breakpoints()) if hasattr(self.law, "breakpoints") else ()
+
+    def kinks(self, phase: Any, y: Any) -> tuple[Any, ...]:
+        """Distances [rad] of the torsion and of the couplings' twists from the breakpoints of their laws."""
+        twists = zip(self.twists(), coupling_laws(self.load), strict=True)
+        own = [(self.torsion(phase, y), self.law), *((y[at], law) for at, law in twists)]
+        return tuple(value - b for value, law in own for b in breakpoints_of(law))
+
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states, in order; a prime is a rate."""
+        motor = () if isinstance(self.motor.control, Held) else ("motor deviation", "motor deviation'")
+        law = (f"gear z{i + 1}" for i in range(states_of(self.law)))
+        drag = (f"motor z{i + 1}" for i in range(states_of(self.motor.drag)))
+        return ("x", "x'", *motor, *law, *drag, *load_names(self.load))
+
+    def power_names(self) -> tuple[str, ...]:
+        """Names of the powers of `losses`, in order; the first three put energy in, the others take it out."""
+        behind = (f"coupling {i}" for i in range(len(coupling_laws(self.load)), 0, -1))
+        return (
+            "motor torque",
+            "control",
+            "load torque",
+            "gear damping",
+            "gear law",
+            "motor drag",
+            "load drag",
+            *behind,
+        )
+
+    def orders(self) -> tuple[int, ...]:
+        """Orders of the motor's torque and, with the motor at the base angle, of the kinematic error."""
+        parts = (self.motor.excitation, self.error if isinstance(self.reference, Steady) else NoError())
+        known = (part.orders() for part in parts if hasattr(part, "orders"))
+        return tuple(sorted({order for orders in known for order in orders}))
+
+    def check(self) -> None:
+        """Refuse no ratio, damping that drives (ValueError) and parts without the methods needed (TypeError)."""
+        if not self.N >= 1.0 / LARGEST:
+            raise ValueError(f"DriveTrain.N is {self.N:g}; a ratio must be positive")
+        refuse_driving(self)
+        if not isinstance(self.load, Load | Elastic):
+            raise TypeError(f"DriveTrain.load is {shown(self.load)}; it must be a Load or an Elastic")
+        for name, method in (("law", "torque"), ("error", "value"), ("error", "slope"), ("reference", "curvature")):
+            if not hasattr(getattr(self, name), method):
+                part = shown(getattr(self, name))
+                raise TypeError(f"DriveTrain.{name} is {part}; it must be an object with a method {method}")
+        check_law("DriveTrain.law", self.law)

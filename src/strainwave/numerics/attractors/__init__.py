@@ -1,0 +1,1 @@
+"""Where motions end: attractors, basins, sections, exponents."""

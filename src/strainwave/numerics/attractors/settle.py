@@ -1,0 +1,109 @@
+"""Lanes of an ensemble marched on until each repeats itself, leaves every bound, or has had its longest time."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...quantities import replace
+from ...results import Floats
+from ..ensemble.ensemble import ensemble, lanes_run
+from ..ensemble.measures import Extremes, Final
+from ..integration.simulate import Dop8, Dopri5, Rk4
+
+SEEN = 8  # periods that are measured: the longest period that an ensemble recognises
+APART = 1e-6  # of a state's size: two trajectories that start so close tell whether a motion is chaotic
+STRETCHES = 100  # turns over which that is looked at
+UNCOUNTED = 10  # turns before, until the neighbour lies where motions drift apart
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """What became of every lane.
+
+    Attributes
+    ----------
+    state : (states, lanes) array
+        State at base phase 0 at the end; nan where it diverged.
+    period : (lanes,) int array
+        Turns after which the motion repeats; 0 where it does not.
+    diverged : (lanes,) bool array
+        Whether it left every bound.
+    lowest, highest : (lanes,) arrays
+        Extremes of the first state over the last 8 turns.
+    """
+
+    state: Floats
+    period: NDArray[np.int64]
+    diverged: NDArray[np.bool_]
+    lowest: Floats
+    highest: Floats
+
+
+def settled(
+    system: Any,
+    parameters: dict[str, Any],
+    y0: Floats,
+    *,
+    settle: int,
+    longest: int,
+    method: Rk4 | Dopri5 | None = None,
+    threads: int | None = None,
+) -> Settled:
+    """March every lane from its state (states, lanes) for `settle` turns, and those not settled on to `longest`."""
+    lanes = y0.shape[1]
+    out = Settled(
+        np.full(y0.shape, np.nan),
+        np.zeros(lanes, np.int64),
+        np.zeros(lanes, bool),
+        np.full(lanes, np.nan),
+        np.full(lanes, np.nan),
+    )
+    places, start, done, now = np.arange(lanes), y0, 0, settle
+    while True:
+        here: dict[str, Any] = {path: np.broadcast_to(values, (lanes,))[places] for path, values in parameters.items()}
+        found, _ = lanes_run(
+            system, here, tuple(start), periods=SEEN, settle=now, measures=(Extremes(), Final()), method=method,
+            threads=threads,
+        )  # fmt: skip
+        done += now + SEEN
+        out.state[:, places] = found["final"].values
+        out.period[places] = found["period"].values
+        out.diverged[places] = found["status"].values != 0
+        out.lowest[places], out.highest[places] = found["lowest"].values, found["highest"].values
+        on = (out.period[places] == 0) & ~out.diverged[places]
+        if not on.any() or done >= longest:
+            return out
+        start, places = found["final"].values[:, on], places[on]
+        now = min(done, longest - done)
+
+
+def stretching(
+    system: Any, parameters: dict[str, Any], state: Floats, stretches: int = STRETCHES
+) -> tuple[Floats, Floats]:
+    """Rates [1/s] (stretches, lanes) at which a neighbour of every lane moves away, turn after turn; the last states.
+
+    Its distance is measured after every turn and brought back to its length before (Benettin, Galgani, Giorgilli &
+    Strelcyn 1980, Meccanica 15, 9). Both trajectories take the same steps: with others their errors, too, grow apart.
+    """
+    lanes = state.shape[1]
+    omega = np.broadcast_to(getattr(replace(system, parameters), "omega", 1.0), (lanes,))
+    size = np.maximum(np.max(np.abs(state), axis=0), 1e-300)
+    unit = size * np.stack([np.ones(lanes), *[omega] * (len(state) - 1)])
+    away = unit / np.sqrt(len(state)) * APART
+    both: dict[str, Any] = {path: np.tile(np.broadcast_to(v, (lanes,)), 2) for path, v in parameters.items()}
+    method, rates = None, []
+    for _ in range(stretches + UNCOUNTED):
+        start = np.concatenate([state, state + away], axis=1)
+        found = ensemble(system, both, tuple(start), periods=1, measures=(Final(),), method=method)
+        if method is None:
+            fixed = "steps" in found
+            method = Dop8(steps_per_period=int(2 * found["steps"].max())) if fixed else Dopri5(rtol=1e-11, atol=1e-14)
+        final = found["final"].values
+        state, gap = final[:, :lanes], final[:, lanes:] - final[:, :lanes]
+        grown = np.sqrt(np.sum((gap / unit) ** 2, axis=0)) / APART
+        with np.errstate(divide="ignore"):
+            rates.append(np.log(grown) * omega / (2.0 * np.pi))
+        away = gap / np.maximum(grown, 1e-300)
+    return np.array(rates[UNCOUNTED:]), state

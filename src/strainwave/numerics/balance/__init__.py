@@ -1,0 +1,1 @@
+"""Harmonic balance: the equations of one periodic motion."""

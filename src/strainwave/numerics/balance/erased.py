@@ -1,0 +1,44 @@
+"""Balance problems without the classes of their torque and kinematic error, for compiled code.
+
+Where only the frequency varies, both are in the problem's series. Without their classes the type of the problem is
+decided by the law alone, and what was compiled once (10 to 20 s for a curve) serves every excitation of that law:
+another line of the kinematic error compiles nothing.
+"""
+
+from typing import Any, NamedTuple
+
+from .second_order import SecondOrder
+
+
+class Quiet(NamedTuple):
+    """In the place of a torque and of a kinematic error: none."""
+
+    def torque(self, angle: Any) -> Any:
+        """No torque [N*m]."""
+        return 0.0 * angle
+
+    def value(self, angle: Any) -> Any:
+        """No error [rad]."""
+        return 0.0 * angle
+
+
+QUIET = Quiet()
+PARTS = ("excitation", "error")
+
+
+def quiet(problem: Any) -> Any:
+    """Return the problem without the classes that it asks for nothing; itself where it does ask."""
+    if not isinstance(problem, SecondOrder) or problem.leaf != problem.omega_leaf:
+        return problem
+    system = problem.system
+    fields = getattr(system, "_fields", ())
+    if not {*PARTS, "omega"} <= set(fields):
+        return problem
+    before = sum(_floats(getattr(system, part)) for part in PARTS if fields.index(part) < fields.index("omega"))
+    leaf = problem.omega_leaf - before
+    return problem._replace(system=system._replace(**dict.fromkeys(PARTS, QUIET)), leaf=leaf, omega_leaf=leaf)
+
+
+def _floats(thing: Any) -> int:
+    """Number of float parameters, as `jit.with_leaf` counts them."""
+    return sum(map(_floats, thing)) if isinstance(thing, tuple) else int(isinstance(thing, float))

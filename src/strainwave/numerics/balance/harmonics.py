@@ -1,0 +1,75 @@
+"""How many harmonics a periodic orbit takes: as many as asked for, or enough for every line of the excitation.
+
+A line beyond the last harmonic would be sampled too coarsely and appear at another order, so it is refused.
+"""
+
+from typing import Any
+
+from ...law import is_spring
+from ...quantities import positive_count
+
+FEWEST = 7  # per turn of the base angle
+MOST = 127  # reached automatically
+MOST_WITH_CORNERS = 31  # the same for friction and memory: general form, and a series that decays as a power of k
+LARGEST = 1000  # the matrix of the balance has (2 H + 1)^2 entries
+
+
+def most_harmonics(system: Any) -> int:
+    """How far the number of harmonics grows by itself."""
+    return MOST if is_spring(system) else MOST_WITH_CORNERS
+
+
+def highest_order(system: Any) -> int:
+    """Highest order of the excitation and the kinematic error on the base angle; 1 where the system does not say."""
+    return max((1, *system.orders())) if hasattr(system, "orders") else 1
+
+
+def _whole_orders(system: Any) -> None:
+    """Refuse orders that do not repeat with the base angle (a user's own excitation may have such)."""
+    orders = system.orders() if hasattr(system, "orders") else ()
+    for order in orders:
+        if order != int(order):
+            raise ValueError(
+                f"the order {order:.6g} is no whole number, so the motion does not repeat with the base angle; take "
+                "one on which all orders are whole (for a gear the turn of its output), or integrate with simulate"
+            )
+
+
+def starting_harmonics(system: Any, harmonics: int | None, period: int, points: int = 1) -> int:
+    """Return the number H of harmonics of omega/period to begin with.
+
+    Parameters
+    ----------
+    system : NamedTuple
+        The system, whose highest order H must reach.
+    harmonics : int or None
+        What the caller asks for; None for the automatic choice: 7 per turn, or two more than the highest order.
+    period : int
+        Turns of the base angle per orbit.
+    points : int
+        Points of a curve, checked here with the others.
+
+    Raises
+    ------
+    ValueError
+        If one of them or an order is no whole number of at least 1, or H is too small for the highest order or above
+        1000.
+    """
+    _whole_orders(system)
+    period = positive_count("period", period, LARGEST)
+    positive_count("points", points)
+    highest = highest_order(system)
+    if harmonics is None:
+        wanted = period * max(FEWEST, highest + 2 if highest > 1 else 1)
+        if wanted > LARGEST:
+            raise ValueError(
+                f"a line of order {highest} over {period} turns takes {wanted} harmonics; at most {LARGEST} are "
+                "possible: leave the line out, or integrate"
+            )
+        return wanted
+    if positive_count("harmonics", harmonics, LARGEST) < highest * period:
+        raise ValueError(
+            f"harmonics is {harmonics}, but a line of order {highest} is harmonic {highest * period} of the orbit; "
+            f"take at least {highest * period}, or leave the choice open"
+        )
+    return int(harmonics)

@@ -1,0 +1,212 @@
+"""Small dense linear algebra for the solvers: one line of NumPy as Python, loops as machine code.
+
+The loops beat LAPACK below about 60 unknowns, where the time of a call dominates. As Python, a matrix of up to LARGE
+rows is inverted by NumPy, and a larger one, where that takes five times as long, factored by SciPy.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ...compile.jit import kernel_as
+from ...results import Floats
+
+LARGE = 150  # below it, loading SciPy (0.3 s) costs more than a whole curve gains
+
+
+def _copy_loops(source: Any, out: Any) -> None:
+    for i in range(out.shape[0]):
+        out[i] = source[i]
+
+
+@kernel_as(_copy_loops, inline=True)
+def copy(source: Any, out: Any) -> None:
+    """Write as many entries of source as out has."""
+    out[:] = source[: len(out)]
+
+
+def _fill_loops(value: float, out: Any) -> None:
+    for i in range(out.shape[0]):
+        out[i] = value
+
+
+@kernel_as(_fill_loops, inline=True)
+def fill(value: float, out: Any) -> None:
+    """Set every entry of out."""
+    out[:] = value
+
+
+def _add_loops(factor: float, v: Any, out: Any) -> None:
+    for i in range(out.shape[0]):
+        out[i] += factor * v[i]
+
+
+@kernel_as(_add_loops, inline=True)
+def add(factor: float, v: Any, out: Any) -> None:
+    """Add factor times v to out."""
+    out += factor * v
+
+
+def _extremes_loops(v: Any) -> Any:
+    low, high = 0, 0
+    for i in range(1, v.shape[0]):
+        if v[i] < v[low]:
+            low = i
+        if v[i] > v[high]:
+            high = i
+    return low, high
+
+
+@kernel_as(_extremes_loops)
+def extremes(v: Any) -> Any:
+    """Places of the smallest and the largest entry."""
+    return int(np.argmin(v)), int(np.argmax(v))
+
+
+def _dot_loops(a: Any, b: Any) -> float:
+    total = 0.0
+    for i in range(a.shape[0]):
+        total += a[i] * b[i]
+    return total
+
+
+@kernel_as(_dot_loops, inline=True)
+def dot(a: Any, b: Any) -> float:
+    """Scalar product of two vectors of equal length."""
+    return float(a @ b)
+
+
+def _weighted_norm_loops(v: Any, weights: Any) -> float:
+    total = 0.0
+    for i in range(v.shape[0]):
+        total += (v[i] * weights[i]) ** 2
+    return float(total**0.5)
+
+
+@kernel_as(_weighted_norm_loops, inline=True)
+def weighted_norm(v: Any, weights: Any) -> float:
+    """Euclidean norm of v times weights, entry by entry."""
+    scaled = v * weights
+    return float((scaled @ scaled) ** 0.5)
+
+
+def _row_times_loops(row: Any, table: Any, out: Any) -> None:
+    # Eight columns at a time in registers: the compiler's own vector loop suits long rows and leaves short ones scalar.
+    n, columns = out.shape[0], table.shape[1]
+    whole = columns - columns % 8
+    for j in range(0, min(whole, n), 8):
+        c0, c1, c2, c3, c4, c5, c6, c7 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(table.shape[0]):
+            f = row[i]
+            c0 += f * table[i, j]
+            c1 += f * table[i, j + 1]
+            c2 += f * table[i, j + 2]
+            c3 += f * table[i, j + 3]
+            c4 += f * table[i, j + 4]
+            c5 += f * table[i, j + 5]
+            c6 += f * table[i, j + 6]
+            c7 += f * table[i, j + 7]
+        if j + 8 <= n:
+            out[j], out[j + 1], out[j + 2], out[j + 3] = c0, c1, c2, c3
+            out[j + 4], out[j + 5], out[j + 6], out[j + 7] = c4, c5, c6, c7
+        else:
+            block = (c0, c1, c2, c3, c4, c5, c6, c7)
+            for k in range(n - j):
+                out[j + k] = block[k]
+    for j in range(whole, n):
+        total = 0.0
+        for i in range(table.shape[0]):
+            total += row[i] * table[i, j]
+        out[j] = total
+
+
+@kernel_as(_row_times_loops)
+def row_times(row: Any, table: Any, out: Any) -> None:
+    """Write row @ table to out. The row may be longer than the table has rows; `padded` tables are faster."""
+    np.dot(row[: len(table)], table[:, : len(out)], out=out)
+
+
+def padded(table: Floats) -> Floats:
+    """Table with columns of zeros added up to a multiple of eight."""
+    rows, columns = table.shape
+    out = np.zeros((rows, columns + -columns % 8))
+    out[:, :columns] = table
+    return out
+
+
+def _factor_loops(a: Any, pivots: Any) -> float:
+    n = a.shape[0]
+    sign = 1.0
+    for k in range(n):
+        p = k
+        largest = abs(a[k, k])
+        for i in range(k + 1, n):
+            if abs(a[i, k]) > largest:
+                largest = abs(a[i, k])
+                p = i
+        pivots[k] = p
+        if (a[p, k] < 0.0) != (p != k):
+            sign = -sign
+        if p != k:
+            for j in range(n):
+                swap = a[k, j]
+                a[k, j] = a[p, j]
+                a[p, j] = swap
+        inverse = 1.0 / a[k, k]
+        a[k, k] = inverse
+        for i in range(k + 1, n):
+            factor = a[i, k] * inverse
+            a[i, k] = factor
+            for j in range(k + 1, n):
+                a[i, j] -= factor * a[k, j]
+    return sign
+
+
+@kernel_as(_factor_loops)
+def factor(a: Any, pivots: Any) -> float:
+    """Factor the matrix a in place for `substitute` and return the sign of its determinant.
+
+    A singular matrix leaves non-finite numbers.
+    """
+    if len(a) > LARGE:
+        from scipy.linalg.lapack import dgetrf
+
+        a[:], pivots[:], _ = dgetrf(a)
+        swaps = np.count_nonzero(pivots != np.arange(len(a)))
+        return float(np.prod(np.sign(np.diag(a)))) * (-1.0) ** swaps
+    sign = float(np.linalg.slogdet(a)[0])
+    try:
+        a[:] = np.linalg.inv(a)
+    except np.linalg.LinAlgError:
+        a[:] = np.nan
+    return sign
+
+
+def _substitute_loops(a: Any, pivots: Any, b: Any) -> None:
+    n = a.shape[0]
+    for k in range(n):
+        p = pivots[k]
+        swap = b[k]
+        b[k] = b[p]
+        b[p] = swap
+    for i in range(1, n):
+        total = b[i]
+        for k in range(i):
+            total -= a[i, k] * b[k]
+        b[i] = total
+    for i in range(n - 1, -1, -1):
+        total = b[i]
+        for k in range(i + 1, n):
+            total -= a[i, k] * b[k]
+        b[i] = total * a[i, i]
+
+
+@kernel_as(_substitute_loops)
+def substitute(a: Any, pivots: Any, b: Any) -> None:
+    """Solve in place for the right-hand side b with the matrix that `factor` left in a."""
+    if len(a) > LARGE:
+        from scipy.linalg.lapack import dgetrs
+
+        b[:] = dgetrs(a, pivots, b)[0]
+    else:
+        b[:] = a @ b

@@ -1,0 +1,98 @@
+"""Samples of a periodic motion that end at its kinks, so that Fourier integrals are exact for laws with breakpoints.
+
+A torque with corners, sampled at equal steps, leaves in the balance equations a kink wherever a sample passes a
+breakpoint: false folds. Here the period is cut where the motion crosses the breakpoints, and every piece is integrated
+by Gauss's rule: the samples move with the motion, and the equations are as smooth as the integrals are.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...law import breakpoints_of, torsion
+from ...results import Floats
+from .fourier import synthesis
+
+PLACES, WEIGHTS = np.polynomial.legendre.leggauss(16)
+PHASE = 6.0  # of the highest harmonic along a panel [rad]: products of four harmonics are integrated to 1e-10
+LOOKED = 12  # places a harmonic at which crossings are looked for
+TRIES, CLOSE = 20, 1e-11  # steps towards a crossing, and how near [rad]; the integrals err by the square of it
+
+# Distances (kinks, n) at n places psi [rad] of a period, of which it also gets the table `synthesis` of the harmonics.
+Distance = Callable[[Floats, Floats], Floats]
+
+
+class Samples(NamedTuple):
+    """Places psi (n,) [rad] of a period with their weights (n,), which add up to 1."""
+
+    psi: Floats
+    weights: Floats
+
+    def basis(self, harmonics: int) -> Floats:
+        """Table (2H+1, n): mean, cosines and sines at the samples."""
+        turning = np.broadcast_to(np.exp(1j * self.psi), (harmonics, len(self.psi)))
+        waves = np.cumprod(turning, axis=0)
+        return np.concatenate([np.ones((1, len(self.psi))), waves.real, waves.imag])
+
+    def analysis(self, basis: Floats) -> Floats:
+        """Table (n, 2H+1) that turns samples into coefficients in blocks."""
+        table = 2.0 * self.weights * basis
+        table[0] *= 0.5
+        return np.asarray(table.T)
+
+
+def distances(system: Any, angles: Floats, y: Floats) -> Floats:
+    """Distances (kinks, ...) from all breakpoints in the states y (states, ...) at base angles [rad].
+
+    A system tells them by `kinks(phase, y)`, or has `breakpoints` of its torsion; one without kinks has none.
+    """
+    if hasattr(system, "kinks"):
+        found = system.kinks(angles, tuple(y))
+    else:
+        u = torsion(system, angles, tuple(y))
+        found = [u - b for b in breakpoints_of(system)]
+    return np.array([np.broadcast_to(d, y.shape[1:]) for d in found], float)
+
+
+def samples_between(distance: Distance, harmonics: int) -> Samples:
+    """Samples of a period cut where a `distance` vanishes."""
+    first, width = pieces(distance, harmonics, PHASE / harmonics)
+    psi = first[:, None] + 0.5 * width[:, None] * (1.0 + PLACES)
+    return Samples(psi.ravel(), (width[:, None] * WEIGHTS / (4.0 * np.pi)).ravel())
+
+
+def pieces(distance: Distance, harmonics: int, longest: float) -> tuple[Floats, Floats]:
+    """Starts and lengths (n,) [rad] of pieces of a period, none above `longest`, cut where a `distance` vanishes."""
+    cuts = np.sort(_crossings(distance, harmonics))
+    ends = np.concatenate([cuts, [cuts[0] + 2.0 * np.pi]]) if len(cuts) else np.array([0.0, 2.0 * np.pi])
+    lengths = np.diff(ends)
+    parts = np.maximum(1, np.ceil(lengths / longest)).astype(int)
+    width = np.repeat(lengths / parts, parts)
+    number = np.arange(len(width)) - np.repeat(np.cumsum(parts) - parts, parts)  # of a part in its piece
+    return np.repeat(ends[:-1], parts) + width * number, width
+
+
+def _crossings(distance: Distance, harmonics: int) -> Floats:
+    """Places [rad] where a distance changes sign, by false position (Illinois) for all of them at once."""
+    places = LOOKED * (harmonics + 1)
+    grid = 2.0 * np.pi * np.arange(places + 1) / places
+    d = distance(grid[:-1], synthesis(harmonics, places))
+    d = np.concatenate([d, d[:, :1]], axis=1)
+    kink, at = np.nonzero(d[:, 1:] * d[:, :-1] < 0.0)
+    if not len(at):
+        return np.empty(0)
+    low, high, below, above = grid[at], grid[at + 1], d[kink, at], d[kink, at + 1]
+    which, side, psi = np.arange(len(at)), np.zeros(len(at)), low
+    for _ in range(TRIES):
+        before, psi = psi, (low * above - high * below) / (above - below)
+        here = distance(psi, Samples(psi, psi).basis(harmonics))[kink, which]
+        same = here * below > 0.0
+        above = np.where(same & (side > 0.0), 0.5 * above, above)
+        below = np.where(~same & (side < 0.0), 0.5 * below, below)
+        low, below = np.where(same, psi, low), np.where(same, here, below)
+        high, above = np.where(same, high, psi), np.where(same, above, here)
+        side = np.where(same, 1.0, -1.0)
+        if np.all(np.abs(psi - before) < CLOSE) or not np.all(above != below):
+            break
+    return np.asarray(psi % (2.0 * np.pi))

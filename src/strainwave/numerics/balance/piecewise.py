@@ -1,0 +1,277 @@
+"""Harmonic balance of laws that are linear between breakpoints, without sampling error.
+
+Where the torsion u(psi) crosses breakpoints, stiffness g and intercept c of T = g u + c jump. The Fourier
+coefficients of these two step functions are sums over the crossings, and T's are the product of g with the series of
+u, plus those of c: exact for the truncated u, and the same product matrix is the exact Jacobian, because T is
+continuous. Sampling T instead leaves kinks in the equations that show as false folds. Between crossings Hill's
+equation has constant coefficients, so the multipliers are exact too.
+"""
+
+import math
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...compile.jit import kernel_as, routine
+from ...results import Floats
+from .fourier import multiply_rows
+from .linear_algebra import copy, extremes
+
+MOST_CROSSINGS = 256
+
+
+def _crossings_loops(law: Any, z: Any, u: Any, angles: Any, jumps: Any, places: Any) -> int:
+    h = (len(z) - 2) // 2
+    spacing = 2.0 * math.pi / len(u)
+    count = 0
+    for i in range(len(u)):
+        after = u[i + 1] if i + 1 < len(u) else u[0]
+        for b in law.breakpoints():
+            if (u[i] - b) * (after - b) < 0.0 and count < MOST_CROSSINGS:
+                low, high = spacing * i, spacing * (i + 1)
+                psi = low + spacing * (b - u[i]) / (after - u[i])
+                for _ in range(8):
+                    value, slope = series(z, h, psi)
+                    if (value - b) * (after - u[i]) < 0.0:
+                        low = psi
+                    else:
+                        high = psi
+                    step = (value - b) / slope if slope != 0.0 else 0.0
+                    psi -= step
+                    if not low <= psi <= high:
+                        psi = 0.5 * (low + high)
+                    if abs(step) < 1e-15:
+                        break
+                near = 1e-7 * abs(b) + 1e-300
+                rise = law.stiffness(b + near) - law.stiffness(b - near)
+                angles[count], places[count] = psi, b
+                jumps[count] = rise if after > u[i] else -rise
+                count += 1
+    return count
+
+
+@kernel_as(_crossings_loops)
+def crossings(law: Any, z: Any, u: Any, angles: Any, jumps: Any, places: Any) -> int:
+    """Angles psi in [0, 2 pi) at which the series z, sampled in u, crosses a breakpoint; jumps of stiffness there.
+
+    `places` gets the breakpoint's torsion. Returns their number.
+    """
+    h, spacing, breaks = (len(z) - 2) // 2, 2.0 * math.pi / len(u), np.array(law.breakpoints(), float)
+    above = u[:, None] - breaks
+    i, j = np.nonzero(above * np.roll(above, -1, axis=0) < 0.0)
+    i, j = i[:MOST_CROSSINGS], j[:MOST_CROSSINGS]
+    b, first, rise = breaks[j], u[i], np.roll(u, -1)[i] - u[i]
+    low, high = spacing * i, spacing * (i + 1)
+    psi = low + spacing * (b - first) / rise
+    k = np.arange(1, h + 1)
+    for _ in range(8):
+        c, s = np.cos(np.outer(psi, k)), np.sin(np.outer(psi, k))
+        short = z[0] + c @ z[1 : h + 1] + s @ z[h + 1 : 2 * h + 1] - b
+        slope = c @ (k * z[h + 1 : 2 * h + 1]) - s @ (k * z[1 : h + 1])
+        low, high = np.where(short * rise < 0.0, psi, low), np.where(short * rise < 0.0, high, psi)
+        step = np.divide(short, slope, out=np.zeros_like(slope), where=slope != 0.0)
+        moved = psi - step
+        psi = np.where((low <= moved) & (moved <= high), moved, 0.5 * (low + high))
+        if np.all(np.abs(step) < 1e-8):  # the next would be 1e-16
+            break
+    near = 1e-7 * np.abs(b) + 1e-300
+    count = len(i)
+    angles[:count], places[:count] = psi, b
+    jumps[:count] = np.sign(rise) * (law.stiffness(b + near) - law.stiffness(b - near))
+    return count
+
+
+def _series_loops(z: Any, h: int, psi: float) -> Any:
+    c, s = math.cos(psi), math.sin(psi)
+    ck, sk = 1.0, 0.0
+    value, slope = z[0], 0.0
+    for k in range(1, h + 1):
+        ck, sk = ck * c - sk * s, ck * s + sk * c
+        value += z[k] * ck + z[h + k] * sk
+        slope += k * (z[h + k] * ck - z[k] * sk)
+    return value, slope
+
+
+@kernel_as(_series_loops)
+def series(z: Any, h: int, psi: float) -> Any:
+    """Value and derivative of a series (blocks) at psi."""
+    k = np.arange(1, h + 1)
+    c, s = np.cos(k * psi), np.sin(k * psi)
+    a, b = z[1 : h + 1], z[h + 1 : 2 * h + 1]
+    return float(z[0] + a @ c + b @ s), float(k @ (b * c - a * s))
+
+
+def _steps_loops(base: float, angles: Any, jumps: Any, count: int, h: int, even: Any, odd: Any) -> None:
+    even[0] = 2.0 * base
+    odd[0] = 0.0
+    for k in range(1, h + 1):
+        even[k] = 0.0
+        odd[k] = 0.0
+    for j in range(count):
+        jump = jumps[j] / math.pi
+        c, s = math.cos(angles[j]), math.sin(angles[j])
+        ck, sk = 1.0, 0.0
+        even[0] += jump * (2.0 * math.pi - angles[j])
+        for k in range(1, h + 1):
+            ck, sk = ck * c - sk * s, ck * s + sk * c
+            even[k] -= jump * sk / k
+            odd[k] += jump * ck / k
+
+
+@kernel_as(_steps_loops)
+def steps(base: float, angles: Any, jumps: Any, count: int, h: int, even: Any, odd: Any) -> None:
+    """Cosine (even; entry 0 is twice the mean) and sine coefficients of a step function that starts at `base`."""
+    k = np.arange(1, h + 1)
+    jump, at = jumps[:count] / math.pi, angles[:count]
+    even[0], odd[0] = 2.0 * base + float(jump @ (2.0 * math.pi - at)), 0.0
+    even[1 : h + 1] = -(jump @ np.sin(np.outer(at, k))) / k
+    odd[1 : h + 1] = jump @ np.cos(np.outer(at, k)) / k
+
+
+class Crossings(NamedTuple):
+    """Fourier coefficients of T(u) for a law that is linear between breakpoints; the arrays are buffers."""
+
+    angles: Floats
+    jumps: Floats
+    places: Floats
+    even: Floats
+    odd: Floats
+    gc: Floats
+    gs: Floats
+    product: Floats
+
+    def torque_series(self, law: Any, z: Any, u: Any, r: Any) -> None:
+        """Coefficients of T(u) from those of u (z) and its samples."""
+        n = len(r)
+        h = n // 2
+        count = crossings(law, z, u, self.angles, self.jumps, self.places)
+        stiffness = law.stiffness(u[0])
+        steps(stiffness, self.angles, self.jumps, count, 2 * h, self.even, self.odd)
+        mirror(self.even, self.odd, 2 * h, self.gc, self.gs)
+        multiply_rows(self.gc, self.gs, h, 1, self.product)
+        for j in range(count):
+            self.jumps[j] *= -self.places[j]
+        steps(law.torque(u[0]) - stiffness * u[0], self.angles, self.jumps, count, h, self.even, self.odd)
+        r[0] = 0.5 * self.even[0]
+        for k in range(1, h + 1):
+            r[k] = self.even[k]
+            r[h + k] = self.odd[k]
+        add_product(self.product, z, r)
+
+    def stiffness_product(self, law: Any, u: Any, jacobian: Any) -> None:
+        """Matrix that multiplies a series by T'(u); follows `torque_series` at the same u."""
+        for i in range(self.product.shape[0]):
+            copy(self.product[i], jacobian[i, : self.product.shape[0]])
+
+    def slack(self, law: Any, u: Any) -> float:
+        """Distance [rad] between the middles of an orbit and of the play in which it floats; 0 in contact.
+
+        Any mean is in balance there; the middle is the one that contact starts from.
+        """
+        low, high = extremes(u)
+        if law.stiffness(u[0]) != 0.0 or law.torque(u[0]) != 0.0:
+            return 0.0
+        below, above = -1e300, 1e300
+        for b in law.breakpoints():
+            if u[low] < b < u[high]:
+                return 0.0
+            if b <= u[low]:
+                below = max(below, b)
+            else:
+                above = min(above, b)
+        return 0.5 * (u[low] + u[high] - below - above) if below > -1e300 and above < 1e300 else 0.0
+
+    def hill_trace(self, system: Any, z: Any, u: Any, w: float) -> float:
+        """Trace of the period map of z'' + (T'(u)/J - (B/2J)^2) z = 0, exact between crossings."""
+        law = system.law
+        count = crossings(law, z, u, self.angles, self.jumps, self.places)
+        sort_by_angle(self.angles, self.jumps, count)
+        stiffness, at = law.stiffness(u[0]), 0.0
+        shift = 0.25 * (system.B / system.J) ** 2
+        a, b, c, d = 1.0, 0.0, 0.0, 1.0
+        for j in range(count + 1):
+            end = self.angles[j] if j < count else 2.0 * math.pi
+            even, odd, q = free_motion(stiffness / system.J - shift, (end - at) / w)
+            a, b, c, d = even * a + odd * c, even * b + odd * d, even * c - q * odd * a, even * d - q * odd * b
+            if j < count:
+                stiffness += self.jumps[j]
+            at = end
+        return a + d
+
+
+@routine
+def free_motion(q: float, t: float) -> Any:
+    """Return cos(sqrt(q) t), sin(sqrt(q) t)/sqrt(q) and q; hyperbolic for q < 0."""
+    if q > 0.0:
+        root = q**0.5
+        return math.cos(root * t), math.sin(root * t) / root, q
+    if q < 0.0:
+        root = (-q) ** 0.5
+        return math.cosh(root * t), math.sinh(root * t) / root, q
+    return 1.0, t, q
+
+
+@routine
+def sort_by_angle(angles: Any, jumps: Any, count: int) -> None:
+    """Sort crossings by angle (they come nearly sorted)."""
+    for i in range(1, count):
+        j = i
+        while j > 0 and angles[j - 1] > angles[j]:
+            angles[j - 1], angles[j] = angles[j], angles[j - 1]
+            jumps[j - 1], jumps[j] = jumps[j], jumps[j - 1]
+            j -= 1
+
+
+def _mirror_loops(even: Any, odd: Any, o: int, gc: Any, gs: Any) -> None:
+    for j in range(o + 1):
+        gc[o + j] = even[j]
+        gc[o - j] = even[j]
+        gs[o + j] = odd[j]
+        gs[o - j] = -odd[j]
+
+
+@kernel_as(_mirror_loops)
+def mirror(even: Any, odd: Any, o: int, gc: Any, gs: Any) -> None:
+    """Extend coefficients 0..o evenly and oddly to negative indices."""
+    gc[o:], gc[:o] = even[: o + 1], even[o:0:-1]
+    gs[o:], gs[:o] = odd[: o + 1], -odd[o:0:-1]
+
+
+def _add_product_loops(matrix: Any, z: Any, r: Any) -> None:
+    for i in range(matrix.shape[0]):
+        total = 0.0
+        for j in range(matrix.shape[1]):
+            total += matrix[i, j] * z[j]
+        r[i] += total
+
+
+@kernel_as(_add_product_loops)
+def add_product(matrix: Any, z: Any, r: Any) -> None:
+    """Add matrix @ z (as many entries as the matrix has columns) to r."""
+    r += matrix @ z[: matrix.shape[1]]
+
+
+def crossings_for(harmonics: int) -> Crossings:
+    """Buffers for a number of harmonics."""
+    n = 2 * harmonics + 1
+    most, wide = MOST_CROSSINGS, 4 * harmonics + 1
+    return Crossings(
+        np.empty(most), np.empty(most), np.empty(most), np.empty(n), np.empty(n), np.empty(wide), np.empty(wide),
+        np.empty((n, n)),
+    )  # fmt: skip
+
+
+def is_piecewise_linear(law: Any) -> bool:
+    """Whether a law has breakpoints and a constant stiffness between them."""
+    places = np.sort(np.array(law.breakpoints() if hasattr(law, "breakpoints") else (), float))
+    if len(places) == 0:
+        return False
+    reach = float(np.max(np.abs(places))) or 1.0
+    edges = np.concatenate([[places[0] - reach], places, [places[-1] + reach]])
+    for low, high in pairwise(edges):
+        inside = low + (high - low) * np.array([0.1, 0.3, 0.5, 0.7, 0.9])
+        values = np.asarray(law.stiffness(inside), float)
+        if np.ptp(values) > 1e-12 * float(np.max(np.abs(values))):
+            return False
+    return True

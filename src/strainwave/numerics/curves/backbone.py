@@ -1,0 +1,181 @@
+"""`backbone`: free undamped periodic motion, the curve along which resonance peaks lie (phase resonance).
+
+J u'' + T(u) = mean torque, with the amplitude of the first harmonic prescribed: the unknowns are the mean, the cosines
+from the second on and the frequency. Free motion of one degree of freedom is symmetric in time, so there are no sines.
+
+Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, sec. 4.1 (nonlinear modes).
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...law import springs_only
+from ...quantities import numbers, shown, with_parts
+from ...results import Floats, Status
+from ..balance.fourier import from_blocks
+from ..balance.guess import one_harmonic
+from ..balance.harmonics import MOST, starting_harmonics
+from ..balance.second_order import second_order, work_for
+from ..balance.truncation import FREE, Tail
+from ..stability.second_order import displacement_peaks
+from .trace import leaf_of
+
+
+@dataclass(frozen=True, eq=False)
+class Backbone:
+    """Free undamped vibration against amplitude.
+
+    Attributes
+    ----------
+    amplitude : (n,) array
+        Amplitude of the first harmonic of the torsion u, 0-to-peak [rad].
+    omega : (n,) array
+        Frequency of the free vibration [rad/s].
+    peak : (n,) array
+        Largest |u| [rad].
+    coefficients : (n, 2H+1) array
+        Fourier coefficients of u: mean, cos 1, sin 1 (0), cos 2, ...
+    tail : float
+        Largest size of the last two harmonics relative to the first.
+    status : Status
+        `Status.OK`; `Status.TRUNCATED` where `tail` is above 1e-3; or why amplitudes are missing.
+    message : str
+        One sentence.
+    """
+
+    amplitude: Floats
+    omega: Floats
+    peak: Floats
+    coefficients: Floats
+    tail: float
+    status: Status
+    message: str
+
+    def __str__(self) -> str:
+        if not len(self.omega):
+            return f"Backbone: no point; {self.message}"
+        return (
+            f"Backbone: {len(self.omega)} points, amplitude(1) {self.amplitude[0]:.6g} .. {self.amplitude[-1]:.6g}, "
+            f"omega {self.omega[0]:.9g} .. {self.omega[-1]:.9g} rad/s\n"
+            f"  {self.coefficients.shape[1] // 2} harmonics, tail {self.tail:.1e}; {self.message}"
+        )
+
+    __repr__ = __str__
+
+
+def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None) -> Backbone:
+    """Find the free undamped vibrations of given amplitudes about the operating point of the mean torque.
+
+    Parameters
+    ----------
+    system : Oscillator
+        Its damping, kinematic error and the alternating part of its excitation are left out.
+    amplitudes : array_like
+        Amplitudes (n,) of the first harmonic of u, 0-to-peak [rad], positive.
+    harmonics : int, optional
+        Highest harmonic. Default: grown until the last two are negligible (1e-11), at most 127; with too few for 1e-3
+        of the amplitude the status is `Status.TRUNCATED`.
+
+    Returns
+    -------
+    Backbone
+        With one point for each amplitude that has a free vibration.
+
+    Raises
+    ------
+    ValueError
+        If an amplitude is not positive and finite.
+
+    References
+    ----------
+    Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, sec. 4.1.
+    """
+    system = with_parts("backbone", system, "J", "B", "law", "excitation", "omega", "error")
+    springs_only("backbone", system)
+    wanted = numbers("amplitudes [rad]", amplitudes)
+    if not np.all(wanted > 0.0):
+        raise ValueError(f"amplitudes [rad] are {shown(amplitudes)}; they must be positive")
+    h = starting_harmonics(system, harmonics, 1)
+    while True:
+        leaf = leaf_of(system, "omega")
+        problem = second_order(system._replace(B=0.0), leaf, leaf, h)
+        mean = np.zeros(2 * h + 1)
+        mean[0] = problem.tau[0]
+        problem = problem._replace(tau=mean, error=0.0 * mean)
+        found = _along(problem, wanted)
+        kept = np.array([z is not None for z in found])
+        points = np.array([z for z in found if z is not None]).reshape(-1, 2 * h + 2)
+        last = points[:, max(1, h - 1) : h + 1]
+        tails = np.linalg.norm(last, axis=1) / wanted[kept]
+        tail = float(np.max(tails, initial=0.0))
+        if harmonics is not None or tail <= FREE or h >= MOST:
+            break
+        h = min(2 * h + 1, MOST)
+    peaks = displacement_peaks(points[:, :-1]) if len(points) else np.empty(0)
+    status, message = Status.OK, "finished"
+    if not np.all(kept):
+        missing = ", ".join(f"{a:.4g}" for a in wanted[~kept][:4])
+        status = Status.NO_CONVERGENCE
+        message = f"no free vibration of amplitude(1) {missing} rad found; a law needs a restoring torque there"
+    if len(points):
+        at = float(points[np.argmax(tails), -1])
+        status, message = Tail(tail, tail, at, h).verdict(status, message, "omega", at)
+    return Backbone(wanted[kept], points[:, -1], peaks, from_blocks(points[:, :-1].T).T, tail, status, message)
+
+
+def _along(problem: Any, amplitudes: Floats) -> list[Floats | None]:
+    """Solution (coefficients in blocks, omega) for every amplitude, each from its neighbour or from one harmonic."""
+    found: list[Floats | None] = []
+    before: Floats | None = None
+    for a in amplitudes:
+        point = None
+        if before is not None:
+            guess = before.copy()
+            guess[1:-1] *= a / before[1]
+            point = _free(problem, guess)
+        if point is None:
+            point = _free(problem, _one_harmonic(problem, float(a)))
+        found.append(point)
+        before = point
+    return found
+
+
+def _one_harmonic(problem: Any, a: float) -> Floats:
+    """Guess by the describing function: one harmonic about the operating point."""
+    system, h = problem.system, len(problem.tau) // 2
+    z = np.zeros(2 * h + 2)
+    mean, stiffness = one_harmonic(system.law, float(problem.tau[0]), np.array([a]))
+    z[0], z[1], z[-1] = mean[0], a, np.sqrt(max(float(stiffness[0]), 0.0) / system.J)
+    return z
+
+
+def _free(problem: Any, z: Floats) -> Floats | None:
+    """Newton's method for the mean, the cosines but the first, and omega; None where it fails."""
+    if not z[-1] > 0.0:
+        return None
+    z, n = z.copy(), len(z) - 1
+    h, a, work, r = n // 2, z[1], work_for(problem), np.empty(n)
+    matrix, column, last = np.empty((n, n)), np.empty(n), np.inf
+    even = np.arange(h + 1)  # mean and cosines
+    unknown = np.delete(np.append(even, n), 1)
+    scale = np.full(len(unknown), abs(a))
+    scale[-1] = z[-1]
+    for _ in range(40):
+        problem.residual(z, work, r)
+        problem.linearise(z, work, matrix, column)
+        rows = np.column_stack([matrix, column])[np.ix_(even, unknown)]
+        try:
+            step = np.linalg.solve(rows, r[even])
+        except np.linalg.LinAlgError:
+            return None
+        z[unknown] -= step
+        size = float(np.linalg.norm(step / scale))
+        if not (size < 1e3 and z[-1] > 0.0):
+            return None
+        if size < 1e-13 or (size < 1e-10 and size > 0.3 * last):
+            return z
+        last = size
+    return None

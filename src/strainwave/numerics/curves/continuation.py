@@ -1,0 +1,332 @@
+"""Arc-length continuation of the solutions of a balance problem in one parameter.
+
+The curve is followed in scaled unknowns: coefficients in units of the largest met so far, the parameter in units of
+the range. Each step predicts with the cubic through the last two points and tangents, factors the bordered Jacobian
+once at the prediction and corrects with it; the step length follows the size of the first correction. Turning points
+of the parameter (folds) are located on the tangent.
+
+Krack & Gross 2019, sec. 4 (continuation); Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 4.4-4.6.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ...compile.jit import borrowed, kernel, routine
+from ..balance.linear_algebra import add, copy, dot, factor, fill, substitute, weighted_norm
+from ..balance.second_order import work_for
+from ..labels import BOUND, CLOSED, END, FOLD, LOST, RUNNING, START, STEP, STUCK, TOP
+
+Z0, T0, Z1, T1, Z, T, ROW, SCALE, HOME, AHEAD = range(10)  # rows of the state of a continuation
+SMALLEST_STEP = 1e-9
+NOTHING_MOVES = 1e-12  # smallest unit of the coefficients: an orbit at rest has no size
+KINK = 1e-4  # steps below this may turn sharply: laws with kinks give curves with kinks
+TOLERANCE = 1e-9  # of a correction, in scaled unknowns
+NEGLIGIBLE = 1e-6
+
+
+@routine
+def correct(
+    problem: Any, n: int, state: Any, target: float, work: Any, a: Any, pivots: Any, most: int, full: bool
+) -> Any:
+    """Solve residual = 0 and row . z = target from z in place; leave the tangent of the curve in row T.
+
+    The Jacobian is factored at the prediction and again when corrections shrink too slowly or, if `full`, are not yet
+    tiny (the tangent is then that of the solution). Returns whether it converged, the scaled size of the first
+    correction and the sign of the determinant of the bordered Jacobian, which changes where another branch crosses.
+    """
+    problem, state, work, a, pivots = borrowed((problem, state, work, a, pivots))
+    z, tangent, row, scale = state[Z], state[T], state[ROW], state[SCALE]
+    first, last, stale, sign = 0.0, 1e300, True, 0.0
+    for i in range(most):
+        problem.residual(z, work, work.r)
+        if stale:
+            problem.linearise(z, work, a, work.column)
+            copy(work.column, a[:n, n])
+            copy(row, a[n])
+            sign = factor(a, pivots)
+            fill(0.0, tangent)
+            tangent[n] = 1.0
+            substitute(a, pivots, tangent)
+        copy(work.r, work.z[:n])
+        work.z[n] = dot(row, z) - target
+        substitute(a, pivots, work.z)
+        add(-1.0, work.z, z)
+        size = weighted_norm(work.z, scale)
+        if not size < 1e3:
+            return False, first, sign
+        if i == 0:
+            first = size
+        rate = size / last
+        tiny = NEGLIGIBLE if stale else TOLERANCE  # after a Newton step the error is of the order of its square
+        if size < tiny or (i > 0 and rate < 0.5 and rate * size < TOLERANCE):
+            return True, first, sign
+        stale = (i > 0 and rate > 0.1) or (full and size > 1e-6)
+        last = size
+    return False, first, sign
+
+
+@routine
+def hermite(s: float, d: float, state: Any) -> None:
+    """Row Z becomes the cubic through the last two points, d apart, at the fraction s (s > 1 extrapolates)."""
+    r = 1.0 - s
+    a, b = (1.0 + 2.0 * s) * r * r, s * r * r * d
+    c, e = s * s * (3.0 - 2.0 * s), -s * s * r * d
+    fill(0.0, state[Z])
+    add(a, state[Z0], state[Z])
+    add(b, state[T0], state[Z])
+    add(c, state[Z1], state[Z])
+    add(e, state[T1], state[Z])
+
+
+@routine
+def normalise(state: Any, which: int) -> None:
+    """Give a tangent unit scaled length, and write the row that measures length along it."""
+    t, scale, row = state[which], state[SCALE], state[ROW]
+    length = weighted_norm(t, scale)
+    for i in range(len(t)):
+        t[i] /= length
+        row[i] = t[i] * scale[i] * scale[i]
+
+
+@routine
+def passes_home(state: Any, d: float) -> bool:
+    """Whether the last step passed the starting point of the branch in the starting direction."""
+    before, after = 0.0, 0.0
+    for i in range(state.shape[1]):
+        w = state[AHEAD, i] * state[SCALE, i] ** 2
+        before += (state[Z0, i] - state[HOME, i]) * w
+        after += (state[Z1, i] - state[HOME, i]) * w
+    copy(state[Z1], state[Z])
+    add(-1.0, state[HOME], state[Z])
+    return before < 0.0 and after >= 0.0 and weighted_norm(state[Z], state[SCALE]) < 2.0 * d
+
+
+@routine
+def dominant(problem: Any, state: Any) -> int:
+    """Harmonic with the largest amplitude of x at the latest point."""
+    h = len(problem.error) // 2
+    best, top = 1, -1.0
+    for k in range(1, h + 1):
+        size = (state[Z1, k] + problem.error[k]) ** 2 + (state[Z1, h + k] + problem.error[h + k]) ** 2
+        if size > top:
+            best, top = k, size
+    return best
+
+
+@routine
+def indicator(problem: Any, state: Any, z: int, t: int, what: int, k: int) -> float:
+    """What vanishes at a special point: the tangent's parameter (FOLD), the growth of harmonic k of x (TOP)."""
+    n = state.shape[1] - 1
+    if what == FOLD:
+        return float(state[t, n])
+    h = len(problem.error) // 2
+    even, odd = state[z, k] + problem.error[k], state[z, h + k] + problem.error[h + k]
+    return float((even * state[t, k] + odd * state[t, h + k]) / (even * even + odd * odd + 1e-300))
+
+
+@routine
+def record(state: Any, which: int, label: int, points: Any, labels: Any, count: int) -> None:
+    """Store a point of the branch."""
+    copy(state[which], points[count])
+    labels[count] = label
+
+
+LOW, HIGH, AT_LOW, AT_HIGH, SIDE, TRIES, LIMIT = range(7)  # entries of a bracket
+BEFORE, BEYOND = -0.5, 1.5  # ends of an opened bracket, in steps
+SEARCHING, FOUND, NOTHING = 0, 1, 2
+
+
+@routine
+def bracketed(problem: Any, state: Any, what: int, k: int, bracket: Any) -> bool:
+    """Open a bracket for a special point between the last two points, if there is one (of TOP, maxima only)."""
+    first, last = indicator(problem, state, Z0, T0, what, k), indicator(problem, state, Z1, T1, what, k)
+    bracket[LOW], bracket[HIGH], bracket[AT_LOW], bracket[AT_HIGH] = 0.0, 1.0, first, last
+    bracket[SIDE], bracket[TRIES], bracket[LIMIT] = 0.0, 0.0, 1e-8 * max(abs(first), abs(last))
+    return first * last < 0.0 and (what == FOLD or first > 0.0)
+
+
+@routine
+def secant(bracket: Any) -> float:
+    """Where the straight line through the ends of a bracket vanishes."""
+    rise = bracket[AT_HIGH] - bracket[AT_LOW]
+    return float((bracket[LOW] * bracket[AT_HIGH] - bracket[HIGH] * bracket[AT_LOW]) / rise)
+
+
+@routine
+def narrow(bracket: Any, here: float) -> int:
+    """Put the value at the secant's zero into the bracket (Illinois); tells whether to go on, or what came of it.
+
+    The tangent stored with a step is that of its prediction: a special point next to an end of the step may lie just
+    outside it. A bracket that shrinks onto that end is therefore opened once to the other side of it.
+    """
+    s = secant(bracket)
+    bracket[TRIES] += 1.0
+    if abs(here) <= bracket[LIMIT]:
+        return FOUND
+    if bracket[TRIES] > 80.0:
+        return NOTHING
+    if bracket[HIGH] - bracket[LOW] < 1e-9:
+        if bracket[LOW] == 0.0:
+            bracket[LOW], bracket[AT_LOW] = BEFORE, -here
+            return SEARCHING
+        if bracket[HIGH] == 1.0:
+            bracket[HIGH], bracket[AT_HIGH] = BEYOND, -here
+            return SEARCHING
+        return NOTHING if bracket[LOW] == BEFORE or bracket[HIGH] == BEYOND else FOUND
+    if here * bracket[AT_LOW] > 0.0:
+        bracket[LOW], bracket[AT_LOW] = s, here
+        bracket[AT_HIGH] *= 0.5 if bracket[SIDE] > 0.0 else 1.0
+        bracket[SIDE] = 1.0
+    else:
+        bracket[HIGH], bracket[AT_HIGH] = s, here
+        bracket[AT_LOW] *= 0.5 if bracket[SIDE] < 0.0 else 1.0
+        bracket[SIDE] = -1.0
+    return SEARCHING
+
+
+@routine
+def chord(state: Any) -> float:
+    """Row T becomes the last step; returns its scaled length."""
+    copy(state[Z1], state[T])
+    add(-1.0, state[Z0], state[T])
+    return weighted_norm(state[T], state[SCALE])
+
+
+@routine
+def predict(state: Any, mode: int, ds: float, bracket: Any, bound: float) -> float:
+    """Write the prediction to row Z and the row that fixes the unknown to ROW; returns what the row must give."""
+    n = state.shape[1] - 1
+    scale = state[SCALE]
+    if mode == STEP:
+        fill(1.0 / max(dot(state[Z1, :n], state[Z1, :n]) ** 0.5, 1.0 / scale[0]), scale[:n])
+        normalise(state, T0)
+        normalise(state, T1)
+        d = chord(state)
+        if d > 0.0:
+            hermite(1.0 + ds / d, d, state)
+        else:
+            copy(state[Z1], state[Z])
+            add(ds, state[T1], state[Z])
+        return float(dot(state[ROW], state[Z1])) + ds
+    if mode in (FOLD, TOP):
+        d = chord(state)
+        normalise(state, T)
+        hermite(secant(bracket), d, state)
+        return float(dot(state[ROW], state[Z]))
+    if mode == START:
+        copy(state[Z1], state[Z])
+    else:
+        hermite((bound - state[Z0, n]) / (state[Z1, n] - state[Z0, n]), chord(state), state)
+        state[Z, n] = bound
+    fill(0.0, state[ROW])
+    state[ROW, n] = 1.0
+    return float(state[Z, n])
+
+
+@routine
+def begin(state: Any, direction: float) -> None:
+    """Take the corrected point in row Z as the first of a branch."""
+    n = state.shape[1] - 1
+    fill(1.0 / max(dot(state[Z, :n], state[Z, :n]) ** 0.5, NOTHING_MOVES), state[SCALE, :n])
+    fill(0.0, state[T1])
+    add(direction, state[T], state[T1])
+    normalise(state, T1)
+    copy(state[T1], state[T0])
+    copy(state[T1], state[AHEAD])
+    copy(state[Z], state[Z0])
+    copy(state[Z], state[Z1])
+    copy(state[Z], state[HOME])
+
+
+@routine
+def advance(state: Any, ds: float) -> bool:
+    """Take the corrected point as the next of the branch, unless the tangent turned too far in a long step."""
+    normalise(state, T)
+    turn = 0.0
+    for i in range(state.shape[1]):
+        turn += state[T, i] * state[T1, i] * state[SCALE, i] ** 2
+    if turn < 0.9 and (ds > KINK or turn < 0.0):
+        return False
+    copy(state[Z1], state[Z0])
+    copy(state[T1], state[T0])
+    copy(state[Z], state[Z1])
+    copy(state[T], state[T1])
+    return True
+
+
+def buffers_for(problem: Any) -> Any:
+    """Buffers of `follow` for a problem."""
+    n = len(problem.tau)
+    return work_for(problem), np.empty((n + 1, n + 1)), np.empty(n + 1, np.int64), np.zeros(7)
+
+
+@kernel
+def follow(
+    problem: Any, state: Any, direction: float, mode: int, lo: float, hi: float, ds: float, ds_max: float, aim: float,
+    buffers: Any, points: Any, labels: Any,
+) -> Any:  # fmt: skip
+    """Follow a branch until it ends or `points` is nearly full.
+
+    A new branch starts (mode START) by correcting the guess in row Z1 at its parameter and goes towards `direction`.
+    `lo` and `hi` bound the parameter. Returns the number of points, the outcome and the step, with which a call in
+    mode STEP goes on.
+    """
+    problem, state, points, labels = borrowed(problem), borrowed(state), borrowed(points), borrowed(labels)
+    work, a, pivots, bracket = borrowed(buffers)
+    n = state.shape[1] - 1
+    count, outcome, search, place, bound, taken = 0, RUNNING, TOP, 1, hi, 0.0
+    side = 0.0  # sign of the determinant at the last point; unknown where a call goes on in mode STEP
+    while outcome == RUNNING and (count < len(points) - 4 or mode > STEP):
+        target = predict(state, mode, ds, bracket, bound)
+        good, first, sign = correct(
+            problem, n, state, target, work, a, pivots, 40 if mode == START else 8, mode != STEP
+        )
+        if mode == START:
+            if not good:
+                outcome = LOST
+                break
+            begin(state, direction)
+            side = sign * direction
+            record(state, Z, START, points, labels, count)
+            count, mode = count + 1, STEP
+            continue
+        if mode == STEP:
+            # A far correction may end on another branch, and one that nearly touches this one is on its other side.
+            on_branch = good and (ds < KINK or (first < 0.25 * ds and sign * side >= 0.0))
+            if not (on_branch and advance(state, ds)):
+                ds *= 0.4
+                if ds < SMALLEST_STEP:
+                    outcome = STUCK
+                continue
+            ds = min(ds_max, ds * min(1.6, max(0.5, (aim / max(first, 1e-300)) ** 0.25)))
+            side = sign
+            search, place, taken = STEP, dominant(problem, state), chord(state)
+        elif mode == BOUND:
+            if not good:
+                return count, STUCK, ds
+            record(state, Z, END, points, labels, count)
+            return count + 1, END, ds
+        else:
+            normalise(state, T)
+            good = good and first < 0.25 * taken
+            result = narrow(bracket, indicator(problem, state, Z, T, mode, place)) if good else NOTHING
+            if result == SEARCHING:
+                continue
+            if result == FOUND and lo <= state[Z, n] <= hi:
+                record(state, Z, mode, points, labels, count)
+                count += 1
+            search, mode = mode, STEP
+        while search < TOP and mode == STEP:  # special points between Z0 and Z1
+            search += 1
+            if bracketed(problem, state, search, place, bracket):
+                mode = search
+        if mode == STEP:
+            if lo <= state[Z1, n] <= hi:
+                record(state, Z1, STEP, points, labels, count)
+                count += 1
+                if passes_home(state, chord(state)):
+                    outcome = CLOSED
+            else:
+                bound, mode = (hi if state[Z1, n] > hi else lo), BOUND
+    return count, outcome, ds

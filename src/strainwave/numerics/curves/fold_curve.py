@@ -1,0 +1,179 @@
+"""`fold_curve`: where a fold lies while a second parameter varies, around the cusps where two folds meet."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...law import springs_only
+from ...quantities import checked, interval, replace, shown, with_parts
+from ...results import Floats, Orbit, SolveError, Status
+from ..balance.fourier import from_blocks
+from ..balance.harmonics import starting_harmonics
+from ..balance.second_order import second_order
+from ..balance.truncation import LOOKED_AT, tail_along
+from ..stability.second_order import displacement_peaks
+from .fold_system import FoldSystem, follow_fold
+from .parameter_response import SECOND_ORDER, embedded, value_at
+from .trace import leaf_of
+
+
+@dataclass(frozen=True, eq=False)
+class FoldCurve:
+    """A fold (where a response jumps) against a second parameter.
+
+    Attributes
+    ----------
+    parameter, folded : str
+        Path of the second parameter, and of the one in which the branch turns ("omega").
+    values : (n,) array
+        The second parameter, in arc order.
+    turns : (n,) array
+        Value of `folded` at the fold: the frequency [rad/s] of the jump.
+    coefficients : (n, 2H+1) array
+        Fourier coefficients of x at the fold: mean, cos 1, sin 1, ...
+    peak : (n,) array
+        Largest |x| at the fold.
+    cusps : tuple of (float, float)
+        (second parameter, `folded`) where two folds meet and vanish: beyond it nothing jumps.
+    extremes : tuple of (float, float)
+        The same where the second parameter turns but `folded` does not: branches merge, or an isola is born.
+    period : int
+        Turns of the base angle per orbit.
+    tail : float
+        Largest share of x that the harmonics left out hold, estimated from the torque.
+    status : Status
+        `Status.OK`; `Status.TRUNCATED` where `tail` is above 1e-3; or why the curve ends inside the range.
+    message : str
+        One sentence.
+    """
+
+    parameter: str
+    folded: str
+    values: Floats
+    turns: Floats
+    coefficients: Floats
+    peak: Floats
+    cusps: tuple[tuple[float, float], ...]
+    extremes: tuple[tuple[float, float], ...]
+    period: int
+    tail: float
+    status: Status
+    message: str
+
+    @property
+    def omega(self) -> Floats:
+        """Frequency [rad/s] of the fold at every point, where the branch turns in omega."""
+        if self.folded != "omega":
+            raise ValueError(f"this branch turns in {self.folded}, not in omega; read .turns")
+        return self.turns
+
+    def amplitude(self, k: int) -> Floats:
+        """Amplitude (n,) of harmonic k of x at the fold, 0-to-peak; k = 0 gives the mean."""
+        x = self.coefficients
+        if 2 * k >= x.shape[1]:
+            return np.zeros(len(x))
+        return np.asarray(np.hypot(x[:, 2 * k - 1], x[:, 2 * k])) if k else x[:, 0].copy()
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __str__(self) -> str:
+        cusps = ", ".join(f"{self.parameter} = {v:.9g}, {self.folded} = {w:.9g}" for v, w in self.cusps) or "none"
+        return (
+            f"FoldCurve: {len(self)} points, {self.parameter} {self.values.min():.6g} .. {self.values.max():.6g}, "
+            f"{self.folded} {self.turns.min():.6g} .. {self.turns.max():.6g}\n"
+            f"  cusps: {cusps}\n  {self.message}"
+        )
+
+    __repr__ = __str__
+
+
+def fold_curve(
+    system: Any,
+    fold: Orbit,
+    path: str,
+    span: tuple[float, float],
+    *,
+    parameter: str = "omega",
+    harmonics: int | None = None,
+    points: int = 60,
+) -> FoldCurve:
+    """Follow a fold while a second parameter varies, both ways from the system's own value.
+
+    Parameters
+    ----------
+    system : Oscillator
+        The system that the fold belongs to.
+    fold : Orbit
+        One of `Branch.folds` of that system.
+    path : str
+        Path of the second parameter: "excitation.amplitude", "B", "law.alpha", ...
+    span : (float, float)
+        Its range (SI); the system's own value must lie in it.
+    parameter : str
+        Path of the parameter in which the fold turns.
+    harmonics : int, optional
+        Highest harmonic. Default: that of the fold.
+    points : int
+        About how many points to place.
+
+    Returns
+    -------
+    FoldCurve
+        Through the given fold, from where the curve leaves the range to where it leaves it again; both folds of an
+        overhanging peak where their cusp lies in the range.
+
+    Raises
+    ------
+    ValueError
+        If the orbit is no fold, or the system's value lies outside the range.
+    SolveError
+        If the fold is not one of this system.
+
+    References
+    ----------
+    Govaerts 2000, Numerical Methods for Bifurcations of Dynamical Equilibria, secs. 3.3 and 4.1.
+    """
+    system = with_parts("fold_curve", system, *SECOND_ORDER)
+    springs_only("fold_curve", system)
+    for name in (path, parameter):
+        leaf_of(system, name)
+    if path == parameter:
+        raise ValueError(f"the fold turns in {parameter}; the second parameter must be another one, not {path}")
+    if not isinstance(fold, Orbit):
+        raise ValueError(f"the fold is {shown(fold)}; take one of Branch.folds")
+    if fold.label != "fold":
+        raise ValueError(f"the orbit is labelled {fold.label!r}; take one of Branch.folds")
+    system = checked(replace(system, {"omega": fold.omega, parameter: fold.value}))
+    lo, hi = interval(f"the range of {path}", span, positive=path in ("omega", "J"))
+    at = value_at(system, path)
+    if not lo <= at <= hi:
+        raise ValueError(f"the system has {path} = {at:g}, outside the range {lo:g} .. {hi:g}; widen the range")
+    leaf, omega_leaf = leaf_of(system, parameter), leaf_of(system, "omega")
+    h = starting_harmonics(system, harmonics or len(fold.coefficients) // 2, fold.period, points)
+    problem = second_order(system, leaf, omega_leaf, h, fold.period)
+    extended = FoldSystem(problem, path, hi - lo)
+    start = extended.corrected(np.append(embedded(problem, fold, fold.value), at), None)
+    if start is None:
+        raise SolveError(
+            f"there is no fold of this system at {parameter} = {fold.value:.9g} and {path} = {at:g}; take one from "
+            "the folds of its own frequency_response"
+        )
+    up, ends_up = follow_fold(extended, start, 1.0, lo, hi, 4.0 / points)
+    down, ends_down = follow_fold(extended, start, -1.0, lo, hi, 4.0 / points)
+    curve = np.array([*down[:0:-1], *up])
+    x = np.array([z[:-2] + extended.at(z[-1]).error for z in curve])
+    special = [s for s in extended.special if lo <= s[0] <= hi]
+    good = ends_up and ends_down
+    message = f"leaves the range at {path} = {curve[0, -1]:.6g} and {curve[-1, -1]:.6g}"
+    if not good:
+        message = f"stops between {path} = {curve[0, -1]:.6g} and {curve[-1, -1]:.6g}; take more harmonics"
+    tails = [tail_along(extended.at(z[-1]), z[None, :-1]) for z in curve[:: max(1, len(curve) // LOOKED_AT)]]
+    tail = max(tails)
+    verdict = tail.verdict(Status.OK if good else Status.NO_CONVERGENCE, message, parameter, fold.omega)
+    return FoldCurve(
+        path, parameter, curve[:, -1], curve[:, -2], from_blocks(x.T).T, displacement_peaks(x),
+        tuple(s[:2] for s in special if s[2]), tuple(s[:2] for s in special if not s[2]), fold.period,
+        tail.share, *verdict,
+    )  # fmt: skip

@@ -1,0 +1,207 @@
+"""`parameter_response`: periodic orbits along any continuous parameter, at a fixed base frequency.
+
+Amplitude sweeps, the response against load, a law's coefficient: the parameter is named by its path and the curve is
+followed around its folds, as `frequency_response` does in omega.
+"""
+
+from dataclasses import replace as with_changes
+from typing import Any
+
+import numpy as np
+
+from ...quantities import interval, replace, shown, with_parts
+from ...results import Branch, Floats, Orbit, SolveError
+from ..balance.first_order import FirstOrder, balance_of
+from ..balance.fourier import to_blocks
+from ..balance.guess import linear_response
+from ..balance.harmonics import most_harmonics, starting_harmonics
+from ..balance.truncation import CURVE, tail_along
+from ..integration.corners import repeating
+from ..labels import CLOSED, END, LOST, UNBOUNDED
+from .describe import describe
+from .passage import GROWTH, damped_start, linear_start
+from .trace import Trace, leaf_of, solve, trace
+
+SECOND_ORDER = ("J", "B", "law", "excitation", "omega", "error")  # what the compact harmonic balance needs of a system
+INSIDE = 0.01  # of the range: where a sweep starts that has no response at its lower end
+
+
+def parameter_response(
+    system: Any,
+    path: str,
+    span: tuple[float, float],
+    *,
+    harmonics: int | None = None,
+    period: int = 1,
+    start: Orbit | None = None,
+    points: int = 200,
+    throw: bool = False,
+) -> Branch:
+    """Follow the response of a forced system through a range of one parameter, at its own omega.
+
+    Parameters
+    ----------
+    system : Oscillator, or any NamedTuple with `rhs(phase, y)` and a field `omega`
+        The system; its own value of the parameter matters only as that of `start`.
+    path : str
+        Path of the parameter: "excitation.amplitude", "excitation.mean", "law.alpha", "B", "omega", ...
+    span : (float, float)
+        Range of the parameter (SI), low < high.
+    harmonics : int, optional
+        Highest harmonic H of omega/period. Default: grown until the last two and those left out are negligible
+        (1e-6 of every state), at most 127, or 31 with friction or memory (and never below the highest order). With too
+        few for 1e-3 of the response, found or given, the status is `Status.TRUNCATED`.
+    period : int
+        Turns of the base angle per orbit.
+    start : Orbit, optional
+        Orbit of `system` (at the parameter's own value, which must lie in the range) on the branch to follow, both
+        ways. Its harmonics beyond those that the curve takes are left out, and it is solved again. Default: the linear
+        response at the low end.
+    points : int
+        About how many points to place; more where the curve bends.
+    throw : bool
+        Raise instead of returning a branch that ends inside the range.
+
+    Returns
+    -------
+    Branch
+        `values` holds the parameter in arc order; each fold is an Orbit with its `value`. The branch ends where it
+        first leaves the range.
+
+    Raises
+    ------
+    ValueError
+        If the path names no continuous parameter, the range is not low < high (0 < low for omega and J), the start
+        is no orbit or lies outside it, or `harmonics`, `period` or `points` is no count.
+    TypeError
+        If the system is no `Oscillator` or the like.
+    SolveError
+        If `throw` is true and the branch ends inside the range.
+
+    References
+    ----------
+    Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4.
+    """
+    system = repeating("parameter_response", with_parts("parameter_response", system, "rhs", "omega"))
+    leaf, omega_leaf = leaf_of(system, path), leaf_of(system, "omega")
+    lo, hi = interval(f"the range of {path}", span, positive=path in ("omega", "J"))
+    if path != "omega" and start is None and not system.omega > 0.0:
+        raise ValueError(f"omega is {system.omega:g} rad/s; a periodic response needs a positive base frequency")
+    if start is not None:
+        if not (isinstance(start, Orbit) and start.status.found):
+            raise ValueError(f"the start is {shown(start)}; it must be an Orbit whose status is OK or TRUNCATED")
+        period = start.period
+        system = replace(system, {"omega": start.omega})
+    h, most = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
+    if harmonics is None and start is not None:
+        h = max(h, min(harmonics_of(start.coefficients), most))
+    while True:
+        problem = balance_of(system, leaf, omega_leaf, h, period)
+        guess, origin = _beginning(problem, system, path, lo, hi, start)
+        found = both_ways(problem, guess, lo, hi, 4.0 / points, growth=GROWTH)
+        last = harmonics is not None or h >= most
+        tail = tail_along(problem, found.points, np.inf if last else CURVE)
+        if last or tail.worst <= CURVE:
+            break
+        h = min(2 * h + 1, most)
+    found = with_changes(found, message=_ending(found, path, lo, hi, system.omega))
+    branch = describe(problem, path, found, tail, origin)
+    if throw and not branch.status.found:
+        raise SolveError(branch.message)
+    return branch
+
+
+def _ending(found: Trace, path: str, lo: float, hi: float, omega: float) -> str:
+    """Sentence on how the branch ends; empty where `describe` has one."""
+    at = "" if path == "omega" else f", omega = {omega:.6g} rad/s"
+    if not len(found.points):
+        return (
+            f"no periodic response was found at {path} = {lo:.6g} or {hi:.6g}{at}; a resonance without damping and a "
+            "torque that the law cannot bear have none: give damping, less torque, or another range"
+        )
+    if found.outcome == UNBOUNDED:
+        return (
+            f"the response grows without bound at {path} = {found.points[-1, -1]:.6g}{at}; give more damping or end "
+            "the range before it"
+        )
+    if found.outcome == END:
+        return f"leaves the range at {path} = {found.points[0, -1]:.6g} and {found.points[-1, -1]:.6g}"
+    return ""
+
+
+def both_ways(
+    problem: Any, guess: Floats, lo: float, hi: float, step: float, width: float | None = None, growth: float = np.inf
+) -> Trace:
+    """Follow the branch through a guess (coefficients, parameter) until it closes or leaves [lo, hi] at both ends."""
+    if solve(problem, guess) is None:
+        return Trace(np.empty((0, len(guess))), np.empty(0, int), LOST)
+    up = trace(problem, guess, 1.0, lo, hi, step, width, growth)
+    if up.outcome in (CLOSED, LOST) or float(guess[-1]) <= lo:
+        return up
+    down = trace(problem, up.points[0], -1.0, lo, hi, step, width, growth)
+    if down.outcome == CLOSED:
+        return down
+    points = np.concatenate([down.points[:0:-1], up.points])
+    labels = np.concatenate([down.labels[:0:-1], up.labels])
+    if up.outcome == END and down.outcome != END:  # the end that needs explaining comes last
+        return Trace(points[::-1], labels[::-1], down.outcome)
+    return Trace(points, labels, up.outcome)
+
+
+def embedded(problem: Any, orbit: Orbit, value: float, stretch: int = 1) -> Floats:
+    """Guess (coefficients in blocks, parameter) from an orbit whose period goes `stretch` times into the problem's."""
+    if isinstance(problem, FirstOrder):
+        table = orbit.coefficients
+        series = np.zeros((1 + (len(table) // 2) * 2 * stretch, table.shape[1]))
+        series[0] = table[0]
+        for part in (0, 1):  # cosines and sines
+            series[2 * stretch - 1 + part :: 2 * stretch] = table[1 + part :: 2]
+        return problem.point(series, value)
+    return embedded_series(problem, np.append(orbit.coefficients[:, 0], value), stretch)
+
+
+def embedded_series(problem: Any, point: Floats, stretch: int = 1) -> Floats:
+    """Guess (coefficients in blocks, parameter) from a series of x (mean, cos 1, sin 1, ..., and the parameter)."""
+    x, n = point[:-1], len(problem.tau)
+    series = np.zeros(n)
+    series[0] = x[0]
+    for k in range(1, min(len(x) // 2, n // (2 * stretch)) + 1):
+        series[2 * k * stretch - 1 : 2 * k * stretch + 1] = x[2 * k - 1 : 2 * k + 1]
+    return np.append(to_blocks(series) - problem.error, point[-1])
+
+
+def harmonics_of(table: Floats) -> int:
+    """Number of harmonics of coefficients (2H+1, states) beyond which next to nothing of any state is left."""
+    squares = np.square(table)
+    beyond = np.sqrt(np.cumsum(squares[::-1], axis=0)[::-1] / np.maximum(squares.sum(axis=0), 1e-300))
+    return int(np.flatnonzero(np.any(beyond > CURVE, axis=1))[-1] + 1) // 2
+
+
+def value_at(system: Any, path: str) -> float:
+    """Value of the parameter at a path."""
+    thing = system
+    for key in path.split("."):
+        thing = thing[int(key)] if key.isdigit() else getattr(thing, key)
+    return float(thing)
+
+
+def _beginning(problem: Any, system: Any, path: str, lo: float, hi: float, start: Orbit | None) -> tuple[Floats, str]:
+    """Where the branch starts (coefficients, parameter), and a sentence on it."""
+    if start is not None:
+        value = start.omega if path == "omega" else value_at(system, path)
+        if not lo <= value <= hi:
+            raise ValueError(
+                f"the start has {path} = {value:g}, outside the range {lo:g} .. {hi:g}; widen the range, or give the "
+                "system the value that the start was found at"
+            )
+        return embedded(problem, start, value), f"from the orbit given at {path} = {value:g}"
+    first, last = linear_response(problem, lo), linear_response(problem, hi)
+    low = lo
+    if np.linalg.norm(first[:-1]) < 1e-3 * np.linalg.norm(last[:-1]):
+        low = lo + INSIDE * (hi - lo)
+    for begin, from_where in ((linear_start, "the linear response"), (damped_start, "strong damping")):
+        for value in (low, hi):
+            found = begin(problem, value)
+            if found is not None:
+                return found, f"from {from_where} at {path} = {value:g}"
+    return linear_response(problem, low), f"from the linear response at {path} = {low:g}"

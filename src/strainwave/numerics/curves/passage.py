@@ -1,0 +1,210 @@
+"""A branch from one end of a frequency range to the other, with excursions outside it.
+
+It starts from the linear response, from strong damping or from an integration, at either end. Where it leaves the range
+with folds still ahead, or where other orbits exist at an end, it is followed outside until it comes back.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ...compile.jit import with_leaf
+from ...results import Floats
+from ..balance.first_order import FirstOrder
+from ..balance.guess import linear_response
+from ..integration.simulate import simulate
+from ..labels import CLOSED, END, LOST, RUNNING, STUCK, UNBOUNDED
+from .coexisting import guesses, new_orbits, same
+from .trace import Trace, leaf_of, solve, trace
+
+BELOW, ABOVE = 3.0, 100.0  # how far outside the range, as factors, a branch may go before it comes back
+EXCURSIONS = 20  # how often
+GROWTH = 1e7  # an orbit this many times larger than at the start of its branch has no bound
+SETTLING = 200  # periods integrated
+
+
+def across(problem: Any, lo: float, hi: float, step: float) -> tuple[Trace, str]:
+    """Branch through a range, and how it was found: the first of six ways that arrives, or else the longest."""
+    best, origin = None, ""
+    starts: list[Floats] = []
+    ways = (
+        (linear_response, "the linear response"),
+        (damped_start, "strong damping"),
+        (settled_start, "an integration"),
+    )
+    for start, from_where in ways:
+        for upwards, end in ((True, "lower"), (False, "upper")):
+            first = start(problem, lo if upwards else hi)
+            if first is not None and starts:
+                first = solve(problem, first)
+            if first is None or any(first[-1] == other[-1] and same(first, other) for other in starts):
+                continue
+            found = whole(problem, first, lo, hi, step, upwards)
+            if found.outcome == LOST:
+                continue
+            starts.append(found.points[0])
+            if best is None or found.outcome == END or len(found.points) > len(best.points):
+                best, origin = found, f"from {from_where} at the {end} end of the range"
+            if found.outcome == END:
+                return (found if upwards else backwards(found)), origin
+        if best is not None and best.outcome == UNBOUNDED:  # no other way helps
+            break
+    if best is None:
+        sentence = (
+            f"no periodic response was found at omega = {lo:.6g} or {hi:.6g} rad/s, neither from the linear response "
+            "nor from strong damping nor by integration; the torque may be more than the law can bear: take less of "
+            "it, or another range"
+        )
+        return Trace(np.empty((0, len(problem.tau) + 1)), np.empty(0, int), LOST, sentence), "not found"
+    return best, origin
+
+
+def backwards(found: Trace) -> Trace:
+    """The same branch from its end to its start."""
+    return Trace(found.points[::-1], found.labels[::-1], found.outcome, found.message)
+
+
+def linear_start(problem: Any, value: float) -> Floats | None:
+    """Solution at a value of the parameter near the linear response."""
+    return solve(problem, linear_response(problem, value))
+
+
+def damped_start(problem: Any, value: float) -> Floats | None:
+    """Solution at a value of the parameter that a branch in the damping B connects with strong damping.
+
+    With damping strong enough the orbit is near the linear response and alone; the branch comes down from there to the
+    damping asked for, unless orbits grow beyond all bounds on the way.
+    """
+    if isinstance(problem, FirstOrder):
+        return None
+    damping = leaf_of(problem.system, "B")
+    if problem.leaf == damping:
+        return None
+    system = with_leaf(problem.system, problem.leaf, float(value))
+    damped = problem._replace(system=system, leaf=damping)
+    strong = max(system.B, system.J * abs(system.omega))
+    for _ in range(20):
+        found = solve(damped, linear_response(damped, strong))
+        if found is not None:
+            break
+        strong *= 4.0
+    else:
+        return None
+    way = trace(damped, found, -1.0, system.B, strong, 0.2, growth=GROWTH)
+    if way.outcome != END or way.points[-1, -1] != system.B:
+        return None
+    return solve(problem, np.append(way.points[-1, :-1], value))
+
+
+def settled_start(problem: Any, value: float) -> Floats | None:
+    """Solution at a value of the parameter near the motion to which an integration from rest has settled."""
+    system = with_leaf(problem.system, problem.leaf, float(value))
+    general = isinstance(problem, FirstOrder)
+    base = float(getattr(system, "omega", 1.0))
+    turn = 2.0 * np.pi * problem.turns / base
+    times = turn * SETTLING + problem.angles / base
+    try:
+        motion = simulate(system, np.zeros(len(problem.sizes) if general else 2), np.concatenate([[0.0], times]))
+    except ValueError:  # there is no motion from rest
+        return None
+    if not motion.status:
+        return None
+    states = motion.y[:, 1:] @ problem.analysis[:, : len(problem.error)]
+    series = states / problem.sizes[:, None] if general else states[0] - problem.error
+    return solve(problem, np.append(series, value))
+
+
+def whole(problem: Any, first: Floats, lo: float, hi: float, step: float, upwards: bool) -> Trace:
+    """Follow the branch from its point at one end of a range to the other end, with excursions outside the range.
+
+    The outcome is END only if the branch has points at both ends. Where other orbits exist at an end, it is followed
+    outside until it comes back through them.
+    """
+    near, far = (lo, hi) if upwards else (hi, lo)
+    found = trace(problem, first, 1.0 if upwards else -1.0, lo, hi, step, growth=GROWTH)
+    if found.outcome == LOST:
+        return found
+    known = guesses(problem, (near, far))
+    found, rest = beyond(problem, found, lo, hi, step, far, [linear_response(problem, far)], known[far])
+    points, outcome = found.points, found.outcome
+    if far not in points[:, -1] or outcome not in (END, CLOSED):
+        return Trace(
+            points, found.labels, STUCK if outcome in (END, CLOSED) else outcome, _ending(points, outcome, far)
+        )
+    if outcome == END:
+        longer, missed = beyond(problem, backwards(found), lo, hi, step, near, [], known[near])
+        if longer.outcome in (END, CLOSED):
+            found = backwards(longer)
+            rest = missed + [z for z in rest if not any(same(z, other) for other in points_at(found.points, far))]
+    return Trace(found.points, found.labels, END, "; ".join(["reached both ends", *_elsewhere(rest)]))
+
+
+def beyond(
+    problem: Any, found: Trace, lo: float, hi: float, step: float, goal: float, linear: list[Floats],
+    others: list[Floats],
+) -> tuple[Trace, list[Floats]]:  # fmt: skip
+    """Follow a branch out of the range and back until it ends at `goal` and has passed every orbit known there.
+
+    `linear` and `others` are guesses for orbits at `goal`; others alone do not send the branch far out. Returns the
+    branch and those of the orbits that it does not pass.
+    """
+    pieces, labels, outcome = [found.points], [found.labels], found.outcome
+    missed: list[Floats] = []
+    for _ in range(EXCURSIONS):
+        last = pieces[-1][-1]
+        end = float(last[-1])
+        if outcome != END:
+            break
+        above = ABOVE
+        if end == goal:
+            passed = [z for piece in pieces for z in points_at(piece, goal)]
+            missed = new_orbits(problem, linear, passed)
+            above = ABOVE if missed else BELOW
+            missed += new_orbits(problem, others, passed + missed)
+            if not missed:
+                break
+        outside = (hi, hi * above) if end == hi else (lo / BELOW, lo)
+        away = trace(problem, last, 1.0 if end == hi else -1.0, *outside, step, 2.0 * hi, GROWTH)
+        if away.outcome != END or away.points[-1, -1] != end:
+            break
+        pieces.append(away.points[1:])
+        labels.append(away.labels[1:])
+        if same(away.points[-1], pieces[0][0]):
+            outcome = CLOSED
+            break
+        latest = trace(problem, away.points[-1], -1.0 if end == hi else 1.0, lo, hi, step, growth=GROWTH)
+        pieces.append(latest.points[1:])
+        labels.append(latest.labels[1:])
+        outcome = latest.outcome
+    return Trace(np.concatenate(pieces), np.concatenate(labels), outcome), missed
+
+
+def points_at(points: Floats, value: float) -> list[Floats]:
+    """Points of a branch at one value of the parameter."""
+    return list(points[points[:, -1] == value])
+
+
+def _ending(points: Floats, outcome: int, far: float) -> str:
+    """Sentence about a branch that does not reach the other end of its range."""
+    first, last, most = points[0, -1], points[-1, -1], (points.shape[1] - 2) // 2
+    reasons = {
+        END: f"the branch from omega = {first:.6g} leaves the range at {last:.6g} rad/s for good and does not reach "
+        f"{far:.6g} rad/s; the response there is on another branch: start the range near it",
+        CLOSED: f"the branch from omega = {first:.6g} rad/s is a closed loop and does not reach {far:.6g} rad/s; start "
+        "the range elsewhere",
+        STUCK: f"the branch stops at omega = {last:.6g} rad/s, where the step became too small with {most} harmonics; "
+        "take more harmonics or end the range before it",
+        UNBOUNDED: f"the response grows without bound at omega = {last:.6g} rad/s; give more damping or end the range "
+        "before it",
+        RUNNING: f"the branch stops at omega = {last:.6g} rad/s after {len(points)} points; take fewer harmonics, "
+        "fewer points or a smaller range",
+    }
+    return reasons[outcome]
+
+
+def _elsewhere(others: list[Floats]) -> list[str]:
+    """Sentence on orbits at the ends of the range that the branch does not pass."""
+    if not others:
+        return []
+    places = " and ".join(sorted({f"{z[-1]:.6g}" for z in others}))
+    return [f"at omega = {places} rad/s there are other motions, which do not join this curve: isolas follows them"]

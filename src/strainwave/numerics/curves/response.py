@@ -1,0 +1,159 @@
+"""`frequency_response`: a whole curve of periodic orbits, from one end of a frequency range to the other.
+
+The curve starts from the linear response, or from strong damping, at one end and is followed to the other; where it
+leaves the range with folds still ahead, it is followed outside until it comes back. The number of harmonics grows
+until the last two are negligible.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace as with_changes
+from typing import Any
+
+import numpy as np
+
+from ...compile.jit import with_leaf
+from ...quantities import checked, interval
+from ...results import Branch, SolveError
+from ..balance.first_order import FirstOrder, balance_of
+from ..balance.half_wave import is_odd_on, odd_problem
+from ..balance.harmonics import most_harmonics, starting_harmonics
+from ..balance.truncation import CURVE, Tail, tail_along
+from ..integration.corners import repeating
+from ..labels import END
+from .describe import Survey, describe, survey, together
+from .passage import across
+from .remarks import NEVER_STABLE, remarks
+from .trace import Trace, leaf_of
+
+
+def frequency_response(
+    system: Any,
+    span: tuple[float, float],
+    *,
+    harmonics: int | None = None,
+    period: int = 1,
+    points: int = 200,
+    throw: bool = False,
+) -> Branch:
+    """Follow the response of a forced system through a range of base frequency.
+
+    Parameters
+    ----------
+    system : Oscillator, or any NamedTuple with `rhs(phase, y)` and a field `omega`
+        The system; its own `omega` does not matter. The general form may have a method `jacobian(phase, y)`; its
+        methods must take arrays, and it runs in NumPy.
+    span : (float, float)
+        Range of omega [rad/s], 0 < low < high.
+    harmonics : int, optional
+        Highest harmonic H of omega/period. Default: grown until the last two and those left out are negligible
+        (1e-6 of every state), at most 127, or 31 with friction or memory (and never below the highest order). With too
+        few for 1e-3 of the response, found or given, the status is `Status.TRUNCATED`.
+    period : int
+        Turns of the base angle per orbit.
+    points : int
+        About how many points to place; more where the curve bends.
+    throw : bool
+        Raise instead of returning a branch that ends inside the range.
+
+    Returns
+    -------
+    Branch
+        In arc order from one end of the range to the other, with stability, folds and period doublings. Where the
+        curve leaves the range and comes back, the points outside are in it too: a range that begins or ends inside a
+        bistable band shows all its motions. `message` tells of motions at the ends that do not join the curve.
+
+    Raises
+    ------
+    ValueError
+        If the range is not 0 < low < high, or `harmonics`, `period` or `points` is not positive.
+    SolveError
+        If `throw` is true and the branch does not reach both ends.
+
+    References
+    ----------
+    Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4.
+    """
+    system = repeating("frequency_response", checked(system))
+    lo, hi = frequencies(span)
+    branch = response_curves([system], lo, hi, harmonics, period, points)[0]
+    if throw and not branch.status.found:
+        raise SolveError(branch.message)
+    return branch
+
+
+def frequencies(span: Any) -> tuple[float, float]:
+    """Return the range of omega [rad/s], or say in one sentence what is wrong with it."""
+    lo, hi = interval("the frequency range", span)
+    if not lo > 0.0:
+        raise ValueError(
+            f"the frequency range is {lo:g} .. {hi:g} rad/s; it must be 0 < low < high (at rest there is no response)"
+        )
+    return lo, hi
+
+
+def response_curves(
+    systems: list[Any], lo: float, hi: float, harmonics: int | None, period: int, points: int,
+    each: Callable[..., Any] = map,
+) -> list[Branch]:  # fmt: skip
+    """Response curves of checked systems of one class, traced by `each`, which is like map, and described together."""
+    leaf = leaf_of(systems[0], "omega")
+
+    def traced(system: Any) -> Any:
+        return _traced(with_leaf(system, leaf, (lo * hi) ** 0.5), leaf, lo, hi, harmonics, period, points)
+
+    # The first compiles, where that is still to do, before threads start.
+    found = [traced(systems[0]), *each(traced, systems[1:])]
+    alike: dict[Any, list[int]] = {}
+    for i, curve in enumerate(found):
+        if isinstance(curve, Survey):
+            alike.setdefault((curve.problem.stride, len(curve.problem.tau)), []).append(i)
+    for members in alike.values():
+        curves = [found[i] for i in members]
+        branches = together(curves, "omega")
+        for i, branch, said in zip(members, branches, remarks(curves, branches), strict=True):
+            found[i] = with_changes(branch, message="; ".join([branch.message, *said])) if said else branch
+    return found
+
+
+def _traced(
+    system: Any, leaf: int, lo: float, hi: float, harmonics: int | None, period: int, points: int
+) -> Survey | Branch:
+    """The curve of one system, with as many harmonics as it takes."""
+    problem, found, tail, origin = traced_points(system, leaf, lo, hi, harmonics, period, points)
+    if isinstance(problem, FirstOrder):
+        branch = describe(problem, "omega", found, tail, origin)
+        unstable = len(branch) > 0 and not branch.stable.any()
+        said = [branch.message, *([NEVER_STABLE] if unstable else [])]
+        return with_changes(branch, message="; ".join(said))
+    return survey(problem, "omega", found, tail, origin)
+
+
+def traced_points(
+    system: Any, leaf: int, lo: float, hi: float, harmonics: int | None, period: int, points: int
+) -> tuple[Any, Trace, Tail | None, str]:
+    """The balance problem of a curve, its points, the size of the last harmonics, and how it was found.
+
+    Without `harmonics` they grow until those left out are negligible. With them, the size is found with the description
+    of the curve: None.
+    """
+    h, most = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
+    while True:
+        problem = balance_of(system, leaf, leaf, h, period)
+        problem, found, origin = symmetric_across(problem, lo, hi, 4.0 / points)
+        if harmonics is not None:
+            return problem, found, None, origin
+        last = h >= most
+        tail = tail_along(problem, found.points, np.inf if last else CURVE)
+        if last or (tail.worst <= CURVE and found.outcome == END):
+            return problem, found, tail, origin
+        h = min(2 * h + 1, most)
+
+
+def symmetric_across(problem: Any, lo: float, hi: float, step: float) -> tuple[Any, Trace, str]:
+    """`across` by odd harmonics alone where that is possible; and the problem that was solved."""
+    odd = odd_problem(problem)
+    if odd is not None:
+        found, origin = across(odd, lo, hi, step)
+        if found.outcome == END and is_odd_on(odd, found.points):
+            return odd, found, origin
+    return problem, *across(problem, lo, hi, step)

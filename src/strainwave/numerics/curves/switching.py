@@ -1,0 +1,156 @@
+"""`switch_branch`: the branch that leaves a curve of periodic orbits at a period doubling or a branch point.
+
+The direction of departure is the null vector of the balance equations in the period of the new orbits; a small step
+along it, held fixed, gives the first orbit, and continuation away from the crossing the rest.
+
+Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 5.5-5.6 and 7.4.
+"""
+
+from dataclasses import replace as with_changes
+from typing import Any
+
+import numpy as np
+
+from ...quantities import checked, interval, replace, shown, with_parts
+from ...results import Branch, Floats, Orbit, SolveError
+from ..balance.first_order import balance_of
+from ..balance.harmonics import most_harmonics, starting_harmonics
+from ..balance.second_order import work_for
+from ..balance.truncation import CURVE, tail_along
+from ..integration.corners import repeating
+from ..labels import END, FOLD, STEP
+from ..stability.special_points import corrected
+from .describe import describe
+from .parameter_response import embedded
+from .trace import Trace, leaf_of, trace
+
+DEPARTURES = (0.01, 0.03, 0.1)  # first steps along the null vector, relative to the orbit
+
+UPRIGHT = 0.05  # of the largest departure from the old branch: below this a turn is that of the crossing
+
+
+def switch_branch(
+    system: Any,
+    orbit: Orbit,
+    span: tuple[float, float] | None = None,
+    *,
+    parameter: str = "omega",
+    harmonics: int | None = None,
+    points: int = 200,
+) -> Branch:
+    """Follow the branch that crosses another at a period doubling or a branch point.
+
+    Parameters
+    ----------
+    system : Oscillator, or any NamedTuple with `rhs(phase, y)` and a field `omega`
+        The system that the orbit belongs to.
+    orbit : Orbit
+        One of `Branch.doublings` (the new orbits take twice its period) or `Branch.branch_points` (the same period).
+    span : (float, float), optional
+        Range of the parameter. Default: from half to twice its value at the orbit.
+    parameter : str
+        Path of the parameter that varies.
+    harmonics : int, optional
+        Highest harmonic of omega over the new period. Default: grown as in `frequency_response`.
+    points : int
+        About how many points to place.
+
+    Returns
+    -------
+    Branch
+        From next to the crossing to the end of the range, or to where it returns to the branch that it left. The
+        mirrored half (the same orbits, half a new period later) is not listed.
+
+    Raises
+    ------
+    ValueError
+        If the orbit is neither a period doubling nor a branch point, is at rest, or lies outside the range.
+    SolveError
+        If no orbit is found next to the crossing.
+
+    References
+    ----------
+    Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 5.5-5.6.
+    """
+    system = repeating("switch_branch", with_parts("switch_branch", system, "rhs", "omega"))
+    leaf = leaf_of(system, parameter)
+    if not isinstance(orbit, Orbit):
+        raise ValueError(f"the orbit is {shown(orbit)}; take one of Branch.doublings or Branch.branch_points")
+    if not ("doubling" in orbit.label or "branch point" in orbit.label):
+        raise ValueError(
+            f"the orbit is labelled {orbit.label!r}; branches cross at an orbit from Branch.doublings or "
+            "Branch.branch_points"
+        )
+    if not orbit.peak > 0.0:
+        raise ValueError("the orbit is rest itself, which has no size to step by; give the system a small excitation")
+    value = orbit.value
+    system = checked(replace(system, {"omega": orbit.omega, parameter: value}))
+    around = tuple(sorted((0.5 * value, 2.0 * value))) if span is None else span
+    lo, hi = interval(f"the range of {parameter}", around, positive=parameter in ("omega", "J"))
+    if not lo <= value <= hi:
+        raise ValueError(
+            f"the orbit has {parameter} = {value:.9g}, outside the range {lo:g} .. {hi:g}; widen the range"
+        )
+    stretch = 2 if "doubling" in orbit.label else 1
+    most = most_harmonics(system)
+    own = max(7, min(len(orbit.coefficients) // 2, most // stretch))
+    h = starting_harmonics(system, harmonics or stretch * own, stretch * orbit.period, points)
+    while True:
+        problem = balance_of(system, leaf, leaf_of(system, "omega"), h, stretch * orbit.period)
+        first, departure = _departure(problem, embedded(problem, orbit, value, stretch), stretch)
+        if first is None:
+            raise SolveError(
+                f"no orbit leaves the {orbit.label} at {parameter} = {value:.9g}; take more harmonics for the branch "
+                "that it lies on"
+            )
+        found = trace(problem, first, 1.0 if first[-1] > value else -1.0, lo, hi, 4.0 / points)
+        found, returned = _until_return(found, departure)
+        last = harmonics is not None or h >= most
+        tail = tail_along(problem, found.points, np.inf if last else CURVE)
+        if last or tail.worst <= CURVE:
+            break
+        h = min(2 * h + 1, most)
+    if returned:
+        end = f"returns to the branch that it left at {parameter} = {found.points[-1, -1]:.6g}"
+        found = with_changes(found, message=end)
+    return describe(problem, parameter, found, tail, f"from the {orbit.label} at {parameter} = {value:.9g}")
+
+
+def _departure(problem: Any, at: Floats, stretch: int) -> tuple[Floats | None, Floats]:
+    """First orbit (coefficients, parameter) of the crossing branch, and the direction in which it leaves."""
+    n = len(at) - 1
+    own = len(problem.error)  # coefficients of one state
+    h, work, r = own // 2, work_for(problem), np.empty(n)
+    matrix, column = np.empty((n, n)), np.empty(n)
+    problem.residual(at, work, r)
+    problem.linearise(at, work, matrix, column)
+    odd = np.arange(1, h + 1, 2)
+    odd = np.concatenate([odd, h + odd])
+    free = np.concatenate([odd + block for block in range(0, n, own)]) if stretch == 2 else np.arange(n)
+    direction = np.zeros(n + 1)
+    direction[free] = np.linalg.svd(matrix[np.ix_(free, free)])[2][-1]
+    size = float(np.linalg.norm(at[:n]))
+    scale = np.full(n + 1, 1.0 / size)
+    scale[n] = 1.0 / max(abs(float(at[n])), 1e-300)
+    for share in DEPARTURES:
+        first = corrected(problem, at + share * size * direction, direction, scale)
+        if first is not None and first[n] != at[n] and np.linalg.norm(first - at) < 10.0 * share * size:
+            return first, direction
+    return None, direction
+
+
+def _until_return(found: Trace, direction: Floats) -> tuple[Trace, bool]:
+    """The branch up to where it meets the one it left: there its departure from that branch changes sign.
+
+    Next to both meeting points the branch stands upright, a fold of the crossing itself: no fold is marked there.
+    """
+    part = found.points[:, np.abs(direction) > 1e-6 * np.max(np.abs(direction))]
+    flips = np.flatnonzero(np.sum(part[1:] * part[:-1], axis=1) < 0.0)
+    size = np.linalg.norm(part, axis=1)
+    last = int(flips[0]) if len(flips) else len(part) - 1
+    while len(flips) and last > 0 and size[last] < 1e-4 * np.max(size):
+        last -= 1
+    kept = slice(0, last + 1)
+    upright = (found.labels[kept] == FOLD) & (size[kept] < UPRIGHT * np.max(size[kept]))
+    labels = np.where(upright, STEP, found.labels[kept])
+    return Trace(found.points[kept], labels, END if len(flips) else found.outcome), len(flips) > 0

@@ -1,0 +1,142 @@
+"""Branches of periodic orbits: solved at a point, traced, and described with stability, folds and period doublings."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...compile.jit import run
+from ...quantities import parameters
+from ...results import Floats
+from ..balance.erased import quiet
+from ..balance.first_order import FirstOrder
+from ..balance.fourier import orders
+from ..balance.second_order import is_light
+from ..labels import CLOSED, FOLD, LOST, RUNNING, START, STEP, TOP, UNBOUNDED
+from .continuation import SCALE, Z1, buffers_for, follow
+from .missed_folds import with_missed_folds
+
+MOST_PIECES = 40
+PIECE = 512  # points per call of the kernel: between calls the user can interrupt
+AIM = 1e-3
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Points of a branch (coefficients in blocks, parameter last), what each is, and how the branch ended.
+
+    `message` is the sentence about the end, where the one that `describe` finds for the outcome does not tell enough.
+    """
+
+    points: Floats
+    labels: Any
+    outcome: int
+    message: str = ""
+
+
+def leaf_of(system: Any, path: str) -> int:
+    """Place of a float parameter among the float parameters of a system.
+
+    Raises
+    ------
+    ValueError
+        If the path names no float parameter.
+    """
+    paths = [p.path for p in parameters(system) if isinstance(p.value, float)]
+    if path not in paths:
+        raise ValueError(f"{type(system).__name__} has no continuous parameter {path!r}; it has {', '.join(paths)}")
+    return paths.index(path)
+
+
+def state_from(guess: Floats, width: float) -> Floats:
+    """State of a continuation that starts at a guess (coefficients, parameter), the latter in units of `width`."""
+    state = np.zeros((10, len(guess)))
+    state[Z1] = guess
+    state[SCALE] = 1.0 / max(float(np.linalg.norm(guess[:-1])), 1e-12)
+    state[SCALE, -1] = 1.0 / width
+    return state
+
+
+def solve(problem: Any, guess: Floats) -> Floats | None:
+    """Solution at the parameter of a guess, or None."""
+    points, labels = np.empty((5, len(guess))), np.empty(5, np.int64)
+    at = float(guess[-1])
+    state, buffers = state_from(guess, abs(at) + 1e-12), buffers_for(problem)
+    count, _, _ = _run(problem, state, 1.0, START, at, at, 1.0, 1.0, AIM, buffers, points, labels)
+    return points[0] if count else None
+
+
+def _run(problem: Any, *arguments: Any) -> Any:
+    with np.errstate(all="ignore"):  # a step that fails is taken again, shorter
+        if isinstance(problem, FirstOrder):
+            return follow(problem, *arguments)
+        return run(follow, quiet(problem), *arguments, light=is_light(problem))
+
+
+def trace(
+    problem: Any,
+    guess: Floats,
+    direction: float,
+    lo: float,
+    hi: float,
+    step: float,
+    width: float | None = None,
+    growth: float = np.inf,
+) -> Trace:
+    """Follow one branch from a guess (coefficients, parameter) inside [lo, hi] until it leaves or closes.
+
+    `step` is in units of the orbit's size and of `width` of the parameter (default: the range). The outcome is
+    UNBOUNDED where the orbit is `growth` times larger than at the start.
+    """
+    state = state_from(guess, width or hi - lo)
+    pieces: list[Floats] = []
+    labels: list[Any] = []
+    ds, outcome, mode = 0.1 * step, RUNNING, START
+    buffers = buffers_for(problem)
+    while outcome == RUNNING and len(pieces) < MOST_PIECES:
+        points, kinds = np.empty((PIECE, len(guess))), np.empty(PIECE, np.int64)
+        count, outcome, ds = _run(problem, state, direction, mode, lo, hi, ds, step, AIM, buffers, points, kinds)
+        pieces.append(points[:count])
+        labels.append(kinds[:count])
+        mode = STEP
+        if growth < np.inf and outcome != LOST:
+            squares = np.square(points[:count, :-1]).sum(axis=1)
+            large = np.sqrt(squares) > growth * np.linalg.norm(pieces[0][0, :-1])
+            if large.any():
+                end = int(np.argmax(large)) + 1
+                pieces[-1], labels[-1], outcome = points[:end], kinds[:end], UNBOUNDED
+    points, kinds = in_order(np.concatenate(pieces), np.concatenate(labels))
+    points, kinds = with_missed_folds(problem, points, kinds)
+    if outcome == CLOSED:
+        points[-1] = points[0]  # the last step went a little past the start
+    return Trace(points, kinds, outcome)
+
+
+def in_order(points: Floats, labels: Any) -> tuple[Floats, Any]:
+    """Put folds and amplitude maxima in the order of the arc.
+
+    They are listed before the end of the step in which they were found, the fold first, but may lie just outside it.
+    """
+    order = np.arange(len(labels))
+    special = np.flatnonzero((labels == FOLD) | (labels == TOP))
+    at = np.concatenate([special, special - 1])
+    at = at[(at > 0) & (at < len(labels) - 2)]
+    if not np.any(np.sum((points[at + 1] - points[at]) * (points[at + 2] - points[at - 1]), axis=1) < 0.0):
+        return points, labels
+    for i in special:
+        for a in (i, i - 1):  # with its right neighbour, then with its left one
+            if 0 < a < len(order) - 2:
+                near, first, second, far = points[order[a - 1 : a + 3]]
+                ahead = far - near
+                if (second - first) @ ahead < 0.0 and np.linalg.norm(second - near) < np.linalg.norm(first - near):
+                    order[a], order[a + 1] = order[a + 1], order[a]
+    return points[order], labels[order]
+
+
+def with_velocity(x: Floats, w: float) -> Floats:
+    """Coefficients (2H+1, 2) of x and x' from those of x, with fundamental frequency w [rad/s]."""
+    kw = w * orders(len(x) // 2)
+    out = np.zeros((len(x), 2))
+    out[:, 0] = x
+    out[1::2, 1], out[2::2, 1] = kw * x[2::2], -kw * x[1::2]
+    return out

@@ -1,0 +1,121 @@
+"""Blocks of lanes: which systems they hold, and one run of a block through its kernel."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...compile.jit import run
+from ...compile.lanes import LANES
+from ...results import Floats
+from ..integration.simulate import Dop8, Dopri5, Rk4
+from .adaptive_step import march_adaptive
+from .fixed_step import KEPT, march_dop8, march_rk4
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Everything that the lanes of an ensemble are made of.
+
+    Attributes
+    ----------
+    template : NamedTuple
+        The prepared system of one lane.
+    numbers : (floats, lanes) array
+        The floats of the prepared system in every lane, in the order of its fields.
+    omega : (lanes,) array
+        Base frequency [rad/s].
+    y0 : (states, lanes) array
+        States at the start.
+    kind : Smooth or General
+        What is known of the states.
+    measures : tuple
+        Measures that are accumulated.
+    settle, periods : int
+        Periods before the measures begin, and of the measures.
+    points : bool
+        Whether to keep the states at the end of every period.
+    """
+
+    template: Any
+    numbers: Floats
+    omega: Floats
+    y0: Floats
+    kind: Any
+    measures: tuple[Any, ...]
+    settle: int
+    periods: int
+    points: bool
+
+
+@dataclass(frozen=True)
+class Block:
+    """What came of some lanes.
+
+    Attributes
+    ----------
+    sums : (sums, lanes) array
+        Sums of the measures.
+    last : (up to 9, states, lanes) array
+        States at the ends of the last periods, oldest first.
+    points : (periods or 0, states, lanes) array
+        States at the ends of all periods, if asked for.
+    ended : (lanes,) array
+        Periods over which the states stayed bounded.
+    reach : (lanes,) array
+        Largest |x| at the ends of fixed steps.
+    attempts : int
+        Adaptive steps that every lane attempted.
+    """
+
+    sums: Floats
+    last: Floats
+    points: Floats
+    ended: Floats
+    reach: Floats
+    attempts: int = 0
+
+
+def flat(thing: Any) -> list[Any]:
+    """Floats (or arrays of them) of a model or tuple, at any depth, in order; integers are left out."""
+    if isinstance(thing, tuple):
+        return [number for item in thing for number in flat(item)]
+    return [] if isinstance(thing, int | np.integer) else [thing]
+
+
+def first_lane(thing: Any) -> Any:
+    """The same model with floats where it has arrays."""
+    if isinstance(thing, tuple):
+        make: Any = type(thing)
+        items = [first_lane(item) for item in thing]
+        return make(*items) if hasattr(thing, "_fields") else tuple(items)
+    return thing if isinstance(thing, int | np.integer) else float(np.ravel(thing)[0])
+
+
+def march(batch: Batch, places: Any, method: Rk4 | Dopri5, steps: int) -> Block:
+    """Run the lanes at these places (at most a block of them) through all their periods."""
+    n, states, floats = len(places), len(batch.y0), len(batch.numbers)
+    full = np.concatenate([places, np.repeat(places[-1:], LANES - n)])
+    starts = tuple(measure.start() for measure in batch.measures)
+    sums = np.array(flat(starts), float)
+    at = floats + 1 + 2 * states
+    rows = np.zeros((at + len(sums) + states + 3, LANES))
+    rows[:floats], rows[floats + 1 : floats + 1 + states] = batch.numbers[:, full], batch.y0[:, full]
+    rows[at : at + len(sums)] = sums[:, None]
+    periods = batch.settle + batch.periods
+    last, ended = np.zeros((KEPT, states, LANES)), np.zeros(LANES)
+    points = np.empty((periods if batch.points else 0, states, LANES))
+    common = batch.template, (0.0,) * states, batch.kind, batch.measures, starts, rows
+    times, attempts = (batch.settle, batch.periods, last, points, ended), 0
+    with np.errstate(all="ignore"):
+        if isinstance(method, Dopri5):
+            rows[floats] = 1.0 / batch.omega[full]
+            waiting = np.zeros(LANES, np.int64)
+            how = float(method.rtol), float(method.atol), method.max_steps
+            attempts = run(march_adaptive, *common, *how, waiting, *times)
+        else:
+            rows[floats] = 2.0 * np.pi / steps / batch.omega[full]
+            run(march_dop8 if isinstance(method, Dop8) else march_rk4, *common, steps, *times)
+    newest = (periods - 1 - np.arange(min(KEPT, periods))[::-1]) % KEPT
+    reach = rows[at + len(sums) + states, :n]
+    return Block(rows[at : at + len(sums), :n], last[newest, :, :n], points[:, :, :n], ended[:n], reach, attempts)

@@ -1,0 +1,268 @@
+"""`ensemble`: many independent trajectories of one system, and a few numbers kept of each.
+
+Lanes march side by side in blocks (see `lanes`); threads share the blocks. A lane's numbers do not depend on its place
+in the batch: each lane asks for its own number of steps, lanes that ask for the same number share blocks, and blocks
+are filled up with copies.
+"""
+
+import logging
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace as with_changes
+from time import monotonic
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from ...compile.lanes import LANES
+from ...quantities import positive_count, replace, with_parts
+from ...results import Floats
+from ..integration.corners import repeating
+from ..integration.simulate import Dopri5, Rk4
+from ..integration.step_counts import fastest_rates, steps_needed
+from .blocks import Batch, Block, first_lane, flat
+from .gpu import Machine, machine_of
+from .lane_checks import LaneError
+from .measures import Peak, Poincare, Rms, order_for
+from .pieces import General, Smooth
+from .request import lanes_of, spans, what_and_how
+from .result import dataset_of
+
+log = logging.getLogger(__name__)
+
+MOST_TRIES = 12  # of finer steps, until the stiffness met asks for no more
+SAMPLED = 16  # lanes whose blocks are run again with half the step, for the estimate of the error
+FOURTH = 16 / 15  # an error of fourth order over its change with half the step; those of higher order are closer
+SAMPLED_BLOCKS = 16  # of every number of steps, for laws with breakpoints: their errors differ from lane to lane
+MOST_STEPS = 100_000  # a period, for lanes that explode
+FINEST = 10_000_000  # steps a period at first
+
+
+def ensemble(
+    system: Any,
+    parameters: dict[str, ArrayLike],
+    y0: Any,
+    *,
+    periods: int,
+    settle: int = 0,
+    measures: tuple[Any, ...] = (Peak(), Rms()),
+    method: Rk4 | Dopri5 | None = None,
+    threads: int | None = None,
+    device: str = "cpu",
+) -> xr.Dataset:
+    """Integrate many variants of a system over whole periods of the base angle and keep a few numbers of each.
+
+    Parameters
+    ----------
+    system : Oscillator, or any NamedTuple with `rhs(phase, y)`
+        The system that all lanes are variants of; `omega` is its base frequency (1 where it has none).
+    parameters : dict of str to (lanes,) array_like
+        Path of a parameter to its value in every lane (SI units), as in ``{"omega": w, "law.alpha": a}``. May be
+        empty where only the states differ.
+    y0 : sequence of float or of (lanes,) arrays
+        State at the start: one entry per state, a number or one value per lane.
+    periods : int
+        Periods over which to measure.
+    settle : int
+        Periods before that.
+    measures : tuple
+        What to keep: `Peak()`, `Extremes()`, `Rms()`, `Mean()`, `Amplitude(k)`, `Final()`, `Poincare()`.
+    method : Dop8, Rk4 or Dopri5, optional
+        Default: `Dop8()` for smooth laws of an oscillator, `Dopri5()` (adaptive in every lane) for laws with
+        breakpoints or memory and for other systems. `steps` of a fixed method count per shortest time scale met.
+    threads : int, optional
+        Default: as many as there are processors.
+    device : {"cpu", "gpu"}
+        "gpu": on a graphics processor of NVIDIA (extra `cuda`), the same to rounding; where there is none, a warning
+        says so and the processor does it. For very large ensembles: its code takes seconds to make.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the dimension "lane": the varied parameters as coordinates; the measures (NaN in lanes that did not
+        finish); `status` (0 finished, 1 diverged, 2 needed more than the method's `max_steps`), `ended` (time [s]
+        until which the states stayed bounded), `period` (of the settled motion, in turns; 0 if it is not settled, or
+        if its period is longer than 8), `steps` where they are fixed. Attributes: method, device, and of every
+        measure with a fixed step `error_estimate`, the largest difference to half the step in a sample of lanes
+        (twice that for laws with breakpoints, where fixed steps are of second order; a lane whose motion would end
+        up on another attractor may not be among them), in the unit of the measure.
+
+    Raises
+    ------
+    ValueError
+        If arrays have different lengths, a value is not finite, a path is unknown or names an order, a count is not
+        positive, or the steps of the method cannot resolve the order of an `Amplitude`.
+    TypeError
+        If the system has no `rhs`, or a fixed step cannot be chosen for it.
+
+    References
+    ----------
+    Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, 2nd ed., secs. II.4-II.5.
+    """
+    system = repeating("ensemble", with_parts("ensemble", system, "rhs"))
+    data, estimates = lanes_run(
+        system, parameters, y0, periods=periods, settle=settle, measures=measures, method=method, threads=threads,
+        device=device,
+    )  # fmt: skip
+    estimates()
+    return data
+
+
+def lanes_run(
+    system: Any, parameters: dict[str, ArrayLike], y0: Any, *, periods: int, settle: int, measures: tuple[Any, ...],
+    method: Rk4 | Dopri5 | None, threads: int | None, device: str = "cpu",
+) -> tuple[xr.Dataset, Callable[[], None]]:  # fmt: skip
+    """Dataset of an ensemble, and what adds the estimates of its errors: that takes as long as a few hundred lanes."""
+    varied, states, lanes = lanes_of(system, parameters, y0)
+    settle, periods = spans(periods, settle)
+    kept, chosen = what_and_how(system, measures, method)
+    batch = _batch(system, varied, states, lanes, kept, settle, periods, any(isinstance(m, Poincare) for m in measures))
+    machine = machine_of(device, positive_count("threads", os.cpu_count() or 1 if threads is None else threads))
+    members = replace(system, varied)
+    found, steps = _run(batch, members, chosen, machine)
+    data = dataset_of(system, varied, batch, found, measures, chosen)
+    data.attrs |= {"method": str(chosen), "device": machine.name, "periods": periods, "settle": settle}
+    if isinstance(chosen, Rk4):
+        data["steps"] = ("lane", steps, {"long_name": "steps per period"})
+
+    def estimates() -> None:
+        if isinstance(chosen, Rk4):
+            _add_error_estimates(data, batch, chosen, steps, measures, system, varied, machine)
+
+    return data, estimates
+
+
+def _batch(
+    system: Any, varied: dict[str, Floats], y0: Floats, lanes: int, measures: Any, settle: int, periods: int,
+    points: bool,
+) -> Batch:  # fmt: skip
+    members = replace(system, varied)
+    prepared = members.prepared() if hasattr(members, "prepared") else members
+    table = np.array([np.broadcast_to(np.asarray(v, float), (lanes,)) for v in flat(prepared)]).reshape(-1, lanes)
+    omega = np.broadcast_to(np.asarray(getattr(members, "omega", 1.0), float), (lanes,))
+    kind = Smooth() if _is_smooth(system, len(y0)) else General()
+    return Batch(first_lane(prepared), table, omega, y0, kind, measures, settle, periods, points)
+
+
+def _is_smooth(system: Any, states: int) -> bool:
+    """Whether the second state is the rate of the first, in two states that nothing else has in common."""
+    probes = [tuple(start + step * i for i in range(states)) for start, step in ((2.0, 1.0), (-0.37, 0.59))]
+    return states > 1 and all(float(np.asarray(system.rhs(0.3, probe)[0])) == probe[1] for probe in probes)
+
+
+def _run(batch: Batch, members: Any, method: Rk4 | Dopri5, machine: Machine) -> tuple[Block, Any]:
+    """Run all lanes, those of a fixed method again with finer steps where they met more stiffness than foreseen."""
+    lanes = len(batch.omega)
+    given = 0 if isinstance(method, Dopri5) else method.steps_per_period
+    if isinstance(method, Dopri5) or given is not None:
+        per_period = -(-(given or 0) // 4) * 4
+        return _march_all(batch, np.full(lanes, per_period), method, machine), np.full(lanes, per_period)
+    order, margin = max(1, *members.orders(), order_for(batch.measures, method)), _error_reach(members, lanes)
+    reach, periods = np.abs(batch.y0[0]), batch.settle + batch.periods
+    steps = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
+    endless = steps > FINEST
+    if endless.any():
+        lane = int(np.argmax(endless))
+        raise LaneError(
+            f"a period at omega = {batch.omega[lane]:.4g} rad/s, with orders up to {order} and {method.steps} steps "
+            f"of the shortest time scale, takes more than {FINEST} steps; raise omega, leave out the highest orders, "
+            "or integrate part of a period with simulate",
+            endless,
+        )
+    found = _march_all(batch, steps, method, machine)
+    lost = np.zeros(lanes, bool)  # explodes in the same period with half the step: no finer one will save it
+    for _ in range(MOST_TRIES):
+        reach = np.maximum(reach, 1.02 * np.where(np.isfinite(found.reach), found.reach, 0.0))
+        needed = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
+        stayed = found.ended == periods
+        finer = np.where(stayed, needed, np.minimum(needed, 2 * steps))  # a lane that explodes asks for any number
+        again = np.flatnonzero((finer > steps) & (stayed | (steps < MOST_STEPS)) & ~lost)
+        if not len(again):
+            break
+        steps[again] = finer[again]
+        better = _march_all(_some(batch, again), steps[again], method, machine)
+        lost[again] = ~stayed[again] & (better.ended == found.ended[again])
+        for name in ("sums", "last", "points", "ended", "reach"):
+            getattr(found, name)[..., again] = getattr(better, name)
+    return found, steps
+
+
+def _error_reach(members: Any, lanes: int) -> Floats:
+    """Largest distance (lanes,) of the torsion from the first state."""
+    angles = np.pi / 8.0 * np.arange(16)[:, None]
+    gaps = members.torsion(angles, (np.zeros((16, lanes)), np.zeros((16, lanes)))) if hasattr(members, "torsion") else 0
+    return np.asarray(np.max(np.abs(np.broadcast_to(np.asarray(gaps, float), (16, lanes))), axis=0))
+
+
+def _some(batch: Batch, places: Any) -> Batch:
+    return with_changes(batch, numbers=batch.numbers[:, places], omega=batch.omega[places], y0=batch.y0[:, places])
+
+
+def _march_all(batch: Batch, steps: Any, method: Rk4 | Dopri5, machine: Machine) -> Block:
+    """Run all lanes, in blocks of lanes with one number of steps."""
+    jobs = []
+    for number in np.unique(steps):
+        places = np.flatnonzero(steps == number)
+        jobs += [(places[i : i + machine.lanes], int(number)) for i in range(0, len(places), machine.lanes)]
+    said, done, blocks = monotonic(), 0, []
+
+    def job(item: Any) -> Block:
+        return machine.march(batch, item[0], method, item[1])
+
+    def results() -> Any:
+        if machine.workers == 1 or len(jobs) == 1:
+            yield from map(job, jobs)
+            return
+        yield job(jobs[0])  # compiles, where that is still to do, before the threads start
+        with ThreadPoolExecutor(machine.workers) as pool:
+            try:
+                yield from pool.map(job, jobs[1:])
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+
+    for (places, _), block in zip(jobs, results(), strict=True):
+        blocks.append(block)
+        done += len(places)
+        if monotonic() - said >= 1.0:
+            said = monotonic()
+            log.info("%d of %d trajectories (%.0f %%)", done, len(steps), 100.0 * done / len(steps))
+    order = np.concatenate([places for places, _ in jobs])
+    back = np.empty_like(order)
+    back[order] = np.arange(len(order))
+    parts = ("sums", "last", "points", "ended", "reach")
+    whole: Any = {part: np.concatenate([getattr(b, part) for b in blocks], axis=-1)[..., back] for part in parts}
+    return Block(**whole)
+
+
+def _add_error_estimates(
+    data: xr.Dataset, batch: Batch, method: Rk4, steps: Any, measures: Any, system: Any, varied: dict[str, Floats],
+    machine: Machine,
+) -> None:  # fmt: skip
+    """Run a sample of lanes with half the step and say by how much every measure changes at most.
+
+    A block holds as many lanes as it has places for, whatever it is run for: the sample fills its blocks.
+    """
+    good = np.flatnonzero(data["status"].values == 0)
+    if not len(good):
+        return
+    kinks = bool(system.breakpoints()) if hasattr(system, "breakpoints") else False
+    seen, blocks = (good, SAMPLED_BLOCKS) if kinks else (_spread(good, SAMPLED), 1)
+    groups = [good[steps[good] == number] for number in np.unique(steps[seen])]
+    sample = np.sort(np.concatenate([_spread(group, blocks * LANES) for group in groups]))
+    part = _some(batch, sample)
+    finer = _march_all(part, 2 * steps[sample], method, machine)
+    few = dataset_of(system, {p: v[sample] for p, v in varied.items()}, part, finer, measures, method)
+    for name in few:
+        if few[name].dtype.kind == "f" and name != "ended":
+            change = np.abs(few[name].values - data[name].isel(lane=sample).values)
+            largest = float(np.nanmax(change)) if np.any(np.isfinite(change)) else 0.0
+            data[name].attrs["error_estimate"] = (2.0 if kinks else FOURTH) * largest
+
+
+def _spread(places: Any, most: int) -> Any:
+    """At most so many of these places, evenly spread, the first and last among them."""
+    return places[np.unique(np.linspace(0, len(places) - 1, most).astype(int))]

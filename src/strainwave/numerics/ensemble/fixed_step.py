@@ -1,0 +1,171 @@
+"""The kernels of ensembles: a block of lanes marches through its periods with fixed steps on one phase grid.
+
+Rows of a block: the numbers of the (prepared) systems, the time step, the states, the states after the other pairs of
+steps, the sums of the measures, the states with which these began, and the largest |x| of the whole run. All lanes
+share the phase, so that the cosines of a step belong to no lane and are computed once; a lane with twice the base
+frequency has half the time step.
+"""
+
+import math
+from typing import Any
+
+from ...compile.jit import borrowed, kernel, kernel_as
+from ...compile.lanes import LANES, count, lane, load, store
+from ..choices import larger
+from ..integration.steps import dop8_step, rk4_step
+from .pieces import Ends, Even, Piece, extreme_between, updated, vertex
+
+BOUND = 1e100  # a state beyond it has left for infinity
+KEPT = 9  # stroboscopic states kept: enough to see motions of up to eight periods close
+
+
+def _every_lane_loops() -> Any:
+    return range(LANES)
+
+
+@kernel_as(_every_lane_loops, inline=True)
+def every_lane() -> Any:
+    """Lanes to loop over: one at a time, or as Python all at once."""
+    return (slice(None),)
+
+
+@kernel
+def pair(
+    system: Any, y0: Any, sums: Any, rows: Any, source: int, target: int, phase: float, turn: float, j: Any
+) -> None:
+    """Two Runge-Kutta steps of lane j from the states in rows `source` to those in rows `target`."""
+    s, h, y = lane(system, rows, 0, j), load(rows, count(system), j), lane(y0, rows, source, j)
+    y = rk4_step(s, phase + turn, turn, rk4_step(s, phase, turn, y, h), h)
+    store(y, rows, target, j)
+    reach = count(system) + 1 + 3 * count(y0) + count(sums)
+    store(larger(abs(y[0]), load(rows, reach, j)), rows, reach, j)
+
+
+@kernel
+def long_step(system: Any, y0: Any, sums: Any, rows: Any, phase: float, turn: float, j: Any) -> None:
+    """One step of the eighth-order method of lane j."""
+    at = count(system) + 1
+    s, h, y = lane(system, rows, 0, j), load(rows, at - 1, j), lane(y0, rows, at, j)
+    y = dop8_step(s, phase, turn, y, h)
+    store(y, rows, at, j)
+    reach = at + 3 * count(y0) + count(sums)
+    store(larger(abs(y[0]), load(rows, reach, j)), rows, reach, j)
+
+
+@kernel
+def measure(
+    system: Any, y0: Any, measures: Any, sums: Any, rows: Any, source: int, target: int, phase: float, turn: float,
+    j: Any,
+) -> None:  # fmt: skip
+    """Update the measures of lane j by the pair of steps from the states in rows `source` to those in rows `target`."""
+    at = count(system) + 1 + 2 * count(y0)
+    s, h = lane(system, rows, 0, j), load(rows, count(system), j)
+    y, y1, end = lane(y0, rows, source, j), lane(y0, rows, target, j), phase + 2.0 * turn
+    v, v1 = s.rhs(phase, y)[0], s.rhs(end, y1)[0]
+    extreme = vertex(y[0], v, y1[0], v1, 2.0 * h)
+    piece = Piece(Even(), phase, y[0], v, end, y1[0], v1, 2.0 * h, turn / h, extreme)
+    store(updated(measures, lane(sums, rows, at, j), piece), rows, at, j)
+
+
+@kernel
+def measured_long_step(
+    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, phase: float, turn: float, j: Any
+) -> None:
+    """One step of the eighth-order method and its measures, of lane j."""
+    at, n = count(system) + 1, count(y0)
+    s, h, y = lane(system, rows, 0, j), load(rows, at - 1, j), lane(y0, rows, at, j)
+    end = phase + turn
+    y1 = dop8_step(s, phase, turn, y, h)
+    store(y1, rows, at, j)
+    before, after = s.rhs(phase, y), s.rhs(end, y1)
+    extreme = extreme_between(kind, y, before, y1, after, h)
+    piece = Piece(Even(), phase, y[0], before[0], end, y1[0], after[0], h, turn / h, extreme)
+    reach = at + 3 * n + count(sums)
+    store(larger(abs(y1[0]), load(rows, reach, j)), rows, reach, j)
+    store(updated(measures, lane(sums, rows, at + 2 * n, j), piece), rows, at + 2 * n, j)
+
+
+@kernel
+def remember(system: Any, y0: Any, sums: Any, rows: Any, j: Any) -> None:
+    """Keep the state of lane j with which the measures begin."""
+    at, n = count(system) + 1, count(y0)
+    store(lane(y0, rows, at, j), rows, at + 2 * n + count(sums), j)
+
+
+@kernel
+def close(system: Any, y0: Any, measures: Any, sums: Any, rows: Any, turn: float, many: float, j: Any) -> None:
+    """Add to the measures of lane j what the even pieces, `many` steps each, lack: the first state, and sums' ends."""
+    at, n = count(system) + 1, count(y0)
+    s, h = lane(system, rows, 0, j), load(rows, at - 1, j)
+    first, last = lane(y0, rows, at + 2 * n + count(sums), j), lane(y0, rows, at, j)
+    v0, v1 = s.rhs(0.0, first)[0], s.rhs(0.0, last)[0]
+    ends = Piece(Ends(), 0.0, first[0], v0, 0.0, last[0], v1, many * h, turn / h, first[0])
+    store(updated(measures, lane(sums, rows, at + 2 * n, j), ends), rows, at + 2 * n, j)
+
+
+@kernel
+def strobe(y0: Any, rows: Any, at: int, period: int, last: Any, points: Any, ended: Any, j: Any) -> None:
+    """Keep the state at the end of a period, and count the periods over which all states stay bounded."""
+    y = lane(y0, rows, at, j)
+    store(y, last[period % KEPT], 0, j)
+    if len(points) > 0:
+        store(y, points[period], 0, j)
+    size = abs(y[0])
+    for i in range(1, len(y)):
+        size = size + abs(y[i])
+    ended[j] = ended[j] + (size < BOUND) * (ended[j] == period)
+
+
+@kernel
+def march_rk4(
+    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, steps: int, settle: int, periods: int,
+    last: Any, points: Any, ended: Any,
+) -> None:  # fmt: skip
+    """March a block by `steps` Runge-Kutta steps a period (fours); measure pairs of steps after the first periods."""
+    rows, last, points, ended = borrowed((rows, last, points, ended))
+    turn, at, n = 2.0 * math.pi / steps, count(system) + 1, count(y0)
+    for period in range(settle + periods):
+        if period == settle:
+            for j in every_lane():
+                remember(system, y0, sums, rows, j)
+        for i in range(0, steps, 4):
+            phase, later = i * turn, (i + 2) * turn
+            for j in every_lane():
+                pair(system, y0, sums, rows, at, at + n, phase, turn, j)
+            if period >= settle:
+                for j in every_lane():
+                    measure(system, y0, measures, sums, rows, at, at + n, phase, turn, j)
+            for j in every_lane():
+                pair(system, y0, sums, rows, at + n, at, later, turn, j)
+            if period >= settle:
+                for j in every_lane():
+                    measure(system, y0, measures, sums, rows, at + n, at, later, turn, j)
+        for j in every_lane():
+            strobe(y0, rows, at, period, last, points, ended, j)
+    for j in every_lane():
+        close(system, y0, measures, sums, rows, turn, 2.0, j)
+
+
+@kernel
+def march_dop8(
+    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, steps: int, settle: int, periods: int,
+    last: Any, points: Any, ended: Any,
+) -> None:  # fmt: skip
+    """March a block by `steps` steps of the eighth-order method a period; measure after the first periods."""
+    rows, last, points, ended = borrowed((rows, last, points, ended))
+    turn, at = 2.0 * math.pi / steps, count(system) + 1
+    for period in range(settle + periods):
+        if period == settle:
+            for j in every_lane():
+                remember(system, y0, sums, rows, j)
+        for i in range(steps):
+            if period < settle:
+                for j in every_lane():
+                    long_step(system, y0, sums, rows, i * turn, turn, j)
+            else:
+                for j in every_lane():
+                    measured_long_step(system, y0, kind, measures, sums, rows, i * turn, turn, j)
+        for j in every_lane():
+            strobe(y0, rows, at, period, last, points, ended, j)
+    for j in every_lane():
+        close(system, y0, measures, sums, rows, turn, 1.0, j)

@@ -1,0 +1,156 @@
+"""Lanes of an ensemble on a graphics processor: parameters go in, measures come back, all steps are taken there.
+
+The kernels are those of `lanes` and `adaptive_lanes`. The processor's blocks of 256 lanes become a few lanes of one
+thread, which share the cosines of a phase.
+"""
+
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...compile import cuda
+from ...compile.jit import kernel
+from ...compile.lanes import LANES, count, lane, load, store
+from ...quantities import shown
+from ..integration.simulate import Dop8, Dopri5, Rk4
+from .adaptive_step import march_adaptive
+from .blocks import Batch, Block, flat, march
+from .fixed_step import KEPT, every_lane, march_dop8, march_rk4
+
+LAUNCHED = 2**20  # lanes of a launch, at most
+FEW_ROWS = 22  # of numbers per lane, up to which a thread keeps four lanes in registers
+
+
+class Machine(NamedTuple):
+    """What runs lanes: `march` does up to `lanes` of them in a job, `workers` jobs run side by side."""
+
+    name: str
+    march: Callable[[Batch, Any, Any, int], Block]
+    lanes: int
+    workers: int
+
+
+def machine_of(device: str, threads: int) -> Machine:
+    """The graphics processor if it is asked for and there, else so many threads of the processor."""
+    if device not in ("cpu", "gpu"):
+        raise ValueError(f"device is {shown(device)}; it must be 'cpu' or 'gpu'")
+    if device == "gpu":
+        if not cuda.missing():
+            return Machine("gpu", march_on_gpu, LAUNCHED, 1)
+        warnings.warn(f"device='gpu': {cuda.missing()}; the ensemble runs on the processor", stacklevel=3)
+    return Machine("cpu", march, LANES, threads)
+
+
+@kernel
+def begin(system: Any, y0: Any, sums: Any, inputs: Any, rows: Any) -> None:
+    """Fetch the numbers, steps and states of a thread's lanes.
+
+    The rows are those of `lanes` (or `adaptive_lanes`), then the periods ended and what the adaptive steps wait for.
+    """
+    at, n = count(system) + 1, count(y0)
+    for j in every_lane():
+        store(lane(system, inputs, 0, j), rows, 0, j)
+        store(load(inputs, at - 1, j), rows, at - 1, j)
+        store(lane(y0, inputs, at, j), rows, at, j)
+        store(sums, rows, at + 2 * n, j)
+        store(0.0, rows, at + 3 * n + count(sums), j)
+        store(0.0, rows, at + 3 * n + count(sums) + 3, j)
+
+
+@kernel
+def finish(system: Any, y0: Any, sums: Any, rows: Any, outputs: Any) -> None:
+    """Hand over the sums of the measures, the largest |x| and the periods ended of a thread's lanes."""
+    at, n = count(system) + 1, count(y0)
+    for j in every_lane():
+        store(lane(sums, rows, at + 2 * n, j), outputs, 0, j)
+        store(load(rows, at + 3 * n + count(sums), j), outputs, count(sums), j)
+        store(load(rows, at + 3 * n + count(sums) + 3, j), outputs, count(sums) + 1, j)
+
+
+def fixed(march: Any) -> Any:
+    """The march by fixed steps with its own argument, the steps a period, in a tuple."""
+
+    def by_steps(
+        system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, how: Any, settle: int, periods: int,
+        last: Any, points: Any,
+    ) -> None:  # fmt: skip
+        ended = rows[count(system) + 4 + 3 * count(y0) + count(sums)]
+        march(system, y0, kind, measures, sums, rows, how[0], settle, periods, last, points, ended)
+
+    return by_steps
+
+
+def adaptive(march: Any) -> Any:
+    """The march by adaptive steps with its own arguments, tolerances and steps at most, in a tuple."""
+
+    def by_tolerance(
+        system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, how: Any, settle: int, periods: int,
+        last: Any, points: Any,
+    ) -> None:  # fmt: skip
+        rtol, atol, most = how
+        at = count(system) + 4 + 3 * count(y0) + count(sums)
+        ended, waiting = rows[at], rows[at + 1]
+        march(system, y0, kind, measures, sums, rows, rtol, atol, most, waiting, settle, periods, last, points, ended)
+
+    return by_tolerance
+
+
+# The march, how it is called, and the lanes of a thread, which share cosines: long steps leave no registers for two.
+METHODS = {
+    Rk4: (march_rk4, fixed, 4),
+    Dop8: (march_dop8, fixed, 1),
+    Dopri5: (march_adaptive, adaptive, 1),
+}
+
+
+@contextmanager
+def memory_told(lanes: int) -> Iterator[None]:
+    """Say in one sentence that the device's memory is too small (MemoryError), whichever way the driver puts it."""
+    try:
+        yield
+    except Exception as error:  # of the driver, of the bindings or of NumPy; what is no lack of memory goes on as it is
+        if not (isinstance(error, MemoryError) or "OUT_OF_MEMORY" in str(error)):
+            raise
+        raise MemoryError(
+            f"the graphics processor has no memory left for {lanes} trajectories at a time; make several ensembles of "
+            "them (in a sweep give a smaller chunk), or leave out Poincare(), which keeps every turn"
+        ) from error
+
+
+def march_on_gpu(batch: Batch, places: Any, method: Rk4 | Dopri5, steps: int) -> Block:
+    """Run the lanes at these places through all their periods, on the device."""
+    states, floats, periods = len(batch.y0), len(batch.numbers), batch.settle + batch.periods
+    starts = tuple(measure.start() for measure in batch.measures)
+    sums = len(flat(starts))
+    rows = floats + 1 + 3 * states + sums + 5
+    steps_of, call, most = METHODS[type(method)]
+    own = most if rows <= FEW_ROWS else 1
+    n = len(places)
+    threads = min(cuda.THREADS, -(-n // own))
+    blocks = -(-n // (own * threads))
+    full = np.concatenate([places, np.repeat(places[-1:], blocks * threads * own - n)])
+    if isinstance(method, Dopri5):
+        how: Any = (float(method.rtol), float(method.atol), method.max_steps)
+        times = 1.0 / batch.omega[full]
+    else:
+        how = (steps,)
+        times = 2.0 * np.pi / steps / batch.omega[full]
+    device = cuda.load()
+    cuda.expose_methods((batch.template, batch.kind, batch.measures))
+    start = np.concatenate([batch.numbers[:, full], times[None], batch.y0[:, full]])
+    shapes = (sums + 2, len(full)), (KEPT, states, len(full)), (periods if batch.points else 1, states, len(full))
+    with memory_told(n):
+        inputs = device.to_device(start)
+        outputs, last, points = (device.device_array(shape) for shape in shapes)
+        arguments = (
+            batch.template, (0.0,) * states, batch.kind, batch.measures, starts, how, batch.settle, batch.periods,
+            inputs, outputs, last, points if batch.points else points[:0],
+        )  # fmt: skip
+        cuda.launch((begin, steps_of, call, finish), rows, own, (blocks, threads), arguments)
+    newest = (periods - 1 - np.arange(min(KEPT, periods))[::-1]) % KEPT
+    found, kept = outputs.copy_to_host()[:, :n], last.copy_to_host()[newest, :, :n]
+    strobes = points.copy_to_host()[:, :, :n] if batch.points else np.empty((0, states, n))
+    return Block(found[:sums], kept, strobes, found[sums + 1], found[sums])

@@ -1,0 +1,152 @@
+"""What an ensemble keeps of every trajectory: a few numbers, accumulated while it runs.
+
+A measure is a NamedTuple with `start()`, the tuple of its sums before the first step, `update(sums, piece)`, the sums
+after a piece of the trajectory, and `results(sums, time)`, the variables that come of them. It sees pieces of the first
+state between two instants, never the whole.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...maths import cos, sin
+from ..choices import larger, smaller
+from ..integration.simulate import Dopri5, Rk4
+from .pieces import harmonic_integrals, integral
+
+PER_ORDER = 4  # pieces of a fixed step per turn of the highest order that an amplitude is taken of
+HIGHEST_ADAPTIVE = 20  # order, in those of the system, that steps of a relative tolerance of 1e-9 resolve to 1e-4
+
+
+class Peak(NamedTuple):
+    """Largest |x| of the first state, refined between steps where its rate changes sign: variable `peak`."""
+
+    def start(self) -> Any:
+        """Sums before the first piece."""
+        return (0.0,)
+
+    def update(self, sums: Any, piece: Any) -> Any:
+        """Sums after a piece."""
+        return (larger(larger(abs(piece.x1), abs(piece.extreme)), sums[0]),)
+
+    def results(self, sums: Any, time: Any) -> dict[str, Any]:
+        """Variables from the sums (rows) over a time [s]."""
+        return {"peak": sums[0]}
+
+
+class Extremes(NamedTuple):
+    """Smallest and largest value of the first state, refined between steps: variables `lowest`, `highest`."""
+
+    def start(self) -> Any:
+        """Sums before the first piece."""
+        return 1e300, -1e300
+
+    def update(self, sums: Any, piece: Any) -> Any:
+        """Sums after a piece."""
+        low, high = smaller(piece.x1, piece.extreme), larger(piece.x1, piece.extreme)
+        return smaller(low, sums[0]), larger(high, sums[1])
+
+    def results(self, sums: Any, time: Any) -> dict[str, Any]:
+        """Variables from the sums (rows) over a time [s]."""
+        return {"lowest": sums[0], "highest": sums[1]}
+
+
+class Rms(NamedTuple):
+    """Root mean square of the first state: variable `rms`."""
+
+    def start(self) -> Any:
+        """Sums before the first piece."""
+        return (0.0,)
+
+    def update(self, sums: Any, piece: Any) -> Any:
+        """Sums after a piece."""
+        x0, x1 = piece.x0, piece.x1
+        part = integral(piece.rule, piece.width, x0 * x0, 2.0 * x0 * piece.v0, x1 * x1, 2.0 * x1 * piece.v1)
+        return (sums[0] + part,)
+
+    def results(self, sums: Any, time: Any) -> dict[str, Any]:
+        """Variables from the sums (rows) over a time [s]."""
+        return {"rms": np.sqrt(sums[0] / time)}
+
+
+class Mean(NamedTuple):
+    """Mean of the first state: variable `mean`."""
+
+    def start(self) -> Any:
+        """Sums before the first piece."""
+        return (0.0,)
+
+    def update(self, sums: Any, piece: Any) -> Any:
+        """Sums after a piece."""
+        return (sums[0] + integral(piece.rule, piece.width, piece.x0, piece.v0, piece.x1, piece.v1),)
+
+    def results(self, sums: Any, time: Any) -> dict[str, Any]:
+        """Variables from the sums (rows) over a time [s]."""
+        return {"mean": sums[0] / time}
+
+
+class Amplitude(NamedTuple):
+    """Amplitude, 0-to-peak, of the harmonic of order k of the first state over whole periods: `amplitude_k`."""
+
+    k: int
+
+    def start(self) -> Any:
+        """Sums before the first piece."""
+        return 0.0, 0.0
+
+    def update(self, sums: Any, piece: Any) -> Any:
+        """Sums after a piece."""
+        c0, s0 = cos(self.k * piece.phase0), sin(self.k * piece.phase0)
+        c1, s1 = cos(self.k * piece.phase1), sin(self.k * piece.phase1)
+        even, odd = harmonic_integrals(piece.rule, piece, self.k * piece.omega, c0, s0, c1, s1)
+        return sums[0] + even, sums[1] + odd
+
+    def results(self, sums: Any, time: Any) -> dict[str, Any]:
+        """Variables from the sums (rows) over a time [s]."""
+        return {f"amplitude_{self.k}": 2.0 * np.hypot(sums[0], sums[1]) / time}
+
+    def check(self) -> None:
+        """Refuse an order below 1 (ValueError)."""
+        if isinstance(self.k, bool) or not isinstance(self.k, int):
+            raise TypeError(f"Amplitude.k is {self.k!r}; it must be the whole number of a harmonic, such as 1")
+        if self.k < 1:
+            raise ValueError(f"Amplitude.k is {self.k}; it must be at least 1 (the mean is sw.Mean())")
+
+
+class Final(NamedTuple):
+    """State at the end: variable `final` over lane and state. It needs no sums."""
+
+
+class Poincare(NamedTuple):
+    """States at the end of every period, those before the measures too: variable `points` over period, state, lane."""
+
+
+def _highest(measures: Any) -> int:
+    return max((m.k for m in measures if isinstance(m, Amplitude)), default=0)
+
+
+def order_for(measures: Any, method: Rk4) -> int:
+    """Order that the system is to be taken to have, so that a method's own steps resolve all amplitudes."""
+    return -(-_highest(measures) * PER_ORDER * _steps_of_a_piece(method) // method.steps)
+
+
+def check_orders(measures: Any, method: Rk4 | Dopri5, orders: tuple[int, ...]) -> None:
+    """Refuse an amplitude of an order that the steps do not resolve (ValueError): it would be that of another order.
+
+    Adaptive steps follow the motion, whose orders are those of the system, not the cosine that it is multiplied by.
+    """
+    k = _highest(measures)
+    if isinstance(method, Dopri5):
+        most = max(1, int(HIGHEST_ADAPTIVE * (1e-9 / method.rtol) ** 0.2 * max((1, *orders))))
+        remedy = f"a smaller rtol, or Dop8(steps_per_period={8 * PER_ORDER * -(-k // 8)})"
+    elif method.steps_per_period is not None:
+        pieces = -(-method.steps_per_period // 4) * 4 // _steps_of_a_piece(method)
+        most, remedy = pieces // PER_ORDER, f"steps_per_period={PER_ORDER * _steps_of_a_piece(method) * k}"
+    else:
+        return
+    if k > most:
+        raise ValueError(f"Amplitude({k}) is of an order that the steps of {method} do not resolve; take {remedy}")
+
+
+def _steps_of_a_piece(method: Rk4) -> int:
+    return 2 if type(method) is Rk4 else 1

@@ -1,0 +1,102 @@
+"""What an ensemble is asked for, checked once: lanes, spans, measures and method."""
+
+from numbers import Integral
+from typing import Any
+
+import numpy as np
+
+from ...law import is_spring
+from ...quantities import numbers, positive_count, shown
+from ...quantities import parameters as parameters_of
+from ...results import Floats
+from ..integration.simulate import Dop8, Dopri5, Rk4
+from .lane_checks import LaneError, check_lanes
+from .measures import Final, Poincare, check_orders
+
+MOST_PERIODS = 10**9  # of one run
+
+
+def spans(periods: Any, settle: Any) -> tuple[int, int]:
+    """Return the periods before the measures begin and those that are measured."""
+    measured = positive_count("periods", periods, MOST_PERIODS)
+    if isinstance(settle, bool) or not isinstance(settle, Integral) or not 0 <= int(settle) <= MOST_PERIODS:
+        raise ValueError(f"settle is {shown(settle)}; it must be a whole number of periods from 0 to {MOST_PERIODS}")
+    return int(settle), measured
+
+
+def what_and_how(system: Any, measures: Any, method: Any) -> tuple[tuple[Any, ...], Rk4 | Dopri5]:
+    """Return the measures that are accumulated, and the method, whose steps resolve them."""
+    kept, chosen = summed_measures(measures), method_of(system, method)
+    check_orders(measures, chosen, system.orders() if hasattr(system, "orders") else ())
+    return kept, chosen
+
+
+def lanes_of(system: Any, parameters: Any, y0: Any) -> tuple[dict[str, Floats], Floats, int]:
+    """Return the values that vary by path, the states (states, lanes) and the number of lanes."""
+    if not isinstance(parameters, dict):
+        raise TypeError(f"parameters are {shown(parameters)}; they must be a dict of path to values of every lane")
+    known = {p.path: p.value for p in parameters_of(system)}
+    varied = {}
+    for path, values in parameters.items():
+        if path not in known:
+            name = type(system).__name__
+            raise ValueError(f"{name} has no parameter {shown(path)}; it has {', '.join(known)}")
+        if not isinstance(known[path], float):
+            raise ValueError(
+                f"{path} is a whole number, which all lanes share; make one ensemble for each of its values"
+            )
+        varied[path] = numbers(path, values)
+    if not isinstance(y0, list | tuple | np.ndarray) or len(y0) == 0:
+        raise ValueError(f"y0 is {shown(y0)}; it must have one entry per state, a number or one value per lane")
+    states = [numbers(f"y0[{i}]", entry) for i, entry in enumerate(y0)]
+    lengths = {len(v) for v in [*varied.values(), *states] if len(v) > 1}
+    if len(lengths) > 1:
+        raise ValueError(f"the arrays have the lengths {sorted(lengths)}; every lane needs one value of each")
+    lanes = lengths.pop() if lengths else 1
+    varied = {path: np.full(lanes, v[0]) if len(v) == 1 else v for path, v in varied.items()}
+    wanted = len(system.state_names()) if hasattr(system, "state_names") else len(states)
+    if len(states) != wanted:
+        names = ", ".join(system.state_names())
+        raise ValueError(f"y0 has {len(states)} states; {type(system).__name__} has {wanted}: {names}; give each one")
+    check_lanes(system, varied)
+    omega = varied.get("omega", np.full(lanes, float(getattr(system, "omega", 1.0))))
+    if not (omega > 0.0).all():
+        slow = ~(omega > 0.0)
+        raise LaneError(f"omega is {omega[int(np.argmax(slow))]:g} rad/s; it must be positive", slow)
+    return varied, np.stack([np.broadcast_to(v, (lanes,)) for v in states]), lanes
+
+
+def summed_measures(measures: Any) -> tuple[Any, ...]:
+    """Return those of the measures that are accumulated."""
+    if not isinstance(measures, tuple) or not measures:
+        raise TypeError(f"measures are {shown(measures)}; they must be a tuple such as (sw.Peak(), sw.Rms())")
+    for measure in measures:
+        if isinstance(measure, type):
+            raise TypeError(f"{measure.__name__} is the class of a measure; write {measure.__name__}()")
+        if not (hasattr(measure, "update") or isinstance(measure, Final | Poincare)):
+            raise TypeError(f"{shown(measure)} is no measure; take Peak(), Rms(), Amplitude(k), Final() or the like")
+        if hasattr(measure, "check"):
+            measure.check()
+    return tuple(m for m in measures if hasattr(m, "update"))
+
+
+def method_of(system: Any, method: Any) -> Rk4 | Dopri5:
+    """Return the method given, or the one that suits the system."""
+    steps_known = hasattr(system, "jacobian") and hasattr(system, "orders") and is_spring(system)
+    if method is None:
+        kinks = system.breakpoints() if hasattr(system, "breakpoints") else ()
+        return Dop8() if steps_known and not kinks else Dopri5()
+    if not isinstance(method, Dopri5 | Rk4):
+        raise TypeError(f"method is {shown(method)}; it must be Dop8(...), Rk4(...) or Dopri5(...)")
+    if isinstance(method, Dopri5) and method.largest_step is not None:
+        raise ValueError(
+            f"Dopri5.largest_step is {method.largest_step:g} s; steps of an ensemble are at most 1/16 of a turn: leave "
+            "it out, or give Rk4(steps_per_period=...)"
+        )
+    if isinstance(method, Rk4) and method.steps_per_period is None and not steps_known:
+        name = type(system).__name__
+        lacks = (
+            f"{name} has no jacobian and orders" if is_spring(system) else "a law with friction or memory has no rate"
+        )
+        raise TypeError(f"{lacks} to choose a step from; give steps_per_period or use Dopri5")
+    return method

@@ -1,0 +1,1 @@
+"""Where a system rests: operating points, slow loading."""

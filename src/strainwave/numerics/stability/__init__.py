@@ -1,0 +1,1 @@
+"""Floquet multipliers and special points of branches."""

@@ -1,0 +1,205 @@
+"""Stability of the orbits of a second-order balance problem, and the largest displacement over a period.
+
+A disturbance y of u obeys J y'' + B y' + T'(u(t)) y = 0. With y = exp(-B t/(2J)) z this is Hill's equation z'' + q z
+= 0, which Numerov's fourth-order rule turns into w_{n+1} = t_n w_n - w_{n-1}. The period map of that recurrence has
+determinant 1, so Liouville's formula (the product of the multipliers is exp(-B period/J)) holds exactly and the trace
+tells everything.
+
+Nayfeh & Mook 1979, sec. 5.2 (Hill's equation, Floquet theory); Hairer, Norsett & Wanner I, sec. III.10 (Numerov).
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...compile.jit import borrowed, kernel_as, routine, run, with_leaf
+from ...results import Floats
+from ..balance.erased import quiet
+from ..balance.fourier import synthesis
+from ..balance.linear_algebra import add, row_times
+from ..balance.second_order import Sampling, SecondOrder, is_light
+
+PER_VIBRATION, MOST_STEPS = 16, 200_000  # Numerov steps a free vibration, and of an orbit
+FROZEN, LARGEST_LOG = 4096, 700.0  # instants of a very slow orbit, and the logarithm of the largest multiplier told
+
+
+def _stability_loops(problem: Any, table: Any, points: Any, traces: Any, peaks: Any) -> None:
+    problem, table, points = borrowed(problem), borrowed(table), borrowed(points)
+    n, steps = table.shape
+    h = n // 2
+    u = np.empty(steps)
+    x = np.empty(n)
+    error = np.empty(steps)
+    row_times(problem.error, table, error)
+    spacing = 2.0 * math.pi / (problem.stride * steps)
+    for p in range(points.shape[0]):
+        system = with_leaf(problem.system, problem.leaf, points[p, n])
+        row_times(points[p], table, u)
+        traces[p] = problem.nonlinear.hill_trace(system, points[p], u, system.omega / problem.turns)
+        for k in range(n):
+            x[k] = points[p, k] + problem.error[k]
+        add(1.0, error, u)
+        best = 0
+        for i in range(1, steps):
+            if abs(u[i]) > abs(u[best]):
+                best = i
+        peaks[p] = _refined(x, h, problem.stride, spacing * best, u[best])
+
+
+@routine
+def _refined(x: Any, h: int, stride: int, angle: float, value: float) -> float:
+    top = value
+    for _ in range(2):
+        ck, sk = math.cos(angle), math.sin(angle)
+        c, s = (ck, sk) if stride == 1 else (ck * ck - sk * sk, 2.0 * sk * ck)
+        top, slope, curvature, order = x[0], 0.0, 0.0, 1
+        for k in range(1, h + 1):
+            even, odd = x[k] * ck + x[h + k] * sk, x[h + k] * ck - x[k] * sk
+            top += even
+            slope += order * odd
+            curvature -= order * order * even
+            ck, sk = ck * c - sk * s, ck * s + sk * c
+            order += stride
+        if curvature * value < 0.0:
+            angle -= min(0.1, max(-0.1, slope / curvature))
+    return max(abs(top), abs(value))
+
+
+@kernel_as(_stability_loops)
+def stability(problem: Any, table: Any, points: Any, traces: Any, peaks: Any) -> None:
+    """Write the trace of Hill's period map and the largest |x| of every point (coefficients in blocks, parameter last).
+
+    `table` is the synthesis table of the Numerov grid.
+    """
+    n, steps = table.shape
+    h = n // 2
+    spacing = 2.0 * math.pi / (problem.stride * steps)
+    if not isinstance(problem.nonlinear, Sampling):
+        for p, point in enumerate(points):
+            system = with_leaf(problem.system, problem.leaf, float(point[n]))
+            traces[p] = problem.nonlinear.hill_trace(system, point, point[:n] @ table, system.omega / problem.turns)
+    else:
+        traces[:] = _numerov(problem, points, table)
+    x = points[:, :n] + problem.error
+    samples = x @ table
+    best = np.argmax(np.abs(samples), axis=1)
+    for p in range(len(points)):
+        peaks[p] = _refined(x[p], h, problem.stride, spacing * best[p], samples[p, best[p]])
+
+
+def _numerov(problem: Any, points: Floats, table: Floats) -> Floats:
+    """`Sampling.hill_trace` for all points at once."""
+    n, steps = table.shape
+    spacing = 2.0 * math.pi / (problem.stride * steps)
+    system = with_leaf(problem.system, problem.leaf, points[:, n, None])
+    q = system.law.stiffness(points[:, :n] @ table) + np.zeros((len(points), steps))
+    mu = system.B / system.J
+    q = 12.0 / (1.0 + (spacing * problem.turns / system.omega) ** 2 / 12.0 * (q / system.J - 0.25 * mu * mu)) - 10.0
+    w0, w1, v0, v1 = np.ones(len(points)), np.zeros(len(points)), np.zeros(len(points)), np.ones(len(points))
+    for i in range(steps):
+        w0, w1 = q[:, i] * w0 - w1, w0
+        v0, v1 = q[:, i] * v0 - v1, v0
+    trace = w0 + v1
+    return trace if problem.stride == 1 else trace * trace - 2.0
+
+
+def steps_for(problem: SecondOrder, points: Floats) -> int:
+    """Numerov steps per orbit that resolve every harmonic of the problem, and the free vibration at the slowest point.
+
+    Numerov's rule is unstable beyond sqrt(6) radians of free vibration a step: slow orbits need more steps than their
+    harmonics ask for.
+    """
+    steps = max(128, 8 * problem.stride * len(problem.tau))
+    if not (isinstance(problem.nonlinear, Sampling) and len(points)):
+        return steps
+    speeds = orbit_scales(problem, points[:, -1])[0]
+    slowest = int(np.argmin(speeds))
+    system = with_leaf(problem.system, problem.leaf, float(points[slowest, -1]))
+    u = points[slowest, :-1] @ grid_of(problem, 32 * problem.stride)
+    rate = np.max(np.abs(system.law.stiffness(u) / system.J - 0.25 * (system.B / system.J) ** 2))
+    vibrations = math.sqrt(rate) * problem.turns / float(speeds[slowest])
+    return max(steps, problem.stride * math.ceil(min(PER_VIBRATION * vibrations, MOST_STEPS)))
+
+
+def grid_of(problem: SecondOrder, steps: int) -> Floats:
+    """Synthesis table of a grid with so many steps per orbit."""
+    return synthesis(len(problem.tau) // 2, steps // problem.stride, problem.stride)
+
+
+def multipliers(traces: Floats, decay: Floats) -> NDArray[np.complex128]:
+    """Floquet multipliers (points, 2), largest modulus first, from Hill's traces and exp(-B period/(2J))."""
+    half = 0.5 * np.asarray(traces, float)
+    root = np.sqrt(np.abs(half - 1.0)) * np.sqrt(np.abs(half + 1.0))  # the square of half may not fit a float
+    real = np.abs(half) >= 1.0  # two real multipliers, else a complex pair
+    out = np.empty((*half.shape, 2), complex)
+    larger = half + np.where(real, np.copysign(root, half), 0.0)
+    out.real[..., 0] = larger
+    out.real[..., 1] = np.where(real, 1.0 / np.where(real, larger, 1.0), half)
+    out.imag[..., 0] = np.where(real, 0.0, root)
+    out.imag[..., 1] = -out.imag[..., 0]
+    out *= np.asarray(decay)[..., None]
+    return out
+
+
+def hill(problem: Any, points: Floats, table: Floats | None = None) -> tuple[Floats, Floats]:
+    """Traces of Hill's period map and largest |x| of points; `table` is the synthesis table of another grid.
+
+    The trace is NaN where it does not fit a float, or no grid resolves the free vibration: see `frozen`.
+    """
+    grid = grid_of(problem, steps_for(problem, points)) if table is None else table
+    traces, peaks = np.empty(len(points)), np.empty(len(points))
+    with np.errstate(all="ignore"):
+        run(stability, quiet(problem), grid, np.ascontiguousarray(points), traces, peaks, light=is_light(problem))
+    coarse = isinstance(problem.nonlinear, Sampling) and problem.stride * grid.shape[1] >= MOST_STEPS
+    traces[~np.isfinite(traces) | (coarse and unresolved(problem, points, grid))] = np.nan
+    return traces, peaks
+
+
+def unresolved(problem: Any, points: Floats, table: Floats) -> NDArray[np.bool_]:
+    """Whether a free vibration (points,) has fewer than a quarter of the Numerov steps that it is to have."""
+    rates = frozen_rates(problem, points)[0]
+    fastest = np.max(np.abs(rates.imag), axis=1) * problem.turns / orbit_scales(problem, points[:, -1])[0]
+    return np.asarray(fastest * PER_VIBRATION > 4 * problem.stride * table.shape[1])
+
+
+def frozen_rates(problem: Any, points: Floats) -> Any:
+    """Rates [1/s] (points, times) -B/(2J) +- sqrt((B/(2J))^2 - T'(u)/J) at which a disturbance grows."""
+    system = with_leaf(problem.system, problem.leaf, points[:, -1:])
+    half = 0.5 * system.B / system.J
+    q = system.law.stiffness(points[:, :-1] @ grid_of(problem, FROZEN)) / system.J
+    with np.errstate(all="ignore"):
+        root = np.sqrt(half * half - q + 0j)
+        return np.where(half > 0.0, -q / (half + root), root - half), -half - root
+
+
+def frozen(problem: Any, points: Floats) -> NDArray[np.complex128]:
+    """Multipliers (points, 2) of orbits so slow that disturbances follow the rates of the moment (WKB).
+
+    With thousands of free vibrations a period what this leaves out is less than the rounding of the integral.
+    """
+    period = 2.0 * np.pi * problem.turns / orbit_scales(problem, points[:, -1])[0]
+    logs = [np.mean(rate, axis=1) * period for rate in frozen_rates(problem, points)]
+    return np.stack([np.exp(np.minimum(log.real, LARGEST_LOG) + 1j * log.imag) for log in logs], axis=1)
+
+
+def orbit_scales(problem: Any, values: Floats) -> tuple[Floats, Floats]:
+    """Base frequency, and exp(-B period/(2J)), for every value of the parameter."""
+    systems = problem.system
+    if problem.leaf == problem.omega_leaf:
+        omega = values.copy()
+    else:
+        systems = with_leaf(systems, problem.leaf, values)
+        omega = np.broadcast_to(np.asarray(systems.omega, float), values.shape).copy()
+    return omega, np.exp(-np.pi * problem.turns * systems.B / systems.J / omega)
+
+
+def displacement_peaks(series: Floats) -> Floats:
+    """Largest absolute value over a period of every series (rows of coefficients in blocks)."""
+    h = series.shape[1] // 2
+    samples = series @ synthesis(h, 128 * h)
+    best = np.argmax(np.abs(samples), axis=1)
+    return np.array(
+        [_refined(x, h, 1, np.pi * b / (64 * h), row[b]) for x, b, row in zip(series, best, samples, strict=True)]
+    )

@@ -1,0 +1,1 @@
+"""The analysis of a project, from the drive to the advice."""

@@ -1,0 +1,268 @@
+"""The whole analysis of a drive: stability, resonances, response through the speed range, single speeds in time."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...law import is_spring
+from ...model.gears.gear import Gear
+from ...model.gears.limits import Finding
+from ...model.oscillator import Oscillator
+from ...model.train.drive_train import DriveTrain
+from ...model.varying import VaryingOscillator
+from ...results import Branch, SolveError, Status
+from ...theory.lyapunov import lyapunov
+from ...theory.slow_flow.resonance import NONRESONANT, Resonance
+from ...theory.stability_proof import StabilityProof
+from ..response.by_integration import response_through
+from ..response.gear_forces import loses_energy
+from ..response.resonances import OperatingPoint, Regime, operating_point, regimes
+from ..response.response import ExactResponse
+from ..train.reductions import refuse_free
+from .advice import Advice, advise
+from .avoid import in_run
+from .beyond import Beyond, study_beyond
+from .cases import speeds_in_time
+from .resonance_tops import with_tops
+from .runup import RunUp, run_up, silent
+from .time_case import TimeCase, time_case
+from .train_curve import TrainCurve, train_curve
+from .train_study import train_study
+from .usage import Usage, limit_findings, usage, with_run
+
+FEWEST, FINE = 20, 300  # points of the exact response in the band of a resonance, and of one drawn for it alone
+DISAGREE = 0.01  # of the largest |x|: more than truncation of the series explains
+
+
+@dataclass(frozen=True, eq=False)
+class Analysis:
+    """Everything that the report shows about the error equation.
+
+    Attributes
+    ----------
+    system : Oscillator or VaryingOscillator
+        The error equation at the middle of the range.
+    speeds : (float, float)
+        Range of the base-angle speed [rad/s].
+    point : OperatingPoint
+        Equilibrium under the mean torque.
+    stability : StabilityProof
+        Lyapunov's certificate of the drive without excitation.
+    regimes : tuple of Regime
+        Resonances of all excitation lines, by ascending speed.
+    exact : ExactResponse
+        Response of the error equation through the range, with stability, folds and jumps.
+    close : dict of Resonance to ExactResponse
+        The response once more around those resonances that are too narrow for the points of `exact`.
+    run_up : RunUp
+        Simulated run-up and coast-down, its independent check.
+    cases : tuple of TimeCase
+        Single speeds in time.
+    usage : Usage
+        What the steady motions ask of the gear: those of the whole drive train and its run-up, where there are any.
+    limits : tuple of Finding
+        The same against each limit of the gear's datasheet; empty for a gear that is given by its law alone.
+    beyond : Beyond
+        Hysteresis, varying stiffness, and the whole drive train, of a drive that has them.
+    advice : Advice or None
+        Speeds to avoid and what would help; None where no motion is stable.
+    warnings : tuple of str
+        Sentences about what went wrong or needs care.
+    """
+
+    system: Oscillator | VaryingOscillator
+    speeds: tuple[float, float]
+    point: OperatingPoint
+    stability: StabilityProof
+    regimes: tuple[Regime, ...]
+    exact: ExactResponse
+    close: dict[Resonance, ExactResponse]
+    run_up: RunUp
+    cases: tuple[TimeCase, ...]
+    usage: Usage
+    limits: tuple[Finding, ...]
+    beyond: Beyond
+    advice: Advice | None
+    warnings: tuple[str, ...]
+
+    @property
+    def train_curve(self) -> TrainCurve | None:
+        """Steady motions of the whole drive train, where it has any that repeat."""
+        return None if self.beyond.train is None else self.beyond.train.curve
+
+    @property
+    def response(self) -> ExactResponse:
+        """The curve that the drive's largest error is read from: of the whole train where there is one."""
+        return self.exact if self.train_curve is None else self.train_curve.response
+
+
+def analyze(
+    system: Oscillator | VaryingOscillator,
+    speeds: tuple[float, ...],
+    *,
+    is_range: bool = True,
+    gear: Gear | None = None,
+    by_motor: bool = True,
+    train: DriveTrain | None = None,
+    rated_torque: float | None = None,
+    limit: float | None = None,
+    loads: tuple[tuple[float, Any], ...] = (),
+    progress: Callable[[str, float], None] = silent,
+) -> Analysis:
+    """Analyse a drive over a range of speeds, or at single ones.
+
+    Parameters
+    ----------
+    system : Oscillator or VaryingOscillator
+        The error equation; its omega is replaced by the speeds.
+    speeds : tuple of float
+        Base-angle speeds [rad/s], ascending: the ends of the range, or every speed asked for.
+    is_range : bool
+        Which of the two.
+    gear : Gear, optional
+        Record whose limits the run is compared with.
+    by_motor : bool
+        Whether the base angle is that of the motor, so that its speed is the gear's input speed.
+    train : DriveTrain, optional
+        The whole train at constant speed, where the error equation leaves something of it out.
+    rated_torque : float, optional
+        Rated torque [N*m], full load of the hysteresis loop.
+    limit : float, optional
+        Largest oscillation of the error [rad] that the drive may have, for the speeds to avoid.
+    loads : tuple of (float, system), optional
+        Relative changes of the load's inertia, each with the error equation that it leads to, for what would help.
+    progress : callable
+        Told before every step what is done now, and the share of the work that is done; default: nobody.
+
+    Raises
+    ------
+    ValueError
+        If the motor is free and the train has parts that the error equation leaves out.
+    SolveError
+        If the law cannot carry the mean torque, or no simulation finishes.
+    """
+    if train is not None:
+        refuse_free(train)
+    limits = (speeds[0], speeds[-1]) if is_range else (0.8 * speeds[0], 1.2 * speeds[-1])
+    system = system._replace(omega=0.5 * (limits[0] + limits[1]))
+    progress("operating point and stability", 0.0)
+    point = operating_point(system)
+    stability = _proof(system, point)
+    progress("exact response", 0.02)
+    exact = response_through(system, limits)
+    progress("resonances by multiple scales", 0.2)
+    found = regimes(system, point, limits)
+    narrow = [regime for regime in found if _narrow(regime, exact)]
+    close = {}
+    for near in narrow:
+        progress(f"exact response around the {near.name}", 0.3)
+        close[near.resonance] = response_through(system, near.band(), FINE)
+    found = with_tops(found, system, exact, close)
+    sweep = run_up(system, limits, exact, point, lambda share: progress("run-up and coast-down", 0.4 + 0.2 * share))
+    if not any(motion.status for motion in (*sweep.up, *sweep.down)):
+        raise SolveError(f"no simulated speed reached a steady motion: {sweep.up[0].message}")
+    chosen = speeds_in_time(found, sweep, limits, () if is_range else speeds)
+    cases = []
+    for i, (name, omega, regime) in enumerate(chosen):
+        progress(f"{name} in time", 0.6 + 0.2 * i / len(chosen))
+        resonance = NONRESONANT if regime is None else regime.resonance
+        cases.append(time_case(name, system._replace(omega=omega), resonance, point))
+    curve = None
+    if train is not None:
+        progress("whole drive train", 0.8)
+        curve = train_curve(train, limits)
+    motions = (*sweep.up, *sweep.down, *(case.steady for case in cases))
+    used = usage(system, exact, motions) if curve is None else curve.usage
+    study = None
+    if train is not None:
+        study = train_study(
+            train, system, limits, curve, exact, point, gear, lambda part: progress(f"whole drive train: {part}", 0.85)
+        )
+    if study is not None and study.run is not None:
+        used = with_run(used, study.run, study.begin)
+    passed = () if gear is None else limit_findings(gear, used, speeds[-1] if by_motor else None)
+    said = _warnings(system, point, exact, sweep, tuple(cases))
+    if curve is not None:
+        said += tuple(not_exact("The steady curve of the whole drive train", curve.response.curve))
+    progress("hysteresis and varying stiffness", 0.88)
+    beyond = study_beyond(system, limits, largest_torque=used.peak_torque, rated_torque=rated_torque, study=study)
+    if study is not None and study.left_out is not None:
+        said += (study.left_out.sentence(),)
+    progress("what would help", 0.9)
+    about = exact if curve is None else curve.response
+    whole = None if curve is None else train
+    ramp = None if study is None or study.run is None or not study.run_alone else in_run(study.run, study.begin)
+    advice = advise(
+        system, about, point, limits, used.peak_torque, whole, limit=limit, loads=loads, passed=ramp,
+        progress=lambda what: progress(f"what would help: {what}", 0.9),
+    )  # fmt: skip
+    return Analysis(
+        system, limits, point, stability, found, exact, close, sweep, tuple(cases), used, passed, beyond, advice, said
+    )
+
+
+def _proof(system: Any, point: OperatingPoint) -> StabilityProof:
+    """Lyapunov's certificate, or why this law has none."""
+    if is_spring(system):
+        return lyapunov(system)
+    law = type(system.law).__name__
+    reason = (
+        f"{law} has friction or memory, whose internal states Lyapunov's direct method with V(x, v) does not know; the "
+        "multipliers of the exact response say which motions are stable"
+    )
+    return StabilityProof(system, point.mean_torque, (), None, False, "none", False, None, "nothing is claimed", reason)
+
+
+def not_exact(name: str, curve: Branch) -> list[str]:
+    """Sentence on a curve that ends inside the range or leaves too many harmonics out."""
+    if curve.status:
+        return []
+    return [f"{name} is {'rough' if curve.status is Status.TRUNCATED else 'not whole'}: {curve.message}."]
+
+
+def _narrow(regime: Regime, exact: ExactResponse) -> bool:
+    """Whether a resonance of the main branch has too few points of the exact response in its band."""
+    if regime.response is None or not regime.response.branches or regime.resonance.q != 1:
+        return False
+    low, high = regime.band()
+    return int(np.sum((exact.curve.omega > low) & (exact.curve.omega < high))) < FEWEST
+
+
+def _warnings(
+    system: Any, point: OperatingPoint, exact: ExactResponse, sweep: RunUp, cases: tuple[TimeCase, ...]
+) -> tuple[str, ...]:
+    said = []
+    if point.omega_0 == 0.0:
+        said.append(
+            "The law has no stiffness where the mean torque holds the drive (play), so there is no natural "
+            "frequency to resonate "
+            "with and multiple scales does not apply; everything here is from integration."
+        )
+    if not loses_energy(system):
+        said.append(
+            "The drive has no damping: transients never decay, the amplitude at resonance is bounded by the "
+            "nonlinearity alone, "
+            "and simulated points depend on the start; give a damping, a damping ratio or a quality factor."
+        )
+    if exact.method != "integration":
+        said += not_exact("The exact response curve", exact.curve)
+    elif not exact.curve.status:
+        said.append(f"The response has gaps: {exact.curve.message}.")
+    difference = sweep.difference()
+    if difference is not None and difference > DISAGREE:
+        said.append(
+            f"Integration and the exact response differ by up to {100.0 * difference:.2g} % in the largest |x| at a "
+            "speed that both have: the drive can settle on another motion there."
+        )
+    failed = [m for m in (*sweep.up, *sweep.down) if not m.status]
+    if failed:
+        said.append(
+            f"{len(failed)} of {len(sweep.up) + len(sweep.down)} simulated speeds have no steady motion: "
+            f"{failed[0].message}."
+        )
+    for case in cases:
+        if not case.transient.status:
+            said.append(f"At {case.omega:.5g} rad/s ({case.name}) the simulation from rest {case.transient.message}.")
+    return tuple(said)

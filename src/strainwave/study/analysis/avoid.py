@@ -1,0 +1,224 @@
+"""Which speeds to avoid: around the peaks of the computed curve or above a limit, and in bands between jumps.
+
+A steady curve is under constant mean torques. Where a torque follows the load's own angle, the run-up has it, and the
+speeds of its peaks are avoided as well.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...numerics.balance.fourier import to_blocks
+from ...numerics.stability.second_order import displacement_peaks
+from ...results import Branch, Floats
+from ..response.by_integration import SAME
+from ..response.resonances import OperatingPoint
+from ..response.response import ExactResponse
+from ..train.run import DriveRun
+
+HALF_POWER = sqrt(0.5)
+AMPLIFIED = 2.0  # times the error of slow turning, from which on a peak is one
+
+Speeds = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Avoid:
+    """Speeds to avoid: in the half-power band of a peak, or where a limit is exceeded in its place; and in hysteresis.
+
+    The oscillation is the largest |x - mean|. A peak is more than twice that of slow turning, and the largest of all
+    motions around it that are above 1/sqrt(2) of it: its half-power band.
+
+    Attributes
+    ----------
+    bands : tuple of (float, float)
+        Speeds of the base angle [rad/s], ascending and apart.
+    largest, at : float
+        Largest oscillation in the range [rad], and its speed [rad/s].
+    slow : float
+        Oscillation [rad] when the drive turns slowly.
+    peaks : tuple of (float, float)
+        Speed [rad/s] and oscillation [rad] of every peak, by ascending speed; empty where there is a limit.
+    limit : float or None
+        Largest oscillation [rad] that the drive may have; None where nothing is given.
+    passed : tuple of (float, float)
+        Those of the bands that the run-up adds, as it met them.
+    largest_passed : (float, float) or None
+        Speed [rad/s] and size [rad] of the largest oscillation of that run-up; None where the curve has all torques.
+    """
+
+    bands: tuple[Speeds, ...]
+    largest: float
+    at: float
+    slow: float
+    peaks: tuple[tuple[float, float], ...] = ()
+    limit: float | None = None
+    passed: tuple[Speeds, ...] = ()
+    largest_passed: tuple[float, float] | None = None
+
+
+class Motions(NamedTuple):
+    """Motions in the order of a curve or a sweep: speeds, oscillations, and whether each is joined to the next."""
+
+    omega: Floats
+    sizes: Floats
+    joined: Any
+
+    def run(self, i: int, level: float) -> tuple[int, int]:
+        """First and last of the motions around number i that are above a level."""
+        low = np.flatnonzero(self.sizes[:i] <= level)
+        high = np.flatnonzero(self.sizes[i:] <= level)
+        return int(low[-1]) + 1 if len(low) else 0, i + int(high[0]) - 1 if len(high) else len(self.sizes) - 1
+
+    def band(self, first: int, last: int, level: float) -> Speeds:
+        """Speeds between which such a run lies, its ends by linear interpolation."""
+        ends = [*self.omega[first : last + 1]]
+        for inside, outside in ((first, first - 1), (last, last + 1)):
+            if 0 <= outside < len(self.omega) and self.joined[min(inside, outside)]:
+                share = (self.sizes[inside] - level) / (self.sizes[inside] - self.sizes[outside])
+                ends.append(self.omega[inside] + share * (self.omega[outside] - self.omega[inside]))
+        return float(min(ends)), float(max(ends))
+
+    def above(self, level: float) -> list[Speeds]:
+        """Bands of all motions above a level."""
+        bands, i = [], 0
+        while i < len(self.omega):
+            if self.sizes[i] > level:
+                first, i = self.run(i, level)
+                bands.append(self.band(first, i, level))
+            i += 1
+        return bands
+
+    def peaks(self, least: float) -> list[int]:
+        """Numbers of those above `least` that are the largest in their half-power band."""
+        padded = np.concatenate([[-np.inf], self.sizes, [-np.inf]])
+        high = (self.sizes > least) & (self.sizes >= padded[:-2]) & (self.sizes > padded[2:])
+        return [int(i) for i in np.flatnonzero(high) if self.sizes[i] == self._highest(int(i))]
+
+    def _highest(self, i: int) -> float:
+        first, last = self.run(i, HALF_POWER * self.sizes[i])
+        return float(np.max(self.sizes[first : last + 1]))
+
+    def rising(self, omega: float, size: float) -> bool | None:
+        """Whether the motion of that speed and size lies on the flank of a peak; None where it is not among these."""
+        i = int(np.argmin(np.abs(self.omega - omega)))
+        if abs(self.sizes[i] / size - 1.0) > SAME:
+            return None
+        return self._highest(i) > (1.0 + SAME) * size
+
+
+def in_run(run: DriveRun, begin: float) -> Motions | None:
+    """Oscillation in every turn of the motor of a run, from a time [s] on: largest distance from the mean of the turns.
+
+    The mean follows what changes slowly, the torque of the load's own angle for one. None of a run of less than three
+    turns.
+    """
+    keep = run.trajectory.t >= begin
+    t, speed, error = run.trajectory.t[keep], run.motor_speed[keep], run.error[keep]
+    angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t))]) / (2.0 * np.pi)
+    starts = np.searchsorted(angle, np.arange(int(angle[-1]) + 1))
+    if len(starts) < 4:
+        return None
+    ends, starts = starts[1:], starts[:-1]
+    error, speed, counts = error[: ends[-1]], speed[: ends[-1]], ends - starts
+    means, middles = np.add.reduceat(error, starts) / counts, 0.5 * (starts + ends - 1)
+    slow = np.interp(np.arange(len(error)), _longer(middles), _longer(means))
+    sizes = np.maximum.reduceat(np.abs(error - slow), starts)
+    return Motions(np.add.reduceat(speed, starts) / counts, sizes, np.ones(len(starts), bool))
+
+
+def _longer(row: Any) -> Floats:
+    """A row with one number more at each end, on a straight line."""
+    return np.concatenate([[2.0 * row[0] - row[1]], row, [2.0 * row[-1] - row[-2]]])
+
+
+def speeds_to_avoid(
+    system: Any, response: ExactResponse, point: OperatingPoint, limit: float | None = None,
+    passed: Motions | None = None,
+) -> Avoid | None:  # fmt: skip
+    """Apply the rule of `Avoid` to the motions that a slow run-up and coast-down visit; None where there are none.
+
+    `passed` are those of a run-up that has torques which the curve has not (`in_run`).
+    """
+    visited = response.visited()
+    if not len(visited) or response.sweep is None:
+        return None
+    sweep, curve = response.sweep, response.curve
+    forth = Motions(curve.omega[visited], oscillations(curve)[visited], np.diff(visited) == 1)
+    at = int(np.argmax(forth.sizes))
+    slow = _slow(system, point)
+    every = [forth]
+    if response.back is not None:
+        omega = response.back.omega
+        every.append(Motions(omega, oscillations(response.back), np.ones(len(omega), bool)))
+    bands = [(band.low, band.high) for band in sweep.jumping]
+    tops = [] if limit is not None else _peaks(every, AMPLIFIED * slow)
+    for motions, i in tops:
+        level = HALF_POWER * motions.sizes[i]
+        bands.append(motions.band(*motions.run(i, level), level))
+    if limit is not None:
+        bands += [band for motions in every for band in motions.above(limit)]
+    peaks = tuple(sorted((float(motions.omega[i]), float(motions.sizes[i])) for motions, i in tops))
+    met = () if passed is None else _merged(_met(passed, AMPLIFIED * slow, limit))
+    top = None if passed is None else _largest(passed)
+    return Avoid(
+        _merged([*bands, *met]), float(forth.sizes[at]), float(forth.omega[at]), slow, peaks, limit, met, top
+    )  # fmt: skip
+
+
+def _largest(motions: Motions) -> tuple[float, float]:
+    at = int(np.argmax(motions.sizes))
+    return float(motions.omega[at]), float(motions.sizes[at])
+
+
+def _met(motions: Motions, least: float, limit: float | None) -> list[Speeds]:
+    """Bands of a run-up: above the limit, or within half power of its peaks and of the largest of them."""
+    if limit is not None:
+        return motions.above(limit)
+    tops = motions.peaks(least)
+    levels = [HALF_POWER * motions.sizes[i] for i in tops]
+    found = [motions.band(*motions.run(i, level), level) for i, level in zip(tops, levels, strict=True)]
+    return found + (motions.above(max(levels)) if levels else [])
+
+
+def _peaks(every: list[Motions], least: float) -> list[tuple[Motions, int]]:
+    """Peaks of the curve; of two sweeps those that are none of a motion on which the other one goes on rising."""
+    forth, *back = every
+    found = []
+    for i in forth.peaks(least):
+        if not any(other.rising(forth.omega[i], forth.sizes[i]) for other in back):
+            found.append((forth, i))
+    for other in back:
+        found += [(other, i) for i in other.peaks(least) if forth.rising(other.omega[i], other.sizes[i]) is None]
+    return found
+
+
+def oscillations(curve: Branch) -> Floats:
+    """Largest |x - mean| [rad] over a period, at every point of a curve."""
+    if not np.any(np.abs(curve.coefficients[:, 0]) > 1e-6 * curve.peak):
+        return curve.peak
+    series = to_blocks(curve.coefficients.T).T.copy()
+    series[:, 0] = 0.0
+    return displacement_peaks(series)
+
+
+def _slow(system: Any, point: OperatingPoint) -> float:
+    """Oscillation [rad] of a drive that follows its excitation without inertia."""
+    angles = 2.0 * np.pi * np.arange(2048) / 2048
+    torque = np.broadcast_to(system.excitation.torque(angles), angles.shape) - point.mean_torque
+    twist = torque / point.stiffness if point.stiffness > 0.0 else 0.0 * torque
+    error = system.error.value(angles) + twist
+    return float(np.max(np.abs(error - np.mean(error))))
+
+
+def _merged(bands: Iterable[tuple[float, ...]]) -> tuple[Speeds, ...]:
+    out: list[list[float]] = []
+    for low, high in sorted(bands):
+        if out and low <= out[-1][1]:
+            out[-1][1] = max(out[-1][1], high)
+        else:
+            out.append([low, high])
+    return tuple((low, high) for low, high in out)

@@ -1,0 +1,232 @@
+"""One speed in time: from rest to the steady motion, the torque through the gear, and the energy of a cycle."""
+
+import cmath
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...numerics.integration.simulate import simulate
+from ...results import Floats, SolveError, Status, Trajectory
+from ...theory.slow_flow.multiple_scales import slow_flow
+from ...theory.slow_flow.resonance import Resonance
+from ..article.validate import Comparison, compare
+from ..response.gear_forces import (
+    UNDAMPED_PERIODS,
+    damping_of,
+    gear_torque,
+    heat,
+    loses_energy,
+    no_multiple_scales,
+    settling_time,
+)
+from ..response.resonances import OperatingPoint
+from ..response.steady import SteadyMotion, finished_or_interrupted, settle
+from .runup import LONGER
+
+WINDOW = 5.0  # in units of 1/mu
+PER_CYCLE = 24  # samples per fastest cycle of a transient
+MOST = 60_000  # samples of a transient
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """One span of the steady motion with what follows from it.
+
+    Attributes
+    ----------
+    t, x, v, u, torque : (n,) arrays
+        Time [s], dynamic error [rad], its rate [rad/s], torsion [rad] and transmitted torque T + B u' [N*m,
+        output side].
+    peak_torque, mean_torque : float
+        Largest absolute and mean transmitted torque [N*m].
+    dissipated, work : float
+        Energy [J] that damping and law take and the excitation gives per turn of the base angle; equal when steady.
+    power : float
+        Mean power lost [W].
+    peak, peak_to_peak : float
+        Largest |x| and largest minus smallest x [rad].
+    """
+
+    t: Floats
+    x: Floats
+    v: Floats
+    u: Floats
+    torque: Floats
+    peak_torque: float
+    mean_torque: float
+    dissipated: float
+    work: float
+    power: float
+    peak: float
+    peak_to_peak: float
+
+
+@dataclass(frozen=True, eq=False)
+class TimeCase:
+    """The drive at one speed.
+
+    Attributes
+    ----------
+    name : str
+        "primary, order 2", "no resonance", ...
+    omega : float
+        Speed of the base angle [rad/s].
+    resonance : Resonance
+        The regime that multiple scales is asked for.
+    transient : Trajectory
+        Simulation from the static equilibrium at rest.
+    peak_from_rest : float
+        Largest |x| [rad] of the transient.
+    steady : SteadyMotion
+        What it settles on.
+    cycle : Cycle or None
+        Torque and energy of the steady motion; None where the simulation did not finish.
+    comparison : Comparison or None
+        Multiple scales against integration from the same start.
+    steady_theory : (n,) array or None
+        x [rad] of multiple scales at the times of `cycle`, after the same settling time from rest.
+    amplitudes : (float or None, float or None)
+        Steady 0-to-peak amplitude [rad] of the torsion's component at (p/q) omega by multiple scales and by
+        integration.
+    reason : str
+        Why there is no comparison, empty where there is one.
+    """
+
+    name: str
+    omega: float
+    resonance: Resonance
+    transient: Trajectory
+    peak_from_rest: float
+    steady: SteadyMotion
+    cycle: Cycle | None
+    comparison: Comparison | None
+    steady_theory: Floats | None
+    amplitudes: tuple[float | None, float | None]
+    reason: str
+
+
+def time_case(name: str, system: Any, resonance: Resonance, point: OperatingPoint) -> TimeCase:
+    """Simulate one speed from rest and compare with multiple scales.
+
+    Parameters
+    ----------
+    name : str
+        Name for the report.
+    system : Oscillator
+        The error equation at the speed in question.
+    resonance : Resonance
+        Regime of the comparison.
+    point : OperatingPoint
+        The start: the static equilibrium, at rest.
+    """
+    start = point.start
+    steady = _settled(system, start, resonance.q or 1)
+    cycle = cycle_of(system, steady) if steady.status else None
+    comparison, reason = None, ""
+    try:
+        if reason := no_multiple_scales(system):
+            raise ValueError(reason)
+        window = None if damping_of(system) > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / system.omega
+        comparison = compare(system, resonance, (point.x, 0.0), window)
+        transient = finished_or_interrupted(comparison.integrated)
+    except (ValueError, SolveError, ArithmeticError) as error:
+        reason = str(error) or f"multiple scales stopped with {type(error).__name__}"
+        transient = finished_or_interrupted(simulate(system, start, _times(system, point)))
+    theory, amplitude = None, None
+    if comparison is not None and cycle is not None:
+        theory, amplitude = _steady_theory(comparison, cycle.t)
+    ratio = resonance.ratio
+    simulated = None if ratio is None or cycle is None else steady.torsion_amplitude(float(ratio))
+    return TimeCase(
+        name,
+        system.omega,
+        resonance,
+        transient,
+        transient.peak(),
+        steady,
+        cycle,
+        comparison,
+        theory,
+        (amplitude, simulated),
+        reason,
+    )
+
+
+def _times(system: Any, point: OperatingPoint) -> Floats:
+    """Times of the transient: until it has fallen to exp(-2.5), or some periods where nothing decays."""
+    mu = damping_of(system) / system.J
+    length = WINDOW / mu if mu > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / system.omega
+    fastest = max(point.omega_0, system.omega * max((1, *system.orders())))
+    return np.linspace(0.0, length, min(MOST, PER_CYCLE * math.ceil(length * fastest / (2.0 * math.pi)) + 1))
+
+
+def _settled(system: Any, start: tuple[float, ...], period: int) -> SteadyMotion:
+    """Motion after the transient; more of it is simulated until the orbit that closes is a stable one."""
+    steady = settle(system, start, time=settling_time(system), period=period)
+    for _ in range(LONGER):
+        if steady.stable or not steady.status or not loses_energy(system):
+            break
+        steady = settle(system, steady.end, time=settling_time(system), period=period)
+    return steady
+
+
+def _steady_theory(comparison: Comparison, t: Floats) -> tuple[Floats, float | None]:
+    """Steady motion of multiple scales on which the compared transient ends, and its amplitude near omega_0."""
+    system, resonance, run = comparison.system, comparison.resonance, comparison.theory
+    flow = slow_flow(system, resonance)
+    z = flow.attractor(cmath.rect(float(run.amplitude[-1]), -float(run.phase[-1])))
+    if z is None:  # not clear yet, or undamped: go on
+        turn = 2.0 * math.pi / system.omega * (resonance.q or 1)
+        later = turn * math.ceil(3.0 * settling_time(system) / turn)
+        run = flow.evolve((float(run.x[-1]), float(run.rate[-1])), np.concatenate([run.t[-1:], later + t]))
+        x, amplitude = run.x[1:], float(run.amplitude[-1])
+    else:
+        x, amplitude = flow.steady_x(z, t), abs(z)
+    return x, None if resonance.ratio is None else amplitude
+
+
+def cycle_of(system: Any, steady: SteadyMotion) -> Cycle:
+    """Torque and energy of a steady motion.
+
+    Damping, friction and memory take the integral of B u'^2 and of the law's losses; the excitation gives that of
+    tau x' - (T + B u') e', the second term being the work of the motor through the kinematic error.
+
+    Parameters
+    ----------
+    system : Oscillator
+        The system that the motion belongs to.
+    steady : SteadyMotion
+        Its samples, equidistant over whole periods.
+    """
+    phase = system.omega * steady.t
+    u = steady.u
+    e_rate = system.omega * system.error.slope(phase)
+    du = steady.v - e_rate
+    z = tuple(steady.z)
+    torque = np.asarray(gear_torque(system, phase, u, du, z))
+    tau = np.broadcast_to(system.excitation.torque(phase), phase.shape)
+    span = float(steady.t[-1])
+    turns = steady.period
+    dissipated = float(np.mean(heat(system, phase, u, du, z)[:-1])) * span / turns
+    work = float(np.mean((tau * steady.v - torque * e_rate)[:-1])) * span / turns
+    return Cycle(
+        steady.t,
+        steady.x,
+        steady.v,
+        u,
+        torque,
+        float(np.max(np.abs(torque))),
+        float(np.mean(torque[:-1])),
+        dissipated,
+        work,
+        dissipated * turns / span,
+        steady.peak,
+        float(np.ptp(steady.x)),
+    )
+
+
+def diverged(case: TimeCase) -> bool:
+    """Whether the simulation of a case left every bound."""
+    return Status.DIVERGED in (case.transient.status, case.steady.status)

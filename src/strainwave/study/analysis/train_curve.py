@@ -1,0 +1,200 @@
+"""The response of a whole drive train through a speed range: error between motor and load, and torque in the gear.
+
+That error is x = theta_m/N - theta_l, of the load behind all couplings; the motor's own deviation from its reference is
+not in it.
+"""
+
+from dataclasses import dataclass
+from dataclasses import replace as with_changes
+from typing import Any
+
+import numpy as np
+
+from ...model.gears.limits import cubic_mean
+from ...model.hysteresis import Parallel
+from ...model.train.drive_train import DriveTrain
+from ...model.train.motion import AngleTorque
+from ...model.train.shafts import NO_DRAG, Elastic, Free, end_of
+from ...model.train.train_forms import AtLoad, own_state, turning
+from ...numerics.balance.first_order import FirstOrder, first_order, rates_at
+from ...numerics.balance.fourier import from_blocks, synthesis
+from ...numerics.balance.truncation import MATTERS, Tail, tail_along
+from ...numerics.curves.describe import describe
+from ...numerics.curves.passage import across
+from ...numerics.curves.trace import Trace, leaf_of
+from ...numerics.labels import STUCK
+from ...numerics.stability.second_order import displacement_peaks
+from ...results import Floats
+from ..response.jumps import jumps
+from ..response.response import ExactResponse
+from .usage import Usage
+
+POINTS, FEW = 60, 24  # about so many, and more where the curve bends; and for a peak alone
+PER_ORDER, WITH_KINKS = 4, 8  # harmonics to begin with per order of the excitation; and at least, with breakpoints
+MOST = 64  # at most, or two beyond the highest order
+LOOKED_AT, SAME = 12, 1e-9  # places of a turn, and the relative difference of rates that act alike there
+SAMPLES = 512  # of a turn, for its largest torque
+
+
+@dataclass(frozen=True, eq=False)
+class TrainCurve:
+    """Steady motions of a drive train through a range of motor speeds.
+
+    Attributes
+    ----------
+    response : ExactResponse
+        The curve: its x is the error between motor and load, twists of couplings included.
+    usage : Usage
+        Largest torques in the gear over the motions that a slow run-up or coast-down visits.
+    gear_peak : float
+        Largest |x| across the gear alone [rad] in them.
+    without_angle : bool
+        Whether a torque that follows the load's own angle, gravity for one, is left out: it repeats once in N turns of
+        the motor, so that no motion with it repeats with every turn.
+    """
+
+    response: ExactResponse
+    usage: Usage
+    gear_peak: float
+    without_angle: bool
+
+
+def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | None:
+    """Follow the steady motions of a train whose motor is held or has a loop; None of another, or where none is found.
+
+    Parameters
+    ----------
+    train : DriveTrain
+        The train at constant speed (the `Steady` reference); its omega is replaced.
+    speeds : (float, float)
+        Range of the motor speed [rad/s].
+    """
+    if isinstance(train.motor.control, Free):
+        return None
+    system = AtLoad(without_gravity(train), train.omega)
+    problem, found, tail, origin = traced_train(system, speeds, POINTS)
+    if not len(found.points):
+        return None
+    curve = describe(problem, "omega", found, tail, origin, locate=False)
+    try:
+        response = ExactResponse(curve, jumps(curve))
+    except ValueError:  # nothing stable to follow
+        return None
+    series = series_of(problem, found.points)
+    path = response.visited()
+    own = np.array([np.any(np.all(row == curve.coefficients[path], axis=1)) for row in from_blocks(series[:, 0].T).T])
+    strain = _strain(system, found.points[own, -1], series[own])
+    return TrainCurve(response, *strain, follows_its_angle(train))
+
+
+def largest_oscillation(
+    train: DriveTrain, speeds: tuple[float, float], harmonics: int
+) -> tuple[float, float] | None:  # fmt: skip
+    """Speed [rad/s] and size [rad], largest |x - mean| of the load, of the largest oscillation in a short range."""
+    problem, found, _, _ = traced_train(AtLoad(without_gravity(train), train.omega), speeds, FEW, harmonics)
+    if not len(found.points):
+        return None
+    series = series_of(problem, found.points)[:, 0]
+    series[:, 0] = 0.0
+    sizes = displacement_peaks(series)
+    return float(found.points[np.argmax(sizes), -1]), float(np.max(sizes))
+
+
+def follows_its_angle(train: DriveTrain) -> bool:
+    """Whether the load is opposed by a torque of its own angle, which repeats once in N turns of the motor."""
+    return _of_angle(end_of(train.load).drag)
+
+
+def without_gravity(train: DriveTrain) -> DriveTrain:
+    """Return the train without the torques that follow the load's own angle."""
+    return train._replace(load=_without_gravity(train.load)) if follows_its_angle(train) else train
+
+
+def _without_gravity(load: Any) -> Any:
+    if isinstance(load, Elastic):
+        return load._replace(load=_without_gravity(load.load))
+    return load._replace(drag=_no_angle(load.drag))
+
+
+def _no_angle(law: Any) -> Any:
+    if isinstance(law, AngleTorque):
+        return NO_DRAG
+    return Parallel(*map(_no_angle, law)) if isinstance(law, Parallel) else law
+
+
+def _of_angle(law: Any) -> bool:
+    if isinstance(law, Parallel):
+        return any(map(_of_angle, law))
+    return isinstance(law, AngleTorque)
+
+
+def traced_train(
+    system: AtLoad, speeds: tuple[float, float], points: int, given: int | None = None
+) -> tuple[FirstOrder, Trace, Tail, str]:
+    """Balance problem and points of a curve, with the harmonics that the x of the load takes, or those given.
+
+    What repeats g times in a turn is followed over a g-th of a turn, with a g-th of the unknowns.
+    """
+    leaf, top = leaf_of(system, "omega"), max((1, *system.orders()))
+    middle = system._replace(omega=(speeds[0] * speeds[1]) ** 0.5)
+    small = first_order(middle, leaf, leaf, top)
+    kinked, g = small.kinked, repeats(small, top)
+    most = -(-max(MOST, top + 2 * g) // g)
+    h = max(1, PER_ORDER * top // g, WITH_KINKS if kinked else 1) if given is None else max(1, given // g)
+    h = min(most, h)
+    while True:
+        problem = first_order(middle, leaf, leaf, h, 1.0 / g)
+        found, origin = across(problem, *speeds, 4.0 / points)
+        tail = tail_along(problem, found.points)
+        enough = tail.share <= MATTERS and found.outcome != STUCK
+        if enough or h >= most or given is not None:
+            return *_over_a_turn(problem, found, g), tail._replace(harmonics=h * g), origin
+        h = min(most, 2 * h)
+
+
+def repeats(problem: FirstOrder, top: int) -> int:
+    """How often in a turn, at most `top` times, everything that acts on a system repeats."""
+    angles = 2.0 * np.pi * np.arange(LOOKED_AT) / LOOKED_AT
+    moving = problem.sizes[:, None] * np.cos(1.0 + np.arange(len(problem.sizes))[:, None] + angles)
+    alike = set(range(1, top + 1))
+    for y in (0.0 * moving, moving):
+        here = rates_at(problem.system, angles, y)
+        least = SAME * np.max(np.abs(here), axis=1, keepdims=True)
+        for g in sorted(alike):
+            if np.any(np.abs(rates_at(problem.system, angles + 2.0 * np.pi / g, y) - here) > least):
+                alike.remove(g)
+    return max(alike)
+
+
+def _over_a_turn(problem: FirstOrder, found: Trace, g: int) -> tuple[FirstOrder, Trace]:
+    """The same curve over a whole turn, of which it was followed over a g-th."""
+    h = len(problem.error) // 2
+    whole = first_order(problem.system, problem.leaf, problem.omega_leaf, g * h)._replace(sizes=problem.sizes)
+    if g == 1:
+        return whole, found
+    points = np.zeros((len(found.points), len(whole.tau) + 1))
+    series = points[:, :-1].reshape(len(points), len(whole.sizes), -1)
+    own = found.points[:, :-1].reshape(len(points), len(whole.sizes), -1)
+    for first, last in ((0, 0), (g, 1), (g * h + g, h + 1)):
+        n = 1 if first == 0 else h
+        series[:, :, first : first + (n - 1) * g + 1 : g] = own[:, :, last : last + n]
+    points[:, -1] = found.points[:, -1]
+    return whole, with_changes(found, points=points)
+
+
+def series_of(problem: Any, points: Floats) -> Floats:
+    """Coefficients (points, states, 2H+1) in blocks."""
+    return np.asarray(points[:, :-1].reshape(len(points), len(problem.sizes), -1) * problem.sizes[:, None])
+
+
+def _strain(system: AtLoad, omega: Floats, series: Floats) -> tuple[Usage, float]:
+    """What motions ask of the gear: its torques, and the largest |x| across it."""
+    angles = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
+    y = np.moveaxis(series @ synthesis(series.shape[2] // 2, SAMPLES), 1, 0)
+    own = own_state(system, tuple(y))
+    each: Any = omega[:, None]
+    torque = np.asarray(turning(system._replace(omega=each)).torque(angles, own))
+    peaks, means = np.max(np.abs(torque), axis=1), np.array([cubic_mean(row) for row in torque])
+    at, at_mean = int(np.argmax(peaks)), int(np.argmax(means))
+    used = Usage(float(peaks[at]), float(omega[at]), float(means[at_mean]), float(omega[at_mean]))
+    return used, float(np.max(np.abs(own[0])))

@@ -1,0 +1,190 @@
+"""The whole drive train beside its error equation: Bode plot, steady motions, and a run-up with its energies."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from ...law import spring_stiffness
+from ...model.gears.gear import Gear
+from ...model.train.drive_train import DriveTrain
+from ...model.train.motion import SpeedProfile
+from ...model.train.shafts import Free, Held, end_of
+from ...numerics.integration.simulate import Dopri5
+from ...results import Floats, SolveError
+from ..response.gear_forces import damping_of
+from ..response.resonances import OperatingPoint
+from ..response.response import ExactResponse
+from ..train.bode import Bode, bode
+from ..train.operating_point import operating_state, with_mean_torques
+from ..train.reductions import Reductions, compare_with_train
+from ..train.run import DriveRun, drive_run
+from .runup import silent
+from .train_curve import TrainCurve
+
+FREQUENCIES, MOST_HARMONICS = 240, 31
+SLOW, BEFORE = 40.0, 8.0  # length of the run-up and of the time before it, in units of 1/mu
+MOST_TURNS, SAMPLES = 1000.0, 40  # of the motor in a run-up, and samples per cycle of the highest order
+METHOD = Dopri5(rtol=1e-8, atol=1e-12)
+
+
+@dataclass(frozen=True, eq=False)
+class TrainStudy:
+    """What the whole train does, and what the error equation makes of it.
+
+    Attributes
+    ----------
+    train : DriveTrain
+        The train at constant speed.
+    curve : TrainCurve or None
+        Its steady motions through the range, error between motor and load (the motor's own deviation from its reference
+        is not in it); None of a free motor, or where none were found.
+    state : (states,) array
+        Where the mean torques hold it at `speed`.
+    speed : float
+        Motor speed [rad/s] of the largest error, at which it is linearised.
+    bode : Bode
+        Speeds of motor and load over a torque, linear, about that state.
+    omega, whole, reduced : (n,) arrays
+        Motor speeds [rad/s] where they are compared; largest |x| [rad] of the train on a slow run-up, that of the load
+        (of a free one that across the gear), and of the error equation; nan where there is no motion. Empty without a
+        curve.
+    run : DriveRun or None
+        Run-up from the lowest to the highest speed; None where the motor is free.
+    begin : float
+        Time [s] at which the ramp begins; before it the motion settles.
+    left_out : Reductions or None
+        The comparison of a free motor.
+    remarks : tuple of str
+        Why a part is missing.
+    """
+
+    train: DriveTrain
+    curve: TrainCurve | None
+    state: Floats
+    speed: float
+    bode: Bode
+    omega: Floats
+    whole: Floats
+    reduced: Floats
+    run: DriveRun | None
+    begin: float
+    left_out: Reductions | None
+    remarks: tuple[str, ...]
+
+    @property
+    def run_alone(self) -> bool:
+        """Whether only the run-up has all torques of the train: it has no steady curve, or one without gravity."""
+        found = self.run is not None and bool(self.run.trajectory.status)
+        return found and (self.curve is None or self.curve.without_angle)
+
+
+def train_study(
+    train: DriveTrain,
+    system: Any,
+    speeds: tuple[float, float],
+    curve: TrainCurve | None,
+    exact: ExactResponse,
+    point: OperatingPoint,
+    gear: Gear | None = None,
+    progress: Callable[[str], None] = silent,
+) -> TrainStudy:
+    """Study a drive train over a range of motor speeds [rad/s].
+
+    Parameters
+    ----------
+    train : DriveTrain
+        The train at constant speed (the `Steady` reference).
+    system : Oscillator
+        Its error equation.
+    curve : TrainCurve or None
+        `train_curve` of the same range.
+    exact, point : ExactResponse, OperatingPoint
+        Response of the error equation over the range, and its equilibrium.
+    gear : Gear, optional
+        Record whose limits the run-up is compared with.
+    progress : callable
+        Told every part before it is computed.
+    """
+    low, high = speeds
+    top = max(1, *system.orders()) if system.orders() else 1
+    worst, highest = _loudest(exact, speeds), high if curve is None else _loudest(curve.response, speeds)
+    speed = worst if curve is None else highest
+    progress("modes and Bode plot")
+    state, remarks = _operating_state(train, speed, (point.x, *point.z))
+    if spring_stiffness(train.law, point.x) < point.stiffness * (1.0 - 1e-9):
+        remarks.append("Modes and Bode plot are those of small vibrations, before the hysteresis yields.")
+    grid = np.geomspace(0.2 * low, 1.5 * top * high, FREQUENCIES)
+    source: Literal["motor", "load"] = "load" if isinstance(train.motor.control, Held) else "motor"
+    plot = bode(train, grid, source=source, at=state, speed=speed)
+    left_out, at, whole, reduced = None, np.empty(0), np.empty(0), np.empty(0)
+    run, begin = None, 0.0
+    if isinstance(train.motor.control, Free):
+        remarks.append("A free motor follows its torque, not a speed: there is no run-up to prescribe; give it a loop.")
+        at = np.array([w for w in (0.5 * worst, worst) if low <= w <= high])
+        progress("comparison with the error equation")
+        left_out = compare_with_train(train, system, None, at, min(MOST_HARMONICS, max(top + 2, 4 * top)))
+        whole, reduced = left_out.exact, left_out.free
+    else:
+        progress("run-up")
+        run, begin = _run_up(train, system, speeds, top, gear)
+        if any(h.amplitude for torque in _torques(train) for h in getattr(torque, "terms", (torque,))):
+            remarks.append("The run-up has the mean torques; lines of a torque, which follow an angle, are left out.")
+        if curve is None:
+            remarks.append("No steady motion of the train that repeats with every turn was found; the run-up has it.")
+        else:
+            at = np.unique([low, worst, highest, high])
+            whole, reduced = along(curve.response, at), along(exact, at)
+            if curve.without_angle:
+                remarks.append(
+                    "What depends on the load's own angle, gravity for one, repeats once in N turns of the motor, so "
+                    "that no motion with it repeats with every turn: the steady curve leaves it out, the run-up not."
+                )
+    return TrainStudy(
+        train, curve, state, speed, plot, at, whole, reduced, run, begin, left_out, tuple(remarks)
+    )  # fmt: skip
+
+
+def along(response: ExactResponse, omega: Floats) -> Floats:
+    """Largest |x| [rad] that a slow run-up meets at speeds [rad/s]; nan beyond it."""
+    if response.sweep is None:
+        return np.full(len(omega), np.nan)
+    path = response.sweep.run_up
+    path = path[np.argsort(response.curve.omega[path], kind="stable")]
+    at, peak = response.curve.omega[path], response.curve.peak[path]
+    return np.asarray(np.interp(omega, at, peak, left=np.nan, right=np.nan))
+
+
+def _loudest(response: ExactResponse, speeds: tuple[float, float]) -> float:
+    at = response.largest()
+    return speeds[1] if at is None else float(np.clip(response.curve.omega[at], *speeds))
+
+
+def _operating_state(train: DriveTrain, speed: float, near: tuple[float, ...]) -> tuple[Floats, list[str]]:
+    """State under the mean torques; without one the state of rest, and a sentence."""
+    try:
+        return operating_state(train, speed, near=near), []
+    except SolveError as error:
+        said = f"Modes and Bode plot are about the train without torques: {error}."
+        return np.zeros(len(train.state_names())), [said]
+
+
+def _torques(train: DriveTrain) -> tuple[Any, Any]:
+    return train.motor.excitation, end_of(train.load).excitation
+
+
+def _run_up(
+    train: DriveTrain, system: Any, speeds: tuple[float, float], top: int, gear: Gear | None
+) -> tuple[DriveRun, float]:
+    """Run-up that takes 40/mu, after 8/mu at the lowest speed; shorter where that were more than 1000 turns."""
+    low, high = speeds
+    mean = 0.5 * (low + high)
+    mu = max(damping_of(system) / system.J, 0.02 * mean)
+    length = min(SLOW / mu, MOST_TURNS * 2.0 * np.pi / mean)
+    begin = min(BEFORE / mu, 0.2 * length)
+    profile = SpeedProfile((0.0, begin, begin + length), (low, low, high))
+    timed = with_mean_torques(train)._replace(omega=1.0, reference=profile)
+    cycles = top * mean * (begin + length) / (2.0 * np.pi)
+    times = np.linspace(0.0, begin + length, int(SAMPLES * cycles) + 2)
+    return drive_run(timed, None, times, gear=gear, method=METHOD), begin

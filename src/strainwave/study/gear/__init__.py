@@ -1,0 +1,1 @@
+"""Hysteresis, energy, parametric resonance of a gear."""

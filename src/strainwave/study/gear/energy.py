@@ -1,0 +1,171 @@
+"""Where the energy goes: work of the excitation against what damping, friction and hysteresis lose and what is stored.
+
+Multiplying J x'' + B u' + T = tau by x' = u' + e' gives d/dt (J x'^2/2 + E) = tau x' - (B u' + T) e' - B u'^2 - losses,
+with E the energy stored in the law and T u' = dE/dt + losses. The powers on the right are integrated along with the
+states; the energies on the left are formulas of the states at both ends, so that the balance closes only if the law's
+torque, energy and losses belong together.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...law import depends, energy_of, parts_of, states_of
+from ...model.oscillator import Powers
+from ...numerics.integration.simulate import Dopri5, simulate
+from ...quantities import number, numbers, shown, with_parts
+from ...results import Floats, Orbit, SolveError
+
+CYCLES = (1e-6, 1e5)  # shortest and longest stretch
+OWN = "damping B"  # of the losses: the oscillator's own
+COARSE = 1e-6  # tolerance of the first pass, which finds how large the states and works are
+
+
+@dataclass(frozen=True)
+class EnergyBalance:
+    """Energies [J] over a stretch of motion: work + error_work = sum of the losses + stored.
+
+    Attributes
+    ----------
+    duration : float
+        Length [s] of the stretch.
+    work : float
+        Work of the excitation, the integral of tau x'.
+    error_work : float
+        Work that the kinematic error does on the gear, the integral of -(B u' + T) e'.
+    losses : dict of str to float
+        What is turned into heat, all of it: by the oscillator's own damping, "damping B", and by each part of the law,
+        "BoucWen", "LuGre", ..., the second of a kind "BoucWen 2".
+    stored : float
+        Change of the kinetic energy and the energy stored in the law. Over a settled orbit it is zero.
+    """
+
+    duration: float
+    work: float
+    error_work: float
+    losses: dict[str, float]
+    stored: float
+
+    @property
+    def closure(self) -> float:
+        """What is missing from the balance, relative to its largest term: the error of the integration."""
+        terms = [self.work, self.error_work, -self.stored, *(-loss for loss in self.losses.values())]
+        return abs(sum(terms)) / max(max(abs(term) for term in terms), 1e-300)
+
+    def __str__(self) -> str:
+        parts = ", ".join(f"{name} {loss:.6g}" for name, loss in self.losses.items())
+        return (
+            f"EnergyBalance over {self.duration:.6g} s [J]: excitation {self.work:.6g}, kinematic error "
+            f"{self.error_work:.6g} = {parts}, stored {self.stored:.6g} "
+            f"(closed to {self.closure:.1e})"
+        )
+
+    __repr__ = __str__
+
+
+def energy_balance(
+    system: Any, start: Orbit | ArrayLike, duration: float | None = None, *, rtol: float = 1e-12
+) -> EnergyBalance:
+    """Integrate works and losses over one period of an orbit, or over a stretch of motion from a state.
+
+    Parameters
+    ----------
+    system : Oscillator
+        The system; with an orbit, at the orbit's omega.
+    start : Orbit or (states,) array_like
+        A settled orbit, or the state at base phase 0.
+    duration : float, optional
+        Length of the stretch [s]. Default: the period of the orbit.
+    rtol : float
+        Tolerance of the integration.
+
+    Returns
+    -------
+    EnergyBalance
+
+    Raises
+    ------
+    ValueError
+        If a state is given without a duration, or either is no usable number; if the duration is below 1e-6 or above
+        1e5 cycles.
+    TypeError
+        If a law with memory does not say what it stores and loses (`energy(x, z)`, `losses(x, v, z)`).
+    SolveError
+        If the integration does not reach the end.
+    """
+    system = with_parts("energy_balance", system, "J", "B", "law", "excitation", "omega", "error")
+    names = [OWN, *_names(system.law)]
+    if isinstance(start, Orbit):
+        if not start.status:
+            raise ValueError(f"the orbit is none: {start.message}")
+        system = system._replace(omega=start.omega)
+        duration = 2.0 * np.pi * start.period / start.omega if duration is None else duration
+        start = start.state(0.0)
+    if duration is None:
+        raise ValueError("the start is a state; give the duration of the motion too, in s")
+    duration = number("duration [s]", duration, positive=True)
+    _check_duration(system, duration)
+    rtol = number("rtol", rtol, positive=True)
+    states = 2 + states_of(system.law)
+    y0 = numbers("the start", start)
+    if y0.shape != (states,):
+        raise ValueError(f"the start is {shown(start)}; it must be {', '.join(system.state_names())}")
+    begin = (*y0.tolist(), *(0.0,) * (2 + len(names)))
+    coarse = _run(system, begin, duration, Dopri5(rtol=COARSE))
+    sizes = np.max(np.abs(coarse), axis=1)
+    smallest = float(np.min(sizes[sizes > 0.0], initial=1.0))
+    y = _run(system, begin, duration, Dopri5(rtol=rtol, atol=max(1e-2 * rtol * smallest, 1e-300)))
+    work, error_work, *losses = (float(w) for w in y[states:, -1])
+    omega, end = system.omega, y[:states, -1]
+    stored = _stored(system, omega * duration, end) - _stored(system, 0.0, y[:states, 0])
+    return EnergyBalance(duration, work, error_work, dict(zip(names, losses, strict=True)), stored)
+
+
+def _check_duration(system: Any, duration: float) -> None:
+    """Refuse stretches in which nothing moves, or that no computer steps through (ValueError)."""
+    stiffness = abs(float(system.law.stiffness(0.0))) if hasattr(system.law, "stiffness") else 0.0
+    fastest = max(abs(system.omega) * max((1, *system.orders())), math.sqrt(stiffness / system.J))
+    shortest, longest = (cycles * 2.0 * math.pi / (fastest or 1.0) for cycles in CYCLES)
+    if not shortest <= duration <= longest:
+        raise ValueError(
+            f"duration [s] is {duration:g}; give one from {shortest:.3g} to {longest:.3g} s, {CYCLES[0]:g} to "
+            f"{CYCLES[1]:g} cycles of the fastest vibration: below, energies differ by rounding alone"
+        )
+
+
+def _run(system: Any, start: tuple[float, ...], duration: float, method: Dopri5) -> Floats:
+    run = simulate(Powers(system), start, (0.0, duration), method=method)
+    if not run.status:
+        raise SolveError(f"the integration for the energy balance {run.message}")
+    return run.y
+
+
+def _stored(system: Any, phase: float, y: Floats) -> float:
+    """Kinetic energy and energy in the law [J]."""
+    state = tuple(float(value) for value in y)
+    return float(0.5 * system.J * state[1] ** 2 + energy_of(system.law, system.torsion(phase, state), state[2:]))
+
+
+def _names(law: Any) -> list[str]:
+    """Names of the parts of a law that lose energy, in the order of its losses."""
+    found: list[str] = []
+
+    def visit(part: Any) -> None:
+        for inner in parts_of(part):
+            visit(inner)
+        if depends(part) > 1 and not parts_of(part):
+            name = type(part).__name__
+            missing = [m for m in ("energy", "losses") if depends(part) == 3 and not hasattr(part, m)]
+            if missing:
+                raise TypeError(
+                    f"{name} has no method {' and no method '.join(missing)}; an energy balance needs energy(x, z) and "
+                    "losses(x, v, z) of a law with memory"
+                )
+            count = sum(other.partition(" ")[0] == name for other in found)
+            found.append(f"{name} {count + 1}" if count else name)
+
+    visit(law)
+    return found

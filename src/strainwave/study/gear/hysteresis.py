@@ -1,0 +1,123 @@
+"""The datasheet's measurements on a law with hysteresis.
+
+The input is locked and the torque at the output goes slowly 0 -> +T -> -T -> +T. `hysteresis loss` is the width of that
+loop at zero torque after full load; `lost motion` is the difference of torsion between the ends of a small loop, at
++-4 % of the rated torque (Harmonic Drive catalogues, "hysteresis loss" and "lost motion").
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...law import check_law, states_of
+from ...numerics.equilibrium.loading import RTOL, SPEED, slow_path
+from ...quantities import checked, number
+from ...results import Floats
+
+SMALL_LOOP = 0.04  # of the rated torque
+FINEST = 1e-13  # tolerance
+
+
+@dataclass(frozen=True)
+class HysteresisLoop:
+    """Torsion against torque, 0 -> +T -> -T -> +T, with the input locked.
+
+    Attributes
+    ----------
+    torque, torsion : (n,) arrays
+        The path [N*m], [rad]; the three branches one after the other, equally long.
+    loss : float
+        Hysteresis loss [rad]: width of the loop at zero torque.
+    span : float
+        Torsion [rad] from -T to +T.
+    energy : float
+        Area of the loop [J]: what one cycle dissipates.
+    """
+
+    torque: Floats
+    torsion: Floats
+    loss: float
+    span: float
+    energy: float
+
+    def __str__(self) -> str:
+        return (
+            f"Hysteresis loop: {np.max(self.torque):.6g} N*m to {np.min(self.torque):.6g} N*m and back\n"
+            f"  hysteresis loss {self.loss:.4g} rad of {self.span:.4g} rad from end to end\n"
+            f"  {self.energy:.4g} J dissipated in a cycle"
+        )
+
+    __repr__ = __str__
+
+    def middle(self, torque: float) -> float:
+        """Torsion [rad] midway between unloading and loading at a torque [N*m] inside the loop."""
+        n = len(self.torque) // 3
+        down, up = slice(n, 2 * n), slice(2 * n, None)
+        on_the_way_down = np.interp(-torque, -self.torque[down], self.torsion[down])
+        return float(0.5 * (on_the_way_down + np.interp(torque, self.torque[up], self.torsion[up])))
+
+
+def hysteresis_loop(law: Any, torque: float, *, speed: float = SPEED, rtol: float = RTOL) -> HysteresisLoop:
+    """Twist a law slowly through 0 -> +T -> -T -> +T and measure the loop.
+
+    Parameters
+    ----------
+    law : NamedTuple
+        Any law; at rest and without torque at the start.
+    torque : float
+        Full load T [N*m].
+    speed : float
+        Torsion rate [rad/s]. It does not matter for a rate-independent law (springs, `BoucWen`); dry friction smoothed
+        over a width shows only well above that width, viscous friction only at a speed.
+    rtol : float
+        Tolerance of the integration along the loop.
+
+    Returns
+    -------
+    HysteresisLoop
+
+    Raises
+    ------
+    ValueError
+        If the torque or speed is not positive, or the law does not carry the torque.
+    TypeError
+        If `law` is no law.
+    SolveError
+        If the law is so rough that the integration does not end.
+    """
+    law = _twistable(law)
+    torque, speed = number("torque [N*m]", torque, positive=True), number("speed [rad/s]", speed, positive=True)
+    if not FINEST <= (rtol := number("rtol", rtol)) < 1.0:
+        raise ValueError(f"rtol is {rtol:g}; it must be from {FINEST:g}, where rounding begins, to below 1")
+    state = np.zeros(2 + states_of(law))  # torsion, internal states, work
+    branches, at_zero, work, ends = [], [], [], []
+    for target in (torque, -torque, torque):
+        x, t, state, zero = slow_path(law, state, target, speed, rtol)
+        branches.append((t, x))
+        at_zero.append(zero)
+        work.append(float(state[-1]))
+        ends.append(float(state[0]))
+    return HysteresisLoop(
+        np.concatenate([t for t, _ in branches]),
+        np.concatenate([x for _, x in branches]),
+        at_zero[1] - at_zero[2],
+        ends[2] - ends[1],
+        work[2] - work[0],
+    )
+
+
+def _twistable(law: Any) -> Any:
+    """Checked law that has a torque and a stiffness."""
+    law = checked(law)
+    missing = [method for method in ("torque", "stiffness") if not hasattr(law, method)]
+    if missing:
+        raise TypeError(f"{type(law).__name__} has no {missing[0]}; give a law such as Parallel(spring, BoucWen(...))")
+    check_law("the law", law)
+    return law
+
+
+def lost_motion(law: Any, rated_torque: float, *, share: float = SMALL_LOOP, speed: float = SPEED) -> float:
+    """Lost motion [rad]: torsion between the ends of a loop at +-share (4 %) of the rated torque [N*m]."""
+    rated = number("rated_torque [N*m]", rated_torque, positive=True)
+    return hysteresis_loop(law, number("share", share, positive=True) * rated, speed=speed).span

@@ -1,0 +1,1 @@
+"""Scans and budgets of the kinematic error."""

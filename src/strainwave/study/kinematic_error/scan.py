@@ -1,0 +1,248 @@
+"""A measured kinematic error: its lines with their uncertainty, from one or both directions of rotation.
+
+Angles are those of the base turn that the orders refer to. The error is x = theta_m/N - theta_l; vendors' angular
+transmission error theta_l - theta_m/N is its negative.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...model.excitation import HIGHEST
+from ...model.gears.error_spectrum import extremes
+from ...quantities import LARGEST, positive_count, shown
+from .line_fit import Direction, Fit, fit_lines, together
+from .line_noise import correlation, noise_floor
+from .line_search import false_alarms, found_orders
+from .scan_results import ErrorScan, Reversal, ScanLine
+
+HIGHEST_SOUGHT = 100
+NEARLY = 1e-6  # of a turn: rounding of the angles
+ROUNDING = 1e-15  # of the largest error: that of the computer
+
+
+def error_scan(
+    angle: ArrayLike,
+    error: ArrayLike,
+    *,
+    orders: Sequence[int] | None = None,
+    backward: tuple[ArrayLike, ArrayLike] | None = None,
+    highest: int | None = None,
+    false_alarm: float = 0.01,
+    drift: bool = True,
+    noise: Literal["auto", "white", "autocorrelated"] = "auto",
+    ate: bool = False,
+) -> ErrorScan:
+    """Read a measured error scan into its lines.
+
+    Least squares of a mean, a drift and cosines and sines of whole orders; the samples need not be equidistant. Orders
+    are found one strength after the other: a periodogram of the residual, its local noise (from the 64 independent
+    frequencies around each order), and the probability that noise alone reaches as high.
+
+    Parameters
+    ----------
+    angle : (n,) array
+        Base angle [rad], ascending, at least one turn.
+    error : (n,) array
+        Error theta_m/N - theta_l [rad] there, in the forward direction.
+    orders : sequence of int, optional
+        Orders to fit. Default: those found up to `highest`.
+    backward : (angle, error), optional
+        The same in the backward direction, angles ascending too; lines are then the mean of both directions.
+    highest : int, optional
+        Highest order sought. Default: 100, or 0.45 times the samples per turn where that is less.
+    false_alarm : float
+        Probability that pure noise gives any line at all, for the search.
+    drift : bool
+        Whether to remove a drift that is linear in the angle.
+    noise : {"auto", "white", "autocorrelated"}
+        What the residual is taken for. "auto": autocorrelated if neighbouring residuals correlate by more than three
+        standard deviations of a white sequence.
+    ate : bool
+        Whether `error` is the vendors' transmission error theta_l - theta_m/N, whose sign is opposite.
+
+    Returns
+    -------
+    ErrorScan
+        With `.error`, the kinematic error.
+
+    Raises
+    ------
+    ValueError
+        If the samples are not finite, ascending, more than the unknowns and over a turn, an order is too high for their
+        distance, or they do not tell the lines apart.
+
+    References
+    ----------
+    Lomb 1976, Astrophys. Space Sci. 39, 447-462, and Scargle 1982, Astrophys. J. 263, 835-853 (least-squares spectra of
+    unevenly spaced data, false alarms); Bretthorst 1988, Bayesian Spectrum Analysis, ch. 2 (uncertainty of a line).
+    """
+    if not (isinstance(false_alarm, float | int) and 0.0 < false_alarm < 1.0):
+        raise ValueError(f"false_alarm is {shown(false_alarm)}; it is a probability between 0 and 1, for example 0.01")
+    if noise not in ("auto", "white", "autocorrelated"):
+        raise ValueError(f"noise is {shown(noise)}; it must be 'auto', 'white' or 'autocorrelated'")
+    if not isinstance(drift, bool | np.bool_):
+        raise ValueError(f"drift is {shown(drift)}; it must be True or False")
+    sign = -1.0 if ate else 1.0
+    runs = [_direction("", angle, error, sign)]
+    if backward is not None:
+        if not isinstance(backward, tuple | list) or len(backward) != 2:
+            raise ValueError(f"backward is {shown(backward)}; it must be a pair of arrays (angle, error)")
+        runs.append(_direction("backward ", *backward, sign))
+    limit = min(0.5 * len(run.angle) / run.turns for run in runs)
+    looked_at = _sought(highest, limit)
+    if orders is None:
+        chosen = found_orders(runs, drift, looked_at, false_alarm, _resolution(runs))
+        trials = looked_at
+    else:
+        chosen = _given(orders, limit)
+        trials = len(chosen)
+    return _scan(runs, [fit_lines(run, chosen, drift) for run in runs], chosen, trials, false_alarm, noise)
+
+
+def _direction(which: str, angle: Any, error: Any, sign: float) -> Direction:
+    run = []
+    for name, values in (("angle", angle), ("error", error)):
+        try:
+            if np.iscomplexobj(values):
+                raise TypeError
+            run.append(np.asarray(values, float))
+        except (TypeError, ValueError):
+            raise ValueError(f"{which}{name} is {shown(values)}; it must be an array of numbers in rad") from None
+    theta, e = run
+    if theta.ndim != 1 or theta.shape != e.shape or len(theta) < 4:
+        raise ValueError(
+            f"{which}angle and error have the shapes {theta.shape} and {e.shape}; give one length of 4 at least"
+        )
+    for name, column in (("angle", theta), ("error", e)):
+        good = np.abs(column) <= LARGEST
+        if not np.all(good):
+            i = int(np.flatnonzero(~good)[0])
+            raise ValueError(f"{which}{name} of sample {i} is {column[i]}; remove the sample")
+    steps = np.diff(theta)
+    if not np.all(steps > 0.0):
+        i = int(np.flatnonzero(steps <= 0.0)[0])
+        raise ValueError(
+            f"{which}angle {theta[i + 1]:.9g} rad of sample {i + 1} stands after {theta[i]:.9g} rad; angles must "
+            "ascend: average repeated ones, give the way back as `backward`, its angles ascending too"
+        )
+    found = Direction(theta, sign * e)
+    if found.turns < 1.0 - NEARLY:
+        raise ValueError(
+            f"the {which}angles reach over {found.turns:.4g} turns of the base angle; scan at least one whole turn, or "
+            "take a base angle that turns faster (the motor's)"
+        )
+    return found
+
+
+def _resolution(runs: list[Direction]) -> float:
+    """Variance [rad^2] that rounding gives the samples: step^2/12, step being the smallest difference of two values.
+
+    A scan with less noise than its step has steps that repeat with the lines and would pass for more of them.
+    """
+    values = np.unique(np.concatenate([run.error for run in runs]))
+    step = max(
+        float(np.min(np.diff(values), initial=np.inf)) if len(values) > 1 else 0.0,
+        ROUNDING * float(np.max(np.abs(values))),
+    )
+    return step * step / 12.0
+
+
+def _sought(highest: int | None, limit: float) -> int:
+    if highest is None:
+        return max(1, min(HIGHEST_SOUGHT, int(0.9 * limit)))
+    wanted = positive_count("highest", highest, HIGHEST)
+    if not wanted < limit:
+        raise ValueError(
+            f"highest is {wanted}; with these samples orders below {limit:.4g} are told apart (two a period)"
+        )
+    return wanted
+
+
+def _given(orders: Sequence[int], limit: float) -> list[int]:
+    if isinstance(orders, str) or not isinstance(orders, Iterable):
+        raise ValueError(f"orders are {shown(orders)}; give a list of whole numbers, for example [1, 2, 4]")
+    chosen = [positive_count("order", order, HIGHEST) for order in orders]
+    if not chosen or len(set(chosen)) < len(chosen):
+        raise ValueError(f"orders are {shown(orders)}; give at least one, and none twice")
+    if not max(chosen) < limit:
+        raise ValueError(
+            f"order {max(chosen)} is too high for these samples, which tell orders below {limit:.4g} apart"
+        )
+    return sorted(chosen)
+
+
+def _scan(
+    runs: list[Direction], fits: list[Fit], orders: list[int], trials: int, false_alarm: float, noise: str
+) -> ErrorScan:
+    """Put the fits of one or two directions together."""
+    left = [Direction(run.angle, fit.residual) for run, fit in zip(runs, fits, strict=True)]
+    samples = sum(len(run.angle) for run in runs)
+    neighbours = float(np.average([correlation(run.error) for run in left], weights=[len(run.angle) for run in left]))
+    coloured = noise == "autocorrelated" or (noise == "auto" and abs(neighbours) > 3.0 / math.sqrt(samples))
+    least = _resolution(runs)
+    floors = [noise_floor([run], max(orders, default=1), orders, least) for run in left]
+    both = noise_floor(left, max(trials, *orders, 1), orders, least)
+    white = not (coloured and all(floor.enough for floor in floors))
+
+    def variances(order: int) -> list[float]:
+        if white:
+            return [max(_white(fit), least) for fit in fits]
+        return [floor.variance(order) for floor in floors]
+
+    alarms = false_alarms(fits, orders, both, trials)
+    lines = tuple(_line(i, k, fits, variances(k), alarms[i]) for i, k in enumerate(orders))
+    middle = [_middle(run, fit) for run, fit in zip(runs, fits, strict=True)]
+    reversal = None
+    if len(fits) == 2:
+        difference = fits[0].values[1 + fits[0].drift :] - fits[1].values[1 + fits[1].drift :]
+        low, high = extremes(orders, difference[0::2], difference[1::2])
+        spread = math.sqrt(sum(v * float(fit.inverse[0, 0]) for v, fit in zip(variances(0), fits, strict=True)))
+        reversal = Reversal(middle[0][0] - middle[1][0], spread, high - low)
+    rms = math.sqrt(sum(float(np.sum(run.error**2)) for run in left) / samples)
+    return ErrorScan(
+        lines,
+        float(np.mean([m for m, _ in middle])),
+        float(np.mean([d for _, d in middle])),
+        rms,
+        neighbours,
+        "white" if white else "autocorrelated",
+        both.threshold(false_alarm, trials),
+        samples,
+        min(run.turns for run in runs),
+        reversal,
+    )
+
+
+def _white(fit: Fit) -> float:
+    """Variance of a white residual."""
+    return float(np.sum(fit.residual**2)) / (len(fit.residual) - len(fit.values))
+
+
+def _middle(run: Direction, fit: Fit) -> tuple[float, float]:
+    """Mean [rad] at the middle of the scan and drift [rad/rad]."""
+    half = 0.5 * float(run.angle[-1] - run.angle[0])
+    return float(fit.values[0]), float(fit.values[1]) / half if fit.drift else 0.0
+
+
+def _line(i: int, order: int, fits: list[Fit], variances: list[float], false_alarm: float) -> ScanLine:
+    """Line i as the mean over the directions, with errors to first order."""
+    found = [fit.line(i) for fit in fits]
+    (a, b), covariance = together(
+        [(values, v * inverse) for v, (values, inverse) in zip(variances, found, strict=True)]
+    )
+    amplitude = math.hypot(a, b)
+    if amplitude == 0.0:
+        return ScanLine(order, 0.0, math.sqrt(float(np.trace(covariance)) / 2.0), 0.0, math.pi, 1.0)
+    along, across = np.array([a, b]) / amplitude, np.array([-b, a]) / amplitude
+    return ScanLine(
+        order,
+        amplitude,
+        math.sqrt(max(float(along @ covariance @ along), 0.0)),
+        math.atan2(-b, a),
+        math.sqrt(max(float(across @ covariance @ across), 0.0)) / amplitude,
+        false_alarm,
+    )

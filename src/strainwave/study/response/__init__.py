@@ -1,0 +1,1 @@
+"""The response through a speed range: curve, jumps, closed branches."""

@@ -1,0 +1,92 @@
+"""Where `isolas` looks for orbits: guesses for harmonic balance, at speeds that do not depend on the range asked for.
+
+The speeds are the powers of 2^(1/8) rad/s inside the range (of 2^(1/16), 2^(1/32), ... where that makes fewer than
+eight), both ends, and the system's own. A wider range looks at them all, and at others.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from ...numerics.attractors.random_starts import Motion
+from ...numerics.balance.guess import linear_response
+from ...numerics.balance.harmonics import highest_order
+from ...numerics.curves.backbone import backbone
+from ...numerics.curves.coexisting import guesses
+from ...quantities import replace
+from ...results import Floats, SolveError
+from ...theory.slow_flow.multiple_scales import slow_flow
+from ...theory.slow_flow.resonance import Resonance
+
+PER_OCTAVE, FEWEST, FINEST = 8, 8, 4096
+PHASES = 8
+
+
+def speeds(own: float, lo: float, hi: float) -> Floats:
+    """Speeds [rad/s] in a range at which orbits are looked for, rising."""
+    per_octave = PER_OCTAVE
+    while True:
+        first, last = np.ceil(per_octave * np.log2(lo)), np.floor(per_octave * np.log2(hi))
+        if last - first + 1 >= FEWEST or per_octave >= FINEST:
+            break
+        per_octave *= 2
+    grid = 2.0 ** (np.arange(first, last + 1) / per_octave)
+    inside = [own] if lo <= own <= hi else []
+    return np.unique(np.concatenate([[lo, hi], inside, grid[(grid > lo) & (grid < hi)]]))
+
+
+def slow_seeds(problem: Any, resonance: Resonance, at: Floats) -> Iterator[tuple[Floats, str]]:
+    """Steady states of the slow flow, stable and unstable; what one harmonic allows at the ends of the range."""
+    if resonance.q == 1:
+        for omega, some in guesses(problem, (float(at[0]), float(at[-1]))).items():
+            for guess in some:
+                yield guess, f"seeded by what one harmonic allows at the end of the range, omega = {omega:.6g} rad/s"
+    for omega in at.tolist():
+        try:
+            states = slow_flow(replace(problem.system, {"omega": omega}), resonance).steady_states()
+        except (ValueError, SolveError):
+            continue
+        for s in states:
+            if s.amplitude > 0.0:
+                origin = (
+                    f"seeded by the slow flow of the {resonance.p}:{resonance.q} resonance at omega = {omega:.6g} "
+                    f"rad/s, a = {s.amplitude:.6g} ({'stable' if s.stable else 'unstable'})"
+                )
+                yield _with_component(problem, omega, resonance.p, s.amplitude, s.phase), origin
+
+
+def free_seeds(problem: Any, resonance: Resonance, at: Floats) -> Iterator[tuple[Floats, str]]:
+    """Free vibrations of the frequency p omega/q, with phases all around."""
+    size = float(np.linalg.norm(linear_response(problem, np.sqrt(at[0] * at[-1]))[:-1])) or 1.0
+    curve = backbone(
+        problem.system, size * np.geomspace(1e-2, 1e2, 41), harmonics=max(7, highest_order(problem.system))
+    )
+    for omega in at.tolist():
+        side = curve.omega - resonance.p * omega / resonance.q
+        for i in np.flatnonzero(side[1:] * side[:-1] < 0.0):
+            share = side[i] / (side[i] - side[i + 1])
+            a = float((1.0 - share) * curve.amplitude[i] + share * curve.amplitude[i + 1])
+            for phase in 2.0 * np.pi * np.arange(PHASES) / PHASES:
+                origin = (
+                    f"seeded by the free vibration of {resonance.p}/{resonance.q} of omega = {omega:.6g} rad/s, "
+                    f"amplitude {a:.6g}, phase {phase:.3g}"
+                )
+                yield _with_component(problem, omega, resonance.p, a, float(phase)), origin
+
+
+def _with_component(problem: Any, omega: float, p: int, amplitude: float, phase: float) -> Floats:
+    """Linear response plus amplitude cos(p angle - phase), in coefficients of the orbit's own angle."""
+    z = linear_response(problem, omega)
+    h = len(problem.tau) // 2
+    z[p], z[h + p] = amplitude * np.cos(phase), amplitude * np.sin(phase)
+    return z
+
+
+def series_of(motion: Motion) -> Floats:
+    """Series (mean, cos 1, sin 1, ..., and the frequency) of the first state of a settled motion."""
+    spectrum = np.fft.rfft(motion.samples[0]) * (2.0 / motion.samples.shape[1])
+    series = np.empty(2 * len(spectrum) - 2)  # the last of the spectrum belongs to a harmonic with no room for its sine
+    series[0], series[1:-1:2], series[2:-1:2] = 0.5 * spectrum[0].real, spectrum[1:-1].real, -spectrum[1:-1].imag
+    series[-1] = motion.omega
+    return series

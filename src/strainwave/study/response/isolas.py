@@ -1,0 +1,291 @@
+"""`isolas`: responses that no sweep reaches, such as subharmonic loops, found from several kinds of seeds and followed.
+
+Seeds are the steady states of the slow flow, orbits that one harmonic allows at an end of the range, motions on which
+random starts settle, and free vibrations of the frequency in question (the backbone) with all phases. Each becomes a
+guess for harmonic balance with the period of the resonance; what converges and is new is followed both ways until it
+closes or leaves the range.
+
+Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 4.1.3, 4.1.4; Krack & Gross 2019, sec. 4.4 (isolated branches).
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace as with_changes
+from itertools import chain
+from typing import Any
+
+import numpy as np
+
+from ...law import springs_only
+from ...numerics.attractors.random_starts import Motion, Search, settled_motions
+from ...numerics.attractors.settle import SEEN
+from ...numerics.balance.fourier import from_blocks
+from ...numerics.balance.harmonics import MOST, starting_harmonics
+from ...numerics.balance.second_order import second_order
+from ...numerics.balance.truncation import CURVE, tail_along
+from ...numerics.curves.describe import describe
+from ...numerics.curves.parameter_response import SECOND_ORDER, both_ways, embedded_series
+from ...numerics.curves.response import frequency_response
+from ...numerics.curves.switching import UPRIGHT
+from ...numerics.curves.trace import Trace, leaf_of, solve
+from ...numerics.labels import CLOSED, END, FOLD, STEP
+from ...quantities import interval, shown, with_parts
+from ...results import Branch, Floats
+from ...theory.slow_flow.resonance import SUBHARMONIC, Resonance
+from .isola_seeds import free_seeds, series_of, slow_seeds, speeds
+from .orbit_copies import lies_on, takes
+
+REACH = 3.0  # a loop may leave the range by this factor and is still followed until it closes
+ENOUGH = 1e-4  # tail of a settled motion at which harmonic balance takes it up; the branch then takes more
+FINER = (1.0, 0.5, 0.25)  # of a step, where a branch was followed back and forth
+PROBES = (0.2, 0.5, 0.8)  # where along a new branch a known one is looked for
+
+
+class Isolas(list[Branch]):
+    """Branches that are no part of the main one, a list; `message` says what was searched and what else was met."""
+
+    def __init__(self, branches: list[Branch], message: str) -> None:
+        super().__init__(branches)
+        self.message = message
+
+    def __str__(self) -> str:
+        return "\n".join([*map(str, self), self.message])
+
+
+def isolas(
+    system: Any,
+    span: tuple[float, float],
+    *,
+    resonance: Resonance = SUBHARMONIC,
+    harmonics: int | None = None,
+    points: int = 200,
+) -> Isolas:
+    """Find the responses of a resonance that are no part of the main branch, and follow them through the range.
+
+    Parameters
+    ----------
+    system : Oscillator
+        The forced system.
+    span : (float, float)
+        Range of omega [rad/s] in which to look, 0 < low < high.
+    resonance : Resonance
+        p omega ~ q omega_0; the orbits take q turns of the base angle.
+    harmonics : int, optional
+        Highest harmonic of omega/q. Default: grown as in `frequency_response`.
+    points : int
+        About how many points to place on each.
+
+    Returns
+    -------
+    list of Branch
+        Without copies (orbits shifted by whole turns of the base angle, or mirrored and shifted by half a turn).
+        `closed` says whether it is a loop: it is followed outside the range too, up to three times its ends; a branch
+        that does not close there is cut to the range. `origin` says how it was found. For q = 1 parts of the main
+        branch are left out. The list has a `message`: the speeds that were searched, the number of random starts and
+        how long they ran, and what they settled on that is not in the list: motions of other periods (up to 8 turns),
+        and starts that did not settle. The starts are the same in every run.
+
+    Raises
+    ------
+    ValueError
+        If the range is not 0 < low < high, `resonance` is none, or nothing alternates in the excitation.
+
+    References
+    ----------
+    Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 4.1.4.
+    """
+    system = with_parts("isolas", system, *SECOND_ORDER)
+    springs_only("isolas", system)
+    lo, hi = interval("the frequency range [rad/s]", span, positive=True)
+    if not (isinstance(resonance, tuple) and len(resonance) == 2 and Resonance(*resonance).checked().q):
+        raise ValueError(f"resonance is {shown(resonance)}; isolas need a Resonance(p, q) such as SUBHARMONIC")
+    resonance = Resonance(*resonance).checked()
+    period = resonance.q
+    leaf = leaf_of(system, "omega")
+    problem = second_order(system, leaf, leaf, starting_harmonics(system, harmonics, period, points), period)
+    if np.all(np.abs(problem.tau[1:]) <= 1e-12 * abs(problem.tau[0])) and not np.any(problem.error):
+        raise ValueError(
+            "the excitation and the kinematic error are constant: without forcing no resonance responds; give one of "
+            "them an amplitude"
+        )
+    at = speeds(system.omega, lo, hi)
+    found = [frequency_response(system, (lo, hi), harmonics=harmonics)] if period == 1 else []
+    main = len(found)
+    search = settled_motions(problem, at)
+    lost: list[Motion] = []
+    seeds = chain(
+        _points(problem, slow_seeds(problem, resonance, at)),
+        _points(problem, free_seeds(problem, resonance, at)),
+        _settled_points(problem, search, harmonics, lost),
+    )
+    for here, point, origin in seeds:
+        if not takes(point, period) or any(lies_on(here, point, branch) for branch in found):
+            continue
+        branch = _followed(here, point, lo, hi, harmonics, 4.0 / points, origin)
+        if not any(lies_on(here, probe, known) for known in found for probe in _probes(here, branch)):
+            found.append(branch)
+    return Isolas(found[main:], _sentence(search, period, len(found) - main, lost))
+
+
+def _points(problem: Any, seeds: Iterator[tuple[Floats, str]]) -> Iterator[tuple[Any, Floats, str]]:
+    """The orbits to which guesses lead."""
+    for guess, origin in seeds:
+        point = solve(problem, guess)
+        if point is not None:
+            yield problem, point, origin
+
+
+def _settled_points(
+    problem: Any, search: Search, harmonics: int | None, lost: list[Motion]
+) -> Iterator[tuple[Any, Floats, str]]:
+    """The orbits on which random starts settled; those that harmonic balance does not confirm are added to `lost`."""
+    for motion in search.motions:
+        if motion.turns != problem.turns:
+            continue
+        point, series = None, series_of(motion)
+        h = len(problem.tau) // 2
+        while point is None:
+            here = second_order(problem.system, problem.leaf, problem.omega_leaf, h, problem.turns)
+            guess = embedded_series(here, series)
+            if harmonics is not None or h >= MOST or tail_along(problem, guess[None], 0.0).worst <= ENOUGH:
+                point = solve(here, guess)
+                if harmonics is not None or h >= MOST:
+                    break
+            h = min(2 * h + 1, MOST)
+        if point is None:
+            lost.append(motion)
+            continue
+        yield here, point, f"settled on by random starts at omega = {motion.omega:.6g} rad/s"
+
+
+def _probes(problem: Any, branch: Branch) -> Iterator[Floats]:
+    """Some orbits of a branch."""
+    for share in PROBES:
+        i = int(share * (len(branch) - 1))
+        point = solve(problem, embedded_series(problem, np.append(branch.coefficients[i], branch.omega[i])))
+        if point is not None:
+            yield point
+
+
+def _sentence(search: Search, period: int, branches: int, lost: list[Motion]) -> str:
+    """What was searched, and what was met that is not in the list."""
+    at = search.omegas
+    said = [
+        f"{branches} branch(es) of orbits of {_turns(period)}; searched at {len(at)} speeds, omega = {at[0]:.6g} .. "
+        f"{at[-1]:.6g} rad/s, by the slow flow, by free vibrations, and from {search.starts} random starts each up to "
+        f"|x| = {search.reach:.3g} rad that ran for at most {search.turns} turns"
+    ]
+    for turns in sorted({m.turns for m in search.motions} - {period}):
+        here = [m.omega for m in search.motions if m.turns == turns]
+        said.append(
+            f"starts also settled on motions of {_turns(turns)} at omega = {_band(here)} rad/s: "
+            f"see isolas with Resonance(1, {turns})" + (" and frequency_response" if turns == 1 else "")
+        )
+    if lost:
+        some = ", ".join(f"{w:.6g}" for w in dict.fromkeys(m.omega for m in lost))
+        said.append(f"settled motions at omega = {some} rad/s were not found by harmonic balance: take more harmonics")
+    if search.unsettled:
+        some = ", ".join(f"{w:.6g}" for w in search.loose)
+        said.append(
+            f"{search.unsettled} starts, at omega = {some} rad/s, did not settle on a period of up to {SEEN} turns "
+            "(chaos, a longer period or a slow transient)"
+        )
+    if search.diverged:
+        said.append(f"{search.diverged} starts left every bound")
+    return "; ".join(said)
+
+
+def _band(values: list[float]) -> str:
+    low, high = min(values), max(values)
+    return f"{low:.6g}" if low == high else f"{low:.6g} .. {high:.6g}"
+
+
+def _turns(number: int) -> str:
+    return f"{number} turn" if number == 1 else f"{number} turns"
+
+
+def _followed(
+    problem: Any, point: Floats, lo: float, hi: float, harmonics: int | None, step: float, origin: str
+) -> Branch:
+    """Follow a branch through a point with as many harmonics as it needs."""
+    while True:
+        for share in FINER:
+            trace = _around(problem, point, lo, hi, share * step)
+            if not _turns_back(trace):
+                break
+        tail = tail_along(problem, trace.points)
+        h = len(problem.tau) // 2
+        if harmonics is not None or tail.worst <= CURVE or h >= MOST:
+            break
+        h = min(2 * h + 1, MOST)
+        finer = second_order(problem.system, problem.leaf, problem.omega_leaf, h, problem.turns)
+        series = from_blocks(point[:-1] + problem.error)
+        better = solve(finer, embedded_series(finer, np.append(series, point[-1])))
+        if better is None:
+            break
+        problem, point = finer, better
+    trace, born = _one_copy(trace, problem.turns)
+    trace, omega = _with_own_speed(problem, trace), trace.points[:, -1]
+    if born:
+        meets = f"meets the response of one turn at omega = {omega[0]:.6g} and {omega[-1]:.6g} rad/s"
+        trace = with_changes(trace, message=meets)
+    elif trace.outcome == CLOSED:
+        ends = f"closed, omega = {omega.min():.9g} .. {omega.max():.9g} rad/s"
+        trace = with_changes(trace, message=ends)
+    return describe(problem, "omega", trace, tail, origin)
+
+
+def _around(problem: Any, point: Floats, lo: float, hi: float, step: float) -> Trace:
+    """The loop through a point, also where it leaves the range, or else the part of a branch inside the range."""
+    trace = both_ways(problem, point, lo / REACH, hi * REACH, step)
+    if trace.outcome != CLOSED:
+        return both_ways(problem, point, lo, hi, step)
+    size = float(np.ptp(trace.points[:, -1]))  # again, in steps that suit the loop
+    return both_ways(problem, point, lo / REACH, hi * REACH, step, size)
+
+
+def _turns_back(trace: Trace) -> bool:
+    """Whether a fold is on a branch twice: a step past a branch point may turn round, and follow all of it again."""
+    folds = trace.points[trace.labels == FOLD]
+    if len(folds) < 2:
+        return False
+    gaps = np.linalg.norm(folds[:, None] - folds, axis=2) + np.diag(np.full(len(folds), np.inf))
+    return bool(np.min(gaps / np.linalg.norm(folds[:, :-1], axis=1)) < 1e-5)
+
+
+def _one_copy(trace: Trace, period: int) -> tuple[Trace, bool]:
+    """Where a loop passes through orbits of one turn, that part of it which holds each orbit once.
+
+    Orbits of two turns end at period doublings of the main response; beyond it the loop goes on through the same
+    orbits, shifted by one turn.
+    """
+    if trace.outcome != CLOSED or period == 1:
+        return trace, False
+    part = trace.points[:, _own_harmonics(trace.points.shape[1], period)]
+    flips = np.flatnonzero(np.sum(part[1:] * part[:-1], axis=1) < 0.0)
+    if len(flips) != 2:
+        return trace, False
+    kept = np.r_[flips[1] + 1 : len(part) - 1, 0 : flips[0] + 1]
+    size = np.linalg.norm(part[kept], axis=1)
+    upright = (trace.labels[kept] == FOLD) & (size < UPRIGHT * np.max(size))
+    return Trace(trace.points[kept], np.where(upright, STEP, trace.labels[kept]), END), True
+
+
+def _with_own_speed(problem: Any, trace: Trace) -> Trace:
+    """The branch with points at the system's own omega."""
+    points, labels, omega = trace.points, trace.labels, problem.system.omega
+    side = points[:, -1] - omega
+    for i in np.flatnonzero(side[1:] * side[:-1] < 0.0)[::-1]:
+        share = side[i] / (side[i] - side[i + 1])
+        guess = points[i] + share * (points[i + 1] - points[i])
+        guess[-1] = omega
+        there = solve(problem, guess)
+        if there is not None and np.linalg.norm(there - guess) < np.linalg.norm(points[i + 1] - points[i]):
+            points, labels = np.insert(points, i + 1, there, axis=0), np.insert(labels, i + 1, STEP)
+    return Trace(points, labels, trace.outcome)
+
+
+def _own_harmonics(size: int, period: int) -> list[int]:
+    """Places (in blocks) of the harmonics that an orbit of one turn does not have."""
+    h = size // 2 - 1
+    rest = [k for k in range(1, h + 1) if k % period]
+    return rest + [h + k for k in rest]

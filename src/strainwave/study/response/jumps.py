@@ -1,0 +1,223 @@
+"""`jumps`: what a slow run-up and run-down do on a response curve: where they jump, onto what, and the hysteresis.
+
+The drive follows stable orbits. Where they end at a fold it jumps onto another stable orbit of the curve at the same
+frequency; where several wait there, the basins of attraction decide, and the nearest in size is taken and named so.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...results import Branch, Orbit
+from .hysteresis_bands import HysteresisBand, Jump, Leg, bands_between, told_bands
+
+
+@dataclass(frozen=True, eq=False)
+class Jumps:
+    """A slow run-up and run-down on a branch.
+
+    Attributes
+    ----------
+    parameter : str
+        Path of the parameter that is swept, "omega" [rad/s].
+    jump_up, jump_down : float
+        Where |x| jumps up and where it drops, in the band with the largest jump; nan where there is none.
+    width : float
+        Width of that band: the hysteresis; 0 where there is none, or one of its ends is no jump.
+    run_up, run_down : integer arrays
+        Points of the branch that the sweep visits, in order.
+    on_run_up, on_run_down : tuple of Jump
+        Every jump of each sweep, in order.
+    finished_up, finished_down : bool
+        Whether each sweep reaches the other end of the branch's range on stable orbits of the branch.
+    sentence : str
+        All of it in words.
+    bands : tuple of HysteresisBand
+        Each band with its own pair of jumps, by ascending `low`; they may overlap.
+    """
+
+    parameter: str
+    jump_up: float
+    jump_down: float
+    width: float
+    run_up: NDArray[np.int64]
+    run_down: NDArray[np.int64]
+    on_run_up: tuple[Jump, ...]
+    on_run_down: tuple[Jump, ...]
+    finished_up: bool
+    finished_down: bool
+    sentence: str
+    bands: tuple[HysteresisBand, ...]
+
+    @property
+    def jumping(self) -> tuple[HysteresisBand, ...]:
+        """The bands that a sweep jumps into or out of."""
+        return tuple(band for band in self.bands if band.on_run_up or band.on_run_down)
+
+    @property
+    def alone(self) -> tuple[Jump, ...]:
+        """Jumps in no band: the other sweep ends before it comes there, as its stable motions do."""
+        held = {jump for band in self.bands for jump in (*band.on_run_up, *band.on_run_down)}
+        return tuple(jump for jump in (*self.on_run_up, *self.on_run_down) if jump not in held)
+
+    def __str__(self) -> str:
+        return self.sentence
+
+
+def jumps(branch: Branch) -> Jumps:
+    """Tell what a slow sweep up and down in the parameter of a branch does.
+
+    Parameters
+    ----------
+    branch : Branch
+        From `frequency_response` or `parameter_response`.
+
+    Returns
+    -------
+    Jumps
+        Jump frequencies to the accuracy of the folds, and the points that each sweep visits.
+
+    Raises
+    ------
+    ValueError
+        If the branch has no stable orbit.
+
+    References
+    ----------
+    Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 4.1.1 (jump phenomena).
+    """
+    pieces = _pieces(branch)
+    if not pieces or not branch.stable.any():
+        raise ValueError("the branch has no stable orbit that a sweep could follow")
+    up, on_up, good_up, legs_up = _sweep(branch, pieces, 1.0)
+    down, on_down, good_down, legs_down = _sweep(branch, pieces, -1.0)
+    bands = bands_between(legs_up, legs_down)
+    sentence = " ".join(
+        [
+            _told(branch.parameter, "run-up", on_up, good_up, float(branch.values[up[-1]])),
+            _told(branch.parameter, "run-down", on_down, good_down, float(branch.values[down[-1]])),
+            told_bands(branch.parameter, bands),
+            *_told_doubled(branch, np.union1d(up, down)),
+        ]
+    )
+    return jumps_of(branch.parameter, up, down, on_up, on_down, good_up, good_down, sentence, bands)
+
+
+def jumps_of(
+    parameter: str, up: NDArray[np.int64], down: NDArray[np.int64], on_up: tuple[Jump, ...], on_down: tuple[Jump, ...],
+    good_up: bool, good_down: bool, sentence: str, bands: tuple[HysteresisBand, ...],
+) -> Jumps:  # fmt: skip
+    """Put together what was found, with the pair of jumps of the band with the largest one."""
+    held = {jump for band in bands for jump in (*band.on_run_up, *band.on_run_down)}
+    alone = [HysteresisBand(j.value, j.value, (j,), ()) for j in (*on_up, *on_down) if j not in held]
+    main = max((*bands, *alone), key=lambda band: band.size, default=HysteresisBand(0.0, 0.0, (), ()))
+    return Jumps(
+        parameter, main.jump_up, main.jump_down, main.width, up, down, on_up, on_down, good_up, good_down, sentence,
+        bands,
+    )  # fmt: skip
+
+
+def _told(parameter: str, name: str, some: tuple[Jump, ...], good: bool, end: float) -> str:
+    told = [
+        f"{'rises' if j.after > j.before else 'drops'} at {parameter} = {j.value:.9g} from {j.before:.4g} to "
+        f"{j.after:.4g} ({j.cause}{'; other stable orbits wait there, the nearest is taken' if j.choices > 1 else ''})"
+        for j in some
+    ]
+    text = f"On the {name} max |x| " + (", then ".join(told) if told else "changes without a jump")
+    if not good:
+        text += f", and beyond {parameter} = {end:.6g} this branch has no stable orbit: integrate to see what follows"
+    return text + "."
+
+
+def _doubled(branch: Branch) -> NDArray[np.bool_]:
+    """Points that are unstable by a multiplier below -1: a motion of twice the period goes on beside them."""
+    if not branch.multipliers.size:
+        return np.zeros(len(branch.values), bool)
+    largest = branch.multipliers[np.arange(len(branch.values)), np.argmax(np.abs(branch.multipliers), axis=1)]
+    return np.asarray(~branch.stable & (largest.real < -1.0))
+
+
+def _told_doubled(branch: Branch, visited: NDArray[np.int64]) -> list[str]:
+    inside = branch.values[visited[_doubled(branch)[visited]]]
+    if not len(inside):
+        return []
+    return [
+        f"Between {branch.parameter} = {inside.min():.6g} and {inside.max():.6g} the motion repeats after two periods "
+        "or more: its max |x| is not that of this curve, and it may jump before the fold; integrate there."
+    ]
+
+
+def _pieces(branch: Branch) -> list[NDArray[np.int64]]:
+    """Runs of points, monotonic in the parameter, that a sweep follows; special points may end a run.
+
+    They are stable, or accompanied by a stable motion of twice the period.
+    """
+    special = {o.value for orbits in (branch.folds, branch.doublings, branch.branch_points) for o in orbits}
+    marginal = np.array([v in special for v in branch.values], bool)
+    stable, values = branch.stable | _doubled(branch), branch.values
+    pieces: list[list[int]] = []
+    heading = 0.0
+    for i in range(len(values) - 1):
+        step = float(np.sign(values[i + 1] - values[i]))
+        whole = (stable[i] or marginal[i]) and (stable[i + 1] or marginal[i + 1]) and (stable[i] or stable[i + 1])
+        if not whole or step == 0.0:
+            heading = 0.0
+            continue
+        if step != heading:
+            pieces.append([i])
+        pieces[-1].append(i + 1)
+        heading = step
+    if branch.closed and len(pieces) > 1 and pieces[-1][-1] == len(values) - 1 and pieces[0][0] == 0:
+        ahead = np.sign(values[pieces[0][1]] - values[0])
+        if ahead == np.sign(values[pieces[-1][-1]] - values[pieces[-1][-2]]):  # one run through the seam of the loop
+            pieces[0] = pieces.pop() + pieces[0]
+    return [np.array(p) for p in pieces]
+
+
+def _sweep(
+    branch: Branch, pieces: list[Any], sign: float
+) -> tuple[NDArray[np.int64], tuple[Jump, ...], bool, list[Leg]]:
+    """Points visited by a sweep (sign 1: up), its jumps, whether it reaches the end of the range, and its legs.
+
+    An open branch may leave its range and come back: the sweep goes from the end with the lower value to the other.
+    """
+    values, ends = sign * branch.values, float(np.max(sign * branch.values))
+    ahead = [p if values[p[-1]] > values[p[0]] else p[::-1] for p in pieces]
+    here = min(range(len(ahead)), key=lambda k: float(values[ahead[k][0]]))
+    if not branch.closed:
+        start = 0 if values[0] <= values[-1] else len(values) - 1
+        here = next((k for k, p in enumerate(ahead) if p[0] == start), here)
+        ends = float(max(values[0], values[-1]))
+    visited = list(ahead[here])
+    legs: list[Leg] = []
+    begun, whole = float(values[visited[0]]), False
+    while True:
+        last, leg = visited[-1], here
+        at = float(values[last])
+        whole = at >= ends
+        onto = [
+            k for k, p in enumerate(ahead) if k != here and values[p[0]] <= at < values[p[-1]] and last not in p[:-1]
+        ]
+        jump = None
+        if not whole and onto and len(legs) <= len(pieces):
+            before = float(branch.peak[last])
+            landings = [float(np.interp(at, values[ahead[k]], branch.peak[ahead[k]])) for k in onto]
+            best = int(np.argmin(np.abs(np.array(landings) - before)))
+            jump = Jump(sign * at, before, landings[best], _cause(branch, sign * at), len(onto))
+            here = onto[best]
+            visited += list(ahead[here][values[ahead[here]] > at])
+        low, high = sorted((sign * begun, sign * min(at, ends)))
+        legs.append(Leg(leg, low, high, jump))
+        if jump is None:
+            break
+        begun = at
+    inside = [i for i in visited if values[i] <= ends]
+    found = tuple(leg.jump for leg in legs if leg.jump is not None)
+    return np.array(inside or visited), found, whole, legs
+
+
+def _cause(branch: Branch, value: float) -> str:
+    special: list[Orbit] = [*branch.folds, *branch.doublings, *branch.branch_points]
+    return next((o.label for o in special if o.value == value), "the stable orbits end")

@@ -1,0 +1,98 @@
+"""The exact response through the speed range by harmonic balance: stability, folds, what a sweep does on it."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...compile.jit import as_python
+from ...law import is_spring
+from ...numerics.balance.harmonics import highest_order
+from ...numerics.balance.truncation import MATTERS
+from ...numerics.curves.response import frequency_response
+from ...results import Branch, Floats
+from .gear_forces import gear_torque
+from .jumps import Jumps, jumps
+
+HARMONICS, WITH_KINKS, MOST = 7, 15, 63  # per turn for smooth laws, for laws with breakpoints, and at most
+POINTS = 100  # about so many, and more where the curve bends
+PER_HARMONIC = 16  # samples of a turn for its largest torque
+PLAIN_RUNS = 24  # of the solver without machine code, before it is made
+
+
+@dataclass(frozen=True, eq=False)
+class ExactResponse:
+    """Every motion that repeats with the base angle, on the curve that connects both ends of the speed range.
+
+    Attributes
+    ----------
+    curve : Branch
+        Points in arc order with stability and folds.
+    sweep : Jumps or None
+        What a slow run-up and run-down do on it; None where no motion is stable, as without damping.
+    method : str
+        "harmonic balance", or "integration" for laws with friction or memory (see `swept`).
+    back : Branch or None
+        By integration: motions of a coast-down, where they differ from those of the run-up in `curve`.
+    """
+
+    curve: Branch
+    sweep: Jumps | None
+    method: str = "harmonic balance"
+    back: Branch | None = None
+
+    def largest(self) -> int | None:
+        """Number of the stable point with the largest |x| that a sweep visits; None where there is no sweep."""
+        visited = self.visited()
+        return int(visited[np.argmax(self.curve.peak[visited])]) if len(visited) else None
+
+    def visited(self) -> NDArray[np.int64]:
+        """Numbers of the stable points that a slow run-up or coast-down visits; empty where there is no sweep."""
+        return np.empty(0, np.int64) if self.sweep is None else np.union1d(self.sweep.run_up, self.sweep.run_down)
+
+    def torque(self, system: Any) -> Floats:
+        """Torque through the gear with its damping [N*m, output side] at every point (rows) and place of a turn."""
+        coefficients, omega = self.curve.coefficients, self.curve.omega[:, None]
+        k = np.arange(1, coefficients.shape[1] // 2 + 1)[:, None]
+        theta = np.linspace(0.0, 2.0 * np.pi, PER_HARMONIC * len(k), endpoint=False)
+        waves = np.stack([np.cos(k * theta), np.sin(k * theta)], axis=1).reshape(-1, len(theta))
+        slopes = np.stack([-k * np.sin(k * theta), k * np.cos(k * theta)], axis=1).reshape(-1, len(theta))
+        u = coefficients[:, :1] + coefficients[:, 1:] @ waves - system.error.value(theta)
+        rate = omega * (coefficients[:, 1:] @ slopes - system.error.slope(theta))
+        if is_spring(system):
+            return np.asarray(gear_torque(system, theta, u, rate))
+        # the curve holds no internal states; the torque is tau - J x''
+        bends = np.repeat(k * k, 2, axis=0) * waves
+        return np.asarray(system.excitation.torque(theta) + system.J * omega * omega * (coefficients[:, 1:] @ bends))
+
+    def torsion_amplitude(self, system: Any, order: int) -> Floats:
+        """0-to-peak amplitude [rad] of the torsion's component at `order` times the base speed, at every point."""
+        x = self.curve.coefficients
+        if 2 * order >= x.shape[1]:
+            return 0.0 * self.curve.omega
+        lines = [line for line in getattr(system.error, "lines", ()) if line.order == order]
+        even = x[:, 2 * order - 1] - sum(line.amplitude * math.cos(line.phase) for line in lines)
+        odd = x[:, 2 * order] + sum(line.amplitude * math.sin(line.phase) for line in lines)
+        return np.asarray(np.hypot(even, odd))
+
+
+def exact_response(system: Any, speeds: tuple[float, float], points: int = POINTS) -> ExactResponse:
+    """Follow the response through a range of base-angle speeds [rad/s].
+
+    The harmonics grow until those left out do not show; `curve.tail` says how large the last ones are.
+    """
+    highest = highest_order(system)
+    most = max(MOST, highest + 2)
+    harmonics = min(most, max(highest, WITH_KINKS) if system.breakpoints() else HARMONICS * highest)
+    while True:
+        with as_python(PLAIN_RUNS):
+            curve = frequency_response(system, speeds, harmonics=harmonics, points=points)
+        if curve.tail <= MATTERS or harmonics >= most:
+            break
+        harmonics = min(most, 2 * harmonics + 1)
+    try:
+        return ExactResponse(curve, jumps(curve))
+    except ValueError:  # nothing stable to follow
+        return ExactResponse(curve, None)

@@ -1,0 +1,213 @@
+"""Steady motion found by integration: settle, then close the orbit by shooting.
+
+Used where a number must not depend on how long the transient is waited for: the article's steady harmonics and
+the points
+that the response curves are checked against.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...numerics.integration.simulate import Dopri5, simulate
+from ...results import Floats, Status, Trajectory
+
+TIGHT = Dopri5()
+SAMPLES = 256  # per period of the base angle
+FARTHEST = 0.2  # a closing step larger than this share of the state may lead to another orbit
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyMotion:
+    """The motion that a simulation settles on.
+
+    Attributes
+    ----------
+    omega : float
+        Speed of the base angle [rad/s].
+    period : int
+        Number of base periods that the samples span.
+    t, x, v, u : (n,) arrays
+        Times [s] from the start of the span, dynamic error [rad], its rate [rad/s], and torsion [rad].
+    z : (internal states, n) array
+        Internal states of a law with memory.
+    peak : float
+        Largest |x| [rad], 0-to-peak about zero.
+    gap : float
+        |state at the end - state at the start| relative to the state's size; 0 is a closed orbit.
+    closed : bool
+        Whether the motion repeats after `period` base periods (gap below 1e-6).
+    stable : bool or None
+        Whether all multipliers of the closed orbit lie inside the unit circle; None where it is not closed.
+    status : Status
+        Why the simulation stopped, if it did.
+    message : str
+        The sentence that belongs to `status`.
+    """
+
+    omega: float
+    period: int
+    t: Floats
+    x: Floats
+    v: Floats
+    u: Floats
+    z: Floats
+    peak: float
+    gap: float
+    closed: bool
+    stable: bool | None
+    status: Status
+    message: str
+
+    @property
+    def end(self) -> tuple[float, ...]:
+        """State (x [rad], x' [rad/s], z ...) at the end of the span, where a sweep goes on."""
+        return (float(self.x[-1]), float(self.v[-1]), *self.z[:, -1].tolist())
+
+    def amplitude(self, k: float) -> float:
+        """0-to-peak amplitude [rad] of the component of x at k omega; k times `period` must be a whole number."""
+        return self._component(self.x, k)
+
+    def torsion_amplitude(self, k: float) -> float:
+        """0-to-peak amplitude [rad] of the component of the torsion u at k omega."""
+        return self._component(self.u, k)
+
+    def _component(self, values: Floats, k: float) -> float:
+        index = round(k * self.period)
+        if abs(index - k * self.period) > 1e-9:
+            raise ValueError(f"a motion over {self.period} periods has no component at {k} omega; take a longer period")
+        spectrum = np.fft.rfft(values[:-1]) / (len(values) - 1)
+        return float(abs(spectrum[index])) * (1.0 if index == 0 else 2.0)
+
+
+def settle(
+    system: Any,
+    y0: tuple[float, ...] = (0.0, 0.0),
+    *,
+    time: float,
+    period: int = 1,
+    close: bool = True,
+    method: Dopri5 = TIGHT,
+) -> SteadyMotion:
+    """Simulate for about `time`, then find the periodic motion next to where the simulation has come.
+
+    Parameters
+    ----------
+    system : Oscillator
+        A system of one degree of freedom with `omega` [rad/s].
+    y0 : tuple
+        Start (x [rad], x' [rad/s]), then the internal states of a law with memory.
+    time : float
+        Settling time [s], rounded up to whole spans of `period` base periods; 0 starts to close the orbit at y0.
+    period : int
+        Base periods after which the motion is expected to repeat.
+    close : bool
+        Whether to close the orbit by Newton's method on the period map (shooting); with False the last
+        simulated periods are
+        returned as they are.
+    method : Dopri5
+        Tolerances of the integration.
+
+    Returns
+    -------
+    SteadyMotion
+        With `closed` False where the motion does not repeat (no damping, chaos, a longer period).
+
+    References
+    ----------
+    Nayfeh & Balachandran 1995, Applied Nonlinear Dynamics, sec. 6.5 (shooting).
+    """
+    turn = 2.0 * math.pi / system.omega * period
+    start = tuple(float(y) for y in y0)
+    if time > 0.0:
+        run = finished_or_interrupted(
+            simulate(system, start, np.array([0.0, 0.5, 1.0]) * turn * math.ceil(time / turn), method=method)
+        )
+        start = tuple(run.y[:, -1].tolist())
+        if not run.status:
+            return _motion(system, period, run, None)
+    if not close:
+        return _motion(system, period, _lap(system, start, period, method), None)
+    run, matrix = _closed(system, start, period, method)
+    return _motion(system, period, run, matrix)
+
+
+def finished_or_interrupted(run: Trajectory) -> Trajectory:
+    """Return a trajectory as it is, unless the user stopped it: a study of many runs then stops too."""
+    if run.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    return run
+
+
+def _lap(system: Any, start: tuple[float, ...], period: int, method: Dopri5) -> Trajectory:
+    """One span of the motion, in samples fit for its spectrum."""
+    length = 2.0 * math.pi / system.omega * period
+    order = max((1, *system.orders()))
+    grid = np.linspace(0.0, length, SAMPLES * max(period, order) + 1)
+    return finished_or_interrupted(simulate(system, start, grid, method=method))
+
+
+def _matrix(system: Any, lap: Trajectory, method: Dopri5) -> Floats | None:
+    """Derivative of the period map, by forward differences of states that are `1e-5` apart."""
+    start, end = lap.y[:, 0], lap.y[:, -1]
+    scale = _scale(system, lap)
+    size = max(abs(start[0]), abs(start[1]) / system.omega, 1e-9)
+    columns = []
+    for step in np.diag(1e-5 * size / scale):
+        moved = finished_or_interrupted(simulate(system, start + step, lap.t[[0, len(lap.t) // 2, -1]], method=method))
+        if not moved.status:
+            return None
+        columns.append((moved.y[:, -1] - end) / np.max(step))
+    return np.array(columns).T
+
+
+def _scale(system: Any, lap: Trajectory) -> Floats:
+    """Factors that make the states of a lap comparable with x."""
+    largest = np.max(np.abs(lap.y), axis=1)
+    inner = [largest[0] / z if z > 0.0 else 1.0 for z in largest[2:]]
+    return np.array([1.0, 1.0 / system.omega, *inner])
+
+
+def _closed(system: Any, start: tuple[float, ...], period: int, method: Dopri5) -> tuple[Trajectory, Floats | None]:
+    """Newton's method on the period map, with its derivative renewed only where it converges slowly.
+
+    The lap that comes nearest to a closed orbit is returned, with the derivative of the map near it.
+    """
+    best, best_gap, matrix, old = None, math.inf, None, math.inf
+    for _ in range(10):
+        lap = _lap(system, start, period, method)
+        if not lap.status:
+            break
+        miss, scale = lap.y[:, -1] - lap.y[:, 0], _scale(system, lap)
+        gap, size = float(np.linalg.norm(miss * scale)), float(np.linalg.norm(lap.y[:, 0] * scale)) + 1e-300
+        if gap < best_gap:
+            best, best_gap = lap, gap
+        elif gap > 10.0 * best_gap:
+            break
+        if gap < 1e-9 * size and matrix is not None:
+            break
+        if matrix is None or gap > 0.2 * old:
+            matrix = _matrix(system, lap, method)
+        old = gap
+        if matrix is None or abs(np.linalg.det(matrix - np.eye(len(start)))) < 1e-9 or gap < 1e-13 * size:
+            break
+        step = np.linalg.solve(matrix - np.eye(len(start)), -miss)
+        if float(np.linalg.norm(step * scale)) > FARTHEST * size:
+            break
+        start = tuple((np.array(start) + step).tolist())
+    return (lap if best is None else best), matrix
+
+
+def _motion(system: Any, period: int, run: Trajectory, matrix: Floats | None) -> SteadyMotion:
+    """Describe one span; `matrix` is the derivative of the period map where the orbit was to be closed."""
+    x, v, z = run.y[0], run.y[1], run.y[2:]
+    u = x - system.error.value(system.omega * run.t)
+    size = max(float(np.max(np.abs(x))), 1e-300)
+    gap = float(np.hypot(x[-1] - x[0], (v[-1] - v[0]) / system.omega)) / size
+    closed = bool(run.status) and gap < 1e-6
+    stable = None if matrix is None or not closed else bool(np.max(np.abs(np.linalg.eigvals(matrix))) < 1.0)
+    return SteadyMotion(
+        system.omega, period, run.t, x, v, u, z, run.peak(), gap, closed, stable, run.status, run.message
+    )

@@ -1,0 +1,1 @@
+"""Parameter sweeps with a store."""

@@ -1,0 +1,85 @@
+"""What makes a sweep that sweep and no other: a text of its system, points and measure, and the hash of it."""
+
+import functools
+import hashlib
+import json
+import sys
+from collections.abc import Mapping
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from ...compile.code_reads import OWN
+from ...compile.identity import Identity
+
+
+def identity(thing: Any) -> str:
+    """Text that is equal for equal things in every process, and different for different ones.
+
+    Functions have it in one version of Python, whose bytecode is part of it.
+
+    Raises
+    ------
+    TypeError
+        If `thing` is or holds something that has no such text.
+    """
+    return Identity().text(thing)
+
+
+def digest(*things: Any) -> str:
+    """Hash of the identity of things."""
+    return hashlib.sha256(identity(things).encode(errors="surrogatepass")).hexdigest()
+
+
+def installed(*things: Any) -> list[str]:
+    """Names and versions of what things with an identity use: Python, where its bytecode is in it, and packages."""
+    walk = Identity()
+    walk.text(things)
+    names = {name.partition(".")[0] for name in walk.packages} - sys.stdlib_module_names - {OWN}
+    own = [f"Python {sys.version_info.major}.{sys.version_info.minor}"] if walk.has_code else []
+    return [*own, *(f"{name} {_version(name)}" for name in sorted(names))]
+
+
+def readable(measure: Any) -> str:
+    """Name of a measure for people."""
+    if isinstance(measure, functools.partial):
+        return readable(measure.func)
+    return getattr(measure, "__qualname__", None) or type(measure).__qualname__
+
+
+def check_spec(path: Path, attributes: Mapping[str, Any]) -> None:
+    """Refuse a folder that is no store, or that of another sweep than the one with these attributes (ValueError)."""
+    try:
+        found = json.loads((path / "zarr.json").read_text(encoding="utf-8"))["attributes"]
+        spec = found["spec"]
+    except (OSError, ValueError, KeyError, TypeError):
+        raise ValueError(f"{path} is there already and is no store of a sweep; give another path") from None
+    if spec == attributes["spec"]:
+        return
+    begun, own = ([name for name in of.get("installed", ()) if name[:6] == "Python"] for of in (found, attributes))
+    if begun and own and begun != own:
+        raise ValueError(
+            f"{path} was begun with {begun[0]}, this is {own[0]}, in which its functions are not recognised; finish it "
+            f"with {begun[0]}, or give another path"
+        )
+    raise ValueError(
+        f"{path} holds another sweep ({found.get('measure')} over {', '.join(found.get('parameters', ()))}; hash "
+        f"{spec[:8]}, this one has {attributes['spec'][:8]}); give another path, or delete it"
+    )
+
+
+def check_versions(path: Path, begun: Mapping[str, Any], own: Mapping[str, Any]) -> None:
+    """Refuse to go on with a sweep that other versions of what is installed have begun (ValueError)."""
+    versions = ([f"strainwave {of.get('strainwave')}", *of.get("installed", ())] for of in (begun, own))
+    for before, now in zip(*versions, strict=False):
+        if before != now:
+            raise ValueError(
+                f"{path} was begun with {before}, this is {now}; finish it with that version, or give another path"
+            )
+
+
+def _version(name: str) -> str:
+    with suppress(PackageNotFoundError):
+        return version(name)
+    return str(getattr(sys.modules.get(name), "__version__", "unknown"))

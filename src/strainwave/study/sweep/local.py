@@ -1,0 +1,143 @@
+"""Workers of a sweep on this machine: threads, which serve compiled measures, or processes, which serve all.
+
+A pool has `submit(...)`, a future as those of `concurrent.futures`; `room`, how many chunks it takes at a time;
+`lost(error)`, whether a worker died rather than the measure failed; `check()`, which raises once the pool is gone
+for good; and `close(...)`.
+"""
+
+import contextlib
+import ctypes
+import logging
+import multiprocessing
+import os
+import pickle
+import signal
+import threading
+import time
+from collections.abc import Mapping
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+
+from ...results import Floats
+from .points import Job, Part, compute
+
+log = logging.getLogger(__name__)
+
+
+class ThreadPool:
+    """Threads of this process; a measure that is compiled code lets them run side by side."""
+
+    def __init__(self, workers: int) -> None:
+        self.room = 2 * workers
+        self.stop = threading.Event()
+        self.busy: set[int] = set()
+        self.guard = threading.Lock()
+        self.pool = ThreadPoolExecutor(workers, thread_name_prefix="sweep")
+
+    def submit(self, job: Job, chunk: int, first: int, values: Mapping[str, Floats]) -> "Future[Part]":
+        """Begin to compute a chunk."""
+        return self.pool.submit(self._compute, job, first, values)
+
+    def _compute(self, job: Job, first: int, values: Mapping[str, Floats]) -> Part:
+        thread = threading.get_ident()
+        with self.guard:
+            self.busy.add(thread)
+        try:
+            return compute(job, first, values, self.stop.is_set)
+        finally:
+            with self.guard:
+                self.busy.discard(thread)
+            if self.stop.is_set():
+                _bytecode()
+
+    def lost(self, error: BaseException) -> bool:
+        """Threads die with the process only."""
+        return False
+
+    def check(self) -> None:
+        """Threads are always there."""
+
+    def close(self) -> None:
+        """Stop the threads; chunks under way are given up as soon as compiled code returns: after a block of lanes."""
+        self.stop.set()
+        self.pool.shutdown(wait=False, cancel_futures=True)
+        since, said = time.monotonic(), False
+        while self._interrupted():
+            time.sleep(0.05)
+            if not said and time.monotonic() - since > 1.0:
+                said = True
+                log.info("stopping as soon as the blocks of trajectories under way have come to their end")
+        self.pool.shutdown(wait=True)
+
+    def _interrupted(self) -> bool:
+        """Raise KeyboardInterrupt in the threads that compute; whether there were any.
+
+        A measure knows no flag that it could look at, and Python sends an interrupt to the main thread alone.
+        """
+        raising = ctypes.pythonapi.PyThreadState_SetAsyncExc
+        with self.guard:
+            for thread in self.busy:
+                raising(ctypes.c_ulong(thread), ctypes.py_object(KeyboardInterrupt))
+            return bool(self.busy)
+
+
+def _bytecode() -> None:
+    """Be a call: an interrupt that came at the last moment is raised here and not in the thread's own loop."""
+
+
+class ProcessPool:
+    """Processes that are started afresh, not forked, so that threads and compilers survive."""
+
+    def __init__(self, workers: int, job: Job) -> None:
+        try:
+            pickle.dumps(job)
+        except Exception as error:
+            raise TypeError(
+                f"the measure or the system cannot be sent to another process ({' '.join(str(error).split())}); define "
+                "the measure at the top level of a module, or leave out processes=True"
+            ) from None
+        self.workers, self.room = workers, 2 * workers
+        self.pool = self._started()
+
+    def _started(self) -> ProcessPoolExecutor:
+        context = multiprocessing.get_context("spawn")
+        return ProcessPoolExecutor(self.workers, mp_context=context, initializer=_begin)
+
+    def submit(self, job: Job, chunk: int, first: int, values: Mapping[str, Floats]) -> "Future[Part]":
+        """Begin to compute a chunk."""
+        try:
+            return self.pool.submit(compute, job, first, values)
+        except BrokenProcessPool:
+            self.pool.shutdown(wait=False, cancel_futures=True)
+            self.pool = self._started()
+            return self.pool.submit(compute, job, first, values)
+
+    def lost(self, error: BaseException) -> bool:
+        """Whether a process ended instead of answering."""
+        return isinstance(error, BrokenProcessPool)
+
+    def check(self) -> None:
+        """Processes that end are replaced."""
+
+    def close(self) -> None:
+        """End the processes; chunks under way are given up."""
+        processes = list((self.pool._processes or {}).values())
+        self.pool.shutdown(wait=False, cancel_futures=True)
+        for process in processes:
+            with contextlib.suppress(Exception):
+                process.terminate()
+        for process in processes:
+            process.join(5.0)
+
+
+def _begin() -> None:
+    """Leave Ctrl-C to the process that started this one, and end with it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+
+    def follow() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()

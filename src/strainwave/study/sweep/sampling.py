@@ -1,0 +1,295 @@
+"""Where a sweep looks: a grid over parameters, or a sample of their distributions, made chunk by chunk.
+
+Nothing here ever holds all the points: a chunk's points follow from its place and the seed alone. Scrambled Sobol
+points are those of SciPy; a Latin hypercube is computed point by point, because SciPy's needs all of it in memory.
+
+Source: A. B. Owen, Monte Carlo theory, methods and examples, chapters 10 and 17.
+"""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
+from scipy.stats import qmc
+
+from ...quantities import number, numbers, parameters, positive_count, shown
+from ...results import Floats
+
+SOBOL_BITS = 30  # of SciPy's points: 2**30 of them are distinct
+LARGEST_SAMPLE = 2**40
+TOGETHER = " & "  # between the paths of parameters that share a factor, in the name of that factor
+ROUNDS = 6  # of the Feistel network that shuffles the strata of a Latin hypercube
+
+
+class Uniform(NamedTuple):
+    """Every value between low and high is as likely as another (SI units)."""
+
+    low: float
+    high: float
+
+    def check(self) -> None:
+        """Raise a ValueError if the bounds are none."""
+        if not number("Uniform.low", self.low) < number("Uniform.high", self.high):
+            raise ValueError(f"Uniform is {self.low:g} .. {self.high:g}; low must be below high")
+
+    def quantile(self, p: Any) -> Any:
+        """Value below which the share p (0 < p < 1) of the distribution lies."""
+        return self.low + (self.high - self.low) * p
+
+
+class LogUniform(NamedTuple):
+    """The logarithm is uniform between those of low and high, both positive (SI units)."""
+
+    low: float
+    high: float
+
+    def check(self) -> None:
+        """Raise a ValueError if the bounds are none."""
+        if not number("LogUniform.low", self.low, positive=True) < number("LogUniform.high", self.high):
+            raise ValueError(f"LogUniform is {self.low:g} .. {self.high:g}; low must be below high")
+
+    def quantile(self, p: Any) -> Any:
+        """Value below which the share p (0 < p < 1) of the distribution lies."""
+        return self.low * (self.high / self.low) ** p
+
+
+class Normal(NamedTuple):
+    """Normal distribution with this mean and standard deviation (SI units), cut off at low and high."""
+
+    mean: float
+    deviation: float
+    low: float = -math.inf
+    high: float = math.inf
+
+    def check(self) -> None:
+        """Raise a ValueError if the deviation is not positive or nothing lies between the bounds."""
+        number("Normal.mean", self.mean)
+        number("Normal.deviation", self.deviation, positive=True)
+        below, above = self._shares()
+        if not below < above:
+            raise ValueError(f"nothing of {self} lies between its bounds; widen them")
+
+    def _shares(self) -> tuple[float, float]:
+        return tuple(float(ndtr((bound - self.mean) / self.deviation)) for bound in (self.low, self.high))  # type: ignore[return-value]
+
+    def quantile(self, p: Any) -> Any:
+        """Value below which the share p (0 < p < 1) of the distribution lies."""
+        below, above = self._shares()
+        value = self.mean + self.deviation * ndtri(below + (above - below) * p)
+        return np.clip(value, self.low, self.high)
+
+
+Distribution = Uniform | LogUniform | Normal
+
+
+@dataclass(frozen=True)
+class LatinHypercube:
+    """A Latin hypercube sample: each of `count` slices of equal probability of every parameter has one point.
+
+    Parameters
+    ----------
+    count : int
+        Number of points.
+    distributions : dict of str to Uniform, LogUniform or Normal
+        Path of a parameter to its distribution, as in ``{"law.K": sw.Normal(1e5, 5e3)}``; or a tuple of paths to that
+        of a factor which scales them together, as in ``{("law.K1", "law.K2", "law.K3"): sw.Normal(1.0, 0.05)}``.
+    seed : int
+        Another seed gives another sample.
+    """
+
+    count: int
+    distributions: Mapping[str, Distribution]
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Sobol:
+    """A scrambled Sobol sample, which fills the space evenly; the count must be a power of two.
+
+    Parameters
+    ----------
+    count : int
+        Number of points, a power of two up to 2**30.
+    distributions : dict of str to Uniform, LogUniform or Normal
+        As of `LatinHypercube`.
+    seed : int
+        Another seed gives another scrambling, with which the error of a mean can be estimated.
+    """
+
+    count: int
+    distributions: Mapping[str, Distribution]
+    seed: int = 0
+
+
+Grid = Mapping[Any, Any] | LatinHypercube | Sobol
+
+
+def named(key: Any) -> str:
+    """Name of a key of a grid or of distributions: a path, or several (a tuple of them) that share one factor."""
+    paths = key if isinstance(key, tuple) else (key,)
+    if not (paths and all(isinstance(path, str) for path in paths)) or (isinstance(key, tuple) and len(paths) < 2):
+        raise ValueError(
+            f"{shown(key)} is no parameter; give a path such as 'law.K', or a tuple of several, which one factor scales"
+        )
+    return TOGETHER.join(paths)
+
+
+def check_names(system: Any, names: Iterable[str]) -> dict[str, str]:
+    """Units of the parameters by name ("" of a factor), or one sentence on the first that cannot vary (ValueError)."""
+    known = {parameter.path: parameter for parameter in parameters(system)}
+    units: dict[str, str] = {}
+    seen: set[str] = set()
+    for name in names:
+        paths = name.split(TOGETHER)
+        for path in paths:
+            if path not in known:
+                raise ValueError(f"{type(system).__name__} has no parameter {shown(path)}; it has {', '.join(known)}")
+            if path in seen:
+                raise ValueError(f"{path} is given twice; vary it once")
+            if len(paths) > 1 and not isinstance(known[path].value, float):
+                raise ValueError(f"{path} is a whole number, which no factor scales; vary it by itself")
+            seen.add(path)
+        units[name] = known[name].unit if len(paths) == 1 else ""
+    return units
+
+
+def by_path(system: Any, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of every path: a factor of several paths becomes the values of each, in relation to the system's own."""
+    nominal = {parameter.path: parameter.value for parameter in parameters(system)}
+    apart: dict[str, Any] = {}
+    for name, factor in values.items():
+        paths = name.split(TOGETHER)
+        apart |= {name: factor} if len(paths) == 1 else {path: nominal[path] * factor for path in paths}
+    return apart
+
+
+class Points(Protocol):
+    """The points of a sweep: names and lengths of the dimensions, and the values of a stretch of points."""
+
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    paths: tuple[str, ...]
+
+    def values(self, first: int, count: int) -> dict[str, Floats]:
+        """Values (count,) of every parameter from point `first` on, the last dimension running fastest."""
+        ...
+
+
+class GridPoints:
+    """All combinations of the values of the parameters."""
+
+    def __init__(self, axes: Mapping[str, Any]) -> None:
+        if not axes:
+            raise ValueError(
+                f"the grid is {shown(axes)}; it must be a dict of path to values, as in {{'law.K': [1, 2]}}"
+            )
+        self.axes = {named(key): numbers(f"grid[{key!r}]", values) for key, values in axes.items()}
+        self.dims = self.paths = tuple(self.axes)
+        self.shape = tuple(len(axis) for axis in self.axes.values())
+
+    def values(self, first: int, count: int) -> dict[str, Floats]:
+        """Values (count,) of every parameter from point `first` on."""
+        places = np.unravel_index(np.arange(first, first + count), self.shape)
+        return {path: axis[place] for (path, axis), place in zip(self.axes.items(), places, strict=True)}
+
+
+class SamplePoints:
+    """A sample of distributions; point i depends on the seed and on i."""
+
+    def __init__(self, sample: LatinHypercube | Sobol) -> None:
+        kind = type(sample).__name__
+        sobol = isinstance(sample, Sobol)
+        count = positive_count(f"{kind}.count", sample.count, 2**SOBOL_BITS if sobol else LARGEST_SAMPLE)
+        if sobol and count & (count - 1):
+            near = 1 << count.bit_length()
+            raise ValueError(f"Sobol.count is {count}; it must be a power of two, such as {near // 2} or {near}")
+        if not isinstance(sample.distributions, Mapping) or not sample.distributions:
+            raise ValueError(f"{kind}.distributions is {shown(sample.distributions)}; it must be a dict by path")
+        for path, law in sample.distributions.items():
+            if not isinstance(law, Distribution):
+                raise TypeError(f"the distribution of {path!r} is {shown(law)}; give Uniform, LogUniform or Normal")
+            law.check()
+        if isinstance(sample.seed, bool) or not isinstance(sample.seed, int) or sample.seed < 0:
+            raise ValueError(f"{kind}.seed is {shown(sample.seed)}; it must be a whole number of at least 0")
+        self.laws = {named(key): law for key, law in sample.distributions.items()}
+        self.dims: tuple[str, ...] = ("point",)
+        self.shape: tuple[int, ...] = (count,)
+        self.paths = tuple(self.laws)
+        self.shares: _LatinShares | _SobolShares
+        if sobol:
+            self.shares = _SobolShares(len(self.laws), sample.seed)
+        else:
+            self.shares = _LatinShares(count, len(self.laws), sample.seed)
+
+    def values(self, first: int, count: int) -> dict[str, Floats]:
+        """Values (count,) of every parameter from point `first` on."""
+        shares = self.shares.stretch(first, count)
+        return {p: np.asarray(law.quantile(shares[i]), float) for i, (p, law) in enumerate(self.laws.items())}
+
+
+class _SobolShares:
+    """Scrambled Sobol points, drawn in order; going back draws again from the start."""
+
+    def __init__(self, dimensions: int, seed: int) -> None:
+        self.engine = qmc.Sobol(dimensions, scramble=True, bits=SOBOL_BITS, rng=np.random.default_rng(seed))
+
+    def stretch(self, first: int, count: int) -> Floats:
+        """Shares (dimensions, count) from point `first` on, strictly between 0 and 1."""
+        if first < self.engine.num_generated:
+            self.engine.reset()
+        if first > self.engine.num_generated:
+            self.engine.fast_forward(first - self.engine.num_generated)
+        # SciPy warns when the first draw is no power of two: the point at the start is drawn on its own.
+        start = [self.engine.random(1)] if first == 0 else []
+        drawn = np.concatenate([*start, self.engine.random(count - len(start))])
+        return np.asarray(drawn.T + 0.5 ** (SOBOL_BITS + 1))
+
+
+class _LatinShares:
+    """Strata shuffled by a Feistel network that walks until it is back in range, and a place inside each stratum."""
+
+    def __init__(self, count: int, dimensions: int, seed: int) -> None:
+        self.count = count
+        self.half = max(1, (max(count - 1, 1).bit_length() + 1) // 2)
+        self.keys = np.random.SeedSequence(seed).generate_state(dimensions * (ROUNDS + 1), np.uint64)
+        self.keys = self.keys.reshape(dimensions, ROUNDS + 1, 1)
+
+    def stretch(self, first: int, count: int) -> Floats:
+        """Shares (dimensions, count) from point `first` on, strictly between 0 and 1."""
+        index = np.arange(first, first + count, dtype=np.uint64)
+        return np.array([self._shares(index, keys) for keys in self.keys])
+
+    def _shares(self, index: NDArray[np.uint64], keys: NDArray[np.uint64]) -> Floats:
+        place = self._shuffled(index, keys)
+        while (outside := place >= self.count).any():
+            place[outside] = self._shuffled(place[outside], keys)
+        inside = ((_mixed(index, keys[-1]) >> np.uint64(34)).astype(float) + 0.5) * 0.5**30
+        return np.minimum((place + inside) / self.count, 1.0 - 0.5**53)
+
+    def _shuffled(self, index: NDArray[np.uint64], keys: NDArray[np.uint64]) -> NDArray[np.uint64]:
+        half, mask = np.uint64(self.half), np.uint64((1 << self.half) - 1)
+        left, right = index >> half, index & mask
+        for key in keys[:-1]:
+            left, right = right, left ^ (_mixed(right, key) & mask)
+        return (left << half) | right
+
+
+def _mixed(x: NDArray[np.uint64], key: NDArray[np.uint64]) -> NDArray[np.uint64]:
+    """Scatter the bits of whole numbers (the finalizer of SplitMix64, Steele et al. 2014)."""
+    x = x + key
+    x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return x ^ (x >> np.uint64(31))
+
+
+def points_of(grid: Grid) -> Points:
+    """Points of a grid or sample, or one sentence on what is wrong with it (ValueError, TypeError)."""
+    if isinstance(grid, LatinHypercube | Sobol):
+        return SamplePoints(grid)
+    if not isinstance(grid, Mapping):
+        raise TypeError(f"the grid is {shown(grid)}; give a dict of path to values, a LatinHypercube or a Sobol sample")
+    return GridPoints(grid)

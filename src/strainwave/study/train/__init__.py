@@ -1,0 +1,1 @@
+"""Bode plot, runs, operating point, reductions of a drive train."""

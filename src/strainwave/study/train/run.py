@@ -1,0 +1,250 @@
+"""A drive train in time: what it transmits, how its speed ripples, and where its energy goes."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...model.excitation import Harmonic
+from ...model.gears.gear import Gear
+from ...model.gears.limits import Finding, check_limits
+from ...model.train.drive_train import DriveTrain
+from ...model.train.shaft_motion import gains_of
+from ...model.train.shafts import FREE, Elastic, Held
+from ...model.train.train_forms import Metered
+from ...numerics.integration.extremes import watched_ends
+from ...numerics.integration.simulate import Dopri5, Rk4, first_time, simulate
+from ...quantities import number, numbers, shown, with_parts
+from ...results import Floats, SolveError, Trajectory, largest_between
+from .operating_point import operating_state
+
+INPUTS = 3  # of the powers, the first ones: motor torque, control, load torque
+TURN = 2.0 * np.pi * np.arange(4096) / 4096
+ACCURATE = Dopri5(rtol=1e-11, atol=1e-14)  # energies too: their balance closes to about the tolerance
+
+
+@dataclass(frozen=True, eq=False)
+class DriveRun:
+    """A motion of a drive train, with its energies.
+
+    Attributes
+    ----------
+    train : DriveTrain
+        What was simulated.
+    trajectory : Trajectory
+        Times [s] and the states that `train.state_names()` lists; its `status` says whether the end was reached.
+    motor_speed, load_speed : (n,) arrays
+        Speeds theta_m' and theta_l' [rad/s].
+    error : (n,) array
+        Dynamic error between motor and load [rad], x = theta_m/N - theta_l with the twists of all couplings. The
+        motor's own deviation from its reference is not in it; the load's deviation from the reference over N is
+        "motor deviation"/N - error.
+    torque : (n,) array
+        Torque that the gear transmits [N*m, output side].
+    energy : (n,) array
+        Energy in the train [J], kinetic and stored.
+    work : dict of str to (n,) array
+        Energies [J] since the start by `train.power_names()`: put in by motor torque, control and load torque (a
+        load that resists takes energy out: negative), and lost in each element.
+    findings : tuple of Finding
+        What the run asked of the gear against its datasheet, if a gear was given.
+    warnings : tuple of str
+        The findings beyond a limit, as sentences.
+    peak_error, peak_torque, peak_speed : float
+        Largest |error| [rad], |torque| in the gear [N*m] and |motor speed| [rad/s], between the samples too, however
+        far these are apart.
+    """
+
+    train: DriveTrain
+    trajectory: Trajectory
+    motor_speed: Floats
+    load_speed: Floats
+    error: Floats
+    torque: Floats
+    energy: Floats
+    work: dict[str, Floats]
+    findings: tuple[Finding, ...]
+    warnings: tuple[str, ...]
+    peak_error: float
+    peak_torque: float
+    peak_speed: float
+
+    @property
+    def imbalance(self) -> float:
+        """Largest gap of the energy balance over the run, relative to the largest energy that was moved."""
+        powers = list(self.work.values())
+        gap = self.energy - self.energy[0] - sum(powers[:INPUTS]) + sum(powers[INPUTS:])
+        return float(np.max(np.abs(gap)) / max(np.max(np.abs([self.energy, *powers])), 1e-300))
+
+    def efficiency(self, after: float = 0.0) -> float:
+        """Energy that the load took over what motor and control gave, from t = `after` [s] on.
+
+        It is the efficiency of a steady motion, over whole periods of it; in a run-up kinetic energy is in it too.
+
+        Raises
+        ------
+        ValueError
+            If nothing was put in by the motor side.
+        """
+        motor, control, load = (self._since(name, after) for name in list(self.work)[:INPUTS])
+        if not motor + control > 0.0:
+            raise ValueError(f"the motor gave {motor + control:g} J after t = {after:g} s; it drives in no efficiency")
+        return -load / (motor + control)
+
+    def lost(self, after: float = 0.0) -> dict[str, float]:
+        """Energy [J] that each element turned into heat from t = `after` [s] on."""
+        return {name: self._since(name, after) for name in list(self.work)[INPUTS:]}
+
+    def speed_ripple(self, after: float = 0.0) -> float:
+        """Half the range of the motor's speed from t = `after` [s] on, relative to its mean there.
+
+        Raises
+        ------
+        ValueError
+            If the run has ended by then, or the mean speed is zero.
+        """
+        t, after = self.trajectory.t, number("after [s]", after)
+        speed = self.motor_speed[t >= after]
+        if not len(speed):
+            raise ValueError(f"the run goes from {t[0]:g} to {t[-1]:g} s; {after:g} s is not in it")
+        mean = abs(float(np.mean(speed)))
+        if not mean > 0.0:
+            raise ValueError(
+                f"the motor's mean speed after t = {after:g} s is zero; a ripple is relative to a mean speed"
+            )
+        return float(0.5 * np.ptp(speed)) / mean
+
+    def largest(self) -> tuple[float, float, float]:
+        """Largest |dynamic error| [rad], also between samples; time [s], motor speed [rad/s] of the largest sample."""
+        at = int(np.argmax(np.abs(self.error)))
+        return self.peak_error, float(self.trajectory.t[at]), float(self.motor_speed[at])
+
+    def _since(self, name: str, after: float) -> float:
+        t, after = self.trajectory.t, number("after [s]", after)
+        if not t[0] <= after < t[-1]:
+            raise ValueError(f"the run goes from {t[0]:g} to {t[-1]:g} s; {after:g} s is not in it")
+        return float(self.work[name][-1] - self.work[name][np.searchsorted(t, after)])
+
+    def __str__(self) -> str:
+        largest, t, speed = self.largest()
+        heat = ", ".join(f"{name} {value:.4g}" for name, value in self.lost(float(self.trajectory.t[0])).items())
+        return (
+            f"DriveRun: t = {self.trajectory.t[0]:.6g} .. {self.trajectory.t[-1]:.6g} s, {len(self.trajectory.t)} "
+            f"samples\n  largest |dynamic error| {largest:.6g} rad at t = {t:.6g} s, motor {speed:.6g} rad/s\n"
+            f"  largest |torque| in the gear {self.peak_torque:.6g} N*m\n"
+            f"  heat [J]: {heat}\n  energy balance to {self.imbalance:.1e}; {self.trajectory.message}"
+        )
+
+    __repr__ = __str__
+
+
+def drive_run(
+    train: DriveTrain,
+    y0: ArrayLike | None = None,
+    t: float | ArrayLike = 1.0,
+    *,
+    gear: Gear | None = None,
+    method: Dopri5 | Rk4 = ACCURATE,
+) -> DriveRun:
+    """Simulate a drive train: a start, a stop, a run-up through resonance, or a steady motion.
+
+    Parameters
+    ----------
+    train : DriveTrain
+        The train; with omega = 1 its excitations and its reference are functions of the time in seconds.
+    y0 : (states,) array_like, optional
+        State at the first time, as `train.state_names()` lists it. Default: where the mean torques, and profiles as
+        they are just before, hold the train at the angle and the speed of its reference (`operating_state`): the load
+        is where gravity leaves it, the torsion of the gear at rest.
+    t : float or array_like
+        End time [s], or (start, end), or the times to record.
+    gear : Gear, optional
+        Datasheet record; torque and speed beyond its limits are said in `warnings`, never an error.
+    method : Dopri5, Rk4 or Dop8
+        Integration method; the energies are integrated with the states. Steps end at the `corners()` of profiles.
+
+    Returns
+    -------
+    DriveRun
+        With every value finite; `trajectory.status` is the reason if it ends early.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `simulate`.
+    SolveError
+        If no y0 is given and the torques hold the train in no state.
+    """
+    train = with_parts("drive_run", train, "power_names")
+    names = train.state_names()
+    start = waiting(train, first_time(t)) if y0 is None else numbers("y0", y0)
+    if start.shape != (len(names),):
+        raise ValueError(f"y0 is {shown(y0)}; it must be {len(names)} numbers: {', '.join(names)}")
+    powers = train.power_names()
+    run = simulate(Metered(train), np.append(start, np.zeros(len(powers))), t, method=method)
+    y, phase = run.y[: len(names)], train.omega * run.t
+    states = tuple(y)
+    torque = np.broadcast_to(train.torque(phase, states), run.t.shape)
+    speed = np.broadcast_to(train.motor_speed(phase, states), run.t.shape)
+    own = replace(run, y=y, rate=run.rate[: len(names)])
+    peaks = _peaks(train, run, len(names))
+    findings: tuple[Finding, ...] = ()
+    if gear is not None:
+        findings = check_limits(gear, peak_torque=peaks[1], max_speed=peaks[2])
+    return DriveRun(
+        train, own, speed, np.broadcast_to(train.load_speed(phase, states), run.t.shape), train.load_error(states),
+        torque, np.broadcast_to(train.energy(phase, states), run.t.shape),
+        dict(zip(powers, run.y[len(names) :], strict=True)), findings,
+        tuple(finding.sentence for finding in findings if finding.exceeded), *peaks,
+    )  # fmt: skip
+
+
+def _peaks(train: DriveTrain, run: Trajectory, states: int) -> tuple[float, float, float]:
+    """Largest |error| at the load [rad], |torque| in the gear [N*m] and |motor speed| [rad/s] of a metered run."""
+    if run.largest is not None:
+        first = np.abs(np.array(Metered(train).watched(train.omega * run.t[0], tuple(run.y[:states, 0])), float))
+        error, torque, speed = np.maximum(first, np.max(run.largest[-len(first) :], axis=1)).tolist()
+        return error, torque, speed
+    error, torque, speed = (largest_between(np.diff(run.t), *ends) for ends in watched_ends(Metered(train), run))
+    return error, torque, speed
+
+
+def waiting(train: DriveTrain, t: float) -> Floats:
+    """Find the state (states,) in which a train begins a motion at a time [s], as `drive_run` does.
+
+    The mean torques, and those that do not repeat as they are just before t, hold it at the angle and the speed of its
+    reference (`operating_state`), with the kinematic error of that angle. A motor that no stiffness of its loop holds
+    against a torque, such as a free one, begins on its reference.
+    """
+    phase = train.omega * np.nextafter(t, -np.inf)
+    angle, speed = float(train.reference.value(phase)), float(train.omega * train.reference.slope(phase))
+    begun = _begun(train, phase)
+    if not isinstance(train.motor.control, Held) and gains_of(train.motor.control)[0] == 0.0:
+        begun = begun._replace(motor=begun.motor._replace(control=FREE))
+    try:
+        state = operating_state(begun, speed, angle=angle)
+    except SolveError as error:
+        raise SolveError(f"{error}; give the state to begin with, y0") from error
+    if speed:  # at standstill it is in the state already
+        state[0] += train.error.value(angle)
+        state[1] += train.error.slope(angle) * speed
+    return state
+
+
+def _begun(train: DriveTrain, phase: float) -> DriveTrain:
+    """Return the train with its mean torques, those that do not repeat constant as they are at a phase."""
+
+    def constant(torque: Any) -> Any:
+        if hasattr(torque, "mean") or hasattr(torque, "terms"):
+            return torque
+        at = TURN if hasattr(torque, "orders") else np.array([phase])
+        return Harmonic(0.0, mean=float(np.mean(np.broadcast_to(torque.torque(at), at.shape))))
+
+    def begun(load: Any) -> Any:
+        if isinstance(load, Elastic):
+            return load._replace(load=begun(load.load))
+        return load._replace(excitation=constant(load.excitation))
+
+    motor = train.motor._replace(excitation=constant(train.motor.excitation))
+    return train._replace(motor=motor, load=begun(train.load))

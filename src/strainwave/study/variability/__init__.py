@@ -1,0 +1,1 @@
+"""Scatter from unit to unit."""

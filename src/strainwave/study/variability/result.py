@@ -1,0 +1,259 @@
+"""What `variability` returns."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ...results import Floats
+from .sensitivity import Ranking, RunningQuantile, quantile_errors
+from .two_groups import TwoGroups, two_groups
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedSpread:
+    """Peak errors at one speed.
+
+    Attributes
+    ----------
+    omega : float
+        Base speed [rad/s] (of the nominal drive, where omega itself varies).
+    shares : (quantiles,) array
+        Shares of the drives.
+    peak : (drives,) array
+        Peak error [rad] of every drive; nan where its motion left every bound.
+    running : RunningQuantile
+        Quantiles of the peak error [rad] of growing parts of the sample: what more drives would still change.
+    ranking : Ranking
+        The parameters by what they contribute to the variance of the peak error.
+    diverged, unsettled : int
+        Drives that left every bound, and bounded drives whose motion did not settle (their peak is that of the last 8
+        turns).
+    """
+
+    omega: float
+    shares: Floats
+    peak: Floats
+    running: RunningQuantile
+    ranking: Ranking
+    diverged: int
+    unsettled: int
+
+    @property
+    def quantiles(self) -> Floats:
+        """Quantiles of the peak error [rad] among the drives that stay bounded."""
+        return np.asarray(self.running.values[-1])
+
+    @property
+    def errors(self) -> Floats:
+        """Their standard errors [rad] (bootstrap)."""
+        return np.asarray(self.running.errors[-1])
+
+    @property
+    def groups(self) -> TwoGroups | None:
+        """A quiet and a loud group of peaks, as where two motions coexist; None where the peaks are one group."""
+        return two_groups(self.peak[np.isfinite(self.peak)])
+
+    def __str__(self) -> str:
+        return "\n".join(line[2:] for line in _speed_lines(self))
+
+    __repr__ = __str__
+
+
+@dataclass(frozen=True, eq=False)
+class JumpSpread:
+    """Jump speeds [rad/s] of the drives whose response was followed; nan where there is no jump.
+
+    Attributes
+    ----------
+    span : (float, float)
+        Range of omega [rad/s].
+    shares : (quantiles,) array
+        Shares of the drives that jump.
+    up, down : (followed,) arrays
+        Where the peak jumps up and where it drops; of several hysteresis bands in that with the largest jump.
+    failed : int
+        Drives whose curve could not be followed or has no stable orbit.
+    """
+
+    span: tuple[float, float]
+    shares: Floats
+    up: Floats
+    down: Floats
+    failed: int
+
+    def __str__(self) -> str:
+        return "\n".join(line[2:] for line in _jump_lines(self))
+
+    __repr__ = __str__
+
+    def quantiles(self) -> tuple[Floats, Floats]:
+        """Quantiles of the speeds of the jumps up and down; nan where no drive jumps."""
+        none = np.full(len(self.shares), np.nan)
+        some = (values[np.isfinite(values)] for values in (self.up, self.down))
+        up, down = (np.quantile(values, self.shares) if len(values) else none for values in some)
+        return up, down
+
+    def errors(self) -> tuple[Floats, Floats]:
+        """Their standard errors (bootstrap); nan where fewer than two drives jump."""
+        rng, none = np.random.default_rng(0), np.full(len(self.shares), np.nan)
+        some = (values[np.isfinite(values)] for values in (self.up, self.down))
+        up, down = (quantile_errors(values, self.shares, rng) if len(values) > 1 else none for values in some)
+        return up, down
+
+
+@dataclass(frozen=True, eq=False)
+class Band:
+    """Resonances in a range of speed.
+
+    Attributes
+    ----------
+    low, high : float
+        Range of omega [rad/s].
+    amplitude : float
+        Amplitude [rad] at which the natural frequency is taken; 0: small vibrations.
+    natural : (drives,) array
+        Natural frequencies [rad/s]; nan where nothing restores, or where the law does not carry the mean torque.
+    inside : dict of int to (drives,) bool array
+        Order of the excitation to whether its line meets the natural frequency in the range.
+    """
+
+    low: float
+    high: float
+    amplitude: float
+    natural: Floats
+    inside: dict[int, NDArray[np.bool_]]
+
+    @property
+    def without(self) -> int:
+        """How many drives have no natural frequency; the probabilities count them as drives without a resonance."""
+        return int(np.count_nonzero(np.isnan(self.natural)))
+
+    def __str__(self) -> str:
+        p, error = self.probability()
+        each = ", ".join(f"order {k}: {self.probability(k)[0]:.4f}" for k in self.inside)
+        return f"resonance at {self.low:g} .. {self.high:g} rad/s: probability {p:.4f} +- {error:.4f} ({each})"
+
+    __repr__ = __str__
+
+    def probability(self, order: int | None = None) -> tuple[float, float]:
+        """Probability of a resonance in the range with one order, or with any, and its standard error."""
+        if order is None:
+            hit = np.any([np.zeros(len(self.natural), bool), *self.inside.values()], axis=0)
+        else:
+            hit = self.inside[order]
+        p = float(np.mean(hit))
+        return p, float(np.sqrt(p * (1.0 - p) / len(hit)))
+
+
+@dataclass(frozen=True, eq=False)
+class Variability:
+    """How a drive's behaviour scatters with its parameters.
+
+    Attributes
+    ----------
+    drives : dict of str to (drives,) array
+        Path of every varied parameter to its values; of parameters that vary together, their paths with " & " between
+        them to the factor.
+    speeds : tuple of SpeedSpread
+        One for every speed.
+    jumps : JumpSpread or None
+        Jump speeds, if asked for.
+    band : Band or None
+        Resonances in the range of speed, if asked for.
+    seed : int
+        With which the drives were drawn.
+    """
+
+    drives: dict[str, Floats]
+    speeds: tuple[SpeedSpread, ...]
+    jumps: JumpSpread | None
+    band: Band | None
+    seed: int
+
+    def dataset(self) -> xr.Dataset:
+        """Parameters and peaks over (speed, drive), quantiles over (speed, quantile), ranking over (speed, path)."""
+        first = self.speeds[0]
+        data = xr.Dataset(
+            coords={
+                "speed": ("speed", [s.omega for s in self.speeds], {"units": "rad/s"}),
+                "quantile": first.shares,
+                "path": list(self.drives),
+            },
+            attrs={"seed": self.seed},
+        )
+        for path, values in self.drives.items():
+            data[path] = ("drive", values)
+        data["peak"] = (("speed", "drive"), np.array([s.peak for s in self.speeds]), {"units": "rad"})
+        data["peak_quantile"] = (("speed", "quantile"), np.array([s.quantiles for s in self.speeds]), {"units": "rad"})
+        data["peak_quantile_error"] = (("speed", "quantile"), np.array([s.errors for s in self.speeds]))
+        for name in ("coefficient", "coefficient_error", "index", "index_error"):
+            rows = [{row.path: getattr(row, name) for row in s.ranking.rows} for s in self.speeds]
+            data[name] = (("speed", "path"), np.array([[row[path] for path in self.drives] for row in rows]))
+        data["diverged"] = ("speed", [s.diverged for s in self.speeds])
+        data["unsettled"] = ("speed", [s.unsettled for s in self.speeds])
+        groups = [s.groups for s in self.speeds]
+        data["loud_share"] = ("speed", [np.nan if g is None else g.share for g in groups])
+        data["loud_share_error"] = ("speed", [np.nan if g is None else g.error for g in groups])
+        if self.jumps is not None:
+            data["jump_up"] = ("followed", self.jumps.up, {"units": "rad/s"})
+            data["jump_down"] = ("followed", self.jumps.down, {"units": "rad/s"})
+        if self.band is not None:
+            data["natural_frequency"] = ("drive", self.band.natural, {"units": "rad/s"})
+        return data
+
+    def __str__(self) -> str:
+        count = len(next(iter(self.drives.values())))
+        lines = [f"Variability: {count} drives, {len(self.drives)} parameters vary, seed {self.seed}"]
+        for spread in self.speeds:
+            lines += _speed_lines(spread)
+        if self.jumps is not None:
+            lines += _jump_lines(self.jumps)
+        if self.band is not None:
+            lines.append(f"  {self.band}")
+            if self.band.without:
+                lines.append(
+                    f"    {self.band.without} drives have no natural frequency and count as without resonance: their "
+                    "law does not carry the mean torque, or has no stiffness there"
+                )
+        return "\n".join(lines)
+
+    __repr__ = __str__
+
+
+def _speed_lines(spread: SpeedSpread) -> list[str]:
+    values = ", ".join(
+        f"{q:.0%}: {v:.5g} +- {e:.1g}" for q, v, e in zip(spread.shares, spread.quantiles, spread.errors, strict=True)
+    )
+    lines = [f"  at {spread.omega:g} rad/s, peak |x| [rad] {values}"]
+    if spread.diverged or spread.unsettled:
+        lines.append(f"    {spread.diverged} drives left every bound, {spread.unsettled} did not settle")
+    if groups := spread.groups:
+        lines.append(
+            f"    two groups: {groups.share:.4f} +- {groups.error:.4f} of the drives are loud, from {groups.loud:.5g} "
+            f"rad on; the others stay below {groups.quiet:.5g} rad"
+        )
+    for row in spread.ranking.rows:
+        lines.append(
+            f"    {row.path}: {row.index:.3f} +- {row.index_error:.3f} of the variance, regression "
+            f"{row.coefficient:+.3f} +- {row.coefficient_error:.3f}"
+        )
+    lines.append(f"    a linear model explains {spread.ranking.linear_share:.3f} of the variance")
+    return lines
+
+
+def _jump_lines(found: JumpSpread) -> list[str]:
+    lines = []
+    n = len(found.up)
+    ways = zip(("up", "down"), (found.up, found.down), found.quantiles(), found.errors(), strict=True)
+    for name, values, quantiles, errors in ways:
+        jumping = int(np.count_nonzero(np.isfinite(values)))
+        text = ", ".join(
+            f"{q:.0%}: {v:.6g}" + (f" +- {e:.1g}" if np.isfinite(e) else "")
+            for q, v, e in zip(found.shares, quantiles, errors, strict=True)
+        )
+        lines.append(f"  jump {name}: {jumping} of {n} drives{', at [rad/s] ' + text if jumping else ''}")
+    if found.failed:
+        lines.append(f"  {found.failed} of {n} response curves could not be used")
+    return lines

@@ -1,0 +1,215 @@
+"""`variability`: what the scatter of a drive's parameters does to its peak error, its jumps and its resonances.
+
+Independent random drives (no grid, no stratification), so that every standard error printed is that of plain sampling.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...numerics.attractors.settle import SEEN, settled
+from ...numerics.curves.family import response_family
+from ...numerics.ensemble.lane_checks import LaneError, check_lanes
+from ...quantities import interval, number, numbers, parameters, positive_count, shown, with_parts
+from ...results import Floats, SolveError
+from ..response.jumps import jumps
+from ..sweep.layout import described
+from ..sweep.sampling import TOGETHER, Distribution, by_path, check_names, named
+from .natural_frequencies import driven_orders, natural_frequencies
+from .result import Band, JumpSpread, SpeedSpread, Variability
+from .sensitivity import ranking, running_quantile
+
+LEAST = 32  # drives, for quantiles and rankings to mean anything
+
+
+def variability(
+    system: Any,
+    distributions: Mapping[str, Any],
+    *,
+    speeds: ArrayLike | None = None,
+    count: int = 2000,
+    seed: int = 0,
+    quantiles: ArrayLike = (0.05, 0.5, 0.95),
+    settle: int = 200,
+    longest: int = 3000,
+    jump_span: tuple[float, float] | None = None,
+    jump_count: int = 64,
+    speed_band: tuple[float, float] | None = None,
+    amplitude: float = 0.0,
+    threads: int | None = None,
+) -> Variability:
+    """Draw drives at random and tell how their peak error, jump speeds and resonances scatter, and why.
+
+    The peak error is that of the motion that starts from rest, after it has settled. Where several motions coexist
+    that is one of them; `basins` tells about the others. Where the peaks of the drives fall into a quiet and a loud
+    group, with a gap between them twice as wide (in logarithms) as the scatter of either, the share of loud drives is
+    told (`SpeedSpread.groups`).
+
+    Parameters
+    ----------
+    system : Oscillator
+        The drive; what has no distribution stays as it is.
+    distributions : dict of str to Uniform, LogUniform, Normal, or a frozen distribution of scipy.stats
+        Path of a parameter to its distribution (SI units), as in ``{"law.K": sw.Normal(1e5, 5e3)}``. They are
+        independent of each other. A tuple of paths has the distribution of a factor that scales them together:
+        ``{("law.K1", "law.K2", "law.K3"): sw.Normal(1.0, 0.05)}``; results name it "law.K1 & law.K2 & law.K3".
+    speeds : (speeds,) array_like, optional
+        Base speeds [rad/s] at which the peak error is computed. Default: the system's omega.
+    count : int
+        Number of drives, at least 32.
+    seed : int
+        The same seed gives the same drives and numbers.
+    quantiles : (quantiles,) array_like
+        Shares of the drives, between 0 and 1.
+    settle, longest : int
+        Turns before the first look at a motion, and in all.
+    jump_span : (float, float), optional
+        Range of omega [rad/s] in which to follow response curves; without it no jumps are looked for.
+    jump_count : int
+        How many of the drives are followed.
+    speed_band : (float, float), optional
+        Range of omega [rad/s]: how probable is it that a line of the excitation meets the natural frequency there?
+    amplitude : float
+        Amplitude [rad] of vibration at which the natural frequency is taken (describing function); 0: small.
+    threads : int, optional
+        Default: as many as there are processors.
+
+    Returns
+    -------
+    Variability
+
+    Raises
+    ------
+    ValueError, TypeError
+        If there is no such parameter, a distribution gives an impossible drive, or a count or share is out of range.
+
+    References
+    ----------
+    Saltelli et al. 2008, Global Sensitivity Analysis: The Primer, secs. 1.2.5 (regression), 1.2.6-1.2.8 (first-order
+    index).
+    """
+    system = with_parts("variability", system, "J", "B", "law", "excitation", "omega", "error")
+    positive_count("count", count)
+    if count < LEAST:
+        raise ValueError(f"count is {count}; it must be at least {LEAST} drives")
+    shares = np.sort(numbers("quantiles", quantiles))
+    if not (shares[0] > 0.0 and shares[-1] < 1.0):
+        raise ValueError(f"quantiles are {shown(quantiles)}; they must be shares between 0 and 1")
+    at = numbers("speeds", system.omega if speeds is None else speeds)
+    if not np.all(at > 0.0):
+        raise ValueError(f"speeds are {shown(speeds)}; they must be positive")
+    follow = positive_count("jump_count", jump_count)
+    positive_count("settle", settle)
+    if positive_count("longest", longest) < settle + SEEN:
+        raise ValueError(f"longest is {longest} turns; it must be at least settle + {SEEN} = {settle + SEEN}")
+    span = None if jump_span is None else interval("jump_span", jump_span, positive=True)
+    bounds = None if speed_band is None else interval("speed_band", speed_band, positive=True)
+    number("amplitude", amplitude)
+    if amplitude < 0.0:
+        raise ValueError(f"amplitude is {amplitude:g} rad; it must not be negative")
+    drives = drawn(system, distributions, count, seed)
+    apart = by_path(system, drives)
+    if "omega" in apart and speeds is not None:
+        raise ValueError("omega has a distribution and speeds are given; leave one of them out")
+    spreads = tuple(
+        _at_speed(
+            system,
+            drives,
+            apart,
+            float(omega),
+            shares,
+            seed,
+            {"settle": settle, "longest": longest, "threads": threads},
+        )
+        for omega in at
+    )
+    jumping = None if span is None else _jumps(system, apart, span, follow, shares)
+    band = None if bounds is None else _band(system, apart, *bounds, float(amplitude))
+    return Variability(drives, spreads, jumping, band, seed)
+
+
+def drawn(system: Any, distributions: Any, count: int, seed: Any) -> dict[str, Floats]:
+    """Values (count,) of every parameter, drawn independently; the first drives of a larger count are the same."""
+    if not isinstance(distributions, Mapping) or not distributions:
+        raise ValueError(f"distributions are {shown(distributions)}; give a dict of path to distribution")
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise ValueError(f"seed is {shown(seed)}; it must be a whole number of at least 0")
+    known = {p.path: p.value for p in parameters(system)}
+    names = [named(key) for key in distributions]
+    for path in (path for name in names for path in name.split(TOGETHER)):
+        if not isinstance(known.get(path), float):
+            able = ", ".join(p for p, v in known.items() if isinstance(v, float))
+            raise ValueError(f"{type(system).__name__} has no parameter {shown(path)} that can vary; it has {able}")
+    check_names(system, names)
+    values = {}
+    streams = np.random.SeedSequence(seed).spawn(len(distributions))
+    for name, law, stream in zip(names, distributions.values(), streams, strict=True):
+        values[name] = _values(name, law, np.random.default_rng(stream).random(count))
+    try:
+        check_lanes(system, by_path(system, values))
+    except LaneError as error:
+        place = int(np.argmax(error.lanes))
+        raise ValueError(f"drive {place}, with {described(values, place)}, is impossible: {error.reason}") from error
+    return values
+
+
+def _values(path: str, law: Any, shares: Floats) -> Floats:
+    inside = np.maximum(shares, 0.5**53)
+    if isinstance(law, Distribution):
+        law.check()
+        return np.asarray(law.quantile(inside), float)
+    if not callable(getattr(law, "ppf", None)):
+        raise TypeError(
+            f"the distribution of {path!r} is {shown(law)}; give Uniform, LogUniform, Normal, or a frozen distribution "
+            "of scipy.stats"
+        )
+    values = np.asarray(law.ppf(inside), float)
+    if values.shape != shares.shape or not np.all(np.isfinite(values)):
+        raise ValueError(f"the distribution of {path!r} gives values that are not finite; cut it off")
+    return values
+
+
+def _at_speed(
+    system: Any, drives: dict[str, Floats], apart: dict[str, Floats], omega: float, shares: Floats, seed: int, how: Any
+) -> SpeedSpread:
+    base = system if "omega" in apart else system._replace(omega=omega)
+    count = len(next(iter(drives.values())))
+    states = len(system.state_names()) if hasattr(system, "state_names") else 2
+    ends = settled(base, apart, np.zeros((states, count)), **how)
+    peak = np.maximum(np.abs(ends.lowest), np.abs(ends.highest))
+    good = ~ends.diverged
+    if np.count_nonzero(good) < LEAST:
+        raise SolveError(f"at omega = {omega:g} rad/s only {np.count_nonzero(good)} of {count} drives stay bounded")
+    rng = np.random.default_rng([seed, 1])
+    running = running_quantile(peak[good], shares, rng)
+    table = ranking({path: v[good] for path, v in drives.items()}, peak[good], rng)
+    unsettled = int(np.count_nonzero(good & (ends.period == 0)))
+    return SpeedSpread(omega, shares, peak, running, table, int(np.count_nonzero(~good)), unsettled)
+
+
+def _jumps(system: Any, drives: dict[str, Floats], span: Any, follow: int, shares: Floats) -> JumpSpread:
+    few: dict[str, Any] = {path: v[:follow] for path, v in drives.items() if path != "omega"}
+    follow = len(next(iter(few.values()))) if few else 0
+    found = {"up": np.full(follow, np.nan), "down": np.full(follow, np.nan)}
+    failed = 0
+    branches = response_family(system, span, few) if few else []
+    for i, branch in enumerate(branches):
+        if not branch.status.found:
+            failed += 1
+            continue
+        try:
+            said = jumps(branch)
+        except ValueError:  # no stable orbit on the curve
+            failed += 1
+            continue
+        found["up"][i], found["down"][i] = said.jump_up, said.jump_down
+    return JumpSpread(span, shares, found["up"], found["down"], failed)
+
+
+def _band(system: Any, drives: dict[str, Floats], low: float, high: float, amplitude: float) -> Band:
+    natural = natural_frequencies(system, drives, amplitude)
+    orders = driven_orders(system)
+    inside = {k: (natural >= k * low) & (natural <= k * high) for k in orders}
+    return Band(low, high, amplitude, natural, inside)

@@ -1,0 +1,1 @@
+"""Multiple scales: slow flow, steady states, certificate."""

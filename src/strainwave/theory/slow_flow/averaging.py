@@ -1,0 +1,275 @@
+"""First-order averaging for any law: the slow flow by averaging integrals.
+
+The torsion is u = u0 + Re(z E) + F(theta), with E = exp(i (p/q) theta), z = a exp(-i phase) and the hard lines in F.
+With N(u) = T(u) - T(u0) - T'(u0)(u - u0) and Omega = p omega/q, elimination of secular terms gives
+
+    z' = -(mu/2 + i (Omega - omega_0)) z + (i/omega_0) <(N/J - S) conj(E)>
+
+with S the soft line, k = p/q, and < > the mean over one common period, or over both angles without resonance
+(Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 4.1; Nayfeh 1981, Introduction to Perturbation Techniques, ch. 9).
+In polar form: a' = -mu a/2 + <N sin eta>/(J omega_0) - <S sin eta>/omega_0, and the like with cos eta for a phase'.
+
+The means of a law that is linear between breakpoints are exact (`numerics.averages`); those of other laws are taken by
+the trapezoid rule, spectrally accurate where the law is smooth.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...compile.jit import run
+from ...results import Floats
+from .piecewise_means import Pieces, averages, grid_table, pieces_of
+from .setting import Complexes, Setting, real_matrix
+
+TARGET, LIMIT, LIMIT_2D = 1e-14, 8192, 65536  # accuracy of the trapezoid rule, and its most points
+ALONG, FEWEST = 512, 16  # points of the second angle for exact means, and points per turn of the coarsest grid
+
+
+@dataclass(frozen=True, eq=False)
+class Sampled:
+    """Means by the trapezoid rule.
+
+    Attributes
+    ----------
+    turn : (n,) complex array
+        E at the sample points.
+    lines : (lines, n) complex array
+        exp(i k theta) at the sample points.
+    rest : (n,) array
+        u0 + F [rad] there.
+    """
+
+    turn: Complexes
+    lines: Complexes
+    rest: Floats
+
+    def at(self, s: Setting) -> "Sampled":
+        """Return the same points for another speed."""
+        return replace(self, rest=s.u0 + (s.hard @ self.lines).real)
+
+    def force(self, s: Setting, z: Complexes) -> Complexes:
+        """<N conj(E)> [N*m] for a vector of z."""
+        law, u = s.system.law, self._torsion(z)
+        return self._against_turn(law.torque(u) - law.torque(s.u0) - law.stiffness(s.u0) * (u - s.u0))
+
+    def slopes(self, s: Setting, z: Complexes) -> tuple[Complexes, Complexes]:
+        """Derivatives [N*m/rad] of `force` to Re z and Im z."""
+        law, u = s.system.law, self._torsion(z)
+        change = law.stiffness(u) - law.stiffness(s.u0) + 0.0 * u
+        return self._against_turn(change * self.turn.real), -self._against_turn(change * self.turn.imag)
+
+    def _torsion(self, z: Complexes) -> Floats:
+        """Torsion [rad] at the sample points for every z: shape (number of z, n)."""
+        return np.asarray(self.rest + z.real[:, None] * self.turn.real - z.imag[:, None] * self.turn.imag)
+
+    def _against_turn(self, values: Floats) -> Complexes:
+        """Mean of values times conj(E) over the sample points."""
+        mean = np.empty(len(values), complex)
+        mean.real = values @ self.turn.real
+        mean.imag = -(values @ self.turn.imag)
+        mean /= len(self.turn)
+        return mean
+
+
+@dataclass(frozen=True, eq=False)
+class Exact:
+    """Exact means of a law that is linear between breakpoints.
+
+    Attributes
+    ----------
+    pieces : Pieces
+        Breakpoints, and slopes of N.
+    fast, harmonics : int, tuple of int
+        Harmonics of the common period: of E, and of the lines.
+    lines, table : arrays
+        Lines and grid of `numerics.averages`; without lines in the non-resonant case.
+    means : (m,) array
+        Torsion [rad] that the fast motion is about: u0, or u0 + F at m places of the second angle without resonance.
+    """
+
+    pieces: Pieces
+    fast: int
+    harmonics: tuple[int, ...]
+    lines: Floats
+    table: Floats
+    means: Floats
+
+    def at(self, s: Setting) -> "Exact":
+        """Return the same for another speed."""
+        if s.resonance.ratio is None:
+            return replace(self, means=_along(s, len(self.means)))
+        lines = np.column_stack([self.harmonics, s.hard.real, -s.hard.imag])[s.hard != 0.0]
+        if len(lines) == 0 == len(self.lines) and self.table.size:
+            return self
+        return replace(self, lines=lines, table=grid_table(self.fast, self.harmonics, lines))
+
+    def force(self, s: Setting, z: Complexes) -> Complexes:  # noqa: ARG002 (all that depends on s is in the fields)
+        """<N conj(E)> [N*m] for a vector of z."""
+        return self._means(z)[0]
+
+    def slopes(self, s: Setting, z: Complexes) -> tuple[Complexes, Complexes]:  # noqa: ARG002
+        """Derivatives [N*m/rad] of `force` to Re z and Im z."""
+        _, mean, twice = self._means(z)
+        return 0.5 * (mean + twice), 0.5j * (mean - twice)
+
+    def _means(self, z: Complexes) -> tuple[Complexes, Floats, Complexes]:
+        """Means of N conj(E), N' and N' conj(E)^2."""
+        m = len(self.means)
+        each = np.repeat(z, m) if m > 1 else z
+        force, stiffness, twice = np.empty(len(each), complex), np.empty(len(each)), np.empty(len(each), complex)
+        run(
+            averages, self.pieces.breaks, self.pieces.slopes, np.tile(self.means, len(z)), each.real.copy(),
+            each.imag.copy(), float(self.fast), self.lines, self.table, force, stiffness, twice,
+        )  # fmt: skip
+        if m == 1:
+            return force, stiffness, twice
+        return force.reshape(-1, m).mean(1), stiffness.reshape(-1, m).mean(1), twice.reshape(-1, m).mean(1)
+
+
+@dataclass(frozen=True, eq=False)
+class AveragedFlow:
+    """The slow flow by averaging integrals.
+
+    Attributes
+    ----------
+    means : Sampled or Exact
+        How the averages are taken.
+    error : float
+        Relative error of the averages: 0 where they are exact or right to rounding.
+    """
+
+    setting: Setting
+    means: Sampled | Exact
+    error: float = 0.0
+
+    def at(self, omega: float) -> "AveragedFlow":
+        """Return the flow at another speed [rad/s] of the base angle."""
+        moved = self.setting.at(omega)
+        return AveragedFlow(moved, self.means.at(moved), self.error)
+
+    def mean_force(self, z: Any) -> Any:
+        """Average <N/J conj(E)> [rad/s^2] for an array of z [rad]."""
+        s = self.setting
+        return self.means.force(s, np.ravel(np.asarray(z, complex))).reshape(np.shape(z)) / s.system.J
+
+    def rates(self, z: Any) -> Any:
+        """Rate z' [rad/s] for an array of z [rad]."""
+        s = self.setting
+        return -(0.5 * s.mu + 1j * (s.fast - s.omega_0)) * z + (1j / s.omega_0) * (self.mean_force(z) - 0.5 * s.soft)
+
+    def jacobian(self, z: Any) -> Floats:
+        """Derivative [1/s] of (Re z', Im z') to (Re z, Im z): shape (..., 2, 2)."""
+        s = self.setting
+        to_re, to_im = self.means.slopes(s, np.ravel(np.asarray(z, complex)))
+        linear = -(0.5 * s.mu + 1j * (s.fast - s.omega_0))
+        scale = 1j / (s.omega_0 * s.system.J)
+        by_re, by_im = linear + scale * to_re, 1j * linear + scale * to_im
+        return real_matrix(by_re, by_im).reshape(*np.shape(z), 2, 2)
+
+    def speed_slope(self, z: complex) -> complex:
+        """Derivative of the rate at one z to omega, by a central difference."""
+        s = self.setting
+        d = 1e-5 * s.omega
+        if np.any(s.hard):
+            return complex(self.at(s.omega + d).rates(z) - self.at(s.omega - d).rates(z)) / (2.0 * d)
+        up, down = s.at(s.omega + d), s.at(s.omega - d)  # the forced motion, and so the averages, stay
+        return complex(-1j * (up.fast - down.fast) * z - (0.5j / s.omega_0) * (up.soft - down.soft)) / (2.0 * d)
+
+    def phase_matters(self) -> bool:
+        """Whether the flow depends on the phase, that is, whether the resonance appears at first order."""
+        if self.setting.soft != 0.0:
+            return True
+        phases = np.exp(-2j * np.pi * np.arange(16) / 16.3)
+        amplitudes = np.unique([s * f for s in self.setting.scales() for f in (0.1, 0.3, 1.0, 3.0, 10.0)])
+        with np.errstate(all="ignore"):
+            radial = self.mean_force(amplitudes[:, None] * phases) / phases
+            spread = np.max(np.abs(radial - radial[:, :1]), axis=1)
+            size = np.max(np.abs(radial), axis=1) + 1e-13 * amplitudes * self.setting.omega_0**2
+        return bool(np.nanmax(np.where(np.isfinite(spread), spread / size, 0.0)) > max(1e-9, 30.0 * self.error))
+
+
+def averaged_flow(s: Setting, probes: Complexes | None = None) -> AveragedFlow:
+    """Set up the averages: exact ones, or points that are doubled until the averages stand still or are too many.
+
+    They are judged at the states `probes` [rad], by default of the amplitudes that matter.
+    """
+    pieces = pieces_of(s.system.law)
+    if pieces is not None:
+        return _exact_flow(s, pieces)
+    probes = _probes(s) if probes is None else probes
+    level, flow = 0, sampled(s, 0)
+    with np.errstate(all="ignore"):
+        coarse = flow.mean_force(probes)
+        while True:
+            level += 1
+            flow = sampled(s, level)
+            fine = flow.mean_force(probes)
+            error, noise = _change(s, probes, coarse, fine)
+            limit = LIMIT_2D if s.resonance.ratio is None else LIMIT
+            points = flow.means.rest.size  # type: ignore[union-attr]
+            if error <= max(TARGET, noise) or 4 * points > limit:
+                return replace(flow, error=error if error > max(TARGET, noise) else 0.0)
+            coarse = fine
+
+
+def _probes(s: Setting) -> Complexes:
+    """States at which the error of the averages is judged."""
+    phases = np.exp(1j * np.array([0.3, 1.7, 4.1]))
+    return np.concatenate([amplitude * phases for amplitude in s.scales()])
+
+
+def _change(s: Setting, probes: Complexes, coarse: Complexes, fine: Complexes) -> tuple[float, float]:
+    """Largest change of the averages relative to the largest of them, and what rounding alone makes of it."""
+    finite = np.isfinite(coarse) & np.isfinite(fine)
+    size = float(np.max(np.abs(fine[finite]), initial=0.0))
+    if size == 0.0:
+        return 0.0, 0.0
+    # the size counts against rounding: N is a difference of torques
+    noise = 1e-15 * s.omega_0**2 * float(np.max(np.abs(probes), initial=0.0)) / size
+    return float(np.max(np.abs(fine - coarse)[finite], initial=0.0)) / size, noise
+
+
+def _exact_flow(s: Setting, pieces: Pieces) -> AveragedFlow:
+    """The flow by exact means; without resonance exact in the fast angle, by the trapezoid rule in the other one."""
+    beyond = Pieces(pieces.breaks, pieces.slopes - float(s.system.law.stiffness(s.u0)))
+    none = np.empty((0, 3))
+    ratio = s.resonance.ratio
+    if ratio is not None:
+        base = math.gcd(ratio.numerator, *(ratio.denominator * k for k in s.orders))
+        harmonics = tuple(ratio.denominator * k // base for k in s.orders)
+        blank = Exact(beyond, ratio.numerator // base, harmonics, none, none, np.array([s.u0]))
+        return AveragedFlow(s, blank.at(s))
+    m = 1 if not s.orders else ALONG * max(s.orders) // math.gcd(*s.orders)
+    table = grid_table(1, (), none)
+    fine, coarse = (AveragedFlow(s, Exact(beyond, 1, (), none, table, _along(s, k))) for k in (m, -(-m // 2)))
+    probes = _probes(s)
+    error, noise = _change(s, probes, coarse.mean_force(probes), fine.mean_force(probes))
+    return replace(fine, error=error if error > max(TARGET, noise) else 0.0)
+
+
+def _along(s: Setting, points: int) -> Floats:
+    """U0 + F [rad] at equal steps of the base angle over the common period of the lines."""
+    base = math.gcd(*s.orders) if s.orders else 1
+    return np.asarray(s.u0 + s.forced(2.0 * np.pi / base * np.arange(points) / points))
+
+
+def sampled(s: Setting, level: int) -> AveragedFlow:
+    """The flow on a grid of 16 points per turn of the fastest angle, times 2^level."""
+    ratio, each = s.resonance.ratio, FEWEST << level
+    if ratio is None:
+        base = math.gcd(*s.orders) if s.orders else 1
+        n = (each, 1 if not s.orders else each * max(s.orders) // base)
+        eta, theta = np.meshgrid(*(2.0 * np.pi * np.arange(m) / m for m in n), indexing="ij")
+        fast, theta = eta.ravel(), theta.ravel() / base
+    else:
+        p, q = ratio.numerator, ratio.denominator
+        base = math.gcd(p, *(q * k for k in s.orders))
+        n_points = each * max(p, *(q * k for k in s.orders), 1) // base
+        # theta runs over 2 pi q/base: the common period of the fast angle and all lines
+        theta = (2.0 * np.pi * q / base) * np.arange(n_points) / n_points
+        fast = float(ratio) * theta
+    lines = np.exp(1j * np.array(s.orders, float)[:, None] * theta)
+    return AveragedFlow(s, Sampled(np.exp(1j * fast), lines, s.u0 + (s.hard @ lines).real))

@@ -1,0 +1,266 @@
+"""First-order multiple scales for any law: `slow_flow` and what can be asked of it.
+
+Convention: the component near omega_0 is a cos((p/q) theta - phase) with the 0-to-peak amplitude a; z = a exp(-i
+phase). The bookkeeping parameter epsilon is 1, so mu, detuning and forcing are the physical ones. Book: Nayfeh & Mook
+1979, Nonlinear Oscillations, ch. 4.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...law import springs_only
+from ...quantities import interval, numbers, shown, with_parts
+from ...results import Floats, SolveError
+from . import response as response_curve
+from .averaging import averaged_flow
+from .certificate import certify
+from .cubic import CubicFlow, free_decay, kind_of
+from .fixed_points import Flow, attractor, fixed_points, is_stable, is_trivial
+from .resonance import NONRESONANT, Resonance
+from .results import Certificate, Evolution, SlowResponse, SteadyState
+from .setting import LARGEST, setting
+from .transient import evolve, motion, times
+
+
+@dataclass(frozen=True, eq=False)
+class SlowFlow:
+    """The slow flow of a system near one resonance; made by `slow_flow`.
+
+    Attributes
+    ----------
+    system : Oscillator
+        The system, at its own omega.
+    resonance : Resonance
+        In lowest terms.
+    omega_0, mu, mean_torsion : float
+        sqrt(T'(u0)/J) [rad/s], B/J [1/s], and the torsion u0 [rad] under the mean torque.
+    closed_form : bool
+        Whether the article's closed forms serve (cubic law, one forcing line); otherwise averaging integrals.
+    """
+
+    system: Any
+    resonance: Resonance
+    omega_0: float
+    mu: float
+    mean_torsion: float
+    closed_form: bool
+    _flow: Flow = field(repr=False)
+
+    @cached_property
+    def _points(self) -> list[complex]:
+        """Every nontrivial fixed point [rad]."""
+        return fixed_points(self._flow)
+
+    def rates(self, z: ArrayLike) -> Any:
+        """Rate z' [rad/s, complex] of z = a exp(-i phase) [rad, complex; any shape].
+
+        Without resonance the phase refers to omega_0 t, otherwise to (p/q) theta.
+        """
+        return self._flow.rates(np.asarray(z, complex))
+
+    def steady_states(self) -> list[SteadyState]:
+        """Every fixed point of the slow flow at the system's omega, by descending amplitude.
+
+        a = 0 is listed where it is one. States that differ by whole periods of the forcing are one state, listed once.
+
+        Raises
+        ------
+        SolveError
+            If there is none, as without damping at a linear resonance.
+        """
+        found = [SteadyState(abs(z), -math.atan2(z.imag, z.real) + 0.0, is_stable(self._flow, z)) for z in self._points]
+        if is_trivial(self._flow):
+            found.append(SteadyState(0.0, 0.0, is_stable(self._flow, 0j)))
+        if not found:
+            cause = (
+                "without damping the amplitude grows without bound; give B"
+                if self.mu <= 0.0
+                else "none was found; integrate"
+            )
+            raise SolveError(
+                f"the slow flow ({self.resonance}) has no steady state at omega = {self.system.omega:.6g} rad/s: "
+                f"{cause}"
+            )
+        return found
+
+    def exists(self) -> bool:
+        """Whether a steady state with a > 0 exists at the system's omega."""
+        return len(self._points) > 0
+
+    @property
+    def existence(self) -> str:
+        """Existence condition of steady states with a > 0, in one sentence with its numbers."""
+        if isinstance(self._flow, CubicFlow):
+            return self._flow.existence()
+        if self._flow.setting.resonance.ratio is None:
+            return free_decay(self._flow.setting)
+        amplitudes = ", ".join(f"{abs(z):.6g}" for z in self._points)
+        verdict = (
+            f"steady states exist with a = {amplitudes} rad" if amplitudes else "no steady state with a > 0 exists"
+        )
+        return (
+            f"{verdict} at omega = {self.system.omega:.6g} rad/s ({self.resonance} of {type(self.system.law).__name__})"
+        )
+
+    def evolve(self, y0: ArrayLike, t: ArrayLike) -> Evolution:
+        """Transient from a physical start.
+
+        Parameters
+        ----------
+        y0 : (2,) array_like
+            Dynamic error x [rad] and x' [rad/s] at t[0].
+        t : float or (n,) array_like
+            Increasing times [s], or an end time (from 0, with 32 samples per period of the fastest component).
+
+        Raises
+        ------
+        ValueError
+            If y0 is not two finite numbers, or t does not increase.
+        """
+        start = numbers("y0 = (x [rad], x' [rad/s])", y0, count=2)
+        return evolve(self._flow, (float(start[0]), float(start[1])), times(self._flow, t))
+
+    def x(self, t: ArrayLike, y0: ArrayLike = (0.0, 0.0)) -> Floats:
+        """Dynamic error x(t) [rad] of the transient that starts from y0 = (x, x') at time 0; default from rest.
+
+        Parameters
+        ----------
+        t : float or (n,) array_like
+            Increasing times [s], not negative.
+        """
+        asked, start = numbers("t [s]", t), numbers("y0 = (x [rad], x' [rad/s])", y0, count=2)
+        if not asked[0] >= 0.0:
+            raise ValueError(f"t is {shown(t)}; it must be increasing times from 0 on [s]")
+        from_start = asked if asked[0] == 0.0 else np.concatenate([[0.0], asked])
+        values = self.evolve(start, from_start).x if from_start.size > 1 else start[:1]
+        return np.asarray(values[from_start.size - asked.size :].reshape(np.shape(t)))
+
+    def steady_x(self, z: complex, t: ArrayLike) -> Floats:
+        """Dynamic error x(t) [rad] of a steady z = a exp(-i phase) [rad] at times t [s]; base angle 0 at time 0."""
+        return motion(self._flow, z, np.asarray(t, float))
+
+    def attractor(self, z: complex) -> complex | None:
+        """Steady z [rad] on which a transient ends that has come to `z`; None where two are about equally near."""
+        return attractor(self._flow, z)
+
+    def response(self, band: tuple[float, float]) -> SlowResponse:
+        """Steady amplitude over a range of speeds of the base angle, with stability and jump frequencies.
+
+        Parameters
+        ----------
+        band : (float, float)
+            Lowest and highest omega [rad/s].
+
+        Raises
+        ------
+        ValueError
+            If the band is not two finite numbers with 0 < lo < hi.
+        """
+        lo, hi = interval("the band [rad/s]", band, positive=True)
+        return response_curve.response(self._flow, lo, hi)
+
+    def backbone(self, amplitudes: ArrayLike) -> Floats:
+        """Frequency Omega(a) [rad/s] of the motion near omega_0 without damping and forcing.
+
+        The excitation meets it at omega = q Omega/p. For the cubic law omega_0 (1 + 3/8 alpha a^2).
+
+        Parameters
+        ----------
+        amplitudes : array_like
+            a [rad], 0-to-peak, not negative.
+        """
+        a = numbers("amplitudes [rad]", np.ravel(amplitudes)).reshape(np.shape(amplitudes))
+        if not np.all((a >= 0.0) & (a <= LARGEST)):
+            raise ValueError(f"amplitudes [rad] are {shown(amplitudes)}; they must be from 0 to {LARGEST:g}")
+        s = self._flow.setting
+        none = np.zeros(0, complex)
+        unforced = replace(
+            s, resonance=NONRESONANT, orders=(), torque_lines=none, error_lines=none, on_fast=np.zeros(0, bool),
+            hard=none, soft=0j, fast=s.omega_0,
+        )  # fmt: skip
+        pull = averaged_flow(unforced, a.ravel().astype(complex)).mean_force(a).real / s.omega_0
+        return np.asarray(s.omega_0 + np.divide(pull, a, out=np.zeros_like(a), where=a > 0.0))
+
+    def certificate(self) -> Certificate:
+        """How far the steady state with the largest amplitude can be trusted, from one harmonic correction of it.
+
+        Raises
+        ------
+        SolveError
+            If there is no steady state.
+        """
+        states = self.steady_states()
+        return certify(self._flow, states[0].z)
+
+
+def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
+    """Reduce a system to the slow flow of one resonance by first-order multiple scales.
+
+    Parameters
+    ----------
+    system : Oscillator
+        J x'' + B u' + T(u) = tau(theta), u = x - e(theta), theta = omega t. The law needs `torque` and `stiffness` on
+        arrays; `breakpoints` help where it has some.
+    resonance : Resonance
+        p omega ~ q omega_0 on the base angle, or `NONRESONANT`. Lines with k q = p are soft, all others hard.
+    order : int
+        Order of the expansion; only the first is there.
+
+    Returns
+    -------
+    SlowFlow
+        Closed forms for the cubic law under one line without mean torque, averaging integrals for everything else.
+
+    Raises
+    ------
+    ValueError
+        If omega_0 is undefined, a hard line sits on omega_0, the resonance does not appear at first order, or `order`
+        is not 1.
+
+    References
+    ----------
+    Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 4.1.1-4.1.4.
+    """
+    if order != 1:
+        raise ValueError(f"order = {order!r}: multiple scales are there at first order only; use order=1")
+    if not (isinstance(resonance, tuple) and len(resonance) == 2):
+        raise TypeError(f"resonance is {shown(resonance)}; it must be a Resonance(p, q) such as PRIMARY")
+    resonance = Resonance(*resonance).checked()
+    system = with_parts("slow_flow", system, "J", "B", "law", "excitation", "omega", "error")
+    springs_only("slow_flow", system)
+    flow = _flow(system, resonance)
+    s = flow.setting
+    if s.resonance.ratio is not None and not flow.phase_matters():
+        raise ValueError(_absent(flow))
+    return SlowFlow(system, resonance, s.omega_0, s.mu, s.u0, isinstance(flow, CubicFlow), flow)
+
+
+def _flow(system: Any, resonance: Resonance) -> Flow:
+    s = setting(system, resonance)
+    kind = kind_of(s)
+    return CubicFlow(s, kind) if kind is not None else averaged_flow(s)
+
+
+def _absent(flow: Flow) -> str:
+    """Sentence that refuses a resonance which first order does not know, with those that it does."""
+    s = flow.setting
+    p, q = s.resonance
+    fact = f"the {p}:{q} resonance does not appear at first order for this law ({type(s.system.law).__name__})"
+    if not s.orders:
+        return f"{fact}: the excitation has no line; use NONRESONANT for the free vibration"
+    known = []
+    for p, q in {(k * m, n): None for k in s.orders[:3] for m, n in ((1, 1), (2, 1), (3, 1), (1, 2), (1, 3))}:
+        candidate = Resonance(p, q).checked()
+        at_exact = s.system._replace(omega=s.omega_0 * q / p)
+        if candidate not in known and _flow(at_exact, candidate).phase_matters():
+            known.append(candidate)
+    names = ", ".join(f"Resonance({r.p}, {r.q})" for r in known) or "none with p, q up to 3"
+    return (
+        f"{fact}: with lines of order {', '.join(map(str, s.orders))} the averaging integral does not depend on the "
+        f"phase; first order knows {names}; use one of them or NONRESONANT, or integrate"
+    )

@@ -1,0 +1,208 @@
+"""Averages of a torque that is linear between breakpoints, along a short Fourier series: exact, without quadrature.
+
+Along u(psi) = mean + Re(z exp(i f psi)) + lines the torque is N(u) = sum of jumps G_j (u - b_j) that begin where u
+crosses the breakpoint b_j, besides the straight line it starts on. The averages of N exp(-i f psi), of its stiffness N'
+and of N' exp(-2 i f psi) are therefore sums over the crossings. Crossings are bracketed on a grid whose points at an
+extremum of u are moved onto it, so that the shortest visit beyond a breakpoint is seen too.
+"""
+
+import math
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...compile.jit import kernel, kernel_as
+from ...maths import cos, sin
+from ...results import Floats
+
+POINTS = 32  # of the grid, per period of the highest harmonic
+FULL = 2.0 * math.pi
+CLOSE = 1e-14  # of the location of a crossing [rad]
+
+
+class Pieces(NamedTuple):
+    """A law that is linear between breakpoints: `slopes` has one entry more than `breaks`."""
+
+    breaks: Floats
+    slopes: Floats
+
+
+def pieces_of(law: Any) -> Pieces | None:
+    """The pieces of a law, or None where it is not linear between breakpoints."""
+    places = np.unique(np.array(law.breakpoints() if hasattr(law, "breakpoints") else (), float))
+    if len(places) == 0:
+        return None
+    reach = float(np.max(np.abs(places))) or 1.0
+    edges = np.concatenate([[places[0] - reach], places, [places[-1] + reach]])
+    slopes = []
+    for low, high in pairwise(edges):
+        inside = low + (high - low) * np.array([0.5, 0.1, 0.3, 0.7, 0.9])
+        values = np.asarray(law.stiffness(inside), float) + np.zeros(5)
+        if np.ptp(values) > 1e-12 * float(np.max(np.abs(values))):
+            return None
+        slopes.append(values[0])
+    return Pieces(places, np.array(slopes))
+
+
+@kernel
+def torsion_at(mean: Any, re: Any, im: Any, f: float, lines: Any, psi: Any) -> Any:
+    """u, u' and u'' at psi; `lines` has rows (harmonic, cosine, sine coefficient)."""
+    c, s = cos(f * psi), sin(f * psi)
+    value, slope, bend = mean + re * c - im * s, -f * (re * s + im * c), f * f * (im * s - re * c)
+    for j in range(len(lines)):
+        k = lines[j, 0]
+        c, s = cos(k * psi), sin(k * psi)
+        even, odd = lines[j, 1] * c + lines[j, 2] * s, lines[j, 2] * c - lines[j, 1] * s
+        value, slope, bend = value + even, slope + k * odd, bend - k * k * even
+    return value, slope, bend
+
+
+@kernel
+def wave(m: float, psi: Any, end: Any) -> Any:
+    """Integral of exp(i m psi) from psi to end."""
+    if m == 0.0:
+        return end - psi + 0j
+    return (sin(m * end) - sin(m * psi) - 1j * (cos(m * end) - cos(m * psi))) / m
+
+
+@kernel
+def ramp(height: Any, re: Any, im: Any, f: float, lines: Any, psi: Any, end: Any) -> Any:
+    """Integral of (u - b) exp(-i f psi) from psi to end, with height = mean - b."""
+    z = re + 1j * im
+    total = height * wave(-f, psi, end) + 0.5 * (z * (end - psi) + (re - 1j * im) * wave(-2.0 * f, psi, end))
+    for j in range(len(lines)):
+        k, half = lines[j, 0], 0.5 * (lines[j, 1] - 1j * lines[j, 2])
+        back = 0.5 * (lines[j, 1] + 1j * lines[j, 2])
+        total = total + half * wave(k - f, psi, end) + back * wave(-k - f, psi, end)
+    return total
+
+
+def _averages_loops(
+    breaks: Any, slopes: Any, mean: Any, re: Any, im: Any, f: float, lines: Any, table: Any,
+    force: Any, stiffness: Any, twice: Any,
+) -> None:  # fmt: skip
+    n = table.shape[1]
+    spacing = FULL / n
+    u, at, psi = np.empty(n), np.empty(n), np.empty(n + 1)
+    for i in range(len(re)):
+        z = re[i] + 1j * im[i]
+        for k in range(n):
+            u[k] = mean[i] + re[i] * table[0, k] - im[i] * table[1, k] + table[2, k]
+        for k in range(n):
+            before, after = u[k] - u[k - 1], u[k + 1 if k + 1 < n else 0] - u[k]
+            psi[k], at[k] = spacing * k, u[k]
+            near = False
+            for b in breaks:
+                near = near or abs(u[k] - b) <= max(abs(before), abs(after))
+            if near and before * after <= 0.0:
+                for _ in range(4):
+                    _, slope, bend = torsion_at(mean[i], re[i], im[i], f, lines, psi[k])
+                    step = slope / bend if bend != 0.0 else 0.0
+                    psi[k] = min(spacing * (k + 0.5), max(spacing * (k - 0.5), psi[k] - step))
+                at[k] = torsion_at(mean[i], re[i], im[i], f, lines, psi[k])[0]
+        psi[n] = psi[0] + FULL
+        piece = 0
+        for b in breaks:
+            piece += 1 if b <= at[0] else 0
+        force[i], stiffness[i], twice[i] = 0.5 * slopes[piece] * z, slopes[piece], 0.0
+        for k in range(n):
+            after = at[k + 1 if k + 1 < n else 0]
+            while (piece < len(breaks) and breaks[piece] <= after) or (piece > 0 and breaks[piece - 1] > after):
+                up = piece < len(breaks) and breaks[piece] <= after
+                b = breaks[piece] if up else breaks[piece - 1]
+                low, high, rise = psi[k], psi[k + 1], after - at[k]
+                place = low + (high - low) * (b - at[k]) / rise
+                for _ in range(30):
+                    value, slope, _ = torsion_at(mean[i], re[i], im[i], f, lines, place)
+                    if (value - b) * rise < 0.0:
+                        low = place
+                    else:
+                        high = place
+                    step = (value - b) / slope if slope != 0.0 else FULL
+                    place -= step
+                    if not low <= place <= high:
+                        place = 0.5 * (low + high)
+                    if abs(step) < CLOSE or high - low < CLOSE:
+                        break
+                following = piece + 1 if up else piece - 1
+                jump = (slopes[following] - slopes[piece]) / FULL
+                force[i] += jump * ramp(mean[i] - b, re[i], im[i], f, lines, place, psi[n])
+                stiffness[i] += jump * (psi[n] - place)
+                twice[i] += jump * wave(-2.0 * f, place, psi[n])
+                piece = following
+
+
+@kernel_as(_averages_loops)
+def averages(
+    breaks: Any, slopes: Any, mean: Any, re: Any, im: Any, f: float, lines: Any, table: Any,
+    force: Any, stiffness: Any, twice: Any,
+) -> None:  # fmt: skip
+    """Write the averages of N exp(-i f psi), N' and N' exp(-2 i f psi) for every u: N(0) and jumps as in `Pieces`.
+
+    `mean`, `re` and `im` (items,) give mean and z of each u, `lines` (lines, 3) what all have in common, and `table`
+    (3, points) cos f psi, sin f psi and the sum of the lines on the grid. A constant part of N plays no role.
+    """
+    n = table.shape[1]
+    u = mean[:, None] + re[:, None] * table[0] - im[:, None] * table[1] + table[2]
+    psi = np.tile(FULL / n * np.arange(n), (len(re), 1))
+    _onto_extrema(breaks, u, psi, mean, re, im, f, lines)
+    end = psi[:, :1] + FULL
+    piece = np.searchsorted(breaks, u, side="right")
+    force[:], stiffness[:], twice[:] = 0.5 * slopes[piece[:, 0]] * (re + 1j * im), slopes[piece[:, 0]], 0.0
+    change = np.roll(piece, -1, axis=1) - piece
+    i, k = np.nonzero(change)
+    many, up = np.abs(change[i, k]), np.sign(change[i, k])
+    i, k, up = np.repeat(i, many), np.repeat(k, many), np.repeat(up, many)
+    passed = np.arange(len(i)) - np.repeat(np.cumsum(many) - many, many)
+    piece_before = piece[i, k] + up * passed
+    b = breaks[piece_before + np.minimum(up, 0)]
+    low, high, first = psi[i, k], np.hstack([psi, end])[i, k + 1], u[i, k]
+    place = _located(b, first, np.roll(u, -1, axis=1)[i, k], low, high, (mean[i], re[i], im[i], f, lines))
+    jump = (slopes[piece_before + up] - slopes[piece_before]) / FULL
+    last = end[i, 0]
+    np.add.at(force, i, jump * ramp(mean[i] - b, re[i], im[i], f, lines, place, last))
+    np.add.at(stiffness, i, jump * (last - place))
+    np.add.at(twice, i, jump * wave(-2.0 * f, place, last))
+
+
+def _onto_extrema(
+    breaks: Floats, u: Floats, psi: Floats, mean: Floats, re: Floats, im: Floats, f: float, lines: Floats
+) -> None:
+    """Move the points at an extremum near a breakpoint onto it."""
+    before, after = u - np.roll(u, 1, axis=1), np.roll(u, -1, axis=1) - u
+    reach = np.maximum(np.abs(before), np.abs(after))
+    near = np.any(np.abs(u[..., None] - breaks) <= reach[..., None], axis=-1)
+    i, k = np.nonzero(near & (before * after <= 0.0))
+    spacing = FULL / u.shape[1]
+    place = spacing * k
+    for _ in range(4):
+        _, slope, bend = torsion_at(mean[i], re[i], im[i], f, lines, place)
+        step = np.divide(slope, bend, out=np.zeros_like(slope), where=bend != 0.0)
+        place = np.clip(place - step, spacing * (k - 0.5), spacing * (k + 0.5))
+    psi[i, k], u[i, k] = place, torsion_at(mean[i], re[i], im[i], f, lines, place)[0]
+
+
+def _located(b: Floats, first: Floats, last: Floats, low: Floats, high: Floats, series: tuple[Any, ...]) -> Floats:
+    """Where u passes b between low and high, by Newton's method inside the bracket."""
+    mean, re, im, f, lines = series
+    rise = last - first
+    place = low + (high - low) * (b - first) / rise
+    for _ in range(30):
+        value, slope, _ = torsion_at(mean, re, im, f, lines, place)
+        short = (value - b) * rise < 0.0
+        low, high = np.where(short, place, low), np.where(short, high, place)
+        step = np.divide(value - b, slope, out=np.full_like(slope, FULL), where=slope != 0.0)
+        moved = place - step
+        place = np.where((low <= moved) & (moved <= high), moved, 0.5 * (low + high))
+        if np.all((np.abs(step) < CLOSE) | (high - low < CLOSE)):
+            break
+    return np.asarray(place)
+
+
+def grid_table(f: int, harmonics: Any, lines: Floats) -> Floats:
+    """Table of `averages`: cos f psi, sin f psi and the sum of the lines, at `POINTS` per period of the highest one."""
+    n = POINTS * max(1, f, *harmonics)
+    psi = FULL * np.arange(n) / n
+    forced = sum((a * np.cos(k * psi) + b * np.sin(k * psi) for k, a, b in lines), np.zeros(n))
+    return np.stack([np.cos(f * psi), np.sin(f * psi), forced])

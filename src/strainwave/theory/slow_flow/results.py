@@ -1,0 +1,200 @@
+"""What the slow flow answers with: steady states, transients, response curves and the certificate, all frozen."""
+
+import cmath
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...results import Floats
+
+Booleans = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class SteadyState:
+    """A fixed point of the slow flow.
+
+    Attributes
+    ----------
+    amplitude : float
+        a [rad], 0-to-peak, of the component a cos((p/q) theta - phase) near omega_0 (the article's a).
+    phase : float
+        Lag [rad] of that component, in (-pi, pi]; 0 where the amplitude is 0.
+    stable : bool
+        Whether it attracts its neighbours (both eigenvalues of the slow flow's Jacobian have negative real parts), so
+        never without damping.
+    """
+
+    amplitude: float
+    phase: float
+    stable: bool
+
+    @property
+    def z(self) -> complex:
+        """Amplitude and phase as one number: a exp(-i phase) [rad]."""
+        return cmath.rect(self.amplitude, -self.phase)
+
+
+@dataclass(frozen=True, eq=False)
+class Evolution:
+    """A transient of the slow flow.
+
+    Attributes
+    ----------
+    t : (n,) array
+        Times [s].
+    amplitude, phase : (n,) arrays
+        Slow amplitude a [rad, 0-to-peak] and phase lag [rad, continuous] of the component near omega_0.
+    x, rate : (n,) arrays
+        Dynamic error x [rad] and x' [rad/s] put together from all components.
+    """
+
+    t: Floats
+    amplitude: Floats
+    phase: Floats
+    x: Floats
+    rate: Floats
+
+    def __str__(self) -> str:
+        return (
+            f"Evolution of the slow flow: {len(self.t)} times, {self.t[0]:.6g} .. {self.t[-1]:.6g} s\n"
+            f"  amplitude {self.amplitude[0]:.6g} rad at the start, {self.amplitude[-1]:.6g} rad at the end\n"
+            f"  largest |x| {np.max(np.abs(self.x)):.6g} rad"
+        )
+
+    __repr__ = __str__
+
+
+@dataclass(frozen=True, eq=False)
+class SlowBranch:
+    """One connected piece of a response curve, ordered along its arc.
+
+    Attributes
+    ----------
+    omega : (n,) array
+        Speed of the base angle [rad/s].
+    amplitude, phase : (n,) arrays
+        Steady a [rad, 0-to-peak] and its lag [rad, in (-pi, pi]].
+    peak : (n,) array
+        Largest |x| [rad] of the whole first-order motion, forced part and kinematic error included.
+    stable : (n,) array of bool
+        Stability of each state.
+    closed : bool
+        Whether the arc is a closed loop (the last point equals the first). Otherwise it ends where it leaves the range,
+        or at a = 0 where that is a steady state too.
+    """
+
+    omega: Floats
+    amplitude: Floats
+    phase: Floats
+    peak: Floats
+    stable: Booleans
+    closed: bool
+
+    def __str__(self) -> str:
+        top = int(np.argmax(self.amplitude))
+        return (
+            f"Branch of the slow flow: {len(self.omega)} points{', closed' if self.closed else ''}, "
+            f"{int(np.sum(self.stable))} of them stable\n"
+            f"  omega {np.min(self.omega):.6g} .. {np.max(self.omega):.6g} rad/s, largest amplitude "
+            f"{self.amplitude[top]:.6g} rad at {self.omega[top]:.6g} rad/s"
+        )
+
+    __repr__ = __str__
+
+
+@dataclass(frozen=True, eq=False)
+class SlowResponse:
+    """Steady amplitude against speed: every branch of nontrivial states in a range of omega.
+
+    Each branch and each fold is listed once. States are sought at 33 speeds from end to end; a closed loop that lies
+    between two of them is not seen.
+
+    Attributes
+    ----------
+    branches : tuple of SlowBranch
+        The one with the largest amplitude first; empty where no nontrivial state exists.
+    folds, fold_amplitudes : tuple of float
+        Speeds [rad/s] at which two states merge, where the drive jumps, ascending, and the amplitudes [rad] there.
+    peak : (float, float)
+        Speed [rad/s] and amplitude [rad] of the highest point.
+    trivial : tuple of (float, bool)
+        Where a = 0 is a steady state too: the speeds [rad/s] of the seeding grid and whether it is stable there.
+    message : str
+        One sentence on what was found, with the speeds inside the range at which a branch begins at a = 0, and those at
+        which one could not be followed further.
+    """
+
+    branches: tuple[SlowBranch, ...]
+    folds: tuple[float, ...]
+    fold_amplitudes: tuple[float, ...]
+    peak: tuple[float, float]
+    trivial: tuple[tuple[float, bool], ...]
+    message: str
+
+    def __str__(self) -> str:
+        folds = ", ".join(f"{omega:.9g}" for omega in self.folds)
+        return f"Slow response: {self.message}\n  folds at omega = {folds or 'none'}"
+
+    __repr__ = __str__
+
+    @property
+    def omega(self) -> Floats:
+        """Speeds [rad/s] of the first branch, ordered along its arc."""
+        return self.branches[0].omega if self.branches else np.empty(0)
+
+    @property
+    def amplitude(self) -> Floats:
+        """Amplitudes [rad, 0-to-peak] of the first branch."""
+        return self.branches[0].amplitude if self.branches else np.empty(0)
+
+    @property
+    def stable(self) -> Booleans:
+        """Stability along the first branch."""
+        return self.branches[0].stable if self.branches else np.empty(0, bool)
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """How far a first-order result can be trusted.
+
+    Attributes
+    ----------
+    regime : str
+        The resonance treated.
+    valid : bool
+        Whether every error that could be estimated is at most 10 %: those below in amplitude and in speed.
+    predicted_error : float
+        Estimated relative error of the steady amplitude (of the near-omega_0 component, or of the forced motion where
+        that component is absent), at equal phase where the response curve can be followed by its phase.
+    frequency_shift : float
+        Estimated relative error of the speed at which that state is (0 where the estimate is made at equal speed).
+    error_at_speed : float or None
+        Estimated relative error of the amplitude at equal speed; None where no true state is near, as beyond a jump.
+    nonlinearity : float
+        Largest |N(u)| over largest linear restoring torque on the orbit.
+    damping, detuning : float
+        mu/omega_0 and |Omega - omega_0|/omega_0: all three must be small.
+    quadrature_error : float
+        Relative error of the averaging integrals: 0 for closed forms, for laws that are linear between breakpoints
+        (but without resonance under a forcing), and where the quadrature is right to rounding.
+    sentence : str
+        The verdict in one sentence with its numbers.
+    """
+
+    regime: str
+    valid: bool
+    predicted_error: float
+    frequency_shift: float
+    error_at_speed: float | None
+    nonlinearity: float
+    damping: float
+    detuning: float
+    quadrature_error: float
+    sentence: str = field(repr=False)
+
+    def __str__(self) -> str:
+        return self.sentence
+
+    __repr__ = __str__

@@ -1,0 +1,202 @@
+"""The linear problem that multiple scales start from: operating point, lines of the forcing, forced motion.
+
+The mean torque sets the operating point u0, T(u0) = mean; omega_0 = sqrt(T'(u0)/J) and mu = B/J refer to it. The lines
+of tau - J omega^2 e'' are found by sampling, so any periodic excitation will do. A line with k = p/q is soft and drives
+the slow flow; all others are hard: F(theta) = sum C_k cos(k theta + phi_k), C_k = (P_k/J)/(omega_0^2 - k^2 omega^2) at
+the actual omega (some texts freeze it at the resonance: a different number).
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...numerics.equilibrium.operating_point import operating_point
+from ...results import Floats
+from .resonance import Resonance
+
+Complexes = NDArray[np.complex128]
+LARGEST = 1e30  # of what the slow flow takes powers of
+HIGHEST = 2000  # harmonic of the common period: the averages sample it 16 times and more
+NEAR = 1e-6  # of omega_0: a hard line that is nearer sits on it
+SMALLEST_LINE = 1e-13  # relative to the largest: what sampling and rounding leave behind
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """The linear problem about the operating point, at one speed of the base angle.
+
+    Attributes
+    ----------
+    u0 : float
+        Torsion [rad] under the mean torque.
+    omega_0, mu : float
+        sqrt(T'(u0)/J) [rad/s] and B/J [1/s].
+    orders : tuple of int
+        Orders of all lines of the forcing.
+    torque_lines, error_lines : (lines,) complex arrays
+        Amplitudes times exp(i phase) of the torque [N*m] and of the kinematic error [rad].
+    on_fast : (lines,) bool array
+        Which line is the soft one, at Omega.
+    omega, fast : float
+        Speed of the base angle and Omega (omega_0 without resonance) [rad/s].
+    hard : (lines,) complex array
+        C_k exp(i phi_k) [rad]; 0 for the soft line.
+    soft : complex
+        P_k/J exp(i phi_k) [rad/s^2] of the line at Omega.
+    """
+
+    system: Any
+    resonance: Resonance
+    u0: float
+    omega_0: float
+    mu: float
+    orders: tuple[int, ...]
+    torque_lines: Complexes
+    error_lines: Complexes
+    on_fast: NDArray[np.bool_]
+    omega: float
+    fast: float
+    hard: Complexes
+    soft: complex
+
+    def at(self, omega: float) -> "Setting":
+        """Return the same problem at another speed [rad/s] of the base angle."""
+        k = np.array(self.orders, float)
+        # J u'' + B u' + T(u) = tau - J omega^2 e'', and e'' of a line is -k^2 e_k
+        forcing = self.torque_lines / self.system.J + (omega * k) ** 2 * self.error_lines
+        p, q = self.resonance
+        gap, least = self.omega_0**2 - (k * omega) ** 2, 2.0 * NEAR * self.omega_0**2
+        gap = np.where(np.abs(gap) < least, np.copysign(least, gap), gap)  # see `sits_on`
+        hard = np.where(self.on_fast, 0.0, forcing / gap)
+        return Setting(
+            self.system._replace(omega=omega), self.resonance, self.u0, self.omega_0, self.mu, self.orders,
+            self.torque_lines, self.error_lines, self.on_fast, omega,
+            p / q * omega if q else self.omega_0, hard, complex(np.sum(forcing[self.on_fast])),
+        )  # fmt: skip
+
+    def sits_on(self, omega: float) -> int | None:
+        """Order of a hard line on omega_0 at a speed [rad/s], where its forced amplitude is infinite at first order."""
+        near = (abs(self.omega_0 - k * omega) < NEAR * self.omega_0 for k in self.orders)
+        return next((k for k, hot, soft in zip(self.orders, near, self.on_fast, strict=True) if hot and not soft), None)
+
+    @property
+    def copies(self) -> int:
+        """Number of equal states that differ by whole periods of the forcing."""
+        if self.resonance.ratio is None or not self.orders:
+            return 1
+        return int((self.resonance.ratio / math.gcd(*self.orders)).denominator)
+
+    def forced(self, theta: Any) -> Any:
+        """Forced motion F [rad] of the hard lines at base angles [rad]."""
+        return sum(
+            (abs(c) * np.cos(k * theta + np.angle(c)) for k, c in zip(self.orders, self.hard, strict=True)), 0.0 * theta
+        )
+
+    def forced_slope(self, theta: Any) -> Any:
+        """Derivative dF/dtheta [rad/rad] at base angles [rad]."""
+        return sum(
+            (-k * abs(c) * np.sin(k * theta + np.angle(c)) for k, c in zip(self.orders, self.hard, strict=True)),
+            0.0 * theta,
+        )
+
+    def scales(self) -> list[float]:
+        """Amplitudes [rad] that matter: forced, at resonance, off resonance, at the law's breakpoints."""
+        f, detuning = abs(self.soft), abs(self.fast - self.omega_0)
+        found = [f / self.omega_0**2, float(np.sum(np.abs(self.hard)))]
+        if self.mu > 0.0:
+            found.append(f / (self.mu * self.omega_0))
+        if detuning > 1e-9 * self.omega_0:
+            found.append(f / (2.0 * self.omega_0 * detuning))
+        law = self.system.law
+        if hasattr(law, "breakpoints"):
+            found += [abs(b - self.u0) for b in law.breakpoints()]
+        return [s for s in found if 0.0 < s < math.inf] or [1.0]
+
+
+def real_matrix(by_re: Any, by_im: Any) -> Floats:
+    """Matrices (..., 2, 2) of a complex rate's derivatives to the real and the imaginary part of its argument."""
+    matrix = np.empty((*np.shape(by_re), 2, 2))
+    matrix[..., 0, 0], matrix[..., 0, 1] = by_re.real, by_im.real
+    matrix[..., 1, 0], matrix[..., 1, 1] = by_re.imag, by_im.imag
+    return matrix
+
+
+def forcing_lines(system: Any) -> tuple[float, tuple[int, ...], Complexes, Complexes]:
+    """Mean torque [N*m], orders and complex amplitudes of torque and kinematic error, from samples of one turn."""
+    known = all(hasattr(part, "orders") or not part for part in (system.excitation, system.error))
+    highest = max((1, *(abs(k) for k in system.orders()))) if known else 500
+    n = 1 << math.ceil(math.log2(8 * highest + 64))
+    theta = 2.0 * np.pi * np.arange(n) / n
+    torque = np.fft.rfft(np.broadcast_to(system.excitation.torque(theta), n)) / n
+    error = np.fft.rfft(np.broadcast_to(system.error.value(theta), n)) / n
+    mean, torque, error = float(torque[0].real), 2.0 * torque[1:-1], 2.0 * error[1:-1]
+    largest = max(abs(mean), float(np.max(np.abs(torque))))
+    mean = mean if abs(mean) > SMALLEST_LINE * largest else 0.0
+    errors = np.abs(error)
+    at = np.flatnonzero((np.abs(torque) > SMALLEST_LINE * largest) | (errors > SMALLEST_LINE * float(np.max(errors))))
+    if known:  # sampling a high order leaves a trace of rounding at every other one
+        at = at[np.isin(at + 1, system.orders())]
+    return mean, tuple(int(k) + 1 for k in at), torque[at], error[at]
+
+
+def setting(system: Any, resonance: Resonance) -> Setting:
+    """Find the operating point and the lines of a system.
+
+    Raises
+    ------
+    ValueError
+        If J or omega is not positive, if the stiffness at the operating point is not positive, or if a hard line sits
+        on omega_0.
+    """
+    for name in ("J", "omega"):
+        if not 0.0 < getattr(system, name) < math.inf:
+            raise ValueError(f"{name} = {getattr(system, name)!r} must be positive and finite for multiple scales")
+    mean, orders, torque, error = forcing_lines(system)
+    u0 = operating_point(system.law, mean)
+    stiffness = float(system.law.stiffness(u0))
+    if not 0.0 < stiffness < math.inf:
+        raise ValueError(
+            f"omega_0 is undefined: the stiffness of {type(system.law).__name__} is {stiffness:.6g} N*m/rad at the "
+            f"operating torsion {u0:.6g} rad; add a mean torque that brings it to a place with positive stiffness, or "
+            "integrate"
+        )
+    omega_0 = math.sqrt(stiffness / system.J)
+    blank = Setting(
+        system, resonance, u0, omega_0, system.B / system.J, orders, torque, error,
+        np.array([resonance.ratio == k for k in orders], bool), 0.0, 0.0, np.zeros(0, complex), 0j,
+    )  # fmt: skip
+    if k := blank.sits_on(system.omega):
+        raise ValueError(
+            f"the line of order {k} sits on omega_0 = {omega_0:.6g} rad/s at omega = {system.omega:.6g} rad/s, "
+            f"where its forced amplitude is infinite at first order; use Resonance({k}, 1)"
+        )
+    s = blank.at(system.omega)
+    _refuse_extremes(s)
+    return s
+
+
+def _refuse_extremes(s: Setting) -> None:
+    """Refuse what would overflow or exhaust the memory further on (ValueError): sizes, and a very high harmonic."""
+    law, forced = s.system.law, float(np.sum(np.abs(s.hard)))
+    sizes = {"omega_0 [rad/s]": s.omega_0, "omega [rad/s]": s.omega, "the forced amplitude [rad]": forced}
+    sizes["the soft line over omega_0^2 [rad]"] = abs(s.soft) / s.omega_0**2
+    for a in list(sizes.values())[2:]:
+        if a > 0.0:
+            pull = abs(float(law.torque(s.u0 + a)) - float(law.torque(s.u0)))
+            sizes[f"the torque at {a:.3g} rad over its linear part"] = pull / (s.system.J * s.omega_0**2 * a)
+    for name, size in sizes.items():
+        if size != 0.0 and not (size <= LARGEST and (size >= 1.0 / LARGEST or "torque" in name)):
+            raise ValueError(
+                f"{name} is {size:.3g}, out of all proportion; check the units of J, law, torque and omega"
+            )
+    if s.resonance.ratio is not None:
+        p, q = s.resonance
+        highest = max(p, *(q * k for k in s.orders), 1) // math.gcd(p, *(q * k for k in s.orders))
+        if highest > HIGHEST:
+            raise ValueError(
+                f"the resonance {p}:{q} has the harmonic {highest} of the common period of all lines; multiple scales "
+                f"goes up to {HIGHEST}: take a lower p and q, or integrate"
+            )

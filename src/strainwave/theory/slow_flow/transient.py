@@ -1,0 +1,157 @@
+"""Transients of the slow flow: from a physical start to x(t)."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...numerics.integration.marches import first_step
+from ...numerics.integration.steps import dense_output, dopri5_step, error_norm
+from ...quantities import numbers, shown
+from ...results import Floats, SolveError
+from .averaging import AveragedFlow, Sampled
+from .fixed_points import Flow
+from .results import Evolution
+
+RTOL, MOST_STEPS = 1e-9, 200_000
+DECAY = 256  # pieces in time of a free decay
+SAMPLES, MOST_SAMPLES = 32, 1e7  # per period of the fastest component, and in all, where the caller names only the end
+
+
+def evolve(flow: Flow, y0: tuple[float, float], t: Floats) -> Evolution:
+    """Integrate the slow flow from the state that y0 = (x, x') at t[0] means, and put x(t) together again.
+
+    With u = u0 + Re(z E) + F the start asks Re(z E) = x - e - u0 - F and Re((i Omega z + z') E) = x' - omega (e' + F'),
+    so x and its derivative leave from y0 exactly (z' is of first order: without it the start would be off by
+    mu/omega_0).
+    """
+    s = flow.setting
+    e, theta = s.system.error, s.omega * float(t[0])
+    x = y0[0] - float(e.value(theta)) - s.u0 - float(s.forced(theta))
+    v = y0[1] - s.omega * (float(e.slope(theta)) + float(s.forced_slope(theta)))
+    z0 = _start(flow, x, v, complex(np.exp(1j * s.fast * float(t[0]))))
+    fast, angles = np.exp(1j * s.fast * t), s.omega * t
+    if len(t) == 1:
+        z = np.array([z0])
+        rate = flow.rates(z)
+    else:
+        z, rate = _decay(flow, z0, t) if s.resonance.ratio is None else _integrate(flow, z0, t)
+    x_of_t = motion(flow, z, t)
+    v_of_t = ((rate + 1j * s.fast * z) * fast).real + s.omega * (s.forced_slope(angles) + e.slope(angles))
+    return Evolution(t, np.abs(z), -np.unwrap(np.angle(z)), x_of_t, v_of_t)
+
+
+def motion(flow: Flow, z: Any, t: Floats) -> Floats:
+    """x(t) [rad] of a slow state z [rad], one number or one for each time [s]."""
+    s = flow.setting
+    angles = s.omega * t
+    return np.asarray(s.u0 + (z * np.exp(1j * s.fast * t)).real + s.forced(angles) + s.system.error.value(angles))
+
+
+def _start(flow: Flow, x: float, v: float, turn: complex) -> complex:
+    """Initial z with Re(z E) = x and Re((i Omega z + z') E) = v, by Newton in Im(z E) from its leading value."""
+    fast = flow.setting.fast
+    leading = part = -v / fast
+    for _ in range(20):
+        z = complex(x, part) / turn
+        miss = (complex(flow.rates(z)) * turn).real - fast * part - v
+        direction = 1j / turn
+        by_part = flow.jacobian(z) @ np.array([direction.real, direction.imag])
+        slope = (complex(by_part[0], by_part[1]) * turn).real - fast
+        if not (math.isfinite(miss) and slope < -0.1 * fast):
+            return complex(x, leading) / turn  # too far from small amplitudes for the first-order correction
+        part -= miss / slope
+        if abs(miss) <= 1e-14 * fast * (abs(x) + abs(part)):
+            break
+    return complex(x, part) / turn
+
+
+def _decay(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
+    """Without resonance a = a0 exp(-mu t/2) and the phase rate depends on a alone: a quadrature over time."""
+    mu, a0 = flow.setting.mu, abs(z0)
+    if a0 == 0.0:
+        return np.zeros(len(t), complex), np.zeros(len(t), complex)
+    nodes = np.linspace(t[0], t[-1], 2 * DECAY + 1)
+    a = a0 * np.exp(-0.5 * mu * (nodes - t[0]))
+    shift = _batched(flow, a.astype(complex)).imag / a
+    whole, half = np.diff(nodes[::2]), shift[1::2]
+    angle = np.concatenate([[0.0], np.cumsum(whole * (shift[:-2:2] + 4.0 * half + shift[2::2]) / 6.0)])
+    # on each piece the rate is the parabola through three nodes, the angle its integral from the left
+    piece = np.minimum(np.searchsorted(nodes[::2], t, side="right") - 1, DECAY - 1)
+    s, left, right = (t - nodes[2 * piece]) / whole[piece], shift[2 * piece], shift[2 * piece + 2]
+    bend, slope = 2.0 * (left - 2.0 * half[piece] + right), 4.0 * half[piece] - 3.0 * left - right
+    turned = angle[piece] + whole[piece] * s * (left + s * (slope / 2.0 + s * bend / 3.0))
+    z = z0 * np.exp(-0.5 * mu * (t - t[0]) + 1j * turned)
+    return z, (-0.5 * mu + 1j * (left + s * (slope + s * bend))) * z
+
+
+class _Slow(NamedTuple):
+    """The slow flow as a system of two states, Re z and Im z, in time."""
+
+    flow: Flow
+
+    def rhs(self, _: float, y: tuple[float, float]) -> tuple[float, float]:
+        rate = complex(self.flow.rates(complex(*y)))
+        return rate.real, rate.imag
+
+
+def _integrate(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
+    """Dormand-Prince steps of the slow flow, as Python, with all samples inside a step at once."""
+    # a tolerance below the error of the averages would only follow their kinks
+    rtol = max(RTOL, 10.0 * flow.error)
+    atol = 0.01 * rtol * max(abs(z0), max(flow.setting.scales()) * 1e-3)
+    system, now, y, end = _Slow(flow), float(t[0]), (z0.real, z0.imag), float(t[-1])
+    k = system.rhs(0.0, y)
+    h = min(first_step(system, 1.0, now, y, k, rtol, atol), end - now)
+    z, filled = np.full(len(t), z0, complex), 1
+    for _ in range(MOST_STEPS):
+        y1, k1, error, dense = dopri5_step(system, now, h, y, h, k)
+        e = error_norm(error, y, y1, rtol, atol)
+        if not now + h > now:
+            break
+        if e <= 1.0:
+            after = end if end - (now + h) < 1e-9 * h else now + h
+            inside = int(np.searchsorted(t, after, side="right"))
+            shares: Any = (t[filled:inside] - now) / h
+            x = dense_output(shares, h, y, k, y1, k1, dense)
+            z[filled:inside], filled = x[0] + 1j * x[1], inside
+            now, y, k = after, y1, k1
+            if now >= end:
+                # z' is a first-order part of x'
+                return z, _batched(flow, z)
+        factor = 0.9 * max(e, 1e-10) ** -0.2 if math.isfinite(e) else 0.1
+        h = min(h * min(5.0, max(0.2, factor)), end - now)
+    raise SolveError(
+        f"the slow flow from a = {abs(z0):.6g} rad could not be followed to t = {t[-1]:.6g} s, only to {now:.6g} s; "
+        "start closer to equilibrium, or check the signs of damping and stiffness"
+    )
+
+
+def _batched(flow: Flow, z: Any) -> Any:
+    """Rates at many points, in pieces that fit the memory whatever the number of quadrature points."""
+    points = flow.means.rest.size if isinstance(flow, AveragedFlow) and isinstance(flow.means, Sampled) else 64
+    pieces = math.ceil(len(z) * points / 500_000)
+    return np.concatenate([flow.rates(part) for part in np.array_split(z, pieces)])
+
+
+def times(flow: Flow, t: Any) -> Floats:
+    """Check the times; an end time alone becomes samples from 0 that resolve the fastest component.
+
+    Raises
+    ------
+    ValueError
+        If the times are not finite or do not increase.
+    """
+    asked = numbers("t [s]", t)
+    if not np.all(np.diff(asked) > 0.0):
+        raise ValueError(f"t is {shown(t)}; it must be an end time or increasing times [s]")
+    if asked.size > 1:
+        return asked
+    if asked[0] <= 0.0:
+        raise ValueError(f"the end time is {asked[0]:.6g} s; it must be positive")
+    s = flow.setting
+    fastest = max(s.fast, s.omega * max(s.orders, default=1))
+    samples = 2.0 + SAMPLES * float(asked[0]) * fastest / (2.0 * np.pi)
+    if samples > MOST_SAMPLES:
+        raise ValueError(f"to t = {asked[0]:.6g} s there are {samples:.3g} samples; name the times, or an earlier end")
+    return np.linspace(0.0, float(asked[0]), math.ceil(samples))

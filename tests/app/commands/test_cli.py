@@ -1,0 +1,215 @@
+"""The command line: exit codes, sentences, JSON, what is written and what is not."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from strainwave.app.commands import cli as command
+from strainwave.app.output import staged
+
+PROJECT = """\
+title: A small drive
+gear: {ratio: 50, law: {type: cubic, K: 1e5 N*m/rad, alpha: 6.9e4 1/rad^2}}
+motor: {inertia: 5 kg*cm^2, mode: held}
+load: {inertia: 1 kg*m^2}
+damping: {ratio: 5 %}
+speed: {from: 1200 rpm, to: 1900 rpm, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 10 arcsec}]}
+"""
+
+
+def invoke(*args):
+    return CliRunner().invoke(command.cli, [str(a) for a in args])
+
+
+def run(*args, **options):
+    return subprocess.run(
+        [sys.executable, "-m", "strainwave", *map(str, args)], capture_output=True, text=True, check=False, **options
+    )
+
+
+@pytest.fixture
+def project(tmp_path):
+    path = tmp_path / "drive.yaml"
+    path.write_text(PROJECT)
+    return path
+
+
+def forbid_constants(text):
+    raise AssertionError(f"{text} is not JSON")
+
+
+def test_help_names_every_command():
+    result = invoke("--help")
+    assert result.exit_code == 0
+    for name in ("demo", "analyze", "response", "reproduce", "catalogue", "doctor", "derive"):
+        assert name in result.stdout
+        assert invoke(name, "--help").exit_code == 0
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys; sys.argv = ['strainwave', '--help']\n"
+        "from strainwave.app.commands.cli import main\n"
+        "try: main()\nexcept SystemExit: pass\n"
+        "heavy = {'numba', 'numpy', 'scipy', 'pint', 'matplotlib', 'sympy', 'xarray', 'pydantic', 'rich', 'jinja2'}\n"
+        "print(sorted(heavy & set(sys.modules)), file=sys.stderr)"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stderr.strip() == "[]"
+
+
+@pytest.mark.parametrize("args", [("analyze",), ("nonsense",), ("analyze", "x.yaml"), ("catalogue", "--size", "big")])
+def test_wrong_usage_exits_with_2(args):
+    assert invoke(*args).exit_code == 2
+
+
+def test_output_that_is_a_file_is_wrong_usage_and_the_file_is_kept(project, tmp_path):
+    target = tmp_path / "taken"
+    target.write_text("mine")
+    assert invoke("analyze", project, "-o", target).exit_code == 2
+    assert target.read_text() == "mine"
+
+
+def test_invalid_project_exits_with_3_names_the_place_and_writes_nothing(tmp_path):
+    path = tmp_path / "bad.yaml"
+    path.write_text(PROJECT.replace("5 %", "-5 %"))
+    result = invoke("analyze", path, "-o", tmp_path / "out")
+    assert result.exit_code == 3
+    assert f"{path}:5:" in result.stderr
+    assert "damping.ratio" in result.stderr
+    assert result.stdout == ""
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["bad.yaml"]
+
+
+def test_missing_project_file_exits_with_3(tmp_path):
+    assert invoke("analyze", tmp_path / "absent.yaml", "-o", tmp_path / "out").exit_code == 3
+
+
+def test_unexpected_error_is_one_sentence_and_a_traceback_only_on_demand(monkeypatch, project, tmp_path):
+    def broken(*_):
+        raise ZeroDivisionError("float division by zero")
+
+    monkeypatch.setattr("strainwave.app.commands.analyze.analyse", broken)
+    result = invoke("analyze", project, "-o", tmp_path / "out")
+    assert result.exit_code == 1
+    assert result.stderr.count("\n") == 1
+    assert "ZeroDivisionError" in result.stderr
+    assert isinstance(invoke("--debug", "analyze", project, "-o", tmp_path / "out").exception, ZeroDivisionError)
+    monkeypatch.setenv("STRAINWAVE_DEBUG", "1")
+    assert isinstance(invoke("analyze", project, "-o", tmp_path / "out").exception, ZeroDivisionError)
+
+
+def test_interrupt_exits_with_130_and_leaves_nothing(monkeypatch, project, tmp_path):
+    def stopped(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("strainwave.app.commands.analyze._analysis", stopped)
+    result = invoke("analyze", project, "-o", tmp_path / "out")
+    assert result.exit_code == 130
+    assert "interrupted" in result.stderr
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["drive.yaml"]
+
+
+def test_full_disk_while_writing_leaves_an_older_report_whole(monkeypatch, project, tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "report.html").write_text("older")
+
+    def half(_project, _analysis, folder):
+        (folder / "report.html").write_text("half")
+        raise OSError(28, "No space left on device", str(folder / "results.json"))
+
+    monkeypatch.setattr("strainwave.app.commands.analyze._analysis", lambda *_: None)
+    monkeypatch.setattr("strainwave.app.commands.analyze.write", half)
+    result = invoke("analyze", project, "-o", out)
+    assert result.exit_code == 1
+    assert "no space left on device" in result.stderr
+    assert (out / "report.html").read_text() == "older"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["drive.yaml", "out"]
+
+
+def test_staged_files_join_an_existing_folder(tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "notes.txt").write_text("mine")
+    with staged(out) as part:
+        (part / "report.html").write_text("new")
+        assert not (out / "report.html").exists()
+    assert sorted(p.name for p in out.iterdir()) == ["notes.txt", "report.html"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out"]
+
+
+def test_staged_removes_the_parents_it_made_when_the_block_fails(tmp_path):
+    with pytest.raises(RuntimeError), staged(tmp_path / "a" / "b"):
+        raise RuntimeError
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="needs a folder that this user may not write")
+def test_folder_that_cannot_be_written_is_one_sentence(project, tmp_path):
+    closed = tmp_path / "closed"
+    closed.mkdir(mode=0o500)
+    result = invoke("analyze", project, "-o", closed / "out")
+    assert result.exit_code == 1
+    assert "permission denied" in result.stderr
+
+
+def test_catalogue_lists_filters_and_shows_one_gear():
+    listed = json.loads(invoke("catalogue", "--size", "40", "--json").stdout, parse_constant=forbid_constants)["gears"]
+    assert {g["size"] for g in listed} == {40}
+    record = json.loads(invoke("catalogue", "csg-40-50", "--json").stdout, parse_constant=forbid_constants)["gear"]
+    assert (record["K1"], record["T1"], record["mass"]) == (1e5, 54.0, None)
+    assert "CSG-40-50" in invoke("catalogue", "--series", "csg", "--ratio", "50").stdout
+    unknown = invoke("catalogue", "CSG-41-50")
+    assert (unknown.exit_code, unknown.stdout) == (1, "")
+    assert "CSG-40-50" in unknown.stderr
+
+
+def test_doctor_reports_cache_cores_and_extras(tmp_path, monkeypatch):
+    monkeypatch.setenv("STRAINWAVE_CACHE_DIR", str(tmp_path))
+    facts = json.loads(run("doctor", "--json").stdout, parse_constant=forbid_constants)
+    assert facts["cache"]["folder"].startswith(str(tmp_path))
+    assert facts["cache"]["writable"] is True
+    assert facts["cores"]["usable"] >= 1
+    assert set(facts["extras"]) >= {"plot", "report", "sym"}
+    assert "cache" in run("doctor").stdout
+
+
+@pytest.mark.slow
+def test_derive_prints_latex():
+    assert "\\ddot" in invoke("derive", "--latex").stdout
+    assert set(json.loads(invoke("derive", "--json").stdout)) == {"latex", "text"}
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="sends SIGINT")
+def test_ctrl_c_during_the_run_exits_with_130_and_leaves_nothing(project, tmp_path):
+    code = [sys.executable, "-m", "strainwave", "analyze", str(project), "-o", str(tmp_path / "out")]
+    child = subprocess.Popen(code, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    first = child.stderr.readline()
+    time.sleep(0.05)
+    child.send_signal(signal.SIGINT)
+    rest = child.communicate()
+    assert child.returncode == 130, first + rest[1]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["drive.yaml"]
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_json_on_stdout_is_alone_and_progress_goes_to_stderr(project, tmp_path):
+    result = run("analyze", project, "-o", tmp_path / "out", "--json")
+    assert result.returncode == 0, result.stderr
+    parsed = json.loads(result.stdout, parse_constant=forbid_constants)
+    assert parsed["title"] == "A small drive"
+    assert "A small drive: run-up" in result.stderr
+    assert "\x1b" not in result.stderr
+    assert Path(tmp_path / "out" / "report.html").exists()

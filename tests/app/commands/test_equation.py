@@ -1,0 +1,145 @@
+"""Commands that follow the error equation refuse a drive that has more, and name what does not enter."""
+
+import json
+import math
+import re
+
+import pytest
+from click.testing import CliRunner
+
+import strainwave as sw
+from strainwave.app.commands import cli as command
+from strainwave.files.project import load
+from strainwave.study.analysis.analysis import analyze
+
+ARCSEC = math.pi / 648000.0
+PROJECT = """\
+title: Elbow
+gear: {ratio: 50, law: {type: cubic, K: 1e5 N*m/rad, alpha: 6.9e4 1/rad^2}}
+motor: {inertia: 5 kg*cm^2, mode: held}
+load: {inertia: 1 kg*m^2}
+damping: {ratio: 5 %}
+speed: {from: 20 rpm, to: 24 rpm, shaft: load}
+excitation: {kinematic_error: [{order: 2, amplitude: 10 arcsec}]}
+"""
+SPEED_LOOP = ("mode: held", "loop: {type: speed_loop, K_p: 0.5 N*m*s/rad, K_i: 20 N*m/rad}")
+POSITION_LOOP = ("mode: held", "loop: {type: position_loop, K_p: 30 N*m/rad, K_d: 0.5 N*m*s/rad}")
+FREE = ("mode: held", "mode: free")
+MOTOR_DRAG = ("inertia: 5 kg*cm^2", "inertia: 5 kg*cm^2, drag: {type: viscous, B: 2e-4 N*m*s/rad}")
+GRAVITY = ("inertia: 1 kg*m^2", "inertia: 1 kg*m^2, drag: {type: angle_torque, amplitude: 40 N*m}")
+COUPLING = (
+    "inertia: 1 kg*m^2",
+    "inertia: 1 kg*m^2, coupling: {inertia: 0.1 kg*m^2, law: {type: linear, K: 4e5 N*m/rad}}",
+)
+COMMANDS = (("response",), ("response", "--json"), ("sweep", "--grid", "B=10,20"))
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(*changes):
+        text = PROJECT
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new)
+        (tmp_path / "elbow.yaml").write_text(text)
+        return tmp_path / "elbow.yaml"
+
+    return write
+
+
+def invoke(name, path, *options):
+    store = ("-o", str(path.parent / "store")) if name == "sweep" else ()
+    return CliRunner().invoke(command.cli, [name, str(path), *options, *store])
+
+
+@pytest.mark.parametrize("call", COMMANDS, ids=" ".join)
+@pytest.mark.parametrize(
+    ("changes", "parts", "remedy"),
+    [
+        ([SPEED_LOOP], "the motor's loop (SpeedLoop)", "`strainwave analyze elbow.yaml -o DIR` follows"),
+        ([POSITION_LOOP], "the motor's loop (PositionLoop)", "`strainwave analyze elbow.yaml -o DIR` follows"),
+        ([GRAVITY], "the load's drag (AngleTorque)", "`strainwave analyze elbow.yaml -o DIR` follows"),
+        ([COUPLING], "the coupling", "`strainwave analyze elbow.yaml -o DIR` follows"),
+        (
+            [SPEED_LOOP, MOTOR_DRAG, COUPLING],
+            "the motor's loop (SpeedLoop), the motor's drag (Viscous) and the coupling",
+            "`strainwave analyze elbow.yaml -o DIR` follows",
+        ),
+        ([FREE, MOTOR_DRAG], "the motor's drag (Viscous)", "write a loop or 'mode: held' under motor"),
+    ],
+    ids=["speed loop", "position loop", "gravity", "coupling", "all", "free"],
+)
+def test_a_drive_that_has_more_than_its_error_equation_is_refused_in_one_sentence(
+    written, call, changes, parts, remedy
+):
+    path = written(*changes)
+    result = invoke(call[0], path, *call[1:])
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert result.stderr.count("\n") == 1
+    assert f"`strainwave {call[0]}` follows the error equation, which leaves out {parts} of this drive" in result.stderr
+    assert remedy in result.stderr
+    assert [p.name for p in path.parent.iterdir()] == ["elbow.yaml"]
+
+
+@pytest.mark.parametrize(
+    "changes", [[], [FREE], [MOTOR_DRAG]], ids=["held", "free", "drag of a motor that keeps its speed"]
+)
+def test_the_error_equation_of_a_drive_that_has_no_more_is_given_as_it_is(written, changes):
+    project = load(written(*changes))
+    assert project.left_out == ()
+    assert project.system().omega == pytest.approx(50.0 * 22.0 * math.pi / 30.0, rel=1e-14)
+    assert project.system() == project.system(project.system().omega, reduced=True)
+
+
+def test_the_error_equation_of_a_drive_that_has_more_is_given_to_who_says_so(written):
+    project = load(written(SPEED_LOOP, COUPLING))
+    assert project.left_out == ("the motor's loop (SpeedLoop)", "the coupling")
+    with pytest.raises(ValueError, match=r"leaves out the motor's loop \(SpeedLoop\) and the coupling of this drive; "):
+        project.system(100.0)
+    reduced = project.system(100.0, reduced=True)
+    assert (reduced.J, reduced.omega) == (pytest.approx(1.1), 100.0)  # both inertias in one
+
+
+def test_a_free_motor_before_a_coupling_is_refused_by_the_analysis_too(written):
+    path = written(FREE, COUPLING)
+    result = invoke("analyze", path, "-o", str(path.parent / "out"))
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert "with the motor free an analysis is about the error equation, which leaves out the coupling" in result.stderr
+    train = sw.Drive(5e-4, 1.0, 50.0, 20.0, sw.Linear(1e5)).train(load_drag=sw.AngleTorque(40.0))
+    with pytest.raises(ValueError, match=r"leaves out the load's drag \(AngleTorque\)"):
+        analyze(sw.Oscillator(1.0, 20.0, sw.Linear(1e5), sw.Harmonic(1.0), 1.0), (90.0, 100.0), train=train)
+
+
+def test_what_does_not_enter_or_is_approximate_is_named_in_text_and_json(written):
+    data = json.loads(invoke("response", written(MOTOR_DRAG), "--json").stdout)
+    assert data["motor"] == "held"
+    assert data["remarks"] == ["motor.drag does not enter: an ideally held motor keeps its speed whatever opposes it."]
+    told = invoke("response", written(FREE)).stdout
+    slope = 50.0 * 2.0 * 10.0 * ARCSEC  # N times order times amplitude of the one line
+    assert f"leaves out the motor's answer to the changing ratio, N e' up to {slope:.2g}, and the ripple" in told
+    assert json.loads(invoke("response", written(), "--json").stdout)["remarks"] == []
+
+
+def test_single_speeds_and_doubts_about_the_file_are_named_in_text_and_figure(written):
+    path = written(("{from: 20 rpm, to: 24 rpm, shaft: load}", "{at: [1000 rpm, 1200 rpm], shaft: motor}"))
+    path.write_text(
+        path.read_text().replace("kinematic_error: [{order: 2, amplitude: 10 arcsec}]", "accuracy: 1 arcmin")
+    )
+    result = invoke("response", path, "-o", str(path.parent / "curve.svg"))
+    assert result.exit_code == 0, result.stderr
+    figure = " ".join(re.findall("<text[^>]*>([^<]*)</text>", (path.parent / "curve.svg").read_text(encoding="utf-8")))
+    for words in ("share it as 1 : 4 : 1 by assumption", "the curve goes from 800 to 1440 rpm at the motor"):
+        assert words in result.stdout
+        assert words in figure
+
+
+def test_a_sweep_at_one_speed_says_which(written):
+    path = written()
+    options = ("--grid", "B=100,200", "--settle", "1", "--periods", "1")
+    told = invoke("sweep", path, *options).stdout
+    assert "All points are at 115.192 rad/s (1100 rpm) at the motor, the middle of the file's speeds" in told
+    swept = CliRunner().invoke(
+        command.cli,
+        ["sweep", str(path), "--grid", "omega=100,110", *options[2:], "-o", str(path.parent / "b"), "--json"],
+    )
+    assert json.loads(swept.stdout)["remarks"] == []

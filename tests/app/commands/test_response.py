@@ -1,0 +1,143 @@
+"""`strainwave response`: the curve as numbers, CSV and figure, on the project's own shaft."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import strainwave as sw
+from strainwave.app.commands import cli as command
+from strainwave.files.project import load
+from strainwave.study.analysis.analysis import not_exact
+
+PROJECT = """\
+title: A small drive
+gear: {ratio: 50, law: {type: cubic, K: 1e5 N*m/rad, alpha: 6.9e4 1/rad^2}}
+motor: {inertia: 5 kg*cm^2, mode: held}
+load: {inertia: 1 kg*m^2}
+damping: {ratio: 2 %}
+speed: {from: 24 rpm, to: 38 rpm, shaft: load}
+excitation: {kinematic_error: [{order: 2, amplitude: 10 arcsec}]}
+"""
+
+
+BEYOND = """\
+title: A line beyond what the harmonics reach
+gear: {ratio: 50, law: {type: cubic, K: 1e5 N*m/rad, alpha: 2e5 1/rad^2}}
+motor: {inertia: 4.5 kg*cm^2, mode: held}
+load: {inertia: 1.3 kg*m^2}
+damping: {ratio: 1 %}
+speed: {from: 54 rpm, to: 56 rpm, shaft: motor}
+excitation: {kinematic_error: [{order: 62, amplitude: 40 arcsec}]}
+"""
+
+
+def invoke(*args):
+    return CliRunner().invoke(command.cli, ["response", *map(str, args)])
+
+
+@pytest.fixture
+def project(tmp_path):
+    path = tmp_path / "drive.yaml"
+    path.write_text(PROJECT)
+    return path
+
+
+def folds_by_fine_balance(path):
+    loaded = load(path)
+    curve = sw.frequency_response(loaded.system(1.0), (loaded.omega[0], loaded.omega[-1]), harmonics=31)
+    return [fold.omega for fold in curve.folds]
+
+
+@pytest.mark.interpreted
+def test_folds_and_jumps_are_told_at_the_shaft_of_the_project(project):
+    result = invoke(project, "--json")
+    assert result.exit_code == 0, result.stderr
+    data = json.loads(result.stdout)
+    exact = folds_by_fine_balance(project)
+    assert len(exact) == 2
+    at_load = [omega / 50.0 * 60.0 / (2.0 * np.pi) for omega in exact]
+    assert data["unit"] == "rpm at the load"
+    assert data["fold_speeds"] == pytest.approx(at_load, rel=1e-7)
+    # a hardening law: the run-up drops at the upper fold, the coast-down rises at the lower one
+    assert data["jump_down_speed"] == pytest.approx(max(at_load), rel=1e-7)
+    assert data["jump_up_speed"] == pytest.approx(min(at_load), rel=1e-7)
+    assert [fold["omega_rad_per_s"] for fold in data["folds"]] == pytest.approx(exact, rel=1e-7)
+
+
+def test_csv_holds_the_whole_curve_with_its_unstable_part(project, tmp_path):
+    result = invoke(project, "-o", tmp_path / "curve.csv")
+    assert result.exit_code == 0, result.stderr
+    assert "rpm at the load" in result.stdout
+    with open(tmp_path / "curve.csv", encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    omega = np.array([float(row["omega_rad_per_s"]) for row in rows])
+    stable = np.array([float(row["stable"]) for row in rows])
+    lo, hi = folds_by_fine_balance(project)[::-1]
+    inside = (omega > 1.001 * lo) & (omega < 0.999 * hi)
+    falling = np.gradient(omega) < 0.0
+    assert np.array_equal(stable[inside] == 0.0, falling[inside])
+    assert 0 < np.sum(falling[inside]) < np.sum(inside)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["curve.csv", "drive.yaml"]
+
+
+@pytest.mark.parametrize(("suffix", "start"), [("svg", b"<svg"), ("png", b"\x89PNG")])
+def test_figure_shows_multiple_scales_over_the_curve(project, tmp_path, suffix, start):
+    target = tmp_path / f"curve.{suffix}"
+    assert invoke(project, "-o", target).exit_code == 0
+    content = target.read_bytes()
+    assert content.startswith(start)
+    if suffix == "svg":
+        for words in (b"harmonic balance, stable", b"harmonic balance, unstable", b"multiple scales", b"fold (jump)"):
+            assert words in content
+
+
+def test_file_of_an_unknown_kind_is_wrong_usage(project, tmp_path):
+    result = invoke(project, "-o", tmp_path / "curve.pdf")
+    assert result.exit_code == 2
+    assert ".csv, .svg or .png" in result.stderr
+    assert not (tmp_path / "curve.pdf").exists()
+
+
+def test_curve_without_a_stable_motion_is_told_so(project):
+    """A softening law bears at most 2/3 K/sqrt(3 |alpha|) = 6.1 N*m; only on its falling side it balances 30."""
+    text = PROJECT.replace("6.9e4", "-4e7").replace("{kinematic_error", "{load_torque: {mean: 30 N*m}, kinematic_error")
+    project.write_text(text)
+    result = invoke(project)
+    assert result.exit_code == 0, result.stderr
+    assert "no motion on the curve is stable" in result.stdout
+    data = json.loads(invoke(project, "--json").stdout)
+    assert (data["largest"], data["jump_up_speed"], data["jump_down_speed"]) == (None, None, None)
+
+
+def test_a_png_asks_for_matplotlib_before_anything_is_computed(project, tmp_path, monkeypatch):
+    monkeypatch.setattr("strainwave.app.figures.png.find_spec", lambda _: None)
+    monkeypatch.setattr("strainwave.app.commands.response.response_through", lambda *_: pytest.fail("it was computed"))
+    result = invoke(project, "-o", tmp_path / "curve.png")
+    assert result.exit_code == 1
+    assert "a PNG needs matplotlib" in result.stderr
+
+
+def test_a_lone_figure_names_its_numbered_lines(project, tmp_path):
+    assert invoke(project, "-o", tmp_path / "curve.svg").exit_code == 0
+    assert "2: primary, order 2" in (tmp_path / "curve.svg").read_text(encoding="utf-8")
+
+
+def test_a_curve_whose_left_out_harmonics_matter_says_so(tmp_path):
+    """Its third harmonic, order 186, holds more than 0.1 %, and the exact response has at most 64 harmonics."""
+    path = tmp_path / "beyond.yaml"
+    path.write_text(BEYOND)
+    result = invoke(path)
+    assert result.exit_code == 0, result.stderr
+    assert "the harmonics left out hold about" in result.stdout
+    assert "take more than 64 harmonics" in result.stdout
+
+
+def test_the_report_warns_of_a_rough_curve():
+    duffing = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.2)
+    rough, fine = (sw.frequency_response(duffing, (0.5, 1.6), harmonics=h, points=60) for h in (1, 7))
+    assert not_exact("The curve", fine) == []
+    (said,) = not_exact("The curve", rough)
+    assert said.startswith("The curve is rough: reached both ends; at omega = ")

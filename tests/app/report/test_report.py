@@ -1,0 +1,219 @@
+"""The report folder: complete, self-contained, reproducible, without NaN, and right in its energy balance."""
+
+import csv
+import json
+import re
+
+import pytest
+
+from strainwave.app.commands.analyze import analyse
+from strainwave.app.console import number, plain
+from strainwave.app.report.words import summary
+from strainwave.files.project import load
+
+pytestmark = pytest.mark.compiled
+
+DRIVE = """\
+title: A drive & its <error>
+gear: {{ratio: 50, law: {law}}}
+motor: {{inertia: 5 kg*cm^2, mode: held}}
+load: {{inertia: 1 kg*m^2}}
+damping: {{{damping}}}
+speed: {{from: 1200 rpm, to: 1900 rpm, shaft: motor}}
+excitation: {{kinematic_error: [{{order: 2, amplitude: 10 arcsec}}]}}
+"""
+CUBIC = "{type: cubic, K: 1e5 N*m/rad, alpha: 6.9e4 1/rad^2}"
+
+
+def written(folder, law=CUBIC, damping="ratio: 5 %", name="out"):
+    path = folder / "drive.yaml"
+    path.write_text(DRIVE.format(law=law, damping=damping))
+    return analyse(load(path), folder / name), folder / name
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory):
+    return written(tmp_path_factory.mktemp("report"))
+
+
+@pytest.mark.slow
+def test_every_file_named_in_the_results_is_there_and_nothing_else(report):
+    results, folder = report
+    assert sorted(results["files"]) == sorted(p.name for p in folder.iterdir())
+
+
+@pytest.mark.slow
+def test_page_loads_nothing_from_outside_and_escapes_the_title(report):
+    page = (report[1] / "report.html").read_text(encoding="utf-8")
+    assert not re.findall(r"""(?:src|href|url)\s*[=(]\s*["']?(?!#|data:)[^"'>\s)]+""", page)
+    assert "<script" not in page
+    assert "A drive &amp; its &lt;error&gt;" in page
+    assert page.count("<svg") >= 3
+    assert not re.search(r"\b(nan|inf|None)\b", re.sub(r"<style>.*?</style>", "", page, flags=re.DOTALL))
+
+
+@pytest.mark.slow
+def test_numbers_are_finite_everywhere(report):
+    def forbid(text):
+        raise AssertionError(text)
+
+    json.loads((report[1] / "results.json").read_text(encoding="utf-8"), parse_constant=forbid)
+    for path in report[1].glob("*.csv"):
+        header, *rows = csv.reader(path.read_text(encoding="utf-8").splitlines())
+        assert all(re.search(r"_(s|rad|rpm|Nm|rad_per_s)$|^stable$", name) for name in header), header
+        assert rows
+        assert not any("nan" in cell or "inf" in cell for row in rows for cell in row)
+
+
+@pytest.mark.slow
+def test_a_second_run_writes_the_same_bytes(report, tmp_path):
+    _, again = written(tmp_path)
+    for path in report[1].iterdir():
+        assert path.read_bytes() == (again / path.name).read_bytes(), path.name
+
+
+@pytest.mark.slow
+def test_damping_takes_what_the_excitation_gives(report):
+    for case in report[0]["cases"]:
+        assert case["dissipated_J_per_turn"] > 0.0
+        # both integrals are sums over samples of a closed orbit, closed to about 1e-9
+        assert case["work_J_per_turn"] == pytest.approx(case["dissipated_J_per_turn"], rel=1e-5)
+
+
+@pytest.mark.slow
+def test_primary_resonance_sits_at_the_vendors_speed(report):
+    primary = next(r for r in report[0]["resonances"] if r["name"] == "primary")
+    # 60 f/2 with f = sqrt(K/J_l)/(2 pi): sqrt(1e5)/2 rad/s
+    assert primary["motor_speed_rpm"] == pytest.approx(1509.876, abs=5e-3)
+    assert primary["inside_range"]
+
+
+@pytest.mark.slow
+def test_a_report_has_one_unit_of_angle_and_a_verdict_beside_multiple_scales(report):
+    page = re.sub(r"<pre>.*?</pre>", "", (report[1] / "report.html").read_text(encoding="utf-8"), flags=re.DOTALL)
+    words = re.sub(r"<[^>]*>", " ", page)
+    assert "arcsec" in words
+    assert not re.search(r"[0-9] (mrad|rad)\b(?!/)", words)
+    text = summary(report[0])
+    assert re.search(r"peak by multiple scales .* arcsec: against the computed curve .* % too (high|low)", text)
+    assert "largest torque through the gear" in text
+
+
+@pytest.mark.slow
+def test_play_without_bias_is_reported_from_integration_with_the_reason(tmp_path):
+    law = "{type: backlash, K: 1e5 N*m/rad, half_gap: 0.2 arcmin}"
+    results, _ = written(tmp_path, law=law, damping="B: 20 N*m*s/rad")
+    assert results["resonances"] == []
+    assert any("play" in sentence for sentence in results["warnings"])
+    assert all(case["reason"] and case["peak_rad"] > 0.0 for case in results["cases"])
+
+
+@pytest.mark.slow
+def test_zero_damping_is_said_and_nothing_is_nan(tmp_path):
+    results, _ = written(tmp_path, damping="B: 0 N*m*s/rad")
+    assert any("no damping" in sentence for sentence in results["warnings"])
+
+
+@pytest.mark.slow
+def test_softening_escape_is_a_sentence(tmp_path):
+    law = "{type: cubic, K: 1e5 N*m/rad, alpha: -4e7 1/rad^2}"
+    results, _ = written(tmp_path, law=law, damping="ratio: 1 %")
+    assert results["stability"]["scope"] == "local"
+    failed = [case for case in results["cases"] if case["peak_rad"] is None]
+    assert failed  # from rest at the resonance; the run-up follows a motion that stays
+    assert all("left every bound" in case["status"] for case in failed)
+    assert any("left every bound" in sentence for sentence in results["warnings"])
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, "–"),
+        (float("nan"), "–"),
+        (2.56e-7, "2.56×10⁻⁷"),
+        (-3.0, "−3"),
+        (True, "yes"),
+        ("x", "x"),
+        (456.71, "456.7"),
+        (1e5, "100000"),
+        (43210.6, "43211"),
+        (2.5e7, "2.5×10⁷"),
+    ],
+)
+def test_numbers_are_written_for_people(value, text):
+    assert number(value) == text
+
+
+def test_plain_data_has_no_nan():
+    assert plain({"a": (1.0, float("inf")), 2: float("nan")}) == {"a": [1.0, None], "2": None}
+
+
+MEMORY = (
+    "{type: parallel, first: {type: linear, K: 1e5 N*m/rad}, "
+    "second: {type: bouc_wen, K: 6e4 N*m/rad, ratio: 0, yield_twist: 0.08 mrad}}"
+)
+
+
+@pytest.mark.slow
+def test_a_law_with_memory_is_reported_with_its_loop_and_closed_energies_and_without_multiple_scales(tmp_path):
+    results, folder = written(tmp_path, law=f"{MEMORY}, rated_torque: 178 N*m", damping="B: 15 N*m*s/rad")
+    assert results["exact_response"]["method"] == results["largest_error"]["method"] == "integration"
+    assert results["stability"]["scope"] == "none"
+    assert "no proof: Parallel has friction or memory" in summary(results)
+    primary = next(row for row in results["resonances"] if row["name"] == "primary")
+    # once it slips the law is softer: the curve is largest below the speed of small oscillations, and the case is there
+    assert primary["top"]["motor_speed_rpm"] < 0.9 * primary["motor_speed_rpm"]
+    (band,) = results["advice"]["bands"]
+    assert band["from_rpm"] < primary["top"]["motor_speed_rpm"] < band["to_rpm"]
+    assert results["cases"][1]["motor_speed_rpm"] == primary["top"]["motor_speed_rpm"]
+    assert {row["reason"] for row in results["resonances"]} == {
+        "first-order multiple scales describes springs, and this law has friction or memory"
+    }
+    for case in results["cases"]:
+        # sums over 512 samples a turn; the losses have corners, so that they converge with the square of the step alone
+        assert case["work_J_per_turn"] == pytest.approx(case["dissipated_J_per_turn"], rel=1e-4)
+    loop = results["hysteresis"]
+    # on the way from full load to zero torque the element yields the other way: at zero the spring carries its limit,
+    # K yield_twist = 4.8 N*m, on both branches
+    assert loop["hysteresis_loss_rad"] == pytest.approx(2.0 * 4.8 / 1e5, rel=0.01)
+    assert loop["full_load_is_rated"]
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "Hysteresis of the gear" in page
+    assert "harmonic balance" not in page
+
+
+@pytest.mark.slow
+def test_a_varying_stiffness_is_reported_with_its_parametric_resonance(tmp_path):
+    path = tmp_path / "drive.yaml"
+    text = DRIVE.format(law="{type: linear, K: 1e5 N*m/rad}", damping="ratio: 1 %, ripples: [{order: 1, depth: 5 %}]")
+    path.write_text(text + "stiffness: {ripples: [{order: 4, depth: 10 %}]}\n")
+    results = analyse(load(path), tmp_path / "out")
+    (row,) = results["parametric_resonances"]
+    # 4 omega = 2 omega_0, omega_0 = sqrt(1e5): grows where the depth of 10 % exceeds four times the damping ratio
+    assert row["motor_speed_rpm"] == pytest.approx(1509.876, rel=2e-3)
+    assert row["unstable"]
+
+
+@pytest.mark.slow
+def test_a_loop_and_a_coupling_are_reported_with_bode_plot_and_run_up(tmp_path):
+    path = tmp_path / "drive.yaml"
+    text = DRIVE.format(law="{type: linear, K: 1e5 N*m/rad}", damping="ratio: 5 %")
+    text = text.replace("mode: held", "loop: {type: speed_loop, K_p: 0.5 N*m*s/rad, K_i: 20 N*m/rad}")
+    coupling = "coupling: {inertia: 0.1 kg*m^2, law: {type: linear, K: 4e5 N*m/rad}}"
+    path.write_text(text.replace("inertia: 1 kg*m^2", "inertia: 0.9 kg*m^2, " + coupling))
+    results = analyse(load(path), tmp_path / "out")
+    train, largest = results["train"], results["largest_error"]
+    assert train["gains"] == {"K_p": 0.5, "K_i": 20.0, "K_d": 0.0}
+    assert train["run_up"]["imbalance"] < 1e-6
+    assert train["run_up"]["heat_J"]["gear damping"] > 0.0
+    # what the page begins with is the train: the loop gives way, so that its error is below that of the equation
+    assert largest["of"] == "whole drive train"
+    assert largest["peak_rad"] == max(row["peak_train_rad"] for row in train["steady"])
+    assert (
+        largest["peak_rad"] < results["reduction"]["peak_rad"] == max(r["peak_equation_rad"] for r in train["steady"])
+    )
+    # a slow pass meets the steady curve: both are the error between motor and load
+    assert train["run_up"]["largest_error_rad"] == pytest.approx(largest["peak_rad"], rel=0.1)
+    (band,) = results["advice"]["bands"]
+    assert band["from_rpm"] < largest["motor_speed_rpm"] < band["to_rpm"]
+    assert "reduction" in summary(results)

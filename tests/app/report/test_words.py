@@ -1,0 +1,153 @@
+"""Limits that a run passes are the first warnings of the report, each with the speed where it happens."""
+
+import math
+from types import SimpleNamespace
+
+import pytest
+
+import strainwave as sw
+from strainwave.app.report import words
+from strainwave.app.report.advice import advice_data
+from strainwave.app.report.facts import facts
+from strainwave.app.report.words import warnings
+from strainwave.app.units import ARCSEC, AngleUnit
+from strainwave.study.analysis.advice import Advice
+from strainwave.study.analysis.avoid import Avoid
+from strainwave.study.analysis.remedies import Remedy
+from strainwave.study.analysis.usage import Usage, limit_findings
+from strainwave.study.response.resonances import operating_point
+
+RPM = math.pi / 30.0
+ARCSECONDS = AngleUnit("arcsec", ARCSEC)
+
+
+def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
+    gear = sw.catalogue.gear("CSG-40-50")
+    used = Usage(peak_torque=600.0, at_peak=2400 * RPM, average_torque=300.0, at_average=2350 * RPM)
+    limits = limit_findings(gear, used, 4500 * RPM)
+    drive = gear.drive(load_inertia=1.3, B=20.0)
+    project = SimpleNamespace(gear=gear, drive=drive, notes=("a doubt",), shaft="motor")
+    analysis = SimpleNamespace(usage=used, limits=limits, warnings=("a warning",), response=SimpleNamespace(sweep=None))
+    said = warnings(project, analysis)
+    assert [sentence.split(",")[0] for sentence in said[:3]] == [
+        "At 2400 rpm at the motor: The torque in the gear reaches 600 N·m",
+        "The input speed reaches 4500 rpm",
+        "At 2350 rpm at the motor: The cubic mean of the torque in the gear is 300 N·m",
+    ]
+    assert said[3:] == ["a warning", "a doubt"]
+
+
+def test_the_facts_name_the_frequencies_before_and_after_hysteresis_yields_and_the_ratio_of_the_spring():
+    """K1 = 1e5 N*m/rad holds 1.3 kg*m^2 at 277.35 rad/s, with the 6e4 of the hysteresis at 350.82 rad/s."""
+    law = sw.Parallel(sw.catalogue.gear("CSG-40-50").law, sw.BoucWen(6e4, 0.0, 8e-5))
+    damping = 2.0 * 0.03 * math.sqrt(1e5 * 1.3)
+    drive = sw.Drive(4.5e-4, 1.3, 50.0, damping, law)
+    system = drive.error_equation(kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)), motor="held")
+    analysis = SimpleNamespace(point=operating_point(system), system=system)
+    project = SimpleNamespace(drive=drive, motor="held", shaft="motor", kinematic_error=None, gear=None)
+    rows = {fact.name: fact for fact in facts(project, analysis, ARCSECONDS)}
+    before, after = rows["Natural frequency, motor held"], rows["Natural frequency of the spring alone, motor held"]
+    assert (before.value, after.value) == (pytest.approx(350.823, abs=1e-3), pytest.approx(277.350, abs=1e-3))
+    assert "before the hysteresis yields" in before.note
+    assert "after it has yielded" in after.note
+    assert rows["Damping ratio, motor held"].value == pytest.approx(0.03, rel=1e-12)
+    assert rows["Torsional stiffness of the spring alone"].value == 1e5
+
+
+def resonance(**more):
+    speeds = {"omega_rad_per_s": 138.7, "motor_speed_rpm": 1324.2}
+    row = {"name": "primary", "order": 2, "top": None, "jumps": [], "peak": None, "peak_error": None}
+    return row | speeds | more
+
+
+def test_a_resonance_is_told_with_the_jumps_of_the_computed_curve_and_the_place_of_its_maximum():
+    jump = {"omega_rad_per_s": 154.0, "motor_speed_rpm": 1470.8}
+    lines = words._resonance_lines(resonance(top=jump, jumps=[jump]), ARCSECONDS)
+    assert lines == [
+        "  primary resonance of order 2: small oscillations at 1324.2 rpm at the motor, "
+        "largest at 1470.8 rpm at the motor",
+        "    jumps at 1470.8 rpm at the motor",
+    ]
+    assert len(words._resonance_lines(resonance(), ARCSECONDS)) == 1
+
+
+def test_a_peak_by_multiple_scales_is_measured_against_the_curve_or_said_to_be_estimated():
+    measured = {"amplitude": 0.27, "speed": -0.05, "predicted": False}
+    assert words.peak_verdict(resonance(peak_error=measured)) == (
+        "against the computed curve 27 % too high and 5 % too slow"
+    )
+    guessed = {"amplitude": 0.27, "speed": 0.05, "predicted": True}
+    assert "by its own estimate off by about 27 %" in words.peak_verdict(resonance(peak_error=guessed))
+
+
+def test_no_proof_of_stability_is_told_with_its_reason():
+    proof = {
+        "scope": "none",
+        "claim": "nothing is claimed",
+        "reason": "LuGre has friction or memory, whose states hide",
+    }
+    assert words.stability_text({"stability": proof}, ARCSECONDS) == "no proof: LuGre has friction or memory"
+
+
+def test_jumps_are_told_of_the_computed_curve_first():
+    at = [{"omega_rad_per_s": 170.0, "motor_speed_rpm": rpm} for rpm in (1621.1, 1629.9)]
+    told = words.jump_verdict
+    assert told({"jumps": [], "folds": []}) == ""
+    assert told({"jumps": [], "folds": at}) == (
+        "Here the computed curve does not jump; multiple scales would at 1621.1 rpm at the motor and 1629.9 rpm at "
+        "the motor."
+    )
+    assert told({"jumps": at[:1], "folds": at[1:]}) == (
+        "The computed curve jumps at 1621.1 rpm at the motor; multiple scales would at 1629.9 rpm at the motor."
+    )
+    assert told({"jumps": at[:1], "folds": []}).endswith("rpm at the motor, that of multiple scales does not.")
+
+
+def advised(bands, largest, slow, remedies=(), sweep=None, peaks=(), limit=None):
+    avoid = Avoid(bands, largest, 140.0, slow, peaks, limit)
+    analysis = SimpleNamespace(
+        advice=Advice(avoid, remedies), response=SimpleNamespace(sweep=sweep), speeds=(60.0, 200.0)
+    )
+    return advice_data(SimpleNamespace(shaft="motor"), analysis, ARCSECONDS)
+
+
+def test_speeds_to_avoid_are_one_sentence_with_the_reason_and_the_jumps():
+    sweep = SimpleNamespace(jumping=(SimpleNamespace(low=148.0, high=153.0), SimpleNamespace(low=190.0, high=195.0)))
+    peaks = ((140.0, 1e-3), (200.0, 3e-4))
+    told = advised(((135.0, 155.0), (190.0, 200.0)), 1e-3, 1e-4, sweep=sweep, peaks=peaks)
+    assert told["sentence"] == (
+        "Avoid 1289 to 1480 and 1814 to 1910 (the end of the range) rpm at the motor: there the error oscillates with "
+        "more than 1/√2 of the peak there, 206.3 arcsec at 1337 and 61.88 arcsec at 1910, against 20.63 arcsec of slow "
+        "turning, and the motion jumps between 1413 and 1461 and between 1814 and 1862."
+    )
+    assert "nominal drive; sw.variability" in told["nominal"]
+    assert told["bands"][0]["to_rpm"] == pytest.approx(155.0 / RPM)
+
+
+def test_a_drive_without_a_resonance_in_its_range_has_no_speed_to_avoid():
+    assert advised((), 1.5e-4, 1e-4)["sentence"] == (
+        "No speed of the range has to be avoided: the error oscillates with at most 30.94 arcsec, 1.5 times the 20.63 "
+        "arcsec of slow turning, and nothing jumps."
+    )
+
+
+def test_a_limit_of_the_project_is_the_rule_in_place_of_half_power():
+    told = advised(((135.0, 155.0),), 1e-3, 1e-4, limit=5e-4)
+    assert told["sentence"] == (
+        "Avoid 1289 to 1480 rpm at the motor: there the error oscillates with more than the limit of 103.1 arcsec, at "
+        "most 206.3 arcsec at 1337."
+    )
+    assert "is above the project's limit of 103.1 arcsec" in told["rule"]
+    assert "half power" not in told["rule"]
+    assert "arcsec, within the limit of 412.5 arcsec, and nothing" in advised((), 1e-3, 1e-4, limit=2e-3)["sentence"]
+
+
+def test_remedies_are_told_with_their_effect_and_none_is_recommended_that_makes_it_worse():
+    better = Remedy("damping of the gear", 0.1, 0.0, 0.92, 140.0)
+    worse = Remedy("preload", 0.0, 12.0, 1.05, 150.0)
+    assert advised(((135.0, 155.0),), 1e-3, 1e-4, (better, worse))["remedy_sentence"] == (
+        "Most helpful: 10 % more damping of the gear. Computed again with one thing changed at a time: 10 % more "
+        "damping of the gear: 8 % less oscillation; 12 N·m more mean torque: 5 % more oscillation, at 1432 in place "
+        "of 1337."
+    )
+    assert advised(((135.0, 155.0),), 1e-3, 1e-4, (worse,))["remedy_sentence"].startswith("None of them")

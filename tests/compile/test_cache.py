@@ -1,0 +1,176 @@
+"""The folder of compiled code: what a later process takes from it, and what it must not."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import strainwave
+from strainwave.compile import cache
+
+PACKAGE = Path(strainwave.__file__).parent
+
+COUNTS = """
+import strainwave as sw
+from strainwave.compile import jit
+
+def end_of(law):
+    system = sw.Oscillator(1.0, 0.05, law, sw.Harmonic(0.18), 0.7)
+    return sw.simulate(system, (0.3, 0.0), 20.0, method=sw.Rk4(steps_per_period=64)).y[0, -1]
+
+made_before = jit._made
+dispatchers = set()
+
+def made_and_kept(*args):
+    dispatchers.add(made_before(*args))
+    return made_before(*args)
+
+jit._made = made_and_kept
+
+def counts():
+    stats = [dispatcher.stats for dispatcher in dispatchers]
+    return [sum(sum(of.values()) for of in some) for some in zip(*((s.cache_hits, s.cache_misses) for s in stats))]
+
+"""
+
+PACKAGES = COUNTS + "end_of(sw.Cubic(1, 0.1)); end_of(sw.Cubic(1.0, 0.1)); print(*counts())"
+
+USERS = (
+    COUNTS
+    + """
+from typing import NamedTuple
+from strainwave.maths import exp
+{before}
+
+class Tanh(NamedTuple):
+    K: float
+    s: float
+    def torque(self, x):
+        e = exp(-2 * x / self.s)
+        return self.K * self.s * (1 - e) / (1 + e){after}
+
+print(float(end_of(Tanh(1.0, 0.5)))); print(*counts())
+"""
+)
+
+
+def script(before="", after=""):
+    return USERS.replace("{before}", before).replace("{after}", after)
+
+
+def run_script(code, folder, package=PACKAGE, **environment):
+    """Run code in a new process with its own folder of compiled code; the words that it prints."""
+    env = os.environ | {"STRAINWAVE_CACHE_DIR": str(folder), "PYTHONPATH": str(package.parent)} | environment
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, env=env)
+    assert run.returncode == 0, run.stderr
+    assert run.stderr == ""
+    return run.stdout.split()
+
+
+def files_in(folder):
+    return {str(path.relative_to(folder)) for path in folder.rglob("*.code")}
+
+
+@pytest.mark.compiled
+def test_second_process_takes_the_package_classes_from_disk_and_int_and_float_parameters_share_them(tmp_path):
+    assert run_script(PACKAGES, tmp_path) == ["0", "1"]
+    files = files_in(tmp_path)
+    assert run_script(PACKAGES, tmp_path) == ["1", "0"]
+    assert files
+    assert files_in(tmp_path) == files
+
+
+@pytest.mark.compiled
+def test_second_process_takes_a_users_class_from_disk_and_an_edited_one_not(tmp_path):
+    """The law is that of a script, so its class is another object in every process."""
+    first, hits, misses = run_script(script(), tmp_path)
+    assert (hits, misses) == ("0", "1")
+    second, hits, misses = run_script("\n\n# moved down by three lines" + script(), tmp_path)
+    assert (second, hits, misses) == (first, "1", "0")
+    edited, hits, misses = run_script(script(after=" * 1.5"), tmp_path)
+    assert edited != first
+    assert (hits, misses) == ("0", "1")
+    python, *_ = run_script(script(after=" * 1.5"), tmp_path, STRAINWAVE_JIT="0")
+    assert float(edited) == pytest.approx(float(python), abs=1e-9)
+
+
+@pytest.mark.compiled
+def test_code_follows_the_global_variables_that_a_users_class_reads(tmp_path):
+    """Numba takes a global number for a constant of the code."""
+    ends = [run_script(script(f"FACTOR = {f}", " * FACTOR"), tmp_path)[0] for f in (1.0, 1.5)]
+    assert ends[0] != ends[1]
+
+
+@pytest.mark.compiled
+def test_classes_of_one_name_from_other_processes_keep_their_own_code(tmp_path):
+    """Both codes are on disk under the same names of functions, and one process loads both."""
+    law = "class Law(NamedTuple):\n    K: float\n    def torque(self, x): return {} * x\nprint(end_of(Law(1.0)))\n"
+    head, one, two = COUNTS + "from typing import NamedTuple\n", law.format(1.0), law.format(4.0)
+    ends = [run_script(head + code, tmp_path)[0] for code in (one, two)]
+    assert ends[0] != ends[1]
+    assert run_script(head + one + two + "print(*counts())", tmp_path) == [*ends, "2", "0"]
+
+
+@pytest.mark.compiled
+def test_class_that_no_other_process_would_recognise_stays_in_memory(tmp_path):
+    before = "import io\nSTREAM = io.StringIO()"
+    after = "\n    def note(self):\n        STREAM.write('torque')"
+    *_, hits, misses = run_script(script(before, after), tmp_path)
+    assert (hits, misses) == ("0", "1")
+    assert files_in(tmp_path) == set()
+
+
+@pytest.mark.compiled
+def test_damaged_file_is_replaced(tmp_path):
+    run_script(PACKAGES, tmp_path)
+    (name,) = files_in(tmp_path)
+    whole = (tmp_path / name).read_bytes()
+    (tmp_path / name).write_bytes(whole[: len(whole) // 2])
+    assert run_script(PACKAGES, tmp_path) == ["0", "1"]
+    assert len((tmp_path / name).read_bytes()) > len(whole) // 2
+
+
+@pytest.mark.compiled
+def test_without_a_folder_to_write_to_compiled_code_stays_in_memory(tmp_path):
+    no_folder = tmp_path / "a file, not a folder"
+    no_folder.write_text("")
+    copy = tmp_path / "strainwave"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    assert run_script(PACKAGES, no_folder, package=copy) == ["0", "1"]
+    assert [*copy.rglob("*.nb[ci]"), *files_in(copy)] == []
+
+
+def test_edit_of_a_source_moves_the_folder_of_compiled_code(tmp_path):
+    copy = tmp_path / "strainwave"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    code = "from strainwave.compile import cache; print(cache.cache_folder())"
+    before, same = (run_script(code, tmp_path / "cache", package=copy) for _ in range(2))
+    with open(copy / "model" / "laws.py", "a", encoding="utf-8") as stream:
+        stream.write("# edited\n")
+    after = run_script(code, tmp_path / "cache", package=copy)
+    assert before == same == [str(tmp_path / "cache" / Path(before[0]).name)]
+    assert after != before
+
+
+def test_folders_that_nobody_has_used_for_a_month_are_removed(tmp_path):
+    for name, days in (("old", 31), ("young", 29)):
+        (tmp_path / name).mkdir()
+        for file in ("used", "follow-1.code"):
+            (tmp_path / name / file).write_text("")
+        stamp = time.time() - days * cache.DAY
+        os.utime(tmp_path / name / "used", (stamp, stamp))
+    (tmp_path / "of somebody else").mkdir()
+    code = "from strainwave.compile import cache; print(cache.cache_writable())"
+    assert run_script(code, tmp_path) == ["True"]
+    assert {path.name for path in tmp_path.iterdir()} == {"young", "of somebody else", cache.source_hash()}
+
+
+def test_folder_of_compiled_code_is_the_users_own_unless_the_environment_says_otherwise(monkeypatch):
+    monkeypatch.delenv("STRAINWAVE_CACHE_DIR", raising=False)
+    folder = cache.cache_folder.__wrapped__()
+    assert folder.name == cache.source_hash()
+    assert Path.home() in folder.parents or "XDG_CACHE_HOME" in os.environ

@@ -1,0 +1,109 @@
+"""Compiled code: a user's classes, and what is said when something cannot be compiled."""
+
+import subprocess
+import sys
+from typing import NamedTuple
+
+import pytest
+from scipy.special import erf
+
+import strainwave as sw
+from strainwave.compile import jit
+from strainwave.law import torsion
+
+
+class Tabulated(NamedTuple):
+    """A law that Python runs and a compiler cannot: it imports a library inside a method."""
+
+    K: float
+
+    def torque(self, x):
+        import numpy.polynomial
+
+        return self.K * numpy.polynomial.Polynomial((0.0, 1.0))(x)
+
+
+@pytest.mark.compiled
+def test_law_that_cannot_be_compiled_is_said_in_one_sentence():
+    system = sw.Oscillator(1.0, 0.1, Tabulated(1.0), sw.Harmonic(0.1), 1.0)
+    with pytest.raises(TypeError, match=r"^Tabulated cannot be compiled: [^\n]*; write its methods[^\n]*$"):
+        sw.simulate(system, (0.0, 0.0), 1.0)
+
+
+class Special(NamedTuple):
+    """A law that calls a function which the compiler does not know."""
+
+    K: float
+
+    def torque(self, x):
+        return self.K * erf(x)
+
+
+def law_with(factor):
+    class Cubic(NamedTuple):
+        """A law with the name and the fields of one of the package."""
+
+        K: float
+        alpha: float
+
+        def torque(self, x):
+            return factor * self.K * x
+
+    return Cubic(1.0, 0.1)
+
+
+@pytest.mark.compiled
+def test_classes_of_one_name_have_code_of_their_own():
+    """As in a notebook, where a cell with an edited law is run again."""
+
+    def end_of(law):
+        system = sw.Oscillator(1.0, 0.05, law, sw.Harmonic(0.18), 0.7)
+        return sw.simulate(system, (0.3, 0.0), 20.0, method=sw.Rk4(steps_per_period=64)).y[0, -1]
+
+    laws = sw.Cubic(1.0, 0.1), law_with(1.0), law_with(4.0), sw.Linear(1.0), sw.Linear(4.0)
+    package, first, second, soft, stiff = map(end_of, laws)
+    assert first == pytest.approx(soft, abs=1e-12)
+    assert second == pytest.approx(stiff, abs=1e-12)
+    assert package != pytest.approx(soft, abs=1e-3)
+
+
+@pytest.mark.compiled
+def test_what_cannot_be_compiled_is_named_as_the_user_wrote_it():
+    system = sw.Oscillator(1.0, 0.1, Special(1.0), sw.Harmonic(0.1), 1.0)
+    with pytest.raises(TypeError, match=r"^Special cannot be compiled: Untyped global name 'erf'"):
+        sw.simulate(system, (0.0, 0.0), 1.0)
+
+
+def test_law_that_cannot_be_compiled_runs_as_python(monkeypatch):
+    monkeypatch.setenv("STRAINWAVE_JIT", "0")
+    system = sw.Oscillator(1.0, 0.1, Tabulated(1.0), sw.Harmonic(0.1), 1.0)
+    same = sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(0.1), 1.0)
+    assert sw.simulate(system, (0, 0), 1.0).y == pytest.approx(sw.simulate(same, (0, 0), 1.0).y, abs=1e-15)
+
+
+def test_axpy_works_on_tuples():
+    assert jit.axpy((1.0, 2.0), 0.5, (4.0, -2.0)) == (3.0, 1.0)
+    with pytest.raises(ValueError, match="zip"):
+        jit.axpy((1.0, 2.0, 3.0), 0.5, (4.0, 5.0))
+
+
+def test_torsion_is_the_first_state_where_the_system_defines_none():
+    class Free(NamedTuple):
+        def rhs(self, phase, y):
+            return (0.0 * phase, *y[:1])
+
+    assert torsion(Free(), 0.0, (3.0, 4.0)) == 3.0
+
+
+@pytest.mark.compiled
+def test_kernels_of_a_module_that_is_imported_later_are_known_to_code_made_before():
+    """A law of another module, first used after the same verb has compiled without it."""
+    program = (
+        "import strainwave as sw\n"
+        "system = sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(0.3), 1.0)\n"
+        "assert sw.simulate(system, (0.0, 0.0), 1.0).status\n"
+        "system = system._replace(law=sw.BoucWen(1.0, 0.4, 0.3))\n"
+        "assert sw.simulate(system, (0.0, 0.0, 0.0), 1.0).status\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-500:]

@@ -1,0 +1,95 @@
+"""Drive trains written as project files: what is read back moves as what was written."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+from strainwave.files.project import load
+
+ERROR = sw.KinematicError((sw.Line(2, 1e-4, 0.3), sw.Line(4, -1e-5)))
+DRIVE = sw.catalogue.gear("CSG-40-50").drive(load_inertia=1.3, B=10.0)
+YIELDING = sw.Parallel(DRIVE.law, sw.BoucWen(6e4, 0.0, 8e-5))
+LOAD_TORQUE = sw.Harmonics((sw.Harmonic(2.0, 1, 0.1, -50.0), sw.Harmonic(-0.3, 3, 0.2, 0.5)))
+WITH_LOOP = DRIVE._replace(law=YIELDING).train(
+    kinematic_error=ERROR,
+    load_torque=LOAD_TORQUE,
+    omega=200.0,
+    control=sw.SpeedLoop(0.5, 20.0),
+    motor_drag=sw.LuGre(1e3, 1.0, 0.01, 0.1, 0.15, 0.5),
+    load_drag=sw.AngleTorque(40.0, 1, 0.2),
+)
+TRAINS = {
+    "loop": WITH_LOOP,
+    "coupling": WITH_LOOP._replace(load=sw.Elastic(0.1, 5.0, sw.Cubic(4e5, 0.1), WITH_LOOP.load)),
+    "position loop": WITH_LOOP._replace(motor=WITH_LOOP.motor._replace(control=sw.PositionLoop(50.0, 0.5))),
+    "free": DRIVE.train(motor_torque=sw.Harmonic(0.2, 2, 0.0, 1.0), kinematic_error=ERROR, omega=150.0),
+}
+
+
+class Constant(NamedTuple):
+    """Drag of a user's own, here 1 N*m and more."""
+
+    more: float
+
+    def torque(self, x, v):
+        return 1.0 + self.more + 0.0 * x * v
+
+
+@pytest.mark.parametrize("train", TRAINS.values(), ids=TRAINS.keys())
+def test_a_train_survives_its_project_file(train, tmp_path):
+    path = tmp_path / "axis.yaml"
+    path.write_text(sw.project_text(train, title='Axis "1": left'), encoding="utf-8")
+    project = load(path)
+    assert project.title == 'Axis "1": left'
+    assert (project.omega, project.is_range) == ((train.omega,), False)
+    y = tuple(1e-3 * (i + 1) for i in range(len(train.state_names())))
+    assert project.train.state_names() == train.state_names()
+    for phase in np.linspace(0.0, 7.0, 5):
+        assert project.train.rhs(phase, y) == pytest.approx(train.rhs(phase, y), rel=1e-12)
+
+
+@pytest.mark.parametrize("motor", ["free", "held"])
+def test_the_error_equation_of_a_drive_survives_its_project_file(motor, tmp_path):
+    torques = {"load_torque": LOAD_TORQUE, "kinematic_error": ERROR}
+    torques |= {"motor_torque": sw.Harmonic(0.2, 2, 0.0, 1.0)} if motor == "free" else {}
+    equation = DRIVE.error_equation(**torques, omega=150.0, motor=motor)
+    path = tmp_path / "axis.yaml"
+    control = sw.Free() if motor == "free" else sw.Held()
+    path.write_text(sw.project_text(DRIVE.train(**torques, control=control), (100.0, 200.0)), encoding="utf-8")
+    project = load(path)
+    assert (project.omega, project.motor, project.drive) == ((100.0, 200.0), motor, DRIVE)
+    for phase in np.linspace(0.0, 7.0, 5):
+        read = project.system(150.0).rhs(phase, (1e-3, 0.2))
+        assert read == pytest.approx(equation.rhs(phase, (1e-3, 0.2)), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("train", "omega", "said"),
+    [
+        (DRIVE.train(omega=3.0), None, "does not take this train: project.yaml:6:13: excitation: nothing periodic"),
+        (WITH_LOOP, (3.0, 2.0), r"omega \[rad/s\] is \(3.0, 2.0\); it must be two finite numbers"),
+        (WITH_LOOP._replace(reference=sw.AtRest()), None, r"constant speeds, and this train follows AtRest\(\)"),
+        (WITH_LOOP._replace(load=sw.Elastic(1.0, 1.0, sw.Linear(1.0), TRAINS["coupling"].load)), None, "one coupling"),
+        (
+            WITH_LOOP._replace(load=sw.Load(1.0, sw.TorqueProfile((0.0, 1.0), (0.0, 1.0)))),
+            None,
+            "holds torques as harmonics, and the load has TorqueProfile",
+        ),
+        (WITH_LOOP._replace(B=-1.0), None, "B"),
+        (  # equal to Linear(0.0), which is no drag, as tuples of numbers are
+            WITH_LOOP._replace(motor=WITH_LOOP.motor._replace(drag=Constant(0.0))),
+            None,
+            "Constant",
+        ),
+    ],
+)
+def test_what_a_project_file_does_not_hold_is_said(train, omega, said):
+    with pytest.raises(ValueError, match=said):
+        sw.project_text(train, omega)
+
+
+def test_a_drive_alone_is_no_train():
+    with pytest.raises(TypeError, match=r"takes a DriveTrain, not Drive.*; drive\.train\(\.\.\.\) gives one"):
+        sw.project_text(DRIVE)

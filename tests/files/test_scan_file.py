@@ -1,0 +1,216 @@
+"""Scan files: read with explicit units, delimiter and decimal sign, and refused with file, line and remedy."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from strainwave.app.commands.cli import cli
+from strainwave.files.project import load
+from strainwave.files.scan_file import read_scan
+from strainwave.files.yaml_text import FileError
+
+ARCSEC = math.pi / 648_000.0
+DEGREES = np.arange(0.0, 720.0, 2.0)
+
+
+def error_at(degrees):
+    """Order 2 of 23 arcsec at 17 deg, order 1 of 4 arcsec at -60 deg, in arcsec."""
+    return 23.0 * np.cos(np.radians(2.0 * degrees + 17.0)) + 4.0 * np.cos(np.radians(degrees - 60.0))
+
+
+def table(*columns, names, delimiter=",", decimal="."):
+    rows = zip(*columns, strict=True)
+    lines = [delimiter.join(f"{value:.6f}".replace(".", decimal) for value in row) for row in rows]
+    return "\n".join([delimiter.join(names), *lines]) + "\n"
+
+
+def written(tmp_path, text, name="scan.csv"):
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def standard(noise=0.0):
+    rng = np.random.default_rng(0)
+    return error_at(DEGREES) + noise * rng.normal(size=len(DEGREES))
+
+
+def test_a_scan_is_read_in_its_units(tmp_path):
+    text = "# rig 3\n\n" + table(DEGREES, standard(), names=["angle [deg]", "error [arcsec]"])
+    scan = read_scan(written(tmp_path, text))
+    assert np.allclose(scan.angle, np.radians(DEGREES), rtol=1e-12)
+    assert np.allclose(scan.error, standard() * ARCSEC, atol=1e-6 * ARCSEC)
+    assert scan.backward is None
+    assert scan.last == len(DEGREES) + 3
+
+
+def test_a_german_table_is_read_when_it_is_said_to_be_one(tmp_path):
+    path = written(tmp_path, table(DEGREES, standard(), names=["Winkel", "Fehler"], delimiter=";", decimal=","))
+    scan = read_scan(path, angle="Winkel [deg]", error="Fehler [arcsec]", delimiter=";", decimal=",")
+    assert np.allclose(scan.error, standard() * ARCSEC, atol=1e-6 * ARCSEC)
+    with pytest.raises(FileError, match=r"scan\.csv:1:1: file: has one column; if ';' parts them"):
+        read_scan(path, angle="Winkel [deg]", error="Fehler [arcsec]")
+    with pytest.raises(FileError, match=r"scan\.csv:2:1: Winkel: '0,000000' has ',' where the decimal sign is '\.'"):
+        read_scan(path, angle="Winkel [deg]", error="Fehler [arcsec]", delimiter=";")
+
+
+def test_the_vendors_error_has_the_opposite_sign(tmp_path):
+    ours = read_scan(written(tmp_path, table(DEGREES, standard(), names=["angle [deg]", "error [arcsec]"])))
+    theirs = read_scan(written(tmp_path, table(DEGREES, -standard(), names=["angle [deg]", "ate [arcsec]"])))
+    asked = read_scan(
+        written(tmp_path, table(DEGREES, -standard(), names=["angle [deg]", "dx"])), error="dx [arcsec]", ate=True
+    )
+    assert np.array_equal(ours.error, theirs.error)
+    assert np.array_equal(ours.error, asked.error)
+
+
+def test_the_way_back_may_be_a_column_or_a_file_whose_angles_descend(tmp_path):
+    names = ["angle [deg]", "error [arcsec]", "backward [arcsec]"]
+    both = read_scan(written(tmp_path, table(DEGREES, standard() + 3.0, standard() - 3.0, names=names)))
+    back = read_scan(written(tmp_path, table(DEGREES[::-1], (standard() - 3.0)[::-1], names=names[:2])), reverse=True)
+    assert np.array_equal(both.backward, back.error)
+    assert np.array_equal(both.angle, back.angle)
+
+
+GOOD = "angle [deg],error [arcsec]\n0,1\n1,2\n2,3\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("", "1:1: file: has no samples; name the columns"),
+        ("angle [deg],error [arcsec]\n", "1:1: file: has no samples"),
+        ("angle,error [arcsec]\n0,1\n", "1:1: angle: column 'angle' has no unit"),
+        ("angle [deg],error [Hz]\n0,1\n", "1:1: error: cannot convert 'Hz' to 'rad'"),
+        ("angle [deg],error [parsec]\n0,1\n", "1:1: error: unknown unit 'parsec'"),
+        ("phi [deg],error [arcsec]\n0,1\n", "1:1: angle: column 'angle' is missing; the file has 'phi', 'error'"),
+        ("angle [deg],angle [deg],error [arcsec]\n0,0,1\n", "1:1: angle: column 'angle' is there twice"),
+        (GOOD + "3\n", "5:1: file: has 1 cells where line 1 names 2 columns"),
+        (GOOD + "3,nan\n", "5:2: error: 'nan' is no finite number"),
+        (GOOD + "3,\n", "5:2: error: '' is no finite number"),
+        (GOOD + "3,0x10\n", "5:2: error: '0x10' is no finite number"),
+        (GOOD + "inf,1\n", "5:1: angle: 'inf' is no finite number"),
+        (GOOD + "2,4\n", "5:1: angle: 2 repeats that of line 4; average repeated angles"),
+        (GOOD + "1.5,4\n", "5:1: angle: 1.5 stands after 2 of line 4; angles must ascend"),
+        (GOOD + '3,"4\n', "5:1: file: is not CSV"),
+        ("angle [deg];error [arcsec]\n0;1\n", "1:1: file: has one column; if ';' parts them"),
+    ],
+)
+def test_wrong_files_are_refused_at_their_line(tmp_path, text, complaint):
+    with pytest.raises(FileError) as refusal:
+        read_scan(written(tmp_path, text))
+    assert str(refusal.value).startswith(f"{tmp_path / 'scan.csv'}:{complaint}")
+    assert len(str(refusal.value).splitlines()) == 1
+
+
+def test_files_that_are_none_are_refused(tmp_path):
+    for name, words in ((".", "is a directory; give the scan file"), ("none.csv", "does not exist")):
+        with pytest.raises(FileError, match=words):
+            read_scan(tmp_path / name)
+    (tmp_path / "binary.csv").write_bytes(b"angle\0error")
+    with pytest.raises(FileError, match=r"is binary, not text; give a scan file$"):
+        read_scan(tmp_path / "binary.csv")
+
+
+@pytest.mark.parametrize(
+    "signs",
+    [
+        {"delimiter": ";;"},
+        {"delimiter": None},
+        {"decimal": ","},
+        {"decimal": "'"},
+        {"decimal": None},
+        {"delimiter": "1"},
+    ],
+)
+def test_signs_that_cannot_go_together_are_refused(tmp_path, signs):
+    with pytest.raises(ValueError, match=r"the delimiter \(--delimiter\) is"):
+        read_scan(written(tmp_path, GOOD), **signs)
+
+
+@pytest.mark.parametrize("names", [{"angle": None}, {"angle": 3}, {"error": 3}, {"backward": ["a"]}])
+def test_columns_without_a_name_are_refused(tmp_path, names):
+    with pytest.raises(TypeError, match="give the name of a column as text"):
+        read_scan(written(tmp_path, GOOD), **names)
+
+
+def run(*arguments):
+    return CliRunner().invoke(cli, ["error-scan", *map(str, arguments)])
+
+
+def test_the_command_prints_lines_that_a_project_file_takes(tmp_path):
+    path = written(tmp_path, table(DEGREES, standard(0.5), names=["angle [deg]", "error [arcsec]"]))
+    done = run(path)
+    assert done.exit_code == 0, done.output
+    field = done.output.partition("for a project file:\n")[2]
+    project = f"""gear: CSG-40-50
+load: {{inertia: 1.3 kg*m^2}}
+damping: {{ratio: 0.03}}
+speed: {{from: 100 rpm, to: 3000 rpm, shaft: motor}}
+excitation:
+{field}"""
+    lines = load(written(tmp_path, project, "project.yaml")).kinematic_error.lines
+    assert [line.order for line in lines] == [1, 2]
+    assert lines[1].amplitude == pytest.approx(23.0 * ARCSEC, abs=0.2 * ARCSEC)
+    assert lines[1].phase == pytest.approx(math.radians(17.0), abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments", "words"),
+    [
+        (GOOD.replace(",", ";"), [], "file: has one column; if ';' parts them, say so with --delimiter"),
+        (GOOD.replace(",", ";").replace("2;3", "2;3,5"), ["--delimiter", ";"], "say which it is with --decimal"),
+        (GOOD.replace("angle", "phi"), [], "or give --angle"),
+        (GOOD, ["--backward", "way back [deg]"], "or give --backward"),
+        (GOOD, ["--delimiter", ";;"], "the delimiter (--delimiter) is ';;'"),
+        (GOOD + "1,2\n", [], "the way back is a file of its own (--back)"),
+    ],
+)
+def test_complaints_of_the_command_name_its_options(tmp_path, text, arguments, words):
+    done = run(written(tmp_path, text), *arguments)
+    assert done.exit_code in (1, 3)
+    assert words in done.stderr
+
+
+def test_the_command_counts_on_the_turn_asked_for(tmp_path):
+    # An output angle over 3.6 deg of a gear with ratio 100 is one turn of its wave generator.
+    path = written(tmp_path, table(DEGREES / 100.0, standard(0.5), names=["angle [deg]", "error [arcsec]"]))
+    done = run(path, "--shaft", "output", "--turn", "motor", "--ratio", 100, "--json")
+    assert done.exit_code == 0, done.output
+    data = json.loads(done.output)
+    assert [line["order"] for line in data["lines"]] == [1, 2]
+    assert data["turns"] == pytest.approx(2.0, rel=1e-6)
+    short = run(path, "--shaft", "output")
+    assert short.exit_code == 3
+    assert f"scan.csv:{len(DEGREES) + 1}:1: angle: the angles reach over 0.02 turns" in short.stderr
+    assert "give --ratio" in run(path, "--shaft", "output", "--turn", "motor").stderr
+
+
+def test_the_command_gives_the_lost_motion_of_two_files(tmp_path):
+    names = ["angle [deg]", "error [arcsec]"]
+    forth = written(tmp_path, table(DEGREES, standard(0.5) + 3.0, names=names), "forth.csv")
+    back = written(tmp_path, table(DEGREES[::-1], standard(0.5)[::-1] - 3.0, names=names), "back.csv")
+    done = run(forth, "--back", back, "--orders", "1,2", "--json")
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.output)["reversal"]["lost_motion"] == pytest.approx(6.0 * ARCSEC, rel=0.02)
+    assert "lost motion" in run(forth, "--back", back).output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["--orders", "1;2"], 2, "write for example 1,2,4"),
+        (["--orders", "400"], 3, "order 400 is too high for these samples"),
+        (["--highest", "400"], 3, "highest is 400"),
+        (["--false-alarm", "2"], 3, "probability between 0 and 1"),
+        (["--shaft", "load"], 2, "'load' is not one of"),
+    ],
+)
+def test_wrong_options_are_refused(tmp_path, arguments, code, words):
+    path = written(tmp_path, table(DEGREES, standard(0.5), names=["angle [deg]", "error [arcsec]"]))
+    done = run(path, *arguments)
+    assert done.exit_code == code, done.output
+    assert words in done.stderr

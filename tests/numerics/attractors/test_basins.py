@@ -1,0 +1,136 @@
+"""Basins: a published fraction, another integrator on the same states, attractors as orbits, chaos, escape."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import strainwave as sw
+from strainwave.numerics.attractors.basins import CHAOTIC, DIVERGED, UNSETTLED
+
+TWO_WELLS = sw.Oscillator(1.0, 0.15, sw.Cubic(-1.0, -1.0), sw.Harmonic(0.2), 1.0)
+LINEAR = sw.Cubic(2.0, 0.0)  # of a class that other tests compile
+BOX = ((-2.2, 2.2), (-2.2, 2.2))
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_two_wells_have_the_published_fractions():
+    """Attractors.jl, test/mapping/attractor_mapping.jl, "Duffing oscillator: stroboscopic map".
+
+    Its fractions of 0.489 for the attractor through (-0.8, 0) and 0.511 for that through (1.8, 0) are those of 1000
+    random states, known to a standard error of 0.016; ours, of 20 000, to 0.0035.
+    """
+    found = sw.basins(TWO_WELLS, *BOX, samples=20_000, seed=4)
+    left, right = sorted(found.attractors, key=lambda a: a.points[0, 0])
+    assert left.points[0, 0] == pytest.approx(-0.779, abs=1e-3)
+    assert right.points[0, 0] == pytest.approx(1.210, abs=1e-3)
+    fractions = [found.fractions[found.attractors.index(a)] for a in (left, right)]
+    error = np.hypot(np.sqrt(0.489 * 0.511 / 1000), found.standard_errors[0])
+    assert abs(fractions[0] - 0.489) < 2.0 * error
+    assert np.sum(found.fractions) == 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_states_that_settle_fast_end_where_another_integrator_says():
+    found = sw.basins(TWO_WELLS, *BOX, samples=60, seed=1)
+    compared = 0
+    for x, v, label in zip(found.x, found.v, found.label, strict=True):
+        run = solve_ivp(
+            lambda t, y: (y[1], -0.15 * y[1] + y[0] - y[0] ** 3 + 0.2 * np.cos(t)),
+            (0.0, 60.0 * np.pi),
+            (x, v),
+            method="DOP853",
+            rtol=1e-10,
+            atol=1e-12,
+            t_eval=2.0 * np.pi * np.arange(20, 31),
+        )
+        near = [np.all(np.abs(run.y.T - a.points[0]) < 0.2, axis=None) for a in found.attractors]
+        if any(near):  # others hop between the wells for long, so that any rounding decides where they end
+            compared += 1
+            assert near.index(True) == label
+    assert compared > 25
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_attractors_are_orbits_with_their_multipliers():
+    found = sw.basins(TWO_WELLS, *BOX, resolution=12)
+    assert len(found.attractors) == 2
+    for attractor in found.attractors:
+        assert (attractor.period, attractor.stable) == (1, True)
+        # complex multipliers of modulus exp(-B/(2J) T)
+        assert attractor.multiplier == pytest.approx(np.exp(-0.075 * 2.0 * np.pi), rel=1e-6)
+        run = sw.simulate(TWO_WELLS, attractor.points[0], (0.0, 2.0 * np.pi))
+        np.testing.assert_allclose(run.y[:, -1], attractor.points[0], atol=1e-7)
+        assert run.peak() == pytest.approx(attractor.peak, rel=1e-5)
+        assert f"{attractor.amplitude:.5g}" in str(found)
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_a_subharmonic_attractor_has_its_period():
+    """Nayfeh & Mook 4.1.4: beside the trivial orbit a stable one of three turns, which is one attractor, not three."""
+    system = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.2), sw.Harmonic(6.0), 4.0)
+    isola = sw.isolas(system, (3.5, 4.5))[0]
+    here = system._replace(omega=float(np.mean([np.min(isola.omega), np.max(isola.omega)])))
+    found = sw.basins(here, (-4.0, 4.0), (-8.0, 8.0), resolution=16, settle=300)
+    assert sorted(a.period for a in found.attractors) == [1, 3]
+    assert all(a.stable for a in found.attractors)
+    assert np.sum(found.fractions) == 1.0
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_chaos_and_escape_are_counted_as_such():
+    ueda = sw.Oscillator(1.0, 0.05, sw.Polynomial((0.0, 0.0, 0.0, 1.0)), sw.Harmonic(7.5), 1.0)
+    chaos = sw.basins(ueda, (-1.0, 1.0), (-1.0, 1.0), resolution=4, settle=50, longest=200)
+    assert set(chaos.label) == {CHAOTIC}
+    assert chaos.attractors == ()
+    assert "chaotic" in str(chaos)
+    soft = sw.Oscillator(1.0, 0.2, sw.Cubic(1.0, -1.0), sw.Harmonic(0.05), 0.5)
+    escape = sw.basins(soft, (-3.0, 3.0), (-0.1, 0.1), resolution=(6, 1))
+    assert escape.label.tolist() == [DIVERGED, DIVERGED, 0, 0, DIVERGED, DIVERGED]
+    assert escape.share(DIVERGED)[0] == pytest.approx(2.0 / 3.0)
+
+
+@pytest.mark.compiled
+def test_a_slow_transient_is_counted_as_not_settled():
+    light = sw.Oscillator(1.0, 1e-6, LINEAR, sw.Harmonic(1.0), 1.0)
+    found = sw.basins(light, (-1.0, 1.0), (-1.0, 1.0), resolution=2, settle=10, longest=30)
+    assert set(found.label) == {UNSETTLED}
+    assert float(found.dataset()["label"].max()) == UNSETTLED
+
+
+@pytest.mark.compiled
+def test_a_sample_is_reproducible_and_its_dataset_complete():
+    damped = sw.Oscillator(1.0, 0.5, LINEAR, sw.Harmonic(1.0), 1.0)
+    one, two = (sw.basins(damped, (-1.0, 1.0), (-1.0, 1.0), samples=20, seed=5) for _ in range(2))
+    assert np.array_equal(one.x, two.x)
+    data = one.dataset()
+    assert data["fraction"].values.tolist() == [1.0]
+    assert data["label"].dims == ("lane",)
+    # x = cos(t - p)/|2 - 1 + 0.5i|
+    assert float(data["peak"][0]) == pytest.approx(1.0 / abs(1.0 + 0.5j), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"x_span": (1.0, -1.0)}, "low < high"),
+        ({"x_span": (-1e308, 1e308)}, r"x_span is -1e\+308 .. 1e\+308, wider than the largest number"),
+        ({"resolution": 0}, "resolution is 0"),
+        ({"resolution": 9999}, "at most 4000000"),
+        ({"resolution": (3, 4, 5)}, "one number of cells"),
+        ({"resolution": 5, "samples": 5}, "give one of them"),
+        ({"samples": -1}, "samples is -1"),
+        ({"samples": 5, "seed": -1}, "seed is -1"),
+        ({"settle": 0}, "settle is 0"),
+        ({"longest": 3}, "at least settle"),
+        ({"system": 3}, "NamedTuple"),
+    ],
+)
+def test_bad_input_is_one_sentence(change, sentence):
+    arguments = {"system": TWO_WELLS, "x_span": BOX[0], "v_span": BOX[1]} | change
+    with pytest.raises((ValueError, TypeError), match=sentence):
+        sw.basins(arguments.pop("system"), arguments.pop("x_span"), arguments.pop("v_span"), **arguments)

@@ -1,0 +1,91 @@
+"""Odd systems have the same orbits by odd harmonics alone; systems that are not odd keep all harmonics."""
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+from strainwave.numerics.balance.guess import linear_response
+from strainwave.numerics.balance.half_wave import all_orders, is_odd_on, odd_problem
+from strainwave.numerics.balance.second_order import second_order, work_for
+from strainwave.numerics.curves.trace import leaf_of, solve
+from strainwave.numerics.stability.second_order import grid_of, hill
+
+DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 0.8)
+LINES = sw.KinematicError((sw.Line(1, 0.02, 0.3), sw.Line(3, 0.01, 1.0)))
+
+
+def full(system, harmonics=9):
+    leaf = leaf_of(system, "omega")
+    return second_order(system, leaf, leaf, harmonics)
+
+
+@pytest.mark.parametrize("system", [DUFFING, DUFFING._replace(error=LINES)])
+def test_odd_orbits_their_multipliers_and_peaks_are_those_of_the_full_balance(system):
+    whole = full(system)
+    odd = odd_problem(whole)
+    point, few = (solve(problem, linear_response(problem, 0.8)) for problem in (whole, odd))
+    np.testing.assert_allclose(all_orders(odd, few[None, :-1])[0], point[:-1], rtol=1e-9, atol=1e-12)
+    traces, peaks = hill(whole, point[None], grid_of(whole, 1024))
+    odd_traces, odd_peaks = hill(odd, few[None], grid_of(odd, 1024))
+    np.testing.assert_allclose(odd_traces, traces, rtol=1e-9)
+    np.testing.assert_allclose(odd_peaks, peaks, rtol=1e-9)
+
+
+def test_the_odd_jacobian_is_the_derivative_of_the_odd_residual():
+    odd = odd_problem(full(DUFFING))
+    n = len(odd.tau)
+    z = np.append(np.random.default_rng(2).normal(size=n), 1.1)
+    z[0] = 0.0
+    work, r, column = work_for(odd), np.empty(n), np.empty(n)
+    jacobian = np.empty((n, n))
+    odd.residual(z, work, r)
+    odd.linearise(z, work, jacobian, column)
+    for j in range(1, n + 1):
+        sides = []
+        for step in (-1e-6, 1e-6):
+            moved = z.copy()
+            moved[j] += step
+            odd.residual(moved, work, r)
+            sides.append(r.copy())
+        slope = (sides[1] - sides[0]) / 2e-6
+        np.testing.assert_allclose(column if j == n else jacobian[:, j], slope, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "system",
+    [
+        DUFFING._replace(excitation=sw.Harmonic(1.0, mean=0.2)),
+        DUFFING._replace(excitation=sw.Harmonic(1.0, order=2)),
+        DUFFING._replace(error=sw.KinematicError((sw.Line(2, 0.01),))),
+        DUFFING._replace(law=sw.Polynomial((0.0, 1.0, 1e-6, 0.05))),
+        DUFFING._replace(law=sw.Backlash(1.0, 0.1)),
+    ],
+)
+def test_systems_that_are_not_odd_or_not_smooth_keep_all_harmonics(system):
+    assert odd_problem(full(system)) is None
+
+
+def test_a_law_that_is_odd_only_where_the_orbits_are_not_is_found_out():
+    odd = odd_problem(full(DUFFING))
+    point = solve(odd, linear_response(odd, 0.8))[None]
+    assert is_odd_on(odd, point)
+    lopsided = odd._replace(system=DUFFING._replace(law=sw.Polynomial((0.0, 1.0, 1e-6, 0.05))))
+    assert not is_odd_on(lopsided, point)
+
+
+@pytest.mark.interpreted
+def test_a_symmetric_curve_tells_where_its_symmetry_breaks():
+    """Ueda's oscillator x'' + 0.05 x' + x^3 = A cos t has symmetry-breaking branch points on its symmetric curve."""
+    ueda = sw.Oscillator(1.0, 0.05, sw.Polynomial((0.0, 0.0, 0.0, 1.0)), sw.Harmonic(0.5), 1.0)
+    curve = sw.frequency_response(ueda, (0.5, 1.5), harmonics=15)
+    assert curve.status
+    assert curve.branch_points
+    whole = full(ueda, 15)
+    for point in curve.branch_points:
+        traces, _ = hill(whole, np.append(_blocks(point.coefficients[:, 0]), point.omega)[None])
+        decay = np.exp(-np.pi * 0.05 / point.omega)
+        assert 1.0 - traces[0] * decay + decay**2 == pytest.approx(0.0, abs=1e-5)
+
+
+def _blocks(series):
+    return np.concatenate([series[:1], series[1::2], series[2::2]])

@@ -1,0 +1,133 @@
+"""Response curves of awkward and of random systems: each ends with a status and a sentence, and none is unsound."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+
+BENCHMARKS = Path(__file__).resolve().parents[3] / "benchmarks"
+
+
+def oscillator(law, B=0.05, amplitude=0.1, mean=0.0):
+    return sw.Oscillator(1.0, B, law, sw.Harmonic(amplitude, mean=mean), 1.0)
+
+
+def response(system, span=(0.5, 1.5), harmonics=5, points=100):
+    branch = sw.frequency_response(system, span, harmonics=harmonics, points=points)
+    for numbers in (branch.values, branch.omega, branch.coefficients, branch.peak, branch.multipliers):
+        assert np.all(np.isfinite(numbers))
+    return branch
+
+
+@pytest.mark.slow
+def test_without_damping_the_linear_resonance_is_said_to_have_no_bound():
+    branch = response(oscillator(sw.Linear(1.0), B=0.0), span=(0.6, 1.5))
+    assert not branch.status
+    assert "grows without bound at omega = 1 rad/s" in branch.message
+    assert "give more damping" in branch.message
+    with pytest.raises(sw.SolveError, match="grows without bound"):
+        sw.frequency_response(oscillator(sw.Linear(1.0), B=0.0), (0.6, 1.5), harmonics=5, points=100, throw=True)
+
+
+def test_without_damping_a_hardening_curve_reaches_both_ends():
+    branch = response(oscillator(sw.Cubic(1.0, 0.1), B=0.0))
+    assert branch.status
+    assert {0.5, 1.5} <= set(branch.values)
+
+
+@pytest.mark.interpreted
+def test_a_backlash_without_bias_floats_beyond_its_contact_and_the_sentence_says_where():
+    law, B, F = sw.Backlash(1.0, 0.5), 0.1, 0.6
+    branch = response(oscillator(law, B=B, amplitude=F), span=(0.6, 1.5), harmonics=15)
+    ends = np.sqrt((-B * B + np.sqrt(B**4 + 4.0 * (F / law.half_gap) ** 2)) / 2.0)  # w sqrt(w^2 + B^2) = F/b
+    assert branch.status
+    assert "any mean is in balance" in branch.message
+    assert "a mean torque would place it" in branch.message
+    said = float(branch.message.split("at omega = ")[-1].split(" ..")[0])
+    assert said == pytest.approx(ends, abs=0.03)  # the first point beyond
+    assert said >= ends
+    free = branch.values > ends
+    exact = F / (branch.values * np.hypot(branch.values, B))
+    assert branch.amplitude(1)[free] == pytest.approx(exact[free], rel=1e-9)
+    assert branch.amplitude(0) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_range_through_rest_is_refused():
+    for span in ((-0.5, 1.5), (0.0, 1.5)):
+        with pytest.raises(ValueError, match=r"it must be 0 < low < high \(at rest there is no response\)"):
+            sw.frequency_response(oscillator(sw.Linear(1.0)), span)
+
+
+@pytest.mark.parametrize("law", [sw.Cubic(1.0, 0.1), sw.Backlash(1.0, 0.5)], ids=["Cubic", "Backlash"])
+def test_without_forcing_the_response_is_rest(law):
+    branch = response(oscillator(law, amplitude=0.0))
+    assert branch.status
+    assert np.all(branch.peak == 0.0)
+
+
+def test_with_a_mean_torque_alone_the_response_is_the_static_torsion():
+    branch = response(oscillator(sw.Cubic(1.0, 0.1), amplitude=0.0, mean=0.3))
+    x = branch.coefficients[:, 0]
+    assert branch.status
+    assert x + 0.1 * x**3 == pytest.approx(0.3, rel=1e-9)
+
+
+def test_a_number_that_is_none_is_refused_with_its_name():
+    with pytest.raises(ValueError, match=r"Oscillator\.B is nan; it must be finite"):
+        sw.frequency_response(oscillator(sw.Linear(1.0), B=float("nan")), (0.5, 1.5))
+
+
+def test_a_spring_without_stiffness_cannot_bear_a_mean_torque():
+    branch = response(oscillator(sw.Linear(0.0), mean=0.1))
+    assert not branch.status
+    assert len(branch) == 0
+    assert "no periodic response was found at omega = 0.5 or 1.5 rad/s" in branch.message
+    assert "take less of it, or another range" in branch.message
+
+
+def test_one_harmonic_for_a_law_that_needs_many_is_said():
+    law = sw.Backlash(1.0, 0.5)
+    coarse = response(oscillator(law, amplitude=0.6), span=(0.2, 1.0), harmonics=1)
+    assert "take more than 1 harmonics" in coarse.message
+    assert "at omega = " in coarse.message
+    linear = response(oscillator(sw.Linear(1.0)), harmonics=1)
+    assert linear.message == "reached both ends"
+
+
+def test_a_curve_without_a_stable_point_says_so():
+    branch = response(oscillator(sw.Linear(1.0), B=-0.05))
+    assert "no point of it is stable" in branch.message
+
+
+@pytest.mark.slow
+def test_an_imperfect_pitchfork_is_followed_on_its_own_side():
+    # Found by the random systems: two branches 1e-3 apart, the other one closed; without the sign of the determinant
+    # the curve changed to it and went round for ever.
+    branch = sw.frequency_response(*robustness().random_system(101)[1:], harmonics=15)
+    assert "reached both ends" in branch.message
+    assert len(branch) < 3000
+
+
+def robustness():
+    spec = importlib.util.spec_from_file_location("robustness", BENCHMARKS / "robustness.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_random_systems_reach_both_ends_of_their_range():
+    module = robustness()
+    lost, unsound = [], []
+    for seed in range(154):
+        kind, branch, reached, fault = module.judge(seed, 15)
+        if not reached:
+            lost.append((seed, kind, branch.message))
+        if fault:
+            unsound.append((seed, kind, fault))
+    assert unsound == []
+    assert len(lost) <= 1, lost

@@ -1,0 +1,230 @@
+"""Speeds to avoid by their rule, and remedies against closed forms of the linear oscillator."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+from strainwave.model.train.shafts import Elastic
+from strainwave.study.analysis.avoid import in_run, oscillations, speeds_to_avoid
+from strainwave.study.analysis.remedies import line_that_matters, remedies, train_changes
+from strainwave.study.response.hysteresis_bands import HysteresisBand, Jump
+from strainwave.study.response.jumps import jumps_of
+from strainwave.study.response.resonances import operating_point
+from strainwave.study.response.response import ExactResponse, exact_response
+
+K, J, ZETA, A = 1e5, 1.0, 0.03, 1e-4
+OMEGA_0 = math.sqrt(K / J)
+SYSTEM = sw.Oscillator(
+    J, 2.0 * ZETA * J * OMEGA_0, sw.Linear(K), sw.Harmonic(0.0), 100.0, sw.KinematicError((sw.Line(2, A),))
+)
+
+
+def transmissibility(omega, zeta=ZETA, omega_0=OMEGA_0):
+    """Error at the load over the kinematic error of order 2 (den Hartog 1956, Mechanical Vibrations, sec. 2.12)."""
+    r = 2.0 * omega / omega_0
+    return np.sqrt((1.0 + (2 * zeta * r) ** 2) / ((1.0 - r * r) ** 2 + (2 * zeta * r) ** 2))
+
+
+def followed(omega, peak, mean=0.0, jump_up=math.nan, jump_down=math.nan):
+    """Response curve of one motion at every speed."""
+    table = np.column_stack([np.full(len(omega), mean), np.zeros((len(omega), 2)), peak, np.zeros(len(omega))])
+    curve = SimpleNamespace(omega=omega, peak=peak + abs(mean), coefficients=table)
+    path = np.arange(len(omega))
+    rise, drop = Jump(jump_up, 0.0, 1.0, "fold", 1), Jump(jump_down, 1.0, 0.0, "fold", 1)
+    up, down = ((drop,), (rise,)) if jump_up < jump_down else ((rise,), (drop,))
+    both = jump_up, jump_down
+    bands = (HysteresisBand(min(both), max(both), up, down),) if math.isfinite(jump_up) else ()
+    sweep = jumps_of("omega", path, path[::-1], up if bands else (), down if bands else (), True, True, "", bands)
+    return ExactResponse(curve, sweep)
+
+
+OMEGA = np.linspace(100.0, 220.0, 2001)
+POINT = operating_point(SYSTEM)
+
+
+@pytest.mark.parametrize("mean", [0.0, 3e-3])
+def test_the_band_of_a_resonance_ends_at_half_power_of_the_oscillation_whatever_the_mean(mean):
+    found = speeds_to_avoid(SYSTEM, followed(OMEGA, A * transmissibility(OMEGA), mean), POINT)
+    ((low, high),) = found.bands
+    assert transmissibility(np.array([low, high])) == pytest.approx(
+        np.max(transmissibility(OMEGA)) / math.sqrt(2.0), rel=1e-4
+    )
+    assert high - low == pytest.approx(ZETA * OMEGA_0, rel=0.01)  # 2 zeta omega_0, at the order 2
+    assert found.slow == pytest.approx(A, rel=1e-5)
+
+
+def test_a_range_without_resonance_has_no_speed_to_avoid_however_its_largest_is():
+    omega = np.linspace(20.0, 60.0, 101)
+    assert speeds_to_avoid(SYSTEM, followed(omega, A * transmissibility(omega)), POINT).bands == ()
+
+
+def test_the_band_between_the_jumps_is_avoided_even_of_a_small_oscillation():
+    omega = np.linspace(20.0, 60.0, 101)
+    response = followed(omega, A * transmissibility(omega), jump_up=30.0, jump_down=40.0)
+    assert speeds_to_avoid(SYSTEM, response, POINT).bands == ((30.0, 40.0),)
+
+
+def test_a_band_that_the_range_cuts_off_ends_with_the_range():
+    omega = np.linspace(100.0, 0.5 * OMEGA_0, 801)
+    ((_, high),) = speeds_to_avoid(SYSTEM, followed(omega, A * transmissibility(omega)), POINT).bands
+    assert high == omega[-1]
+
+
+def test_where_no_motion_is_stable_nothing_is_advised():
+    curve = SimpleNamespace(omega=OMEGA, peak=OMEGA, coefficients=np.zeros((len(OMEGA), 5)))
+    assert speeds_to_avoid(SYSTEM, ExactResponse(curve, None), POINT) is None
+
+
+@pytest.mark.compiled
+def test_remedies_are_those_of_the_closed_form():
+    speeds = (130.0, 190.0)
+    response = exact_response(SYSTEM, speeds)
+    avoid = speeds_to_avoid(SYSTEM, response, POINT)
+    loads = ((0.1, SYSTEM._replace(J=1.1 * J)),)
+    told = []
+    tried = remedies(SYSTEM, response, avoid, speeds, 100.0, loads=loads, progress=told.append)
+    found = {remedy.what: remedy for remedy in tried}
+    assert told == [
+        "damping of the gear, +10%", "stiffness of the gear, +10%", "kinematic error of order 2, -10%",
+        "inertia of the load, +10%",
+    ]  # fmt: skip
+    fine = np.linspace(*speeds, 20001)
+    before = np.max(transmissibility(fine))
+    damped, stiff = transmissibility(fine, 1.1 * ZETA), transmissibility(fine, ZETA / 1.1**0.5, 1.1**0.5 * OMEGA_0)
+    heavy = transmissibility(fine, ZETA / 1.1**0.5, OMEGA_0 / 1.1**0.5)
+    names = ["kinematic error of order 2", "damping of the gear", "inertia of the load", "stiffness of the gear"]
+    assert sorted(found) == sorted(names)  # a preload does not stiffen a linear law
+    assert found["kinematic error of order 2"].ratio == pytest.approx(0.9, rel=2e-3)
+    assert found["inertia of the load"].ratio == pytest.approx(np.max(heavy) / before, rel=2e-3)
+    assert found["inertia of the load"].at == pytest.approx(fine[np.argmax(heavy)], rel=3e-3)
+    # the curve's points lie within a percent of the band's width of the crest
+    assert found["damping of the gear"].ratio == pytest.approx(np.max(damped) / before, rel=2e-3)
+    assert found["stiffness of the gear"].ratio == pytest.approx(np.max(stiff) / before, rel=2e-3)
+    assert found["stiffness of the gear"].at == pytest.approx(fine[np.argmax(stiff)], rel=3e-3)
+
+
+@pytest.mark.compiled
+def test_a_preload_is_among_the_remedies_of_a_law_that_it_stiffens():
+    system = SYSTEM._replace(law=sw.Cubic(K, 6.9e4), B=3.0 * SYSTEM.B)
+    response = exact_response(system, (130.0, 220.0))
+    avoid = speeds_to_avoid(system, response, operating_point(system))
+    found = {remedy.what: remedy for remedy in remedies(system, response, avoid, (130.0, 220.0), 1500.0)}
+    assert found["preload"].by == 150.0
+    assert found["preload"].at > avoid.at
+
+
+def test_oscillations_leave_out_the_mean():
+    curve = SimpleNamespace(coefficients=np.array([[5.0, 3.0, 4.0]]), peak=np.array([10.0]))
+    assert oscillations(curve) == pytest.approx([5.0], rel=1e-9)
+
+
+@pytest.mark.parametrize(("height", "bands"), [(1.9, 0), (2.1, 1)])
+def test_a_peak_counts_from_twice_the_error_of_slow_turning(height, bands):
+    hill = A * (1.0 + (height - 1.0) * np.exp(-(((OMEGA - 160.0) / 5.0) ** 2)))
+    assert len(speeds_to_avoid(SYSTEM, followed(OMEGA, hill), POINT).bands) == bands
+
+
+def hills(*several):
+    """Oscillation of slow turning with hills of a height [times that] at a speed, five rad/s wide."""
+    return A * (1.0 + sum((h - 1.0) * np.exp(-(((OMEGA - w) / 5.0) ** 2)) for w, h in several))
+
+
+def test_every_peak_has_a_band_of_its_own_height():
+    found = speeds_to_avoid(SYSTEM, followed(OMEGA, hills((130.0, 4.0), (170.0, 20.0))), POINT)
+    assert [peak[0] for peak in found.peaks] == pytest.approx([130.0, 170.0], abs=0.1)
+    for (low, high), (at, size) in zip(found.bands, found.peaks, strict=True):
+        assert low < at < high
+        half = np.interp([low, high], OMEGA, hills((130.0, 4.0), (170.0, 20.0)))
+        assert half == pytest.approx(size / math.sqrt(2.0), rel=1e-6)
+
+
+def test_a_bump_on_the_flank_of_a_peak_is_none_of_its_own():
+    curve = hills((170.0, 20.0)) + 2.5 * A * np.exp(-(((OMEGA - 164.0) / 0.5) ** 2))
+    assert np.sum((curve[1:-1] > curve[:-2]) & (curve[1:-1] > curve[2:])) == 2
+    found = speeds_to_avoid(SYSTEM, followed(OMEGA, curve), POINT)
+    assert len(found.peaks) == len(found.bands) == 1
+
+
+def test_a_limit_takes_the_place_of_the_peaks():
+    curve = followed(OMEGA, hills((130.0, 4.0), (170.0, 20.0)))
+    ((low, high),) = speeds_to_avoid(SYSTEM, curve, POINT, limit=5.0 * A).bands
+    # 1 + 19 exp(-d^2/25) = 5
+    assert [low, high] == pytest.approx([170.0 - (d := 5.0 * math.sqrt(math.log(19.0 / 4.0))), 170.0 + d], abs=1e-3)
+    assert speeds_to_avoid(SYSTEM, curve, POINT, limit=21.0 * A).bands == ()
+
+
+def test_where_a_sweep_lands_on_the_flank_of_a_peak_that_the_other_one_follows_is_no_peak():
+    # a softening drive by integration: run-up jumps at 160 from the quiet motion to the loud one, which coast-down
+    # follows to 140, where it is largest
+    loud = A * (5.0 + 15.0 * (220.0 - OMEGA) / 80.0)
+    up, down = np.where(OMEGA < 160.0, A, loud), np.where(OMEGA < 140.0, A, loud)
+    forth = followed(OMEGA, up, jump_up=160.0, jump_down=140.0)
+    back = followed(OMEGA, down).curve
+    found = speeds_to_avoid(SYSTEM, ExactResponse(forth.curve, forth.sweep, "integration", back), POINT)
+    assert [at for at, _ in found.peaks] == pytest.approx([140.0], abs=0.1)
+    ((low, high),) = found.bands
+    # half of the power, 20/sqrt(2) = 5 + 15 (220 - omega)/80
+    assert [low, high] == pytest.approx([140.0, 220.0 - 80.0 * (20.0 / math.sqrt(2.0) - 5.0) / 15.0], abs=0.1)
+
+
+def test_the_line_that_matters_is_the_one_that_is_largest_at_the_peak():
+    error = sw.KinematicError((sw.Line(2, 5e-5), sw.Line(4, 1e-5), sw.Line(40, 1e-3)))
+    harmonics = np.zeros(11)  # up to order 5
+    harmonics[3:5], harmonics[7:9] = 1e-4, 3e-4
+    assert line_that_matters(error, harmonics) == (4, {"error.lines.1.amplitude": pytest.approx(0.9e-5)})
+    assert line_that_matters(sw.KinematicError(()), harmonics) is None
+
+
+def test_the_load_of_a_train_is_the_inertia_behind_its_couplings():
+    train = sw.Drive(1e-4, J, 50.0, 1.0, sw.Linear(K)).train(omega=100.0)
+    coupled = train._replace(load=Elastic(0.1, 1.0, sw.Linear(K), train.load))
+    changed = {(what, share): new for what, share, new in train_changes(coupled)}
+    heavier = changed["inertia of the load", 0.1].load
+    assert math.isclose(heavier.load.J, 1.1 * J)
+    assert heavier.J == 0.1
+
+
+def ramp(swing):
+    """Run-up from 100 to 220 rad/s in 60 s: at every speed the steady error, on a swing once in 50 turns."""
+    t = np.linspace(0.0, 60.0, 600_001)
+    speed = 100.0 + 2.0 * t
+    angle = 100.0 * t + t * t
+    error = A * transmissibility(speed) * np.cos(2.0 * angle) + swing * np.sin(angle / 50.0)
+    return SimpleNamespace(trajectory=SimpleNamespace(t=t), motor_speed=speed, error=error)
+
+
+@pytest.mark.parametrize("swing", [0.0, 1e-3])
+def test_the_oscillation_of_a_run_up_is_that_about_its_slow_swing(swing):
+    found = in_run(ramp(swing), 5.0)
+    assert found.omega[0] == pytest.approx(110.0, rel=0.01)
+    exact = A * transmissibility(found.omega)
+    assert np.max(np.abs(found.sizes - exact)) < 0.01 * np.max(exact)
+
+
+def test_the_bands_of_a_run_up_join_those_of_the_steady_curve():
+    # the curve has its resonance elsewhere: the same drive with a load torque on a stiffer piece
+    stiffer = followed(OMEGA, A * transmissibility(OMEGA, omega_0=1.2 * OMEGA_0))
+    alone = speeds_to_avoid(SYSTEM, stiffer, POINT)
+    both = speeds_to_avoid(SYSTEM, stiffer, POINT, passed=in_run(ramp(1e-3), 0.0))
+    top = 0.5 * OMEGA_0  # where the order 2 meets omega_0
+    assert len(alone.bands) == 1
+    assert not any(low < top < high for low, high in alone.bands)
+    assert set(alone.bands) < set(both.bands)
+    ((low, high),) = both.passed
+    assert low < top < high
+    assert high - low == pytest.approx(ZETA * OMEGA_0, rel=0.1)  # half power: 2 zeta omega_0, at the order 2
+    assert both.largest_passed == pytest.approx((top, np.max(A * transmissibility(OMEGA))), rel=0.02)
+
+
+def test_the_bands_of_a_run_up_are_those_above_the_limit_where_there_is_one():
+    limit = 3.0 * A
+    found = speeds_to_avoid(SYSTEM, followed(OMEGA, 0.0 * OMEGA + A), POINT, limit, in_run(ramp(0.0), 0.0))
+    ((low, high),) = found.passed == found.bands and found.bands
+    assert transmissibility(np.array([low, high])) == pytest.approx(3.0, rel=0.02)
+
+
+def test_a_run_of_a_turn_or_two_has_no_oscillation_of_its_own():
+    assert in_run(ramp(0.0), 59.98) is None

@@ -1,0 +1,92 @@
+"""Speeds to avoid of a joint under gravity: its steady curve has constant torques, its run-up has the whole one."""
+
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.integrate import solve_ivp
+
+from strainwave.app.commands import cli as command
+
+RPM = 30.0 / math.pi
+GEAR = (1e5, 1.4e5, 1.8e5, 54.0, 196.0)
+N, J, B, WEIGHT, A = 50.0, 1.0, 60.0, 150.0, 10.0 * math.pi / 648000.0
+PROJECT = f"""\
+title: Joint under gravity
+gear:
+  ratio: {N:g}
+  law:
+    {{type: piecewise_linear, K1: {GEAR[0]} N*m/rad, K2: {GEAR[1]} N*m/rad, K3: {GEAR[2]} N*m/rad, T1: {GEAR[3]} N*m,
+     T2: {GEAR[4]} N*m}}
+motor: {{inertia: 5 kg*cm^2, mode: held}}
+load: {{inertia: {J} kg*m^2, drag: {{type: angle_torque, amplitude: {WEIGHT} N*m}}}}
+damping: {{B: {B} N*m*s/rad}}
+speed: {{from: 1100 rpm, to: 2200 rpm, shaft: motor}}
+excitation: {{kinematic_error: [{{order: 2, amplitude: 10 arcsec}}]}}
+"""
+
+
+def gear_torque(u):
+    K1, K2, K3, T1, T2 = GEAR
+    x1, x2 = T1 / K1, T1 / K1 + (T2 - T1) / K2
+    return np.interp(abs(u), [0.0, x1, x2, x2 + 1.0], [0.0, T1, T2, T2 + K3]) * np.sign(u)
+
+
+def run_up():
+    """Motor speeds [rpm] and oscillations [rad] of the ramp, by DOP853: x about its mean over a turn of the motor."""
+    low, high = 1100.0 / RPM, 2200.0 / RPM
+    length, begin = 40.0 * J / B, 8.0 * J / B
+
+    def motor(t):
+        late = np.maximum(t - begin, 0.0)
+        rate = (high - low) / length
+        return low * t + 0.5 * rate * late * late, low + rate * late, np.where(t > begin, rate, 0.0)
+
+    def rates(t, y):
+        angle, speed, acceleration = motor(t)
+        u, du = y[0] - A * math.cos(2.0 * angle), y[1] + 2.0 * A * speed * math.sin(2.0 * angle)
+        torque = gear_torque(u) + B * du
+        load = angle / N - y[0]
+        return y[1], acceleration / N - (torque - WEIGHT * math.sin(load)) / J
+
+    t = np.linspace(0.0, begin + length, 20001)
+    found = solve_ivp(rates, (0.0, t[-1]), (0.0, 0.0), "DOP853", t_eval=t, rtol=1e-8, atol=1e-12, max_step=1e-3)
+    angle, speed, _ = motor(t)
+    total = np.concatenate([[0.0], np.cumsum(0.5 * (found.y[0, 1:] + found.y[0, :-1]) * np.diff(angle))])
+    inside = (t >= begin) & (angle > math.pi) & (angle < angle[-1] - math.pi)
+    ends = (np.interp(angle[inside] + side, angle, total) for side in (math.pi, -math.pi))
+    mean = np.subtract(*ends) / (2.0 * math.pi)
+    return speed[inside] * RPM, np.abs(found.y[0, inside] - mean)
+
+
+@pytest.mark.interpreted
+def test_the_run_ups_own_peak_is_avoided_and_what_the_speeds_are_for_is_said_beside_them(tmp_path):
+    (tmp_path / "joint.yaml").write_text(PROJECT)
+    options = ["analyze", str(tmp_path / "joint.yaml"), "-o", str(tmp_path / "out")]
+    result = CliRunner().invoke(command.cli, options)
+    assert result.exit_code == 0, result.stderr
+    lines = [line.strip() for line in result.stdout.splitlines()]
+    results = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))
+    advice = results["advice"]
+    speed, size = run_up()
+    peak = speed[np.argmax(size)]
+    bands = [(band["from_rpm"], band["to_rpm"]) for band in advice["bands"]]
+    assert any(low < peak < high for low, high in bands)
+    assert any(low < results["train"]["run_up"]["at_rpm"] < high for low, high in bands)
+    ((low, high),) = [(band["from_rpm"], band["to_rpm"]) for band in advice["run_up_bands"]]
+    assert low < peak < high
+    steady = next(p for p in advice["peaks"])["motor_speed_rpm"]  # without gravity the load is on the softest piece
+    assert steady < low
+    assert lines[lines.index(advice["sentence"]) + 1] == advice["about"]
+    assert (
+        "without the torque that follows the load's own angle; the run-up, which has that torque, adds"
+        in advice["about"]
+    )
+    told = re.search(r"in the run-up the error oscillates with up to ([0-9.]+) arcsec, at ([0-9]+)", advice["sentence"])
+    assert float(told[1]) == pytest.approx(np.max(size) * 648000.0 / math.pi, rel=0.02)
+    assert float(told[2]) == pytest.approx(peak, rel=0.03)
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert f"<p><b>{advice['sentence']}</b></p><p>{advice['about'].replace(chr(39), '&#39;')}</p>" in page

@@ -1,0 +1,184 @@
+"""The steady curve of a drive train against linear algebra, and its operating point against statics."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+from strainwave.model.train.train_forms import AtLoad, own_state
+from strainwave.study.analysis.train_curve import largest_oscillation, traced_train, train_curve
+from strainwave.study.response.response import exact_response
+from strainwave.study.train.operating_point import operating_state
+
+K, B, K_C, B_C, J_1, J_2, A = 1e5, 15.0, 1.5e5, 5.0, 0.1, 1.2, 1e-4
+DRIVE = sw.Drive(J_m=4.5e-4, J_l=J_2, N=50.0, B=B, law=sw.Linear(K))
+HELD = sw.Held()
+ERROR = sw.KinematicError((sw.Line(2, A),))
+
+
+def train(control=HELD, law=None, mean=0.0, load_drag=None):
+    made = DRIVE.train(control=control, kinematic_error=ERROR, omega=100.0)
+    load = made.load._replace(excitation=sw.Harmonic(0.0, mean=mean), **({"drag": load_drag} if load_drag else {}))
+    return made._replace(load=sw.Elastic(J_1, B_C, sw.Linear(K_C), load), **({"law": law} if law else {}))
+
+
+def at_the_load(omega):
+    """Amplitudes of x across the gear and at the load behind the coupling, motor held: J q'' + B q' + K q = force."""
+    w = 2.0 * omega
+    gear, coupling = K + 1j * w * B, K_C + 1j * w * B_C
+    matrix = np.array([[gear + coupling - J_1 * w * w, -coupling], [-coupling, coupling - J_2 * w * w]])
+    return np.abs(np.linalg.solve(matrix, np.array([gear * A, 0.0])))
+
+
+def test_the_curve_of_a_linear_train_is_that_of_linear_algebra_with_the_twist_of_the_coupling():
+    found = train_curve(train(), (80.0, 140.0))
+    curve = found.response.curve
+    exact = np.array([at_the_load(w) for w in curve.omega])
+    assert curve.peak == pytest.approx(exact[:, 1], rel=1e-6)
+    assert found.gear_peak == pytest.approx(np.max(exact[:, 0]), rel=1e-4)
+    assert np.max(exact[:, 1]) > 1.3 * found.gear_peak  # the coupling twists as well
+    assert curve.stable.all()
+    at = found.usage.at_peak
+    twist = at_the_load(at)[1]  # the gear bears the inertias of both
+    assert found.usage.peak_torque == pytest.approx(4.0 * at * at * (J_2 * twist + J_1 * at_the_load(at)[0]), rel=0.01)
+
+
+def test_the_largest_oscillation_is_that_of_the_curve():
+    speed, size = largest_oscillation(train(), (90.0, 130.0), 8)
+    fine = np.linspace(90.0, 130.0, 4001)
+    exact = np.array([at_the_load(w)[1] for w in fine])
+    assert size == pytest.approx(np.max(exact), rel=1e-3)
+    assert speed == pytest.approx(fine[np.argmax(exact)], rel=2e-3)
+
+
+def test_the_state_at_the_load_moves_as_that_of_the_train():
+    whole, y = train(sw.SpeedLoop(0.5, 20.0)), np.array([1e-3, 0.2, 1e-3, 0.1, 4e-4, 0.05])
+    system = AtLoad(whole, whole.omega)
+    own, rates = own_state(system, tuple(y)), np.array(system.rhs(0.3, tuple(y)))
+    inner = np.array(system.train.rhs(0.3, own))
+    assert system.train.load_error(own) == pytest.approx(y[0])
+    assert rates[0] == pytest.approx(y[1])
+    assert rates[1] == pytest.approx(inner[1] + inner[5])
+    assert rates[2:] == pytest.approx(inner[2:])
+
+
+def test_gravity_is_left_out_of_the_steady_curve_and_that_is_told():
+    heavy = train(load_drag=sw.AngleTorque(40.0))
+    found = train_curve(heavy, (95.0, 120.0))
+    assert found.without_angle
+    assert found.response.curve.peak == pytest.approx([at_the_load(w)[1] for w in found.response.curve.omega], rel=1e-6)
+
+
+def test_a_free_motor_has_no_curve_here():
+    assert train_curve(train(sw.Free()), (80.0, 140.0)) is None
+
+
+@pytest.mark.parametrize("control", [sw.Held(), sw.Free(), sw.SpeedLoop(0.5, 20.0), sw.PositionLoop(30.0, 0.5)])
+def test_the_operating_state_carries_load_and_friction(control):
+    hardening = sw.Cubic(K, 6.9e4)
+    loaded = train(control, law=hardening, mean=-100.0, load_drag=sw.Viscous(3.0))
+    state = operating_state(loaded, 150.0)
+    torque = 100.0 + 3.0 * 150.0 / 50.0
+    assert hardening.torque(state[0]) == pytest.approx(torque, rel=1e-9)
+    assert state[loaded.twists()[0]] == pytest.approx(torque / K_C, rel=1e-9)
+    if isinstance(control, sw.SpeedLoop | sw.PositionLoop):  # the loop's spring holds the motor against it
+        stiff = control.K_i if isinstance(control, sw.SpeedLoop) else control.K_p
+        assert state[2] == pytest.approx(-torque / 50.0 / stiff, rel=1e-6)
+
+
+def test_modes_about_a_mean_torque_are_those_of_the_stiffness_there():
+    hardening = sw.Cubic(K, 6.9e4)
+    loaded = DRIVE.train(control=sw.Held(), load_torque=sw.Harmonic(0.0, mean=-178.0))._replace(law=hardening)
+    state = operating_state(loaded, 150.0)
+    poles = sw.bode(loaded, [10.0], source="load", at=state, speed=150.0).poles
+    assert np.abs(poles) == pytest.approx(np.sqrt(hardening.stiffness(state[0]) / J_2), rel=1e-6)
+    assert np.abs(sw.bode(loaded, [10.0], source="load").poles) == pytest.approx(np.sqrt(K / J_2), rel=1e-6)
+
+
+def test_a_friction_that_only_holds_at_standstill_damps_no_mode_of_a_turning_motor():
+    dry = DRIVE.train(control=sw.SpeedLoop(0.5, 20.0), motor_drag=sw.Coulomb(0.1, 0.05))
+    still, turning = (sw.bode(dry, [10.0], speed=speed).poles for speed in (0.0, 150.0))
+    without = sw.bode(dry._replace(motor=dry.motor._replace(drag=sw.Viscous(0.0))), [10.0]).poles
+    assert np.sort_complex(turning) == pytest.approx(np.sort_complex(without), rel=1e-6)
+    assert np.max(np.abs(still)) > 2.0 * np.max(np.abs(without))
+
+
+def test_the_operating_state_lies_behind_a_gap_and_below_the_largest_torque():
+    play = sw.Play(1e-4, sw.Cubic(K, 6.9e4))
+    state = operating_state(train(law=play, mean=-50.0), 150.0)
+    assert play.torque(state[0]) == pytest.approx(50.0, rel=1e-9)
+    soft = sw.Cubic(K, -1e6)  # carries 2/3 K/sqrt(3e6) = 0.000385 K
+    most = 2.0 / 3.0 * K / math.sqrt(3e6)
+    state = operating_state(train(law=soft, mean=-0.999 * most), 150.0)
+    assert soft.torque(state[0]) == pytest.approx(0.999 * most, rel=1e-9)
+    assert soft.stiffness(state[0]) > 0.0
+    with pytest.raises(sw.SolveError, match=r"in no state at 150 rad/s: Cubic carries at most .* and the mean torque"):
+        operating_state(train(law=soft, mean=-1.01 * most), 150.0)
+
+
+def test_the_operating_state_of_a_law_with_memory_is_where_a_slow_load_brings_it():
+    # n = 1, beta = gamma = 1/2: z = x_y (1 - exp(-x/x_y)) on the way from rest, never beyond x_y
+    law = sw.Parallel(sw.Linear(K), sw.BoucWen(5e4, 0.0, 1e-4))
+    state = operating_state(train(law=law, mean=-42.0), 150.0)
+    z = 1e-4 * (1.0 - math.exp(-state[0] / 1e-4))
+    assert state[2] == pytest.approx(z, rel=1e-6)
+    assert K * state[0] + 5e4 * z == pytest.approx(42.0, rel=1e-9)
+
+
+class Slipping(NamedTuple):
+    """A law that carries no more than a torque."""
+
+    most: float
+
+    def torque(self, x):
+        return self.most * x / np.sqrt(1e-6 + x * x)
+
+
+def test_a_torque_beyond_the_law_is_a_sentence():
+    with pytest.raises(sw.SolveError, match="hold the train in no state at 150 rad/s"):
+        operating_state(train(law=Slipping(50.0), mean=-100.0), 150.0)
+
+
+def kinked_pair(mean=0.0):
+    """Train with an ideally held motor and a rigid load, and its error equation: one and the same motion."""
+    law, J_l = sw.catalogue.gear("SHG-25-100").law, 0.6
+    drive = sw.Drive(J_m=4e-4, J_l=J_l, N=100.0, B=0.06 * np.sqrt(J_l * law.K1), law=law)
+    error = sw.KinematicError((sw.Line(2, np.radians(40.0 / 3600.0)),))
+    torque = sw.Harmonic(0.0, mean=mean)
+    whole = drive.train(control=HELD, kinematic_error=error, load_torque=torque, omega=100.0)
+    return whole, drive.error_equation(kinematic_error=error, load_torque=torque, omega=100.0, motor="held")
+
+
+@pytest.mark.parametrize("mean", [0.0, -20.0])
+def test_a_held_motor_and_a_rigid_load_have_the_curve_of_the_error_equation_with_a_law_of_corners(mean):
+    whole, equation = kinked_pair(mean)
+    found, exact = train_curve(whole, (130.0, 160.0)).response, exact_response(equation, (130.0, 160.0))
+    top, other = found.largest(), exact.largest()
+    assert found.curve.peak[top] == pytest.approx(exact.curve.peak[other], rel=1e-3)
+    assert found.curve.omega[top] == pytest.approx(exact.curve.omega[other], rel=1e-3)
+    folds, others = ([fold.omega for fold in curve.folds] for curve in (found.curve, exact.curve))
+    assert folds == pytest.approx(others, rel=1e-6)
+    assert len(folds) == 2
+    assert found.curve.status
+    assert found.curve.tail < 1e-3
+
+
+def test_the_curve_of_a_law_with_corners_has_the_peak_and_the_folds_of_an_integration():
+    # DOP853 at 1e-10 with the variational equations, by Newton's method for y(T) = y(0) and det(M - 1) = 0.
+    curve = train_curve(kinked_pair()[0], (130.0, 160.0)).response.curve
+    assert np.max(curve.peak) == pytest.approx(np.radians(867.3998 / 3600.0), rel=1e-4)
+    assert [fold.omega for fold in curve.folds] == pytest.approx([148.178377660, 142.312007789], rel=1e-6)
+
+
+def test_a_curve_cut_short_says_so():
+    whole = kinked_pair()[0]
+    problem, found, tail, _ = traced_train(AtLoad(whole, whole.omega), (130.0, 160.0), 24, 2)
+    assert tail.share > 1e-3
+    assert tail.harmonics == 2
+    status, message = tail.verdict(sw.Status.OK, "finished", "omega", 130.0)
+    assert status is sw.Status.TRUNCATED
+    assert "the harmonics left out hold about" in message
+    assert len(problem.error) == 5
+    assert len(found.points)
