@@ -38,6 +38,17 @@ def test_functions_have_at_most_60_lines(path):
     assert {f.name: body_lines(f) for f in functions if body_lines(f) > 60} == {}
 
 
+@pytest.mark.parametrize("folder", sorted({path.parent for path in SOURCES}), ids=name_of)
+def test_folder_has_at_most_16_files_and_8_folders(folder):
+    assert len(list(folder.glob("*.py"))) <= 16
+    assert len([child for child in folder.iterdir() if child.is_dir() and any(child.glob("*.py"))]) <= 8
+
+
+def test_every_public_name_is_listed_once():
+    names = [name for name, _ in strainwave._contents(ROOT / "src/strainwave/__init__.pyi")]
+    assert sorted(names) == sorted(strainwave.__all__)
+
+
 def test_imports_respect_the_layers():
     lint_imports = Path(sysconfig.get_path("scripts")) / "lint-imports"
     run = subprocess.run([lint_imports, "--no-cache"], cwd=ROOT, capture_output=True, text=True, check=False)

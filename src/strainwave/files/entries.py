@@ -13,7 +13,8 @@ from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 
 from pydantic_core import PydanticCustomError
 
-from ..model import friction, hysteresis, laws, measured
+from ..model.laws import friction, hysteresis, measured
+from ..model.laws import springs as laws
 from ..model.train import motion
 from ..model.train.shafts import PositionLoop, SpeedLoop
 from ..model.varying import Ripple, Variation

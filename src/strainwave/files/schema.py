@@ -12,8 +12,8 @@ from pydantic import model_validator as check_model
 
 from ..model.gears import catalogue
 from ..model.gears.gear import Gear
-from ..model.hysteresis import Parallel
-from ..model.laws import Play
+from ..model.laws.hysteresis import Parallel
+from ..model.laws.springs import Play
 from ..model.varying import GearDamping
 from ..quantities import checked
 from .entries import EXAMPLE_LOOP, Wrong, about, loop_types, number, read_entry, read_ripples, refusal, whole

@@ -6,7 +6,7 @@ from typing import Any, Literal, NamedTuple
 from ..law import spring_stiffness
 from ..quantities import LARGEST, AngularSpeed, Damping, Inertia, Ratio, checked, shown
 from .excitation import Harmonic, Harmonics, KinematicError, NoError
-from .laws import Cubic
+from .laws.springs import Cubic
 from .oscillator import Oscillator
 from .train.drive_train import DriveTrain
 from .train.motion import STEADY

@@ -13,7 +13,7 @@ from ..law import check_law, depends
 from ..maths import cos, exp, sin
 from ..quantities import LARGEST, Angle, AngularSpeed, Damping, Inertia, Ratio, shown
 from .excitation import NoError, _refuse_high
-from .friction import Kelvin, PerKelvin, refuse_heat
+from .laws.friction import Kelvin, PerKelvin, refuse_heat
 
 
 class Ripple(NamedTuple):

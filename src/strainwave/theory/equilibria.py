@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from ..model.laws import Backlash, Cubic, Linear, PiecewiseLinear, Play, Polynomial
-from ..model.measured import RoundedPiecewiseLinear, Tabulated
+from ..model.laws.measured import RoundedPiecewiseLinear, Tabulated
+from ..model.laws.springs import Backlash, Cubic, Linear, PiecewiseLinear, Play, Polynomial
 from ..numerics.roots import bracketed_root
 
 KNOWN = (Linear, Cubic, Polynomial, PiecewiseLinear, Backlash, RoundedPiecewiseLinear, Tabulated)

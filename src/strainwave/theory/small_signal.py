@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..law import KINDS, depends
-from ..model.laws import Cubic, Linear, Polynomial
+from ..model.laws.springs import Cubic, Linear, Polynomial
 from ..numerics.equilibrium.operating_point import operating_point
 from ..quantities import checked, number
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...law import KINDS, depends
 from ...quantities import LARGEST, checked, number, shown
-from ..laws import Cubic, Polynomial
+from ..laws.springs import Cubic, Polynomial
 
 POINTS = 2001
 HIGHEST = 15  # degree; beyond it the monomials cannot be told apart in double precision

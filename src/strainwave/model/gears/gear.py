@@ -11,8 +11,8 @@ from itertools import pairwise
 
 from ...quantities import checked, number
 from ..drive import Drive
-from ..laws import Cubic, PiecewiseLinear
-from ..measured import RoundedPiecewiseLinear
+from ..laws.measured import RoundedPiecewiseLinear
+from ..laws.springs import Cubic, PiecewiseLinear
 from .fits import LawFit, fit_odd
 
 RPM = 2.0 * math.pi / 60.0

@@ -1,1 +1,16 @@
-"""The drive train: shafts, couplings, motor, motions."""
+"""The drive train: motor with its control, shafts and couplings, load, motions and torques."""
+
+from .drive_train import DriveTrain as DriveTrain
+from .shafts import Elastic as Elastic
+from .shafts import Free as Free
+from .shafts import Held as Held
+from .shafts import Load as Load
+from .shafts import Motor as Motor
+from .shafts import PositionLoop as PositionLoop
+from .shafts import SpeedLoop as SpeedLoop
+from .motion import AngleTorque as AngleTorque
+from .motion import AtRest as AtRest
+from .motion import SpeedProfile as SpeedProfile
+from .motion import Steady as Steady
+from .motion import TorqueProfile as TorqueProfile
+from .train_forms import SteadyTrain as SteadyTrain

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from ...law import check_law
 from ...quantities import LARGEST, Damping, Inertia, TorsionalStiffness, shown
 from ..excitation import Harmonic
-from ..laws import Linear
+from ..laws.springs import Linear
 
 NO_TORQUE, NO_DRAG = Harmonic(0.0), Linear(0.0)
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...model.gears.limits import cubic_mean
-from ...model.hysteresis import Parallel
+from ...model.laws.hysteresis import Parallel
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import AngleTorque
 from ...model.train.shafts import NO_DRAG, Elastic, Free, end_of

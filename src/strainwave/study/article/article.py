@@ -16,7 +16,7 @@ import numpy as np
 
 from ...model.drive import HDC_40_050
 from ...model.excitation import Harmonic
-from ...model.laws import Cubic
+from ...model.laws.springs import Cubic
 from ...model.oscillator import Oscillator
 from ...numerics.integration.simulate import simulate
 from ...theory.slow_flow.multiple_scales import slow_flow

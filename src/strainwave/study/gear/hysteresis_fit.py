@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...model.hysteresis import BoucWen, Parallel
-from ...model.laws import PiecewiseLinear
+from ...model.laws.hysteresis import BoucWen, Parallel
+from ...model.laws.springs import PiecewiseLinear
 from ...numerics.equilibrium.loading import RTOL
 from ...quantities import checked, number, shown
 from ...results import Floats, SolveError

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...model.excitation import Harmonic, NoError
-from ...model.laws import Linear
+from ...model.laws.springs import Linear
 from ...model.varying import Variation
 from ...numerics.balance.first_order import first_order
 from ...numerics.curves.trace import leaf_of

@@ -16,7 +16,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ...model.laws import Cubic
+from ...model.laws.springs import Cubic
 from ...results import Floats
 from .setting import Setting, real_matrix
 

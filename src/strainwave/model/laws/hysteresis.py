@@ -7,11 +7,11 @@ torsion [rad], v its rate [rad/s], z the tuple of internal states; their number 
 
 from typing import Any, NamedTuple
 
-from ..compile.jit import kernel
-from ..law import check_law, energy_of, losses_of, rest, share, spring_stiffness, torque_of, z_rate_of
-from ..maths import sign
-from ..quantities import Angle, Ratio, TorsionalStiffness
-from .prepared import Yielding, scaled_law
+from ...compile.jit import kernel
+from ...law import check_law, energy_of, losses_of, rest, share, spring_stiffness, torque_of, z_rate_of
+from ...maths import sign
+from ...quantities import Angle, Ratio, TorsionalStiffness
+from ..prepared import Yielding, scaled_law
 
 SHARPEST = 50  # n: every unit costs a multiplication in every step, and the sharper knee smaller steps
 

@@ -8,11 +8,11 @@ energy in J.
 
 from typing import Any, NamedTuple
 
-from ..compile.jit import kernel, with_leaf
-from ..law import KINDS, breakpoints_of, depends
-from ..maths import sign
-from ..quantities import Angle, PerSquareRadian, Torque, TorsionalStiffness
-from .prepared import LinearAndCubic, Slopes
+from ...compile.jit import kernel, with_leaf
+from ...law import KINDS, breakpoints_of, depends
+from ...maths import sign
+from ...quantities import Angle, PerSquareRadian, Torque, TorsionalStiffness
+from ..prepared import LinearAndCubic, Slopes
 
 
 class Linear(NamedTuple):

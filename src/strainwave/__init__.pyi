@@ -1,0 +1,163 @@
+"""The table of contents: every public name once, with its home.
+
+Type checkers read this file; `__init__.py` loads from it what is used. A star takes all names of a room.
+"""
+
+# Rooms that are namespaces too: their names are also names of the package
+from .model import gears as gears
+from .model import laws as laws
+from .model import train as train
+from .numerics.ensemble import measures as measures
+from .study.sweep import sampling as sampling
+from . import plot as plot
+from .model.gears import *
+from .model.laws import *
+from .model.train import *
+from .plot import *
+from .numerics.ensemble.measures import Amplitude as Amplitude
+from .numerics.ensemble.measures import Extremes as Extremes
+from .numerics.ensemble.measures import Final as Final
+from .numerics.ensemble.measures import Mean as Mean
+from .numerics.ensemble.measures import Peak as Peak
+from .numerics.ensemble.measures import Poincare as Poincare
+from .numerics.ensemble.measures import Rms as Rms
+from .study.sweep.sampling import LatinHypercube as LatinHypercube
+from .study.sweep.sampling import LogUniform as LogUniform
+from .study.sweep.sampling import Normal as Normal
+from .study.sweep.sampling import Sobol as Sobol
+from .study.sweep.sampling import Uniform as Uniform
+
+# Systems: what moves, and what excites it
+from .model.drive import HDC_40_050 as HDC_40_050
+from .model.drive import HDC_40_050_WARNING as HDC_40_050_WARNING
+from .model.drive import Drive as Drive
+from .model.oscillator import Oscillator as Oscillator
+from .model.excitation import Harmonic as Harmonic
+from .model.excitation import Harmonics as Harmonics
+from .model.excitation import KinematicError as KinematicError
+from .model.excitation import Line as Line
+from .model.excitation import NoError as NoError
+from .model.varying import GearDamping as GearDamping
+from .model.varying import NoVariation as NoVariation
+from .model.varying import Ripple as Ripple
+from .model.varying import Variation as Variation
+from .model.varying import VaryingOscillator as VaryingOscillator
+from .model.orders import GearOrder as GearOrder
+from .model.orders import OrderMap as OrderMap
+from .model.orders import on_output_turn as on_output_turn
+from .model.orders import order_map as order_map
+from .model.sources import Source as Source
+from .model.sources import static_sources as static_sources
+
+# Integration
+from .numerics.integration.simulate import Dop8 as Dop8
+from .numerics.integration.simulate import Dopri5 as Dopri5
+from .numerics.integration.simulate import Rk4 as Rk4
+from .numerics.integration.simulate import simulate as simulate
+from .numerics.ensemble.ensemble import ensemble as ensemble
+
+# Periodic responses
+from .numerics.orbits.find_orbit import find_orbit as find_orbit
+from .numerics.orbits.shooting import shoot as shoot
+from .numerics.curves.response import frequency_response as frequency_response
+from .numerics.curves.family import response_family as response_family
+from .numerics.curves.parameter_response import parameter_response as parameter_response
+from .numerics.curves.switching import switch_branch as switch_branch
+from .numerics.curves.fold_curve import FoldCurve as FoldCurve
+from .numerics.curves.fold_curve import fold_curve as fold_curve
+from .numerics.curves.backbone import Backbone as Backbone
+from .numerics.curves.backbone import backbone as backbone
+
+# Attractors
+from .numerics.attractors.attractors import Attractor as Attractor
+from .numerics.attractors.basins import Basins as Basins
+from .numerics.attractors.basins import basins as basins
+from .numerics.attractors.poincare import OrbitDiagram as OrbitDiagram
+from .numerics.attractors.poincare import PoincareSection as PoincareSection
+from .numerics.attractors.poincare import orbit_diagram as orbit_diagram
+from .numerics.attractors.poincare import poincare_section as poincare_section
+from .numerics.attractors.lyapunov_exponent import LyapunovExponent as LyapunovExponent
+from .numerics.attractors.lyapunov_exponent import lyapunov_exponent as lyapunov_exponent
+
+# Closed forms and proofs
+from .theory.slow_flow.multiple_scales import SlowFlow as SlowFlow
+from .theory.slow_flow.multiple_scales import slow_flow as slow_flow
+from .theory.slow_flow.resonance import NONRESONANT as NONRESONANT
+from .theory.slow_flow.resonance import PRIMARY as PRIMARY
+from .theory.slow_flow.resonance import SUBHARMONIC as SUBHARMONIC
+from .theory.slow_flow.resonance import SUPERHARMONIC as SUPERHARMONIC
+from .theory.slow_flow.resonance import Resonance as Resonance
+from .theory.slow_flow.results import SteadyState as SteadyState
+from .theory.small_signal import SmallSignal as SmallSignal
+from .theory.small_signal import small_signal as small_signal
+from .theory.parametric import ParametricTongue as ParametricTongue
+from .theory.parametric import parametric_tongue as parametric_tongue
+from .theory.lyapunov import lyapunov as lyapunov
+from .theory.stability_proof import StabilityProof as StabilityProof
+from .theory.derivation import Derivation as Derivation
+from .theory.derivation import derivation as derivation
+
+# Studies: response, jumps
+from .study.response.jumps import Jumps as Jumps
+from .study.response.jumps import jumps as jumps
+from .study.response.hysteresis_bands import HysteresisBand as HysteresisBand
+from .study.response.hysteresis_bands import Jump as Jump
+from .study.response.isolas import isolas as isolas
+
+# Studies: kinematic error
+from .study.kinematic_error.scan import error_scan as error_scan
+from .study.kinematic_error.scan_results import ErrorScan as ErrorScan
+from .study.kinematic_error.scan_results import Reversal as Reversal
+from .study.kinematic_error.scan_results import ScanLine as ScanLine
+from .study.kinematic_error.budget import BudgetRow as BudgetRow
+from .study.kinematic_error.budget import BudgetTotal as BudgetTotal
+from .study.kinematic_error.budget import ErrorBudget as ErrorBudget
+from .study.kinematic_error.budget import error_budget as error_budget
+from .study.kinematic_error.parts import ErrorParts as ErrorParts
+from .study.kinematic_error.parts import error_parts as error_parts
+
+# Studies: gear
+from .study.gear.hysteresis import HysteresisLoop as HysteresisLoop
+from .study.gear.hysteresis import hysteresis_loop as hysteresis_loop
+from .study.gear.hysteresis import lost_motion as lost_motion
+from .study.gear.hysteresis_fit import HysteresisFit as HysteresisFit
+from .study.gear.hysteresis_fit import fit_hysteresis as fit_hysteresis
+from .study.gear.energy import EnergyBalance as EnergyBalance
+from .study.gear.energy import energy_balance as energy_balance
+from .study.gear.parametric import ParametricResonance as ParametricResonance
+from .study.gear.parametric import parametric_resonances as parametric_resonances
+
+# Studies: drive train
+from .study.train.bode import Bode as Bode
+from .study.train.bode import bode as bode
+from .study.train.run import DriveRun as DriveRun
+from .study.train.run import drive_run as drive_run
+from .study.train.operating_point import operating_state as operating_state
+from .study.train.reductions import Reductions as Reductions
+from .study.train.reductions import compare_reductions as compare_reductions
+
+# Studies: sweeps, variability, the article
+from .study.sweep.sweep import sweep as sweep
+from .study.sweep.ensemble_measure import EnsembleMeasure as EnsembleMeasure
+from .study.variability.variability import variability as variability
+from .study.variability.result import Variability as Variability
+from .study.article.validate import Comparison as Comparison
+from .study.article.validate import compare as compare
+
+# Files
+from .files.entries import project_entry as project_entry
+from .files.own_gears import read_gears as read_gears
+from .files.project_text import project_text as project_text
+from .files.scan_file import ScanFile as ScanFile
+from .files.scan_file import read_scan as read_scan
+
+# Results, and models with other values
+from .results import Branch as Branch
+from .results import Orbit as Orbit
+from .results import SolveError as SolveError
+from .results import Status as Status
+from .results import Trajectory as Trajectory
+from .quantities import replace as replace
+
+__version__: str
+__all__: list[str]
