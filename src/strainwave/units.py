@@ -12,6 +12,7 @@ from numbers import Real
 from pathlib import Path
 from typing import Any
 
+RPM, ARCSEC = pi / 30.0, pi / 648_000.0  # one revolution a minute [rad/s], one second of arc [rad]
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?")
 _FACTOR = r"[A-Za-z]+(?:\^-?1?[0-9])?"
 _GROUP = rf"(?:{_FACTOR}|\({_FACTOR}(?:[*/]{_FACTOR})*\)(?:\^-?1?[0-9])?)"

@@ -1,12 +1,9 @@
 """Units in which commands, reports and figures show angles and speeds."""
 
-import math
 from typing import NamedTuple
 
+from ..units import ARCSEC
 from .console import number
-
-RPM = 60.0 / (2.0 * math.pi)
-ARCSEC = 180.0 * 3600.0 / math.pi
 
 
 class AngleUnit(NamedTuple):
@@ -22,4 +19,4 @@ class AngleUnit(NamedTuple):
 
 def angle_unit(largest: float) -> AngleUnit:
     """One unit for a whole report, by its largest angle [rad]: arcsec up to one degree, then mrad."""
-    return AngleUnit("arcsec", ARCSEC) if largest * ARCSEC < 3600.0 else AngleUnit("mrad", 1e3)
+    return AngleUnit("arcsec", 1.0 / ARCSEC) if largest / ARCSEC < 3600.0 else AngleUnit("mrad", 1e3)

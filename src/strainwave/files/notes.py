@@ -1,11 +1,11 @@
 """What a reader of the results should know about the input of a project."""
 
-import math
 from collections.abc import Iterator
 from typing import Any
 
+from ..units import RPM
+
 UNUSUAL = 0.5  # damping ratio
-RPM = 30.0 / math.pi
 
 
 def notes(project: Any) -> Iterator[str]:
@@ -31,7 +31,7 @@ def _torque_notes(project: Any) -> Iterator[str]:
     if project.motor == "free" and abs(whole) > 1e-9 * (abs(drive.N * at_motor) + abs(at_load)):
         rate = drive.N * whole / (drive.N * drive.N * drive.J_m + drive.J_l)
         yield (
-            f"The mean torques do not balance: the motor speeds up by {rate * RPM:.4g} rpm/s and does not keep the "
+            f"The mean torques do not balance: the motor speeds up by {rate / RPM:.4g} rpm/s and does not keep the "
             "speeds analysed; give the "
             f"free motor a mean torque of {-at_load / drive.N:.4g} N*m, or write 'mode: held'."
         )

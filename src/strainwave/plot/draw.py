@@ -10,6 +10,7 @@ import numpy as np
 from ..numerics.attractors.basins import CHAOTIC, DIVERGED, UNSETTLED, Basins
 from ..numerics.attractors.poincare import OrbitDiagram
 from ..study.variability.result import Variability
+from ..units import ARCSEC
 
 # of a basin: neighbours in this list differ in lightness, too, so that they are told apart in print without colour
 BASIN = ("#cfe6f5", "#d9822b", "#00664b", "#e3c93b", "#9a5a86", "#1f63a8")
@@ -17,7 +18,6 @@ STRONG = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#A08A00", "#555555")
 REST = {DIVERGED: ("#ffffff", "diverged"), CHAOTIC: ("#222222", "chaotic"), UNSETTLED: ("#888888", "not settled")}
 MARKERS = "osD^vP"
 CLEAR = 0.1  # part of neighbouring cells with different labels, beyond which a line between them would hide them
-ARCSEC = np.pi / 648000.0
 
 
 def draw_basins(axes: Any, found: Basins) -> None:

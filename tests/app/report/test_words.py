@@ -10,15 +10,15 @@ from strainwave.app.report import words
 from strainwave.app.report.advice import advice_data
 from strainwave.app.report.facts import facts
 from strainwave.app.report.words import warnings
-from strainwave.app.units import ARCSEC, AngleUnit
+from strainwave.app.units import AngleUnit
 from strainwave.study.analysis.advice import Advice
 from strainwave.study.analysis.avoid import Avoid
 from strainwave.study.analysis.remedies import Remedy
 from strainwave.study.analysis.usage import Usage, limit_findings
 from strainwave.study.response.resonances import operating_point
+from strainwave.units import ARCSEC, RPM
 
-RPM = math.pi / 30.0
-ARCSECONDS = AngleUnit("arcsec", ARCSEC)
+ARCSECONDS = AngleUnit("arcsec", 1.0 / ARCSEC)
 
 
 def test_what_the_run_asks_beyond_the_datasheet_is_said_first():

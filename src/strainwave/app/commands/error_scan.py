@@ -11,12 +11,11 @@ import numpy as np
 from ...files.scan_file import ScanFile, read_scan
 from ...files.yaml_text import FileError, Problem, complaint
 from ...model.orders import order_map
-from ...quantities import convert
 from ...study.kinematic_error.scan import error_scan
 from ...study.kinematic_error.scan_results import ErrorScan
+from ...units import ARCSEC
 from ..console import number, print_table, to_json
 
-ARCSEC = "arcsec"
 SHOWN_IN_PROJECT = 64
 
 
@@ -90,7 +89,7 @@ def _data(scan: ErrorScan) -> dict[str, Any]:
 
 
 def _arcsec(angle: float) -> float:
-    return float(convert(angle, "rad", ARCSEC))
+    return angle / ARCSEC
 
 
 def _print(file: Path, scan: ErrorScan, turn: str) -> None:

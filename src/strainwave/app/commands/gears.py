@@ -8,10 +8,9 @@ import click
 from ...files.own_gears import read_gears
 from ...model.gears import catalogue
 from ...model.gears.gear import NUMBERS, Gear
-from ...quantities import convert, parse
+from ...quantities import parse
+from ...units import ARCSEC
 from ..console import number, print_table, to_json
-
-ARCSEC = "arcsec"
 
 
 def show(
@@ -84,7 +83,7 @@ def _one(gear: Gear, as_json: bool) -> None:
     for key, value in asdict(gear).items():
         if key not in ("notes", "source") and value is not None:
             unit = NUMBERS.get(key, "")
-            angle = f"  ({convert(value, 'rad', ARCSEC):.4g} arcsec)" if unit == "rad" else ""
+            angle = f"  ({value / ARCSEC:.4g} arcsec)" if unit == "rad" else ""
             click.echo(f"{key:<22}{number(value, 6)} {unit}".rstrip() + angle)
     fit = _fit(gear)
     if fit is not None:

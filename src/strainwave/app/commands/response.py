@@ -13,12 +13,13 @@ from ...results import SolveError
 from ...study.response.by_integration import response_through
 from ...study.response.resonances import operating_point, regimes
 from ...study.response.response import ExactResponse
+from ...units import ARCSEC, RPM
 from ..console import BETWEEN, WHAT_X_IS, Progress, number, to_json
 from ..figures import curves, png
 from ..output import write_csv
 from ..report.curve_files import exact_columns
 from ..report.data import CONVENTIONS, exact_response_data
-from ..units import ARCSEC, RPM, angle_unit
+from ..units import angle_unit
 from .equation import refuse_reduced, remarks
 
 FIGURES = (".svg", ".png")
@@ -82,7 +83,7 @@ def shaft_speed(project: Project, omega: float) -> tuple[float, str]:
     """Speed of the project's own shaft, and its unit with the shaft's name."""
     if project.shaft == "forcing":
         return omega, "rad/s of the forcing phase"
-    return project.shaft_speed(omega) * RPM, f"rpm at the {project.shaft}"
+    return project.shaft_speed(omega) / RPM, f"rpm at the {project.shaft}"
 
 
 def _remarks(project: Project, speeds: tuple[float, float]) -> list[str]:
@@ -123,7 +124,7 @@ def _in_shaft(project: Project, exact: ExactResponse) -> dict[str, Any]:
         ],
         "largest": None
         if top is None
-        else {"speed": own(float(curve.omega[top])), "peak_arcsec": float(curve.peak[top]) * ARCSEC},
+        else {"speed": own(float(curve.omega[top])), "peak_arcsec": float(curve.peak[top]) / ARCSEC},
     }
 
 
@@ -131,7 +132,7 @@ def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str
     unit = data["unit"]
     lines = [f"{project.title}: exact response, motor {project.motor}, {data['message']}"]
     if data["largest"]:
-        peak, at = data["largest"]["peak_arcsec"] / ARCSEC, data["largest"]["speed"]
+        peak, at = data["largest"]["peak_arcsec"] * ARCSEC, data["largest"]["speed"]
         lines.append(f"  largest steady |x| {BETWEEN}: {angle_unit(peak).text(peak)} at {number(at, 5)} {unit}")
     else:
         lines.append(f"  {data['sweep']}")

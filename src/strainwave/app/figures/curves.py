@@ -14,8 +14,9 @@ from ...study.analysis.analysis import Analysis
 from ...study.analysis.runup import RunUp
 from ...study.response.resonances import Regime
 from ...study.response.response import ExactResponse
+from ...units import RPM
 from ..console import BETWEEN
-from ..units import RPM, AngleUnit
+from ..units import AngleUnit
 from .fine_curve import fine
 from .plots import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE
 from .svg import Arrow, Note, Panel, figure
@@ -25,7 +26,7 @@ HEIGHT = 330.0
 
 def speed_axis(project: Project) -> tuple[str, float]:
     """Label and factor of the speed axis: motor rpm, or rad/s where the base angle is a forcing phase."""
-    return ("forcing frequency ω (rad/s)", 1.0) if project.shaft == "forcing" else ("motor speed (rpm)", RPM)
+    return ("forcing frequency ω (rad/s)", 1.0) if project.shaft == "forcing" else ("motor speed (rpm)", 1.0 / RPM)
 
 
 def range_panel(

@@ -9,8 +9,9 @@ from ...study.analysis.advice import Advice
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.avoid import AMPLIFIED, Avoid
 from ...study.analysis.remedies import Remedy
+from ...units import ARCSEC, RPM
 from ..console import number
-from ..units import ARCSEC, RPM, AngleUnit
+from ..units import AngleUnit
 from .resonances import place
 
 OSCILLATION = "the oscillation of the error (its largest distance from its mean, in a steady motion)"
@@ -27,13 +28,13 @@ def advice_data(project: Project, analysis: Analysis, angle: AngleUnit) -> dict[
     advice = analysis.advice
     if advice is None:
         return None
-    avoid, rpm = advice.avoid, None if project.shaft == "forcing" else RPM
+    avoid, rpm = advice.avoid, None if project.shaft == "forcing" else 1.0 / RPM
     return {
         "rule": _rule(avoid, angle),
         "limit_rad": avoid.limit,
         "bands": [_band(project, *band) for band in avoid.bands],
         "largest_oscillation_rad": avoid.largest,
-        "largest_oscillation_arcsec": avoid.largest * ARCSEC,
+        "largest_oscillation_arcsec": avoid.largest / ARCSEC,
         "at_rad_per_s": avoid.at,
         "slow_oscillation_rad": avoid.slow,
         "peaks": [place(project, at) | {"oscillation_rad": size} for at, size in avoid.peaks],
@@ -56,7 +57,7 @@ def advice_data(project: Project, analysis: Analysis, angle: AngleUnit) -> dict[
 
 
 def _band(project: Project, low: float, high: float) -> dict[str, Any]:
-    rpm = None if project.shaft == "forcing" else RPM
+    rpm = None if project.shaft == "forcing" else 1.0 / RPM
     return {
         "from_rad_per_s": low,
         "to_rad_per_s": high,
@@ -93,7 +94,7 @@ def _range(project: Project, analysis: Analysis, low: float, high: float) -> str
 
 def _speed(project: Project, omega: float) -> str:
     """Speed without its unit, for ends of bands: whole rpm."""
-    return number(omega, 4) if project.shaft == "forcing" else f"{omega * RPM:.0f}"
+    return number(omega, 4) if project.shaft == "forcing" else f"{omega / RPM:.0f}"
 
 
 def _unit(project: Project) -> str:

@@ -7,9 +7,10 @@ from ...study.analysis.analysis import Analysis
 from ...study.analysis.beyond import GearLoop
 from ...study.analysis.time_case import Cycle
 from ...study.gear.parametric import ParametricResonance
+from ...units import ARCSEC, RPM
 from ..figures.plots import BLACK, BLUE, ORANGE
 from ..figures.svg import Panel, figure
-from ..units import ARCSEC, RPM, AngleUnit
+from ..units import AngleUnit
 from .train import train_data, train_figures
 
 
@@ -30,16 +31,16 @@ def _loop_data(loop: GearLoop) -> dict[str, Any]:
         "full_load_Nm": loop.torque,
         "full_load_is_rated": loop.rated,
         "hysteresis_loss_rad": loop.full.loss,
-        "hysteresis_loss_arcsec": loop.full.loss * ARCSEC,
+        "hysteresis_loss_arcsec": loop.full.loss / ARCSEC,
         "torsion_from_end_to_end_rad": loop.full.span,
         "dissipated_J_per_cycle": loop.full.energy,
         "lost_motion_rad": loop.small.span,
-        "lost_motion_arcsec": loop.small.span * ARCSEC,
+        "lost_motion_arcsec": loop.small.span / ARCSEC,
     }
 
 
 def _parametric(project: Project, r: ParametricResonance) -> dict[str, Any]:
-    rpm = None if project.shaft == "forcing" else RPM
+    rpm = None if project.shaft == "forcing" else 1.0 / RPM
     return {
         "omega_rad_per_s": r.omega,
         "motor_speed_rpm": r.omega * rpm if rpm else None,

@@ -8,8 +8,8 @@ from ...files.project import Project
 from ...results import Branch, Floats
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.time_case import TimeCase
+from ...units import RPM
 from ..output import slug, write_csv
-from ..units import RPM
 
 
 def write(project: Project, analysis: Analysis, folder: Path) -> list[str]:
@@ -46,7 +46,7 @@ def write(project: Project, analysis: Analysis, folder: Path) -> list[str]:
 def speed_columns(project: Project, omega: Floats) -> list[tuple[str, Floats]]:
     """Speed of the base angle, and of the motor where the base angle is its own."""
     named = [("omega_rad_per_s", omega)]
-    return named if project.shaft == "forcing" else [*named, ("motor_speed_rpm", omega * RPM)]
+    return named if project.shaft == "forcing" else [*named, ("motor_speed_rpm", omega / RPM)]
 
 
 def exact_columns(project: Project, curve: Branch) -> list[tuple[str, Floats]]:

@@ -9,7 +9,8 @@ from ...results import Status
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.time_case import TimeCase
 from ...study.response.response import ExactResponse
-from ..units import ARCSEC, RPM, angle_unit
+from ...units import ARCSEC, RPM
+from ..units import angle_unit
 from .facts import facts
 from .resonances import place, resonances, rpm
 from .train import run_data
@@ -91,7 +92,7 @@ def exact_response_data(project: Project, exact: ExactResponse) -> dict[str, Any
 
 
 def _angle_of(name: str, rad: float) -> dict[str, Any]:
-    return {f"{name}_rad": rad, f"{name}_arcsec": rad * ARCSEC}
+    return {f"{name}_rad": rad, f"{name}_arcsec": rad / ARCSEC}
 
 
 def _jump(project: Project, omega: float) -> dict[str, Any] | None:
@@ -105,7 +106,7 @@ def _largest(project: Project, analysis: Analysis) -> dict[str, Any]:
     """
     run = _run_instead(analysis)
     if run is not None:
-        found = place(project, run["at_rpm"] / RPM) | _angle_of("peak", run["largest_error_rad"])
+        found = place(project, run["at_rpm"] * RPM) | _angle_of("peak", run["largest_error_rad"])
         return found | {"method": "integration", "of": "run-up of the whole drive train"}
     of = {"of": "error equation" if analysis.train_curve is None else "whole drive train"}
     at, worst = analysis.response.largest(), analysis.run_up.worst()
@@ -127,7 +128,7 @@ def _largest_torque(project: Project, analysis: Analysis) -> dict[str, Any]:
     """Largest torque through the gear in a steady motion, or the run-up in its place, beside the gear's limits."""
     omega, torque = analysis.usage.at_peak, analysis.usage.peak_torque
     if (run := _run_instead(analysis)) is not None:
-        omega, torque = run["largest_torque_at_rpm"] / RPM, run["largest_torque_Nm"]
+        omega, torque = run["largest_torque_at_rpm"] * RPM, run["largest_torque_Nm"]
     gear = project.gear
     return place(project, omega) | {
         "torque_Nm": torque,
@@ -146,7 +147,7 @@ def _run_up(project: Project, analysis: Analysis) -> list[dict[str, Any]]:
                 | place(project, motion.omega)
                 | {
                     "peak_rad": motion.peak if fine else None,
-                    "peak_arcsec": motion.peak * ARCSEC if fine else None,
+                    "peak_arcsec": motion.peak / ARCSEC if fine else None,
                     "exact_peak_rad": float(curve),
                     "amplitude_at_omega_rad": motion.amplitude(1) if fine else None,
                     "periodic": motion.closed,
@@ -166,7 +167,7 @@ def _case(project: Project, case: TimeCase) -> dict[str, Any]:
         "motor_speed_rpm": rpm(project, case.omega),
         "regime": str(case.resonance),
         "peak_from_rest_rad": case.peak_from_rest if case.transient.status else None,
-        "peak_from_rest_arcsec": case.peak_from_rest * ARCSEC if case.transient.status else None,
+        "peak_from_rest_arcsec": case.peak_from_rest / ARCSEC if case.transient.status else None,
         "peak_multiple_scales_rad": compared.peak_theory if compared else None,
         "rms_difference": compared.rms_difference if compared else None,
         "window_s": list(compared.window) if compared else None,
@@ -196,5 +197,5 @@ def _case(project: Project, case: TimeCase) -> dict[str, Any]:
         cycle.work,
         cycle.power,
     )
-    in_arcsec = {"peak_arcsec": cycle.peak * ARCSEC, "peak_to_peak_arcsec": cycle.peak_to_peak * ARCSEC}
+    in_arcsec = {"peak_arcsec": cycle.peak / ARCSEC, "peak_to_peak_arcsec": cycle.peak_to_peak / ARCSEC}
     return row | dict(zip(names, values, strict=True)) | in_arcsec

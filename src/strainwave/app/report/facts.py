@@ -7,8 +7,9 @@ from ...files.project import Project
 from ...law import spring_stiffness
 from ...study.analysis.analysis import Analysis
 from ...study.response.resonances import active_orders
+from ...units import RPM
 from ..console import BETWEEN, number
-from ..units import RPM, AngleUnit
+from ..units import AngleUnit
 
 
 class Fact(NamedTuple):
@@ -78,7 +79,7 @@ def _resonance_speeds(project: Project, analysis: Analysis, omega_0: float, mark
         return []
     orders = active_orders(analysis.system)
     return [
-        Fact(f"Resonance speed of order {k}, at the motor", f"n{k}", omega_0 / k * RPM, "rpm", mark) for k in orders
+        Fact(f"Resonance speed of order {k}, at the motor", f"n{k}", omega_0 / k / RPM, "rpm", mark) for k in orders
     ]
 
 

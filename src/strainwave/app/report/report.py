@@ -1,5 +1,6 @@
 """The report: results as plain data, CSV files of every curve, and one self-contained HTML page."""
 
+import math
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 from ... import __version__
 from ...files.project import Project
 from ...study.analysis.analysis import Analysis
+from ...units import RPM
 from ..console import WHAT_X_IS, number, to_json
 from ..figures import curves, plots
 from ..units import angle_unit
@@ -51,6 +53,8 @@ def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
         undefined=jinja2.StrictUndefined,
     )
     environment.filters["number"] = number
+    environment.filters["rpm"] = lambda omega: number(omega / RPM)
+    environment.filters["hertz"] = lambda omega: number(omega / (2.0 * math.pi))
     environment.filters["sentence"] = lambda text: text[:1].upper() + text[1:].rstrip(".") + "." if text else ""
     angle = angle_unit(results["largest_error"]["peak_rad"])
     environment.filters["in_unit"] = lambda rad: number(None if rad is None else rad * angle.factor)

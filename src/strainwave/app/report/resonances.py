@@ -9,7 +9,7 @@ from ...study.analysis.analysis import Analysis
 from ...study.response.resonances import Regime
 from ...study.response.response import ExactResponse
 from ...theory.slow_flow.results import Certificate
-from ..units import ARCSEC, RPM
+from ...units import ARCSEC, RPM
 
 
 def resonances(project: Project, analysis: Analysis) -> list[dict[str, Any]]:
@@ -20,7 +20,7 @@ def resonances(project: Project, analysis: Analysis) -> list[dict[str, Any]]:
 
 def rpm(project: Project, omega: float) -> float | None:
     """Speed of the motor [rpm] at a base-angle speed [rad/s]; None where the base angle is a forcing phase."""
-    return None if project.shaft == "forcing" else omega * RPM
+    return None if project.shaft == "forcing" else omega / RPM
 
 
 def place(project: Project, omega: float) -> dict[str, Any]:
@@ -79,7 +79,7 @@ def _resonance(project: Project, index: int, regime: Regime, jumps: list[float])
 
 
 def _at(project: Project, omega: float, amplitude: float) -> dict[str, Any]:
-    return place(project, omega) | {"amplitude_rad": amplitude, "amplitude_arcsec": amplitude * ARCSEC}
+    return place(project, omega) | {"amplitude_rad": amplitude, "amplitude_arcsec": amplitude / ARCSEC}
 
 
 def _peak_error(regime: Regime, peak: tuple[float, float] | None) -> dict[str, Any] | None:

@@ -12,10 +12,11 @@ from ...study.analysis.train_curve import TrainCurve
 from ...study.analysis.train_study import TrainStudy
 from ...study.response.resonances import active_orders
 from ...study.train.run import INPUTS
+from ...units import ARCSEC, RPM
 from ..console import BETWEEN, number
 from ..figures.plots import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE
 from ..figures.svg import Curve, Panel, figure
-from ..units import ARCSEC, RPM, AngleUnit
+from ..units import AngleUnit
 from .resonances import jump_speeds
 
 BINS, CYCLE = 240, 100  # pieces of a run-up, at most, and samples in which every speed of it has a whole cycle
@@ -40,7 +41,7 @@ def train_data(analysis: Analysis, study: TrainStudy) -> dict[str, Any]:
         "control": type(control).__name__,
         "gains": control._asdict(),
         "operating_point": {
-            "motor_speed_rpm": study.speed * RPM,
+            "motor_speed_rpm": study.speed / RPM,
             "torque_in_gear_Nm": torque,
             "torsion_rad": state[0],
         },
@@ -49,14 +50,14 @@ def train_data(analysis: Analysis, study: TrainStudy) -> dict[str, Any]:
                 "omega_rad_per_s": abs(p),
                 "hertz": abs(p) / (2.0 * np.pi),
                 "damping_ratio": -p.real / abs(p),
-                "met_at_rpm": {str(k): abs(p) / k * RPM for k in orders},
+                "met_at_rpm": {str(k): abs(p) / k / RPM for k in orders},
                 "met_in_range": any(low <= abs(p) / k <= high for k in orders),
             }
             for p in sorted(damped, key=abs)
         ],
         "stable": bool(np.all(study.bode.poles.real < 1e-9 * np.max(np.abs(study.bode.poles)))),
         "steady": [
-            {"omega_rad_per_s": w, "motor_speed_rpm": w * RPM, "peak_train_rad": a, "peak_equation_rad": b}
+            {"omega_rad_per_s": w, "motor_speed_rpm": w / RPM, "peak_train_rad": a, "peak_equation_rad": b}
             for w, a, b in zip(study.omega, study.whole, study.reduced, strict=True)
         ],
         "curve": None if study.curve is None else _curve_data(study.curve),
@@ -91,8 +92,8 @@ def _curve_data(curve: TrainCurve) -> dict[str, Any]:
         "without_gravity": curve.without_angle,
         "all_stable": bool(np.all(stable)),
         "largest_across_gear_rad": curve.gear_peak,
-        "at_rpm": None if at is None else float(response.curve.omega[at]) * RPM,
-        "jumps": [{"omega_rad_per_s": w, "motor_speed_rpm": w * RPM} for w in jump_speeds(response)],
+        "at_rpm": None if at is None else float(response.curve.omega[at]) / RPM,
+        "jumps": [{"omega_rad_per_s": w, "motor_speed_rpm": w / RPM} for w in jump_speeds(response)],
     }
 
 
@@ -108,10 +109,10 @@ def run_data(study: TrainStudy) -> dict[str, Any]:
         "status": run.trajectory.message,
         "complete": bool(run.trajectory.status),
         "largest_error_rad": float(abs(run.error[at])),
-        "largest_error_arcsec": float(abs(run.error[at])) * ARCSEC,
-        "at_rpm": float(run.motor_speed[at]) * RPM,
+        "largest_error_arcsec": float(abs(run.error[at])) / ARCSEC,
+        "at_rpm": float(run.motor_speed[at]) / RPM,
         "largest_torque_Nm": float(abs(run.torque[strained])),
-        "largest_torque_at_rpm": float(run.motor_speed[strained]) * RPM,
+        "largest_torque_at_rpm": float(run.motor_speed[strained]) / RPM,
         "heat_J": run.lost(study.begin) if run.trajectory.status else {},
         "put_in_J": {name: float(run.work[name][-1]) for name in names[:INPUTS]},
         "imbalance": run.imbalance,
@@ -131,15 +132,15 @@ def reduction(analysis: Analysis, angle: AngleUnit) -> dict[str, Any] | None:
     apart = max(abs(np.log(reduced / whole)), abs(np.log(slow / fast))) > np.log1p(APART)
     return {
         "peak_rad": reduced,
-        "peak_arcsec": reduced * ARCSEC,
+        "peak_arcsec": reduced / ARCSEC,
         "omega_rad_per_s": slow,
-        "motor_speed_rpm": slow * RPM,
+        "motor_speed_rpm": slow / RPM,
         "peak_relative_to_train": reduced / whole,
         "speed_relative_to_train": slow / fast,
         "far_apart": bool(apart),
         "sentence": (
             "The error equation, with an ideally held motor and a rigid load, is a reduction of the drive train: its "
-            f"largest steady |x| is {angle.text(reduced)} at {number(slow * RPM, 5)} rpm at the motor, "
+            f"largest steady |x| is {angle.text(reduced)} at {number(slow / RPM, 5)} rpm at the motor, "
             f"{_times(reduced / whole)} that of the train, at {_times(slow / fast)} the speed."
         ),
     }
@@ -190,7 +191,7 @@ def _run_figure(analysis: Analysis, study: TrainStudy, angle: AngleUnit) -> str:
     run = study.run
     assert run is not None
     keep = run.trajectory.t >= study.begin
-    speed, error = run.motor_speed[keep] * RPM, run.error[keep] * angle.factor
+    speed, error = run.motor_speed[keep] / RPM, run.error[keep] * angle.factor
     panel = Panel("", "motor speed (rpm)", f"x {BETWEEN}\n({angle.name})")
     starts = np.linspace(0, len(speed), min(BINS, max(2, len(speed) // CYCLE)), endpoint=False).astype(int)
     low, high = np.minimum.reduceat(error, starts), np.maximum.reduceat(error, starts)
@@ -210,6 +211,6 @@ def _run_figure(analysis: Analysis, study: TrainStudy, angle: AngleUnit) -> str:
     for response, colour, name, dash in curves:
         if response.sweep is not None:
             path = response.sweep.run_up
-            x, y = response.curve.omega[path] * RPM, response.curve.peak[path] * angle.factor
+            x, y = response.curve.omega[path] / RPM, response.curve.peak[path] * angle.factor
             panel.line(x, y, colour, name, dash, 1.3)
     return figure([[panel]], 300.0, "run-up of the drive train")

@@ -9,8 +9,9 @@ from ...model.drive import HDC_40_050, HDC_40_050_WARNING
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.usage import gravest
 from ...study.response.response import ExactResponse
+from ...units import RPM
 from ..console import BETWEEN, WHAT_X_IS, number
-from ..units import RPM, AngleUnit, angle_unit
+from ..units import AngleUnit, angle_unit
 from .resonances import place
 
 NUMBER = re.compile(r"[0-9.]*[0-9](?:e[-+]?[0-9]+)?")
@@ -29,7 +30,7 @@ def with_rpm(project: Project, text: str) -> str:
         return text
 
     def converted(found: re.Match[str]) -> str:
-        return NUMBER.sub(lambda value: number(float(value[0]) * RPM, 5), found[1]) + " rpm at the motor"
+        return NUMBER.sub(lambda value: number(float(value[0]) / RPM, 5), found[1]) + " rpm at the motor"
 
     return SPEEDS.sub(converted, text)
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...quantities import LARGEST, checked, shown
 from ...results import Floats
+from ...units import ARCSEC
 from ..excitation import KinematicError, Line
 
 DEFAULT_SHARES: Mapping[int, float] = MappingProxyType({1: 0.25, 2: 1.0, 4: 0.25})
@@ -184,19 +185,18 @@ class MeasuredError:
         return KinematicError((line,))
 
 
-_ARCSEC = pi / 648_000.0
 MEASURED_ERRORS = (
     MeasuredError(
-        "CSF-17-100-2UH", 100, 46.0 * _ARCSEC, 2,
+        "CSF-17-100-2UH", 100, 46.0 * ARCSEC, 2,
         "github.com/polvinc/DHEM (MIT), star drift: +-23 arcsec, period about 440 s at one output turn per day",
     ),
     MeasuredError(
-        "Rainbow RST-135 mount", 100, 40.0 * _ARCSEC, 2,
+        "Rainbow RST-135 mount", 100, 40.0 * ARCSEC, 2,
         "PHD2 wiki: about 40 arcsec peak-to-peak by users (maker: +-30 arcsec), period 430.82 s at the sidereal rate",
     ),
-    MeasuredError("ZWO AM5 mount", None, 40.0 * _ARCSEC, None, "github.com/polvinc/DHEM (MIT): about +-20 arcsec"),
+    MeasuredError("ZWO AM5 mount", None, 40.0 * ARCSEC, None, "github.com/polvinc/DHEM (MIT): about +-20 arcsec"),
     MeasuredError(
-        "size 20, 160:1, unnamed maker", 160, 132.5 * _ARCSEC, None,
+        "size 20, 160:1, unnamed maker", 160, 132.5 * ARCSEC, None,
         "cloudynights.com/topic/918602, encoders on both sides, no load: 120 to 145 arcsec peak-to-peak, 45 arcsec rms",
     ),
 )  # fmt: skip

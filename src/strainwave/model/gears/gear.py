@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from ...quantities import checked, number
+from ...units import RPM
 from ..drive import Drive
 from ..laws.measured import RoundedPiecewiseLinear
 from ..laws.springs import Cubic, PiecewiseLinear
 from .fits import LawFit, fit_odd
 
-RPM = 2.0 * math.pi / 60.0
 REACH = 1.5  # times T2: up to where the fits go
 
 

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from ...quantities import number, numbers, shown
-from .gear import RPM, Gear
+from ...units import RPM
+from .gear import Gear
 
 # Limits of the peak torque, and what to do beyond them.
 TORQUES = (
