@@ -12,7 +12,8 @@ import strainwave.model
 from strainwave.maths import exp, sign, sqrt
 from strainwave.model.oscillator import Powers
 from strainwave.model.train.train_forms import AtLoad, Metered
-from strainwave.quantities import Angle, TorsionalStiffness, is_model
+from strainwave.quantities import Angle, TorsionalStiffness
+from strainwave.tree import is_model
 
 
 class Saturating(NamedTuple):

@@ -7,7 +7,6 @@ from strainwave.quantities import (
     checked,
     floated,
     interval,
-    is_model,
     number,
     numbers,
     parameters,
@@ -15,6 +14,7 @@ from strainwave.quantities import (
     replace,
     with_parts,
 )
+from strainwave.tree import is_model
 
 SYSTEM = sw.Oscillator(
     J=1.0,

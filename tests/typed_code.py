@@ -23,6 +23,7 @@ from strainwave.model.train.train_forms import AtLoad, Metered
 from strainwave.numerics.curves import trace as branches
 from strainwave.numerics.integration import simulate as integrate
 from strainwave.numerics.stability import second_order as floquet
+from strainwave.tree import classes
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
@@ -63,7 +64,7 @@ class TypedError(Exception):
 
 def typed(function, *arguments, **_options):
     """Find the types of a kernel with its arguments, in place of a run of it."""
-    jit._dispatcher(function, jit.model_classes(arguments)).get_call_template(tuple(map(numba.typeof, arguments)), {})
+    jit._dispatcher(function, classes(arguments)).get_call_template(tuple(map(numba.typeof, arguments)), {})
     raise TypedError
 
 

@@ -14,6 +14,9 @@ from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hi
 import numpy as np
 from numpy.typing import NDArray
 
+from .tree import is_model as is_model
+from .tree import numbers as numbers_of
+from .tree import replaced
 from .units import convert as convert
 from .units import example as example
 from .units import parse as parse
@@ -47,11 +50,6 @@ class Parameter(NamedTuple):
 @cache
 def _hints(cls: type) -> dict[str, Any]:
     return get_type_hints(cls, include_extras=True)
-
-
-def is_model(thing: Any) -> bool:
-    """Whether `thing` is a model object, that is, an instance of a NamedTuple class."""
-    return isinstance(thing, tuple) and hasattr(thing, "_fields")
 
 
 @cache
@@ -152,19 +150,14 @@ def _check(model: Any) -> None:
         model.check()
 
 
-def parameters(model: Any, prefix: str = "") -> list[Parameter]:
+def parameters(model: Any) -> list[Parameter]:
     """List every number of a model with its path ("law.alpha", "error.lines.0.amplitude") and unit."""
-    found: list[Parameter] = []
-    cls: Any = type(model)
-    hints = _hints(cls) if is_model(model) else {}
-    names = model._fields if is_model(model) else [str(i) for i in range(len(model))]
-    for name, value in zip(names, model, strict=True):
-        if isinstance(value, tuple):
-            found += parameters(value, f"{prefix}{name}.")
-        elif isinstance(value, float | int):
-            metadata = get_args(hints.get(name))
-            found.append(Parameter(prefix + name, value, metadata[1] if len(metadata) > 1 else ""))
-    return found
+    return [Parameter(path, value, _unit(type(owner), name)) for path, owner, name, value in numbers_of(model)]
+
+
+def _unit(cls: Any, name: str) -> str:
+    metadata = get_args(_hints(cls).get(name)) if issubclass(cls, tuple) and cls is not tuple else ()
+    return metadata[1] if len(metadata) > 1 else ""
 
 
 def replace(model: Any, changes: dict[str, Any]) -> Any:
@@ -191,26 +184,8 @@ def replace(model: Any, changes: dict[str, Any]) -> Any:
             f"changes are {shown(changes)}; they must be a dict of path to value, as in {{'law.alpha': 2.0}}"
         )
     for path, value in changes.items():
-        model = _replaced(model, path.split("."), value, path)
+        model = replaced(model, path, value)
     return model
-
-
-def _replaced(model: Any, keys: list[str], value: Any, path: str) -> Any:
-    key, rest = keys[0], keys[1:]
-    names = model._fields if is_model(model) else [str(i) for i in range(len(model))]
-    if key not in names:
-        owner = type(model).__name__
-        raise ValueError(
-            f"{owner} has no parameter {shown(key)} (in {shown(path)}); it has {', '.join(names) or 'none'}"
-        )
-    index = list(names).index(key)
-    old = model[index]
-    if rest and not isinstance(old, tuple):
-        raise ValueError(f"{key!r} in {shown(path)} is a number and has no parameter {shown('.'.join(rest))}")
-    new = _replaced(old, rest, value, path) if rest else value
-    if is_model(model):
-        return model._replace(**{key: new})
-    return (*model[:index], new, *model[index + 1 :])
 
 
 def _as_float(name: str, value: Any) -> float:

@@ -15,6 +15,7 @@ from importlib.util import find_spec
 from types import FunctionType
 from typing import Any
 
+from ..tree import classes
 from . import jit, lanes, maths_kernels
 
 THREADS = 64  # of a block, at most
@@ -67,7 +68,7 @@ def _expose(function: Callable[..., Any], body: Callable[..., Any], inline: bool
 
 def expose_methods(things: tuple[Any, ...]) -> None:
     """Let device code call the methods of the models among things, at any depth."""
-    for cls in () if simulated() else jit.model_classes(things):
+    for cls in () if simulated() else classes(things):
         _expose_methods(cls)
 
 
@@ -84,7 +85,7 @@ def launch(parts: Any, rows: int, lanes: int, grid: tuple[int, int], arguments: 
     """
     errors = import_module("numba.core.errors")
     try:
-        kernel(*parts, rows, lanes, jit.model_classes(arguments))[grid](*arguments)
+        kernel(*parts, rows, lanes, classes(arguments))[grid](*arguments)
     except (errors.NumbaError, errors.UnsupportedBytecodeError) as error:
         raise TypeError(jit._explain(error, jit.foreign_names(arguments))) from error
 

@@ -19,6 +19,8 @@ from importlib import import_module
 from itertools import count, repeat
 from typing import Any, TypeVar
 
+from ..tree import classes as classes_of
+from ..tree import with_leaf
 from . import lanes, maths_kernels
 from .cache import CodeCache, cache_writable
 
@@ -78,38 +80,12 @@ def axpy(y: Any, h: Any, k: Any) -> Any:
     return tuple(a + h * b for a, b in zip(y, k, strict=True))
 
 
-def with_leaf(model: Any, index: int, value: Any) -> Any:
-    """Return the model with its float number `index` (in the order of `quantities.parameters`) replaced."""
-    return _with_leaf(model, index, value)[0]
-
-
 def borrowed(thing: Any) -> Any:
     """Return the same arrays (alone or in tuples) without reference counting, which costs more than small loops.
 
     Only for arguments of an entry kernel, which their caller keeps alive.
     """
     return thing
-
-
-def _with_leaf(thing: Any, index: int, value: Any) -> tuple[Any, int]:
-    if not isinstance(thing, tuple):
-        return (value, -1) if isinstance(thing, float) and index == 0 else (thing, index - isinstance(thing, float))
-    for place, item in enumerate(thing):
-        if isinstance(item, float):
-            index -= 1
-            if index != -1:
-                continue
-            new = value
-        elif isinstance(item, tuple):
-            new, index = _with_leaf(item, index, value)
-            if new is item:
-                continue
-        else:
-            continue
-        items = (*thing[:place], new, *thing[place + 1 :])
-        make: Any = type(thing)
-        return (make(*items) if hasattr(thing, "_fields") else items), -1
-    return thing, index
 
 
 def enabled() -> bool:
@@ -137,7 +113,7 @@ def run(function: Callable[..., Any], *args: Any, light: bool = False) -> Any:
     as_light = light and "numba" not in sys.modules and next(_light_runs) < LIGHT_RUNS
     if not enabled() or as_light or next(_plain_runs.get() or iter(()), False):
         return function(*args)
-    dispatcher = _dispatcher(function, model_classes(args))
+    dispatcher = _dispatcher(function, classes_of(args))
     from numba.core import errors
 
     try:
@@ -150,22 +126,9 @@ def _is_ours(module: str) -> bool:
     return module.startswith(__package__ + ".")
 
 
-def model_classes(things: tuple[Any, ...]) -> tuple[type, ...]:
-    """Model classes (NamedTuples) among things, at any depth, in the order in which they are met."""
-    classes: dict[type, None] = {}
-    waiting = [things]
-    while waiting:
-        for item in waiting.pop():
-            if isinstance(item, tuple):
-                waiting.append(item)
-                if type(item) is not tuple:
-                    classes[type(item)] = None
-    return tuple(classes)
-
-
 def foreign_names(things: tuple[Any, ...]) -> set[str]:
     """Names of the model classes among things, at any depth, that are not from this package."""
-    return {cls.__name__ for cls in model_classes(things) if not _is_ours(cls.__module__)}
+    return {cls.__name__ for cls in classes_of(things) if not _is_ours(cls.__module__)}
 
 
 @cache

@@ -6,21 +6,18 @@ a loop over lanes with the textbook's formulas becomes vector code. As Python, `
 then arrays, and the same formulas serve all lanes at once.
 """
 
+from itertools import count as counting
 from typing import Any
+
+from ..tree import count, leaves, mapped
 
 LANES = 256  # lanes of a block: their rows stay in the first-level cache, the cosines of a step cost next to nothing
 
 
-def count(model: Any) -> int:
-    """Number of floats in a model or a tuple, at any depth."""
-    if isinstance(model, tuple):
-        return sum(count(item) for item in model)
-    return int(isinstance(model, float))
-
-
 def lane(model: Any, rows: Any, at: int, j: Any) -> Any:
     """Model (or tuple) of lane j, whose first float is in row `at`."""
-    return _rebuilt(model, rows, at, j)[0]
+    row = counting(at)
+    return mapped(lambda _: rows[next(row), j].copy(), model)
 
 
 def load(rows: Any, at: int, j: Any) -> Any:
@@ -30,27 +27,8 @@ def load(rows: Any, at: int, j: Any) -> Any:
 
 def store(values: Any, rows: Any, at: int, j: Any) -> None:
     """Write the floats of a number or a tuple, at any depth, into lane j of the rows from `at`."""
-    for offset, value in enumerate(_flat(values)):
+    for offset, value in enumerate(leaves(values)):
         rows[at + offset, j] = value
-
-
-def _rebuilt(thing: Any, rows: Any, at: int, j: Any) -> tuple[Any, int]:
-    if isinstance(thing, float):
-        return rows[at, j].copy(), at + 1
-    if not isinstance(thing, tuple):
-        return thing, at
-    items = []
-    for item in thing:
-        new, at = _rebuilt(item, rows, at, j)
-        items.append(new)
-    make: Any = type(thing)
-    return (make(*items) if hasattr(thing, "_fields") else tuple(items)), at
-
-
-def _flat(values: Any) -> list[Any]:
-    if isinstance(values, tuple):
-        return [number for value in values for number in _flat(value)]
-    return [] if isinstance(values, int) else [values]
 
 
 def _floats(types: Any, kind: Any) -> int:

@@ -18,7 +18,8 @@ from ..model.laws import springs as laws
 from ..model.train import motion
 from ..model.train.shafts import PositionLoop, SpeedLoop
 from ..model.varying import Ripple, Variation
-from ..quantities import checked, example, is_model, parse
+from ..quantities import checked, example, parse
+from ..tree import is_model
 from .yaml_text import Keys, kind_of, read, shown
 
 SPRINGS = (laws.__name__, measured.__name__)

@@ -12,9 +12,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..model.gears.gear import NUMBERS, RPM, Gear
+from ..model.gears.gear import NUMBERS, Gear
 from ..quantities import example, parse
-from ..units import NUMBER
+from ..units import NUMBER, RPM
 from .yaml_text import FileError, Problem, as_path, complaint, kind_of, name, read, read_text, shown
 
 TEXTS = ("name", "series", "source")

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.compile.jit import with_leaf
 from strainwave.numerics.balance.erased import quiet
 from strainwave.numerics.balance.second_order import second_order, work_for
 from strainwave.numerics.curves import trace as branches
-from strainwave.numerics.curves.trace import leaf_of
 from strainwave.numerics.stability import second_order as floquet
+from strainwave.tree import leaf_of, with_leaf
 
 ONE = sw.Oscillator(1.3, 20.0, sw.Cubic(1e5, 6.9e4), sw.Harmonic(3.0, mean=20.0), 140.0)
 TWO = ONE._replace(

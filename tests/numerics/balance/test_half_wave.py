@@ -7,8 +7,9 @@ import strainwave as sw
 from strainwave.numerics.balance.guess import linear_response
 from strainwave.numerics.balance.half_wave import all_orders, is_odd_on, odd_problem
 from strainwave.numerics.balance.second_order import second_order, work_for
-from strainwave.numerics.curves.trace import leaf_of, solve
+from strainwave.numerics.curves.trace import solve
 from strainwave.numerics.stability.second_order import grid_of, hill
+from strainwave.tree import leaf_of
 
 DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 0.8)
 LINES = sw.KinematicError((sw.Line(1, 0.02, 0.3), sw.Line(3, 0.01, 1.0)))

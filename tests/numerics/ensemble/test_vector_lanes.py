@@ -11,6 +11,7 @@ import strainwave as sw
 from strainwave.compile import jit, lanes
 from strainwave.law import states_of
 from strainwave.numerics.ensemble import fixed_step
+from strainwave.tree import classes
 
 SCALAR: set[str] = set()  # laws whose loop is known to stay scalar, with the reason in docs/ensembles.md
 TORQUE, NO_ERROR = sw.Harmonic(0.3), sw.NoError()
@@ -30,7 +31,7 @@ def packed_and_scalar(system):
     """Numbers of packed and of scalar multiply-adds in the loop over lanes, and of calls."""
     y0 = (0.0,) * (2 + states_of(system.law))
     arguments = system.prepared(), y0, ((0.0,),), np.ones((100, lanes.LANES)), 0.1
-    dispatcher = jit._dispatcher(two_steps, jit.model_classes(arguments))
+    dispatcher = jit._dispatcher(two_steps, classes(arguments))
     dispatcher(*arguments)
     assembly = dispatcher.inspect_asm(dispatcher.signatures[-1])
     body = re.split(r"^(?!\.L)\S+:$", assembly, maxsplit=2, flags=re.MULTILINE)[1]

@@ -8,10 +8,11 @@ energy in J.
 
 from typing import Any, NamedTuple
 
-from ...compile.jit import kernel, with_leaf
+from ...compile.jit import kernel
 from ...law import KINDS, breakpoints_of, depends
 from ...maths import sign
 from ...quantities import Angle, PerSquareRadian, Torque, TorsionalStiffness
+from ...tree import with_leaf
 from ..prepared import LinearAndCubic, Slopes
 
 

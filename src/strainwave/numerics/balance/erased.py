@@ -7,6 +7,7 @@ another line of the kinematic error compiles nothing.
 
 from typing import Any, NamedTuple
 
+from ...tree import count
 from .second_order import SecondOrder
 
 
@@ -34,11 +35,6 @@ def quiet(problem: Any) -> Any:
     fields = getattr(system, "_fields", ())
     if not {*PARTS, "omega"} <= set(fields):
         return problem
-    before = sum(_floats(getattr(system, part)) for part in PARTS if fields.index(part) < fields.index("omega"))
+    before = sum(count(getattr(system, part)) for part in PARTS if fields.index(part) < fields.index("omega"))
     leaf = problem.omega_leaf - before
     return problem._replace(system=system._replace(**dict.fromkeys(PARTS, QUIET)), leaf=leaf, omega_leaf=leaf)
-
-
-def _floats(thing: Any) -> int:
-    """Number of float parameters, as `jit.with_leaf` counts them."""
-    return sum(map(_floats, thing)) if isinstance(thing, tuple) else int(isinstance(thing, float))

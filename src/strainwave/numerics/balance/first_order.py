@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...compile.jit import with_leaf
 from ...law import is_spring
 from ...results import Floats
+from ...tree import leaves, with_leaf
 from .fourier import analysis, extend, multiply_rows, synthesis, to_blocks
 from .panels import Distance, distances, samples_between
 from .second_order import second_order
@@ -232,24 +232,9 @@ def first_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: 
     if leaf == omega_leaf:
         value = problem.omega
     else:
-        value = leaf_value(system, leaf)
+        value = leaves(system)[leaf]
     with np.errstate(all="ignore"):
         sizes = np.linalg.norm(problem.states(problem.linear_response(value)), axis=1)
     if hasattr(system, "sizes"):  # a state that vanishes in the linear response
         sizes = np.maximum(np.nan_to_num(sizes), system.sizes())
     return problem._replace(sizes=np.where(np.isfinite(sizes) & (sizes > 0.0), sizes, 1.0))
-
-
-def leaf_value(system: Any, leaf: int) -> float:
-    """Value of a system's float number `leaf`."""
-    numbers: list[float] = []
-
-    def collect(thing: Any) -> None:
-        for item in thing:
-            if isinstance(item, tuple):
-                collect(item)
-            elif isinstance(item, float):
-                numbers.append(item)
-
-    collect(system)
-    return numbers[leaf]

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from ...compile.jit import with_leaf
 from ...results import Floats
+from ...tree import with_leaf
 from ..equilibrium.operating_point import operating_point
 from .fourier import orders
 

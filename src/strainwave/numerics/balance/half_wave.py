@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ...compile.jit import with_leaf
 from ...results import Floats
+from ...tree import with_leaf
 from .second_order import Sampling, SecondOrder, second_order
 
 TWISTS = np.geomspace(1e-9, 1e6, 46)  # [rad]

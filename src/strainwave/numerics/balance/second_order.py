@@ -14,8 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...compile.jit import kernel_as, routine, with_leaf
+from ...compile.jit import kernel_as, routine
 from ...results import Floats
+from ...tree import with_leaf
 from .fourier import analysis, extend, multiply_rows, orders, synthesis
 from .linear_algebra import copy, extremes, fill, padded, row_times
 from .piecewise import crossings_for, is_piecewise_linear

@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...compile.jit import with_leaf
 from ...results import Floats, Status
+from ...tree import mapped, with_leaf
 from .first_order import FirstOrder, jacobians_at, panels, rates_at
 from .fourier import analysis, synthesis
 from .half_wave import all_orders
@@ -107,16 +107,9 @@ def _few(points: Floats) -> Floats:
 
 def stacked(things: list[Any], counts: list[int]) -> Any:
     """Model of the class of several, whose numbers that differ are columns: each thing's own, `counts` times."""
-    first = things[0]
     if len(things) == 1:
-        return first
-    if isinstance(first, tuple):
-        items = [stacked(list(some), counts) for some in zip(*things, strict=True)]
-        make: Any = type(first)
-        return make(*items) if hasattr(first, "_fields") else tuple(items)
-    if isinstance(first, float) and any(thing != first for thing in things):
-        return np.repeat(things, counts)[:, None]
-    return first
+        return things[0]
+    return mapped(lambda *own: own[0] if len({*own}) == 1 else np.repeat(own, counts)[:, None], *things)
 
 
 def tail_of(points: Floats) -> Floats:

@@ -15,13 +15,13 @@ from numpy.typing import ArrayLike
 from ...law import springs_only
 from ...quantities import numbers, shown, with_parts
 from ...results import Floats, Status
+from ...tree import leaf_of
 from ..balance.fourier import from_blocks
 from ..balance.guess import one_harmonic
 from ..balance.harmonics import MOST, starting_harmonics
 from ..balance.second_order import second_order, work_for
 from ..balance.truncation import FREE, Tail
 from ..stability.second_order import displacement_peaks
-from .trace import leaf_of
 
 
 @dataclass(frozen=True, eq=False)

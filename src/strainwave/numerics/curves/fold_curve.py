@@ -8,6 +8,7 @@ import numpy as np
 from ...law import springs_only
 from ...quantities import checked, interval, replace, shown, with_parts
 from ...results import Floats, Orbit, SolveError, Status
+from ...tree import leaf_of
 from ..balance.fourier import from_blocks
 from ..balance.harmonics import starting_harmonics
 from ..balance.second_order import second_order
@@ -15,7 +16,6 @@ from ..balance.truncation import LOOKED_AT, tail_along
 from ..stability.second_order import displacement_peaks
 from .fold_system import FoldSystem, follow_fold
 from .parameter_response import SECOND_ORDER, embedded, value_at
-from .trace import leaf_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...quantities import interval, replace, shown, with_parts
 from ...results import Branch, Floats, Orbit, SolveError
+from ...tree import leaf_of
 from ..balance.first_order import FirstOrder, balance_of
 from ..balance.fourier import to_blocks
 from ..balance.guess import linear_response
@@ -20,7 +21,7 @@ from ..integration.corners import repeating
 from ..labels import CLOSED, END, LOST, UNBOUNDED
 from .describe import describe
 from .passage import GROWTH, damped_start, linear_start
-from .trace import Trace, leaf_of, solve, trace
+from .trace import Trace, solve, trace
 
 SECOND_ORDER = ("J", "B", "law", "excitation", "omega", "error")  # what the compact harmonic balance needs of a system
 INSIDE = 0.01  # of the range: where a sweep starts that has no response at its lower end

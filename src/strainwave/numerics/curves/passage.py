@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from ...compile.jit import with_leaf
 from ...results import Floats
+from ...tree import leaf_of, with_leaf
 from ..balance.first_order import FirstOrder
 from ..balance.guess import linear_response
 from ..integration.simulate import simulate
 from ..labels import CLOSED, END, LOST, RUNNING, STUCK, UNBOUNDED
 from .coexisting import guesses, new_orbits, same
-from .trace import Trace, leaf_of, solve, trace
+from .trace import Trace, solve, trace
 
 BELOW, ABOVE = 3.0, 100.0  # how far outside the range, as factors, a branch may go before it comes back
 EXCURSIONS = 20  # how often

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ...compile.jit import with_leaf
 from ...quantities import checked, interval
 from ...results import Branch, SolveError
+from ...tree import leaf_of, with_leaf
 from ..balance.first_order import FirstOrder, balance_of
 from ..balance.half_wave import is_odd_on, odd_problem
 from ..balance.harmonics import most_harmonics, starting_harmonics
@@ -23,7 +23,7 @@ from ..labels import END
 from .describe import Survey, describe, survey, together
 from .passage import across
 from .remarks import NEVER_STABLE, remarks
-from .trace import Trace, leaf_of
+from .trace import Trace
 
 
 def frequency_response(

@@ -13,6 +13,7 @@ import numpy as np
 
 from ...quantities import checked, interval, replace, shown, with_parts
 from ...results import Branch, Floats, Orbit, SolveError
+from ...tree import leaf_of
 from ..balance.first_order import balance_of
 from ..balance.harmonics import most_harmonics, starting_harmonics
 from ..balance.second_order import work_for
@@ -22,7 +23,7 @@ from ..labels import END, FOLD, STEP
 from ..stability.special_points import corrected
 from .describe import describe
 from .parameter_response import embedded
-from .trace import Trace, leaf_of, trace
+from .trace import Trace, trace
 
 DEPARTURES = (0.01, 0.03, 0.1)  # first steps along the null vector, relative to the orbit
 

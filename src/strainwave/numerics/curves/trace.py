@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from ...compile.jit import run
-from ...quantities import parameters
 from ...results import Floats
 from ..balance.erased import quiet
 from ..balance.first_order import FirstOrder
@@ -32,20 +31,6 @@ class Trace:
     labels: Any
     outcome: int
     message: str = ""
-
-
-def leaf_of(system: Any, path: str) -> int:
-    """Place of a float parameter among the float parameters of a system.
-
-    Raises
-    ------
-    ValueError
-        If the path names no float parameter.
-    """
-    paths = [p.path for p in parameters(system) if isinstance(p.value, float)]
-    if path not in paths:
-        raise ValueError(f"{type(system).__name__} has no continuous parameter {path!r}; it has {', '.join(paths)}")
-    return paths.index(path)
 
 
 def state_from(guess: Floats, width: float) -> Floats:

@@ -13,7 +13,8 @@ import math
 from typing import Any
 
 from ...compile.jit import borrowed, chosen, kernel, kernel_as
-from ...compile.lanes import count, lane, load, store
+from ...compile.lanes import lane, load, store
+from ...tree import count
 from ..choices import larger, select, smaller
 from ..integration.steps import dopri5_step
 from .fixed_step import every_lane, strobe

@@ -8,6 +8,7 @@ import numpy as np
 from ...compile.jit import run
 from ...compile.lanes import LANES
 from ...results import Floats
+from ...tree import leaves
 from ..integration.simulate import Dop8, Dopri5, Rk4
 from .adaptive_step import march_adaptive
 from .fixed_step import KEPT, march_dop8, march_rk4
@@ -76,28 +77,12 @@ class Block:
     attempts: int = 0
 
 
-def flat(thing: Any) -> list[Any]:
-    """Floats (or arrays of them) of a model or tuple, at any depth, in order; integers are left out."""
-    if isinstance(thing, tuple):
-        return [number for item in thing for number in flat(item)]
-    return [] if isinstance(thing, int | np.integer) else [thing]
-
-
-def first_lane(thing: Any) -> Any:
-    """The same model with floats where it has arrays."""
-    if isinstance(thing, tuple):
-        make: Any = type(thing)
-        items = [first_lane(item) for item in thing]
-        return make(*items) if hasattr(thing, "_fields") else tuple(items)
-    return thing if isinstance(thing, int | np.integer) else float(np.ravel(thing)[0])
-
-
 def march(batch: Batch, places: Any, method: Rk4 | Dopri5, steps: int) -> Block:
     """Run the lanes at these places (at most a block of them) through all their periods."""
     n, states, floats = len(places), len(batch.y0), len(batch.numbers)
     full = np.concatenate([places, np.repeat(places[-1:], LANES - n)])
     starts = tuple(measure.start() for measure in batch.measures)
-    sums = np.array(flat(starts), float)
+    sums = np.array(leaves(starts), float)
     at = floats + 1 + 2 * states
     rows = np.zeros((at + len(sums) + states + 3, LANES))
     rows[:floats], rows[floats + 1 : floats + 1 + states] = batch.numbers[:, full], batch.y0[:, full]

@@ -20,10 +20,11 @@ from numpy.typing import ArrayLike
 from ...compile.lanes import LANES
 from ...quantities import positive_count, replace, with_parts
 from ...results import Floats
+from ...tree import leaves, mapped
 from ..integration.corners import repeating
 from ..integration.simulate import Dopri5, Rk4
 from ..integration.step_counts import fastest_rates, steps_needed
-from .blocks import Batch, Block, first_lane, flat
+from .blocks import Batch, Block
 from .gpu import Machine, machine_of
 from .lane_checks import LaneError
 from .measures import Peak, Poincare, Rms, order_for
@@ -141,10 +142,20 @@ def _batch(
 ) -> Batch:  # fmt: skip
     members = replace(system, varied)
     prepared = members.prepared() if hasattr(members, "prepared") else members
-    table = np.array([np.broadcast_to(np.asarray(v, float), (lanes,)) for v in flat(prepared)]).reshape(-1, lanes)
+    table = np.array([np.broadcast_to(np.asarray(v, float), (lanes,)) for v in leaves(prepared)]).reshape(-1, lanes)
     omega = np.broadcast_to(np.asarray(getattr(members, "omega", 1.0), float), (lanes,))
     kind = Smooth() if _is_smooth(system, len(y0)) else General()
-    return Batch(first_lane(prepared), table, omega, y0, kind, measures, settle, periods, points)
+    return Batch(
+        mapped(lambda number: float(np.ravel(number)[0]), prepared),
+        table,
+        omega,
+        y0,
+        kind,
+        measures,
+        settle,
+        periods,
+        points,
+    )
 
 
 def _is_smooth(system: Any, states: int) -> bool:

@@ -10,7 +10,8 @@ import math
 from typing import Any
 
 from ...compile.jit import borrowed, kernel, kernel_as
-from ...compile.lanes import LANES, count, lane, load, store
+from ...compile.lanes import LANES, lane, load, store
+from ...tree import count
 from ..choices import larger
 from ..integration.steps import dop8_step, rk4_step
 from .pieces import Ends, Even, Piece, extreme_between, updated, vertex

@@ -13,11 +13,12 @@ import numpy as np
 
 from ...compile import cuda
 from ...compile.jit import kernel
-from ...compile.lanes import LANES, count, lane, load, store
+from ...compile.lanes import LANES, lane, load, store
 from ...quantities import shown
+from ...tree import count, leaves
 from ..integration.simulate import Dop8, Dopri5, Rk4
 from .adaptive_step import march_adaptive
-from .blocks import Batch, Block, flat, march
+from .blocks import Batch, Block, march
 from .fixed_step import KEPT, every_lane, march_dop8, march_rk4
 
 LAUNCHED = 2**20  # lanes of a launch, at most
@@ -124,7 +125,7 @@ def march_on_gpu(batch: Batch, places: Any, method: Rk4 | Dopri5, steps: int) ->
     """Run the lanes at these places through all their periods, on the device."""
     states, floats, periods = len(batch.y0), len(batch.numbers), batch.settle + batch.periods
     starts = tuple(measure.start() for measure in batch.measures)
-    sums = len(flat(starts))
+    sums = len(leaves(starts))
     rows = floats + 1 + 3 * states + sums + 5
     steps_of, call, most = METHODS[type(method)]
     own = most if rows <= FEW_ROWS else 1

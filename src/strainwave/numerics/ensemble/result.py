@@ -7,8 +7,9 @@ import xarray as xr
 
 from ...quantities import parameters
 from ...results import Floats
+from ...tree import leaves
 from ..integration.simulate import Dopri5, Rk4
-from .blocks import Batch, Block, flat
+from .blocks import Batch, Block
 from .measures import Final, Poincare
 from .pieces import Smooth
 
@@ -31,7 +32,7 @@ def dataset_of(
     data = xr.Dataset(coords={path: ("lane", v, {"units": units[path]}) for path, v in varied.items()})
     at = 0
     for measure in batch.measures:
-        n = len(flat(measure.start()))
+        n = len(leaves(measure.start()))
         with np.errstate(all="ignore"):
             variables = measure.results(found.sums[at : at + n], batch.periods * turn)
         at += n

@@ -7,6 +7,7 @@ import numpy as np
 from ...law import breakpoints_of, is_spring
 from ...quantities import shown, with_parts
 from ...results import Floats, Orbit, SolveError, Status
+from ...tree import leaf_of
 from ..balance.first_order import is_second_order
 from ..balance.fourier import from_blocks, to_blocks
 from ..balance.guess import linear_response
@@ -14,7 +15,7 @@ from ..balance.harmonics import MOST, most_harmonics, starting_harmonics
 from ..balance.second_order import second_order
 from ..balance.truncation import ORBIT, Tail, tail_along
 from ..curves.describe import describe
-from ..curves.trace import Trace, leaf_of, solve, with_velocity
+from ..curves.trace import Trace, solve, with_velocity
 from ..integration.corners import repeating
 from ..integration.simulate import Dopri5, simulate
 from ..labels import END

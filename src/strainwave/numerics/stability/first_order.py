@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compile.jit import with_leaf
 from ...results import Branch, Floats, Orbit, Status
+from ...tree import with_leaf
 from ..balance.first_order import FirstOrder, distance_along, jacobians_at
 from ..balance.fourier import from_blocks
 from ..balance.panels import pieces

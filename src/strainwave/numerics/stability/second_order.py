@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compile.jit import borrowed, kernel_as, routine, run, with_leaf
+from ...compile.jit import borrowed, kernel_as, routine, run
 from ...results import Floats
+from ...tree import with_leaf
 from ..balance.erased import quiet
 from ..balance.fourier import synthesis
 from ..balance.linear_algebra import add, row_times

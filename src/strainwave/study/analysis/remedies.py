@@ -13,10 +13,10 @@ from ...model.train.shafts import Elastic
 from ...numerics.balance.first_order import FirstOrder
 from ...numerics.balance.half_wave import all_orders
 from ...numerics.curves.response import traced_points
-from ...numerics.curves.trace import leaf_of
 from ...numerics.stability.second_order import displacement_peaks
 from ...quantities import parameters, replace
 from ...results import Floats, SolveError
+from ...tree import leaf_of
 from ..response.gear_forces import settling_time
 from ..response.resonances import operating_point
 from ..response.response import PLAIN_RUNS, ExactResponse

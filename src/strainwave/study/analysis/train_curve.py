@@ -21,10 +21,11 @@ from ...numerics.balance.fourier import from_blocks, synthesis
 from ...numerics.balance.truncation import MATTERS, Tail, tail_along
 from ...numerics.curves.describe import describe
 from ...numerics.curves.passage import across
-from ...numerics.curves.trace import Trace, leaf_of
+from ...numerics.curves.trace import Trace
 from ...numerics.labels import STUCK
 from ...numerics.stability.second_order import displacement_peaks
 from ...results import Floats
+from ...tree import leaf_of
 from ..response.jumps import jumps
 from ..response.response import ExactResponse
 from .usage import Usage

@@ -21,12 +21,12 @@ from ...model.excitation import Harmonic, NoError
 from ...model.laws.springs import Linear
 from ...model.varying import Variation
 from ...numerics.balance.first_order import first_order
-from ...numerics.curves.trace import leaf_of
 from ...numerics.equilibrium.operating_point import operating_point
 from ...numerics.stability.first_order import hill_map
 from ...quantities import interval, replace, with_parts
 from ...results import Floats
 from ...theory.lyapunov import mean_torque
+from ...tree import leaf_of
 
 HIGHEST = 4  # multiple n of a line's half order that is looked at
 ROUNDING = 1e-11  # of the traces: a tongue that has closed is none

@@ -26,11 +26,12 @@ from ...numerics.curves.describe import describe
 from ...numerics.curves.parameter_response import SECOND_ORDER, both_ways, embedded_series
 from ...numerics.curves.response import frequency_response
 from ...numerics.curves.switching import UPRIGHT
-from ...numerics.curves.trace import Trace, leaf_of, solve
+from ...numerics.curves.trace import Trace, solve
 from ...numerics.labels import CLOSED, END, FOLD, STEP
 from ...quantities import interval, shown, with_parts
 from ...results import Branch, Floats
 from ...theory.slow_flow.resonance import SUBHARMONIC, Resonance
+from ...tree import leaf_of
 from .isola_seeds import free_seeds, series_of, slow_seeds, speeds
 from .orbit_copies import lies_on, takes
 

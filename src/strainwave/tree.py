@@ -1,0 +1,128 @@
+"""A model is a tree of numbers: a NamedTuple whose fields are numbers, other models, and tuples of these.
+
+Its leaves are its floats, at any depth, in the order of the fields. An array in the place of a float stands for as many
+variants of the model. Integers (orders, exponents) are no leaves: all variants share them. What counts, lists, changes
+or rebuilds the numbers of a model does so here, so that all agree on their order; compiled code has walkers of its own
+in the same order (`compile.lanes`, and `with_leaf` in `compile.jit`).
+"""
+
+from collections.abc import Callable, Iterator
+from numbers import Integral
+from typing import Any
+
+from .units import shown
+
+
+def is_model(thing: Any) -> bool:
+    """Whether a thing is a model, that is, an instance of a NamedTuple class."""
+    return isinstance(thing, tuple) and hasattr(thing, "_fields")
+
+
+def made(template: Any, items: Any) -> Any:
+    """Model or tuple of the kind of another one, from its items."""
+    kind: Any = type(template)
+    return kind(*items) if hasattr(template, "_fields") else tuple(items)
+
+
+def leaves(thing: Any) -> list[Any]:
+    """Floats, or arrays of them, of a number, a model or a tuple."""
+    if isinstance(thing, tuple):
+        return [leaf for item in thing for leaf in leaves(item)]
+    return [] if isinstance(thing, Integral) else [thing]
+
+
+def count(thing: Any) -> int:
+    """Number of floats in a model or a tuple."""
+    if isinstance(thing, tuple):
+        return sum(map(count, thing))
+    return int(isinstance(thing, float))
+
+
+def mapped(function: Callable[..., Any], *things: Any) -> Any:
+    """Model or tuple whose leaves are a function of the leaves of one or several; integers are those of the first."""
+    first = things[0]
+    if isinstance(first, tuple):
+        return made(first, [mapped(function, *items) for items in zip(*things, strict=True)])
+    return first if isinstance(first, Integral) else function(*things)
+
+
+def classes(things: tuple[Any, ...]) -> tuple[type, ...]:
+    """Classes of the models among things, at any depth, in the order in which they are met."""
+    found: dict[type, None] = {}
+    waiting = [things]
+    while waiting:
+        for item in waiting.pop():
+            if isinstance(item, tuple):
+                waiting.append(item)
+                if type(item) is not tuple:
+                    found[type(item)] = None
+    return tuple(found)
+
+
+def numbers(model: Any, prefix: str = "") -> Iterator[tuple[str, Any, str, Any]]:
+    """Every number, integers too: its path ("law.alpha", "error.lines.0.amplitude"), its owner, its name, its value."""
+    names = model._fields if is_model(model) else map(str, range(len(model)))
+    for name, value in zip(names, model, strict=True):
+        if isinstance(value, tuple):
+            yield from numbers(value, f"{prefix}{name}.")
+        elif isinstance(value, float | int):
+            yield prefix + name, model, name, value
+
+
+def leaf_of(model: Any, path: str) -> int:
+    """Place of a float among the leaves of a model, from its path.
+
+    Raises
+    ------
+    ValueError
+        If the path names no float.
+    """
+    paths = [at for at, _, _, value in numbers(model) if isinstance(value, float)]
+    if path not in paths:
+        raise ValueError(f"{type(model).__name__} has no continuous parameter {path!r}; it has {', '.join(paths)}")
+    return paths.index(path)
+
+
+def with_leaf(model: Any, index: int, value: Any) -> Any:
+    """The model with its leaf `index` replaced."""
+    return _with_leaf(model, index, value)[0]
+
+
+def _with_leaf(thing: Any, index: int, value: Any) -> tuple[Any, int]:
+    if not isinstance(thing, tuple):
+        return (value, -1) if isinstance(thing, float) and index == 0 else (thing, index - isinstance(thing, float))
+    for place, item in enumerate(thing):
+        if isinstance(item, float):
+            index -= 1
+            if index != -1:
+                continue
+            new = value
+        elif isinstance(item, tuple):
+            new, index = _with_leaf(item, index, value)
+            if new is item:
+                continue
+        else:
+            continue
+        return made(thing, (*thing[:place], new, *thing[place + 1 :])), -1
+    return thing, index
+
+
+def replaced(model: Any, path: str, value: Any) -> Any:
+    """The model with the number or the model at a path replaced; a path that does not exist is a ValueError."""
+    return _replaced(model, path.split("."), value, path)
+
+
+def _replaced(model: Any, keys: list[str], value: Any, path: str) -> Any:
+    key, rest = keys[0], keys[1:]
+    names = list(model._fields) if is_model(model) else [str(i) for i in range(len(model))]
+    if key not in names:
+        raise ValueError(
+            f"{type(model).__name__} has no parameter {shown(key)} (in {shown(path)}); it has "
+            f"{', '.join(names) or 'none'}"
+        )
+    index = names.index(key)
+    old = model[index]
+    if rest and not isinstance(old, tuple):
+        raise ValueError(f"{key!r} in {shown(path)} is a number and has no parameter {shown('.'.join(rest))}")
+    new = _replaced(old, rest, value, path) if rest else value
+    return made(model, (*model[:index], new, *model[index + 1 :]))
