@@ -25,13 +25,15 @@ UNBOUNDED = 5  # outcome of a trace, after those of `continuation`
 class Trace:
     """Points of a branch (coefficients in blocks, parameter last), what each is, and how the branch ended.
 
-    `message` is the sentence about the end, where the one that `describe` finds for the outcome does not tell enough.
+    `message` is the sentence about the end, where the one that `describe` finds for the outcome does not tell enough;
+    `elsewhere` holds values of the parameter and tables of orbits there through which the branch does not pass.
     """
 
     points: Floats
     labels: Any
     outcome: int
     message: str = ""
+    elsewhere: tuple[tuple[float, Floats], ...] = ()
 
 
 def leaf_of(system: Any, path: str) -> int:
@@ -82,30 +84,31 @@ def trace(
     step: float,
     width: float | None = None,
     growth: float = np.inf,
+    pieces: int = MOST_PIECES,
 ) -> Trace:
     """Follow one branch from a guess (coefficients, parameter) inside [lo, hi] until it leaves or closes.
 
     `step` is in units of the orbit's size and of `width` of the parameter (default: the range). The outcome is
-    UNBOUNDED where the orbit is `growth` times larger than at the start.
+    UNBOUNDED where the orbit is `growth` times larger than at the start, RUNNING after so many `pieces`.
     """
     state = state_from(guess, width or hi - lo)
-    pieces: list[Floats] = []
+    found: list[Floats] = []
     labels: list[Any] = []
     ds, outcome, mode = 0.1 * step, RUNNING, START
     buffers = buffers_for(problem)
-    while outcome == RUNNING and len(pieces) < MOST_PIECES:
+    while outcome == RUNNING and len(found) < pieces:
         points, kinds = np.empty((PIECE, len(guess))), np.empty(PIECE, np.int64)
         count, outcome, ds = _run(problem, state, direction, mode, lo, hi, ds, step, AIM, buffers, points, kinds)
-        pieces.append(points[:count])
+        found.append(points[:count])
         labels.append(kinds[:count])
         mode = STEP
         if growth < np.inf and outcome != LOST:
             squares = np.square(points[:count, :-1]).sum(axis=1)
-            large = np.sqrt(squares) > growth * np.linalg.norm(pieces[0][0, :-1])
+            large = np.sqrt(squares) > growth * np.linalg.norm(found[0][0, :-1])
             if large.any():
                 end = int(np.argmax(large)) + 1
-                pieces[-1], labels[-1], outcome = points[:end], kinds[:end], UNBOUNDED
-    points, kinds = in_order(np.concatenate(pieces), np.concatenate(labels))
+                found[-1], labels[-1], outcome = points[:end], kinds[:end], UNBOUNDED
+    points, kinds = in_order(np.concatenate(found), np.concatenate(labels))
     points, kinds = with_missed_folds(problem, points, kinds)
     if outcome == CLOSED:
         points[-1] = points[0]  # the last step went a little past the start

@@ -1,7 +1,8 @@
-"""Orbits that coexist at one frequency: those that a harmonic alone allows, corrected by harmonic balance.
+"""Orbits that coexist at one base frequency: where they may, and those known, from one number of harmonics to the next.
 
-A vibration of amplitude a under a force of amplitude D needs |k(a) - J w^2 + i B w| a = D, with the equivalent
-stiffness k(a) of the law (describing function). Every root is a guess: inside a bistable band there are three.
+A vibration of harmonic k and amplitude a on top of an orbit needs |kappa(a) - J (k w)^2 + i B k w| a = D, with the
+equivalent stiffness kappa of the law (describing function): a second one needs an amplitude at which
+kappa(a) is about J (k w)^2 and a drive D that bears the damping there. Where that may be, `connected` looks for them.
 
 Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 4.1.1; Krack & Gross 2019, sec. 2.3 (one harmonic).
 """
@@ -10,68 +11,104 @@ from typing import Any
 
 import numpy as np
 
+from .._dispatch import breakpoints_of
 from ..results import Floats
-from .balance import SecondOrder
-from .branches import solve
+from .connected import ENOUGH, alike, connected, fitted, highest_harmonic, table_of
+from .first_order import FirstOrder
 from .fourier import orders
-from .guess import drive, linear_response, one_harmonic
+from .guess import drive, one_harmonic
 
 SIZES = np.geomspace(1e-4, 1.0, 40)  # amplitudes at which the law is asked, of the largest that the damping allows
-FINE = np.geomspace(1e-4, 1.0, 313)  # and those between them
-BETWEEN = np.array([np.interp(FINE, SIZES, row) for row in np.eye(len(SIZES))]).T
-NEAR = 0.02  # relative distance to an orbit from which Newton's method goes to it
-CLOSE = 1.5  # factor above a force within which it is looked at closely
 LEAST = 1e-4  # damping that counts at least, of critical
-MATTERS = 1e-3  # of the largest force: lines below it make no second orbit of their own
+SHARED = 0.03  # of the largest drive: what other harmonics of a larger motion may have
+MOST = 1.4  # factor of J (k w)^2 for what one harmonic leaves out
+MARGIN = 2.0  # factor of a drive that is too small for a second orbit
 
 
-def new_orbits(problem: Any, some: list[Floats], known: list[Floats]) -> list[Floats]:
-    """Orbits to which guesses lead, without the known ones; a guess next to a known orbit leads to it."""
-    found: list[Floats] = []
-    for guess in some:
-        if any(same(guess, other, NEAR) for other in known):
-            continue
-        point = solve(problem, guess)
-        if point is not None and not any(same(point, other) for other in [*known, *found]):
-            found.append(point)
-    return found
+class Coexisting:
+    """Orbits known at some base frequencies, carried from one number of harmonics to the next.
 
+    `known` maps a frequency to tables of coefficients (2H+1, states), of the torsion for a `SecondOrder` problem.
+    """
 
-def same(a: Floats, b: Floats, tolerance: float = 1e-5) -> bool:
-    """Whether two points of a branch at one value of the parameter are the same."""
-    return float(np.linalg.norm(a - b)) <= tolerance * float(np.linalg.norm(b[:-1]))
+    def __init__(self) -> None:
+        self.known: dict[float, list[Floats]] = {}
+        self.searched: set[float] = set()
+        self.apart: list[Floats] = []
+
+    def guesses(self, problem: Any, value: float, passed: list[Floats]) -> list[Floats]:
+        """Guesses at a frequency for orbits beside those passed there; searched for once, where there may be any."""
+        if value not in self.searched and (not passed or may_coexist(problem, passed[0])):
+            self.searched.add(value)
+            self.known.setdefault(value, []).extend(connected(problem, value, passed[:1]))
+        tables = [table for table in self.known.get(value, []) if not any(table is other for other in self.apart)]
+        some = [fitted(problem, table, value) for table in tables]
+        return [point for point in some if point is not None]
+
+    def note(self, problem: Any, points: list[Floats]) -> None:
+        """Keep orbits that were found by the way."""
+        for point in points:
+            self.known.setdefault(float(point[-1]), []).append(table_of(problem, point))
+
+    def give_up(self, problem: Any, points: list[Floats]) -> None:
+        """Look no more for a way to orbits to which none was found with harmonics enough; they remain known."""
+        if problem.turns * ENOUGH > highest_harmonic(problem):
+            return
+        for point in points:
+            table = table_of(problem, point)
+            self.apart += [other for other in self.known[float(point[-1])] if alike(table, other, problem.turns)]
 
 
 def guesses(problem: Any, values: tuple[float, float]) -> dict[float, list[Floats]]:
-    """Guesses for every orbit at some base frequencies, where a line of the excitation alone allows more than one."""
-    found: dict[float, list[Floats]] = {value: [] for value in values}
-    if not (isinstance(problem, SecondOrder) and problem.leaf == problem.omega_leaf):
-        return found
-    system, h = problem.system, len(problem.tau) // 2
-    k = orders(h, problem.stride) / problem.turns
-    w = np.concatenate([k * value for value in values])
-    force = np.concatenate([drive(system, k * value, problem.tau, problem.error) for value in values])
-    mass, loss, size = system.J * w * w, system.B * w, np.abs(force)
-    lines = np.flatnonzero(size > MATTERS * size.max())
-    if not len(lines):
-        return found
-    reach = size[lines] / np.maximum(loss, LEAST * mass)[lines]  # no vibration is larger
-    top = float(reach.max())
-    means, stiffness = one_harmonic(system.law, float(problem.tau[0]), top * SIZES)
-    mass, loss, size, force = mass[lines, None], loss[lines, None], size[lines, None] / top, force[lines]
-    pull = np.hypot(stiffness - mass, loss) * SIZES
-    falls = pull[:, 1:] < np.minimum(pull[:, :-1], CLOSE * size)
-    if not falls.any():  # one amplitude to each force
-        return found
-    bottom = BETWEEN @ stiffness - mass
-    low = np.hypot(bottom, loss) * FINE < size
-    changes = low[:, 1:] != low[:, :-1]
-    for row in np.flatnonzero(changes.sum(axis=1) > 1).tolist():
-        line = int(lines[row])
-        value, i = values[line // h], line % h
-        for place in np.flatnonzero(changes[row]).tolist():
-            guess = linear_response(problem, value)
-            response = force[row] / (bottom[row, place] + 1j * loss[row, 0])
-            guess[0], guess[1 + i], guess[1 + h + i] = BETWEEN[place] @ means, response.real, -response.imag
-            found[value].append(guess)
-    return found
+    """Guesses for every orbit that is found at some base frequencies."""
+    found = {value: connected(problem, value, []) for value in values}
+    some = {value: [fitted(problem, table, value) for table in tables] for value, tables in found.items()}
+    return {value: [point for point in points if point is not None] for value, points in some.items()}
+
+
+def may_coexist(problem: Any, point: Floats) -> bool:
+    """Whether other orbits may exist at the frequency of a known one, from what one harmonic on top of it allows."""
+    if isinstance(problem, FirstOrder):
+        return not is_linear(problem, point)
+    system, value = problem.system, float(point[-1])
+    n = len(problem.tau)
+    h = n // 2
+    w = value / problem.turns * orders(h, problem.stride)
+    mass, loss = system.J * w * w, np.maximum(system.B * w, LEAST * system.J * w * w)
+    u = point[:n] @ problem.synthesis
+    stiffness = system.law.stiffness(u) + 0.0 * u
+    tangent = float(stiffness.mean())
+    moving = u - point[0]
+    square = float(moving @ moving)
+    secant = float((system.law.torque(u) @ moving) / square) if square > 0.0 else tangent
+    size = np.hypot(point[1 : h + 1], point[h + 1 : n])
+    driven = np.maximum(np.abs(drive(system, w, problem.tau, problem.error)), np.hypot(secant - mass, loss) * size)
+    # A larger motion drives harmonics that this one does not, above all where it reaches a corner of the law.
+    driven = np.maximum(driven, (1.0 if breakpoints_of(system.law) else SHARED) * driven.max())
+    top = MARGIN * float(np.max(driven / loss))
+    if not top > 0.0:
+        return False
+    sizes = top * SIZES
+    _, kappa = one_harmonic(system.law, float(problem.tau[0]), sizes)
+    bears = loss[:, None] * sizes <= MARGIN * driven[:, None]
+    for shift in (0.0, tangent - kappa[0]):  # alone, and on top of the orbit
+        low = np.where(bears, kappa, np.inf).min(axis=1) + shift
+        high = np.where(bears, kappa, -np.inf).max(axis=1) + shift
+        if np.any((low < MOST * mass) & (high > mass / MOST) & (high - low > loss)):
+            return True
+    # a vibration that the varying stiffness of the orbit itself keeps up
+    waves = np.abs(np.fft.rfft(stiffness)) * (2.0 / len(u))
+    twice = (2 * orders(h, problem.stride)) // problem.stride
+    pump = np.where(twice < len(waves), waves[np.minimum(twice, len(waves) - 1)], 0.0)
+    return bool(np.any(np.hypot(tangent - mass, loss) <= 0.5 * MARGIN * pump))
+
+
+def is_linear(problem: FirstOrder, point: Floats) -> bool:
+    """Whether the rates of a system do not depend on its states otherwise than linearly, near an orbit and far off."""
+    a, b = (np.empty((len(problem.tau), len(problem.tau))) for _ in range(2))
+    slope = np.empty(len(problem.tau))
+    problem.linearise(point, None, a, slope)
+    other = 3.0 * point
+    other[-1] = point[-1]
+    problem.linearise(other, None, b, slope)
+    return bool(np.max(np.abs(a - b)) <= 1e-6 * np.max(np.abs(a)))

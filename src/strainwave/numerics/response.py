@@ -15,9 +15,11 @@ from .._jit import with_leaf
 from ..quantities import checked, interval
 from ..results import Branch, SolveError
 from .branches import Trace, leaf_of
+from .coexisting import Coexisting
 from .continuation import END
 from .corners import repeating
 from .description import Survey, describe, survey, together
+from .elsewhere import Places, left_over, orbits_at, told
 from .first_order import FirstOrder, balance_of
 from .half_wave import is_odd_on, odd_problem
 from .harmonics import most_harmonics, starting_harmonics
@@ -111,8 +113,15 @@ def response_curves(
         curves = [found[i] for i in members]
         branches = together(curves, "omega")
         for i, branch, said in zip(members, branches, remarks(curves, branches), strict=True):
-            found[i] = with_changes(branch, message="; ".join([branch.message, *said])) if said else branch
+            found[i] = _told(found[i].problem, branch, said, found[i].elsewhere)
     return found
+
+
+def _told(problem: Any, branch: Branch, said: list[str], places: Places) -> Branch:
+    """The branch with what there is to say, and with the orbits at the ends of its range that it does not pass."""
+    elsewhere = orbits_at(problem, places, branch) if places else []
+    said = [branch.message, *told(elsewhere), *said]
+    return with_changes(branch, message="; ".join(said), elsewhere=elsewhere) if len(said) > 1 else branch
 
 
 def _traced(
@@ -123,8 +132,7 @@ def _traced(
     if isinstance(problem, FirstOrder):
         branch = describe(problem, "omega", found, tail, origin)
         unstable = len(branch) > 0 and not branch.stable.any()
-        said = [branch.message, *([NEVER_STABLE] if unstable else [])]
-        return with_changes(branch, message="; ".join(said))
+        return _told(problem, branch, [NEVER_STABLE] if unstable else [], found.elsewhere)
     return survey(problem, "omega", found, tail, origin)
 
 
@@ -137,23 +145,25 @@ def traced_points(
     of the curve: None.
     """
     h, most = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
+    others = Coexisting()
     while True:
         problem = balance_of(system, leaf, leaf, h, period)
-        problem, found, origin = symmetric_across(problem, lo, hi, 4.0 / points)
-        if harmonics is not None:
-            return problem, found, None, origin
-        last = h >= most
-        tail = tail_along(problem, found.points, np.inf if last else CURVE)
-        if last or (tail.worst <= CURVE and found.outcome == END):
-            return problem, found, tail, origin
+        problem, found, origin = symmetric_across(problem, lo, hi, 4.0 / points, others)
+        last = harmonics is not None or h >= most
+        tail = None if harmonics is not None else tail_along(problem, found.points, np.inf if last else CURVE)
+        if tail is None or last or (tail.worst <= CURVE and found.outcome == END):
+            left = left_over(problem, found, others)
+            return problem, with_changes(found, elsewhere=left) if left else found, tail, origin
         h = min(2 * h + 1, most)
 
 
-def symmetric_across(problem: Any, lo: float, hi: float, step: float) -> tuple[Any, Trace, str]:
+def symmetric_across(
+    problem: Any, lo: float, hi: float, step: float, others: Coexisting
+) -> tuple[Any, Trace, str]:  # fmt: skip
     """`across` by odd harmonics alone where that is possible; and the problem that was solved."""
     odd = odd_problem(problem)
     if odd is not None:
-        found, origin = across(odd, lo, hi, step)
+        found, origin = across(odd, lo, hi, step, others)
         if found.outcome == END and is_odd_on(odd, found.points):
             return odd, found, origin
-    return problem, *across(problem, lo, hi, step)
+    return problem, *across(problem, lo, hi, step, others)

@@ -17,6 +17,7 @@ from ..model.motion import AngleTorque
 from ..model.shafts import NO_DRAG, Elastic, Free, end_of
 from ..model.train_forms import AtLoad, own_state, turning
 from ..numerics.branches import Trace, leaf_of
+from ..numerics.coexisting import Coexisting
 from ..numerics.continuation import STUCK
 from ..numerics.description import describe
 from ..numerics.first_order import FirstOrder, first_order, rates_at
@@ -141,10 +142,10 @@ def traced_train(
     kinked, g = small.kinked, repeats(small, top)
     most = -(-max(MOST, top + 2 * g) // g)
     h = max(1, PER_ORDER * top // g, WITH_KINKS if kinked else 1) if given is None else max(1, given // g)
-    h = min(most, h)
+    h, others = min(most, h), Coexisting()
     while True:
         problem = first_order(middle, leaf, leaf, h, 1.0 / g)
-        found, origin = across(problem, *speeds, 4.0 / points)
+        found, origin = across(problem, *speeds, 4.0 / points, others)
         tail = tail_along(problem, found.points)
         enough = tail.share <= MATTERS and found.outcome != STUCK
         if enough or h >= most or given is not None:
