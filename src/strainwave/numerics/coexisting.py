@@ -28,19 +28,24 @@ MARGIN = 2.0  # factor of a drive that is too small for a second orbit
 class Coexisting:
     """Orbits known at some base frequencies, carried from one number of harmonics to the next.
 
-    `known` maps a frequency to tables of coefficients (2H+1, states), of the torsion for a `SecondOrder` problem.
+    `known` maps a frequency to tables of coefficients (2H+1, states), of the torsion for a `SecondOrder` problem;
+    `unfinished` are frequencies at which a search was cut short.
     """
 
     def __init__(self) -> None:
         self.known: dict[float, list[Floats]] = {}
         self.searched: set[float] = set()
+        self.unfinished: set[float] = set()
         self.apart: list[Floats] = []
 
     def guesses(self, problem: Any, value: float, passed: list[Floats]) -> list[Floats]:
         """Guesses at a frequency for orbits beside those passed there; searched for once, where there may be any."""
         if value not in self.searched and (not passed or may_coexist(problem, passed[0])):
             self.searched.add(value)
-            self.known.setdefault(value, []).extend(connected(problem, value, passed[:1]))
+            found = connected(problem, value, passed[:1])
+            self.known.setdefault(value, []).extend(found.tables)
+            if not found.whole:
+                self.unfinished.add(value)
         tables = [table for table in self.known.get(value, []) if not any(table is other for other in self.apart)]
         some = [fitted(problem, table, value) for table in tables]
         return [point for point in some if point is not None]
@@ -57,13 +62,6 @@ class Coexisting:
         for point in points:
             table = table_of(problem, point)
             self.apart += [other for other in self.known[float(point[-1])] if alike(table, other, problem.turns)]
-
-
-def guesses(problem: Any, values: tuple[float, float]) -> dict[float, list[Floats]]:
-    """Guesses for every orbit that is found at some base frequencies."""
-    found = {value: connected(problem, value, []) for value in values}
-    some = {value: [fitted(problem, table, value) for table in tables] for value, tables in found.items()}
-    return {value: [point for point in points if point is not None] for value, points in some.items()}
 
 
 def may_coexist(problem: Any, point: Floats) -> bool:

@@ -6,7 +6,6 @@ until the last two are negligible.
 """
 
 from collections.abc import Callable
-from dataclasses import replace as with_changes
 from typing import Any
 
 import numpy as np
@@ -19,13 +18,15 @@ from .coexisting import Coexisting
 from .continuation import END
 from .corners import repeating
 from .description import Survey, describe, survey, together
-from .elsewhere import Places, left_over, orbits_at, told
+from .elsewhere import with_left_over, with_others
 from .first_order import FirstOrder, balance_of
 from .half_wave import is_odd_on, odd_problem
 from .harmonics import most_harmonics, starting_harmonics
 from .passage import across
 from .remarks import NEVER_STABLE, remarks
 from .truncation import CURVE, Tail, tail_along
+
+FOLLOWED = ": parameter_response with its orbit in `elsewhere` as start follows it"
 
 
 def frequency_response(
@@ -113,15 +114,8 @@ def response_curves(
         curves = [found[i] for i in members]
         branches = together(curves, "omega")
         for i, branch, said in zip(members, branches, remarks(curves, branches), strict=True):
-            found[i] = _told(found[i].problem, branch, said, found[i].elsewhere)
+            found[i] = with_others(found[i].problem, branch, found[i].elsewhere, said, FOLLOWED)
     return found
-
-
-def _told(problem: Any, branch: Branch, said: list[str], places: Places) -> Branch:
-    """The branch with what there is to say, and with the orbits at the ends of its range that it does not pass."""
-    elsewhere = orbits_at(problem, places, branch) if places else []
-    said = [branch.message, *told(elsewhere), *said]
-    return with_changes(branch, message="; ".join(said), elsewhere=elsewhere) if len(said) > 1 else branch
 
 
 def _traced(
@@ -132,7 +126,7 @@ def _traced(
     if isinstance(problem, FirstOrder):
         branch = describe(problem, "omega", found, tail, origin)
         unstable = len(branch) > 0 and not branch.stable.any()
-        return _told(problem, branch, [NEVER_STABLE] if unstable else [], found.elsewhere)
+        return with_others(problem, branch, found.elsewhere, [NEVER_STABLE] if unstable else [], FOLLOWED)
     return survey(problem, "omega", found, tail, origin)
 
 
@@ -152,8 +146,7 @@ def traced_points(
         last = harmonics is not None or h >= most
         tail = None if harmonics is not None else tail_along(problem, found.points, np.inf if last else CURVE)
         if tail is None or last or (tail.worst <= CURVE and found.outcome == END):
-            left = left_over(problem, found, others)
-            return problem, with_changes(found, elsewhere=left) if left else found, tail, origin
+            return problem, with_left_over(problem, found, others), tail, origin
         h = min(2 * h + 1, most)
 
 

@@ -40,7 +40,7 @@ def slow_seeds(problem: Any, resonance: Resonance, at: Floats) -> Iterator[tuple
     """Orbits at the ends of the range; steady states of the slow flow, stable and unstable."""
     if resonance.q == 1:
         for omega in (float(at[0]), float(at[-1])):
-            for table in connected(problem, omega, []):
+            for table in connected(problem, omega, []).tables:
                 guess = fitted(problem, table, omega)
                 if guess is not None:
                     yield guess, f"seeded by an orbit of the excitation at other strengths, omega = {omega:.6g} rad/s"

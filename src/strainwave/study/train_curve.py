@@ -20,6 +20,7 @@ from ..numerics.branches import Trace, leaf_of
 from ..numerics.coexisting import Coexisting
 from ..numerics.continuation import STUCK
 from ..numerics.description import describe
+from ..numerics.elsewhere import with_left_over, with_others
 from ..numerics.first_order import FirstOrder, first_order, rates_at
 from ..numerics.floquet import displacement_peaks
 from ..numerics.fourier import from_blocks, synthesis
@@ -44,7 +45,8 @@ class TrainCurve:
     Attributes
     ----------
     response : ExactResponse
-        The curve: its x is the error between motor and load, twists of couplings included.
+        The curve: its x is the error between motor and load, twists of couplings included. Motions at the ends of the
+        range that do not join it are in the curve's `elsewhere` and told of in its `message`.
     usage : Usage
         Largest torques in the gear over the motions that a slow run-up or coast-down visits.
     gear_peak : float
@@ -77,6 +79,7 @@ def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | 
     if not len(found.points):
         return None
     curve = describe(problem, "omega", found, tail, origin, locate=False)
+    curve = with_others(problem, curve, found.elsewhere, [])
     try:
         response = ExactResponse(curve, jumps(curve))
     except ValueError:  # nothing stable to follow
@@ -149,6 +152,7 @@ def traced_train(
         tail = tail_along(problem, found.points)
         enough = tail.share <= MATTERS and found.outcome != STUCK
         if enough or h >= most or given is not None:
+            found = with_left_over(problem, found, others)
             return *_over_a_turn(problem, found, g), tail._replace(harmonics=h * g), origin
         h = min(most, 2 * h)
 
@@ -180,7 +184,15 @@ def _over_a_turn(problem: FirstOrder, found: Trace, g: int) -> tuple[FirstOrder,
         n = 1 if first == 0 else h
         series[:, :, first : first + (n - 1) * g + 1 : g] = own[:, :, last : last + n]
     points[:, -1] = found.points[:, -1]
-    return whole, with_changes(found, points=points)
+    elsewhere = tuple((value, _spread(table, g)) for value, table in found.elsewhere)
+    return whole, with_changes(found, points=points, elsewhere=elsewhere)
+
+
+def _spread(table: Floats, g: int) -> Floats:
+    """Coefficients (2gH+1, states) over a turn from those over a g-th of it."""
+    wide = np.zeros((g * (len(table) - 1) + 1, table.shape[1]))
+    wide[0], wide[2 * g - 1 :: 2 * g], wide[2 * g :: 2 * g] = table[0], table[1::2], table[2::2]
+    return wide
 
 
 def series_of(problem: Any, points: Floats) -> Floats:
