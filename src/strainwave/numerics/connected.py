@@ -33,7 +33,8 @@ LEAST_LINE = 1e-3  # of the largest line: one below it is no way to other orbits
 FASTEST = 2.0  # factor of the frequency, upwards and downwards
 STEP, COARSE = 0.1, 0.2  # of an orbit's size and of the units of the parameters; for a general system
 FINE = 0.02  # the same along the frequency
-MOST_POINTS, MOST_GENERAL = 2500, 300  # of all curves of a search, and of one for a general system, in NumPy
+MOST_POINTS = 2500  # of all curves of a search
+MOST_GENERAL, MOST_KINKED = 600, 150  # and for a general system, in NumPy; with breakpoints
 LONGEST = 500  # points of one curve
 SIZES = np.geomspace(1e-4, 1.0, 200)  # amplitudes at which the law is asked, of the largest that the damping allows
 LEAST = 1e-4  # damping that counts at least, of critical
@@ -159,7 +160,9 @@ class _Search:
     def __init__(self, problem: Any, value: float, strongest: float) -> None:
         self.problem, self.value = problem, value
         self.strengths = math.log(WEAKEST), math.log(strongest)
-        self.left = MOST_GENERAL if isinstance(problem, FirstOrder) else MOST_POINTS
+        self.left = MOST_POINTS
+        if isinstance(problem, FirstOrder):
+            self.left = MOST_KINKED if problem.kinked else MOST_GENERAL
         self.whole = True
 
     def explored(self, first: Any, known: list[Floats]) -> Found:
