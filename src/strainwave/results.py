@@ -243,7 +243,7 @@ class Branch:
     tori : list of Orbit
         Neimark-Sacker points, where a complex pair of multipliers leaves the unit circle (general systems only).
     elsewhere : list of Orbit
-        Other motions at the ends of the range of a response curve, which do not join it.
+        Other motions found at the ends of the range of a response curve, stable or not, which do not join it.
     """
 
     parameter: str

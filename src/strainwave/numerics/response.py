@@ -63,7 +63,10 @@ def frequency_response(
     Branch
         In arc order from one end of the range to the other, with stability, folds and period doublings. Where the
         curve leaves the range and comes back, the points outside are in it too: a range that begins or ends inside a
-        bistable band shows all its motions. `message` tells of motions at the ends that do not join the curve.
+        bistable band shows all motions that join the curve. Others at the ends are looked for by curves along the
+        strength of the excitation, a constant torque and omega; `elsewhere` has those found that do not join the
+        curve, and `message` tells of the stable ones and of a search that was cut short. Motions that no such curve
+        connects are not found: `isolas` looks for them from random starts.
 
     Raises
     ------
