@@ -88,17 +88,20 @@ def may_coexist(problem: Any, point: Floats) -> bool:
         return False
     sizes = top * SIZES
     _, kappa = one_harmonic(system.law, float(problem.tau[0]), sizes)
-    bears = loss[:, None] * sizes <= MARGIN * driven[:, None]
+    bear = np.searchsorted(sizes, MARGIN * driven / loss, side="right")  # how many of the amplitudes the drive bears
+    low, high = (of.accumulate(kappa)[bear - 1] for of in (np.minimum, np.maximum))
+    wide = (bear > 0) & (high - low > loss)
     for shift in (0.0, tangent - kappa[0]):  # alone, and on top of the orbit
-        low = np.where(bears, kappa, np.inf).min(axis=1) + shift
-        high = np.where(bears, kappa, -np.inf).max(axis=1) + shift
-        if np.any((low < MOST * mass) & (high > mass / MOST) & (high - low > loss)):
+        if np.any(wide & (low + shift < MOST * mass) & (high + shift > mass / MOST)):
             return True
     # a vibration that the varying stiffness of the orbit itself keeps up
+    off = np.hypot(tangent - mass, loss)
+    if off.min() > 2.0 * MARGIN * float(np.ptp(stiffness)):
+        return False
     waves = np.abs(np.fft.rfft(stiffness)) * (2.0 / len(u))
     twice = (2 * orders(h, problem.stride)) // problem.stride
     pump = np.where(twice < len(waves), waves[np.minimum(twice, len(waves) - 1)], 0.0)
-    return bool(np.any(np.hypot(tangent - mass, loss) <= 0.5 * MARGIN * pump))
+    return bool(np.any(off <= 0.5 * MARGIN * pump))
 
 
 def is_linear(problem: FirstOrder, point: Floats) -> bool:
