@@ -20,7 +20,7 @@ from strainwave.compile import jit
 from strainwave.files.project import from_text
 from strainwave.law import is_spring, torsion
 from strainwave.model.train.train_forms import AtLoad, Metered
-from strainwave.numerics.curves import trace as branches
+from strainwave.numerics.continuation import trace as branches
 from strainwave.numerics.integration import simulate as integrate
 from strainwave.numerics.stability import second_order as floquet
 from strainwave.tree import classes

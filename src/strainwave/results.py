@@ -242,6 +242,8 @@ class Branch:
         Where a multiplier passes +1 without a fold: another branch crosses (the symmetry of the orbit breaks).
     tori : list of Orbit
         Neimark-Sacker points, where a complex pair of multipliers leaves the unit circle (general systems only).
+    elsewhere : list of Orbit
+        Other motions found at the ends of the range of a response curve, stable or not, which do not join it.
     """
 
     parameter: str
@@ -261,6 +263,7 @@ class Branch:
     message: str
     branch_points: list[Orbit] = field(default_factory=list)
     tori: list[Orbit] = field(default_factory=list)
+    elsewhere: list[Orbit] = field(default_factory=list)
 
     def amplitude(self, k: int) -> Floats:
         """Amplitude (n,) of harmonic k of the first state, 0-to-peak; k = 0 gives the mean."""

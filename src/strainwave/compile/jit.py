@@ -94,9 +94,10 @@ def enabled() -> bool:
 
 
 @contextmanager
-def as_python(runs: int) -> Iterator[None]:
-    """Run up to so many kernels inside the block as Python: for a curve or two, machine code takes longer to make."""
-    before = _plain_runs.set(repeat(True, runs))
+def as_python(runs: int, compiled: bool = False) -> Iterator[None]:
+    """Run up to so many kernels inside as Python (unless some are `compiled`): making machine code takes longer."""
+    plain = not compiled or "numba" not in sys.modules or _plain_runs.get() is not None
+    before = _plain_runs.set(repeat(True, runs) if plain else None)
     try:
         yield
     finally:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..law import KINDS, depends
 from ..model.laws.springs import Cubic, Linear, Polynomial
-from ..numerics.equilibrium.operating_point import operating_point
+from ..numerics.operating_point import operating_point
 from ..quantities import checked, number
 
 POINTS = 801

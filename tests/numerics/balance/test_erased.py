@@ -6,7 +6,7 @@ import pytest
 import strainwave as sw
 from strainwave.numerics.balance.erased import quiet
 from strainwave.numerics.balance.second_order import second_order, work_for
-from strainwave.numerics.curves import trace as branches
+from strainwave.numerics.continuation import trace as branches
 from strainwave.numerics.stability import second_order as floquet
 from strainwave.tree import leaf_of, with_leaf
 

@@ -9,7 +9,7 @@ import strainwave as sw
 from strainwave.maths import cos, sign
 from strainwave.numerics.balance.first_order import FirstOrder, balance_of, first_order, jacobians_at, number_of_states
 from strainwave.numerics.balance.fourier import from_blocks, synthesis, to_blocks
-from strainwave.numerics.curves.trace import solve, with_velocity
+from strainwave.numerics.continuation.trace import solve, with_velocity
 from strainwave.numerics.stability.first_order import monodromy, multipliers_of
 from strainwave.tree import leaf_of
 

@@ -57,7 +57,9 @@ def differences(name, run, **more):
 
 def in_process(code, **env):
     """What Python code that knows this module as `gpu` prints in a process of its own, from JSON."""
-    start = f"import sys; sys.path[:0] = [{str(TESTS)!r}, {str(Path(__file__).parent)!r}]; import test_gpu as gpu, json; "
+    start = (
+        f"import sys; sys.path[:0] = [{str(TESTS)!r}, {str(Path(__file__).parent)!r}]; import test_gpu as gpu, json; "
+    )
     run = subprocess.run(
         [sys.executable, "-c", start + code], env=os.environ | env, capture_output=True, text=True, check=False
     )

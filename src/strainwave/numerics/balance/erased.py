@@ -8,7 +8,7 @@ another line of the kinematic error compiles nothing.
 from typing import Any, NamedTuple
 
 from ...tree import count
-from .second_order import SecondOrder
+from .second_order import STRENGTH, SecondOrder
 
 
 class Quiet(NamedTuple):
@@ -29,12 +29,13 @@ PARTS = ("excitation", "error")
 
 def quiet(problem: Any) -> Any:
     """Return the problem without the classes that it asks for nothing; itself where it does ask."""
-    if not isinstance(problem, SecondOrder) or problem.leaf != problem.omega_leaf:
+    if not isinstance(problem, SecondOrder) or not (problem.leaf <= STRENGTH or problem.leaf == problem.omega_leaf):
         return problem
     system = problem.system
     fields = getattr(system, "_fields", ())
     if not {*PARTS, "omega"} <= set(fields):
         return problem
     before = sum(count(getattr(system, part)) for part in PARTS if fields.index(part) < fields.index("omega"))
-    leaf = problem.omega_leaf - before
-    return problem._replace(system=system._replace(**dict.fromkeys(PARTS, QUIET)), leaf=leaf, omega_leaf=leaf)
+    omega_leaf = problem.omega_leaf - before
+    leaf = problem.leaf if problem.leaf <= STRENGTH else omega_leaf
+    return problem._replace(system=system._replace(**dict.fromkeys(PARTS, QUIET)), leaf=leaf, omega_leaf=omega_leaf)

@@ -8,6 +8,8 @@ the samples end at the kinks of the motion (see `panels`).
 Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
 """
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +19,7 @@ from ...results import Floats
 from ...tree import leaves, with_leaf
 from .fourier import analysis, extend, multiply_rows, synthesis, to_blocks
 from .panels import Distance, distances, samples_between
-from .second_order import second_order
+from .second_order import STRENGTH, second_order
 
 MOST_STATES = 64
 SAME = ("J", "B", "law", "excitation", "omega", "error")  # what a system of the form of `Oscillator` has
@@ -71,12 +73,24 @@ class FirstOrder(NamedTuple):
             return self.angles, self.synthesis, self.analysis if wide == 1 else self.analysis_double
         return panels(system, y, self.turns, wide)
 
+    def varied(self, of: Callable[..., Floats], z: Any, angles: Floats, y: Floats) -> Floats:
+        """Rates, or their derivatives, in the states y (states, samples) at base angles [rad] and the parameter.
+
+        With STRENGTH what varies with the angle at a fixed state is multiplied, and its mean over a turn is not.
+        """
+        system = with_leaf(self.system, self.leaf, float(z[-1]))
+        here = of(system, angles, y)
+        if self.leaf != STRENGTH:
+            return here
+        turn = np.broadcast_to(y[..., None], (*y.shape, len(self.angles)))
+        mean: Floats = of(system, self.angles, turn).mean(axis=-1)
+        return mean + float(np.exp(z[-1])) * (here - mean)
+
     def residual(self, z: Any, work: Any, r: Any) -> None:
         """Residual of every coefficient, in units of the state's size a second."""
         y = self.states(z)
-        system = with_leaf(self.system, self.leaf, float(z[-1]))
-        angles, synthesis, analysis = self.sampled(system, y)
-        rates = rates_at(system, angles, y @ synthesis)
+        angles, synthesis, analysis = self.sampled(with_leaf(self.system, self.leaf, float(z[-1])), y)
+        rates = self.varied(rates_at, z, angles, y @ synthesis)
         balance = self.base(z) / self.turns * derivative(y) - rates @ analysis
         r[:] = (balance / self.sizes[:, None]).ravel()
 
@@ -84,10 +98,10 @@ class FirstOrder(NamedTuple):
         """Derivatives of the residual by the coefficients and by the parameter."""
         n = len(self.error)
         h = n // 2
-        system = with_leaf(self.system, self.leaf, float(z[-1]))
         y = self.states(z)
-        angles, synthesis, analysis = self.sampled(system, y, 2)
-        matrices = jacobians_at(system, angles, y @ synthesis, self.sizes, self.difference())
+        angles, synthesis, analysis = self.sampled(with_leaf(self.system, self.leaf, float(z[-1])), y, 2)
+        slopes = partial(jacobians_at, sizes=self.sizes, difference=self.difference())
+        matrices = self.varied(slopes, z, angles, y @ synthesis)
         gc, gs, product = np.empty(4 * h + 1), np.empty(4 * h + 1), np.empty((n, n))
         k = np.arange(1, h + 1)
         kw = self.base(z) / self.turns * k

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...results import Floats
 from ...tree import with_leaf
-from ..equilibrium.operating_point import operating_point
+from ..operating_point import operating_point
 from .fourier import orders
 
 WAVE = np.cos(np.pi * (np.arange(16) + 0.5) / 16)  # half a vibration

@@ -21,6 +21,10 @@ from .fourier import analysis, extend, multiply_rows, orders, synthesis
 from .linear_algebra import copy, extremes, fill, padded, row_times
 from .piecewise import crossings_for, is_piecewise_linear
 
+# In the place of a leaf, at a fixed frequency: the parameter is the logarithm of a factor of all that alternates, or a
+# constant torque [N*m] beside that of the excitation; with LINE - k it is added to the factor 1 of line k alone.
+STRENGTH, CONSTANT, LINE = -2, -3, -3
+
 
 def _law_torque_loops(law: Any, u: Any, out: Any) -> None:
     for i in range(u.shape[0]):
@@ -121,6 +125,20 @@ def clean_mean(series: Any) -> None:
         series[0] = 0.0
 
 
+@routine
+def vary(leaf: int, value: float, torque: Any, error: Any, derive: bool) -> None:
+    """Change series of torque and error (blocks) as the virtual leaf says, or into derivatives by its parameter."""
+    h = len(torque) // 2
+    torque[0] = (1.0 if leaf == CONSTANT else 0.0) if derive else torque[0] + (value if leaf == CONSTANT else 0.0)
+    for k in range(1, h + 1):
+        mine, rest = leaf == LINE - k, 0.0 if derive else 1.0
+        factor = np.exp(value) if leaf == STRENGTH else (rest * value + 1.0 if mine else rest)
+        torque[k] *= factor
+        torque[h + k] *= factor
+        error[k] *= factor
+        error[h + k] *= factor
+
+
 class Sampling(NamedTuple):
     """Fourier coefficients of T(u) for a smooth law, by alternating frequency/time; g, gc and gs are buffers.
 
@@ -203,7 +221,7 @@ class SecondOrder(NamedTuple):
 
     def forcing(self, system: Any, work: Any) -> None:
         """Coefficients of torque and kinematic error into `work`; only a frequency leaves them as they are."""
-        if self.leaf == self.omega_leaf:
+        if self.leaf == self.omega_leaf or self.leaf <= STRENGTH:
             copy(self.tau, work.tau)
             copy(self.error, work.error)
         else:
@@ -218,6 +236,8 @@ class SecondOrder(NamedTuple):
         n = self.synthesis.shape[0]
         system = with_leaf(self.system, self.leaf, z[n])
         self.forcing(system, work)
+        if self.leaf <= STRENGTH:
+            vary(self.leaf, z[n], work.tau, work.error, False)
         row_times(z, self.synthesis, work.u)
         self.nonlinear.torque_series(system.law, z, work.u, r)
         w = system.omega / self.turns
@@ -244,6 +264,12 @@ class SecondOrder(NamedTuple):
             fill(0.0, slope)
             per_turn = 1.0 / (w * self.turns)
             add_linear(2.0 * system.J * per_turn, system.B * per_turn, w, self.stride, z, slope, work.error, slope)
+        elif self.leaf <= STRENGTH:
+            self.forcing(system, work)
+            vary(self.leaf, z[n], work.tau, work.error, True)
+            fill(0.0, work.z)
+            fill(0.0, slope)
+            add_linear(system.J, 0.0, w, self.stride, work.z, work.tau, work.error, slope)
         else:
             self.parameter_slope(z, work, slope)
 

@@ -17,11 +17,11 @@ from ..balance.fourier import to_blocks
 from ..balance.guess import linear_response
 from ..balance.harmonics import most_harmonics, starting_harmonics
 from ..balance.truncation import CURVE, tail_along
+from ..continuation.describe import describe
+from ..continuation.passage import GROWTH, damped_start, linear_start
+from ..continuation.trace import Trace, solve, trace
 from ..integration.corners import repeating
 from ..labels import CLOSED, END, LOST, UNBOUNDED
-from .describe import describe
-from .passage import GROWTH, damped_start, linear_start
-from .trace import Trace, solve, trace
 
 SECOND_ORDER = ("J", "B", "law", "excitation", "omega", "error")  # what the compact harmonic balance needs of a system
 INSIDE = 0.01  # of the range: where a sweep starts that has no response at its lower end

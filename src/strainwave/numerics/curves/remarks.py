@@ -6,7 +6,7 @@ import numpy as np
 
 from ...results import Branch, Floats
 from ..balance.second_order import SecondOrder
-from .describe import Survey
+from ..continuation.describe import Survey
 
 NEVER_STABLE = "no point of it is stable"
 

@@ -6,7 +6,6 @@ until the last two are negligible.
 """
 
 from collections.abc import Callable
-from dataclasses import replace as with_changes
 from typing import Any
 
 import numpy as np
@@ -18,12 +17,16 @@ from ..balance.first_order import FirstOrder, balance_of
 from ..balance.half_wave import is_odd_on, odd_problem
 from ..balance.harmonics import most_harmonics, starting_harmonics
 from ..balance.truncation import CURVE, Tail, tail_along
+from ..continuation.coexisting import Coexisting
+from ..continuation.describe import Survey, describe, survey, together
+from ..continuation.passage import across
+from ..continuation.trace import Trace
 from ..integration.corners import repeating
 from ..labels import END
-from .describe import Survey, describe, survey, together
-from .passage import across
+from .elsewhere import with_left_over, with_others
 from .remarks import NEVER_STABLE, remarks
-from .trace import Trace
+
+FOLLOWED = ": parameter_response with its orbit in `elsewhere` as start follows it"
 
 
 def frequency_response(
@@ -60,7 +63,10 @@ def frequency_response(
     Branch
         In arc order from one end of the range to the other, with stability, folds and period doublings. Where the
         curve leaves the range and comes back, the points outside are in it too: a range that begins or ends inside a
-        bistable band shows all its motions. `message` tells of motions at the ends that do not join the curve.
+        bistable band shows all motions that join the curve. Others at the ends are looked for by curves along the
+        strength of the excitation, a constant torque and omega; `elsewhere` has those found that do not join the
+        curve, and `message` tells of the stable ones and of a search that was cut short. Motions that no such curve
+        connects are not found: `isolas` looks for them from random starts.
 
     Raises
     ------
@@ -111,7 +117,7 @@ def response_curves(
         curves = [found[i] for i in members]
         branches = together(curves, "omega")
         for i, branch, said in zip(members, branches, remarks(curves, branches), strict=True):
-            found[i] = with_changes(branch, message="; ".join([branch.message, *said])) if said else branch
+            found[i] = with_others(found[i].problem, branch, found[i].elsewhere, said, FOLLOWED)
     return found
 
 
@@ -123,8 +129,7 @@ def _traced(
     if isinstance(problem, FirstOrder):
         branch = describe(problem, "omega", found, tail, origin)
         unstable = len(branch) > 0 and not branch.stable.any()
-        said = [branch.message, *([NEVER_STABLE] if unstable else [])]
-        return with_changes(branch, message="; ".join(said))
+        return with_others(problem, branch, found.elsewhere, [NEVER_STABLE] if unstable else [], FOLLOWED)
     return survey(problem, "omega", found, tail, origin)
 
 
@@ -137,23 +142,24 @@ def traced_points(
     of the curve: None.
     """
     h, most = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
+    others = Coexisting()
     while True:
         problem = balance_of(system, leaf, leaf, h, period)
-        problem, found, origin = symmetric_across(problem, lo, hi, 4.0 / points)
-        if harmonics is not None:
-            return problem, found, None, origin
-        last = h >= most
-        tail = tail_along(problem, found.points, np.inf if last else CURVE)
-        if last or (tail.worst <= CURVE and found.outcome == END):
-            return problem, found, tail, origin
+        problem, found, origin = symmetric_across(problem, lo, hi, 4.0 / points, others)
+        last = harmonics is not None or h >= most
+        tail = None if harmonics is not None else tail_along(problem, found.points, np.inf if last else CURVE)
+        if tail is None or last or (tail.worst <= CURVE and found.outcome == END):
+            return problem, with_left_over(problem, found, others), tail, origin
         h = min(2 * h + 1, most)
 
 
-def symmetric_across(problem: Any, lo: float, hi: float, step: float) -> tuple[Any, Trace, str]:
+def symmetric_across(
+    problem: Any, lo: float, hi: float, step: float, others: Coexisting
+) -> tuple[Any, Trace, str]:  # fmt: skip
     """`across` by odd harmonics alone where that is possible; and the problem that was solved."""
     odd = odd_problem(problem)
     if odd is not None:
-        found, origin = across(odd, lo, hi, step)
+        found, origin = across(odd, lo, hi, step, others)
         if found.outcome == END and is_odd_on(odd, found.points):
             return odd, found, origin
-    return problem, *across(problem, lo, hi, step)
+    return problem, *across(problem, lo, hi, step, others)

@@ -18,12 +18,12 @@ from ..balance.first_order import balance_of
 from ..balance.harmonics import most_harmonics, starting_harmonics
 from ..balance.second_order import work_for
 from ..balance.truncation import CURVE, tail_along
+from ..continuation.describe import describe
+from ..continuation.trace import Trace, trace
 from ..integration.corners import repeating
 from ..labels import END, FOLD, STEP
 from ..stability.special_points import corrected
-from .describe import describe
 from .parameter_response import embedded
-from .trace import Trace, trace
 
 DEPARTURES = (0.01, 0.03, 0.1)  # first steps along the null vector, relative to the orbit
 

@@ -14,8 +14,8 @@ from ..balance.guess import linear_response
 from ..balance.harmonics import MOST, most_harmonics, starting_harmonics
 from ..balance.second_order import second_order
 from ..balance.truncation import ORBIT, Tail, tail_along
-from ..curves.describe import describe
-from ..curves.trace import Trace, solve, with_velocity
+from ..continuation.describe import describe
+from ..continuation.trace import Trace, solve, with_velocity
 from ..integration.corners import repeating
 from ..integration.simulate import Dopri5, simulate
 from ..labels import END

@@ -10,8 +10,8 @@ from ..balance.first_order import FirstOrder, first_order
 from ..balance.fourier import from_blocks
 from ..balance.harmonics import starting_harmonics
 from ..balance.truncation import tail_along
-from ..curves.passage import linear_start, settled_start
-from ..curves.trace import solve
+from ..continuation.passage import linear_start, settled_start
+from ..continuation.trace import solve
 from ..stability.first_order import floquet_of
 from ..stability.second_order import displacement_peaks
 

@@ -102,7 +102,7 @@ def on_chord(problem: Any, first: Floats, last: Floats, s: float) -> Floats | No
     """Solution in the plane across the chord from `first` to `last`, at the fraction s of it."""
     chord = last - first
     scale = np.full(len(first), 1.0 / max(float(np.linalg.norm(first[:-1])), 1e-300))
-    scale[-1] = 1.0 / max(abs(float(first[-1])), 1e-300)
+    scale[-1] = 1.0 / max(abs(float(first[-1])), abs(float(last[-1])), 1e-100)
     guess = first + s * chord
     point = corrected(problem, guess, chord * scale * scale, scale)
     if point is None or np.linalg.norm((point - guess) * scale) > np.linalg.norm(chord * scale):

@@ -5,7 +5,7 @@ from typing import Any
 
 from ...law import depends
 from ...model.varying import VaryingOscillator
-from ...numerics.equilibrium.loading import SPEED
+from ...numerics.loading import SPEED
 from ...quantities import parameters
 from ...results import SolveError
 from ..gear.hysteresis import SMALL_LOOP, HysteresisLoop, hysteresis_loop

@@ -19,9 +19,11 @@ from ...model.train.train_forms import AtLoad, own_state, turning
 from ...numerics.balance.first_order import FirstOrder, first_order, rates_at
 from ...numerics.balance.fourier import from_blocks, synthesis
 from ...numerics.balance.truncation import MATTERS, Tail, tail_along
-from ...numerics.curves.describe import describe
-from ...numerics.curves.passage import across
-from ...numerics.curves.trace import Trace
+from ...numerics.continuation.coexisting import Coexisting
+from ...numerics.continuation.describe import describe
+from ...numerics.continuation.passage import across
+from ...numerics.continuation.trace import Trace
+from ...numerics.curves.elsewhere import with_left_over, with_others
 from ...numerics.labels import STUCK
 from ...numerics.stability.second_order import displacement_peaks
 from ...results import Floats
@@ -44,7 +46,8 @@ class TrainCurve:
     Attributes
     ----------
     response : ExactResponse
-        The curve: its x is the error between motor and load, twists of couplings included.
+        The curve: its x is the error between motor and load, twists of couplings included. Motions at the ends of the
+        range that do not join it are in the curve's `elsewhere` and told of in its `message`.
     usage : Usage
         Largest torques in the gear over the motions that a slow run-up or coast-down visits.
     gear_peak : float
@@ -77,6 +80,7 @@ def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | 
     if not len(found.points):
         return None
     curve = describe(problem, "omega", found, tail, origin, locate=False)
+    curve = with_others(problem, curve, found.elsewhere, [])
     try:
         response = ExactResponse(curve, jumps(curve))
     except ValueError:  # nothing stable to follow
@@ -142,13 +146,14 @@ def traced_train(
     kinked, g = small.kinked, repeats(small, top)
     most = -(-max(MOST, top + 2 * g) // g)
     h = max(1, PER_ORDER * top // g, WITH_KINKS if kinked else 1) if given is None else max(1, given // g)
-    h = min(most, h)
+    h, others = min(most, h), Coexisting()
     while True:
         problem = first_order(middle, leaf, leaf, h, 1.0 / g)
-        found, origin = across(problem, *speeds, 4.0 / points)
+        found, origin = across(problem, *speeds, 4.0 / points, others)
         tail = tail_along(problem, found.points)
         enough = tail.share <= MATTERS and found.outcome != STUCK
         if enough or h >= most or given is not None:
+            found = with_left_over(problem, found, others)
             return *_over_a_turn(problem, found, g), tail._replace(harmonics=h * g), origin
         h = min(most, 2 * h)
 
@@ -180,7 +185,15 @@ def _over_a_turn(problem: FirstOrder, found: Trace, g: int) -> tuple[FirstOrder,
         n = 1 if first == 0 else h
         series[:, :, first : first + (n - 1) * g + 1 : g] = own[:, :, last : last + n]
     points[:, -1] = found.points[:, -1]
-    return whole, with_changes(found, points=points)
+    elsewhere = tuple((value, _spread(table, g)) for value, table in found.elsewhere)
+    return whole, with_changes(found, points=points, elsewhere=elsewhere)
+
+
+def _spread(table: Floats, g: int) -> Floats:
+    """Coefficients (2gH+1, states) over a turn from those over a g-th of it."""
+    wide = np.zeros((g * (len(table) - 1) + 1, table.shape[1]))
+    wide[0], wide[2 * g - 1 :: 2 * g], wide[2 * g :: 2 * g] = table[0], table[1::2], table[2::2]
+    return wide
 
 
 def series_of(problem: Any, points: Floats) -> Floats:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...law import check_law, states_of
-from ...numerics.equilibrium.loading import RTOL, SPEED, slow_path
+from ...numerics.loading import RTOL, SPEED, slow_path
 from ...quantities import checked, number
 from ...results import Floats
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...model.laws.hysteresis import BoucWen, Parallel
 from ...model.laws.springs import PiecewiseLinear
-from ...numerics.equilibrium.loading import RTOL
+from ...numerics.loading import RTOL
 from ...quantities import checked, number, shown
 from ...results import Floats, SolveError
 from .hysteresis import SMALL_LOOP, hysteresis_loop

@@ -21,7 +21,7 @@ from ...model.excitation import Harmonic, NoError
 from ...model.laws.springs import Linear
 from ...model.varying import Variation
 from ...numerics.balance.first_order import first_order
-from ...numerics.equilibrium.operating_point import operating_point
+from ...numerics.operating_point import operating_point
 from ...numerics.stability.first_order import hill_map
 from ...quantities import interval, replace, with_parts
 from ...results import Floats

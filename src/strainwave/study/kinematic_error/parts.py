@@ -11,7 +11,7 @@ import numpy as np
 
 from ...model.gears.error_spectrum import extremes
 from ...model.oscillator import Oscillator
-from ...numerics.equilibrium.operating_point import operating_point
+from ...numerics.operating_point import operating_point
 from ...quantities import checked, positive_count, shown
 from ...results import Floats, Orbit
 

@@ -12,8 +12,8 @@ import numpy as np
 from ...numerics.attractors.random_starts import Motion
 from ...numerics.balance.guess import linear_response
 from ...numerics.balance.harmonics import highest_order
+from ...numerics.continuation.connected import connected, fitted
 from ...numerics.curves.backbone import backbone
-from ...numerics.curves.coexisting import guesses
 from ...quantities import replace
 from ...results import Floats, SolveError
 from ...theory.slow_flow.multiple_scales import slow_flow
@@ -37,11 +37,13 @@ def speeds(own: float, lo: float, hi: float) -> Floats:
 
 
 def slow_seeds(problem: Any, resonance: Resonance, at: Floats) -> Iterator[tuple[Floats, str]]:
-    """Steady states of the slow flow, stable and unstable; what one harmonic allows at the ends of the range."""
+    """Orbits at the ends of the range; steady states of the slow flow, stable and unstable."""
     if resonance.q == 1:
-        for omega, some in guesses(problem, (float(at[0]), float(at[-1]))).items():
-            for guess in some:
-                yield guess, f"seeded by what one harmonic allows at the end of the range, omega = {omega:.6g} rad/s"
+        for omega in (float(at[0]), float(at[-1])):
+            for table in connected(problem, omega, []).tables:
+                guess = fitted(problem, table, omega)
+                if guess is not None:
+                    yield guess, f"seeded by an orbit of the excitation at other strengths, omega = {omega:.6g} rad/s"
     for omega in at.tolist():
         try:
             states = slow_flow(replace(problem.system, {"omega": omega}), resonance).steady_states()

@@ -22,11 +22,11 @@ from ...numerics.balance.fourier import from_blocks
 from ...numerics.balance.harmonics import MOST, starting_harmonics
 from ...numerics.balance.second_order import second_order
 from ...numerics.balance.truncation import CURVE, tail_along
-from ...numerics.curves.describe import describe
+from ...numerics.continuation.describe import describe
+from ...numerics.continuation.trace import Trace, solve
 from ...numerics.curves.parameter_response import SECOND_ORDER, both_ways, embedded_series
 from ...numerics.curves.response import frequency_response
 from ...numerics.curves.switching import UPRIGHT
-from ...numerics.curves.trace import Trace, solve
 from ...numerics.labels import CLOSED, END, FOLD, STEP
 from ...quantities import interval, shown, with_parts
 from ...results import Branch, Floats

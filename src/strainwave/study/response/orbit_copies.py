@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from ...numerics.continuation.trace import solve
 from ...numerics.curves.parameter_response import embedded_series
-from ...numerics.curves.trace import solve
 from ...results import Branch, Floats
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...law import is_spring
-from ...numerics.equilibrium.loading import loaded_state
+from ...numerics.loading import loaded_state
 from ...results import Floats, SolveError
 from ...theory.lyapunov import mean_torque
 from ...theory.slow_flow.multiple_scales import slow_flow

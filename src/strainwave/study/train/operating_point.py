@@ -10,7 +10,7 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import Steady
 from ...model.train.shafts import Elastic, Free, Held
 from ...numerics.balance.first_order import jacobians_at, rates_at
-from ...numerics.equilibrium.loading import loaded_state
+from ...numerics.loading import loaded_state
 from ...quantities import with_parts
 from ...results import Floats, SolveError
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ...law import is_spring
-from ...numerics.equilibrium.operating_point import operating_points
+from ...numerics.operating_point import operating_points
 from ...quantities import replace
 from ...results import Floats
 

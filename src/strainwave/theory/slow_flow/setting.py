@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...numerics.equilibrium.operating_point import operating_point
+from ...numerics.operating_point import operating_point
 from ...results import Floats
 from .resonance import Resonance
 

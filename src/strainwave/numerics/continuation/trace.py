@@ -12,10 +12,11 @@ from ..balance.first_order import FirstOrder
 from ..balance.fourier import orders
 from ..balance.second_order import is_light
 from ..labels import CLOSED, FOLD, LOST, RUNNING, START, STEP, TOP, UNBOUNDED
-from .continuation import SCALE, Z1, buffers_for, follow
+from .arc_length import SCALE, Z1, buffers_for, follow
 from .missed_folds import with_missed_folds
 
 MOST_PIECES = 40
+LEAST_PIECE = 5  # points that a piece must have room for
 PIECE = 512  # points per call of the kernel: between calls the user can interrupt
 AIM = 1e-3
 
@@ -24,13 +25,15 @@ AIM = 1e-3
 class Trace:
     """Points of a branch (coefficients in blocks, parameter last), what each is, and how the branch ended.
 
-    `message` is the sentence about the end, where the one that `describe` finds for the outcome does not tell enough.
+    `message` is the sentence about the end, where the one that `describe` finds for the outcome does not tell enough;
+    `elsewhere` holds values of the parameter and tables of orbits there through which the branch does not pass.
     """
 
     points: Floats
     labels: Any
     outcome: int
     message: str = ""
+    elsewhere: tuple[tuple[float, Floats], ...] = ()
 
 
 def state_from(guess: Floats, width: float) -> Floats:
@@ -73,28 +76,46 @@ def trace(
     `step` is in units of the orbit's size and of `width` of the parameter (default: the range). The outcome is
     UNBOUNDED where the orbit is `growth` times larger than at the start.
     """
+    found = walk(problem, guess, direction, lo, hi, step, width, growth)
+    points, kinds = in_order(found.points, found.labels)
+    points, kinds = with_missed_folds(problem, points, kinds)
+    if found.outcome == CLOSED:
+        points[-1] = points[0]  # the last step went a little past the start
+    return Trace(points, kinds, found.outcome)
+
+
+def walk(
+    problem: Any,
+    guess: Floats,
+    direction: float,
+    lo: float,
+    hi: float,
+    step: float,
+    width: float | None = None,
+    growth: float = np.inf,
+    most: int = PIECE * MOST_PIECES,
+) -> Trace:
+    """The steps of `trace` as they were taken, without a second look at folds; RUNNING after about `most` points."""
     state = state_from(guess, width or hi - lo)
-    pieces: list[Floats] = []
+    found: list[Floats] = []
     labels: list[Any] = []
     ds, outcome, mode = 0.1 * step, RUNNING, START
     buffers = buffers_for(problem)
-    while outcome == RUNNING and len(pieces) < MOST_PIECES:
-        points, kinds = np.empty((PIECE, len(guess))), np.empty(PIECE, np.int64)
+    while outcome == RUNNING and most >= LEAST_PIECE:
+        piece = min(PIECE, most)
+        points, kinds = np.empty((piece, len(guess))), np.empty(piece, np.int64)
         count, outcome, ds = _run(problem, state, direction, mode, lo, hi, ds, step, AIM, buffers, points, kinds)
-        pieces.append(points[:count])
+        found.append(points[:count])
         labels.append(kinds[:count])
         mode = STEP
+        most -= piece
         if growth < np.inf and outcome != LOST:
             squares = np.square(points[:count, :-1]).sum(axis=1)
-            large = np.sqrt(squares) > growth * np.linalg.norm(pieces[0][0, :-1])
+            large = np.sqrt(squares) > growth * np.linalg.norm(found[0][0, :-1])
             if large.any():
                 end = int(np.argmax(large)) + 1
-                pieces[-1], labels[-1], outcome = points[:end], kinds[:end], UNBOUNDED
-    points, kinds = in_order(np.concatenate(pieces), np.concatenate(labels))
-    points, kinds = with_missed_folds(problem, points, kinds)
-    if outcome == CLOSED:
-        points[-1] = points[0]  # the last step went a little past the start
-    return Trace(points, kinds, outcome)
+                found[-1], labels[-1], outcome = points[:end], kinds[:end], UNBOUNDED
+    return Trace(np.concatenate(found), np.concatenate(labels), outcome)
 
 
 def in_order(points: Floats, labels: Any) -> tuple[Floats, Any]:

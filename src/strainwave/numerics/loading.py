@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...law import depends, states_of, torque_of, z_rate_of
-from ...results import Floats, SolveError
+from ..law import depends, states_of, torque_of, z_rate_of
+from ..results import Floats, SolveError
 from .operating_point import first_reached, operating_point, root_between
 
 SAMPLES = 400  # of a path

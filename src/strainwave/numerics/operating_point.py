@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...law import breakpoints_of
-from ...results import Floats
-from ..roots import bracketed_root
+from ..law import breakpoints_of
+from ..results import Floats
+from .roots import bracketed_root
 
 # Torsions looked at, over that of the linear law: 1.2 % apart, and 5 % for means over a vibration, which are smooth.
 FINE, COARSE = (np.concatenate([[0.0], np.geomspace(1e-6, 1e6, count)]) for count in (2401, 601))

@@ -14,7 +14,8 @@ from ..balance.first_order import FirstOrder
 from ..balance.guess import linear_response
 from ..integration.simulate import simulate
 from ..labels import CLOSED, END, LOST, RUNNING, STUCK, UNBOUNDED
-from .coexisting import guesses, new_orbits, same
+from .coexisting import Coexisting
+from .connected import new_orbits, same
 from .trace import Trace, solve, trace
 
 BELOW, ABOVE = 3.0, 100.0  # how far outside the range, as factors, a branch may go before it comes back
@@ -23,8 +24,11 @@ GROWTH = 1e7  # an orbit this many times larger than at the start of its branch 
 SETTLING = 200  # periods integrated
 
 
-def across(problem: Any, lo: float, hi: float, step: float) -> tuple[Trace, str]:
-    """Branch through a range, and how it was found: the first of six ways that arrives, or else the longest."""
+def across(problem: Any, lo: float, hi: float, step: float, others: Coexisting) -> tuple[Trace, str]:
+    """Branch through a range, and how it was found: the first of six ways that arrives, or else the longest.
+
+    The branch passes the `others` at the ends of the range where it can; what else is found there is added to them.
+    """
     best, origin = None, ""
     starts: list[Floats] = []
     ways = (
@@ -39,10 +43,11 @@ def across(problem: Any, lo: float, hi: float, step: float) -> tuple[Trace, str]
                 first = solve(problem, first)
             if first is None or any(first[-1] == other[-1] and same(first, other) for other in starts):
                 continue
-            found = whole(problem, first, lo, hi, step, upwards)
+            found = whole(problem, first, lo, hi, step, upwards, others)
             if found.outcome == LOST:
                 continue
             starts.append(found.points[0])
+            others.note(problem, starts[-1:])
             if best is None or found.outcome == END or len(found.points) > len(best.points):
                 best, origin = found, f"from {from_where} at the {end} end of the range"
             if found.outcome == END:
@@ -114,7 +119,9 @@ def settled_start(problem: Any, value: float) -> Floats | None:
     return solve(problem, np.append(series, value))
 
 
-def whole(problem: Any, first: Floats, lo: float, hi: float, step: float, upwards: bool) -> Trace:
+def whole(
+    problem: Any, first: Floats, lo: float, hi: float, step: float, upwards: bool, others: Coexisting
+) -> Trace:  # fmt: skip
     """Follow the branch from its point at one end of a range to the other end, with excursions outside the range.
 
     The outcome is END only if the branch has points at both ends. Where other orbits exist at an end, it is followed
@@ -124,19 +131,22 @@ def whole(problem: Any, first: Floats, lo: float, hi: float, step: float, upward
     found = trace(problem, first, 1.0 if upwards else -1.0, lo, hi, step, growth=GROWTH)
     if found.outcome == LOST:
         return found
-    known = guesses(problem, (near, far))
-    found, rest = beyond(problem, found, lo, hi, step, far, [linear_response(problem, far)], known[far])
+    known = others.guesses(problem, far, points_at(found.points, far))
+    found, rest = beyond(problem, found, lo, hi, step, far, [linear_response(problem, far)], known)
+    others.note(problem, rest)
+    others.give_up(problem, rest)
     points, outcome = found.points, found.outcome
     if far not in points[:, -1] or outcome not in (END, CLOSED):
         return Trace(
             points, found.labels, STUCK if outcome in (END, CLOSED) else outcome, _ending(points, outcome, far)
         )
     if outcome == END:
-        longer, missed = beyond(problem, backwards(found), lo, hi, step, near, [], known[near])
+        known = others.guesses(problem, near, points_at(found.points, near))
+        longer, rest = beyond(problem, backwards(found), lo, hi, step, near, [], known)
+        others.give_up(problem, rest)
         if longer.outcome in (END, CLOSED):
             found = backwards(longer)
-            rest = missed + [z for z in rest if not any(same(z, other) for other in points_at(found.points, far))]
-    return Trace(found.points, found.labels, END, "; ".join(["reached both ends", *_elsewhere(rest)]))
+    return Trace(found.points, found.labels, END, "reached both ends")
 
 
 def beyond(
@@ -200,11 +210,3 @@ def _ending(points: Floats, outcome: int, far: float) -> str:
         "fewer points or a smaller range",
     }
     return reasons[outcome]
-
-
-def _elsewhere(others: list[Floats]) -> list[str]:
-    """Sentence on orbits at the ends of the range that the branch does not pass."""
-    if not others:
-        return []
-    places = " and ".join(sorted({f"{z[-1]:.6g}" for z in others}))
-    return [f"at omega = {places} rad/s there are other motions, which do not join this curve: isolas follows them"]

@@ -42,6 +42,7 @@ class Survey:
     origin: str
     status: Status
     message: str
+    elsewhere: tuple[tuple[float, Floats], ...]
 
 
 def describe(
@@ -78,7 +79,8 @@ def survey(problem: Any, parameter: str, found: Trace, tail: Tail | None, origin
     else:
         series = points[:, :-1] + problem.error
     closed = found.outcome == CLOSED
-    return Survey(problem, points, labels, series, omega, decay, traces, peaks, closed, tail, origin, status, message)
+    said = closed, tail, origin, status, message, found.elsewhere
+    return Survey(problem, points, labels, series, omega, decay, traces, peaks, *said)
 
 
 def together(curves: list[Survey], parameter: str) -> list[Branch]:

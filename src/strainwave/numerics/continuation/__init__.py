@@ -1,0 +1,1 @@
+"""Arc-length continuation: one branch of periodic motions, from its start to its end."""

@@ -1,0 +1,86 @@
+"""Motions at the ends of a range that do not join the response curve, and the sentence that tells of them."""
+
+from dataclasses import replace as with_changes
+from itertools import groupby
+from typing import Any
+
+from ...results import Branch, Floats, Orbit
+from ...tree import leaf_of, with_leaf
+from ..balance.first_order import FirstOrder
+from ..balance.fourier import from_blocks
+from ..balance.half_wave import all_orders
+from ..continuation.coexisting import Coexisting
+from ..continuation.connected import alike, table_of
+from ..continuation.trace import Trace
+from ..orbits.find_orbit import find_orbit
+
+CUT_SHORT = (
+    "the search for other motions was cut short, and there may be more than are told of here: isolas with "
+    "resonance=PRIMARY looks for them from random starts"
+)
+
+Places = tuple[tuple[float, Floats], ...]
+
+
+def with_left_over(problem: Any, found: Trace, others: Coexisting) -> Trace:
+    """The trace of a curve with the frequencies and tables of the known orbits through which it does not pass."""
+    places: list[tuple[float, Floats]] = []
+    for value, tables in others.known.items():
+        known = [table_of(problem, z) for z in found.points[found.points[:, -1] == value]]
+        for table in tables:
+            if not any(alike(table, other, problem.turns) for other in known):
+                known.append(table)
+                places.append((value, table))
+    if others.unfinished:
+        where = " and ".join(f"{value:.6g}" for value in sorted(others.unfinished))
+        found = with_changes(found, message=f"{found.message}; at omega = {where} rad/s {CUT_SHORT}")
+    return with_changes(found, elsewhere=tuple(places)) if places else found
+
+
+def with_others(problem: Any, branch: Branch, places: Places, said: list[str], followed: str = "") -> Branch:
+    """The branch with the orbits at the ends of its range that it does not pass, and with what there is to say.
+
+    `followed` says at the end of the sentence on an orbit how it is followed.
+    """
+    elsewhere = orbits_at(problem, places, branch) if places else []
+    said = [branch.message, *told(elsewhere, followed), *said]
+    return with_changes(branch, message="; ".join(said), elsewhere=elsewhere) if len(said) > 1 else branch
+
+
+def orbits_at(problem: Any, places: Places, branch: Branch) -> list[Orbit]:
+    """Orbits from such tables, with the harmonics that they need, but for those that are on the branch after all."""
+    found: list[Orbit] = []
+    leaf = leaf_of(problem.system, "omega")
+    for value, table in places:
+        system = with_leaf(problem.system, leaf, value)
+        orbit = find_orbit(system, guess=_whole(problem, table), period=problem.turns)
+        if not orbit.status:
+            continue
+        x = orbit.coefficients[:, :1]
+        known = [c[:, None] for c in branch.coefficients[branch.omega == value]]
+        known += [other.coefficients[:, :1] for other in found if other.omega == value]
+        if not any(alike(x, other, problem.turns) for other in known):
+            found.append(orbit)
+    return sorted(found, key=lambda orbit: (orbit.omega, -orbit.peak))
+
+
+def told(orbits: list[Orbit], followed: str) -> list[str]:
+    """Sentences on the stable orbits that a curve does not join."""
+    said = []
+    for omega, some in groupby((orbit for orbit in orbits if orbit.stable), key=lambda orbit: orbit.omega):
+        sizes = [f"{orbit.peak:.6g}" for orbit in some]
+        there = "is another stable motion" if len(sizes) == 1 else "are other stable motions"
+        join = "does not join" if len(sizes) == 1 else "do not join"
+        size = f"max |x| {' and '.join(sizes)}"
+        said.append(f"at omega = {omega:.6g} rad/s there {there}, {size}, which {join} this curve{followed}")
+    return said
+
+
+def _whole(problem: Any, table: Floats) -> Floats:
+    """Table of the states that `find_orbit` takes: of x = u + e where the problem is one in the torsion u."""
+    if isinstance(problem, FirstOrder):
+        return table
+    error = from_blocks(all_orders(problem, problem.error[None, :])[0])[: len(table), None]
+    whole = table.copy()
+    whole[: len(error)] += error
+    return whole

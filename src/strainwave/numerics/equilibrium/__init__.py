@@ -1,1 +1,0 @@
-"""Where a system rests: operating points, slow loading."""
