@@ -10,6 +10,7 @@ from ..quantities import checked, interval, replace, shown, with_parts
 from ..results import Floats, Orbit, SolveError, Status
 from .balance import second_order
 from .branches import leaf_of
+from .corners import repeating
 from .floquet import displacement_peaks
 from .fold_system import FoldSystem, follow_fold
 from .fourier import from_blocks
@@ -135,7 +136,7 @@ def fold_curve(
     ----------
     Govaerts 2000, Numerical Methods for Bifurcations of Dynamical Equilibria, secs. 3.3 and 4.1.
     """
-    system = with_parts("fold_curve", system, *SECOND_ORDER)
+    system = repeating("fold_curve", with_parts("fold_curve", system, *SECOND_ORDER))
     springs_only("fold_curve", system)
     for name in (path, parameter):
         leaf_of(system, name)

@@ -19,6 +19,7 @@ from .._dispatch import springs_only
 from ..numerics.balance import second_order
 from ..numerics.branches import Trace, leaf_of, solve
 from ..numerics.continuation import CLOSED, END, FOLD, STEP
+from ..numerics.corners import repeating
 from ..numerics.description import describe
 from ..numerics.fourier import from_blocks
 from ..numerics.harmonics import MOST, starting_harmonics
@@ -93,7 +94,7 @@ def isolas(
     ----------
     Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 4.1.4.
     """
-    system = with_parts("isolas", system, *SECOND_ORDER)
+    system = repeating("isolas", with_parts("isolas", system, *SECOND_ORDER))
     springs_only("isolas", system)
     lo, hi = interval("the frequency range [rad/s]", span, positive=True)
     if not (isinstance(resonance, tuple) and len(resonance) == 2 and Resonance(*resonance).checked().q):

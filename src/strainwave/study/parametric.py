@@ -21,6 +21,7 @@ from ..model.excitation import Harmonic, NoError
 from ..model.laws import Linear
 from ..model.varying import Variation
 from ..numerics.branches import leaf_of
+from ..numerics.corners import repeating
 from ..numerics.first_order import first_order
 from ..numerics.operating_point import operating_point
 from ..numerics.variational import hill_map
@@ -111,7 +112,8 @@ def parametric_resonances(system: Any, span: tuple[float, float]) -> list[Parame
     ----------
     Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 5.2-5.3.
     """
-    system = with_parts("parametric_resonances", system, "J", "damping", "law", "variation", "omega")
+    parts = "J", "damping", "law", "variation", "omega"
+    system = repeating("parametric_resonances", with_parts("parametric_resonances", system, *parts))
     lo, hi = interval("the range of omega", span, positive=True)
     torque = mean_torque(system.excitation)
     stiffness = float(system.law.stiffness(operating_point(system.law, torque)))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..numerics.corners import repeating
 from ..numerics.family import response_family
 from ..numerics.lane_checks import LaneError, check_lanes
 from ..numerics.settle import SEEN, settled
@@ -90,7 +91,9 @@ def variability(
     Saltelli et al. 2008, Global Sensitivity Analysis: The Primer, secs. 1.2.5 (regression), 1.2.6-1.2.8 (first-order
     index).
     """
-    system = with_parts("variability", system, "J", "B", "law", "excitation", "omega", "error")
+    system = repeating(
+        "variability", with_parts("variability", system, "J", "B", "law", "excitation", "omega", "error")
+    )
     positive_count("count", count)
     if count < LEAST:
         raise ValueError(f"count is {count}; it must be at least {LEAST} drives")
