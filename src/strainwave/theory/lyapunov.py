@@ -18,6 +18,7 @@ from ..law import springs_only
 from ..model.excitation import Harmonic, Harmonics, NoError
 from ..model.oscillator import Oscillator
 from ..model.varying import VaryingOscillator
+from ..numerics.corners import repeating
 from ..quantities import checked, number, shown
 from .equilibria import SAMPLES, Landscape, is_known, landscape
 from .stability_proof import Region, Scope, StabilityProof, place
@@ -62,7 +63,7 @@ def lyapunov(
         raise TypeError(
             f"lyapunov takes an Oscillator, not {shown(system)}; a Drive gives one by drive.error_equation()"
         )
-    system = checked(system)
+    system = repeating("lyapunov", checked(system))
     springs_only("lyapunov", system)
     if span is not None:
         span = number("span (the largest torsion to examine, in rad)", span, positive=True)

@@ -302,3 +302,12 @@ def test_steps_of_a_coarse_reading_are_no_lines():
 
 def test_a_scan_of_zeros_has_no_lines():
     assert sw.error_scan(uniform(100), np.zeros(100)).lines == ()
+
+
+@pytest.mark.parametrize("drift", [True, False])
+@pytest.mark.parametrize("n", [64, 360, 1000])
+def test_rounding_of_a_scan_without_noise_is_no_line(n, drift):
+    angle = 2.0 * np.pi * np.arange(n) / n
+    for order in (2, 3, 7, 20):
+        scan = sw.error_scan(angle, 1e-4 * np.cos(order * angle + 0.7), drift=drift)
+        assert [line.order for line in scan.lines] == [order]

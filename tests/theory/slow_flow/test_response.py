@@ -150,26 +150,34 @@ def test_a_sharp_peak_is_climbed_whatever_the_damping(B):
     assert (branch.omega[0], branch.omega[-1]) == (0.3, 2.0)
 
 
-def test_a_branch_born_at_rest_is_listed_once_with_one_fold():
+@pytest.mark.parametrize(
+    ("c2", "c3", "F", "mu", "band", "near"),
+    [
+        (0.3, 0.2, 1.0, 0.05, (1.5, 3.0), ((1.8, 2.0), (2.05, 2.3))),
+        # next to a = 0, where the speed stands still, rounding turned the branch back and forth: two more folds
+        (0.2330213786487473, 0.2895419266043112, 2.164464348634745, 0.11182985639676844, (1.713067601682969,
+         5.0862577806115095), ((2.0, 2.14), (2.16, 2.3))),
+    ],
+)  # fmt: skip
+def test_a_branch_born_at_rest_is_listed_once_with_one_fold(c2, c3, F, mu, band, near):
     """A quadratic and a cubic term under a line at twice the speed: the loop through a = 0 holds each state twice.
 
-    With C = 1/(1 - omega^2) the flow is z' = -(mu/2 + i (omega/2 - 1 - (3/4) 0.2 C^2 - (3/8) 0.2 |z|^2)) z + i (0.3/2)
-    C conj(z): a = 0 loses its stability where mu^2/4 + (omega/2 - 1 - 0.15 C^2)^2 = (0.15 C)^2, and two states merge
-    where 0.15 |C| = mu/2.
+    With C = F/(1 - omega^2) the flow is z' = -(mu/2 + i (omega/2 - 1 - (3/4) c3 C^2 - (3/8) c3 |z|^2)) z + i (c2/2)
+    C conj(z): a = 0 loses its stability where mu^2/4 + (omega/2 - 1 - (3/4) c3 C^2)^2 = (c2 C/2)^2, and two states
+    merge where c2 |C| = mu.
     """
-    mu = 0.05
-    system = sw.Oscillator(1.0, mu, sw.Polynomial((0.0, 1.0, 0.3, 0.2)), sw.Harmonic(1.0), 2.05)
-    found = sw.slow_flow(system, sw.Resonance(1, 2)).response((1.5, 3.0))
+    system = sw.Oscillator(1.0, mu, sw.Polynomial((0.0, 1.0, c2, c3)), sw.Harmonic(F), 0.506 * sum(band))
+    found = sw.slow_flow(system, sw.Resonance(1, 2)).response(band)
 
     def margin(omega):
-        C = 1.0 / (1.0 - omega**2)
-        return mu**2 / 4.0 + (omega / 2.0 - 1.0 - 0.15 * C**2) ** 2 - (0.15 * C) ** 2
+        C = F / (1.0 - omega**2)
+        return mu**2 / 4.0 + (omega / 2.0 - 1.0 - 0.75 * c3 * C**2) ** 2 - (0.5 * c2 * C) ** 2
 
-    births = [brentq(margin, 1.8, 2.0, xtol=1e-14), brentq(margin, 2.05, 2.3, xtol=1e-14)]
+    births = [brentq(margin, *some, xtol=1e-14) for some in near]
     (branch,) = found.branches
     assert sorted((branch.omega[0], branch.omega[-1])) == pytest.approx(births, rel=1e-10)
     assert (branch.amplitude[0], branch.amplitude[-1]) == (0.0, 0.0)
-    assert found.folds == pytest.approx([np.sqrt(1.0 + 0.3 / mu)], rel=1e-9)
+    assert found.folds == pytest.approx([np.sqrt(1.0 + F * c2 / mu)], rel=1e-9)
     assert "begins at a = 0" in found.message
 
 
@@ -231,6 +239,35 @@ def test_certificate_is_honest_where_it_knows_nothing():
     assert certificate.predicted_error >= 1.0
     assert "nothing is known" in certificate.sentence
     assert np.isfinite(certificate.predicted_error)
+
+
+@pytest.mark.parametrize(
+    ("A", "mu", "alpha", "band"),
+    [
+        ((0.0085, 0.0306), 0.0358, 0.287, (0.397, 1.193)),
+        ((0.0294, 0.0481), 0.0589, 0.122, (0.314, 1.052)),
+        ((0.003, 0.0185), 0.0113, 0.302, (0.337, 1.158)),
+    ],
+)
+def test_a_curve_is_listed_once_on_both_sides_of_a_speed_at_which_a_line_sits_on_omega_0(A, mu, alpha, band):
+    """Lines 1 and 2 of a kinematic error, the primary resonance of line 2, and line 1 on omega_0 = 1 in the range.
+
+    The line 1 of amplitude C = omega^2 A_1/(1 - omega^2) moves the resonance by (3/4) alpha C^2 as the state does by
+    (3/8) alpha a^2; the soft line is f = 4 omega^2 A_2.
+    """
+    error = sw.KinematicError((sw.Line(2, A[1]), sw.Line(1, A[0])))
+    system = sw.Oscillator(1.0, mu, sw.Cubic(1.0, alpha), sw.Harmonic(0.0), 0.6, error)
+    found = sw.slow_flow(system, sw.Resonance(2, 1)).response(band)
+
+    def count(omega):
+        C, f = omega**2 * A[0] / (1.0 - omega**2), 4.0 * omega**2 * A[1]
+        k, sigma = 0.375 * alpha, 2.0 * omega - 1.0 - 0.75 * alpha * C * C
+        roots = np.roots([k * k, -2.0 * k * sigma, mu**2 / 4.0 + sigma**2, -((f / 2.0) ** 2)])
+        return int(np.sum((np.abs(roots.imag) < 1e-9 * np.abs(roots)) & (roots.real > 0.0)))
+
+    away = [w for w in np.linspace(*band, 102)[1:-1] if np.min(np.abs(w - np.array([*found.folds, 1.0]))) > 5e-3]
+    assert [crossings(found, w) for w in away] == [count(w) for w in away]
+    assert "stops inside the range at omega" in found.message
 
 
 @pytest.mark.parametrize("law", [sw.Cubic(1.0, 0.05), sw.Polynomial((0.0, 1.0, 0.0, 0.05, 0.0, 0.01))])

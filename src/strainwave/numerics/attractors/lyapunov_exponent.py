@@ -17,6 +17,7 @@ from ...law import is_spring, torsion
 from ...maths import cos, sin
 from ...quantities import numbers, positive_count, with_parts
 from ...results import Floats, SolveError
+from ..integration.corners import repeating
 from ..integration.simulate import Dopri5, simulate
 from .settle import stretching
 
@@ -115,7 +116,7 @@ def lyapunov_exponent(system: Any, y0: ArrayLike, *, turns: int = 2000, settle: 
     SolveError
         If the motion leaves every bound.
     """
-    system = with_parts("lyapunov_exponent", system, "rhs")
+    system = repeating("lyapunov_exponent", with_parts("lyapunov_exponent", system, "rhs"))
     y = numbers("y0", y0)
     positive_count("settle", settle)
     if positive_count("turns", turns) < BLOCKS:

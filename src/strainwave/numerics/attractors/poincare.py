@@ -93,7 +93,7 @@ def poincare_section(
     SolveError
         If the motion leaves every bound.
     """
-    system = with_parts("poincare_section", system, "rhs")
+    system = repeating("poincare_section", with_parts("poincare_section", system, "rhs"))
     start = numbers("y0", y0)
     positive_count("turns", turns, MOST_TURNS)
     positive_count("settle", settle, MOST_TURNS)

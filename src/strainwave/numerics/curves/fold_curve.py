@@ -13,6 +13,7 @@ from ..balance.fourier import from_blocks
 from ..balance.harmonics import starting_harmonics
 from ..balance.second_order import second_order
 from ..balance.truncation import LOOKED_AT, tail_along
+from ..integration.corners import repeating
 from ..stability.second_order import displacement_peaks
 from .fold_system import FoldSystem, follow_fold
 from .parameter_response import SECOND_ORDER, embedded, value_at
@@ -135,7 +136,7 @@ def fold_curve(
     ----------
     Govaerts 2000, Numerical Methods for Bifurcations of Dynamical Equilibria, secs. 3.3 and 4.1.
     """
-    system = with_parts("fold_curve", system, *SECOND_ORDER)
+    system = repeating("fold_curve", with_parts("fold_curve", system, *SECOND_ORDER))
     springs_only("fold_curve", system)
     for name in (path, parameter):
         leaf_of(system, name)

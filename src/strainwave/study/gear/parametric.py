@@ -21,6 +21,7 @@ from ...model.excitation import Harmonic, NoError
 from ...model.laws.springs import Linear
 from ...model.varying import Variation
 from ...numerics.balance.first_order import first_order
+from ...numerics.integration.corners import repeating
 from ...numerics.operating_point import operating_point
 from ...numerics.stability.first_order import hill_map
 from ...quantities import interval, replace, with_parts
@@ -111,7 +112,8 @@ def parametric_resonances(system: Any, span: tuple[float, float]) -> list[Parame
     ----------
     Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 5.2-5.3.
     """
-    system = with_parts("parametric_resonances", system, "J", "damping", "law", "variation", "omega")
+    parts = "J", "damping", "law", "variation", "omega"
+    system = repeating("parametric_resonances", with_parts("parametric_resonances", system, *parts))
     lo, hi = interval("the range of omega", span, positive=True)
     torque = mean_torque(system.excitation)
     stiffness = float(system.law.stiffness(operating_point(system.law, torque)))

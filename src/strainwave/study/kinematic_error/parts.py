@@ -11,6 +11,7 @@ import numpy as np
 
 from ...model.gears.error_spectrum import extremes
 from ...model.oscillator import Oscillator
+from ...numerics.integration.corners import repeating
 from ...numerics.operating_point import operating_point
 from ...quantities import checked, positive_count, shown
 from ...results import Floats, Orbit
@@ -95,7 +96,7 @@ def error_parts(system: Oscillator, orbit: Orbit | None = None) -> ErrorParts:
     """
     if not isinstance(system, Oscillator):
         raise TypeError(f"{shown(system)} is no Oscillator; give the error equation of the drive")
-    system = checked(system)
+    system = repeating("error_parts", checked(system))
     orders = [int(k) for k in system.orders()] or [1]
     if orbit is None:
         n = _samples(max(orders), 1)

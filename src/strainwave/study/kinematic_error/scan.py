@@ -21,7 +21,7 @@ from .scan_results import ErrorScan, Reversal, ScanLine
 
 HIGHEST_SOUGHT = 100
 NEARLY = 1e-6  # of a turn: rounding of the angles
-ROUNDING = 1e-15  # of the largest error: that of the computer
+ROUNDING = 1e-13  # of the largest error: that of the computer, which is no white noise but repeats with the lines
 
 
 def error_scan(

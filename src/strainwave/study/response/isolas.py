@@ -27,6 +27,7 @@ from ...numerics.continuation.trace import Trace, solve
 from ...numerics.curves.parameter_response import SECOND_ORDER, both_ways, embedded_series
 from ...numerics.curves.response import frequency_response
 from ...numerics.curves.switching import UPRIGHT
+from ...numerics.integration.corners import repeating
 from ...numerics.labels import CLOSED, END, FOLD, STEP
 from ...quantities import interval, shown, with_parts
 from ...results import Branch, Floats
@@ -94,7 +95,7 @@ def isolas(
     ----------
     Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 4.1.4.
     """
-    system = with_parts("isolas", system, *SECOND_ORDER)
+    system = repeating("isolas", with_parts("isolas", system, *SECOND_ORDER))
     springs_only("isolas", system)
     lo, hi = interval("the frequency range [rad/s]", span, positive=True)
     if not (isinstance(resonance, tuple) and len(resonance) == 2 and Resonance(*resonance).checked().q):

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from ...numerics.attractors.settle import SEEN, settled
 from ...numerics.curves.family import response_family
 from ...numerics.ensemble.lane_checks import LaneError, check_lanes
+from ...numerics.integration.corners import repeating
 from ...quantities import interval, number, numbers, parameters, positive_count, shown, with_parts
 from ...results import Floats, SolveError
 from ..response.jumps import jumps
@@ -90,7 +91,9 @@ def variability(
     Saltelli et al. 2008, Global Sensitivity Analysis: The Primer, secs. 1.2.5 (regression), 1.2.6-1.2.8 (first-order
     index).
     """
-    system = with_parts("variability", system, "J", "B", "law", "excitation", "omega", "error")
+    system = repeating(
+        "variability", with_parts("variability", system, "J", "B", "law", "excitation", "omega", "error")
+    )
     positive_count("count", count)
     if count < LEAST:
         raise ValueError(f"count is {count}; it must be at least {LEAST} drives")

@@ -5,6 +5,7 @@ Keller 1977; Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Proble
 
 import cmath
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +20,7 @@ OFF = 0.3  # of a step: a point farther from its tangent is on another branch, a
 SAGS = 0.15  # of a chord: the arc is not so far from it
 RELATIVE = 0.5  # of the amplitude: what one step may change, so that none passes over a small one to the other phase
 BORN = 1e-6  # of the largest amplitude: a branch as small as this begins at a = 0, which is a steady state too
+FLAT = 1e-4  # of it: so near to its beginning, where its speed stands still, rounding turns a branch back and forth
 HASTY, PATIENT = 8, 40  # steps of Newton's method: where a shorter step helps, and where the curve must be met
 
 
@@ -114,6 +116,29 @@ def passes(curve: Curve, points: Floats, z: complex, omega: float) -> bool:
     return False
 
 
+def new_part(curve: Curve, arc: Arc, known: list[Arc], start: Floats) -> Arc:
+    """The part of an arc through its `start` that is on no known one; what was leapt over joins two arcs elsewhere."""
+
+    def met(point: Floats) -> bool:
+        z, omega = curve.split(point)
+        return any(passes(curve, other.points, z, omega) for other in known)
+
+    at = int(np.argmin(np.linalg.norm(arc.points - start, axis=1)))
+    low, high = at, at
+    while low > 0 and not met(arc.points[low - 1]):
+        low -= 1
+    while high + 1 < len(arc.points) and not met(arc.points[high + 1]):
+        high += 1
+    if high - low + 1 == len(arc.points):
+        return arc
+    kept = arc.points[low : high + 1]
+
+    def inside(some: Iterable[Floats]) -> list[Floats]:
+        return [point for point in some if np.any(np.all(kept == point, axis=1))]
+
+    return Arc(kept, inside(arc.folds), False, tuple(inside(arc.born)), tuple(inside(arc.stops)))
+
+
 def _between(a: Floats, b: Floats, share: float) -> Floats:
     """Point between two neighbours on a spiral about z = 0: with little damping a chord leaves the curve too far."""
     z, end = complex(a[0], a[1]), complex(b[0], b[1])
@@ -154,7 +179,8 @@ def _walk(curve: Curve, start: Floats, along: Floats, lo: float, hi: float) -> A
         closed = _meets(curve, start, first, here, point)
         if closed:  # a fold between the start and this point has been met before
             point, tangent = start, first
-        fold = special(curve, here, point, _fold) if along[2] * tangent[2] < 0.0 else None
+        turns = along[2] * tangent[2] < 0.0 and not (may_vanish and _size(point) < FLAT)
+        fold = special(curve, here, point, _fold) if turns else None
         for end in [point] if fold is None else [fold, point]:
             if not lo <= end[2] <= hi:
                 edge = _clipped(curve, points[-1], end, lo if end[2] < lo else hi)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...law import springs_only
+from ...numerics.integration.corners import repeating
 from ...quantities import interval, numbers, shown, with_parts
 from ...results import Floats, SolveError
 from . import response as response_curve
@@ -231,7 +232,7 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
     if not (isinstance(resonance, tuple) and len(resonance) == 2):
         raise TypeError(f"resonance is {shown(resonance)}; it must be a Resonance(p, q) such as PRIMARY")
     resonance = Resonance(*resonance).checked()
-    system = with_parts("slow_flow", system, "J", "B", "law", "excitation", "omega", "error")
+    system = repeating("slow_flow", with_parts("slow_flow", system, "J", "B", "law", "excitation", "omega", "error"))
     springs_only("slow_flow", system)
     flow = _flow(system, resonance)
     s = flow.setting

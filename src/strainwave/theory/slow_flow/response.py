@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 from ...results import Floats
-from .curve import Arc, Curve, passes, special, trace
+from .curve import Arc, Curve, new_part, passes, special, trace
 from .fixed_points import Flow, fixed_points, is_stable, is_trivial
 from .results import SlowBranch, SlowResponse
 
@@ -34,7 +34,8 @@ def response(flow: Flow, lo: float, hi: float) -> SlowResponse:
     arcs: list[Arc] = []
     for z, omega in seeds:
         if not any(passes(curve, arc.points, z, omega) for arc in arcs):
-            arc = trace(curve, curve.join(z, omega), lo / curve.width, hi / curve.width)
+            start = curve.join(z, omega)
+            arc = new_part(curve, trace(curve, start, lo / curve.width, hi / curve.width), arcs, start)
             arcs += [arc] if len(arc.points) > 1 else []
     if not arcs:
         message = f"no steady state with a > 0 was found between {lo:.6g} and {hi:.6g} rad/s ({SEEDS} speeds searched)"
