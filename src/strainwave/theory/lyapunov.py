@@ -18,7 +18,7 @@ from ..law import springs_only
 from ..model.excitation import Harmonic, Harmonics, NoError
 from ..model.oscillator import Oscillator
 from ..model.varying import VaryingOscillator
-from ..numerics.corners import repeating
+from ..numerics.integration.corners import repeating
 from ..quantities import checked, number, shown
 from .equilibria import SAMPLES, Landscape, is_known, landscape
 from .stability_proof import Region, Scope, StabilityProof, place
