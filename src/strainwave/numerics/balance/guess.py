@@ -47,7 +47,7 @@ def linear_response(problem: Any, value: float) -> Floats:
 
 def drive(system: Any, w: Floats, tau: Floats, error: Floats) -> Any:
     """Complex amplitudes [N*m] of what drives the torsion at the frequencies w [rad/s]: tau - J e''."""
-    h, inertia = len(w), system.J * w * w
+    h, inertia = w.shape[-1], system.J * w * w
     return tau[1 : h + 1] + inertia * error[1 : h + 1] - 1j * (tau[h + 1 :] + inertia * error[h + 1 :])
 
 

@@ -71,8 +71,16 @@ def tail_along(problem: Any, points: Floats, aim: float = np.inf) -> Tail:
     if worst > aim:
         return Tail(float(last[at, 0]), worst, float(points[at, -1]), h)
     if not general:
-        tail = tails_together([problem], [points])[0]
-        return tail._replace(worst=max(worst, tail.share))
+        few = _few(points)
+        omega = points[few, -1:]
+        system = problem.system
+        if problem.leaf == problem.omega_leaf:
+            system = system._replace(omega=omega)
+        else:
+            system = with_leaf(system, problem.leaf, omega)
+        shares = _left_out(system, problem.turns, series[few])
+        here = int(np.argmax(shares))
+        return Tail(float(shares[here]), max(worst, float(shares[here])), float(omega[here, 0]), h)
     some = np.unique([*range(0, len(points), max(1, len(points) // FEW)), int(np.argmax(np.max(series, axis=1))), at])
     beyond = _left_out_general(problem, points[some])
     here = int(np.argmax(beyond[:, 0]))
@@ -81,7 +89,7 @@ def tail_along(problem: Any, points: Floats, aim: float = np.inf) -> Tail:
 
 def tails_together(problems: list[Any], curves: list[Floats]) -> list[Tail]:
     """Tails of curves of oscillators of one class, with equal harmonics, by what they leave out; all at once."""
-    few = [_few(points) for points in curves]
+    few = [points[_few(points)] for points in curves]
     counts = [len(points) for points in few]
     first, points = problems[0], few[0] if len(few) == 1 else np.concatenate(few)
     if first.leaf == first.omega_leaf:
@@ -99,10 +107,10 @@ def tails_together(problems: list[Any], curves: list[Floats]) -> list[Tail]:
     return found
 
 
-def _few(points: Floats) -> Floats:
-    """Some points of a curve, and the largest."""
-    largest = np.argmax(np.abs(points[:, :-1]).max(axis=1, initial=0.0)) if len(points) else 0
-    return np.concatenate([points[:: max(1, len(points) // LOOKED_AT)], points[largest : largest + 1]])
+def _few(points: Floats) -> list[int]:
+    """Places of some points of a curve, and of the largest."""
+    places = list(range(0, len(points), max(1, len(points) // LOOKED_AT)))
+    return [*places, int(np.argmax(np.abs(points[:, :-1]).max(axis=1)))] if len(places) > 1 else places
 
 
 def stacked(things: list[Any], counts: list[int]) -> Any:

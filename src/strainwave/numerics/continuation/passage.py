@@ -47,11 +47,11 @@ def across(problem: Any, lo: float, hi: float, step: float, others: Coexisting) 
             if found.outcome == LOST:
                 continue
             starts.append(found.points[0])
-            others.note(problem, starts[-1:])
             if best is None or found.outcome == END or len(found.points) > len(best.points):
                 best, origin = found, f"from {from_where} at the {end} end of the range"
             if found.outcome == END:
                 return (found if upwards else backwards(found)), origin
+            others.note(problem, starts[-1:])
         if best is not None and best.outcome == UNBOUNDED:  # no other way helps
             break
     if best is None:

@@ -148,7 +148,10 @@ def traced_points(
         problem, found, origin = symmetric_across(problem, lo, hi, 4.0 / points, others)
         last = harmonics is not None or h >= most
         tail = None if harmonics is not None else tail_along(problem, found.points, np.inf if last else CURVE)
-        if tail is None or last or (tail.worst <= CURVE and found.outcome == END):
+        done = tail is None or last or (tail.worst <= CURVE and found.outcome == END)
+        if (done or found.outcome != END) and others.begin(problem, found):
+            continue  # again, through what coexists
+        if done:
             return problem, with_left_over(problem, found, others), tail, origin
         h = min(2 * h + 1, most)
 

@@ -24,7 +24,7 @@ from ...numerics.continuation.describe import describe
 from ...numerics.continuation.passage import across
 from ...numerics.continuation.trace import Trace
 from ...numerics.curves.elsewhere import with_left_over, with_others
-from ...numerics.labels import STUCK
+from ...numerics.labels import END, STUCK
 from ...numerics.stability.second_order import displacement_peaks
 from ...results import Floats
 from ...tree import leaf_of
@@ -152,7 +152,10 @@ def traced_train(
         found, origin = across(problem, *speeds, 4.0 / points, others)
         tail = tail_along(problem, found.points)
         enough = tail.share <= MATTERS and found.outcome != STUCK
-        if enough or h >= most or given is not None:
+        done = enough or h >= most or given is not None
+        if (done or found.outcome != END) and others.begin(problem, found):
+            continue  # again, through what coexists
+        if done:
             found = with_left_over(problem, found, others)
             return *_over_a_turn(problem, found, g), tail._replace(harmonics=h * g), origin
         h = min(most, 2 * h)
