@@ -23,6 +23,7 @@ import strainwave as sw
 from strainwave.compile import cuda
 from strainwave.numerics.ensemble import gpu
 from strainwave.numerics.ensemble.ensemble import _batch
+from strainwave.numerics.ensemble.stepping import FixedLanes
 
 DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
 ERROR = sw.KinematicError((sw.Line(2, 0.02), sw.Line(4, 0.005, 0.7)))
@@ -82,15 +83,15 @@ def measure(lanes, periods, rounds):
 def compare_choices(lanes, periods):
     """Print the rates of other numbers of threads in a block and of lanes in a thread."""
     system, method = CASES["Duffing, Rk4, 100 steps"]
-    chosen, threads = gpu.METHODS[sw.Rk4], cuda.THREADS
+    chosen, threads = FixedLanes.of_thread, cuda.THREADS
     for of_block in (32, 64, 128, 256):
         for of_thread in (1, 2, 4):
-            cuda.THREADS, gpu.METHODS[sw.Rk4] = of_block, (*chosen[:2], of_thread)
+            cuda.THREADS, FixedLanes.of_thread = of_block, of_thread
             cuda.kernel.cache_clear()
             march_time(system, method, SMALL, 2)  # compiles
             rate = lanes * periods * 100 / march_time(system, method, lanes, periods)
             print(f"blocks of {of_block:3d} threads, {of_thread} lanes of a thread: {rate:9.2e} steps/s", flush=True)
-    cuda.THREADS, gpu.METHODS[sw.Rk4] = threads, chosen
+    cuda.THREADS, FixedLanes.of_thread = threads, chosen
     cuda.kernel.cache_clear()
 
 

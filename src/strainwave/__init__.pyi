@@ -50,9 +50,12 @@ from .model.sources import Source as Source
 from .model.sources import static_sources as static_sources
 
 # Integration
-from .numerics.integration.simulate import Dop8 as Dop8
-from .numerics.integration.simulate import Dopri5 as Dopri5
-from .numerics.integration.simulate import Rk4 as Rk4
+from .numerics.integration.methods import AdaptiveStep as AdaptiveStep
+from .numerics.integration.methods import Dop8 as Dop8
+from .numerics.integration.methods import Dopri5 as Dopri5
+from .numerics.integration.methods import FixedStep as FixedStep
+from .numerics.integration.methods import Rk4 as Rk4
+from .numerics.integration.schemes import runge_kutta as runge_kutta
 from .numerics.integration.simulate import simulate as simulate
 from .numerics.ensemble.ensemble import ensemble as ensemble
 

@@ -11,6 +11,7 @@ import strainwave as sw
 from strainwave.compile import jit, lanes
 from strainwave.law import states_of
 from strainwave.numerics.ensemble import fixed_step
+from strainwave.numerics.integration.schemes import Classical
 from strainwave.tree import classes
 
 SCALAR: set[str] = set()  # laws whose loop is known to stay scalar, with the reason in docs/ensembles.md
@@ -22,15 +23,15 @@ CASES = {
 }
 
 
-def two_steps(system, y0, sums, rows, turn):
+def two_steps(scheme, system, y0, sums, rows, turn):
     for j in range(lanes.LANES):
-        fixed_step.pair(system, y0, sums, rows, 20, 20, 0.3, turn, j)
+        fixed_step.pair(scheme, system, y0, sums, rows, 20, 20, 0.3, turn, j)
 
 
 def packed_and_scalar(system):
     """Numbers of packed and of scalar multiply-adds in the loop over lanes, and of calls."""
     y0 = (0.0,) * (2 + states_of(system.law))
-    arguments = system.prepared(), y0, ((0.0,),), np.ones((100, lanes.LANES)), 0.1
+    arguments = Classical(), system.prepared(), y0, ((0.0,),), np.ones((100, lanes.LANES)), 0.1
     dispatcher = jit._dispatcher(two_steps, classes(arguments))
     dispatcher(*arguments)
     assembly = dispatcher.inspect_asm(dispatcher.signatures[-1])

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...results import Floats, Orbit, SolveError
-from ..integration.simulate import Dopri5, simulate
+from ..integration.methods import Dopri5
+from ..integration.simulate import simulate
 from ..orbits.find_orbit import find_orbit
 from .settle import Settled
 

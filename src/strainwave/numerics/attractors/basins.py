@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ...quantities import interval, positive_count, shown, with_parts
 from ...results import Floats
 from ..integration.corners import repeating
-from ..integration.simulate import Dopri5, Rk4
+from ..integration.methods import Method
 from .attractors import Attractor, recognised
 from .settle import SEEN, settled, stretching
 
@@ -110,7 +110,7 @@ def basins(
     seed: int = 0,
     settle: int = 50,
     longest: int = 4000,
-    method: Rk4 | Dopri5 | None = None,
+    method: Method | None = None,
     threads: int | None = None,
 ) -> Basins:
     """Integrate many initial states until they settle, and tell the attractors that they end on apart.

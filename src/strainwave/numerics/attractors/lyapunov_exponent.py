@@ -18,7 +18,8 @@ from ...maths import cos, sin
 from ...quantities import numbers, positive_count, with_parts
 from ...results import Floats, SolveError
 from ..integration.corners import repeating
-from ..integration.simulate import Dopri5, simulate
+from ..integration.methods import Dopri5
+from ..integration.simulate import simulate
 from .settle import stretching
 
 BLOCKS = 20  # whose means give the standard error

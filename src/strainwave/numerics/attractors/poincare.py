@@ -12,7 +12,8 @@ from ...law import torsion
 from ...quantities import number, numbers, parameters, positive_count, replace, shown, with_parts
 from ...results import Floats, SolveError
 from ..integration.corners import repeating
-from ..integration.simulate import Dopri5, Rk4, simulate
+from ..integration.methods import Dopri5, Method
+from ..integration.simulate import simulate
 
 METHOD = Dopri5()
 PER_TURN = 256  # samples between which crossings are looked for
@@ -61,7 +62,7 @@ def poincare_section(
     settle: int = 200,
     phase: float | None = None,
     torsion_level: float | None = None,
-    method: Dopri5 | Rk4 = METHOD,
+    method: Method = METHOD,
 ) -> PoincareSection:
     """Look at one motion once per turn, or each time that the torsion rises through a level.
 
@@ -200,7 +201,7 @@ def orbit_diagram(
     *,
     settle: int = 200,
     points: int = 64,
-    method: Dopri5 | Rk4 = METHOD,
+    method: Method = METHOD,
     threads: int = 2,
 ) -> OrbitDiagram:
     """Sweep a parameter slowly up and down and keep the stroboscopic points of the motion at every value.

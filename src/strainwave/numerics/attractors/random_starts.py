@@ -15,7 +15,8 @@ from ...quantities import replace
 from ...results import Floats
 from ..balance.fourier import orders
 from ..balance.guess import carried, drive
-from ..integration.simulate import Dopri5, simulate
+from ..integration.methods import Dopri5
+from ..integration.simulate import simulate
 from .attractors import NEAR, PER_TURN, distance, fewest
 from .settle import Settled, settled
 

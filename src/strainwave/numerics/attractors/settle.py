@@ -10,7 +10,7 @@ from ...quantities import replace
 from ...results import Floats
 from ..ensemble.ensemble import ensemble, lanes_run
 from ..ensemble.measures import Extremes, Final
-from ..integration.simulate import Dop8, Dopri5, Rk4
+from ..integration.methods import Dop8, Dopri5, Method
 
 SEEN = 8  # periods that are measured: the longest period that an ensemble recognises
 APART = 1e-6  # of a state's size: two trajectories that start so close tell whether a motion is chaotic
@@ -48,7 +48,7 @@ def settled(
     *,
     settle: int,
     longest: int,
-    method: Rk4 | Dopri5 | None = None,
+    method: Method | None = None,
     threads: int | None = None,
 ) -> Settled:
     """March every lane from its state (states, lanes) for `settle` turns, and those not settled on to `longest`."""

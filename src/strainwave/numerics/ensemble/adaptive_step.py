@@ -1,4 +1,4 @@
-"""The adaptive kernel of ensembles: every lane of a block takes its own Dormand-Prince steps, period by period.
+"""The adaptive kernel of ensembles: every lane of a block takes its own steps, period by period.
 
 For laws with kinks, where methods of fixed step fall back to second order. All lanes attempt a step at a time; those
 that are rejected, or have finished the period, keep their state. Lanes wait for each other at the end of a period.
@@ -16,7 +16,6 @@ from ...compile.jit import borrowed, chosen, kernel, kernel_as
 from ...compile.lanes import lane, load, store
 from ...tree import count
 from ..choices import larger, select, smaller
-from ..integration.steps import dopri5_step
 from .fixed_step import every_lane, strobe
 from .pieces import Piece, Whole, about_log2, about_one_over, about_two_to, extreme_between, updated
 
@@ -92,26 +91,26 @@ def begin(
 
 @kernel
 def attempt(
-    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, rtol: float, atol: float, measuring: float,
-    waiting: Any, j: Any,
+    scheme: Any, system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, rtol: float, atol: float,
+    measuring: float, waiting: Any, j: Any,
 ) -> None:  # fmt: skip
     """Attempt one step of lane j; a lane at the end of its period takes a step of no length."""
     at, n = count(system), count(y0)
-    place = at + 1 + 2 * n + count(sums)
+    place, order, power = at + 1 + 2 * n + count(sums), scheme.error_order(), 1.0 / scheme.error_order()
     s, per_omega = lane(system, rows, 0, j), load(rows, at, j)
     y, k, before = lane(y0, rows, at + 1, j), lane(y0, rows, at + 1 + n, j), lane(sums, rows, at + 1 + 2 * n, j)
     phase, step, past = load(rows, place, j), load(rows, place + 1, j), load(rows, place + 2, j)
     left = TURN - phase
     q = smaller(step, left)
     h = q * per_omega
-    y1, k1, error, _ = dopri5_step(s, phase, q, y, h, k)
+    y1, k1, error, _ = scheme.attempt(s, phase, q, y, h, k)
     e = 0.0 * h
     for i in range(n):
         scaled = error[i] * about_one_over(atol + rtol * larger(abs(y[i]), abs(y1[i])))
         e = e + scaled * scaled / n
     good, moving = e <= 1.0, left > 0.0
     now = 0.5 * about_log2(larger(e, 1e-20))
-    grown, shrunk = SAFETY + 0.04 * past - 0.17 * now, select(e > 1.0, SAFETY - 0.2 * now, -3.3)
+    grown, shrunk = SAFETY + 0.2 / order * past - 0.85 * power * now, select(e > 1.0, SAFETY - power * now, -3.3)
     power = select(good, grown, shrunk)  # shrunk also where the error is no number
     next_step = q * about_two_to(smaller(larger(power, select(e == e, -2.3, -3.3)), 3.3))
     after = smaller(select(good, larger(next_step, select(left > step, 0.0, step)), next_step), MOST)
@@ -142,10 +141,11 @@ def judge(system: Any, y0: Any, sums: Any, rows: Any, ended: Any, j: Any) -> Non
 
 @kernel
 def march_adaptive(
-    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, rtol: float, atol: float, most: int,
-    waiting: Any, settle: int, periods: int, last: Any, points: Any, ended: Any,
+    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, how: Any, waiting: Any, settle: int,
+    periods: int, last: Any, points: Any, ended: Any,
 ) -> int:  # fmt: skip
-    """March a block by adaptive steps, of a lane at most `most`, through its periods; returns the attempts made."""
+    """March a block through its periods; `how` is scheme, tolerances and steps at most. Returns the attempts made."""
+    scheme, rtol, atol, most = how
     rows, waiting, last, points, ended = borrowed((rows, waiting, last, points, ended))
     at, attempts = count(system) + 1, 0
     for period in range(settle + periods):
@@ -154,7 +154,7 @@ def march_adaptive(
         measuring, way = (1.0 if period >= settle else 0.0), 1
         while way > 0:
             for j in every_lane():
-                attempt(system, y0, kind, measures, sums, rows, rtol, atol, measuring, waiting, j)
+                attempt(scheme, system, y0, kind, measures, sums, rows, rtol, atol, measuring, waiting, j)
             attempts += 1
             way = total(waiting)
         for j in every_lane():

@@ -9,9 +9,9 @@ from ...compile.jit import run
 from ...compile.lanes import LANES
 from ...results import Floats
 from ...tree import leaves
-from ..integration.simulate import Dop8, Dopri5, Rk4
-from .adaptive_step import march_adaptive
-from .fixed_step import KEPT, march_dop8, march_rk4
+from ..integration.methods import Method
+from .fixed_step import KEPT
+from .stepping import stepping_of
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Block:
     attempts: int = 0
 
 
-def march(batch: Batch, places: Any, method: Rk4 | Dopri5, steps: int) -> Block:
+def march(batch: Batch, places: Any, method: Method, steps: int) -> Block:
     """Run the lanes at these places (at most a block of them) through all their periods."""
     n, states, floats = len(places), len(batch.y0), len(batch.numbers)
     full = np.concatenate([places, np.repeat(places[-1:], LANES - n)])
@@ -91,16 +91,12 @@ def march(batch: Batch, places: Any, method: Rk4 | Dopri5, steps: int) -> Block:
     last, ended = np.zeros((KEPT, states, LANES)), np.zeros(LANES)
     points = np.empty((periods if batch.points else 0, states, LANES))
     common = batch.template, (0.0,) * states, batch.kind, batch.measures, starts, rows
-    times, attempts = (batch.settle, batch.periods, last, points, ended), 0
+    stepping, waiting = stepping_of(method), np.zeros(LANES, np.int64)
+    how, rows[floats] = stepping.arguments(batch.omega[full], steps)
     with np.errstate(all="ignore"):
-        if isinstance(method, Dopri5):
-            rows[floats] = 1.0 / batch.omega[full]
-            waiting = np.zeros(LANES, np.int64)
-            how = float(method.rtol), float(method.atol), method.max_steps
-            attempts = run(march_adaptive, *common, *how, waiting, *times)
-        else:
-            rows[floats] = 2.0 * np.pi / steps / batch.omega[full]
-            run(march_dop8 if isinstance(method, Dop8) else march_rk4, *common, steps, *times)
+        attempts = run(
+            stepping.kernel, *common, how, waiting, batch.settle, batch.periods, last, points, ended
+        )  # fmt: skip
     newest = (periods - 1 - np.arange(min(KEPT, periods))[::-1]) % KEPT
     reach = rows[at + len(sums) + states, :n]
-    return Block(rows[at : at + len(sums), :n], last[newest, :, :n], points[:, :, :n], ended[:n], reach, attempts)
+    return Block(rows[at : at + len(sums), :n], last[newest, :, :n], points[:, :, :n], ended[:n], reach, attempts or 0)

@@ -22,21 +22,21 @@ from ...quantities import positive_count, replace, with_parts
 from ...results import Floats
 from ...tree import leaves, mapped
 from ..integration.corners import repeating
-from ..integration.simulate import Dopri5, Rk4
+from ..integration.methods import Method
 from ..integration.step_counts import fastest_rates, steps_needed
 from .blocks import Batch, Block
 from .gpu import Machine, machine_of
 from .lane_checks import LaneError
-from .measures import Peak, Poincare, Rms, order_for
+from .measures import Peak, Rms, highest_order
 from .pieces import General, Smooth
 from .request import lanes_of, spans, what_and_how
 from .result import dataset_of
+from .stepping import stepping_of
 
 log = logging.getLogger(__name__)
 
 MOST_TRIES = 12  # of finer steps, until the stiffness met asks for no more
 SAMPLED = 16  # lanes whose blocks are run again with half the step, for the estimate of the error
-FOURTH = 16 / 15  # an error of fourth order over its change with half the step; those of higher order are closer
 SAMPLED_BLOCKS = 16  # of every number of steps, for laws with breakpoints: their errors differ from lane to lane
 MOST_STEPS = 100_000  # a period, for lanes that explode
 FINEST = 10_000_000  # steps a period at first
@@ -50,7 +50,7 @@ def ensemble(
     periods: int,
     settle: int = 0,
     measures: tuple[Any, ...] = (Peak(), Rms()),
-    method: Rk4 | Dopri5 | None = None,
+    method: Method | None = None,
     threads: int | None = None,
     device: str = "cpu",
 ) -> xr.Dataset:
@@ -71,7 +71,7 @@ def ensemble(
         Periods before that.
     measures : tuple
         What to keep: `Peak()`, `Extremes()`, `Rms()`, `Mean()`, `Amplitude(k)`, `Final()`, `Poincare()`.
-    method : Dop8, Rk4 or Dopri5, optional
+    method : Dop8, Rk4, Dopri5, or your own FixedStep or AdaptiveStep, optional
         Default: `Dop8()` for smooth laws of an oscillator, `Dopri5()` (adaptive in every lane) for laws with
         breakpoints or memory and for other systems. `steps` of a fixed method count per shortest time scale met.
     threads : int, optional
@@ -114,23 +114,23 @@ def ensemble(
 
 def lanes_run(
     system: Any, parameters: dict[str, ArrayLike], y0: Any, *, periods: int, settle: int, measures: tuple[Any, ...],
-    method: Rk4 | Dopri5 | None, threads: int | None, device: str = "cpu",
+    method: Method | None, threads: int | None, device: str = "cpu",
 ) -> tuple[xr.Dataset, Callable[[], None]]:  # fmt: skip
     """Dataset of an ensemble, and what adds the estimates of its errors: that takes as long as a few hundred lanes."""
     varied, states, lanes = lanes_of(system, parameters, y0)
     settle, periods = spans(periods, settle)
     kept, chosen = what_and_how(system, measures, method)
-    batch = _batch(system, varied, states, lanes, kept, settle, periods, any(isinstance(m, Poincare) for m in measures))
+    batch = _batch(system, varied, states, lanes, kept, settle, periods, any(hasattr(m, "of_turns") for m in measures))
     machine = machine_of(device, positive_count("threads", os.cpu_count() or 1 if threads is None else threads))
     members = replace(system, varied)
     found, steps = _run(batch, members, chosen, machine)
     data = dataset_of(system, varied, batch, found, measures, chosen)
     data.attrs |= {"method": str(chosen), "device": machine.name, "periods": periods, "settle": settle}
-    if isinstance(chosen, Rk4):
+    if not chosen.adaptive:
         data["steps"] = ("lane", steps, {"long_name": "steps per period"})
 
     def estimates() -> None:
-        if isinstance(chosen, Rk4):
+        if not chosen.adaptive:
             _add_error_estimates(data, batch, chosen, steps, measures, system, varied, machine)
 
     return data, estimates
@@ -164,14 +164,13 @@ def _is_smooth(system: Any, states: int) -> bool:
     return states > 1 and all(float(np.asarray(system.rhs(0.3, probe)[0])) == probe[1] for probe in probes)
 
 
-def _run(batch: Batch, members: Any, method: Rk4 | Dopri5, machine: Machine) -> tuple[Block, Any]:
+def _run(batch: Batch, members: Any, method: Any, machine: Machine) -> tuple[Block, Any]:
     """Run all lanes, those of a fixed method again with finer steps where they met more stiffness than foreseen."""
-    lanes = len(batch.omega)
-    given = 0 if isinstance(method, Dopri5) else method.steps_per_period
-    if isinstance(method, Dopri5) or given is not None:
-        per_period = -(-(given or 0) // 4) * 4
-        return _march_all(batch, np.full(lanes, per_period), method, machine), np.full(lanes, per_period)
-    order, margin = max(1, *members.orders(), order_for(batch.measures, method)), _error_reach(members, lanes)
+    lanes, stepping = len(batch.omega), stepping_of(method)
+    if (given := stepping.given(lanes)) is not None:
+        return _march_all(batch, given, method, machine), given
+    order = max(1, *members.orders(), stepping.order_for(highest_order(batch.measures)))
+    margin = _error_reach(members, lanes)
     reach, periods = np.abs(batch.y0[0]), batch.settle + batch.periods
     steps = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
     endless = steps > FINEST
@@ -212,7 +211,7 @@ def _some(batch: Batch, places: Any) -> Batch:
     return with_changes(batch, numbers=batch.numbers[:, places], omega=batch.omega[places], y0=batch.y0[:, places])
 
 
-def _march_all(batch: Batch, steps: Any, method: Rk4 | Dopri5, machine: Machine) -> Block:
+def _march_all(batch: Batch, steps: Any, method: Method, machine: Machine) -> Block:
     """Run all lanes, in blocks of lanes with one number of steps."""
     jobs = []
     for number in np.unique(steps):
@@ -250,7 +249,7 @@ def _march_all(batch: Batch, steps: Any, method: Rk4 | Dopri5, machine: Machine)
 
 
 def _add_error_estimates(
-    data: xr.Dataset, batch: Batch, method: Rk4, steps: Any, measures: Any, system: Any, varied: dict[str, Floats],
+    data: xr.Dataset, batch: Batch, method: Any, steps: Any, measures: Any, system: Any, varied: dict[str, Floats],
     machine: Machine,
 ) -> None:  # fmt: skip
     """Run a sample of lanes with half the step and say by how much every measure changes at most.
@@ -266,12 +265,13 @@ def _add_error_estimates(
     sample = np.sort(np.concatenate([_spread(group, blocks * LANES) for group in groups]))
     part = _some(batch, sample)
     finer = _march_all(part, 2 * steps[sample], method, machine)
+    factor = 2.0 if kinks else 1.0 / (1.0 - 0.5 ** method.scheme.order())  # of the error to its change
     few = dataset_of(system, {p: v[sample] for p, v in varied.items()}, part, finer, measures, method)
     for name in few:
         if few[name].dtype.kind == "f" and name != "ended":
             change = np.abs(few[name].values - data[name].isel(lane=sample).values)
             largest = float(np.nanmax(change)) if np.any(np.isfinite(change)) else 0.0
-            data[name].attrs["error_estimate"] = (2.0 if kinks else FOURTH) * largest
+            data[name].attrs["error_estimate"] = factor * largest
 
 
 def _spread(places: Any, most: int) -> Any:

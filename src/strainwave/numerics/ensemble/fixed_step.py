@@ -13,7 +13,6 @@ from ...compile.jit import borrowed, kernel, kernel_as
 from ...compile.lanes import LANES, lane, load, store
 from ...tree import count
 from ..choices import larger
-from ..integration.steps import dop8_step, rk4_step
 from .pieces import Ends, Even, Piece, extreme_between, updated, vertex
 
 BOUND = 1e100  # a state beyond it has left for infinity
@@ -32,22 +31,22 @@ def every_lane() -> Any:
 
 @kernel
 def pair(
-    system: Any, y0: Any, sums: Any, rows: Any, source: int, target: int, phase: float, turn: float, j: Any
+    scheme: Any, system: Any, y0: Any, sums: Any, rows: Any, source: int, target: int, phase: float, turn: float, j: Any
 ) -> None:
-    """Two Runge-Kutta steps of lane j from the states in rows `source` to those in rows `target`."""
+    """Two steps of lane j from the states in rows `source` to those in rows `target`."""
     s, h, y = lane(system, rows, 0, j), load(rows, count(system), j), lane(y0, rows, source, j)
-    y = rk4_step(s, phase + turn, turn, rk4_step(s, phase, turn, y, h), h)
+    y = scheme.step(s, phase + turn, turn, scheme.step(s, phase, turn, y, h), h)
     store(y, rows, target, j)
     reach = count(system) + 1 + 3 * count(y0) + count(sums)
     store(larger(abs(y[0]), load(rows, reach, j)), rows, reach, j)
 
 
 @kernel
-def long_step(system: Any, y0: Any, sums: Any, rows: Any, phase: float, turn: float, j: Any) -> None:
-    """One step of the eighth-order method of lane j."""
+def one_step(scheme: Any, system: Any, y0: Any, sums: Any, rows: Any, phase: float, turn: float, j: Any) -> None:
+    """One step of lane j."""
     at = count(system) + 1
     s, h, y = lane(system, rows, 0, j), load(rows, at - 1, j), lane(y0, rows, at, j)
-    y = dop8_step(s, phase, turn, y, h)
+    y = scheme.step(s, phase, turn, y, h)
     store(y, rows, at, j)
     reach = at + 3 * count(y0) + count(sums)
     store(larger(abs(y[0]), load(rows, reach, j)), rows, reach, j)
@@ -69,14 +68,14 @@ def measure(
 
 
 @kernel
-def measured_long_step(
-    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, phase: float, turn: float, j: Any
+def measured_step(
+    scheme: Any, system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, phase: float, turn: float, j: Any
 ) -> None:
-    """One step of the eighth-order method and its measures, of lane j."""
+    """One step and its measures, of lane j."""
     at, n = count(system) + 1, count(y0)
     s, h, y = lane(system, rows, 0, j), load(rows, at - 1, j), lane(y0, rows, at, j)
     end = phase + turn
-    y1 = dop8_step(s, phase, turn, y, h)
+    y1 = scheme.step(s, phase, turn, y, h)
     store(y1, rows, at, j)
     before, after = s.rhs(phase, y), s.rhs(end, y1)
     extreme = extreme_between(kind, y, before, y1, after, h)
@@ -118,11 +117,12 @@ def strobe(y0: Any, rows: Any, at: int, period: int, last: Any, points: Any, end
 
 
 @kernel
-def march_rk4(
-    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, steps: int, settle: int, periods: int,
-    last: Any, points: Any, ended: Any,
+def march_pairs(
+    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, how: Any, waiting: Any, settle: int,
+    periods: int, last: Any, points: Any, ended: Any,
 ) -> None:  # fmt: skip
-    """March a block by `steps` Runge-Kutta steps a period (fours); measure pairs of steps after the first periods."""
+    """March a block by pairs of steps; `how` is the scheme and the steps a period (fours). Measure pairs of steps."""
+    scheme, steps = how
     rows, last, points, ended = borrowed((rows, last, points, ended))
     turn, at, n = 2.0 * math.pi / steps, count(system) + 1, count(y0)
     for period in range(settle + periods):
@@ -132,12 +132,12 @@ def march_rk4(
         for i in range(0, steps, 4):
             phase, later = i * turn, (i + 2) * turn
             for j in every_lane():
-                pair(system, y0, sums, rows, at, at + n, phase, turn, j)
+                pair(scheme, system, y0, sums, rows, at, at + n, phase, turn, j)
             if period >= settle:
                 for j in every_lane():
                     measure(system, y0, measures, sums, rows, at, at + n, phase, turn, j)
             for j in every_lane():
-                pair(system, y0, sums, rows, at + n, at, later, turn, j)
+                pair(scheme, system, y0, sums, rows, at + n, at, later, turn, j)
             if period >= settle:
                 for j in every_lane():
                     measure(system, y0, measures, sums, rows, at + n, at, later, turn, j)
@@ -148,11 +148,12 @@ def march_rk4(
 
 
 @kernel
-def march_dop8(
-    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, steps: int, settle: int, periods: int,
-    last: Any, points: Any, ended: Any,
+def march_steps(
+    system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, how: Any, waiting: Any, settle: int,
+    periods: int, last: Any, points: Any, ended: Any,
 ) -> None:  # fmt: skip
-    """March a block by `steps` steps of the eighth-order method a period; measure after the first periods."""
+    """March a block step by step; `how` is the scheme and the steps a period. Measure after the first periods."""
+    scheme, steps = how
     rows, last, points, ended = borrowed((rows, last, points, ended))
     turn, at = 2.0 * math.pi / steps, count(system) + 1
     for period in range(settle + periods):
@@ -162,10 +163,10 @@ def march_dop8(
         for i in range(steps):
             if period < settle:
                 for j in every_lane():
-                    long_step(system, y0, sums, rows, i * turn, turn, j)
+                    one_step(scheme, system, y0, sums, rows, i * turn, turn, j)
             else:
                 for j in every_lane():
-                    measured_long_step(system, y0, kind, measures, sums, rows, i * turn, turn, j)
+                    measured_step(scheme, system, y0, kind, measures, sums, rows, i * turn, turn, j)
         for j in every_lane():
             strobe(y0, rows, at, period, last, points, ended, j)
     for j in every_lane():

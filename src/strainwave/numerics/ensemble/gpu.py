@@ -16,10 +16,10 @@ from ...compile.jit import kernel
 from ...compile.lanes import LANES, lane, load, store
 from ...quantities import shown
 from ...tree import count, leaves
-from ..integration.simulate import Dop8, Dopri5, Rk4
-from .adaptive_step import march_adaptive
+from ..integration.methods import Method
 from .blocks import Batch, Block, march
-from .fixed_step import KEPT, every_lane, march_dop8, march_rk4
+from .fixed_step import KEPT, every_lane
+from .stepping import stepping_of
 
 LAUNCHED = 2**20  # lanes of a launch, at most
 FEW_ROWS = 22  # of numbers per lane, up to which a thread keeps four lanes in registers
@@ -71,40 +71,17 @@ def finish(system: Any, y0: Any, sums: Any, rows: Any, outputs: Any) -> None:
         store(load(rows, at + 3 * n + count(sums) + 3, j), outputs, count(sums) + 1, j)
 
 
-def fixed(march: Any) -> Any:
-    """The march by fixed steps with its own argument, the steps a period, in a tuple."""
+def placed(march: Any) -> Any:
+    """The march with the periods ended, and what adaptive steps wait for, in rows of the block."""
 
-    def by_steps(
+    def march_block(
         system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, how: Any, settle: int, periods: int,
         last: Any, points: Any,
     ) -> None:  # fmt: skip
-        ended = rows[count(system) + 4 + 3 * count(y0) + count(sums)]
-        march(system, y0, kind, measures, sums, rows, how[0], settle, periods, last, points, ended)
-
-    return by_steps
-
-
-def adaptive(march: Any) -> Any:
-    """The march by adaptive steps with its own arguments, tolerances and steps at most, in a tuple."""
-
-    def by_tolerance(
-        system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, how: Any, settle: int, periods: int,
-        last: Any, points: Any,
-    ) -> None:  # fmt: skip
-        rtol, atol, most = how
         at = count(system) + 4 + 3 * count(y0) + count(sums)
-        ended, waiting = rows[at], rows[at + 1]
-        march(system, y0, kind, measures, sums, rows, rtol, atol, most, waiting, settle, periods, last, points, ended)
+        march(system, y0, kind, measures, sums, rows, how, rows[at + 1], settle, periods, last, points, rows[at])
 
-    return by_tolerance
-
-
-# The march, how it is called, and the lanes of a thread, which share cosines: long steps leave no registers for two.
-METHODS = {
-    Rk4: (march_rk4, fixed, 4),
-    Dop8: (march_dop8, fixed, 1),
-    Dopri5: (march_adaptive, adaptive, 1),
-}
+    return march_block
 
 
 @contextmanager
@@ -121,26 +98,21 @@ def memory_told(lanes: int) -> Iterator[None]:
         ) from error
 
 
-def march_on_gpu(batch: Batch, places: Any, method: Rk4 | Dopri5, steps: int) -> Block:
+def march_on_gpu(batch: Batch, places: Any, method: Method, steps: int) -> Block:
     """Run the lanes at these places through all their periods, on the device."""
     states, floats, periods = len(batch.y0), len(batch.numbers), batch.settle + batch.periods
     starts = tuple(measure.start() for measure in batch.measures)
     sums = len(leaves(starts))
     rows = floats + 1 + 3 * states + sums + 5
-    steps_of, call, most = METHODS[type(method)]
-    own = most if rows <= FEW_ROWS else 1
+    stepping = stepping_of(method)
+    own = stepping.of_thread if rows <= FEW_ROWS else 1
     n = len(places)
     threads = min(cuda.THREADS, -(-n // own))
     blocks = -(-n // (own * threads))
     full = np.concatenate([places, np.repeat(places[-1:], blocks * threads * own - n)])
-    if isinstance(method, Dopri5):
-        how: Any = (float(method.rtol), float(method.atol), method.max_steps)
-        times = 1.0 / batch.omega[full]
-    else:
-        how = (steps,)
-        times = 2.0 * np.pi / steps / batch.omega[full]
+    how, times = stepping.arguments(batch.omega[full], steps)
     device = cuda.load()
-    cuda.expose_methods((batch.template, batch.kind, batch.measures))
+    cuda.expose_methods((batch.template, batch.kind, batch.measures, how))
     start = np.concatenate([batch.numbers[:, full], times[None], batch.y0[:, full]])
     shapes = (sums + 2, len(full)), (KEPT, states, len(full)), (periods if batch.points else 1, states, len(full))
     with memory_told(n):
@@ -150,7 +122,7 @@ def march_on_gpu(batch: Batch, places: Any, method: Rk4 | Dopri5, steps: int) ->
             batch.template, (0.0,) * states, batch.kind, batch.measures, starts, how, batch.settle, batch.periods,
             inputs, outputs, last, points if batch.points else points[:0],
         )  # fmt: skip
-        cuda.launch((begin, steps_of, call, finish), rows, own, (blocks, threads), arguments)
+        cuda.launch((begin, stepping.kernel, placed, finish), rows, own, (blocks, threads), arguments)
     newest = (periods - 1 - np.arange(min(KEPT, periods))[::-1]) % KEPT
     found, kept = outputs.copy_to_host()[:, :n], last.copy_to_host()[newest, :, :n]
     strobes = points.copy_to_host()[:, :, :n] if batch.points else np.empty((0, states, n))

@@ -2,7 +2,13 @@
 
 A measure is a NamedTuple with `start()`, the tuple of its sums before the first step, `update(sums, piece)`, the sums
 after a piece of the trajectory, and `results(sums, time)`, the variables that come of them. It sees pieces of the first
-state between two instants, never the whole.
+state between two instants, never the whole. Instead of these three, or beside them, it may have
+
+- `of_end(y)`, variables from the states (states, lanes) at the end, nan where a lane was lost,
+- `of_turns(y)`, variables from the states (turns, states, lanes) at the end of every period, nan from the loss on,
+- `order()`, the highest order that the steps must resolve,
+- `unit()`, that of its variables, where it is not that of the first state,
+- `check()`, which refuses parameters out of range.
 """
 
 from typing import Any, NamedTuple
@@ -11,11 +17,7 @@ import numpy as np
 
 from ...maths import cos, sin
 from ..choices import larger, smaller
-from ..integration.simulate import Dopri5, Rk4
 from .pieces import harmonic_integrals, integral
-
-PER_ORDER = 4  # pieces of a fixed step per turn of the highest order that an amplitude is taken of
-HIGHEST_ADAPTIVE = 20  # order, in those of the system, that steps of a relative tolerance of 1e-9 resolve to 1e-4
 
 
 class Peak(NamedTuple):
@@ -105,6 +107,10 @@ class Amplitude(NamedTuple):
         """Variables from the sums (rows) over a time [s]."""
         return {f"amplitude_{self.k}": 2.0 * np.hypot(sums[0], sums[1]) / time}
 
+    def order(self) -> int:
+        """Order that the steps must resolve."""
+        return self.k
+
     def check(self) -> None:
         """Refuse an order below 1 (ValueError)."""
         if isinstance(self.k, bool) or not isinstance(self.k, int):
@@ -116,37 +122,19 @@ class Amplitude(NamedTuple):
 class Final(NamedTuple):
     """State at the end: variable `final` over lane and state. It needs no sums."""
 
+    def of_end(self, y: Any) -> dict[str, Any]:
+        """Variables from the states at the end."""
+        return {"final": y}
+
 
 class Poincare(NamedTuple):
     """States at the end of every period, those before the measures too: variable `points` over period, state, lane."""
 
-
-def _highest(measures: Any) -> int:
-    return max((m.k for m in measures if isinstance(m, Amplitude)), default=0)
-
-
-def order_for(measures: Any, method: Rk4) -> int:
-    """Order that the system is to be taken to have, so that a method's own steps resolve all amplitudes."""
-    return -(-_highest(measures) * PER_ORDER * _steps_of_a_piece(method) // method.steps)
+    def of_turns(self, y: Any) -> dict[str, Any]:
+        """Variables from the states at the end of every turn."""
+        return {"points": y}
 
 
-def check_orders(measures: Any, method: Rk4 | Dopri5, orders: tuple[int, ...]) -> None:
-    """Refuse an amplitude of an order that the steps do not resolve (ValueError): it would be that of another order.
-
-    Adaptive steps follow the motion, whose orders are those of the system, not the cosine that it is multiplied by.
-    """
-    k = _highest(measures)
-    if isinstance(method, Dopri5):
-        most = max(1, int(HIGHEST_ADAPTIVE * (1e-9 / method.rtol) ** 0.2 * max((1, *orders))))
-        remedy = f"a smaller rtol, or Dop8(steps_per_period={8 * PER_ORDER * -(-k // 8)})"
-    elif method.steps_per_period is not None:
-        pieces = -(-method.steps_per_period // 4) * 4 // _steps_of_a_piece(method)
-        most, remedy = pieces // PER_ORDER, f"steps_per_period={PER_ORDER * _steps_of_a_piece(method) * k}"
-    else:
-        return
-    if k > most:
-        raise ValueError(f"Amplitude({k}) is of an order that the steps of {method} do not resolve; take {remedy}")
-
-
-def _steps_of_a_piece(method: Rk4) -> int:
-    return 2 if type(method) is Rk4 else 1
+def highest_order(measures: Any) -> int:
+    """Highest order that measures ask the steps to resolve; 0 where none does."""
+    return max((measure.order() for measure in measures if hasattr(measure, "order")), default=0)

@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from ...law import is_spring
 from ...quantities import numbers, positive_count, shown
 from ...quantities import parameters as parameters_of
 from ...results import Floats
-from ..integration.simulate import Dop8, Dopri5, Rk4
+from ..integration.methods import Dop8, Dopri5, Method, checked
 from .lane_checks import LaneError, check_lanes
-from .measures import Final, Poincare, check_orders
+from .measures import highest_order
+from .stepping import stepping_of, steps_known
 
 MOST_PERIODS = 10**9  # of one run
 
@@ -24,10 +24,14 @@ def spans(periods: Any, settle: Any) -> tuple[int, int]:
     return int(settle), measured
 
 
-def what_and_how(system: Any, measures: Any, method: Any) -> tuple[tuple[Any, ...], Rk4 | Dopri5]:
+def what_and_how(system: Any, measures: Any, method: Any) -> tuple[tuple[Any, ...], Method]:
     """Return the measures that are accumulated, and the method, whose steps resolve them."""
     kept, chosen = summed_measures(measures), method_of(system, method)
-    check_orders(measures, chosen, system.orders() if hasattr(system, "orders") else ())
+    k, orders = highest_order(measures), system.orders() if hasattr(system, "orders") else ()
+    most, remedy = stepping_of(chosen).resolved(k, orders)
+    if k > most:  # it would be the amplitude of another order
+        name = next(type(m).__name__ for m in measures if hasattr(m, "order") and m.order() == k)
+        raise ValueError(f"{name}({k}) is of an order that the steps of {chosen} do not resolve; take {remedy}")
     return kept, chosen
 
 
@@ -73,30 +77,18 @@ def summed_measures(measures: Any) -> tuple[Any, ...]:
     for measure in measures:
         if isinstance(measure, type):
             raise TypeError(f"{measure.__name__} is the class of a measure; write {measure.__name__}()")
-        if not (hasattr(measure, "update") or isinstance(measure, Final | Poincare)):
+        if not (any(hasattr(measure, part) for part in ("update", "of_end", "of_turns"))):
             raise TypeError(f"{shown(measure)} is no measure; take Peak(), Rms(), Amplitude(k), Final() or the like")
         if hasattr(measure, "check"):
             measure.check()
     return tuple(m for m in measures if hasattr(m, "update"))
 
 
-def method_of(system: Any, method: Any) -> Rk4 | Dopri5:
+def method_of(system: Any, method: Any) -> Method:
     """Return the method given, or the one that suits the system."""
-    steps_known = hasattr(system, "jacobian") and hasattr(system, "orders") and is_spring(system)
     if method is None:
         kinks = system.breakpoints() if hasattr(system, "breakpoints") else ()
-        return Dop8() if steps_known and not kinks else Dopri5()
-    if not isinstance(method, Dopri5 | Rk4):
-        raise TypeError(f"method is {shown(method)}; it must be Dop8(...), Rk4(...) or Dopri5(...)")
-    if isinstance(method, Dopri5) and method.largest_step is not None:
-        raise ValueError(
-            f"Dopri5.largest_step is {method.largest_step:g} s; steps of an ensemble are at most 1/16 of a turn: leave "
-            "it out, or give Rk4(steps_per_period=...)"
-        )
-    if isinstance(method, Rk4) and method.steps_per_period is None and not steps_known:
-        name = type(system).__name__
-        lacks = (
-            f"{name} has no jacobian and orders" if is_spring(system) else "a law with friction or memory has no rate"
-        )
-        raise TypeError(f"{lacks} to choose a step from; give steps_per_period or use Dopri5")
-    return method
+        return Dop8() if steps_known(system) and not kinks else Dopri5()
+    chosen = checked(method)
+    stepping_of(chosen).check(system)
+    return chosen

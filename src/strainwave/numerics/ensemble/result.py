@@ -1,5 +1,6 @@
 """What is told of an ensemble: its variables over the lanes, with units."""
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -8,18 +9,16 @@ import xarray as xr
 from ...quantities import parameters
 from ...results import Floats
 from ...tree import leaves
-from ..integration.simulate import Dopri5, Rk4
+from ..integration.methods import Method
 from .blocks import Batch, Block
-from .measures import Final, Poincare
 from .pieces import Smooth
+from .stepping import stepping_of
 
-SETTLED = 1e-6  # largest change of a settled state from one period (or up to eight) to the next, of fixed steps
-LOOSE = 1e4  # of adaptive ones, in units of their tolerance
 REST = 1e-15  # what is smaller than this share of the initial state has come to rest
 
 
 def dataset_of(
-    system: Any, varied: dict[str, Floats], batch: Batch, found: Block, measures: Any, method: Rk4 | Dopri5
+    system: Any, varied: dict[str, Floats], batch: Batch, found: Block, measures: Any, method: Method
 ) -> xr.Dataset:
     """Variables over the lanes, with units, from what came of them."""
     periods = batch.settle + batch.periods
@@ -37,13 +36,14 @@ def dataset_of(
             variables = measure.results(found.sums[at : at + n], batch.periods * turn)
         at += n
         for name, values in variables.items():
-            data[name] = ("lane", np.where(good, values, np.nan), dict(angle))
-    if any(isinstance(measure, Final) for measure in measures):
-        data["final"] = (("state", "lane"), np.where(good, found.last[-1], np.nan))
-    if any(isinstance(measure, Poincare) for measure in measures):
-        inside = np.arange(periods)[:, None, None] < ended
-        data["points"] = (("turn", "state", "lane"), np.where(inside, found.points, np.nan))
-    if "final" in data or "points" in data:
+            data[name] = ("lane", np.where(good, values, np.nan), _unit(measure, angle))
+    inside = np.arange(len(found.points))[:, None, None] < ended
+    states = {"of_end": np.where(good, found.last[-1], np.nan), "of_turns": np.where(inside, found.points, np.nan)}
+    for part, measure in itertools.product(states, measures):
+        if hasattr(measure, part):
+            for name, values in getattr(measure, part)(states[part]).items():
+                data[name] = (("turn", "state", "lane")[-np.ndim(values) :], values, _unit(measure, {}))
+    if "state" in data.dims:
         data = data.assign_coords(state=list(names))
     status = np.where(short, 2, np.where(good, 0, 1)).astype(np.int8)
     meaning = "0 finished, 1 left every bound, 2 stopped: more steps than the method's max_steps (raise it, or rtol)"
@@ -57,15 +57,17 @@ def dataset_of(
     return data
 
 
-def _periods_of(batch: Batch, found: Block, good: Any, method: Rk4 | Dopri5) -> Any:
+def _unit(measure: Any, unit: dict[str, str]) -> dict[str, str]:
+    return {"units": measure.unit()} if hasattr(measure, "unit") else dict(unit)
+
+
+def _periods_of(batch: Batch, found: Block, good: Any, method: Method) -> Any:
     """Turns after which a state comes back (lanes,): the smallest number up to 8; 0 where there is none.
 
     To a share of its size, in which a rate counts as what it is at the base frequency; closer than the tolerance of
     adaptive steps, or than 1e-15 of the start, is back.
     """
-    settled, near = SETTLED, 0.0
-    if isinstance(method, Dopri5):
-        settled, near = max(SETTLED, LOOSE * method.rtol), 10.0 * method.atol
+    settled, near = stepping_of(method).near()
     last = found.last
     size = np.max(np.abs(last), axis=0)
     start = np.abs(batch.y0)

@@ -1,14 +1,14 @@
 """Location of switches: where the torsion of a running integration crosses a breakpoint of the law.
 
-`sides` holds, for each breakpoint, on which side of it (-1.0 or 1.0) the torsion is. A Dormand-Prince step that ends on
-the other side is repeated so that it ends on the breakpoint; each step then sees one smooth piece of the law.
+`sides` holds, for each breakpoint, on which side of it (-1.0 or 1.0) the torsion is. A step that ends on the other
+side is repeated so that it ends on the breakpoint; each step then sees one smooth piece of the law.
 """
 
 from typing import Any
 
 from ...compile.jit import axpy, kernel
 from ...law import torsion
-from .steps import dense_output, dopri5_step
+from .steps import dense_output
 
 SCAN = 4  # places inside a step where the torsion is compared with the breakpoints
 
@@ -64,8 +64,10 @@ def first_switch(
 
 
 @kernel
-def step_onto(system: Any, omega: float, t: float, h: float, y: Any, k: Any, breakpoint: float, t_end: float) -> Any:
-    """Dormand-Prince step of about h that ends on the breakpoint (Newton on h): whether it does, h, and the step.
+def step_onto(
+    scheme: Any, system: Any, omega: float, t: float, h: float, y: Any, k: Any, breakpoint: float, t_end: float
+) -> Any:
+    """Step of about h that ends on the breakpoint (Newton on h): whether it does, h, and the step.
 
     The whole step is repeated, instead of cutting its interpolant, so that its end has the order of the method too.
     """
@@ -73,7 +75,7 @@ def step_onto(system: Any, omega: float, t: float, h: float, y: Any, k: Any, bre
     shift = 0.0
     for _ in range(4):
         h = min(h - shift, t_end - t)
-        y1, k1, error, dense = dopri5_step(system, omega * t, omega * h, y, h, k)
+        y1, k1, error, dense = scheme.attempt(system, omega * t, omega * h, y, h, k)
         gap = torsion(system, omega * (t + h), y1) - breakpoint
         rate = torsion_rate(system, omega, t + h, y1, k1)
         shift = gap / rate if abs(gap) < 0.1 * h * abs(rate) else 0.0

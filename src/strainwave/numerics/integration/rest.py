@@ -11,11 +11,9 @@ from typing import Any
 from ...compile.jit import axpy, kernel, routine
 from .steps import alike, dense_output, error_norm, rates_of, times
 
-STABLE = 3.3  # length of the real interval of stability (Hairer & Wanner II, sec. IV.2), over the largest eigenvalue
 ROUNDS = 6  # of the power iteration, which needs an order of magnitude
 NEAR = 1e-7  # size of the differences, next to states of size 1
 IDLE = 25.0  # steps of a span in which nothing restores the system
-LOOKS = (0.1, 0.425, 0.55, 0.675)  # inside a step, where its stages are more than 1/8 of it apart
 APART = 0.125  # at most from a look or a stage to the next
 STAGES = 0.25  # of a calm step: the stages alone of a step up to there are no farther apart
 MISSED = 100.0  # by how many tolerances the system may differ there from the interpolant
@@ -31,8 +29,8 @@ def largest(y: Any) -> float:
 
 
 @routine
-def calm_step(system: Any, omega: float, t: float, y: Any, k: Any, span: float) -> float:
-    """Step [s] at which the method becomes unstable at a state with the rates k.
+def calm_step(stable: float, system: Any, omega: float, t: float, y: Any, k: Any, span: float) -> float:
+    """Step [s] at which a method, by its interval of stability, becomes unstable at a state with the rates k.
 
     Where that is beyond the span [s], because nothing restores the system, it is a share of the span. From the largest
     eigenvalue of the Jacobian by power iteration, two rounds together because those of a vibration are a pair.
@@ -47,7 +45,7 @@ def calm_step(system: Any, omega: float, t: float, y: Any, k: Any, span: float) 
         before, grown = grown, size / near
         change = times(near / size, rates)
     rate = math.sqrt(grown * before)
-    return STABLE / rate if rate * span > STABLE else span / IDLE
+    return stable / rate if rate * span > stable else span / IDLE
 
 
 @kernel
@@ -64,11 +62,11 @@ def dense_rate(s: float, h: float, y: Any, k: Any, y_end: Any, k_end: Any, dense
 
 @routine
 def undisturbed(
-    system: Any, omega: float, t: float, h: float, y: Any, k: Any, y1: Any, k1: Any, dense: Any,
+    scheme: Any, system: Any, omega: float, t: float, h: float, y: Any, k: Any, y1: Any, k1: Any, dense: Any,
     rtol: float, atol: float,
 ) -> bool:  # fmt: skip
     """Whether the system follows the interpolant of a step between its stages too."""
-    for s in LOOKS:
+    for s in scheme.looks():
         rates = rates_of(system, omega * (t + s * h), dense_output(s, h, y, k, y1, k1, dense))
         missed = axpy(times(h, rates), -1.0, dense_rate(s, h, y, k, y1, k1, dense))
         if not error_norm(missed, y, y1, rtol, atol) <= MISSED:

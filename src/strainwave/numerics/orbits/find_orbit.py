@@ -17,7 +17,8 @@ from ..balance.truncation import ORBIT, Tail, tail_along
 from ..continuation.describe import describe
 from ..continuation.trace import Trace, solve, with_velocity
 from ..integration.corners import repeating
-from ..integration.simulate import Dopri5, simulate
+from ..integration.methods import Dopri5
+from ..integration.simulate import simulate
 from ..labels import END
 from .general_orbit import general_orbit
 from .shooting import shoot

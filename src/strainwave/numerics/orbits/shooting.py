@@ -17,7 +17,8 @@ from ...law import is_spring, torsion
 from ...quantities import number, numbers, positive_count, with_parts
 from ...results import Floats, Orbit, SolveError, Status
 from ..integration.corners import repeating
-from ..integration.simulate import Dopri5, simulate
+from ..integration.methods import Dopri5
+from ..integration.simulate import simulate
 
 SAMPLES = 4096  # of the orbit, from which peak and Fourier coefficients are taken
 STEPS = 30

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...numerics.continuation.trace import with_velocity
-from ...numerics.integration.simulate import Dopri5
+from ...numerics.integration.methods import Dopri5
 from ...results import Branch, Floats
 from ..response.gear_forces import loses_energy, settling_time
 from ..response.resonances import OperatingPoint

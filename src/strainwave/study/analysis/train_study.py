@@ -11,7 +11,7 @@ from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import SpeedProfile
 from ...model.train.shafts import Free, Held, end_of
-from ...numerics.integration.simulate import Dopri5
+from ...numerics.integration.methods import Dopri5
 from ...results import Floats, SolveError
 from ..response.gear_forces import damping_of
 from ..response.resonances import OperatingPoint

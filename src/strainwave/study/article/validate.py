@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ...numerics.integration.simulate import Dopri5, simulate
+from ...numerics.integration.methods import Dopri5
+from ...numerics.integration.simulate import simulate
 from ...results import Floats, SolveError, Status, Trajectory
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.resonance import Resonance

@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 
 from ...law import depends, energy_of, parts_of, states_of
 from ...model.oscillator import Powers
-from ...numerics.integration.simulate import Dopri5, simulate
+from ...numerics.integration.methods import Dopri5
+from ...numerics.integration.simulate import simulate
 from ...quantities import number, numbers, shown, with_parts
 from ...results import Floats, Orbit, SolveError
 

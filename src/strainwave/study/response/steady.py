@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ...numerics.integration.simulate import Dopri5, simulate
+from ...numerics.integration.methods import Dopri5
+from ...numerics.integration.simulate import simulate
 from ...results import Floats, Status, Trajectory
 
 TIGHT = Dopri5()

@@ -11,11 +11,9 @@ from ...numerics.ensemble.gpu import machine_of
 from ...numerics.ensemble.lane_checks import LaneError
 from ...numerics.ensemble.measures import Peak, Rms
 from ...numerics.ensemble.request import lanes_of, method_of, spans, what_and_how
-from ...numerics.integration.simulate import Dopri5
+from ...numerics.ensemble.stepping import stepping_of
 from ...results import Floats
 from .layout import LARGEST
-
-SHARED = 32  # blocks of fixed steps, a few of which are run again for the estimate of the error
 
 
 @dataclass(frozen=True)
@@ -62,7 +60,7 @@ class EnsembleMeasure:
         """
         if self.device == "gpu":
             return LARGEST
-        return LANES if isinstance(method_of(system, self.method), Dopri5) else SHARED * LANES
+        return int(stepping_of(method_of(system, self.method)).blocks) * LANES
 
     def __call__(self, system: Any, values: Mapping[str, Floats]) -> Any:
         """Measure the variants of `system` with these values (n,) by path; a dataset over the dimension "lane"."""

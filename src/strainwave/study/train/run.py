@@ -14,7 +14,8 @@ from ...model.train.shaft_motion import gains_of
 from ...model.train.shafts import FREE, Elastic, Held
 from ...model.train.train_forms import Metered
 from ...numerics.integration.extremes import watched_ends
-from ...numerics.integration.simulate import Dopri5, Rk4, first_time, simulate
+from ...numerics.integration.methods import Dopri5, Method
+from ...numerics.integration.simulate import first_time, simulate
 from ...quantities import number, numbers, shown, with_parts
 from ...results import Floats, SolveError, Trajectory, largest_between
 from .operating_point import operating_state
@@ -145,7 +146,7 @@ def drive_run(
     t: float | ArrayLike = 1.0,
     *,
     gear: Gear | None = None,
-    method: Dopri5 | Rk4 = ACCURATE,
+    method: Method = ACCURATE,
 ) -> DriveRun:
     """Simulate a drive train: a start, a stop, a run-up through resonance, or a steady motion.
 

@@ -102,7 +102,7 @@ def _integrate(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
     atol = 0.01 * rtol * max(abs(z0), max(flow.setting.scales()) * 1e-3)
     system, now, y, end = _Slow(flow), float(t[0]), (z0.real, z0.imag), float(t[-1])
     k = system.rhs(0.0, y)
-    h = min(first_step(system, 1.0, now, y, k, rtol, atol), end - now)
+    h = min(first_step(5, system, 1.0, now, y, k, rtol, atol), end - now)
     z, filled = np.full(len(t), z0, complex), 1
     for _ in range(MOST_STEPS):
         y1, k1, error, dense = dopri5_step(system, now, h, y, h, k)

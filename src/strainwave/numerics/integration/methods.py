@@ -1,0 +1,261 @@
+"""Integration methods: a scheme (see `schemes`) with its step control.
+
+`AdaptiveStep` chooses its steps by tolerances and, where the system has `breakpoints()` (torsions where its law is not
+smooth), ends a step on each of them, so that the order of the scheme is kept. `FixedStep` takes equal steps. `Dopri5`,
+`Rk4` and `Dop8` are these with the schemes of the library.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...compile.jit import run
+from ...law import is_spring
+from ...quantities import number, positive_count, shown
+from ...results import Floats, Status, Trajectory
+from .corners import across
+from .marches import DIVERGED, DONE, PAUSED, adaptive, fixed
+from .record import Record
+from .schemes import Classical, DormandPrince, EighthOrder
+
+BUDGET = 65536  # steps per call of a kernel: between calls the user can interrupt
+MOST_RECORDED = 100_000_000
+ENDED = {DONE: Status.OK, DIVERGED: Status.DIVERGED, PAUSED: Status.TOO_MANY_STEPS}
+
+
+@dataclass(frozen=True)
+class AdaptiveStep:
+    """Adaptive steps of any scheme with an estimate of its error; rtol and atol apply to every state.
+
+    Steps end at the `corners()` of profiles. A function of the base angle of your own without them is met as it comes:
+    at rest too the system is looked at about fifteen times in the period of its fastest vibration, or two hundred times
+    in the span where nothing restores it, so that no change that lasts longer than from one look to the next is missed.
+    For shorter ones give the function `corners()`, or a `largest_step` of about their length.
+
+    Parameters
+    ----------
+    scheme : NamedTuple
+        What takes a step: `runge_kutta(a, b, embedded=...)`, or a NamedTuple of your own with `attempt(system, phase,
+        turn, y, h, rate)`, `error_order()`, `stable()` and `looks()` (see `strainwave.numerics.integration.schemes`).
+    rtol, atol : float
+        Relative and absolute tolerance of the error of a step.
+    max_steps : int
+        Steps after which a run ends with `Status.TOO_MANY_STEPS`.
+    largest_step : float, optional
+        Length [s] that no step exceeds. Default: none.
+
+    Raises
+    ------
+    ValueError
+        If rtol is below 1e-14 (rounding alone is larger), atol or largest_step is not positive or max_steps is below 1.
+    TypeError
+        If the scheme is none, or has no estimate of its error.
+    """
+
+    adaptive: ClassVar = True
+
+    scheme: Any
+    rtol: float = 1e-9
+    atol: float = 1e-12
+    max_steps: int = 10_000_000
+    largest_step: float | None = None
+
+    def __post_init__(self) -> None:
+        name = type(self).__name__
+        _check_scheme(name, self.scheme, ("attempt", "error_order", "stable", "looks"))
+        if not getattr(self.scheme, "error", True):
+            raise TypeError(f"{name} needs an estimate of the error; give runge_kutta(..., embedded=...)")
+        for tolerance in ("rtol", "atol"):
+            number(f"{name}.{tolerance}", getattr(self, tolerance))
+        if not (1e-14 <= self.rtol < 1.0 and self.atol > 0.0):
+            raise ValueError(
+                f"{name} has rtol {self.rtol:g} and atol {self.atol:g}; it needs 1e-14 <= rtol < 1, atol > 0"
+            )
+        positive_count(f"{name}.max_steps", self.max_steps)
+        if self.largest_step is not None:
+            number(f"{name}.largest_step [s]", self.largest_step, positive=True)
+
+    def trajectory(self, system: Any, y: Any, rate: Any, times: Floats, spans: Any) -> Trajectory:
+        """Trajectory over the stretches `spans` from the state y, recorded at the times or, if two, at every step."""
+        return self.recorded(system, y, spans, Record(system, times, spans, y, rate, len(times) > 2))
+
+    def recorded(self, system: Any, y: Any, spans: Any, record: Record) -> Trajectory:
+        """Trajectory over the stretches `spans` from the state y, in a given record."""
+        omega = omega_of(system)
+        places = system.breakpoints() if hasattr(system, "breakpoints") else ()
+        breakpoints = np.array(places, float) if places else None  # None: the kernel for smooth laws omits the search
+        longest, span = float(self.largest_step or math.inf), spans[-1][1] - spans[0][0]
+        limits = longest, span, float(self.rtol), float(self.atol)
+        t, h, at, sides = spans[0][0], 0.0, -1, np.ones(len(places))
+        steps, rejected, switches, status = 0, 0, 0, DONE
+        try:
+            for begin, end in spans:
+                if begin > t:
+                    t, y, rate = across(system, omega, t, y, begin)
+                    record.go_on(t, y, rate)
+                status = PAUSED
+                while status == PAUSED and steps + rejected < self.max_steps:
+                    budget = record.room(min(BUDGET, self.max_steps - steps - rejected))
+                    t, y, h, at, filled, status, new, bad, crossed = run(
+                        adaptive, self.scheme, system, omega, t, y, end, h, *limits, breakpoints, sides, at,
+                        record.samples, record.filled, budget, *record.buffers(),
+                    )  # fmt: skip
+                    record.keep(filled, t)
+                    steps, rejected, switches = steps + new, rejected + bad, switches + crossed
+                if status != DONE:
+                    break
+        except KeyboardInterrupt:
+            return record.trajectory(Status.INTERRUPTED, steps, rejected, switches)
+        return record.trajectory(ENDED[status], steps, rejected, switches)
+
+
+@dataclass(frozen=True)
+class FixedStep:
+    """Equal steps of any scheme, second order only across a breakpoint.
+
+    `steps` per shortest time scale (2 pi/omega_0 at the largest stiffness met, and the forcing period), or exactly
+    `steps_per_period` per period of the base angle.
+
+    Parameters
+    ----------
+    scheme : NamedTuple
+        What takes a step: `runge_kutta(a, b)`, or a NamedTuple of your own with `step(system, phase, turn, y, h)`, the
+        state after a step of h in time and `turn` in phase, and `order()`.
+    steps, steps_per_period : int
+        Numbers of steps.
+
+    Raises
+    ------
+    ValueError
+        If a number of steps is no whole number of at least 1.
+    TypeError
+        If the scheme is none.
+    """
+
+    adaptive: ClassVar = False
+    piece: ClassVar = 1  # steps that the measures of an ensemble take together
+
+    scheme: Any
+    steps: int = 64
+    steps_per_period: int | None = None
+
+    def __post_init__(self) -> None:
+        name = type(self).__name__
+        _check_scheme(name, self.scheme, ("step", "order"))
+        positive_count(f"{name}.steps", self.steps)
+        if self.steps_per_period is not None:
+            positive_count(f"{name}.steps_per_period", self.steps_per_period)
+
+    def trajectory(self, system: Any, y: Any, rate: Any, times: Floats, spans: Any) -> Trajectory:
+        """Trajectory over the stretches `spans` from the state y, recorded at the times or, if two, at every step."""
+        omega, (t, _), steps, status = omega_of(system), spans[0], 0, DONE
+        record = Record(system, times, spans, y, rate, True)
+        try:
+            h = self.step_of(system, y, rate, times, spans)
+            if len(times) == 2:
+                record = Record(system, _grid(times, spans, h), spans, y, rate, True)
+            for begin, end in spans:
+                if begin > t:
+                    t, y, rate = across(system, omega, t, y, begin)
+                status = PAUSED
+                while status == PAUSED:
+                    t, y, filled, status, new = run(
+                        fixed, self.scheme, system, omega, t, y, end, h, record.samples, record.filled, BUDGET,
+                        *record.buffers(),
+                    )  # fmt: skip
+                    record.keep(filled, t)
+                    steps += new
+                if status != DONE:
+                    break
+        except KeyboardInterrupt:
+            return record.trajectory(Status.INTERRUPTED, steps)
+        return record.trajectory(ENDED[status], steps)
+
+    def step_of(self, system: Any, y: Any, rate: Any, times: Floats, spans: Any) -> float:
+        """Step [s] that resolves the shortest time scale, from the Jacobian along a coarse adaptive solution."""
+        omega = omega_of(system)
+        if self.steps_per_period is not None:
+            if omega == 0.0:
+                raise ValueError("with omega = 0 there is no period; give steps instead of steps_per_period")
+            return 2.0 * math.pi / abs(omega) / self.steps_per_period
+        if not hasattr(system, "jacobian") or not is_spring(system):
+            name = type(system).__name__
+            raise TypeError(f"{name} has no jacobian to choose a step from; give steps_per_period or use Dopri5")
+        record = Record(system, times[[0, -1]], spans, y, rate, False)
+        coarse = Dopri5(rtol=1e-3, atol=1e-6).recorded(system, y, spans, record)
+        if coarse.status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        # On the way to infinity the stiffness has no bound; what counts is the stiffness before.
+        almost = times[0] + 0.99 * (coarse.t[-1] - times[0])
+        end = len(coarse.t) if coarse.status else int(np.searchsorted(coarse.t, almost))
+        use = slice(0, max(1, end), max(1, end // 2000))
+        rows = system.jacobian(omega * coarse.t[use], tuple(coarse.y[:, use]))
+        entries = np.array([[np.broadcast_to(entry, coarse.t[use].shape) for entry in row] for row in rows], float)
+        fastest = float(np.max(np.abs(np.linalg.eigvals(np.moveaxis(entries, 2, 0)))))
+        order = max((1, *system.orders())) if hasattr(system, "orders") else 1
+        return 2.0 * math.pi / max(fastest, abs(omega) * order) / self.steps
+
+
+@dataclass(frozen=True)
+class Dopri5(AdaptiveStep):
+    """Adaptive Dormand-Prince 5(4) with dense output and located switches; parameters as of `AdaptiveStep`."""
+
+    scheme: Any = field(default=DormandPrince(), init=False, repr=False)
+
+
+@dataclass(frozen=True)
+class Rk4(FixedStep):
+    """Classical Runge-Kutta with a fixed step; `steps` and `steps_per_period` as in `FixedStep`."""
+
+    piece: ClassVar = 2
+
+    scheme: Any = field(default=Classical(), init=False, repr=False)
+
+
+@dataclass(frozen=True)
+class Dop8(FixedStep):
+    """The eighth-order method of DOP853 with a fixed step; `steps` and `steps_per_period` as in `FixedStep`."""
+
+    scheme: Any = field(default=EighthOrder(), init=False, repr=False)
+    steps: int = 16
+
+
+Method = AdaptiveStep | FixedStep
+
+
+def checked(method: Any) -> Method:
+    """Return a method, or refuse what is none (TypeError)."""
+    if not isinstance(method, Method):
+        raise TypeError(
+            f"method is {shown(method)}; it must be Dopri5(...), Rk4(...) or Dop8(...), or with a scheme of your own "
+            "AdaptiveStep(scheme) or FixedStep(scheme)"
+        )
+    return method
+
+
+def omega_of(system: Any) -> float:
+    """Base frequency [rad/s] of a system; 1 where it has none, because its base angle is time."""
+    return float(getattr(system, "omega", 1.0))
+
+
+def _check_scheme(name: str, scheme: Any, wanted: tuple[str, ...]) -> None:
+    lacks = [part for part in wanted if not callable(getattr(type(scheme), part, None))]
+    if lacks or not isinstance(scheme, tuple):
+        raise TypeError(
+            f"{name} takes a NamedTuple with {', '.join(wanted)}, such as runge_kutta(a, b) makes; {shown(scheme)} has "
+            f"no {', '.join(lacks) or 'fields'}"
+        )
+
+
+def _grid(times: Floats, spans: Any, h: float) -> Floats:
+    """Ends of all equal steps of at most h."""
+    counts = [math.ceil((end - begin) / h * (1.0 - 1e-12)) for begin, end in spans]
+    if sum(counts) > MOST_RECORDED:
+        raise ValueError(
+            f"{sum(counts):.3g} steps are too many to record; give the times at which to record, or fewer steps"
+        )
+    grid = np.concatenate([np.linspace(begin, end, 1 + n) for (begin, end), n in zip(spans, counts, strict=True)])
+    grid[[0, -1]] = times
+    return grid
