@@ -13,9 +13,10 @@ from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.varying import VaryingOscillator
 from ...results import Branch, SolveError, Status
+from ...sentences import Sentence, Speed
 from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.resonance import NONRESONANT, Resonance
-from ...theory.stability_proof import StabilityProof
+from ...theory.stability_proof import Obstacle, StabilityProof
 from ..response.by_integration import response_through
 from ..response.gear_forces import loses_energy
 from ..response.resonances import OperatingPoint, Regime, operating_point, regimes
@@ -207,19 +208,20 @@ def _proof(system: Any, point: OperatingPoint) -> StabilityProof:
     """Lyapunov's certificate, or why this law has none."""
     if is_spring(system):
         return lyapunov(system)
-    law = type(system.law).__name__
-    reason = (
-        f"{law} has friction or memory, whose internal states Lyapunov's direct method with V(x, v) does not know; the "
-        "multipliers of the exact response say which motions are stable"
+    obstacle = Obstacle(
+        f"{type(system.law).__name__} has friction or memory",
+        "Lyapunov's direct method with V(x, v) does not know its internal states; the multipliers of the response by "
+        "harmonic balance say which motions are stable",
     )
-    return StabilityProof(system, point.mean_torque, (), None, False, "none", False, None, "nothing is claimed", reason)
+    return StabilityProof.refused(system, point.mean_torque, obstacle)
 
 
 def not_exact(name: str, curve: Branch) -> list[str]:
     """Sentence on a curve that ends inside the range or leaves too many harmonics out."""
     if curve.status:
         return []
-    return [f"{name} is {'rough' if curve.status is Status.TRUNCATED else 'not whole'}: {curve.message}."]
+    state = "rough" if curve.status is Status.TRUNCATED else "not complete"
+    return [Sentence("{} is {}: {}.", name, state, curve.message)]
 
 
 def _narrow(regime: Regime, exact: ExactResponse) -> bool:
@@ -233,7 +235,7 @@ def _narrow(regime: Regime, exact: ExactResponse) -> bool:
 def _warnings(
     system: Any, point: OperatingPoint, exact: ExactResponse, sweep: RunUp, cases: tuple[TimeCase, ...]
 ) -> tuple[str, ...]:
-    said = []
+    said: list[str] = []
     if point.omega_0 == 0.0:
         said.append(
             "The law has no stiffness where the mean torque holds the drive (play), so there is no natural "
@@ -249,7 +251,7 @@ def _warnings(
     if exact.method != "integration":
         said += not_exact("The exact response curve", exact.curve)
     elif not exact.curve.status:
-        said.append(f"The response has gaps: {exact.curve.message}.")
+        said.append(Sentence("The response has gaps: {}.", exact.curve.message))
     difference = sweep.difference()
     if difference is not None and difference > DISAGREE:
         said.append(
@@ -264,5 +266,6 @@ def _warnings(
         )
     for case in cases:
         if not case.transient.status:
-            said.append(f"At {case.omega:.5g} rad/s ({case.name}) the simulation from rest {case.transient.message}.")
+            text = f"At {{}} ({case.name}) the simulation from rest {case.transient.message}."
+            said.append(Sentence(text, Speed(case.omega, digits=5)))
     return tuple(said)
