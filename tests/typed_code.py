@@ -70,7 +70,7 @@ def typed(function, *arguments, **_options):
 
 def forms(project):
     """What an analysis of the project computes with, as far as it is compiled."""
-    yield project.system(project.omega[0], reduced=True)
+    yield project.system(project.speeds.given[0], reduced=True)
     train = project.train
     if train is None:
         return

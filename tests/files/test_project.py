@@ -56,8 +56,8 @@ def test_a_right_file_resolves_to_si(written):
     assert project.gear == sw.catalogue.gear("CSG-40-50")
     assert project.drive._replace(B=0.0) == project.gear.drive(load_inertia=1.3, motor_inertia=5e-4, B=0.0)
     assert project.damping_ratio == pytest.approx(0.02, rel=1e-14)
-    assert (project.motor, project.shaft, project.is_range) == ("held", "motor", True)
-    assert project.omega == pytest.approx((100.0 * math.pi / 30.0, 3000.0 * math.pi / 30.0), rel=1e-14)
+    assert (project.motor, project.speeds.shaft, project.speeds.single) == ("held", "motor", ())
+    assert project.speeds.limits == pytest.approx((100.0 * math.pi / 30.0, 3000.0 * math.pi / 30.0), rel=1e-14)
     assert project.kinematic_error.lines == (sw.Line(2, pytest.approx(23.0 * ARCSEC, rel=1e-14), 0.0),)
     assert project.load_torque == sw.Harmonics((sw.Harmonic(0.0, 1, 0.0, -50.0),))
     assert project.motor_torque is None
@@ -88,8 +88,8 @@ def test_the_antenna_example_is_a_held_catalogue_drive():
 def test_the_article_example_is_the_articles_drive():
     project = load(EXAMPLES / "article.yaml")
     assert project.drive == sw.HDC_40_050
-    assert (project.motor, project.shaft, project.gear) == ("free", "forcing", None)
-    assert project.omega == (10.0, 1200.0)
+    assert (project.motor, project.speeds.shaft, project.gear) == ("free", "forcing", None)
+    assert project.speeds.limits == (10.0, 1200.0)
     # ERRATA N2 and N3: omega_0 = 385.545 rad/s and A = 380.228 rad/s^2 from the article's Table 3
     assert project.omega_0 == pytest.approx(385.545, abs=5e-4)
     system = project.system(10.47)
@@ -103,9 +103,10 @@ def test_speeds_belong_to_the_shaft_they_are_given_for(written, shaft, factor):
     project = load(
         written(GOOD.replace("from: 100 rpm, to: 3000 rpm, shaft: motor", f"at: [9 rpm, 3 rpm], shaft: {shaft}"))
     )
-    assert project.omega == pytest.approx((factor * 0.1 * math.pi, factor * 0.3 * math.pi), rel=1e-14)
-    assert not project.is_range
-    assert project.shaft_speed(project.omega[0]) == pytest.approx(0.1 * math.pi, rel=1e-14)
+    assert project.speeds.single == pytest.approx((factor * 0.1 * math.pi, factor * 0.3 * math.pi), rel=1e-14)
+    shown = 0.1 * math.pi if shaft == "forcing" else 3.0
+    assert project.speeds.own(factor * 0.1 * math.pi) == pytest.approx(shown, rel=1e-14)
+    assert project.speeds.limits == pytest.approx((factor * 0.08 * math.pi, factor * 0.36 * math.pi), rel=1e-14)
 
 
 @pytest.mark.parametrize("mode", ["free", "held"])

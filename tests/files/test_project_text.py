@@ -43,7 +43,7 @@ def test_a_train_survives_its_project_file(train, tmp_path):
     path.write_text(sw.project_text(train, title='Axis "1": left'), encoding="utf-8")
     project = load(path)
     assert project.title == 'Axis "1": left'
-    assert (project.omega, project.is_range) == ((train.omega,), False)
+    assert project.speeds.single == (train.omega,)
     y = tuple(1e-3 * (i + 1) for i in range(len(train.state_names())))
     assert project.train.state_names() == train.state_names()
     for phase in np.linspace(0.0, 7.0, 5):
@@ -59,7 +59,7 @@ def test_the_error_equation_of_a_drive_survives_its_project_file(motor, tmp_path
     control = sw.Free() if motor == "free" else sw.Held()
     path.write_text(sw.project_text(DRIVE.train(**torques, control=control), (100.0, 200.0)), encoding="utf-8")
     project = load(path)
-    assert (project.omega, project.motor, project.drive) == ((100.0, 200.0), motor, DRIVE)
+    assert (project.speeds.limits, project.motor, project.drive) == ((100.0, 200.0), motor, DRIVE)
     for phase in np.linspace(0.0, 7.0, 5):
         read = project.system(150.0).rhs(phase, (1e-3, 0.2))
         assert read == pytest.approx(equation.rhs(phase, (1e-3, 0.2)), rel=1e-12)

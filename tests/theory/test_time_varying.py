@@ -178,7 +178,7 @@ def test_outside_the_condition_motions_can_grow():
     [
         (varying(sw.GearDamping(0.5), [sw.Ripple(1, 0.1)], mean=0.2), "the mean torque 0.2 N"),
         (varying(Locking(-2.0)._replace(B=-3.0)), "no upper bound"),
-        (varying(sw.GearDamping(0.01), [sw.Ripple(2, 0.5)]), "asks for a damping of"),
+        (varying(sw.GearDamping(0.01), [sw.Ripple(2, 0.5)]), "needs a damping of"),
     ],
 )
 def test_what_is_not_proved_is_refused_with_its_reason(system, sentence):

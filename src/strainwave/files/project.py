@@ -17,12 +17,13 @@ from ..model.train.drive_train import DriveTrain
 from ..model.train.shafts import FREE, NO_DRAG, Elastic, Held
 from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
 from ..quantities import checked, convert
+from ..speeds import Speeds
 from ..study.train.reductions import left_out, listed
 from .complaints import complaints
 from .contradictions import contradictions, train_fields
 from .notes import notes
 from .own_gears import read_gears
-from .schema import CATALOGUE, ExplicitGear, OwnGear, ProjectSpec, Spec, TorqueSpec
+from .schema import CATALOGUE, ExplicitGear, OwnGear, ProjectSpec, Spec, SpeedSpec, TorqueSpec
 from .yaml_text import FileError, Located, Problem, as_path, complaint, name, read, read_text, shown
 
 ACCURACY_NOTE = (
@@ -54,12 +55,8 @@ class Project:
         The record of the catalogue or of the user's own file, or None for an explicit law.
     motor : {"free", "held"}
         Whether the motor follows its torque or keeps its speed.
-    shaft : {"motor", "load", "forcing"}
-        The shaft that the file's speeds belong to; with "forcing" the base angle is the forcing phase itself.
-    omega : tuple of float
-        Speeds of the base angle [rad/s], ascending: the ends of the range if `is_range`, else every speed asked for.
-    is_range : bool
-        Whether the file gives a range (`from`, `to`) rather than single speeds (`at`).
+    speeds : Speeds
+        The range of speeds (`from`, `to`) or the single ones (`at`) of the file, and their shaft.
     motor_torque, load_torque : Harmonics or None
         Torques [N*m] on the motor (motor side) and on the load (output side, a resisting load is negative).
     kinematic_error : KinematicError or None
@@ -86,9 +83,7 @@ class Project:
     drive: Drive
     gear: Gear | None
     motor: Literal["free", "held"]
-    shaft: Literal["motor", "load", "forcing"]
-    omega: tuple[float, ...]
-    is_range: bool
+    speeds: Speeds
     motor_torque: Harmonics | None
     load_torque: Harmonics | None
     kinematic_error: KinematicError | None
@@ -113,10 +108,6 @@ class Project:
     def damping_ratio(self) -> float | None:
         """Damping ratio B/(2 J omega_0) in the project's motor mode, or None where omega_0 is 0."""
         return self.drive.B / (2.0 * self.J * self.omega_0) if self.omega_0 else None
-
-    def shaft_speed(self, omega: float) -> float:
-        """Speed [rad/s] of the file's shaft when the base angle turns at `omega` [rad/s]."""
-        return omega / self.drive.N if self.shaft == "load" else omega
 
     @property
     def has_memory(self) -> bool:
@@ -152,7 +143,7 @@ class Project:
             motor_torque=self.motor_torque,
             load_torque=self.load_torque,
             kinematic_error=self.kinematic_error,
-            omega=0.5 * (self.omega[0] + self.omega[-1]) if omega is None else omega,
+            omega=self.speeds.middle if omega is None else omega,
             motor=self.motor,
         )
         if self.damping is None and self.stiffness is None:
@@ -269,8 +260,6 @@ def _resolved(spec: ProjectSpec, gear: Gear | None, path: Path, text: str) -> Pr
     J_l = spec.load.inertia + (coupling.inertia if coupling is not None else 0.0)
     drive = Drive(J_m, J_l, ratio, spec.damping.B or 0.0, spec.law(gear))
     drive = drive._replace(B=_damping(spec, drive))
-    factor = ratio if spec.speed.shaft == "load" else 1.0
-    speeds = spec.speed.at or [s for s in (spec.speed.low, spec.speed.high) if s is not None]
     project = Project(
         title=spec.title or path.stem,
         path=path,
@@ -278,9 +267,7 @@ def _resolved(spec: ProjectSpec, gear: Gear | None, path: Path, text: str) -> Pr
         drive=drive,
         gear=gear,
         motor=spec.motor.mode,
-        shaft=spec.speed.shaft,
-        omega=tuple(sorted({factor * s for s in speeds})),
-        is_range=spec.speed.at is None,
+        speeds=_speeds(spec.speed, ratio),
         motor_torque=_torque(spec.excitation.motor_torque),
         load_torque=_torque(spec.excitation.load_torque),
         kinematic_error=_kinematic_error(spec, gear),
@@ -295,6 +282,14 @@ def _resolved(spec: ProjectSpec, gear: Gear | None, path: Path, text: str) -> Pr
     return replace(project, train=_train(project, spec), notes=said)
 
 
+def _speeds(spec: SpeedSpec, ratio: float) -> Speeds:
+    factor = ratio if spec.shaft == "load" else 1.0
+    given = sorted({factor * s for s in spec.at or (spec.low, spec.high) if s is not None})
+    if spec.at is not None:
+        return Speeds.at(tuple(given), spec.shaft, factor)
+    return Speeds((given[0], given[-1]), (), spec.shaft, factor)
+
+
 def _rated_torque(spec: ProjectSpec, gear: Gear | None) -> float | None:
     if isinstance(spec.gear, ExplicitGear):
         return spec.gear.rated_torque
@@ -305,7 +300,7 @@ def _train(project: Project, spec: ProjectSpec) -> DriveTrain | None:
     """The whole train, where it holds more than the error equation."""
     ripples = project.motor == "free" and project.kinematic_error is not None
     varies = project.damping is not None or project.stiffness is not None
-    if spec.speed.shaft == "forcing" or varies or not (train_fields(spec) or ripples):
+    if not project.speeds.by_motor or varies or not (train_fields(spec) or ripples):
         return None
     control = spec.motor.loop or (FREE if project.motor == "free" else Held())
     drive, coupling = project.drive, spec.load.coupling
@@ -313,7 +308,7 @@ def _train(project: Project, spec: ProjectSpec) -> DriveTrain | None:
         motor_torque=project.motor_torque,
         load_torque=project.load_torque,
         kinematic_error=project.kinematic_error,
-        omega=project.omega[0],
+        omega=project.speeds.given[0],
         control=control,
         motor_drag=spec.motor.drag or NO_DRAG,
         load_drag=spec.load.drag or NO_DRAG,

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..law import depends, states_of, torque_of, z_rate_of
 from ..results import Floats, SolveError
+from ..sentences import Angle, Sentence
 from .operating_point import first_reached, operating_point, root_between
 
 SAMPLES = 400  # of a path
@@ -92,8 +93,11 @@ def slow_path(
         length *= 2.0
     carried = direction * largest[0] + 0.0  # no -0.0
     raise ValueError(
-        f"{name} carries at most {carried:.4g} N*m, at {largest[1]:.3g} rad, and does not reach {target:g} N*m; take "
-        "less torque, or put a spring in parallel"
+        Sentence(
+            f"{name} carries at most {carried:.4g} N*m, at {{}}, and does not reach {target:g} N*m; take less torque, "
+            "or put a spring in parallel",
+            Angle(largest[1], digits=3),
+        )
     )
 
 

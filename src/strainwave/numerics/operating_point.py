@@ -13,6 +13,7 @@ import numpy as np
 
 from ..law import breakpoints_of
 from ..results import Floats
+from ..sentences import Angle, Sentence
 from .roots import bracketed_root
 
 # Torsions looked at, over that of the linear law: 1.2 % apart, and 5 % for means over a vibration, which are smooth.
@@ -82,9 +83,10 @@ def operating_points(law: Any, mean: Any, wave: Any = 0.0) -> Floats:
 
 def too_much(law: Any, mean: float, largest: float, at: float) -> str:
     """Sentence about a mean torque [N*m] that a law does not carry, whose largest torque is at a torsion [rad]."""
-    return (
-        f"{type(law).__name__} carries at most {largest:.6g} N*m, at {at:.3g} rad, and the mean torque is {mean:.6g} "
-        "N*m; lower the mean torque or stiffen the law"
+    return Sentence(
+        f"{type(law).__name__} carries at most {largest:.6g} N*m, at {{}}, and the mean torque is {mean:.6g} N*m; "
+        "lower the mean torque or stiffen the law",
+        Angle(at, digits=3),
     )
 
 

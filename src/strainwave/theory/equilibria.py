@@ -16,6 +16,7 @@ import numpy as np
 from ..model.laws.measured import RoundedPiecewiseLinear, Tabulated
 from ..model.laws.springs import Backlash, Cubic, Linear, PiecewiseLinear, Play, Polynomial
 from ..numerics.roots import bracketed_root
+from ..sentences import Angle, Sentence
 
 KNOWN = (Linear, Cubic, Polynomial, PiecewiseLinear, Backlash, RoundedPiecewiseLinear, Tabulated)
 SAMPLES = 4000  # intervals over the span of a law that is only sampled
@@ -201,7 +202,9 @@ def _sampled(law: Any, g: Callable[[float], float], span: float | None) -> Lands
     for x, value in zip(grid, values, strict=True):
         if not math.isfinite(value):
             raise ValueError(
-                f"the torque of {name} at x = {x:.6g} rad is {value}; take a span smaller than {span:g} rad"
+                Sentence(
+                    "the torque of {} at x = {} is {}; take a span smaller than {}", name, Angle(x), value, Angle(span)
+                )
             )
     # In a gap the torque is zero but for rounding; a rest too wide makes the claim weaker, never wrong.
     noise = ROUNDING * max(abs(value) for value in values)

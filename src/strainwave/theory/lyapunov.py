@@ -20,8 +20,9 @@ from ..model.oscillator import Oscillator
 from ..model.varying import VaryingOscillator
 from ..numerics.integration.corners import repeating
 from ..quantities import checked, number, shown
+from ..sentences import Angle, Sentence
 from .equilibria import SAMPLES, Landscape, is_known, landscape
-from .stability_proof import Region, Scope, StabilityProof, place
+from .stability_proof import Obstacle, Region, Scope, StabilityProof, place
 from .time_varying import Reserve, reserve
 
 
@@ -74,13 +75,15 @@ def lyapunov(
     kept = reserve(system, tau_0) if isinstance(system, VaryingOscillator) else Reserve(system.B, system.B, 0.0)
     obstacle = kept.obstacle or _obstacle(system, kept.low, span)
     if obstacle:
-        return _refused(system, tau_0, None, obstacle)
+        return StabilityProof.refused(system, tau_0, obstacle)
     found = landscape(system.law, tau_0, span)
     wells = found.wells()
     if near is not None:
         wells = tuple(i for i in wells if found.borders(i)[0] < near < found.borders(i)[1])
     if len(wells) != 1:
-        return _refused(system, tau_0, found, _no_single_well(system, tau_0, found, near))
+        return StabilityProof.refused(
+            system, tau_0, _no_single_well(system, tau_0, found, near), _all_points(found)
+        )  # fmt: skip
     return _proof(system, tau_0, found, wells[0], kept)
 
 
@@ -96,19 +99,19 @@ def mean_torque(excitation: Any) -> float:
             return float(np.mean([excitation.torque(float(angle)) for angle in angles]))
 
 
-def _obstacle(system: Oscillator | VaryingOscillator, damping: float, span: float | None) -> str:
-    """What keeps V from being an energy that falls, as a sentence; empty if nothing does."""
+def _obstacle(system: Oscillator | VaryingOscillator, damping: float, span: float | None) -> Obstacle | None:
+    """What keeps V from being an energy that falls; None if nothing does."""
     law, name = system.law, type(system.law).__name__
     if damping < 0.0:
-        return f"B is {damping:.6g} N*m*s/rad, so V' = -B v^2 >= 0 and motions gain energy; give a damping B >= 0"
+        fact = f"B is {damping:.6g} N*m*s/rad, so V' = -B v^2 >= 0 and motions gain energy"
+        return Obstacle(fact, "give a damping B >= 0")
     if is_known(law):
-        return ""
+        return None
     if not hasattr(law, "energy"):
-        return f"{name} has no method energy(x), the integral of its torque, which V needs; define it"
+        return Obstacle(f"{name} has no method energy(x), the integral of its torque, which V needs", "define it")
     if span is None:
-        return (
-            f"{name} is not a law of this package and is only sampled; say how far, in rad: lyapunov(system, span=0.01)"
-        )
+        fact = f"{name} is not a law of this package and is only sampled"
+        return Obstacle(fact, "give the largest torsion in rad: lyapunov(system, span=0.01)")
     # U must be the integral of T, or V' is not -B v^2: Simpson's rule on each of 400 pieces
     grid = np.linspace(-span, span, 801)
     torque, energy = (np.array([float(method(float(x))) for x in grid]) for method in (law.torque, law.energy))
@@ -116,42 +119,36 @@ def _obstacle(system: Oscillator | VaryingOscillator, damping: float, span: floa
     wrong = np.abs(np.diff(energy[::2]) - work) > 0.01 * np.max(np.abs(work))
     if np.any(wrong):
         x = float(grid[1::2][wrong][0])
-        return f"the energy of {name} is not the integral of its torque at x = {x:.6g} rad; mend energy(x)"
-    return ""
+        fact = Sentence("the energy of {} is not the integral of its torque at x = {}", name, Angle(x))
+        return Obstacle(fact, "correct energy(x)")
+    return None
 
 
-def _no_single_well(system: Oscillator | VaryingOscillator, tau_0: float, found: Landscape, near: float | None) -> str:
+def _no_single_well(
+    system: Oscillator | VaryingOscillator, tau_0: float, found: Landscape, near: float | None
+) -> Obstacle:
     torque = f" under the mean torque {tau_0:.6g} N*m" if tau_0 else ""
-    rests = ", ".join(place(rest) for rest in found.rests)
+    rests = Sentence(", ").join(place(rest) for rest in found.rests)
     if not found.rests:
-        where = f" on |x| <= {found.high:.6g} rad" if math.isfinite(found.high) else ""
-        return (
-            f"there is no equilibrium{torque}{where}: T(x) never balances it; lower the mean torque or stiffen the law"
-        )
+        where = Sentence(" on |x| <= {}", Angle(found.high)) if math.isfinite(found.high) else ""
+        fact = Sentence("there is no equilibrium{}{}", torque, where)
+        return Obstacle(fact, "T(x) never balances the mean torque: lower it or stiffen the law")
     if any(math.isinf(low) and math.isinf(high) for low, high in found.rests):
-        return "the law has no restoring torque: every x is an equilibrium; give it a positive stiffness"
+        return Obstacle("the law has no restoring torque", "every x is an equilibrium: give it a positive stiffness")
     stable = [place(found.rests[i]) for i in found.wells()]
+    wells = Sentence(", ").join(stable)
     if near is not None and stable:
-        return f"near = {near:.6g} rad lies in no well; the stable equilibria{torque} are at {', '.join(stable)}"
+        fact = Sentence("near = {} lies in no well", Angle(near))
+        return Obstacle(fact, Sentence("the stable equilibria{} are at {}", torque, wells))
     if stable:
-        return (
-            f"there are {len(stable)} wells, at {', '.join(stable)} (all equilibria{torque}: {rests}), and a "
-            "motion may end in any of them; ask about one, with near= a torsion in it"
-        )
+        said = "there are {} wells, at {} (all equilibria{}: {}), and a motion may end in any of them"
+        return Obstacle(Sentence(said, len(stable), wells, torque, rests), "choose one, with near= a torsion in it")
+    back = "it takes a torque that pushes back from both sides"
     if len(found.rests) == 1 and found.rests[0][0] == found.rests[0][1] and hasattr(system.law, "stiffness"):
-        stiffness = float(system.law.stiffness(found.rests[0][0]))
-        return (
-            f"the stiffness at the equilibrium {rests}{torque} is {stiffness:.6g} N*m/rad, so V has no minimum there; "
-            "it takes a torque that pushes back from both sides"
-        )
-    return f"V has no minimum at any equilibrium{torque} ({rests}); it takes a torque that pushes back from both sides"
-
-
-def _refused(
-    system: Oscillator | VaryingOscillator, tau_0: float, found: Landscape | None, reason: str
-) -> StabilityProof:
-    rests = _all_points(found) if found else ()
-    return StabilityProof(system, tau_0, rests, None, False, "none", False, None, "nothing is claimed", reason)
+        size = f"{float(system.law.stiffness(found.rests[0][0])):.6g} N*m/rad"
+        said = "the stiffness at the equilibrium {}{} is {}, so V has no minimum there"
+        return Obstacle(Sentence(said, rests, torque, size), back)
+    return Obstacle(Sentence("V has no minimum at any equilibrium{} ({})", torque, rests), back)
 
 
 def _proof(
@@ -189,25 +186,25 @@ def _proof(
 
 def _claim(rest: tuple[float, float], everywhere: bool, asymptotic: bool, varying: bool) -> str:
     who = "every motion" if everywhere else "every motion that starts in the region stays in it and"
-    goal = f"at {place(rest)}" if rest[0] == rest[1] else f"inside {place(rest)}"
+    goal = Sentence("{} {}", "at" if rest[0] == rest[1] else "inside", place(rest))
     if not asymptotic:
         verb = "never gains energy V" if varying else "keeps its energy V"
-        return f"{who} {verb}: rest {goal} is stable, but not asymptotically"
+        return Sentence("{} {}: rest {} is stable, but not asymptotically", who, verb, goal)
     kind = "globally asymptotically stable" if everywhere else "asymptotically stable"
-    return f"{who} decays to rest {goal}" + (f" ({kind})" if rest[0] == rest[1] else "")
+    return Sentence("{} decays to rest {}{}", who, goal, f" ({kind})" if rest[0] == rest[1] else "")
 
 
 def _reason(found: Landscape, region: Region, everywhere: bool, point: bool, asymptotic: bool, varying: bool) -> str:
     what = "the equilibrium" if point else "the set of rests inside the gap"
-    definite = f"V is positive definite with respect to {what}"
     if everywhere:
-        shape = f"{definite} and radially unbounded"
+        shape = Sentence("and radially unbounded")
     elif math.isfinite(found.low):
-        shape = f"{definite} and its level curves below energy_limit are closed inside |x| <= {found.high:.6g} rad"
+        shape = Sentence("and its level curves below energy_limit are closed inside |x| <= {}", Angle(found.high))
     else:
-        borders = [f"{x:.6g} rad" for x in (region.x_low, region.x_high) if math.isfinite(x)]
-        saddles = " and ".join(borders)
-        shape = f"{definite} below the level of the lower saddle (next rests: x = {saddles}), not radially unbounded"
+        saddles = Angle(*(x for x in (region.x_low, region.x_high) if math.isfinite(x)))
+        shape = Sentence(
+            "below the level of the lower saddle (next rests: x = {}), not radially unbounded", saddles
+        )  # fmt: skip
     decay = (
         f"V' = -B v^2 <= 0, and the largest invariant set in v = 0 is {what} (LaSalle)"
         if asymptotic
@@ -221,7 +218,7 @@ def _reason(found: Landscape, region: Region, everywhere: bool, point: bool, asy
                 f"left of the torque: x tends to {what} (Barbalat)"
             )
     checked = f"; checked on {SAMPLES + 1} samples, not proved" if math.isfinite(found.low) else ""
-    return f"{shape}, {decay}{checked}"
+    return Sentence("V is positive definite with respect to {} {}, {}{}", what, shape, decay, checked)
 
 
 def _all_points(found: Landscape) -> tuple[float, ...]:

@@ -2,12 +2,20 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from ..model.oscillator import Oscillator
 from ..model.varying import VaryingOscillator
+from ..sentences import Angle, Sentence
 
 Scope = Literal["global", "local", "set", "none"]
+
+
+class Obstacle(NamedTuple):
+    """What is in the way of a claim, and what follows from it or helps, as sentences."""
+
+    fact: str
+    remedy: str
 
 
 @dataclass(frozen=True)
@@ -19,11 +27,11 @@ class Region:
     energy_limit: float = math.inf
 
     def __str__(self) -> str:
-        low = f"{self.x_low:.6g} < " if math.isfinite(self.x_low) else ""
-        high = f" < {self.x_high:.6g}" if math.isfinite(self.x_high) else ""
-        if not (low or high):
+        ends = [x for x in (self.x_low, self.x_high) if math.isfinite(x)]
+        if not ends:
             return "all x and v"
-        return f"{low}x{high} rad and V < {self.energy_limit:.6g} J"
+        text = "{}" if len(ends) == 2 else "{} < x" if math.isfinite(self.x_low) else "x < {}"
+        return Sentence(f"{text} and V < {self.energy_limit:.6g} J", Angle(*ends, between=" < x < "))
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +58,8 @@ class StabilityProof:
         From where the claim holds.
     claim, reason : str
         The claim, and the sentence that proves it or says what is in the way and what helps.
+    obstacle : str
+        What is in the way, in a few words; empty with a claim.
     conditions : tuple of str
         Of a `VaryingOscillator`: the bounds on which the claim rests.
     """
@@ -65,6 +75,17 @@ class StabilityProof:
     claim: str
     reason: str
     conditions: tuple[str, ...] = ()
+    obstacle: str = ""
+
+    @classmethod
+    def refused(
+        cls, system: Any, tau_0: float, obstacle: "Obstacle", equilibria: tuple[float, ...] = ()
+    ) -> "StabilityProof":
+        """No claim about a system under a mean torque [N*m], for a reason; rests [rad] that are known."""
+        return cls(
+            system, tau_0, equilibria, None, False, "none", False, None, "nothing is claimed",
+            Sentence("{}; {}", *obstacle), (), obstacle.fact,
+        )  # fmt: skip
 
     def V(self, x: Any, v: Any, phase: Any = 0.0) -> Any:
         """Lyapunov function J v^2/(2 kappa) + U(x) - tau_0 x [J], zero at rest (without a claim: at x = 0).
@@ -125,4 +146,6 @@ def place(rest: tuple[float, float] | None) -> str:
     """Write a rest [rad], of which a set is given by its ends."""
     if rest is None:
         return "none"
-    return f"x = {rest[0]:.6g} rad" if rest[0] == rest[1] else f"{rest[0]:.6g} <= x <= {rest[1]:.6g} rad"
+    if rest[0] == rest[1]:
+        return Sentence("x = {}", Angle(rest[0]))
+    return Sentence("{}", Angle(*rest, between=" <= x <= "))

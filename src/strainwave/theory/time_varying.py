@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from ..model.varying import NoVariation, Variation
+from .stability_proof import Obstacle
 
 SAMPLES = 4096  # per turn and order
 
@@ -34,7 +35,7 @@ class Reserve:
     low: float
     high: float
     asked: float
-    obstacle: str = ""
+    obstacle: Obstacle | None = None
 
     @property
     def left(self) -> float:
@@ -53,35 +54,41 @@ def reserve(system: Any, tau_0: float) -> Reserve:
     """Damping of a `VaryingOscillator` under the mean torque tau_0 [N*m], against what the argument needs."""
     if not hasattr(system.damping, "bounds"):
         name = type(system.damping).__name__
-        return Reserve(0.0, 0.0, 0.0, f"{name} has no method bounds(), which gives b1 <= b <= b2; define it")
+        fact = f"{name} has no method bounds(), which gives b1 <= b <= b2"
+        return Reserve(0.0, 0.0, 0.0, Obstacle(fact, "define it"))
     low, high = (float(b) for b in system.damping.bounds())
     if not isinstance(system.variation, Variation | NoVariation):
         name = type(system.variation).__name__
-        return Reserve(low, high, 0.0, f"the extremes of {name} are not known; write the variation as a Variation")
+        fact = f"the extremes of {name} are not known"
+        return Reserve(low, high, 0.0, Obstacle(fact, "write the variation as a Variation"))
     if isinstance(system.variation, Variation) and tau_0 != 0.0:
-        return Reserve(
-            low, high, 0.0, f"the mean torque {tau_0:.6g} N*m twists a varying stiffness by a varying angle, so there "
-            "is no equilibrium; find the forced orbit with find_orbit, whose multipliers tell its stability",
-        )  # fmt: skip
+        fact = (
+            f"the mean torque {tau_0:.6g} N*m twists a varying stiffness by a varying angle, so there is no equilibrium"
+        )
+        remedy = "find the forced orbit with find_orbit, whose multipliers tell its stability"
+        return Reserve(low, high, 0.0, Obstacle(fact, remedy))
     asked = float(0.5 * system.J * _steepest_fall(system))
     return Reserve(low, high, asked, _obstacle(low, high, asked))
 
 
-def _obstacle(low: float, high: float, asked: float) -> str:
+def _obstacle(low: float, high: float, asked: float) -> Obstacle | None:
     if not math.isfinite(high):
-        return (
-            "the damping has no upper bound, and a lower one alone is not enough: x'' + (2 + exp t) x' + x = 0 has the "
-            "motion x = 1 + exp(-t), which does not decay; give a damping with b <= b2"
+        return Obstacle(
+            "the damping has no upper bound, and a lower bound alone is not enough",
+            "x'' + (2 + exp t) x' + x = 0 has the motion x = 1 + exp(-t), which does not decay: give a damping with "
+            "b <= b2",
         )
     if low < 0.0:
-        return f"the damping falls to {low:.6g} N*m*s/rad, where motions gain energy; give a damping b1 >= 0"
+        fact = f"the damping falls to {low:.6g} N*m*s/rad, where motions gain energy"
+        return Obstacle(fact, "give a damping b1 >= 0")
     if low < asked:
-        return (
-            f"the stiffness falls so fast that the argument asks for a damping of {asked:.6g} N*m*s/rad and there is "
-            f"{low:.6g} at least; the condition is sufficient, not necessary: give more damping or less variation, or "
-            "ask parametric_resonances whether small motions grow"
+        return Obstacle(
+            f"the stiffness falls so fast that the argument needs a damping of {asked:.6g} N*m*s/rad and the smallest "
+            f"damping is {low:.6g}",
+            "the condition is sufficient, not necessary: give more damping or less variation, or use "
+            "parametric_resonances to see whether small motions grow",
         )
-    return ""
+    return None
 
 
 def _steepest_fall(system: Any) -> float:

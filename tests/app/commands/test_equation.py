@@ -10,6 +10,7 @@ from click.testing import CliRunner
 import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.files.project import load
+from strainwave.speeds import Speeds
 from strainwave.study.analysis.analysis import analyze
 
 ARCSEC = math.pi / 648000.0
@@ -107,7 +108,7 @@ def test_a_free_motor_before_a_coupling_is_refused_by_the_analysis_too(written):
     assert "with the motor free an analysis is about the error equation, which leaves out the coupling" in result.stderr
     train = sw.Drive(5e-4, 1.0, 50.0, 20.0, sw.Linear(1e5)).train(load_drag=sw.AngleTorque(40.0))
     with pytest.raises(ValueError, match=r"leaves out the load's drag \(AngleTorque\)"):
-        analyze(sw.Oscillator(1.0, 20.0, sw.Linear(1e5), sw.Harmonic(1.0), 1.0), (90.0, 100.0), train=train)
+        analyze(sw.Oscillator(1.0, 20.0, sw.Linear(1e5), sw.Harmonic(1.0), 1.0), Speeds((90.0, 100.0)), train=train)
 
 
 def test_what_does_not_enter_or_is_approximate_is_named_in_text_and_json(written):

@@ -10,8 +10,11 @@ from strainwave.app.report import words
 from strainwave.app.report.advice import advice_data
 from strainwave.app.report.facts import facts
 from strainwave.app.report.words import warnings
-from strainwave.app.units import AngleUnit
+from strainwave.app.units import AngleUnit, Units
+from strainwave.sentences import told
+from strainwave.speeds import Speeds
 from strainwave.study.analysis.advice import Advice
+from strainwave.study.analysis.analysis import _proof
 from strainwave.study.analysis.avoid import Avoid
 from strainwave.study.analysis.remedies import Remedy
 from strainwave.study.analysis.usage import Usage, limit_findings
@@ -19,6 +22,8 @@ from strainwave.study.response.resonances import operating_point
 from strainwave.units import ARCSEC, RPM
 
 ARCSECONDS = AngleUnit("arcsec", 1.0 / ARCSEC)
+SPEEDS = Speeds((60.0, 200.0))
+UNITS = Units(ARCSECONDS, SPEEDS)
 
 
 def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
@@ -26,9 +31,9 @@ def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
     used = Usage(peak_torque=600.0, at_peak=2400 * RPM, average_torque=300.0, at_average=2350 * RPM)
     limits = limit_findings(gear, used, 4500 * RPM)
     drive = gear.drive(load_inertia=1.3, B=20.0)
-    project = SimpleNamespace(gear=gear, drive=drive, notes=("a doubt",), shaft="motor")
+    project = SimpleNamespace(gear=gear, drive=drive, notes=("a doubt",))
     analysis = SimpleNamespace(usage=used, limits=limits, warnings=("a warning",), response=SimpleNamespace(sweep=None))
-    said = warnings(project, analysis)
+    said = told(warnings(project, analysis), UNITS.write)
     assert [sentence.split(",")[0] for sentence in said[:3]] == [
         "At 2400 rpm at the motor: The torque in the gear reaches 600 N·m",
         "The input speed reaches 4500 rpm",
@@ -44,7 +49,7 @@ def test_the_facts_name_the_frequencies_before_and_after_hysteresis_yields_and_t
     drive = sw.Drive(4.5e-4, 1.3, 50.0, damping, law)
     system = drive.error_equation(kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)), motor="held")
     analysis = SimpleNamespace(point=operating_point(system), system=system)
-    project = SimpleNamespace(drive=drive, motor="held", shaft="motor", kinematic_error=None, gear=None)
+    project = SimpleNamespace(drive=drive, motor="held", speeds=SPEEDS, kinematic_error=None, gear=None)
     rows = {fact.name: fact for fact in facts(project, analysis, ARCSECONDS)}
     before, after = rows["Natural frequency, motor held"], rows["Natural frequency of the spring alone, motor held"]
     assert (before.value, after.value) == (pytest.approx(350.823, abs=1e-3), pytest.approx(277.350, abs=1e-3))
@@ -74,33 +79,32 @@ def test_a_resonance_is_told_with_the_jumps_of_the_computed_curve_and_the_place_
 def test_a_peak_by_multiple_scales_is_measured_against_the_curve_or_said_to_be_estimated():
     measured = {"amplitude": 0.27, "speed": -0.05, "predicted": False}
     assert words.peak_verdict(resonance(peak_error=measured)) == (
-        "against the computed curve 27 % too high and 5 % too slow"
+        "relative to the computed curve, the amplitude is 27 % too large and the resonance speed 5 % too low"
     )
     guessed = {"amplitude": 0.27, "speed": 0.05, "predicted": True}
     assert "by its own estimate off by about 27 %" in words.peak_verdict(resonance(peak_error=guessed))
 
 
 def test_no_proof_of_stability_is_told_with_its_reason():
-    proof = {
-        "scope": "none",
-        "claim": "nothing is claimed",
-        "reason": "LuGre has friction or memory, whose states hide",
-    }
-    assert words.stability_text({"stability": proof}, ARCSECONDS) == "no proof: LuGre has friction or memory"
+    system = sw.Oscillator(1.0, 0.1, sw.LuGre(1e4, 10.0, 0.0, 1.0, 2.0, 1e-3), sw.Harmonic(1.0), 1.0)
+    proof = _proof(system, SimpleNamespace(mean_torque=0.0))
+    assert proof.reason.startswith("LuGre has friction or memory; Lyapunov's direct method")
+    text = words.stability_text({"stability": {"scope": proof.scope, "obstacle": proof.obstacle}})
+    assert text == "no proof: LuGre has friction or memory"
 
 
 def test_jumps_are_told_of_the_computed_curve_first():
     at = [{"omega_rad_per_s": 170.0, "motor_speed_rpm": rpm} for rpm in (1621.1, 1629.9)]
-    told = words.jump_verdict
-    assert told({"jumps": [], "folds": []}) == ""
-    assert told({"jumps": [], "folds": at}) == (
+    verdict = words.jump_verdict
+    assert verdict({"jumps": [], "folds": []}) == ""
+    assert verdict({"jumps": [], "folds": at}) == (
         "Here the computed curve does not jump; multiple scales would at 1621.1 rpm at the motor and 1629.9 rpm at "
         "the motor."
     )
-    assert told({"jumps": at[:1], "folds": at[1:]}) == (
+    assert verdict({"jumps": at[:1], "folds": at[1:]}) == (
         "The computed curve jumps at 1621.1 rpm at the motor; multiple scales would at 1629.9 rpm at the motor."
     )
-    assert told({"jumps": at[:1], "folds": []}).endswith("rpm at the motor, that of multiple scales does not.")
+    assert verdict({"jumps": at[:1], "folds": []}).endswith("rpm at the motor, that of multiple scales does not.")
 
 
 def advised(bands, largest, slow, remedies=(), sweep=None, peaks=(), limit=None):
@@ -108,37 +112,37 @@ def advised(bands, largest, slow, remedies=(), sweep=None, peaks=(), limit=None)
     analysis = SimpleNamespace(
         advice=Advice(avoid, remedies), response=SimpleNamespace(sweep=sweep), speeds=(60.0, 200.0)
     )
-    return advice_data(SimpleNamespace(shaft="motor"), analysis, ARCSECONDS)
+    return told(advice_data(SPEEDS, analysis), UNITS.write)
 
 
 def test_speeds_to_avoid_are_one_sentence_with_the_reason_and_the_jumps():
     sweep = SimpleNamespace(jumping=(SimpleNamespace(low=148.0, high=153.0), SimpleNamespace(low=190.0, high=195.0)))
     peaks = ((140.0, 1e-3), (200.0, 3e-4))
-    told = advised(((135.0, 155.0), (190.0, 200.0)), 1e-3, 1e-4, sweep=sweep, peaks=peaks)
-    assert told["sentence"] == (
+    advice = advised(((135.0, 155.0), (190.0, 200.0)), 1e-3, 1e-4, sweep=sweep, peaks=peaks)
+    assert advice["sentence"] == (
         "Avoid 1289 to 1480 and 1814 to 1910 (the end of the range) rpm at the motor: there the error oscillates with "
-        "more than 1/√2 of the peak there, 206.3 arcsec at 1337 and 61.88 arcsec at 1910, against 20.63 arcsec of slow "
-        "turning, and the motion jumps between 1413 and 1461 and between 1814 and 1862."
+        "more than 1/√2 of the peak there, 206.3 arcsec at 1337 and 61.88 arcsec at 1910, against 20.63 arcsec of "
+        "quasi-static rotation, and the motion jumps between 1413 and 1461 and between 1814 and 1862."
     )
-    assert "nominal drive; sw.variability" in told["nominal"]
-    assert told["bands"][0]["to_rpm"] == pytest.approx(155.0 / RPM)
+    assert "nominal drive; sw.variability" in advice["nominal"]
+    assert advice["bands"][0]["to_rpm"] == pytest.approx(155.0 / RPM)
 
 
 def test_a_drive_without_a_resonance_in_its_range_has_no_speed_to_avoid():
     assert advised((), 1.5e-4, 1e-4)["sentence"] == (
         "No speed of the range has to be avoided: the error oscillates with at most 30.94 arcsec, 1.5 times the 20.63 "
-        "arcsec of slow turning, and nothing jumps."
+        "arcsec of quasi-static rotation, and nothing jumps."
     )
 
 
 def test_a_limit_of_the_project_is_the_rule_in_place_of_half_power():
-    told = advised(((135.0, 155.0),), 1e-3, 1e-4, limit=5e-4)
-    assert told["sentence"] == (
+    advice = advised(((135.0, 155.0),), 1e-3, 1e-4, limit=5e-4)
+    assert advice["sentence"] == (
         "Avoid 1289 to 1480 rpm at the motor: there the error oscillates with more than the limit of 103.1 arcsec, at "
         "most 206.3 arcsec at 1337."
     )
-    assert "is above the project's limit of 103.1 arcsec" in told["rule"]
-    assert "half power" not in told["rule"]
+    assert "is above the project's limit of 103.1 arcsec" in advice["rule"]
+    assert "half power" not in advice["rule"]
     assert "arcsec, within the limit of 412.5 arcsec, and nothing" in advised((), 1e-3, 1e-4, limit=2e-3)["sentence"]
 
 
@@ -147,7 +151,7 @@ def test_remedies_are_told_with_their_effect_and_none_is_recommended_that_makes_
     worse = Remedy("preload", 0.0, 12.0, 1.05, 150.0)
     assert advised(((135.0, 155.0),), 1e-3, 1e-4, (better, worse))["remedy_sentence"] == (
         "Most helpful: 10 % more damping of the gear. Computed again with one thing changed at a time: 10 % more "
-        "damping of the gear: 8 % less oscillation; 12 N·m more mean torque: 5 % more oscillation, at 1432 in place "
+        "damping of the gear: 8 % less oscillation; 12 N·m more mean torque: 5 % more oscillation, at 1432 instead "
         "of 1337."
     )
     assert advised(((135.0, 155.0),), 1e-3, 1e-4, (worse,))["remedy_sentence"].startswith("None of them")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
+from strainwave.speeds import Speeds
 from strainwave.study.analysis.analysis import analyze
 from strainwave.study.analysis.runup import RunUp, run_up
 from strainwave.study.response.resonances import operating_point
@@ -68,7 +69,7 @@ def test_component_of_the_torsion_leaves_the_kinematic_error_out():
 def test_narrow_superharmonic_gets_a_curve_of_its_own():
     """At 3 omega = omega_0 the band is a hundred times narrower than the range; first order is right there to 1 %."""
     system = DUFFING._replace(B=0.0005, excitation=sw.Harmonic(0.02))
-    found = analyze(system, (0.2, 0.6))
+    found = analyze(system, Speeds((0.2, 0.6)))
     (regime,) = [r for r in found.regimes if r.name == "superharmonic 3:1"]
     near = found.close[regime.resonance]
     top = float(np.max(near.torsion_amplitude(system, 3)))

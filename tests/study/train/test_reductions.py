@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
+from strainwave.speeds import Speeds
 from strainwave.study.analysis.analysis import analyze
 
 LAW = sw.Cubic(1.089e5, 6.85e4)  # cubic fit of a CSG-40-50
@@ -59,6 +60,6 @@ def test_without_any_orbit_the_sentence_says_so():
 @pytest.mark.compiled
 def test_analysis_of_a_free_drive_says_what_its_error_equation_leaves_out():
     system, train = DRIVE.error_equation(kinematic_error=error(1e-4)), DRIVE.train(kinematic_error=error(1e-4))
-    found = analyze(system, (90.0, 250.0), train=train)
+    found = analyze(system, Speeds((90.0, 250.0)), train=train)
     assert "With the motor free the error equation leaves out" in found.warnings[-1]
     assert "N e' up to 0.01" in found.warnings[-1]

@@ -27,14 +27,10 @@ def analyse(project: Project, folder: Path) -> dict[str, Any]:
 
 
 def _analysis(project: Project, progress: Progress) -> Analysis:
-    system = project.system(project.omega[0], reduced=True)
-    by_motor = project.shaft != "forcing"
     return analyze(
-        system,
-        project.omega,
-        is_range=project.is_range,
+        project.system(reduced=True),
+        project.speeds,
         gear=project.gear,
-        by_motor=by_motor,
         train=project.train,
         rated_torque=project.rated_torque,
         limit=project.limit,
@@ -46,7 +42,7 @@ def _analysis(project: Project, progress: Progress) -> Analysis:
 def _with_load(project: Project, share: float) -> Any:
     """The error equation with the load's inertia changed by a share of it."""
     drive = project.drive._replace(J_l=(1.0 + share) * project.drive.J_l)
-    return replace(project, drive=drive).system(project.omega[0], reduced=True)
+    return replace(project, drive=drive).system(reduced=True)
 
 
 def print_out(results: dict[str, Any], folder: Path, as_json: bool) -> str:

@@ -13,7 +13,7 @@ from ...results import SolveError
 from ...study.response.by_integration import response_through
 from ...study.response.resonances import operating_point, regimes
 from ...study.response.response import ExactResponse
-from ...units import ARCSEC, RPM
+from ...units import ARCSEC
 from ..console import BETWEEN, WHAT_X_IS, Progress, number, to_json
 from ..figures import curves, png
 from ..output import write_csv
@@ -42,9 +42,7 @@ def show(path: Path, output: Path | None, as_json: bool) -> None:
     refuse_reduced(project, "response")
     if output is not None and output.suffix == ".png":
         png.check()
-    speeds = (project.omega[0], project.omega[-1])
-    if not project.is_range:
-        speeds = (0.8 * speeds[0], 1.2 * speeds[-1])
+    speeds = project.speeds.limits
     with Progress(project.title) as progress:
         progress.show("exact response", 0.0)
         system = project.system(0.5 * (speeds[0] + speeds[1]))
@@ -54,8 +52,8 @@ def show(path: Path, output: Path | None, as_json: bool) -> None:
         if output is not None:
             progress.show("writing", 0.8)
             _write(project, system, exact, speeds, output)
-    data = {"title": project.title, "shaft": project.shaft, "motor": project.motor} | _in_shaft(project, exact)
-    data |= exact_response_data(project, exact) | {"conventions": CONVENTIONS, "remarks": _remarks(project, speeds)}
+    data = {"title": project.title, "shaft": project.speeds.shaft, "motor": project.motor} | _in_shaft(project, exact)
+    data |= exact_response_data(project.speeds, exact) | {"conventions": CONVENTIONS, "remarks": _remarks(project)}
     click.echo(to_json(data) if as_json else _summary(project, data, output))
 
 
@@ -67,33 +65,25 @@ def _write(project: Project, system: Any, exact: ExactResponse, speeds: tuple[fl
         if output.suffix in FIGURES:
             found = regimes(system, operating_point(system), speeds)
             panel = curves.range_panel(project, exact, found, speeds, None, angle_unit(float(np.max(exact.curve.peak))))
-            panel.caption = [f"{WHAT_X_IS}.", *_remarks(project, speeds)]
+            panel.caption = [f"{WHAT_X_IS}.", *_remarks(project)]
             if output.suffix == ".svg":
                 part.write_text(curves.speed_range(panel) + "\n", encoding="utf-8")
             else:
                 png.write(panel, part)
         else:
-            write_csv(part, exact_columns(project, exact.curve))
+            write_csv(part, exact_columns(project.speeds, exact.curve))
         os.replace(part, output)
     finally:
         part.unlink(missing_ok=True)
 
 
-def shaft_speed(project: Project, omega: float) -> tuple[float, str]:
-    """Speed of the project's own shaft, and its unit with the shaft's name."""
-    if project.shaft == "forcing":
-        return omega, "rad/s of the forcing phase"
-    return project.shaft_speed(omega) / RPM, f"rpm at the {project.shaft}"
-
-
-def _remarks(project: Project, speeds: tuple[float, float]) -> list[str]:
+def _remarks(project: Project) -> list[str]:
     """What a reader must know about the curve: `remarks`, and its range where the file gives none."""
-    said = list(remarks(project))
-    if not project.is_range:
-        (low, unit), (high, _) = (shaft_speed(project, omega) for omega in speeds)
+    said, speeds = list(remarks(project)), project.speeds
+    if speeds.single:
+        low, high = (number(speeds.own(omega), 5) for omega in speeds.limits)
         said.append(
-            f"The file gives single speeds: the curve goes from {number(low, 5)} to {number(high, 5)} {unit}, a fifth "
-            "beyond them."
+            f"The file gives single speeds: the curve goes from {low} to {high} {speeds.own_unit}, a fifth beyond them."
         )
     return said
 
@@ -101,14 +91,13 @@ def _remarks(project: Project, speeds: tuple[float, float]) -> list[str]:
 def _in_shaft(project: Project, exact: ExactResponse) -> dict[str, Any]:
     """Fold and jump speeds on the project's own shaft."""
     curve, sweep = exact.curve, exact.sweep
-    unit = shaft_speed(project, 1.0)[1]
     top = exact.largest()
 
     def own(omega: float | None) -> float | None:
-        return None if omega is None else shaft_speed(project, omega)[0]
+        return None if omega is None else project.speeds.own(omega)
 
     return {
-        "unit": unit,
+        "unit": project.speeds.own_unit,
         "fold_speeds": [own(fold.omega) for fold in curve.folds],
         "jump_up_speed": own(sweep.jump_up) if sweep else None,
         "jump_down_speed": own(sweep.jump_down) if sweep else None,

@@ -64,11 +64,10 @@ def show(
 
 def at_one_speed(project: Project, omega: float, paths: list[str]) -> list[str]:
     """Say the base-angle speed [rad/s] of a sweep over other parameters, where the file gives several."""
-    if any("omega" in path.split(TOGETHER) for path in paths) or len(project.omega) == 1:
+    if any("omega" in path.split(TOGETHER) for path in paths) or len(project.speeds.given) == 1:
         return []
-    at = f"{omega:.6g} rad/s" + (
-        "" if project.shaft == "forcing" else f" ({convert(omega, 'rad/s', 'rpm'):.5g} rpm) at the motor"
-    )
+    rpm = project.speeds.rpm(omega)
+    at = f"{omega:.6g} rad/s" + ("" if rpm is None else f" ({rpm:.5g} rpm) at the motor")
     return [f"All points are at {at}, the middle of the file's speeds; a grid of omega takes others."]
 
 

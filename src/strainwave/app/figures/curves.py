@@ -14,7 +14,6 @@ from ...study.analysis.analysis import Analysis
 from ...study.analysis.runup import RunUp
 from ...study.response.resonances import Regime
 from ...study.response.response import ExactResponse
-from ...units import RPM
 from ..console import BETWEEN
 from ..units import AngleUnit
 from .fine_curve import fine
@@ -26,7 +25,7 @@ HEIGHT = 330.0
 
 def speed_axis(project: Project) -> tuple[str, float]:
     """Label and factor of the speed axis: motor rpm, or rad/s where the base angle is a forcing phase."""
-    return ("forcing frequency ω (rad/s)", 1.0) if project.shaft == "forcing" else ("motor speed (rpm)", 1.0 / RPM)
+    return f"{project.speeds.name} ({project.speeds.unit})", project.speeds.scale
 
 
 def range_panel(
@@ -59,7 +58,7 @@ def range_panel(
         panel.ylim = (0.0, 1.05 * float(np.max(heights)))
     _mark_resonances(panel, regimes, scale, 0.03 * (high - low), named=run is None)
     gear = project.gear
-    limit = None if gear is None or project.shaft == "forcing" else gear.max_rpm
+    limit = gear.max_rpm if gear is not None and project.speeds.by_motor else None
     if limit is not None and limit <= 1.05 * high:
         _upright(panel, limit, BLACK, "2 2", 1.6, f"largest input speed, {limit:.0f} rpm")
     return panel
@@ -91,7 +90,7 @@ def response(project: Project, analysis: Analysis, regime: Regime, angle: AngleU
     label, scale = speed_axis(project)
     low, high = regime.band()
     p, q = regime.resonance
-    turning = "ω" if project.shaft == "forcing" else "motor speed"
+    turning = project.speeds.name.removeprefix("forcing frequency ")
     place = turning if regime.resonance.ratio == 1 else f"{regime.resonance.ratio} × {turning}"
     panel = Panel("", label, f"torsion amplitude at\n{place} ({angle.name})", xlim=(scale * low, scale * high))
     top, factor = curve.peak[1], angle.factor

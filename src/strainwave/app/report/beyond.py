@@ -3,11 +3,12 @@
 from typing import Any
 
 from ...files.project import Project
+from ...speeds import Speeds
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.beyond import GearLoop
 from ...study.analysis.time_case import Cycle
 from ...study.gear.parametric import ParametricResonance
-from ...units import ARCSEC, RPM
+from ...units import ARCSEC
 from ..figures.plots import BLACK, BLUE, ORANGE
 from ..figures.svg import Panel, figure
 from ..units import AngleUnit
@@ -19,7 +20,7 @@ def beyond_data(project: Project, analysis: Analysis) -> dict[str, Any]:
     found = analysis.beyond
     return {
         "hysteresis": None if found.loop is None else _loop_data(found.loop),
-        "parametric_resonances": [_parametric(project, r) for r in found.parametric],
+        "parametric_resonances": [_parametric(project.speeds, r) for r in found.parametric],
         "stiffness_varies": project.stiffness is not None,
         "train": None if found.train is None else train_data(analysis, found.train),
         "remarks": list(found.remarks),
@@ -39,18 +40,17 @@ def _loop_data(loop: GearLoop) -> dict[str, Any]:
     }
 
 
-def _parametric(project: Project, r: ParametricResonance) -> dict[str, Any]:
-    rpm = None if project.shaft == "forcing" else 1.0 / RPM
+def _parametric(speeds: Speeds, r: ParametricResonance) -> dict[str, Any]:
     return {
         "omega_rad_per_s": r.omega,
-        "motor_speed_rpm": r.omega * rpm if rpm else None,
+        "motor_speed_rpm": speeds.rpm(r.omega),
         "cause": r.cause.replace("omega_0", "ω₀"),
         "growth_per_s": r.growth,
         "unstable": r.unstable,
         "low_rad_per_s": r.low,
         "high_rad_per_s": r.high,
-        "low_rpm": r.low * rpm if rpm else None,
-        "high_rpm": r.high * rpm if rpm else None,
+        "low_rpm": speeds.rpm(r.low),
+        "high_rpm": speeds.rpm(r.high),
         "damping_ratio": r.damping_ratio,
         "damping_needed": r.damping_needed,
     }

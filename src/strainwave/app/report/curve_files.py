@@ -6,9 +6,9 @@ import numpy as np
 
 from ...files.project import Project
 from ...results import Branch, Floats
+from ...speeds import Speeds
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.time_case import TimeCase
-from ...units import RPM
 from ..output import slug, write_csv
 
 
@@ -18,14 +18,14 @@ def write(project: Project, analysis: Analysis, folder: Path) -> list[str]:
     for name, motions in (("run-up.csv", analysis.run_up.up), ("coast-down.csv", analysis.run_up.down)):
         good = [m for m in motions if m.status]
         if good:
-            speeds = speed_columns(project, np.array([m.omega for m in good]))
+            speeds = speed_columns(project.speeds, np.array([m.omega for m in good]))
             write_csv(folder / name, [*speeds, ("peak_x_rad", np.array([m.peak for m in good]))])
             names.append(name)
     if len(analysis.exact.curve):
-        write_csv(folder / "exact-response.csv", exact_columns(project, analysis.exact.curve))
+        write_csv(folder / "exact-response.csv", exact_columns(project.speeds, analysis.exact.curve))
         names.append("exact-response.csv")
     if analysis.train_curve is not None:
-        write_csv(folder / "train-response.csv", exact_columns(project, analysis.train_curve.response.curve))
+        write_csv(folder / "train-response.csv", exact_columns(project.speeds, analysis.train_curve.response.curve))
         names.append("train-response.csv")
     for regime in analysis.regimes:
         for i, branch in enumerate(regime.response.branches if regime.response else ()):
@@ -43,18 +43,18 @@ def write(project: Project, analysis: Analysis, folder: Path) -> list[str]:
     return names
 
 
-def speed_columns(project: Project, omega: Floats) -> list[tuple[str, Floats]]:
+def speed_columns(speeds: Speeds, omega: Floats) -> list[tuple[str, Floats]]:
     """Speed of the base angle, and of the motor where the base angle is its own."""
     named = [("omega_rad_per_s", omega)]
-    return named if project.shaft == "forcing" else [*named, ("motor_speed_rpm", omega / RPM)]
+    return [*named, ("motor_speed_rpm", speeds.scale * omega)] if speeds.by_motor else named
 
 
-def exact_columns(project: Project, curve: Branch) -> list[tuple[str, Floats]]:
+def exact_columns(speeds: Speeds, curve: Branch) -> list[tuple[str, Floats]]:
     """Columns of an exact response in arc order: speed, largest |x|, first harmonics of x, stability."""
     most = min(9, curve.coefficients.shape[1] // 2)
     harmonics = [(f"amplitude_{k}_rad", curve.amplitude(k)) for k in range(1, most + 1)]
     stable = ("stable", curve.stable.astype(float))
-    return [*speed_columns(project, curve.omega), ("peak_x_rad", curve.peak), *harmonics, stable]
+    return [*speed_columns(speeds, curve.omega), ("peak_x_rad", curve.peak), *harmonics, stable]
 
 
 def _write_case(folder: Path, name: str, case: TimeCase) -> list[str]:

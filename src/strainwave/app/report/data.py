@@ -6,13 +6,14 @@ from typing import Any
 from ... import __version__
 from ...files.project import Project
 from ...results import Status
+from ...speeds import Speeds
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.time_case import TimeCase
 from ...study.response.response import ExactResponse
 from ...units import ARCSEC, RPM
 from ..units import angle_unit
-from .facts import facts
-from .resonances import place, resonances, rpm
+from .facts import facts, natural_frequencies
+from .resonances import place, resonances
 from .train import run_data
 
 NO_STIFFNESS = "the law has no stiffness where the mean torque holds the drive (play), or nothing excites the drive."
@@ -31,7 +32,7 @@ def collect(project: Project, analysis: Analysis) -> dict[str, Any]:
         "title": project.title,
         "project": project.text,
         "motor": project.motor,
-        "base_angle": "forcing phase" if project.shaft == "forcing" else "motor (wave-generator) angle",
+        "base_angle": project.speeds.base_angle,
         "conventions": CONVENTIONS,
         "drive": {
             "law": repr(project.drive.law),
@@ -40,6 +41,7 @@ def collect(project: Project, analysis: Analysis) -> dict[str, Any]:
             "notes": list(project.gear.notes) if project.gear else [],
             "has_memory": project.has_memory,
         },
+        "natural_frequencies": natural_frequencies(project, analysis),
         "derived": [fact._asdict() for fact in facts(project, analysis, angle_unit(largest["peak_rad"]))],
         "stability": {
             "holds": proof.holds,
@@ -47,11 +49,12 @@ def collect(project: Project, analysis: Analysis) -> dict[str, Any]:
             "claim": proof.claim,
             "region": str(proof.region or "none"),
             "reason": proof.reason,
+            "obstacle": proof.obstacle,
         },
         "speed_range_rad_per_s": list(analysis.speeds),
-        "resonances": resonances(project, analysis),
+        "resonances": resonances(project.speeds, analysis),
         "resonance_remark": "" if analysis.regimes else NO_STIFFNESS,
-        "exact_response": exact_response_data(project, analysis.exact),
+        "exact_response": exact_response_data(project.speeds, analysis.exact),
         "largest_error": largest,
         "largest_torque": _largest_torque(project, analysis),
         "limits": [
@@ -63,7 +66,7 @@ def collect(project: Project, analysis: Analysis) -> dict[str, Any]:
     }
 
 
-def exact_response_data(project: Project, exact: ExactResponse) -> dict[str, Any]:
+def exact_response_data(speeds: Speeds, exact: ExactResponse) -> dict[str, Any]:
     """Key numbers of the exact response: folds, jumps, accuracy."""
     curve, sweep = exact.curve, exact.sweep
     return {
@@ -73,15 +76,15 @@ def exact_response_data(project: Project, exact: ExactResponse) -> dict[str, Any
         "complete": curve.status.found,
         "rough": curve.status is Status.TRUNCATED,
         "message": curve.message,
-        "folds": [place(project, fold.omega) | _angle_of("peak", fold.peak) for fold in curve.folds],
-        "jump_up": _jump(project, sweep.jump_up if sweep else math.nan),
-        "jump_down": _jump(project, sweep.jump_down if sweep else math.nan),
+        "folds": [place(speeds, fold.omega) | _angle_of("peak", fold.peak) for fold in curve.folds],
+        "jump_up": _jump(speeds, sweep.jump_up if sweep else math.nan),
+        "jump_down": _jump(speeds, sweep.jump_down if sweep else math.nan),
         "bands": [
             {
-                "low": place(project, band.low),
-                "high": place(project, band.high),
-                "jump_up": _jump(project, band.jump_up),
-                "jump_down": _jump(project, band.jump_down),
+                "low": place(speeds, band.low),
+                "high": place(speeds, band.high),
+                "jump_up": _jump(speeds, band.jump_up),
+                "jump_down": _jump(speeds, band.jump_down),
                 "whole": band.whole,
             }
             for band in (sweep.bands if sweep else ())
@@ -95,8 +98,8 @@ def _angle_of(name: str, rad: float) -> dict[str, Any]:
     return {f"{name}_rad": rad, f"{name}_arcsec": rad / ARCSEC}
 
 
-def _jump(project: Project, omega: float) -> dict[str, Any] | None:
-    return place(project, omega) if math.isfinite(omega) else None
+def _jump(speeds: Speeds, omega: float) -> dict[str, Any] | None:
+    return place(speeds, omega) if math.isfinite(omega) else None
 
 
 def _largest(project: Project, analysis: Analysis) -> dict[str, Any]:
@@ -106,15 +109,15 @@ def _largest(project: Project, analysis: Analysis) -> dict[str, Any]:
     """
     run = _run_instead(analysis)
     if run is not None:
-        found = place(project, run["at_rpm"] * RPM) | _angle_of("peak", run["largest_error_rad"])
+        found = place(project.speeds, run["at_rpm"] * RPM) | _angle_of("peak", run["largest_error_rad"])
         return found | {"method": "integration", "of": "run-up of the whole drive train"}
     of = {"of": "error equation" if analysis.train_curve is None else "whole drive train"}
     at, worst = analysis.response.largest(), analysis.run_up.worst()
     curve = analysis.response.curve
     if analysis.train_curve is None and (at is None or curve.peak[at] < 0.999 * worst.peak):
-        return place(project, worst.omega) | _angle_of("peak", worst.peak) | {"method": "integration"} | of
+        return place(project.speeds, worst.omega) | _angle_of("peak", worst.peak) | {"method": "integration"} | of
     assert at is not None
-    here = place(project, float(curve.omega[at]))
+    here = place(project.speeds, float(curve.omega[at]))
     return here | _angle_of("peak", float(curve.peak[at])) | {"method": analysis.response.method} | of
 
 
@@ -130,7 +133,7 @@ def _largest_torque(project: Project, analysis: Analysis) -> dict[str, Any]:
     if (run := _run_instead(analysis)) is not None:
         omega, torque = run["largest_torque_at_rpm"] * RPM, run["largest_torque_Nm"]
     gear = project.gear
-    return place(project, omega) | {
+    return place(project.speeds, omega) | {
         "torque_Nm": torque,
         "repeated_peak_torque_Nm": gear.repeated_peak_torque if gear else None,
         "momentary_torque_Nm": gear.momentary_torque if gear else None,
@@ -144,7 +147,7 @@ def _run_up(project: Project, analysis: Analysis) -> list[dict[str, Any]]:
             fine = bool(motion.status)
             rows.append(
                 {"direction": direction}
-                | place(project, motion.omega)
+                | place(project.speeds, motion.omega)
                 | {
                     "peak_rad": motion.peak if fine else None,
                     "peak_arcsec": motion.peak / ARCSEC if fine else None,
@@ -164,7 +167,7 @@ def _case(project: Project, case: TimeCase) -> dict[str, Any]:
     row: dict[str, Any] = {
         "name": case.name,
         "omega_rad_per_s": case.omega,
-        "motor_speed_rpm": rpm(project, case.omega),
+        "motor_speed_rpm": project.speeds.rpm(case.omega),
         "regime": str(case.resonance),
         "peak_from_rest_rad": case.peak_from_rest if case.transient.status else None,
         "peak_from_rest_arcsec": case.peak_from_rest / ARCSEC if case.transient.status else None,

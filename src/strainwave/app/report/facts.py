@@ -1,15 +1,17 @@
 """The derived quantities of a drive as rows of the report: name, symbol, value, unit, remark."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ...files.project import Project
 from ...law import spring_stiffness
+from ...sentences import Angle, Sentence
 from ...study.analysis.analysis import Analysis
 from ...study.response.resonances import active_orders
-from ...units import RPM
 from ..console import BETWEEN, number
 from ..units import AngleUnit
+
+YIELDS = 1.0 - 1e-9  # the spring alone is softer than the law by more than rounding
 
 
 class Fact(NamedTuple):
@@ -26,8 +28,8 @@ def facts(project: Project, analysis: Analysis, angle: AngleUnit) -> list[Fact]:
     """List what follows from the data of the drive, for both motor modes where they differ."""
     drive, point = project.drive, analysis.point
     used, spring = project.motor, float(spring_stiffness(drive.law, point.x))
-    yields = spring < point.stiffness * (1.0 - 1e-9)
-    bias = _bias(analysis, angle) + ("; of small vibrations, before the hysteresis yields" if yields else "")
+    yields = spring < point.stiffness * YIELDS
+    bias = _bias(analysis) + ("; of small vibrations, before the hysteresis yields" if yields else "")
     rows = [Fact("Torsional stiffness at the operating point", "T'(x₀)", point.stiffness, "N·m/rad", bias)]
     if yields:
         rows.append(Fact("Torsional stiffness of the spring alone", "K", spring, "N·m/rad", "after it has yielded"))
@@ -58,6 +60,26 @@ def facts(project: Project, analysis: Analysis, angle: AngleUnit) -> list[Fact]:
     return rows + _static(project, analysis, angle)
 
 
+def natural_frequencies(project: Project, analysis: Analysis) -> list[dict[str, Any]]:
+    """Natural frequencies [rad/s] at the operating point in both motor modes, where there are any.
+
+    `spring_rad_per_s` is that of the spring alone, after the hysteresis has yielded; None without hysteresis.
+    """
+    point, spring = analysis.point, float(spring_stiffness(project.drive.law, analysis.point.x))
+    yields = spring < point.stiffness * YIELDS
+    return [
+        {
+            "motor": mode,
+            "omega_rad_per_s": math.sqrt(point.stiffness / inertia),
+            "hertz": math.sqrt(point.stiffness / inertia) / (2.0 * math.pi),
+            "spring_rad_per_s": math.sqrt(max(spring, 0.0) / inertia) if yields else None,
+            "used": mode == project.motor,
+        }
+        for mode, inertia in (("free", project.drive.J), ("held", project.drive.J_l))
+        if point.stiffness > 0.0
+    ]
+
+
 def _at_rest(project: Project, stiffness: float, zeta: float) -> str:
     """Say which stiffness the ratio refers to, where there are two."""
     rest = float(spring_stiffness(project.drive.law, 0.0))
@@ -67,19 +89,20 @@ def _at_rest(project: Project, stiffness: float, zeta: float) -> str:
     return f"; at the operating point ({ratio} % at rest without torque, where 'damping: ratio' belongs)"
 
 
-def _bias(analysis: Analysis, angle: AngleUnit) -> str:
+def _bias(analysis: Analysis) -> str:
     point = analysis.point
     if point.mean_torque == 0.0:
         return "no mean torque"
-    return f"at x₀ = {angle.text(point.x)} under the mean torque"
+    return Sentence("at x₀ = {} under the mean torque", Angle(point.x))
 
 
 def _resonance_speeds(project: Project, analysis: Analysis, omega_0: float, mark: str) -> list[Fact]:
-    if project.shaft == "forcing":
+    if not project.speeds.by_motor:
         return []
     orders = active_orders(analysis.system)
     return [
-        Fact(f"Resonance speed of order {k}, at the motor", f"n{k}", omega_0 / k / RPM, "rpm", mark) for k in orders
+        Fact(f"Resonance speed of order {k}, at the motor", f"n{k}", omega_0 / k * project.speeds.scale, "rpm", mark)
+        for k in orders
     ]
 
 

@@ -1,40 +1,41 @@
 """The report: results as plain data, CSV files of every curve, and one self-contained HTML page."""
 
-import math
+from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from ... import __version__
 from ...files.project import Project
+from ...sentences import told
 from ...study.analysis.analysis import Analysis
-from ...units import RPM
 from ..console import WHAT_X_IS, number, to_json
 from ..figures import curves, plots
-from ..units import angle_unit
+from ..units import Units, angle_unit
 from . import curve_files
 from .advice import advice_data
 from .beyond import beyond_data, beyond_figures
 from .data import collect
 from .train import reduction, train_warning
-from .words import jump_verdict, peak_verdict, sweep_sentences, warnings, with_unit
+from .words import jump_verdict, peak_verdict, sweep_sentences, warnings
 
 
 def write(project: Project, analysis: Analysis, folder: Path) -> dict[str, Any]:
     """Write report.html, results.json and the CSV files into a folder and return the results as plain data."""
-    results = collect(project, analysis) | beyond_data(project, analysis)
-    angle = angle_unit(results["largest_error"]["peak_rad"])
-    results["advice"] = advice_data(project, analysis, angle)
-    results["reduction"] = reduction(analysis, angle)
-    results["warnings"] = [*train_warning(analysis, angle), *warnings(project, analysis)]
+    results: dict[str, Any] = collect(project, analysis) | beyond_data(project, analysis)
+    units = Units(angle_unit(results["largest_error"]["peak_rad"]), project.speeds)
+    results["advice"] = advice_data(project.speeds, analysis)
+    results["reduction"] = reduction(analysis)
+    results["warnings"] = [*train_warning(analysis), *warnings(project, analysis)]
     results["files"] = [*curve_files.write(project, analysis, folder), "results.json", "report.html"]
+    results = told(results, units.write)
     (folder / "results.json").write_text(to_json(results) + "\n", encoding="utf-8")
-    (folder / "report.html").write_text(page(project, analysis, results), encoding="utf-8")
+    (folder / "report.html").write_text(page(project, analysis, results, units), encoding="utf-8")
     return results
 
 
-def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
-    """Render the HTML page.
+def page(project: Project, analysis: Analysis, results: dict[str, Any], units: Units) -> str:
+    """Render the HTML page; every sentence of `results` is rendered already.
 
     Raises
     ------
@@ -52,14 +53,8 @@ def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.filters["number"] = number
-    environment.filters["rpm"] = lambda omega: number(omega / RPM)
-    environment.filters["hertz"] = lambda omega: number(omega / (2.0 * math.pi))
-    environment.filters["sentence"] = lambda text: text[:1].upper() + text[1:].rstrip(".") + "." if text else ""
-    angle = angle_unit(results["largest_error"]["peak_rad"])
-    environment.filters["in_unit"] = lambda rad: number(None if rad is None else rad * angle.factor)
-    environment.filters["angle"] = angle.text
-    environment.filters["angles"] = lambda text: with_unit(text, angle)
+    environment.filters |= _filters(units)
+    angle = units.angle
     figures = {
         "range": curves.speed_range(curves.report_panel(project, analysis, angle)),
         "responses": [
@@ -74,14 +69,33 @@ def page(project: Project, analysis: Analysis, results: dict[str, Any]) -> str:
         r=results,
         unit=angle.name,
         figures=figures,
-        jumps=sweep_sentences(project, analysis.response, angle),
+        speed_unit=project.speeds.unit,
+        speed_name=project.speeds.name,
+        jumps=told(sweep_sentences(analysis.response), units.write),
         verdict=peak_verdict,
         jump_verdict=jump_verdict,
-        forcing=project.shaft == "forcing",
-        coast_down=analysis.response.back is not None,
+        run_down=analysis.response.back is not None,
         software=_software(),
         what_x_is=WHAT_X_IS,
     )
+
+
+def _filters(units: Units) -> dict[str, Callable[..., str]]:
+    """How the page writes numbers: those with a unit get it here, and speeds and angles are in the report's units."""
+
+    def speed(omega: float | None) -> str:
+        return number(None if omega is None else omega * units.speeds.scale, 5)
+
+    return {
+        "number": number,
+        "speed": speed,
+        "speed_unit": lambda omega: f"{speed(omega)} {units.speeds.unit}",
+        "angle": lambda rad: number(None if rad is None else rad * units.angle.factor),
+        "angle_unit": units.angle.text,
+        "percent": lambda share, digits=4: f"{number(100.0 * share, digits)} %",
+        "with_unit": lambda value, unit, digits=4: f"{number(value, digits)} {unit}",
+        "sentence": lambda text: text[:1].upper() + text[1:].rstrip(".") + "." if text else "",
+    }
 
 
 def _software() -> str:

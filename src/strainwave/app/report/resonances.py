@@ -4,28 +4,23 @@ from typing import Any
 
 import numpy as np
 
-from ...files.project import Project
+from ...speeds import Speeds
 from ...study.analysis.analysis import Analysis
 from ...study.response.resonances import Regime
 from ...study.response.response import ExactResponse
 from ...theory.slow_flow.results import Certificate
-from ...units import ARCSEC, RPM
+from ...units import ARCSEC
 
 
-def resonances(project: Project, analysis: Analysis) -> list[dict[str, Any]]:
+def resonances(speeds: Speeds, analysis: Analysis) -> list[dict[str, Any]]:
     """Every resonance with its number, by ascending speed."""
     told = _jumps(analysis)
-    return [_resonance(project, i, regime, told[i - 1]) for i, regime in enumerate(analysis.regimes, 1)]
+    return [_resonance(speeds, i, regime, told[i - 1]) for i, regime in enumerate(analysis.regimes, 1)]
 
 
-def rpm(project: Project, omega: float) -> float | None:
-    """Speed of the motor [rpm] at a base-angle speed [rad/s]; None where the base angle is a forcing phase."""
-    return None if project.shaft == "forcing" else omega / RPM
-
-
-def place(project: Project, omega: float) -> dict[str, Any]:
+def place(speeds: Speeds, omega: float) -> dict[str, Any]:
     """Speed of the base angle and of the motor; None where the base angle is a forcing phase."""
-    return {"omega_rad_per_s": omega, "motor_speed_rpm": rpm(project, omega)}
+    return {"omega_rad_per_s": omega, "motor_speed_rpm": speeds.rpm(omega)}
 
 
 def _jumps(analysis: Analysis) -> list[list[float]]:
@@ -53,7 +48,7 @@ def _top(regime: Regime) -> float:
     return regime.omega if regime.top is None else regime.top[0]
 
 
-def _resonance(project: Project, index: int, regime: Regime, jumps: list[float]) -> dict[str, Any]:
+def _resonance(speeds: Speeds, index: int, regime: Regime, jumps: list[float]) -> dict[str, Any]:
     curve = regime.response
     peak = None if curve is None or not curve.branches else curve.peak
     folds = [] if curve is None else list(zip(curve.folds, curve.fold_amplitudes, strict=True))
@@ -62,24 +57,24 @@ def _resonance(project: Project, index: int, regime: Regime, jumps: list[float])
         "name": regime.name,
         "order": regime.order,
         "resonance": f"{regime.resonance.p}:{regime.resonance.q}",
-        **place(project, regime.omega),
+        **place(speeds, regime.omega),
         "inside_range": regime.inside,
-        "top": None if regime.top is None else _at(project, *regime.top),
-        "jumps": [place(project, value) for value in jumps],
+        "top": None if regime.top is None else _at(speeds, *regime.top),
+        "jumps": [place(speeds, value) for value in jumps],
         "steady_amplitudes_rad": [{"value": s.amplitude, "stable": s.stable} for s in regime.states],
         "existence": regime.existence,
         "certificate": _certificate(regime.certificate),
         "certificate_at_peak": _certificate(regime.at_peak),
-        "peak": None if peak is None else _at(project, *peak),
+        "peak": None if peak is None else _at(speeds, *peak),
         "peak_error": _peak_error(regime, peak),
-        "folds": [_at(project, w, a) for w, a in folds],
+        "folds": [_at(speeds, w, a) for w, a in folds],
         "response": "" if curve is None else curve.message,
         "reason": regime.reason,
     }
 
 
-def _at(project: Project, omega: float, amplitude: float) -> dict[str, Any]:
-    return place(project, omega) | {"amplitude_rad": amplitude, "amplitude_arcsec": amplitude / ARCSEC}
+def _at(speeds: Speeds, omega: float, amplitude: float) -> dict[str, Any]:
+    return place(speeds, omega) | {"amplitude_rad": amplitude, "amplitude_arcsec": amplitude / ARCSEC}
 
 
 def _peak_error(regime: Regime, peak: tuple[float, float] | None) -> dict[str, Any] | None:

@@ -7,6 +7,7 @@ import numpy as np
 from ...model.excitation import NoError
 from ...model.train.shafts import NO_DRAG, Elastic, end_of
 from ...results import Status
+from ...sentences import Angle, Sentence, Speed
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.train_curve import TrainCurve
 from ...study.analysis.train_study import TrainStudy
@@ -120,7 +121,7 @@ def run_data(study: TrainStudy) -> dict[str, Any]:
     }
 
 
-def reduction(analysis: Analysis, angle: AngleUnit) -> dict[str, Any] | None:
+def reduction(analysis: Analysis) -> dict[str, Any] | None:
     """What the error equation makes of the drive in place of its train; None without a curve of that."""
     curve, exact = analysis.train_curve, analysis.exact
     at = None if curve is None else curve.response.largest()
@@ -138,10 +139,12 @@ def reduction(analysis: Analysis, angle: AngleUnit) -> dict[str, Any] | None:
         "peak_relative_to_train": reduced / whole,
         "speed_relative_to_train": slow / fast,
         "far_apart": bool(apart),
-        "sentence": (
+        "sentence": Sentence(
             "The error equation, with an ideally held motor and a rigid load, is a reduction of the drive train: its "
-            f"largest steady |x| is {angle.text(reduced)} at {number(slow / RPM, 5)} rpm at the motor, "
-            f"{_times(reduced / whole)} that of the train, at {_times(slow / fast)} the speed."
+            f"largest steady |x| is {{}} at {{}}, {_times(reduced / whole)} that of the train, at "
+            f"{_times(slow / fast)} the speed.",
+            Angle(reduced),
+            Speed(slow, digits=5),
         ),
     }
 
@@ -150,12 +153,12 @@ def _times(ratio: float) -> str:
     return f"{number(ratio, 3)} times"
 
 
-def train_warning(analysis: Analysis, angle: AngleUnit) -> list[str]:
+def train_warning(analysis: Analysis) -> list[str]:
     """Say where the error equation is far from the whole train; a free motor has a sentence of its own."""
     study = analysis.beyond.train
     if study is None or study.left_out is not None:
         return []
-    if (found := reduction(analysis, angle)) is not None:
+    if (found := reduction(analysis)) is not None:
         about = " Resonances, single speeds and the proof of stability below are about that equation."
         return [found["sentence"] + about] if found["far_apart"] else []
     return [

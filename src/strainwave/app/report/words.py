@@ -1,88 +1,66 @@
 """The report's findings in sentences: warnings, what a sweep does, verdicts, and the summary on the terminal."""
 
-import math
-import re
 from typing import Any
 
 from ...files.project import Project
 from ...model.drive import HDC_40_050, HDC_40_050_WARNING
+from ...sentences import Angle, Sentence, Speed
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.usage import gravest
 from ...study.response.response import ExactResponse
-from ...units import RPM
 from ..console import BETWEEN, WHAT_X_IS, number
 from ..units import AngleUnit, angle_unit
-from .resonances import place
-
-NUMBER = re.compile(r"[0-9.]*[0-9](?:e[-+]?[0-9]+)?")
-SPEEDS = re.compile(rf"({NUMBER.pattern}(?:(?:, | to | and | or | \.\. ){NUMBER.pattern})*) rad/s(?![\^*/0-9])")
-RADIANS = re.compile(r"(-?[0-9.]+(?:e[-+]?[0-9]+)?) rad\b(?![/^])")  # an angle in a sentence of the theory
-
-
-def with_unit(text: str, angle: AngleUnit) -> str:
-    """Write the angles of a sentence in the report's unit."""
-    return RADIANS.sub(lambda found: angle.text(float(found[1])), text)
-
-
-def with_rpm(project: Project, text: str) -> str:
-    """Write the base-angle speeds of a sentence in rpm of the motor, where the base angle is the motor's."""
-    if project.shaft == "forcing":
-        return text
-
-    def converted(found: re.Match[str]) -> str:
-        return NUMBER.sub(lambda value: number(float(value[0]) / RPM, 5), found[1]) + " rpm at the motor"
-
-    return SPEEDS.sub(converted, text)
 
 
 def warnings(project: Project, analysis: Analysis) -> list[str]:
     """What the reader must know before using the numbers, the gravest first."""
-    said = _overload(project, analysis)
+    said = _overload(analysis)
     article = (HDC_40_050.law, HDC_40_050.J_m, HDC_40_050.J_l)
     if (project.drive.law, project.drive.J_m, project.drive.J_l) == article:
         said.append(HDC_40_050_WARNING)
     said += analysis.warnings
     sweep = analysis.response.sweep
     for band in () if sweep is None else sweep.bands:
-        first, last = (speed_text(place(project, w)) for w in (band.low, band.high))
-        said.append(
-            f"Run-up and coast-down differ between {first.split()[0]} and {last}: two stable motions exist there, and "
-            "which one the drive is on depends on its history; pass through that band quickly or keep out of it."
-            + ("" if band.whole else " A jump between them lies outside the speed range; take a wider one to see it.")
+        text = (
+            "Run-up and run-down differ between {}: two stable motions exist there, and which one the drive is on "
+            "depends on its history; pass through that band quickly or keep out of it."
         )
+        beyond = "" if band.whole else " A jump between them lies outside the speed range; take a wider one to see it."
+        said.append(Sentence(text, Speed(band.low, band.high, digits=5)) + beyond)
     for jump in () if sweep is None else sweep.alone:
-        said.append(
-            f"The response jumps at {speed_text(place(project, jump.value))}, and in the other direction its stable "
-            "motions end before that speed: the curve does not tell what follows there; integrate to see it."
+        text = (
+            "The response jumps at {}, and in the other direction its stable motions end before that speed: the curve "
+            "does not show what follows there; integrate to see it."
         )
-    return [with_rpm(project, text) for text in (*said, *project.notes)]
+        said.append(Sentence(text, Speed(jump.value, digits=5)))
+    return [*said, *project.notes]
 
 
-def _overload(project: Project, analysis: Analysis) -> list[str]:
+def _overload(analysis: Analysis) -> list[str]:
     """Which limits of the gear's datasheet the run passes, if any."""
-    used, said = analysis.usage, []
+    used, said = analysis.usage, list[str]()
     for finding in sorted(gravest(analysis.limits), key=lambda f: f.value != used.peak_torque):  # that one breaks gears
         where = {used.peak_torque: used.at_peak, used.average_torque: used.at_average}.get(finding.value)
-        at = "" if where is None else f"At {speed_text(place(project, where))}: "
+        at = "" if where is None else Sentence("At {}: ", Speed(where, digits=5))
         said.append(at + finding.sentence.replace("N*m", "N·m"))
     return said
 
 
-def sweep_sentences(project: Project, exact: ExactResponse, angle: AngleUnit) -> list[str]:
-    """What a slow run-up and coast-down do, a sentence for each."""
-    sweep, said = exact.sweep, []
+def sweep_sentences(exact: ExactResponse) -> list[str]:
+    """What a slow run-up and run-down do, a sentence for each."""
+    sweep, said = exact.sweep, list[str]()
     if sweep is None:
         return ["No motion on the curve is stable."]
     for name, jumps, whole in (
         ("run-up", sweep.on_run_up, sweep.finished_up),
-        ("coast-down", sweep.on_run_down, sweep.finished_down),
+        ("run-down", sweep.on_run_down, sweep.finished_down),
     ):
-        steps = [
-            f"from {angle.text(j.before)} to {angle.text(j.after)} at {speed_text(place(project, j.value))}"
-            for j in jumps
-        ]
-        text = f"On a slow {name} the largest |x| " + (f"jumps {' and '.join(steps)}" if steps else "does not jump")
-        said.append(text + ("." if whole else "; the curve has no stable motion all the way, so the drive leaves it."))
+        steps = Sentence(" and ").join(
+            Sentence("from {} to {} at {}", Angle(j.before), Angle(j.after), Speed(j.value)) for j in jumps
+        )
+        does = Sentence("jumps {}", steps) if jumps else "does not jump"
+        end = "." if whole else "; the curve has no stable motion all the way, so the drive leaves it."
+        said.append(Sentence("On a slow {} the largest |x| {}{}", name, does, end))
     return said
 
 
@@ -97,8 +75,11 @@ def peak_verdict(row: dict[str, Any]) -> str:
         )
         return f"no computed curve to compare with; by its own estimate off by about {off}"
     sizes = [f"{number(100.0 * abs(error[name]), 2)} %" for name in ("amplitude", "speed")]
-    higher, faster = ("too high" if error["amplitude"] > 0.0 else "too low"), "fast" if error["speed"] > 0.0 else "slow"
-    return f"against the computed curve {sizes[0]} {higher} and {sizes[1]} too {faster}"
+    size, speed = "large" if error["amplitude"] > 0.0 else "small", "high" if error["speed"] > 0.0 else "low"
+    return (
+        f"relative to the computed curve, the amplitude is {sizes[0]} too {size} and the resonance speed {sizes[1]} "
+        f"too {speed}"
+    )
 
 
 def jump_verdict(row: dict[str, Any]) -> str:
@@ -110,13 +91,10 @@ def jump_verdict(row: dict[str, Any]) -> str:
     return said + (f"; multiple scales would at {predicted}." if predicted else ", that of multiple scales does not.")
 
 
-def stability_text(results: dict[str, Any], angle: AngleUnit) -> str:
+def stability_text(results: dict[str, Any]) -> str:
     """The proof of stability in a line: what is claimed, or why nothing is."""
     proof = results["stability"]
-    if proof["scope"] != "none":
-        return f"{proof['scope']}; {with_unit(proof['claim'], angle)}"
-    reason = with_unit(proof["reason"], angle)
-    return f"no proof: {re.split(r'; |(?<=[a-z]): |, whose ', reason)[0].rstrip('.')}"
+    return f"no proof: {proof['obstacle']}" if proof["scope"] == "none" else f"{proof['scope']}; {proof['claim']}"
 
 
 def summary(results: dict[str, Any]) -> str:
@@ -139,7 +117,7 @@ def summary(results: dict[str, Any]) -> str:
         lines += [f"  {advice[name]}" for name in ("sentence", "about", "nominal", "remedy_sentence") if advice[name]]
     if results.get("reduction"):
         lines.append(f"  {results['reduction']['sentence']}")
-    lines.append(f"  stability{' of the error equation' if whole else ''}: {stability_text(results, angle)}")
+    lines.append(f"  stability{' of the error equation' if whole else ''}: {stability_text(results)}")
     lines.append(f"  {WHAT_X_IS}")
     if results["warnings"]:
         lines.append(f"  {len(results['warnings'])} warning(s) in the report")
@@ -165,19 +143,12 @@ def _train_lines(results: dict[str, Any]) -> list[str]:
 def _equation_lines(results: dict[str, Any], angle: AngleUnit) -> list[str]:
     """Lines about the error equation: natural frequencies and primary resonances."""
     lines = []
-    free = {(f["name"], f["unit"]): f["value"] for f in results["derived"]}
-    for mode in ("free", "held"):
-        omega_0 = free.get((f"Natural frequency, motor {mode}", "rad/s"))
-        used = ", used here" if mode == results["motor"] else ""
-        spring = free.get((f"Natural frequency of the spring alone, motor {mode}", "rad/s"))
-        if omega_0:
-            hertz = number(omega_0 / (2.0 * math.pi))
-            told = (
-                f" before the hysteresis yields, {number(spring)} rad/s of the spring alone"
-                if spring is not None
-                else ""
-            )
-            lines.append(f"  natural frequency, motor {mode}{used}: {number(omega_0)} rad/s ({hertz} Hz){told}")
+    for row in results["natural_frequencies"]:
+        omega_0, spring = row["omega_rad_per_s"], row["spring_rad_per_s"]
+        used = ", used here" if row["used"] else ""
+        alone = "" if spring is None else f" before the hysteresis yields, {number(spring)} rad/s of the spring alone"
+        said = f"{number(omega_0)} rad/s ({number(row['hertz'])} Hz){alone}"
+        lines.append(f"  natural frequency, motor {row['motor']}{used}: {said}")
     for row in results["resonances"]:
         if row["inside_range"] and row["name"] == "primary":
             lines += _resonance_lines(row, angle)

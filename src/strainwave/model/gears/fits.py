@@ -81,8 +81,8 @@ def fit_odd(law: Any, reach: float, degree: int = 3) -> LawFit:
         k = [float(c) for c in scaled / sizes]
     if not (max(abs(c) for c in k) <= LARGEST and np.all(np.isfinite(sizes))):  # nor nan
         raise ValueError(
-            f"reach [rad] is {reach:g}, out of all proportion: the coefficients of degree {degree} exceed {LARGEST:g} "
-            "in SI units; give the largest torsion in rad"
+            f"reach [rad] is {reach:g}, outside the supported range: the coefficients of degree {degree} exceed "
+            f"{LARGEST:g} in SI units; give the largest torsion in rad"
         )
     if not k[0] > 0.0:
         raise ValueError(

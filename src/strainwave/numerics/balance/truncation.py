@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...results import Floats, Status
+from ...sentences import Sentence, Speed
 from ...tree import mapped, with_leaf
 from .first_order import FirstOrder, jacobians_at, panels, rates_at
 from .fourier import analysis, synthesis
@@ -43,13 +44,13 @@ class Tail(NamedTuple):
         """Status and sentence of a result that has this tail; `omega` is its base frequency [rad/s]."""
         if not self.share > MATTERS:
             return status, message
-        at = " rad/s" if path == "omega" else f", omega = {omega:.6g} rad/s,"
+        at = Speed(self.value) if path == "omega" else Sentence(f"{self.value:.6g}, omega = {{}},", Speed(omega))
         share = f"{min(100.0, 100.0 * self.share):.2g} %"
-        sentence = (
-            f"at {path} = {self.value:.6g}{at} the harmonics left out hold about {share} of the response: take more "
-            f"than {self.harmonics} harmonics"
-        )
-        return Status.TRUNCATED if status else status, f"{message}; {sentence}"
+        sentence = Sentence(
+            "{}; at {} = {} the harmonics left out hold about {} of the response: take more than {} harmonics",
+            message, path, at, share, self.harmonics,
+        )  # fmt: skip
+        return Status.TRUNCATED if status else status, sentence
 
 
 def tail_along(problem: Any, points: Floats, aim: float = np.inf) -> Tail:

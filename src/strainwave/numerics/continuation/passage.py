@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...results import Floats
+from ...sentences import Sentence, Speed
 from ...tree import leaf_of, with_leaf
 from ..balance.first_order import FirstOrder
 from ..balance.guess import linear_response
@@ -55,10 +56,10 @@ def across(problem: Any, lo: float, hi: float, step: float, others: Coexisting) 
         if best is not None and best.outcome == UNBOUNDED:  # no other way helps
             break
     if best is None:
-        sentence = (
-            f"no periodic response was found at omega = {lo:.6g} or {hi:.6g} rad/s, neither from the linear response "
-            "nor from strong damping nor by integration; the torque may be more than the law can bear: take less of "
-            "it, or another range"
+        sentence = Sentence(
+            "no periodic response was found at omega = {}, neither from the linear response nor from strong damping "
+            "nor by integration; the torque may be more than the law can bear: take less of it, or another range",
+            Speed(lo, hi, between=" or "),
         )
         return Trace(np.empty((0, len(problem.tau) + 1)), np.empty(0, int), LOST, sentence), "not found"
     return best, origin
@@ -196,17 +197,25 @@ def points_at(points: Floats, value: float) -> list[Floats]:
 
 def _ending(points: Floats, outcome: int, far: float) -> str:
     """Sentence about a branch that does not reach the other end of its range."""
-    first, last, most = points[0, -1], points[-1, -1], (points.shape[1] - 2) // 2
-    reasons = {
-        END: f"the branch from omega = {first:.6g} leaves the range at {last:.6g} rad/s for good and does not reach "
-        f"{far:.6g} rad/s; the response there is on another branch: start the range near it",
-        CLOSED: f"the branch from omega = {first:.6g} rad/s is a closed loop and does not reach {far:.6g} rad/s; start "
-        "the range elsewhere",
-        STUCK: f"the branch stops at omega = {last:.6g} rad/s, where the step became too small with {most} harmonics; "
-        "take more harmonics or end the range before it",
-        UNBOUNDED: f"the response grows without bound at omega = {last:.6g} rad/s; give more damping or end the range "
-        "before it",
-        RUNNING: f"the branch stops at omega = {last:.6g} rad/s after {len(points)} points; take fewer harmonics, "
-        "fewer points or a smaller range",
-    }
-    return reasons[outcome]
+    first, last, end = (Speed(omega) for omega in (points[0, -1], points[-1, -1], far))
+    reasons: dict[int, tuple[Any, ...]] = {
+        END: (
+            "the branch from omega = {} leaves the range at {} for good and does not reach {}; the response there is "
+            "on another branch: start the range near it", first, last, end,
+        ),
+        CLOSED: (
+            "the branch from omega = {} is a closed loop and does not reach {}; start the range elsewhere", first, end,
+        ),
+        STUCK: (
+            "the branch stops at omega = {}, where the step became too small with {} harmonics; take more harmonics or "
+            "end the range before it", last, (points.shape[1] - 2) // 2,
+        ),
+        UNBOUNDED: (
+            "the response grows without bound at omega = {}; give more damping or end the range before it", last,
+        ),
+        RUNNING: (
+            "the branch stops at omega = {} after {} points; take fewer harmonics, fewer points or a smaller range",
+            last, len(points),
+        ),
+    }  # fmt: skip
+    return Sentence(*reasons[outcome])

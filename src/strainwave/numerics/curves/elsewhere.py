@@ -5,6 +5,7 @@ from itertools import groupby
 from typing import Any
 
 from ...results import Branch, Floats, Orbit
+from ...sentences import Sentence, Speed
 from ...tree import leaf_of, with_leaf
 from ..balance.first_order import FirstOrder
 from ..balance.fourier import from_blocks
@@ -32,8 +33,8 @@ def with_left_over(problem: Any, found: Trace, others: Coexisting) -> Trace:
                 known.append(table)
                 places.append((value, table))
     if others.unfinished:
-        where = " and ".join(f"{value:.6g}" for value in sorted(others.unfinished))
-        found = with_changes(found, message=f"{found.message}; at omega = {where} rad/s {CUT_SHORT}")
+        message = Sentence("{}; at omega = {} {}", found.message, Speed(*sorted(others.unfinished)), CUT_SHORT)
+        found = with_changes(found, message=message)
     return with_changes(found, elsewhere=tuple(places)) if places else found
 
 
@@ -44,7 +45,7 @@ def with_others(problem: Any, branch: Branch, places: Places, said: list[str], f
     """
     elsewhere = orbits_at(problem, places, branch) if places else []
     said = [branch.message, *told(elsewhere, followed), *said]
-    return with_changes(branch, message="; ".join(said), elsewhere=elsewhere) if len(said) > 1 else branch
+    return with_changes(branch, message=Sentence("; ").join(said), elsewhere=elsewhere) if len(said) > 1 else branch
 
 
 def orbits_at(problem: Any, places: Places, branch: Branch) -> list[Orbit]:
@@ -66,13 +67,13 @@ def orbits_at(problem: Any, places: Places, branch: Branch) -> list[Orbit]:
 
 def told(orbits: list[Orbit], followed: str) -> list[str]:
     """Sentences on the stable orbits that a curve does not join."""
-    said = []
+    said: list[str] = []
     for omega, some in groupby((orbit for orbit in orbits if orbit.stable), key=lambda orbit: orbit.omega):
         sizes = [f"{orbit.peak:.6g}" for orbit in some]
         there = "is another stable motion" if len(sizes) == 1 else "are other stable motions"
         join = "does not join" if len(sizes) == 1 else "do not join"
         size = f"max |x| {' and '.join(sizes)}"
-        said.append(f"at omega = {omega:.6g} rad/s there {there}, {size}, which {join} this curve{followed}")
+        said.append(Sentence(f"at omega = {{}} there {there}, {size}, which {join} this curve{followed}", Speed(omega)))
     return said
 
 

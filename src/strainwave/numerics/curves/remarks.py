@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from ...results import Branch, Floats
+from ...sentences import Sentence, Speed
 from ..balance.second_order import SecondOrder
 from ..continuation.describe import Survey
 
@@ -25,8 +26,11 @@ def remarks(curves: list[Survey], branches: list[Branch]) -> list[list[str]]:
         if loose is not None:
             low, high = np.min(curve.points[loose, -1]), np.max(curve.points[loose, -1])
             said.append(
-                f"at omega = {low:.6g} .. {high:.6g} rad/s the law gives no torque and any mean is in balance (the "
-                "middle is shown): a mean torque would place it"
+                Sentence(
+                    "at omega = {} the law gives no torque and any mean is in balance (the middle is shown): a mean "
+                    "torque would place it",
+                    Speed(low, high, between=" .. "),
+                )
             )
     return found
 

@@ -13,9 +13,11 @@ from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.varying import VaryingOscillator
 from ...results import Branch, SolveError, Status
+from ...sentences import Sentence, Speed
+from ...speeds import Speeds
 from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.resonance import NONRESONANT, Resonance
-from ...theory.stability_proof import StabilityProof
+from ...theory.stability_proof import Obstacle, StabilityProof
 from ..response.by_integration import response_through
 from ..response.gear_forces import loses_energy
 from ..response.resonances import OperatingPoint, Regime, operating_point, regimes
@@ -100,11 +102,9 @@ class Analysis:
 
 def analyze(
     system: Oscillator | VaryingOscillator,
-    speeds: tuple[float, ...],
+    speeds: Speeds,
     *,
-    is_range: bool = True,
     gear: Gear | None = None,
-    by_motor: bool = True,
     train: DriveTrain | None = None,
     rated_torque: float | None = None,
     limit: float | None = None,
@@ -117,14 +117,10 @@ def analyze(
     ----------
     system : Oscillator or VaryingOscillator
         The error equation; its omega is replaced by the speeds.
-    speeds : tuple of float
-        Base-angle speeds [rad/s], ascending: the ends of the range, or every speed asked for.
-    is_range : bool
-        Which of the two.
+    speeds : Speeds
+        The range, or the single speeds; where the base angle is the motor's, its speed is the gear's input speed.
     gear : Gear, optional
         Record whose limits the run is compared with.
-    by_motor : bool
-        Whether the base angle is that of the motor, so that its speed is the gear's input speed.
     train : DriveTrain, optional
         The whole train at constant speed, where the error equation leaves something of it out.
     rated_torque : float, optional
@@ -145,7 +141,7 @@ def analyze(
     """
     if train is not None:
         refuse_free(train)
-    limits = (speeds[0], speeds[-1]) if is_range else (0.8 * speeds[0], 1.2 * speeds[-1])
+    limits = speeds.limits
     system = system._replace(omega=0.5 * (limits[0] + limits[1]))
     progress("operating point and stability", 0.0)
     point = operating_point(system)
@@ -163,7 +159,7 @@ def analyze(
     sweep = run_up(system, limits, exact, point, lambda share: progress("run-up and coast-down", 0.4 + 0.2 * share))
     if not any(motion.status for motion in (*sweep.up, *sweep.down)):
         raise SolveError(f"no simulated speed reached a steady motion: {sweep.up[0].message}")
-    chosen = speeds_in_time(found, sweep, limits, () if is_range else speeds)
+    chosen = speeds_in_time(found, sweep, limits, speeds.single)
     cases = []
     for i, (name, omega, regime) in enumerate(chosen):
         progress(f"{name} in time", 0.6 + 0.2 * i / len(chosen))
@@ -182,7 +178,7 @@ def analyze(
         )
     if study is not None and study.run is not None:
         used = with_run(used, study.run, study.begin)
-    passed = () if gear is None else limit_findings(gear, used, speeds[-1] if by_motor else None)
+    passed = () if gear is None else limit_findings(gear, used, speeds.given[-1] if speeds.by_motor else None)
     said = _warnings(system, point, exact, sweep, tuple(cases))
     if curve is not None:
         said += tuple(not_exact("The steady curve of the whole drive train", curve.response.curve))
@@ -207,19 +203,20 @@ def _proof(system: Any, point: OperatingPoint) -> StabilityProof:
     """Lyapunov's certificate, or why this law has none."""
     if is_spring(system):
         return lyapunov(system)
-    law = type(system.law).__name__
-    reason = (
-        f"{law} has friction or memory, whose internal states Lyapunov's direct method with V(x, v) does not know; the "
-        "multipliers of the exact response say which motions are stable"
+    obstacle = Obstacle(
+        f"{type(system.law).__name__} has friction or memory",
+        "Lyapunov's direct method with V(x, v) does not know its internal states; the multipliers of the response by "
+        "harmonic balance say which motions are stable",
     )
-    return StabilityProof(system, point.mean_torque, (), None, False, "none", False, None, "nothing is claimed", reason)
+    return StabilityProof.refused(system, point.mean_torque, obstacle)
 
 
 def not_exact(name: str, curve: Branch) -> list[str]:
     """Sentence on a curve that ends inside the range or leaves too many harmonics out."""
     if curve.status:
         return []
-    return [f"{name} is {'rough' if curve.status is Status.TRUNCATED else 'not whole'}: {curve.message}."]
+    state = "rough" if curve.status is Status.TRUNCATED else "not complete"
+    return [Sentence("{} is {}: {}.", name, state, curve.message)]
 
 
 def _narrow(regime: Regime, exact: ExactResponse) -> bool:
@@ -233,7 +230,7 @@ def _narrow(regime: Regime, exact: ExactResponse) -> bool:
 def _warnings(
     system: Any, point: OperatingPoint, exact: ExactResponse, sweep: RunUp, cases: tuple[TimeCase, ...]
 ) -> tuple[str, ...]:
-    said = []
+    said: list[str] = []
     if point.omega_0 == 0.0:
         said.append(
             "The law has no stiffness where the mean torque holds the drive (play), so there is no natural "
@@ -249,7 +246,7 @@ def _warnings(
     if exact.method != "integration":
         said += not_exact("The exact response curve", exact.curve)
     elif not exact.curve.status:
-        said.append(f"The response has gaps: {exact.curve.message}.")
+        said.append(Sentence("The response has gaps: {}.", exact.curve.message))
     difference = sweep.difference()
     if difference is not None and difference > DISAGREE:
         said.append(
@@ -264,5 +261,6 @@ def _warnings(
         )
     for case in cases:
         if not case.transient.status:
-            said.append(f"At {case.omega:.5g} rad/s ({case.name}) the simulation from rest {case.transient.message}.")
+            text = f"At {{}} ({case.name}) the simulation from rest {case.transient.message}."
+            said.append(Sentence(text, Speed(case.omega, digits=5)))
     return tuple(said)

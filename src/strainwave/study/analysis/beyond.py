@@ -8,6 +8,7 @@ from ...model.varying import VaryingOscillator
 from ...numerics.loading import SPEED
 from ...quantities import parameters
 from ...results import SolveError
+from ...sentences import Sentence
 from ..gear.hysteresis import SMALL_LOOP, HysteresisLoop, hysteresis_loop
 from ..gear.parametric import ParametricResonance, parametric_resonances
 from .train_study import TrainStudy
@@ -87,13 +88,13 @@ def study_beyond(
         try:
             loop = gear_loop(system.law, torque, rated_torque is not None)
         except (ValueError, SolveError) as error:
-            remarks.append(f"There is no hysteresis loop to measure: {error}.")
+            remarks.append(Sentence("There is no hysteresis loop to measure: {}.", error))
     found: tuple[ParametricResonance, ...] = ()
     if isinstance(system, VaryingOscillator):
         try:
             found = tuple(parametric_resonances(system, speeds))
         except ValueError as error:
-            remarks.append(f"Parametric resonances are not looked for: {error}.")
+            remarks.append(Sentence("Parametric resonances are not searched for: {}.", error))
     return Beyond(loop, found, study, tuple(remarks))
 
 

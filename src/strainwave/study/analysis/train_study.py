@@ -13,6 +13,7 @@ from ...model.train.motion import SpeedProfile
 from ...model.train.shafts import Free, Held, end_of
 from ...numerics.integration.methods import Dopri5
 from ...results import Floats, SolveError
+from ...sentences import Sentence
 from ..response.gear_forces import damping_of
 from ..response.resonances import OperatingPoint
 from ..response.response import ExactResponse
@@ -166,7 +167,7 @@ def _operating_state(train: DriveTrain, speed: float, near: tuple[float, ...]) -
     try:
         return operating_state(train, speed, near=near), []
     except SolveError as error:
-        said = f"Modes and Bode plot are about the train without torques: {error}."
+        said = Sentence("Modes and Bode plot are about the train without torques: {}.", error)
         return np.zeros(len(train.state_names())), [said]
 
 

@@ -13,6 +13,7 @@ from ...numerics.balance.first_order import jacobians_at, rates_at
 from ...numerics.loading import loaded_state
 from ...quantities import with_parts
 from ...results import Floats, SolveError
+from ...sentences import Sentence, Speed
 
 STEP = 0.1  # units of the states for differences: twists of 0.6 microrad
 HELD = Held()
@@ -68,7 +69,7 @@ def operating_state(
         if float(np.max(np.abs(rates))) <= CLOSE * largest:
             return state
     said = short or "Newton's method finds none"
-    raise SolveError(f"the mean torques hold the train in no state at {speed:.6g} rad/s: {said}")
+    raise SolveError(Sentence("the mean torques hold the train in no state at {}: {}", Speed(speed), said))
 
 
 def _loaded(train: DriveTrain, names: tuple[str, ...], state: Floats, near: tuple[float, ...], angle: float) -> str:

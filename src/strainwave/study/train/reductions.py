@@ -15,6 +15,7 @@ from ...model.train.train_forms import SteadyTrain
 from ...numerics.orbits.find_orbit import find_orbit
 from ...quantities import numbers, shown
 from ...results import Floats, Orbit
+from ...sentences import Sentence, Speed
 
 SAMPLES = 512  # of an orbit, for its largest values
 APART = 0.5  # relative difference beyond which the two are taken for motions on different branches
@@ -58,13 +59,15 @@ class Reductions:
             return "No periodic motion of the whole drive train was found to compare the error equation with."
         at = same[int(np.argmax(np.abs(self.difference[same])))]
         apart = self.omega[np.abs(self.difference) >= APART]
-        jumped = f"; at {_listed(apart)} rad/s one of them has jumped and the other not yet" if len(apart) else ""
-        return (
+        said = "; at {} one of them has jumped and the other not yet"
+        jumped = Sentence(said, Speed(*apart, digits=5, between=", ")) if len(apart) else ""
+        return Sentence(
             "With the motor free the error equation leaves out the motor's answer to the changing ratio, N e' up to "
             f"{self.error_slope:.2g}, and the speed ripple, up to {np.max(self.ripple[same]):.2g} of the speed: the "
             f"largest |x| differs from that of the whole drive train by up to {100.0 * abs(self.difference[at]):.2g} % "
-            f"({self.omega[at]:.5g} rad/s){jumped}."
-        )
+            "({}){}.",
+            Speed(self.omega[at], digits=5), jumped,
+        )  # fmt: skip
 
     def __str__(self) -> str:
         rows = (
@@ -75,10 +78,6 @@ class Reductions:
         )
         head = f"{'rad/s':>10} {'whole train':>12} {'free':>12} {'diff.':>9} {'ripple':>9} {'held':>12}"
         return "\n".join([f"Largest |x| [rad]; N e' up to {self.error_slope:.3g}", head, *rows])
-
-
-def _listed(values: Floats) -> str:
-    return ", ".join(f"{value:.5g}" for value in values)
 
 
 def compare_reductions(

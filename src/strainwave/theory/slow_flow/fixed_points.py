@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...results import Floats, SolveError
+from ...sentences import Sentence, Speed
 from .averaging import AveragedFlow, Exact, sampled
 from .cubic import CubicFlow
 from .setting import Complexes
@@ -28,8 +29,11 @@ def fixed_points(flow: Flow) -> list[complex]:
         rough = scan(flow) if np.any(flow.setting.hard) else rings(flow)
     if flow.setting.mu == 0.0 and len(rough) > MOST_ALONE:
         raise SolveError(
-            f"without damping every small amplitude is a steady state at omega = {flow.setting.omega:.6g} rad/s; "
-            "give the drive damping, or go to another speed"
+            Sentence(
+                "without damping every small amplitude is a steady state at omega = {}; give the drive damping, or go "
+                "to another speed",
+                Speed(flow.setting.omega),
+            )
         )
     found: list[complex] = []
     copies = np.exp(2j * np.pi * np.arange(flow.setting.copies) / flow.setting.copies)

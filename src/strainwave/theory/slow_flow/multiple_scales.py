@@ -17,6 +17,7 @@ from ...law import springs_only
 from ...numerics.integration.corners import repeating
 from ...quantities import interval, numbers, shown, with_parts
 from ...results import Floats, SolveError
+from ...sentences import Sentence, Speed
 from . import response as response_curve
 from .averaging import averaged_flow
 from .certificate import certify
@@ -84,8 +85,12 @@ class SlowFlow:
                 else "none was found; integrate"
             )
             raise SolveError(
-                f"the slow flow ({self.resonance}) has no steady state at omega = {self.system.omega:.6g} rad/s: "
-                f"{cause}"
+                Sentence(
+                    "the slow flow ({}) has no steady state at omega = {}: {}",
+                    self.resonance,
+                    Speed(self.system.omega),
+                    cause,
+                )
             )
         return found
 
@@ -181,9 +186,16 @@ class SlowFlow:
         s = self._flow.setting
         none = np.zeros(0, complex)
         unforced = replace(
-            s, resonance=NONRESONANT, orders=(), torque_lines=none, error_lines=none, on_fast=np.zeros(0, bool),
-            hard=none, soft=0j, fast=s.omega_0,
-        )  # fmt: skip
+            s,
+            resonance=NONRESONANT,
+            orders=(),
+            torque_lines=none,
+            error_lines=none,
+            on_fast=np.zeros(0, bool),
+            hard=none,
+            soft=0j,
+            fast=s.omega_0,
+        )
         pull = averaged_flow(unforced, a.ravel().astype(complex)).mean_force(a).real / s.omega_0
         return np.asarray(s.omega_0 + np.divide(pull, a, out=np.zeros_like(a), where=a > 0.0))
 

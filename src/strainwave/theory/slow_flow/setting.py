@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ...numerics.operating_point import operating_point
 from ...results import Floats
+from ...sentences import Angle, Sentence, Speed
 from .resonance import Resonance
 
 Complexes = NDArray[np.complex128]
@@ -159,9 +160,12 @@ def setting(system: Any, resonance: Resonance) -> Setting:
     stiffness = float(system.law.stiffness(u0))
     if not 0.0 < stiffness < math.inf:
         raise ValueError(
-            f"omega_0 is undefined: the stiffness of {type(system.law).__name__} is {stiffness:.6g} N*m/rad at the "
-            f"operating torsion {u0:.6g} rad; add a mean torque that brings it to a place with positive stiffness, or "
-            "integrate"
+            Sentence(
+                f"omega_0 is undefined: the stiffness of {type(system.law).__name__} is {stiffness:.6g} N*m/rad at the "
+                "operating torsion {}; add a mean torque that brings it to a place with positive stiffness, or "
+                "integrate",
+                Angle(u0),
+            )
         )
     omega_0 = math.sqrt(stiffness / system.J)
     blank = Setting(
@@ -170,8 +174,11 @@ def setting(system: Any, resonance: Resonance) -> Setting:
     )  # fmt: skip
     if k := blank.sits_on(system.omega):
         raise ValueError(
-            f"the line of order {k} sits on omega_0 = {omega_0:.6g} rad/s at omega = {system.omega:.6g} rad/s, "
-            f"where its forced amplitude is infinite at first order; use Resonance({k}, 1)"
+            Sentence(
+                f"the line of order {k} sits on omega_0 = {omega_0:.6g} rad/s at omega = {{}}, "
+                f"where its forced amplitude is infinite at first order; use Resonance({k}, 1)",
+                Speed(system.omega),
+            )
         )
     s = blank.at(system.omega)
     _refuse_extremes(s)
@@ -190,7 +197,7 @@ def _refuse_extremes(s: Setting) -> None:
     for name, size in sizes.items():
         if size != 0.0 and not (size <= LARGEST and (size >= 1.0 / LARGEST or "torque" in name)):
             raise ValueError(
-                f"{name} is {size:.3g}, out of all proportion; check the units of J, law, torque and omega"
+                f"{name} is {size:.3g}, outside the supported range; check the units of J, law, torque and omega"
             )
     if s.resonance.ratio is not None:
         p, q = s.resonance

@@ -9,6 +9,7 @@ from ...numerics.integration.marches import first_step
 from ...numerics.integration.steps import dense_output, dopri5_step, error_norm
 from ...quantities import numbers, shown
 from ...results import Floats, SolveError
+from ...sentences import Angle, Sentence
 from .averaging import AveragedFlow, Sampled
 from .fixed_points import Flow
 from .results import Evolution
@@ -122,8 +123,11 @@ def _integrate(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
         factor = 0.9 * max(e, 1e-10) ** -0.2 if math.isfinite(e) else 0.1
         h = min(h * min(5.0, max(0.2, factor)), end - now)
     raise SolveError(
-        f"the slow flow from a = {abs(z0):.6g} rad could not be followed to t = {t[-1]:.6g} s, only to {now:.6g} s; "
-        "start closer to equilibrium, or check the signs of damping and stiffness"
+        Sentence(
+            f"the slow flow from a = {{}} could not be followed to t = {t[-1]:.6g} s, only to {now:.6g} s; start "
+            "closer to equilibrium, or check the signs of damping and stiffness",
+            Angle(abs(z0)),
+        )
     )
 
 

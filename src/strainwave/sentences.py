@@ -1,0 +1,96 @@
+"""Sentences that carry their values: in SI for users of the library, in the units of its face for readers of a report.
+
+A face renders a sentence once, from the values; nothing reads numbers out of finished text.
+"""
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+
+class Quantity:
+    """Values of one kind in a sentence, written between words; without values its unit alone.
+
+    Parameters
+    ----------
+    values : float
+        In SI.
+    digits : int
+        Significant digits in SI; a face may write fewer.
+    between : str
+        What stands between two values.
+    bare : bool
+        Whether the unit is left out.
+    """
+
+    unit = ""
+
+    def __init__(self, *values: float, digits: int = 6, between: str = " and ", bare: bool = False) -> None:
+        self.values, self.digits, self.between, self.bare = tuple(map(float, values)), digits, between, bare
+
+    def written(self, number: Callable[[float], str], unit: str) -> str:
+        """Write the values with a function for one of them, and a unit."""
+        text = self.between.join(map(number, self.values))
+        return text if self.bare else f"{text} {unit}".lstrip()
+
+    def __str__(self) -> str:
+        return self.written(lambda value: f"{value:.{self.digits}g}", self.unit)
+
+
+class Speed(Quantity):
+    """Speeds of the base angle [rad/s]."""
+
+    unit = "rad/s"
+
+
+class Angle(Quantity):
+    """Angles of the output side [rad]."""
+
+    unit = "rad"
+
+
+class Sentence(str):
+    """Text in SI that keeps the values it is made of: Sentence("jumps at {} and {}", Speed(155.0), Speed(168.0))."""
+
+    parts: tuple[Any, ...]
+
+    def __new__(cls, text: str = "", *values: Any) -> "Sentence":
+        """Fill each {} of a text with a quantity, another sentence, or what is written as `str` writes it."""
+        parts: list[Any] = []
+        for words, value in zip(text.split("{}") if values else [text], [*values, ""], strict=True):
+            own = value if isinstance(value, Quantity) else str(value)
+            parts += [words, *(own.parts if isinstance(own, Sentence) else [own])]
+        self = super().__new__(cls, "".join(map(str, parts)))
+        self.parts = tuple(part for part in parts if part != "")
+        return self
+
+    def __getnewargs__(self) -> tuple[Any, ...]:
+        return "{}" * len(self.parts), *self.parts  # between processes
+
+    def __str__(self) -> str:
+        return self  # str(error) keeps the values of an error's sentence
+
+    def __add__(self, other: str) -> "Sentence":
+        return Sentence("{}{}", self, other)
+
+    def __radd__(self, other: str) -> "Sentence":
+        return Sentence("{}{}", other, self)
+
+    def join(self, parts: Iterable[str]) -> "Sentence":
+        """Join sentences with this one between them."""
+        some = [piece for part in parts for piece in (self, part)][1:]
+        return Sentence("{}" * len(some), *some)
+
+    def told(self, written: Callable[[Quantity], str]) -> str:
+        """Render the sentence with a function that writes a quantity."""
+        return "".join(part if isinstance(part, str) else written(part) for part in self.parts)
+
+
+def told(data: Any, written: Callable[[Quantity], str]) -> Any:
+    """Plain data (dictionaries, lists, tuples) with every sentence in it rendered."""
+    if isinstance(data, Sentence):
+        return data.told(written)
+    if isinstance(data, dict):
+        return {key: told(item, written) for key, item in data.items()}
+    if isinstance(data, list | tuple):
+        return [told(item, written) for item in data]
+    return data
