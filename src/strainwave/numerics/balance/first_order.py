@@ -8,6 +8,8 @@ the samples end at the kinks of the motion (see `panels`).
 Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
 """
 
+import itertools
+import math
 from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
@@ -15,13 +17,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...law import is_spring
+from ...quantities import positive_count
 from ...results import Floats
 from ...tree import leaves, with_leaf
+from ..integration.corners import repeating
 from .fourier import analysis, extend, multiply_rows, synthesis, to_blocks
 from .panels import Distance, distances, samples_between
 from .second_order import STRENGTH, second_order
 
 MOST_STATES = 64
+ASKED, EQUAL = 1e-4, 1e-8  # size of the states, and of the largest rate, where a system is asked whether it repeats
 SAME = ("J", "B", "law", "excitation", "omega", "error")  # what a system of the form of `Oscillator` has
 DIFFERENCE = 6e-6  # of a state's size: the cube root of rounding, for central differences
 NEAR_KINKS = 1e-7  # the same for laws with breakpoints, which a difference must not reach across
@@ -216,6 +221,28 @@ def number_of_states(system: Any) -> int:
 def is_second_order(system: Any) -> bool:
     """Whether a system is J x'' + B u' + T(u) = tau, with the fields of `Oscillator` and a law torque(x)."""
     return all(hasattr(system, name) for name in SAME) and is_spring(system)
+
+
+def periodic(verb: str, system: Any, turns: int = 1) -> Any:
+    """Return the system, or refuse one whose rates differ so many turns of the base angle apart (ValueError).
+
+    An oscillator with orders on its base angle repeats by its form; others are asked at two states.
+    """
+    system, turns = repeating(verb, system), positive_count("period", turns)
+    if is_second_order(system) or not hasattr(system, "rhs"):
+        return system
+    states = number_of_states(system)
+    with np.errstate(all="ignore"):
+        for size, angle in itertools.product((0.0, ASKED), (0.0, 1.0, 2.5)):
+            pair = angle, angle + 2.0 * math.pi * turns
+            here, later = (np.array(system.rhs(at, (size,) * states), float) for at in pair)
+            if np.any(np.abs(later - here) > EQUAL * np.max(np.abs(here), initial=1e-300)):
+                raise ValueError(
+                    f"{type(system).__name__} does not repeat after {turns} turn{'s' * (turns > 1)} of the base angle; "
+                    f"{verb} takes what repeats: with gravity at the load give the number of motor turns after which "
+                    "it does, the ratio, as period where there is one, or use simulate or drive_run"
+                )
+    return system
 
 
 def balance_of(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: int = 1) -> Any:

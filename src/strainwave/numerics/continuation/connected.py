@@ -16,10 +16,11 @@ import numpy as np
 from ...compile.jit import as_python
 from ...results import Floats
 from ...tree import with_leaf
-from ..balance.first_order import FirstOrder
+from ..balance.first_order import FirstOrder, first_order
 from ..balance.fourier import from_blocks, orders, to_blocks
 from ..balance.guess import drive, linear_response, one_harmonic
 from ..balance.half_wave import all_orders, odd_problem
+from ..balance.harmonics import highest_order
 from ..balance.second_order import CONSTANT, LINE, STRENGTH, SecondOrder, second_order
 from ..labels import CLOSED, END, LOST
 from .trace import LEAST_PIECE, solve, walk
@@ -36,6 +37,7 @@ STEP, COARSE = 0.1, 0.2  # of an orbit's size and of the units of the parameters
 FINE = 0.02  # the same along the frequency
 MOST_POINTS = 2500  # of all curves of a search
 MOST_GENERAL, MOST_KINKED = 600, 150  # and for a general system, in NumPy; with breakpoints
+WORK = 2e7  # of a general system: points times the square of the unknowns
 LONGEST = 500  # points of one curve
 SIZES = np.geomspace(1e-4, 1.0, 200)  # amplitudes at which the law is asked, of the largest that the damping allows
 LEAST = 1e-4  # damping that counts at least, of critical
@@ -111,8 +113,9 @@ def connected(problem: Any, value: float, known: list[Floats]) -> Found:
     """The orbits at a frequency that the curves connect with each other and with known ones, and these."""
     with as_python(MANY, compiled=True):
         if isinstance(problem, FirstOrder):
-            fixed = problem._replace(system=with_leaf(problem.system, problem.omega_leaf, value), omega=value)
-            return _Search(fixed, value, STRONG).explored(fixed, known)
+            few = _with_few_harmonics(problem, value)
+            some = [z for z in (fitted(few, table_of(problem, point), value) for point in known) if z is not None]
+            return _Search(few, value, STRONG).explored(few, some)
         lines = np.flatnonzero(np.hypot(*_halves(problem.tau)) + np.hypot(*_halves(problem.error)))
         highest = 1 + problem.stride * int(np.max(lines, initial=0))
         most = max(ENOUGH * problem.turns, 3 * highest)
@@ -120,6 +123,15 @@ def connected(problem: Any, value: float, known: list[Floats]) -> Found:
         full = second_order(system, problem.omega_leaf, problem.omega_leaf, most, problem.turns)
         some = [z for z in (fitted(full, table_of(problem, point), value) for point in known) if z is not None]
         return _Search(full, value, _strongest(full, value)).explored(odd_problem(full) or full, some)
+
+
+def _with_few_harmonics(problem: FirstOrder, value: float) -> FirstOrder:
+    """The problem at a frequency with the harmonics of a search: their cube is what its points cost."""
+    system, leaf = with_leaf(problem.system, problem.omega_leaf, value), problem.omega_leaf
+    few = max(ENOUGH, math.ceil(3 * highest_order(system) * problem.turns))
+    if few >= highest_harmonic(problem):
+        return problem._replace(system=system, omega=value)
+    return first_order(system, leaf, leaf, few, problem.turns)._replace(sizes=problem.sizes)
 
 
 def _halves(series: Floats) -> tuple[Floats, Floats]:
@@ -163,7 +175,7 @@ class _Search:
         self.strengths = math.log(WEAKEST), math.log(strongest)
         self.left = MOST_POINTS
         if isinstance(problem, FirstOrder):
-            self.left = MOST_KINKED if problem.kinked else MOST_GENERAL
+            self.left = MOST_KINKED if problem.kinked else min(MOST_GENERAL, int(WORK / len(problem.tau) ** 2))
         self.whole = True
 
     def explored(self, first: Any, known: list[Floats]) -> Found:

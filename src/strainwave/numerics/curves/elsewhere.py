@@ -15,10 +15,9 @@ from ..continuation.connected import alike, table_of
 from ..continuation.trace import Trace
 from ..orbits.find_orbit import find_orbit
 
-CUT_SHORT = (
-    "the search for other motions was cut short, and there may be more than are told of here: isolas with "
-    "resonance=PRIMARY looks for them from random starts"
-)
+CUT_SHORT = "the search for other motions was cut short, and there may be more than are listed here: "
+FROM_STARTS = "isolas with resonance=PRIMARY looks for them from random starts"
+BY_HAND = "simulate from other states shows them"
 
 Places = tuple[tuple[float, Floats], ...]
 
@@ -33,7 +32,8 @@ def with_left_over(problem: Any, found: Trace, others: Coexisting) -> Trace:
                 known.append(table)
                 places.append((value, table))
     if others.unfinished:
-        message = Sentence("{}; at omega = {} {}", found.message, Speed(*sorted(others.unfinished)), CUT_SHORT)
+        remedy = BY_HAND if isinstance(problem, FirstOrder) else FROM_STARTS
+        message = Sentence("{}; at omega = {} {}", found.message, Speed(*sorted(others.unfinished)), CUT_SHORT + remedy)
         found = with_changes(found, message=message)
     return with_changes(found, elsewhere=tuple(places)) if places else found
 

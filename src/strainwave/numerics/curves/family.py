@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...quantities import checked, numbers, positive_count, replace, shown
 from ...results import Branch
-from ..integration.corners import repeating
+from ..balance.first_order import periodic
 from .response import frequencies, response_curves
 
 
@@ -57,7 +57,7 @@ def response_family(
     positive_count("threads", threads)
     lo, hi = frequencies(span)
     columns = {path: v.tolist() for path, v in values.items()}
-    system = repeating("response_family", checked(system))
+    system = periodic("response_family", checked(system))
     members = [checked(replace(system, {p: c[i] for p, c in columns.items()})) for i in range(lengths.pop())]
     if threads == 1:
         return response_curves(members, lo, hi, harmonics, 1, points)

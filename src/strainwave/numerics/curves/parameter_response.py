@@ -12,7 +12,7 @@ import numpy as np
 from ...quantities import interval, replace, shown, with_parts
 from ...results import Branch, Floats, Orbit, SolveError
 from ...tree import leaf_of
-from ..balance.first_order import FirstOrder, balance_of
+from ..balance.first_order import FirstOrder, balance_of, periodic
 from ..balance.fourier import to_blocks
 from ..balance.guess import linear_response
 from ..balance.harmonics import most_harmonics, starting_harmonics
@@ -20,7 +20,6 @@ from ..balance.truncation import CURVE, tail_along
 from ..continuation.describe import describe
 from ..continuation.passage import GROWTH, damped_start, linear_start
 from ..continuation.trace import Trace, solve, trace
-from ..integration.corners import repeating
 from ..labels import CLOSED, END, LOST, UNBOUNDED
 
 SECOND_ORDER = ("J", "B", "law", "excitation", "omega", "error")  # what the compact harmonic balance needs of a system
@@ -83,7 +82,8 @@ def parameter_response(
     ----------
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4.
     """
-    system = repeating("parameter_response", with_parts("parameter_response", system, "rhs", "omega"))
+    period = start.period if isinstance(start, Orbit) else period
+    system = periodic("parameter_response", with_parts("parameter_response", system, "rhs", "omega"), period)
     leaf, omega_leaf = leaf_of(system, path), leaf_of(system, "omega")
     lo, hi = interval(f"the range of {path}", span, positive=path in ("omega", "J"))
     if path != "omega" and start is None and not system.omega > 0.0:
@@ -91,7 +91,6 @@ def parameter_response(
     if start is not None:
         if not (isinstance(start, Orbit) and start.status.found):
             raise ValueError(f"the start is {shown(start)}; it must be an Orbit whose status is OK or TRUNCATED")
-        period = start.period
         system = replace(system, {"omega": start.omega})
     h, most = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
     if harmonics is None and start is not None:

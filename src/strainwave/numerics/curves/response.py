@@ -13,7 +13,7 @@ import numpy as np
 from ...quantities import checked, interval
 from ...results import Branch, SolveError
 from ...tree import leaf_of, with_leaf
-from ..balance.first_order import FirstOrder, balance_of
+from ..balance.first_order import FirstOrder, balance_of, periodic
 from ..balance.half_wave import is_odd_on, odd_problem
 from ..balance.harmonics import most_harmonics, starting_harmonics
 from ..balance.truncation import CURVE, Tail, tail_along
@@ -21,7 +21,6 @@ from ..continuation.coexisting import Coexisting
 from ..continuation.describe import Survey, describe, survey, together
 from ..continuation.passage import across
 from ..continuation.trace import Trace
-from ..integration.corners import repeating
 from ..labels import END
 from .elsewhere import with_left_over, with_others
 from .remarks import NEVER_STABLE, remarks
@@ -79,7 +78,7 @@ def frequency_response(
     ----------
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4.
     """
-    system = repeating("frequency_response", checked(system))
+    system = periodic("frequency_response", checked(system), period)
     lo, hi = frequencies(span)
     branch = response_curves([system], lo, hi, harmonics, period, points)[0]
     if throw and not branch.status.found:

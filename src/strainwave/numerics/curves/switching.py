@@ -14,13 +14,12 @@ import numpy as np
 from ...quantities import checked, interval, replace, shown, with_parts
 from ...results import Branch, Floats, Orbit, SolveError
 from ...tree import leaf_of
-from ..balance.first_order import balance_of
+from ..balance.first_order import balance_of, periodic
 from ..balance.harmonics import most_harmonics, starting_harmonics
 from ..balance.second_order import work_for
 from ..balance.truncation import CURVE, tail_along
 from ..continuation.describe import describe
 from ..continuation.trace import Trace, trace
-from ..integration.corners import repeating
 from ..labels import END, FOLD, STEP
 from ..stability.special_points import corrected
 from .parameter_response import embedded
@@ -73,10 +72,10 @@ def switch_branch(
     ----------
     Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 5.5-5.6.
     """
-    system = repeating("switch_branch", with_parts("switch_branch", system, "rhs", "omega"))
-    leaf = leaf_of(system, parameter)
     if not isinstance(orbit, Orbit):
         raise ValueError(f"the orbit is {shown(orbit)}; take one of Branch.doublings or Branch.branch_points")
+    system = periodic("switch_branch", with_parts("switch_branch", system, "rhs", "omega"), orbit.period)
+    leaf = leaf_of(system, parameter)
     if not ("doubling" in orbit.label or "branch point" in orbit.label):
         raise ValueError(
             f"the orbit is labelled {orbit.label!r}; branches cross at an orbit from Branch.doublings or "

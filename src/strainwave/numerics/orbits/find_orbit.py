@@ -8,7 +8,7 @@ from ...law import breakpoints_of, is_spring
 from ...quantities import shown, with_parts
 from ...results import Floats, Orbit, SolveError, Status
 from ...tree import leaf_of
-from ..balance.first_order import is_second_order
+from ..balance.first_order import is_second_order, periodic
 from ..balance.fourier import from_blocks, to_blocks
 from ..balance.guess import linear_response
 from ..balance.harmonics import MOST, most_harmonics, starting_harmonics
@@ -16,7 +16,6 @@ from ..balance.second_order import second_order
 from ..balance.truncation import ORBIT, Tail, tail_along
 from ..continuation.describe import describe
 from ..continuation.trace import Trace, solve, with_velocity
-from ..integration.corners import repeating
 from ..integration.methods import Dopri5
 from ..integration.simulate import simulate
 from ..labels import END
@@ -68,7 +67,7 @@ def find_orbit(
     ----------
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
     """
-    system = repeating("find_orbit", with_parts("find_orbit", system, "rhs"))
+    system = periodic("find_orbit", with_parts("find_orbit", system, "rhs"), period)
     h = starting_harmonics(system, harmonics, period)
     if not getattr(system, "omega", 1.0) > 0.0:
         raise ValueError(f"omega is {system.omega:g} rad/s; a periodic orbit needs a positive base frequency")

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from ...law import is_spring, torsion
 from ...quantities import number, numbers, positive_count, with_parts
 from ...results import Floats, Orbit, SolveError, Status
-from ..integration.corners import repeating
+from ..balance.first_order import periodic
 from ..integration.methods import Dopri5
 from ..integration.simulate import simulate
 
@@ -119,7 +119,7 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
     SolveError
         If Newton's method fails and `throw` is true.
     """
-    system = repeating("shoot", with_parts("shoot", system, "rhs"))
+    system = periodic("shoot", with_parts("shoot", system, "rhs"), period)
     y = start = numbers("y0", y0)
     n = len(y)
     smooth = n == 2 and hasattr(system, "jacobian") and is_spring(system)

@@ -58,36 +58,68 @@ def operating_state(
     names = held.state_names()
     state = np.zeros(len(names))
     largest = max(float(np.max(np.abs(_rates(held, angle, state)))), 1e-300)
-    short = _loaded(held, names, state, near, angle)
-    rates = _rates(held, angle, state)
+    short, memory = "", [_memory(names, i) for i in range(len(_laws(held)))]
     for _ in range(ROUNDS):
-        matrix = jacobians_at(held, np.full(1, angle), state[:, None], np.full(len(state), STEP))[:, :, 0]
-        state -= np.linalg.lstsq(matrix, rates, rcond=1e-13)[0]
-        rates = _rates(held, angle, state)
-        if not np.all(np.isfinite(rates)):
+        # Its torque depends on where the load is: the state of a law with memory is that of its own slow load.
+        torque = _torque_at_load(held, names, state, angle)
+        short = short or _loaded(held, names, state, near, torque)
+        if not _settle(held, angle, state, [j for places in memory for j in places], CLOSE * largest):
             break
-        if float(np.max(np.abs(rates))) <= CLOSE * largest:
+        change = abs(_torque_at_load(held, names, state, angle) - torque)
+        if near or not any(memory) or change <= CLOSE * max(abs(torque), 1e-300):
             return state
     said = short or "Newton's method finds none"
     raise SolveError(Sentence("the mean torques hold the train in no state at {}: {}", Speed(speed), said))
 
 
-def _loaded(train: DriveTrain, names: tuple[str, ...], state: Floats, near: tuple[float, ...], angle: float) -> str:
-    """Set the twists to those that carry the load's torque at a motor angle [rad]; a sentence where a law cannot."""
+def _settle(train: DriveTrain, angle: float, state: Floats, memory: list[int], enough: float) -> bool:
+    """Newton's method on a state, the internal states of laws with memory as they are; whether the rates vanish."""
+    rates = _rates(train, angle, state)
+    for _ in range(ROUNDS):
+        matrix = jacobians_at(train, np.full(1, angle), state[:, None], np.full(len(state), STEP))[:, :, 0]
+        matrix[:, memory] = 0.0
+        state -= np.linalg.lstsq(matrix, rates, rcond=1e-13)[0]
+        rates = _rates(train, angle, state)
+        if not np.all(np.isfinite(rates)):
+            return False
+        if float(np.max(np.abs(rates))) <= enough:
+            return True
+    return False
+
+
+def _laws(train: DriveTrain) -> list[Any]:
+    """Laws of the gear and the couplings, from the motor to the load."""
     laws, end = [train.law], train.load
     while isinstance(end, Elastic):
         laws.append(end.law)
         end = end.load
+    return laws
+
+
+def _memory(names: tuple[str, ...], place: int) -> list[int]:
+    """Places of the internal states of the law of the gear (0) or of a coupling among the states of a train."""
+    name = f"coupling {place}" if place else "gear"
+    return [j for j, other in enumerate(names) if other.startswith(f"{name} z")]
+
+
+def _torque_at_load(train: DriveTrain, names: tuple[str, ...], state: Floats, angle: float) -> float:
+    """Torque [N*m] that the load takes where it stands in a state of a train."""
+    end = train.load
+    while isinstance(end, Elastic):
+        end = end.load
     turning = train.omega * train.reference.slope(0.0) / train.N
-    drag = torque_of(end.drag, angle / train.N, turning, (0.0,) * states_of(end.drag))
-    torque = float(drag - end.excitation.torque(0.0))
-    for i, law in enumerate(laws):
+    deviation = float(state[2]) if "motor deviation" in names else 0.0
+    place = (angle + deviation) / train.N - float(train.load_error(state))
+    drag = torque_of(end.drag, place, turning, (0.0,) * states_of(end.drag))
+    return float(drag - end.excitation.torque(0.0))
+
+
+def _loaded(train: DriveTrain, names: tuple[str, ...], state: Floats, near: tuple[float, ...], torque: float) -> str:
+    """Set the twists to those that carry a torque [N*m] at the load; a sentence where a law cannot."""
+    for i, law in enumerate(_laws(train)):
         if not hasattr(law, "stiffness"):
             continue
-        name = f"coupling {i}" if i else "gear"
-        places = [j for j, other in enumerate(names) if other == name or other.startswith(f"{name} z")]
-        if i == 0:
-            places = [0, *places]
+        places = [names.index(f"coupling {i}") if i else 0, *_memory(names, i)]
         try:
             state[places] = near if near and i == 0 else loaded_state(law, torque)
         except (ValueError, SolveError) as error:
