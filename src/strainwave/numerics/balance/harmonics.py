@@ -3,7 +3,9 @@
 A line beyond the last harmonic would be sampled too coarsely and appear at another order, so it is refused.
 """
 
-from typing import Any
+import math
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 from ...law import is_spring
 from ...quantities import positive_count
@@ -12,6 +14,30 @@ FEWEST = 7  # per turn of the base angle
 MOST = 127  # reached automatically
 MOST_WITH_CORNERS = 31  # the same for friction and memory: general form, and a series that decays as a power of k
 LARGEST = 1000  # the matrix of the balance has (2 H + 1)^2 entries
+
+
+Result = TypeVar("Result")
+
+
+def grown(solve: Callable[[int, float], tuple[Result, float]], h: int, most: int, aim: float) -> Result:
+    """Result with as many harmonics as it takes, from h to at most `most`.
+
+    Parameters
+    ----------
+    solve : callable
+        `solve(h, aim)`: the result with h harmonics, and its tail (see `truncation`), which nobody compares where the
+        aim is infinite; a tail of 0 ends the growth.
+    h, most : int
+        Harmonics to begin with, and to end with whatever the tail is: h itself where the caller has chosen them.
+    aim : float
+        Largest tail of what is negligible.
+    """
+    while True:
+        last = h >= most
+        result, tail = solve(h, math.inf if last else aim)
+        if last or tail <= aim:
+            return result
+        h = min(2 * h + 1, most)
 
 
 def most_harmonics(system: Any) -> int:

@@ -18,7 +18,7 @@ from ...results import Floats, Status
 from ...tree import leaf_of
 from ..balance.fourier import from_blocks
 from ..balance.guess import one_harmonic
-from ..balance.harmonics import MOST, starting_harmonics
+from ..balance.harmonics import MOST, grown, starting_harmonics
 from ..balance.second_order import second_order, work_for
 from ..balance.truncation import FREE, Tail
 from ..stability.second_order import displacement_peaks
@@ -99,8 +99,9 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
     if not np.all(wanted > 0.0):
         raise ValueError(f"amplitudes [rad] are {shown(amplitudes)}; they must be positive")
     h = starting_harmonics(system, harmonics, 1)
-    while True:
-        leaf = leaf_of(system, "omega")
+    leaf = leaf_of(system, "omega")
+
+    def freed(h: int, _: float) -> tuple[tuple[int, Any, Floats, Floats], float]:
         problem = second_order(system._replace(B=0.0), leaf, leaf, h)
         mean = np.zeros(2 * h + 1)
         mean[0] = problem.tau[0]
@@ -110,10 +111,10 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
         points = np.array([z for z in found if z is not None]).reshape(-1, 2 * h + 2)
         last = points[:, max(1, h - 1) : h + 1]
         tails = np.linalg.norm(last, axis=1) / wanted[kept]
-        tail = float(np.max(tails, initial=0.0))
-        if harmonics is not None or tail <= FREE or h >= MOST:
-            break
-        h = min(2 * h + 1, MOST)
+        return (h, kept, points, tails), float(np.max(tails, initial=0.0))
+
+    h, kept, points, tails = grown(freed, h, MOST if harmonics is None else h, FREE)
+    tail = float(np.max(tails, initial=0.0))
     peaks = displacement_peaks(points[:, :-1]) if len(points) else np.empty(0)
     status, message = Status.OK, "finished"
     if not np.all(kept):

@@ -15,6 +15,7 @@ import numpy as np
 from ...quantities import replace
 from ...results import Floats
 from ..balance.second_order import work_for
+from ..roots import bracketed_root
 
 MOST_POINTS = 2000
 SMALLEST_STEP = 1e-7
@@ -142,20 +143,17 @@ def _mark_turn(extended: FoldSystem, first: Floats, last: Floats, t0: Floats, t1
     """Locate where the second parameter turns; a cusp where the first one does too."""
     chord = last - first
     row = chord / extended.scale(first)
-    ends, place = [float(t0[-1]), float(t1[-1])], [0.0, 1.0]
-    point, tangent, side = first, t0, -1
-    for _ in range(40):
-        s = (place[0] * ends[1] - place[1] * ends[0]) / (ends[1] - ends[0])
+    point, tangent = first, t0
+
+    def ahead(s: float) -> float:
+        nonlocal point, tangent
+        if s in (0.0, 1.0):
+            return float((t1 if s else t0)[-1])
         new = extended.corrected(first + s * chord, row / np.linalg.norm(row))
         if new is None:
-            break
+            return 0.0  # ends the search where it is
         point, tangent = new, extended.tangent(new, t0)
-        here = float(tangent[-1])
-        end = 0 if here * ends[0] > 0.0 else 1
-        place[end], ends[end] = s, here
-        if side == end:  # Illinois
-            ends[1 - end] *= 0.5
-        side = end
-        if abs(here) < 1e-10 or place[1] - place[0] < 1e-10:
-            break
+        return float(tangent[-1])
+
+    bracketed_root(ahead, 0.0, 1.0, xtol=1e-10)
     extended.special.append((float(point[-1]), float(point[-2]), bool(abs(tangent[-2]) < 1e-3)))

@@ -15,8 +15,8 @@ from ...tree import leaf_of
 from ..balance.first_order import FirstOrder, balance_of, periodic
 from ..balance.fourier import to_blocks
 from ..balance.guess import linear_response
-from ..balance.harmonics import most_harmonics, starting_harmonics
-from ..balance.truncation import CURVE, tail_along
+from ..balance.harmonics import grown, most_harmonics, starting_harmonics
+from ..balance.truncation import CURVE, Tail, tail_along
 from ..continuation.describe import describe
 from ..continuation.passage import GROWTH, damped_start, linear_start
 from ..continuation.trace import Trace, solve, trace
@@ -95,15 +95,15 @@ def parameter_response(
     h, most = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
     if harmonics is None and start is not None:
         h = max(h, min(harmonics_of(start.coefficients), most))
-    while True:
+
+    def followed(h: int, aim: float) -> tuple[tuple[Any, Trace, Tail, str], float]:
         problem = balance_of(system, leaf, omega_leaf, h, period)
         guess, origin = _beginning(problem, system, path, lo, hi, start)
         found = both_ways(problem, guess, lo, hi, 4.0 / points, growth=GROWTH)
-        last = harmonics is not None or h >= most
-        tail = tail_along(problem, found.points, np.inf if last else CURVE)
-        if last or tail.worst <= CURVE:
-            break
-        h = min(2 * h + 1, most)
+        tail = tail_along(problem, found.points, aim)
+        return (problem, found, tail, origin), tail.worst
+
+    problem, found, tail, origin = grown(followed, h, most if harmonics is None else h, CURVE)
     found = with_changes(found, message=_ending(found, path, lo, hi, system.omega))
     branch = describe(problem, path, found, tail, origin)
     if throw and not branch.status.found:

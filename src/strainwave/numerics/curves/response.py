@@ -15,7 +15,7 @@ from ...results import Branch, SolveError
 from ...tree import leaf_of, with_leaf
 from ..balance.first_order import FirstOrder, balance_of, periodic
 from ..balance.half_wave import is_odd_on, odd_problem
-from ..balance.harmonics import most_harmonics, starting_harmonics
+from ..balance.harmonics import grown, most_harmonics, starting_harmonics
 from ..balance.truncation import CURVE, Tail, tail_along
 from ..continuation.coexisting import Coexisting
 from ..continuation.describe import Survey, describe, survey, together
@@ -142,17 +142,19 @@ def traced_points(
     """
     h, most = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
     others = Coexisting()
-    while True:
-        problem = balance_of(system, leaf, leaf, h, period)
-        problem, found, origin = symmetric_across(problem, lo, hi, 4.0 / points, others)
-        last = harmonics is not None or h >= most
-        tail = None if harmonics is not None else tail_along(problem, found.points, np.inf if last else CURVE)
-        done = tail is None or last or (tail.worst <= CURVE and found.outcome == END)
-        if (done or found.outcome != END) and others.begin(problem, found):
-            continue  # again, through what coexists
-        if done:
-            return problem, with_left_over(problem, found, others), tail, origin
-        h = min(2 * h + 1, most)
+
+    def followed(h: int, aim: float) -> tuple[tuple[Any, Trace, Tail | None, str], float]:
+        problem, found, origin = symmetric_across(
+            balance_of(system, leaf, leaf, h, period), lo, hi, 4.0 / points, others
+        )
+        tail = None if harmonics is not None else tail_along(problem, found.points, aim)
+        worst = np.inf if found.outcome != END or tail is None else tail.worst
+        if (worst <= aim or found.outcome != END) and others.begin(problem, found):
+            return followed(h, aim)  # again, through what coexists
+        return (problem, found, tail, origin), worst
+
+    problem, found, tail, origin = grown(followed, h, most if harmonics is None else h, CURVE)
+    return problem, with_left_over(problem, found, others), tail, origin
 
 
 def symmetric_across(

@@ -15,9 +15,9 @@ from ...quantities import checked, interval, replace, shown, with_parts
 from ...results import Branch, Floats, Orbit, SolveError
 from ...tree import leaf_of
 from ..balance.first_order import balance_of, periodic
-from ..balance.harmonics import most_harmonics, starting_harmonics
+from ..balance.harmonics import grown, most_harmonics, starting_harmonics
 from ..balance.second_order import work_for
-from ..balance.truncation import CURVE, tail_along
+from ..balance.truncation import CURVE, Tail, tail_along
 from ..continuation.describe import describe
 from ..continuation.trace import Trace, trace
 from ..labels import END, FOLD, STEP
@@ -95,7 +95,8 @@ def switch_branch(
     most = most_harmonics(system)
     own = max(7, min(len(orbit.coefficients) // 2, most // stretch))
     h = starting_harmonics(system, harmonics or stretch * own, stretch * orbit.period, points)
-    while True:
+
+    def followed(h: int, aim: float) -> tuple[tuple[Any, Trace, Tail, bool], float]:
         problem = balance_of(system, leaf, leaf_of(system, "omega"), h, stretch * orbit.period)
         first, departure = _departure(problem, embedded(problem, orbit, value, stretch), stretch)
         if first is None:
@@ -105,11 +106,10 @@ def switch_branch(
             )
         found = trace(problem, first, 1.0 if first[-1] > value else -1.0, lo, hi, 4.0 / points)
         found, returned = _until_return(found, departure)
-        last = harmonics is not None or h >= most
-        tail = tail_along(problem, found.points, np.inf if last else CURVE)
-        if last or tail.worst <= CURVE:
-            break
-        h = min(2 * h + 1, most)
+        tail = tail_along(problem, found.points, aim)
+        return (problem, found, tail, returned), tail.worst
+
+    problem, found, tail, returned = grown(followed, h, most if harmonics is None else h, CURVE)
     if returned:
         end = f"returns to the branch that it left at {parameter} = {found.points[-1, -1]:.6g}"
         found = with_changes(found, message=end)

@@ -96,7 +96,7 @@ def attempt(
 ) -> None:  # fmt: skip
     """Attempt one step of lane j; a lane at the end of its period takes a step of no length."""
     at, n = count(system), count(y0)
-    place, order, power = at + 1 + 2 * n + count(sums), scheme.error_order(), 1.0 / scheme.error_order()
+    place, order, part = at + 1 + 2 * n + count(sums), scheme.error_order(), 1.0 / scheme.error_order()
     s, per_omega = lane(system, rows, 0, j), load(rows, at, j)
     y, k, before = lane(y0, rows, at + 1, j), lane(y0, rows, at + 1 + n, j), lane(sums, rows, at + 1 + 2 * n, j)
     phase, step, past = load(rows, place, j), load(rows, place + 1, j), load(rows, place + 2, j)
@@ -110,7 +110,7 @@ def attempt(
         e = e + scaled * scaled / n
     good, moving = e <= 1.0, left > 0.0
     now = 0.5 * about_log2(larger(e, 1e-20))
-    grown, shrunk = SAFETY + 0.2 / order * past - 0.85 * power * now, select(e > 1.0, SAFETY - power * now, -3.3)
+    grown, shrunk = SAFETY + 0.2 / order * past - 0.85 * part * now, select(e > 1.0, SAFETY - part * now, -3.3)
     power = select(good, grown, shrunk)  # shrunk also where the error is no number
     next_step = q * about_two_to(smaller(larger(power, select(e == e, -2.3, -3.3)), 3.3))
     after = smaller(select(good, larger(next_step, select(left > step, 0.0, step)), next_step), MOST)

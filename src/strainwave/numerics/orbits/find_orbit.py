@@ -11,7 +11,7 @@ from ...tree import leaf_of
 from ..balance.first_order import is_second_order, periodic
 from ..balance.fourier import from_blocks, to_blocks
 from ..balance.guess import linear_response
-from ..balance.harmonics import MOST, most_harmonics, starting_harmonics
+from ..balance.harmonics import MOST, grown, most_harmonics, starting_harmonics
 from ..balance.second_order import second_order
 from ..balance.truncation import ORBIT, Tail, tail_along
 from ..continuation.describe import describe
@@ -80,17 +80,19 @@ def find_orbit(
     if harmonics is None and start is not None:
         h = max(h, min(len(start) // 2, MOST))
     leaf = leaf_of(system, "omega")
-    while True:
+
+    def balanced(h: int, aim: float) -> tuple[tuple[Any, Any, Any], float]:
+        nonlocal start
         problem = second_order(system, leaf, leaf, h, period)
         found = _balanced(problem, system, start)
         if found is None:
-            return raised(_missing(system, period), throw)
-        last = harmonics is not None or h >= MOST
-        tail = tail_along(problem, found[None, :], np.inf if last else ORBIT)
-        if last or tail.worst <= ORBIT:
-            break
-        start = from_blocks(found[:-1] + problem.error)
-        h = min(2 * h + 1, MOST)
+            return (problem, None, None), 0.0
+        start, tail = from_blocks(found[:-1] + problem.error), tail_along(problem, found[None, :], aim)
+        return (problem, found, tail), tail.worst
+
+    problem, found, tail = grown(balanced, h, MOST if harmonics is None else h, ORBIT)
+    if found is None:
+        return raised(_missing(system, period), throw)
     orbit = _described(problem, found, tail)
     corners = harmonics is None and tail.worst > ORBIT and system.breakpoints()
     return raised(_refined(system, orbit, period) if corners else orbit, throw)

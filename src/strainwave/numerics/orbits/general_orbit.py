@@ -8,7 +8,7 @@ from ...quantities import parameters
 from ...results import Floats, Orbit, Status
 from ..balance.first_order import FirstOrder, first_order
 from ..balance.fourier import from_blocks
-from ..balance.harmonics import starting_harmonics
+from ..balance.harmonics import grown, starting_harmonics
 from ..balance.truncation import tail_along
 from ..continuation.passage import linear_start, settled_start
 from ..continuation.trace import solve
@@ -23,17 +23,17 @@ def general_orbit(
     names = [p.path for p in parameters(system) if isinstance(p.value, float)]
     leaf = names.index("omega") if "omega" in names else -1
     h = starting_harmonics(system, harmonics, period)
-    while True:
+
+    def balanced(h: int, aim: float) -> tuple[tuple[FirstOrder, Any, Any], float]:
+        nonlocal guess
         problem = first_order(system, leaf, leaf, h, period)
         found = _solution(problem, guess)
         if found is None:
-            break
-        last = harmonics is not None or h >= most
-        tail = tail_along(problem, found[None, :], np.inf if last else tail_goal)
-        if last or tail.worst <= tail_goal:
-            break
-        guess = from_blocks(problem.states(found).T)
-        h = min(2 * h + 1, most)
+            return (problem, None, None), 0.0
+        guess, tail = from_blocks(problem.states(found).T), tail_along(problem, found[None, :], aim)
+        return (problem, found, tail), tail.worst
+
+    problem, found, tail = grown(balanced, h, most if harmonics is None else h, tail_goal)
     states = len(problem.sizes)
     if found is None:
         message = (

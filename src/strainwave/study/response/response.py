@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...compile.jit import as_python
 from ...law import is_spring
-from ...numerics.balance.harmonics import highest_order
+from ...numerics.balance.harmonics import grown, highest_order
 from ...numerics.balance.truncation import MATTERS
 from ...numerics.curves.response import frequency_response
 from ...results import Branch, Floats
@@ -86,12 +86,13 @@ def exact_response(system: Any, speeds: tuple[float, float], points: int = POINT
     highest = highest_order(system)
     most = max(MOST, highest + 2)
     harmonics = min(most, max(highest, WITH_KINKS) if system.breakpoints() else HARMONICS * highest)
-    while True:
+
+    def followed(h: int, _: float) -> tuple[Branch, float]:
         with as_python(PLAIN_RUNS):
-            curve = frequency_response(system, speeds, harmonics=harmonics, points=points)
-        if curve.tail <= MATTERS or harmonics >= most:
-            break
-        harmonics = min(most, 2 * harmonics + 1)
+            curve = frequency_response(system, speeds, harmonics=h, points=points)
+        return curve, curve.tail
+
+    curve = grown(followed, harmonics, most, MATTERS)
     try:
         return ExactResponse(curve, jumps(curve))
     except ValueError:  # nothing stable to follow
