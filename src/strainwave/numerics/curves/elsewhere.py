@@ -16,7 +16,7 @@ from ..continuation.trace import Trace
 from ..orbits.find_orbit import find_orbit
 
 CUT_SHORT = (
-    "the search for other motions was cut short, and there may be more than are told of here: isolas with "
+    "the search for other motions was cut short, and there may be more than are listed here: isolas with "
     "resonance=PRIMARY looks for them from random starts"
 )
 
