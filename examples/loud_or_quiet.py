@@ -6,7 +6,7 @@ Between the speeds of its jumps a gear has two motions, a quiet one and a loud o
 in, is a matter of its basins of attraction: 14400 initial states of a CSG-40-50 with a load of 1.3 kg m² and a damping
 of 3 %, at a motor speed of 1510 rpm, each integrated until it has settled.
 
-The number: share of the states within ±4 mrad and ±1.2 rad/s that end on the loud motion.
+The number: share of the states within ±4 mrad and ±1.2 rad/s that end on the high-amplitude motion.
 """
 
 import math
@@ -39,5 +39,5 @@ def main():
 
 
 if __name__ == "__main__":
-    print("share that ends on the loud motion: {:.3f} +- {:.3f}".format(*main()))
+    print("share that ends on the high-amplitude motion: {:.3f} +- {:.3f}".format(*main()))
     plt.show()

@@ -55,7 +55,7 @@ def tanh(x: Any) -> Any:
 
 
 def power(x: Any, y: Any) -> Any:
-    """Return x to the power y; for floats NaN where x is negative and y is no whole number, infinity for 0 to y < 0.
+    """Return x to the power y; for floats NaN where x is negative and y is not an integer, infinity for 0 to y < 0.
 
     Write small whole powers as products: they are exact to rounding and cost a twentieth.
     """

@@ -68,7 +68,7 @@ class Trajectory:
     rate : (states, n) array
         Time derivatives of the states at `t`.
     status : Status
-        `Status.OK`, or why the solution ends before the last time asked for. All values are finite.
+        `Status.OK`, or why the solution ends before the last requested time. All values are finite.
     message : str
         One sentence with the place where it ended.
     steps, rejected, switches : int

@@ -527,7 +527,7 @@ def test_a_backlash_law_has_no_damping_ratio_and_an_explicit_gear_no_motor_inert
     text = GOOD.replace(*law("type: backlash, K: 5 N*m/rad, half_gap: 1 mrad"))
     assert complaint(written(text.replace("inertia: 5 kg*cm^2, ", ""))) == [
         "project.yaml:2:8: motor.inertia: is missing for an explicit gear; write for example 'inertia: 4.5 kg*cm^2'",
-        "project.yaml:4:18: damping.ratio: has no meaning for a law without stiffness at rest (play); "
+        "project.yaml:4:18: damping.ratio: has no meaning for a law without stiffness at rest (backlash); "
         "write B: 10 N*m*s/rad",
     ]
 
@@ -678,7 +678,7 @@ WITH_FRICTION = "{ratio: 50, law: {type: parallel, first: {type: linear, K: 5 N*
             "ratio: 0.02}",
             "ratio: 0.02}\nbacklash: {half_gap: 1 mrad}",
             "4:18",
-            "damping.ratio: has no meaning for a law without stiffness at rest (play)",
+            "damping.ratio: has no meaning for a law without stiffness at rest (backlash)",
         ),
         (
             "CSG-40-50",

@@ -57,7 +57,7 @@ def _law(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
 
 def _without_spring(law: Any) -> str:
     held = float(law.stiffness(0.0)) > 0.0
-    return "whose friction or hysteresis alone holds it at rest" if held else "without stiffness at rest (play)"
+    return "whose friction or hysteresis alone holds it at rest" if held else "without stiffness at rest (backlash)"
 
 
 BOTH = "leave one of them out, or write the equation in Python (strainwave.simulate takes any system)"

@@ -157,9 +157,10 @@ def _of_class(value: Any, cls: Any, keys: Keys, found: list[Wrong], more: tuple[
 
 
 def about(error: Exception, cls: type, given: Collection[str]) -> Wrong:
-    """What is wrong with an object of the model, at its field where the sentence names one that was given."""
-    named = re.match(rf"{cls.__name__}\.(\w+) (is .*)", str(error))
-    return Wrong((named[1],), named[2]) if named and named[1] in given else Wrong((), str(error))
+    """What is wrong with an object of the model, at its field where the sentence begins with one that was given."""
+    text = str(error)
+    fields = (field for field in given if text.startswith(f"{cls.__name__}.{field} is "))
+    return next((Wrong((f,), text.removeprefix(f"{cls.__name__}.{f} ")) for f in fields), Wrong((), text))
 
 
 def _unknown(key: str, here: list[str]) -> str:
@@ -253,7 +254,7 @@ def project_entry(model: Any) -> str:
         If it is no such law, a table whose slopes are not those that `tabulated` finds, or one with numbers that a
         project file refuses.
     TypeError
-        If it is no model object.
+        If it is not a model object.
     """
     text = _entry(checked(model))
     found: list[Wrong] = []

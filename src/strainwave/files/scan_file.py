@@ -177,7 +177,7 @@ def _columns(
         place = names.index(name)
         given = parts[place][1]
         if unit and given and unit != given:
-            problems.append(Problem(line, 1, field, f"column {shown(name)} is in {given} and was asked for in {unit}"))
+            problems.append(Problem(line, 1, field, f"column {shown(name)} is in {given} and was requested in {unit}"))
             continue
         try:
             if not (unit or given):

@@ -100,7 +100,7 @@ def order_map(N: float) -> OrderMap:
     Raises
     ------
     ValueError
-        If N is no whole number of 2 to 10 000.
+        If N is not an integer of 2 to 10 000.
 
     References
     ----------
@@ -142,7 +142,7 @@ def on_output_turn(excitation: Any, N: float) -> Any:
     Raises
     ------
     ValueError
-        If N is no whole number, or an order becomes too high for a line (`Line`).
+        If N is not an integer, or an order becomes too high for a line (`Line`).
     TypeError
         If `excitation` is of another kind.
     """

@@ -46,7 +46,7 @@ def static_sources(N: float) -> dict[str, Source]:
     Raises
     ------
     ValueError
-        If N is no whole number of 2 to 10 000.
+        If N is not an integer of 2 to 10 000.
     """
     engagement = order_map(N).order("flexspline tooth engagement").per_output_turn
     rows: list[tuple[str, str, int, Turn]] = [

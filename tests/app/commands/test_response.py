@@ -47,7 +47,7 @@ def project(tmp_path):
 
 def folds_by_fine_balance(path):
     loaded = load(path)
-    curve = sw.frequency_response(loaded.system(1.0), (loaded.omega[0], loaded.omega[-1]), harmonics=31)
+    curve = sw.frequency_response(loaded.system(1.0), loaded.speeds.limits, harmonics=31)
     return [fold.omega for fold in curve.folds]
 
 
@@ -61,7 +61,7 @@ def test_folds_and_jumps_are_told_at_the_shaft_of_the_project(project):
     at_load = [omega / 50.0 * 60.0 / (2.0 * np.pi) for omega in exact]
     assert data["unit"] == "rpm at the load"
     assert data["fold_speeds"] == pytest.approx(at_load, rel=1e-7)
-    # a hardening law: the run-up drops at the upper fold, the coast-down rises at the lower one
+    # a hardening law: the run-up drops at the upper fold, the run-down rises at the lower one
     assert data["jump_down_speed"] == pytest.approx(max(at_load), rel=1e-7)
     assert data["jump_up_speed"] == pytest.approx(min(at_load), rel=1e-7)
     assert [fold["omega_rad_per_s"] for fold in data["folds"]] == pytest.approx(exact, rel=1e-7)

@@ -79,11 +79,14 @@ def test_a_grid_is_read_in_si_units_or_in_its_own(text, values):
     [
         ("omega", "is no grid"),
         ("omega=", "is no grid"),
-        ("speeed=1", "'speeed' is no parameter of this drive; it has J, B, law.K"),
+        ("speeed=1", "'speeed' is not a parameter of this drive; it has J, B, law.K"),
         ("speed=1", r"part of omega \(1 rad/s\): sweep that; it has J, B, law.K"),
-        ("damping.ratio=1 %:5 %:3", r"'damping.ratio' is no .* part of B \(0.1 N\*m\*s/rad\): sweep that; it has J, B"),
+        (
+            "damping.ratio=1 %:5 %:3",
+            r"'damping.ratio' is not a parameter .* part of B \(0.1 N\*m\*s/rad\): sweep that; it has J, B",
+        ),
         ("load.inertia=1,2", r"part of J \(1 kg\*m\*\*2\): sweep that"),
-        ("law.K & law.beta=1,2", "'law.beta' is no parameter"),
+        ("law.K & law.beta=1,2", "'law.beta' is not a parameter"),
         ("omega=1:2", "is no range"),
         ("omega=1:2:3:lin", "is no range"),
         ("omega=1:2:0", "no count"),
@@ -155,7 +158,7 @@ def test_wrong_usage_is_told_before_a_store_is_made(project, tmp_path):
     store = tmp_path / "s"
     run = CliRunner().invoke(command.cli, ["sweep", str(project), "--grid", "law.beta=1:2:3", "-o", str(store)])
     assert run.exit_code == 2
-    assert "no parameter of this drive" in run.stderr
+    assert "is not a parameter of this drive" in run.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["drive.yaml"]
 
 

@@ -95,7 +95,7 @@ def test_more_terms_fit_better():
         ((sw.Linear(1.0), 1e50, 15), r"reach \[rad\] is 1e\+50, outside the supported range"),
         ((sw.Linear(1.0), 0.0), r"reach \[rad\] is 0"),
         ((sw.Linear(1.0), math.inf), r"reach \[rad\] is inf"),
-        ((sw.Backlash(1.0, 1.0), 1.5, 3), "has the stiffness -0.*fit a law without play"),
+        ((sw.Backlash(1.0, 1.0), 1.5, 3), "has the stiffness -0.*fit a law without backlash"),
     ],
 )
 def test_a_fit_that_makes_no_sense_is_refused(arguments, sentence):

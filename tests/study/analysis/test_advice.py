@@ -128,7 +128,7 @@ def test_a_peak_counts_from_twice_the_error_of_slow_turning(height, bands):
 
 
 def hills(*several):
-    """Oscillation of slow turning with hills of a height [times that] at a speed, five rad/s wide."""
+    """Oscillation of quasi-static rotation with hills of a height [times that] at a speed, five rad/s wide."""
     return A * (1.0 + sum((h - 1.0) * np.exp(-(((OMEGA - w) / 5.0) ** 2)) for w, h in several))
 
 
@@ -157,7 +157,7 @@ def test_a_limit_takes_the_place_of_the_peaks():
 
 
 def test_where_a_sweep_lands_on_the_flank_of_a_peak_that_the_other_one_follows_is_no_peak():
-    # a softening drive by integration: run-up jumps at 160 from the quiet motion to the loud one, which coast-down
+    # a softening drive by integration: run-up jumps at 160 from the quiet motion to the loud one, which run-down
     # follows to 140, where it is largest
     loud = A * (5.0 + 15.0 * (220.0 - OMEGA) / 80.0)
     up, down = np.where(OMEGA < 160.0, A, loud), np.where(OMEGA < 140.0, A, loud)

@@ -41,7 +41,7 @@ def test_integration_confirms_the_exact_response(both):
     low, high = sorted(fold.omega for fold in exact.curve.folds)
     upper = [m.peak for m in run.up if low < m.omega < high]
     lower = [m.peak for m in run.down if low < m.omega < high]
-    assert upper  # a run-up stays on the loud motion between the folds, a coast-down on the quiet one
+    assert upper  # a run-up stays on the high-amplitude motion between the folds, a run-down on the quiet one
     assert lower
     assert min(upper) > max(lower)
 

@@ -80,7 +80,7 @@ def test_parts_print_three_sizes():
 
 
 class Sliding(NamedTuple):
-    """A torque whose order is no whole number."""
+    """A torque whose order is not an integer."""
 
     order: float
 
@@ -94,7 +94,7 @@ class Sliding(NamedTuple):
 @pytest.mark.parametrize("verb", [sw.find_orbit, lambda s: sw.frequency_response(s, (0.5, 1.5))])
 def test_orders_that_share_no_turn_are_refused_in_one_sentence(verb):
     system = sw.Oscillator(1.0, 0.1, sw.Linear(1.0), Sliding(math.sqrt(2.0)), 1.0)
-    with pytest.raises(ValueError, match=r"order 1\.41421 is no whole number, .* integrate with simulate") as refusal:
+    with pytest.raises(ValueError, match=r"order 1\.41421 is not an integer, .* integrate with simulate") as refusal:
         verb(system)
     assert "\n" not in str(refusal.value)
 

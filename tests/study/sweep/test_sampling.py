@@ -1,4 +1,4 @@
-"""Samples: strata, bounds, and the same points whichever stretch is asked for."""
+"""Samples: strata, bounds, and the same points whichever stretch is requested."""
 
 import numpy as np
 import pytest

@@ -532,7 +532,7 @@ def test_a_folder_that_cannot_be_written_is_told_in_one_sentence(tmp_path):
         ({"system": 3}, "NamedTuple"),
         ({"grid": {"law.beta": [1.0]}}, "no parameter 'law.beta'; it has J, B"),
         ({"grid": {"law": [1.0]}}, "no parameter 'law'; it has J, B"),
-        ({"grid": {("law.K",): [1.0]}}, r"\('law.K',\) is no parameter; give a path .* or a tuple of several"),
+        ({"grid": {("law.K",): [1.0]}}, r"\('law.K',\) is not a parameter; give a path .* or a tuple of several"),
         ({"grid": {("law.K", "law.alpha"): [1.0], "law.K": [1.0]}}, "law.K is given twice"),
         ({"grid": {("law.K", "excitation.order"): [1.0]}}, "excitation.order is a whole number"),
         (

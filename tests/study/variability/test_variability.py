@@ -140,7 +140,9 @@ def test_a_quiet_and_a_loud_group_of_peaks_are_told_with_their_share():
     drives = {"J": rng.uniform(1.0, 2.0, 400)}
     spread = SpeedSpread(5.0, shares, peak, running_quantile(peak, shares, rng), ranking(drives, peak, rng), 0, 0)
     result = Variability(drives, (spread,), None, None, 0)
-    assert f"two groups: {np.mean(loud):.4f} +- {found.error:.4f} of the drives are loud" in str(result)
+    assert f"two groups: {np.mean(loud):.4f} +- {found.error:.4f} of the drives are in the high-amplitude group" in str(
+        result
+    )
     assert result.dataset()["loud_share"] == found.share
 
 

@@ -107,7 +107,7 @@ def analyze(project: Path, output: Path, as_json: bool) -> None:
 )  # fmt: skip
 @json_option
 def response(project: Path, output: Path | None, as_json: bool) -> None:
-    """Follow the exact response through the project's speeds: stability, folds, jumps."""
+    """Follow the response by harmonic balance through the project's speeds: stability, folds, jumps."""
     from .response import show
 
     show(project, output, as_json)
@@ -212,8 +212,8 @@ SHAFTS = click.Choice(("motor", "output"))
 @click.option("--error", help='Column of the error, as "Fehler [arcsec]"; "error" or "ate" by default.')
 @click.option("--backward", help='Column of the error on the way back; "backward" by default.')
 @click.option("--ate", is_flag=True, help="The error is the vendors', output minus motor/ratio.")
-@click.option("--delimiter", default=",", show_default=True, help="Between columns.")
-@click.option("--decimal", default=".", show_default=True, help="Before decimals.")
+@click.option("--delimiter", default=",", show_default=True, help="Column separator.")
+@click.option("--decimal", default=".", show_default=True, help="Decimal separator.")
 @json_option
 def error_scan(
     file: Path, back: Path | None, shaft: Any, turn: Any, ratio: int | None, orders: list[int] | None,

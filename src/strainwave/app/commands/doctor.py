@@ -88,7 +88,7 @@ def show(as_json: bool) -> None:
     click.echo(f"compilation  {facts['compilation']}")
     click.echo(f"gpu          {facts['gpu']}")
     state = (
-        "writable" if cache["writable"] else f"NOT writable, so code is compiled anew at every start: {cache['why']}"
+        "writable" if cache["writable"] else f"NOT writable, so code is compiled again at every start: {cache['why']}"
     )
     click.echo(f"cache        {cache['folder']} ({cache['bytes'] / 1e6:.1f} MB, {state})")
     click.echo("packages     " + ", ".join(f"{name} {v or 'MISSING'}" for name, v in facts["packages"].items()))

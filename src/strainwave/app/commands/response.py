@@ -1,4 +1,4 @@
-"""`strainwave response`: the exact response of a project's drive as numbers, CSV or figure."""
+"""`strainwave response`: the computed response of a project's drive as numbers, CSV or figure."""
 
 import math
 import os
@@ -44,7 +44,7 @@ def show(path: Path, output: Path | None, as_json: bool) -> None:
         png.check()
     speeds = project.speeds.limits
     with Progress(project.title) as progress:
-        progress.show("exact response", 0.0)
+        progress.show("response curve", 0.0)
         system = project.system(0.5 * (speeds[0] + speeds[1]))
         exact = response_through(system, speeds)
         if not len(exact.curve):
@@ -119,7 +119,7 @@ def _in_shaft(project: Project, exact: ExactResponse) -> dict[str, Any]:
 
 def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str:
     unit = data["unit"]
-    lines = [f"{project.title}: exact response, motor {project.motor}, {data['message']}"]
+    lines = [f"{project.title}: response, motor {project.motor}, {data['message']}"]
     if data["largest"]:
         peak, at = data["largest"]["peak_arcsec"] * ARCSEC, data["largest"]["speed"]
         lines.append(f"  largest steady |x| {BETWEEN}: {angle_unit(peak).text(peak)} at {number(at, 5)} {unit}")

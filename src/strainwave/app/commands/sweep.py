@@ -128,8 +128,10 @@ def _no_parameter(path: str, known: list[Parameter]) -> str:
     has = f"it has {_listed(known)}"
     for own in (parameter for parameter in known if parameter.path == WITHIN.get(path)):
         here = f"{own.value:.6g} {own.unit}".strip()
-        return f"{path!r} is no parameter of this drive's equation, but part of {own.path} ({here}): sweep that; {has}"
-    return f"{path!r} is no parameter of this drive; {has}"
+        return (
+            f"{path!r} is not a parameter of this drive's equation, but part of {own.path} ({here}): sweep that; {has}"
+        )
+    return f"{path!r} is not a parameter of this drive; {has}"
 
 
 def _is_whole(parameter: Parameter) -> bool:

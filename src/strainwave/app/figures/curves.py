@@ -1,4 +1,4 @@
-"""Figures over speed: the exact response with stability, folds and jumps, multiple scales and integration over it.
+"""Figures over speed: the computed response with stability, folds and jumps, multiple scales and integration over it.
 
 Colours are those of `plots`; stable parts are full lines, unstable ones dashed. The speed axis names its shaft.
 """
@@ -40,7 +40,7 @@ def range_panel(
     panel = Panel("", label, f"largest |x| {BETWEEN}\n({angle.name})", xlim=(low - margin, high + margin))
     _exact(panel, exact.method, scale * curve.omega, factor * curve.peak, curve.stable)
     if exact.back is not None:
-        panel.line(scale * exact.back.omega, factor * exact.back.peak, BLUE, "coast-down by integration", DOT_DASH)
+        panel.line(scale * exact.back.omega, factor * exact.back.peak, BLUE, "run-down by integration", DOT_DASH)
     for regime in regimes:
         for branch in regime.response.branches if regime.response else ():
             shown = _within(branch.omega, *speeds)
@@ -138,7 +138,7 @@ def _runs(panel: Panel, x: Floats, y: Floats, keep: Any, colour: str, name: str,
 
 def _simulated(panel: Panel, x: list[float], y: list[float], marker: str) -> None:
     if x:
-        name, face = ("run-up (integration)", BLACK) if marker == "^" else ("coast-down (integration)", "#ffffff")
+        name, face = ("run-up (integration)", BLACK) if marker == "^" else ("run-down (integration)", "#ffffff")
         panel.points(x, y, BLACK, name, marker, face)
 
 

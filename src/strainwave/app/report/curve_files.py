@@ -15,7 +15,7 @@ from ..output import slug, write_csv
 def write(project: Project, analysis: Analysis, folder: Path) -> list[str]:
     """Write the CSV files of the run-up, the response curves and the time responses; return their names."""
     names = []
-    for name, motions in (("run-up.csv", analysis.run_up.up), ("coast-down.csv", analysis.run_up.down)):
+    for name, motions in (("run-up.csv", analysis.run_up.up), ("run-down.csv", analysis.run_up.down)):
         good = [m for m in motions if m.status]
         if good:
             speeds = speed_columns(project.speeds, np.array([m.omega for m in good]))
@@ -50,7 +50,7 @@ def speed_columns(speeds: Speeds, omega: Floats) -> list[tuple[str, Floats]]:
 
 
 def exact_columns(speeds: Speeds, curve: Branch) -> list[tuple[str, Floats]]:
-    """Columns of an exact response in arc order: speed, largest |x|, first harmonics of x, stability."""
+    """Columns of a response curve in arc order: speed, largest |x|, first harmonics of x, stability."""
     most = min(9, curve.coefficients.shape[1] // 2)
     harmonics = [(f"amplitude_{k}_rad", curve.amplitude(k)) for k in range(1, most + 1)]
     stable = ("stable", curve.stable.astype(float))

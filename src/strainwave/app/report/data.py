@@ -16,7 +16,9 @@ from .facts import facts, natural_frequencies
 from .resonances import place, resonances
 from .train import run_data
 
-NO_STIFFNESS = "the law has no stiffness where the mean torque holds the drive (play), or nothing excites the drive."
+NO_STIFFNESS = (
+    "the law has no stiffness where the mean torque holds the drive (backlash), or nothing excites the drive."
+)
 CONVENTIONS = (
     "x = theta_m/N - theta_l [rad, output side], the error between motor and load; the motor's own deviation from its "
     "reference is not in it; peak is the largest |x|, the mean included; amplitudes of single harmonics are 0-to-peak; "
@@ -67,7 +69,7 @@ def collect(project: Project, analysis: Analysis) -> dict[str, Any]:
 
 
 def exact_response_data(speeds: Speeds, exact: ExactResponse) -> dict[str, Any]:
-    """Key numbers of the exact response: folds, jumps, accuracy."""
+    """Key numbers of a response curve: folds, jumps, accuracy."""
     curve, sweep = exact.curve, exact.sweep
     return {
         "method": exact.method,

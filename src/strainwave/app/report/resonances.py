@@ -39,7 +39,7 @@ def _jumps(analysis: Analysis) -> list[list[float]]:
 
 
 def jump_speeds(response: ExactResponse) -> list[float]:
-    """Speeds [rad/s] at which a slow run-up or coast-down jumps, ascending."""
+    """Speeds [rad/s] at which a slow run-up or run-down jumps, ascending."""
     sweep = response.sweep
     return [] if sweep is None else sorted({jump.value for jump in (*sweep.on_run_up, *sweep.on_run_down)})
 

@@ -87,7 +87,7 @@ def fit_odd(law: Any, reach: float, degree: int = 3) -> LawFit:
     if not k[0] > 0.0:
         raise ValueError(
             f"the fit of degree {degree} to {type(law).__name__} has the stiffness {k[0]:g} N*m/rad at rest; fit a law "
-            "without play, over another reach or with another degree"
+            "without backlash, over another reach or with another degree"
         )
     if degree == 3:
         fitted: Cubic | Polynomial = Cubic(k[0], k[1] / k[0])

@@ -1,4 +1,4 @@
-"""How many harmonics a periodic orbit takes: as many as asked for, or enough for every line of the excitation.
+"""How many harmonics a periodic orbit takes: as many as requested, or enough for every line of the excitation.
 
 A line beyond the last harmonic would be sampled too coarsely and appear at another order, so it is refused.
 """
@@ -56,7 +56,7 @@ def _whole_orders(system: Any) -> None:
     for order in orders:
         if order != int(order):
             raise ValueError(
-                f"the order {order:.6g} is no whole number, so the motion does not repeat with the base angle; take "
+                f"the order {order:.6g} is not an integer, so the motion does not repeat with the base angle; take "
                 "one on which all orders are whole (for a gear the turn of its output), or integrate with simulate"
             )
 
@@ -78,7 +78,7 @@ def starting_harmonics(system: Any, harmonics: int | None, period: int, points: 
     Raises
     ------
     ValueError
-        If one of them or an order is no whole number of at least 1, or H is too small for the highest order or above
+        If one of them or an order is not an integer of at least 1, or H is too small for the highest order or above
         1000.
     """
     _whole_orders(system)

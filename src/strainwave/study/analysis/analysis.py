@@ -34,7 +34,7 @@ from .train_curve import TrainCurve, train_curve
 from .train_study import train_study
 from .usage import Usage, limit_findings, usage, with_run
 
-FEWEST, FINE = 20, 300  # points of the exact response in the band of a resonance, and of one drawn for it alone
+FEWEST, FINE = 20, 300  # points of the response curve in the band of a resonance, and of one drawn for it alone
 DISAGREE = 0.01  # of the largest |x|: more than truncation of the series explains
 
 
@@ -59,7 +59,7 @@ class Analysis:
     close : dict of Resonance to ExactResponse
         The response once more around those resonances that are too narrow for the points of `exact`.
     run_up : RunUp
-        Simulated run-up and coast-down, its independent check.
+        Simulated run-up and run-down, its independent check.
     cases : tuple of TimeCase
         Single speeds in time.
     usage : Usage
@@ -146,17 +146,17 @@ def analyze(
     progress("operating point and stability", 0.0)
     point = operating_point(system)
     stability = _proof(system, point)
-    progress("exact response", 0.02)
+    progress("response curve", 0.02)
     exact = response_through(system, limits)
     progress("resonances by multiple scales", 0.2)
     found = regimes(system, point, limits)
     narrow = [regime for regime in found if _narrow(regime, exact)]
     close = {}
     for near in narrow:
-        progress(f"exact response around the {near.name}", 0.3)
+        progress(f"response curve around the {near.name}", 0.3)
         close[near.resonance] = response_through(system, near.band(), FINE)
     found = with_tops(found, system, exact, close)
-    sweep = run_up(system, limits, exact, point, lambda share: progress("run-up and coast-down", 0.4 + 0.2 * share))
+    sweep = run_up(system, limits, exact, point, lambda share: progress("run-up and run-down", 0.4 + 0.2 * share))
     if not any(motion.status for motion in (*sweep.up, *sweep.down)):
         raise SolveError(f"no simulated speed reached a steady motion: {sweep.up[0].message}")
     chosen = speeds_in_time(found, sweep, limits, speeds.single)
@@ -220,7 +220,7 @@ def not_exact(name: str, curve: Branch) -> list[str]:
 
 
 def _narrow(regime: Regime, exact: ExactResponse) -> bool:
-    """Whether a resonance of the main branch has too few points of the exact response in its band."""
+    """Whether a resonance of the main branch has too few points of the response curve in its band."""
     if regime.response is None or not regime.response.branches or regime.resonance.q != 1:
         return False
     low, high = regime.band()
@@ -233,7 +233,7 @@ def _warnings(
     said: list[str] = []
     if point.omega_0 == 0.0:
         said.append(
-            "The law has no stiffness where the mean torque holds the drive (play), so there is no natural "
+            "The law has no stiffness where the mean torque holds the drive (backlash), so there is no natural "
             "frequency to resonate "
             "with and multiple scales does not apply; everything here is from integration."
         )
@@ -244,14 +244,14 @@ def _warnings(
             "and simulated points depend on the start; give a damping, a damping ratio or a quality factor."
         )
     if exact.method != "integration":
-        said += not_exact("The exact response curve", exact.curve)
+        said += not_exact("The response curve", exact.curve)
     elif not exact.curve.status:
         said.append(Sentence("The response has gaps: {}.", exact.curve.message))
     difference = sweep.difference()
     if difference is not None and difference > DISAGREE:
         said.append(
-            f"Integration and the exact response differ by up to {100.0 * difference:.2g} % in the largest |x| at a "
-            "speed that both have: the drive can settle on another motion there."
+            f"Integration and the response by harmonic balance differ by up to {100.0 * difference:.2g} % in the "
+            "largest |x| at a speed that both have: the drive can settle on another motion there."
         )
     failed = [m for m in (*sweep.up, *sweep.down) if not m.status]
     if failed:

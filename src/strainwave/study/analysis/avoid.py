@@ -20,7 +20,7 @@ from ..response.response import ExactResponse
 from ..train.run import DriveRun
 
 HALF_POWER = sqrt(0.5)
-AMPLIFIED = 2.0  # times the error of slow turning, from which on a peak is one
+AMPLIFIED = 2.0  # times the error of quasi-static rotation, from which on a peak is one
 
 Speeds = tuple[float, float]
 
@@ -29,8 +29,8 @@ Speeds = tuple[float, float]
 class Avoid:
     """Speeds to avoid: in the half-power band of a peak, or where a limit is exceeded in its place; and in hysteresis.
 
-    The oscillation is the largest |x - mean|. A peak is more than twice that of slow turning, and the largest of all
-    motions around it that are above 1/sqrt(2) of it: its half-power band.
+    The oscillation is the largest |x - mean|. A peak is more than twice that of quasi-static rotation, and the
+    largest of all motions around it that are above 1/sqrt(2) of it: its half-power band.
 
     Attributes
     ----------
@@ -139,7 +139,7 @@ def speeds_to_avoid(
     system: Any, response: ExactResponse, point: OperatingPoint, limit: float | None = None,
     passed: Motions | None = None,
 ) -> Avoid | None:  # fmt: skip
-    """Apply the rule of `Avoid` to the motions that a slow run-up and coast-down visit; None where there are none.
+    """Apply the rule of `Avoid` to the motions that a slow run-up and run-down visit; None where there are none.
 
     `passed` are those of a run-up that has torques which the curve has not (`in_run`).
     """

@@ -12,7 +12,7 @@ PRIORITY = ("primary", "superharmonic 3:1", "superharmonic 2:1", "subharmonic 1:
 def speeds_in_time(
     found: tuple[Regime, ...], sweep: RunUp, limits: tuple[float, float], asked: tuple[float, ...]
 ) -> list[tuple[str, float, Regime | None]]:
-    """Speeds to show in time: those asked for, or the main resonances in the range and one place far from them."""
+    """Speeds to show in time: those requested, or the main resonances in the range and one place far from them."""
     if asked:
         return [_nearest(omega, found) for omega in asked]
     inside = [regime for regime in found if regime.inside]
@@ -26,7 +26,7 @@ def speeds_in_time(
 
 
 def _nearest(omega: float, found: tuple[Regime, ...]) -> tuple[str, float, Regime | None]:
-    """Name a speed that was asked for by the resonance it sits on (within 5 %), if any."""
+    """Name a speed that was requested by the resonance it sits on (within 5 %), if any."""
     near = [regime for regime in found if abs(regime.place / omega - 1.0) < 0.05]
     if not near:
         return "away from resonance", omega, None

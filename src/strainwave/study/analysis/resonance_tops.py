@@ -18,7 +18,7 @@ def with_tops(
 ) -> tuple[Regime, ...]:
     """Add to every resonance p:1 its maximum on the computed curve, or on the one drawn for it alone.
 
-    Looked for between the neighbouring resonances, where a slow run-up or coast-down goes; an end of the range is none.
+    Looked for between the neighbouring resonances, where a slow run-up or run-down goes; an end of the range is none.
     """
     places = sorted(regime.omega for regime in found if regime.resonance.q == 1)
     out = []

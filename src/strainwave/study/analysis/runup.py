@@ -1,4 +1,4 @@
-"""Run-up and coast-down by integration: an independent check of the exact response at a few speeds.
+"""Run-up and run-down by integration: an independent check of the response curve at a few speeds.
 
 Each simulation starts from the exact motion at a neighbouring speed, the one before in the direction of the sweep, and
 ends on a motion that a closed orbit of the integrated equation confirms.
@@ -38,7 +38,7 @@ class RunUp:
     up, down : tuple of SteadyMotion
         Motions reached from below and from above.
     curve_up, curve_down : (n,) arrays
-        Largest |x| [rad] of the exact response at the same speeds; nan where it has none to compare with.
+        Largest |x| [rad] of the response curve at the same speeds; nan where it has none to compare with.
     """
 
     up: tuple[SteadyMotion, ...]

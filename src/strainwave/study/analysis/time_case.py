@@ -74,7 +74,7 @@ class TimeCase:
     omega : float
         Speed of the base angle [rad/s].
     resonance : Resonance
-        The regime that multiple scales is asked for.
+        The regime of multiple scales.
     transient : Trajectory
         Simulation from the static equilibrium at rest.
     peak_from_rest : float

@@ -49,7 +49,7 @@ class TrainCurve:
         The curve: its x is the error between motor and load, twists of couplings included. Motions at the ends of the
         range that do not join it are in the curve's `elsewhere` and told of in its `message`.
     usage : Usage
-        Largest torques in the gear over the motions that a slow run-up or coast-down visits.
+        Largest torques in the gear over the motions that a slow run-up or run-down visits.
     gear_peak : float
         Largest |x| across the gear alone [rad] in them.
     without_angle : bool

@@ -40,7 +40,7 @@ def usage(system: Any, exact: ExactResponse, motions: Iterable[SteadyMotion]) ->
     system : Oscillator
         The error equation; its omega is replaced.
     exact : ExactResponse
-        Response curve, of which the points count that a slow run-up or coast-down visits.
+        Response curve, of which the points count that a slow run-up or run-down visits.
     motions : iterable of SteadyMotion
         Simulated motions, which count too where they finished: some are on no curve.
     """

@@ -89,7 +89,7 @@ def parametric_resonances(system: Any, span: tuple[float, float]) -> list[Parame
     Parameters
     ----------
     system : VaryingOscillator
-        The drive; it is linearised about the torsion under its mean torque. Its own omega does not matter.
+        The drive; it is linearised about the torsion under its mean torque. Its `omega` is ignored.
     span : (float, float)
         Range of the base speed [rad/s], 0 < low < high.
 

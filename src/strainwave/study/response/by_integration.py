@@ -42,7 +42,7 @@ def response_through(system: Any, speeds: tuple[float, float], points: int = POI
     Returns
     -------
     ExactResponse
-        By integration the curve holds the motions of a slow run-up, and `back` those of a coast-down where they differ.
+        By integration the curve holds the motions of a slow run-up, and `back` those of a run-down where they differ.
     """
     if is_spring(system):
         return exact_response(system, speeds, points)

@@ -1,4 +1,4 @@
-"""Where `isolas` looks for orbits: guesses for harmonic balance, at speeds that do not depend on the range asked for.
+"""Where `isolas` looks for orbits: guesses for harmonic balance, at speeds that do not depend on the requested range.
 
 The speeds are the powers of 2^(1/8) rad/s inside the range (of 2^(1/16), 2^(1/32), ... where that makes fewer than
 eight), both ends, and the system's own. A wider range looks at them all, and at others.

@@ -70,7 +70,7 @@ def isolas(
     span : (float, float)
         Range of omega [rad/s] in which to look, 0 < low < high.
     resonance : Resonance
-        p omega ~ q omega_0; the orbits take q turns of the base angle.
+        p omega ~ q omega_0; the orbits take q forcing periods.
     harmonics : int, optional
         Highest harmonic of omega/q. Default: grown as in `frequency_response`.
     points : int
@@ -79,7 +79,7 @@ def isolas(
     Returns
     -------
     list of Branch
-        Without copies (orbits shifted by whole turns of the base angle, or mirrored and shifted by half a turn).
+        Without copies (orbits shifted by whole forcing periods, or mirrored and shifted by half a turn).
         `closed` says whether it is a loop: it is followed outside the range too, up to three times its ends; a branch
         that does not close there is cut to the range. `origin` says how it was found. For q = 1 parts of the main
         branch are left out. The list has a `message`: the speeds that were searched, the number of random starts and

@@ -1,4 +1,4 @@
-"""Which orbits are one motion: on a branch already, shifted by whole turns of the base angle, or mirrored."""
+"""Which orbits are one motion: on a branch already, shifted by whole forcing periods, or mirrored."""
 
 from typing import Any
 
@@ -35,7 +35,7 @@ def lies_on(problem: Any, point: Floats, branch: Branch) -> bool:
 
 
 def are_copies(x: Floats, y: Floats, period: int) -> bool:
-    """Whether two series (blocks) are one motion but for whole turns of the base angle, or half turns and a mirror."""
+    """Whether two series (blocks) are one motion but for whole forcing periods, or half turns and a mirror."""
     h = len(x) // 2
     k = np.arange(h + 1)
     a, b = (np.append(z[0], z[1 : h + 1] - 1j * z[h + 1 :]) for z in (x, y))

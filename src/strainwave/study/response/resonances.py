@@ -43,7 +43,7 @@ class OperatingPoint:
     stiffness : float
         Small-signal stiffness T'(x) [N*m/rad].
     omega_0 : float
-        Small-signal natural frequency [rad/s]; 0 where the law has no stiffness there (play).
+        Small-signal natural frequency [rad/s]; 0 where the law has no stiffness there (backlash).
     odd : bool
         Whether the law is odd about the operating point, so that no even terms arise.
     z : tuple of float

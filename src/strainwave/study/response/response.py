@@ -1,4 +1,4 @@
-"""The exact response through the speed range by harmonic balance: stability, folds, what a sweep does on it."""
+"""The response through the speed range by harmonic balance: stability, folds, what a sweep does on it."""
 
 import math
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ class ExactResponse:
     method : str
         "harmonic balance", or "integration" for laws with friction or memory (see `swept`).
     back : Branch or None
-        By integration: motions of a coast-down, where they differ from those of the run-up in `curve`.
+        By integration: motions of a run-down, where they differ from those of the run-up in `curve`.
     """
 
     curve: Branch
@@ -49,7 +49,7 @@ class ExactResponse:
         return int(visited[np.argmax(self.curve.peak[visited])]) if len(visited) else None
 
     def visited(self) -> NDArray[np.int64]:
-        """Numbers of the stable points that a slow run-up or coast-down visits; empty where there is no sweep."""
+        """Numbers of the stable points that a slow run-up or run-down visits; empty where there is no sweep."""
         return np.empty(0, np.int64) if self.sweep is None else np.union1d(self.sweep.run_up, self.sweep.run_down)
 
     def torque(self, system: Any) -> Floats:

@@ -133,7 +133,8 @@ def named(key: Any) -> str:
     paths = key if isinstance(key, tuple) else (key,)
     if not (paths and all(isinstance(path, str) for path in paths)) or (isinstance(key, tuple) and len(paths) < 2):
         raise ValueError(
-            f"{shown(key)} is no parameter; give a path such as 'law.K', or a tuple of several, which one factor scales"
+            f"{shown(key)} is not a parameter; give a path such as 'law.K', or a tuple of several, which one "
+            "factor scales"
         )
     return TOGETHER.join(paths)
 

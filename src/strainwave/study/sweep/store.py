@@ -287,7 +287,7 @@ class SweepStore:
         except OSError as error:
             why = (error.strerror or str(error)).lower()
             kept = f"{int(np.sum(self.done))} of {self.layout.chunks} chunks are kept" if hasattr(self, "done") else ""
-            remedy = "free some space" if error.errno in (errno.ENOSPC, errno.EDQUOT) else "mend that"
+            remedy = "free some space" if error.errno in (errno.ENOSPC, errno.EDQUOT) else "fix this"
             raise RuntimeError(
                 f"the store {self.path} cannot be {verb} ({why}); {kept + '; ' if kept else ''}{remedy} and run the "
                 "same sweep again"

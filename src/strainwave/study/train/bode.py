@@ -123,7 +123,7 @@ def bode(
     Raises
     ------
     ValueError
-        If a frequency is not positive, the amplitude is not, or a torque is asked for on a held motor.
+        If a frequency is not positive, the amplitude is not, or a torque is requested on a held motor.
 
     References
     ----------

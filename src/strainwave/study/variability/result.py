@@ -52,7 +52,7 @@ class SpeedSpread:
 
     @property
     def groups(self) -> TwoGroups | None:
-        """A quiet and a loud group of peaks, as where two motions coexist; None where the peaks are one group."""
+        """A low- and a high-amplitude group of peaks, as where two motions coexist; None where there is one group."""
         return two_groups(self.peak[np.isfinite(self.peak)])
 
     def __str__(self) -> str:
@@ -159,9 +159,9 @@ class Variability:
     speeds : tuple of SpeedSpread
         One for every speed.
     jumps : JumpSpread or None
-        Jump speeds, if asked for.
+        Jump speeds, if requested.
     band : Band or None
-        Resonances in the range of speed, if asked for.
+        Resonances in the range of speed, if requested.
     seed : int
         With which the drives were drawn.
     """
@@ -231,8 +231,8 @@ def _speed_lines(spread: SpeedSpread) -> list[str]:
         lines.append(f"    {spread.diverged} drives left every bound, {spread.unsettled} did not settle")
     if groups := spread.groups:
         lines.append(
-            f"    two groups: {groups.share:.4f} +- {groups.error:.4f} of the drives are loud, from {groups.loud:.5g} "
-            f"rad on; the others stay below {groups.quiet:.5g} rad"
+            f"    two groups: {groups.share:.4f} +- {groups.error:.4f} of the drives are in the high-amplitude group, "
+            f"from {groups.loud:.5g} rad on; the others stay below {groups.quiet:.5g} rad"
         )
     for row in spread.ranking.rows:
         lines.append(

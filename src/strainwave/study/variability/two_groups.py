@@ -1,4 +1,4 @@
-"""Whether a sample of peaks falls into two groups, as where a loud and a quiet motion coexist."""
+"""Whether a sample of peaks falls into two groups, as where a low- and a high-amplitude motion coexist."""
 
 from dataclasses import dataclass
 
@@ -13,14 +13,14 @@ WIDER = 2.0  # times the standard deviation of the wider group, of which the gap
 
 @dataclass(frozen=True)
 class TwoGroups:
-    """A quiet and a loud group of peaks.
+    """A low- and a high-amplitude group of peaks.
 
     Attributes
     ----------
     quiet, loud : float
-        The largest peak of the quiet group and the smallest of the loud one [rad].
+        The largest peak of the low-amplitude group and the smallest of the high-amplitude one [rad].
     share, error : float
-        Share of the drives that are in the loud group, and its binomial standard error.
+        Share of the drives that are in the high-amplitude group, and its binomial standard error.
     """
 
     quiet: float

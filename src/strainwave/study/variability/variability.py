@@ -44,9 +44,9 @@ def variability(
     """Draw drives at random and tell how their peak error, jump speeds and resonances scatter, and why.
 
     The peak error is that of the motion that starts from rest, after it has settled. Where several motions coexist
-    that is one of them; `basins` tells about the others. Where the peaks of the drives fall into a quiet and a loud
-    group, with a gap between them twice as wide (in logarithms) as the scatter of either, the share of loud drives is
-    told (`SpeedSpread.groups`).
+    that is one of them; `basins` tells about the others. Where the peaks of the drives fall into a low- and a
+    high-amplitude group, with a gap between them twice as wide (in logarithms) as the scatter of either, the share of
+    the latter is reported (`SpeedSpread.groups`).
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Closed forms of the slow flow for the cubic law under one forcing line, without mean torque.
 
-The article's four cases with its errata mended (E2-E6): alpha stands in every cubic term, C is taken at the actual
+The article's four cases with its errata corrected (E2-E6): alpha stands in every cubic term, C is taken at the actual
 omega, and mu, the detuning and the forcing are the physical ones. In complex form, with kappa = alpha omega_0,
 
     z' = -(mu/2 + i (Omega - omega_0)) z + i kappa (3/8 |z|^2 + 3/4 C^2) z + i (kappa D - f/(2 omega_0))
