@@ -6,9 +6,9 @@ import numpy as np
 
 from ...law import states_of, torque_of
 from ...model.excitation import Harmonic, NoError
+from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import Steady
-from ...model.train.shafts import Elastic, Free, Held
 from ...numerics.balance.first_order import jacobians_at, rates_at
 from ...numerics.loading import loaded_state
 from ...quantities import with_parts
@@ -51,7 +51,7 @@ def operating_state(
     train = with_mean_torques(with_parts("operating_state", train, "power_names"))
     error = NoError() if speed else train.error
     held = train._replace(error=error, reference=Steady(), omega=float(speed))
-    if isinstance(train.motor.control, Free):
+    if train.motor.free:
         state = operating_state(held._replace(motor=held.motor._replace(control=HELD)), speed, near=near, angle=angle)
         return np.concatenate([state[:2], np.zeros(2), state[2:]])
     names = held.state_names()
@@ -73,10 +73,7 @@ def operating_state(
 
 def _loaded(train: DriveTrain, names: tuple[str, ...], state: Floats, near: tuple[float, ...], angle: float) -> str:
     """Set the twists to those that carry the load's torque at a motor angle [rad]; a sentence where a law cannot."""
-    laws, end = [train.law], train.load
-    while isinstance(end, Elastic):
-        laws.append(end.law)
-        end = end.load
+    laws, end = (train.law, *train.load.couplings()), train.load.end()
     turning = train.omega * train.reference.slope(0.0) / train.N
     drag = torque_of(end.drag, angle / train.N, turning, (0.0,) * states_of(end.drag))
     torque = float(drag - end.excitation.torque(0.0))
@@ -100,14 +97,8 @@ def _rates(train: DriveTrain, angle: float, state: Floats) -> Floats:
 
 def with_mean_torques(train: DriveTrain) -> DriveTrain:
     """Return the train with the mean torques alone."""
-    motor = train.motor._replace(excitation=_mean(train.motor.excitation))
-    return train._replace(motor=motor, load=_with_mean(train.load))
-
-
-def _with_mean(load: Any) -> Any:
-    if isinstance(load, Elastic):
-        return load._replace(load=_with_mean(load.load))
-    return load._replace(excitation=_mean(load.excitation))
+    motor, end = (shaft._replace(excitation=_mean(shaft.excitation)) for shaft in (train.motor, train.load.end()))
+    return train._replace(motor=motor, load=train.load.with_end(end))
 
 
 def _mean(torque: Any) -> Harmonic:
