@@ -11,7 +11,7 @@ by class: in compiled code it costs nothing.
 from functools import cache
 from typing import Any
 
-from .compile.jit import chosen
+from .compile.jit import chosen, kernel
 
 KINDS = ("torque(x)", "torque(x, v)", "torque(x, v, z)")
 
@@ -87,6 +87,16 @@ def energy_of(law: Any, x: Any, z: Any) -> Any:
 def losses_of(law: Any, x: Any, v: Any, z: Any) -> Any:
     """Powers [W] that a law turns into heat: a tuple, empty for a spring, T v for friction without memory."""
     return (_no_losses, _friction_losses, _own_losses)[depends(law) - 1]
+
+
+@kernel
+def heat_of(law: Any, x: Any, v: Any, z: Any) -> Any:
+    """Power [W] that a law turns into heat: the sum of its `losses_of`."""
+    powers = (0.0, *losses_of(law, x, v, z))
+    total = powers[0]
+    for i in range(1, len(powers)):
+        total = total + powers[i]
+    return total
 
 
 def spring_stiffness(law: Any, x: Any) -> Any:

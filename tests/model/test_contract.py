@@ -334,6 +334,24 @@ def test_prepared_system_is_the_system(name):
         np.testing.assert_allclose(got, wanted, rtol=1e-12, atol=1e-13)
 
 
+@pytest.mark.parametrize("name", [name for name, law in LAWS.items() if hasattr(law, "scaled")])
+def test_scaled_law_has_the_torque_times_the_factor(name):
+    x, _ = torsions(LAWS[name])
+    expected = 0.3 * LAWS[name].torque(x)
+    np.testing.assert_allclose(LAWS[name].scaled(0.3).torque(x), expected, rtol=0, atol=8 * EPS * np.max(abs(expected)))
+
+
+@pytest.mark.parametrize("excitation", EXCITATIONS.values(), ids=EXCITATIONS.keys())
+def test_scaled_excitation_has_the_torque_times_the_factor(excitation):
+    np.testing.assert_allclose(excitation.scaled(0.3).torque(ANGLES), 0.3 * excitation.torque(ANGLES), atol=1e-15)
+
+
+def test_scaled_kinematic_error_is_the_error_times_the_factor():
+    error = ERRORS["KinematicError"]
+    np.testing.assert_allclose(error.scaled(0.3).value(ANGLES), 0.3 * error.value(ANGLES), atol=1e-15)
+    np.testing.assert_allclose(error.scaled(0.3).slope(ANGLES), 0.3 * error.slope(ANGLES), atol=1e-15)
+
+
 @pytest.mark.parametrize(
     "law", [sw.PiecewiseLinear(1.0, 1.4, 1.8, 0.5, 1.2), sw.BoucWen(2.0, 0.4, 0.1, 1.2, 0.6, -0.3, 3)]
 )

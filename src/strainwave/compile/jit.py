@@ -59,6 +59,25 @@ def kernel_as(loops: Callable[..., Any], inline: bool = False) -> Callable[[F], 
     return mark
 
 
+def sampled(function: Callable[[Any, Any], Any]) -> Callable[[Any, Any, Any], None]:
+    """Make of a function of a model and a number one of a model, an array and the array that gets the values.
+
+    As Python the function is given the whole array, in compiled code its entries one by one.
+    """
+
+    def loops(model: Any, at: Any, out: Any) -> None:
+        for i in range(at.shape[0]):
+            out[i] = function(model, at[i])
+
+    @kernel_as(loops)
+    def samples(model: Any, at: Any, out: Any) -> None:
+        out[:] = function(model, at)
+
+    kernel(function)
+    samples.__doc__ = function.__doc__
+    return samples
+
+
 def chosen(choose: Callable[..., Any]) -> Callable[..., Any]:
     """Make of a function that chooses a body by the classes of its arguments the function that runs this body.
 

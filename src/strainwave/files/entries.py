@@ -16,7 +16,7 @@ from pydantic_core import PydanticCustomError
 from ..model.laws import friction, hysteresis, measured
 from ..model.laws import springs as laws
 from ..model.train import motion
-from ..model.train.shafts import PositionLoop, SpeedLoop
+from ..model.train.controls import PositionLoop, SpeedLoop
 from ..model.varying import Ripple, Variation
 from ..quantities import checked, example, parse
 from ..tree import is_model

@@ -13,8 +13,9 @@ from ..model.gears import catalogue
 from ..model.gears.error_spectrum import accuracy_spectrum
 from ..model.gears.gear import Gear
 from ..model.oscillator import Oscillator
+from ..model.train.controls import FREE, Held
 from ..model.train.drive_train import DriveTrain
-from ..model.train.shafts import FREE, NO_DRAG, Elastic, Held
+from ..model.train.shafts import NO_DRAG, Elastic
 from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
 from ..quantities import checked, convert
 from ..speeds import Speeds

@@ -8,7 +8,7 @@ from typing import Any
 from ..model.excitation import Harmonic, Harmonics, KinematicError, NoError
 from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import Steady
-from ..model.train.shafts import NO_DRAG, Elastic, Free, Held, Load
+from ..model.train.shafts import NO_DRAG, Load
 from ..quantities import checked, interval, number, shown
 from .entries import project_entry
 from .project import ProjectError, from_text
@@ -73,16 +73,15 @@ def _drag(law: Any) -> str:
 
 
 def _motor(motor: Any) -> str:
-    free = isinstance(motor.control, Free)
-    loop = "" if isinstance(motor.control, Free | Held) else project_entry(motor.control)
-    mode = "free" if free else "held"
+    loop = "" if motor.free or motor.held else project_entry(motor.control)
+    mode = "free" if motor.free else "held"
     return _group(inertia=f"{motor.J!r} kg*m^2", mode=mode, loop=loop, drag=_drag(motor.drag))
 
 
 def _load(load: Any) -> str:
     if isinstance(load, Load):
         return _group(inertia=f"{load.J!r} kg*m^2", drag=_drag(load.drag))
-    if isinstance(load.load, Elastic):
+    if len(load.couplings()) > 1:
         raise ValueError("a project file holds one coupling, and this train has several; use it in Python")
     B, law = f"{load.B!r} N*m*s/rad", project_entry(load.law)
     coupling = _group(inertia=f"{load.J!r} kg*m^2", B=B, law=law)
@@ -119,7 +118,7 @@ def _torque(where: str, torque: Any) -> str:
 def _excitation(train: Any) -> str:
     if not isinstance(train.error, KinematicError | NoError):
         raise ValueError(f"a project file holds lines of a kinematic error, not {shown(train.error)}; use it in Python")
-    load = train.load.load if isinstance(train.load, Elastic) else train.load
+    load = train.load.end()
     return _group(
         kinematic_error=_lines(train.error.lines, "rad") if isinstance(train.error, KinematicError) else "",
         motor_torque=_torque("the motor", train.motor.excitation),

@@ -8,9 +8,10 @@ from ..quantities import LARGEST, AngularSpeed, Damping, Inertia, Ratio, checked
 from .excitation import Harmonic, Harmonics, KinematicError, NoError
 from .laws.springs import Cubic
 from .oscillator import Oscillator
+from .train.controls import FREE
 from .train.drive_train import DriveTrain
 from .train.motion import STEADY
-from .train.shafts import FREE, NO_DRAG, NO_TORQUE, Load, Motor
+from .train.shafts import NO_DRAG, NO_TORQUE, Load, Motor
 
 
 class Drive(NamedTuple):
@@ -127,7 +128,7 @@ class Drive(NamedTuple):
             Lines of the gear's kinematic error [rad, output side], of the motor's own angle.
         omega : float
             Speed of the base angle [rad/s]; 1 where torques and reference are functions of the time.
-        control : Free, Held, SpeedLoop or PositionLoop
+        control : Free, Held, SpeedLoop, PositionLoop or any object with torque(x, v) of the deviation
             What keeps the motor on its reference.
         motor_drag, load_drag : law
             What opposes each shaft, as a law of its angle and speed: friction, gravity.

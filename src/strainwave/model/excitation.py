@@ -2,13 +2,17 @@
 
 The base angle is the wave-generator angle (or the forcing phase); a line of integer order k repeats k times per turn of
 it. Amplitudes are 0-to-peak.
+
+`scaled(factor)` is the same function times a factor in the form that runs many steps: a phase, which may differ between
+the members of an ensemble, leaves the cosine.
 """
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ..maths import cos, sin
 from ..quantities import Angle, Torque
-from .prepared import Waves, full_wave, wave
 
 HIGHEST = 10_000  # order: a wave generator's turn has some hundreds of teeth
 
@@ -66,6 +70,92 @@ class Harmonics(NamedTuple):
         return Waves(tuple(full_wave(t.amplitude * factor, t.order, t.phase, t.mean * factor) for t in self.terms))
 
 
+def wave(amplitude: Any, order: int, phase: Any, mean: Any = 0.0) -> Any:
+    """Wave mean + amplitude cos(order angle + phase), in its shortest form."""
+    if np.all(np.asarray(phase) == 0.0) and np.all(np.asarray(mean) == 0.0):
+        return Cosine(amplitude, order)
+    return full_wave(amplitude, order, phase, mean)
+
+
+def full_wave(amplitude: Any, order: int, phase: Any, mean: Any = 0.0) -> "Wave":
+    """Wave mean + amplitude cos(order angle + phase)."""
+    return Wave(mean, amplitude * np.cos(phase), -amplitude * np.sin(phase), order)
+
+
+class Cosine(NamedTuple):
+    """Torque amplitude cos(order angle)."""
+
+    amplitude: Any
+    order: int
+
+    def torque(self, angle: Any) -> Any:
+        """Torque [N*m] at the base angle [rad]."""
+        return self.amplitude * cos(self.order * angle)
+
+
+class Wave(NamedTuple):
+    """Periodic function mean + cosine cos(order angle) + sine sin(order angle), as torque or as kinematic error."""
+
+    mean: Any
+    cosine: Any
+    sine: Any
+    order: int
+
+    def torque(self, angle: Any) -> Any:
+        """Value at the base angle [rad]."""
+        a = self.order * angle
+        return self.mean + self.cosine * cos(a) + self.sine * sin(a)
+
+    def value(self, angle: Any) -> Any:
+        """Value at the base angle [rad]."""
+        return self.torque(angle)
+
+    def slope(self, angle: Any) -> Any:
+        """Derivative with respect to the base angle."""
+        a = self.order * angle
+        return self.order * (self.sine * cos(a) - self.cosine * sin(a))
+
+
+class Waves(NamedTuple):
+    """Sum of waves of one mean."""
+
+    waves: tuple[Any, ...]
+
+    def torque(self, angle: Any) -> Any:
+        """Value at the base angle [rad]."""
+        total = self.waves[0].torque(angle)
+        for i in range(1, len(self.waves)):
+            total = total + self.waves[i].torque(angle)
+        return total
+
+    def value(self, angle: Any) -> Any:
+        """Value at the base angle [rad]."""
+        return self.torque(angle)
+
+    def slope(self, angle: Any) -> Any:
+        """Derivative with respect to the base angle."""
+        total = self.waves[0].slope(angle)
+        for i in range(1, len(self.waves)):
+            total = total + self.waves[i].slope(angle)
+        return total
+
+
+def scaled_torque(excitation: Any, factor: Any) -> Any:
+    """Excitation times a factor, in its form for many steps."""
+    return excitation.scaled(factor) if hasattr(excitation, "scaled") else Driven(excitation, factor)
+
+
+class Driven(NamedTuple):
+    """Excitation of any kind, multiplied by a factor."""
+
+    excitation: Any
+    factor: Any
+
+    def torque(self, angle: Any) -> Any:
+        """Torque at the base angle [rad]."""
+        return self.factor * self.excitation.torque(angle)
+
+
 class Line(NamedTuple):
     """One line of a kinematic-error spectrum: amplitude cos(order * angle + phase), output side."""
 
@@ -108,9 +198,9 @@ class KinematicError(NamedTuple):
         """The orders of all lines."""
         return tuple(line.order for line in self.lines)
 
-    def prepared(self) -> Any:
-        """The same error with every phase in two amplitudes."""
-        return Waves(tuple(full_wave(line.amplitude, line.order, line.phase) for line in self.lines))
+    def scaled(self, factor: Any) -> Any:
+        """The same error times a factor, with every phase in two amplitudes."""
+        return Waves(tuple(full_wave(line.amplitude * factor, line.order, line.phase) for line in self.lines))
 
 
 class NoError(NamedTuple):

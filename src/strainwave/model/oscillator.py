@@ -4,8 +4,8 @@ from typing import Any, NamedTuple
 
 from ..law import check_law, losses_of, share, states_of, torque_of, z_rate_of
 from ..quantities import LARGEST, AngularSpeed, Damping, Inertia, shown
-from .excitation import NoError
-from .prepared import FreeOfError, WithError, prepared, scaled_law, scaled_torque
+from .excitation import NoError, scaled_torque
+from .laws.hysteresis import scaled_law
 
 
 class Oscillator(NamedTuple):
@@ -58,7 +58,9 @@ class Oscillator(NamedTuple):
         """The same system for many steps: its parts prepared and divided by J."""
         per_J = 1.0 / self.J
         parts = self.B * per_J, scaled_law(self.law, per_J), scaled_torque(self.excitation, per_J), self.omega
-        return FreeOfError(*parts) if isinstance(self.error, NoError) else WithError(*parts, prepared(self.error))
+        if isinstance(self.error, NoError):
+            return FreeOfError(*parts)
+        return WithError(*parts, self.error.scaled(1.0) if hasattr(self.error, "scaled") else self.error)
 
     def check(self) -> None:
         """Refuse an inertia that is not positive (ValueError) and parts without the methods needed (TypeError)."""
@@ -69,6 +71,39 @@ class Oscillator(NamedTuple):
             if not hasattr(part, method):
                 raise TypeError(f"Oscillator.{name} is {shown(part)}; it must be an object with a method {method}")
         check_law("Oscillator.law", self.law)
+
+
+class FreeOfError(NamedTuple):
+    """Oscillator whose gear has no kinematic error; its torques are divided by the inertia."""
+
+    B: Any
+    law: Any
+    excitation: Any
+    omega: Any
+
+    def rhs(self, phase: Any, y: Any) -> Any:
+        """Time derivatives of the state y at the base phase [rad]."""
+        x, v, z = y[0], y[1], y[2:]
+        torque = torque_of(self.law, x, v, z)
+        return (v, self.excitation.torque(phase) - self.B * v - torque, *z_rate_of(self.law, x, v, z))
+
+
+class WithError(NamedTuple):
+    """Oscillator whose gear has a kinematic error; its torques are divided by the inertia."""
+
+    B: Any
+    law: Any
+    excitation: Any
+    omega: Any
+    error: Any
+
+    def rhs(self, phase: Any, y: Any) -> Any:
+        """Time derivatives of the state y at the base phase [rad]."""
+        v, z = y[1], y[2:]
+        u = y[0] - self.error.value(phase)
+        du = v - self.omega * self.error.slope(phase)
+        torque = torque_of(self.law, u, du, z)
+        return (v, self.excitation.torque(phase) - self.B * du - torque, *z_rate_of(self.law, u, du, z))
 
 
 class Powers(NamedTuple):

@@ -4,34 +4,22 @@ from typing import Any
 
 import numpy as np
 
-from ..compile.jit import kernel_as
+from ..compile.jit import kernel, kernel_as
 
 
-def _larger_loops(a: Any, b: Any) -> Any:
-    return a if a > b else b
-
-
-@kernel_as(_larger_loops, inline=True)
-def larger(a: Any, b: Any) -> Any:
-    """The larger of two numbers, or of the items of two arrays; b where a is NaN."""
-    return np.where(a > b, a, b)
-
-
-def _select_loops(condition: Any, a: Any, b: Any) -> Any:
-    return a if condition else b
-
-
-@kernel_as(_select_loops, inline=True)
+@kernel_as(lambda condition, a, b: a if condition else b, inline=True)
 def select(condition: Any, a: Any, b: Any) -> Any:
-    """The value a where the condition holds, else b."""
+    """The value a where the condition holds, else b; of numbers, or item by item of arrays."""
     return np.where(condition, a, b)
 
 
-def _smaller_loops(a: Any, b: Any) -> Any:
-    return a if a < b else b
+@kernel
+def larger(a: Any, b: Any) -> Any:
+    """The larger of two numbers, or of the items of two arrays; b where a is NaN."""
+    return select(a > b, a, b)
 
 
-@kernel_as(_smaller_loops, inline=True)
+@kernel
 def smaller(a: Any, b: Any) -> Any:
     """The smaller of two numbers, or of the items of two arrays; b where a is NaN."""
-    return np.where(a < b, a, b)
+    return select(a < b, a, b)

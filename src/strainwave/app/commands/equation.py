@@ -5,7 +5,7 @@ The error equation knows a motor that is ideally held or free, the gear, and a r
 
 from typing import TYPE_CHECKING
 
-from ...model.train.shafts import NO_DRAG, Free, Held
+from ...model.train.shafts import NO_DRAG
 from ...study.train.reductions import error_slope, left_out, listed
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ def refuse_reduced(project: "Project", command: str) -> None:
         f"{file}: `strainwave {command}` follows the error equation, which leaves out {listed(parts)} of this drive; "
         + (
             "write a loop or 'mode: held' under motor, and `strainwave analyze` follows the whole drive train"
-            if isinstance(train.motor.control, Free)
+            if train.motor.free
             else f"`strainwave analyze {file} -o DIR` follows the whole drive train"
         )
     )
@@ -32,9 +32,9 @@ def remarks(project: "Project") -> tuple[str, ...]:
     train, said = project.train, list(project.notes)
     if train is None:
         return tuple(said)
-    if train.motor.drag != NO_DRAG and isinstance(train.motor.control, Held):
+    if train.motor.drag != NO_DRAG and train.motor.held:
         said.append("motor.drag does not enter: an ideally held motor keeps its speed whatever opposes it.")
-    if isinstance(train.motor.control, Free) and project.kinematic_error is not None:
+    if train.motor.free and project.kinematic_error is not None:
         said.append(
             "With the motor free the error equation leaves out the motor's answer to the changing ratio, N e' up to "
             f"{error_slope(train):.2g}, and the ripple of the motor's speed; `strainwave analyze` compares it with the "

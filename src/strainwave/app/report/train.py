@@ -5,7 +5,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ...model.excitation import NoError
-from ...model.train.shafts import NO_DRAG, Elastic, end_of
+from ...model.train.shafts import NO_DRAG
 from ...results import Status
 from ...sentences import Angle, Sentence, Speed
 from ...study.analysis.analysis import Analysis
@@ -69,13 +69,13 @@ def train_data(analysis: Analysis, study: TrainStudy) -> dict[str, Any]:
 
 def parts(study: TrainStudy) -> str:
     """What the train is made of, in words."""
-    train, load = study.train, study.train.load
-    shafts = (("motor", train.motor), ("load", end_of(load)))
+    train, load, control = study.train, study.train.load, type(study.train.motor.control).__name__
+    shafts = (("motor", train.motor), ("load", load.end()))
     drags = [name for name, shaft in shafts if shaft.drag != NO_DRAG]
     return ", ".join(
         [
-            CONTROLS[type(train.motor.control).__name__],
-            *(["a load behind a coupling"] if isinstance(load, Elastic) else []),
+            CONTROLS.get(control, f"a motor with the control {control}"),
+            *(["a load behind a coupling"] if load.couplings() else []),
             *([f"friction or gravity on the {' and the '.join(drags)}"] if drags else []),
         ]
     )

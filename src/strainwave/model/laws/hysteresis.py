@@ -11,7 +11,6 @@ from ...compile.jit import kernel
 from ...law import check_law, energy_of, losses_of, rest, share, spring_stiffness, torque_of, z_rate_of
 from ...maths import sign
 from ...quantities import Angle, Ratio, TorsionalStiffness
-from ..prepared import Yielding, scaled_law
 
 SHARPEST = 50  # n: every unit costs a multiplication in every step, and the sharper knee smaller steps
 
@@ -76,7 +75,7 @@ class BoucWen(NamedTuple):
         power = abs(v * z[0]) * (self.beta + self.gamma * sign(v * z[0]))  # in this form never below zero by rounding
         return ((1.0 - self.ratio) * self.K / self.A * yielded(z[0], self.yield_twist, self.n) * power,)
 
-    def scaled(self, factor: Any) -> Yielding:
+    def scaled(self, factor: Any) -> "Yielding":
         """The same law times a factor, without divisions."""
         K = self.K * factor
         parts = self.ratio * K, (1.0 - self.ratio) * K, self.A, 1.0 / self.yield_twist, self.beta, self.gamma
@@ -100,6 +99,34 @@ class BoucWen(NamedTuple):
                 f"BoucWen has gamma = {self.gamma:g} and beta = {self.beta:g}; with |gamma| > beta it creates energy, "
                 "use |gamma| <= beta"
             )
+
+
+class Yielding(NamedTuple):
+    """`BoucWen` without divisions; its exponent is the length of a tuple, which the compiler knows."""
+
+    elastic: Any
+    plastic: Any
+    A: Any
+    per_yield: Any
+    beta: Any
+    gamma: Any
+    exponent: tuple[int, ...]
+
+    def states(self) -> int:
+        """Number of internal states."""
+        return 1
+
+    def torque(self, x: Any, v: Any, z: Any) -> Any:
+        """Torque [N*m] at torsion x [rad], its rate v [rad/s] and z = (z,) [rad]."""
+        return self.elastic * x + self.plastic * z[0]
+
+    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+        """Rate (z',) [rad/s] of the internal state."""
+        size = abs(z[0] * self.per_yield)
+        level = size
+        for _ in range(len(self.exponent) - 1):
+            level = level * size
+        return (self.A * v - level * (self.beta * abs(v) * sign(z[0]) + self.gamma * v),)
 
 
 class Parallel(NamedTuple):
@@ -154,3 +181,23 @@ class Parallel(NamedTuple):
             if not hasattr(law, "torque"):
                 raise TypeError(f"Parallel.{name} is a {type(law).__name__}; it must be a law with a method torque")
             check_law(f"Parallel.{name}", law)
+
+
+def scaled_law(law: Any, factor: Any) -> Any:
+    """Law whose torque is that of another times a factor, in its form for many steps."""
+    return law.scaled(factor) if hasattr(law, "scaled") else Geared(law, factor)
+
+
+class Geared(NamedTuple):
+    """Law of any kind whose torque is multiplied by a factor."""
+
+    law: Any
+    factor: Any
+
+    def torque(self, x: Any, v: Any, z: Any) -> Any:
+        """Torque at torsion x [rad], its rate v [rad/s] and the law's states z."""
+        return self.factor * torque_of(self.law, x, v, z)
+
+    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+        """Rates of the law's states."""
+        return z_rate_of(self.law, x, v, z)

@@ -4,6 +4,9 @@ A law is a NamedTuple with `torque(x)`, `stiffness(x)` = dT/dx, `energy(x)` (zer
 `breakpoints()`, the torsions where its slope changes. All arithmetic is branch-free, so that one definition serves
 numbers, arrays, compiled kernels and, where the law is smooth, symbols. x is in rad on the output side, torque in N*m,
 energy in J.
+
+`scaled(factor)` is the same law with its torque times a factor, in the form that runs many steps: of the same class, or
+of one with nothing left to compute again in every step, which stands under its law. Numbers may then be arrays.
 """
 
 from typing import Any, NamedTuple
@@ -13,7 +16,6 @@ from ...law import KINDS, breakpoints_of, depends
 from ...maths import sign
 from ...quantities import Angle, PerSquareRadian, Torque, TorsionalStiffness
 from ...tree import with_leaf
-from ..prepared import LinearAndCubic, Slopes
 
 
 class Linear(NamedTuple):
@@ -65,9 +67,20 @@ class Cubic(NamedTuple):
         """No breakpoints: the law is smooth."""
         return ()
 
-    def scaled(self, factor: Any) -> LinearAndCubic:
+    def scaled(self, factor: Any) -> "LinearAndCubic":
         """The same law times a factor, its coefficients multiplied out."""
         return LinearAndCubic(self.K * factor, self.K * self.alpha * factor)
+
+
+class LinearAndCubic(NamedTuple):
+    """Odd law linear x + cubic x^3: `Cubic` with its coefficients multiplied out."""
+
+    linear: Any
+    cubic: Any
+
+    def torque(self, x: Any) -> Any:
+        """Torque T(x) [N*m] at torsion x [rad]."""
+        return x * (self.linear + self.cubic * (x * x))
 
 
 class Polynomial(NamedTuple):
@@ -156,7 +169,7 @@ class PiecewiseLinear(NamedTuple):
         x2 = x1 + (self.T2 - self.T1) / self.K2
         return (-x2, -x1, x1, x2)
 
-    def scaled(self, factor: Any) -> Slopes:
+    def scaled(self, factor: Any) -> "Slopes":
         """The same law times a factor, without divisions."""
         x1 = self.T1 / self.K1
         x2 = x1 + (self.T2 - self.T1) / self.K2
@@ -170,6 +183,21 @@ class PiecewiseLinear(NamedTuple):
             raise ValueError(f"PiecewiseLinear has the slopes {slopes}; all must be positive")
         if not 0.0 < self.T1 < self.T2:
             raise ValueError(f"PiecewiseLinear has T1 = {self.T1:g} and T2 = {self.T2:g} N*m; it needs 0 < T1 < T2")
+
+
+class Slopes(NamedTuple):
+    """Odd law of three slopes with breakpoints x1 < x2: `PiecewiseLinear` without its divisions."""
+
+    K3: Any
+    inner: Any
+    outer: Any
+    x1: Any
+    x2: Any
+
+    def torque(self, x: Any) -> Any:
+        """Torque T(x) [N*m] at torsion x [rad]."""
+        inner = self.inner * (abs(x + self.x1) - abs(x - self.x1))
+        return self.K3 * x + inner + self.outer * (abs(x + self.x2) - abs(x - self.x2))
 
 
 class Backlash(NamedTuple):

@@ -1,13 +1,13 @@
 """The drive train: motor with its control, shafts and couplings, load, motions and torques."""
 
 from .drive_train import DriveTrain as DriveTrain
+from .controls import Free as Free
+from .controls import Held as Held
+from .controls import PositionLoop as PositionLoop
+from .controls import SpeedLoop as SpeedLoop
 from .shafts import Elastic as Elastic
-from .shafts import Free as Free
-from .shafts import Held as Held
 from .shafts import Load as Load
 from .shafts import Motor as Motor
-from .shafts import PositionLoop as PositionLoop
-from .shafts import SpeedLoop as SpeedLoop
 from .motion import AngleTorque as AngleTorque
 from .motion import AtRest as AtRest
 from .motion import SpeedProfile as SpeedProfile

@@ -9,31 +9,18 @@ no small twist is the difference of large angles.
 from typing import Any, NamedTuple
 
 from ...compile.jit import kernel
-from ...law import breakpoints_of, check_law, energy_of, losses_of, rest, share, states_of, torque_of, z_rate_of
+from ...law import breakpoints_of, check_law, energy_of, heat_of, rest, share, states_of, torque_of, z_rate_of
 from ...quantities import LARGEST, AngularSpeed, Damping, Ratio, shown
 from ..excitation import NoError
+from .controls import controlled, motor_states
 from .motion import Steady
-from .shaft_motion import (
-    acceleration_of,
-    control_torque,
-    coupling_laws,
-    deviation_of,
-    internal_states,
-    load_energy,
-    load_names,
-    load_powers,
-    load_rates,
-    load_twist,
-    motor_rates,
-    total,
-)
-from .shafts import Elastic, Held, Load, Motor, refuse_driving
+from .shafts import Motor, check_load, refuse_driving
 
 
 @kernel
 def motor_motion(train: Any, phase: Any, y: Any) -> Any:
     """Angle [rad] and speed [rad/s] of the motor."""
-    angle, speed = deviation_of(train.motor.control, y)
+    angle, speed = motor_states(train.motor.control, y)[0]
     return train.reference.value(phase) + angle, train.omega * train.reference.slope(phase) + speed
 
 
@@ -51,21 +38,27 @@ def gear_torque(train: Any, gear: Any, states: Any) -> Any:
 
 
 @kernel
+def inner_states(train: Any, y: Any) -> Any:
+    """States of the train after those of the motor and of its control: of gear, motor's drag and load."""
+    return rest(train.motor.control, motor_states(train.motor.control, y)[1])
+
+
+@kernel
 def motor_acceleration(train: Any, phase: Any, y: Any, motor: Any, reaction: Any, states: Any) -> Any:
-    """Acceleration [rad/s^2] of the motor, and the torque [N*m] of its control."""
-    drag = torque_of(train.motor.drag, motor[0], motor[1], share(train.motor.drag, states))
-    torque = train.motor.excitation.torque(phase) - drag - reaction
+    """Acceleration [rad/s^2] of the motor, the torque [N*m] of its control, and the rates of the states of both."""
+    control, drag = train.motor.control, train.motor.drag
+    against = torque_of(drag, motor[0], motor[1], share(drag, states))
+    torque = train.motor.excitation.torque(phase) - against - reaction
     reference = train.omega * train.omega * train.reference.curvature(phase)
-    control, J, deviation = train.motor.control, train.motor.J, deviation_of(train.motor.control, y)
-    acceleration = acceleration_of(control, J, torque, reference, deviation)
-    return acceleration, control_torque(control, J, torque, acceleration, reference, deviation)
+    deviation, z = motor_states(control, y)
+    return controlled(control, train.motor.J, torque, reference, deviation, z)
 
 
 @kernel
 def forces(train: Any, phase: Any, y: Any) -> Any:
     """Motions of motor, gear and output, internal states of gear and drag, torque, and `motor_acceleration`."""
     motor = motor_motion(train, phase, y)
-    gear, z = gear_motion(train, y, motor), internal_states(train.motor.control, y)
+    gear, z = gear_motion(train, y, motor), inner_states(train, y)
     torque, of_motor = gear_torque(train, gear, z), rest(train.law, z)
     driven = motor_acceleration(train, phase, y, motor, gear[2] * torque, of_motor)
     output = motor[0] / train.N - y[0], motor[1] / train.N - y[1]
@@ -75,8 +68,7 @@ def forces(train: Any, phase: Any, y: Any) -> Any:
 @kernel
 def coupling_twist(train: Any, y: Any) -> Any:
     """Twist [rad] of all couplings together and its rate, from the state; from the rates of the state, their rates."""
-    of_motor = rest(train.law, internal_states(train.motor.control, y))
-    return load_twist(train.load, rest(train.motor.drag, of_motor))
+    return train.load.twist(rest(train.motor.drag, rest(train.law, inner_states(train, y))))
 
 
 class DriveTrain(NamedTuple):
@@ -84,8 +76,9 @@ class DriveTrain(NamedTuple):
 
     The state is (x, x'), x = theta_m/N - theta_l [rad, output side] the dynamic error; the motor's deviation from its
     `reference` motion, (theta_m - reference [rad], its rate [rad/s]), unless it is held; the internal states of the
-    law and of the motor's drag; and for every coupling (twist [rad], its rate) and the internal states of its law.
-    Behind couplings theta_l is the angle of what sits on the gear. The kinematic error follows the motor's own angle.
+    control, of the law and of the motor's drag; for every coupling (twist [rad], its rate) and the internal states of
+    its law; and the internal states of the load's drag. Behind couplings theta_l is the angle of what sits on the gear.
+    The kinematic error follows the motor's own angle.
 
     `excitation`s are functions of the base angle, phase = omega t; a run-up has omega = 1, so that the base angle is
     the time. With the `Steady` reference deviations are those from constant speed, and motions are periodic.
@@ -102,11 +95,8 @@ class DriveTrain(NamedTuple):
 
     def rhs(self, phase: Any, y: Any) -> Any:
         """Time derivatives of the state at the base angle [rad]."""
-        motor, gear, output, z, of_motor, torque, (fast, _) = forces(self, phase, y)
-        slow, of_load = load_rates(self.load, phase, output, rest(self.motor.drag, of_motor), torque)
-        deviation = deviation_of(self.motor.control, y)
-        relative = fast - self.omega * self.omega * self.reference.curvature(phase)
-        own = motor_rates(self.motor.control, deviation, relative)
+        motor, gear, output, z, of_motor, torque, (fast, _, own) = forces(self, phase, y)
+        slow, of_load = self.load.rates(phase, output, rest(self.motor.drag, of_motor), torque)
         law = z_rate_of(self.law, gear[0], gear[1], share(self.law, z))
         drag = z_rate_of(self.motor.drag, motor[0], motor[1], share(self.motor.drag, of_motor))
         return (y[1], fast / self.N - slow, *own, *law, *drag, *of_load)
@@ -118,27 +108,27 @@ class DriveTrain(NamedTuple):
     def torque(self, phase: Any, y: Any) -> Any:
         """Torque that the gear transmits [N*m, output side], with its damping."""
         motor = motor_motion(self, phase, y)
-        return gear_torque(self, gear_motion(self, y, motor), internal_states(self.motor.control, y))
+        return gear_torque(self, gear_motion(self, y, motor), inner_states(self, y))
 
     def energy(self, phase: Any, y: Any) -> Any:
         """Energy [J] of the whole train: kinetic, and stored in the laws."""
         motor = motor_motion(self, phase, y)
-        gear, z = gear_motion(self, y, motor), internal_states(self.motor.control, y)
+        gear, z = gear_motion(self, y, motor), inner_states(self, y)
         of_motor = rest(self.law, z)
         output = motor[0] / self.N - y[0], motor[1] / self.N - y[1]
         stored = energy_of(self.law, gear[0], share(self.law, z)) + energy_of(
             self.motor.drag, motor[0], share(self.motor.drag, of_motor)
         )
         kinetic = 0.5 * self.motor.J * motor[1] * motor[1]
-        return kinetic + stored + load_energy(self.load, output, rest(self.motor.drag, of_motor))
+        return kinetic + stored + self.load.energy(output, rest(self.motor.drag, of_motor))
 
     def losses(self, phase: Any, y: Any) -> Any:
         """Powers [W] as `power_names` lists them: put in by motor torque, control and load torque; then lost."""
-        motor, gear, output, z, of_motor, _, (_, control) = forces(self, phase, y)
+        motor, gear, output, z, of_motor, _, (_, control, _) = forces(self, phase, y)
         given = self.motor.excitation.torque(phase) * motor[1]
-        law = total(losses_of(self.law, gear[0], gear[1], share(self.law, z)))
-        drag = total(losses_of(self.motor.drag, motor[0], motor[1], share(self.motor.drag, of_motor)))
-        of_load = load_powers(self.load, phase, output, rest(self.motor.drag, of_motor))
+        law = heat_of(self.law, gear[0], gear[1], share(self.law, z))
+        drag = heat_of(self.motor.drag, motor[0], motor[1], share(self.motor.drag, of_motor))
+        of_load = self.load.powers(phase, output, rest(self.motor.drag, of_motor))
         return (given, control * motor[1], of_load[0], self.B * gear[1] * gear[1], law, drag, *of_load[1:])
 
     def motor_speed(self, phase: Any, y: Any) -> Any:
@@ -159,7 +149,7 @@ class DriveTrain(NamedTuple):
     def twists(self) -> tuple[int, ...]:
         """Places of the couplings' twists in the state."""
         names = self.state_names()
-        return tuple(names.index(f"coupling {i + 1}") for i in range(len(coupling_laws(self.load))))
+        return tuple(names.index(f"coupling {i + 1}") for i in range(len(self.load.couplings())))
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where the gear's law is not smooth."""
@@ -167,20 +157,21 @@ class DriveTrain(NamedTuple):
 
     def kinks(self, phase: Any, y: Any) -> tuple[Any, ...]:
         """Distances [rad] of the torsion and of the couplings' twists from the breakpoints of their laws."""
-        twists = zip(self.twists(), coupling_laws(self.load), strict=True)
+        twists = zip(self.twists(), self.load.couplings(), strict=True)
         own = [(self.torsion(phase, y), self.law), *((y[at], law) for at, law in twists)]
         return tuple(value - b for value, law in own for b in breakpoints_of(law))
 
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in order; a prime is a rate."""
-        motor = () if isinstance(self.motor.control, Held) else ("motor deviation", "motor deviation'")
+        motor = () if self.motor.held else ("motor deviation", "motor deviation'")
+        control = (f"control z{i + 1}" for i in range(states_of(self.motor.control)))
         law = (f"gear z{i + 1}" for i in range(states_of(self.law)))
         drag = (f"motor z{i + 1}" for i in range(states_of(self.motor.drag)))
-        return ("x", "x'", *motor, *law, *drag, *load_names(self.load))
+        return ("x", "x'", *motor, *control, *law, *drag, *self.load.state_names())
 
     def power_names(self) -> tuple[str, ...]:
         """Names of the powers of `losses`, in order; the first three put energy in, the others take it out."""
-        behind = (f"coupling {i}" for i in range(len(coupling_laws(self.load)), 0, -1))
+        behind = (f"coupling {i}" for i in range(len(self.load.couplings()), 0, -1))
         return (
             "motor torque",
             "control",
@@ -203,8 +194,7 @@ class DriveTrain(NamedTuple):
         if not self.N >= 1.0 / LARGEST:
             raise ValueError(f"DriveTrain.N is {self.N:g}; a ratio must be positive")
         refuse_driving(self)
-        if not isinstance(self.load, Load | Elastic):
-            raise TypeError(f"DriveTrain.load is {shown(self.load)}; it must be a Load or an Elastic")
+        check_load("DriveTrain.load", self.load)
         for name, method in (("law", "torque"), ("error", "value"), ("error", "slope"), ("reference", "curvature")):
             if not hasattr(getattr(self, name), method):
                 part = shown(getattr(self, name))

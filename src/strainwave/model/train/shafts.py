@@ -2,66 +2,20 @@
 
 What opposes a shaft is a law of that shaft's angle and speed, of any kind: friction (`Coulomb`, `LuGre`, ...), gravity
 (`AngleTorque`), both (`Parallel`). Angles in rad, torques in N*m, each of its own shaft.
+
+The methods of a load are given its states, for every coupling from the gear on (twist, its rate, z of its law) and then
+z of the load's drag, and the `motion` (angle, speed) of the gear's output.
 """
 
 from typing import Any, NamedTuple
 
-from ...law import check_law
-from ...quantities import LARGEST, Damping, Inertia, TorsionalStiffness, shown
+from ...law import check_law, energy_of, heat_of, rest, share, states_of, torque_of, z_rate_of
+from ...quantities import LARGEST, Damping, Inertia, shown
 from ..excitation import Harmonic
 from ..laws.springs import Linear
+from .controls import FREE, Free, Held
 
 NO_TORQUE, NO_DRAG = Harmonic(0.0), Linear(0.0)
-
-
-class Free(NamedTuple):
-    """No control: the motor is driven by its torque alone."""
-
-
-FREE = Free()
-
-
-class Held(NamedTuple):
-    """An ideal speed loop: the motor follows its reference motion whatever torque that takes."""
-
-
-class PositionLoop(NamedTuple):
-    """PD position loop on the motor: torque -K_p (theta_m - reference) - K_d (theta_m' - reference').
-
-    It acts where it measures: with gains that are not negative it puts in no energy and cannot make the train unstable.
-    """
-
-    K_p: TorsionalStiffness
-    K_d: Damping
-
-    def check(self) -> None:
-        """Refuse gains with which the loop drives away from its reference (ValueError)."""
-        _gains_not_negative(self)
-
-
-class SpeedLoop(NamedTuple):
-    """PID speed loop on the motor, with the speed error w = theta_m' - reference': torque -K_p w - K_i int w - K_d w'.
-
-    K_d [kg m^2] acts as inertia. With K_i the integral is the angle theta_m - reference of the state.
-    """
-
-    K_p: Damping
-    K_i: TorsionalStiffness = 0.0
-    K_d: Inertia = 0.0
-
-    def check(self) -> None:
-        """Refuse gains with which the loop drives away from its reference (ValueError)."""
-        _gains_not_negative(self)
-
-
-def _gains_not_negative(control: Any) -> None:
-    name = type(control).__name__
-    for gain, value in zip(control._fields, control, strict=True):
-        if not value >= 0.0:
-            raise ValueError(
-                f"{name}.{gain} is {value:g}; with a negative gain the loop pushes the motor away from its reference: "
-                "give its size, the loop has the minus sign"
-            )
 
 
 class Motor(NamedTuple):
@@ -72,13 +26,27 @@ class Motor(NamedTuple):
     drag: Any = NO_DRAG
     control: Any = FREE
 
+    @property
+    def held(self) -> bool:
+        """Whether the motor follows its reference ideally."""
+        return isinstance(self.control, Held)
+
+    @property
+    def free(self) -> bool:
+        """Whether nothing keeps the motor on its reference."""
+        return isinstance(self.control, Free)
+
     def check(self) -> None:
         """Refuse an inertia that is not positive (ValueError) and parts of another kind (TypeError)."""
         _check_shaft(self)
-        if not isinstance(self.control, CONTROLS):
+        if self.held:
+            return
+        if not hasattr(self.control, "torque"):
             raise TypeError(
-                f"Motor.control is {shown(self.control)}; it must be Free(), Held(), a SpeedLoop or a PositionLoop"
+                f"Motor.control is {shown(self.control)}; it must be Free(), Held(), a SpeedLoop, a PositionLoop or "
+                "another object with a torque(x, v) against the deviation from the reference"
             )
+        check_law("Motor.control", self.control)
 
 
 class Load(NamedTuple):
@@ -87,6 +55,42 @@ class Load(NamedTuple):
     J: Inertia
     excitation: Any = NO_TORQUE
     drag: Any = NO_DRAG
+
+    def rates(self, phase: Any, motion: Any, states: Any, torque: Any) -> Any:
+        """Acceleration [rad/s^2] of what sits on the gear under its `torque` [N*m], and the rates of the states."""
+        angle, speed = motion
+        z = share(self.drag, states)
+        drag = torque_of(self.drag, angle, speed, z)
+        return (torque + self.excitation.torque(phase) - drag) / self.J, z_rate_of(self.drag, angle, speed, z)
+
+    def twist(self, states: Any) -> Any:
+        """Twist [rad] of all couplings together and its rate; from the rates of the states, their rates."""
+        return 0.0, 0.0
+
+    def energy(self, motion: Any, states: Any) -> Any:
+        """Energy [J]: kinetic, and stored in the laws."""
+        return 0.5 * self.J * motion[1] * motion[1] + energy_of(self.drag, motion[0], share(self.drag, states))
+
+    def powers(self, phase: Any, motion: Any, states: Any) -> Any:
+        """Powers [W]: what the load torque puts in, then what the drag and each coupling lose."""
+        lost = heat_of(self.drag, motion[0], motion[1], share(self.drag, states))
+        return self.excitation.torque(phase) * motion[1], lost
+
+    def state_names(self, number: int = 1) -> tuple[str, ...]:
+        """Names of the states; couplings are counted from `number` on."""
+        return tuple(f"load z{i + 1}" for i in range(states_of(self.drag)))
+
+    def couplings(self) -> tuple[Any, ...]:
+        """Laws of the couplings between the gear and the load: none."""
+        return ()
+
+    def end(self) -> Any:
+        """The load itself, behind all couplings."""
+        return self
+
+    def with_end(self, load: Any) -> Any:
+        """The same couplings with another load behind them."""
+        return load
 
     def check(self) -> None:
         """Refuse an inertia that is not positive (ValueError) and parts of another kind (TypeError)."""
@@ -105,6 +109,52 @@ class Elastic(NamedTuple):
     law: Any
     load: Any
 
+    def rates(self, phase: Any, motion: Any, states: Any, torque: Any) -> Any:
+        """Acceleration [rad/s^2] of what sits on the gear under its `torque` [N*m], and the rates of the states."""
+        twist, speed, z = states[0], states[1], states[2:]
+        behind, own = (motion[0] - twist, motion[1] - speed), share(self.law, z)
+        passed = torque_of(self.law, twist, speed, own) + self.B * speed
+        here = (torque - passed) / self.J
+        there, rates = self.load.rates(phase, behind, rest(self.law, z), passed)
+        return here, (speed, here - there, *z_rate_of(self.law, twist, speed, own), *rates)
+
+    def twist(self, states: Any) -> Any:
+        """Twist [rad] of all couplings together and its rate; from the rates of the states, their rates."""
+        twist, rate = self.load.twist(rest(self.law, states[2:]))
+        return states[0] + twist, states[1] + rate
+
+    def energy(self, motion: Any, states: Any) -> Any:
+        """Energy [J]: kinetic, and stored in the laws."""
+        twist, speed, z = states[0], states[1], states[2:]
+        behind = motion[0] - twist, motion[1] - speed
+        here = 0.5 * self.J * motion[1] * motion[1] + energy_of(self.law, twist, share(self.law, z))
+        return here + self.load.energy(behind, rest(self.law, z))
+
+    def powers(self, phase: Any, motion: Any, states: Any) -> Any:
+        """Powers [W]: what the load torque puts in, then what the drag and each coupling lose, the nearest last."""
+        twist, speed, z = states[0], states[1], states[2:]
+        behind = motion[0] - twist, motion[1] - speed
+        lost = self.B * speed * speed + heat_of(self.law, twist, speed, share(self.law, z))
+        return (*self.load.powers(phase, behind, rest(self.law, z)), lost)
+
+    def state_names(self, number: int = 1) -> tuple[str, ...]:
+        """Names of the states; couplings are counted from `number` on."""
+        name = f"coupling {number}"
+        own = tuple(f"{name} z{i + 1}" for i in range(states_of(self.law)))
+        return (name, f"{name}'", *own, *self.load.state_names(number + 1))
+
+    def couplings(self) -> tuple[Any, ...]:
+        """Laws of the couplings between the gear and the load, from the gear on."""
+        return (self.law, *self.load.couplings())
+
+    def end(self) -> Any:
+        """The load itself, behind all couplings."""
+        return self.load.end()
+
+    def with_end(self, load: Any) -> Any:
+        """The same couplings with another load behind them."""
+        return self._replace(load=self.load.with_end(load))
+
     def check(self) -> None:
         """Refuse an inertia that is not positive (ValueError) and parts of another kind (TypeError)."""
         _positive_inertia(self)
@@ -112,11 +162,13 @@ class Elastic(NamedTuple):
         if not hasattr(self.law, "torque"):
             raise TypeError(f"Elastic.law is {shown(self.law)}; it must be an object with a method torque")
         check_law("Elastic.law", self.law)
-        if not isinstance(self.load, Load | Elastic):
-            raise TypeError(f"Elastic.load is {shown(self.load)}; it must be a Load or an Elastic")
+        check_load("Elastic.load", self.load)
 
 
-CONTROLS = (Free, Held, PositionLoop, SpeedLoop)
+def check_load(where: str, load: Any) -> None:
+    """Refuse what has not the methods of a load (TypeError): `where` names its field."""
+    if isinstance(load, type) or not hasattr(load, "with_end"):
+        raise TypeError(f"{where} is {shown(load)}; it must be a Load or an Elastic")
 
 
 def refuse_driving(part: Any) -> None:
@@ -140,8 +192,3 @@ def _check_shaft(shaft: Any) -> None:
         if not hasattr(getattr(shaft, field), "torque"):
             raise TypeError(f"{name}.{field} is {shown(getattr(shaft, field))}; it must be an object with a torque")
     check_law(f"{name}.drag", shaft.drag)
-
-
-def end_of(load: Any) -> Any:
-    """The load itself, behind all couplings."""
-    return end_of(load.load) if isinstance(load, Elastic) else load

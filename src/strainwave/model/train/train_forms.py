@@ -7,7 +7,6 @@ from ...quantities import AngularSpeed, Ratio
 from ..excitation import NoError
 from .drive_train import DriveTrain, coupling_twist, motor_motion
 from .motion import AtRest, Steady
-from .shafts import Free, end_of
 
 
 class SteadyTrain(NamedTuple):
@@ -70,7 +69,7 @@ class SteadyTrain(NamedTuple):
     def check(self) -> None:
         """Refuse a train that is not free, or whose motions have no constant mean speed (ValueError)."""
         train = self.train
-        if not isinstance(train.motor.control, Free):
+        if not train.motor.free:
             raise ValueError(
                 f"SteadyTrain takes a free motor, not {train.motor.control}; a motor with a loop keeps its mean speed, "
                 "so find_orbit takes its DriveTrain as it is"
@@ -173,4 +172,4 @@ class AtLoad(NamedTuple):
 
     def orders(self) -> tuple[int, ...]:
         """Orders of the torques and of the kinematic error."""
-        return tuple(sorted({*self.train.orders(), *end_of(self.train.load).excitation.orders()}))
+        return tuple(sorted({*self.train.orders(), *self.train.load.end().excitation.orders()}))

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...compile.jit import kernel_as, routine
+from ...compile.jit import kernel_as, routine, sampled
 from ...results import Floats
 from ...tree import with_leaf
 from .fourier import analysis, extend, multiply_rows, orders, synthesis
@@ -26,48 +26,28 @@ from .piecewise import crossings_for, is_piecewise_linear
 STRENGTH, CONSTANT, LINE = -2, -3, -3
 
 
-def _law_torque_loops(law: Any, u: Any, out: Any) -> None:
-    for i in range(u.shape[0]):
-        out[i] = law.torque(u[i])
-
-
-@kernel_as(_law_torque_loops)
-def law_torque(law: Any, u: Any, out: Any) -> None:
+@sampled
+def law_torque(law: Any, u: Any) -> Any:
     """Torque of the law at every sample."""
-    out[:] = law.torque(u)
+    return law.torque(u)
 
 
-def _law_stiffness_loops(law: Any, u: Any, out: Any) -> None:
-    for i in range(u.shape[0]):
-        out[i] = law.stiffness(u[i])
-
-
-@kernel_as(_law_stiffness_loops)
-def law_stiffness(law: Any, u: Any, out: Any) -> None:
+@sampled
+def law_stiffness(law: Any, u: Any) -> Any:
     """Stiffness of the law at every sample."""
-    out[:] = law.stiffness(u)
+    return law.stiffness(u)
 
 
-def _torque_samples_loops(excitation: Any, angles: Any, out: Any) -> None:
-    for i in range(angles.shape[0]):
-        out[i] = excitation.torque(angles[i])
-
-
-@kernel_as(_torque_samples_loops)
-def torque_samples(excitation: Any, angles: Any, out: Any) -> None:
+@sampled
+def torque_samples(excitation: Any, angle: Any) -> Any:
     """Torque of the excitation at every angle."""
-    out[:] = excitation.torque(angles)
+    return excitation.torque(angle)
 
 
-def _error_samples_loops(error: Any, angles: Any, out: Any) -> None:
-    for i in range(angles.shape[0]):
-        out[i] = error.value(angles[i])
-
-
-@kernel_as(_error_samples_loops)
-def error_samples(error: Any, angles: Any, out: Any) -> None:
+@sampled
+def error_samples(error: Any, angle: Any) -> Any:
     """Kinematic error at every angle."""
-    out[:] = error.value(angles)
+    return error.value(angle)
 
 
 def _add_linear_loops(J: float, B: float, w: float, stride: int, z: Any, torque: Any, error: Any, r: Any) -> None:

@@ -19,11 +19,7 @@ BOUND = 1e100  # a state beyond it has left for infinity
 KEPT = 9  # stroboscopic states kept: enough to see motions of up to eight periods close
 
 
-def _every_lane_loops() -> Any:
-    return range(LANES)
-
-
-@kernel_as(_every_lane_loops, inline=True)
+@kernel_as(lambda: range(LANES), inline=True)
 def every_lane() -> Any:
     """Lanes to loop over: one at a time, or as Python all at once."""
     return (slice(None),)

@@ -9,7 +9,6 @@ import numpy as np
 from ...compile.jit import as_python
 from ...law import depends, is_spring
 from ...model.train.drive_train import DriveTrain
-from ...model.train.shafts import Elastic
 from ...numerics.balance.first_order import FirstOrder
 from ...numerics.balance.half_wave import all_orders
 from ...numerics.curves.response import traced_points
@@ -154,8 +153,9 @@ def train_changes(train: DriveTrain) -> Iterator[tuple[str, float, DriveTrain]]:
     more = 1.0 + CHANGE
     load = train.load
     for share in (CHANGE, -CHANGE):
-        yield "inertia of the load", share, train._replace(load=_with_inertia(load, 1.0 + share))
-    if isinstance(load, Elastic):
+        end = load.end()
+        yield "inertia of the load", share, train._replace(load=load.with_end(end._replace(J=(1.0 + share) * end.J)))
+    if load.couplings():
         if load.B > 0.0:
             yield "damping of the coupling", CHANGE, train._replace(load=load._replace(B=more * load.B))
         if (stiffer := _stiffer(load.law)) is not None:
@@ -165,13 +165,6 @@ def train_changes(train: DriveTrain) -> Iterator[tuple[str, float, DriveTrain]]:
         for share in (CHANGE, -CHANGE):  # a stiff loop holds the motor, a soft one lets it give way: either may help
             control = train.motor.control._replace(K_p=(1.0 + share) * gain)
             yield "gain K_p of the loop", share, train._replace(motor=train.motor._replace(control=control))
-
-
-def _with_inertia(load: Any, factor: float) -> Any:
-    """The load with a factor on the inertia behind all couplings."""
-    if isinstance(load, Elastic):
-        return load._replace(load=_with_inertia(load.load, factor))
-    return load._replace(J=factor * load.J)
 
 
 def _with_more(torque: Any, by: float) -> Any:

@@ -14,7 +14,7 @@ from ...model.gears.limits import cubic_mean
 from ...model.laws.hysteresis import Parallel
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import AngleTorque
-from ...model.train.shafts import NO_DRAG, Elastic, Free, end_of
+from ...model.train.shafts import NO_DRAG
 from ...model.train.train_forms import AtLoad, own_state, turning
 from ...numerics.balance.first_order import FirstOrder, first_order, rates_at
 from ...numerics.balance.fourier import from_blocks, synthesis
@@ -73,7 +73,7 @@ def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | 
     speeds : (float, float)
         Range of the motor speed [rad/s].
     """
-    if isinstance(train.motor.control, Free):
+    if train.motor.free:
         return None
     system = AtLoad(without_gravity(train), train.omega)
     problem, found, tail, origin = traced_train(system, speeds, POINTS)
@@ -107,18 +107,13 @@ def largest_oscillation(
 
 def follows_its_angle(train: DriveTrain) -> bool:
     """Whether the load is opposed by a torque of its own angle, which repeats once in N turns of the motor."""
-    return _of_angle(end_of(train.load).drag)
+    return _of_angle(train.load.end().drag)
 
 
 def without_gravity(train: DriveTrain) -> DriveTrain:
     """Return the train without the torques that follow the load's own angle."""
-    return train._replace(load=_without_gravity(train.load)) if follows_its_angle(train) else train
-
-
-def _without_gravity(load: Any) -> Any:
-    if isinstance(load, Elastic):
-        return load._replace(load=_without_gravity(load.load))
-    return load._replace(drag=_no_angle(load.drag))
+    end = train.load.end()
+    return train._replace(load=train.load.with_end(end._replace(drag=_no_angle(end.drag))))
 
 
 def _no_angle(law: Any) -> Any:

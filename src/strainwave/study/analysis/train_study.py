@@ -10,7 +10,6 @@ from ...law import spring_stiffness
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import SpeedProfile
-from ...model.train.shafts import Free, Held, end_of
 from ...numerics.integration.methods import Dopri5
 from ...results import Floats, SolveError
 from ...sentences import Sentence
@@ -117,11 +116,11 @@ def train_study(
     if spring_stiffness(train.law, point.x) < point.stiffness * (1.0 - 1e-9):
         remarks.append("Modes and Bode plot are those of small vibrations, before the hysteresis yields.")
     grid = np.geomspace(0.2 * low, 1.5 * top * high, FREQUENCIES)
-    source: Literal["motor", "load"] = "load" if isinstance(train.motor.control, Held) else "motor"
+    source: Literal["motor", "load"] = "load" if train.motor.held else "motor"
     plot = bode(train, grid, source=source, at=state, speed=speed)
     left_out, at, whole, reduced = None, np.empty(0), np.empty(0), np.empty(0)
     run, begin = None, 0.0
-    if isinstance(train.motor.control, Free):
+    if train.motor.free:
         remarks.append("A free motor follows its torque, not a speed: there is no run-up to prescribe; give it a loop.")
         at = np.array([w for w in (0.5 * worst, worst) if low <= w <= high])
         progress("comparison with the error equation")
@@ -172,7 +171,7 @@ def _operating_state(train: DriveTrain, speed: float, near: tuple[float, ...]) -
 
 
 def _torques(train: DriveTrain) -> tuple[Any, Any]:
-    return train.motor.excitation, end_of(train.load).excitation
+    return train.motor.excitation, train.load.end().excitation
 
 
 def _run_up(

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 from ...model.excitation import Harmonic, NoError
 from ...model.train.drive_train import DriveTrain, coupling_twist
 from ...model.train.motion import AtRest, Steady
-from ...model.train.shafts import Elastic, Free, Held
 from ...model.train.train_forms import SteadyTrain
 from ...numerics.balance.first_order import jacobians_at
 from ...numerics.orbits.find_orbit import find_orbit
@@ -135,7 +134,7 @@ def bode(
         raise ValueError(f"omega has {np.min(grid):g} rad/s; a frequency must be positive, {1.0 / LARGEST:g} up")
     if source not in SHAFTS:
         raise ValueError(f"source is {shown(source)}; it must be 'motor' or 'load'")
-    if source == "motor" and isinstance(train.motor.control, Held):
+    if source == "motor" and train.motor.held:
         raise ValueError("a held motor answers no torque; take source='load', or a motor that is free or has a loop")
     plain = train._replace(error=NoError(), reference=AtRest(), omega=1.0)
     count = len(train.state_names())
@@ -156,13 +155,8 @@ def _driven(train: DriveTrain, source: str, torque: Harmonic) -> DriveTrain:
     """Return the train with this torque on one shaft and none on the other."""
     none = Harmonic(0.0)
     motor = train.motor._replace(excitation=torque if source == "motor" else none)
-    return train._replace(motor=motor, load=_loaded(train.load, torque if source == "load" else none))
-
-
-def _loaded(load: Any, torque: Harmonic) -> Any:
-    if isinstance(load, Elastic):
-        return load._replace(load=_loaded(load.load, torque))
-    return load._replace(excitation=torque)
+    end = train.load.end()._replace(excitation=torque if source == "load" else none)
+    return train._replace(motor=motor, load=train.load.with_end(end))
 
 
 def _linearised(train: DriveTrain, source: str, state: Floats) -> tuple[Floats, Floats]:
@@ -177,7 +171,7 @@ def _linearised(train: DriveTrain, source: str, state: Floats) -> tuple[Floats, 
 
 def _speeds(train: DriveTrain, states: Any) -> tuple[Complexes, Complexes]:
     """Speeds (n,) of motor and load for complex states (states, n)."""
-    held = isinstance(train.motor.control, Held)
+    held = train.motor.held
     motor = np.zeros(states.shape[1], complex) if held else states[3].astype(complex)
     return motor, motor / train.N - states[1] - coupling_twist(train, states)[1]
 
@@ -187,7 +181,7 @@ def _at_amplitude(
 ) -> tuple[Complexes, Complexes, tuple[str, ...]]:
     motor, load = np.full(len(grid), np.nan + 0j), np.full(len(grid), np.nan + 0j)
     messages: list[str] = []
-    free = isinstance(train.motor.control, Free)
+    free = train.motor.free
     orbit: Orbit | None = None
     for i, omega in enumerate(grid):
         system: Any = _driven(train, source, Harmonic(amplitude))._replace(omega=float(omega))

@@ -6,9 +6,9 @@ import numpy as np
 
 from ...law import states_of, torque_of
 from ...model.excitation import Harmonic, NoError
+from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import Steady
-from ...model.train.shafts import Elastic, Free, Held
 from ...numerics.balance.first_order import jacobians_at, rates_at
 from ...numerics.loading import loaded_state
 from ...quantities import with_parts
@@ -52,13 +52,13 @@ def operating_state(
     train = with_mean_torques(with_parts("operating_state", train, "power_names"))
     error = NoError() if speed else train.error
     held = train._replace(error=error, reference=Steady(), omega=float(speed))
-    if isinstance(train.motor.control, Free):
+    if train.motor.free:
         state = operating_state(held._replace(motor=held.motor._replace(control=HELD)), speed, near=near, angle=angle)
         return np.concatenate([state[:2], np.zeros(2), state[2:]])
     names = held.state_names()
     state = np.zeros(len(names))
     largest = max(float(np.max(np.abs(_rates(held, angle, state)))), 1e-300)
-    short, memory = "", [_memory(names, i) for i in range(len(_laws(held)))]
+    short, memory = "", [_memory(names, i) for i in range(1 + len(held.load.couplings()))]
     for _ in range(ROUNDS):
         # Its torque depends on where the load is: the state of a law with memory is that of its own slow load.
         torque = _torque_at_load(held, names, state, angle)
@@ -87,15 +87,6 @@ def _settle(train: DriveTrain, angle: float, state: Floats, memory: list[int], e
     return False
 
 
-def _laws(train: DriveTrain) -> list[Any]:
-    """Laws of the gear and the couplings, from the motor to the load."""
-    laws, end = [train.law], train.load
-    while isinstance(end, Elastic):
-        laws.append(end.law)
-        end = end.load
-    return laws
-
-
 def _memory(names: tuple[str, ...], place: int) -> list[int]:
     """Places of the internal states of the law of the gear (0) or of a coupling among the states of a train."""
     name = f"coupling {place}" if place else "gear"
@@ -104,9 +95,7 @@ def _memory(names: tuple[str, ...], place: int) -> list[int]:
 
 def _torque_at_load(train: DriveTrain, names: tuple[str, ...], state: Floats, angle: float) -> float:
     """Torque [N*m] that the load takes where it stands in a state of a train."""
-    end = train.load
-    while isinstance(end, Elastic):
-        end = end.load
+    end = train.load.end()
     turning = train.omega * train.reference.slope(0.0) / train.N
     deviation = float(state[2]) if "motor deviation" in names else 0.0
     place = (angle + deviation) / train.N - float(train.load_error(state))
@@ -116,7 +105,7 @@ def _torque_at_load(train: DriveTrain, names: tuple[str, ...], state: Floats, an
 
 def _loaded(train: DriveTrain, names: tuple[str, ...], state: Floats, near: tuple[float, ...], torque: float) -> str:
     """Set the twists to those that carry a torque [N*m] at the load; a sentence where a law cannot."""
-    for i, law in enumerate(_laws(train)):
+    for i, law in enumerate((train.law, *train.load.couplings())):
         if not hasattr(law, "stiffness"):
             continue
         places = [names.index(f"coupling {i}") if i else 0, *_memory(names, i)]
@@ -133,14 +122,8 @@ def _rates(train: DriveTrain, angle: float, state: Floats) -> Floats:
 
 def with_mean_torques(train: DriveTrain) -> DriveTrain:
     """Return the train with the mean torques alone."""
-    motor = train.motor._replace(excitation=_mean(train.motor.excitation))
-    return train._replace(motor=motor, load=_with_mean(train.load))
-
-
-def _with_mean(load: Any) -> Any:
-    if isinstance(load, Elastic):
-        return load._replace(load=_with_mean(load.load))
-    return load._replace(excitation=_mean(load.excitation))
+    motor, end = (shaft._replace(excitation=_mean(shaft.excitation)) for shaft in (train.motor, train.load.end()))
+    return train._replace(motor=motor, load=train.load.with_end(end))
 
 
 def _mean(torque: Any) -> Harmonic:

@@ -10,7 +10,7 @@ from ...model.drive import Drive
 from ...model.excitation import KinematicError
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
-from ...model.train.shafts import NO_DRAG, Elastic, Free, Held, end_of
+from ...model.train.shafts import NO_DRAG
 from ...model.train.train_forms import SteadyTrain
 from ...numerics.orbits.find_orbit import find_orbit
 from ...quantities import numbers, shown
@@ -163,20 +163,20 @@ def left_out(train: DriveTrain) -> tuple[str, ...]:
     changes nothing: the motor keeps its speed whatever opposes it. What a free motor does with the kinematic error is
     the approximation that `compare_reductions` measures, no part that is missing.
     """
-    motor, load = train.motor, end_of(train.load)
-    control, held = type(motor.control).__name__, isinstance(motor.control, Held)
+    motor, load = train.motor, train.load.end()
+    control, held = type(motor.control).__name__, motor.held
     parts = (
-        (not held and not isinstance(motor.control, Free), f"the motor's loop ({control})"),
+        (not held and not motor.free, f"the motor's loop ({control})"),
         (not held and motor.drag != NO_DRAG, f"the motor's drag ({type(motor.drag).__name__})"),
         (load.drag != NO_DRAG, f"the load's drag ({type(load.drag).__name__})"),
-        (isinstance(train.load, Elastic), "the coupling"),
+        (len(train.load.couplings()) > 0, "the coupling"),
     )
     return tuple(words for there, words in parts if there)
 
 
 def refuse_free(train: DriveTrain) -> None:
     """Refuse a free motor in a train that is more than its error equation: neither answers for it (ValueError)."""
-    if isinstance(train.motor.control, Free) and (parts := left_out(train)):
+    if train.motor.free and (parts := left_out(train)):
         raise ValueError(
             f"with the motor free an analysis is about the error equation, which leaves out {listed(parts)} of this "
             "drive; give the motor a loop or hold it ('mode: held'), or take find_orbit(SteadyTrain(train, omega))"

@@ -6,12 +6,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...law import depends, torque_of
 from ...model.excitation import Harmonic
 from ...model.gears.gear import Gear
 from ...model.gears.limits import Finding, check_limits
+from ...model.train.controls import FREE
 from ...model.train.drive_train import DriveTrain
-from ...model.train.shaft_motion import gains_of
-from ...model.train.shafts import FREE, Elastic, Held
+from ...model.train.shafts import Motor
 from ...model.train.train_forms import Metered
 from ...numerics.integration.extremes import watched_ends
 from ...numerics.integration.methods import Dopri5, Method
@@ -22,6 +23,7 @@ from .operating_point import operating_state
 
 INPUTS = 3  # of the powers, the first ones: motor torque, control, load torque
 TURN = 2.0 * np.pi * np.arange(4096) / 4096
+ASIDE = 1e-3  # rad, a deviation that any loop on the angle answers
 ACCURATE = Dopri5(rtol=1e-11, atol=1e-14)  # energies too: their balance closes to about the tolerance
 
 
@@ -221,7 +223,7 @@ def waiting(train: DriveTrain, t: float) -> Floats:
     phase = train.omega * np.nextafter(t, -np.inf)
     angle, speed = float(train.reference.value(phase)), float(train.omega * train.reference.slope(phase))
     begun = _begun(train, phase)
-    if not isinstance(train.motor.control, Held) and gains_of(train.motor.control)[0] == 0.0:
+    if not _holds_its_place(train.motor):
         begun = begun._replace(motor=begun.motor._replace(control=FREE))
     try:
         state = operating_state(begun, speed, angle=angle)
@@ -233,6 +235,14 @@ def waiting(train: DriveTrain, t: float) -> Floats:
     return state
 
 
+def _holds_its_place(motor: Motor) -> bool:
+    """Whether the control answers a deviation of the angle, at once or by states of its own."""
+    if motor.held or depends(motor.control) == 3:
+        return True
+    left, right = (float(torque_of(motor.control, x, 0.0, ())) for x in (-ASIDE, ASIDE))
+    return left != right
+
+
 def _begun(train: DriveTrain, phase: float) -> DriveTrain:
     """Return the train with its mean torques, those that do not repeat constant as they are at a phase."""
 
@@ -242,10 +252,5 @@ def _begun(train: DriveTrain, phase: float) -> DriveTrain:
         at = TURN if hasattr(torque, "orders") else np.array([phase])
         return Harmonic(0.0, mean=float(np.mean(np.broadcast_to(torque.torque(at), at.shape))))
 
-    def begun(load: Any) -> Any:
-        if isinstance(load, Elastic):
-            return load._replace(load=begun(load.load))
-        return load._replace(excitation=constant(load.excitation))
-
-    motor = train.motor._replace(excitation=constant(train.motor.excitation))
-    return train._replace(motor=motor, load=begun(train.load))
+    motor, end = (shaft._replace(excitation=constant(shaft.excitation)) for shaft in (train.motor, train.load.end()))
+    return train._replace(motor=motor, load=train.load.with_end(end))
