@@ -231,17 +231,16 @@ def periodic(verb: str, system: Any, turns: int = 1) -> Any:
     system, turns = repeating(verb, system), positive_count("period", turns)
     if is_second_order(system) or not hasattr(system, "rhs"):
         return system
-    states = number_of_states(system)
+    places = list(itertools.product((0.0, 1.0, 2.5), (0.0, ASKED)))
+    states, later = number_of_states(system), 2.0 * math.pi * turns
     with np.errstate(all="ignore"):
-        for size, angle in itertools.product((0.0, ASKED), (0.0, 1.0, 2.5)):
-            pair = angle, angle + 2.0 * math.pi * turns
-            here, later = (np.array(system.rhs(at, (size,) * states), float) for at in pair)
-            if np.any(np.abs(later - here) > EQUAL * np.max(np.abs(here), initial=1e-300)):
-                raise ValueError(
-                    f"{type(system).__name__} does not repeat after {turns} turn{'s' * (turns > 1)} of the base angle; "
-                    f"{verb} takes what repeats: with gravity at the load give the number of motor turns after which "
-                    "it does, the ratio, as period where there is one, or use simulate or drive_run"
-                )
+        rates = np.array([[system.rhs(at + by, (y,) * states) for at, y in places] for by in (0.0, later)], float)
+    if np.any(np.abs(rates[1] - rates[0]) > EQUAL * np.nanmax(np.abs(rates), initial=0.0)):
+        raise ValueError(
+            f"{type(system).__name__} does not repeat after {turns} turn{'s' * (turns > 1)} of the base angle; {verb} "
+            "takes what repeats: with gravity at the load give the number of motor turns after which it does, the "
+            "ratio, as period where there is one, or use simulate or drive_run"
+        )
     return system
 
 

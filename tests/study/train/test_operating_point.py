@@ -1,0 +1,66 @@
+"""The state in which the mean torques hold a train: under gravity, with a law that remembers how it was loaded."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import strainwave as sw
+
+SPRING, HYSTERESIS = sw.Cubic(4e4, 2e4), sw.BoucWen(K=2e4, ratio=0.0, yield_twist=6e-5)
+DRIVE = sw.Drive(J_m=4e-4, J_l=0.6, N=100.0, B=8.0, law=sw.Parallel(SPRING, HYSTERESIS))
+GRAVITY = 30.0
+
+
+def loaded_to(torque):
+    """Torsion and internal state of the law that is loaded slowly from rest: SciPy's solution of dz/dx."""
+    path = solve_ivp(
+        lambda x, z: HYSTERESIS.z_rate(x, 1.0, tuple(z)), (0.0, 2e-3), [0.0], rtol=1e-11, atol=1e-16, dense_output=True
+    )
+    carried = lambda x: SPRING.torque(x) + HYSTERESIS.torque(x, 0.0, tuple(path.sol(x))) - torque  # noqa: E731
+    x = brentq(carried, 0.0, 2e-3, xtol=1e-18)
+    return x, path.sol(x)[0]
+
+
+@pytest.mark.parametrize("control", [sw.SpeedLoop(0.072, 2.8), sw.PositionLoop(5.0, 0.1), sw.Held()])
+@pytest.mark.parametrize("angle", [5.0, 60.0, 100.0])
+def test_a_law_with_memory_is_loaded_to_the_gravity_at_the_angle_of_the_load(control, angle):
+    train = DRIVE.train(control=control, load_drag=sw.AngleTorque(GRAVITY))
+    state = dict(zip(train.state_names(), sw.operating_state(train, 100.0, angle=angle), strict=True))
+    theta = (angle + state.get("motor deviation", 0.0)) / 100.0 - state["x"]
+    x, z = loaded_to(GRAVITY * np.sin(theta))
+    assert (state["x"], state["gear z1"]) == pytest.approx((x, z), rel=1e-6)
+
+
+@pytest.mark.parametrize("control", [sw.SpeedLoop(0.072, 2.8), sw.Held()])
+def test_a_run_that_begins_there_stays_there(control):
+    train = DRIVE.train(control=control, load_drag=sw.AngleTorque(GRAVITY, phase=0.5), reference=sw.AtRest())
+    run = sw.drive_run(train, t=0.05)
+    assert np.ptp(run.error) < 1e-4 * abs(run.error[0])
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        lambda train: sw.find_orbit(train),
+        lambda train: sw.frequency_response(train, (90.0, 110.0)),
+        lambda train: sw.parameter_response(train, "B", (7.0, 9.0)),
+        lambda train: sw.shoot(train, np.zeros(len(train.state_names()))),
+    ],
+)
+def test_gravity_at_the_load_does_not_repeat_with_a_turn_of_the_motor(asked):
+    drive = DRIVE._replace(law=SPRING)
+    error = sw.KinematicError((sw.Line(2, 1e-4),))
+    train = drive.train(control=sw.PositionLoop(5.0, 0.1), load_drag=sw.AngleTorque(GRAVITY), kinematic_error=error)
+    with pytest.raises(ValueError, match="DriveTrain does not repeat after 1 turn of the base angle"):
+        asked(train._replace(omega=100.0))
+
+
+def test_gravity_repeats_after_as_many_turns_as_the_ratio():
+    drive = DRIVE._replace(law=SPRING, N=2.0, J_m=0.1)
+    train = drive.train(control=sw.PositionLoop(500.0, 50.0), load_drag=sw.AngleTorque(GRAVITY))
+    orbit = sw.find_orbit(train._replace(omega=100.0), period=2)
+    turn = 2.0 * np.pi / 100.0
+    run = sw.simulate(train._replace(omega=100.0), np.zeros(4), np.array([0.0, 60 * turn, 61 * turn, 62 * turn]))
+    start = orbit.coefficients[0] + orbit.coefficients[1::2].sum(axis=0)
+    np.testing.assert_allclose(run.y[:, 1], start, rtol=1e-6, atol=1e-6 * np.max(orbit.peak))
