@@ -143,7 +143,7 @@ def run(function: Callable[..., Any], *args: Any, light: bool = False) -> Any:
 
 
 def _is_ours(module: str) -> bool:
-    return module.startswith(__package__ + ".")
+    return module.partition(".")[0] == __package__.partition(".")[0]
 
 
 def foreign_names(things: tuple[Any, ...]) -> set[str]:
