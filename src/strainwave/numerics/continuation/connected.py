@@ -17,9 +17,9 @@ from ...compile.jit import as_python
 from ...results import Floats
 from ...tree import with_leaf
 from ..balance.first_order import FirstOrder
-from ..balance.fourier import from_blocks, orders, to_blocks
+from ..balance.fourier import orders
 from ..balance.guess import drive, linear_response, one_harmonic
-from ..balance.half_wave import all_orders, odd_problem
+from ..balance.half_wave import odd_problem
 from ..balance.second_order import CONSTANT, LINE, STRENGTH, SecondOrder, second_order
 from ..labels import CLOSED, END, LOST
 from .trace import LEAST_PIECE, solve, walk
@@ -59,36 +59,6 @@ def new_orbits(problem: Any, some: list[Floats], known: list[Floats]) -> list[Fl
     return found
 
 
-def table_of(problem: Any, point: Floats) -> Floats:
-    """Coefficients (2H+1, states) of a point: mean, cos 1, sin 1, ..."""
-    if isinstance(problem, FirstOrder):
-        return from_blocks(problem.states(point).T)
-    return from_blocks(all_orders(problem, point[None, :-1])[0])[:, None]
-
-
-def highest_harmonic(problem: Any) -> int:
-    """Highest harmonic of the orbits of a problem."""
-    h = len(problem.error) // 2
-    return h if isinstance(problem, FirstOrder) else int(problem.stride * (h - 1) + 1)
-
-
-def fitted(problem: Any, table: Floats, value: float) -> Floats | None:
-    """Point of a problem from a table of coefficients, cut or filled up; None where its symmetry has no such orbit."""
-    if isinstance(problem, FirstOrder):
-        return problem.point(table, value)
-    highest = highest_harmonic(problem)
-    series = np.zeros(2 * highest + 1)
-    series[: min(len(series), len(table))] = table[: len(series), 0]
-    blocks = to_blocks(series)
-    if problem.stride > 1:
-        even = np.r_[0, 2 : highest + 1 : 2, highest + 2 : 2 * highest + 1 : 2]
-        if np.linalg.norm(blocks[even]) > 1e-6 * np.linalg.norm(blocks):
-            return None
-        blocks[0] = 0.0
-        blocks = np.delete(blocks, even[1:])
-    return np.append(blocks, value)
-
-
 def alike(a: Floats, b: Floats, turns: int) -> bool:
     """Whether two tables are those of one orbit; over several turns, of copies shifted by whole turns of the base."""
     n = min(len(a), len(b))
@@ -118,7 +88,7 @@ def connected(problem: Any, value: float, known: list[Floats]) -> Found:
         most = max(ENOUGH * problem.turns, 3 * highest)
         system = with_leaf(problem.system, problem.omega_leaf, value)
         full = second_order(system, problem.omega_leaf, problem.omega_leaf, most, problem.turns)
-        some = [z for z in (fitted(full, table_of(problem, point), value) for point in known) if z is not None]
+        some = [z for z in (full.fitted(problem.table(point), value) for point in known) if z is not None]
         return _Search(full, value, _strongest(full, value)).explored(odd_problem(full) or full, some)
 
 
@@ -172,7 +142,7 @@ class _Search:
         weak = linear_response(first, value)
         n = len(first.error) if isinstance(first, FirstOrder) else len(weak) - 1
         weak[:-1][np.arange(len(weak) - 1) % n > 0] *= WEAKEST
-        begun = [fitted(full, table_of(first, z), value) for z in self.met(first, STRENGTH, weak, [], weak=True)]
+        begun = [full.fitted(first.table(z), value) for z in self.met(first, STRENGTH, weak, [], weak=True)]
         found = new_orbits(full, [z for z in begun if z is not None], [])
         ways = _ways(full)
         done: dict[int, list[Floats]] = {leaf: [] for leaf in ways} | {STRENGTH: list(found)}
@@ -181,7 +151,7 @@ class _Search:
             some = ((leaf, z) for leaf in ways for z in found if not any(same(z, o, 1e-3) for o in done[leaf]))
             leaf, orbit = next(some, (STRENGTH, None))
             if orbit is None or self.left < LEAST_PIECE:
-                return Found([table_of(full, z) for z in found], self.whole and orbit is None)
+                return Found([full.table(z) for z in found], self.whole and orbit is None)
             met = self.met(full, leaf, orbit, found)
             done[leaf] += [orbit, *met]
             found += new_orbits(full, met, found)
