@@ -5,8 +5,8 @@ import pytest
 
 import strainwave as sw
 from strainwave.numerics.balance.guess import linear_response
-from strainwave.numerics.balance.half_wave import all_orders, is_odd_on, odd_problem
-from strainwave.numerics.balance.second_order import second_order, work_for
+from strainwave.numerics.balance.half_wave import is_odd_on, odd_problem
+from strainwave.numerics.balance.second_order import all_orders, second_order, work_for
 from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.second_order import grid_of, hill
 from strainwave.tree import leaf_of

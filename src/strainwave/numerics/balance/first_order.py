@@ -21,7 +21,7 @@ from ...quantities import positive_count
 from ...results import Floats
 from ...tree import leaves, with_leaf
 from ..integration.corners import repeating
-from .fourier import analysis, extend, multiply_rows, synthesis, to_blocks
+from .fourier import analysis, extend, from_blocks, multiply_rows, synthesis, to_blocks
 from .panels import Distance, distances, samples_between
 from .second_order import STRENGTH, second_order
 
@@ -67,6 +67,22 @@ class FirstOrder(NamedTuple):
         series = np.zeros((n, len(self.sizes)))
         series[: min(n, len(table))] = table[:n]
         return np.append((to_blocks(series).T / self.sizes[:, None]).ravel(), value)
+
+    def table(self, point: Floats) -> Floats:
+        """Table (2H+1, states) of a point: mean, cos 1, sin 1, ..."""
+        return from_blocks(self.states(point).T)
+
+    def whole(self, table: Floats) -> Floats:
+        """Table of the states that `find_orbit` takes: the same."""
+        return table
+
+    def highest(self) -> int:
+        """Highest harmonic of an orbit."""
+        return len(self.error) // 2
+
+    def fitted(self, table: Floats, value: float) -> Floats | None:
+        """Point of a table, cut or filled up."""
+        return self.point(table, value)
 
     def difference(self) -> float:
         """Half of the central differences for the Jacobian, in units of the states' sizes."""

@@ -37,16 +37,6 @@ def is_odd_on(problem: SecondOrder, points: Floats) -> bool:
     return _odd(law.torque(u), law.torque(-u))
 
 
-def all_orders(problem: SecondOrder, series: Floats) -> Floats:
-    """Coefficients (points, in blocks) of a problem with those of the orders it leaves out."""
-    if problem.stride == 1:
-        return series
-    h = series.shape[1] // 2
-    out = np.zeros((len(series), 4 * h - 1))
-    out[:, 1 : 2 * h : 2], out[:, 2 * h :: 2] = series[:, 1 : h + 1], series[:, h + 1 :]
-    return out
-
-
 def _is_odd_series(series: Floats, h: int) -> bool:
     """Whether the mean and the even harmonics (in blocks) are rounding."""
     sizes = [abs(value) for value in series.tolist()]

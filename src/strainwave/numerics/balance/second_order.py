@@ -17,7 +17,7 @@ import numpy as np
 from ...compile.jit import kernel_as, routine, sampled
 from ...results import Floats
 from ...tree import with_leaf
-from .fourier import analysis, extend, multiply_rows, orders, synthesis
+from .fourier import analysis, extend, from_blocks, multiply_rows, orders, synthesis, to_blocks
 from .linear_algebra import copy, extremes, fill, padded, row_times
 from .piecewise import crossings_for, is_piecewise_linear
 
@@ -181,6 +181,16 @@ class Work(NamedTuple):
     spare: Floats
 
 
+def all_orders(problem: Any, series: Floats) -> Floats:
+    """Coefficients (points, in blocks) of a problem with those of the orders it leaves out."""
+    if problem.stride == 1:
+        return series
+    h = series.shape[1] // 2
+    out = np.zeros((len(series), 4 * h - 1))
+    out[:, 1 : 2 * h : 2], out[:, 2 * h :: 2] = series[:, 1 : h + 1], series[:, h + 1 :]
+    return out
+
+
 class SecondOrder(NamedTuple):
     """Balance of J u'' + B u' + T(u) = tau - J e'' in the torsion u = x - e; an orbit takes `turns` turns.
 
@@ -265,6 +275,35 @@ class SecondOrder(NamedTuple):
                 slope[i] = (work.spare[i] - slope[i]) if side == 1 else work.spare[i]
         for i in range(n):
             slope[i] /= 2.0 * d
+
+    def table(self, point: Floats) -> Floats:
+        """Table (2H+1, 1) of a point: mean, cos 1, sin 1, ... of u."""
+        return from_blocks(all_orders(self, point[None, :-1])[0])[:, None]
+
+    def whole(self, table: Floats) -> Floats:
+        """Table of x = u + e, which `find_orbit` takes."""
+        error = from_blocks(all_orders(self, self.error[None, :])[0])[: len(table), None]
+        out = table.copy()
+        out[: len(error)] += error
+        return out
+
+    def highest(self) -> int:
+        """Highest harmonic of an orbit."""
+        return int(self.stride * (len(self.error) // 2 - 1) + 1)
+
+    def fitted(self, table: Floats, value: float) -> Floats | None:
+        """Point of a table, cut or filled up; None where the symmetry of the problem has no such orbit."""
+        highest = self.highest()
+        series = np.zeros(2 * highest + 1)
+        series[: min(len(series), len(table))] = table[: len(series), 0]
+        blocks = to_blocks(series)
+        if self.stride > 1:
+            even = np.r_[0, 2 : highest + 1 : 2, highest + 2 : 2 * highest + 1 : 2]
+            if np.linalg.norm(blocks[even]) > 1e-6 * np.linalg.norm(blocks):
+                return None
+            blocks[0] = 0.0
+            blocks = np.delete(blocks, even[1:])
+        return np.append(blocks, value)
 
 
 class Tables(NamedTuple):

@@ -22,7 +22,7 @@ from ...sentences import Sentence, Speed
 from ...tree import mapped, with_leaf
 from .first_order import FirstOrder, jacobians_at, panels, rates_at
 from .fourier import analysis, synthesis
-from .half_wave import all_orders
+from .second_order import all_orders
 
 CURVE, ORBIT, FREE, MATTERS = 1e-6, 1e-10, 1e-11, 1e-3
 LOOKED_AT, FEW = 12, 4  # points of a curve where what is left out is estimated; of a general system

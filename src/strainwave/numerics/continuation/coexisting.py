@@ -18,7 +18,7 @@ from ..balance.first_order import FirstOrder
 from ..balance.fourier import orders
 from ..balance.guess import drive, one_harmonic
 from ..labels import END
-from .connected import ENOUGH, alike, connected, fitted, highest_harmonic, table_of
+from .connected import ENOUGH, alike, connected
 from .trace import Trace
 
 SIZES = np.geomspace(1e-5, 1.0, 50)  # amplitudes at which the law is asked, of the largest that the damping allows
@@ -62,20 +62,20 @@ class Coexisting:
             if not found.whole:
                 self.unfinished.add(value)
         tables = [table for table in self.known.get(value, []) if not any(table is other for other in self.apart)]
-        some = [fitted(problem, table, value) for table in tables]
+        some = [problem.fitted(table, value) for table in tables]
         return [point for point in some if point is not None]
 
     def note(self, problem: Any, points: list[Floats]) -> None:
         """Keep orbits that were found by the way."""
         for point in points:
-            self.known.setdefault(float(point[-1]), []).append(table_of(problem, point))
+            self.known.setdefault(float(point[-1]), []).append(problem.table(point))
 
     def give_up(self, problem: Any, points: list[Floats]) -> None:
         """Look no more for a way to orbits to which none was found with harmonics enough; they remain known."""
-        if problem.turns * ENOUGH > highest_harmonic(problem):
+        if problem.turns * ENOUGH > problem.highest():
             return
         for point in points:
-            table = table_of(problem, point)
+            table = problem.table(point)
             self.apart += [other for other in self.known[float(point[-1])] if alike(table, other, problem.turns)]
 
 

@@ -17,9 +17,9 @@ from ...compile.jit import as_python
 from ...results import Floats
 from ...tree import with_leaf
 from ..balance.first_order import FirstOrder, first_order
-from ..balance.fourier import from_blocks, orders, to_blocks
+from ..balance.fourier import orders
 from ..balance.guess import drive, linear_response, one_harmonic
-from ..balance.half_wave import all_orders, odd_problem
+from ..balance.half_wave import odd_problem
 from ..balance.harmonics import highest_order
 from ..balance.second_order import CONSTANT, LINE, STRENGTH, SecondOrder, second_order
 from ..labels import CLOSED, END, LOST
@@ -61,36 +61,6 @@ def new_orbits(problem: Any, some: list[Floats], known: list[Floats]) -> list[Fl
     return found
 
 
-def table_of(problem: Any, point: Floats) -> Floats:
-    """Coefficients (2H+1, states) of a point: mean, cos 1, sin 1, ..."""
-    if isinstance(problem, FirstOrder):
-        return from_blocks(problem.states(point).T)
-    return from_blocks(all_orders(problem, point[None, :-1])[0])[:, None]
-
-
-def highest_harmonic(problem: Any) -> int:
-    """Highest harmonic of the orbits of a problem."""
-    h = len(problem.error) // 2
-    return h if isinstance(problem, FirstOrder) else int(problem.stride * (h - 1) + 1)
-
-
-def fitted(problem: Any, table: Floats, value: float) -> Floats | None:
-    """Point of a problem from a table of coefficients, cut or filled up; None where its symmetry has no such orbit."""
-    if isinstance(problem, FirstOrder):
-        return problem.point(table, value)
-    highest = highest_harmonic(problem)
-    series = np.zeros(2 * highest + 1)
-    series[: min(len(series), len(table))] = table[: len(series), 0]
-    blocks = to_blocks(series)
-    if problem.stride > 1:
-        even = np.r_[0, 2 : highest + 1 : 2, highest + 2 : 2 * highest + 1 : 2]
-        if np.linalg.norm(blocks[even]) > 1e-6 * np.linalg.norm(blocks):
-            return None
-        blocks[0] = 0.0
-        blocks = np.delete(blocks, even[1:])
-    return np.append(blocks, value)
-
-
 def alike(a: Floats, b: Floats, turns: int) -> bool:
     """Whether two tables are those of one orbit; over several turns, of copies shifted by whole turns of the base."""
     n = min(len(a), len(b))
@@ -114,14 +84,14 @@ def connected(problem: Any, value: float, known: list[Floats]) -> Found:
     with as_python(MANY, compiled=True):
         if isinstance(problem, FirstOrder):
             few = _with_few_harmonics(problem, value)
-            some = [z for z in (fitted(few, table_of(problem, point), value) for point in known) if z is not None]
+            some = [z for z in (few.fitted(problem.table(point), value) for point in known) if z is not None]
             return _Search(few, value, STRONG).explored(few, some)
         lines = np.flatnonzero(np.hypot(*_halves(problem.tau)) + np.hypot(*_halves(problem.error)))
         highest = 1 + problem.stride * int(np.max(lines, initial=0))
         most = max(ENOUGH * problem.turns, 3 * highest)
         system = with_leaf(problem.system, problem.omega_leaf, value)
         full = second_order(system, problem.omega_leaf, problem.omega_leaf, most, problem.turns)
-        some = [z for z in (fitted(full, table_of(problem, point), value) for point in known) if z is not None]
+        some = [z for z in (full.fitted(problem.table(point), value) for point in known) if z is not None]
         return _Search(full, value, _strongest(full, value)).explored(odd_problem(full) or full, some)
 
 
@@ -129,7 +99,7 @@ def _with_few_harmonics(problem: FirstOrder, value: float) -> FirstOrder:
     """The problem at a frequency with the harmonics of a search: their cube is what its points cost."""
     system, leaf = with_leaf(problem.system, problem.omega_leaf, value), problem.omega_leaf
     few = max(ENOUGH, math.ceil(3 * highest_order(system) * problem.turns))
-    if few >= highest_harmonic(problem):
+    if few >= problem.highest():
         return problem._replace(system=system, omega=value)
     return first_order(system, leaf, leaf, few, problem.turns)._replace(sizes=problem.sizes)
 
@@ -184,7 +154,7 @@ class _Search:
         weak = linear_response(first, value)
         n = len(first.error) if isinstance(first, FirstOrder) else len(weak) - 1
         weak[:-1][np.arange(len(weak) - 1) % n > 0] *= WEAKEST
-        begun = [fitted(full, table_of(first, z), value) for z in self.met(first, STRENGTH, weak, [], weak=True)]
+        begun = [full.fitted(first.table(z), value) for z in self.met(first, STRENGTH, weak, [], weak=True)]
         found = new_orbits(full, [z for z in begun if z is not None], [])
         ways = _ways(full)
         done: dict[int, list[Floats]] = {leaf: [] for leaf in ways} | {STRENGTH: list(found)}
@@ -193,7 +163,7 @@ class _Search:
             some = ((leaf, z) for leaf in ways for z in found if not any(same(z, o, 1e-3) for o in done[leaf]))
             leaf, orbit = next(some, (STRENGTH, None))
             if orbit is None or self.left < LEAST_PIECE:
-                return Found([table_of(full, z) for z in found], self.whole and orbit is None)
+                return Found([full.table(z) for z in found], self.whole and orbit is None)
             met = self.met(full, leaf, orbit, found)
             done[leaf] += [orbit, *met]
             found += new_orbits(full, met, found)
@@ -205,7 +175,11 @@ class _Search:
         if leaf == self.problem.omega_leaf:
             return self.value / FASTEST, self.value * FASTEST, self.value, FINE
         if leaf == CONSTANT:
-            torques = [np.ptp(self.problem.tau[1:])]
+            h = len(self.problem.tau) // 2
+            forces = drive(
+                self.problem.system, self.value / self.problem.turns * orders(h), self.problem.tau, self.problem.error
+            )
+            torques = [float(np.abs(forces).max())]
             torques += [np.abs(self.problem.system.law.torque(z[:-1] @ self.problem.synthesis)).max() for z in found]
             most = MOST_TORQUE * float(np.max(torques))
             return -most, most, most / MOST_TORQUE, STEP

@@ -12,7 +12,7 @@ from ...results import Branch, Floats, Orbit, Status
 from ..balance.first_order import FirstOrder
 from ..balance.fourier import from_blocks
 from ..balance.guess import error_coefficients
-from ..balance.half_wave import all_orders
+from ..balance.second_order import all_orders
 from ..balance.truncation import Tail, tail_along, tails_together
 from ..labels import BRANCH_POINT, CLOSED, DOUBLING, END, FOLD, LOST, STUCK, TOP
 from ..stability.first_order import described

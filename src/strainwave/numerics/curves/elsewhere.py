@@ -8,10 +8,8 @@ from ...results import Branch, Floats, Orbit
 from ...sentences import Sentence, Speed
 from ...tree import leaf_of, with_leaf
 from ..balance.first_order import FirstOrder
-from ..balance.fourier import from_blocks
-from ..balance.half_wave import all_orders
 from ..continuation.coexisting import Coexisting
-from ..continuation.connected import alike, table_of
+from ..continuation.connected import alike
 from ..continuation.trace import Trace
 from ..orbits.find_orbit import find_orbit
 
@@ -26,7 +24,7 @@ def with_left_over(problem: Any, found: Trace, others: Coexisting) -> Trace:
     """The trace of a curve with the frequencies and tables of the known orbits through which it does not pass."""
     places: list[tuple[float, Floats]] = []
     for value, tables in others.known.items():
-        known = [table_of(problem, z) for z in found.points[found.points[:, -1] == value]]
+        known = [problem.table(z) for z in found.points[found.points[:, -1] == value]]
         for table in tables:
             if not any(alike(table, other, problem.turns) for other in known):
                 known.append(table)
@@ -54,7 +52,7 @@ def orbits_at(problem: Any, places: Places, branch: Branch) -> list[Orbit]:
     leaf = leaf_of(problem.system, "omega")
     for value, table in places:
         system = with_leaf(problem.system, leaf, value)
-        orbit = find_orbit(system, guess=_whole(problem, table), period=problem.turns)
+        orbit = find_orbit(system, guess=problem.whole(table), period=problem.turns)
         if not orbit.status:
             continue
         x = orbit.coefficients[:, :1]
@@ -75,13 +73,3 @@ def told(orbits: list[Orbit], followed: str) -> list[str]:
         size = f"max |x| {' and '.join(sizes)}"
         said.append(Sentence(f"at omega = {{}} there {there}, {size}, which {join} this curve{followed}", Speed(omega)))
     return said
-
-
-def _whole(problem: Any, table: Floats) -> Floats:
-    """Table of the states that `find_orbit` takes: of x = u + e where the problem is one in the torsion u."""
-    if isinstance(problem, FirstOrder):
-        return table
-    error = from_blocks(all_orders(problem, problem.error[None, :])[0])[: len(table), None]
-    whole = table.copy()
-    whole[: len(error)] += error
-    return whole

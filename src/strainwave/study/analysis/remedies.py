@@ -10,7 +10,7 @@ from ...compile.jit import as_python
 from ...law import depends, is_spring
 from ...model.train.drive_train import DriveTrain
 from ...numerics.balance.first_order import FirstOrder
-from ...numerics.balance.half_wave import all_orders
+from ...numerics.balance.second_order import all_orders
 from ...numerics.curves.response import traced_points
 from ...numerics.stability.second_order import displacement_peaks
 from ...quantities import parameters, replace

@@ -12,7 +12,7 @@ import numpy as np
 from ...numerics.attractors.random_starts import Motion
 from ...numerics.balance.guess import linear_response
 from ...numerics.balance.harmonics import highest_order
-from ...numerics.continuation.connected import connected, fitted
+from ...numerics.continuation.connected import connected
 from ...numerics.curves.backbone import backbone
 from ...quantities import replace
 from ...results import Floats, SolveError
@@ -41,7 +41,7 @@ def slow_seeds(problem: Any, resonance: Resonance, at: Floats) -> Iterator[tuple
     if resonance.q == 1:
         for omega in (float(at[0]), float(at[-1])):
             for table in connected(problem, omega, []).tables:
-                guess = fitted(problem, table, omega)
+                guess = problem.fitted(table, omega)
                 if guess is not None:
                     yield guess, f"seeded by an orbit of the excitation at other strengths, omega = {omega:.6g} rad/s"
     for omega in at.tolist():
