@@ -205,8 +205,8 @@ def _proof(system: Any, point: OperatingPoint) -> StabilityProof:
         return lyapunov(system)
     obstacle = Obstacle(
         f"{type(system.law).__name__} has friction or memory",
-        "Lyapunov's direct method with V(x, v) does not know its internal states; the multipliers of the response by "
-        "harmonic balance say which motions are stable",
+        "Lyapunov's direct method with V(x, v) does not know its internal states; the multipliers of the computed "
+        "response say which motions are stable",
     )
     return StabilityProof.refused(system, point.mean_torque, obstacle)
 
