@@ -53,7 +53,7 @@ def orbits_at(problem: Any, places: Places, branch: Branch) -> list[Orbit]:
     for value, table in places:
         system = with_leaf(problem.system, leaf, value)
         orbit = find_orbit(system, guess=problem.whole(table), period=problem.turns)
-        if not orbit.status:
+        if not orbit.status.found:
             continue
         x = orbit.coefficients[:, :1]
         known = [c[:, None] for c in branch.coefficients[branch.omega == value]]
