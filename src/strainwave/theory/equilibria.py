@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..law import breakpoints_of
 from ..model.laws.measured import RoundedPiecewiseLinear, Tabulated
 from ..model.laws.springs import Backlash, Cubic, Linear, PiecewiseLinear, Play, Polynomial
 from ..numerics.roots import bracketed_root
@@ -196,7 +197,7 @@ def _sampled(law: Any, g: Callable[[float], float], span: float | None) -> Lands
     name = type(law).__name__
     if span is None or not 0.0 < span < math.inf:
         raise ValueError(f"span is {span}, but {name} is only known by samples; give the largest torsion in rad")
-    inner = [b for b in law.breakpoints() if abs(b) < span] if hasattr(law, "breakpoints") else []
+    inner = [b for b in breakpoints_of(law) if abs(b) < span]
     grid = sorted({*np.linspace(-span, span, SAMPLES + 1).tolist(), *inner})
     values = [g(x) for x in grid]
     for x, value in zip(grid, values, strict=True):

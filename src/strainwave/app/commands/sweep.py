@@ -15,6 +15,7 @@ import xarray as xr
 
 from ...files.project import Project, load
 from ...numerics.ensemble.measures import Amplitude, Extremes, Mean, Peak, Rms
+from ...protocols import state_count
 from ...quantities import Parameter, convert, parameters, parse
 from ...results import Floats
 from ...study.sweep.ensemble_measure import EnsembleMeasure
@@ -53,7 +54,7 @@ def show(
     known, grids = parameters(system), [in_equation(text, project) for text in grid]
     axes = dict(axis(text, known) for text in grids)
     units = dict(typed_unit(text, known) for text in grids)
-    states = len(system.state_names()) if hasattr(system, "state_names") else 2
+    states = state_count(system)
     measure = EnsembleMeasure((0.0,) * states, periods, tuple(map(named, measures)), settle)
     with progress(project.title), client(cluster) as connected:
         data = sweep(measure, system, axes, store=output, client=connected, workers=workers, chunk=chunk)

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from ...files.project import Project
 from ...law import spring_stiffness
+from ...protocols import terms_of
 from ...sentences import Angle, Sentence
 from ...study.analysis.analysis import Analysis
 from ...study.response.resonances import active_orders
@@ -113,7 +114,7 @@ def _static(project: Project, analysis: Analysis, angle: AngleUnit) -> list[Fact
         Fact("Static error under the mean torque", "x₀", point.x * angle.factor, angle.name, BETWEEN),
     ]
     if point.stiffness > 0.0:
-        terms = getattr(system.excitation, "terms", (system.excitation,))
+        terms = terms_of(system.excitation)
         for term in terms:
             if getattr(term, "amplitude", 0.0):
                 static = abs(term.amplitude) / point.stiffness * angle.factor

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...protocols import omega_of
 from ...results import Floats, Orbit, SolveError
 from ..integration.methods import Dopri5
 from ..integration.simulate import simulate
@@ -100,7 +101,7 @@ def _same(known: Attractor, seen: Attractor, scale: Floats) -> bool:
 def _attractor(system: Any, ends: Settled, lane: int) -> tuple[Attractor, Floats]:
     """Attractor on which a settled lane is, and the sizes (states,) of its states."""
     turns, state = int(ends.period[lane]), ends.state[:, lane]
-    turn = 2.0 * np.pi / float(getattr(system, "omega", 1.0))
+    turn = 2.0 * np.pi / float(omega_of(system))
     grid = np.linspace(0.0, turns * turn, turns * PER_TURN + 1)
     run = simulate(system, state, grid, method=Dopri5(rtol=1e-10, atol=1e-14 * float(np.max(np.abs(state)) + 1e-12)))
     y = run.y

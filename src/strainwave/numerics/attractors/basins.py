@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...protocols import state_count
 from ...quantities import interval, positive_count, shown, with_parts
 from ...results import Floats
 from ..integration.corners import repeating
@@ -157,7 +158,7 @@ def basins(
         raise ValueError(f"longest is {longest} turns; it must be at least settle + {SEEN} = {settle + SEEN}")
     shape = _shape(resolution, samples)
     x, v = _grid(spans, shape) if shape else _random(spans, positive_count("samples", samples, MOST_LANES), seed)
-    states = len(system.state_names()) if hasattr(system, "state_names") else 2
+    states = state_count(system)
     start = np.zeros((states, len(x)))
     start[0], start[1] = x, v
     ends = settled(system, {}, start, settle=settle, longest=longest, method=method, threads=threads)

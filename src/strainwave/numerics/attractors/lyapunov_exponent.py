@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...law import is_spring, torsion
+from ...law import breakpoints_of, torsion
 from ...maths import cos, sin
+from ...protocols import has_jacobian, omega_of
 from ...quantities import numbers, positive_count, with_parts
 from ...results import Floats, SolveError
 from ..integration.corners import repeating
@@ -38,11 +39,11 @@ class Direction(NamedTuple):
     @property
     def omega(self) -> float:
         """Base speed [rad/s] of the system."""
-        return float(getattr(self.system, "omega", 1.0))
+        return float(omega_of(self.system))
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions where the law is not smooth."""
-        return tuple(self.system.breakpoints()) if hasattr(self.system, "breakpoints") else ()
+        return tuple(breakpoints_of(self.system))
 
     def torsion(self, phase: Any, y: Any) -> Any:
         """Torsion of the system."""
@@ -123,11 +124,11 @@ def lyapunov_exponent(system: Any, y0: ArrayLike, *, turns: int = 2000, settle: 
     if positive_count("turns", turns) < BLOCKS:
         raise ValueError(f"turns is {turns}; it must be at least {BLOCKS}, one for each block")
     each = -(-turns // BLOCKS)
-    if len(y) == 2 and hasattr(system, "jacobian") and is_spring(system):
+    if len(y) == 2 and has_jacobian(system):
         logs, end = _variational(system, y, settle, each)
     else:
         logs, end = _neighbour(system, y, settle, each)
-    turn = 2.0 * np.pi / float(getattr(system, "omega", 1.0))
+    turn = 2.0 * np.pi / float(omega_of(system))
     blocks = np.diff(logs[::each]) / (each * turn)
     course = np.linspace(0.0, logs[-1], len(logs))
     chance = float(np.std(blocks, ddof=1) / np.sqrt(len(blocks)))
@@ -138,7 +139,7 @@ def lyapunov_exponent(system: Any, y0: ArrayLike, *, turns: int = 2000, settle: 
 
 def _variational(system: Any, y: Floats, settle: int, each: int) -> tuple[Floats, Floats]:
     """Logarithms (turns + 1,) of the length of a disturbance after every turn, and the last state."""
-    turn = 2.0 * np.pi / float(getattr(system, "omega", 1.0))
+    turn = 2.0 * np.pi / float(omega_of(system))
     before = _run(system, y, settle * turn)
     pull = abs(float(system.jacobian(0.0, tuple(before))[1][0]))
     speed = float(np.sqrt(pull)) if pull > 0.0 else 2.0 * np.pi / turn
@@ -151,7 +152,7 @@ def _variational(system: Any, y: Floats, settle: int, each: int) -> tuple[Floats
 
 
 def _neighbour(system: Any, y: Floats, settle: int, each: int) -> tuple[Floats, Floats]:
-    turn = 2.0 * np.pi / float(getattr(system, "omega", 1.0))
+    turn = 2.0 * np.pi / float(omega_of(system))
     state = _run(system, y, settle * turn)
     rates, end = stretching(system, {}, state[:, None], stretches=BLOCKS * each)
     grown = np.concatenate([[0.0], np.cumsum(rates[:, 0])]) * turn

@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from ...law import torsion
+from ...protocols import omega_of
 from ...quantities import number, numbers, parameters, positive_count, replace, shown, with_parts
 from ...results import Floats, SolveError
 from ..integration.corners import repeating
@@ -100,7 +101,7 @@ def poincare_section(
     positive_count("settle", settle, MOST_TURNS)
     if phase is not None and torsion_level is not None:
         raise ValueError(f"phase is {phase:g} and torsion_level {torsion_level:g}; a section has one of them")
-    omega = number("omega", getattr(system, "omega", 1.0), positive=True)
+    omega = number("omega", omega_of(system), positive=True)
     turn = 2.0 * np.pi / omega
     if torsion_level is None:
         angle = number("phase", 0.0 if phase is None else phase) % (2.0 * np.pi)
@@ -273,7 +274,7 @@ def _swept(members: list[Any], y: Floats, settle: int, points: int, method: Any)
     peak = np.full(len(members), np.nan)
     turns = settle + np.arange(points * FOR_PEAKS + 1) / FOR_PEAKS
     for i, member in enumerate(members):
-        t = 2.0 * np.pi / float(getattr(member, "omega", 1.0)) * np.concatenate([[0.0], turns])
+        t = 2.0 * np.pi / float(omega_of(member)) * np.concatenate([[0.0], turns])
         run = simulate(member, y, t, method=method)
         if not run.status:
             break

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...protocols import omega_of
 from ...quantities import replace
 from ...results import Floats
 from ..ensemble.ensemble import ensemble, lanes_run
@@ -88,7 +89,7 @@ def stretching(
     Strelcyn 1980, Meccanica 15, 9). Both trajectories take the same steps: with others their errors, too, grow apart.
     """
     lanes = state.shape[1]
-    omega = np.broadcast_to(getattr(replace(system, parameters), "omega", 1.0), (lanes,))
+    omega = np.broadcast_to(omega_of(replace(system, parameters)), (lanes,))
     size = np.maximum(np.max(np.abs(state), axis=0), 1e-300)
     unit = size * np.stack([np.ones(lanes), *[omega] * (len(state) - 1)])
     away = unit / np.sqrt(len(state)) * APART

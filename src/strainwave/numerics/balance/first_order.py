@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...law import is_spring
+from ...protocols import has_jacobian, omega_of
 from ...quantities import positive_count
 from ...results import Floats
 from ...tree import leaves, with_leaf
@@ -204,7 +205,7 @@ def jacobians_at(system: Any, angles: Floats, y: Floats, sizes: Floats, differen
     `difference` is half of each, in units of the states' `sizes`. An `Oscillator` knows them for a law
     torque(x) alone.
     """
-    if hasattr(system, "jacobian") and is_spring(system):
+    if has_jacobian(system):
         rows = system.jacobian(angles, tuple(y))
         return np.array([[np.broadcast_to(entry, y.shape[1:]) for entry in row] for row in rows], float)
     columns = []
@@ -281,7 +282,7 @@ def first_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: 
     states, n = number_of_states(system), 2 * harmonics + 1
     kinked = len(distances(system, np.zeros(1), np.zeros((states, 1)))) > 0
     problem = FirstOrder(
-        system, leaf, omega_leaf, turns, float(getattr(system, "omega", 1.0)), np.ones(states),
+        system, leaf, omega_leaf, turns, float(omega_of(system)), np.ones(states),
         synthesis(harmonics, samples), analysis(harmonics, samples), analysis(2 * harmonics, samples),
         2.0 * np.pi * turns * np.arange(samples) / samples, np.zeros(states * n), np.zeros(n), kinked,
     )  # fmt: skip

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from ...law import is_spring
+from ...protocols import orders_of
 from ...quantities import positive_count
 
 FEWEST = 7  # per turn of the base angle
@@ -47,12 +48,12 @@ def most_harmonics(system: Any) -> int:
 
 def highest_order(system: Any) -> int:
     """Highest order of the excitation and the kinematic error on the base angle; 1 where the system does not say."""
-    return max((1, *system.orders())) if hasattr(system, "orders") else 1
+    return max((1, *orders_of(system)))
 
 
 def _whole_orders(system: Any) -> None:
     """Refuse orders that do not repeat with the base angle (a user's own excitation may have such)."""
-    orders = system.orders() if hasattr(system, "orders") else ()
+    orders = orders_of(system)
     for order in orders:
         if order != int(order):
             raise ValueError(

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...compile.jit import kernel_as, routine
+from ...law import breakpoints_of
 from ...results import Floats
 from .fourier import multiply_rows
 from .linear_algebra import copy, extremes
@@ -264,7 +265,7 @@ def crossings_for(harmonics: int) -> Crossings:
 
 def is_piecewise_linear(law: Any) -> bool:
     """Whether a law has breakpoints and a constant stiffness between them."""
-    places = np.sort(np.array(law.breakpoints() if hasattr(law, "breakpoints") else (), float))
+    places = np.sort(np.array(breakpoints_of(law), float))
     if len(places) == 0:
         return False
     reach = float(np.max(np.abs(places))) or 1.0

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...protocols import omega_of
 from ...results import Floats
 from ...sentences import Sentence, Speed
 from ...tree import leaf_of, with_leaf
@@ -106,7 +107,7 @@ def settled_start(problem: Any, value: float) -> Floats | None:
     """Solution at a value of the parameter near the motion to which an integration from rest has settled."""
     system = with_leaf(problem.system, problem.leaf, float(value))
     general = isinstance(problem, FirstOrder)
-    base = float(getattr(system, "omega", 1.0))
+    base = float(omega_of(system))
     turn = 2.0 * np.pi * problem.turns / base
     times = turn * SETTLING + problem.angles / base
     try:

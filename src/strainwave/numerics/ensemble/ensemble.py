@@ -18,6 +18,8 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from ...compile.lanes import LANES
+from ...law import breakpoints_of
+from ...protocols import omega_of
 from ...quantities import positive_count, replace, with_parts
 from ...results import Floats
 from ...tree import leaves, mapped
@@ -143,7 +145,7 @@ def _batch(
     members = replace(system, varied)
     prepared = members.prepared() if hasattr(members, "prepared") else members
     table = np.array([np.broadcast_to(np.asarray(v, float), (lanes,)) for v in leaves(prepared)]).reshape(-1, lanes)
-    omega = np.broadcast_to(np.asarray(getattr(members, "omega", 1.0), float), (lanes,))
+    omega = np.broadcast_to(np.asarray(omega_of(members), float), (lanes,))
     kind = Smooth() if _is_smooth(system, len(y0)) else General()
     return Batch(
         mapped(lambda number: float(np.ravel(number)[0]), prepared),
@@ -259,7 +261,7 @@ def _add_error_estimates(
     good = np.flatnonzero(data["status"].values == 0)
     if not len(good):
         return
-    kinks = bool(system.breakpoints()) if hasattr(system, "breakpoints") else False
+    kinks = bool(breakpoints_of(system))
     seen, blocks = (good, SAMPLED_BLOCKS) if kinks else (_spread(good, SAMPLED), 1)
     groups = [good[steps[good] == number] for number in np.unique(steps[seen])]
     sample = np.sort(np.concatenate([_spread(group, blocks * LANES) for group in groups]))

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from ...law import breakpoints_of
+from ...protocols import omega_of, orders_of
 from ...quantities import numbers, positive_count, shown
 from ...quantities import parameters as parameters_of
 from ...results import Floats
@@ -27,7 +29,7 @@ def spans(periods: Any, settle: Any) -> tuple[int, int]:
 def what_and_how(system: Any, measures: Any, method: Any) -> tuple[tuple[Any, ...], Method]:
     """Return the measures that are accumulated, and the method, whose steps resolve them."""
     kept, chosen = summed_measures(measures), method_of(system, method)
-    k, orders = highest_order(measures), system.orders() if hasattr(system, "orders") else ()
+    k, orders = highest_order(measures), orders_of(system)
     most, remedy = stepping_of(chosen).resolved(k, orders)
     if k > most:  # it would be the amplitude of another order
         name = next(type(m).__name__ for m in measures if hasattr(m, "order") and m.order() == k)
@@ -63,7 +65,7 @@ def lanes_of(system: Any, parameters: Any, y0: Any) -> tuple[dict[str, Floats], 
         names = ", ".join(system.state_names())
         raise ValueError(f"y0 has {len(states)} states; {type(system).__name__} has {wanted}: {names}; give each one")
     check_lanes(system, varied)
-    omega = varied.get("omega", np.full(lanes, float(getattr(system, "omega", 1.0))))
+    omega = varied.get("omega", np.full(lanes, float(omega_of(system))))
     if not (omega > 0.0).all():
         slow = ~(omega > 0.0)
         raise LaneError(f"omega is {omega[int(np.argmax(slow))]:g} rad/s; it must be positive", slow)
@@ -87,7 +89,7 @@ def summed_measures(measures: Any) -> tuple[Any, ...]:
 def method_of(system: Any, method: Any) -> Method:
     """Return the method given, or the one that suits the system."""
     if method is None:
-        kinks = system.breakpoints() if hasattr(system, "breakpoints") else ()
+        kinks = breakpoints_of(system)
         return Dop8() if steps_known(system) and not kinks else Dopri5()
     chosen = checked(method)
     stepping_of(chosen).check(system)

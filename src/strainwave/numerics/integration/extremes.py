@@ -8,6 +8,7 @@ from typing import Any
 
 from ...compile.jit import axpy, chosen, kernel, routine
 from ...law import class_of
+from ...protocols import omega_of
 from ...results import Trajectory
 from ..choices import smaller
 from .steps import times
@@ -50,7 +51,7 @@ def ends_of(system: Any, omega: float, t: Any, y: Any, k: Any, t1: Any, y1: Any,
 
 def watched_ends(system: Any, run: Trajectory) -> Any:
     """Value and rate at the begin, value and rate at the end of all steps of a run, for each thing that is watched."""
-    omega, early, late = float(getattr(system, "omega", 1.0)), slice(None, -1), slice(1, None)
+    omega, early, late = float(omega_of(system)), slice(None, -1), slice(1, None)
     ends = ((run.t[side], tuple(run.y[:, side]), tuple(run.rate[:, side])) for side in (early, late))
     first, last = ends
     return zip(*ends_of(system, omega, *first, *last), strict=True)

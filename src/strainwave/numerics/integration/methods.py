@@ -12,7 +12,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...compile.jit import run
-from ...law import is_spring
+from ...law import breakpoints_of
+from ...protocols import has_jacobian, orders_of
 from ...quantities import number, positive_count, shown
 from ...results import Floats, Status, Trajectory
 from .corners import across
@@ -84,7 +85,7 @@ class AdaptiveStep:
     def recorded(self, system: Any, y: Any, spans: Any, record: Record) -> Trajectory:
         """Trajectory over the stretches `spans` from the state y, in a given record."""
         omega = omega_of(system)
-        places = system.breakpoints() if hasattr(system, "breakpoints") else ()
+        places = breakpoints_of(system)
         breakpoints = np.array(places, float) if places else None  # None: the kernel for smooth laws omits the search
         longest, span = float(self.largest_step or math.inf), spans[-1][1] - spans[0][0]
         limits = longest, span, float(self.rtol), float(self.atol)
@@ -180,7 +181,7 @@ class FixedStep:
             if omega == 0.0:
                 raise ValueError("with omega = 0 there is no period; give steps instead of steps_per_period")
             return 2.0 * math.pi / abs(omega) / self.steps_per_period
-        if not hasattr(system, "jacobian") or not is_spring(system):
+        if not has_jacobian(system):
             name = type(system).__name__
             raise TypeError(f"{name} has no jacobian to choose a step from; give steps_per_period or use Dopri5")
         record = Record(system, times[[0, -1]], spans, y, rate, False)
@@ -194,7 +195,7 @@ class FixedStep:
         rows = system.jacobian(omega * coarse.t[use], tuple(coarse.y[:, use]))
         entries = np.array([[np.broadcast_to(entry, coarse.t[use].shape) for entry in row] for row in rows], float)
         fastest = float(np.max(np.abs(np.linalg.eigvals(np.moveaxis(entries, 2, 0)))))
-        order = max((1, *system.orders())) if hasattr(system, "orders") else 1
+        order = max((1, *orders_of(system)))
         return 2.0 * math.pi / max(fastest, abs(omega) * order) / self.steps
 
 
@@ -237,7 +238,7 @@ def checked(method: Any) -> Method:
 
 def omega_of(system: Any) -> float:
     """Base frequency [rad/s] of a system; 1 where it has none, because its base angle is time."""
-    return float(getattr(system, "omega", 1.0))
+    return float(omega_of(system))
 
 
 def _check_scheme(name: str, scheme: Any, wanted: tuple[str, ...]) -> None:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from ...law import breakpoints_of, is_spring
+from ...protocols import omega_of
 from ...quantities import shown, with_parts
 from ...results import Floats, Orbit, SolveError, Status
 from ...tree import leaf_of
@@ -69,7 +70,7 @@ def find_orbit(
     """
     system = periodic("find_orbit", with_parts("find_orbit", system, "rhs"), period)
     h = starting_harmonics(system, harmonics, period)
-    if not getattr(system, "omega", 1.0) > 0.0:
+    if not omega_of(system) > 0.0:
         raise ValueError(f"omega is {system.omega:g} rad/s; a periodic orbit needs a positive base frequency")
     if not is_second_order(system):
         table = None if guess is None else _table(guess)

@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...law import is_spring, torsion
+from ...law import breakpoints_of, torsion
+from ...protocols import has_jacobian, omega_of
 from ...quantities import number, numbers, positive_count, with_parts
 from ...results import Floats, Orbit, SolveError, Status
 from ..balance.first_order import periodic
@@ -33,11 +34,11 @@ class Variational(NamedTuple):
     @property
     def omega(self) -> float:
         """Base speed [rad/s] of the system."""
-        return float(getattr(self.system, "omega", 1.0))
+        return float(omega_of(self.system))
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions where the law is not smooth."""
-        return tuple(self.system.breakpoints()) if hasattr(self.system, "breakpoints") else ()
+        return tuple(breakpoints_of(self.system))
 
     def torsion(self, phase: Any, y: Any) -> Any:
         """Torsion of the system."""
@@ -122,10 +123,10 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
     system = periodic("shoot", with_parts("shoot", system, "rhs"), period)
     y = start = numbers("y0", y0)
     n = len(y)
-    smooth = n == 2 and hasattr(system, "jacobian") and is_spring(system)
+    smooth = n == 2 and has_jacobian(system)
     positive_count("period", period)
     Dopri5(rtol=rtol)
-    omega = number("omega", getattr(system, "omega", 1.0), positive=True)
+    omega = number("omega", omega_of(system), positive=True)
     duration = 2.0 * np.pi * period / omega
     matrix = np.full((n, n), 1e300)
     status = Status.NO_CONVERGENCE

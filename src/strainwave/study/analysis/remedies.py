@@ -13,6 +13,7 @@ from ...numerics.balance.first_order import FirstOrder
 from ...numerics.balance.second_order import all_orders
 from ...numerics.curves.response import traced_points
 from ...numerics.stability.second_order import displacement_peaks
+from ...protocols import lines_of, terms_of
 from ...quantities import parameters, replace
 from ...results import Floats, SolveError
 from ...tree import leaf_of
@@ -138,7 +139,7 @@ def _bends(system: Any, loaded: Any) -> bool:
 def line_that_matters(error: Any, series: Floats) -> tuple[int, dict[str, float]] | None:
     """Order of the line whose harmonic is the largest in the error at its peak, and the change that makes it less."""
     sizes = {}
-    for i, line in enumerate(getattr(error, "lines", ())):
+    for i, line in enumerate(lines_of(error)):
         if line.amplitude:
             sizes[i] = float(np.linalg.norm(series[2 * line.order - 1 : 2 * line.order + 1]))
     if not sizes:
@@ -169,7 +170,7 @@ def train_changes(train: DriveTrain) -> Iterator[tuple[str, float, DriveTrain]]:
 
 def _with_more(torque: Any, by: float) -> Any:
     """The torque with a larger mean, in the direction that it has."""
-    terms = getattr(torque, "terms", (torque,))
+    terms = terms_of(torque)
     mean = sum(term.mean for term in terms)
     first = terms[0]._replace(mean=terms[0].mean + (by if mean >= 0.0 else -by))
     return torque._replace(terms=(first, *terms[1:])) if hasattr(torque, "terms") else first

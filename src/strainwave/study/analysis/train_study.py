@@ -11,6 +11,7 @@ from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import SpeedProfile
 from ...numerics.integration.methods import Dopri5
+from ...protocols import terms_of
 from ...results import Floats, SolveError
 from ...sentences import Sentence
 from ..response.gear_forces import damping_of
@@ -129,7 +130,7 @@ def train_study(
     else:
         progress("run-up")
         run, begin = _run_up(train, system, speeds, top, gear)
-        if any(h.amplitude for torque in _torques(train) for h in getattr(torque, "terms", (torque,))):
+        if any(h.amplitude for torque in _torques(train) for h in terms_of(torque)):
             remarks.append("The run-up has the mean torques; lines of a torque, which follow an angle, are left out.")
         if curve is None:
             remarks.append("No steady motion of the train that repeats with every turn was found; the run-up has it.")

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
+from ...protocols import orders_of
 from ...results import Floats, SolveError, Status, Trajectory
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.resonance import Resonance
@@ -116,7 +117,7 @@ def compare(
         t_end = 5.0 / flow.mu
     if not 0.0 < t_end < math.inf:
         raise ValueError(f"t_end = {t_end!r} s must be positive and finite")
-    orders = [1, *system.orders()] if hasattr(system, "orders") else [1]
+    orders = [1, *orders_of(system)]
     fastest = max(flow.omega_0, system.omega * max(orders))
     t = np.linspace(0.0, t_end, 2 + math.ceil(SAMPLES * t_end * fastest / (2.0 * np.pi)))
     integrated = simulate(system, y0, t, method=Dopri5(rtol=1e-11, atol=1e-15))

@@ -24,6 +24,7 @@ from ...numerics.balance.first_order import first_order
 from ...numerics.integration.corners import repeating
 from ...numerics.operating_point import operating_point
 from ...numerics.stability.first_order import hill_map
+from ...protocols import orders_of
 from ...quantities import interval, replace, with_parts
 from ...results import Floats
 from ...theory.lyapunov import mean_torque
@@ -155,7 +156,7 @@ def _on_own_turn(linear: Any) -> tuple[Any, int]:
     """
     parts = {"variation": linear.variation, "damping.variation": getattr(linear.damping, "variation", None)}
     varied = {path: part for path, part in parts.items() if isinstance(part, Variation)}
-    orders = (*linear.variation.orders(), *(linear.damping.orders() if hasattr(linear.damping, "orders") else ()))
+    orders = (*linear.variation.orders(), *orders_of(linear.damping))
     g = math.gcd(*orders)
     if g < 2 or sorted(orders) != sorted(order for part in varied.values() for order in part.orders()):
         return linear, 1

@@ -12,6 +12,7 @@ from ...law import is_spring
 from ...numerics.balance.harmonics import grown, highest_order
 from ...numerics.balance.truncation import MATTERS
 from ...numerics.curves.response import frequency_response
+from ...protocols import lines_of
 from ...results import Branch, Floats
 from .gear_forces import gear_torque
 from .jumps import Jumps, jumps
@@ -72,7 +73,7 @@ class ExactResponse:
         x = self.curve.coefficients
         if 2 * order >= x.shape[1]:
             return 0.0 * self.curve.omega
-        lines = [line for line in getattr(system.error, "lines", ()) if line.order == order]
+        lines = [line for line in lines_of(system.error) if line.order == order]
         even = x[:, 2 * order - 1] - sum(line.amplitude * math.cos(line.phase) for line in lines)
         odd = x[:, 2 * order] + sum(line.amplitude * math.sin(line.phase) for line in lines)
         return np.asarray(np.hypot(even, odd))

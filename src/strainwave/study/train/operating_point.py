@@ -11,6 +11,7 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import Steady
 from ...numerics.balance.first_order import jacobians_at, rates_at
 from ...numerics.loading import loaded_state
+from ...protocols import terms_of
 from ...quantities import with_parts
 from ...results import Floats, SolveError
 from ...sentences import Sentence, Speed
@@ -132,4 +133,4 @@ def _mean(torque: Any) -> Harmonic:
             f"a {type(torque).__name__} has no mean torque; put Harmonic(0.0, mean=...) in its place, with the torque "
             "at the time in question"
         )
-    return Harmonic(0.0, mean=sum(h.mean for h in getattr(torque, "terms", (torque,))))
+    return Harmonic(0.0, mean=sum(h.mean for h in terms_of(torque)))

@@ -13,6 +13,7 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.shafts import NO_DRAG
 from ...model.train.train_forms import SteadyTrain
 from ...numerics.orbits.find_orbit import find_orbit
+from ...protocols import orders_of
 from ...quantities import numbers, shown
 from ...results import Floats, Orbit
 from ...sentences import Sentence, Speed
@@ -151,7 +152,7 @@ def compare_with_train(
 
 def error_slope(train: DriveTrain) -> float:
     """Largest N |e'| of a train, how far the ratio of its gear varies, relative to 1/N."""
-    highest = max((1, *train.error.orders())) if hasattr(train.error, "orders") else 1
+    highest = max((1, *orders_of(train.error)))
     phase = 2.0 * np.pi * np.arange(SAMPLES * highest) / (SAMPLES * highest)
     return float(train.N * np.max(np.abs(train.error.slope(phase))))
 

@@ -13,6 +13,7 @@ from ...numerics.attractors.settle import SEEN, settled
 from ...numerics.curves.family import response_family
 from ...numerics.ensemble.lane_checks import LaneError, check_lanes
 from ...numerics.integration.corners import repeating
+from ...protocols import state_count
 from ...quantities import interval, number, numbers, parameters, positive_count, shown, with_parts
 from ...results import Floats, SolveError
 from ..response.jumps import jumps
@@ -179,7 +180,7 @@ def _at_speed(
 ) -> SpeedSpread:
     base = system if "omega" in apart else system._replace(omega=omega)
     count = len(next(iter(drives.values())))
-    states = len(system.state_names()) if hasattr(system, "state_names") else 2
+    states = state_count(system)
     ends = settled(base, apart, np.zeros((states, count)), **how)
     peak = np.maximum(np.abs(ends.lowest), np.abs(ends.highest))
     good = ~ends.diverged

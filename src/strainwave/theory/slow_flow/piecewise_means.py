@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...compile.jit import kernel, kernel_as
+from ...law import breakpoints_of
 from ...maths import cos, sin
 from ...results import Floats
 
@@ -30,7 +31,7 @@ class Pieces(NamedTuple):
 
 def pieces_of(law: Any) -> Pieces | None:
     """The pieces of a law, or None where it is not linear between breakpoints."""
-    places = np.unique(np.array(law.breakpoints() if hasattr(law, "breakpoints") else (), float))
+    places = np.unique(np.array(breakpoints_of(law), float))
     if len(places) == 0:
         return None
     reach = float(np.max(np.abs(places))) or 1.0

@@ -1,0 +1,112 @@
+"""What the objects must have that the package works with, what they may have, and the defaults otherwise.
+
+No class of a user needs to inherit from these: they are read by people and by type checkers. The functions below are
+the only place that asks an object for what it may have; `law` does the same for laws.
+"""
+
+from typing import Any, Protocol
+
+from .law import is_spring
+
+
+class Law(Protocol):
+    """Torque [N*m] of a torsion x [rad]: or of x and its rate, `torque(x, v)`, or with internal states, see `law`.
+
+    It may have `energy(x)`, `breakpoints()` (torsions where it is not smooth), `scaled(factor)` (a form for many
+    steps), `spring_stiffness(x)` (without what friction or memory add at rest) and `check()`.
+    """
+
+    def torque(self, x: Any) -> Any:
+        """Torque [N*m]."""
+
+    def stiffness(self, x: Any) -> Any:
+        """Its derivative [N*m/rad]."""
+
+
+class Excitation(Protocol):
+    """A torque of the base angle. It may have `orders()`, integers on the base angle, and `corners()` of a profile."""
+
+    def torque(self, angle: Any) -> Any:
+        """Torque [N*m] at a base angle [rad]."""
+
+
+class Error(Protocol):
+    """A kinematic error of the base angle. It may have `orders()` and `lines`."""
+
+    def value(self, angle: Any) -> Any:
+        """Error [rad, output side]."""
+
+    def slope(self, angle: Any) -> Any:
+        """Derivative by the base angle."""
+
+    def curvature(self, angle: Any) -> Any:
+        """Second derivative."""
+
+
+class System(Protocol):
+    """Anything that moves. It may have `omega` [rad/s] (1: the base angle is the time in seconds).
+
+    It may also have `state_names()` (two states otherwise), `orders()` (of the base angle: none known otherwise),
+    `jacobian(phase, y)`, `torsion(phase, y)` (the first state otherwise) and `breakpoints()` of it, `kinks(phase, y)`,
+    `sizes()` of its states, `watched(phase, y)` (beside the states, for extremes), and `prepared()`, its form for many
+    steps.
+    """
+
+    def rhs(self, phase: Any, y: Any) -> Any:
+        """Time derivatives of the states, a tuple, at a base angle [rad]."""
+
+
+class Control(Protocol):
+    """Torque [N*m] of a motor's control against its deviation, `torque(x, v)` or, with states, `torque(x, v, z)`.
+
+    It may have `inertia()` [kg*m^2], which counts against the acceleration of the deviation (0 otherwise).
+    """
+
+    def torque(self, x: Any, v: Any) -> Any:
+        """Torque at a deviation [rad] from the reference and its rate [rad/s]."""
+
+
+class Measure(Protocol):
+    """A number of each lane of an ensemble, accumulated while it runs.
+
+    It may have `of_end(y)` and `of_turns(y)` in place of the two below, and `order()`, `unit()` and `check()`.
+    """
+
+    def start(self) -> Any:
+        """Sums at the begin, a tuple."""
+
+    def update(self, sums: Any, piece: Any) -> Any:
+        """Sums after a piece of the trajectory."""
+
+    def results(self, sums: Any, time: Any) -> Any:
+        """Dictionary of name to value from the sums over a time [s]."""
+
+
+def omega_of(system: Any) -> Any:
+    """Speed of the base angle [rad/s]: 1 where a system has none."""
+    return getattr(system, "omega", 1.0)
+
+
+def state_count(system: Any) -> int:
+    """How many states a system has: two unless it names them."""
+    return len(system.state_names()) if hasattr(system, "state_names") else 2
+
+
+def orders_of(thing: Any) -> tuple[int, ...]:
+    """Orders of a system, an excitation or an error on the base angle: none where they are not known."""
+    return tuple(thing.orders()) if hasattr(thing, "orders") else ()
+
+
+def terms_of(torque: Any) -> tuple[Any, ...]:
+    """Harmonics of a torque: its terms, or itself."""
+    return tuple(getattr(torque, "terms", (torque,)))
+
+
+def lines_of(error: Any) -> tuple[Any, ...]:
+    """Lines of a kinematic error: none where it does not list them."""
+    return tuple(getattr(error, "lines", ()))
+
+
+def has_jacobian(system: Any) -> bool:
+    """Whether a system has a `jacobian` that holds: of a law with friction or memory it does not."""
+    return hasattr(system, "jacobian") and is_spring(system)
