@@ -13,8 +13,7 @@ from scipy.integrate import solve_ivp
 
 import strainwave as sw
 from strainwave.numerics.integration import breakpoints as switches
-from strainwave.numerics.integration import record, steps
-from strainwave.numerics.integration import simulate as integrate
+from strainwave.numerics.integration import methods, record, steps
 
 DUFFING = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.0)
 SPRING = sw.Oscillator(1.0, 0.0, sw.Cubic(1.0, 0.0), sw.Harmonic(0.0), 1.0)  # of the type of DUFFING: compiled once
@@ -137,7 +136,7 @@ def test_rate_is_the_rhs_at_every_sample():
 def test_pieces_of_any_size_give_one_solution(method, monkeypatch):
     whole = sw.simulate(DUFFING, (0.5, 0.0), 20.0, method=method)
     apart = sw.simulate(DUFFING, (0.5, 0.0), [0.0, 9.0, 20.0], method=method)
-    monkeypatch.setattr(integrate, "BUDGET", 7)
+    monkeypatch.setattr(methods, "BUDGET", 7)
     monkeypatch.setattr(record, "FIRST", 3)
     pieces = sw.simulate(DUFFING, (0.5, 0.0), 20.0, method=method)
     apart_in_pieces = sw.simulate(DUFFING, (0.5, 0.0), [0.0, 9.0, 20.0], method=method)
@@ -306,11 +305,11 @@ def test_interrupt_keeps_what_is_finished(method, t, monkeypatch):
             raise KeyboardInterrupt
         return run(kernel, *args)
 
-    run = integrate.run
-    monkeypatch.setattr(integrate, "BUDGET", 300)
-    monkeypatch.setattr(integrate, "run", interrupted)
+    run = methods.run
+    monkeypatch.setattr(methods, "BUDGET", 300)
+    monkeypatch.setattr(methods, "run", interrupted)
     part = sw.simulate(DUFFING, (0.5, 0.0), t, method=method)
-    monkeypatch.setattr(integrate, "run", run)
+    monkeypatch.setattr(methods, "run", run)
     assert part.status is sw.Status.INTERRUPTED
     assert "what was finished is kept" in part.message
     whole = sw.simulate(DUFFING, (0.5, 0.0), t, method=method)
@@ -323,7 +322,7 @@ def test_interrupt_keeps_what_is_finished(method, t, monkeypatch):
 def test_long_run_logs_its_progress_once_a_second(method, monkeypatch, caplog):
     seconds = iter(np.arange(0.0, 1000.0, 0.3))
     monkeypatch.setattr(record, "monotonic", lambda: next(seconds))
-    monkeypatch.setattr(integrate, "BUDGET", 20)
+    monkeypatch.setattr(methods, "BUDGET", 20)
     with caplog.at_level(logging.INFO, "strainwave"):
         run = sw.simulate(DUFFING, (0.5, 0.0), 200.0, method=method)
     pieces = (run.steps + run.rejected) / 20

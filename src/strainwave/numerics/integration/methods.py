@@ -13,7 +13,7 @@ import numpy as np
 
 from ...compile.jit import run
 from ...law import breakpoints_of
-from ...protocols import has_jacobian, orders_of
+from ...protocols import has_jacobian, omega_of, orders_of
 from ...quantities import number, positive_count, shown
 from ...results import Floats, Status, Trajectory
 from .corners import across
@@ -84,7 +84,7 @@ class AdaptiveStep:
 
     def recorded(self, system: Any, y: Any, spans: Any, record: Record) -> Trajectory:
         """Trajectory over the stretches `spans` from the state y, in a given record."""
-        omega = omega_of(system)
+        omega = float(omega_of(system))
         places = breakpoints_of(system)
         breakpoints = np.array(places, float) if places else None  # None: the kernel for smooth laws omits the search
         longest, span = float(self.largest_step or math.inf), spans[-1][1] - spans[0][0]
@@ -151,7 +151,7 @@ class FixedStep:
 
     def trajectory(self, system: Any, y: Any, rate: Any, times: Floats, spans: Any) -> Trajectory:
         """Trajectory over the stretches `spans` from the state y, recorded at the times or, if two, at every step."""
-        omega, (t, _), steps, status = omega_of(system), spans[0], 0, DONE
+        omega, (t, _), steps, status = float(omega_of(system)), spans[0], 0, DONE
         record = Record(system, times, spans, y, rate, True)
         try:
             h = self.step_of(system, y, rate, times, spans)
@@ -176,7 +176,7 @@ class FixedStep:
 
     def step_of(self, system: Any, y: Any, rate: Any, times: Floats, spans: Any) -> float:
         """Step [s] that resolves the shortest time scale, from the Jacobian along a coarse adaptive solution."""
-        omega = omega_of(system)
+        omega = float(omega_of(system))
         if self.steps_per_period is not None:
             if omega == 0.0:
                 raise ValueError("with omega = 0 there is no period; give steps instead of steps_per_period")
@@ -234,11 +234,6 @@ def checked(method: Any) -> Method:
             "AdaptiveStep(scheme) or FixedStep(scheme)"
         )
     return method
-
-
-def omega_of(system: Any) -> float:
-    """Base frequency [rad/s] of a system; 1 where it has none, because its base angle is time."""
-    return float(omega_of(system))
 
 
 def _check_scheme(name: str, scheme: Any, wanted: tuple[str, ...]) -> None:

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...protocols import omega_of
 from ...quantities import shown, with_parts
 from ...results import Floats, Trajectory
 from .corners import stretches
 from .marches import BOUND
-from .methods import Dopri5, Method, checked, omega_of
+from .methods import Dopri5, Method, checked
 
 METHOD = Dopri5()
 
@@ -56,7 +57,7 @@ def simulate(system: Any, y0: ArrayLike, t: float | ArrayLike, *, method: Method
     """
     system = with_parts("simulate", system, "rhs")
     method, times = checked(method), _times(t)
-    spans = stretches(system, omega_of(system), float(times[0]), float(times[-1]))
+    spans = stretches(system, float(omega_of(system)), float(times[0]), float(times[-1]))
     y, rate = _start(system, spans[0][0], y0)
     with np.errstate(all="ignore"):  # the status tells of an overflow, also where nothing is compiled
         return method.trajectory(system, y, rate, times, spans)
@@ -97,7 +98,7 @@ def _start(system: Any, t: float, y0: ArrayLike) -> tuple[Any, Any]:
         names = ", ".join(system.state_names())
         raise ValueError(f"y0 has {len(y)} states but {name} has {len(system.state_names())}: {names}; give each one")
     try:
-        rate = tuple(float(v) for v in system.rhs(omega_of(system) * t, y))
+        rate = tuple(float(v) for v in system.rhs(float(omega_of(system)) * t, y))
     except (ArithmeticError, IndexError, ValueError) as error:
         raise ValueError(f"{name}.rhs does not accept y0 = {y} ({error}); give it as many states as it has") from error
     if len(rate) != len(y):
