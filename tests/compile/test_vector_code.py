@@ -1,13 +1,13 @@
 """Loops over lanes are vector code: the functions of `maths` in them are packed arithmetic, without a call."""
 
-import platform
 import re
 
+import machine_code
 import numpy as np
 import pytest
 
 from strainwave import maths
-from strainwave.compile import jit, lanes
+from strainwave.compile import lanes
 
 
 def one_of(name):
@@ -34,25 +34,12 @@ def shared_phase(rows, phase, order):
         lanes.store(value, rows, 1, i)
 
 
-def instructions(function, *arguments):
-    """Return the machine code's instructions without those of the entry from Python."""
-    dispatcher = jit._dispatcher(function)
-    dispatcher(*arguments)
-    assembly = next(iter(dispatcher.inspect_asm().values()))
-    body = re.split(r"^(?!\.L)\S+:$", assembly, maxsplit=2, flags=re.MULTILINE)[1]  # after the first function's name
-    return re.findall(r"^\t([a-z]\w+)", body, re.MULTILINE)
-
-
-def has_fma():
-    return platform.machine().lower() in ("x86_64", "amd64") and "fma" in jit.host_cpu()[0]
-
-
 @pytest.mark.slow
 @pytest.mark.compiled
-@pytest.mark.skipif("not has_fma()", reason="reads the machine code of x86 processors with FMA")
+@pytest.mark.skipif("not machine_code.has_fma()", reason="reads the machine code of x86 processors with FMA")
 @pytest.mark.parametrize("name", ["cos", "sin", "exp", "log", "tanh", "power", "sqrt", "sign"])
 def test_loop_over_lanes_is_vector_code(name):
-    code = instructions(one_of(name), np.ones((3, lanes.LANES)))
+    code = machine_code.instructions(one_of(name), np.ones((3, lanes.LANES)))
     assert [i for i in code if i.startswith("call")] == []
     assert [i for i in code if re.fullmatch(r"v(fn?m\w+|add|sub|mul|div|sqrt|u?comi|cvt\w+)sd", i)] == []
     assert any(re.fullmatch(r"v(fn?m\w+|add|sub|mul|div|sqrt)pd", i) for i in code)
@@ -60,9 +47,9 @@ def test_loop_over_lanes_is_vector_code(name):
 
 @pytest.mark.slow
 @pytest.mark.compiled
-@pytest.mark.skipif("not has_fma()", reason="reads the machine code of x86 processors with FMA")
+@pytest.mark.skipif("not machine_code.has_fma()", reason="reads the machine code of x86 processors with FMA")
 def test_cosine_and_sine_of_a_phase_that_lanes_share_are_computed_once():
-    code = instructions(shared_phase, np.ones((3, lanes.LANES)), 0.3, 2.0)
+    code = machine_code.instructions(shared_phase, np.ones((3, lanes.LANES)), 0.3, 2.0)
     scalar = [i for i in code if re.fullmatch(r"v(fn?m\w+|add|sub|mul)sd", i)]
     assert 20 < len(scalar) < 40  # one reduction and two polynomials take 29
     packed = [i for i in code if re.fullmatch(r"v(fn?m\w+|add|sub|mul)pd", i)]

@@ -1,18 +1,17 @@
 """The inner loop of ensembles is vector code for every law, torque and kinematic error that the package has."""
 
-import platform
 import re
 
+import machine_code
 import numpy as np
 import pytest
 from canonical import DISSIPATIVE, ERRORS, EXCITATIONS, LAWS
 
 import strainwave as sw
-from strainwave.compile import jit, lanes
+from strainwave.compile import lanes
 from strainwave.law import states_of
 from strainwave.numerics.ensemble import fixed_step
 from strainwave.numerics.integration.schemes import Classical
-from strainwave.tree import classes
 
 SCALAR: set[str] = set()  # laws whose loop is known to stay scalar, with the reason in docs/ensembles.md
 TORQUE, NO_ERROR = sw.Harmonic(0.3), sw.NoError()
@@ -28,29 +27,20 @@ def two_steps(scheme, system, y0, sums, rows, turn):
         fixed_step.pair(scheme, system, y0, sums, rows, 20, 20, 0.3, turn, j)
 
 
-def packed_and_scalar(system):
-    """Numbers of packed and of scalar multiply-adds in the loop over lanes, and of calls."""
+def packed_and_calls(system):
+    """Numbers of packed multiply-adds in the loop over lanes, and of calls."""
     y0 = (0.0,) * (2 + states_of(system.law))
-    arguments = Classical(), system.prepared(), y0, ((0.0,),), np.ones((100, lanes.LANES)), 0.1
-    dispatcher = jit._dispatcher(two_steps, classes(arguments))
-    dispatcher(*arguments)
-    assembly = dispatcher.inspect_asm(dispatcher.signatures[-1])
-    body = re.split(r"^(?!\.L)\S+:$", assembly, maxsplit=2, flags=re.MULTILINE)[1]
-    code = re.findall(r"^\t([a-z]\w+)", body, re.MULTILINE)
-    return tuple(
-        sum(bool(re.fullmatch(pattern, i)) for i in code) for pattern in (r"vfn?m\w+pd", r"vfn?m\w+sd", r"call\w*")
+    code = machine_code.instructions(
+        two_steps, Classical(), system.prepared(), y0, ((0.0,),), np.ones((100, lanes.LANES)), 0.1
     )
-
-
-def has_fma():
-    return platform.machine().lower() in ("x86_64", "amd64") and jit.host_cpu()[0].get("fma")
+    return tuple(sum(bool(re.fullmatch(pattern, i)) for i in code) for pattern in (r"vfn?m\w+pd", r"call\w*"))
 
 
 @pytest.mark.slow
 @pytest.mark.compiled
-@pytest.mark.skipif("not has_fma()", reason="reads the machine code of x86 processors with FMA")
+@pytest.mark.skipif("not machine_code.has_fma()", reason="reads the machine code of x86 processors with FMA")
 @pytest.mark.parametrize("name", sorted(CASES.keys() - SCALAR))
 def test_steps_over_lanes_are_vector_code(name):
-    packed, _, calls = packed_and_scalar(CASES[name])
+    packed, calls = packed_and_calls(CASES[name])
     assert packed >= 16, f"{packed} packed multiply-adds"
     assert calls == 0
