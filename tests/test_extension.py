@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 import strainwave as sw
 from strainwave.compile.jit import as_python
-from strainwave.maths import tanh
+from strainwave.maths import cos, sign, tanh
 from strainwave.model.train.train_forms import AtLoad
 from strainwave.numerics.choices import larger
 
@@ -17,6 +17,146 @@ KINKED = DUFFING._replace(law=sw.Backlash(1.0, 0.3))
 SWINGING = sw.Oscillator(1.0, 0.0, sw.Linear(1.0), sw.Harmonic(0.0), 1.0)  # x = cos t
 START = (0.5, -0.2)
 EXACT = sw.Dopri5(rtol=1e-12, atol=1e-14)
+GRID = np.linspace(0.0, 1.0, 2001)  # of a turn
+
+
+class Dogleg(NamedTuple):
+    """A law: a spring that is stiffer beyond a torsion to either side."""
+
+    K: float
+    more: float
+    at: float
+
+    def torque(self, x):
+        return self.K * x + self.more * (x + 0.5 * (abs(x - self.at) - abs(x + self.at)))
+
+    def stiffness(self, x):
+        return self.K + self.more * (1.0 + 0.5 * (sign(x - self.at) - sign(x + self.at)))
+
+    def breakpoints(self):
+        return -self.at, self.at
+
+
+class Relaxing(NamedTuple):
+    """A law with memory: a spring beside a second one that yields through a dashpot."""
+
+    K: float
+    K_fast: float
+    time: float
+
+    states = 1
+
+    def torque(self, x, v, z):
+        return self.K * x + self.K_fast * z[0]
+
+    def stiffness(self, x):
+        return self.K
+
+    def z_rate(self, x, v, z):
+        return (v - z[0] / self.time,)
+
+
+class Pulses(NamedTuple):
+    """An excitation: one soft pulse each turn, 1 + 2 r cos(angle) + 2 r^2 cos(2 angle) + ... (Poisson's kernel)."""
+
+    torque_mean: float
+    r: float
+
+    def torque(self, angle):
+        return self.torque_mean * (1.0 - self.r**2) / (1.0 - 2.0 * self.r * cos(angle) + self.r**2)
+
+
+class TwoMasses(NamedTuple):
+    """A system: two masses behind each other on springs, the second driven, the first on a stiffening spring."""
+
+    damping: float
+    cubic: float
+    amplitude: float
+    omega: float
+
+    def rhs(self, phase, y):
+        x, v, x2, v2 = y
+        between = x2 - x + self.damping * (v2 - v)
+        first = between - x - self.cubic * x**3 - self.damping * v
+        return v, first, v2, self.amplitude * cos(phase) - between
+
+    def state_names(self):
+        return "x", "x'", "x2", "x2'"
+
+    def orders(self):
+        return (1,)
+
+
+def dogleg_rates(t, y):
+    x, v = y
+    return [v, np.cos(1.3 * t) - 0.1 * v - x - 2.0 * np.sign(x) * max(abs(x) - 0.5, 0.0)]
+
+
+def relaxing_rates(t, y):
+    x, v, z = y
+    return [v, np.cos(1.3 * t) - 0.1 * v - x - 0.4 * z, v - z / 0.7]
+
+
+def pulsed_rates(t, y):
+    return [y[1], 0.2 + 0.4 * sum(0.5**k * np.cos(1.3 * k * t) for k in range(1, 60)) - 0.1 * y[1] - y[0]]
+
+
+def masses_rates(t, y):
+    stiffness, damping = np.array([[2.0, -1.0], [-1.0, 1.0]]), 0.1 * np.array([[2.0, -1.0], [-1.0, 1.0]])
+    x, v = y[::2], y[1::2]
+    a = np.array([-0.2 * x[0] ** 3, 0.3 * np.cos(1.3 * t)]) - stiffness @ x - damping @ v
+    return [v[0], a[0], v[1], a[1]]
+
+
+OWN = {
+    "law": (DUFFING._replace(law=Dogleg(1.0, 2.0, 0.5), omega=1.3), dogleg_rates),
+    "law with memory": (DUFFING._replace(law=Relaxing(1.0, 0.4, 0.7), omega=1.3), relaxing_rates),
+    "excitation": (sw.Oscillator(1.0, 0.1, sw.Linear(1.0), Pulses(0.2, 0.5), 1.3), pulsed_rates),
+    "system": (TwoMasses(0.1, 0.2, 0.3, 1.3), masses_rates),
+}
+each_own = pytest.mark.parametrize(("system", "rates"), OWN.values(), ids=OWN.keys())
+
+
+def started(system):
+    return np.r_[START, np.zeros(len(system.state_names()) - 2)]
+
+
+@each_own
+def test_simulation_of_what_a_user_defines_agrees_with_scipy(system, rates):
+    y0 = started(system)
+    with as_python(10**9):
+        run = sw.simulate(system, y0, 20.0, method=EXACT)
+    other = solve_ivp(rates, (0, 20.0), y0, "DOP853", rtol=1e-12, atol=1e-13, max_step=0.02).y[:, -1]
+    np.testing.assert_allclose(run.y[:, -1], other, rtol=0, atol=1e-7)  # SciPy steps over the kinks of a law
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@each_own
+def test_ensemble_and_response_of_what_a_user_defines_agree_with_scipy(system, rates):
+    y0, turn = started(system), 2.0 * np.pi / 1.3
+    settled = solve_ivp(
+        rates, (0, 130 * turn), y0, "DOP853", rtol=1e-10, atol=1e-12, max_step=0.02, t_eval=129 * turn + turn * GRID
+    ).y[0]
+    lanes = np.full(64, 1.3)
+    found = sw.ensemble(system, {"omega": lanes}, y0, periods=1, settle=129, measures=(sw.Peak(),))
+    np.testing.assert_allclose(found["peak"], np.max(np.abs(settled)), rtol=2e-5)
+    curve = sw.frequency_response(system, (1.0, 1.3), points=20)
+    assert curve.omega[-1] == pytest.approx(1.3)
+    assert curve.peak[-1] == pytest.approx(np.max(np.abs(settled)), rel=2e-4)
+
+
+def test_curves_of_a_users_linear_law_and_pulses_are_the_closed_forms():
+    relaxing, pulsed = OWN["law with memory"][0], OWN["excitation"][0]
+    with as_python(10**9):
+        one, many = (sw.frequency_response(system, (0.6, 1.3), points=20) for system in (relaxing, pulsed))
+    s = 1j * one.omega
+    np.testing.assert_allclose(one.peak, abs(1.0 / (s**2 + 0.1 * s + 1.0 + 0.4 * s * 0.7 / (1.0 + 0.7 * s))), rtol=1e-7)
+    k = np.arange(1, 60)
+    s = 1j * k * many.omega[-1]
+    waves = np.exp(2j * np.pi * np.outer(GRID, k)) @ (0.4 * 0.5**k / (s**2 + 0.1 * s + 1.0))
+    assert many.peak[-1] == pytest.approx(np.max(np.abs(0.2 + waves.real)), rel=1e-5)
+
 
 # Integration methods. Bogacki & Shampine 1989, Appl. Math. Lett. 2, 321; Shu & Osher 1988, J. Comput. Phys. 77, 439.
 BOGACKI_SHAMPINE = sw.runge_kutta(

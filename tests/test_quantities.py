@@ -3,6 +3,7 @@
 import pytest
 
 import strainwave as sw
+from strainwave.protocols import with_parts
 from strainwave.quantities import (
     checked,
     floated,
@@ -12,7 +13,6 @@ from strainwave.quantities import (
     parameters,
     positive_count,
     replace,
-    with_parts,
 )
 from strainwave.tree import is_model
 

@@ -21,6 +21,11 @@ def class_of(law: Any) -> Any:
     return getattr(law, "instance_class", type(law))
 
 
+def has(thing: Any, name: str) -> bool:
+    """Whether the class of a model, or of the models that a type of the compiler stands for, has a method."""
+    return hasattr(class_of(thing), name)
+
+
 @cache
 def _arguments(cls: Any) -> int:
     code = getattr(getattr(cls, "torque", None), "__code__", None)
@@ -34,17 +39,16 @@ def depends(law: Any) -> int:
 
 def parts_of(law: Any) -> tuple[Any, ...]:
     """Laws that a law with memory is made of: its fields, where it does not say how many states are its own."""
-    cls = class_of(law)
-    if not hasattr(cls, "z_rate") or hasattr(cls, "states"):
+    if not has(law, "z_rate") or has(law, "states"):
         return ()
     parts = law.types if hasattr(law, "instance_class") else law
-    return tuple(part for part in parts if hasattr(class_of(part), "torque"))
+    return tuple(part for part in parts if has(part, "torque"))
 
 
 def states_of(law: Any) -> int:
     """Number of a law's internal states z."""
     own = getattr(class_of(law), "states", None)
-    if own is None or not hasattr(class_of(law), "z_rate"):
+    if own is None or not has(law, "z_rate"):
         return sum(states_of(part) for part in parts_of(law))
     return int(own(law) if callable(own) else own)
 
@@ -52,7 +56,7 @@ def states_of(law: Any) -> int:
 @chosen
 def torsion(system: Any, phase: Any, y: Any) -> Any:
     """Return the system's torsion, or its first state where it defines none."""
-    return _own_torsion if hasattr(class_of(system), "torsion") else _first_state
+    return _own_torsion if has(system, "torsion") else _first_state
 
 
 def _own_torsion(system: Any, phase: Any, y: Any) -> Any:
@@ -72,7 +76,7 @@ def torque_of(law: Any, x: Any, v: Any, z: Any) -> Any:
 @chosen
 def z_rate_of(law: Any, x: Any, v: Any, z: Any) -> Any:
     """Rates of a law's internal states: a tuple, empty for a law without memory."""
-    return _own_rates if hasattr(class_of(law), "z_rate") else _no_rates
+    return _own_rates if has(law, "z_rate") else _no_rates
 
 
 @chosen
@@ -80,7 +84,7 @@ def energy_of(law: Any, x: Any, z: Any) -> Any:
     """Energy stored [J] in any law; a law torque(x, v) stores none unless it has energy(x)."""
     if depends(law) == 3:
         return _energy_of_memory
-    return _energy_of_spring if hasattr(class_of(law), "energy") else _no_energy
+    return _energy_of_spring if has(law, "energy") else _no_energy
 
 
 @chosen
@@ -105,7 +109,7 @@ def spring_stiffness(law: Any, x: Any) -> Any:
     Hysteresis and bristles are springs too until they yield or slip; a vibration of any size is not held by them.
     It is `law.spring_stiffness(x)`, and of laws without that method their `stiffness(x)`.
     """
-    return law.spring_stiffness(x) if hasattr(law, "spring_stiffness") else law.stiffness(x)
+    return law.spring_stiffness(x) if has(law, "spring_stiffness") else law.stiffness(x)
 
 
 @chosen
@@ -133,7 +137,7 @@ def rest(law: Any, z: Any) -> Any:
 @chosen
 def breakpoints_of(law: Any) -> Any:
     """Breakpoints of a law: a tuple of torsions, empty for one that does not say."""
-    return _own_breakpoints if hasattr(class_of(law), "breakpoints") else _no_breakpoints
+    return _own_breakpoints if has(law, "breakpoints") else _no_breakpoints
 
 
 def _own_breakpoints(law: Any) -> Any:
@@ -195,7 +199,7 @@ def check_law(where: str, law: Any) -> None:
     name = type(law).__name__
     if depends(law) not in (1, 2, 3):
         raise TypeError(f"{name}.torque takes {depends(law)} arguments; a law has {', '.join(KINDS)}")
-    if (depends(law) == 3) != hasattr(law, "z_rate"):
+    if (depends(law) == 3) != has(law, "z_rate"):
         raise TypeError(f"{name} has {KINDS[depends(law) - 1]}; torque(x, v, z) and z_rate(x, v, z) need each other")
     if depends(law) == 3:
         n, z = states_of(law), (0.0,) * states_of(law)

@@ -4,9 +4,11 @@ No class of a user needs to inherit from these: they are read by people and by t
 the only place that asks an object for what it may have; `law` does the same for laws.
 """
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 from .law import is_spring
+from .quantities import checked, shown
 
 
 class Law(Protocol):
@@ -82,19 +84,72 @@ class Measure(Protocol):
         """Dictionary of name to value from the sums over a time [s]."""
 
 
+class Load(Protocol):
+    """What hangs on the gear's output: a `Load`, or an `Elastic` coupling with a load behind it.
+
+    See `model.train.shafts`: its other methods say what moves behind the gear, and take the torque of the gear on.
+    """
+
+    def with_end(self, load: Any) -> Any:
+        """The same couplings with another load behind them."""
+
+
+def lacking(thing: Any, *methods: str) -> tuple[str, ...]:
+    """Those of the methods or fields that an object lacks: all of them if it is a class."""
+    return methods if isinstance(thing, type) else tuple(name for name in methods if not hasattr(thing, name))
+
+
+def need(where: str, thing: Any, *methods: str, remedy: str = "") -> None:
+    """Refuse what lacks one of the methods (TypeError): `where` names its field."""
+    if missing := lacking(thing, *methods):
+        raise TypeError(f"{where} is {shown(thing)}; it must be an object with a method {missing[0]}{remedy}")
+
+
+def with_parts(verb: str, system: Any, *parts: str) -> Any:
+    """Return `checked(system)`, or say in one sentence which field or method it lacks for `verb` (TypeError)."""
+    system = checked(system)
+    if missing := lacking(system, *parts):
+        name = type(system).__name__
+        remedy = "; drive.error_equation() gives one" if name == "Drive" else ""
+        if not lacking(system, "rhs"):
+            remedy = "; simulate, find_orbit, shoot, frequency_response and parameter_response take any system"
+        raise TypeError(f"{verb} takes a system such as an Oscillator; {name} has no {missing[0]}{remedy}")
+    return system
+
+
+def prepared(thing: Any) -> Any:
+    """Form of a system for many steps: itself, unless it has one."""
+    return thing if lacking(thing, "prepared") else thing.prepared()
+
+
+def scaled(thing: Any, factor: Any, otherwise: Callable[[Any, Any], Any]) -> Any:
+    """A law, torque or error times a factor in its form for many steps: `otherwise` makes one where it has none."""
+    return otherwise(thing, factor) if lacking(thing, "scaled") else thing.scaled(factor)
+
+
 def omega_of(system: Any) -> Any:
     """Speed of the base angle [rad/s]: 1 where a system has none."""
     return getattr(system, "omega", 1.0)
 
 
+def names_of(system: Any) -> tuple[str, ...]:
+    """Names of a system's states: none where it does not say."""
+    return () if lacking(system, "state_names") else tuple(system.state_names())
+
+
 def state_count(system: Any) -> int:
     """How many states a system has: two unless it names them."""
-    return len(system.state_names()) if hasattr(system, "state_names") else 2
+    return len(names_of(system)) or 2
 
 
 def orders_of(thing: Any) -> tuple[int, ...]:
     """Orders of a system, an excitation or an error on the base angle: none where they are not known."""
-    return tuple(thing.orders()) if hasattr(thing, "orders") else ()
+    return () if lacking(thing, "orders") else tuple(thing.orders())
+
+
+def joint_orders(*parts: Any) -> tuple[int, ...]:
+    """Orders of several parts, rising, each once."""
+    return tuple(sorted({order for part in parts for order in orders_of(part)}))
 
 
 def terms_of(torque: Any) -> tuple[Any, ...]:
@@ -109,4 +164,9 @@ def lines_of(error: Any) -> tuple[Any, ...]:
 
 def has_jacobian(system: Any) -> bool:
     """Whether a system has a `jacobian` that holds: of a law with friction or memory it does not."""
-    return hasattr(system, "jacobian") and is_spring(system)
+    return not lacking(system, "jacobian") and is_spring(system)
+
+
+def order_of(measure: Any) -> int:
+    """Highest order that a measure asks the steps to resolve; 0 where it does not ask."""
+    return 0 if lacking(measure, "order") else int(measure.order())

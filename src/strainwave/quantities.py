@@ -241,16 +241,3 @@ def interval(name: str, span: Any, *, positive: bool = False) -> tuple[float, fl
     if hi - lo < 1e-9 * max(abs(lo), abs(hi)):
         raise ValueError(f"{name} is {lo!r} .. {hi!r}; its ends must be at least 1e-9 of them apart, or take one value")
     return lo, hi
-
-
-def with_parts(verb: str, system: Any, *parts: str) -> Any:
-    """Return `checked(system)`, or say in one sentence which field or method it lacks for `verb` (TypeError)."""
-    system = checked(system)
-    missing = [part for part in parts if not hasattr(system, part)]
-    if missing:
-        name = type(system).__name__
-        remedy = "; drive.error_equation() gives one" if name == "Drive" else ""
-        if hasattr(system, "rhs"):
-            remedy = "; simulate, find_orbit, shoot, frequency_response and parameter_response take any system"
-        raise TypeError(f"{verb} takes a system such as an Oscillator; {name} has no {missing[0]}{remedy}")
-    return system

@@ -4,6 +4,7 @@ from math import sqrt
 from typing import Any, Literal, NamedTuple
 
 from ..law import spring_stiffness
+from ..protocols import need
 from ..quantities import LARGEST, AngularSpeed, Damping, Inertia, Ratio, checked, shown
 from .excitation import Harmonic, Harmonics, KinematicError, NoError
 from .laws.springs import Cubic
@@ -152,8 +153,7 @@ class Drive(NamedTuple):
             if not getattr(self, name) >= 1.0 / LARGEST:
                 value = getattr(self, name)
                 raise ValueError(f"Drive.{name} is {value:g}; it must be positive, {1 / LARGEST:g} at least")
-        if not hasattr(self.law, "torque"):
-            raise TypeError(f"Drive.law is {shown(self.law)}; it must be an object with a method torque")
+        need("Drive.law", self.law, "torque")
 
 
 def _symbolic(thing: Any) -> bool:

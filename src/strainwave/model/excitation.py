@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..maths import cos, sin
+from ..protocols import scaled
 from ..quantities import Angle, Torque
 
 HIGHEST = 10_000  # order: a wave generator's turn has some hundreds of teeth
@@ -142,7 +143,7 @@ class Waves(NamedTuple):
 
 def scaled_torque(excitation: Any, factor: Any) -> Any:
     """Excitation times a factor, in its form for many steps."""
-    return excitation.scaled(factor) if hasattr(excitation, "scaled") else Driven(excitation, factor)
+    return scaled(excitation, factor, Driven)
 
 
 class Driven(NamedTuple):

@@ -2,8 +2,9 @@
 
 from typing import Any, NamedTuple
 
-from ..law import check_law, losses_of, share, states_of, torque_of, z_rate_of
-from ..quantities import LARGEST, AngularSpeed, Damping, Inertia, shown
+from ..law import breakpoints_of, check_law, losses_of, share, states_of, torque_of, z_rate_of
+from ..protocols import joint_orders, need, scaled
+from ..quantities import LARGEST, AngularSpeed, Damping, Inertia
 from .excitation import NoError, scaled_torque
 from .laws.hysteresis import scaled_law
 
@@ -43,7 +44,7 @@ class Oscillator(NamedTuple):
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where the law is not smooth (none for a law that does not say)."""
-        return tuple(self.law.breakpoints()) if hasattr(self.law, "breakpoints") else ()
+        return tuple(breakpoints_of(self.law))
 
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in order."""
@@ -51,8 +52,7 @@ class Oscillator(NamedTuple):
 
     def orders(self) -> tuple[int, ...]:
         """Orders of the excitation and of the kinematic error on the base angle."""
-        known = (part.orders() for part in (self.excitation, self.error) if hasattr(part, "orders"))
-        return tuple(sorted({order for orders in known for order in orders}))
+        return joint_orders(self.excitation, self.error)
 
     def prepared(self) -> Any:
         """The same system for many steps: its parts prepared and divided by J."""
@@ -60,16 +60,15 @@ class Oscillator(NamedTuple):
         parts = self.B * per_J, scaled_law(self.law, per_J), scaled_torque(self.excitation, per_J), self.omega
         if isinstance(self.error, NoError):
             return FreeOfError(*parts)
-        return WithError(*parts, self.error.scaled(1.0) if hasattr(self.error, "scaled") else self.error)
+        return WithError(*parts, scaled(self.error, 1.0, lambda error, _: error))
 
     def check(self) -> None:
         """Refuse an inertia that is not positive (ValueError) and parts without the methods needed (TypeError)."""
         if not self.J >= 1.0 / LARGEST:
             raise ValueError(f"Oscillator.J is {self.J:g} kg*m**2; an inertia must be positive, {1 / LARGEST:g} up")
-        for name, method in (("law", "torque"), ("excitation", "torque"), ("error", "value"), ("error", "slope")):
-            part = getattr(self, name)
-            if not hasattr(part, method):
-                raise TypeError(f"Oscillator.{name} is {shown(part)}; it must be an object with a method {method}")
+        need("Oscillator.law", self.law, "torque")
+        need("Oscillator.excitation", self.excitation, "torque")
+        need("Oscillator.error", self.error, "value", "slope")
         check_law("Oscillator.law", self.law)
 
 

@@ -9,8 +9,9 @@ of lines of integer order on the base angle.
 import math
 from typing import Any, NamedTuple
 
-from ..law import check_law, depends
+from ..law import breakpoints_of, check_law, depends
 from ..maths import cos, exp, sin
+from ..protocols import joint_orders, lacking, need
 from ..quantities import LARGEST, Angle, AngularSpeed, Damping, Inertia, Ratio, shown
 from .excitation import NoError, _refuse_high
 from .laws.friction import Kelvin, PerKelvin, refuse_heat
@@ -133,7 +134,7 @@ class GearDamping(NamedTuple):
                 raise ValueError(f"GearDamping.{name} is {getattr(self, name):g}; it must not be negative")
         if not self.v_fast > 0.0:
             raise ValueError(f"GearDamping.v_fast is {self.v_fast:g} rad/s; it must be positive")
-        if isinstance(self.variation, type) or not hasattr(self.variation, "value"):
+        if lacking(self.variation, "value"):
             raise TypeError(
                 f"GearDamping.variation is {shown(self.variation)}; it must be a Variation((Ripple(order, depth), "
                 "...)) or NoVariation()"
@@ -178,7 +179,7 @@ class VaryingOscillator(NamedTuple):
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where the law is not smooth (none for a law that does not say)."""
-        return tuple(self.law.breakpoints()) if hasattr(self.law, "breakpoints") else ()
+        return tuple(breakpoints_of(self.law))
 
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in order."""
@@ -186,25 +187,18 @@ class VaryingOscillator(NamedTuple):
 
     def orders(self) -> tuple[int, ...]:
         """Orders of the excitation, the kinematic error, the stiffness and the damping on the base angle."""
-        parts = (self.excitation, self.error, self.variation, self.damping)
-        known = (part.orders() for part in parts if hasattr(part, "orders"))
-        return tuple(sorted({order for orders in known for order in orders}))
+        return joint_orders(self.excitation, self.error, self.variation, self.damping)
 
     def check(self) -> None:
         """Refuse an inertia that is not positive (ValueError), parts without their methods and laws with friction."""
         if not self.J >= 1.0 / LARGEST:
             raise ValueError(f"VaryingOscillator.J is {self.J:g} kg*m**2; an inertia must be positive")
-        wanted = (
-            ("law", "torque"), ("excitation", "torque"), ("error", "value"), ("error", "slope"),
-            ("damping", "value"), ("damping", "slope"), ("variation", "value"),
-        )  # fmt: skip
-        for name, method in wanted:
-            part = getattr(self, name)
-            if isinstance(part, type) or not hasattr(part, method):
-                remedy = "; write GearDamping(B) for a constant damping" if name == "damping" else ""
-                raise TypeError(
-                    f"VaryingOscillator.{name} is {shown(part)}; it must be an object with a method {method}{remedy}"
-                )
+        need("VaryingOscillator.law", self.law, "torque")
+        need("VaryingOscillator.excitation", self.excitation, "torque")
+        need("VaryingOscillator.error", self.error, "value", "slope")
+        remedy = "; write GearDamping(B) for a constant damping"
+        need("VaryingOscillator.damping", self.damping, "value", "slope", remedy=remedy)
+        need("VaryingOscillator.variation", self.variation, "value")
         check_law("VaryingOscillator.law", self.law)
         if depends(self.law) != 1:
             raise TypeError(

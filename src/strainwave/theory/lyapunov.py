@@ -19,6 +19,7 @@ from ..model.excitation import Harmonic, Harmonics, NoError
 from ..model.oscillator import Oscillator
 from ..model.varying import VaryingOscillator
 from ..numerics.integration.corners import repeating
+from ..protocols import lacking
 from ..quantities import checked, number, shown
 from ..sentences import Angle, Sentence
 from .equilibria import SAMPLES, Landscape, is_known, landscape
@@ -107,7 +108,7 @@ def _obstacle(system: Oscillator | VaryingOscillator, damping: float, span: floa
         return Obstacle(fact, "give a damping B >= 0")
     if is_known(law):
         return None
-    if not hasattr(law, "energy"):
+    if lacking(law, "energy"):
         return Obstacle(f"{name} has no method energy(x), the integral of its torque, which V needs", "define it")
     if span is None:
         fact = f"{name} is not a law of this package and is only sampled"
@@ -144,7 +145,7 @@ def _no_single_well(
         said = "there are {} wells, at {} (all equilibria{}: {}), and a motion may end in any of them"
         return Obstacle(Sentence(said, len(stable), wells, torque, rests), "choose one, with near= a torsion in it")
     back = "it takes a torque that pushes back from both sides"
-    if len(found.rests) == 1 and found.rests[0][0] == found.rests[0][1] and hasattr(system.law, "stiffness"):
+    if len(found.rests) == 1 and found.rests[0][0] == found.rests[0][1] and not lacking(system.law, "stiffness"):
         size = f"{float(system.law.stiffness(found.rests[0][0])):.6g} N*m/rad"
         said = "the stiffness at the equilibrium {}{} is {}, so V has no minimum there"
         return Obstacle(Sentence(said, rests, torque, size), back)

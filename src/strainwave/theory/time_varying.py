@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from ..model.varying import NoVariation, Variation
+from ..protocols import lacking
 from .stability_proof import Obstacle
 
 SAMPLES = 4096  # per turn and order
@@ -52,7 +53,7 @@ class Reserve:
 
 def reserve(system: Any, tau_0: float) -> Reserve:
     """Damping of a `VaryingOscillator` under the mean torque tau_0 [N*m], against what the argument needs."""
-    if not hasattr(system.damping, "bounds"):
+    if lacking(system.damping, "bounds"):
         name = type(system.damping).__name__
         fact = f"{name} has no method bounds(), which gives b1 <= b <= b2"
         return Reserve(0.0, 0.0, 0.0, Obstacle(fact, "define it"))

@@ -8,8 +8,9 @@ torsion [rad], v its rate [rad/s], z the tuple of internal states; their number 
 from typing import Any, NamedTuple
 
 from ...compile.jit import kernel
-from ...law import check_law, energy_of, losses_of, rest, share, spring_stiffness, torque_of, z_rate_of
+from ...law import breakpoints_of, check_law, energy_of, losses_of, rest, share, spring_stiffness, torque_of, z_rate_of
 from ...maths import sign
+from ...protocols import need, scaled
 from ...quantities import Angle, Ratio, TorsionalStiffness
 
 SHARPEST = 50  # n: every unit costs a multiplication in every step, and the sharper knee smaller steps
@@ -168,8 +169,7 @@ class Parallel(NamedTuple):
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where a law of the two is not smooth."""
-        laws = [law for law in self if hasattr(law, "breakpoints")]
-        return tuple(sorted({place for law in laws for place in law.breakpoints()}))
+        return tuple(sorted({place for law in self for place in breakpoints_of(law)}))
 
     def scaled(self, factor: Any) -> "Parallel":
         """The same laws times a factor."""
@@ -178,14 +178,13 @@ class Parallel(NamedTuple):
     def check(self) -> None:
         """Refuse parts that are no laws (TypeError)."""
         for name, law in zip(self._fields, self, strict=True):
-            if not hasattr(law, "torque"):
-                raise TypeError(f"Parallel.{name} is a {type(law).__name__}; it must be a law with a method torque")
+            need(f"Parallel.{name}", law, "torque")
             check_law(f"Parallel.{name}", law)
 
 
 def scaled_law(law: Any, factor: Any) -> Any:
     """Law whose torque is that of another times a factor, in its form for many steps."""
-    return law.scaled(factor) if hasattr(law, "scaled") else Geared(law, factor)
+    return scaled(law, factor, Geared)
 
 
 class Geared(NamedTuple):

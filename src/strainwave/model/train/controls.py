@@ -9,7 +9,7 @@ and `states`: x [rad] and v [rad/s] are the deviations of the motor's angle and 
 from typing import Any, NamedTuple
 
 from ...compile.jit import chosen
-from ...law import class_of, share, torque_of, z_rate_of
+from ...law import class_of, has, share, torque_of, z_rate_of
 from ...quantities import Damping, Inertia, TorsionalStiffness
 
 
@@ -118,7 +118,7 @@ def _driven(control: Any, J: Any, torque: Any, reference: Any, deviation: Any, z
 @chosen
 def inertia_of(control: Any) -> Any:
     """Torque [kg*m^2] of a control against the acceleration of the deviation; 0 of one that does not say."""
-    return _own_inertia if hasattr(class_of(control), "inertia") else _no_inertia
+    return _own_inertia if has(control, "inertia") else _no_inertia
 
 
 def _own_inertia(control: Any) -> Any:

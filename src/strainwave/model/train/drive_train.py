@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 
 from ...compile.jit import kernel
 from ...law import breakpoints_of, check_law, energy_of, heat_of, rest, share, states_of, torque_of, z_rate_of
-from ...quantities import LARGEST, AngularSpeed, Damping, Ratio, shown
+from ...protocols import joint_orders, need
+from ...quantities import LARGEST, AngularSpeed, Damping, Ratio
 from ..excitation import NoError
 from .controls import controlled, motor_states
 from .motion import Steady
@@ -153,7 +154,7 @@ class DriveTrain(NamedTuple):
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where the gear's law is not smooth."""
-        return tuple(self.law.breakpoints()) if hasattr(self.law, "breakpoints") else ()
+        return tuple(breakpoints_of(self.law))
 
     def kinks(self, phase: Any, y: Any) -> tuple[Any, ...]:
         """Distances [rad] of the torsion and of the couplings' twists from the breakpoints of their laws."""
@@ -185,9 +186,8 @@ class DriveTrain(NamedTuple):
 
     def orders(self) -> tuple[int, ...]:
         """Orders of the motor's torque and, with the motor at the base angle, of the kinematic error."""
-        parts = (self.motor.excitation, self.error if isinstance(self.reference, Steady) else NoError())
-        known = (part.orders() for part in parts if hasattr(part, "orders"))
-        return tuple(sorted({order for orders in known for order in orders}))
+        error = self.error if isinstance(self.reference, Steady) else NoError()
+        return joint_orders(self.motor.excitation, error)
 
     def check(self) -> None:
         """Refuse no ratio, damping that drives (ValueError) and parts without the methods needed (TypeError)."""
@@ -196,7 +196,5 @@ class DriveTrain(NamedTuple):
         refuse_driving(self)
         check_load("DriveTrain.load", self.load)
         for name, method in (("law", "torque"), ("error", "value"), ("error", "slope"), ("reference", "curvature")):
-            if not hasattr(getattr(self, name), method):
-                part = shown(getattr(self, name))
-                raise TypeError(f"DriveTrain.{name} is {part}; it must be an object with a method {method}")
+            need(f"DriveTrain.{name}", getattr(self, name), method)
         check_law("DriveTrain.law", self.law)

@@ -10,6 +10,7 @@ z of the load's drag, and the `motion` (angle, speed) of the gear's output.
 from typing import Any, NamedTuple
 
 from ...law import check_law, energy_of, heat_of, rest, share, states_of, torque_of, z_rate_of
+from ...protocols import lacking, need
 from ...quantities import LARGEST, Damping, Inertia, shown
 from ..excitation import Harmonic
 from ..laws.springs import Linear
@@ -41,7 +42,7 @@ class Motor(NamedTuple):
         _check_shaft(self)
         if self.held:
             return
-        if not hasattr(self.control, "torque"):
+        if lacking(self.control, "torque"):
             raise TypeError(
                 f"Motor.control is {shown(self.control)}; it must be Free(), Held(), a SpeedLoop, a PositionLoop or "
                 "another object with a torque(x, v) against the deviation from the reference"
@@ -159,15 +160,14 @@ class Elastic(NamedTuple):
         """Refuse an inertia that is not positive (ValueError) and parts of another kind (TypeError)."""
         _positive_inertia(self)
         refuse_driving(self)
-        if not hasattr(self.law, "torque"):
-            raise TypeError(f"Elastic.law is {shown(self.law)}; it must be an object with a method torque")
+        need("Elastic.law", self.law, "torque")
         check_law("Elastic.law", self.law)
         check_load("Elastic.load", self.load)
 
 
 def check_load(where: str, load: Any) -> None:
     """Refuse what has not the methods of a load (TypeError): `where` names its field."""
-    if isinstance(load, type) or not hasattr(load, "with_end"):
+    if lacking(load, "with_end"):
         raise TypeError(f"{where} is {shown(load)}; it must be a Load or an Elastic")
 
 
@@ -189,6 +189,5 @@ def _check_shaft(shaft: Any) -> None:
     _positive_inertia(shaft)
     name = type(shaft).__name__
     for field in ("excitation", "drag"):
-        if not hasattr(getattr(shaft, field), "torque"):
-            raise TypeError(f"{name}.{field} is {shown(getattr(shaft, field))}; it must be an object with a torque")
+        need(f"{name}.{field}", getattr(shaft, field), "torque")
     check_law(f"{name}.drag", shaft.drag)

@@ -7,8 +7,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...protocols import state_count
-from ...quantities import interval, positive_count, shown, with_parts
+from ...protocols import state_count, with_parts
+from ...quantities import interval, positive_count, shown
 from ...results import Floats
 from ..integration.corners import repeating
 from ..integration.methods import Method

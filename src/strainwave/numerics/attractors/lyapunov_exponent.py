@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 
 from ...law import breakpoints_of, torsion
 from ...maths import cos, sin
-from ...protocols import has_jacobian, omega_of
-from ...quantities import numbers, positive_count, with_parts
+from ...protocols import has_jacobian, omega_of, with_parts
+from ...quantities import numbers, positive_count
 from ...results import Floats, SolveError
 from ..integration.corners import repeating
 from ..integration.methods import Dopri5

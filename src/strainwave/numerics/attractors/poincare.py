@@ -9,8 +9,8 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from ...law import torsion
-from ...protocols import omega_of
-from ...quantities import number, numbers, parameters, positive_count, replace, shown, with_parts
+from ...protocols import omega_of, with_parts
+from ...quantities import number, numbers, parameters, positive_count, replace, shown
 from ...results import Floats, SolveError
 from ..integration.corners import repeating
 from ..integration.methods import Dopri5, Method

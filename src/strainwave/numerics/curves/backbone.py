@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...law import springs_only
-from ...quantities import numbers, shown, with_parts
+from ...protocols import with_parts
+from ...quantities import numbers, shown
 from ...results import Floats, Status
 from ...tree import leaf_of
 from ..balance.fourier import from_blocks

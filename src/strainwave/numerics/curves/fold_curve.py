@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from ...law import springs_only
-from ...quantities import checked, interval, replace, shown, with_parts
+from ...protocols import with_parts
+from ...quantities import checked, interval, replace, shown
 from ...results import Floats, Orbit, SolveError, Status
 from ...tree import leaf_of
 from ..balance.fourier import from_blocks

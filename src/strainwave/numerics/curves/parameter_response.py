@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ...quantities import interval, replace, shown, with_parts
+from ...protocols import with_parts
+from ...quantities import interval, replace, shown
 from ...results import Branch, Floats, Orbit, SolveError
 from ...tree import leaf_of
 from ..balance.first_order import FirstOrder, balance_of, periodic

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ...quantities import checked, interval, replace, shown, with_parts
+from ...protocols import with_parts
+from ...quantities import checked, interval, replace, shown
 from ...results import Branch, Floats, Orbit, SolveError
 from ...tree import leaf_of
 from ..balance.first_order import balance_of, periodic

@@ -18,9 +18,9 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from ...compile.lanes import LANES
-from ...law import breakpoints_of
-from ...protocols import omega_of
-from ...quantities import positive_count, replace, with_parts
+from ...law import breakpoints_of, torsion
+from ...protocols import lacking, omega_of, order_of, prepared, with_parts
+from ...quantities import positive_count, replace
 from ...results import Floats
 from ...tree import leaves, mapped
 from ..integration.corners import repeating
@@ -29,7 +29,7 @@ from ..integration.step_counts import fastest_rates, steps_needed
 from .blocks import Batch, Block
 from .gpu import Machine, machine_of
 from .lane_checks import LaneError
-from .measures import Peak, Rms, highest_order
+from .measures import Peak, Rms
 from .pieces import General, Smooth
 from .request import lanes_of, spans, what_and_how
 from .result import dataset_of
@@ -122,7 +122,9 @@ def lanes_run(
     varied, states, lanes = lanes_of(system, parameters, y0)
     settle, periods = spans(periods, settle)
     kept, chosen = what_and_how(system, measures, method)
-    batch = _batch(system, varied, states, lanes, kept, settle, periods, any(hasattr(m, "of_turns") for m in measures))
+    batch = _batch(
+        system, varied, states, lanes, kept, settle, periods, any(not lacking(m, "of_turns") for m in measures)
+    )
     machine = machine_of(device, positive_count("threads", os.cpu_count() or 1 if threads is None else threads))
     members = replace(system, varied)
     found, steps = _run(batch, members, chosen, machine)
@@ -143,12 +145,12 @@ def _batch(
     points: bool,
 ) -> Batch:  # fmt: skip
     members = replace(system, varied)
-    prepared = members.prepared() if hasattr(members, "prepared") else members
-    table = np.array([np.broadcast_to(np.asarray(v, float), (lanes,)) for v in leaves(prepared)]).reshape(-1, lanes)
+    own = prepared(members)
+    table = np.array([np.broadcast_to(np.asarray(v, float), (lanes,)) for v in leaves(own)]).reshape(-1, lanes)
     omega = np.broadcast_to(np.asarray(omega_of(members), float), (lanes,))
     kind = Smooth() if _is_smooth(system, len(y0)) else General()
     return Batch(
-        mapped(lambda number: float(np.ravel(number)[0]), prepared),
+        mapped(lambda number: float(np.ravel(number)[0]), own),
         table,
         omega,
         y0,
@@ -171,7 +173,7 @@ def _run(batch: Batch, members: Any, method: Any, machine: Machine) -> tuple[Blo
     lanes, stepping = len(batch.omega), stepping_of(method)
     if (given := stepping.given(lanes)) is not None:
         return _march_all(batch, given, method, machine), given
-    order = max(1, *members.orders(), stepping.order_for(highest_order(batch.measures)))
+    order = max(1, *members.orders(), stepping.order_for(max(map(order_of, batch.measures), default=0)))
     margin = _error_reach(members, lanes)
     reach, periods = np.abs(batch.y0[0]), batch.settle + batch.periods
     steps = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
@@ -204,8 +206,8 @@ def _run(batch: Batch, members: Any, method: Any, machine: Machine) -> tuple[Blo
 
 def _error_reach(members: Any, lanes: int) -> Floats:
     """Largest distance (lanes,) of the torsion from the first state."""
-    angles = np.pi / 8.0 * np.arange(16)[:, None]
-    gaps = members.torsion(angles, (np.zeros((16, lanes)), np.zeros((16, lanes)))) if hasattr(members, "torsion") else 0
+    zero = np.zeros((16, lanes))
+    gaps = torsion(members, np.pi / 8.0 * np.arange(16)[:, None], (zero, zero))
     return np.asarray(np.max(np.abs(np.broadcast_to(np.asarray(gaps, float), (16, lanes))), axis=0))
 
 

@@ -133,8 +133,3 @@ class Poincare(NamedTuple):
     def of_turns(self, y: Any) -> dict[str, Any]:
         """Variables from the states at the end of every turn."""
         return {"points": y}
-
-
-def highest_order(measures: Any) -> int:
-    """Highest order that measures ask the steps to resolve; 0 where none does."""
-    return max((measure.order() for measure in measures if hasattr(measure, "order")), default=0)

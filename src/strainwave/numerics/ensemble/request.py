@@ -6,13 +6,12 @@ from typing import Any
 import numpy as np
 
 from ...law import breakpoints_of
-from ...protocols import omega_of, orders_of
+from ...protocols import lacking, names_of, omega_of, order_of, orders_of
 from ...quantities import numbers, positive_count, shown
 from ...quantities import parameters as parameters_of
 from ...results import Floats
 from ..integration.methods import Dop8, Dopri5, Method, checked
 from .lane_checks import LaneError, check_lanes
-from .measures import highest_order
 from .stepping import stepping_of, steps_known
 
 MOST_PERIODS = 10**9  # of one run
@@ -29,10 +28,10 @@ def spans(periods: Any, settle: Any) -> tuple[int, int]:
 def what_and_how(system: Any, measures: Any, method: Any) -> tuple[tuple[Any, ...], Method]:
     """Return the measures that are accumulated, and the method, whose steps resolve them."""
     kept, chosen = summed_measures(measures), method_of(system, method)
-    k, orders = highest_order(measures), orders_of(system)
+    k, orders = max(map(order_of, measures)), orders_of(system)
     most, remedy = stepping_of(chosen).resolved(k, orders)
     if k > most:  # it would be the amplitude of another order
-        name = next(type(m).__name__ for m in measures if hasattr(m, "order") and m.order() == k)
+        name = next(type(m).__name__ for m in measures if order_of(m) == k)
         raise ValueError(f"{name}({k}) is of an order that the steps of {chosen} do not resolve; take {remedy}")
     return kept, chosen
 
@@ -60,10 +59,9 @@ def lanes_of(system: Any, parameters: Any, y0: Any) -> tuple[dict[str, Floats], 
         raise ValueError(f"the arrays have the lengths {sorted(lengths)}; every lane needs one value of each")
     lanes = lengths.pop() if lengths else 1
     varied = {path: np.full(lanes, v[0]) if len(v) == 1 else v for path, v in varied.items()}
-    wanted = len(system.state_names()) if hasattr(system, "state_names") else len(states)
-    if len(states) != wanted:
-        names = ", ".join(system.state_names())
-        raise ValueError(f"y0 has {len(states)} states; {type(system).__name__} has {wanted}: {names}; give each one")
+    if len(states) != len(names := names_of(system) or states):
+        said = f"{type(system).__name__} has {len(names)}: {', '.join(map(str, names))}"
+        raise ValueError(f"y0 has {len(states)} states; {said}; give each one")
     check_lanes(system, varied)
     omega = varied.get("omega", np.full(lanes, float(omega_of(system))))
     if not (omega > 0.0).all():
@@ -79,11 +77,11 @@ def summed_measures(measures: Any) -> tuple[Any, ...]:
     for measure in measures:
         if isinstance(measure, type):
             raise TypeError(f"{measure.__name__} is the class of a measure; write {measure.__name__}()")
-        if not (any(hasattr(measure, part) for part in ("update", "of_end", "of_turns"))):
+        if len(lacking(measure, "update", "of_end", "of_turns")) == 3:
             raise TypeError(f"{shown(measure)} is no measure; take Peak(), Rms(), Amplitude(k), Final() or the like")
-        if hasattr(measure, "check"):
+        if not lacking(measure, "check"):
             measure.check()
-    return tuple(m for m in measures if hasattr(m, "update"))
+    return tuple(m for m in measures if not lacking(m, "update"))
 
 
 def method_of(system: Any, method: Any) -> Method:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ...protocols import lacking, names_of
 from ...quantities import parameters
 from ...results import Floats
 from ...tree import leaves
@@ -26,8 +27,8 @@ def dataset_of(
     ended = np.where(short, -1.0 - found.ended, found.ended)
     turn = 2.0 * np.pi / batch.omega
     units = {p.path: p.unit for p in parameters(system)}
-    names = system.state_names() if hasattr(system, "state_names") else [f"y{i}" for i in range(len(batch.y0))]
-    angle = {"units": "rad"} if hasattr(system, "torsion") else {}
+    names = names_of(system) or [f"y{i}" for i in range(len(batch.y0))]
+    angle = {} if lacking(system, "torsion") else {"units": "rad"}
     data = xr.Dataset(coords={path: ("lane", v, {"units": units[path]}) for path, v in varied.items()})
     at = 0
     for measure in batch.measures:
@@ -40,7 +41,7 @@ def dataset_of(
     inside = np.arange(len(found.points))[:, None, None] < ended
     states = {"of_end": np.where(good, found.last[-1], np.nan), "of_turns": np.where(inside, found.points, np.nan)}
     for part, measure in itertools.product(states, measures):
-        if hasattr(measure, part):
+        if not lacking(measure, part):
             for name, values in getattr(measure, part)(states[part]).items():
                 data[name] = (("turn", "state", "lane")[-np.ndim(values) :], values, _unit(measure, {}))
     if "state" in data.dims:
@@ -58,7 +59,7 @@ def dataset_of(
 
 
 def _unit(measure: Any, unit: dict[str, str]) -> dict[str, str]:
-    return {"units": measure.unit()} if hasattr(measure, "unit") else dict(unit)
+    return dict(unit) if lacking(measure, "unit") else {"units": measure.unit()}
 
 
 def _periods_of(batch: Batch, found: Block, good: Any, method: Method) -> Any:

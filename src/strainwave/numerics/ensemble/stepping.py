@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...law import is_spring
+from ...protocols import has_jacobian, lacking
 from ...results import Floats
 from ..integration.methods import AdaptiveStep, FixedStep
 from .adaptive_step import march_adaptive
@@ -122,4 +123,4 @@ def stepping_of(method: Any) -> Any:
 
 def steps_known(system: Any) -> bool:
     """Whether a system says how fast it is: fixed steps can be chosen for it."""
-    return hasattr(system, "jacobian") and hasattr(system, "orders") and is_spring(system)
+    return has_jacobian(system) and not lacking(system, "orders")

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...protocols import lacking
 from ...quantities import shown
 
 NEXT = 16.0  # distance to a corner on either side, in units of the rounding of times
@@ -16,8 +17,7 @@ NEXT = 16.0  # distance to a corner on either side, in units of the rounding of 
 
 def corners_of(model: Any) -> tuple[float, ...]:
     """Corners of a model and of the models in its fields; a model that lists its own speaks for its fields too."""
-    own = getattr(type(model), "corners", None)
-    if callable(own):
+    if not lacking(model, "corners"):
         return _listed(model)
     return tuple(corner for item in model if isinstance(item, tuple) for corner in corners_of(item))
 

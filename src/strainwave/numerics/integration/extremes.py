@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from ...compile.jit import axpy, chosen, kernel, routine
-from ...law import class_of
+from ...law import has
 from ...protocols import omega_of
 from ...results import Trajectory
 from ..choices import smaller
@@ -21,7 +21,7 @@ TINY = 1e-200  # products of rates below it count as rest
 @chosen
 def widen(system: Any, omega: float, most: Any, t: float, y: Any, k: Any, t1: float, y1: Any, k1: Any) -> Any:
     """Raise `most` (an array) to the largest |value| after t until t1, from the states and their rates at both."""
-    return _widen_both if hasattr(class_of(system), "watched") else _widen_states
+    return _widen_both if has(system, "watched") else _widen_states
 
 
 def _widen_states(system: Any, omega: float, most: Any, t: float, y: Any, k: Any, t1: float, y1: Any, k1: Any) -> None:

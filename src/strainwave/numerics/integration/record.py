@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ...protocols import lacking
 from ...results import Floats, Status, Trajectory
 
 log = logging.getLogger(__name__)
@@ -41,7 +42,7 @@ class Record:
         if sampled and (len(spans) > 1 or spans[-1][1] < times[-1]):
             begins, ends = np.array(spans).T
             self.samples = np.minimum(times, ends[np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)])
-        watched = len(system.watched(0.0, y)) if sampled and hasattr(system, "watched") else 0
+        watched = len(system.watched(0.0, y)) if sampled and not lacking(system, "watched") else 0
         self.most = np.zeros(sampled * (len(y) + watched))
         self.table = np.empty((1 + 2 * len(y) + len(self.most), len(times) if sampled else FIRST))
         self.table[:, 0] = (times[0], *y, *rate, *self.most)

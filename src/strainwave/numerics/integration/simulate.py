@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...protocols import omega_of
-from ...quantities import shown, with_parts
+from ...protocols import names_of, omega_of, with_parts
+from ...quantities import shown
 from ...results import Floats, Trajectory
 from .corners import stretches
 from .marches import BOUND
@@ -94,9 +94,8 @@ def _start(system: Any, t: float, y0: ArrayLike) -> tuple[Any, Any]:
     """Return the starting state and its rate as tuples, after checking that they fit the system."""
     y = tuple(_numbers(y0, "y0 must be a finite state, for an Oscillator (x, x')").tolist())
     name = type(system).__name__
-    if hasattr(system, "state_names") and len(y) != len(system.state_names()):
-        names = ", ".join(system.state_names())
-        raise ValueError(f"y0 has {len(y)} states but {name} has {len(system.state_names())}: {names}; give each one")
+    if (names := names_of(system)) and len(y) != len(names):
+        raise ValueError(f"y0 has {len(y)} states but {name} has {len(names)}: {', '.join(names)}; give each one")
     try:
         rate = tuple(float(v) for v in system.rhs(float(omega_of(system)) * t, y))
     except (ArithmeticError, IndexError, ValueError) as error:

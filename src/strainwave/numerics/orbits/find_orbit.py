@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from ...law import breakpoints_of, is_spring
-from ...protocols import omega_of
-from ...quantities import shown, with_parts
+from ...protocols import omega_of, with_parts
+from ...quantities import shown
 from ...results import Floats, Orbit, SolveError, Status
 from ...tree import leaf_of
 from ..balance.first_order import is_second_order, periodic

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...law import breakpoints_of, torsion
-from ...protocols import has_jacobian, omega_of
-from ...quantities import number, numbers, positive_count, with_parts
+from ...protocols import has_jacobian, omega_of, with_parts
+from ...quantities import number, numbers, positive_count
 from ...results import Floats, Orbit, SolveError, Status
 from ..balance.first_order import periodic
 from ..integration.methods import Dopri5

@@ -17,7 +17,8 @@ from ...law import depends, energy_of, parts_of, states_of
 from ...model.oscillator import Powers
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
-from ...quantities import number, numbers, shown, with_parts
+from ...protocols import lacking, with_parts
+from ...quantities import number, numbers, shown
 from ...results import Floats, Orbit, SolveError
 
 CYCLES = (1e-6, 1e5)  # shortest and longest stretch
@@ -127,7 +128,7 @@ def energy_balance(
 
 def _check_duration(system: Any, duration: float) -> None:
     """Refuse stretches in which nothing moves, or that no computer steps through (ValueError)."""
-    stiffness = abs(float(system.law.stiffness(0.0))) if hasattr(system.law, "stiffness") else 0.0
+    stiffness = 0.0 if lacking(system.law, "stiffness") else abs(float(system.law.stiffness(0.0)))
     fastest = max(abs(system.omega) * max((1, *system.orders())), math.sqrt(stiffness / system.J))
     shortest, longest = (cycles * 2.0 * math.pi / (fastest or 1.0) for cycles in CYCLES)
     if not shortest <= duration <= longest:
@@ -159,7 +160,7 @@ def _names(law: Any) -> list[str]:
             visit(inner)
         if depends(part) > 1 and not parts_of(part):
             name = type(part).__name__
-            missing = [m for m in ("energy", "losses") if depends(part) == 3 and not hasattr(part, m)]
+            missing = lacking(part, "energy", "losses") if depends(part) == 3 else ()
             if missing:
                 raise TypeError(
                     f"{name} has no method {' and no method '.join(missing)}; an energy balance needs energy(x, z) and "

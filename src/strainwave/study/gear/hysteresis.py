@@ -12,6 +12,7 @@ import numpy as np
 
 from ...law import check_law, states_of
 from ...numerics.loading import RTOL, SPEED, slow_path
+from ...protocols import lacking
 from ...quantities import checked, number
 from ...results import Floats
 
@@ -110,8 +111,7 @@ def hysteresis_loop(law: Any, torque: float, *, speed: float = SPEED, rtol: floa
 def _twistable(law: Any) -> Any:
     """Checked law that has a torque and a stiffness."""
     law = checked(law)
-    missing = [method for method in ("torque", "stiffness") if not hasattr(law, method)]
-    if missing:
+    if missing := lacking(law, "torque", "stiffness"):
         raise TypeError(f"{type(law).__name__} has no {missing[0]}; give a law such as Parallel(spring, BoucWen(...))")
     check_law("the law", law)
     return law

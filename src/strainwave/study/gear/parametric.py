@@ -24,8 +24,8 @@ from ...numerics.balance.first_order import first_order
 from ...numerics.integration.corners import repeating
 from ...numerics.operating_point import operating_point
 from ...numerics.stability.first_order import hill_map
-from ...protocols import orders_of
-from ...quantities import interval, replace, with_parts
+from ...protocols import lacking, orders_of, with_parts
+from ...quantities import interval, replace
 from ...results import Floats
 from ...theory.lyapunov import mean_torque
 from ...tree import leaf_of
@@ -154,7 +154,10 @@ def _on_own_turn(linear: Any) -> tuple[Any, int]:
 
     On the base angle tongues of high order would lie next to others that are closed, and reach beyond them.
     """
-    parts = {"variation": linear.variation, "damping.variation": getattr(linear.damping, "variation", None)}
+    parts = {
+        "variation": linear.variation,
+        "damping.variation": None if lacking(linear.damping, "variation") else linear.damping.variation,
+    }
     varied = {path: part for path, part in parts.items() if isinstance(part, Variation)}
     orders = (*linear.variation.orders(), *orders_of(linear.damping))
     g = math.gcd(*orders)

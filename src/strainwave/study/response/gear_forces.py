@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...law import depends, losses_of, torque_of
+from ...protocols import lacking
 
 SETTLE = 8.0  # in units of 1/mu: the transient falls to exp(-4) before the orbit is closed
 UNDAMPED_PERIODS = 50
@@ -18,7 +19,7 @@ ANGLES = 2.0 * np.pi * np.arange(256) / 256
 
 def damping_of(system: Any) -> float:
     """Damping [N*m*s/rad] across the gear of small motions, the mean over a turn; without friction in the law."""
-    if hasattr(system, "B"):
+    if not lacking(system, "B"):
         return float(system.B)
     return float(np.mean(np.broadcast_to(system.damping.value(ANGLES, 0.0), ANGLES.shape)))
 
@@ -32,7 +33,7 @@ def no_multiple_scales(system: Any) -> str:
     """Why multiple scales does not describe a system, as a sentence; empty where it can."""
     if depends(system.law) > 1:
         return "first-order multiple scales describes springs, and this law has friction or memory"
-    if not hasattr(system, "B"):
+    if lacking(system, "B"):
         return "first-order multiple scales describes a constant stiffness and damping, and these vary"
     return ""
 
@@ -40,14 +41,14 @@ def no_multiple_scales(system: Any) -> str:
 def gear_torque(system: Any, phase: Any, u: Any, du: Any, z: Any = ()) -> Any:
     """Torque through the gear [N*m, output side] with its damping, at torsion u [rad], rate [rad/s] and states z."""
     torque = torque_of(system.law, u, du, z)
-    if hasattr(system, "B"):
+    if not lacking(system, "B"):
         return torque + system.B * du
     return system.variation.value(phase) * torque + system.damping.value(phase, du) * du
 
 
 def heat(system: Any, phase: Any, u: Any, du: Any, z: Any = ()) -> Any:
     """Power [W] that damping, friction and memory turn into heat."""
-    damping = system.B if hasattr(system, "B") else system.damping.value(phase, du)
+    damping = system.damping.value(phase, du) if lacking(system, "B") else system.B
     return damping * du * du + sum(losses_of(system.law, u, du, z), 0.0)
 
 

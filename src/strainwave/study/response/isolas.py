@@ -29,7 +29,8 @@ from ...numerics.curves.response import frequency_response
 from ...numerics.curves.switching import UPRIGHT
 from ...numerics.integration.corners import repeating
 from ...numerics.labels import CLOSED, END, FOLD, STEP
-from ...quantities import interval, shown, with_parts
+from ...protocols import with_parts
+from ...quantities import interval, shown
 from ...results import Branch, Floats
 from ...theory.slow_flow.resonance import SUBHARMONIC, Resonance
 from ...tree import leaf_of

@@ -13,7 +13,8 @@ from ...model.train.motion import AtRest, Steady
 from ...model.train.train_forms import SteadyTrain
 from ...numerics.balance.first_order import jacobians_at
 from ...numerics.orbits.find_orbit import find_orbit
-from ...quantities import LARGEST, number, numbers, shown, with_parts
+from ...protocols import with_parts
+from ...quantities import LARGEST, number, numbers, shown
 from ...results import Floats, Orbit
 
 SHAFTS = ("motor", "load")

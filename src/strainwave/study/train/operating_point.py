@@ -11,8 +11,7 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import Steady
 from ...numerics.balance.first_order import jacobians_at, rates_at
 from ...numerics.loading import loaded_state
-from ...protocols import terms_of
-from ...quantities import with_parts
+from ...protocols import lacking, terms_of, with_parts
 from ...results import Floats, SolveError
 from ...sentences import Sentence, Speed
 
@@ -107,7 +106,7 @@ def _torque_at_load(train: DriveTrain, names: tuple[str, ...], state: Floats, an
 def _loaded(train: DriveTrain, names: tuple[str, ...], state: Floats, near: tuple[float, ...], torque: float) -> str:
     """Set the twists to those that carry a torque [N*m] at the load; a sentence where a law cannot."""
     for i, law in enumerate((train.law, *train.load.couplings())):
-        if not hasattr(law, "stiffness"):
+        if lacking(law, "stiffness"):
             continue
         places = [names.index(f"coupling {i}") if i else 0, *_memory(names, i)]
         try:
@@ -128,7 +127,7 @@ def with_mean_torques(train: DriveTrain) -> DriveTrain:
 
 
 def _mean(torque: Any) -> Harmonic:
-    if not hasattr(torque, "mean") and not hasattr(torque, "terms"):
+    if lacking(torque, "mean") and lacking(torque, "terms"):
         raise TypeError(
             f"a {type(torque).__name__} has no mean torque; put Harmonic(0.0, mean=...) in its place, with the torque "
             "at the time in question"

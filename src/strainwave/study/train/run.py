@@ -17,7 +17,8 @@ from ...model.train.train_forms import Metered
 from ...numerics.integration.extremes import watched_ends
 from ...numerics.integration.methods import Dopri5, Method
 from ...numerics.integration.simulate import first_time, simulate
-from ...quantities import number, numbers, shown, with_parts
+from ...protocols import lacking, with_parts
+from ...quantities import number, numbers, shown
 from ...results import Floats, SolveError, Trajectory, largest_between
 from .operating_point import operating_state
 
@@ -247,9 +248,9 @@ def _begun(train: DriveTrain, phase: float) -> DriveTrain:
     """Return the train with its mean torques, those that do not repeat constant as they are at a phase."""
 
     def constant(torque: Any) -> Any:
-        if hasattr(torque, "mean") or hasattr(torque, "terms"):
+        if not (lacking(torque, "mean") and lacking(torque, "terms")):
             return torque
-        at = TURN if hasattr(torque, "orders") else np.array([phase])
+        at = np.array([phase]) if lacking(torque, "orders") else TURN
         return Harmonic(0.0, mean=float(np.mean(np.broadcast_to(torque.torque(at), at.shape))))
 
     motor, end = (shaft._replace(excitation=constant(shaft.excitation)) for shaft in (train.motor, train.load.end()))

@@ -13,8 +13,8 @@ from ...numerics.attractors.settle import SEEN, settled
 from ...numerics.curves.family import response_family
 from ...numerics.ensemble.lane_checks import LaneError, check_lanes
 from ...numerics.integration.corners import repeating
-from ...protocols import state_count
-from ...quantities import interval, number, numbers, parameters, positive_count, shown, with_parts
+from ...protocols import lacking, state_count, with_parts
+from ...quantities import interval, number, numbers, parameters, positive_count, shown
 from ...results import Floats, SolveError
 from ..response.jumps import jumps
 from ..sweep.layout import described
@@ -164,7 +164,7 @@ def _values(path: str, law: Any, shares: Floats) -> Floats:
     if isinstance(law, Distribution):
         law.check()
         return np.asarray(law.quantile(inside), float)
-    if not callable(getattr(law, "ppf", None)):
+    if lacking(law, "ppf"):
         raise TypeError(
             f"the distribution of {path!r} is {shown(law)}; give Uniform, LogUniform, Normal, or a frozen distribution "
             "of scipy.stats"

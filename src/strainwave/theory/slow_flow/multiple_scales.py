@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 
 from ...law import springs_only
 from ...numerics.integration.corners import repeating
-from ...quantities import interval, numbers, shown, with_parts
+from ...protocols import with_parts
+from ...quantities import interval, numbers, shown
 from ...results import Floats, SolveError
 from ...sentences import Sentence, Speed
 from . import response as response_curve

@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...law import breakpoints_of
 from ...numerics.operating_point import operating_point
+from ...protocols import lacking
 from ...results import Floats
 from ...sentences import Angle, Sentence, Speed
 from .resonance import Resonance
@@ -111,9 +113,7 @@ class Setting:
             found.append(f / (self.mu * self.omega_0))
         if detuning > 1e-9 * self.omega_0:
             found.append(f / (2.0 * self.omega_0 * detuning))
-        law = self.system.law
-        if hasattr(law, "breakpoints"):
-            found += [abs(b - self.u0) for b in law.breakpoints()]
+        found += [abs(b - self.u0) for b in breakpoints_of(self.system.law)]
         return [s for s in found if 0.0 < s < math.inf] or [1.0]
 
 
@@ -127,7 +127,7 @@ def real_matrix(by_re: Any, by_im: Any) -> Floats:
 
 def forcing_lines(system: Any) -> tuple[float, tuple[int, ...], Complexes, Complexes]:
     """Mean torque [N*m], orders and complex amplitudes of torque and kinematic error, from samples of one turn."""
-    known = all(hasattr(part, "orders") or not part for part in (system.excitation, system.error))
+    known = all(not part or not lacking(part, "orders") for part in (system.excitation, system.error))
     highest = max((1, *(abs(k) for k in system.orders()))) if known else 500
     n = 1 << math.ceil(math.log2(8 * highest + 64))
     theta = 2.0 * np.pi * np.arange(n) / n
