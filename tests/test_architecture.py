@@ -93,3 +93,11 @@ def own_docstring(thing) -> str:
 def test_public_names_have_docstrings():
     assert strainwave.__all__
     assert [name for name in strainwave.__all__ if not own_docstring(getattr(strainwave, name)).strip()] == []
+
+
+def test_public_functions_have_at_most_8_parameters_beside_options_with_defaults():
+    functions = {name: getattr(strainwave, name) for name in strainwave.__all__}
+    for function in filter(inspect.isfunction, functions.values()):
+        parameters = inspect.signature(function).parameters.values()
+        options = [p for p in parameters if p.kind is p.KEYWORD_ONLY and p.default is not p.empty]
+        assert len(parameters) - len(options) <= 8, function.__name__

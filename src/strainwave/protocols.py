@@ -68,6 +68,20 @@ class Control(Protocol):
         """Torque at a deviation [rad] from the reference and its rate [rad/s]."""
 
 
+class Scheme(Protocol):
+    """What takes a step of an integration; `FixedStep` and `AdaptiveStep` make a method of it.
+
+    For adaptive steps it has, in place of these, `attempt(system, phase, turn, y, h, rate)`, `error_order()`,
+    `stable()` and `looks()`, see `numerics.integration.schemes`.
+    """
+
+    def order(self) -> int:
+        """Its order: the error of a step is of one power of h more."""
+
+    def step(self, system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
+        """State, a tuple, after a step of h in time [s] and of `turn` in the base angle [rad]."""
+
+
 class Measure(Protocol):
     """A number of each lane of an ensemble, accumulated while it runs.
 

@@ -21,8 +21,11 @@ PREFIX = re.compile("^(?:nano|micro|milli|centi|kilo|mega|[numckM])")
 LONGEST = 60
 # One plain spelling for each sign that people type.
 _SPELLING = str.maketrans({"·": "*", "⋅": "*", "×": "*", "−": "-", "µ": "u", "μ": "u", "\u00a0": " ", "\u202f": " "} | {
-    "°": "deg", "′": "arcmin", "″": "arcsec", "%": "percent"
-})  # fmt: skip
+    "°": "deg", "′": "arcmin", "″": "arcsec", "'": "arcmin", '"': "arcsec", "%": "percent"
+} | dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-", strict=True)))  # fmt: skip
+_TEN = re.compile(r"(?:([0-9.]+) ?[*x] ?)?10(?:\^|\*\*)([+-]?[0-9]+)")  # 3.1*10^4, 10^4
+_RUN_TOGETHER = re.compile(r"\b(k?g|kgf|lbf?|ozf?)(mm|cm|m|in|ft)(?![a-z])")  # kgcm^2
+_HYPHEN = re.compile(r"\b(in|ft|lbf?|ozf?|kgf?|k?N)-(?=[a-z])")  # in-lb
 _KIND = {
     "N*m/rad": ("a torsional stiffness", "7160 N*m/rad or 3 Nm/arcmin"),
     "kg*m**2": ("an inertia", "1.3 kg*m^2 or 0.25 kg*cm^2"),
@@ -39,7 +42,8 @@ _KIND = {
 def parse(text: str, unit: str) -> float:
     """Read text such as "7160 N*m/rad", "3 Nm/arcmin", "0.25 kg*cm^2", "60 rpm" or "23 arcsec".
 
-    One number with a decimal point, one unit, at most 60 characters; powers are ^2, **2 or ², products *, · or a space.
+    One number with a decimal point, one unit, at most 60 characters; powers are ^2, **2 or ², products *, · or a space;
+    powers of ten are e4, *10^4 or ×10⁴. Pounds and ounces are forces where a torque is wanted: 30 in-lb, 5 ft*lb.
 
     Parameters
     ----------
@@ -67,7 +71,7 @@ def parse(text: str, unit: str) -> float:
         raise ValueError(
             f"{text[:20] + '...'!r} has {len(text)} characters; write one number and one unit, at most {LONGEST}"
         )
-    plain = re.sub(r"\s+", " ", text.translate(_SPELLING)).strip()
+    plain = _plain(text)
     if re.match(r"[+-]?[0-9.]*,[0-9]", plain):
         raise ValueError(f"{text!r} has a comma; write {_decimal_point(plain)}")
     number = NUMBER.match(plain)
@@ -78,6 +82,7 @@ def parse(text: str, unit: str) -> float:
         raise ValueError(f"{text!r} is not one number and one unit made of names, *, / and ^; write {example(unit)}")
     if not given and unit:
         raise ValueError(f"{text!r} has no unit; write {example(unit)}")
+    given = _with_forces(given, unit)
     try:
         value: float = _scaled(float(number.group()), given, unit)
     except KeyError as unknown:
@@ -133,14 +138,30 @@ def _decimal_point(plain: str) -> str:
     return f"{head.replace('.', '')}.{tail}, not {digits}"
 
 
+def _plain(text: str) -> str:
+    """The text in plain signs, powers of ten as 1e4."""
+    raised = re.sub("(⁻?[⁰¹²³⁴⁵⁶⁷⁸⁹]+)", r"^\1", text.replace("''", "″"))
+    plain = re.sub(r"\s+", " ", raised.translate(_SPELLING)).strip()
+    ten = re.match(rf"([+-]?){_TEN.pattern}", plain)
+    return plain if ten is None else f"{ten[1]}{ten[2] or 1}e{ten[3]}{plain[ten.end() :]}"
+
+
 def _unit_text(text: str) -> str | None:
     """Return the unit in one plain spelling, or None if it is not a product of powers of names."""
-    text = re.sub(r"⁻?[¹²³]", lambda m: "^" + m.group().translate(str.maketrans("⁻¹²³", "-123")), text)
+    text = _RUN_TOGETHER.sub(r"\1*\2", _HYPHEN.sub(r"\1*", text))
+    text = re.sub(r"([A-Za-z])([23])(?![0-9])", r"\1^\2", text)
     text = re.sub(r" *(\*\*|[*/^()]) *", r"\1", text.strip()).replace("**", "^")
     before, slash, after = text.partition("/")
     # After a slash a space could mean a product above or below the bar: N*m/rad s.
     text = before.replace(" ", "*") + slash + after
     return text if not text or UNIT.fullmatch(text) else None
+
+
+def _with_forces(given: str, to: str) -> str:
+    """Take pounds and ounces for forces where that alone makes the unit what is wanted: in*lb of a torque."""
+    forces = re.sub(r"\b(lb|oz)\b", r"\1f", given)
+    known = set(re.findall("[A-Za-z]+", forces)) <= set(dir(_registry())) if forces != given else False
+    return forces if known and _matches(forces, to) else given
 
 
 @cache
