@@ -142,6 +142,10 @@ class Crossings(NamedTuple):
     gs: Floats
     product: Floats
 
+    def is_sampled(self) -> bool:
+        """Whether the torque is sampled: no, it is exact."""
+        return False
+
     def torque_series(self, law: Any, z: Any, u: Any, r: Any) -> None:
         """Coefficients of T(u) from those of u (z) and its samples."""
         n = len(r)

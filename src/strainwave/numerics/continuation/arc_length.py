@@ -14,7 +14,7 @@ import numpy as np
 
 from ...compile.jit import borrowed, kernel, routine
 from ..balance.linear_algebra import add, copy, dot, factor, fill, substitute, weighted_norm
-from ..balance.second_order import work_for
+from ..balance.work import work_for
 from ..labels import BOUND, CLOSED, END, FOLD, LOST, RUNNING, START, STEP, STUCK, TOP
 
 Z0, T0, Z1, T1, Z, T, ROW, SCALE, HOME, AHEAD = range(10)  # rows of the state of a continuation
@@ -105,10 +105,10 @@ def passes_home(state: Any, d: float) -> bool:
 @routine
 def dominant(problem: Any, state: Any) -> int:
     """Harmonic with the largest amplitude of x at the latest point."""
-    h = len(problem.error) // 2
-    best, top = 1, -1.0
-    for k in range(1, h + 1):
-        size = (state[Z1, k] + problem.error[k]) ** 2 + (state[Z1, h + k] + problem.error[h + k]) ** 2
+    z, best, top = state[Z1], 1, -1.0
+    for k in range(1, problem.harmonics() + 1):
+        even, odd = problem.harmonic(z, k)
+        size = even**2 + odd**2
         if size > top:
             best, top = k, size
     return best
@@ -120,8 +120,8 @@ def indicator(problem: Any, state: Any, z: int, t: int, what: int, k: int) -> fl
     n = state.shape[1] - 1
     if what == FOLD:
         return float(state[t, n])
-    h = len(problem.error) // 2
-    even, odd = state[z, k] + problem.error[k], state[z, h + k] + problem.error[h + k]
+    h = problem.harmonics()
+    even, odd = problem.harmonic(state[z], k)
     return float((even * state[t, k] + odd * state[t, h + k]) / (even * even + odd * odd + 1e-300))
 
 
@@ -257,7 +257,7 @@ def advance(state: Any, ds: float) -> bool:
 
 def buffers_for(problem: Any) -> Any:
     """Buffers of `follow` for a problem."""
-    n = len(problem.tau)
+    n = problem.size()
     return work_for(problem), np.empty((n + 1, n + 1)), np.empty(n + 1, np.int64), np.zeros(7)
 
 

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ...protocols import Balance
 from ...results import Floats, SolveError
-from ..balance.second_order import work_for
+from ..balance.work import linearised
 from ..labels import FOLD
 from ..roots import bracketed_root
 from ..stability.special_points import on_chord
@@ -17,7 +18,7 @@ from ..stability.special_points import on_chord
 NEAR = 2  # points on either side among which the fold of a turn is
 
 
-def with_missed_folds(problem: Any, points: Floats, labels: Any) -> tuple[Floats, Any]:
+def with_missed_folds(problem: Balance, points: Floats, labels: Any) -> tuple[Floats, Any]:
     """Insert the folds at which the parameter (last of every point) turns and no fold is marked."""
     rise = np.diff(points[:, -1])
     for i in (np.flatnonzero(rise[1:] * rise[:-1] < 0.0) + 1)[::-1].tolist():
@@ -31,7 +32,7 @@ def with_missed_folds(problem: Any, points: Floats, labels: Any) -> tuple[Floats
     return points, labels
 
 
-def _fold_between(problem: Any, first: Floats, last: Floats) -> Floats | None:
+def _fold_between(problem: Balance, first: Floats, last: Floats) -> Floats | None:
     """Point between two points of a curve at which its tangent has no part along the parameter."""
     chord = last - first
 
@@ -52,12 +53,10 @@ def _fold_between(problem: Any, first: Floats, last: Floats) -> Floats | None:
         return None
 
 
-def _slope(problem: Any, point: Floats, chord: Floats) -> float:
+def _slope(problem: Balance, point: Floats, chord: Floats) -> float:
     """Part along the parameter of the tangent that goes along the chord."""
     n = len(point) - 1
-    work, matrix, column = work_for(problem), np.empty((n, n)), np.empty(n)
-    problem.residual(point, work, work.r)
-    problem.linearise(point, work, matrix, column)
+    _, matrix, column = linearised(problem, point)
     scale = np.full(n + 1, max(float(np.linalg.norm(point[:-1])), 1e-300))
     scale[-1] = max(abs(float(point[-1])), 1e-300)
     row = chord / scale

@@ -5,12 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ...compile.jit import run
+from ...protocols import Balance
 from ...results import Floats
-from ..balance.erased import quiet
-from ..balance.first_order import FirstOrder
-from ..balance.fourier import orders
-from ..balance.second_order import is_light
 from ..labels import CLOSED, FOLD, LOST, RUNNING, START, STEP, TOP, UNBOUNDED
 from .arc_length import SCALE, Z1, buffers_for, follow
 from .missed_folds import with_missed_folds
@@ -45,7 +41,7 @@ def state_from(guess: Floats, width: float) -> Floats:
     return state
 
 
-def solve(problem: Any, guess: Floats) -> Floats | None:
+def solve(problem: Balance, guess: Floats) -> Floats | None:
     """Solution at the parameter of a guess, or None."""
     points, labels = np.empty((5, len(guess))), np.empty(5, np.int64)
     at = float(guess[-1])
@@ -54,15 +50,13 @@ def solve(problem: Any, guess: Floats) -> Floats | None:
     return points[0] if count else None
 
 
-def _run(problem: Any, *arguments: Any) -> Any:
+def _run(problem: Balance, *arguments: Any) -> Any:
     with np.errstate(all="ignore"):  # a step that fails is taken again, shorter
-        if isinstance(problem, FirstOrder):
-            return follow(problem, *arguments)
-        return run(follow, quiet(problem), *arguments, light=is_light(problem))
+        return problem.run(follow, *arguments)
 
 
 def trace(
-    problem: Any,
+    problem: Balance,
     guess: Floats,
     direction: float,
     lo: float,
@@ -85,7 +79,7 @@ def trace(
 
 
 def walk(
-    problem: Any,
+    problem: Balance,
     guess: Floats,
     direction: float,
     lo: float,
@@ -137,12 +131,3 @@ def in_order(points: Floats, labels: Any) -> tuple[Floats, Any]:
                 if (second - first) @ ahead < 0.0 and np.linalg.norm(second - near) < np.linalg.norm(first - near):
                     order[a], order[a + 1] = order[a + 1], order[a]
     return points[order], labels[order]
-
-
-def with_velocity(x: Floats, w: float) -> Floats:
-    """Coefficients (2H+1, 2) of x and x' from those of x, with fundamental frequency w [rad/s]."""
-    kw = w * orders(len(x) // 2)
-    out = np.zeros((len(x), 2))
-    out[:, 0] = x
-    out[1::2, 1], out[2::2, 1] = kw * x[2::2], -kw * x[1::2]
-    return out

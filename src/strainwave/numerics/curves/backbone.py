@@ -17,10 +17,12 @@ from ...quantities import numbers, shown, with_parts
 from ...results import Floats, Status
 from ...tree import leaf_of
 from ..balance.fourier import from_blocks
-from ..balance.guess import one_harmonic
 from ..balance.harmonics import MOST, grown, starting_harmonics
-from ..balance.second_order import second_order, work_for
+from ..balance.one_harmonic import one_harmonic
+from ..balance.rates import SAME
+from ..balance.second_order import second_order
 from ..balance.truncation import FREE, Tail
+from ..balance.work import linearised
 from ..stability.second_order import displacement_peaks
 
 
@@ -93,7 +95,7 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
     ----------
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, sec. 4.1.
     """
-    system = with_parts("backbone", system, "J", "B", "law", "excitation", "omega", "error")
+    system = with_parts("backbone", system, *SAME)
     springs_only("backbone", system)
     wanted = numbers("amplitudes [rad]", amplitudes)
     if not np.all(wanted > 0.0):
@@ -146,7 +148,7 @@ def _along(problem: Any, amplitudes: Floats) -> list[Floats | None]:
 
 def _one_harmonic(problem: Any, a: float) -> Floats:
     """Guess by the describing function: one harmonic about the operating point."""
-    system, h = problem.system, len(problem.tau) // 2
+    system, h = problem.system, problem.harmonics()
     z = np.zeros(2 * h + 2)
     mean, stiffness = one_harmonic(system.law, float(problem.tau[0]), np.array([a]))
     z[0], z[1], z[-1] = mean[0], a, np.sqrt(max(float(stiffness[0]), 0.0) / system.J)
@@ -158,15 +160,13 @@ def _free(problem: Any, z: Floats) -> Floats | None:
     if not z[-1] > 0.0:
         return None
     z, n = z.copy(), len(z) - 1
-    h, a, work, r = n // 2, z[1], work_for(problem), np.empty(n)
-    matrix, column, last = np.empty((n, n)), np.empty(n), np.inf
-    even = np.arange(h + 1)  # mean and cosines
+    a, last = z[1], np.inf
+    even = np.arange(n // 2 + 1)  # mean and cosines
     unknown = np.delete(np.append(even, n), 1)
     scale = np.full(len(unknown), abs(a))
     scale[-1] = z[-1]
     for _ in range(40):
-        problem.residual(z, work, r)
-        problem.linearise(z, work, matrix, column)
+        r, matrix, column = linearised(problem, z)
         rows = np.column_stack([matrix, column])[np.ix_(even, unknown)]
         try:
             step = np.linalg.solve(rows, r[even])

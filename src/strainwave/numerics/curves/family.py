@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...quantities import checked, numbers, positive_count, replace, shown
 from ...results import Branch
-from ..balance.first_order import periodic
+from ..balance.rates import periodic
 from .response import frequencies, response_curves
 
 

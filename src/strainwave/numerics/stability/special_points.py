@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from ...protocols import Balance
 from ...results import Floats
-from ..balance.second_order import work_for
+from ..balance.work import linearised
 from ..labels import BRANCH_POINT, DOUBLING, FOLD
 from .second_order import grid_of, hill, orbit_scales, steps_for
 
@@ -98,7 +99,7 @@ def _product(problem: Any, point: Floats, table: Floats, label: int) -> float:
     return float(both[0 if label == DOUBLING else 1][0])
 
 
-def on_chord(problem: Any, first: Floats, last: Floats, s: float) -> Floats | None:
+def on_chord(problem: Balance, first: Floats, last: Floats, s: float) -> Floats | None:
     """Solution in the plane across the chord from `first` to `last`, at the fraction s of it."""
     chord = last - first
     scale = np.full(len(first), 1.0 / max(float(np.linalg.norm(first[:-1])), 1e-300))
@@ -110,7 +111,7 @@ def on_chord(problem: Any, first: Floats, last: Floats, s: float) -> Floats | No
     return point
 
 
-def corrected(problem: Any, guess: Floats, row: Floats, scale: Floats) -> Floats | None:
+def corrected(problem: Balance, guess: Floats, row: Floats, scale: Floats) -> Floats | None:
     """Solution in the plane through a guess whose normal is `row`; None where Newton's method fails.
 
     As Python, not compiled: a handful of solutions does not pay for another entry into compiled code. At a branch point
@@ -123,13 +124,10 @@ def corrected(problem: Any, guess: Floats, row: Floats, scale: Floats) -> Floats
     return None
 
 
-def _newton(problem: Any, z: Floats, row: Floats, scale: Floats, singular: bool) -> Floats | None:
-    n = len(z) - 1
-    target, work, r = float(row @ z), work_for(problem), np.empty(n)
-    matrix, column, last = np.empty((n, n)), np.empty(n), np.inf
+def _newton(problem: Balance, z: Floats, row: Floats, scale: Floats, singular: bool) -> Floats | None:
+    target, last = float(row @ z), np.inf
     for _ in range(20):
-        problem.residual(z, work, r)
-        problem.linearise(z, work, matrix, column)
+        r, matrix, column = linearised(problem, z)
         bordered = np.block([[matrix, column[:, None]], [row[None, :]]]) / scale
         short = np.append(r, row @ z - target)
         try:
