@@ -19,7 +19,7 @@ from ...results import Floats
 from ..balance.linear_part import CONSTANT, STRENGTH
 from ..balance.one_harmonic import driven_lines
 from ..labels import CLOSED, END, LOST
-from .trace import LEAST_PIECE, solve, walk
+from .trace import LEAST_PIECE, solve, trace
 
 ALIKE = 2e-3  # relative distance of the coefficients of one orbit, found with different numbers of harmonics
 NEAR = 0.02  # relative distance to an orbit from which Newton's method goes to it
@@ -126,7 +126,7 @@ class _Search:
             most = min(LONGEST, self.left)
             if most < LEAST_PIECE:
                 break
-            way = walk(problem._replace(leaf=leaf), first, direction, low, high, step, unit, most=most)
+            way = trace(problem._replace(leaf=leaf), first, direction, low, high, step, unit, most=most)
             self.left -= len(way.points)
             self.whole = self.whole and way.outcome in (END, CLOSED)
             side = way.points[:, -1] - own

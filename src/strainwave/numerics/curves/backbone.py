@@ -22,7 +22,7 @@ from ..balance.one_harmonic import one_harmonic
 from ..balance.rates import SAME
 from ..balance.second_order import second_order
 from ..balance.truncation import FREE, Tail
-from ..balance.work import linearised
+from ..balance.work import linearised, newton
 from ..stability.second_order import displacement_peaks
 
 
@@ -159,24 +159,19 @@ def _free(problem: Any, z: Floats) -> Floats | None:
     """Newton's method for the mean, the cosines but the first, and omega; None where it fails."""
     if not z[-1] > 0.0:
         return None
-    z, n = z.copy(), len(z) - 1
-    a, last = z[1], np.inf
+    n = len(z) - 1
     even = np.arange(n // 2 + 1)  # mean and cosines
     unknown = np.delete(np.append(even, n), 1)
-    scale = np.full(len(unknown), abs(a))
-    scale[-1] = z[-1]
-    for _ in range(40):
-        r, matrix, column = linearised(problem, z)
-        rows = np.column_stack([matrix, column])[np.ix_(even, unknown)]
-        try:
-            step = np.linalg.solve(rows, r[even])
-        except np.linalg.LinAlgError:
-            return None
-        z[unknown] -= step
-        size = float(np.linalg.norm(step / scale))
-        if not (size < 1e3 and z[-1] > 0.0):
-            return None
-        if size < 1e-13 or (size < 1e-10 and size > 0.3 * last):
-            return z
-        last = size
-    return None
+    scale = np.append(np.full(len(even) - 1, abs(z[1])), z[-1])
+
+    def whole(x: Floats) -> Floats:
+        full = z.copy()
+        full[unknown] = x
+        return full
+
+    def equations(x: Floats) -> tuple[Floats, Floats]:
+        r, matrix, column = linearised(problem, whole(x))
+        return r[even], np.column_stack([matrix, column])[np.ix_(even, unknown)]
+
+    found = newton(equations, z[unknown], scale, 1e-13, most=40)
+    return whole(found) if found is not None and found[-1] > 0.0 else None

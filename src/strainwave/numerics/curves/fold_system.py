@@ -15,7 +15,7 @@ import numpy as np
 from ...quantities import replace
 from ...results import Floats
 from ..balance.linear_part import forced
-from ..balance.work import linearised
+from ..balance.work import linearised, newton
 from ..roots import bracketed_root
 
 MOST_POINTS = 2000
@@ -74,29 +74,20 @@ class FoldSystem:
 
     def corrected(self, x: Floats, row: Floats | None) -> Floats | None:
         """Fold next to x, in the plane through x across `row` (scaled), or at the q of x; None where Newton fails."""
-        scale, x = self.scale(x), x.copy()
+        scale = self.scale(x)
         if row is None:
             row = np.zeros(len(x))
             row[-1] = 1.0
         _, derivative = self.linearised(x)  # the first b, c are arbitrary: take the singular vectors
         u, _, vt = np.linalg.svd(derivative[: self.n, : self.n])
         self.b, self.c = u[:, -1], vt[-1]
-        target, last = float(row @ (x / scale)), np.inf
-        for _ in range(15):
+        across, target = row / scale, float(row @ (x / scale))
+
+        def equations(x: Floats) -> tuple[Floats, Floats]:
             values, derivative = self.linearised(x)
-            rows = np.vstack([derivative * scale, row])
-            try:
-                step = np.linalg.solve(rows, np.append(values, row @ (x / scale) - target))
-            except np.linalg.LinAlgError:
-                return None
-            x -= step * scale
-            size = float(np.linalg.norm(step))
-            if not size < 10.0:
-                return None
-            if size < 1e-11 or (size < 1e-8 and size > 0.3 * last):
-                return x
-            last = size
-        return None
+            return np.append(values, across @ x - target), np.vstack([derivative, across])
+
+        return newton(equations, x, scale, 1e-11, most=15, far=10.0)
 
     def tangent(self, x: Floats, before: Floats) -> Floats:
         """Unit tangent (scaled) of the fold curve at x, in the direction of `before`."""

@@ -27,7 +27,7 @@ from ..balance.rates import base_speed, jacobians_at
 from ..integration.tableaus import DOP8_A, DOP8_B, DOP8_C
 from ..labels import BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER
 from .second_order import LARGEST_LOG, displacement_peaks
-from .special_points import on_chord
+from .special_points import root_on_chord
 
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 GAUSS_C, GAUSS_B = 0.5 + 0.5 * _PLACES, 0.5 * _WEIGHTS
@@ -212,22 +212,8 @@ def _located(problem: FirstOrder, first: Floats, last: Floats, label: int) -> Fl
     def test(point: Floats) -> float:
         return float(tests_of(multipliers_of(monodromy(problem, point[None, :])))[label][0])
 
-    place, ends, side, best = [0.0, 1.0], [test(first), test(last)], -1, first
-    small = 1e-12 * max(abs(ends[0]), abs(ends[1]))
-    for _ in range(60):
-        s = (place[0] * ends[1] - place[1] * ends[0]) / (ends[1] - ends[0])
-        point = on_chord(problem, first, last, s)
-        if point is None:
-            return None
-        moved, best, here = float(np.linalg.norm(point - best)), point, test(point)
-        end = 0 if here * ends[0] > 0.0 else 1
-        place[end], ends[end] = s, here
-        if side == end:  # Illinois
-            ends[1 - end] *= 0.5
-        side = end
-        if abs(here) <= small or moved < 1e-12 * float(np.linalg.norm(point)):
-            break
-    if label == NEIMARK_SACKER:
+    best = root_on_chord(problem, first, last, test)
+    if best is not None and label == NEIMARK_SACKER:
         values = multipliers_of(monodromy(problem, best[None, :]))[0]
         nearest = values[np.argmin(np.abs(np.abs(values) - 1.0))]
         if abs(abs(nearest) - 1.0) > 1e-6 or abs(nearest.imag) < 1e-6:

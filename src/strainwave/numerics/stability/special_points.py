@@ -8,14 +8,16 @@ the curve itself, corrected along the chord between the two points, with multipl
 Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 5.3-5.5 and 7.4.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from ...protocols import Balance
-from ...results import Floats
-from ..balance.work import linearised
+from ...results import Floats, SolveError
+from ..balance.work import linearised, newton
 from ..labels import BRANCH_POINT, DOUBLING, FOLD
+from ..roots import bracketed_root
 from .second_order import grid_of, hill, orbit_scales, steps_for
 
 FINER, ENOUGH = 4, 2048  # Numerov steps: four times those along a branch (256 times less error), or enough
@@ -64,27 +66,7 @@ def _located(problem: Any, points: Floats, i: int, label: int) -> list[tuple[int
 def crossing_between(problem: Any, first: Floats, last: Floats, label: int) -> Floats | None:
     """Point between two points of a branch where the product of the label vanishes; None if it does not change sign."""
     table = finer_table(problem, np.stack([first, last]))
-    place = [0.0, 1.0]
-    ends = [_product(problem, first, table, label), _product(problem, last, table, label)]
-    if not ends[0] * ends[1] < 0.0:
-        return None
-    small = 1e-12 * max(abs(ends[0]), abs(ends[1]))
-    side, best = 0, first
-    for _ in range(60):
-        s = (place[0] * ends[1] - place[1] * ends[0]) / (ends[1] - ends[0])
-        point = on_chord(problem, first, last, s)
-        if point is None:
-            return None
-        moved, best = float(np.linalg.norm(point - best)), point
-        here = _product(problem, point, table, label)
-        end = 0 if here * ends[0] > 0.0 else 1
-        place[end], ends[end] = s, here
-        if side == end:  # Illinois
-            ends[1 - end] *= 0.5
-        side = end
-        if abs(here) < small or place[1] - place[0] < 1e-12 or moved < 1e-12 * float(np.linalg.norm(point)):
-            break
-    return best
+    return root_on_chord(problem, first, last, lambda point: _product(problem, point, table, label))
 
 
 def finer_table(problem: Any, points: Floats) -> Floats:
@@ -117,28 +99,33 @@ def corrected(problem: Balance, guess: Floats, row: Floats, scale: Floats) -> Fl
     As Python, not compiled: a handful of solutions does not pay for another entry into compiled code. At a branch point
     the Jacobian is singular across the branch; there least squares leave that direction alone.
     """
-    for singular in (False, True):
-        point = _newton(problem, guess.copy(), row / np.linalg.norm(row), scale, singular)
-        if point is not None:
-            return point
-    return None
+    row = row / np.linalg.norm(row)
 
-
-def _newton(problem: Balance, z: Floats, row: Floats, scale: Floats, singular: bool) -> Floats | None:
-    target, last = float(row @ z), np.inf
-    for _ in range(20):
+    def equations(z: Floats) -> tuple[Floats, Floats]:
         r, matrix, column = linearised(problem, z)
-        bordered = np.block([[matrix, column[:, None]], [row[None, :]]]) / scale
-        short = np.append(r, row @ z - target)
-        try:
-            step = np.linalg.lstsq(bordered, short, rcond=1e-6)[0] if singular else np.linalg.solve(bordered, short)
-        except np.linalg.LinAlgError:
-            return None
-        z = z - step / scale
-        size = float(np.linalg.norm(step))
-        if not size < 1e3:
-            return None
-        if size < 1e-12 or (size < 1e-9 and size > 0.3 * last):
-            return z
-        last = size
-    return None
+        return np.append(r, row @ z - row @ guess), np.block([[matrix, column[:, None]], [row[None, :]]])
+
+    point = newton(equations, guess, 1.0 / scale, 1e-12)
+    if point is None:
+        point = newton(equations, guess, 1.0 / scale, 1e-12, solve=lambda a, b: np.linalg.lstsq(a, b, rcond=1e-6)[0])
+    return point
+
+
+def root_on_chord(
+    problem: Balance, first: Floats, last: Floats, function: Callable[[Floats], float]
+) -> Floats | None:  # fmt: skip
+    """Point of a curve between two of its points where a function of the point changes sign; None where it does not."""
+    points = {0.0: first, 1.0: last}
+
+    def there(s: float) -> Floats:
+        if s not in points:
+            point = on_chord(problem, first, last, s)
+            if point is None:
+                raise SolveError("the chord of two points leaves their curve")
+            points[s] = point
+        return points[s]
+
+    try:
+        return there(bracketed_root(lambda s: function(there(s)), 0.0, 1.0, xtol=1e-12))
+    except (SolveError, ValueError, np.linalg.LinAlgError):
+        return None

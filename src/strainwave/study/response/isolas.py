@@ -18,10 +18,10 @@ import numpy as np
 from ...law import springs_only
 from ...numerics.attractors.random_starts import Motion, Search, settled_motions
 from ...numerics.attractors.settle import SEEN
-from ...numerics.balance.harmonics import MOST, starting_harmonics
+from ...numerics.balance.harmonics import MOST, grown, starting_harmonics
 from ...numerics.balance.rates import SAME
 from ...numerics.balance.second_order import second_order
-from ...numerics.balance.truncation import CURVE, tail_along
+from ...numerics.balance.truncation import CURVE, Tail, tail_along
 from ...numerics.continuation.describe import describe
 from ...numerics.continuation.trace import Trace, solve
 from ...numerics.curves.parameter_response import both_ways
@@ -207,22 +207,26 @@ def _turns(number: int) -> str:
 def _followed(
     problem: Any, point: Floats, lo: float, hi: float, harmonics: int | None, step: float, origin: str
 ) -> Branch:
-    """Follow a branch through a point with as many harmonics as it needs."""
-    while True:
+    """Follow a branch through a point with as many harmonics as it needs, or as many as its orbit is found with."""
+    best: tuple[Trace, Tail] | None = None
+
+    def followed(h: int, _: float) -> tuple[tuple[Trace, Tail], float]:
+        nonlocal problem, point, best
+        if best is not None:
+            finer = second_order(problem.system, problem.leaf, problem.omega_leaf, h, problem.turns)
+            better = solve(finer, finer.point(problem.whole(problem.table(point)), float(point[-1])))
+            if better is None:
+                return best, 0.0
+            problem, point = finer, better
         for share in FINER:
             trace = _around(problem, point, lo, hi, share * step)
             if not _turns_back(trace):
                 break
-        tail = tail_along(problem, trace.points)
-        h = problem.harmonics()
-        if harmonics is not None or tail.worst <= CURVE or h >= MOST:
-            break
-        h = min(2 * h + 1, MOST)
-        finer = second_order(problem.system, problem.leaf, problem.omega_leaf, h, problem.turns)
-        better = solve(finer, finer.point(problem.whole(problem.table(point)), float(point[-1])))
-        if better is None:
-            break
-        problem, point = finer, better
+        best = trace, tail_along(problem, trace.points)
+        return best, best[1].worst
+
+    h = problem.harmonics()
+    trace, tail = grown(followed, h, MOST if harmonics is None else h, CURVE)
     trace, born = _one_copy(trace, problem.turns)
     trace, omega = _with_own_speed(problem, trace), trace.points[:, -1]
     if born:
