@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ...protocols import Balance, omega_of
 from ...results import Floats
 from ...tree import leaves, with_leaf
-from .fourier import analysis, derivative, extend, from_blocks, multiply_rows, synthesis, to_blocks
+from .fourier import analysis, derivative, extend_series, from_blocks, multiply_rows, synthesis, to_blocks
 from .harmonics import ENOUGH, highest_order
 from .linear_part import STRENGTH
 from .one_harmonic import STRONG
@@ -160,7 +160,7 @@ class FirstOrder(NamedTuple):
         for i, j in np.ndindex(len(self.sizes), len(self.sizes)):
             block = jacobian[i * n : (i + 1) * n, j * n : (j + 1) * n]
             if np.any(matrices[i, j]):
-                extend(matrices[i, j] @ analysis, h, gc, gs)
+                extend_series(matrices[i, j] @ analysis, h, gc, gs)
                 multiply_rows(gc, gs, h, 1, product)
                 block[:] = product * (-self.sizes[j] / self.sizes[i])
             else:

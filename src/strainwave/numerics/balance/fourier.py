@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...compile.jit import kernel_as
+from ...compile.jit import kernel_as, routine
 from ...results import Floats
 
 
@@ -124,20 +124,25 @@ def multiply_rows(gc: Any, gs: Any, h: int, stride: int, out: Any) -> None:
     out[h + 1 : n, h + 1 : n] = 0.5 * (gc[difference] - gc[total])
 
 
-def _extend_loops(g: Any, h: int, gc: Any, gs: Any) -> None:
-    o = 2 * h
-    gc[o] = 2.0 * g[0]
-    gs[o] = 0.0
-    for j in range(1, o + 1):
-        gc[o + j] = g[j]
-        gc[o - j] = g[j]
-        gs[o + j] = g[o + j]
-        gs[o - j] = -g[o + j]
+def _extend_loops(even: Any, odd: Any, o: int, gc: Any, gs: Any) -> None:
+    for j in range(o + 1):
+        gc[o + j] = even[j]
+        gc[o - j] = even[j]
+        gs[o + j] = odd[j]
+        gs[o - j] = -odd[j]
 
 
 @kernel_as(_extend_loops)
-def extend(g: Any, h: int, gc: Any, gs: Any) -> None:
+def extend(even: Any, odd: Any, o: int, gc: Any, gs: Any) -> None:
+    """Extend coefficients 0..o evenly and oddly to negative indices."""
+    gc[o:], gc[:o] = even[: o + 1], even[o:0:-1]
+    gs[o:], gs[:o] = odd[: o + 1], -odd[o:0:-1]
+
+
+@routine
+def extend_series(g: Any, h: int, gc: Any, gs: Any) -> None:
     """Extend the coefficients g (blocks, 2H harmonics) to negative indices; the mean counts twice."""
     o = 2 * h
-    gc[o], gc[o + 1 :], gc[:o] = 2.0 * g[0], g[1 : o + 1], g[o:0:-1]
-    gs[o], gs[o + 1 :], gs[:o] = 0.0, g[o + 1 :], -g[:o:-1]
+    extend(g, g[o:], o, gc, gs)
+    gc[o] = 2.0 * g[0]
+    gs[o] = 0.0

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...compile.jit import kernel_as, routine, sampled
+from ...compile.jit import elementwise, kernel_as, routine
 from ...results import Floats
 from .fourier import orders
 
@@ -61,14 +61,14 @@ def add_linear_jacobian(J: float, B: float, w: float, stride: int, h: int, out: 
     out[h + k, k] -= damping
 
 
-@sampled
-def torque_samples(excitation: Any, angle: Any) -> Any:
+@elementwise
+def torque_samples(excitation: Any, angle: Any, out: Any) -> Any:
     """Torque of the excitation at every angle."""
     return excitation.torque(angle)
 
 
-@sampled
-def error_samples(error: Any, angle: Any) -> Any:
+@elementwise
+def error_samples(error: Any, angle: Any, out: Any) -> Any:
     """Kinematic error at every angle."""
     return error.value(angle)
 

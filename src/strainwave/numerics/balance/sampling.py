@@ -6,20 +6,20 @@ Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.4
 import math
 from typing import Any, NamedTuple
 
-from ...compile.jit import sampled
+from ...compile.jit import elementwise
 from ...results import Floats
-from .fourier import extend, multiply_rows
+from .fourier import extend_series, multiply_rows
 from .linear_algebra import extremes, row_times
 
 
-@sampled
-def law_torque(law: Any, u: Any) -> Any:
+@elementwise
+def law_torque(law: Any, u: Any, out: Any) -> Any:
     """Torque of the law at every sample."""
     return law.torque(u)
 
 
-@sampled
-def law_stiffness(law: Any, u: Any) -> Any:
+@elementwise
+def law_stiffness(law: Any, u: Any, out: Any) -> Any:
     """Stiffness of the law at every sample."""
     return law.stiffness(u)
 
@@ -52,7 +52,7 @@ class Sampling(NamedTuple):
         h = len(self.g) // 4
         law_stiffness(law, u, self.samples)
         row_times(self.samples, self.analysis_double, self.g)
-        extend(self.g, h, self.gc, self.gs)
+        extend_series(self.g, h, self.gc, self.gs)
         multiply_rows(self.gc, self.gs, h, self.stride, jacobian)
 
     def slack(self, law: Any, u: Any) -> float:
