@@ -32,6 +32,18 @@ def add(factor: float, v: Any, out: Any) -> Any:
     return out + factor * v
 
 
+@elementwise
+def divide(by: float, out: Any) -> Any:
+    """Divide every entry of out."""
+    return out / by
+
+
+@elementwise
+def weigh(v: Any, scale: Any, out: Any) -> Any:
+    """Write v times the square of scale to out."""
+    return v * scale * scale
+
+
 @summed(np.dot)
 def dot(a: Any, b: Any) -> Any:
     """Scalar product of two vectors of equal length."""
