@@ -53,11 +53,9 @@ class FirstOrder(NamedTuple):
     kinked: bool = False
 
     def size(self) -> int:
-        """Number of coefficients."""
         return len(self.sizes) * len(self.synthesis)
 
     def harmonics(self) -> int:
-        """Number of harmonics of a state."""
         return len(self.synthesis) // 2
 
     def harmonic(self, z: Any, k: int) -> Any:
@@ -65,19 +63,15 @@ class FirstOrder(NamedTuple):
         return z[k], z[self.harmonics() + k]
 
     def run(self, kernel: Any, *arguments: Any) -> Any:
-        """Execute a kernel with the problem, as Python."""
         return kernel(self, *arguments)
 
     def hill(self) -> bool:
-        """Whether disturbances obey Hill's equation, so that the trace of its period map tells all: no."""
         return False
 
     def state_count(self) -> int:
-        """Number of states of the system."""
         return len(self.sizes)
 
     def highest(self) -> int:
-        """Highest harmonic of an orbit."""
         return self.harmonics()
 
     def series(self, points: Floats) -> Floats:
@@ -89,7 +83,6 @@ class FirstOrder(NamedTuple):
         return np.asarray(self.series(points)[:, 0])
 
     def table(self, point: Floats) -> Floats:
-        """Table (2H+1, states) of a point: mean, cos 1, sin 1, ..."""
         return from_blocks(self.series(point[None])[0].T)
 
     def whole(self, table: Floats) -> Floats:
@@ -205,18 +198,16 @@ class FirstOrder(NamedTuple):
         return few[:, -1], shares_left_out(self, few)
 
     def damping_leaf(self) -> int | None:
-        """Leaf of the damping that, strong enough, leaves the linear response alone: not known."""
         return None
 
     def odd(self) -> None:
-        """Problem of the odd harmonics alone: there is none."""
+        return None
 
     def floating(self, points: Floats) -> NDArray[np.bool_]:
         """Whether the law gives no torque anywhere on an orbit, for every point: not known."""
         return np.zeros(len(points), bool)
 
     def several_at(self, points: Floats) -> NDArray[np.bool_]:
-        """Whether others may exist beside known orbits: where the rates are not linear in the states, near and far."""
         may = np.empty(len(points), bool)
         for i, point in enumerate(points):
             a, b = (linearised(self, np.append(by * point[:-1], point[-1]))[1] for by in (1.0, 3.0))
@@ -232,15 +223,12 @@ class FirstOrder(NamedTuple):
         return first_order(system, leaf, leaf, few, self.turns)._replace(sizes=self.sizes)
 
     def strongest(self) -> float:
-        """Factor of all that alternates in the excitation beyond which a search finds no more orbits."""
         return STRONG
 
     def ways(self) -> list[int]:
-        """Leaves, virtual ones too, along which a search connects orbits."""
         return [self.omega_leaf, STRENGTH]
 
     def budget(self) -> tuple[int, float]:
-        """Points of a search for other orbits, and the length of its steps."""
         return MOST_KINKED if self.kinked else min(MOST, int(WORK / self.size() ** 2)), STEP
 
 

@@ -58,11 +58,9 @@ class SecondOrder(NamedTuple):
     nonlinear: Any
 
     def size(self) -> int:
-        """Number of coefficients."""
         return len(self.tau)
 
     def harmonics(self) -> int:
-        """Number of harmonics among the unknowns."""
         return len(self.tau) // 2
 
     def harmonic(self, z: Any, k: int) -> Any:
@@ -138,20 +136,16 @@ class SecondOrder(NamedTuple):
             slope[i] /= 2.0 * d
 
     def run(self, kernel: Any, *arguments: Any) -> Any:
-        """Execute a kernel with the problem, as machine code where that pays."""
         light = self.nonlinear.is_sampled() and self.size() <= LIGHT
         return run(kernel, quiet(self), *arguments, light=light)
 
     def hill(self) -> bool:
-        """Whether disturbances obey Hill's equation, so that the trace of its period map tells all: yes."""
         return True
 
     def state_count(self) -> int:
-        """Number of states of the system."""
         return 2
 
     def highest(self) -> int:
-        """Highest harmonic of an orbit."""
         return int(self.stride * (self.harmonics() - 1) + 1)
 
     def series(self, points: Floats) -> Floats:
@@ -167,7 +161,6 @@ class SecondOrder(NamedTuple):
         return all_orders(points[:, :-1] + errors, self.stride)
 
     def table(self, point: Floats) -> Floats:
-        """Table (2H+1, 1) of a point: mean, cos 1, sin 1, ... of u."""
         return from_blocks(self.series(point[None])[0].T)
 
     def whole(self, table: Floats) -> Floats:
@@ -225,11 +218,9 @@ class SecondOrder(NamedTuple):
         return few[:, -1], share_left_out(system, self.turns, self.series(few)[:, 0])[:, None]
 
     def damping_leaf(self) -> int | None:
-        """Leaf of the damping that, strong enough, leaves the linear response alone."""
         return leaf_of(self.system, "B")
 
     def odd(self) -> "SecondOrder | None":
-        """Problem of the odd harmonics alone, or None where the symmetry is not seen."""
         smooth = self.turns == 1 and self.nonlinear.is_sampled()
         if not (smooth and seems_odd(self.system.law, self.tau, self.error)):
             return None
@@ -245,7 +236,6 @@ class SecondOrder(NamedTuple):
         return idle
 
     def several_at(self, points: Floats) -> NDArray[np.bool_]:
-        """Whether others may exist beside known orbits."""
         return several_at(self, points)
 
     def to_search(self, value: float) -> "SecondOrder":
@@ -256,15 +246,12 @@ class SecondOrder(NamedTuple):
         return second_order(system, leaf, leaf, max(ENOUGH * self.turns, 3 * highest), self.turns)
 
     def strongest(self) -> float:
-        """Factor of all that alternates in the excitation beyond which a search finds no more orbits."""
         return strongest(self)
 
     def ways(self) -> list[int]:
-        """Leaves, virtual ones too, along which a search connects orbits."""
         return ways(self)
 
     def budget(self) -> tuple[int, float]:
-        """Points of a search for other orbits, and the length of its steps."""
         return BUDGET, STEP
 
 

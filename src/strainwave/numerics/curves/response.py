@@ -5,7 +5,6 @@ leaves the range with folds still ahead, it is followed outside until it comes b
 until the last two are negligible.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -82,7 +81,7 @@ def frequency_response(
     """
     system = periodic("frequency_response", checked(system), period)
     lo, hi = frequencies(span)
-    branch = response_curves([system], lo, hi, harmonics, period, points)[0]
+    branch = response_curve(system, lo, hi, harmonics, period, points)
     if throw and not branch.status.found:
         raise SolveError(branch.message)
     return branch
@@ -98,21 +97,15 @@ def frequencies(span: Any) -> tuple[float, float]:
     return lo, hi
 
 
-def response_curves(
-    systems: list[Any], lo: float, hi: float, harmonics: int | None, period: int, points: int,
-    each: Callable[..., Any] = map,
-) -> list[Branch]:  # fmt: skip
-    """Response curves of checked systems of one class, traced by `each`, which is like map."""
-    leaf = leaf_of(systems[0], "omega")
-
-    def traced(system: Any) -> Branch:
-        system = with_leaf(system, leaf, (lo * hi) ** 0.5)
-        problem, found, tail, origin = traced_points(system, leaf, lo, hi, harmonics, period, points)
-        branch = describe(problem, "omega", found, tail, origin)
-        return with_others(problem, branch, found.elsewhere, remarks(problem, found, branch), FOLLOWED)
-
-    # The first compiles, where that is still to do, before threads start.
-    return [traced(systems[0]), *each(traced, systems[1:])]
+def response_curve(
+    system: Any, lo: float, hi: float, harmonics: int | None, period: int, points: int
+) -> Branch:  # fmt: skip
+    """Response curve of a checked system."""
+    leaf = leaf_of(system, "omega")
+    system = with_leaf(system, leaf, (lo * hi) ** 0.5)
+    problem, found, tail, origin = traced_points(system, leaf, lo, hi, harmonics, period, points)
+    branch = describe(problem, "omega", found, tail, origin)
+    return with_others(problem, branch, found.elsewhere, remarks(problem, found, branch), FOLLOWED)
 
 
 def traced_points(

@@ -27,7 +27,7 @@ from ..balance.rates import base_speed, jacobians_at
 from ..integration.tableaus import DOP8_A, DOP8_B, DOP8_C
 from ..labels import BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER
 from .second_order import LARGEST_LOG, displacement_peaks
-from .special_points import root_on_chord
+from .special_points import inserted, root_on_chord
 
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 GAUSS_C, GAUSS_B = 0.5 + 0.5 * _PLACES, 0.5 * _WEIGHTS
@@ -43,8 +43,9 @@ def monodromy(problem: FirstOrder, points: Floats) -> Floats:
     Of laws with breakpoints the steps end at the kinks of each orbit.
     """
     if problem.kinked:
-        return np.array([_between_kinks(problem, point[None, :]) for point in points]).reshape(-1, *_shape(problem))
-    flow = _start(problem, points)
+        n = len(problem.sizes)
+        return np.array([_between_kinks(problem, point[None, :]) for point in points]).reshape(-1, n, n)
+    flow = np.tile(np.eye(len(problem.sizes)), (len(points), 1, 1))
     for h, matrices in _stages(problem, points):
         flow = _advanced(flow, h, matrices)
     return flow
@@ -59,19 +60,15 @@ def _between_kinks(problem: FirstOrder, point: Floats) -> Floats:
     distance = distance_along(system, y, problem.turns)
     first, width = pieces(distance, problem.harmonics(), 2.0 * math.pi / _steps(problem, point))
     psi = first[:, None] + width[:, None] * GAUSS_C
-    a = _matrices(problem, _systems(problem, point), point, psi.ravel())[0].reshape(*psi.shape, *_shape(problem))
-    a *= (width * problem.turns / base_speed(problem, point[:, -1]))[:, None, None, None]
     n, rows = len(problem.sizes), len(GAUSS_C) * len(problem.sizes)
+    a = _matrices(problem, _systems(problem, point), point, psi.ravel())[0].reshape(*psi.shape, n, n)
+    a *= (width * problem.turns / base_speed(problem, point[:, -1]))[:, None, None, None]
     coupled = np.einsum("ij,mikl->mikjl", GAUSS_A, a).reshape(-1, rows, rows)
     rates = np.linalg.solve(np.eye(rows) - coupled, a.reshape(-1, rows, n)).reshape(a.shape)
     flow = np.eye(n)
     for step in np.eye(n) + np.einsum("i,mikl->mkl", GAUSS_B, rates):
         flow = step @ flow
     return flow
-
-
-def _shape(problem: FirstOrder) -> tuple[int, int]:
-    return len(problem.sizes), len(problem.sizes)
 
 
 def floquet_of(problem: FirstOrder, points: Floats) -> NDArray[np.complex128]:
@@ -107,7 +104,7 @@ def hill_map(problem: FirstOrder, points: Floats) -> tuple[Floats, Floats, Float
     (points, states, states), (points,), (points,) arrays
         M, s and d: the period map is exp(d + s) M, where exp(s) M has the determinant 1.
     """
-    flow = _start(problem, points)
+    flow = np.tile(np.eye(len(problem.sizes)), (len(points), 1, 1))
     size, decay = np.zeros(len(points)), np.zeros(len(points))
     for h, matrices in _stages(problem, points):
         mean = np.trace(matrices, axis1=2, axis2=3) / matrices.shape[-1]
@@ -117,11 +114,6 @@ def hill_map(problem: FirstOrder, points: Floats) -> tuple[Floats, Floats, Float
         flow /= largest[:, None, None]
         size += np.log(largest)
     return flow, size, decay
-
-
-def _start(problem: FirstOrder, points: Floats) -> Floats:
-    states = len(problem.sizes)
-    return np.broadcast_to(np.eye(states), (len(points), states, states)).copy()
 
 
 def _stages(problem: FirstOrder, points: Floats) -> Iterator[tuple[Floats, Floats]]:
@@ -196,14 +188,11 @@ def with_special_points(
             near_fold = FOLD in labels[max(0, i - 1) : i + 3]
             point = None if label == BRANCH_POINT and near_fold else _located(problem, points[i], points[i + 1], label)
             if point is not None:
-                found.append((int(i) + 1, float(np.linalg.norm(point - points[i])), label, point))
-    found.sort(key=lambda item: item[:2])
-    places = [item[0] for item in found]
+                found.append((int(i), label, point))
     if not found:
         return points, labels, floquet
-    added = np.array([item[3] for item in found])
-    floquet = np.insert(floquet, places, multipliers_of(monodromy(problem, added)), axis=0)
-    return np.insert(points, places, added, axis=0), np.insert(labels, places, [item[2] for item in found]), floquet
+    points, labels, places, added = inserted(points, labels, found)
+    return points, labels, np.insert(floquet, places, multipliers_of(monodromy(problem, added)), axis=0)
 
 
 def _located(problem: FirstOrder, first: Floats, last: Floats, label: int) -> Floats | None:

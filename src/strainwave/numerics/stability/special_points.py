@@ -41,10 +41,18 @@ def with_crossings(problem: Any, points: Floats, labels: Any, traces: Floats, de
             found += _located(problem, points, i, BRANCH_POINT)
     if not found:
         return points, labels, 0
-    found.sort(key=lambda item: (item[0], float(np.linalg.norm(item[2] - points[item[0]]))))
-    places = [i + 1 for i, _, _ in found]
-    points = np.insert(points, places, [p for _, _, p in found], axis=0)
-    return points, np.insert(labels, places, [label for _, label, _ in found]), len(found)
+    points, labels, _, _ = inserted(points, labels, found)
+    return points, labels, len(found)
+
+
+def inserted(
+    points: Floats, labels: Any, found: list[tuple[int, int, Floats]]
+) -> tuple[Floats, Any, list[int], Floats]:  # fmt: skip
+    """Points and labels with new ones (number of the point before, label, point); their places, and they in order."""
+    found = sorted(found, key=lambda item: (item[0], float(np.linalg.norm(item[2] - points[item[0]]))))
+    places, new = [i + 1 for i, _, _ in found], np.array([point for _, _, point in found])
+    labels = np.insert(labels, places, [label for _, label, _ in found])
+    return np.insert(points, places, new, axis=0), labels, places, new
 
 
 def _passes_one(crossing: Floats, labels: Any, i: int) -> bool:
@@ -59,14 +67,10 @@ def _passes_one(crossing: Floats, labels: Any, i: int) -> bool:
 
 
 def _located(problem: Any, points: Floats, i: int, label: int) -> list[tuple[int, int, Floats]]:
-    point = crossing_between(problem, points[i], points[i + 1], label)
+    """Where the product of the label vanishes between points i and i + 1 of a branch."""
+    table = finer_table(problem, points[i : i + 2])
+    point = root_on_chord(problem, points[i], points[i + 1], lambda z: _product(problem, z, table, label))
     return [] if point is None else [(i, label, point)]
-
-
-def crossing_between(problem: Any, first: Floats, last: Floats, label: int) -> Floats | None:
-    """Point between two points of a branch where the product of the label vanishes; None if it does not change sign."""
-    table = finer_table(problem, np.stack([first, last]))
-    return root_on_chord(problem, first, last, lambda point: _product(problem, point, table, label))
 
 
 def finer_table(problem: Any, points: Floats) -> Floats:
