@@ -20,9 +20,8 @@ from strainwave.compile import jit
 from strainwave.files.project import from_text
 from strainwave.law import is_spring, torsion
 from strainwave.model.train.train_forms import AtLoad, Metered
-from strainwave.numerics.continuation import trace as branches
+from strainwave.numerics.balance import second_order as balance
 from strainwave.numerics.integration import simulate as integrate
-from strainwave.numerics.stability import second_order as floquet
 from strainwave.tree import classes
 
 
@@ -100,6 +99,6 @@ def complaints(text):
 
 if __name__ == "__main__":
     compiler.Compiler.define_pipelines = pipelines
-    branches.run = floquet.run = integrate.run = typed
+    balance.run = integrate.run = typed
     jit.cache_writable = lambda: False  # types alone are not kept
     print(json.dumps(list(chain.from_iterable(map(complaints, json.load(sys.stdin))))))

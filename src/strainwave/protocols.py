@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from .law import is_spring
 from .quantities import checked, shown
+from .results import Floats
 
 
 class Law(Protocol):
@@ -96,6 +97,130 @@ class Measure(Protocol):
 
     def results(self, sums: Any, time: Any) -> Any:
         """Dictionary of name to value from the sums over a time [s]."""
+
+
+class Balance(Protocol):
+    """Equations of a periodic orbit in its Fourier coefficients, which are what curves are followed through.
+
+    A point z holds the `size()` coefficients (blocks: mean, cosines, sines; all states one after the other) and, last,
+    the parameter that varies: leaf `leaf` of `system`, or a virtual one. A table has rows mean, cos 1, sin 1, ... and
+    columns of states. An orbit takes `turns` turns of the base angle. There are two kinds, `SecondOrder` (of an
+    oscillator, in its torsion u alone) and `FirstOrder` (of any system, in all states); what uses them asks for no
+    class. Both have all of this.
+    """
+
+    @property
+    def system(self) -> Any:
+        """The system, at its own parameters."""
+
+    @property
+    def leaf(self) -> int:
+        """Place of the parameter among the numbers of the system; below -1 a virtual one."""
+
+    @property
+    def omega_leaf(self) -> int:
+        """Place of the base frequency."""
+
+    @property
+    def turns(self) -> Any:
+        """Turns of the base angle that an orbit takes."""
+
+    @property
+    def angles(self) -> Floats:
+        """Base angles (samples,) [rad] of the samples of an orbit."""
+
+    @property
+    def synthesis(self) -> Floats:
+        """Table (2H+1, samples): the coefficients of a state times it are the samples."""
+
+    def _replace(self, *, system: Any = ..., leaf: int = ...) -> Any: ...
+
+    def size(self) -> int:
+        """Number of coefficients."""
+
+    def harmonics(self) -> int:
+        """Number of harmonics of a block."""
+
+    def highest(self) -> int:
+        """Highest harmonic of an orbit."""
+
+    def state_count(self) -> int:
+        """Number of states of the system."""
+
+    def hill(self) -> bool:
+        """Whether disturbances obey Hill's equation, so that the trace of its period map tells all."""
+
+    # What kernels call.
+
+    def residual(self, z: Any, work: Any, r: Any) -> None:
+        """Write what the equations lack at z."""
+
+    def linearise(self, z: Any, work: Any, jacobian: Any, slope: Any) -> None:
+        """Write its derivatives by the coefficients and by the parameter; follows `residual` at the same z."""
+
+    def harmonic(self, z: Any, k: int) -> Any:
+        """Cosine and sine coefficient of the first state's k-th harmonic."""
+
+    def run(self, kernel: Any, *arguments: Any) -> Any:
+        """Execute a kernel with the problem and arguments: as machine code, or as Python."""
+
+    # From a point to an orbit and back.
+
+    def series(self, points: Floats) -> Floats:
+        """Coefficients (points, states, 2H+1), in blocks, of what the equations are in."""
+
+    def displacements(self, points: Floats) -> Floats:
+        """Coefficients (points, 2H+1), in blocks, of the first state."""
+
+    def table(self, point: Floats) -> Floats:
+        """Table of what the equations are in."""
+
+    def whole(self, table: Floats) -> Floats:
+        """Table of the states, as many as tell the others, of such a table."""
+
+    def motion(self, point: Floats, x: Floats) -> Floats:
+        """Table of all states of a point, the first of which has the series x."""
+
+    def point(self, table: Floats, value: float) -> Floats:
+        """Point of a table of states, cut or filled up, at a value of the parameter."""
+
+    def fitted(self, table: Floats, value: float) -> Floats | None:
+        """Point of a table of what the equations are in; None where a symmetry forbids it."""
+
+    def sampled(self, y: Floats, value: float) -> Floats:
+        """Point of a motion with the states y (states, samples) at `angles`."""
+
+    # What is known of its orbits.
+
+    def linear_response(self, value: float) -> Floats:
+        """Point near the response of the linearised system."""
+
+    def left_out(self, points: Floats, at: int) -> tuple[Floats, Floats]:
+        """Parameter at some points, and shares (values, states) of the harmonics left out there."""
+
+    def damping_leaf(self) -> int | None:
+        """Place of the damping that, strong enough, leaves the linear response alone; None where there is none."""
+
+    def odd(self) -> Any:
+        """Problem of the odd harmonics alone; None where orbits have others."""
+
+    def floating(self, points: Floats) -> Any:
+        """Whether (points,) no torque acts anywhere on an orbit that moves."""
+
+    def several_at(self, points: Floats) -> Any:
+        """Whether (points,) other orbits may exist beside these."""
+
+    def to_search(self, value: float) -> Any:
+        """The problem at a base frequency [rad/s], with as many harmonics as a search for other orbits takes."""
+
+    def strongest(self) -> float:
+        """Largest factor of all that alternates in the excitation in a search."""
+
+    def ways(self) -> list[int]:
+        """Leaves, virtual ones too, along which a search connects orbits."""
+
+    def budget(self) -> tuple[int, float]:
+        """Number of points of a search, and the length of its steps."""
 
 
 class Load(Protocol):

@@ -59,25 +59,6 @@ def kernel_as(loops: Callable[..., Any], inline: bool = False) -> Callable[[F], 
     return mark
 
 
-def sampled(function: Callable[[Any, Any], Any]) -> Callable[[Any, Any, Any], None]:
-    """Make of a function of a model and a number one of a model, an array and the array that gets the values.
-
-    As Python the function is given the whole array, in compiled code its entries one by one.
-    """
-
-    def loops(model: Any, at: Any, out: Any) -> None:
-        for i in range(at.shape[0]):
-            out[i] = function(model, at[i])
-
-    @kernel_as(loops)
-    def samples(model: Any, at: Any, out: Any) -> None:
-        out[:] = function(model, at)
-
-    kernel(function)
-    samples.__doc__ = function.__doc__
-    return samples
-
-
 def chosen(choose: Callable[..., Any]) -> Callable[..., Any]:
     """Make of a function that chooses a body by the classes of its arguments the function that runs this body.
 
@@ -90,6 +71,62 @@ def chosen(choose: Callable[..., Any]) -> Callable[..., Any]:
 
     _kernels.append((function, choose, None))
     return function
+
+
+def _itself(thing: Any, i: Any) -> Any:
+    return thing
+
+
+def _item(thing: Any, i: Any) -> Any:
+    return thing[i]
+
+
+@chosen
+def _entry(thing: Any, i: Any) -> Any:
+    return _item if hasattr(thing, "ndim") else _itself
+
+
+def elementwise(function: Callable[..., Any]) -> Callable[..., None]:
+    """Make of a function of numbers one that writes its values to its last argument, an array.
+
+    The one or two others are arrays of that length, or numbers and models, which are the same for all entries. As
+    Python the function is given whole arrays, in compiled code their entries one by one.
+    """
+
+    def two(a: Any, out: Any) -> None:
+        for i in range(out.shape[0]):
+            out[i] = function(_entry(a, i), out[i])
+
+    def three(a: Any, b: Any, out: Any) -> None:
+        for i in range(out.shape[0]):
+            out[i] = function(_entry(a, i), _entry(b, i), out[i])
+
+    def whole(*args: Any) -> None:
+        args[-1][:] = function(*args)
+
+    kernel(function)
+    whole.__doc__ = function.__doc__
+    return kernel_as(two if len(inspect.signature(function).parameters) == 2 else three, inline=True)(whole)
+
+
+def summed(numpy: Callable[[Any, Any], Any]) -> Callable[[Callable[[Any, Any], Any]], Callable[[Any, Any], float]]:
+    """Make of a function of two numbers its sum over the entries of two vectors; as Python `numpy` gives it."""
+
+    def mark(function: Callable[[Any, Any], Any]) -> Callable[[Any, Any], float]:
+        def loops(a: Any, b: Any) -> float:
+            total = 0.0
+            for i in range(a.shape[0]):
+                total += function(a[i], b[i])
+            return total
+
+        def whole(a: Any, b: Any) -> float:
+            return float(numpy(a, b))
+
+        kernel(function)
+        whole.__doc__ = function.__doc__
+        return kernel_as(loops, inline=True)(whole)
+
+    return mark
 
 
 def axpy(y: Any, h: Any, k: Any) -> Any:

@@ -1,9 +1,16 @@
-"""Root of one function in a bracket."""
+"""Root of one function in a bracket, also one that asks for the values and is told them, for compiled code.
+
+Chandrupatla 1997, Adv. Eng. Software 28, 145-149: inverse quadratic interpolation where it is safe, else bisection.
+"""
 
 import math
 from collections.abc import Callable
+from typing import Any
+
+from ..compile.jit import routine
 
 STEPS = 200
+A, FA, B, FB, SHARE = range(5)  # of a bracket: its latest place, its other end, and where between them to look next
 
 
 def bracketed_root(f: Callable[[float], float], a: float, b: float, *, xtol: float, rtol: float = 1e-15) -> float:
@@ -22,30 +29,39 @@ def bracketed_root(f: Callable[[float], float], a: float, b: float, *, xtol: flo
     ------
     ValueError
         If f has the same sign at both ends.
-
-    References
-    ----------
-    Chandrupatla 1997, Adv. Eng. Software 28, 145-149: inverse quadratic interpolation where it is safe, else bisection.
     """
     fa, fb = f(a), f(b)
     if fa * fb > 0.0:
         raise ValueError(f"f has one sign at both ends of ({a:g}, {b:g}): {fa:g} and {fb:g}; widen the bracket")
-    share, c, fc = 0.5, a, fa
+    bracket = [a, fa, b, fb, 0.5]
     for _ in range(STEPS):
+        a, fa, b, fb, _share = bracket
         best, least = (a, fa) if abs(fa) < abs(fb) else (b, fb)
-        room = abs(b - a)
-        tolerance = (xtol + rtol * abs(best)) / room if room > 0.0 else 1.0
-        if tolerance >= 0.5 or least == 0.0:
+        tolerance = xtol + rtol * abs(best)
+        if 2.0 * tolerance >= abs(b - a) or least == 0.0:
             break
-        x = a + min(1.0 - tolerance, max(tolerance, share)) * (b - a)
-        fx = f(x)
-        if math.copysign(1.0, fx) == math.copysign(1.0, fa):
-            c, fc = a, fa
-        else:
-            c, b, fc, fb = b, a, fb, fa
-        a, fa = x, fx
-        xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
-        share = 0.5
-        if phi * phi < xi and (1.0 - phi) ** 2 < 1.0 - xi:
-            share = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
-    return a if abs(fa) < abs(fb) else b
+        x = next_place(bracket, tolerance)
+        narrow(bracket, x, f(x))
+    return bracket[A] if abs(bracket[FA]) < abs(bracket[FB]) else bracket[B]
+
+
+@routine
+def next_place(bracket: Any, tolerance: float) -> float:
+    """Where to ask for a value next, no nearer to an end of the bracket than the tolerance."""
+    width = bracket[B] - bracket[A]
+    least = min(0.5, tolerance / abs(width))
+    return float(bracket[A] + min(1.0 - least, max(least, bracket[SHARE])) * width)
+
+
+@routine
+def narrow(bracket: Any, x: float, fx: float) -> None:
+    """Make a place inside the latest of the bracket."""
+    a, fa, b, fb = bracket[A], bracket[FA], bracket[B], bracket[FB]
+    c, fc = a, fa
+    if math.copysign(1.0, fx) != math.copysign(1.0, fa):
+        c, b, fc, fb = b, a, fb, fa
+    xi, phi = (x - b) / (c - b), (fx - fb) / (fc - fb)
+    share = 0.5
+    if phi * phi < xi and (1.0 - phi) ** 2 < 1.0 - xi:
+        share = fx / (fb - fx) * fc / (fb - fc) + (c - x) / (b - x) * fx / (fc - fx) * fb / (fc - fb)
+    bracket[A], bracket[FA], bracket[B], bracket[FB], bracket[SHARE] = x, fx, b, fb, share

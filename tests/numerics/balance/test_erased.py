@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import strainwave as sw
+from strainwave.numerics.balance import second_order as balance
 from strainwave.numerics.balance.erased import quiet
-from strainwave.numerics.balance.second_order import second_order, work_for
-from strainwave.numerics.continuation import trace as branches
-from strainwave.numerics.stability import second_order as floquet
+from strainwave.numerics.balance.second_order import second_order
+from strainwave.numerics.balance.work import linearised
 from strainwave.tree import leaf_of, with_leaf
 
 ONE = sw.Oscillator(1.3, 20.0, sw.Cubic(1e5, 6.9e4), sw.Harmonic(3.0, mean=20.0), 140.0)
@@ -38,10 +38,7 @@ def test_a_quiet_problem_has_the_equations_of_the_whole_one(system):
     z = np.append(1e-3 * np.random.default_rng(1).normal(size=len(whole.tau)), 150.0)
     found = []
     for one in (whole, small):
-        work, r, slope = work_for(one), np.empty(len(z) - 1), np.empty(len(z) - 1)
-        jacobian = np.empty((len(z) - 1, len(z) - 1))
-        one.residual(z, work, r)
-        one.linearise(z, work, jacobian, slope)
+        r, jacobian, slope = linearised(one, z)
         found.append(np.concatenate([r, slope, jacobian.ravel()]))
     np.testing.assert_array_equal(*found)
 
@@ -54,8 +51,7 @@ def test_a_curve_over_another_parameter_keeps_its_torque():
 @pytest.mark.interpreted
 def test_a_curve_is_the_same_to_the_last_bit(monkeypatch):
     one = sw.frequency_response(TWO, (200.0, 320.0), harmonics=5)
-    for module in (branches, floquet):
-        monkeypatch.setattr(module, "quiet", lambda problem: problem)
+    monkeypatch.setattr(balance, "quiet", lambda problem: problem)
     two = sw.frequency_response(TWO, (200.0, 320.0), harmonics=5)
     for name in ("omega", "coefficients", "peak", "stable"):
         np.testing.assert_array_equal(getattr(one, name), getattr(two, name))

@@ -7,9 +7,10 @@ import pytest
 
 import strainwave as sw
 from strainwave.maths import cos, sign
-from strainwave.numerics.balance.first_order import FirstOrder, balance_of, first_order, jacobians_at, number_of_states
-from strainwave.numerics.balance.fourier import from_blocks, synthesis, to_blocks
-from strainwave.numerics.continuation.trace import solve, with_velocity
+from strainwave.numerics.balance.first_order import FirstOrder, balance_of, first_order
+from strainwave.numerics.balance.fourier import synthesis, with_velocity
+from strainwave.numerics.balance.rates import jacobians_at, number_of_states
+from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.first_order import monodromy, multipliers_of
 from strainwave.tree import leaf_of
 
@@ -118,7 +119,7 @@ def test_a_system_without_rhs_is_refused():
 def test_the_jacobian_is_the_derivative_of_the_residual():
     problem = first_order(BOUC_WEN, 9, 9, 6)
     rng = np.random.default_rng(1)
-    z = np.append(0.3 * rng.standard_normal(len(problem.tau)), 0.9)
+    z = np.append(0.3 * rng.standard_normal(problem.size()), 0.9)
     a, slope = np.empty((len(z) - 1, len(z) - 1)), np.empty(len(z) - 1)
     problem.linearise(z, None, a, slope)
     full, d = np.column_stack([a, slope]), 1e-6
@@ -151,8 +152,7 @@ def test_duffing_with_two_states_has_the_curve_of_the_oscillator():
     problem = first_order(DUFFING._replace(mean=0.4), 4, 4, 9)
     for i in range(0, len(torsion), 10):
         series = with_velocity(torsion.coefficients[i], torsion.omega[i])
-        guess = np.append((to_blocks(series).T / problem.sizes[:, None]).ravel(), torsion.omega[i])
-        found = from_blocks(problem.states(solve(problem, guess)).T)
+        found = problem.table(solve(problem, problem.point(series, torsion.omega[i])))
         if np.min(np.abs(torsion.omega[i] - np.array([f.value for f in torsion.folds]))) > 1e-3:
             assert found[:, 0] == pytest.approx(torsion.coefficients[i], abs=1e-9 * np.max(np.abs(series)))
 
@@ -161,7 +161,7 @@ def test_duffing_with_two_states_has_the_orbit_of_the_oscillator():
     general, torsion = (first_order(DUFFING._replace(mean=0.4), 4, 4, 9), same_oscillator(DUFFING._replace(mean=0.4)))
     orbit = sw.find_orbit(torsion._replace(omega=2.0), harmonics=9)
     point = solve(general, general.linear_response(2.0))
-    series = general.states(point)
+    series = general.series(point[None])[0]
     assert np.hypot(series[0, 1], series[0, 10]) == pytest.approx(orbit.amplitude(1), rel=1e-9)
     assert series[0, 0] == pytest.approx(orbit.amplitude(0), rel=1e-9)
     found = multipliers_of(monodromy(general, point[None, :]))[0]
@@ -208,7 +208,7 @@ def test_the_period_map_has_liouvilles_determinant(system):
     problem = first_order(system, leaf, leaf, 15)
     point = solve(problem, problem.linear_response(system.omega))
     samples = 4096
-    y = problem.states(point) @ synthesis(15, samples)
+    y = problem.series(point[None])[0] @ synthesis(15, samples)
     matrices = jacobians_at(system, 2.0 * np.pi * np.arange(samples) / samples, y, problem.sizes)
     trace = np.mean(np.trace(matrices)) * 2.0 * np.pi / system.omega
     tolerance = 2e-2 if system is BOUC_WEN else 1e-9  # the Jacobian of Bouc-Wen jumps, which no step resolves

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.numerics.balance.guess import linear_response
-from strainwave.numerics.balance.half_wave import is_odd_on, odd_problem
-from strainwave.numerics.balance.second_order import all_orders, second_order, work_for
+from strainwave.numerics.balance.fourier import all_orders
+from strainwave.numerics.balance.half_wave import is_odd_on
+from strainwave.numerics.balance.second_order import second_order
+from strainwave.numerics.balance.work import linearised
 from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.second_order import grid_of, hill
 from strainwave.tree import leaf_of
@@ -23,9 +24,9 @@ def full(system, harmonics=9):
 @pytest.mark.parametrize("system", [DUFFING, DUFFING._replace(error=LINES)])
 def test_odd_orbits_their_multipliers_and_peaks_are_those_of_the_full_balance(system):
     whole = full(system)
-    odd = odd_problem(whole)
-    point, few = (solve(problem, linear_response(problem, 0.8)) for problem in (whole, odd))
-    np.testing.assert_allclose(all_orders(odd, few[None, :-1])[0], point[:-1], rtol=1e-9, atol=1e-12)
+    odd = whole.odd()
+    point, few = (solve(problem, problem.linear_response(0.8)) for problem in (whole, odd))
+    np.testing.assert_allclose(all_orders(few[None, :-1], 2)[0], point[:-1], rtol=1e-9, atol=1e-12)
     traces, peaks = hill(whole, point[None], grid_of(whole, 1024))
     odd_traces, odd_peaks = hill(odd, few[None], grid_of(odd, 1024))
     np.testing.assert_allclose(odd_traces, traces, rtol=1e-9)
@@ -33,21 +34,17 @@ def test_odd_orbits_their_multipliers_and_peaks_are_those_of_the_full_balance(sy
 
 
 def test_the_odd_jacobian_is_the_derivative_of_the_odd_residual():
-    odd = odd_problem(full(DUFFING))
+    odd = full(DUFFING).odd()
     n = len(odd.tau)
     z = np.append(np.random.default_rng(2).normal(size=n), 1.1)
     z[0] = 0.0
-    work, r, column = work_for(odd), np.empty(n), np.empty(n)
-    jacobian = np.empty((n, n))
-    odd.residual(z, work, r)
-    odd.linearise(z, work, jacobian, column)
+    _, jacobian, column = linearised(odd, z)
     for j in range(1, n + 1):
         sides = []
         for step in (-1e-6, 1e-6):
             moved = z.copy()
             moved[j] += step
-            odd.residual(moved, work, r)
-            sides.append(r.copy())
+            sides.append(linearised(odd, moved)[0])
         slope = (sides[1] - sides[0]) / 2e-6
         np.testing.assert_allclose(column if j == n else jacobian[:, j], slope, rtol=1e-6, atol=1e-6)
 
@@ -63,12 +60,12 @@ def test_the_odd_jacobian_is_the_derivative_of_the_odd_residual():
     ],
 )
 def test_systems_that_are_not_odd_or_not_smooth_keep_all_harmonics(system):
-    assert odd_problem(full(system)) is None
+    assert full(system).odd() is None
 
 
 def test_a_law_that_is_odd_only_where_the_orbits_are_not_is_found_out():
-    odd = odd_problem(full(DUFFING))
-    point = solve(odd, linear_response(odd, 0.8))[None]
+    odd = full(DUFFING).odd()
+    point = solve(odd, odd.linear_response(0.8))[None]
     assert is_odd_on(odd, point)
     lopsided = odd._replace(system=DUFFING._replace(law=sw.Polynomial((0.0, 1.0, 1e-6, 0.05))))
     assert not is_odd_on(lopsided, point)

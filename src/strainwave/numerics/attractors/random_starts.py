@@ -14,7 +14,7 @@ from ...law import breakpoints_of
 from ...quantities import replace
 from ...results import Floats
 from ..balance.fourier import orders
-from ..balance.guess import carried, drive
+from ..balance.one_harmonic import carried, drive
 from ..integration.methods import Dopri5
 from ..integration.simulate import simulate
 from .attractors import NEAR, PER_TURN, distance, fewest

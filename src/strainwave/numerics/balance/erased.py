@@ -8,7 +8,7 @@ another line of the kinematic error compiles nothing.
 from typing import Any, NamedTuple
 
 from ...tree import count
-from .second_order import STRENGTH, SecondOrder
+from .linear_part import STRENGTH
 
 
 class Quiet(NamedTuple):
@@ -28,12 +28,11 @@ PARTS = ("excitation", "error")
 
 
 def quiet(problem: Any) -> Any:
-    """Return the problem without the classes that it asks for nothing; itself where it does ask."""
-    if not isinstance(problem, SecondOrder) or not (problem.leaf <= STRENGTH or problem.leaf == problem.omega_leaf):
-        return problem
+    """Return an oscillator's problem without the classes that it asks for nothing; itself where it does ask."""
     system = problem.system
     fields = getattr(system, "_fields", ())
-    if not {*PARTS, "omega"} <= set(fields):
+    asks = problem.leaf > STRENGTH and problem.leaf != problem.omega_leaf
+    if asks or not {*PARTS, "omega"} <= set(fields):
         return problem
     before = sum(count(getattr(system, part)) for part in PARTS if fields.index(part) < fields.index("omega"))
     omega_leaf = problem.omega_leaf - before

@@ -8,88 +8,111 @@ the samples end at the kinks of the motion (see `panels`).
 Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
 """
 
-import itertools
 import math
 from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ...law import is_spring
-from ...protocols import has_jacobian, omega_of
-from ...quantities import positive_count
+from ...protocols import Balance, omega_of
 from ...results import Floats
 from ...tree import leaves, with_leaf
-from ..integration.corners import repeating
-from .fourier import analysis, extend, from_blocks, multiply_rows, synthesis, to_blocks
-from .panels import Distance, distances, samples_between
-from .second_order import STRENGTH, second_order
+from .fourier import analysis, derivative, extend_series, from_blocks, multiply_rows, synthesis, to_blocks
+from .harmonics import ENOUGH, highest_order
+from .linear_part import STRENGTH
+from .one_harmonic import STRONG
+from .panels import distances, panels
+from .rates import DIFFERENCE, SAME, base_speed, is_second_order, jacobians_at, number_of_states, rates_at
+from .second_order import second_order
+from .truncation import shares_left_out
+from .work import linearised
 
-MOST_STATES = 64
-ASKED, EQUAL = 1e-4, 1e-8  # size of the states, and of the largest rate, where a system is asked whether it repeats
-SAME = ("J", "B", "law", "excitation", "omega", "error")  # what a system of the form of `Oscillator` has
-DIFFERENCE = 6e-6  # of a state's size: the cube root of rounding, for central differences
-NEAR_KINKS = 1e-7  # the same for laws with breakpoints, which a difference must not reach across
+FEW = 4  # points of a curve where what is left out is estimated
+MOST, MOST_KINKED = 600, 150  # points of a search for other orbits; with breakpoints
+WORK, STEP = 2e7, 0.2  # points times the square of the unknowns; steps in units of the orbit and the parameter
+NEAR_KINKS = 1e-7  # of a state's size, for differences of laws with breakpoints, which must not reach across one
 
 
 class FirstOrder(NamedTuple):
     """Balance of omega/turns dY/dpsi = f(turns psi, Y); an orbit takes `turns` turns of the base angle, or a part 1/g.
 
-    `sizes` are the units of the states, `omega` is the base frequency where it does not vary, `error` and `tau` only
-    say how many coefficients a state and all states have.
+    `sizes` are the units of the states.
     """
 
     system: Any
     leaf: int
     omega_leaf: int
     turns: float
-    omega: float
     sizes: Floats
     synthesis: Floats
     analysis: Floats
     analysis_double: Floats
     angles: Floats
-    tau: Floats
-    error: Floats
     kinked: bool = False
 
-    def base(self, z: Any) -> float:
-        """Base frequency [rad/s] at z = (coefficients, parameter)."""
-        return float(z[-1]) if self.leaf == self.omega_leaf else self.omega
+    def size(self) -> int:
+        return len(self.sizes) * len(self.synthesis)
 
-    def states(self, z: Any) -> Floats:
-        """Coefficients (states, 2H+1), in blocks and in the states' own units."""
-        return np.asarray(z[: len(self.tau)].reshape(len(self.sizes), -1) * self.sizes[:, None])
+    def harmonics(self) -> int:
+        return len(self.synthesis) // 2
 
-    def point(self, table: Floats, value: float) -> Floats:
-        """Point (coefficients, parameter) of a table (2H+1, states): mean, cos 1, sin 1, ...; cut or filled up."""
-        n = len(self.error)
-        series = np.zeros((n, len(self.sizes)))
-        series[: min(n, len(table))] = table[:n]
-        return np.append((to_blocks(series).T / self.sizes[:, None]).ravel(), value)
+    def harmonic(self, z: Any, k: int) -> Any:
+        """Cosine and sine coefficients of harmonic k of the first state, in units of its size."""
+        return z[k], z[self.harmonics() + k]
+
+    def run(self, kernel: Any, *arguments: Any) -> Any:
+        return kernel(self, *arguments)
+
+    def hill(self) -> bool:
+        return False
+
+    def state_count(self) -> int:
+        return len(self.sizes)
+
+    def highest(self) -> int:
+        return self.harmonics()
+
+    def series(self, points: Floats) -> Floats:
+        """Coefficients (points, states, 2H+1), in blocks and in the states' own units."""
+        return np.asarray(points[:, :-1].reshape(len(points), len(self.sizes), -1) * self.sizes[:, None])
+
+    def displacements(self, points: Floats) -> Floats:
+        """Coefficients (points, 2H+1) of the first state in blocks."""
+        return np.asarray(self.series(points)[:, 0])
 
     def table(self, point: Floats) -> Floats:
-        """Table (2H+1, states) of a point: mean, cos 1, sin 1, ..."""
-        return from_blocks(self.states(point).T)
+        return from_blocks(self.series(point[None])[0].T)
 
     def whole(self, table: Floats) -> Floats:
         """Table of the states that `find_orbit` takes: the same."""
         return table
 
-    def highest(self) -> int:
-        """Highest harmonic of an orbit."""
-        return len(self.error) // 2
+    def motion(self, point: Floats, _: Floats) -> Floats:
+        """Table (2H+1, states) of a point."""
+        return self.table(point)
+
+    def point(self, table: Floats, value: float) -> Floats:
+        """Point (coefficients, parameter) of a table (2H+1, states): mean, cos 1, sin 1, ...; cut or filled up."""
+        n = len(self.synthesis)
+        series = np.zeros((n, len(self.sizes)))
+        series[: min(n, len(table))] = table[:n]
+        return np.append((to_blocks(series).T / self.sizes[:, None]).ravel(), value)
 
     def fitted(self, table: Floats, value: float) -> Floats | None:
         """Point of a table, cut or filled up."""
         return self.point(table, value)
 
+    def sampled(self, y: Floats, value: float) -> Floats:
+        """Point of a motion with the states y (states, samples) at the problem's angles."""
+        return np.append(y @ self.analysis / self.sizes[:, None], value)
+
     def difference(self) -> float:
         """Half of the central differences for the Jacobian, in units of the states' sizes."""
         return NEAR_KINKS if self.kinked else DIFFERENCE
 
-    def sampled(self, system: Any, y: Floats, wide: int = 1) -> tuple[Floats, Floats, Floats]:
+    def places(self, system: Any, y: Floats, wide: int = 1) -> tuple[Floats, Floats, Floats]:
         """Base angles [rad] of the samples, synthesis of the states there, and analysis up to harmonic `wide` H."""
         if not self.kinked:
             return self.angles, self.synthesis, self.analysis if wide == 1 else self.analysis_double
@@ -110,27 +133,27 @@ class FirstOrder(NamedTuple):
 
     def residual(self, z: Any, work: Any, r: Any) -> None:
         """Residual of every coefficient, in units of the state's size a second."""
-        y = self.states(z)
-        angles, synthesis, analysis = self.sampled(with_leaf(self.system, self.leaf, float(z[-1])), y)
+        y = self.series(z[None])[0]
+        angles, synthesis, analysis = self.places(with_leaf(self.system, self.leaf, float(z[-1])), y)
         rates = self.varied(rates_at, z, angles, y @ synthesis)
-        balance = self.base(z) / self.turns * derivative(y) - rates @ analysis
+        balance = base_speed(self, float(z[-1])) / self.turns * derivative(y) - rates @ analysis
         r[:] = (balance / self.sizes[:, None]).ravel()
 
     def linearise(self, z: Any, work: Any, jacobian: Any, slope: Any) -> None:
         """Derivatives of the residual by the coefficients and by the parameter."""
-        n = len(self.error)
+        n = len(self.synthesis)
         h = n // 2
-        y = self.states(z)
-        angles, synthesis, analysis = self.sampled(with_leaf(self.system, self.leaf, float(z[-1])), y, 2)
+        y = self.series(z[None])[0]
+        angles, synthesis, analysis = self.places(with_leaf(self.system, self.leaf, float(z[-1])), y, 2)
         slopes = partial(jacobians_at, sizes=self.sizes, difference=self.difference())
         matrices = self.varied(slopes, z, angles, y @ synthesis)
         gc, gs, product = np.empty(4 * h + 1), np.empty(4 * h + 1), np.empty((n, n))
         k = np.arange(1, h + 1)
-        kw = self.base(z) / self.turns * k
+        kw = base_speed(self, float(z[-1])) / self.turns * k
         for i, j in np.ndindex(len(self.sizes), len(self.sizes)):
             block = jacobian[i * n : (i + 1) * n, j * n : (j + 1) * n]
             if np.any(matrices[i, j]):
-                extend(matrices[i, j] @ analysis, h, gc, gs)
+                extend_series(matrices[i, j] @ analysis, h, gc, gs)
                 multiply_rows(gc, gs, h, 1, product)
                 block[:] = product * (-self.sizes[j] / self.sizes[i])
             else:
@@ -143,7 +166,7 @@ class FirstOrder(NamedTuple):
     def parameter_slope(self, z: Any, work: Any, slope: Any) -> None:
         """Derivative with respect to the parameter by a central difference."""
         d = 1e-6 * max(abs(float(z[-1])), 1e-3)
-        after, before, other = z.copy(), z.copy(), np.empty(len(self.tau))
+        after, before, other = z.copy(), z.copy(), np.empty(self.size())
         after[-1] += d
         before[-1] -= d
         self.residual(after, work, slope)
@@ -153,115 +176,63 @@ class FirstOrder(NamedTuple):
 
     def linear_response(self, value: float) -> Floats:
         """Guess (coefficients, parameter): the response of the system linearised where its mean rate vanishes."""
-        z = np.append(np.zeros(len(self.tau)), value)
-        means = np.arange(len(self.sizes)) * len(self.error)
-        r, slope, a = np.empty(len(self.tau)), np.empty(len(self.tau)), np.empty((len(self.tau), len(self.tau)))
-        for _ in range(20):
-            self.residual(z, None, r)
-            self.linearise(z, None, a, slope)
-            step = np.linalg.lstsq(a[np.ix_(means, means)], r[means], rcond=None)[0]
-            if not np.all(np.isfinite(step)):
-                return np.append(np.zeros(len(self.tau)), value)
-            z[means] -= step
-            if np.linalg.norm(step) < 1e-10:
-                break
-        self.residual(z, None, r)
-        self.linearise(z, None, a, slope)
-        z[:-1] -= np.linalg.lstsq(a, r, rcond=None)[0]
+        z = np.append(np.zeros(self.size()), value)
+        means = np.arange(len(self.sizes)) * len(self.synthesis)
+        with np.errstate(all="ignore"):
+            for _ in range(20):
+                r, a, _ = linearised(self, z)
+                step = np.linalg.lstsq(a[np.ix_(means, means)], r[means], rcond=None)[0]
+                if not np.all(np.isfinite(step)):
+                    return np.append(np.zeros(self.size()), value)
+                z[means] -= step
+                if np.linalg.norm(step) < 1e-10:
+                    break
+            r, a, _ = linearised(self, z)
+            z[:-1] -= np.linalg.lstsq(a, r, rcond=None)[0]
         return z
 
+    def left_out(self, points: Floats, at: int) -> tuple[Floats, Floats]:
+        """Parameter at some points of a curve, `at` one of them, and the shares (values, states) left out there."""
+        largest = int(np.argmax(np.max(points[:, :-1], axis=1)))
+        few = points[np.unique([*range(0, len(points), max(1, len(points) // FEW)), largest, at])]
+        return few[:, -1], shares_left_out(self, few)
 
-def distance_along(system: Any, y: Floats, turns: float) -> Distance:
-    """Distance of a motion, states with coefficients y (states, 2H+1), from the breakpoints of its laws."""
-    return lambda psi, table: distances(system, turns * psi, y @ table)
+    def damping_leaf(self) -> int | None:
+        return None
 
+    def odd(self) -> None:
+        return None
 
-def panels(system: Any, y: Floats, turns: float, wide: int) -> tuple[Floats, Floats, Floats]:
-    """As `FirstOrder.sampled` for states with coefficients y (states, 2H+1), cut at the kinks of the motion."""
-    h = y.shape[1] // 2
-    samples = samples_between(distance_along(system, y, turns), h)
-    basis = samples.basis(wide * h)
-    own = np.concatenate([basis[: h + 1], basis[wide * h + 1 : (wide + 1) * h + 1]])
-    return turns * samples.psi, own, samples.analysis(basis)
+    def floating(self, points: Floats) -> NDArray[np.bool_]:
+        """Whether the law gives no torque anywhere on an orbit, for every point: not known."""
+        return np.zeros(len(points), bool)
 
+    def several_at(self, points: Floats) -> NDArray[np.bool_]:
+        may = np.empty(len(points), bool)
+        for i, point in enumerate(points):
+            a, b = (linearised(self, np.append(by * point[:-1], point[-1]))[1] for by in (1.0, 3.0))
+            may[i] = np.max(np.abs(a - b)) > 1e-6 * np.max(np.abs(a))
+        return may
 
-def derivative(series: Floats) -> Floats:
-    """Coefficients (states, 2H+1) of the derivatives of series in blocks."""
-    h = series.shape[1] // 2
-    k = np.arange(1, h + 1)
-    out = np.zeros_like(series)
-    out[:, 1 : h + 1], out[:, h + 1 :] = k * series[:, h + 1 :], -k * series[:, 1 : h + 1]
-    return out
+    def to_search(self, value: float) -> "FirstOrder":
+        """The problem at a base frequency, with as many harmonics as the search for other orbits takes."""
+        system, leaf = with_leaf(self.system, self.omega_leaf, value), self.omega_leaf
+        few = max(ENOUGH, math.ceil(3 * highest_order(system) * self.turns))
+        if few >= self.highest():
+            return self._replace(system=system)
+        return first_order(system, leaf, leaf, few, self.turns)._replace(sizes=self.sizes)
 
+    def strongest(self) -> float:
+        return STRONG
 
-def rates_at(system: Any, angles: Floats, y: Floats) -> Floats:
-    """Rates (states, ...) of a system in the states y (states, ...) at base angles [rad]."""
-    return np.array([np.broadcast_to(rate, y.shape[1:]) for rate in system.rhs(angles, tuple(y))], float)
+    def ways(self) -> list[int]:
+        return [self.omega_leaf, STRENGTH]
 
-
-def jacobians_at(system: Any, angles: Floats, y: Floats, sizes: Floats, difference: float = DIFFERENCE) -> Floats:
-    """Derivatives (states, states, ...) of the rates by the states; by central differences if the system has none.
-
-    `difference` is half of each, in units of the states' `sizes`. An `Oscillator` knows them for a law
-    torque(x) alone.
-    """
-    if has_jacobian(system):
-        rows = system.jacobian(angles, tuple(y))
-        return np.array([[np.broadcast_to(entry, y.shape[1:]) for entry in row] for row in rows], float)
-    columns = []
-    for j, size in enumerate(sizes):
-        d = np.zeros(len(y)).reshape(-1, *[1] * (y.ndim - 1))
-        d[j] = difference * size
-        columns.append((rates_at(system, angles, y + d) - rates_at(system, angles, y - d)) / (2.0 * difference * size))
-    return np.stack(columns, axis=1)
+    def budget(self) -> tuple[int, float]:
+        return MOST_KINKED if self.kinked else min(MOST, int(WORK / self.size() ** 2)), STEP
 
 
-def number_of_states(system: Any) -> int:
-    """How many states `rhs` takes: the smallest number of which it returns as many rates.
-
-    Raises
-    ------
-    TypeError
-        If there is none.
-    """
-    for n in range(1, MOST_STATES + 1):
-        try:
-            with np.errstate(all="ignore"):
-                if len(system.rhs(np.zeros(1), tuple(np.zeros((n, 1))))) == n:
-                    return n
-        except (IndexError, ValueError):  # it takes more
-            continue
-    name = type(system).__name__
-    raise TypeError(f"{name}.rhs(phase, y) returns as many rates as y has states for no number up to {MOST_STATES}")
-
-
-def is_second_order(system: Any) -> bool:
-    """Whether a system is J x'' + B u' + T(u) = tau, with the fields of `Oscillator` and a law torque(x)."""
-    return all(hasattr(system, name) for name in SAME) and is_spring(system)
-
-
-def periodic(verb: str, system: Any, turns: int = 1) -> Any:
-    """Return the system, or refuse one whose rates differ so many turns of the base angle apart (ValueError).
-
-    An oscillator with orders on its base angle repeats by its form; others are asked at two states.
-    """
-    system, turns = repeating(verb, system), positive_count("period", turns)
-    if is_second_order(system) or not hasattr(system, "rhs"):
-        return system
-    places = list(itertools.product((0.0, 1.0, 2.5), (0.0, ASKED)))
-    states, later = number_of_states(system), 2.0 * math.pi * turns
-    with np.errstate(all="ignore"):
-        rates = np.array([[system.rhs(at + by, (y,) * states) for at, y in places] for by in (0.0, later)], float)
-    if np.any(np.abs(rates[1] - rates[0]) > EQUAL * np.nanmax(np.abs(rates), initial=0.0)):
-        raise ValueError(
-            f"{type(system).__name__} does not repeat after {turns} turn{'s' * (turns > 1)} of the base angle; {verb} "
-            "takes what repeats: with gravity at the load give the number of motor turns after which it does, the "
-            "ratio, as period where there is one, or use simulate or drive_run"
-        )
-    return system
-
-
-def balance_of(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: int = 1) -> Any:
+def balance_of(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: int = 1) -> Balance:
     """Balance problem of a system at its own parameters: on its torsion alone where it is J x'' + B u' + T(u) = tau.
 
     Raises
@@ -279,19 +250,16 @@ def balance_of(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: i
 def first_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: float = 1) -> FirstOrder:
     """Build the general balance problem of a system for a number of harmonics of omega/turns."""
     samples = 4 * harmonics + 4
-    states, n = number_of_states(system), 2 * harmonics + 1
+    states = number_of_states(system)
     kinked = len(distances(system, np.zeros(1), np.zeros((states, 1)))) > 0
     problem = FirstOrder(
-        system, leaf, omega_leaf, turns, float(omega_of(system)), np.ones(states),
+        system, leaf, omega_leaf, turns, np.ones(states),
         synthesis(harmonics, samples), analysis(harmonics, samples), analysis(2 * harmonics, samples),
-        2.0 * np.pi * turns * np.arange(samples) / samples, np.zeros(states * n), np.zeros(n), kinked,
+        2.0 * np.pi * turns * np.arange(samples) / samples, kinked,
     )  # fmt: skip
-    if leaf == omega_leaf:
-        value = problem.omega
-    else:
-        value = leaves(system)[leaf]
+    value = omega_of(system) if leaf == omega_leaf else leaves(system)[leaf]
     with np.errstate(all="ignore"):
-        sizes = np.linalg.norm(problem.states(problem.linear_response(value)), axis=1)
+        sizes = np.linalg.norm(problem.series(problem.linear_response(float(value))[None])[0], axis=1)
     if hasattr(system, "sizes"):  # a state that vanishes in the linear response
         sizes = np.maximum(np.nan_to_num(sizes), system.sizes())
     return problem._replace(sizes=np.where(np.isfinite(sizes) & (sizes > 0.0), sizes, 1.0))

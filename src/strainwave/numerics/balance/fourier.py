@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...compile.jit import kernel_as
+from ...compile.jit import kernel_as, routine
 from ...results import Floats
 
 
@@ -51,6 +51,41 @@ def from_blocks(blocks: Floats) -> Floats:
     return out
 
 
+def stretched(table: Floats, times: int) -> Floats:
+    """Coefficients (2nH+1, states) over n periods of a motion that has these (2H+1, states) over one."""
+    out = np.zeros((times * (len(table) - 1) + 1, table.shape[1]))
+    out[0], out[2 * times - 1 :: 2 * times], out[2 * times :: 2 * times] = table[0], table[1::2], table[2::2]
+    return out
+
+
+def all_orders(series: Floats, stride: int) -> Floats:
+    """Coefficients (points, in blocks) of a stride with those of the orders it leaves out."""
+    if stride == 1:
+        return series
+    h = series.shape[1] // 2
+    out = np.zeros((len(series), 4 * h - 1))
+    out[:, 1 : 2 * h : 2], out[:, 2 * h :: 2] = series[:, 1 : h + 1], series[:, h + 1 :]
+    return out
+
+
+def derivative(series: Floats) -> Floats:
+    """Coefficients (states, 2H+1) of the derivatives of series in blocks."""
+    h = series.shape[1] // 2
+    k = np.arange(1, h + 1)
+    out = np.zeros_like(series)
+    out[:, 1 : h + 1], out[:, h + 1 :] = k * series[:, h + 1 :], -k * series[:, 1 : h + 1]
+    return out
+
+
+def with_velocity(x: Floats, w: float) -> Floats:
+    """Coefficients (2H+1, 2) of x and x' from those of x, with fundamental frequency w [rad/s]."""
+    kw = w * orders(len(x) // 2)
+    out = np.zeros((len(x), 2))
+    out[:, 0] = x
+    out[1::2, 1], out[2::2, 1] = kw * x[2::2], -kw * x[1::2]
+    return out
+
+
 def _multiply_rows_loops(gc: Any, gs: Any, h: int, stride: int, out: Any) -> None:
     # gc[2H + j], gs[2H + j]: cosine and sine coefficients of the factor, extended evenly and oddly to negative j.
     o = 2 * h
@@ -89,20 +124,25 @@ def multiply_rows(gc: Any, gs: Any, h: int, stride: int, out: Any) -> None:
     out[h + 1 : n, h + 1 : n] = 0.5 * (gc[difference] - gc[total])
 
 
-def _extend_loops(g: Any, h: int, gc: Any, gs: Any) -> None:
-    o = 2 * h
-    gc[o] = 2.0 * g[0]
-    gs[o] = 0.0
-    for j in range(1, o + 1):
-        gc[o + j] = g[j]
-        gc[o - j] = g[j]
-        gs[o + j] = g[o + j]
-        gs[o - j] = -g[o + j]
+def _extend_loops(even: Any, odd: Any, o: int, gc: Any, gs: Any) -> None:
+    for j in range(o + 1):
+        gc[o + j] = even[j]
+        gc[o - j] = even[j]
+        gs[o + j] = odd[j]
+        gs[o - j] = -odd[j]
 
 
 @kernel_as(_extend_loops)
-def extend(g: Any, h: int, gc: Any, gs: Any) -> None:
+def extend(even: Any, odd: Any, o: int, gc: Any, gs: Any) -> None:
+    """Extend coefficients 0..o evenly and oddly to negative indices."""
+    gc[o:], gc[:o] = even[: o + 1], even[o:0:-1]
+    gs[o:], gs[:o] = odd[: o + 1], -odd[o:0:-1]
+
+
+@routine
+def extend_series(g: Any, h: int, gc: Any, gs: Any) -> None:
     """Extend the coefficients g (blocks, 2H harmonics) to negative indices; the mean counts twice."""
     o = 2 * h
-    gc[o], gc[o + 1 :], gc[:o] = 2.0 * g[0], g[1 : o + 1], g[o:0:-1]
-    gs[o], gs[o + 1 :], gs[:o] = 0.0, g[o + 1 :], -g[:o:-1]
+    extend(g, g[o:], o, gc, gs)
+    gc[o] = 2.0 * g[0]
+    gs[o] = 0.0

@@ -14,6 +14,7 @@ from ...quantities import positive_count
 FEWEST = 7  # per turn of the base angle
 MOST = 127  # reached automatically
 MOST_WITH_CORNERS = 31  # the same for friction and memory: general form, and a series that decays as a power of k
+ENOUGH = 15  # of a search for other orbits, per turn
 LARGEST = 1000  # the matrix of the balance has (2 H + 1)^2 entries
 
 

@@ -8,86 +8,64 @@ from typing import Any
 
 import numpy as np
 
-from ...compile.jit import kernel_as
+from ...compile.jit import elementwise, kernel, kernel_as, summed
 from ...results import Floats
 
 LARGE = 150  # below it, loading SciPy (0.3 s) costs more than a whole curve gains
 
 
-def _copy_loops(source: Any, out: Any) -> None:
-    for i in range(out.shape[0]):
-        out[i] = source[i]
+@elementwise
+def copy(source: Any, out: Any) -> Any:
+    """Write the entries of source to out."""
+    return source
 
 
-@kernel_as(_copy_loops, inline=True)
-def copy(source: Any, out: Any) -> None:
-    """Write as many entries of source as out has."""
-    out[:] = source[: len(out)]
-
-
-def _fill_loops(value: float, out: Any) -> None:
-    for i in range(out.shape[0]):
-        out[i] = value
-
-
-@kernel_as(_fill_loops, inline=True)
-def fill(value: float, out: Any) -> None:
+@elementwise
+def fill(value: float, out: Any) -> Any:
     """Set every entry of out."""
-    out[:] = value
+    return value
 
 
-def _add_loops(factor: float, v: Any, out: Any) -> None:
-    for i in range(out.shape[0]):
-        out[i] += factor * v[i]
-
-
-@kernel_as(_add_loops, inline=True)
-def add(factor: float, v: Any, out: Any) -> None:
+@elementwise
+def add(factor: float, v: Any, out: Any) -> Any:
     """Add factor times v to out."""
-    out += factor * v
+    return out + factor * v
 
 
-def _extremes_loops(v: Any) -> Any:
-    low, high = 0, 0
-    for i in range(1, v.shape[0]):
-        if v[i] < v[low]:
-            low = i
-        if v[i] > v[high]:
-            high = i
-    return low, high
+@elementwise
+def divide(by: float, out: Any) -> Any:
+    """Divide every entry of out."""
+    return out / by
 
 
-@kernel_as(_extremes_loops)
-def extremes(v: Any) -> Any:
-    """Places of the smallest and the largest entry."""
-    return int(np.argmin(v)), int(np.argmax(v))
+@elementwise
+def weigh(v: Any, scale: Any, out: Any) -> Any:
+    """Write v times the square of scale to out."""
+    return v * scale * scale
 
 
-def _dot_loops(a: Any, b: Any) -> float:
-    total = 0.0
-    for i in range(a.shape[0]):
-        total += a[i] * b[i]
-    return total
-
-
-@kernel_as(_dot_loops, inline=True)
-def dot(a: Any, b: Any) -> float:
+@summed(np.dot)
+def dot(a: Any, b: Any) -> Any:
     """Scalar product of two vectors of equal length."""
-    return float(a @ b)
+    return a * b
 
 
-def _weighted_norm_loops(v: Any, weights: Any) -> float:
-    total = 0.0
-    for i in range(v.shape[0]):
-        total += (v[i] * weights[i]) ** 2
-    return float(total**0.5)
+@summed(lambda v, weights: (scaled := v * weights) @ scaled)
+def weighted_square(v: Any, weights: Any) -> Any:
+    """Square of the Euclidean norm of v times weights, entry by entry."""
+    return (v * weights) ** 2
 
 
-@kernel_as(_weighted_norm_loops, inline=True)
+@kernel
 def weighted_norm(v: Any, weights: Any) -> float:
     """Euclidean norm of v times weights, entry by entry."""
-    scaled = v * weights
-    return float((scaled @ scaled) ** 0.5)
+    return float(weighted_square(v, weights) ** 0.5)
+
+
+@kernel
+def extremes(v: Any) -> Any:
+    """Places of the smallest and the largest entry."""
+    return np.argmin(v), np.argmax(v)
 
 
 def _row_times_loops(row: Any, table: Any, out: Any) -> None:

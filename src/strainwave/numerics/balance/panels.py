@@ -73,6 +73,20 @@ def pieces(distance: Distance, harmonics: int, longest: float) -> tuple[Floats, 
     return np.repeat(ends[:-1], parts) + width * number, width
 
 
+def distance_along(system: Any, y: Floats, turns: float) -> Distance:
+    """Distance of a motion, states with coefficients y (states, 2H+1), from the breakpoints of its laws."""
+    return lambda psi, table: distances(system, turns * psi, y @ table)
+
+
+def panels(system: Any, y: Floats, turns: float, wide: int) -> tuple[Floats, Floats, Floats]:
+    """As `FirstOrder.places` for states with coefficients y (states, 2H+1), cut at the kinks of the motion."""
+    h = y.shape[1] // 2
+    samples = samples_between(distance_along(system, y, turns), h)
+    basis = samples.basis(wide * h)
+    own = np.concatenate([basis[: h + 1], basis[wide * h + 1 : (wide + 1) * h + 1]])
+    return turns * samples.psi, own, samples.analysis(basis)
+
+
 def _crossings(distance: Distance, harmonics: int) -> Floats:
     """Places [rad] where a distance changes sign, by false position (Illinois) for all of them at once."""
     places = LOOKED * (harmonics + 1)

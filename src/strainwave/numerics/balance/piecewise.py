@@ -16,7 +16,7 @@ import numpy as np
 from ...compile.jit import kernel_as, routine
 from ...law import breakpoints_of
 from ...results import Floats
-from .fourier import multiply_rows
+from .fourier import extend, multiply_rows
 from .linear_algebra import copy, extremes
 
 MOST_CROSSINGS = 256
@@ -142,6 +142,10 @@ class Crossings(NamedTuple):
     gs: Floats
     product: Floats
 
+    def is_sampled(self) -> bool:
+        """Whether the torque is sampled: no, it is exact."""
+        return False
+
     def torque_series(self, law: Any, z: Any, u: Any, r: Any) -> None:
         """Coefficients of T(u) from those of u (z) and its samples."""
         n = len(r)
@@ -149,7 +153,7 @@ class Crossings(NamedTuple):
         count = crossings(law, z, u, self.angles, self.jumps, self.places)
         stiffness = law.stiffness(u[0])
         steps(stiffness, self.angles, self.jumps, count, 2 * h, self.even, self.odd)
-        mirror(self.even, self.odd, 2 * h, self.gc, self.gs)
+        extend(self.even, self.odd, 2 * h, self.gc, self.gs)
         multiply_rows(self.gc, self.gs, h, 1, self.product)
         for j in range(count):
             self.jumps[j] *= -self.places[j]
@@ -222,21 +226,6 @@ def sort_by_angle(angles: Any, jumps: Any, count: int) -> None:
             angles[j - 1], angles[j] = angles[j], angles[j - 1]
             jumps[j - 1], jumps[j] = jumps[j], jumps[j - 1]
             j -= 1
-
-
-def _mirror_loops(even: Any, odd: Any, o: int, gc: Any, gs: Any) -> None:
-    for j in range(o + 1):
-        gc[o + j] = even[j]
-        gc[o - j] = even[j]
-        gs[o + j] = odd[j]
-        gs[o - j] = -odd[j]
-
-
-@kernel_as(_mirror_loops)
-def mirror(even: Any, odd: Any, o: int, gc: Any, gs: Any) -> None:
-    """Extend coefficients 0..o evenly and oddly to negative indices."""
-    gc[o:], gc[:o] = even[: o + 1], even[o:0:-1]
-    gs[o:], gs[:o] = odd[: o + 1], -odd[o:0:-1]
 
 
 def _add_product_loops(matrix: Any, z: Any, r: Any) -> None:

@@ -1,194 +1,42 @@
-"""Harmonic balance: the equations that the Fourier coefficients of a periodic orbit satisfy, and their Jacobian.
+"""Harmonic balance of J u'' + B u' + T(u) = tau - J e'': the equations of the Fourier coefficients, and their Jacobian.
 
-A problem is a NamedTuple with `residual(z, work, r)` and `linearise(z, work, jacobian, slope)`, where z holds the
-coefficients (blocks: mean, cosines, sines) and, last, the parameter that may vary. `SecondOrder` works on the torsion u
-alone (velocity eliminated); the nonlinear torque is sampled at 4H+4 points of the common period (alternating
-frequency/time).
+`SecondOrder` is the `Balance` of an oscillator: it works on the torsion u alone (velocity eliminated).
 
 Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4 (AFT) and 3.2 (Jacobian).
 """
 
-import math
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ...compile.jit import kernel_as, routine, sampled
+from ...compile.jit import run
 from ...results import Floats
-from ...tree import with_leaf
-from .fourier import analysis, extend, from_blocks, multiply_rows, orders, synthesis, to_blocks
+from ...tree import leaf_of, with_leaf
+from .erased import quiet
+from .fourier import all_orders, analysis, from_blocks, orders, synthesis, to_blocks, with_velocity
+from .half_wave import seems_odd
+from .harmonics import ENOUGH
 from .linear_algebra import copy, extremes, fill, padded, row_times
+from .linear_part import (
+    STRENGTH,
+    add_linear,
+    add_linear_jacobian,
+    clean_mean,
+    error_samples,
+    forced,
+    torque_samples,
+    vary,
+)
+from .one_harmonic import carried, drive, several_at, strongest, ways
 from .piecewise import crossings_for, is_piecewise_linear
+from .rates import base_speed
+from .sampling import Sampling
+from .truncation import few_of, share_left_out
 
-# In the place of a leaf, at a fixed frequency: the parameter is the logarithm of a factor of all that alternates, or a
-# constant torque [N*m] beside that of the excitation; with LINE - k it is added to the factor 1 of line k alone.
-STRENGTH, CONSTANT, LINE = -2, -3, -3
-
-
-@sampled
-def law_torque(law: Any, u: Any) -> Any:
-    """Torque of the law at every sample."""
-    return law.torque(u)
-
-
-@sampled
-def law_stiffness(law: Any, u: Any) -> Any:
-    """Stiffness of the law at every sample."""
-    return law.stiffness(u)
-
-
-@sampled
-def torque_samples(excitation: Any, angle: Any) -> Any:
-    """Torque of the excitation at every angle."""
-    return excitation.torque(angle)
-
-
-@sampled
-def error_samples(error: Any, angle: Any) -> Any:
-    """Kinematic error at every angle."""
-    return error.value(angle)
-
-
-def _add_linear_loops(J: float, B: float, w: float, stride: int, z: Any, torque: Any, error: Any, r: Any) -> None:
-    h = len(r) // 2
-    r[0] -= torque[0]
-    for k in range(1, h + 1):
-        kw = (1 + stride * (k - 1)) * w
-        inertia = J * kw * kw
-        damping = B * kw
-        c, s = z[k], z[h + k]
-        r[k] += -inertia * (c + error[k]) + damping * s - torque[k]
-        r[h + k] += -inertia * (s + error[h + k]) - damping * c - torque[h + k]
-
-
-@kernel_as(_add_linear_loops)
-def add_linear(J: float, B: float, w: float, stride: int, z: Any, torque: Any, error: Any, r: Any) -> None:
-    """Add J u'' + B u' - tau + J e'' in Fourier coefficients."""
-    h = len(r) // 2
-    kw = w * orders(h, stride)
-    inertia, damping = J * kw * kw, B * kw
-    c, s = z[1 : h + 1], z[h + 1 : 2 * h + 1]
-    r -= torque
-    r[1 : h + 1] += damping * s - inertia * (c + error[1 : h + 1])
-    r[h + 1 :] -= damping * c + inertia * (s + error[h + 1 :])
-
-
-def _add_linear_jacobian_loops(J: float, B: float, w: float, stride: int, h: int, out: Any) -> None:
-    for k in range(1, h + 1):
-        kw = (1 + stride * (k - 1)) * w
-        out[k, k] -= J * kw * kw
-        out[h + k, h + k] -= J * kw * kw
-        out[k, h + k] += B * kw
-        out[h + k, k] -= B * kw
-
-
-@kernel_as(_add_linear_jacobian_loops)
-def add_linear_jacobian(J: float, B: float, w: float, stride: int, h: int, out: Any) -> None:
-    """Add the Jacobian of J u'' + B u'."""
-    k = np.arange(1, h + 1)
-    kw = w * orders(h, stride)
-    inertia, damping = J * kw * kw, B * kw
-    out[k, k] -= inertia
-    out[h + k, h + k] -= inertia
-    out[k, h + k] += damping
-    out[h + k, k] -= damping
-
-
-@routine
-def clean_mean(series: Any) -> None:
-    """Remove the rounding from the mean of a series without one: in the play of a gear nothing holds against it."""
-    top = 0.0
-    for i in range(1, len(series)):
-        top = max(top, abs(series[i]))
-    if abs(series[0]) < 1e-14 * top:
-        series[0] = 0.0
-
-
-@routine
-def vary(leaf: int, value: float, torque: Any, error: Any, derive: bool) -> None:
-    """Change series of torque and error (blocks) as the virtual leaf says, or into derivatives by its parameter."""
-    h = len(torque) // 2
-    torque[0] = (1.0 if leaf == CONSTANT else 0.0) if derive else torque[0] + (value if leaf == CONSTANT else 0.0)
-    for k in range(1, h + 1):
-        mine, rest = leaf == LINE - k, 0.0 if derive else 1.0
-        factor = np.exp(value) if leaf == STRENGTH else (rest * value + 1.0 if mine else rest)
-        torque[k] *= factor
-        torque[h + k] *= factor
-        error[k] *= factor
-        error[h + k] *= factor
-
-
-class Sampling(NamedTuple):
-    """Fourier coefficients of T(u) for a smooth law, by alternating frequency/time; g, gc and gs are buffers.
-
-    With stride 2 the series has odd harmonics alone and T is odd: samples over half a turn tell all.
-    """
-
-    analysis: Floats
-    analysis_double: Floats
-    samples: Floats
-    g: Floats
-    gc: Floats
-    gs: Floats
-    stride: int
-
-    def torque_series(self, law: Any, z: Any, u: Any, r: Any) -> None:
-        """Coefficients of T(u) from the samples of u."""
-        law_torque(law, u, self.samples)
-        row_times(self.samples, self.analysis, r)
-
-    def stiffness_product(self, law: Any, u: Any, jacobian: Any) -> None:
-        """Matrix that multiplies a series by T'(u)."""
-        h = len(self.g) // 4
-        law_stiffness(law, u, self.samples)
-        row_times(self.samples, self.analysis_double, self.g)
-        extend(self.g, h, self.gc, self.gs)
-        multiply_rows(self.gc, self.gs, h, self.stride, jacobian)
-
-    def slack(self, law: Any, u: Any) -> float:
-        """Middle [rad] of an orbit to which the law gives no torque at all, where any mean is in balance; else 0."""
-        low, high = extremes(self.samples)  # as `torque_series` left them
-        if self.stride > 1 or self.samples[low] != 0.0 or self.samples[high] != 0.0:
-            return 0.0
-        low, high = extremes(u)
-        return float(0.5 * (u[low] + u[high]))
-
-    def hill_trace(self, system: Any, z: Any, u: Any, w: float) -> float:
-        """Trace of the period map of z'' + (T'(u)/J - (B/2J)^2) z = 0 by Numerov's rule on the samples u."""
-        steps = len(u)
-        scale = (2.0 * math.pi / (self.stride * steps) / w) ** 2 / 12.0
-        shift = 0.25 * (system.B / system.J) ** 2
-        w0, w1, v0, v1 = 1.0, 0.0, 0.0, 1.0  # two columns of the period map
-        for i in range(steps):
-            t = 12.0 / (1.0 + scale * (system.law.stiffness(u[i]) / system.J - shift)) - 10.0
-            w0, w1 = t * w0 - w1, w0
-            v0, v1 = t * v0 - v1, v0
-        trace = w0 + v1
-        return trace if self.stride == 1 else trace * trace - 2.0  # of two equal halves
-
-
-class Work(NamedTuple):
-    """Buffers of one solver, so that nothing is allocated in its loop."""
-
-    u: Floats
-    f: Floats
-    tau: Floats
-    error: Floats
-    z: Floats
-    r: Floats
-    column: Floats
-    spare: Floats
-
-
-def all_orders(problem: Any, series: Floats) -> Floats:
-    """Coefficients (points, in blocks) of a problem with those of the orders it leaves out."""
-    if problem.stride == 1:
-        return series
-    h = series.shape[1] // 2
-    out = np.zeros((len(series), 4 * h - 1))
-    out[:, 1 : 2 * h : 2], out[:, 2 * h :: 2] = series[:, 1 : h + 1], series[:, h + 1 :]
-    return out
+LIGHT = 33  # unknowns of a sampled law up to which NumPy follows a curve in a fraction of a second
+BUDGET, STEP = 2500, 0.1  # points of a search for other orbits, and its steps in units of the orbit and the parameter
 
 
 class SecondOrder(NamedTuple):
@@ -209,6 +57,17 @@ class SecondOrder(NamedTuple):
     error: Floats
     nonlinear: Any
 
+    def size(self) -> int:
+        return len(self.tau)
+
+    def harmonics(self) -> int:
+        return len(self.tau) // 2
+
+    def harmonic(self, z: Any, k: int) -> Any:
+        """Cosine and sine coefficients of x in the unknowns' k-th harmonic."""
+        h = len(self.error) // 2
+        return z[k] + self.error[k], z[h + k] + self.error[h + k]
+
     def forcing(self, system: Any, work: Any) -> None:
         """Coefficients of torque and kinematic error into `work`; only a frequency leaves them as they are."""
         if self.leaf == self.omega_leaf or self.leaf <= STRENGTH:
@@ -223,7 +82,7 @@ class SecondOrder(NamedTuple):
 
     def residual(self, z: Any, work: Any, r: Any) -> None:
         """Residual [N*m] of every coefficient at z = (coefficients of u, parameter)."""
-        n = self.synthesis.shape[0]
+        n = self.size()
         system = with_leaf(self.system, self.leaf, z[n])
         self.forcing(system, work)
         if self.leaf <= STRENGTH:
@@ -237,7 +96,7 @@ class SecondOrder(NamedTuple):
 
     def linearise(self, z: Any, work: Any, jacobian: Any, slope: Any) -> None:
         """Derivatives of the residual by the coefficients and by the parameter; follows `residual` at the same z."""
-        n = self.synthesis.shape[0]
+        n = self.size()
         h = n // 2
         system = with_leaf(self.system, self.leaf, z[n])
         self.nonlinear.stiffness_product(system.law, work.u, jacobian)
@@ -265,7 +124,7 @@ class SecondOrder(NamedTuple):
 
     def parameter_slope(self, z: Any, work: Any, slope: Any) -> None:
         """Derivative with respect to the parameter by a central difference."""
-        n = self.synthesis.shape[0]
+        n = self.size()
         d = 1e-6 * max(abs(z[n]), 1e-3)
         copy(z, work.z)
         for side in range(2):
@@ -276,23 +135,57 @@ class SecondOrder(NamedTuple):
         for i in range(n):
             slope[i] /= 2.0 * d
 
+    def run(self, kernel: Any, *arguments: Any) -> Any:
+        light = self.nonlinear.is_sampled() and self.size() <= LIGHT
+        return run(kernel, quiet(self), *arguments, light=light)
+
+    def hill(self) -> bool:
+        return True
+
+    def state_count(self) -> int:
+        return 2
+
+    def highest(self) -> int:
+        return int(self.stride * (self.harmonics() - 1) + 1)
+
+    def series(self, points: Floats) -> Floats:
+        """Coefficients (points, 1, 2H+1) of u in blocks, with those of all orders."""
+        return all_orders(points[:, :-1], self.stride)[:, None]
+
+    def displacements(self, points: Floats) -> Floats:
+        """Coefficients (points, 2H+1) of x in blocks, with those of all orders."""
+        errors = self.error
+        if with_leaf(self.system, self.leaf, 0.0).error is not self.system.error:  # it varies along the branch
+            systems = [with_leaf(self.system, self.leaf, value) for value in points[:, -1].tolist()]
+            errors = np.array([forced(system, self.angles, self.analysis)[1] for system in systems])
+        return all_orders(points[:, :-1] + errors, self.stride)
+
     def table(self, point: Floats) -> Floats:
-        """Table (2H+1, 1) of a point: mean, cos 1, sin 1, ... of u."""
-        return from_blocks(all_orders(self, point[None, :-1])[0])[:, None]
+        return from_blocks(self.series(point[None])[0].T)
 
     def whole(self, table: Floats) -> Floats:
         """Table of x = u + e, which `find_orbit` takes."""
-        error = from_blocks(all_orders(self, self.error[None, :])[0])[: len(table), None]
+        error = from_blocks(all_orders(self.error[None, :], self.stride)[0])[: len(table), None]
         out = table.copy()
         out[: len(error)] += error
         return out
 
-    def highest(self) -> int:
-        """Highest harmonic of an orbit."""
-        return int(self.stride * (len(self.error) // 2 - 1) + 1)
+    def motion(self, point: Floats, x: Floats) -> Floats:
+        """Table (2H+1, 2) of x and its rate, from the series of x: mean, cos 1, sin 1, ..."""
+        return with_velocity(x, base_speed(self, float(point[-1])) / self.turns)
+
+    def point(self, table: Floats, value: float) -> Floats:
+        """Point (coefficients, parameter) of a table of x, cut or filled up; not of odd harmonics alone."""
+        series = np.zeros(self.size())
+        series[: min(len(series), len(table))] = table[: len(series), 0]
+        return np.append(to_blocks(series) - self.error, value)
+
+    def sampled(self, y: Floats, value: float) -> Floats:
+        """Point of a motion with the states y (2, samples) at the problem's angles."""
+        return np.append(y[0] @ self.analysis - self.error, value)
 
     def fitted(self, table: Floats, value: float) -> Floats | None:
-        """Point of a table, cut or filled up; None where the symmetry of the problem has no such orbit."""
+        """Point of a table of u, cut or filled up; None where the symmetry of the problem has no such orbit."""
         highest = self.highest()
         series = np.zeros(2 * highest + 1)
         series[: min(len(series), len(table))] = table[: len(series), 0]
@@ -305,23 +198,70 @@ class SecondOrder(NamedTuple):
             blocks = np.delete(blocks, even[1:])
         return np.append(blocks, value)
 
+    def linear_response(self, value: float) -> Floats:
+        """Guess (coefficients, parameter): the steady response of the law's tangent at the operating point."""
+        system, tau, error = with_leaf(self.system, self.leaf, float(value)), self.tau, self.error
+        if self.leaf != self.omega_leaf:
+            tau, error = forced(system, self.angles, self.analysis)
+        mean = carried(system.law, float(tau[0]))
+        stiffness = float(system.law.stiffness(mean))
+        w = orders(self.harmonics(), self.stride) * system.omega / self.turns
+        bottom = stiffness - system.J * w * w + 1j * system.B * w
+        least = 1e-9 * (abs(stiffness) + system.J * w * w)  # exactly at a resonance without damping there is none
+        response = drive(system, w, tau, error) / np.where(np.abs(bottom) < least, least, bottom)
+        return np.concatenate([[mean], response.real, -response.imag, [value]])
 
-class Tables(NamedTuple):
-    """What all problems with equal numbers of harmonics, samples and turns share."""
+    def left_out(self, points: Floats, _: int) -> tuple[Floats, Floats]:
+        """Parameter at some points of a curve, and the shares (values, 1) of u in the harmonics left out there."""
+        few = points[few_of(points)]
+        system = with_leaf(self.system, self.leaf, few[:, -1:])
+        return few[:, -1], share_left_out(system, self.turns, self.series(few)[:, 0])[:, None]
 
-    angles: Floats
-    synthesis: Floats
-    analysis: Floats
-    analysis_padded: Floats
-    analysis_double: Floats
+    def damping_leaf(self) -> int | None:
+        return leaf_of(self.system, "B")
+
+    def odd(self) -> "SecondOrder | None":
+        smooth = self.turns == 1 and self.nonlinear.is_sampled()
+        if not (smooth and seems_odd(self.system.law, self.tau, self.error)):
+            return None
+        return second_order(self.system, self.leaf, self.omega_leaf, self.harmonics(), 1, 2)
+
+    def floating(self, points: Floats) -> NDArray[np.bool_]:
+        """Whether the law gives no torque anywhere on an orbit that moves, for every point."""
+        law = self.system.law
+        if law.torque(0.0) != 0.0 or law.stiffness(0.0) != 0.0:
+            return np.zeros(len(points), bool)
+        u = points[:, :-1] @ self.synthesis
+        idle: NDArray[np.bool_] = np.all(law.torque(u) + np.zeros_like(u) == 0.0, axis=1) & (np.ptp(u, axis=1) > 0.0)
+        return idle
+
+    def several_at(self, points: Floats) -> NDArray[np.bool_]:
+        return several_at(self, points)
+
+    def to_search(self, value: float) -> "SecondOrder":
+        """The problem at a base frequency, with all harmonics and as many as the search for other orbits takes."""
+        driven = (np.abs(self.tau) + np.abs(self.error))[1:].reshape(2, -1).any(axis=0)
+        highest = 1 + self.stride * int(np.max(np.flatnonzero(driven), initial=0))
+        system, leaf = with_leaf(self.system, self.omega_leaf, value), self.omega_leaf
+        return second_order(system, leaf, leaf, max(ENOUGH * self.turns, 3 * highest), self.turns)
+
+    def strongest(self) -> float:
+        return strongest(self)
+
+    def ways(self) -> list[int]:
+        return ways(self)
+
+    def budget(self) -> tuple[int, float]:
+        return BUDGET, STEP
 
 
 @lru_cache(maxsize=64)
-def _tables(h: int, samples: int, turns: int, stride: int) -> Tables:
+def _tables(h: int, samples: int, turns: int, stride: int) -> tuple[Floats, ...]:
+    """Angles, synthesis, analysis, analysis padded, and that of twice the harmonics: equal problems share them."""
     angles = 2.0 * np.pi / stride * turns * np.arange(samples) / samples
     table = analysis(h, samples, stride)
     double = padded(analysis(2 * h, samples))
-    return Tables(angles, synthesis(h, samples, stride), table, padded(table), double)
+    return angles, synthesis(h, samples, stride), table, padded(table), double
 
 
 def second_order(
@@ -329,38 +269,18 @@ def second_order(
 ) -> SecondOrder:
     """Build the balance problem of an oscillator for a number of harmonics of omega/turns.
 
-    With stride 2 only the odd ones of them are unknowns: for a smooth odd law under odd orders (see `is_half_wave`).
+    With stride 2 only the odd ones of them are unknowns: for a smooth odd law under odd orders (see `half_wave`).
     """
     piecewise = is_piecewise_linear(system.law)
     samples = (8 * harmonics + 8 if piecewise else 4 * harmonics + 4) // stride
     h = (harmonics + 1) // stride if stride > 1 else harmonics
-    tables = _tables(h, samples, turns, stride)
-    angles, table = tables.angles, tables.analysis
-    nothing = np.zeros(samples)
-    tau = (system.excitation.torque(angles) + nothing) @ table
-    error = (system.error.value(angles) + nothing) @ table
-    clean_mean(tau)
+    angles, waves, table, own, double = _tables(h, samples, turns, stride)
     wide = 4 * h + 1
     nonlinear: Any
     if piecewise:
         nonlinear = crossings_for(h)
     else:
         buffers = np.empty(samples), np.empty(wide), np.empty(wide), np.empty(wide)
-        nonlinear = Sampling(tables.analysis_padded, tables.analysis_double, *buffers, stride)
-    return SecondOrder(
-        system, leaf, omega_leaf, turns, stride, tables.synthesis, table, angles, tau, error, nonlinear
-    )  # fmt: skip
-
-
-def work_for(problem: Any) -> Any:
-    """Buffers for a problem."""
-    n, samples = len(problem.tau), problem.synthesis.shape[1]
-    return Work(
-        np.empty(samples), np.empty(samples), np.empty(n), np.empty(n), np.empty(n + 1), np.empty(n), np.empty(n),
-        np.empty(n),
-    )  # fmt: skip
-
-
-def is_light(problem: Any) -> bool:
-    """Whether NumPy follows a curve of this problem in a fraction of a second."""
-    return isinstance(getattr(problem, "nonlinear", None), Sampling) and len(problem.tau) <= 33
+        nonlinear = Sampling(own, double, *buffers, stride)
+    both = forced(system, angles, table)
+    return SecondOrder(system, leaf, omega_leaf, turns, stride, waves, table, angles, *both, nonlinear)

@@ -13,16 +13,15 @@ from typing import Any
 import numpy as np
 
 from ...compile.jit import borrowed, kernel, routine
-from ..balance.linear_algebra import add, copy, dot, factor, fill, substitute, weighted_norm
-from ..balance.second_order import work_for
+from ..balance.linear_algebra import add, copy, divide, dot, factor, fill, substitute, weigh, weighted_norm
+from ..balance.work import work_for
 from ..labels import BOUND, CLOSED, END, FOLD, LOST, RUNNING, START, STEP, STUCK, TOP
+from ..roots import FA, FB, SHARE, A, B, narrow, next_place
 
 Z0, T0, Z1, T1, Z, T, ROW, SCALE, HOME, AHEAD = range(10)  # rows of the state of a continuation
-SMALLEST_STEP = 1e-9
+SMALLEST_STEP, KINK = 1e-9, 1e-4  # steps below KINK may turn sharply: laws with kinks give curves with kinks
 NOTHING_MOVES = 1e-12  # smallest unit of the coefficients: an orbit at rest has no size
-KINK = 1e-4  # steps below this may turn sharply: laws with kinks give curves with kinks
-TOLERANCE = 1e-9  # of a correction, in scaled unknowns
-NEGLIGIBLE = 1e-6
+TOLERANCE, NEGLIGIBLE = 1e-9, 1e-6  # of a correction, in scaled unknowns; of one by Newton's method
 
 
 @routine
@@ -73,42 +72,36 @@ def hermite(s: float, d: float, state: Any) -> None:
     a, b = (1.0 + 2.0 * s) * r * r, s * r * r * d
     c, e = s * s * (3.0 - 2.0 * s), -s * s * r * d
     fill(0.0, state[Z])
-    add(a, state[Z0], state[Z])
-    add(b, state[T0], state[Z])
-    add(c, state[Z1], state[Z])
-    add(e, state[T1], state[Z])
+    for row, weight in ((Z0, a), (T0, b), (Z1, c), (T1, e)):
+        add(weight, state[row], state[Z])
 
 
 @routine
 def normalise(state: Any, which: int) -> None:
     """Give a tangent unit scaled length, and write the row that measures length along it."""
-    t, scale, row = state[which], state[SCALE], state[ROW]
-    length = weighted_norm(t, scale)
-    for i in range(len(t)):
-        t[i] /= length
-        row[i] = t[i] * scale[i] * scale[i]
+    divide(weighted_norm(state[which], state[SCALE]), state[which])
+    weigh(state[which], state[SCALE], state[ROW])
 
 
 @routine
-def passes_home(state: Any, d: float) -> bool:
+def passes_home(state: Any) -> bool:
     """Whether the last step passed the starting point of the branch in the starting direction."""
-    before, after = 0.0, 0.0
-    for i in range(state.shape[1]):
-        w = state[AHEAD, i] * state[SCALE, i] ** 2
-        before += (state[Z0, i] - state[HOME, i]) * w
-        after += (state[Z1, i] - state[HOME, i]) * w
+    d = chord(state)
     copy(state[Z1], state[Z])
     add(-1.0, state[HOME], state[Z])
+    weigh(state[AHEAD], state[SCALE], state[ROW])
+    after = dot(state[ROW], state[Z])
+    before = after - dot(state[ROW], state[T])
     return before < 0.0 and after >= 0.0 and weighted_norm(state[Z], state[SCALE]) < 2.0 * d
 
 
 @routine
 def dominant(problem: Any, state: Any) -> int:
     """Harmonic with the largest amplitude of x at the latest point."""
-    h = len(problem.error) // 2
-    best, top = 1, -1.0
-    for k in range(1, h + 1):
-        size = (state[Z1, k] + problem.error[k]) ** 2 + (state[Z1, h + k] + problem.error[h + k]) ** 2
+    z, best, top = state[Z1], 1, -1.0
+    for k in range(1, problem.harmonics() + 1):
+        even, odd = problem.harmonic(z, k)
+        size = even**2 + odd**2
         if size > top:
             best, top = k, size
     return best
@@ -120,20 +113,21 @@ def indicator(problem: Any, state: Any, z: int, t: int, what: int, k: int) -> fl
     n = state.shape[1] - 1
     if what == FOLD:
         return float(state[t, n])
-    h = len(problem.error) // 2
-    even, odd = state[z, k] + problem.error[k], state[z, h + k] + problem.error[h + k]
+    h = problem.harmonics()
+    even, odd = problem.harmonic(state[z], k)
     return float((even * state[t, k] + odd * state[t, h + k]) / (even * even + odd * odd + 1e-300))
 
 
 @routine
-def record(state: Any, which: int, label: int, points: Any, labels: Any, count: int) -> None:
-    """Store a point of the branch."""
+def record(state: Any, which: int, label: int, points: Any, labels: Any, count: int) -> int:
+    """Store a point of the branch; returns how many there are."""
     copy(state[which], points[count])
     labels[count] = label
+    return count + 1
 
 
-LOW, HIGH, AT_LOW, AT_HIGH, SIDE, TRIES, LIMIT = range(7)  # entries of a bracket
-BEFORE, BEYOND = -0.5, 1.5  # ends of an opened bracket, in steps
+TRIES, LIMIT = 5, 6  # entries of a bracket after those of `roots`
+BEFORE, BEYOND, CLOSE = -0.5, 1.5, 5e-10  # ends of an opened bracket, and how near they come, in steps
 SEARCHING, FOUND, NOTHING = 0, 1, 2
 
 
@@ -141,48 +135,32 @@ SEARCHING, FOUND, NOTHING = 0, 1, 2
 def bracketed(problem: Any, state: Any, what: int, k: int, bracket: Any) -> bool:
     """Open a bracket for a special point between the last two points, if there is one (of TOP, maxima only)."""
     first, last = indicator(problem, state, Z0, T0, what, k), indicator(problem, state, Z1, T1, what, k)
-    bracket[LOW], bracket[HIGH], bracket[AT_LOW], bracket[AT_HIGH] = 0.0, 1.0, first, last
-    bracket[SIDE], bracket[TRIES], bracket[LIMIT] = 0.0, 0.0, 1e-8 * max(abs(first), abs(last))
-    return first * last < 0.0 and (what == FOLD or first > 0.0)
+    if not (first * last < 0.0 and (what == FOLD or first > 0.0)):
+        return False
+    bracket[A], bracket[FA], bracket[B], bracket[FB], bracket[SHARE] = 0.0, first, 1.0, last, first / (first - last)
+    bracket[TRIES], bracket[LIMIT] = 0.0, 1e-8 * max(abs(first), abs(last))
+    return True
 
 
 @routine
-def secant(bracket: Any) -> float:
-    """Where the straight line through the ends of a bracket vanishes."""
-    rise = bracket[AT_HIGH] - bracket[AT_LOW]
-    return float((bracket[LOW] * bracket[AT_HIGH] - bracket[HIGH] * bracket[AT_LOW]) / rise)
-
-
-@routine
-def narrow(bracket: Any, here: float) -> int:
-    """Put the value at the secant's zero into the bracket (Illinois); tells whether to go on, or what came of it.
+def narrowed(bracket: Any, here: float) -> int:
+    """Put the value at the next place into the bracket; tells whether to go on, or what came of it.
 
     The tangent stored with a step is that of its prediction: a special point next to an end of the step may lie just
     outside it. A bracket that shrinks onto that end is therefore opened once to the other side of it.
     """
-    s = secant(bracket)
     bracket[TRIES] += 1.0
     if abs(here) <= bracket[LIMIT]:
         return FOUND
     if bracket[TRIES] > 80.0:
         return NOTHING
-    if bracket[HIGH] - bracket[LOW] < 1e-9:
-        if bracket[LOW] == 0.0:
-            bracket[LOW], bracket[AT_LOW] = BEFORE, -here
-            return SEARCHING
-        if bracket[HIGH] == 1.0:
-            bracket[HIGH], bracket[AT_HIGH] = BEYOND, -here
-            return SEARCHING
-        return NOTHING if bracket[LOW] == BEFORE or bracket[HIGH] == BEYOND else FOUND
-    if here * bracket[AT_LOW] > 0.0:
-        bracket[LOW], bracket[AT_LOW] = s, here
-        bracket[AT_HIGH] *= 0.5 if bracket[SIDE] > 0.0 else 1.0
-        bracket[SIDE] = 1.0
-    else:
-        bracket[HIGH], bracket[AT_HIGH] = s, here
-        bracket[AT_LOW] *= 0.5 if bracket[SIDE] < 0.0 else 1.0
-        bracket[SIDE] = -1.0
-    return SEARCHING
+    narrow(bracket, next_place(bracket, CLOSE), here)
+    if abs(bracket[B] - bracket[A]) > 2.0 * CLOSE:
+        return SEARCHING
+    if bracket[B] == 0.0 or bracket[B] == 1.0:
+        bracket[B], bracket[FB], bracket[SHARE] = BEFORE if bracket[B] == 0.0 else BEYOND, -here, 0.5
+        return SEARCHING
+    return NOTHING if bracket[B] == BEFORE or bracket[B] == BEYOND else FOUND
 
 
 @routine
@@ -212,7 +190,7 @@ def predict(state: Any, mode: int, ds: float, bracket: Any, bound: float) -> flo
     if mode in (FOLD, TOP):
         d = chord(state)
         normalise(state, T)
-        hermite(secant(bracket), d, state)
+        hermite(next_place(bracket, CLOSE), d, state)
         return float(dot(state[ROW], state[Z]))
     if mode == START:
         copy(state[Z1], state[Z])
@@ -232,32 +210,25 @@ def begin(state: Any, direction: float) -> None:
     fill(0.0, state[T1])
     add(direction, state[T], state[T1])
     normalise(state, T1)
-    copy(state[T1], state[T0])
-    copy(state[T1], state[AHEAD])
-    copy(state[Z], state[Z0])
-    copy(state[Z], state[Z1])
-    copy(state[Z], state[HOME])
+    for old, new in ((T1, T0), (T1, AHEAD), (Z, Z0), (Z, Z1), (Z, HOME)):
+        copy(state[old], state[new])
 
 
 @routine
 def advance(state: Any, ds: float) -> bool:
     """Take the corrected point as the next of the branch, unless the tangent turned too far in a long step."""
     normalise(state, T)
-    turn = 0.0
-    for i in range(state.shape[1]):
-        turn += state[T, i] * state[T1, i] * state[SCALE, i] ** 2
+    turn = dot(state[ROW], state[T1])
     if turn < 0.9 and (ds > KINK or turn < 0.0):
         return False
-    copy(state[Z1], state[Z0])
-    copy(state[T1], state[T0])
-    copy(state[Z], state[Z1])
-    copy(state[T], state[T1])
+    for old, new in ((Z1, Z0), (T1, T0), (Z, Z1), (T, T1)):
+        copy(state[old], state[new])
     return True
 
 
 def buffers_for(problem: Any) -> Any:
     """Buffers of `follow` for a problem."""
-    n = len(problem.tau)
+    n = problem.size()
     return work_for(problem), np.empty((n + 1, n + 1)), np.empty(n + 1, np.int64), np.zeros(7)
 
 
@@ -288,8 +259,7 @@ def follow(
                 break
             begin(state, direction)
             side = sign * direction
-            record(state, Z, START, points, labels, count)
-            count, mode = count + 1, STEP
+            count, mode = record(state, Z, START, points, labels, count), STEP
             continue
         if mode == STEP:
             # A far correction may end on another branch, and one that nearly touches this one is on its other side.
@@ -305,17 +275,15 @@ def follow(
         elif mode == BOUND:
             if not good:
                 return count, STUCK, ds
-            record(state, Z, END, points, labels, count)
-            return count + 1, END, ds
+            return record(state, Z, END, points, labels, count), END, ds
         else:
             normalise(state, T)
             good = good and first < 0.25 * taken
-            result = narrow(bracket, indicator(problem, state, Z, T, mode, place)) if good else NOTHING
+            result = narrowed(bracket, indicator(problem, state, Z, T, mode, place)) if good else NOTHING
             if result == SEARCHING:
                 continue
             if result == FOUND and lo <= state[Z, n] <= hi:
-                record(state, Z, mode, points, labels, count)
-                count += 1
+                count = record(state, Z, mode, points, labels, count)
             search, mode = mode, STEP
         while search < TOP and mode == STEP:  # special points between Z0 and Z1
             search += 1
@@ -323,9 +291,8 @@ def follow(
                 mode = search
         if mode == STEP:
             if lo <= state[Z1, n] <= hi:
-                record(state, Z1, STEP, points, labels, count)
-                count += 1
-                if passes_home(state, chord(state)):
+                count = record(state, Z1, STEP, points, labels, count)
+                if passes_home(state):
                     outcome = CLOSED
             else:
                 bound, mode = (hi if state[Z1, n] > hi else lo), BOUND

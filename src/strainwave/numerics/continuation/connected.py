@@ -14,33 +14,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...compile.jit import as_python
+from ...protocols import Balance
 from ...results import Floats
-from ...tree import with_leaf
-from ..balance.first_order import FirstOrder, first_order
-from ..balance.fourier import orders
-from ..balance.guess import drive, linear_response, one_harmonic
-from ..balance.half_wave import odd_problem
-from ..balance.harmonics import highest_order
-from ..balance.second_order import CONSTANT, LINE, STRENGTH, SecondOrder, second_order
+from ..balance.linear_part import CONSTANT, STRENGTH
+from ..balance.one_harmonic import driven_lines
 from ..labels import CLOSED, END, LOST
-from .trace import LEAST_PIECE, solve, walk
+from .trace import LEAST_PIECE, solve, trace
 
 ALIKE = 2e-3  # relative distance of the coefficients of one orbit, found with different numbers of harmonics
 NEAR = 0.02  # relative distance to an orbit from which Newton's method goes to it
-ENOUGH = 15  # harmonics of a search, or three times the highest order
-WEAKEST, STRONGEST, STRONG = 1e-3, 1e3, 30.0  # factors of the strength: first, last, and last at least
+WEAKEST = 1e-3  # first factor of the strength
 MOST_TORQUE = 5.0  # constant torque at the end of its curve, of the largest torque of the law on the orbits known
 MOST_FACTOR = 10.0  # of one line alone, at the ends of its curve
-LEAST_LINE = 1e-3  # of the largest line: one below it is no way to other orbits
 FASTEST = 2.0  # factor of the frequency, upwards and downwards
-STEP, COARSE = 0.1, 0.2  # of an orbit's size and of the units of the parameters; for a general system
-FINE = 0.02  # the same along the frequency
-MOST_POINTS = 2500  # of all curves of a search
-MOST_GENERAL, MOST_KINKED = 600, 150  # and for a general system, in NumPy; with breakpoints
-WORK = 2e7  # of a general system: points times the square of the unknowns
+FINE = 0.02  # steps along the frequency, of an orbit's size and of the frequency
 LONGEST = 500  # points of one curve
-SIZES = np.geomspace(1e-4, 1.0, 200)  # amplitudes at which the law is asked, of the largest that the damping allows
-LEAST = 1e-4  # damping that counts at least, of critical
 MANY = 10**9  # runs as Python in a process that has compiled nothing: what is looked for beside must not make it
 
 
@@ -49,7 +37,7 @@ def same(a: Floats, b: Floats, tolerance: float = 1e-5) -> bool:
     return float(np.linalg.norm(a - b)) <= tolerance * float(np.linalg.norm(b[:-1]))
 
 
-def new_orbits(problem: Any, some: list[Floats], known: list[Floats]) -> list[Floats]:
+def new_orbits(problem: Balance, some: list[Floats], known: list[Floats]) -> list[Floats]:
     """Orbits to which guesses lead, without the known ones; a guess next to a known orbit leads to it."""
     found: list[Floats] = []
     for guess in some:
@@ -79,84 +67,31 @@ class Found(NamedTuple):
     whole: bool
 
 
-def connected(problem: Any, value: float, known: list[Floats]) -> Found:
+def connected(problem: Balance, value: float, known: list[Floats]) -> Found:
     """The orbits at a frequency that the curves connect with each other and with known ones, and these."""
     with as_python(MANY, compiled=True):
-        if isinstance(problem, FirstOrder):
-            few = _with_few_harmonics(problem, value)
-            some = [z for z in (few.fitted(problem.table(point), value) for point in known) if z is not None]
-            return _Search(few, value, STRONG).explored(few, some)
-        lines = np.flatnonzero(np.hypot(*_halves(problem.tau)) + np.hypot(*_halves(problem.error)))
-        highest = 1 + problem.stride * int(np.max(lines, initial=0))
-        most = max(ENOUGH * problem.turns, 3 * highest)
-        system = with_leaf(problem.system, problem.omega_leaf, value)
-        full = second_order(system, problem.omega_leaf, problem.omega_leaf, most, problem.turns)
+        full = problem.to_search(value)
         some = [z for z in (full.fitted(problem.table(point), value) for point in known) if z is not None]
-        return _Search(full, value, _strongest(full, value)).explored(odd_problem(full) or full, some)
-
-
-def _with_few_harmonics(problem: FirstOrder, value: float) -> FirstOrder:
-    """The problem at a frequency with the harmonics of a search: their cube is what its points cost."""
-    system, leaf = with_leaf(problem.system, problem.omega_leaf, value), problem.omega_leaf
-    few = max(ENOUGH, math.ceil(3 * highest_order(system) * problem.turns))
-    if few >= problem.highest():
-        return problem._replace(system=system, omega=value)
-    return first_order(system, leaf, leaf, few, problem.turns)._replace(sizes=problem.sizes)
-
-
-def _halves(series: Floats) -> tuple[Floats, Floats]:
-    """Cosine and sine coefficients of a series in blocks."""
-    h = len(series) // 2
-    return series[1 : h + 1], series[h + 1 :]
-
-
-def _strongest(problem: SecondOrder, value: float) -> float:
-    """Factor of the strength at which every line alone has passed its last fold, by one harmonic."""
-    w = value / problem.turns * orders(len(problem.tau) // 2)
-    size = np.abs(drive(problem.system, w, problem.tau, problem.error))
-    lines = np.flatnonzero(size > LEAST_LINE * size.max())
-    if not len(lines):
-        return STRONG
-    mass, size = problem.system.J * (w * w)[lines, None], size[lines, None]
-    loss = np.maximum(problem.system.B * w[lines, None], LEAST * mass)
-    sizes = float(np.max(size / loss)) * SIZES
-    _, stiffness = one_harmonic(problem.system.law, float(problem.tau[0]), sizes)
-    pull = np.hypot(stiffness - mass, loss) * sizes
-    folds = np.where(pull[:, 1:] < pull[:, :-1], pull[:, :-1] / size, 0.0)
-    return min(STRONGEST, max(STRONG, 1.5 * float(np.max(folds))))
-
-
-def _ways(problem: Any) -> list[int]:
-    """Virtual leaves along which orbits are connected: of several lines each one has its own strength too."""
-    if isinstance(problem, FirstOrder):
-        return [problem.omega_leaf, STRENGTH]
-    w = problem.system.omega / problem.turns * orders(len(problem.tau) // 2)
-    size = np.abs(drive(problem.system, w, problem.tau, problem.error))
-    lines = 1 + np.flatnonzero(size > LEAST_LINE * size.max())
-    weakest_first = lines[np.argsort(size[lines - 1])].tolist()
-    return [CONSTANT, STRENGTH, problem.omega_leaf, *(LINE - k for k in weakest_first if len(lines) > 1)]
+        return _Search(full, value).explored(full.odd() or full, some)
 
 
 class _Search:
     """A search at one frequency: the problem, and how many points its curves may still have."""
 
-    def __init__(self, problem: Any, value: float, strongest: float) -> None:
+    def __init__(self, problem: Balance, value: float) -> None:
         self.problem, self.value = problem, value
-        self.strengths = math.log(WEAKEST), math.log(strongest)
-        self.left = MOST_POINTS
-        if isinstance(problem, FirstOrder):
-            self.left = MOST_KINKED if problem.kinked else min(MOST_GENERAL, int(WORK / len(problem.tau) ** 2))
+        self.strengths = math.log(WEAKEST), math.log(problem.strongest())
+        self.left, self.step = problem.budget()
         self.whole = True
 
     def explored(self, first: Any, known: list[Floats]) -> Found:
         """Tables of all orbits that the curves connect; `first` may have the odd harmonics alone."""
         full, value = self.problem, self.value
-        weak = linear_response(first, value)
-        n = len(first.error) if isinstance(first, FirstOrder) else len(weak) - 1
-        weak[:-1][np.arange(len(weak) - 1) % n > 0] *= WEAKEST
+        weak = first.linear_response(value)
+        weak[:-1][np.arange(first.size()) % (2 * first.harmonics() + 1) > 0] *= WEAKEST
         begun = [full.fitted(first.table(z), value) for z in self.met(first, STRENGTH, weak, [], weak=True)]
         found = new_orbits(full, [z for z in begun if z is not None], [])
-        ways = _ways(full)
+        ways = full.ways()
         done: dict[int, list[Floats]] = {leaf: [] for leaf in ways} | {STRENGTH: list(found)}
         found += new_orbits(full, known, found)
         while True:
@@ -171,21 +106,17 @@ class _Search:
     def bounds(self, leaf: int, found: list[Floats]) -> tuple[float, float, float, float]:
         """First and last value of a parameter, its unit, and the length of a step."""
         if leaf == STRENGTH:
-            return *self.strengths, 2.0, COARSE if isinstance(self.problem, FirstOrder) else STEP
+            return *self.strengths, 2.0, self.step
         if leaf == self.problem.omega_leaf:
             return self.value / FASTEST, self.value * FASTEST, self.value, FINE
         if leaf == CONSTANT:
-            h = len(self.problem.tau) // 2
-            forces = drive(
-                self.problem.system, self.value / self.problem.turns * orders(h), self.problem.tau, self.problem.error
-            )
-            torques = [float(np.abs(forces).max())]
+            torques = [float(driven_lines(self.problem)[2].max())]
             torques += [np.abs(self.problem.system.law.torque(z[:-1] @ self.problem.synthesis)).max() for z in found]
             most = MOST_TORQUE * float(np.max(torques))
-            return -most, most, most / MOST_TORQUE, STEP
-        return -MOST_FACTOR, MOST_FACTOR, 2.0, STEP
+            return -most, most, most / MOST_TORQUE, self.step
+        return -MOST_FACTOR, MOST_FACTOR, 2.0, self.step
 
-    def met(self, problem: Any, leaf: int, start: Floats, known: list[Floats], weak: bool = False) -> list[Floats]:
+    def met(self, problem: Balance, leaf: int, start: Floats, known: list[Floats], weak: bool = False) -> list[Floats]:
         """Orbits of the system itself on the curve from a weak response, or both ways from an orbit."""
         low, high, unit, step = self.bounds(leaf, known)
         own = self.value if leaf == problem.omega_leaf else 0.0
@@ -195,7 +126,7 @@ class _Search:
             most = min(LONGEST, self.left)
             if most < LEAST_PIECE:
                 break
-            way = walk(problem._replace(leaf=leaf), first, direction, low, high, step, unit, most=most)
+            way = trace(problem._replace(leaf=leaf), first, direction, low, high, step, unit, most=most)
             self.left -= len(way.points)
             self.whole = self.whole and way.outcome in (END, CLOSED)
             side = way.points[:, -1] - own

@@ -4,60 +4,40 @@ A step keeps the tangent of its prediction. Where the curve bends sharply (a mot
 that tangent may still point the old way a step or two after the fold, which is then looked for in the wrong step.
 """
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from ...results import Floats, SolveError
-from ..balance.second_order import work_for
+from ...protocols import Balance
+from ...results import Floats
+from ..balance.work import linearised
 from ..labels import FOLD
-from ..roots import bracketed_root
-from ..stability.special_points import on_chord
+from ..stability.special_points import root_on_chord
 
 NEAR = 2  # points on either side among which the fold of a turn is
 
 
-def with_missed_folds(problem: Any, points: Floats, labels: Any) -> tuple[Floats, Any]:
+def with_missed_folds(problem: Balance, points: Floats, labels: Any) -> tuple[Floats, Any]:
     """Insert the folds at which the parameter (last of every point) turns and no fold is marked."""
     rise = np.diff(points[:, -1])
     for i in (np.flatnonzero(rise[1:] * rise[:-1] < 0.0) + 1)[::-1].tolist():
         if FOLD in labels[max(0, i - NEAR) : i + NEAR + 1]:
             continue
         for place in (i, i + 1):
-            fold = _fold_between(problem, points[place - 1], points[place])
+            first, last = points[place - 1], points[place]
+            slope = partial(_slope, problem, last - first)
+            fold = root_on_chord(problem, first, last, slope)
             if fold is not None:
                 points, labels = np.insert(points, place, fold, axis=0), np.insert(labels, place, FOLD)
                 break
     return points, labels
 
 
-def _fold_between(problem: Any, first: Floats, last: Floats) -> Floats | None:
-    """Point between two points of a curve at which its tangent has no part along the parameter."""
-    chord = last - first
-
-    def there(s: float) -> Floats:
-        point = on_chord(problem, first, last, s)
-        if point is None:
-            raise SolveError("the chord of two points leaves their curve")
-        return point
-
-    def slope(s: float) -> float:
-        return _slope(problem, there(s), chord)
-
-    try:
-        if not slope(0.0) * slope(1.0) < 0.0:
-            return None
-        return there(bracketed_root(slope, 0.0, 1.0, xtol=1e-12))
-    except (SolveError, np.linalg.LinAlgError):
-        return None
-
-
-def _slope(problem: Any, point: Floats, chord: Floats) -> float:
+def _slope(problem: Balance, chord: Floats, point: Floats) -> float:
     """Part along the parameter of the tangent that goes along the chord."""
     n = len(point) - 1
-    work, matrix, column = work_for(problem), np.empty((n, n)), np.empty(n)
-    problem.residual(point, work, work.r)
-    problem.linearise(point, work, matrix, column)
+    _, matrix, column = linearised(problem, point)
     scale = np.full(n + 1, max(float(np.linalg.norm(point[:-1])), 1e-300))
     scale[-1] = max(abs(float(point[-1])), 1e-300)
     row = chord / scale

@@ -8,12 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ...protocols import omega_of
+from ...protocols import Balance, omega_of
 from ...results import Floats
 from ...sentences import Sentence, Speed
-from ...tree import leaf_of, with_leaf
-from ..balance.first_order import FirstOrder
-from ..balance.guess import linear_response
+from ...tree import with_leaf
 from ..integration.simulate import simulate
 from ..labels import CLOSED, END, LOST, RUNNING, STUCK, UNBOUNDED
 from .coexisting import Coexisting
@@ -26,7 +24,7 @@ GROWTH = 1e7  # an orbit this many times larger than at the start of its branch 
 SETTLING = 200  # periods integrated
 
 
-def across(problem: Any, lo: float, hi: float, step: float, others: Coexisting) -> tuple[Trace, str]:
+def across(problem: Balance, lo: float, hi: float, step: float, others: Coexisting) -> tuple[Trace, str]:
     """Branch through a range, and how it was found: the first of six ways that arrives, or else the longest.
 
     The branch passes the `others` at the ends of the range where it can; what else is found there is added to them.
@@ -34,7 +32,7 @@ def across(problem: Any, lo: float, hi: float, step: float, others: Coexisting) 
     best, origin = None, ""
     starts: list[Floats] = []
     ways = (
-        (linear_response, "the linear response"),
+        (type(problem).linear_response, "the linear response"),
         (damped_start, "strong damping"),
         (settled_start, "an integration"),
     )
@@ -62,7 +60,7 @@ def across(problem: Any, lo: float, hi: float, step: float, others: Coexisting) 
             "nor by integration; the torque may be more than the law can bear: take less of it, or another range",
             Speed(lo, hi, between=" or "),
         )
-        return Trace(np.empty((0, len(problem.tau) + 1)), np.empty(0, int), LOST, sentence), "not found"
+        return Trace(np.empty((0, problem.size() + 1)), np.empty(0, int), LOST, sentence), "not found"
     return best, origin
 
 
@@ -71,27 +69,25 @@ def backwards(found: Trace) -> Trace:
     return Trace(found.points[::-1], found.labels[::-1], found.outcome, found.message)
 
 
-def linear_start(problem: Any, value: float) -> Floats | None:
+def linear_start(problem: Balance, value: float) -> Floats | None:
     """Solution at a value of the parameter near the linear response."""
-    return solve(problem, linear_response(problem, value))
+    return solve(problem, problem.linear_response(value))
 
 
-def damped_start(problem: Any, value: float) -> Floats | None:
+def damped_start(problem: Balance, value: float) -> Floats | None:
     """Solution at a value of the parameter that a branch in the damping B connects with strong damping.
 
     With damping strong enough the orbit is near the linear response and alone; the branch comes down from there to the
     damping asked for, unless orbits grow beyond all bounds on the way.
     """
-    if isinstance(problem, FirstOrder):
-        return None
-    damping = leaf_of(problem.system, "B")
-    if problem.leaf == damping:
+    damping = problem.damping_leaf()
+    if damping is None or problem.leaf == damping:
         return None
     system = with_leaf(problem.system, problem.leaf, float(value))
     damped = problem._replace(system=system, leaf=damping)
     strong = max(system.B, system.J * abs(system.omega))
     for _ in range(20):
-        found = solve(damped, linear_response(damped, strong))
+        found = solve(damped, damped.linear_response(strong))
         if found is not None:
             break
         strong *= 4.0
@@ -103,26 +99,23 @@ def damped_start(problem: Any, value: float) -> Floats | None:
     return solve(problem, np.append(way.points[-1, :-1], value))
 
 
-def settled_start(problem: Any, value: float) -> Floats | None:
+def settled_start(problem: Balance, value: float) -> Floats | None:
     """Solution at a value of the parameter near the motion to which an integration from rest has settled."""
     system = with_leaf(problem.system, problem.leaf, float(value))
-    general = isinstance(problem, FirstOrder)
     base = float(omega_of(system))
     turn = 2.0 * np.pi * problem.turns / base
     times = turn * SETTLING + problem.angles / base
     try:
-        motion = simulate(system, np.zeros(len(problem.sizes) if general else 2), np.concatenate([[0.0], times]))
+        motion = simulate(system, np.zeros(problem.state_count()), np.concatenate([[0.0], times]))
     except ValueError:  # there is no motion from rest
         return None
     if not motion.status:
         return None
-    states = motion.y[:, 1:] @ problem.analysis[:, : len(problem.error)]
-    series = states / problem.sizes[:, None] if general else states[0] - problem.error
-    return solve(problem, np.append(series, value))
+    return solve(problem, problem.sampled(motion.y[:, 1:], value))
 
 
 def whole(
-    problem: Any, first: Floats, lo: float, hi: float, step: float, upwards: bool, others: Coexisting
+    problem: Balance, first: Floats, lo: float, hi: float, step: float, upwards: bool, others: Coexisting
 ) -> Trace:  # fmt: skip
     """Follow the branch from its point at one end of a range to the other end, with excursions outside the range.
 
@@ -134,7 +127,7 @@ def whole(
     if found.outcome == LOST:
         return found
     known = others.guesses(problem, far, points_at(found.points, far))
-    found, rest = beyond(problem, found, lo, hi, step, far, [linear_response(problem, far)], known)
+    found, rest = beyond(problem, found, lo, hi, step, far, [problem.linear_response(far)], known)
     others.note(problem, rest)
     others.give_up(problem, rest)
     points, outcome = found.points, found.outcome
@@ -152,7 +145,7 @@ def whole(
 
 
 def beyond(
-    problem: Any, found: Trace, lo: float, hi: float, step: float, goal: float, linear: list[Floats],
+    problem: Balance, found: Trace, lo: float, hi: float, step: float, goal: float, linear: list[Floats],
     others: list[Floats],
 ) -> tuple[Trace, list[Floats]]:  # fmt: skip
     """Follow a branch out of the range and back until it ends at `goal` and has passed every orbit known there.

@@ -5,12 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ...compile.jit import run
+from ...protocols import Balance
 from ...results import Floats
-from ..balance.erased import quiet
-from ..balance.first_order import FirstOrder
-from ..balance.fourier import orders
-from ..balance.second_order import is_light
 from ..labels import CLOSED, FOLD, LOST, RUNNING, START, STEP, TOP, UNBOUNDED
 from .arc_length import SCALE, Z1, buffers_for, follow
 from .missed_folds import with_missed_folds
@@ -45,7 +41,7 @@ def state_from(guess: Floats, width: float) -> Floats:
     return state
 
 
-def solve(problem: Any, guess: Floats) -> Floats | None:
+def solve(problem: Balance, guess: Floats) -> Floats | None:
     """Solution at the parameter of a guess, or None."""
     points, labels = np.empty((5, len(guess))), np.empty(5, np.int64)
     at = float(guess[-1])
@@ -54,15 +50,13 @@ def solve(problem: Any, guess: Floats) -> Floats | None:
     return points[0] if count else None
 
 
-def _run(problem: Any, *arguments: Any) -> Any:
+def _run(problem: Balance, *arguments: Any) -> Any:
     with np.errstate(all="ignore"):  # a step that fails is taken again, shorter
-        if isinstance(problem, FirstOrder):
-            return follow(problem, *arguments)
-        return run(follow, quiet(problem), *arguments, light=is_light(problem))
+        return problem.run(follow, *arguments)
 
 
 def trace(
-    problem: Any,
+    problem: Balance,
     guess: Floats,
     direction: float,
     lo: float,
@@ -70,52 +64,39 @@ def trace(
     step: float,
     width: float | None = None,
     growth: float = np.inf,
+    most: int | None = None,
 ) -> Trace:
     """Follow one branch from a guess (coefficients, parameter) inside [lo, hi] until it leaves or closes.
 
     `step` is in units of the orbit's size and of `width` of the parameter (default: the range). The outcome is
-    UNBOUNDED where the orbit is `growth` times larger than at the start.
+    UNBOUNDED where the orbit is `growth` times larger than at the start. With `most` it is RUNNING after about so many
+    points, which are given as they were taken, without a second look at folds.
     """
-    found = walk(problem, guess, direction, lo, hi, step, width, growth)
-    points, kinds = in_order(found.points, found.labels)
-    points, kinds = with_missed_folds(problem, points, kinds)
-    if found.outcome == CLOSED:
-        points[-1] = points[0]  # the last step went a little past the start
-    return Trace(points, kinds, found.outcome)
-
-
-def walk(
-    problem: Any,
-    guess: Floats,
-    direction: float,
-    lo: float,
-    hi: float,
-    step: float,
-    width: float | None = None,
-    growth: float = np.inf,
-    most: int = PIECE * MOST_PIECES,
-) -> Trace:
-    """The steps of `trace` as they were taken, without a second look at folds; RUNNING after about `most` points."""
     state = state_from(guess, width or hi - lo)
     found: list[Floats] = []
     labels: list[Any] = []
     ds, outcome, mode = 0.1 * step, RUNNING, START
-    buffers = buffers_for(problem)
-    while outcome == RUNNING and most >= LEAST_PIECE:
-        piece = min(PIECE, most)
+    buffers, left = buffers_for(problem), PIECE * MOST_PIECES if most is None else most
+    while outcome == RUNNING and left >= LEAST_PIECE:
+        piece = min(PIECE, left)
         points, kinds = np.empty((piece, len(guess))), np.empty(piece, np.int64)
         count, outcome, ds = _run(problem, state, direction, mode, lo, hi, ds, step, AIM, buffers, points, kinds)
         found.append(points[:count])
         labels.append(kinds[:count])
         mode = STEP
-        most -= piece
+        left -= piece
         if growth < np.inf and outcome != LOST:
             squares = np.square(points[:count, :-1]).sum(axis=1)
             large = np.sqrt(squares) > growth * np.linalg.norm(found[0][0, :-1])
             if large.any():
                 end = int(np.argmax(large)) + 1
                 found[-1], labels[-1], outcome = points[:end], kinds[:end], UNBOUNDED
-    return Trace(np.concatenate(found), np.concatenate(labels), outcome)
+    points, kinds = np.concatenate(found), np.concatenate(labels)
+    if most is None:
+        points, kinds = with_missed_folds(problem, *in_order(points, kinds))
+        if outcome == CLOSED:
+            points[-1] = points[0]  # the last step went a little past the start
+    return Trace(points, kinds, outcome)
 
 
 def in_order(points: Floats, labels: Any) -> tuple[Floats, Any]:
@@ -137,12 +118,3 @@ def in_order(points: Floats, labels: Any) -> tuple[Floats, Any]:
                 if (second - first) @ ahead < 0.0 and np.linalg.norm(second - near) < np.linalg.norm(first - near):
                     order[a], order[a + 1] = order[a + 1], order[a]
     return points[order], labels[order]
-
-
-def with_velocity(x: Floats, w: float) -> Floats:
-    """Coefficients (2H+1, 2) of x and x' from those of x, with fundamental frequency w [rad/s]."""
-    kw = w * orders(len(x) // 2)
-    out = np.zeros((len(x), 2))
-    out[:, 0] = x
-    out[1::2, 1], out[2::2, 1] = kw * x[2::2], -kw * x[1::2]
-    return out

@@ -18,10 +18,12 @@ from ...quantities import numbers, shown
 from ...results import Floats, Status
 from ...tree import leaf_of
 from ..balance.fourier import from_blocks
-from ..balance.guess import one_harmonic
 from ..balance.harmonics import MOST, grown, starting_harmonics
-from ..balance.second_order import second_order, work_for
+from ..balance.one_harmonic import one_harmonic
+from ..balance.rates import SAME
+from ..balance.second_order import second_order
 from ..balance.truncation import FREE, Tail
+from ..balance.work import linearised, newton
 from ..stability.second_order import displacement_peaks
 
 
@@ -94,7 +96,7 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
     ----------
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, sec. 4.1.
     """
-    system = with_parts("backbone", system, "J", "B", "law", "excitation", "omega", "error")
+    system = with_parts("backbone", system, *SAME)
     springs_only("backbone", system)
     wanted = numbers("amplitudes [rad]", amplitudes)
     if not np.all(wanted > 0.0):
@@ -147,7 +149,7 @@ def _along(problem: Any, amplitudes: Floats) -> list[Floats | None]:
 
 def _one_harmonic(problem: Any, a: float) -> Floats:
     """Guess by the describing function: one harmonic about the operating point."""
-    system, h = problem.system, len(problem.tau) // 2
+    system, h = problem.system, problem.harmonics()
     z = np.zeros(2 * h + 2)
     mean, stiffness = one_harmonic(system.law, float(problem.tau[0]), np.array([a]))
     z[0], z[1], z[-1] = mean[0], a, np.sqrt(max(float(stiffness[0]), 0.0) / system.J)
@@ -158,26 +160,19 @@ def _free(problem: Any, z: Floats) -> Floats | None:
     """Newton's method for the mean, the cosines but the first, and omega; None where it fails."""
     if not z[-1] > 0.0:
         return None
-    z, n = z.copy(), len(z) - 1
-    h, a, work, r = n // 2, z[1], work_for(problem), np.empty(n)
-    matrix, column, last = np.empty((n, n)), np.empty(n), np.inf
-    even = np.arange(h + 1)  # mean and cosines
+    n = len(z) - 1
+    even = np.arange(n // 2 + 1)  # mean and cosines
     unknown = np.delete(np.append(even, n), 1)
-    scale = np.full(len(unknown), abs(a))
-    scale[-1] = z[-1]
-    for _ in range(40):
-        problem.residual(z, work, r)
-        problem.linearise(z, work, matrix, column)
-        rows = np.column_stack([matrix, column])[np.ix_(even, unknown)]
-        try:
-            step = np.linalg.solve(rows, r[even])
-        except np.linalg.LinAlgError:
-            return None
-        z[unknown] -= step
-        size = float(np.linalg.norm(step / scale))
-        if not (size < 1e3 and z[-1] > 0.0):
-            return None
-        if size < 1e-13 or (size < 1e-10 and size > 0.3 * last):
-            return z
-        last = size
-    return None
+    scale = np.append(np.full(len(even) - 1, abs(z[1])), z[-1])
+
+    def whole(x: Floats) -> Floats:
+        full = z.copy()
+        full[unknown] = x
+        return full
+
+    def equations(x: Floats) -> tuple[Floats, Floats]:
+        r, matrix, column = linearised(problem, whole(x))
+        return r[even], np.column_stack([matrix, column])[np.ix_(even, unknown)]
+
+    found = newton(equations, z[unknown], scale, 1e-13, most=40)
+    return whole(found) if found is not None and found[-1] > 0.0 else None

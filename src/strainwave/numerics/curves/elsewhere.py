@@ -2,12 +2,11 @@
 
 from dataclasses import replace as with_changes
 from itertools import groupby
-from typing import Any
 
+from ...protocols import Balance
 from ...results import Branch, Floats, Orbit
 from ...sentences import Sentence, Speed
 from ...tree import leaf_of, with_leaf
-from ..balance.first_order import FirstOrder
 from ..continuation.coexisting import Coexisting
 from ..continuation.connected import alike
 from ..continuation.trace import Trace
@@ -20,7 +19,7 @@ BY_HAND = "simulate from other states shows them"
 Places = tuple[tuple[float, Floats], ...]
 
 
-def with_left_over(problem: Any, found: Trace, others: Coexisting) -> Trace:
+def with_left_over(problem: Balance, found: Trace, others: Coexisting) -> Trace:
     """The trace of a curve with the frequencies and tables of the known orbits through which it does not pass."""
     places: list[tuple[float, Floats]] = []
     for value, tables in others.known.items():
@@ -30,13 +29,13 @@ def with_left_over(problem: Any, found: Trace, others: Coexisting) -> Trace:
                 known.append(table)
                 places.append((value, table))
     if others.unfinished:
-        remedy = BY_HAND if isinstance(problem, FirstOrder) else FROM_STARTS
+        remedy = FROM_STARTS if problem.hill() else BY_HAND
         message = Sentence("{}; at omega = {} {}", found.message, Speed(*sorted(others.unfinished)), CUT_SHORT + remedy)
         found = with_changes(found, message=message)
     return with_changes(found, elsewhere=tuple(places)) if places else found
 
 
-def with_others(problem: Any, branch: Branch, places: Places, said: list[str], followed: str = "") -> Branch:
+def with_others(problem: Balance, branch: Branch, places: Places, said: list[str], followed: str = "") -> Branch:
     """The branch with the orbits at the ends of its range that it does not pass, and with what there is to say.
 
     `followed` says at the end of the sentence on an orbit how it is followed.
@@ -46,7 +45,7 @@ def with_others(problem: Any, branch: Branch, places: Places, said: list[str], f
     return with_changes(branch, message=Sentence("; ").join(said), elsewhere=elsewhere) if len(said) > 1 else branch
 
 
-def orbits_at(problem: Any, places: Places, branch: Branch) -> list[Orbit]:
+def orbits_at(problem: Balance, places: Places, branch: Branch) -> list[Orbit]:
     """Orbits from such tables, with the harmonics that they need, but for those that are on the branch after all."""
     found: list[Orbit] = []
     leaf = leaf_of(problem.system, "omega")

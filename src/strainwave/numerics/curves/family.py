@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from ...quantities import checked, numbers, positive_count, replace, shown
 from ...results import Branch
-from ..balance.first_order import periodic
-from .response import frequencies, response_curves
+from ..balance.rates import periodic
+from .response import frequencies, response_curve
 
 
 def response_family(
@@ -59,7 +59,10 @@ def response_family(
     columns = {path: v.tolist() for path, v in values.items()}
     system = periodic("response_family", checked(system))
     members = [checked(replace(system, {p: c[i] for p, c in columns.items()})) for i in range(lengths.pop())]
-    if threads == 1:
-        return response_curves(members, lo, hi, harmonics, 1, points)
+
+    def curve(member: Any) -> Branch:
+        return response_curve(member, lo, hi, harmonics, 1, points)
+
+    # The first compiles, where that is still to do, before threads start.
     with ThreadPoolExecutor(threads) as pool:
-        return response_curves(members, lo, hi, harmonics, 1, points, pool.map)
+        return [curve(members[0]), *(map if threads == 1 else pool.map)(curve, members[1:])]

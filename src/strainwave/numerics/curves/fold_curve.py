@@ -12,12 +12,13 @@ from ...results import Floats, Orbit, SolveError, Status
 from ...tree import leaf_of
 from ..balance.fourier import from_blocks
 from ..balance.harmonics import starting_harmonics
+from ..balance.rates import SAME
 from ..balance.second_order import second_order
 from ..balance.truncation import LOOKED_AT, tail_along
 from ..integration.corners import repeating
 from ..stability.second_order import displacement_peaks
 from .fold_system import FoldSystem, follow_fold
-from .parameter_response import SECOND_ORDER, embedded, value_at
+from .parameter_response import value_at
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +138,7 @@ def fold_curve(
     ----------
     Govaerts 2000, Numerical Methods for Bifurcations of Dynamical Equilibria, secs. 3.3 and 4.1.
     """
-    system = repeating("fold_curve", with_parts("fold_curve", system, *SECOND_ORDER))
+    system = repeating("fold_curve", with_parts("fold_curve", system, *SAME))
     springs_only("fold_curve", system)
     for name in (path, parameter):
         leaf_of(system, name)
@@ -156,7 +157,7 @@ def fold_curve(
     h = starting_harmonics(system, harmonics or len(fold.coefficients) // 2, fold.period, points)
     problem = second_order(system, leaf, omega_leaf, h, fold.period)
     extended = FoldSystem(problem, path, hi - lo)
-    start = extended.corrected(np.append(embedded(problem, fold, fold.value), at), None)
+    start = extended.corrected(np.append(problem.point(fold.coefficients, fold.value), at), None)
     if start is None:
         raise SolveError(
             f"there is no fold of this system at {parameter} = {fold.value:.9g} and {path} = {at:g}; take one from "

@@ -14,7 +14,8 @@ import numpy as np
 
 from ...quantities import replace
 from ...results import Floats
-from ..balance.second_order import work_for
+from ..balance.linear_part import forced
+from ..balance.work import linearised, newton
 from ..roots import bracketed_root
 
 MOST_POINTS = 2000
@@ -26,7 +27,7 @@ class FoldSystem:
 
     def __init__(self, problem: Any, path: str, width: float) -> None:
         self.problem, self.path, self.width = problem, path, width
-        self.n = len(problem.tau)
+        self.n = problem.size()
         self.b = self.c = np.ones(self.n) / np.sqrt(self.n)
         self.special: list[tuple[float, float, bool]] = []
 
@@ -34,22 +35,14 @@ class FoldSystem:
         """The balance problem at a value of the second parameter."""
         p = self.problem
         system = replace(p.system, {self.path: float(q)})
-        torque = np.broadcast_to(np.asarray(system.excitation.torque(p.angles), float), p.angles.shape)
-        error = np.broadcast_to(np.asarray(system.error.value(p.angles), float), p.angles.shape)
-        return p._replace(system=system, tau=torque @ p.analysis, error=error @ p.analysis)
-
-    def jacobian(self, problem: Any, z: Floats) -> tuple[Floats, Floats, Floats]:
-        """Residual, its derivative by the coefficients and by p at z = (coefficients, p)."""
-        work, r, matrix, column = work_for(problem), np.empty(self.n), np.empty((self.n, self.n)), np.empty(self.n)
-        problem.residual(z, work, r)
-        problem.linearise(z, work, matrix, column)
-        return r, matrix, column
+        tau, error = forced(system, p.angles, p.analysis)
+        return p._replace(system=system, tau=tau, error=error)
 
     def linearised(self, x: Floats) -> tuple[Floats, Floats]:
         """Values (n + 1) of the equations at x = (coefficients, p, q), and their derivatives (n + 1, n + 2)."""
         n, z = self.n, x[:-1]
         problem = self.at(x[-1])
-        r, matrix, column = self.jacobian(problem, z)
+        r, matrix, column = linearised(problem, z)
         unit = np.zeros(n + 1)
         unit[n] = 1.0
         size = float(np.linalg.norm(matrix)) / np.sqrt(n)  # gives b and c the units of the Jacobian
@@ -61,14 +54,14 @@ class FoldSystem:
         out[:n, :n], out[:n, n] = matrix, column
         shift = np.zeros(n + 1)
         shift[:n] = 1e-5 * np.linalg.norm(z[:n]) * v / np.linalg.norm(v)
-        change = self.jacobian(problem, z + shift)[1] - self.jacobian(problem, z - shift)[1]
+        change = linearised(problem, z + shift)[1] - linearised(problem, z - shift)[1]
         out[n, :n] = -(w @ change) * np.linalg.norm(v) / (2.0 * np.linalg.norm(shift))
         step = 1e-5 * max(abs(float(z[n])), 1e-6)
         shift[:n], shift[n] = 0.0, step
-        change = self.jacobian(problem, z + shift)[1] - self.jacobian(problem, z - shift)[1]
+        change = linearised(problem, z + shift)[1] - linearised(problem, z - shift)[1]
         out[n, n] = -(w @ change @ v) / (2.0 * step)
         step = 1e-5 * max(abs(float(x[-1])), 1e-3 * self.width)
-        above, below = self.jacobian(self.at(x[-1] + step), z), self.jacobian(self.at(x[-1] - step), z)
+        above, below = linearised(self.at(x[-1] + step), z), linearised(self.at(x[-1] - step), z)
         out[:n, n + 1] = (above[0] - below[0]) / (2.0 * step)
         out[n, n + 1] = -(w @ (above[1] - below[1]) @ v) / (2.0 * step)
         return np.append(r, g), out
@@ -81,29 +74,20 @@ class FoldSystem:
 
     def corrected(self, x: Floats, row: Floats | None) -> Floats | None:
         """Fold next to x, in the plane through x across `row` (scaled), or at the q of x; None where Newton fails."""
-        scale, x = self.scale(x), x.copy()
+        scale = self.scale(x)
         if row is None:
             row = np.zeros(len(x))
             row[-1] = 1.0
         _, derivative = self.linearised(x)  # the first b, c are arbitrary: take the singular vectors
         u, _, vt = np.linalg.svd(derivative[: self.n, : self.n])
         self.b, self.c = u[:, -1], vt[-1]
-        target, last = float(row @ (x / scale)), np.inf
-        for _ in range(15):
+        across, target = row / scale, float(row @ (x / scale))
+
+        def equations(x: Floats) -> tuple[Floats, Floats]:
             values, derivative = self.linearised(x)
-            rows = np.vstack([derivative * scale, row])
-            try:
-                step = np.linalg.solve(rows, np.append(values, row @ (x / scale) - target))
-            except np.linalg.LinAlgError:
-                return None
-            x -= step * scale
-            size = float(np.linalg.norm(step))
-            if not size < 10.0:
-                return None
-            if size < 1e-11 or (size < 1e-8 and size > 0.3 * last):
-                return x
-            last = size
-        return None
+            return np.append(values, across @ x - target), np.vstack([derivative, across])
+
+        return newton(equations, x, scale, 1e-11, most=15, far=10.0)
 
     def tangent(self, x: Floats, before: Floats) -> Floats:
         """Unit tangent (scaled) of the fold curve at x, in the direction of `before`."""

@@ -9,21 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from ...protocols import with_parts
+from ...protocols import Balance, with_parts
 from ...quantities import interval, replace, shown
 from ...results import Branch, Floats, Orbit, SolveError
 from ...tree import leaf_of
-from ..balance.first_order import FirstOrder, balance_of, periodic
-from ..balance.fourier import to_blocks
-from ..balance.guess import linear_response
+from ..balance.first_order import balance_of
 from ..balance.harmonics import grown, most_harmonics, starting_harmonics
+from ..balance.rates import periodic
 from ..balance.truncation import CURVE, Tail, tail_along
 from ..continuation.describe import describe
 from ..continuation.passage import GROWTH, damped_start, linear_start
 from ..continuation.trace import Trace, solve, trace
 from ..labels import CLOSED, END, LOST, UNBOUNDED
 
-SECOND_ORDER = ("J", "B", "law", "excitation", "omega", "error")  # what the compact harmonic balance needs of a system
 INSIDE = 0.01  # of the range: where a sweep starts that has no response at its lower end
 
 
@@ -131,7 +129,13 @@ def _ending(found: Trace, path: str, lo: float, hi: float, omega: float) -> str:
 
 
 def both_ways(
-    problem: Any, guess: Floats, lo: float, hi: float, step: float, width: float | None = None, growth: float = np.inf
+    problem: Balance,
+    guess: Floats,
+    lo: float,
+    hi: float,
+    step: float,
+    width: float | None = None,
+    growth: float = np.inf,
 ) -> Trace:
     """Follow the branch through a guess (coefficients, parameter) until it closes or leaves [lo, hi] at both ends."""
     if solve(problem, guess) is None:
@@ -149,28 +153,6 @@ def both_ways(
     return Trace(points, labels, up.outcome)
 
 
-def embedded(problem: Any, orbit: Orbit, value: float, stretch: int = 1) -> Floats:
-    """Guess (coefficients in blocks, parameter) from an orbit whose period goes `stretch` times into the problem's."""
-    if isinstance(problem, FirstOrder):
-        table = orbit.coefficients
-        series = np.zeros((1 + (len(table) // 2) * 2 * stretch, table.shape[1]))
-        series[0] = table[0]
-        for part in (0, 1):  # cosines and sines
-            series[2 * stretch - 1 + part :: 2 * stretch] = table[1 + part :: 2]
-        return problem.point(series, value)
-    return embedded_series(problem, np.append(orbit.coefficients[:, 0], value), stretch)
-
-
-def embedded_series(problem: Any, point: Floats, stretch: int = 1) -> Floats:
-    """Guess (coefficients in blocks, parameter) from a series of x (mean, cos 1, sin 1, ..., and the parameter)."""
-    x, n = point[:-1], len(problem.tau)
-    series = np.zeros(n)
-    series[0] = x[0]
-    for k in range(1, min(len(x) // 2, n // (2 * stretch)) + 1):
-        series[2 * k * stretch - 1 : 2 * k * stretch + 1] = x[2 * k - 1 : 2 * k + 1]
-    return np.append(to_blocks(series) - problem.error, point[-1])
-
-
 def harmonics_of(table: Floats) -> int:
     """Number of harmonics of coefficients (2H+1, states) beyond which next to nothing of any state is left."""
     squares = np.square(table)
@@ -186,7 +168,9 @@ def value_at(system: Any, path: str) -> float:
     return float(thing)
 
 
-def _beginning(problem: Any, system: Any, path: str, lo: float, hi: float, start: Orbit | None) -> tuple[Floats, str]:
+def _beginning(
+    problem: Balance, system: Any, path: str, lo: float, hi: float, start: Orbit | None
+) -> tuple[Floats, str]:
     """Where the branch starts (coefficients, parameter), and a sentence on it."""
     if start is not None:
         value = start.omega if path == "omega" else value_at(system, path)
@@ -195,8 +179,8 @@ def _beginning(problem: Any, system: Any, path: str, lo: float, hi: float, start
                 f"the start has {path} = {value:g}, outside the range {lo:g} .. {hi:g}; widen the range, or give the "
                 "system the value that the start was found at"
             )
-        return embedded(problem, start, value), f"from the orbit given at {path} = {value:g}"
-    first, last = linear_response(problem, lo), linear_response(problem, hi)
+        return problem.point(start.coefficients, value), f"from the orbit given at {path} = {value:g}"
+    first, last = problem.linear_response(lo), problem.linear_response(hi)
     low = lo
     if np.linalg.norm(first[:-1]) < 1e-3 * np.linalg.norm(last[:-1]):
         low = lo + INSIDE * (hi - lo)
@@ -205,4 +189,4 @@ def _beginning(problem: Any, system: Any, path: str, lo: float, hi: float, start
             found = begin(problem, value)
             if found is not None:
                 return found, f"from {from_where} at {path} = {value:g}"
-    return linear_response(problem, low), f"from the linear response at {path} = {low:g}"
+    return problem.linear_response(low), f"from the linear response at {path} = {low:g}"

@@ -5,25 +5,26 @@ leaves the range with folds still ahead, it is followed outside until it comes b
 until the last two are negligible.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from ...protocols import Balance
 from ...quantities import checked, interval
 from ...results import Branch, SolveError
 from ...tree import leaf_of, with_leaf
-from ..balance.first_order import FirstOrder, balance_of, periodic
-from ..balance.half_wave import is_odd_on, odd_problem
+from ..balance.first_order import balance_of
+from ..balance.half_wave import is_odd_on
 from ..balance.harmonics import grown, most_harmonics, starting_harmonics
+from ..balance.rates import periodic
 from ..balance.truncation import CURVE, Tail, tail_along
 from ..continuation.coexisting import Coexisting
-from ..continuation.describe import Survey, describe, survey, together
+from ..continuation.describe import describe
 from ..continuation.passage import across
 from ..continuation.trace import Trace
 from ..labels import END
 from .elsewhere import with_left_over, with_others
-from .remarks import NEVER_STABLE, remarks
+from .remarks import remarks
 
 FOLLOWED = ": parameter_response with its orbit in `elsewhere` as start follows it"
 
@@ -80,7 +81,7 @@ def frequency_response(
     """
     system = periodic("frequency_response", checked(system), period)
     lo, hi = frequencies(span)
-    branch = response_curves([system], lo, hi, harmonics, period, points)[0]
+    branch = response_curve(system, lo, hi, harmonics, period, points)
     if throw and not branch.status.found:
         raise SolveError(branch.message)
     return branch
@@ -96,40 +97,15 @@ def frequencies(span: Any) -> tuple[float, float]:
     return lo, hi
 
 
-def response_curves(
-    systems: list[Any], lo: float, hi: float, harmonics: int | None, period: int, points: int,
-    each: Callable[..., Any] = map,
-) -> list[Branch]:  # fmt: skip
-    """Response curves of checked systems of one class, traced by `each`, which is like map, and described together."""
-    leaf = leaf_of(systems[0], "omega")
-
-    def traced(system: Any) -> Any:
-        return _traced(with_leaf(system, leaf, (lo * hi) ** 0.5), leaf, lo, hi, harmonics, period, points)
-
-    # The first compiles, where that is still to do, before threads start.
-    found = [traced(systems[0]), *each(traced, systems[1:])]
-    alike: dict[Any, list[int]] = {}
-    for i, curve in enumerate(found):
-        if isinstance(curve, Survey):
-            alike.setdefault((curve.problem.stride, len(curve.problem.tau)), []).append(i)
-    for members in alike.values():
-        curves = [found[i] for i in members]
-        branches = together(curves, "omega")
-        for i, branch, said in zip(members, branches, remarks(curves, branches), strict=True):
-            found[i] = with_others(found[i].problem, branch, found[i].elsewhere, said, FOLLOWED)
-    return found
-
-
-def _traced(
-    system: Any, leaf: int, lo: float, hi: float, harmonics: int | None, period: int, points: int
-) -> Survey | Branch:
-    """The curve of one system, with as many harmonics as it takes."""
+def response_curve(
+    system: Any, lo: float, hi: float, harmonics: int | None, period: int, points: int
+) -> Branch:  # fmt: skip
+    """Response curve of a checked system."""
+    leaf = leaf_of(system, "omega")
+    system = with_leaf(system, leaf, (lo * hi) ** 0.5)
     problem, found, tail, origin = traced_points(system, leaf, lo, hi, harmonics, period, points)
-    if isinstance(problem, FirstOrder):
-        branch = describe(problem, "omega", found, tail, origin)
-        unstable = len(branch) > 0 and not branch.stable.any()
-        return with_others(problem, branch, found.elsewhere, [NEVER_STABLE] if unstable else [], FOLLOWED)
-    return survey(problem, "omega", found, tail, origin)
+    branch = describe(problem, "omega", found, tail, origin)
+    return with_others(problem, branch, found.elsewhere, remarks(problem, found, branch), FOLLOWED)
 
 
 def traced_points(
@@ -158,10 +134,10 @@ def traced_points(
 
 
 def symmetric_across(
-    problem: Any, lo: float, hi: float, step: float, others: Coexisting
+    problem: Balance, lo: float, hi: float, step: float, others: Coexisting
 ) -> tuple[Any, Trace, str]:  # fmt: skip
     """`across` by odd harmonics alone where that is possible; and the problem that was solved."""
-    odd = odd_problem(problem)
+    odd = problem.odd()
     if odd is not None:
         found, origin = across(odd, lo, hi, step, others)
         if found.outcome == END and is_odd_on(odd, found.points):

@@ -11,19 +11,20 @@ from typing import Any
 
 import numpy as np
 
-from ...protocols import with_parts
+from ...protocols import Balance, with_parts
 from ...quantities import checked, interval, replace, shown
 from ...results import Branch, Floats, Orbit, SolveError
 from ...tree import leaf_of
-from ..balance.first_order import balance_of, periodic
+from ..balance.first_order import balance_of
+from ..balance.fourier import stretched
 from ..balance.harmonics import grown, most_harmonics, starting_harmonics
-from ..balance.second_order import work_for
+from ..balance.rates import periodic
 from ..balance.truncation import CURVE, Tail, tail_along
+from ..balance.work import linearised
 from ..continuation.describe import describe
 from ..continuation.trace import Trace, trace
 from ..labels import END, FOLD, STEP
 from ..stability.special_points import corrected
-from .parameter_response import embedded
 
 DEPARTURES = (0.01, 0.03, 0.1)  # first steps along the null vector, relative to the orbit
 
@@ -99,7 +100,7 @@ def switch_branch(
 
     def followed(h: int, aim: float) -> tuple[tuple[Any, Trace, Tail, bool], float]:
         problem = balance_of(system, leaf, leaf_of(system, "omega"), h, stretch * orbit.period)
-        first, departure = _departure(problem, embedded(problem, orbit, value, stretch), stretch)
+        first, departure = _departure(problem, problem.point(stretched(orbit.coefficients, stretch), value), stretch)
         if first is None:
             raise SolveError(
                 f"no orbit leaves the {orbit.label} at {parameter} = {value:.9g}; take more harmonics for the branch "
@@ -117,17 +118,13 @@ def switch_branch(
     return describe(problem, parameter, found, tail, f"from the {orbit.label} at {parameter} = {value:.9g}")
 
 
-def _departure(problem: Any, at: Floats, stretch: int) -> tuple[Floats | None, Floats]:
+def _departure(problem: Balance, at: Floats, stretch: int) -> tuple[Floats | None, Floats]:
     """First orbit (coefficients, parameter) of the crossing branch, and the direction in which it leaves."""
-    n = len(at) - 1
-    own = len(problem.error)  # coefficients of one state
-    h, work, r = own // 2, work_for(problem), np.empty(n)
-    matrix, column = np.empty((n, n)), np.empty(n)
-    problem.residual(at, work, r)
-    problem.linearise(at, work, matrix, column)
+    n, h = len(at) - 1, problem.harmonics()
+    matrix = linearised(problem, at)[1]
     odd = np.arange(1, h + 1, 2)
     odd = np.concatenate([odd, h + odd])
-    free = np.concatenate([odd + block for block in range(0, n, own)]) if stretch == 2 else np.arange(n)
+    free = np.concatenate([odd + block for block in range(0, n, 2 * h + 1)]) if stretch == 2 else np.arange(n)
     direction = np.zeros(n + 1)
     direction[free] = np.linalg.svd(matrix[np.ix_(free, free)])[2][-1]
     size = float(np.linalg.norm(at[:n]))

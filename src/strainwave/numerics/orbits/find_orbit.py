@@ -5,25 +5,19 @@ from typing import Any
 import numpy as np
 
 from ...law import breakpoints_of, is_spring
-from ...protocols import omega_of, with_parts
+from ...protocols import Balance, omega_of, with_parts
 from ...quantities import shown
 from ...results import Floats, Orbit, SolveError, Status
 from ...tree import leaf_of
-from ..balance.first_order import is_second_order, periodic
-from ..balance.fourier import from_blocks, to_blocks
-from ..balance.guess import linear_response
-from ..balance.harmonics import MOST, grown, most_harmonics, starting_harmonics
-from ..balance.second_order import second_order
+from ..balance.first_order import balance_of
+from ..balance.harmonics import grown, most_harmonics, starting_harmonics
+from ..balance.rates import periodic
 from ..balance.truncation import ORBIT, Tail, tail_along
 from ..continuation.describe import describe
-from ..continuation.trace import Trace, solve, with_velocity
-from ..integration.methods import Dopri5
-from ..integration.simulate import simulate
+from ..continuation.passage import linear_start, settled_start
+from ..continuation.trace import Trace, solve
 from ..labels import END
-from .general_orbit import general_orbit
 from .shooting import shoot
-
-SETTLING = 200  # periods integrated where Newton's method fails from the linear response
 
 
 def find_orbit(
@@ -69,33 +63,30 @@ def find_orbit(
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
     """
     system = periodic("find_orbit", with_parts("find_orbit", system, "rhs"), period)
-    h = starting_harmonics(system, harmonics, period)
-    if not omega_of(system) > 0.0:
-        raise ValueError(f"omega is {system.omega:g} rad/s; a periodic orbit needs a positive base frequency")
-    if not is_second_order(system):
-        table = None if guess is None else _table(guess)
-        orbit = general_orbit(system, harmonics, table, period, ORBIT, most_harmonics(system))
-        corners = harmonics is None and orbit.tail > ORBIT and not (is_spring(system) and not breakpoints_of(system))
-        return raised(_refined(system, orbit, period) if corners else orbit, throw)
-    start = None if guess is None else _table(guess)[:, 0]
+    h, most = starting_harmonics(system, harmonics, period), most_harmonics(system)
+    omega = float(omega_of(system))
+    if not omega > 0.0:
+        raise ValueError(f"omega is {omega:g} rad/s; a periodic orbit needs a positive base frequency")
+    start = None if guess is None else _table(guess)
     if harmonics is None and start is not None:
-        h = max(h, min(len(start) // 2, MOST))
-    leaf = leaf_of(system, "omega")
+        h = max(h, min(len(start) // 2, most))
+    leaf = leaf_of(system, "omega") if "omega" in getattr(system, "_fields", ()) else -1
 
     def balanced(h: int, aim: float) -> tuple[tuple[Any, Any, Any], float]:
         nonlocal start
-        problem = second_order(system, leaf, leaf, h, period)
-        found = _balanced(problem, system, start)
+        problem = balance_of(system, leaf, leaf, h, period)
+        found = _balanced(problem, omega, start)
         if found is None:
             return (problem, None, None), 0.0
-        start, tail = from_blocks(found[:-1] + problem.error), tail_along(problem, found[None, :], aim)
+        start, tail = problem.whole(problem.table(found)), tail_along(problem, found[None, :], aim)
         return (problem, found, tail), tail.worst
 
-    problem, found, tail = grown(balanced, h, MOST if harmonics is None else h, ORBIT)
+    problem, found, tail = grown(balanced, h, most if harmonics is None else h, ORBIT)
     if found is None:
-        return raised(_missing(system, period), throw)
+        return raised(_missing(problem, omega), throw)
     orbit = _described(problem, found, tail)
-    corners = harmonics is None and tail.worst > ORBIT and system.breakpoints()
+    smooth = is_spring(system) and not breakpoints_of(system)
+    corners = harmonics is None and tail.worst > ORBIT and not smooth
     return raised(_refined(system, orbit, period) if corners else orbit, throw)
 
 
@@ -124,51 +115,32 @@ def _table(guess: Floats | Orbit) -> Floats:
     return table
 
 
-def _balanced(problem: Any, system: Any, start: Floats | None) -> Floats | None:
-    """Solution (coefficients in blocks, parameter) from a guess of x, the linear response, or an integration."""
-    n = len(problem.tau)
-    if start is not None:
-        series = np.zeros(n)
-        series[: min(n, len(start))] = start[:n]
-        return solve(problem, np.append(to_blocks(series) - problem.error, system.omega))
-    found = solve(problem, linear_response(problem, system.omega))
-    if found is not None:
-        return found
-    turn = 2.0 * np.pi * problem.turns / system.omega
-    samples = len(problem.angles)
-    grid = SETTLING * turn + turn * np.arange(samples) / samples
-    run = simulate(system, (0.0, 0.0), np.concatenate([[0.0], grid]), method=Dopri5(rtol=1e-7, atol=1e-12))
-    if not run.status:
-        return None
-    return solve(problem, np.append(run.y[0, 1:] @ problem.analysis - problem.error, system.omega))
+def _balanced(problem: Balance, omega: float, start: Floats | None) -> Floats | None:
+    """Solution (coefficients in blocks, parameter) from a guess, the linear response, or an integration."""
+    if start is None:
+        found = linear_start(problem, omega)
+        return settled_start(problem, omega) if found is None else found
+    states = problem.state_count()
+    if start.shape[1] != states and not problem.hill():  # an oscillator's first state tells the other
+        raise ValueError(f"guess has {start.shape[1]} states; {type(problem.system).__name__} has {states}")
+    return solve(problem, problem.point(start, omega))
 
 
-def _described(problem: Any, found: Floats, tail: Tail) -> Orbit:
-    branch = describe(problem, "omega", Trace(found[None, :], np.zeros(1, int), END), tail, "")
-    series = with_velocity(branch.coefficients[0], branch.omega[0] / problem.turns)
-    omega = float(branch.omega[0])
+def _described(problem: Balance, found: Floats, tail: Tail) -> Orbit:
+    branch = describe(problem, "omega", Trace(found[None, :], np.zeros(1, int), END), tail, "", locate=False)
     return Orbit(
-        omega, problem.turns, series, float(branch.peak[0]), branch.multipliers[0], bool(branch.stable[0]),
-        tail.share, *tail.verdict(Status.OK, "finished", "omega", omega), value=omega,
+        float(branch.omega[0]), branch.period, problem.motion(found, branch.coefficients[0]), float(branch.peak[0]),
+        branch.multipliers[0], bool(branch.stable[0]), tail.share, *tail.verdict(Status.OK, "finished", "omega", 0.0),
+        value=float(branch.omega[0]),
     )  # fmt: skip
 
 
-def _missing(system: Any, period: int) -> Orbit:
+def _missing(problem: Balance, omega: float) -> Orbit:
     message = (
-        f"no periodic orbit found at omega = {system.omega:.6g} rad/s: Newton's method failed from the guess, the "
-        "linear response and an integration; give a guess, or more damping where a resonance has none, or continue "
-        "from a frequency with a small response"
+        f"no periodic orbit found at omega = {omega:.6g} rad/s: Newton's method failed from the guess, the linear "
+        "response and an integration; give a guess, or more damping where a resonance has none, or continue from a "
+        "frequency with a small response"
     )
-    nothing = np.zeros((3, 2))
-    return Orbit(
-        system.omega,
-        period,
-        nothing,
-        0.0,
-        np.full(2, 0j),
-        False,
-        0.0,
-        Status.NO_CONVERGENCE,
-        message,
-        value=system.omega,
-    )
+    states, failed = problem.state_count(), Status.NO_CONVERGENCE
+    nothing, unknown = np.zeros((3, states)), np.full(states, 0j)
+    return Orbit(omega, int(problem.turns), nothing, 0.0, unknown, False, 0.0, failed, message, value=omega)

@@ -17,7 +17,7 @@ from ...law import breakpoints_of, torsion
 from ...protocols import has_jacobian, omega_of, with_parts
 from ...quantities import number, numbers, positive_count
 from ...results import Floats, Orbit, SolveError, Status
-from ..balance.first_order import periodic
+from ..balance.rates import periodic
 from ..integration.methods import Dopri5
 from ..integration.simulate import simulate
 

@@ -1,4 +1,4 @@
-"""Stability of the orbits of a general balance problem, their special points, and their description as a `Branch`.
+"""Stability of the orbits of a general balance problem, and their special points.
 
 A disturbance y of an orbit obeys y' = A(t) y with the system's Jacobian A along the orbit; one period of that flow, by
 the eighth-order method of DOP853 for all points of a branch at once, is the monodromy matrix, and its eigenvalues are
@@ -19,22 +19,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...results import Branch, Floats, Orbit, Status
+from ...results import Floats
 from ...tree import with_leaf
-from ..balance.first_order import FirstOrder, distance_along, jacobians_at
-from ..balance.fourier import from_blocks
-from ..balance.panels import pieces
-from ..balance.truncation import Tail
+from ..balance.first_order import FirstOrder
+from ..balance.panels import distance_along, pieces
+from ..balance.rates import base_speed, jacobians_at
 from ..integration.tableaus import DOP8_A, DOP8_B, DOP8_C
-from ..labels import BRANCH_POINT, CLOSED, DOUBLING, FOLD
+from ..labels import BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER
 from .second_order import LARGEST_LOG, displacement_peaks
-from .special_points import on_chord
+from .special_points import inserted, root_on_chord
 
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 GAUSS_C, GAUSS_B = 0.5 + 0.5 * _PLACES, 0.5 * _WEIGHTS
 _POWERS = np.arange(1, 5)  # collocation: the rows integrate powers of the place exactly
 GAUSS_A = GAUSS_C[:, None] ** _POWERS / _POWERS @ np.linalg.inv(GAUSS_C[:, None] ** (_POWERS - 1))
-NEIMARK_SACKER = 7  # label of points, after those of `special_points`
 FINEST = 4096  # steps a period
 PHASE = 0.3  # of the fastest eigenvalue in a step: errors of about 1e-11 a step
 
@@ -45,8 +43,9 @@ def monodromy(problem: FirstOrder, points: Floats) -> Floats:
     Of laws with breakpoints the steps end at the kinks of each orbit.
     """
     if problem.kinked:
-        return np.array([_between_kinks(problem, point[None, :]) for point in points]).reshape(-1, *_shape(problem))
-    flow = _start(problem, points)
+        n = len(problem.sizes)
+        return np.array([_between_kinks(problem, point[None, :]) for point in points]).reshape(-1, n, n)
+    flow = np.tile(np.eye(len(problem.sizes)), (len(points), 1, 1))
     for h, matrices in _stages(problem, points):
         flow = _advanced(flow, h, matrices)
     return flow
@@ -57,23 +56,19 @@ def _between_kinks(problem: FirstOrder, point: Floats) -> Floats:
 
     By the Gauss method of order 8, whose places lie inside a step: at its ends the Jacobian jumps.
     """
-    system, y = with_leaf(problem.system, problem.leaf, float(point[0, -1])), problem.states(point[0])
+    system, y = with_leaf(problem.system, problem.leaf, float(point[0, -1])), problem.series(point)[0]
     distance = distance_along(system, y, problem.turns)
-    first, width = pieces(distance, len(problem.error) // 2, 2.0 * math.pi / _steps(problem, point))
+    first, width = pieces(distance, problem.harmonics(), 2.0 * math.pi / _steps(problem, point))
     psi = first[:, None] + width[:, None] * GAUSS_C
-    a = _matrices(problem, _systems(problem, point), point, psi.ravel())[0].reshape(*psi.shape, *_shape(problem))
-    a *= (width * problem.turns / _omega(problem, point))[:, None, None, None]
     n, rows = len(problem.sizes), len(GAUSS_C) * len(problem.sizes)
+    a = _matrices(problem, _systems(problem, point), point, psi.ravel())[0].reshape(*psi.shape, n, n)
+    a *= (width * problem.turns / base_speed(problem, point[:, -1]))[:, None, None, None]
     coupled = np.einsum("ij,mikl->mikjl", GAUSS_A, a).reshape(-1, rows, rows)
     rates = np.linalg.solve(np.eye(rows) - coupled, a.reshape(-1, rows, n)).reshape(a.shape)
     flow = np.eye(n)
     for step in np.eye(n) + np.einsum("i,mikl->mkl", GAUSS_B, rates):
         flow = step @ flow
     return flow
-
-
-def _shape(problem: FirstOrder) -> tuple[int, int]:
-    return len(problem.sizes), len(problem.sizes)
 
 
 def floquet_of(problem: FirstOrder, points: Floats) -> NDArray[np.complex128]:
@@ -93,7 +88,7 @@ def floquet_of(problem: FirstOrder, points: Floats) -> NDArray[np.complex128]:
         psi = 2.0 * math.pi * np.arange(FINEST) / FINEST
         rates = np.linalg.eigvals(_matrices(problem, _systems(problem, point), point, psi)[0]).astype(complex)
         mean = np.mean(np.take_along_axis(rates, np.lexsort((rates.imag, rates.real), axis=1), axis=1), axis=0)
-        log = mean * 2.0 * math.pi * problem.turns / _omega(problem, point)[0]
+        log = mean * 2.0 * math.pi * problem.turns / base_speed(problem, point[:, -1])[0]
         found[i] = np.exp(np.minimum(log.real, LARGEST_LOG) + 1j * log.imag)[::-1]
     return found
 
@@ -109,7 +104,7 @@ def hill_map(problem: FirstOrder, points: Floats) -> tuple[Floats, Floats, Float
     (points, states, states), (points,), (points,) arrays
         M, s and d: the period map is exp(d + s) M, where exp(s) M has the determinant 1.
     """
-    flow = _start(problem, points)
+    flow = np.tile(np.eye(len(problem.sizes)), (len(points), 1, 1))
     size, decay = np.zeros(len(points)), np.zeros(len(points))
     for h, matrices in _stages(problem, points):
         mean = np.trace(matrices, axis1=2, axis2=3) / matrices.shape[-1]
@@ -121,16 +116,11 @@ def hill_map(problem: FirstOrder, points: Floats) -> tuple[Floats, Floats, Float
     return flow, size, decay
 
 
-def _start(problem: FirstOrder, points: Floats) -> Floats:
-    states = len(problem.sizes)
-    return np.broadcast_to(np.eye(states), (len(points), states, states)).copy()
-
-
 def _stages(problem: FirstOrder, points: Floats) -> Iterator[tuple[Floats, Floats]]:
     """Length (points, 1, 1) [s] of every step of a period, and the matrices at the stages of the method."""
     steps = _steps(problem, points)
     system = _systems(problem, points)
-    h = 2.0 * math.pi / steps * problem.turns / _omega(problem, points)[:, None, None]
+    h = 2.0 * math.pi / steps * problem.turns / base_speed(problem, points[:, -1])[:, None, None]
     for i in range(steps):
         yield h, _matrices(problem, system, points, 2.0 * math.pi * (i + np.array(DOP8_C)) / steps)
 
@@ -148,30 +138,26 @@ def _systems(problem: FirstOrder, points: Floats) -> Any:
     return with_leaf(problem.system, problem.leaf, points[:, -1, None])
 
 
-def _omega(problem: FirstOrder, points: Floats) -> Floats:
-    return points[:, -1].copy() if problem.leaf == problem.omega_leaf else np.full(len(points), problem.omega)
-
-
 def _matrices(problem: FirstOrder, system: Any, points: Floats, psi: Floats) -> Floats:
     """Jacobians (points, psi, states, states) along every orbit."""
-    k = np.arange(1, len(problem.error) // 2 + 1)[:, None]
+    k = np.arange(1, problem.harmonics() + 1)[:, None]
     basis = np.vstack([np.ones((1, len(psi))), np.cos(k * psi), np.sin(k * psi)])
-    series = points[:, :-1].reshape(len(points), len(problem.sizes), -1) * problem.sizes[:, None]
-    y = np.moveaxis(series @ basis, 1, 0)
+    y = np.moveaxis(problem.series(points) @ basis, 1, 0)
     angles = np.broadcast_to(problem.turns * psi, y.shape[1:])
     return np.moveaxis(jacobians_at(system, angles, y, problem.sizes, problem.difference()), (0, 1), (2, 3))
 
 
 def _steps(problem: FirstOrder, points: Floats) -> int:
     phase = float(np.max(_phases(problem, points[:: max(1, len(points) // 16)]), initial=0.0))
-    return min(FINEST, max(64, 4 * len(problem.error), math.ceil(phase / PHASE)))
+    return min(FINEST, max(64, 8 * problem.harmonics() + 4, math.ceil(phase / PHASE)))
 
 
 def _phases(problem: FirstOrder, points: Floats) -> Floats:
     """Angle [rad] (points,) through which the fastest disturbance turns, or the exponent by which it decays."""
     psi = 2.0 * math.pi * np.arange(64) / 64
     rates = np.linalg.eigvals(_matrices(problem, _systems(problem, points), points, psi))
-    return np.asarray(np.max(np.abs(rates), axis=(1, 2)) * 2.0 * math.pi * problem.turns / _omega(problem, points))
+    period = 2.0 * math.pi * problem.turns / base_speed(problem, points[:, -1])
+    return np.asarray(np.max(np.abs(rates), axis=(1, 2)) * period)
 
 
 def multipliers_of(flow: Floats) -> NDArray[np.complex128]:
@@ -202,14 +188,11 @@ def with_special_points(
             near_fold = FOLD in labels[max(0, i - 1) : i + 3]
             point = None if label == BRANCH_POINT and near_fold else _located(problem, points[i], points[i + 1], label)
             if point is not None:
-                found.append((int(i) + 1, float(np.linalg.norm(point - points[i])), label, point))
-    found.sort(key=lambda item: item[:2])
-    places = [item[0] for item in found]
+                found.append((int(i), label, point))
     if not found:
         return points, labels, floquet
-    added = np.array([item[3] for item in found])
-    floquet = np.insert(floquet, places, multipliers_of(monodromy(problem, added)), axis=0)
-    return np.insert(points, places, added, axis=0), np.insert(labels, places, [item[2] for item in found]), floquet
+    points, labels, places, added = inserted(points, labels, found)
+    return points, labels, np.insert(floquet, places, multipliers_of(monodromy(problem, added)), axis=0)
 
 
 def _located(problem: FirstOrder, first: Floats, last: Floats, label: int) -> Floats | None:
@@ -218,22 +201,8 @@ def _located(problem: FirstOrder, first: Floats, last: Floats, label: int) -> Fl
     def test(point: Floats) -> float:
         return float(tests_of(multipliers_of(monodromy(problem, point[None, :])))[label][0])
 
-    place, ends, side, best = [0.0, 1.0], [test(first), test(last)], -1, first
-    small = 1e-12 * max(abs(ends[0]), abs(ends[1]))
-    for _ in range(60):
-        s = (place[0] * ends[1] - place[1] * ends[0]) / (ends[1] - ends[0])
-        point = on_chord(problem, first, last, s)
-        if point is None:
-            return None
-        moved, best, here = float(np.linalg.norm(point - best)), point, test(point)
-        end = 0 if here * ends[0] > 0.0 else 1
-        place[end], ends[end] = s, here
-        if side == end:  # Illinois
-            ends[1 - end] *= 0.5
-        side = end
-        if abs(here) <= small or moved < 1e-12 * float(np.linalg.norm(point)):
-            break
-    if label == NEIMARK_SACKER:
+    best = root_on_chord(problem, first, last, test)
+    if best is not None and label == NEIMARK_SACKER:
         values = multipliers_of(monodromy(problem, best[None, :]))[0]
         nearest = values[np.argmin(np.abs(np.abs(values) - 1.0))]
         if abs(abs(nearest) - 1.0) > 1e-6 or abs(nearest.imag) < 1e-6:
@@ -241,34 +210,12 @@ def _located(problem: FirstOrder, first: Floats, last: Floats, label: int) -> Fl
     return best
 
 
-def described(
-    problem: FirstOrder, parameter: str, points: Floats, labels: Any, outcome: int, tail: Tail, origin: str,
-    status: Status, message: str, locate: bool = True,
-) -> Branch:  # fmt: skip
-    """Branch of a general system, with stability and labelled special points; without `locate` with its folds alone."""
-    states = len(problem.sizes)
-    floquet = floquet_of(problem, points) if len(points) else np.empty((0, states), complex)
+def with_stability(
+    problem: Any, points: Floats, labels: Any, locate: bool
+) -> tuple[Floats, Any, NDArray[np.complex128], Floats]:
+    """Points of a branch with its special points, if they are to be located, their multipliers and largest |x|."""
+    floquet = floquet_of(problem, points) if len(points) else np.empty((0, len(problem.sizes)), complex)
     if locate and len(points) > 1:
         points, labels, floquet = with_special_points(problem, points, labels, floquet)
-    omega = _omega(problem, points)
-    series = points[:, :-1].reshape(len(points), states, -1) * problem.sizes[:, None]
-    peaks = displacement_peaks(series[:, 0]) if len(points) else np.empty(0)
-    stable = np.abs(floquet[:, 0]) < 1.0
-    turns = int(problem.turns)
-    said = tail.verdict(Status.OK, "finished", parameter, problem.omega)
-
-    def special(label: int, name: str) -> list[Orbit]:
-        return [
-            Orbit(
-                float(omega[i]), turns, from_blocks(series[i].T), float(peaks[i]), floquet[i], bool(stable[i]),
-                tail.share, *said, name, float(points[i, -1]),
-            )
-            for i in np.flatnonzero(labels == label)
-        ]  # fmt: skip
-
-    return Branch(
-        parameter, points[:, -1], omega, from_blocks(series[:, 0].T).T, peaks, floquet, stable, special(FOLD, "fold"),
-        special(DOUBLING, "period doubling"), turns, outcome == CLOSED, tail.share, origin,
-        *tail.verdict(status, message, parameter, problem.omega),
-        special(BRANCH_POINT, "symmetry breaking / branch point"), special(NEIMARK_SACKER, "Neimark-Sacker"),
-    )  # fmt: skip
+    peaks = displacement_peaks(problem.displacements(points)) if len(points) else np.empty(0)
+    return points, labels, floquet, peaks

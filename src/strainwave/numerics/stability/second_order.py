@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compile.jit import borrowed, kernel_as, routine, run
+from ...compile.jit import borrowed, kernel_as, routine
 from ...results import Floats
 from ...tree import with_leaf
-from ..balance.erased import quiet
 from ..balance.fourier import synthesis
 from ..balance.linear_algebra import add, row_times
-from ..balance.second_order import Sampling, SecondOrder, is_light
+from ..balance.rates import base_speed
+from ..balance.second_order import SecondOrder
 
 PER_VIBRATION, MOST_STEPS = 16, 200_000  # Numerov steps a free vibration, and of an orbit
 FROZEN, LARGEST_LOG = 4096, 700.0  # instants of a very slow orbit, and the logarithm of the largest multiplier told
@@ -77,7 +77,7 @@ def stability(problem: Any, table: Any, points: Any, traces: Any, peaks: Any) ->
     n, steps = table.shape
     h = n // 2
     spacing = 2.0 * math.pi / (problem.stride * steps)
-    if not isinstance(problem.nonlinear, Sampling):
+    if not problem.nonlinear.is_sampled():
         for p, point in enumerate(points):
             system = with_leaf(problem.system, problem.leaf, float(point[n]))
             traces[p] = problem.nonlinear.hill_trace(system, point, point[:n] @ table, system.omega / problem.turns)
@@ -112,8 +112,8 @@ def steps_for(problem: SecondOrder, points: Floats) -> int:
     Numerov's rule is unstable beyond sqrt(6) radians of free vibration a step: slow orbits need more steps than their
     harmonics ask for.
     """
-    steps = max(128, 8 * problem.stride * len(problem.tau))
-    if not (isinstance(problem.nonlinear, Sampling) and len(points)):
+    steps = max(128, 8 * problem.stride * problem.size())
+    if not (problem.nonlinear.is_sampled() and len(points)):
         return steps
     speeds = orbit_scales(problem, points[:, -1])[0]
     slowest = int(np.argmin(speeds))
@@ -126,7 +126,7 @@ def steps_for(problem: SecondOrder, points: Floats) -> int:
 
 def grid_of(problem: SecondOrder, steps: int) -> Floats:
     """Synthesis table of a grid with so many steps per orbit."""
-    return synthesis(len(problem.tau) // 2, steps // problem.stride, problem.stride)
+    return synthesis(problem.harmonics(), steps // problem.stride, problem.stride)
 
 
 def multipliers(traces: Floats, decay: Floats) -> NDArray[np.complex128]:
@@ -152,8 +152,8 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> tuple[Flo
     grid = grid_of(problem, steps_for(problem, points)) if table is None else table
     traces, peaks = np.empty(len(points)), np.empty(len(points))
     with np.errstate(all="ignore"):
-        run(stability, quiet(problem), grid, np.ascontiguousarray(points), traces, peaks, light=is_light(problem))
-    coarse = isinstance(problem.nonlinear, Sampling) and problem.stride * grid.shape[1] >= MOST_STEPS
+        problem.run(stability, grid, np.ascontiguousarray(points), traces, peaks)
+    coarse = problem.nonlinear.is_sampled() and problem.stride * grid.shape[1] >= MOST_STEPS
     traces[~np.isfinite(traces) | (coarse and unresolved(problem, points, grid))] = np.nan
     return traces, peaks
 
@@ -187,13 +187,8 @@ def frozen(problem: Any, points: Floats) -> NDArray[np.complex128]:
 
 def orbit_scales(problem: Any, values: Floats) -> tuple[Floats, Floats]:
     """Base frequency, and exp(-B period/(2J)), for every value of the parameter."""
-    systems = problem.system
-    if problem.leaf == problem.omega_leaf:
-        omega = values.copy()
-    else:
-        systems = with_leaf(systems, problem.leaf, values)
-        omega = np.broadcast_to(np.asarray(systems.omega, float), values.shape).copy()
-    return omega, np.exp(-np.pi * problem.turns * systems.B / systems.J / omega)
+    omega, system = base_speed(problem, values), with_leaf(problem.system, problem.leaf, values)
+    return omega, np.exp(-np.pi * problem.turns * system.B / system.J / omega)
 
 
 def displacement_peaks(series: Floats) -> Floats:

@@ -8,13 +8,16 @@ the curve itself, corrected along the chord between the two points, with multipl
 Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 5.3-5.5 and 7.4.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from ...results import Floats
-from ..balance.second_order import work_for
+from ...protocols import Balance
+from ...results import Floats, SolveError
+from ..balance.work import linearised, newton
 from ..labels import BRANCH_POINT, DOUBLING, FOLD
+from ..roots import bracketed_root
 from .second_order import grid_of, hill, orbit_scales, steps_for
 
 FINER, ENOUGH = 4, 2048  # Numerov steps: four times those along a branch (256 times less error), or enough
@@ -38,10 +41,18 @@ def with_crossings(problem: Any, points: Floats, labels: Any, traces: Floats, de
             found += _located(problem, points, i, BRANCH_POINT)
     if not found:
         return points, labels, 0
-    found.sort(key=lambda item: (item[0], float(np.linalg.norm(item[2] - points[item[0]]))))
-    places = [i + 1 for i, _, _ in found]
-    points = np.insert(points, places, [p for _, _, p in found], axis=0)
-    return points, np.insert(labels, places, [label for _, label, _ in found]), len(found)
+    points, labels, _, _ = inserted(points, labels, found)
+    return points, labels, len(found)
+
+
+def inserted(
+    points: Floats, labels: Any, found: list[tuple[int, int, Floats]]
+) -> tuple[Floats, Any, list[int], Floats]:  # fmt: skip
+    """Points and labels with new ones (number of the point before, label, point); their places, and they in order."""
+    found = sorted(found, key=lambda item: (item[0], float(np.linalg.norm(item[2] - points[item[0]]))))
+    places, new = [i + 1 for i, _, _ in found], np.array([point for _, _, point in found])
+    labels = np.insert(labels, places, [label for _, label, _ in found])
+    return np.insert(points, places, new, axis=0), labels, places, new
 
 
 def _passes_one(crossing: Floats, labels: Any, i: int) -> bool:
@@ -56,34 +67,10 @@ def _passes_one(crossing: Floats, labels: Any, i: int) -> bool:
 
 
 def _located(problem: Any, points: Floats, i: int, label: int) -> list[tuple[int, int, Floats]]:
-    point = crossing_between(problem, points[i], points[i + 1], label)
+    """Where the product of the label vanishes between points i and i + 1 of a branch."""
+    table = finer_table(problem, points[i : i + 2])
+    point = root_on_chord(problem, points[i], points[i + 1], lambda z: _product(problem, z, table, label))
     return [] if point is None else [(i, label, point)]
-
-
-def crossing_between(problem: Any, first: Floats, last: Floats, label: int) -> Floats | None:
-    """Point between two points of a branch where the product of the label vanishes; None if it does not change sign."""
-    table = finer_table(problem, np.stack([first, last]))
-    place = [0.0, 1.0]
-    ends = [_product(problem, first, table, label), _product(problem, last, table, label)]
-    if not ends[0] * ends[1] < 0.0:
-        return None
-    small = 1e-12 * max(abs(ends[0]), abs(ends[1]))
-    side, best = 0, first
-    for _ in range(60):
-        s = (place[0] * ends[1] - place[1] * ends[0]) / (ends[1] - ends[0])
-        point = on_chord(problem, first, last, s)
-        if point is None:
-            return None
-        moved, best = float(np.linalg.norm(point - best)), point
-        here = _product(problem, point, table, label)
-        end = 0 if here * ends[0] > 0.0 else 1
-        place[end], ends[end] = s, here
-        if side == end:  # Illinois
-            ends[1 - end] *= 0.5
-        side = end
-        if abs(here) < small or place[1] - place[0] < 1e-12 or moved < 1e-12 * float(np.linalg.norm(point)):
-            break
-    return best
 
 
 def finer_table(problem: Any, points: Floats) -> Floats:
@@ -98,7 +85,7 @@ def _product(problem: Any, point: Floats, table: Floats, label: int) -> float:
     return float(both[0 if label == DOUBLING else 1][0])
 
 
-def on_chord(problem: Any, first: Floats, last: Floats, s: float) -> Floats | None:
+def on_chord(problem: Balance, first: Floats, last: Floats, s: float) -> Floats | None:
     """Solution in the plane across the chord from `first` to `last`, at the fraction s of it."""
     chord = last - first
     scale = np.full(len(first), 1.0 / max(float(np.linalg.norm(first[:-1])), 1e-300))
@@ -110,37 +97,39 @@ def on_chord(problem: Any, first: Floats, last: Floats, s: float) -> Floats | No
     return point
 
 
-def corrected(problem: Any, guess: Floats, row: Floats, scale: Floats) -> Floats | None:
+def corrected(problem: Balance, guess: Floats, row: Floats, scale: Floats) -> Floats | None:
     """Solution in the plane through a guess whose normal is `row`; None where Newton's method fails.
 
     As Python, not compiled: a handful of solutions does not pay for another entry into compiled code. At a branch point
     the Jacobian is singular across the branch; there least squares leave that direction alone.
     """
-    for singular in (False, True):
-        point = _newton(problem, guess.copy(), row / np.linalg.norm(row), scale, singular)
-        if point is not None:
-            return point
-    return None
+    row = row / np.linalg.norm(row)
+
+    def equations(z: Floats) -> tuple[Floats, Floats]:
+        r, matrix, column = linearised(problem, z)
+        return np.append(r, row @ z - row @ guess), np.block([[matrix, column[:, None]], [row[None, :]]])
+
+    point = newton(equations, guess, 1.0 / scale, 1e-12)
+    if point is None:
+        point = newton(equations, guess, 1.0 / scale, 1e-12, solve=lambda a, b: np.linalg.lstsq(a, b, rcond=1e-6)[0])
+    return point
 
 
-def _newton(problem: Any, z: Floats, row: Floats, scale: Floats, singular: bool) -> Floats | None:
-    n = len(z) - 1
-    target, work, r = float(row @ z), work_for(problem), np.empty(n)
-    matrix, column, last = np.empty((n, n)), np.empty(n), np.inf
-    for _ in range(20):
-        problem.residual(z, work, r)
-        problem.linearise(z, work, matrix, column)
-        bordered = np.block([[matrix, column[:, None]], [row[None, :]]]) / scale
-        short = np.append(r, row @ z - target)
-        try:
-            step = np.linalg.lstsq(bordered, short, rcond=1e-6)[0] if singular else np.linalg.solve(bordered, short)
-        except np.linalg.LinAlgError:
-            return None
-        z = z - step / scale
-        size = float(np.linalg.norm(step))
-        if not size < 1e3:
-            return None
-        if size < 1e-12 or (size < 1e-9 and size > 0.3 * last):
-            return z
-        last = size
-    return None
+def root_on_chord(
+    problem: Balance, first: Floats, last: Floats, function: Callable[[Floats], float]
+) -> Floats | None:  # fmt: skip
+    """Point of a curve between two of its points where a function of the point changes sign; None where it does not."""
+    points = {0.0: first, 1.0: last}
+
+    def there(s: float) -> Floats:
+        if s not in points:
+            point = on_chord(problem, first, last, s)
+            if point is None:
+                raise SolveError("the chord of two points leaves their curve")
+            points[s] = point
+        return points[s]
+
+    try:
+        return there(bracketed_root(lambda s: function(there(s)), 0.0, 1.0, xtol=1e-12))
+    except (SolveError, ValueError, np.linalg.LinAlgError):
+        return None

@@ -9,8 +9,6 @@ import numpy as np
 from ...compile.jit import as_python
 from ...law import depends, is_spring
 from ...model.train.drive_train import DriveTrain
-from ...numerics.balance.first_order import FirstOrder
-from ...numerics.balance.second_order import all_orders
 from ...numerics.curves.response import traced_points
 from ...numerics.stability.second_order import displacement_peaks
 from ...protocols import lines_of, terms_of
@@ -23,7 +21,7 @@ from ..response.response import PLAIN_RUNS, ExactResponse
 from ..response.steady import settle
 from .avoid import Avoid, oscillations
 from .runup import silent
-from .train_curve import largest_oscillation, series_of
+from .train_curve import largest_oscillation
 
 CHANGE, NEAR = 0.1, 0.15  # what is changed, and the band about a peak that is computed again, relative
 POINTS, SIMULATED = 12, 7  # of that band, by harmonic balance and by integration
@@ -202,9 +200,7 @@ def _peak(system: Any, train: Any, band: tuple[float, float], harmonics: int) ->
         problem, found, _, _ = traced_points(middle, leaf_of(system, "omega"), *band, harmonics, 1, POINTS)
     if not len(found.points):
         return None
-    general = isinstance(problem, FirstOrder)
-    points = series_of(problem, found.points)[:, 0] if general else found.points[:, :-1] + problem.error
-    series = points if general else all_orders(problem, points)
+    series = problem.displacements(found.points)
     series[:, 0] = 0.0
     sizes = displacement_peaks(series)
     return float(found.points[np.argmax(sizes), -1]), float(np.max(sizes))

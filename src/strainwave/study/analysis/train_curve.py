@@ -16,8 +16,9 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import AngleTorque
 from ...model.train.shafts import NO_DRAG
 from ...model.train.train_forms import AtLoad, own_state, turning
-from ...numerics.balance.first_order import FirstOrder, first_order, rates_at
-from ...numerics.balance.fourier import from_blocks, synthesis
+from ...numerics.balance.first_order import FirstOrder, first_order
+from ...numerics.balance.fourier import from_blocks, stretched, synthesis
+from ...numerics.balance.rates import rates_at
 from ...numerics.balance.truncation import MATTERS, Tail, tail_along
 from ...numerics.continuation.coexisting import Coexisting
 from ...numerics.continuation.describe import describe
@@ -85,7 +86,7 @@ def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | 
         response = ExactResponse(curve, jumps(curve))
     except ValueError:  # nothing stable to follow
         return None
-    series = series_of(problem, found.points)
+    series = problem.series(found.points)
     path = response.visited()
     own = np.array([np.any(np.all(row == curve.coefficients[path], axis=1)) for row in from_blocks(series[:, 0].T).T])
     strain = _strain(system, found.points[own, -1], series[own])
@@ -99,7 +100,7 @@ def largest_oscillation(
     problem, found, _, _ = traced_train(AtLoad(without_gravity(train), train.omega), speeds, FEW, harmonics)
     if not len(found.points):
         return None
-    series = series_of(problem, found.points)[:, 0]
+    series = problem.displacements(found.points)
     series[:, 0] = 0.0
     sizes = displacement_peaks(series)
     return float(found.points[np.argmax(sizes), -1]), float(np.max(sizes))
@@ -172,31 +173,13 @@ def repeats(problem: FirstOrder, top: int) -> int:
 
 def _over_a_turn(problem: FirstOrder, found: Trace, g: int) -> tuple[FirstOrder, Trace]:
     """The same curve over a whole turn, of which it was followed over a g-th."""
-    h = len(problem.error) // 2
-    whole = first_order(problem.system, problem.leaf, problem.omega_leaf, g * h)._replace(sizes=problem.sizes)
+    h = g * problem.harmonics()
+    whole = first_order(problem.system, problem.leaf, problem.omega_leaf, h)._replace(sizes=problem.sizes)
     if g == 1:
         return whole, found
-    points = np.zeros((len(found.points), len(whole.tau) + 1))
-    series = points[:, :-1].reshape(len(points), len(whole.sizes), -1)
-    own = found.points[:, :-1].reshape(len(points), len(whole.sizes), -1)
-    for first, last in ((0, 0), (g, 1), (g * h + g, h + 1)):
-        n = 1 if first == 0 else h
-        series[:, :, first : first + (n - 1) * g + 1 : g] = own[:, :, last : last + n]
-    points[:, -1] = found.points[:, -1]
-    elsewhere = tuple((value, _spread(table, g)) for value, table in found.elsewhere)
-    return whole, with_changes(found, points=points, elsewhere=elsewhere)
-
-
-def _spread(table: Floats, g: int) -> Floats:
-    """Coefficients (2gH+1, states) over a turn from those over a g-th of it."""
-    wide = np.zeros((g * (len(table) - 1) + 1, table.shape[1]))
-    wide[0], wide[2 * g - 1 :: 2 * g], wide[2 * g :: 2 * g] = table[0], table[1::2], table[2::2]
-    return wide
-
-
-def series_of(problem: Any, points: Floats) -> Floats:
-    """Coefficients (points, states, 2H+1) in blocks."""
-    return np.asarray(points[:, :-1].reshape(len(points), len(problem.sizes), -1) * problem.sizes[:, None])
+    points = [whole.point(stretched(problem.table(z), g), float(z[-1])) for z in found.points]
+    elsewhere = tuple((value, stretched(table, g)) for value, table in found.elsewhere)
+    return whole, with_changes(found, points=np.array(points).reshape(-1, whole.size() + 1), elsewhere=elsewhere)
 
 
 def _strain(system: AtLoad, omega: Floats, series: Floats) -> tuple[Usage, float]:

@@ -190,7 +190,7 @@ def _resonance(linear: Any, omega_0: float, free: float, base: int, g: int, caus
 
     def hill(omega: Floats) -> tuple[Floats, Floats]:
         """Sizes log(1 + |D|) of the relative traces, positive in tongue m, and logarithms of the determinant's root."""
-        points = np.zeros((len(omega), len(problem.tau) + 1))
+        points = np.zeros((len(omega), problem.size() + 1))
         points[:, -1] = omega
         flow, size, decay = hill_map(problem, points)
         trace = (-1.0) ** m * np.trace(flow, axis1=1, axis2=2)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from ...numerics.attractors.random_starts import Motion
-from ...numerics.balance.guess import linear_response
 from ...numerics.balance.harmonics import highest_order
 from ...numerics.continuation.connected import connected
 from ...numerics.curves.backbone import backbone
@@ -60,7 +59,7 @@ def slow_seeds(problem: Any, resonance: Resonance, at: Floats) -> Iterator[tuple
 
 def free_seeds(problem: Any, resonance: Resonance, at: Floats) -> Iterator[tuple[Floats, str]]:
     """Free vibrations of the frequency p omega/q, with phases all around."""
-    size = float(np.linalg.norm(linear_response(problem, np.sqrt(at[0] * at[-1]))[:-1])) or 1.0
+    size = float(np.linalg.norm(problem.linear_response(np.sqrt(at[0] * at[-1]))[:-1])) or 1.0
     curve = backbone(
         problem.system, size * np.geomspace(1e-2, 1e2, 41), harmonics=max(7, highest_order(problem.system))
     )
@@ -79,16 +78,15 @@ def free_seeds(problem: Any, resonance: Resonance, at: Floats) -> Iterator[tuple
 
 def _with_component(problem: Any, omega: float, p: int, amplitude: float, phase: float) -> Floats:
     """Linear response plus amplitude cos(p angle - phase), in coefficients of the orbit's own angle."""
-    z = linear_response(problem, omega)
-    h = len(problem.tau) // 2
+    z: Floats = problem.linear_response(omega)
+    h = problem.harmonics()
     z[p], z[h + p] = amplitude * np.cos(phase), amplitude * np.sin(phase)
     return z
 
 
-def series_of(motion: Motion) -> Floats:
-    """Series (mean, cos 1, sin 1, ..., and the frequency) of the first state of a settled motion."""
+def table_of(motion: Motion) -> Floats:
+    """Table (2H+1, 1) of the first state of a settled motion: mean, cos 1, sin 1, ..."""
     spectrum = np.fft.rfft(motion.samples[0]) * (2.0 / motion.samples.shape[1])
-    series = np.empty(2 * len(spectrum) - 2)  # the last of the spectrum belongs to a harmonic with no room for its sine
-    series[0], series[1:-1:2], series[2:-1:2] = 0.5 * spectrum[0].real, spectrum[1:-1].real, -spectrum[1:-1].imag
-    series[-1] = motion.omega
-    return series
+    series = np.empty(2 * len(spectrum) - 3)  # the last of the spectrum belongs to a harmonic with no room for its sine
+    series[0], series[1::2], series[2::2] = 0.5 * spectrum[0].real, spectrum[1:-1].real, -spectrum[1:-1].imag
+    return series[:, None]

@@ -18,13 +18,13 @@ import numpy as np
 from ...law import springs_only
 from ...numerics.attractors.random_starts import Motion, Search, settled_motions
 from ...numerics.attractors.settle import SEEN
-from ...numerics.balance.fourier import from_blocks
-from ...numerics.balance.harmonics import MOST, starting_harmonics
+from ...numerics.balance.harmonics import MOST, grown, starting_harmonics
+from ...numerics.balance.rates import SAME
 from ...numerics.balance.second_order import second_order
-from ...numerics.balance.truncation import CURVE, tail_along
+from ...numerics.balance.truncation import CURVE, Tail, tail_along
 from ...numerics.continuation.describe import describe
 from ...numerics.continuation.trace import Trace, solve
-from ...numerics.curves.parameter_response import SECOND_ORDER, both_ways, embedded_series
+from ...numerics.curves.parameter_response import both_ways
 from ...numerics.curves.response import frequency_response
 from ...numerics.curves.switching import UPRIGHT
 from ...numerics.integration.corners import repeating
@@ -34,7 +34,7 @@ from ...quantities import interval, shown
 from ...results import Branch, Floats
 from ...theory.slow_flow.resonance import SUBHARMONIC, Resonance
 from ...tree import leaf_of
-from .isola_seeds import free_seeds, series_of, slow_seeds, speeds
+from .isola_seeds import free_seeds, slow_seeds, speeds, table_of
 from .orbit_copies import lies_on, takes
 
 REACH = 3.0  # a loop may leave the range by this factor and is still followed until it closes
@@ -96,7 +96,7 @@ def isolas(
     ----------
     Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 4.1.4.
     """
-    system = repeating("isolas", with_parts("isolas", system, *SECOND_ORDER))
+    system = repeating("isolas", with_parts("isolas", system, *SAME))
     springs_only("isolas", system)
     lo, hi = interval("the frequency range [rad/s]", span, positive=True)
     if not (isinstance(resonance, tuple) and len(resonance) == 2 and Resonance(*resonance).checked().q):
@@ -144,11 +144,10 @@ def _settled_points(
     for motion in search.motions:
         if motion.turns != problem.turns:
             continue
-        point, series = None, series_of(motion)
-        h = len(problem.tau) // 2
+        point, table, h = None, table_of(motion), problem.harmonics()
         while point is None:
             here = second_order(problem.system, problem.leaf, problem.omega_leaf, h, problem.turns)
-            guess = embedded_series(here, series)
+            guess = here.point(table, motion.omega)
             if harmonics is not None or h >= MOST or tail_along(problem, guess[None], 0.0).worst <= ENOUGH:
                 point = solve(here, guess)
                 if harmonics is not None or h >= MOST:
@@ -164,7 +163,7 @@ def _probes(problem: Any, branch: Branch) -> Iterator[Floats]:
     """Some orbits of a branch."""
     for share in PROBES:
         i = int(share * (len(branch) - 1))
-        point = solve(problem, embedded_series(problem, np.append(branch.coefficients[i], branch.omega[i])))
+        point = solve(problem, problem.point(branch.coefficients[i, :, None], float(branch.omega[i])))
         if point is not None:
             yield point
 
@@ -209,23 +208,26 @@ def _turns(number: int) -> str:
 def _followed(
     problem: Any, point: Floats, lo: float, hi: float, harmonics: int | None, step: float, origin: str
 ) -> Branch:
-    """Follow a branch through a point with as many harmonics as it needs."""
-    while True:
+    """Follow a branch through a point with as many harmonics as it needs, or as many as its orbit is found with."""
+    best: tuple[Trace, Tail] | None = None
+
+    def followed(h: int, _: float) -> tuple[tuple[Trace, Tail], float]:
+        nonlocal problem, point, best
+        if best is not None:
+            finer = second_order(problem.system, problem.leaf, problem.omega_leaf, h, problem.turns)
+            better = solve(finer, finer.point(problem.whole(problem.table(point)), float(point[-1])))
+            if better is None:
+                return best, 0.0
+            problem, point = finer, better
         for share in FINER:
             trace = _around(problem, point, lo, hi, share * step)
             if not _turns_back(trace):
                 break
-        tail = tail_along(problem, trace.points)
-        h = len(problem.tau) // 2
-        if harmonics is not None or tail.worst <= CURVE or h >= MOST:
-            break
-        h = min(2 * h + 1, MOST)
-        finer = second_order(problem.system, problem.leaf, problem.omega_leaf, h, problem.turns)
-        series = from_blocks(point[:-1] + problem.error)
-        better = solve(finer, embedded_series(finer, np.append(series, point[-1])))
-        if better is None:
-            break
-        problem, point = finer, better
+        best = trace, tail_along(problem, trace.points)
+        return best, best[1].worst
+
+    h = problem.harmonics()
+    trace, tail = grown(followed, h, MOST if harmonics is None else h, CURVE)
     trace, born = _one_copy(trace, problem.turns)
     trace, omega = _with_own_speed(problem, trace), trace.points[:, -1]
     if born:

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from ...numerics.balance.fourier import stretched
 from ...numerics.continuation.trace import solve
-from ...numerics.curves.parameter_response import embedded_series
 from ...results import Branch, Floats
 
 
@@ -28,7 +28,7 @@ def lies_on(problem: Any, point: Floats, branch: Branch) -> bool:
         width = side[i] - side[i + 1]
         share = float(side[i] / width) if width != 0.0 else 0.0
         series = (1.0 - share) * branch.coefficients[i] + share * branch.coefficients[i + 1]
-        there = solve(problem, embedded_series(problem, np.append(series, omega), stretch))
+        there = solve(problem, problem.point(stretched(series[:, None], stretch), omega))
         if there is not None and are_copies(point[:-1] + problem.error, there[:-1] + problem.error, problem.turns):
             return True
     return False

@@ -11,7 +11,7 @@ from ...model.excitation import Harmonic, NoError
 from ...model.train.drive_train import DriveTrain, coupling_twist
 from ...model.train.motion import AtRest, Steady
 from ...model.train.train_forms import SteadyTrain
-from ...numerics.balance.first_order import jacobians_at
+from ...numerics.balance.rates import jacobians_at
 from ...numerics.orbits.find_orbit import find_orbit
 from ...protocols import with_parts
 from ...quantities import LARGEST, number, numbers, shown

@@ -9,7 +9,7 @@ from ...model.excitation import Harmonic, NoError
 from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import Steady
-from ...numerics.balance.first_order import jacobians_at, rates_at
+from ...numerics.balance.rates import jacobians_at, rates_at
 from ...numerics.loading import loaded_state
 from ...protocols import lacking, terms_of, with_parts
 from ...results import Floats, SolveError

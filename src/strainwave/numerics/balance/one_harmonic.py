@@ -1,0 +1,131 @@
+"""What one harmonic tells of an oscillator's orbits: where solvers start, where others may exist, what connects them.
+
+A vibration of harmonic k and amplitude a on top of an orbit needs |kappa(a) - J (k w)^2 + i B k w| a = D, with the
+equivalent stiffness kappa of the law (describing function): a second one needs an amplitude at which
+kappa(a) is about J (k w)^2 and a drive D that bears the damping there.
+
+Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 4.1.1; Krack & Gross 2019, sec. 2.3 (one harmonic).
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...law import breakpoints_of
+from ...results import Floats
+from ..operating_point import operating_point
+from .fourier import orders
+from .linear_part import CONSTANT, LINE, STRENGTH
+
+WAVE = np.cos(np.pi * (np.arange(16) + 0.5) / 16)  # half a vibration
+SIZES = np.geomspace(1e-5, 1.0, 50)  # amplitudes at which the law is asked, of the largest that the damping allows
+FINE = np.geomspace(1e-4, 1.0, 200)  # the same for the strongest excitation
+LEAST = 1e-4  # damping that counts at least, of critical
+SHARED = 0.03  # of the largest drive: what other harmonics of a larger motion may have
+MOST = 1.4  # factor of J (k w)^2 for what one harmonic leaves out
+MARGIN = 2.0  # factor of a drive that is too small for a second orbit
+STRONGEST, STRONG = 1e3, 30.0  # factors of the strength: at most, and at least
+LEAST_LINE = 1e-3  # of the largest line: one below it is no way to other orbits
+
+
+def carried(law: Any, mean: float) -> float:
+    """Operating point [rad] to start a solver from: 0 where no torsion carries the mean torque [N*m]."""
+    try:
+        return operating_point(law, mean)
+    except ValueError:
+        return 0.0
+
+
+def drive(system: Any, w: Floats, tau: Floats, error: Floats) -> Any:
+    """Complex amplitudes [N*m] of what drives the torsion at the frequencies w [rad/s]: tau - J e''."""
+    h, inertia = w.shape[-1], system.J * w * w
+    return tau[1 : h + 1] + inertia * error[1 : h + 1] - 1j * (tau[h + 1 :] + inertia * error[h + 1 :])
+
+
+def one_harmonic(law: Any, torque: float, sizes: Floats) -> tuple[Floats, Floats]:
+    """Mean torsion [rad] and equivalent stiffness [N*m/rad] of vibrations of one harmonic with these amplitudes [rad].
+
+    The mean carries the mean torque [N*m] (where the law lets it), the stiffness is the describing function.
+    Gelb & Vander Velde 1968, Multiple-Input Describing Functions, sec. 6.1 (a harmonic and a bias).
+    """
+    wave = sizes[:, None] * WAVE
+    mean = np.full(len(sizes), carried(law, torque))
+    for _ in range(30):
+        u = mean[:, None] + wave
+        pull = law.torque(u) + 0.0 * u
+        short = torque - pull.mean(axis=1)
+        if np.all(np.abs(short) <= 1e-9 * np.abs(pull).max(axis=1)):
+            break
+        slope = (law.stiffness(u) + 0.0 * u).mean(axis=1)
+        mean += np.divide(short, slope, out=np.zeros(len(sizes)), where=slope > 0.0)
+    return mean, 2.0 / len(WAVE) * (pull @ WAVE) / sizes
+
+
+def several_at(problem: Any, points: Floats) -> NDArray[np.bool_]:
+    """Whether others may exist beside known orbits, from what one harmonic on top of each allows."""
+    system, n = problem.system, problem.size()
+    h = n // 2
+    w = points[:, -1:] / problem.turns * orders(h, problem.stride)
+    mass = system.J * w * w
+    loss = np.maximum(system.B * w, LEAST * mass)
+    u = points[:, :n] @ problem.synthesis
+    stiffness = system.law.stiffness(u) + 0.0 * u
+    tangent = stiffness.mean(axis=1, keepdims=True)
+    moving = u - points[:, :1]
+    square = np.square(moving).sum(axis=1, keepdims=True)
+    work = (system.law.torque(u) * moving).sum(axis=1, keepdims=True)
+    secant = np.divide(work, square, out=tangent.copy(), where=square > 0.0)
+    size = np.hypot(points[:, 1 : h + 1], points[:, h + 1 : n])
+    driven = np.maximum(np.abs(drive(system, w, problem.tau, problem.error)), np.hypot(secant - mass, loss) * size)
+    # A larger motion drives harmonics that this one does not, above all where it reaches a corner of the law.
+    driven = np.maximum(driven, (1.0 if breakpoints_of(system.law) else SHARED) * driven.max(axis=1, keepdims=True))
+    reach = MARGIN * driven / loss
+    top = float(reach.max())
+    if not top > 0.0:
+        return np.zeros(len(points), bool)
+    sizes = top * SIZES
+    _, kappa = one_harmonic(system.law, float(problem.tau[0]), sizes)
+    bear = np.searchsorted(sizes, reach, side="right")  # how many of the amplitudes the drive bears
+    low, high = (of.accumulate(kappa)[bear - 1] for of in (np.minimum, np.maximum))
+    wide = (bear > 0) & (high - low > loss)
+    least, most = mass / MOST, MOST * mass
+    above = tangent - kappa[0]  # of an orbit: on top of it the stiffness is that much larger
+    may = wide & (((low < most) & (high > least)) | ((low + above < most) & (high + above > least)))
+    # a vibration that the varying stiffness of the orbit itself keeps up
+    off = np.hypot(tangent - mass, loss)
+    if np.any(off < 2.0 * MARGIN * np.ptp(stiffness, axis=1, keepdims=True)):
+        waves = np.abs(np.fft.rfft(stiffness)) * (2.0 / u.shape[1])
+        twice = (2 * orders(h, problem.stride)) // problem.stride
+        inside = twice < waves.shape[1]
+        may |= inside & (off <= 0.5 * MARGIN * waves[:, np.where(inside, twice, 0)])
+    found: NDArray[np.bool_] = may.any(axis=1)
+    return found
+
+
+def driven_lines(problem: Any) -> tuple[Floats, Any, Floats]:
+    """Frequencies [rad/s] of all harmonics, which of them (0, 1, ...) are driven, and how [N*m], at the own speed."""
+    w = problem.system.omega / problem.turns * orders(problem.size() // 2)
+    size = np.abs(drive(problem.system, w, problem.tau, problem.error))
+    return w, np.flatnonzero(size > LEAST_LINE * size.max()), size
+
+
+def strongest(problem: Any) -> float:
+    """Factor of the strength at which every line alone has passed its last fold, by one harmonic."""
+    w, lines, size = driven_lines(problem)
+    if not len(lines):
+        return STRONG
+    mass, size = problem.system.J * (w * w)[lines, None], size[lines, None]
+    loss = np.maximum(problem.system.B * w[lines, None], LEAST * mass)
+    sizes = float(np.max(size / loss)) * FINE
+    _, stiffness = one_harmonic(problem.system.law, float(problem.tau[0]), sizes)
+    pull = np.hypot(stiffness - mass, loss) * sizes
+    folds = np.where(pull[:, 1:] < pull[:, :-1], pull[:, :-1] / size, 0.0)
+    return min(STRONGEST, max(STRONG, 1.5 * float(np.max(folds))))
+
+
+def ways(problem: Any) -> list[int]:
+    """Leaves, virtual ones too, along which orbits are connected: of several lines each has its own strength too."""
+    _, lines, size = driven_lines(problem)
+    weakest_first = (1 + lines[np.argsort(size[lines])]).tolist()
+    return [CONSTANT, STRENGTH, problem.omega_leaf, *(LINE - k for k in weakest_first if len(lines) > 1)]

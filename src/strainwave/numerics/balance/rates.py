@@ -1,0 +1,90 @@
+"""What the balance equations ask of a system: its rates and their derivatives, how many states, whether it repeats."""
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+
+from ...law import is_spring
+from ...protocols import Balance, has_jacobian, omega_of
+from ...quantities import positive_count
+from ...results import Floats
+from ..integration.corners import repeating
+
+MOST_STATES = 64
+ASKED, EQUAL = 1e-4, 1e-8  # size of the states, and of the largest rate, where a system is asked whether it repeats
+SAME = ("J", "B", "law", "excitation", "omega", "error")  # what a system of the form of `Oscillator` has
+DIFFERENCE = 6e-6  # of a state's size: the cube root of rounding, for central differences
+
+
+def base_speed(problem: Balance, values: Any) -> Any:
+    """Base frequency [rad/s] at values of a problem's parameter."""
+    return values if problem.leaf == problem.omega_leaf else omega_of(problem.system) + 0.0 * values
+
+
+def rates_at(system: Any, angles: Floats, y: Floats) -> Floats:
+    """Rates (states, ...) of a system in the states y (states, ...) at base angles [rad]."""
+    return np.array([np.broadcast_to(rate, y.shape[1:]) for rate in system.rhs(angles, tuple(y))], float)
+
+
+def jacobians_at(system: Any, angles: Floats, y: Floats, sizes: Floats, difference: float = DIFFERENCE) -> Floats:
+    """Derivatives (states, states, ...) of the rates by the states; by central differences if the system has none.
+
+    `difference` is half of each, in units of the states' `sizes`. An `Oscillator` knows them for a law
+    torque(x) alone.
+    """
+    if has_jacobian(system):
+        rows = system.jacobian(angles, tuple(y))
+        return np.array([[np.broadcast_to(entry, y.shape[1:]) for entry in row] for row in rows], float)
+    columns = []
+    for j, size in enumerate(sizes):
+        d = np.zeros(len(y)).reshape(-1, *[1] * (y.ndim - 1))
+        d[j] = difference * size
+        columns.append((rates_at(system, angles, y + d) - rates_at(system, angles, y - d)) / (2.0 * difference * size))
+    return np.stack(columns, axis=1)
+
+
+def number_of_states(system: Any) -> int:
+    """How many states `rhs` takes: the smallest number of which it returns as many rates.
+
+    Raises
+    ------
+    TypeError
+        If there is none.
+    """
+    for n in range(1, MOST_STATES + 1):
+        try:
+            with np.errstate(all="ignore"):
+                if len(system.rhs(np.zeros(1), tuple(np.zeros((n, 1))))) == n:
+                    return n
+        except (IndexError, ValueError):  # it takes more
+            continue
+    name = type(system).__name__
+    raise TypeError(f"{name}.rhs(phase, y) returns as many rates as y has states for no number up to {MOST_STATES}")
+
+
+def is_second_order(system: Any) -> bool:
+    """Whether a system is J x'' + B u' + T(u) = tau, with the fields of `Oscillator` and a law torque(x)."""
+    return all(hasattr(system, name) for name in SAME) and is_spring(system)
+
+
+def periodic(verb: str, system: Any, turns: int = 1) -> Any:
+    """Return the system, or refuse one whose rates differ so many turns of the base angle apart (ValueError).
+
+    An oscillator with orders on its base angle repeats by its form; others are asked at two states.
+    """
+    system, turns = repeating(verb, system), positive_count("period", turns)
+    if is_second_order(system) or not hasattr(system, "rhs"):
+        return system
+    places = list(itertools.product((0.0, 1.0, 2.5), (0.0, ASKED)))
+    states, later = number_of_states(system), 2.0 * math.pi * turns
+    with np.errstate(all="ignore"):
+        rates = np.array([[system.rhs(at + by, (y,) * states) for at, y in places] for by in (0.0, later)], float)
+    if np.any(np.abs(rates[1] - rates[0]) > EQUAL * np.nanmax(np.abs(rates), initial=0.0)):
+        raise ValueError(
+            f"{type(system).__name__} does not repeat after {turns} turn{'s' * (turns > 1)} of the base angle; {verb} "
+            "takes what repeats: with gravity at the load give the number of motor turns after which it does, the "
+            "ratio, as period where there is one, or use simulate or drive_run"
+        )
+    return system

@@ -1,0 +1,65 @@
+"""Buffers of the solvers of balance problems; as Python, such a problem linearised, and Newton's method."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...protocols import Balance
+from ...results import Floats
+
+
+class Work(NamedTuple):
+    """Buffers of one solver, so that nothing is allocated in its loop."""
+
+    u: Floats
+    f: Floats
+    tau: Floats
+    error: Floats
+    z: Floats
+    r: Floats
+    column: Floats
+    spare: Floats
+
+
+def work_for(problem: Balance) -> Any:
+    """Buffers for a problem."""
+    n, samples = problem.size(), len(problem.angles)
+    return Work(
+        np.empty(samples), np.empty(samples), np.empty(n), np.empty(n), np.empty(n + 1), np.empty(n), np.empty(n),
+        np.empty(n),
+    )  # fmt: skip
+
+
+def linearised(problem: Balance, z: Floats) -> tuple[Floats, Floats, Floats]:
+    """Residual of any balance problem at z, and its derivatives by the coefficients and by the parameter."""
+    n, work = problem.size(), work_for(problem)
+    matrix = np.empty((n, n))
+    problem.residual(z, work, work.r)
+    problem.linearise(z, work, matrix, work.column)
+    return work.r, matrix, work.column
+
+
+def newton(
+    equations: Callable[[Floats], tuple[Floats, Floats]], x: Floats, scale: Floats, tiny: float,
+    *, most: int = 20, far: float = 1e3, solve: Callable[..., Any] = np.linalg.solve,
+) -> Floats | None:  # fmt: skip
+    """Root of equations, which give values and derivatives at x, or None; steps count in units `scale` of the unknowns.
+
+    It ends at a step below `tiny`, or at one below a thousand times that where rounding keeps them from shrinking.
+    """
+    last = np.inf
+    for _ in range(most):
+        values, derivatives = equations(x)
+        try:
+            step = solve(derivatives * scale, values)
+        except np.linalg.LinAlgError:
+            return None
+        x = x - step * scale
+        size = float(np.linalg.norm(step))
+        if not size < far:
+            return None
+        if size < tiny or (size < 1e3 * tiny and size > 0.3 * last):
+            return x
+        last = size
+    return None
