@@ -18,7 +18,8 @@ from ..console import BETWEEN, WHAT_X_IS, Progress, number, to_json
 from ..figures import curves, png
 from ..output import write_csv
 from ..report.curve_files import exact_columns
-from ..report.data import CONVENTIONS, exact_response_data
+from ..report.sections.opening import CONVENTIONS
+from ..report.sections.speed_range import curve_data
 from ..units import angle_unit
 from .equation import refuse_reduced, remarks
 
@@ -53,7 +54,7 @@ def show(path: Path, output: Path | None, as_json: bool) -> None:
             progress.show("writing", 0.8)
             _write(project, system, exact, speeds, output)
     data = {"title": project.title, "shaft": project.speeds.shaft, "motor": project.motor} | _in_shaft(project, exact)
-    data |= exact_response_data(project.speeds, exact) | {"conventions": CONVENTIONS, "remarks": _remarks(project)}
+    data |= curve_data(project.speeds, exact) | {"conventions": CONVENTIONS, "remarks": _remarks(project)}
     click.echo(to_json(data) if as_json else _summary(project, data, output))
 
 
@@ -64,7 +65,7 @@ def _write(project: Project, system: Any, exact: ExactResponse, speeds: tuple[fl
     try:
         if output.suffix in FIGURES:
             found = regimes(system, operating_point(system), speeds)
-            panel = curves.range_panel(project, exact, found, speeds, None, angle_unit(float(np.max(exact.curve.peak))))
+            panel = curves.range_panel(project, angle_unit(float(np.max(exact.curve.peak))), exact, found)
             panel.caption = [f"{WHAT_X_IS}.", *_remarks(project)]
             if output.suffix == ".svg":
                 part.write_text(curves.speed_range(panel) + "\n", encoding="utf-8")

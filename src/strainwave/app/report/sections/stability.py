@@ -1,0 +1,33 @@
+"""Lyapunov's certificate of the drive without excitation."""
+
+from pathlib import Path
+from typing import Any
+
+from ...view import View
+
+
+class Stability:
+    """What is proved about the decay of the error, or why nothing is."""
+
+    heading = "Stability without excitation"
+    template = Path(__file__).with_suffix(".html.j2")
+
+    def data(self, view: View) -> dict[str, Any]:
+        """Scope, claim and region of the proof."""
+        proof = view.analysis.stability
+        return {
+            "stability": {
+                "holds": proof.holds,
+                "scope": proof.scope,
+                "claim": proof.claim,
+                "region": str(proof.region or "none"),
+                "reason": proof.reason,
+                "obstacle": proof.obstacle,
+            }
+        }
+
+    def lines(self, view: View, data: dict[str, Any]) -> list[str]:
+        """The proof in a line: what is claimed, or why nothing is."""
+        proof, of = data["stability"], "" if view.analysis.train_curve is None else " of the error equation"
+        claim = f"no proof: {proof['obstacle']}" if proof["scope"] == "none" else f"{proof['scope']}; {proof['claim']}"
+        return [f"stability{of}: {claim}"]
