@@ -69,14 +69,15 @@ def write_view(view: View, folder: Path, sections: Sequence[Section] = SECTIONS)
     """Write the report of an analysis; errors as `write`."""
     parts = [asked(section, view) for section in sections]
     files = [*curve_files.write(view, folder), "results.json", "report.html"]
-    results = _together([*(part.data for part in parts), {"files": files}])
+    results = together([*(part.data for part in parts), {"files": files}])
     (folder / "results.json").write_text(to_json(results) + "\n", encoding="utf-8")
     (folder / "report.html").write_text(page(view, parts), encoding="utf-8")
     lines = [f"  {line}" for part in parts for line in part.lines]
     return Report(results, "\n".join([view.project.title, *lines, f"  {WHAT_X_IS}"]))
 
 
-def _together(parts: Iterable[dict[str, Any]]) -> dict[str, Any]:
+def together(parts: Iterable[dict[str, Any]]) -> dict[str, Any]:
+    """Join the data of all sections, each of which has keys of its own (ValueError)."""
     found: dict[str, Any] = {}
     for part in parts:
         if both := sorted(found.keys() & part.keys()):

@@ -3,6 +3,7 @@
 The functions below are the only place that asks a section for what it may have.
 """
 
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -17,8 +18,9 @@ class Section(Protocol):
     """A part of the report; no class needs to inherit from it.
 
     It may have `sentences(view)`: texts, each a `str` or a `Sentence` with its values in SI; `figures(view)`: texts of
-    SVG; `template`: the `Path` of a Jinja file with its part of the page; and `lines(view, data)`: what the terminal
-    says. Without these the page has its sentences, a table of its data, its figures, and the terminal its sentences.
+    SVG; `lines(view, data)`: what the terminal says, otherwise its sentences. Its part of the page is a Jinja file that
+    stands beside that of its class, with the same name and the ending ".html.j2"; otherwise its sentences, a table of
+    its data, and its figures.
     """
 
     @property
@@ -41,7 +43,9 @@ class Part(NamedTuple):
     @property
     def template(self) -> Path:
         """The file of its part of the page."""
-        return Path(getattr(self.section, "template", DEFAULT))
+        home = getattr(sys.modules.get(type(self.section).__module__), "__file__", None)
+        own = Path(home or DEFAULT).with_suffix(".html.j2")
+        return own if own.exists() else DEFAULT
 
     @property
     def rows(self) -> list[tuple[str, str]]:

@@ -1,7 +1,6 @@
 """What an engineer is told to do: the speeds to avoid, and what would make the error smaller."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 from ....sentences import Angle, Sentence, Speed, listed
@@ -24,7 +23,6 @@ class SpeedsToAvoid:
     """Speeds to avoid and what would help, as data and in sentences."""
 
     heading = ""
-    template = Path(__file__).with_suffix(".html.j2")
 
     def data(self, view: View) -> dict[str, Any]:
         """Bands of speed and remedies with their numbers, rule and sentences; None where no motion is stable."""

@@ -1,7 +1,6 @@
 """The derived quantities of a drive: name, symbol, value, unit, remark."""
 
 import math
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from ....law import spring_stiffness
@@ -25,7 +24,6 @@ class DerivedQuantities:
     """What follows from the data of the drive, and where they come from."""
 
     heading = "Derived quantities"
-    template = Path(__file__).with_suffix(".html.j2")
 
     def data(self, view: View) -> dict[str, Any]:
         """A row for each quantity, and the drive."""

@@ -1,6 +1,5 @@
 """The hysteresis loop of a gear whose law has friction or memory."""
 
-from pathlib import Path
 from typing import Any
 
 from ....study.analysis.gear_studies import GearLoop
@@ -14,7 +13,6 @@ class Hysteresis:
     """The datasheet's measurements on the law, and the loop of the case with the largest error."""
 
     heading = "Hysteresis of the gear"
-    template = Path(__file__).with_suffix(".html.j2")
 
     def data(self, view: View) -> dict[str, Any]:
         """Hysteresis loss and lost motion; None without a loop."""

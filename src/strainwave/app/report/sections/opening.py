@@ -1,7 +1,6 @@
 """What the report is of, and the key numbers that it begins with."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 from .... import __version__
@@ -25,7 +24,6 @@ class Opening:
     """Title, key numbers, and what they are of."""
 
     heading = ""
-    template = Path(__file__).with_suffix(".html.j2")
 
     def data(self, view: View) -> dict[str, Any]:
         """Conventions, natural frequencies, the largest error and torque, and the limits of the gear."""

@@ -1,6 +1,5 @@
 """Parametric resonances of a stiffness that varies with the base angle."""
 
-from pathlib import Path
 from typing import Any
 
 from ....study.gear.parametric import ParametricResonance
@@ -11,7 +10,6 @@ class ParametricResonances:
     """Speeds at which a varying stiffness makes small motions grow."""
 
     heading = "Parametric resonances"
-    template = Path(__file__).with_suffix(".html.j2")
 
     def data(self, view: View) -> dict[str, Any]:
         """A row for each in the range."""

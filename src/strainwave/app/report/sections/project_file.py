@@ -1,6 +1,5 @@
 """The project file, for the record."""
 
-from pathlib import Path
 from typing import Any
 
 from ...view import View
@@ -10,7 +9,6 @@ class ProjectFile:
     """The text of the project file, and the conventions of the report."""
 
     heading = "Project"
-    template = Path(__file__).with_suffix(".html.j2")
 
     def data(self, view: View) -> dict[str, Any]:
         """Its text."""

@@ -1,6 +1,5 @@
 """The resonances: where the computed curve is largest and jumps, and multiple scales against it."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,6 @@ class Resonances:
     """Every resonance with its number, by ascending speed, and a figure of those with a curve by multiple scales."""
 
     heading = "Resonances"
-    template = Path(__file__).with_suffix(".html.j2")
 
     def data(self, view: View) -> dict[str, Any]:
         """A row for each, or why there is none."""

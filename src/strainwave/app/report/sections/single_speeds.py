@@ -1,6 +1,5 @@
 """Single speeds in time: from rest to the steady motion, its torque and energies, multiple scales beside it."""
 
-from pathlib import Path
 from typing import Any
 
 from ....study.analysis.time_case import TimeCase
@@ -13,7 +12,6 @@ class SingleSpeeds:
     """The speeds that the project names, or the main resonances and a place away from them."""
 
     heading = "Single speeds in time"
-    template = Path(__file__).with_suffix(".html.j2")
 
     def data(self, view: View) -> dict[str, Any]:
         """A row for each, and why a part of the analysis is missing."""

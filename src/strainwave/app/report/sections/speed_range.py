@@ -1,7 +1,6 @@
 """The error through the speed range: the computed curve with its jumps, and the simulated run-up and run-down."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 from ....results import Status
@@ -17,7 +16,6 @@ class SpeedRange:
     """The response curve, of the whole drive train where there is one, and what a slow run-up and run-down do on it."""
 
     heading = "Error through the speed range"
-    template = Path(__file__).with_suffix(".html.j2")
 
     def data(self, view: View) -> dict[str, Any]:
         """Key numbers of the curve of the error equation, and its simulated check."""

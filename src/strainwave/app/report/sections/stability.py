@@ -1,6 +1,5 @@
 """Lyapunov's certificate of the drive without excitation."""
 
-from pathlib import Path
 from typing import Any
 
 from ...view import View
@@ -10,7 +9,6 @@ class Stability:
     """What is proved about the decay of the error, or why nothing is."""
 
     heading = "Stability without excitation"
-    template = Path(__file__).with_suffix(".html.j2")
 
     def data(self, view: View) -> dict[str, Any]:
         """Scope, claim and region of the proof."""

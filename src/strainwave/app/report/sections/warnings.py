@@ -1,6 +1,5 @@
 """What the reader must know before using the numbers."""
 
-from pathlib import Path
 from typing import Any
 
 from ....model.drive import HDC_40_050, HDC_40_050_WARNING
@@ -15,7 +14,6 @@ class Warnings:
     """Warnings of the analysis, the limits of the gear that the run passes, and doubts about the file."""
 
     heading = ""
-    template = Path(__file__).with_suffix(".html.j2")
 
     def data(self, view: View) -> dict[str, Any]:
         """All of them in sentences."""

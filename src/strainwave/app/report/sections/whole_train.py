@@ -1,6 +1,5 @@
 """The whole drive train beside its error equation: modes, Bode plot, steady curve and run-up."""
 
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -35,7 +34,6 @@ class WholeTrain:
     """What the whole train does, and what the error equation makes of it."""
 
     heading = "The whole drive train"
-    template = Path(__file__).with_suffix(".html.j2")
 
     def data(self, view: View) -> dict[str, Any]:
         """Operating point, modes, steady motions and run-up; None where the error equation is all there is."""
