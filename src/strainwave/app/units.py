@@ -23,6 +23,11 @@ def angle_unit(largest: float) -> AngleUnit:
     return AngleUnit("arcsec", 1.0 / ARCSEC) if largest / ARCSEC < 3600.0 else AngleUnit("mrad", 1e3)
 
 
+def sign(unit: str) -> str:
+    """A unit such as "kg*m**2" as it is printed."""
+    return unit.replace("**2", "²").replace("**3", "³").replace("*", "·")
+
+
 def place(speeds: Speeds, omega: float) -> dict[str, Any]:
     """Speed of the base angle and of the motor; None where the base angle is a forcing phase."""
     return {"omega_rad_per_s": omega, "motor_speed_rpm": speeds.rpm(omega)}

@@ -23,6 +23,7 @@ from ...study.sweep.sampling import TOGETHER
 from ...study.sweep.sweep import sweep
 from ...units import NUMBER
 from ..console import WHAT_X_IS, number, to_json
+from ..units import sign
 from .equation import refuse_reduced, remarks
 
 MEASURES = {"peak": Peak, "rms": Rms, "mean": Mean, "extremes": Extremes}
@@ -266,13 +267,9 @@ def summary(report: dict[str, Any]) -> str:
 
 def _in_unit(value: float, own: str, given: str) -> str:
     """A value of an axis in the unit that it was given in."""
-    return f"{number(convert(value, own, given), DIGITS)} {_sign(given)}".rstrip()
+    return f"{number(convert(value, own, given), DIGITS)} {sign(given)}".rstrip()
 
 
 def _span(known: dict[str, Any], unit: str) -> str:
     ends = (number(convert(known[end], known["unit"], unit), DIGITS) for end in ("smallest", "largest"))
-    return f"{' to '.join(ends)} {_sign(unit)}".rstrip()
-
-
-def _sign(unit: str) -> str:
-    return unit.replace("**2", "²").replace("**3", "³").replace("*", "·")
+    return f"{' to '.join(ends)} {sign(unit)}".rstrip()

@@ -71,7 +71,7 @@ def report_panel(view: View) -> Panel:
     panel = range_panel(project, angle, analysis.response, ())
     exact = fine(analysis.exact).curve
     x, y = view.speeds.scale * exact.omega, angle.factor * exact.peak
-    panel.line(x, y, GREY, "error equation, a reduction", DOT_DASH, 1.3)
+    panel.line(x, y, BLACK, "error equation, a reduction", DOT_DASH, 1.3)
     top = max(float(np.max(y)), angle.factor * float(np.max(analysis.response.curve.peak)))
     panel.ylim = None if panel.log else (0.0, 1.05 * top)
     return panel

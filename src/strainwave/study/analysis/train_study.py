@@ -26,6 +26,7 @@ from .train_curve import TrainCurve
 from .usage import Usage
 
 FREQUENCIES, MOST_HARMONICS = 240, 31
+ALIKE = 1e-3  # relative difference of speeds that are looked at once
 SLOW, BEFORE = 40.0, 8.0  # length of the run-up and of the time before it, in units of 1/mu
 MOST_TURNS, SAMPLES = 1000.0, 40  # of the motor in a run-up, and samples per cycle of the highest order
 METHOD = Dopri5(rtol=1e-8, atol=1e-12)
@@ -157,7 +158,7 @@ def train_study(
         if curve is None:
             remarks.append("No steady motion of the train that repeats with every turn was found; the run-up has it.")
         else:
-            at = np.unique([low, worst, highest, high])
+            at = np.unique([low, *([worst] if abs(worst / highest - 1.0) > ALIKE else []), highest, high])
             whole, reduced = along(curve.response, at), along(exact, at)
             if curve.without_angle:
                 remarks.append(

@@ -3,7 +3,7 @@
 from typing import Any
 
 from ....study.analysis.gear_studies import GearLoop
-from ...figures.plots import BLACK, BLUE, ORANGE
+from ...figures.plots import BLACK, BLUE
 from ...figures.svg import Panel, figure
 from ...units import sizes
 from ...view import View
@@ -24,16 +24,16 @@ class Hysteresis:
         loop, factor, torsion = view.analysis.loop, view.angle.factor, f"torsion ({view.angle.name})"
         if loop is None:
             return []
-        left = Panel("input locked, torque slowly 0, +T, −T, +T", torsion, "torque (N·m)")
-        left.line(loop.full.torsion * factor, loop.full.torque, BLUE, "full load")
-        left.line(loop.small.torsion * factor, loop.small.torque, ORANGE, "4 % of full load", width=2.2)
-        panels, cycles = [left], [case.cycle for case in view.analysis.cases if case.cycle is not None]
-        if cycles:
+        rows: list[list[Panel]] = [[]]
+        for title, side in (("input locked, slowly 0, +T, −T, +T", loop.full), ("the same at 4 % of it", loop.small)):
+            rows[0].append(Panel(title, torsion, "torque (N·m)"))
+            rows[0][-1].line(side.torsion * factor, side.torque, BLUE)
+        if cycles := [case.cycle for case in view.analysis.cases if case.cycle is not None]:
             cycle = max(cycles, key=lambda c: c.peak)
-            right = Panel("steady motion, largest |x| of the cases", torsion, "torque in the gear (N·m)")
-            right.line(cycle.u * factor, cycle.torque, BLACK, "steady motion, damping included", width=1.3)
-            panels.append(right)
-        return [figure([panels], 300.0, "hysteresis loop")]
+            below = Panel("steady motion, largest |x| of the cases, damping included", torsion, "torque (N·m)")
+            below.line(cycle.u * factor, cycle.torque, BLACK, width=1.3)
+            rows.append([below])
+        return [figure(rows, 260.0, "hysteresis loop")]
 
 
 def _loop_data(loop: GearLoop) -> dict[str, Any]:

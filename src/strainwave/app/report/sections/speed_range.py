@@ -115,11 +115,11 @@ def _whole(view: View) -> str:
         text += ", the twist of the coupling included"
     if train is not None and train.curve is not None and train.curve.without_angle:
         text += "; without the torque that follows the load's own angle"
-    return text + ". Grey: the error equation in its place."
+    return text + ". Dash-dotted: the error equation in its place."
 
 
 def _balance(view: View, motion: str, response: ExactResponse) -> str:
-    text = f"Blue: every {motion} that repeats with the {view.speeds.base_angle}, by harmonic balance "
+    text = f"Blue, thick: every {motion} that repeats with the {view.speeds.base_angle}, by harmonic balance "
     text += f"({response.curve.coefficients.shape[1] // 2} harmonics"
     rough = "; the curve is rough, see the warnings" if response.curve.status is Status.TRUNCATED else ""
     return f"{text}{rough})"
@@ -136,7 +136,7 @@ def _lines(view: View) -> str:
         )
     if not exact.curve.status.found:
         return "The curve by harmonic balance ends inside the range; the triangles are by integration."
-    orange = " orange: first-order multiple scales;" if theory else ""
+    orange = " orange, thin: first-order multiple scales;" if theory else ""
     return f"{_balance(view, 'motion', exact)};{orange} triangles: integration, as a check."
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ....model.excitation import NoError
 from ....model.train.shafts import NO_DRAG
+from ....quantities import parameters
 from ....results import Status
 from ....sentences import Angle, Sentence, Speed
 from ....study.analysis.train_curve import TrainCurve
@@ -14,13 +15,14 @@ from ....study.response.resonances import active_orders
 from ....study.train.run import INPUTS
 from ....units import RPM
 from ...console import BETWEEN, number, percent
-from ...figures.plots import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE
+from ...figures.plots import BLACK, BLUE, DASHES, ORANGE
 from ...figures.svg import Curve, Panel, figure
-from ...units import sizes
+from ...units import sign, sizes
 from ...view import View
 from .resonances import jump_speeds
 
 BINS, CYCLE = 240, 100  # pieces of a run-up, at most, and samples in which every speed of it has a whole cycle
+ROUNDING = 1e-6  # relative difference that is called none
 APART = 0.1  # relative difference of train and error equation that is warned of
 CONTROLS = {
     "Free": "a free motor",
@@ -46,6 +48,15 @@ class WholeTrain:
         if study is None:
             return []
         return [_bode_figure(study), *([] if study.ramp is None else [_run_figure(view, study, study.ramp)])]
+
+    def gains(self, study: TrainStudy) -> str:
+        """Gains of the control, with their units."""
+        known = parameters(study.train.motor.control)
+        return "".join(f", {p.path} = {number(p.value)} {sign(p.unit)}" for p in known)
+
+    def apart(self, share: float) -> str:
+        """A relative difference, where it is more than rounding."""
+        return percent(share, 3) if abs(share) > ROUNDING else "none"
 
     def lines(self, _: View, data: dict[str, Any]) -> list[str]:
         """What the train is made of, its modes, and how far the error equation is from it."""
@@ -170,12 +181,16 @@ def reduction(view: View) -> dict[str, Any] | None:
         "far_apart": bool(apart),
         "sentence": Sentence(
             "The error equation, with an ideally held motor and a rigid load, is a reduction of the drive train: its "
-            f"largest steady |x| is {{}} at {{}}, {number(reduced / whole, 3)} times that of the train, at "
-            f"{number(slow / fast, 3)} times the speed.",
+            f"largest steady |x| is {{}} at {{}}, {_times(reduced / whole, 'as large as that', ' that')} of the train, "
+            f"at {_times(slow / fast, 'the same speed', ' the speed')}.",
             Angle(reduced),
             Speed(slow, digits=5),
         ),
     }
+
+
+def _times(ratio: float, same: str, of: str) -> str:
+    return same if (times := number(ratio, 3)) == "1" else f"{times} times{of}"
 
 
 def train_warning(view: View) -> list[str]:
@@ -216,7 +231,7 @@ def _run_figure(view: View, study: TrainStudy, ramp: Ramp) -> str:
     low, high = np.minimum.reduceat(error, starts), np.maximum.reduceat(error, starts)
     at = np.add.reduceat(speed, starts) / np.diff([*starts, len(speed)])
     panel.curves.append(Curve(at, low, BLUE, "run-up of the whole train (band of its cycles)", upper=high))
-    curves = [(view.analysis.exact, GREY, "error equation, steady, largest |x|", DOT_DASH)]
+    curves = [(view.analysis.exact, ORANGE, "error equation, steady, largest |x|", DASHES)]
     if study.curve is not None:
         name = "whole train, steady, largest |x|" + (" without gravity" if study.curve.without_angle else "")
         curves.insert(0, (study.curve.response, BLACK, name, ""))
