@@ -1,7 +1,6 @@
 """`strainwave response`: the computed response of a project's drive as numbers, CSV or figure."""
 
 import math
-import os
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from ...study.response.response import ExactResponse
 from ...units import ARCSEC
 from ..console import BETWEEN, WHAT_X_IS, Progress, number, to_json
 from ..figures import curves, png
-from ..output import write_csv
+from ..output import staged, write_csv
 from ..report.curve_files import exact_columns
 from ..report.sections.opening import CONVENTIONS
 from ..report.sections.speed_range import curve_data
@@ -60,9 +59,8 @@ def show(path: Path, output: Path | None, as_json: bool) -> None:
 
 def _write(project: Project, system: Any, exact: ExactResponse, speeds: tuple[float, float], output: Path) -> None:
     """Write the curve as CSV, or with multiple scales over it as a figure; the file appears when it is complete."""
-    output.parent.mkdir(parents=True, exist_ok=True)
-    part = output.with_name(f".{output.stem}.part{output.suffix}")
-    try:
+    with staged(output.parent) as folder:
+        part = folder / output.name
         if output.suffix in FIGURES:
             found = regimes(system, operating_point(system), speeds)
             panel = curves.range_panel(project, angle_unit(float(np.max(exact.curve.peak))), exact, found)
@@ -73,9 +71,6 @@ def _write(project: Project, system: Any, exact: ExactResponse, speeds: tuple[fl
                 png.write(panel, part)
         else:
             write_csv(part, exact_columns(project.speeds, exact.curve))
-        os.replace(part, output)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _remarks(project: Project) -> list[str]:

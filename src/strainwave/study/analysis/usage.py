@@ -58,11 +58,7 @@ def limit_findings(gear: Gear, used: Usage, fastest: float | None) -> tuple[Find
     The speed counts as the mean speed too: every speed of the range may be kept up.
     """
     return check_limits(
-        gear,
-        peak_torque=used.peak_torque,
-        average_torque=used.average_torque,
-        max_speed=fastest,
-        average_speed=fastest,
+        gear, peak_torque=used.peak_torque, average_torque=used.average_torque, max_speed=fastest, average_speed=fastest
     )
 
 

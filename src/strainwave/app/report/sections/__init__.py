@@ -6,7 +6,6 @@ from .derived import DerivedQuantities
 from .hysteresis import Hysteresis
 from .opening import Opening
 from .parametric import ParametricResonances
-from .project_file import ProjectFile
 from .resonances import Resonances
 from .single_speeds import SingleSpeeds
 from .speed_range import SpeedRange
@@ -26,5 +25,4 @@ SECTIONS: tuple[Section, ...] = (
     SingleSpeeds(),
     Stability(),
     DerivedQuantities(),
-    ProjectFile(),
 )

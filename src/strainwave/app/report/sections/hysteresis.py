@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from ....study.analysis.gear_studies import GearLoop
 from ...figures.plots import BLACK, BLUE
 from ...figures.svg import Panel, figure
 from ...units import sizes
@@ -17,7 +16,13 @@ class Hysteresis:
     def data(self, view: View) -> dict[str, Any]:
         """Hysteresis loss and lost motion; None without a loop."""
         loop = view.analysis.loop
-        return {"hysteresis": None if loop is None else _loop_data(loop)}
+        if loop is None:
+            return {"hysteresis": None}
+        full = {"full_load_Nm": loop.torque, "full_load_is_rated": loop.rated} | sizes(
+            loop.full.loss, "hysteresis_loss"
+        )
+        full |= {"torsion_from_end_to_end_rad": loop.full.span, "dissipated_J_per_cycle": loop.full.energy}
+        return {"hysteresis": full | sizes(loop.small.span, "lost_motion")}
 
     def figures(self, view: View) -> list[str]:
         """The loop at full load and at 4 % of it, and that of the steady motion."""
@@ -34,14 +39,3 @@ class Hysteresis:
             below.line(cycle.u * factor, cycle.torque, BLACK, width=1.3)
             rows.append([below])
         return [figure(rows, 260.0, "hysteresis loop")]
-
-
-def _loop_data(loop: GearLoop) -> dict[str, Any]:
-    return {
-        "full_load_Nm": loop.torque,
-        "full_load_is_rated": loop.rated,
-        **sizes(loop.full.loss, "hysteresis_loss"),
-        "torsion_from_end_to_end_rad": loop.full.span,
-        "dissipated_J_per_cycle": loop.full.energy,
-        **sizes(loop.small.span, "lost_motion"),
-    }

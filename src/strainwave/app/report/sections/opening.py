@@ -16,6 +16,7 @@ CONVENTIONS = (
     "reference is not in it; peak is the largest |x|, the mean included; amplitudes of single harmonics are 0-to-peak; "
     "omega is the speed of the base angle"
 )
+LIMIT = ("limit", "value", "bound", "unit", "exceeded")
 YIELDS = 1.0 - 1e-9  # the spring alone is softer than the law by more than rounding
 OSCILLATES = 0.5  # damping ratio below which a mode of the train is a key number
 
@@ -31,6 +32,7 @@ class Opening:
         return {
             "strainwave": __version__,
             "title": project.title,
+            "project": project.text,
             "motor": project.motor,
             "base_angle": project.speeds.base_angle,
             "conventions": CONVENTIONS,
@@ -38,10 +40,7 @@ class Opening:
             "natural_frequencies": natural_frequencies(view),
             "largest_error": view.place(worst.omega) | sizes(worst.peak) | {"method": worst.method, "of": worst.of},
             "largest_torque": _largest_torque(view),
-            "limits": [
-                {"limit": f.limit, "value": f.value, "bound": f.bound, "unit": f.unit, "exceeded": f.exceeded}
-                for f in view.analysis.limits
-            ],
+            "limits": [{name: getattr(finding, name) for name in LIMIT} for finding in view.analysis.limits],
         }
 
     def lines(self, view: View, data: dict[str, Any]) -> list[str]:

@@ -27,8 +27,7 @@ class SpeedRange:
 
     def sentences(self, view: View) -> list[str]:
         """What the figure shows, and what a sweep does."""
-        said = sweep_sentences(view.analysis.response)
-        return [_whole(view), *said] if view.analysis.train_curve is not None else [_lines(view), *said, _marks(view)]
+        return [_lines(view), *sweep_sentences(view.analysis.response), _marks(view)]
 
     def lines(self, view: View, _: dict[str, Any]) -> list[str]:
         """What a sweep does."""
@@ -104,42 +103,28 @@ def sweep_sentences(exact: ExactResponse) -> list[str]:
     return said
 
 
-def _whole(view: View) -> str:
-    """The lines of the figure of a whole drive train."""
-    train, curve = view.analysis.train, view.analysis.response.curve
-    text = _balance(view, "motion of the whole drive train", view.analysis.response)
-    if not curve.status.found:
-        text += "; the curve is not whole: " + curve.message
-    text += "; x between motor and load"
-    if train is not None and train.train.load.couplings():
-        text += ", the twist of the coupling included"
-    if train is not None and train.curve is not None and train.curve.without_angle:
-        text += "; without the torque that follows the load's own angle"
-    return text + ". Dash-dotted: the error equation in its place."
-
-
-def _balance(view: View, motion: str, response: ExactResponse) -> str:
-    text = f"Blue, thick: every {motion} that repeats with the {view.speeds.base_angle}, by harmonic balance "
-    text += f"({response.curve.coefficients.shape[1] // 2} harmonics"
-    rough = "; the curve is rough, see the warnings" if response.curve.status is Status.TRUNCATED else ""
-    return f"{text}{rough})"
-
-
 def _lines(view: View) -> str:
-    """The lines and triangles of the figure of an error equation."""
-    exact, theory = view.analysis.exact, any(r.response and r.response.branches for r in view.analysis.regimes)
-    if exact.method == "integration":
-        back = "" if exact.back is None else "; dash-dotted: descending, where they differ"
+    """The lines of the figure; where a curve is rough or not complete, a warning says so."""
+    analysis, response = view.analysis, view.analysis.response
+    if response.method == "integration":
+        back = "" if response.back is None else "; dash-dotted: descending, where they differ"
         return (
             "Blue: steady motions by integration, each started from the one before, speeds ascending"
             f"{back}; triangles: the same at a few speeds, as the CSV files hold them."
         )
-    if not exact.curve.status.found:
-        return "The curve by harmonic balance ends inside the range; the triangles are by integration."
-    orange = " orange, thin: first-order multiple scales;" if theory else ""
-    return f"{_balance(view, 'motion', exact)};{orange} triangles: integration, as a check."
+    whole = "" if analysis.train_curve is None else " of the whole drive train"
+    text = f"Blue, thick: every motion{whole} that repeats with the {view.speeds.base_angle}, by harmonic balance "
+    text += f"({response.curve.coefficients.shape[1] // 2} harmonics); "
+    if analysis.train is None or analysis.train_curve is None:
+        theory = any(regime.response and regime.response.branches for regime in analysis.regimes)
+        return text + ("orange, thin: first-order multiple scales; " * theory) + "triangles: integration, as a check."
+    twist = ", the twist of the coupling included" if analysis.train.train.load.couplings() else ""
+    without = "; without the torque that follows the load's own angle" if analysis.train_curve.without_angle else ""
+    return f"{text}x between motor and load{twist}{without}. Dash-dotted: the error equation in its place."
 
 
 def _marks(view: View) -> str:
+    if view.analysis.train_curve is not None:
+        return ""
     place = "where the curve is largest" if view.project.has_memory else "of small oscillations"
     return f"Dashed grey lines: resonances, numbered as below, {place}; base angle: {view.speeds.base_angle}."

@@ -13,16 +13,8 @@ class Stability:
     def data(self, view: View) -> dict[str, Any]:
         """Scope, claim and region of the proof."""
         proof = view.analysis.stability
-        return {
-            "stability": {
-                "holds": proof.holds,
-                "scope": proof.scope,
-                "claim": proof.claim,
-                "region": str(proof.region or "none"),
-                "reason": proof.reason,
-                "obstacle": proof.obstacle,
-            }
-        }
+        said = {name: getattr(proof, name) for name in ("holds", "scope", "claim", "reason", "obstacle")}
+        return {"stability": said | {"region": str(proof.region or "none")}}
 
     def lines(self, view: View, data: dict[str, Any]) -> list[str]:
         """The proof in a line: what is claimed, or why nothing is."""

@@ -81,11 +81,7 @@ def _train_data(view: View, study: TrainStudy) -> dict[str, Any]:
         "parts": parts(study),
         "control": type(control).__name__,
         "gains": control._asdict(),
-        "operating_point": {
-            "motor_speed_rpm": study.speed / RPM,
-            "torque_in_gear_Nm": torque,
-            "torsion_rad": state[0],
-        },
+        "operating_point": {"motor_speed_rpm": study.speed / RPM, "torque_in_gear_Nm": torque, "torsion_rad": state[0]},
         "modes": modes(view),
         "stable": bool(np.all(study.bode.poles.real < 1e-9 * np.max(np.abs(study.bode.poles)))),
         "steady": [
