@@ -1,6 +1,6 @@
 """The whole analysis of a drive: stability, resonances, response through the speed range, single speeds in time."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -13,7 +13,7 @@ from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.varying import VaryingOscillator
 from ...results import Branch, SolveError, Status
-from ...sentences import Sentence, Speed
+from ...sentences import Speed
 from ...speeds import Speeds
 from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.resonance import NONRESONANT, Resonance
@@ -86,8 +86,8 @@ class Analysis:
         Speeds to avoid; None where no motion is stable.
     remedies : tuple of Remedy
         What would make the error smaller, the most helpful first; empty where no speed is to be avoided.
-    warnings, remarks : tuple of str
-        Sentences about what went wrong or needs care, and why a part is missing.
+    remarks : tuple of str
+        Why a part is missing.
     """
 
     system: Oscillator | VaryingOscillator
@@ -106,8 +106,12 @@ class Analysis:
     train: TrainStudy | None
     avoid: Avoid | None
     remedies: tuple[Remedy, ...]
-    warnings: tuple[str, ...]
     remarks: tuple[str, ...]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences about what went wrong or needs care."""
+        return tuple(_warnings(self))
 
     @property
     def train_curve(self) -> TrainCurve | None:
@@ -189,9 +193,8 @@ def analyze(
     exact = response_through(system, limits)
     progress("resonances by multiple scales", 0.2)
     found = regimes(system, point, limits)
-    narrow = [regime for regime in found if _narrow(regime, exact)]
     close = {}
-    for near in narrow:
+    for near in (regime for regime in found if _narrow(regime, exact)):
         progress(f"response curve around the {near.name}", 0.3)
         close[near.resonance] = response_through(system, near.band(), FINE)
     found = with_tops(found, system, exact, close)
@@ -230,8 +233,7 @@ def analyze(
     return Analysis(
         system, limits, point, stability, found, exact, close, sweep, tuple(cases), used,
         () if gear is None else limit_findings(gear, used, speeds.given[-1] if speeds.by_motor else None),
-        loop, parametric, study, avoid, helps, _warnings(system, point, exact, sweep, tuple(cases), study),
-        (*no_loop, *not_searched),
+        loop, parametric, study, avoid, helps, (*no_loop, *not_searched),
     )  # fmt: skip
 
 
@@ -252,7 +254,7 @@ def not_exact(name: str, curve: Branch) -> list[str]:
     if curve.status:
         return []
     state = "rough" if curve.status is Status.TRUNCATED else "not complete"
-    return [Sentence("{} is {}: {}.", name, state, curve.message)]
+    return [f"{name} is {state}: " + curve.message + "."]
 
 
 def _narrow(regime: Regime, exact: ExactResponse) -> bool:
@@ -263,45 +265,36 @@ def _narrow(regime: Regime, exact: ExactResponse) -> bool:
     return int(np.sum((exact.curve.omega > low) & (exact.curve.omega < high))) < FEWEST
 
 
-def _warnings(
-    system: Any, point: OperatingPoint, exact: ExactResponse, sweep: RunUp, cases: tuple[TimeCase, ...],
-    study: TrainStudy | None,
-) -> tuple[str, ...]:  # fmt: skip
-    said: list[str] = []
-    if point.omega_0 == 0.0:
-        said.append(
+def _warnings(found: Analysis) -> Iterator[str]:
+    exact, study, every = found.exact, found.train, (*found.run_up.up, *found.run_up.down)
+    if found.point.omega_0 == 0.0:
+        yield (
             "The law has no stiffness where the mean torque holds the drive (backlash), so there is no natural "
-            "frequency to resonate "
-            "with and multiple scales does not apply; everything here is from integration."
+            "frequency to resonate with and multiple scales does not apply; everything here is from integration."
         )
-    if not loses_energy(system):
-        said.append(
+    if not loses_energy(found.system):
+        yield (
             "The drive has no damping: transients never decay, the amplitude at resonance is bounded by the "
-            "nonlinearity alone, "
-            "and simulated points depend on the start; give a damping, a damping ratio or a quality factor."
+            "nonlinearity alone, and simulated points depend on the start; give a damping, a damping ratio or a "
+            "quality factor."
         )
     if exact.method != "integration":
-        said += not_exact("The response curve", exact.curve)
+        yield from not_exact("The response curve", exact.curve)
     elif not exact.curve.status:
-        said.append(Sentence("The response has gaps: {}.", exact.curve.message))
-    difference = sweep.difference()
+        yield "The response has gaps: " + exact.curve.message + "."
+    difference = found.run_up.difference()
     if difference is not None and difference > DISAGREE:
-        said.append(
+        yield (
             f"Integration and the response by harmonic balance differ by up to {100.0 * difference:.2g} % in the "
             "largest |x| at a speed that both have: the drive can settle on another motion there."
         )
-    failed = [m for m in (*sweep.up, *sweep.down) if not m.status]
-    if failed:
-        said.append(
-            f"{len(failed)} of {len(sweep.up) + len(sweep.down)} simulated speeds have no steady motion: "
-            f"{failed[0].message}."
-        )
-    for case in cases:
+    if failed := [motion for motion in every if not motion.status]:
+        yield f"{len(failed)} of {len(every)} simulated speeds have no steady motion: {failed[0].message}."
+    for case in found.cases:
         if not case.transient.status:
-            text = f"At {{}} ({case.name}) the simulation from rest {case.transient.message}."
-            said.append(Sentence(text, Speed(case.omega, digits=5)))
+            text = f" ({case.name}) the simulation from rest {case.transient.message}."
+            yield "At " + Speed(case.omega, digits=5) + text
     if study is not None and study.curve is not None:
-        said += not_exact("The steady curve of the whole drive train", study.curve.response.curve)
+        yield from not_exact("The steady curve of the whole drive train", study.curve.response.curve)
     if study is not None and study.left_out is not None:
-        said.append(study.left_out.sentence())
-    return tuple(said)
+        yield study.left_out.sentence()
