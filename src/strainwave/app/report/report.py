@@ -1,7 +1,7 @@
 """The report: results as plain data, CSV files of every curve, one self-contained HTML page, and a summary."""
 
 from collections.abc import Callable, Iterable, Sequence
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,7 +15,7 @@ from . import curve_files
 from .section import Part, Section, asked
 from .sections import SECTIONS
 
-HERE = Path(__file__).parent
+HERE, SOFTWARE = Path(__file__).parent, ("numpy", "scipy", "numba")
 
 
 class Report(NamedTuple):
@@ -87,13 +87,7 @@ def together(parts: Iterable[dict[str, Any]]) -> dict[str, Any]:
 
 
 def page(view: View, parts: Iterable[Part]) -> str:
-    """Render the HTML page: each section by its own template.
-
-    Raises
-    ------
-    RuntimeError
-        If jinja2 is not installed.
-    """
+    """Render the HTML page, each section by its own template; RuntimeError without jinja2."""
     try:
         import jinja2
     except ModuleNotFoundError as error:
@@ -114,7 +108,8 @@ def page(view: View, parts: Iterable[Part]) -> str:
         return environment.from_string(template.read_text(encoding="utf-8")).render(**names)
 
     bodies = [(p.section.heading, rendered(p.template, **p.data | p._asdict(), rows=p.rows)) for p in parts]
-    return rendered(HERE / "page.html.j2", bodies=bodies, software=_software())
+    software = ", ".join([f"strainwave {__version__}", *(f"{name} {version(name)}" for name in SOFTWARE)])
+    return rendered(HERE / "page.html.j2", bodies=bodies, software=software)
 
 
 def _filters(view: View) -> dict[str, Callable[..., Any]]:
@@ -134,13 +129,3 @@ def _filters(view: View) -> dict[str, Callable[..., Any]]:
         "with_unit": lambda value, unit, digits=4: f"{number(value, digits)} {unit}",
         "sentence": lambda text: text[:1].upper() + text[1:].rstrip(".") + "." if text else "",
     }
-
-
-def _software() -> str:
-    parts = [f"strainwave {__version__}"]
-    for package in ("numpy", "scipy", "numba"):
-        try:
-            parts.append(f"{package} {version(package)}")
-        except PackageNotFoundError:
-            continue
-    return ", ".join(parts)

@@ -72,15 +72,14 @@ class Opening:
         what = "|x| in a run-up of the whole drive train" if in_run else "steady |x|"
         text = f"largest {what} {BETWEEN}, mean included, at " + Speed(worst["omega_rad_per_s"], digits=5)
         found.append((view.angle.text(worst["peak_rad"]), view.told(text), False))
-        what, where = ("steady ", "") if not whole else ("", ", steady or in the run-up")
-        if in_run:
-            what, where = "", " in that run-up"
+        where = " in that run-up" if in_run else ", steady or in the run-up" if whole else ""
         size, beyond = torque["torque_Nm"], ""
         for name in ("momentary", "repeated_peak"):
             limit = torque[f"{name}_torque_Nm"]
             if not beyond and limit is not None and size > limit:
                 beyond = f": more than the {name.replace('_', ' ')} torque of {number(limit)} N·m"
-        text = f"largest {what}torque through the gear{where}, at " + Speed(torque["omega_rad_per_s"], digits=5)
+        kind, at = "" if where else "steady ", Speed(torque["omega_rad_per_s"], digits=5)
+        text = f"largest {kind}torque through the gear{where}, at " + at
         return [*found, (f"{number(size)} N·m", view.told(text) + beyond, bool(beyond))]
 
 

@@ -15,13 +15,13 @@ from ....study.response.resonances import active_orders
 from ....study.train.run import INPUTS
 from ....units import RPM
 from ...console import BETWEEN, number, percent
-from ...figures.plots import BLACK, BLUE, DASHES, ORANGE
+from ...figures.plots import BLACK, BLUE, DASHES, ORANGE, envelope
 from ...figures.svg import Curve, Panel, figure
 from ...units import sign, sizes
 from ...view import View
 from .resonances import jump_speeds
 
-BINS, CYCLE = 240, 100  # pieces of a run-up, at most, and samples in which every speed of it has a whole cycle
+CYCLE = 100  # samples of a run-up in which every speed of it has a whole cycle
 ROUNDING = 1e-6  # relative difference that is called none
 APART = 0.1  # relative difference of train and error equation that is warned of
 CONTROLS = {
@@ -223,9 +223,7 @@ def _run_figure(view: View, study: TrainStudy, ramp: Ramp) -> str:
     keep = run.trajectory.t >= ramp.begin
     speed, error = run.motor_speed[keep] / RPM, run.error[keep] * angle.factor
     panel = Panel("", "motor speed (rpm)", f"x {BETWEEN}\n({angle.name})")
-    starts = np.linspace(0, len(speed), min(BINS, max(2, len(speed) // CYCLE)), endpoint=False).astype(int)
-    low, high = np.minimum.reduceat(error, starts), np.maximum.reduceat(error, starts)
-    at = np.add.reduceat(speed, starts) / np.diff([*starts, len(speed)])
+    low, high, at = envelope(speed, error, max(2, len(speed) // CYCLE))
     panel.curves.append(Curve(at, low, BLUE, "run-up of the whole train (band of its cycles)", upper=high))
     curves = [(view.analysis.exact, ORANGE, "error equation, steady, largest |x|", DASHES)]
     if study.curve is not None:
