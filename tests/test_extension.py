@@ -1,5 +1,7 @@
 """What a user defines in a few lines, outside the package, and uses as what the package defines itself."""
 
+import html
+import json
 from typing import NamedTuple
 
 import numpy as np
@@ -7,10 +9,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
+from strainwave.app.figures.svg import Panel, figure
+from strainwave.app.report.report import together
 from strainwave.compile.jit import as_python
 from strainwave.maths import cos, sign, tanh
 from strainwave.model.train.train_forms import AtLoad
 from strainwave.numerics.choices import larger
+from strainwave.sentences import Angle, Speed
 
 DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
 KINKED = DUFFING._replace(law=sw.Backlash(1.0, 0.3))
@@ -426,3 +431,64 @@ def test_compiled_code_runs_a_users_control(control):
 def test_what_is_no_control_is_refused(control):
     with pytest.raises(TypeError, match=r"^Motor\.control is "):
         with_control(control)
+
+
+JOINT = """\
+title: Joint with a loop
+gear: {ratio: 50, law: {type: linear, K: 1e5 N*m/rad}}
+motor: {inertia: 5 kg*cm^2, loop: {type: speed_loop, K_p: 0.5 N*m*s/rad, K_i: 20 N*m/rad}}
+load: {inertia: 1 kg*m^2, drag: {type: angle_torque, amplitude: 80 N*m}}
+damping: {ratio: 10 %}
+speed: {from: 1500 rpm, to: 1600 rpm, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 10 arcsec}]}
+"""
+
+
+class StoredEnergy:
+    """A study in the shortest form: the energy in the gear at the largest error."""
+
+    heading = "Energy in the gear"
+
+    def data(self, view):
+        law, largest = view.project.drive.law, view.analysis.largest()
+        return {"stored_energy": {"largest_J": law.energy(largest.peak), "of": largest.of}}
+
+    def sentences(self, view):
+        largest = view.analysis.largest()
+        return ["It is largest at " + Speed(largest.omega) + ", where the error is " + Angle(largest.peak) + "."]
+
+    def figures(self, view):
+        x = np.linspace(0.0, view.analysis.largest().peak, 50)
+        panel = Panel("", f"torsion ({view.angle.name})", "energy (J)")
+        panel.line(x * view.angle.factor, view.project.drive.law.energy(x), "#0072B2")
+        return [figure([[panel]], 300.0, "energy over torsion")]
+
+
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_section_of_a_user_is_in_the_page_the_results_and_the_summary_of_a_report(tmp_path):
+    (tmp_path / "joint.yaml").write_text(JOINT)
+    folder = tmp_path / "report"
+    report = sw.report.write(tmp_path / "joint.yaml", folder, sections=(*sw.report.SECTIONS, StoredEnergy()))
+    results = json.loads((folder / "results.json").read_text(encoding="utf-8"))
+    largest = results["largest_error"]
+    assert largest["of"] == "run-up of the whole drive train"  # its steady curve has no gravity
+    stored = results["stored_energy"]
+    assert stored["of"] == largest["of"]
+    assert stored["largest_J"] == pytest.approx(0.5 * 1e5 * largest["peak_rad"] ** 2, rel=1e-12)
+    sentence = (
+        f"It is largest at {largest['motor_speed_rpm']:.5g} rpm at the motor, where the error is "
+        f"{largest['peak_arcsec']:.4g} arcsec."
+    )
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    own = html.unescape(page[page.index("<h2>Energy in the gear</h2>") :])
+    assert f"<p>{sentence}</p>" in own
+    assert f'<td>stored_energy.largest_J</td><td class="n">{stored["largest_J"]:.5g}</td>' in own
+    assert 'aria-label="energy over torsion"' in own
+    assert page.index("<h2>Derived quantities</h2>") < page.index("<h2>Energy in the gear</h2>")
+    assert sentence in report.summary
+
+
+def test_two_sections_with_one_key_are_refused():
+    with pytest.raises(ValueError, match="two sections of the report have the key 'energy_J'; rename one of them"):
+        together([{"title": "A drive"}, {"energy_J": 1.0}, {"energy_J": 2.0}])

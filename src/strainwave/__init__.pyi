@@ -10,6 +10,7 @@ from .model import train as train
 from .numerics.ensemble import measures as measures
 from .study.sweep import sampling as sampling
 from . import plot as plot
+from .app import report as report
 from .model.gears import *
 from .model.laws import *
 from .model.train import *

@@ -32,6 +32,12 @@ class Quantity:
         text = self.between.join(map(number, self.values))
         return text if self.bare else f"{text} {unit}".lstrip()
 
+    def __add__(self, other: str) -> "Sentence":
+        return Sentence("{}{}", self, other)
+
+    def __radd__(self, other: str) -> "Sentence":
+        return Sentence("{}{}", other, self)
+
     def __str__(self) -> str:
         return self.written(lambda value: f"{value:.{self.digits}g}", self.unit)
 
@@ -54,7 +60,10 @@ class Sentence(str):
     parts: tuple[Any, ...]
 
     def __new__(cls, text: str = "", *values: Any) -> "Sentence":
-        """Fill each {} of a text with a quantity, another sentence, or what is written as `str` writes it."""
+        """Fill each {} of a text with a quantity, another sentence, or what is written as `str` writes it.
+
+        Texts and quantities can also be added: "jumps at " + Speed(155.0).
+        """
         parts: list[Any] = []
         for words, value in zip(text.split("{}") if values else [text], [*values, ""], strict=True):
             own = value if isinstance(value, Quantity) else str(value)
@@ -83,6 +92,12 @@ class Sentence(str):
     def told(self, written: Callable[[Quantity], str]) -> str:
         """Render the sentence with a function that writes a quantity."""
         return "".join(part if isinstance(part, str) else written(part) for part in self.parts)
+
+
+def listed(parts: Iterable[str], between: str = " and ") -> Sentence:
+    """Join sentences as "a, b and c"."""
+    some = list(parts)
+    return Sentence(between).join([Sentence(", ").join(some[:-1]), some[-1]] if len(some) > 1 else some)
 
 
 def told(data: Any, written: Callable[[Quantity], str]) -> Any:

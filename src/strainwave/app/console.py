@@ -82,6 +82,11 @@ def number(value: float | str | bool | None, digits: int = 4) -> str:
     return mantissa.replace("-", "−") + "×10" + str(int(exponent)).translate(RAISED)
 
 
+def percent(share: float, digits: int = 4) -> str:
+    """Write a share in percent, with its unit."""
+    return f"{number(100.0 * share, digits)} %"
+
+
 def plain(value: Any) -> Any:
     """Turn a value into what JSON knows; numbers that are not finite become None."""
     if isinstance(value, dict):

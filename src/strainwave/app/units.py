@@ -1,8 +1,7 @@
 """Units in which commands, reports and figures show angles and speeds."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from ..sentences import Angle, Quantity
 from ..speeds import Speeds
 from ..units import ARCSEC
 from .console import number
@@ -24,17 +23,16 @@ def angle_unit(largest: float) -> AngleUnit:
     return AngleUnit("arcsec", 1.0 / ARCSEC) if largest / ARCSEC < 3600.0 else AngleUnit("mrad", 1e3)
 
 
-class Units(NamedTuple):
-    """Units of a face: it renders every sentence with `write`, once."""
+def sign(unit: str) -> str:
+    """A unit such as "kg*m**2" as it is printed."""
+    return unit.replace("**2", "²").replace("**3", "³").replace("*", "·")
 
-    angle: AngleUnit
-    speeds: Speeds
 
-    def write(self, quantity: Quantity) -> str:
-        """Write the values of a sentence: angles in one unit, speeds of the motor in rpm."""
-        unit, factor, digits = self.speeds.unit, self.speeds.scale, 5
-        if isinstance(quantity, Angle):
-            unit, factor, digits = *self.angle, 4
-        elif self.speeds.by_motor:
-            unit += " at the motor"
-        return quantity.written(lambda value: number(value * factor, min(digits, quantity.digits)), unit)
+def place(speeds: Speeds, omega: float) -> dict[str, Any]:
+    """Speed of the base angle and of the motor; None where the base angle is a forcing phase."""
+    return {"omega_rad_per_s": omega, "motor_speed_rpm": speeds.rpm(omega)}
+
+
+def sizes(rad: float | None, name: str = "peak") -> dict[str, Any]:
+    """An angle [rad] in radians and in arcsec."""
+    return {f"{name}_rad": rad, f"{name}_arcsec": None if rad is None else rad / ARCSEC}

@@ -1,5 +1,6 @@
 """The project file: a drive, its speed and what excites it, read from YAML with units and resolved to SI."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -19,13 +20,16 @@ from ..model.train.shafts import NO_DRAG, Elastic
 from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
 from ..quantities import checked, convert
 from ..speeds import Speeds
+from ..study.analysis.analysis import Analysis, analyze
+from ..study.analysis.remedies import CHANGE
+from ..study.analysis.runup import silent
 from ..study.train.reductions import left_out, listed
 from .complaints import complaints
 from .contradictions import contradictions, train_fields
 from .notes import notes
 from .own_gears import read_gears
-from .schema import CATALOGUE, ExplicitGear, OwnGear, ProjectSpec, Spec, SpeedSpec, TorqueSpec
-from .yaml_text import FileError, Located, Problem, as_path, complaint, name, read, read_text, shown
+from .schema import ExplicitGear, OwnGear, ProjectSpec, Spec, SpeedSpec, TorqueSpec
+from .yaml_text import FileError, Problem, as_path, complaint, name, read, read_text, shown
 
 ACCURACY_NOTE = (
     "The kinematic error stands for an accuracy class of {:.4g} arcsec peak-to-peak: its orders 1, 2 and 4 share it as "
@@ -154,6 +158,21 @@ class Project:
         whole: VaryingOscillator = checked(VaryingOscillator(system.J, damping, *system[2:], varying))
         return whole
 
+    def analyze(self, progress: Callable[[str, float], None] = silent) -> Analysis:
+        """Analyse the drive through its speeds; `progress` and errors as `study.analysis.analysis.analyze`."""
+        sizes = {share: (1.0 + share) * self.drive.J_l for share in (CHANGE, -CHANGE)}
+        changed = {share: replace(self, drive=self.drive._replace(J_l=J_l)) for share, J_l in sizes.items()}
+        return analyze(
+            self.system(reduced=True),
+            self.speeds,
+            gear=self.gear,
+            train=self.train,
+            rated_torque=self.rated_torque,
+            limit=self.limit,
+            loads=tuple((share, other.system(reduced=True)) for share, other in changed.items()),
+            progress=progress,
+        )
+
 
 def load(path: str | Path) -> Project:
     """Read a project file.
@@ -190,16 +209,18 @@ def from_text(text: str, path: Path) -> Project:
         if not isinstance(located.content, dict):
             raise _error(path, problems) from None
         spec = _what_is_right(located.content)
-    gear, elsewhere = None, ""
+    gear: Gear | ExplicitGear | None = None
+    elsewhere = ""
     try:
-        gear = _record(spec, path)
+        gear = _gear(spec, path)
     except FileError as error:
         elsewhere = str(error)
     except ValueError as error:
         problems.append(Problem(*located.place(("gear", "name")), "gear.name", str(error)))
     else:
-        problems += _contradictions(spec, gear, located)
-    if problems or elsewhere:
+        found = contradictions(spec, gear if isinstance(gear, Gear) else None)
+        problems += [Problem(*located.place(keys), name(keys), sentence) for keys, sentence in found]
+    if problems or elsewhere or gear is None:
         raise ProjectError("\n".join(part for part in (problems and complaint(path, problems), elsewhere) if part))
     return _resolved(spec, gear, path, text)
 
@@ -217,46 +238,35 @@ def _what_is_right(content: dict[str, Any]) -> ProjectSpec:
     return ProjectSpec.model_construct(**right)
 
 
-def _contradictions(spec: ProjectSpec, gear: Gear | None, located: Located) -> list[Problem]:
-    found = contradictions(spec, gear)
-    return [Problem(*located.place(keys), name(keys), sentence) for keys, sentence in found]
-
-
-def _record(spec: ProjectSpec, path: Path) -> Gear | None:
-    """Look up the record of the project's gear."""
+def _gear(spec: ProjectSpec, path: Path) -> Gear | ExplicitGear | None:
+    """The gear's record, or the gear that the file writes out; None of a file without."""
     if isinstance(spec.gear, OwnGear):
         file = path.parent / spec.gear.file
         gears = read_gears(file)
         if spec.gear.name not in gears:
             raise ValueError(f"{spec.gear.file} has no gear {shown(spec.gear.name)}; it has {', '.join(gears)[:200]}")
         return gears[spec.gear.name]
-    return catalogue.gear(spec.gear) if isinstance(spec.gear, str) else None
+    return catalogue.gear(spec.gear) if isinstance(spec.gear, str) else spec.gear
 
 
 def _error(path: Path, problems: list[Problem]) -> ProjectError:
     return ProjectError(complaint(path, problems))
 
 
-def _kinematic_error(spec: ProjectSpec, gear: Gear | None) -> KinematicError | None:
-    """Lines of the file, or those of its accuracy class."""
-    accuracy = spec.excitation.accuracy
+def _kinematic_error(spec: ProjectSpec, accuracy: float | None) -> KinematicError | None:
+    """Lines of the file, or those of an accuracy class [rad]."""
     if accuracy is not None:
-        return accuracy_spectrum(_class_of(spec, gear))
+        return accuracy_spectrum(accuracy)
     error = tuple(Line(line.order, line.amplitude, line.phase) for line in spec.excitation.kinematic_error)
     return KinematicError(error) if error else None
 
 
-def _class_of(spec: ProjectSpec, gear: Gear | None) -> float:
-    accuracy = gear.accuracy if gear is not None and spec.excitation.accuracy == CATALOGUE else spec.excitation.accuracy
-    assert isinstance(accuracy, float)
-    return accuracy
-
-
-def _resolved(spec: ProjectSpec, gear: Gear | None, path: Path, text: str) -> Project:
+def _resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str) -> Project:
+    gear, ratio = own if isinstance(own, Gear) else None, float(own.ratio)
     J_m = spec.motor.inertia or (gear.input_inertia if gear is not None else None) or 0.0
-    geared = gear or spec.gear
-    assert isinstance(geared, Gear | ExplicitGear)
-    ratio = float(geared.ratio)
+    accuracy = spec.excitation.accuracy
+    if isinstance(accuracy, str):  # CATALOGUE
+        accuracy = None if gear is None else gear.accuracy
     coupling = spec.load.coupling
     J_l = spec.load.inertia + (coupling.inertia if coupling is not None else 0.0)
     drive = Drive(J_m, J_l, ratio, spec.damping.B or 0.0, spec.law(gear))
@@ -271,15 +281,15 @@ def _resolved(spec: ProjectSpec, gear: Gear | None, path: Path, text: str) -> Pr
         speeds=_speeds(spec.speed, ratio),
         motor_torque=_torque(spec.excitation.motor_torque),
         load_torque=_torque(spec.excitation.load_torque),
-        kinematic_error=_kinematic_error(spec, gear),
+        kinematic_error=_kinematic_error(spec, accuracy),
         damping=spec.damping.of(drive.B) if spec.damping.varies else None,
         stiffness=None if spec.stiffness is None else spec.stiffness.ripples,
-        rated_torque=_rated_torque(spec, gear),
+        rated_torque=own.rated_torque,
         limit=None if spec.limit is None else spec.limit.oscillation,
     )
     said = tuple(notes(project))
-    if spec.excitation.accuracy is not None:
-        said = (ACCURACY_NOTE.format(convert(_class_of(spec, gear), "rad", "arcsec")), *said)
+    if accuracy is not None:
+        said = (ACCURACY_NOTE.format(convert(accuracy, "rad", "arcsec")), *said)
     return replace(project, train=_train(project, spec), notes=said)
 
 
@@ -289,12 +299,6 @@ def _speeds(spec: SpeedSpec, ratio: float) -> Speeds:
     if spec.at is not None:
         return Speeds.at(tuple(given), spec.shaft, factor)
     return Speeds((given[0], given[-1]), (), spec.shaft, factor)
-
-
-def _rated_torque(spec: ProjectSpec, gear: Gear | None) -> float | None:
-    if isinstance(spec.gear, ExplicitGear):
-        return spec.gear.rated_torque
-    return None if gear is None else gear.rated_torque
 
 
 def _train(project: Project, spec: ProjectSpec) -> DriveTrain | None:

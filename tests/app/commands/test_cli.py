@@ -111,7 +111,7 @@ def test_interrupt_exits_with_130_and_leaves_nothing(monkeypatch, project, tmp_p
     def stopped(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("strainwave.app.commands.analyze._analysis", stopped)
+    monkeypatch.setattr("strainwave.files.project.Project.analyze", stopped)
     result = invoke("analyze", project, "-o", tmp_path / "out")
     assert result.exit_code == 130
     assert "interrupted" in result.stderr
@@ -123,12 +123,13 @@ def test_full_disk_while_writing_leaves_an_older_report_whole(monkeypatch, proje
     out.mkdir()
     (out / "report.html").write_text("older")
 
-    def half(_project, _analysis, folder):
+    def half(_view, folder, _sections):
         (folder / "report.html").write_text("half")
         raise OSError(28, "No space left on device", str(folder / "results.json"))
 
-    monkeypatch.setattr("strainwave.app.commands.analyze._analysis", lambda *_: None)
-    monkeypatch.setattr("strainwave.app.commands.analyze.write", half)
+    monkeypatch.setattr("strainwave.files.project.Project.analyze", lambda *_: None)
+    monkeypatch.setattr("strainwave.app.view.View.of", lambda *_: None)
+    monkeypatch.setattr("strainwave.app.report.report.write_view", half)
     result = invoke("analyze", project, "-o", out)
     assert result.exit_code == 1
     assert "no space left on device" in result.stderr

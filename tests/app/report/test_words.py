@@ -6,14 +6,14 @@ from types import SimpleNamespace
 import pytest
 
 import strainwave as sw
-from strainwave.app.report import words
-from strainwave.app.report.advice import advice_data
-from strainwave.app.report.facts import facts
-from strainwave.app.report.words import warnings
-from strainwave.app.units import AngleUnit, Units
-from strainwave.sentences import told
+from strainwave.app.report.sections.advice import SpeedsToAvoid
+from strainwave.app.report.sections.derived import facts
+from strainwave.app.report.sections.resonances import jump_verdict, peak_verdict, resonance_lines
+from strainwave.app.report.sections.stability import Stability
+from strainwave.app.report.sections.warnings import warnings
+from strainwave.app.units import AngleUnit
+from strainwave.app.view import View
 from strainwave.speeds import Speeds
-from strainwave.study.analysis.advice import Advice
 from strainwave.study.analysis.analysis import _proof
 from strainwave.study.analysis.avoid import Avoid
 from strainwave.study.analysis.remedies import Remedy
@@ -23,7 +23,14 @@ from strainwave.units import ARCSEC, RPM
 
 ARCSECONDS = AngleUnit("arcsec", 1.0 / ARCSEC)
 SPEEDS = Speeds((60.0, 200.0))
-UNITS = Units(ARCSECONDS, SPEEDS)
+
+
+def view(analysis, **project):
+    return View(SimpleNamespace(**{"speeds": SPEEDS} | project), analysis, ARCSECONDS)
+
+
+def told(data):
+    return view(None).told(data)
 
 
 def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
@@ -31,9 +38,9 @@ def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
     used = Usage(peak_torque=600.0, at_peak=2400 * RPM, average_torque=300.0, at_average=2350 * RPM)
     limits = limit_findings(gear, used, 4500 * RPM)
     drive = gear.drive(load_inertia=1.3, B=20.0)
-    project = SimpleNamespace(gear=gear, drive=drive, notes=("a doubt",))
-    analysis = SimpleNamespace(usage=used, limits=limits, warnings=("a warning",), response=SimpleNamespace(sweep=None))
-    said = told(warnings(project, analysis), UNITS.write)
+    response = SimpleNamespace(sweep=None)
+    analysis = SimpleNamespace(usage=used, limits=limits, warnings=("a warning",), response=response, train=None)
+    said = told(warnings(view(analysis, gear=gear, drive=drive, notes=("a doubt",))))
     assert [sentence.split(",")[0] for sentence in said[:3]] == [
         "At 2400 rpm at the motor: The torque in the gear reaches 600 N·m",
         "The input speed reaches 4500 rpm",
@@ -49,8 +56,8 @@ def test_the_facts_name_the_frequencies_before_and_after_hysteresis_yields_and_t
     drive = sw.Drive(4.5e-4, 1.3, 50.0, damping, law)
     system = drive.error_equation(kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)), motor="held")
     analysis = SimpleNamespace(point=operating_point(system), system=system)
-    project = SimpleNamespace(drive=drive, motor="held", speeds=SPEEDS, kinematic_error=None, gear=None)
-    rows = {fact.name: fact for fact in facts(project, analysis, ARCSECONDS)}
+    shown = view(analysis, drive=drive, motor="held", kinematic_error=None, gear=None)
+    rows = {fact.name: fact for fact in facts(shown)}
     before, after = rows["Natural frequency, motor held"], rows["Natural frequency of the spring alone, motor held"]
     assert (before.value, after.value) == (pytest.approx(350.823, abs=1e-3), pytest.approx(277.350, abs=1e-3))
     assert "before the hysteresis yields" in before.note
@@ -60,42 +67,41 @@ def test_the_facts_name_the_frequencies_before_and_after_hysteresis_yields_and_t
 
 
 def resonance(**more):
-    speeds = {"omega_rad_per_s": 138.7, "motor_speed_rpm": 1324.2}
+    speeds = {"omega_rad_per_s": 138.7, "motor_speed_rpm": 1324.5}
     row = {"name": "primary", "order": 2, "top": None, "jumps": [], "peak": None, "peak_error": None}
     return row | speeds | more
 
 
-def test_a_resonance_is_told_with_the_jumps_of_the_computed_curve_and_the_place_of_its_maximum():
-    jump = {"omega_rad_per_s": 154.0, "motor_speed_rpm": 1470.8}
-    lines = words._resonance_lines(resonance(top=jump, jumps=[jump]), ARCSECONDS)
-    assert lines == [
-        "  primary resonance of order 2: small oscillations at 1324.2 rpm at the motor, "
-        "largest at 1470.8 rpm at the motor",
-        "    jumps at 1470.8 rpm at the motor",
-    ]
-    assert len(words._resonance_lines(resonance(), ARCSECONDS)) == 1
+def test_a_resonance_is_told_with_the_place_of_its_maximum():
+    top = {"omega_rad_per_s": 154.0, "motor_speed_rpm": 1470.6}
+    text = "primary resonance of order 2: small oscillations at 1324.5 rpm at the motor"
+    assert told(resonance_lines(resonance(top=top))) == [text + ", largest at 1470.6 rpm at the motor"]
+    assert told(resonance_lines(resonance())) == [text]
 
 
 def test_a_peak_by_multiple_scales_is_measured_against_the_curve_or_said_to_be_estimated():
     measured = {"amplitude": 0.27, "speed": -0.05, "predicted": False}
-    assert words.peak_verdict(resonance(peak_error=measured)) == (
+    assert peak_verdict(resonance(peak_error=measured)) == (
         "relative to the computed curve, the amplitude is 27 % too large and the resonance speed 5 % too low"
     )
     guessed = {"amplitude": 0.27, "speed": 0.05, "predicted": True}
-    assert "by its own estimate off by about 27 %" in words.peak_verdict(resonance(peak_error=guessed))
+    assert "by its own estimate off by about 27 %" in peak_verdict(resonance(peak_error=guessed))
 
 
 def test_no_proof_of_stability_is_told_with_its_reason():
     system = sw.Oscillator(1.0, 0.1, sw.LuGre(1e4, 10.0, 0.0, 1.0, 2.0, 1e-3), sw.Harmonic(1.0), 1.0)
     proof = _proof(system, SimpleNamespace(mean_torque=0.0))
     assert proof.reason.startswith("LuGre has friction or memory; Lyapunov's direct method")
-    text = words.stability_text({"stability": {"scope": proof.scope, "obstacle": proof.obstacle}})
-    assert text == "no proof: LuGre has friction or memory"
+    shown, section = view(SimpleNamespace(stability=proof, train_curve=None)), Stability()
+    assert section.lines(shown, section.data(shown)) == ["stability: no proof: LuGre has friction or memory"]
 
 
 def test_jumps_are_told_of_the_computed_curve_first():
-    at = [{"omega_rad_per_s": 170.0, "motor_speed_rpm": rpm} for rpm in (1621.1, 1629.9)]
-    verdict = words.jump_verdict
+    at = [{"omega_rad_per_s": rpm * RPM} for rpm in (1621.1, 1629.9)]
+
+    def verdict(row):
+        return told(jump_verdict(row))
+
     assert verdict({"jumps": [], "folds": []}) == ""
     assert verdict({"jumps": [], "folds": at}) == (
         "Here the computed curve does not jump; multiple scales would at 1621.1 rpm at the motor and 1629.9 rpm at "
@@ -109,10 +115,9 @@ def test_jumps_are_told_of_the_computed_curve_first():
 
 def advised(bands, largest, slow, remedies=(), sweep=None, peaks=(), limit=None):
     avoid = Avoid(bands, largest, 140.0, slow, peaks, limit)
-    analysis = SimpleNamespace(
-        advice=Advice(avoid, remedies), response=SimpleNamespace(sweep=sweep), speeds=(60.0, 200.0)
-    )
-    return told(advice_data(SPEEDS, analysis), UNITS.write)
+    response = SimpleNamespace(sweep=sweep)
+    analysis = SimpleNamespace(avoid=avoid, remedies=remedies, response=response, speeds=(60.0, 200.0))
+    return told(SpeedsToAvoid().data(view(analysis))["advice"])
 
 
 def test_speeds_to_avoid_are_one_sentence_with_the_reason_and_the_jumps():

@@ -1,8 +1,7 @@
 """The command `strainwave`: what each subcommand takes and prints. Results go to stdout, everything else to stderr.
 
 Exit codes: 0 ok, 1 the run failed, 2 wrong usage, 3 invalid project file, 130 interrupted. Heavy libraries are
-imported inside
-the commands, so that `--help` answers at once.
+imported inside the commands, so that `--help` answers at once.
 """
 
 import os
@@ -71,13 +70,9 @@ def cli(debug: bool) -> None:
 
 @cli.command()
 @click.option(
-    "-o",
-    "--output",
-    type=folder_type,
-    default=Path("strainwave-demo"),
-    show_default=True,
+    "-o", "--output", type=folder_type, default=Path("strainwave-demo"), show_default=True,
     help="Folder for the reports.",
-)
+)  # fmt: skip
 @json_option
 def demo(output: Path, as_json: bool) -> None:
     """Analyse the article's drive and a real catalogue drive."""
@@ -116,22 +111,15 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
 @cli.command()
 @click.argument("project", type=click.Path(path_type=Path))
 @click.option(
-    "--grid",
-    multiple=True,
-    required=True,
-    metavar="PATH=VALUES",
+    "--grid", multiple=True, required=True, metavar="PATH=VALUES",
     help='Values of a parameter: LOW:HIGH:COUNT[:log] or V1,V2,..., in SI units or their own ("9 rad/s"); repeatable. '
     "PATH is one of the error equation's (omega, J, B, law.K, error.lines.0.amplitude) or, where that is the same, "
     "the file's (gear.law.K, damping.B, load.inertia of a held motor, excitation.kinematic_error.0.amplitude).",
-)
+)  # fmt: skip
 @click.option(
-    "--measure",
-    "measures",
-    multiple=True,
-    default=("peak",),
-    show_default=True,
+    "--measure", "measures", multiple=True, default=("peak",), show_default=True,
     help="What to keep of every trajectory: peak, rms, mean, extremes, amplitude:K. Repeat it for several.",
-)
+)  # fmt: skip
 @click.option("--settle", type=click.IntRange(0), default=200, show_default=True, help="Periods before measuring.")
 @click.option("--periods", type=click.IntRange(1), default=20, show_default=True, help="Periods of the measures.")
 @click.option("-o", "--output", type=folder_type, required=True, help="Store of the results; run again to resume.")
@@ -142,17 +130,14 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
 )  # fmt: skip
 @click.option("--cluster", metavar="ADDRESS", help="Scheduler of a dask cluster, for example tcp://127.0.0.1:8786.")
 @json_option
-def sweep(
-    project: Path, grid: tuple[str, ...], measures: tuple[str, ...], settle: int, periods: int, output: Path,
-    workers: int | None, chunk: int | None, cluster: str | None, as_json: bool,
-) -> None:  # fmt: skip
+def sweep(**given: Any) -> None:
     """Integrate a drive over a grid of its parameters and keep the results in a store.
 
     An interrupted sweep keeps what it has finished; the same command again goes on from there.
     """
     from .sweep import show
 
-    show(project, grid, measures, settle, periods, output, workers, chunk, cluster, as_json)
+    show(**given)
 
 
 @cli.command()
@@ -176,14 +161,11 @@ def reproduce(as_json: bool) -> None:
     "--file", type=click.Path(path_type=Path), help="Gears of your own in YAML or CSV, in place of the catalogue."
 )
 @json_option
-def catalogue(
-    name: str | None, series: str | None, size: int | None, ratio: int | None,
-    torque: str | None, stiffness: str | None, speed: str | None, file: Path | None, as_json: bool,
-) -> None:  # fmt: skip
+def catalogue(torque: str | None, stiffness: str | None, speed: str | None, **given: Any) -> None:
     """List the gears of the catalogue or of a file, or show one."""
     from .gears import show
 
-    show(name, series, size, ratio, {"torque": torque, "stiffness": stiffness, "speed": speed}, file, as_json)
+    show(least={"torque": torque, "stiffness": stiffness, "speed": speed}, **given)
 
 
 def _orders(_context: click.Context, _option: click.Parameter, text: str | None) -> list[int] | None:

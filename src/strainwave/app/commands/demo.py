@@ -2,12 +2,11 @@
 
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import Any
 
 from ...files.project import load
 from ..console import to_json
-from ..report.words import summary
-from .analyze import analyse
+from ..report.report import Report
+from .analyze import analyse, printed
 
 DRIVES = ("article", "CSG-40-50")
 
@@ -21,19 +20,14 @@ def run(folder: Path, as_json: bool) -> str:
         With the sentence that says what was finished, if the user stops it.
     """
     projects = files("strainwave.app") / "projects"
-    reports = {name: folder / name / "report.html" for name in DRIVES}
-    results: dict[str, dict[str, Any]] = {}
+    reports: dict[str, Report] = {}
     for name in DRIVES:
         with as_file(projects / f"{name}.yaml") as path:
             try:
-                results[name] = analyse(load(path), folder / name)
+                reports[name] = analyse(load(path), folder / name)
             except KeyboardInterrupt:
-                kept = ", ".join(str(reports[done]) for done in results)
+                kept = ", ".join(str(folder / done / "report.html") for done in reports)
                 raise KeyboardInterrupt(f"interrupted; {f'kept: {kept}' if kept else 'nothing was written'}") from None
-    return _printed(results, reports, as_json)
-
-
-def _printed(results: dict[str, dict[str, Any]], reports: dict[str, Path], as_json: bool) -> str:
     if as_json:
-        return to_json(results)
-    return "\n\n".join(f"{summary(results[name])}\n  report: {reports[name]}" for name in results)
+        return to_json({name: report.results for name, report in reports.items()})
+    return "\n\n".join(printed(report, folder / name) for name, report in reports.items())

@@ -20,13 +20,10 @@ SHOWN_IN_PROJECT = 64
 
 
 def show(
-    file: Path,
-    back: Path | None,
-    columns: dict[str, Any],
+    file: Path, back: Path | None, columns: dict[str, Any],
     shafts: tuple[Literal["motor", "output"], Literal["motor", "output"] | None, int | None],
-    search: dict[str, Any],
-    as_json: bool,
-) -> None:
+    search: dict[str, Any], as_json: bool,
+) -> None:  # fmt: skip
     """Read a scan, find its lines and print them.
 
     Parameters

@@ -14,14 +14,9 @@ from ..console import number, print_table, to_json
 
 
 def show(
-    name: str | None,
-    series: str | None,
-    size: int | None,
-    ratio: int | None,
-    least: dict[str, str | None],
-    file: Path | None,
-    as_json: bool,
-) -> None:
+    name: str | None, series: str | None, size: int | None, ratio: int | None,
+    least: dict[str, str | None], file: Path | None, as_json: bool,
+) -> None:  # fmt: skip
     """Print one record, or the list that passes the filters.
 
     Parameters

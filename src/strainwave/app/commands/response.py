@@ -1,7 +1,6 @@
 """`strainwave response`: the computed response of a project's drive as numbers, CSV or figure."""
 
 import math
-import os
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +15,10 @@ from ...study.response.response import ExactResponse
 from ...units import ARCSEC
 from ..console import BETWEEN, WHAT_X_IS, Progress, number, to_json
 from ..figures import curves, png
-from ..output import write_csv
+from ..output import staged, write_csv
 from ..report.curve_files import exact_columns
-from ..report.data import CONVENTIONS, exact_response_data
+from ..report.sections.opening import CONVENTIONS
+from ..report.sections.speed_range import curve_data
 from ..units import angle_unit
 from .equation import refuse_reduced, remarks
 
@@ -53,18 +53,17 @@ def show(path: Path, output: Path | None, as_json: bool) -> None:
             progress.show("writing", 0.8)
             _write(project, system, exact, speeds, output)
     data = {"title": project.title, "shaft": project.speeds.shaft, "motor": project.motor} | _in_shaft(project, exact)
-    data |= exact_response_data(project.speeds, exact) | {"conventions": CONVENTIONS, "remarks": _remarks(project)}
+    data |= curve_data(project.speeds, exact) | {"conventions": CONVENTIONS, "remarks": _remarks(project)}
     click.echo(to_json(data) if as_json else _summary(project, data, output))
 
 
 def _write(project: Project, system: Any, exact: ExactResponse, speeds: tuple[float, float], output: Path) -> None:
     """Write the curve as CSV, or with multiple scales over it as a figure; the file appears when it is complete."""
-    output.parent.mkdir(parents=True, exist_ok=True)
-    part = output.with_name(f".{output.stem}.part{output.suffix}")
-    try:
+    with staged(output.parent) as folder:
+        part = folder / output.name
         if output.suffix in FIGURES:
             found = regimes(system, operating_point(system), speeds)
-            panel = curves.range_panel(project, exact, found, speeds, None, angle_unit(float(np.max(exact.curve.peak))))
+            panel = curves.range_panel(project, angle_unit(float(np.max(exact.curve.peak))), exact, found)
             panel.caption = [f"{WHAT_X_IS}.", *_remarks(project)]
             if output.suffix == ".svg":
                 part.write_text(curves.speed_range(panel) + "\n", encoding="utf-8")
@@ -72,9 +71,6 @@ def _write(project: Project, system: Any, exact: ExactResponse, speeds: tuple[fl
                 png.write(panel, part)
         else:
             write_csv(part, exact_columns(project.speeds, exact.curve))
-        os.replace(part, output)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _remarks(project: Project) -> list[str]:

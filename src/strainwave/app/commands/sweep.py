@@ -23,6 +23,7 @@ from ...study.sweep.sampling import TOGETHER
 from ...study.sweep.sweep import sweep
 from ...units import NUMBER
 from ..console import WHAT_X_IS, number, to_json
+from ..units import sign
 from .equation import refuse_reduced, remarks
 
 MEASURES = {"peak": Peak, "rms": Rms, "mean": Mean, "extremes": Extremes}
@@ -34,7 +35,7 @@ WITHIN = {  # numbers of the project file that are no parameters of the equation
 
 
 def show(
-    path: Path, grid: tuple[str, ...], measures: tuple[str, ...], settle: int, periods: int, output: Path,
+    project: Path, grid: tuple[str, ...], measures: tuple[str, ...], settle: int, periods: int, output: Path,
     workers: int | None, chunk: int | None, cluster: str | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Sweep the drive of a project file, or go on where the last run stopped, and print what was found.
@@ -48,18 +49,18 @@ def show(
     click.BadParameter
         If a grid or a measure cannot be read.
     """
-    project = load(path)
-    refuse_reduced(project, "sweep")
-    system = project.system()
-    known, grids = parameters(system), [in_equation(text, project) for text in grid]
+    drive = load(project)
+    refuse_reduced(drive, "sweep")
+    system = drive.system()
+    known, grids = parameters(system), [in_equation(text, drive) for text in grid]
     axes = dict(axis(text, known) for text in grids)
     units = dict(typed_unit(text, known) for text in grids)
     states = state_count(system)
     measure = EnsembleMeasure((0.0,) * states, periods, tuple(map(named, measures)), settle)
-    with progress(project.title), client(cluster) as connected:
+    with progress(drive.title), client(cluster) as connected:
         data = sweep(measure, system, axes, store=output, client=connected, workers=workers, chunk=chunk)
-    report = found(data) | {"conventions": WHAT_X_IS, "title": project.title, "store": str(output), "units": units}
-    report["remarks"] = [*remarks(project), *at_one_speed(project, float(system.omega), list(axes))]
+    report = found(data) | {"conventions": WHAT_X_IS, "title": drive.title, "store": str(output), "units": units}
+    report["remarks"] = [*remarks(drive), *at_one_speed(drive, float(system.omega), list(axes))]
     click.echo(to_json(report) if as_json else summary(report))
 
 
@@ -266,13 +267,9 @@ def summary(report: dict[str, Any]) -> str:
 
 def _in_unit(value: float, own: str, given: str) -> str:
     """A value of an axis in the unit that it was given in."""
-    return f"{number(convert(value, own, given), DIGITS)} {_sign(given)}".rstrip()
+    return f"{number(convert(value, own, given), DIGITS)} {sign(given)}".rstrip()
 
 
 def _span(known: dict[str, Any], unit: str) -> str:
     ends = (number(convert(known[end], known["unit"], unit), DIGITS) for end in ("smallest", "largest"))
-    return f"{' to '.join(ends)} {_sign(unit)}".rstrip()
-
-
-def _sign(unit: str) -> str:
-    return unit.replace("**2", "²").replace("**3", "³").replace("*", "·")
+    return f"{' to '.join(ends)} {sign(unit)}".rstrip()

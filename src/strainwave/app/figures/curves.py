@@ -10,12 +10,12 @@ import numpy as np
 
 from ...files.project import Project
 from ...results import Floats
-from ...study.analysis.analysis import Analysis
 from ...study.analysis.runup import RunUp
 from ...study.response.resonances import Regime
 from ...study.response.response import ExactResponse
 from ..console import BETWEEN
 from ..units import AngleUnit
+from ..view import View
 from .fine_curve import fine
 from .plots import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE
 from .svg import Arrow, Note, Panel, figure
@@ -29,11 +29,10 @@ def speed_axis(project: Project) -> tuple[str, float]:
 
 
 def range_panel(
-    project: Project, exact: ExactResponse, regimes: tuple[Regime, ...], speeds: tuple[float, float],
-    run: RunUp | None, angle: AngleUnit,
-) -> Panel:  # fmt: skip
+    project: Project, angle: AngleUnit, exact: ExactResponse, regimes: tuple[Regime, ...], run: RunUp | None = None
+) -> Panel:
     """Largest error through the speed range: exact, by multiple scales, and simulated up and down."""
-    curve, factor = fine(exact).curve, angle.factor
+    curve, factor, speeds = fine(exact).curve, angle.factor, project.speeds.limits
     label, scale = speed_axis(project)
     low, high = scale * speeds[0], scale * speeds[1]
     margin = 0.02 * (high - low)
@@ -64,15 +63,16 @@ def range_panel(
     return panel
 
 
-def report_panel(project: Project, analysis: Analysis, angle: AngleUnit) -> Panel:
+def report_panel(view: View) -> Panel:
     """`range_panel` of a report: of the whole train, with the error equation over it, where there is a curve of it."""
+    (project, analysis, angle), regimes = view, view.analysis.regimes
     if analysis.train_curve is None:
-        return range_panel(project, analysis.exact, analysis.regimes, analysis.speeds, analysis.run_up, angle)
-    panel = range_panel(project, analysis.response, (), analysis.speeds, None, angle)
-    scale = speed_axis(project)[1]
+        return range_panel(project, angle, analysis.exact, regimes, analysis.run_up)
+    panel = range_panel(project, angle, analysis.response, ())
     exact = fine(analysis.exact).curve
-    panel.line(scale * exact.omega, angle.factor * exact.peak, GREY, "error equation, a reduction", DOT_DASH, 1.3)
-    top = angle.factor * max(float(np.max(exact.peak)), float(np.max(analysis.response.curve.peak)))
+    x, y = view.speeds.scale * exact.omega, angle.factor * exact.peak
+    panel.line(x, y, BLACK, "error equation, a reduction", DOT_DASH, 1.3)
+    top = max(float(np.max(y)), angle.factor * float(np.max(analysis.response.curve.peak)))
     panel.ylim = None if panel.log else (0.0, 1.05 * top)
     return panel
 
@@ -82,12 +82,12 @@ def speed_range(panel: Panel) -> str:
     return figure([[panel]], HEIGHT, "largest error against speed")
 
 
-def response(project: Project, analysis: Analysis, regime: Regime, angle: AngleUnit) -> str:
+def response(view: View, regime: Regime) -> str:
     """One resonance as SVG: the torsion's component near omega_0, exact, by multiple scales, and simulated."""
     curve = regime.response
     if curve is None or not curve.branches:
         raise ValueError(f"the {regime.label} resonance has no response curve")
-    label, scale = speed_axis(project)
+    (project, analysis, angle), (label, scale) = view, speed_axis(view.project)
     low, high = regime.band()
     p, q = regime.resonance
     turning = project.speeds.name.removeprefix("forcing frequency ")

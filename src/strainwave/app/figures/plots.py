@@ -42,10 +42,10 @@ def _from_rest(case: TimeCase, angle: AngleUnit) -> Panel:
             panel.line(theory.t * seconds, theory.x * angle.factor, ORANGE, "multiple scales", DASHES, 1.3)
         return panel
     turns = max(12, int(run.t[-1] * case.omega / (2.0 * np.pi)))
-    low, high, t = _envelope(run.t * seconds, run.y[0] * angle.factor, turns)
+    low, high, t = envelope(run.t * seconds, run.y[0] * angle.factor, turns)
     panel.curves.append(Curve(t, low, BLUE, "integration (band of its cycles)", upper=high))
     if theory is not None:
-        low, high, t = _envelope(theory.t * seconds, theory.x * angle.factor, turns)
+        low, high, t = envelope(theory.t * seconds, theory.x * angle.factor, turns)
         panel.line(t, high, ORANGE, "multiple scales", DASHES, 1.3)
         panel.line(t, low, ORANGE, "multiple scales", DASHES, 1.3)
     return panel
@@ -82,9 +82,9 @@ def _repeated_time(cycle: Cycle, shown: int) -> Floats:
     return np.concatenate([cycle.t + i * cycle.t[-1] for i in range(shown)]) * 1e3
 
 
-def _envelope(t: Floats, x: Floats, turns: int) -> tuple[Floats, Floats, Floats]:
-    """Lowest and highest value in each of at most `BINS` equal pieces, each a turn of the base angle or longer."""
-    starts = np.linspace(0, len(t), min(BINS, turns), endpoint=False).astype(int)
+def envelope(t: Floats, x: Floats, pieces: int) -> tuple[Floats, Floats, Floats]:
+    """Lowest and highest value in each of at most `BINS` equal pieces, and where: its middle, or the end."""
+    starts = np.linspace(0, len(t), min(BINS, pieces), endpoint=False).astype(int)
     low, high = np.minimum.reduceat(x, starts), np.maximum.reduceat(x, starts)
     at = np.add.reduceat(t, starts) / np.diff([*starts, len(t)])
     at[0], at[-1] = t[0], t[-1]

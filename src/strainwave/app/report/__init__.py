@@ -1,1 +1,7 @@
-"""The report of an analysis: data, sentences, pages."""
+"""The report of a drive: `write` and its `SECTIONS`, each of them one object, to which your own can be added."""
+
+from ..view import View as View
+from .report import Report as Report
+from .report import write as write
+from .section import Section as Section
+from .sections import SECTIONS as SECTIONS

@@ -4,39 +4,33 @@ from pathlib import Path
 
 import numpy as np
 
-from ...files.project import Project
 from ...results import Branch, Floats
 from ...speeds import Speeds
-from ...study.analysis.analysis import Analysis
 from ...study.analysis.time_case import TimeCase
 from ..output import slug, write_csv
+from ..view import View
 
 
-def write(project: Project, analysis: Analysis, folder: Path) -> list[str]:
+def write(view: View, folder: Path) -> list[str]:
     """Write the CSV files of the run-up, the response curves and the time responses; return their names."""
-    names = []
+    analysis, speeds, names = view.analysis, view.speeds, list[str]()
     for name, motions in (("run-up.csv", analysis.run_up.up), ("run-down.csv", analysis.run_up.down)):
         good = [m for m in motions if m.status]
         if good:
-            speeds = speed_columns(project.speeds, np.array([m.omega for m in good]))
-            write_csv(folder / name, [*speeds, ("peak_x_rad", np.array([m.peak for m in good]))])
+            columns = speed_columns(speeds, np.array([m.omega for m in good]))
+            write_csv(folder / name, [*columns, ("peak_x_rad", np.array([m.peak for m in good]))])
             names.append(name)
-    if len(analysis.exact.curve):
-        write_csv(folder / "exact-response.csv", exact_columns(project.speeds, analysis.exact.curve))
-        names.append("exact-response.csv")
-    if analysis.train_curve is not None:
-        write_csv(folder / "train-response.csv", exact_columns(project.speeds, analysis.train_curve.response.curve))
-        names.append("train-response.csv")
+    whole = None if analysis.train_curve is None else analysis.response.curve
+    for name, curve in (("exact-response.csv", analysis.exact.curve), ("train-response.csv", whole)):
+        if curve is not None and len(curve):
+            write_csv(folder / name, exact_columns(speeds, curve))
+            names.append(name)
     for regime in analysis.regimes:
         for i, branch in enumerate(regime.response.branches if regime.response else ()):
             name = f"response-{slug(regime.label)}{'' if i == 0 else f'-branch-{i + 1}'}.csv"
-            columns = [
-                ("omega_rad_per_s", branch.omega),
-                ("amplitude_rad", branch.amplitude),
-                ("phase_rad", branch.phase),
-                ("stable", branch.stable.astype(float)),
-            ]
-            write_csv(folder / name, columns)
+            polar = ("amplitude_rad", branch.amplitude), ("phase_rad", branch.phase)
+            stable = ("stable", branch.stable.astype(float))
+            write_csv(folder / name, [("omega_rad_per_s", branch.omega), *polar, stable])
             names.append(name)
     for i, case in enumerate(analysis.cases, 1):
         names += _write_case(folder, f"case-{i}-{slug(case.name)}", case)
@@ -64,15 +58,9 @@ def _write_case(folder: Path, name: str, case: TimeCase) -> list[str]:
         columns.append(("x_multiple_scales_rad", compared.theory.x))
     write_csv(folder / f"{name}-from-rest.csv", columns)
     names = [f"{name}-from-rest.csv"]
-    cycle = case.cycle
-    if cycle is not None:
-        steady = [
-            ("t_s", cycle.t),
-            ("x_rad", cycle.x),
-            ("v_rad_per_s", cycle.v),
-            ("u_rad", cycle.u),
-            ("torque_Nm", cycle.torque),
-        ]
+    if case.cycle is not None:
+        c = case.cycle
+        steady = [("t_s", c.t), ("x_rad", c.x), ("v_rad_per_s", c.v), ("u_rad", c.u), ("torque_Nm", c.torque)]
         write_csv(folder / f"{name}-steady.csv", steady)
         names.append(f"{name}-steady.csv")
     return names

@@ -1,108 +1,131 @@
-"""The report: results as plain data, CSV files of every curve, and one self-contained HTML page."""
+"""The report: results as plain data, CSV files of every curve, one self-contained HTML page, and a summary."""
 
-from collections.abc import Callable
-from importlib.metadata import PackageNotFoundError, version
+from collections.abc import Callable, Iterable, Sequence
+from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ... import __version__
-from ...files.project import Project
-from ...sentences import told
-from ...study.analysis.analysis import Analysis
-from ..console import WHAT_X_IS, number, to_json
-from ..figures import curves, plots
-from ..units import Units, angle_unit
+from ...files.project import Project, load
+from ...study.analysis.runup import silent
+from ..console import WHAT_X_IS, number, percent, to_json
+from ..output import staged
+from ..view import View
 from . import curve_files
-from .advice import advice_data
-from .beyond import beyond_data, beyond_figures
-from .data import collect
-from .train import reduction, train_warning
-from .words import jump_verdict, peak_verdict, sweep_sentences, warnings
+from .section import Part, Section, asked
+from .sections import SECTIONS
+
+HERE, SOFTWARE = Path(__file__).parent, ("numpy", "scipy", "numba")
 
 
-def write(project: Project, analysis: Analysis, folder: Path) -> dict[str, Any]:
-    """Write report.html, results.json and the CSV files into a folder and return the results as plain data."""
-    results: dict[str, Any] = collect(project, analysis) | beyond_data(project, analysis)
-    units = Units(angle_unit(results["largest_error"]["peak_rad"]), project.speeds)
-    results["advice"] = advice_data(project.speeds, analysis)
-    results["reduction"] = reduction(analysis)
-    results["warnings"] = [*train_warning(analysis), *warnings(project, analysis)]
-    results["files"] = [*curve_files.write(project, analysis, folder), "results.json", "report.html"]
-    results = told(results, units.write)
-    (folder / "results.json").write_text(to_json(results) + "\n", encoding="utf-8")
-    (folder / "report.html").write_text(page(project, analysis, results, units), encoding="utf-8")
-    return results
+class Report(NamedTuple):
+    """What was written: the content of results.json, and the summary for a terminal."""
+
+    results: dict[str, Any]
+    summary: str
 
 
-def page(project: Project, analysis: Analysis, results: dict[str, Any], units: Units) -> str:
-    """Render the HTML page; every sentence of `results` is rendered already.
+def write(
+    project: Project | str | Path,
+    folder: str | Path,
+    *,
+    sections: Sequence[Section] = SECTIONS,
+    progress: Callable[[str, float], None] = silent,
+) -> Report:
+    """Analyse a drive and write report.html, results.json and the CSV files of its curves into a folder.
+
+    Parameters
+    ----------
+    project : Project, str or Path
+        The project, or its file.
+    folder : str or Path
+        Where the files go, all at once when they are complete; it keeps its other files.
+    sections : sequence of Section
+        Parts of the report in order. Default: `SECTIONS`.
+    progress : callable
+        Told before every step what is done now, and the share of the work that is done; default: nobody.
 
     Raises
     ------
+    ProjectError
+        If the project file is invalid.
+    ValueError
+        If two sections have the same key, or the analysis refuses the drive.
+    SolveError
+        If the law cannot carry the mean torque, or no simulation finishes.
+    OSError
+        If the folder cannot be written; nothing is left behind.
     RuntimeError
         If jinja2 is not installed.
     """
+    project = project if isinstance(project, Project) else load(project)
+    with staged(Path(folder)) as part:
+        view = View.of(project, project.analyze(progress))
+        progress("writing the report", 0.99)
+        return write_view(view, part, sections)
+
+
+def write_view(view: View, folder: Path, sections: Sequence[Section] = SECTIONS) -> Report:
+    """Write the report of an analysis; errors as `write`."""
+    parts = [asked(section, view) for section in sections]
+    files = [*curve_files.write(view, folder), "results.json", "report.html"]
+    results = together([*(part.data for part in parts), {"files": files}])
+    (folder / "results.json").write_text(to_json(results) + "\n", encoding="utf-8")
+    (folder / "report.html").write_text(page(view, parts), encoding="utf-8")
+    lines = [f"  {line}" for part in parts for line in part.lines]
+    return Report(results, "\n".join([view.project.title, *lines, f"  {WHAT_X_IS}"]))
+
+
+def together(parts: Iterable[dict[str, Any]]) -> dict[str, Any]:
+    """Join the data of all sections, each of which has keys of its own (ValueError)."""
+    found: dict[str, Any] = {}
+    for part in parts:
+        if both := sorted(found.keys() & part.keys()):
+            raise ValueError(f"two sections of the report have the key {both[0]!r}; rename one of them")
+        found |= part
+    return found
+
+
+def page(view: View, parts: Iterable[Part]) -> str:
+    """Render the HTML page, each section by its own template; RuntimeError without jinja2."""
     try:
         import jinja2
     except ModuleNotFoundError as error:
         raise RuntimeError("the report needs jinja2; pip install 'strainwave[report]'") from error
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=jinja2.StrictUndefined,
+        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
-    environment.filters |= _filters(units)
-    angle = units.angle
-    figures = {
-        "range": curves.speed_range(curves.report_panel(project, analysis, angle)),
-        "responses": [
-            (i, results["resonances"][i - 1], curves.response(project, analysis, regime, angle))
-            for i, regime in enumerate(analysis.regimes, 1)
-            if regime.response is not None and regime.response.branches
-        ],
-        "cases": [plots.time_figure(case, angle) for case in analysis.cases],
-    } | beyond_figures(analysis, angle)
-    template = environment.get_template("report.html.j2")
-    return template.render(
-        r=results,
-        unit=angle.name,
-        figures=figures,
-        speed_unit=project.speeds.unit,
-        speed_name=project.speeds.name,
-        jumps=told(sweep_sentences(analysis.response), units.write),
-        verdict=peak_verdict,
-        jump_verdict=jump_verdict,
-        run_down=analysis.response.back is not None,
-        software=_software(),
-        what_x_is=WHAT_X_IS,
-    )
+    environment.filters |= _filters(view)
+    environment.globals |= {
+        "view": view,
+        "unit": view.angle.name,
+        "speed_unit": view.speeds.unit,
+        "speed_name": view.speeds.name,
+        "what_x_is": WHAT_X_IS,
+    }
+
+    def rendered(template: Path, **names: Any) -> str:
+        return environment.from_string(template.read_text(encoding="utf-8")).render(**names)
+
+    bodies = [(p.section.heading, rendered(p.template, **p.data | p._asdict(), rows=p.rows)) for p in parts]
+    software = ", ".join([f"strainwave {__version__}", *(f"{name} {version(name)}" for name in SOFTWARE)])
+    return rendered(HERE / "page.html.j2", bodies=bodies, software=software)
 
 
-def _filters(units: Units) -> dict[str, Callable[..., str]]:
+def _filters(view: View) -> dict[str, Callable[..., Any]]:
     """How the page writes numbers: those with a unit get it here, and speeds and angles are in the report's units."""
+    angle, speeds = view.angle, view.speeds
 
     def speed(omega: float | None) -> str:
-        return number(None if omega is None else omega * units.speeds.scale, 5)
+        return number(None if omega is None else omega * speeds.scale, 5)
 
     return {
         "number": number,
         "speed": speed,
-        "speed_unit": lambda omega: f"{speed(omega)} {units.speeds.unit}",
-        "angle": lambda rad: number(None if rad is None else rad * units.angle.factor),
-        "angle_unit": units.angle.text,
-        "percent": lambda share, digits=4: f"{number(100.0 * share, digits)} %",
+        "speed_unit": lambda omega: f"{speed(omega)} {speeds.unit}",
+        "angle": lambda rad: number(None if rad is None else rad * angle.factor),
+        "angle_unit": angle.text,
+        "percent": percent,
         "with_unit": lambda value, unit, digits=4: f"{number(value, digits)} {unit}",
         "sentence": lambda text: text[:1].upper() + text[1:].rstrip(".") + "." if text else "",
     }
-
-
-def _software() -> str:
-    parts = [f"strainwave {__version__}"]
-    for package in ("numpy", "scipy", "numba"):
-        try:
-            parts.append(f"{package} {version(package)}")
-        except PackageNotFoundError:
-            continue
-    return ", ".join(parts)

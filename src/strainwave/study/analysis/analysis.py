@@ -1,8 +1,8 @@
 """The whole analysis of a drive: stability, resonances, response through the speed range, single speeds in time."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,34 +13,44 @@ from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.varying import VaryingOscillator
 from ...results import Branch, SolveError, Status
-from ...sentences import Sentence, Speed
+from ...sentences import Speed
 from ...speeds import Speeds
 from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.resonance import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
+from ..gear.parametric import ParametricResonance
 from ..response.by_integration import response_through
 from ..response.gear_forces import loses_energy
 from ..response.resonances import OperatingPoint, Regime, operating_point, regimes
 from ..response.response import ExactResponse
 from ..train.reductions import refuse_free
-from .advice import Advice, advise
-from .avoid import in_run
-from .beyond import Beyond, study_beyond
+from .avoid import Avoid, in_run, speeds_to_avoid
 from .cases import speeds_in_time
+from .gear_studies import GearLoop, loop_of, parametric_of
+from .remedies import Remedy, remedies
 from .resonance_tops import with_tops
 from .runup import RunUp, run_up, silent
 from .time_case import TimeCase, time_case
 from .train_curve import TrainCurve, train_curve
-from .train_study import train_study
-from .usage import Usage, limit_findings, usage, with_run
+from .train_study import Ramp, TrainStudy, train_study
+from .usage import Usage, limit_findings, usage
 
 FEWEST, FINE = 20, 300  # points of the response curve in the band of a resonance, and of one drawn for it alone
 DISAGREE = 0.01  # of the largest |x|: more than truncation of the series explains
 
 
+class Largest(NamedTuple):
+    """The largest |x| [rad] of an analysis, the base-angle speed [rad/s] there, and the motion and method it is of."""
+
+    peak: float
+    omega: float
+    of: str
+    method: str
+
+
 @dataclass(frozen=True, eq=False)
 class Analysis:
-    """Everything that the report shows about the error equation.
+    """Everything that the report shows about a drive.
 
     Attributes
     ----------
@@ -66,12 +76,18 @@ class Analysis:
         What the steady motions ask of the gear: those of the whole drive train and its run-up, where there are any.
     limits : tuple of Finding
         The same against each limit of the gear's datasheet; empty for a gear that is given by its law alone.
-    beyond : Beyond
-        Hysteresis, varying stiffness, and the whole drive train, of a drive that has them.
-    advice : Advice or None
-        Speeds to avoid and what would help; None where no motion is stable.
-    warnings : tuple of str
-        Sentences about what went wrong or needs care.
+    loop : GearLoop or None
+        Hysteresis loop of a law with friction or memory.
+    parametric : tuple of ParametricResonance
+        Of a stiffness that varies, in the speed range.
+    train : TrainStudy or None
+        The whole drive train, where the error equation leaves something of it out.
+    avoid : Avoid or None
+        Speeds to avoid; None where no motion is stable.
+    remedies : tuple of Remedy
+        What would make the error smaller, the most helpful first; empty where no speed is to be avoided.
+    remarks : tuple of str
+        Why a part is missing.
     """
 
     system: Oscillator | VaryingOscillator
@@ -85,19 +101,46 @@ class Analysis:
     cases: tuple[TimeCase, ...]
     usage: Usage
     limits: tuple[Finding, ...]
-    beyond: Beyond
-    advice: Advice | None
-    warnings: tuple[str, ...]
+    loop: GearLoop | None
+    parametric: tuple[ParametricResonance, ...]
+    train: TrainStudy | None
+    avoid: Avoid | None
+    remedies: tuple[Remedy, ...]
+    remarks: tuple[str, ...]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences about what went wrong or needs care."""
+        return tuple(_warnings(self))
 
     @property
     def train_curve(self) -> TrainCurve | None:
         """Steady motions of the whole drive train, where it has any that repeat."""
-        return None if self.beyond.train is None else self.beyond.train.curve
+        return None if self.train is None else self.train.curve
+
+    @property
+    def run_alone(self) -> Ramp | None:
+        """Run-up of the whole drive train, where it alone has all torques of it."""
+        return None if self.train is None else self.train.run_alone
 
     @property
     def response(self) -> ExactResponse:
         """The curve that the drive's largest error is read from: of the whole train where there is one."""
         return self.exact if self.train_curve is None else self.train_curve.response
+
+    def largest(self) -> Largest:
+        """Largest |x| that a sweep meets, of the whole train where there is one: steady, or in its run-up alone.
+
+        Of the error equation it is on the curve, or simulated where the curve has no motion as large.
+        """
+        if (ramp := self.run_alone) is not None:
+            return Largest(*ramp.largest(ramp.run.error), "run-up of the whole drive train", "integration")
+        at, curve, whole = self.response.largest(), self.response.curve, self.train_curve is not None
+        if at is not None and (whole or curve.peak[at] >= 0.999 * self.run_up.worst().peak):
+            of = "whole drive train" if whole else "error equation"
+            return Largest(float(curve.peak[at]), float(curve.omega[at]), of, self.response.method)
+        worst = self.run_up.worst()
+        return Largest(worst.peak, worst.omega, "error equation", "integration")
 
 
 def analyze(
@@ -150,9 +193,8 @@ def analyze(
     exact = response_through(system, limits)
     progress("resonances by multiple scales", 0.2)
     found = regimes(system, point, limits)
-    narrow = [regime for regime in found if _narrow(regime, exact)]
     close = {}
-    for near in narrow:
+    for near in (regime for regime in found if _narrow(regime, exact)):
         progress(f"response curve around the {near.name}", 0.3)
         close[near.resonance] = response_through(system, near.band(), FINE)
     found = with_tops(found, system, exact, close)
@@ -165,38 +207,34 @@ def analyze(
         progress(f"{name} in time", 0.6 + 0.2 * i / len(chosen))
         resonance = NONRESONANT if regime is None else regime.resonance
         cases.append(time_case(name, system._replace(omega=omega), resonance, point))
-    curve = None
-    if train is not None:
-        progress("whole drive train", 0.8)
-        curve = train_curve(train, limits)
-    motions = (*sweep.up, *sweep.down, *(case.steady for case in cases))
-    used = usage(system, exact, motions) if curve is None else curve.usage
     study = None
     if train is not None:
+        progress("whole drive train", 0.8)
         study = train_study(
-            train, system, limits, curve, exact, point, gear, lambda part: progress(f"whole drive train: {part}", 0.85)
-        )
-    if study is not None and study.run is not None:
-        used = with_run(used, study.run, study.begin)
-    passed = () if gear is None else limit_findings(gear, used, speeds.given[-1] if speeds.by_motor else None)
-    said = _warnings(system, point, exact, sweep, tuple(cases))
-    if curve is not None:
-        said += tuple(not_exact("The steady curve of the whole drive train", curve.response.curve))
+            train, system, limits, train_curve(train, limits), exact, point, gear,
+            lambda part: progress(f"whole drive train: {part}", 0.85),
+        )  # fmt: skip
     progress("hysteresis and varying stiffness", 0.88)
-    beyond = study_beyond(system, limits, largest_torque=used.peak_torque, rated_torque=rated_torque, study=study)
-    if study is not None and study.left_out is not None:
-        said += (study.left_out.sentence(),)
+    curve = None if study is None else study.curve
+    motions = (*sweep.up, *sweep.down, *(case.steady for case in cases))
+    used = usage(system, exact, motions) if curve is None else curve.usage
+    if study is not None and study.ramp is not None:
+        used = study.ramp.added_to(used)
+    loop, no_loop = loop_of(system.law, used.peak_torque, rated_torque)
+    parametric, not_searched = parametric_of(system, limits)
     progress("what would help", 0.9)
     about = exact if curve is None else curve.response
-    whole = None if curve is None else train
-    ramp = None if study is None or study.run is None or not study.run_alone else in_run(study.run, study.begin)
-    advice = advise(
-        system, about, point, limits, used.peak_torque, whole, limit=limit, loads=loads, passed=ramp,
-        progress=lambda what: progress(f"what would help: {what}", 0.9),
-    )  # fmt: skip
+    ramp = None if study is None else study.run_alone
+    avoid = speeds_to_avoid(system, about, point, limit, None if ramp is None else in_run(*ramp))
+    helps = remedies(
+        system, about, avoid, limits, used.peak_torque, None if curve is None else train, loads,
+        lambda what: progress(f"what would help: {what}", 0.9),
+    ) if avoid is not None and avoid.bands else ()  # fmt: skip
     return Analysis(
-        system, limits, point, stability, found, exact, close, sweep, tuple(cases), used, passed, beyond, advice, said
-    )
+        system, limits, point, stability, found, exact, close, sweep, tuple(cases), used,
+        () if gear is None else limit_findings(gear, used, speeds.given[-1] if speeds.by_motor else None),
+        loop, parametric, study, avoid, helps, (*no_loop, *not_searched),
+    )  # fmt: skip
 
 
 def _proof(system: Any, point: OperatingPoint) -> StabilityProof:
@@ -216,7 +254,7 @@ def not_exact(name: str, curve: Branch) -> list[str]:
     if curve.status:
         return []
     state = "rough" if curve.status is Status.TRUNCATED else "not complete"
-    return [Sentence("{} is {}: {}.", name, state, curve.message)]
+    return [f"{name} is {state}: " + curve.message + "."]
 
 
 def _narrow(regime: Regime, exact: ExactResponse) -> bool:
@@ -227,40 +265,36 @@ def _narrow(regime: Regime, exact: ExactResponse) -> bool:
     return int(np.sum((exact.curve.omega > low) & (exact.curve.omega < high))) < FEWEST
 
 
-def _warnings(
-    system: Any, point: OperatingPoint, exact: ExactResponse, sweep: RunUp, cases: tuple[TimeCase, ...]
-) -> tuple[str, ...]:
-    said: list[str] = []
-    if point.omega_0 == 0.0:
-        said.append(
+def _warnings(found: Analysis) -> Iterator[str]:
+    exact, study, every = found.exact, found.train, (*found.run_up.up, *found.run_up.down)
+    if found.point.omega_0 == 0.0:
+        yield (
             "The law has no stiffness where the mean torque holds the drive (backlash), so there is no natural "
-            "frequency to resonate "
-            "with and multiple scales does not apply; everything here is from integration."
+            "frequency to resonate with and multiple scales does not apply; everything here is from integration."
         )
-    if not loses_energy(system):
-        said.append(
+    if not loses_energy(found.system):
+        yield (
             "The drive has no damping: transients never decay, the amplitude at resonance is bounded by the "
-            "nonlinearity alone, "
-            "and simulated points depend on the start; give a damping, a damping ratio or a quality factor."
+            "nonlinearity alone, and simulated points depend on the start; give a damping, a damping ratio or a "
+            "quality factor."
         )
     if exact.method != "integration":
-        said += not_exact("The response curve", exact.curve)
+        yield from not_exact("The response curve", exact.curve)
     elif not exact.curve.status:
-        said.append(Sentence("The response has gaps: {}.", exact.curve.message))
-    difference = sweep.difference()
+        yield "The response has gaps: " + exact.curve.message + "."
+    difference = found.run_up.difference()
     if difference is not None and difference > DISAGREE:
-        said.append(
+        yield (
             f"Integration and the response by harmonic balance differ by up to {100.0 * difference:.2g} % in the "
             "largest |x| at a speed that both have: the drive can settle on another motion there."
         )
-    failed = [m for m in (*sweep.up, *sweep.down) if not m.status]
-    if failed:
-        said.append(
-            f"{len(failed)} of {len(sweep.up) + len(sweep.down)} simulated speeds have no steady motion: "
-            f"{failed[0].message}."
-        )
-    for case in cases:
+    if failed := [motion for motion in every if not motion.status]:
+        yield f"{len(failed)} of {len(every)} simulated speeds have no steady motion: {failed[0].message}."
+    for case in found.cases:
         if not case.transient.status:
-            text = f"At {{}} ({case.name}) the simulation from rest {case.transient.message}."
-            said.append(Sentence(text, Speed(case.omega, digits=5)))
-    return tuple(said)
+            text = f" ({case.name}) the simulation from rest {case.transient.message}."
+            yield "At " + Speed(case.omega, digits=5) + text
+    if study is not None and study.curve is not None:
+        yield from not_exact("The steady curve of the whole drive train", study.curve.response.curve)
+    if study is not None and study.left_out is not None:
+        yield study.left_out.sentence()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...numerics.integration.simulate import simulate
-from ...results import Floats, SolveError, Status, Trajectory
+from ...results import Floats, SolveError, Trajectory
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.resonance import Resonance
 from ..article.validate import Comparison, compare
@@ -139,19 +139,10 @@ def time_case(name: str, system: Any, resonance: Resonance, point: OperatingPoin
         theory, amplitude = _steady_theory(comparison, cycle.t)
     ratio = resonance.ratio
     simulated = None if ratio is None or cycle is None else steady.torsion_amplitude(float(ratio))
+    both, peak = (amplitude, simulated), transient.peak()
     return TimeCase(
-        name,
-        system.omega,
-        resonance,
-        transient,
-        transient.peak(),
-        steady,
-        cycle,
-        comparison,
-        theory,
-        (amplitude, simulated),
-        reason,
-    )
+        name, system.omega, resonance, transient, peak, steady, cycle, comparison, theory, both, reason
+    )  # fmt: skip
 
 
 def _times(system: Any, point: OperatingPoint) -> Floats:
@@ -211,22 +202,8 @@ def cycle_of(system: Any, steady: SteadyMotion) -> Cycle:
     turns = steady.period
     dissipated = float(np.mean(heat(system, phase, u, du, z)[:-1])) * span / turns
     work = float(np.mean((tau * steady.v - torque * e_rate)[:-1])) * span / turns
+    largest, mean = float(np.max(np.abs(torque))), float(np.mean(torque[:-1]))
+    power, height = dissipated * turns / span, float(np.ptp(steady.x))
     return Cycle(
-        steady.t,
-        steady.x,
-        steady.v,
-        u,
-        torque,
-        float(np.max(np.abs(torque))),
-        float(np.mean(torque[:-1])),
-        dissipated,
-        work,
-        dissipated * turns / span,
-        steady.peak,
-        float(np.ptp(steady.x)),
-    )
-
-
-def diverged(case: TimeCase) -> bool:
-    """Whether the simulation of a case left every bound."""
-    return Status.DIVERGED in (case.transient.status, case.steady.status)
+        steady.t, steady.x, steady.v, u, torque, largest, mean, dissipated, work, power, steady.peak, height
+    )  # fmt: skip

@@ -1,8 +1,8 @@
 """The whole drive train beside its error equation: Bode plot, steady motions, and a run-up with its energies."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, Literal
+from dataclasses import dataclass, replace
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -23,11 +23,32 @@ from ..train.reductions import Reductions, compare_with_train
 from ..train.run import DriveRun, drive_run
 from .runup import silent
 from .train_curve import TrainCurve
+from .usage import Usage
 
 FREQUENCIES, MOST_HARMONICS = 240, 31
+ALIKE = 1e-3  # relative difference of speeds that are looked at once
 SLOW, BEFORE = 40.0, 8.0  # length of the run-up and of the time before it, in units of 1/mu
 MOST_TURNS, SAMPLES = 1000.0, 40  # of the motor in a run-up, and samples per cycle of the highest order
 METHOD = Dopri5(rtol=1e-8, atol=1e-12)
+
+
+class Ramp(NamedTuple):
+    """A run-up from the lowest to the highest speed, and the time [s] at which it begins: before it, motion settles."""
+
+    run: DriveRun
+    begin: float
+
+    def largest(self, values: Floats) -> tuple[float, float]:
+        """Largest size of what was sampled over the run, once it has begun, and the motor speed [rad/s] there."""
+        at = int(np.argmax(np.abs(values) * (self.run.trajectory.t >= self.begin)))
+        return float(abs(values[at])), float(self.run.motor_speed[at])
+
+    def added_to(self, used: Usage) -> Usage:
+        """What motions ask of the gear, with the largest torque of a run that ended well where that is larger."""
+        peak, at = self.largest(self.run.torque)
+        if not self.run.trajectory.status or peak <= used.peak_torque:
+            return used
+        return replace(used, peak_torque=peak, at_peak=at)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,10 +72,8 @@ class TrainStudy:
         Motor speeds [rad/s] where they are compared; largest |x| [rad] of the train on a slow run-up, that of the load
         (of a free one that across the gear), and of the error equation; nan where there is no motion. Empty without a
         curve.
-    run : DriveRun or None
-        Run-up from the lowest to the highest speed; None where the motor is free.
-    begin : float
-        Time [s] at which the ramp begins; before it the motion settles.
+    ramp : Ramp or None
+        Its run-up; None where the motor is free.
     left_out : Reductions or None
         The comparison of a free motor.
     remarks : tuple of str
@@ -69,16 +88,20 @@ class TrainStudy:
     omega: Floats
     whole: Floats
     reduced: Floats
-    run: DriveRun | None
-    begin: float
+    ramp: Ramp | None
     left_out: Reductions | None
     remarks: tuple[str, ...]
 
     @property
-    def run_alone(self) -> bool:
-        """Whether only the run-up has all torques of the train: it has no steady curve, or one without gravity."""
-        found = self.run is not None and bool(self.run.trajectory.status)
-        return found and (self.curve is None or self.curve.without_angle)
+    def run_alone(self) -> Ramp | None:
+        """The run-up where it alone has all torques of the train: there is no steady curve, or one without gravity."""
+        ended = self.ramp is not None and self.ramp.run.trajectory.status
+        return self.ramp if ended and (self.curve is None or self.curve.without_angle) else None
+
+    @property
+    def modes(self) -> list[complex]:
+        """Poles [1/s] of its vibrations about the operating point, one of each pair, by ascending frequency."""
+        return sorted((p for p in self.bode.poles.tolist() if p.imag > 1e-6 * abs(p)), key=abs)
 
 
 def train_study(
@@ -120,7 +143,7 @@ def train_study(
     source: Literal["motor", "load"] = "load" if train.motor.held else "motor"
     plot = bode(train, grid, source=source, at=state, speed=speed)
     left_out, at, whole, reduced = None, np.empty(0), np.empty(0), np.empty(0)
-    run, begin = None, 0.0
+    ramp = None
     if train.motor.free:
         remarks.append("A free motor follows its torque, not a speed: there is no run-up to prescribe; give it a loop.")
         at = np.array([w for w in (0.5 * worst, worst) if low <= w <= high])
@@ -129,22 +152,20 @@ def train_study(
         whole, reduced = left_out.exact, left_out.free
     else:
         progress("run-up")
-        run, begin = _run_up(train, system, speeds, top, gear)
+        ramp = _run_up(train, system, speeds, top, gear)
         if any(h.amplitude for torque in _torques(train) for h in terms_of(torque)):
             remarks.append("The run-up has the mean torques; lines of a torque, which follow an angle, are left out.")
         if curve is None:
             remarks.append("No steady motion of the train that repeats with every turn was found; the run-up has it.")
         else:
-            at = np.unique([low, worst, highest, high])
+            at = np.unique([low, *([worst] if abs(worst / highest - 1.0) > ALIKE else []), highest, high])
             whole, reduced = along(curve.response, at), along(exact, at)
             if curve.without_angle:
                 remarks.append(
                     "What depends on the load's own angle, gravity for one, repeats once in N turns of the motor, so "
                     "that no motion with it repeats with every turn: the steady curve leaves it out, the run-up not."
                 )
-    return TrainStudy(
-        train, curve, state, speed, plot, at, whole, reduced, run, begin, left_out, tuple(remarks)
-    )  # fmt: skip
+    return TrainStudy(train, curve, state, speed, plot, at, whole, reduced, ramp, left_out, tuple(remarks))
 
 
 def along(response: ExactResponse, omega: Floats) -> Floats:
@@ -175,9 +196,7 @@ def _torques(train: DriveTrain) -> tuple[Any, Any]:
     return train.motor.excitation, train.load.end().excitation
 
 
-def _run_up(
-    train: DriveTrain, system: Any, speeds: tuple[float, float], top: int, gear: Gear | None
-) -> tuple[DriveRun, float]:
+def _run_up(train: DriveTrain, system: Any, speeds: tuple[float, float], top: int, gear: Gear | None) -> Ramp:
     """Run-up that takes 40/mu, after 8/mu at the lowest speed; shorter where that were more than 1000 turns."""
     low, high = speeds
     mean = 0.5 * (low + high)
@@ -188,4 +207,4 @@ def _run_up(
     timed = with_mean_torques(train)._replace(omega=1.0, reference=profile)
     cycles = top * mean * (begin + length) / (2.0 * np.pi)
     times = np.linspace(0.0, begin + length, int(SAMPLES * cycles) + 2)
-    return drive_run(timed, None, times, gear=gear, method=METHOD), begin
+    return Ramp(drive_run(timed, None, times, gear=gear, method=METHOD), begin)

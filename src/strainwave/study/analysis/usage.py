@@ -1,7 +1,7 @@
 """What steady motions ask of the gear: the largest torque and the cubic mean, against the datasheet's limits."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,6 @@ from ...model.gears.gear import Gear
 from ...model.gears.limits import Finding, check_limits, cubic_mean
 from ..response.response import ExactResponse
 from ..response.steady import SteadyMotion
-from ..train.run import DriveRun
 from .time_case import cycle_of
 
 
@@ -53,26 +52,13 @@ def usage(system: Any, exact: ExactResponse, motions: Iterable[SteadyMotion]) ->
     return Usage(peak, at_peak, mean, at_mean)
 
 
-def with_run(used: Usage, run: DriveRun, begin: float) -> Usage:
-    """Add the largest torque of a run-up from the time `begin` [s] on, where that is larger."""
-    torque = np.abs(run.torque) * (run.trajectory.t >= begin)
-    at = int(np.argmax(torque))
-    if not run.trajectory.status or torque[at] <= used.peak_torque:
-        return used
-    return replace(used, peak_torque=float(torque[at]), at_peak=float(run.motor_speed[at]))
-
-
 def limit_findings(gear: Gear, used: Usage, fastest: float | None) -> tuple[Finding, ...]:
     """Compare a run with the gear's limits; `fastest` is the largest input speed [rad/s], None where it is not known.
 
     The speed counts as the mean speed too: every speed of the range may be kept up.
     """
     return check_limits(
-        gear,
-        peak_torque=used.peak_torque,
-        average_torque=used.average_torque,
-        max_speed=fastest,
-        average_speed=fastest,
+        gear, peak_torque=used.peak_torque, average_torque=used.average_torque, max_speed=fastest, average_speed=fastest
     )
 
 

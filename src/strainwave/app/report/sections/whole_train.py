@@ -1,26 +1,28 @@
-"""The report's section on the whole drive train: plain data, sentences and figures."""
+"""The whole drive train beside its error equation: modes, Bode plot, steady curve and run-up."""
 
 from typing import Any, Literal
 
 import numpy as np
 
-from ...model.excitation import NoError
-from ...model.train.shafts import NO_DRAG
-from ...results import Status
-from ...sentences import Angle, Sentence, Speed
-from ...study.analysis.analysis import Analysis
-from ...study.analysis.train_curve import TrainCurve
-from ...study.analysis.train_study import TrainStudy
-from ...study.response.resonances import active_orders
-from ...study.train.run import INPUTS
-from ...units import ARCSEC, RPM
-from ..console import BETWEEN, number
-from ..figures.plots import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE
-from ..figures.svg import Curve, Panel, figure
-from ..units import AngleUnit
+from ....model.excitation import NoError
+from ....model.train.shafts import NO_DRAG
+from ....quantities import parameters
+from ....results import Status
+from ....sentences import Angle, Sentence, Speed
+from ....study.analysis.train_curve import TrainCurve
+from ....study.analysis.train_study import Ramp, TrainStudy
+from ....study.response.resonances import active_orders
+from ....study.train.run import INPUTS
+from ....units import RPM
+from ...console import BETWEEN, number, percent
+from ...figures.plots import BLACK, BLUE, DASHES, ORANGE, envelope
+from ...figures.svg import Curve, Panel, figure
+from ...units import sign, sizes
+from ...view import View
 from .resonances import jump_speeds
 
-BINS, CYCLE = 240, 100  # pieces of a run-up, at most, and samples in which every speed of it has a whole cycle
+CYCLE = 100  # samples of a run-up in which every speed of it has a whole cycle
+ROUNDING = 1e-6  # relative difference that is called none
 APART = 0.1  # relative difference of train and error equation that is warned of
 CONTROLS = {
     "Free": "a free motor",
@@ -30,41 +32,81 @@ CONTROLS = {
 }
 
 
-def train_data(analysis: Analysis, study: TrainStudy) -> dict[str, Any]:
-    """Every number of the section with its unit."""
+class WholeTrain:
+    """What the whole train does, and what the error equation makes of it."""
+
+    heading = "The whole drive train"
+
+    def data(self, view: View) -> dict[str, Any]:
+        """Operating point, modes, steady motions and run-up; None where the error equation is all there is."""
+        study = view.analysis.train
+        return {"train": None if study is None else _train_data(view, study), "reduction": reduction(view)}
+
+    def figures(self, view: View) -> list[str]:
+        """Bode plot, and the run-up where there is one."""
+        study = view.analysis.train
+        if study is None:
+            return []
+        return [_bode_figure(study), *([] if study.ramp is None else [_run_figure(view, study, study.ramp)])]
+
+    def gains(self, study: TrainStudy) -> str:
+        """Gains of the control, with their units."""
+        known = parameters(study.train.motor.control)
+        return "".join(f", {p.path} = {number(p.value)} {sign(p.unit)}" for p in known)
+
+    def apart(self, share: float) -> str:
+        """A relative difference, where it is more than rounding."""
+        return percent(share, 3) if abs(share) > ROUNDING else "none"
+
+    def lines(self, _: View, data: dict[str, Any]) -> list[str]:
+        """What the train is made of, its modes, and how far the error equation is from it."""
+        train, reduced = data["train"], data["reduction"]
+        if train is None or train["curve"] is None:
+            return []
+        damped = [f"{number(m['hertz'], 3)} Hz ({percent(m['damping_ratio'], 2)})" for m in train["modes"]]
+        said = [
+            f"whole drive train: {train['parts']}",
+            f"its modes at the operating point (damping ratio): {', '.join(damped) or 'none'}",
+        ]
+        if not train["curve"]["all_stable"]:
+            said.append("part of its curve is unstable")
+        return [*said, reduced["sentence"]] if reduced else said
+
+
+def _train_data(view: View, study: TrainStudy) -> dict[str, Any]:
     control = study.train.motor.control
-    damped = [p for p in study.bode.poles if p.imag > 1e-6 * abs(p)]
-    orders, (low, high) = active_orders(analysis.system), analysis.speeds
     state = tuple(study.state.tolist())
     torque = float(study.train._replace(error=NoError()).torque(0.0, state))
     return {
         "parts": parts(study),
         "control": type(control).__name__,
         "gains": control._asdict(),
-        "operating_point": {
-            "motor_speed_rpm": study.speed / RPM,
-            "torque_in_gear_Nm": torque,
-            "torsion_rad": state[0],
-        },
-        "modes": [
-            {
-                "omega_rad_per_s": abs(p),
-                "hertz": abs(p) / (2.0 * np.pi),
-                "damping_ratio": -p.real / abs(p),
-                "met_at_rpm": {str(k): abs(p) / k / RPM for k in orders},
-                "met_in_range": any(low <= abs(p) / k <= high for k in orders),
-            }
-            for p in sorted(damped, key=abs)
-        ],
+        "operating_point": {"motor_speed_rpm": study.speed / RPM, "torque_in_gear_Nm": torque, "torsion_rad": state[0]},
+        "modes": modes(view),
         "stable": bool(np.all(study.bode.poles.real < 1e-9 * np.max(np.abs(study.bode.poles)))),
         "steady": [
             {"omega_rad_per_s": w, "motor_speed_rpm": w / RPM, "peak_train_rad": a, "peak_equation_rad": b}
             for w, a, b in zip(study.omega, study.whole, study.reduced, strict=True)
         ],
         "curve": None if study.curve is None else _curve_data(study.curve),
-        "run_up": None if study.run is None else run_data(study),
+        "run_up": None if study.ramp is None else _run_data(study.ramp),
         "remarks": list(study.remarks),
     }
+
+
+def modes(view: View) -> list[dict[str, Any]]:
+    """Modes of the train about its operating point, and the speeds at which the excitation meets them."""
+    orders, (low, high), study = active_orders(view.analysis.system), view.analysis.speeds, view.analysis.train
+    return [
+        {
+            "omega_rad_per_s": abs(p),
+            "hertz": abs(p) / (2.0 * np.pi),
+            "damping_ratio": -p.real / abs(p),
+            "met_at_rpm": {str(k): abs(p) / k / RPM for k in orders},
+            "met_in_range": any(low <= abs(p) / k <= high for k in orders),
+        }
+        for p in ([] if study is None else study.modes)
+    ]
 
 
 def parts(study: TrainStudy) -> str:
@@ -98,32 +140,28 @@ def _curve_data(curve: TrainCurve) -> dict[str, Any]:
     }
 
 
-def run_data(study: TrainStudy) -> dict[str, Any]:
+def _run_data(ramp: Ramp) -> dict[str, Any]:
     """Key numbers of the run-up after it has settled at the lowest speed."""
-    run = study.run
-    assert run is not None
-    after = run.trajectory.t >= study.begin
-    at, strained = (int(np.argmax(np.abs(values) * after)) for values in (run.error, run.torque))
-    names = list(run.work)
+    run, begin = ramp
+    (error, at), (torque, strained) = ramp.largest(run.error), ramp.largest(run.torque)
     return {
-        "seconds": float(run.trajectory.t[-1]) - study.begin,
+        "seconds": float(run.trajectory.t[-1]) - begin,
         "status": run.trajectory.message,
         "complete": bool(run.trajectory.status),
-        "largest_error_rad": float(abs(run.error[at])),
-        "largest_error_arcsec": float(abs(run.error[at])) / ARCSEC,
-        "at_rpm": float(run.motor_speed[at]) / RPM,
-        "largest_torque_Nm": float(abs(run.torque[strained])),
-        "largest_torque_at_rpm": float(run.motor_speed[strained]) / RPM,
-        "heat_J": run.lost(study.begin) if run.trajectory.status else {},
-        "put_in_J": {name: float(run.work[name][-1]) for name in names[:INPUTS]},
+        **sizes(error, "largest_error"),
+        "at_rpm": at / RPM,
+        "largest_torque_Nm": torque,
+        "largest_torque_at_rpm": strained / RPM,
+        "heat_J": run.lost(begin) if run.trajectory.status else {},
+        "put_in_J": {name: float(run.work[name][-1]) for name in list(run.work)[:INPUTS]},
         "imbalance": run.imbalance,
         "warnings": list(run.warnings),
     }
 
 
-def reduction(analysis: Analysis) -> dict[str, Any] | None:
+def reduction(view: View) -> dict[str, Any] | None:
     """What the error equation makes of the drive in place of its train; None without a curve of that."""
-    curve, exact = analysis.train_curve, analysis.exact
+    curve, exact = view.analysis.train_curve, view.analysis.exact
     at = None if curve is None else curve.response.largest()
     here = exact.largest()
     if curve is None or at is None or here is None:
@@ -132,47 +170,37 @@ def reduction(analysis: Analysis) -> dict[str, Any] | None:
     fast, slow = float(curve.response.curve.omega[at]), float(exact.curve.omega[here])
     apart = max(abs(np.log(reduced / whole)), abs(np.log(slow / fast))) > np.log1p(APART)
     return {
-        "peak_rad": reduced,
-        "peak_arcsec": reduced / ARCSEC,
-        "omega_rad_per_s": slow,
-        "motor_speed_rpm": slow / RPM,
+        **sizes(reduced),
+        **view.place(slow),
         "peak_relative_to_train": reduced / whole,
         "speed_relative_to_train": slow / fast,
         "far_apart": bool(apart),
         "sentence": Sentence(
             "The error equation, with an ideally held motor and a rigid load, is a reduction of the drive train: its "
-            f"largest steady |x| is {{}} at {{}}, {_times(reduced / whole)} that of the train, at "
-            f"{_times(slow / fast)} the speed.",
+            f"largest steady |x| is {{}} at {{}}, {_times(reduced / whole, 'as large as that', ' that')} of the train, "
+            f"at {_times(slow / fast, 'the same speed', ' the speed')}.",
             Angle(reduced),
             Speed(slow, digits=5),
         ),
     }
 
 
-def _times(ratio: float) -> str:
-    return f"{number(ratio, 3)} times"
+def _times(ratio: float, same: str, of: str) -> str:
+    return same if (times := number(ratio, 3)) == "1" else f"{times} times{of}"
 
 
-def train_warning(analysis: Analysis) -> list[str]:
+def train_warning(view: View) -> list[str]:
     """Say where the error equation is far from the whole train; a free motor has a sentence of its own."""
-    study = analysis.beyond.train
+    study = view.analysis.train
     if study is None or study.left_out is not None:
         return []
-    if (found := reduction(analysis)) is not None:
+    if (found := reduction(view)) is not None:
         about = " Resonances, single speeds and the proof of stability below are about that equation."
         return [found["sentence"] + about] if found["far_apart"] else []
     return [
         "Resonances, single speeds, speeds to avoid and the proof of stability are about the error equation with an "
         "ideally held motor and a rigid load: the whole drive train has a run-up alone."
     ]
-
-
-def train_figures(analysis: Analysis, study: TrainStudy, angle: AngleUnit) -> dict[str, str]:
-    """Figures of the section as SVG: "bode" and "run"."""
-    out = {"bode": _bode_figure(study)}
-    if study.run is not None:
-        out["run"] = _run_figure(analysis, study, angle)
-    return out
 
 
 def _bode_figure(study: TrainStudy) -> str:
@@ -190,27 +218,17 @@ def _bode_figure(study: TrainStudy) -> str:
     return figure([[size, phase]], 290.0, "Bode plot")
 
 
-def _run_figure(analysis: Analysis, study: TrainStudy, angle: AngleUnit) -> str:
-    run = study.run
-    assert run is not None
-    keep = run.trajectory.t >= study.begin
+def _run_figure(view: View, study: TrainStudy, ramp: Ramp) -> str:
+    run, angle = ramp.run, view.angle
+    keep = run.trajectory.t >= ramp.begin
     speed, error = run.motor_speed[keep] / RPM, run.error[keep] * angle.factor
     panel = Panel("", "motor speed (rpm)", f"x {BETWEEN}\n({angle.name})")
-    starts = np.linspace(0, len(speed), min(BINS, max(2, len(speed) // CYCLE)), endpoint=False).astype(int)
-    low, high = np.minimum.reduceat(error, starts), np.maximum.reduceat(error, starts)
-    at = np.add.reduceat(speed, starts) / np.diff([*starts, len(speed)])
+    low, high, at = envelope(speed, error, max(2, len(speed) // CYCLE))
     panel.curves.append(Curve(at, low, BLUE, "run-up of the whole train (band of its cycles)", upper=high))
-    curves = [(analysis.exact, GREY, "error equation, steady, largest |x|", DOT_DASH)]
+    curves = [(view.analysis.exact, ORANGE, "error equation, steady, largest |x|", DASHES)]
     if study.curve is not None:
-        curves.insert(
-            0,
-            (
-                study.curve.response,
-                BLACK,
-                "whole train, steady, largest |x|" + (" without gravity" if study.curve.without_angle else ""),
-                "",
-            ),
-        )
+        name = "whole train, steady, largest |x|" + (" without gravity" if study.curve.without_angle else "")
+        curves.insert(0, (study.curve.response, BLACK, name, ""))
     for response, colour, name, dash in curves:
         if response.sweep is not None:
             path = response.sweep.run_up

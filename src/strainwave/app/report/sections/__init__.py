@@ -1,0 +1,28 @@
+"""The sections of the report, a file each, with its part of the page beside it."""
+
+from ..section import Section
+from .advice import SpeedsToAvoid
+from .derived import DerivedQuantities
+from .hysteresis import Hysteresis
+from .opening import Opening
+from .parametric import ParametricResonances
+from .resonances import Resonances
+from .single_speeds import SingleSpeeds
+from .speed_range import SpeedRange
+from .stability import Stability
+from .warnings import Warnings
+from .whole_train import WholeTrain
+
+SECTIONS: tuple[Section, ...] = (
+    Opening(),
+    Warnings(),
+    SpeedsToAvoid(),
+    SpeedRange(),
+    WholeTrain(),
+    Hysteresis(),
+    ParametricResonances(),
+    Resonances(),
+    SingleSpeeds(),
+    Stability(),
+    DerivedQuantities(),
+)

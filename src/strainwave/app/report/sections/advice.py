@@ -1,0 +1,162 @@
+"""What an engineer is told to do: the speeds to avoid, and what would make the error smaller."""
+
+import math
+from typing import Any
+
+from ....sentences import Angle, Sentence, Speed, listed
+from ....study.analysis.avoid import AMPLIFIED, Avoid
+from ....study.analysis.remedies import Remedy
+from ...console import number
+from ...units import sizes
+from ...view import View
+
+OSCILLATION = "the oscillation of the error (its largest distance from its mean, in a steady motion)"
+APART = "and wherever run-up and run-down are on different motions"
+NOMINAL = (
+    "The speeds to avoid are those of the nominal drive; sw.variability computes how far the scatter of its parameters "
+    "moves them (page “Ensembles, basins, variability” of the documentation)."
+)
+NOTHING = 0.005  # relative change that is called none
+
+
+class SpeedsToAvoid:
+    """Speeds to avoid and what would help, as data and in sentences."""
+
+    heading = ""
+
+    def data(self, view: View) -> dict[str, Any]:
+        """Bands of speed and remedies with their numbers, rule and sentences; None where no motion is stable."""
+        avoid = view.analysis.avoid
+        return {"advice": None if avoid is None else _advice(view, avoid)}
+
+    def lines(self, _: View, data: dict[str, Any]) -> list[str]:
+        """What to do."""
+        advice = data["advice"] or {}
+        return [advice[key] for key in ("sentence", "about", "nominal", "remedy_sentence") if advice.get(key)]
+
+
+def _advice(view: View, avoid: Avoid) -> dict[str, Any]:
+    return {
+        "rule": _rule(avoid),
+        "limit_rad": avoid.limit,
+        "bands": [_band(view, *band) for band in avoid.bands],
+        **sizes(avoid.largest, "largest_oscillation"),
+        "at_rad_per_s": avoid.at,
+        "slow_oscillation_rad": avoid.slow,
+        "peaks": [view.place(at) | {"oscillation_rad": size} for at, size in avoid.peaks],
+        "sentence": _avoid(view, avoid),
+        "run_up_bands": [_band(view, *band) for band in avoid.passed],
+        "about": _about(view, avoid),
+        "nominal": NOMINAL if avoid.bands else "",
+        "remedies": [
+            {"what": r.what, "change": _change(r), "relative_oscillation": r.ratio, "at_rad_per_s": r.at}
+            | {"at_rpm": view.speeds.rpm(r.at)}
+            for r in view.analysis.remedies
+        ],
+        "remedy_sentence": _remedies(view.analysis.remedies, avoid.at),
+    }
+
+
+def _band(view: View, low: float, high: float) -> dict[str, Any]:
+    ends = {"from_rad_per_s": low, "to_rad_per_s": high}
+    return ends | {"from_rpm": view.speeds.rpm(low), "to_rpm": view.speeds.rpm(high)}
+
+
+def _about(view: View, avoid: Avoid) -> str:
+    """Say which torque the speeds to avoid are for, where the curve has not all of them."""
+    if avoid.largest_passed is None:
+        return ""
+    if view.analysis.train_curve is None:
+        motions, run = "of the error equation, in place of the whole drive train", "the run-up of that train"
+    else:
+        motions = "under constant mean torques, without the torque that follows the load's own angle"
+        run = "the run-up, which has that torque,"
+    met = _ranges(view, avoid.passed) + " " + Speed() if avoid.passed else "no speed"
+    text = f"The steady motions behind these speeds are {motions}; {run} adds "
+    return text + met + ". At other angles of the load the speeds move."
+
+
+def _ranges(view: View, bands: tuple[tuple[float, float], ...]) -> Sentence:
+    first, last = view.analysis.speeds
+    ends = {last: " (the end of the range)", first: " (from the start of the range)"}
+    return listed(
+        _speed(*band) + "".join(text for end, text in ends.items() if any(math.isclose(end, at) for at in band))
+        for band in bands
+    )
+
+
+def _speed(*omega: float) -> Speed:
+    """Speeds without their unit, for ends of bands."""
+    return Speed(*omega, digits=4, between=" to ", bare=True)
+
+
+def _rule(avoid: Avoid) -> str:
+    if avoid.limit is not None:
+        text = f"A speed is to be avoided where {OSCILLATION} is above the project's limit of "
+        return text + Angle(avoid.limit) + f", {APART}."
+    return (
+        f"A speed is to be avoided around every peak of the computed curve that is more than {AMPLIFIED:g} times the "
+        f"oscillation of quasi-static rotation, as long as {OSCILLATION} is above 1/√2 of that peak (half power), "
+        f"{APART}."
+    )
+
+
+def _avoid(view: View, avoid: Avoid) -> Sentence:
+    sweep = view.analysis.response.sweep
+    slow = Angle(avoid.slow) + " of quasi-static rotation"
+    if not avoid.bands:
+        largest = avoid.largest if avoid.largest_passed is None else max(avoid.largest, avoid.largest_passed[1])
+        times = f"{number(largest / avoid.slow, 2)} times" if avoid.slow > 0.0 else "many times"
+        beside = f"{times} the " + slow
+        if avoid.limit is not None:
+            beside = "within the limit of " + Angle(avoid.limit)
+        return Sentence(
+            "No speed of the range has to be avoided: the error oscillates with at most {}, {}{}.",
+            Angle(largest), beside, "" if sweep is not None and sweep.alone else ", and nothing jumps",
+        )  # fmt: skip
+    reasons: list[str] = []
+    if avoid.peaks:
+        tops = listed(Angle(size) + " at " + _speed(at) for at, size in avoid.peaks)
+        whose = "its peak" if len(avoid.peaks) == 1 else "the peak there"
+        reasons.append(Sentence("the error oscillates with more than 1/√2 of {}, {}, against {}", whose, tops, slow))
+    if avoid.limit is not None and avoid.largest > avoid.limit:
+        text = "the error oscillates with more than the limit of {}, at most {} at {}"
+        reasons.append(Sentence(text, Angle(avoid.limit), Angle(avoid.largest), _speed(avoid.at)))
+    if avoid.passed and avoid.largest_passed is not None:
+        at, size = avoid.largest_passed
+        reasons.append(Sentence("in the run-up the error oscillates with up to {}, at {}", Angle(size), _speed(at)))
+    if sweep is not None and sweep.jumping:
+        between = listed("between " + _speed(b.low) + " and " + _speed(b.high) for b in sweep.jumping)
+        reasons.append("the motion jumps " + between)
+    why = Sentence(", and ").join(reasons)
+    return Sentence("Avoid {} {}: there {}.", _ranges(view, avoid.bands), Speed(), why)
+
+
+def _remedies(found: tuple[Remedy, ...], at: float) -> str:
+    """What helps at a peak at some speed [rad/s], the most helpful first, and what does not."""
+    if not found:
+        return ""
+    best = found[0]
+    helps = f"Most helpful: {_more(best)}." if best.ratio < 1.0 - NOTHING else "None of them makes it smaller."
+    effects = Sentence("; ").join(_effect(remedy, at) for remedy in found)
+    return f"{helps} Computed again with one thing changed at a time: " + effects + "."
+
+
+def _change(remedy: Remedy) -> str:
+    if remedy.by:
+        return f"{number(remedy.by, 3)} N·m more"
+    return f"{number(100.0 * abs(remedy.share))} % {'more' if remedy.share > 0.0 else 'less'}"
+
+
+def _more(remedy: Remedy) -> str:
+    return f"{_change(remedy)} {'mean torque' if remedy.by else remedy.what}"
+
+
+def _effect(remedy: Remedy, at: float) -> str:
+    change = 100.0 * (remedy.ratio - 1.0)
+    size = "the same"
+    if abs(change) > 100.0 * NOTHING:
+        size = f"{number(abs(change), 2)} % {'less' if change < 0.0 else 'more'}"
+    moved = abs(remedy.at / at - 1.0) > NOTHING
+    where = ", at " + _speed(remedy.at) + " instead of " + _speed(at) if moved else ""
+    return f"{_more(remedy)}: {size} oscillation" + where

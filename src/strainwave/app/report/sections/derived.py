@@ -1,0 +1,122 @@
+"""The derived quantities of a drive: name, symbol, value, unit, remark."""
+
+import math
+from typing import Any, NamedTuple
+
+from ....law import spring_stiffness
+from ....protocols import terms_of
+from ....sentences import Angle
+from ....study.response.resonances import active_orders
+from ...console import BETWEEN, percent
+from ...view import View
+from .opening import YIELDS
+
+LIMITS = (
+    ("Rated torque", "rated_torque", "N·m", "catalogue, output side"),
+    ("Repeated peak torque", "repeated_peak_torque", "N·m", "catalogue, output side"),
+    ("Momentary peak torque", "momentary_torque", "N·m", "catalogue, output side"),
+    ("Largest input speed", "max_rpm", "rpm", "catalogue, with grease"),
+    ("Average input speed", "average_rpm", "rpm", "catalogue, with grease"),
+)
+
+
+class DerivedQuantities:
+    """What follows from the data of the drive, and where they come from."""
+
+    heading = "Derived quantities"
+
+    def data(self, view: View) -> dict[str, Any]:
+        """A row for each quantity, and the drive."""
+        project, gear = view.project, view.project.gear
+        return {
+            "derived": [fact._asdict() for fact in facts(view)],
+            "drive": {
+                "law": repr(project.drive.law),
+                "gear": gear.name if gear else None,
+                "source": gear.source if gear else None,
+                "notes": list(gear.notes) if gear else [],
+                "has_memory": project.has_memory,
+            },
+        }
+
+
+class Fact(NamedTuple):
+    """One row: what it is, its symbol, its value (None with a remark that says why), unit and remark."""
+
+    name: str
+    symbol: str
+    value: float | None
+    unit: str
+    note: str = ""
+
+
+def facts(view: View) -> list[Fact]:
+    """List what follows from the data of the drive, for both motor modes where they differ."""
+    drive, point = view.project.drive, view.analysis.point
+    used, spring = view.project.motor, float(spring_stiffness(drive.law, point.x))
+    yields = spring < point.stiffness * YIELDS
+    bias = "at x₀ = " + Angle(point.x) + " under the mean torque" if point.mean_torque else "no mean torque"
+    bias += "; of small vibrations, before the hysteresis yields" if yields else ""
+    rows = [Fact("Torsional stiffness at the operating point", "T'(x₀)", point.stiffness, "N·m/rad", bias)]
+    if yields:
+        rows.append(Fact("Torsional stiffness of the spring alone", "K", spring, "N·m/rad", "after it has yielded"))
+    for mode, inertia in (("free", drive.J), ("held", drive.J_l)):
+        mark = "used in this report" if mode == used else "for comparison"
+        symbol = "J" if mode == "free" else "J_l"
+        omega_0, of_spring = (math.sqrt(max(K, 0.0) / inertia) for K in (point.stiffness, spring))
+        rows.append(Fact(f"Inertia, motor {mode}", symbol, inertia, "kg·m²", mark))
+        rows.append(Fact(f"Damping parameter B/{symbol}, motor {mode}", "μ", drive.B / inertia, "1/s", mark))
+        if of_spring > 0.0:
+            zeta = drive.B / (2.0 * inertia * of_spring)
+            more = "; of the damping B and the spring, hysteresis damps too" if yields else ""
+            note = mark + more + _at_rest(view, spring, zeta)
+            rows.append(Fact(f"Damping ratio, motor {mode}", "ζ", zeta, "", note))
+        if omega_0 > 0.0:
+            if yields:
+                mark += "; of small vibrations, before the hysteresis yields"
+            rows.append(Fact(f"Natural frequency, motor {mode}", "ω₀", omega_0, "rad/s", mark))
+            rows.append(Fact("", "f₀", omega_0 / (2.0 * math.pi), "Hz", mark))
+            rows += _resonance_speeds(view, omega_0, mark)
+            if yields:
+                name, note = f"Natural frequency of the spring alone, motor {mode}", "after it has yielded"
+                rows.append(Fact(name, "", of_spring, "rad/s", note))
+        else:
+            rows.append(
+                Fact(f"Natural frequency, motor {mode}", "ω₀", None, "rad/s", "no stiffness at the operating point")
+            )
+    return rows + _static(view)
+
+
+def _at_rest(view: View, stiffness: float, zeta: float) -> str:
+    """Say which stiffness the ratio refers to, where there are two."""
+    rest = float(spring_stiffness(view.project.drive.law, 0.0))
+    if not rest > 0.0 or abs(stiffness / rest - 1.0) < 1e-9:
+        return ""
+    ratio = percent(zeta * math.sqrt(stiffness / rest))
+    return f"; at the operating point ({ratio} at rest without torque, where 'damping: ratio' belongs)"
+
+
+def _resonance_speeds(view: View, omega_0: float, mark: str) -> list[Fact]:
+    orders = active_orders(view.analysis.system) if view.speeds.by_motor else ()
+    text = "Resonance speed of order {}, at the motor"
+    return [Fact(text.format(k), f"n{k}", omega_0 / k * view.speeds.scale, "rpm", mark) for k in orders]
+
+
+def _static(view: View) -> list[Fact]:
+    point, project, gear, (unit, factor) = view.analysis.point, view.project, view.project.gear, view.angle
+    rows = [
+        Fact("Mean torque on the error equation", "τ₀", point.mean_torque, "N·m", "output side"),
+        Fact("Static error under the mean torque", "x₀", point.x * factor, unit, BETWEEN),
+    ]
+    size = "0-to-peak, output side"
+    for term in terms_of(view.analysis.system.excitation) if point.stiffness > 0.0 else ():
+        if getattr(term, "amplitude", 0.0):
+            static, k = abs(term.amplitude) / point.stiffness * factor, term.order
+            rows.append(Fact(f"Quasi-static error of the torque of order {k}", f"A{k}/T'", static, unit, size))
+    for line in () if project.kinematic_error is None else project.kinematic_error.lines:
+        name = f"Kinematic error of order {line.order}"
+        rows.append(Fact(name, f"e{line.order}", abs(line.amplitude) * factor, unit, size))
+    if gear is not None:
+        limits = ((f"{name} of the {gear.name}", getattr(gear, of), unit, note) for name, of, unit, note in LIMITS)
+        rows += [Fact(name, "", value, unit, note) for name, value, unit, note in limits]
+    return rows

@@ -1,0 +1,172 @@
+"""The resonances: where the computed curve is largest and jumps, and multiple scales against it."""
+
+from typing import Any
+
+import numpy as np
+
+from ....sentences import Angle, Sentence, Speed
+from ....study.analysis.analysis import Analysis
+from ....study.response.resonances import Regime
+from ....study.response.response import ExactResponse
+from ....theory.slow_flow.results import Certificate
+from ...console import percent
+from ...figures import curves
+from ...units import sizes
+from ...view import View
+
+NO_STIFFNESS = (
+    "the law has no stiffness where the mean torque holds the drive (backlash), or nothing excites the drive."
+)
+
+
+class Resonances:
+    """Every resonance with its number, by ascending speed, and a figure of those with a curve by multiple scales."""
+
+    heading = "Resonances"
+
+    def data(self, view: View) -> dict[str, Any]:
+        """A row for each, or why there is none."""
+        regimes, jumps = view.analysis.regimes, _jumps(view.analysis)
+        rows = [_resonance(view, i, regime, jumps[i - 1]) for i, regime in enumerate(regimes, 1)]
+        return {"resonances": rows, "resonance_remark": "" if rows else NO_STIFFNESS}
+
+    def figures(self, view: View) -> list[str]:
+        """Response curves of the resonances that have a peak by multiple scales."""
+        found = (regime for regime in view.analysis.regimes if regime.response and regime.response.branches)
+        return [curves.response(view, regime) for regime in found]
+
+    def lines(self, view: View, data: dict[str, Any]) -> list[str]:
+        """The primary resonances of an error equation that stands for the drive."""
+        if view.analysis.train_curve is not None:
+            return []
+        rows = [row for row in data["resonances"] if row["inside_range"] and row["name"] == "primary"]
+        return [line for row in rows for line in resonance_lines(row)]
+
+    def verdict(self, view: View, row: dict[str, Any]) -> str:
+        """What is said below the figure of a resonance."""
+        peak = row["peak"]
+        text = Sentence(
+            "Multiple scales put the peak at {} and {}: {}.",
+            Angle(peak["amplitude_rad"]), Speed(peak["omega_rad_per_s"]), peak_verdict(row),
+        )  # fmt: skip
+        return str(view.told(text + " " + jump_verdict(row)))
+
+
+def resonance_lines(row: dict[str, Any]) -> list[str]:
+    """Lines about a resonance: its place, and its peak by multiple scales."""
+    top, peak = row["top"], row["peak"]
+    text = f"{row['name']} resonance of order {row['order']}: small oscillations at " + speed_of(row)
+    lines: list[str] = [text + (", largest at " + speed_of(top) if top else "")]
+    if peak:
+        lines.append("  peak by multiple scales " + Angle(peak["amplitude_rad"]) + f": {peak_verdict(row)}")
+    return lines
+
+
+def peak_verdict(row: dict[str, Any]) -> str:
+    """How far the peak by multiple scales is off, in an engineer's words."""
+    error = row["peak_error"]
+    if error is None:
+        return ""
+    size, speed = (percent(abs(error[name]), 2) for name in ("amplitude", "speed"))
+    if error["predicted"]:
+        return (
+            "no computed curve to compare with; by its own estimate off by about "
+            f"{size} in amplitude and {speed} in speed"
+        )
+    large, high = "large" if error["amplitude"] > 0.0 else "small", "high" if error["speed"] > 0.0 else "low"
+    off = f"the amplitude is {size} too {large} and the resonance speed {speed} too {high}"
+    return f"relative to the computed curve, {off}"
+
+
+def jump_verdict(row: dict[str, Any]) -> str:
+    """Where the computed curve jumps next to a resonance, and where multiple scales has it jump."""
+    computed, predicted = (Sentence(" and ").join(map(speed_of, row[name])) for name in ("jumps", "folds"))
+    if not computed and not predicted:
+        return ""
+    said = "The computed curve jumps at " + computed if computed else "Here the computed curve does not jump"
+    theory = "; multiple scales would at " + predicted + "." if predicted else ", that of multiple scales does not."
+    return said + theory
+
+
+def speed_of(row: dict[str, Any]) -> Sentence:
+    """Speed of a place in a sentence."""
+    return "" + Speed(row["omega_rad_per_s"])
+
+
+def _jumps(analysis: Analysis) -> list[list[float]]:
+    """Speeds [rad/s] of the jumps of the computed curve, each with the resonance next to it."""
+    told: list[list[float]] = [[] for _ in analysis.regimes]
+    main = [i for i, regime in enumerate(analysis.regimes) if regime.resonance.q == 1]
+    if not main:
+        return told
+    at = np.array([_top(analysis.regimes[i]) for i in main])
+    for value in jump_speeds(analysis.exact):
+        told[main[int(np.argmin(np.abs(np.log(at / value))))]].append(value)
+    for i, regime in enumerate(analysis.regimes):
+        if regime.resonance in analysis.close:
+            told[i] = jump_speeds(analysis.close[regime.resonance])
+    return told
+
+
+def jump_speeds(response: ExactResponse) -> list[float]:
+    """Speeds [rad/s] at which a slow run-up or run-down jumps, ascending."""
+    sweep = response.sweep
+    return [] if sweep is None else sorted({jump.value for jump in (*sweep.on_run_up, *sweep.on_run_down)})
+
+
+def _top(regime: Regime) -> float:
+    return regime.omega if regime.top is None else regime.top[0]
+
+
+def _resonance(view: View, index: int, regime: Regime, jumps: list[float]) -> dict[str, Any]:
+    curve = regime.response
+    peak = None if curve is None or not curve.branches else curve.peak
+    folds = [] if curve is None else list(zip(curve.folds, curve.fold_amplitudes, strict=True))
+    return {
+        "number": index,
+        "name": regime.name,
+        "order": regime.order,
+        "resonance": f"{regime.resonance.p}:{regime.resonance.q}",
+        **view.place(regime.omega),
+        "inside_range": regime.inside,
+        "top": None if regime.top is None else _at(view, *regime.top),
+        "jumps": [view.place(value) for value in jumps],
+        "steady_amplitudes_rad": [{"value": s.amplitude, "stable": s.stable} for s in regime.states],
+        "existence": regime.existence,
+        "certificate": _certificate(regime.certificate),
+        "certificate_at_peak": _certificate(regime.at_peak),
+        "peak": None if peak is None else _at(view, *peak),
+        "peak_error": _peak_error(regime, peak),
+        "folds": [_at(view, w, a) for w, a in folds],
+        "response": "" if curve is None else curve.message,
+        "reason": regime.reason,
+    }
+
+
+def _at(view: View, omega: float, amplitude: float) -> dict[str, Any]:
+    return view.place(omega) | sizes(amplitude, "amplitude")
+
+
+def _peak_error(regime: Regime, peak: tuple[float, float] | None) -> dict[str, Any] | None:
+    """Error of the peak by multiple scales: against the computed curve, or as its certificate predicts it."""
+    if peak is None:
+        return None
+    if regime.top is not None:
+        omega, amplitude = regime.top
+        return {"amplitude": peak[1] / amplitude - 1.0, "speed": peak[0] / omega - 1.0, "predicted": False}
+    if regime.at_peak is None:
+        return None
+    shift = abs(regime.at_peak.frequency_shift)
+    return {"amplitude": regime.at_peak.predicted_error, "speed": shift, "predicted": True}
+
+
+def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
+    if certificate is None:
+        return None
+    return {
+        "valid": certificate.valid,
+        "predicted_error": certificate.predicted_error,
+        "error_at_speed": certificate.error_at_speed,
+        "speed_error": abs(certificate.frequency_shift),
+        "sentence": certificate.sentence,
+    }

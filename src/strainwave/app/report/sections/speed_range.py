@@ -1,0 +1,130 @@
+"""The error through the speed range: the computed curve with its jumps, and the simulated run-up and run-down."""
+
+import math
+from typing import Any
+
+from ....results import Status
+from ....sentences import Angle, Sentence, Speed
+from ....speeds import Speeds
+from ....study.response.response import ExactResponse
+from ...figures import curves
+from ...units import place, sizes
+from ...view import View
+
+
+class SpeedRange:
+    """The response curve, of the whole drive train where there is one, and what a slow run-up and run-down do on it."""
+
+    heading = "Error through the speed range"
+
+    def data(self, view: View) -> dict[str, Any]:
+        """Key numbers of the curve of the error equation, and its simulated check."""
+        return {"exact_response": curve_data(view.speeds, view.analysis.exact), "run_up": _run_up(view)}
+
+    def figures(self, view: View) -> list[str]:
+        """Largest error against speed."""
+        return [curves.speed_range(curves.report_panel(view))]
+
+    def sentences(self, view: View) -> list[str]:
+        """What the figure shows, and what a sweep does."""
+        return [_lines(view), *sweep_sentences(view.analysis.response), _marks(view)]
+
+    def lines(self, view: View, _: dict[str, Any]) -> list[str]:
+        """What a sweep does."""
+        return sweep_sentences(view.analysis.response)
+
+
+def curve_data(speeds: Speeds, exact: ExactResponse) -> dict[str, Any]:
+    """Key numbers of a response curve: folds, jumps, accuracy."""
+    curve, sweep = exact.curve, exact.sweep
+
+    def jump(omega: float) -> dict[str, Any] | None:
+        return place(speeds, omega) if math.isfinite(omega) else None
+
+    return {
+        "method": exact.method,
+        "harmonics": curve.coefficients.shape[1] // 2,
+        "left_out_relative": curve.tail,
+        "complete": curve.status.found,
+        "rough": curve.status is Status.TRUNCATED,
+        "message": curve.message,
+        "folds": [place(speeds, fold.omega) | sizes(fold.peak) for fold in curve.folds],
+        "jump_up": jump(sweep.jump_up if sweep else math.nan),
+        "jump_down": jump(sweep.jump_down if sweep else math.nan),
+        "bands": [
+            {
+                "low": place(speeds, band.low),
+                "high": place(speeds, band.high),
+                "jump_up": jump(band.jump_up),
+                "jump_down": jump(band.jump_down),
+                "whole": band.whole,
+            }
+            for band in (sweep.bands if sweep else ())
+        ],
+        "hysteresis_rad_per_s": sweep.width if sweep else None,
+        "sweep": sweep.sentence if sweep else "no motion on the curve is stable",
+    }
+
+
+def _run_up(view: View) -> list[dict[str, Any]]:
+    run = view.analysis.run_up
+    sides = (("up", run.up, run.curve_up), ("down", run.down, run.curve_down))
+    return [
+        {"direction": direction}
+        | view.place(motion.omega)
+        | sizes(motion.peak if motion.status else None)
+        | {
+            "exact_peak_rad": float(curve),
+            "amplitude_at_omega_rad": motion.amplitude(1) if motion.status else None,
+            "periodic": motion.closed,
+            "period_in_turns": motion.period,
+            "message": "" if motion.status else motion.message,
+        }
+        for direction, motions, exact in sides
+        for motion, curve in zip(motions, exact, strict=True)
+    ]
+
+
+def sweep_sentences(exact: ExactResponse) -> list[str]:
+    """What a slow run-up and run-down do, a sentence for each."""
+    sweep, said = exact.sweep, list[str]()
+    if sweep is None:
+        return ["No motion on the curve is stable."]
+    for name, jumps, whole in (
+        ("run-up", sweep.on_run_up, sweep.finished_up),
+        ("run-down", sweep.on_run_down, sweep.finished_down),
+    ):
+        steps = Sentence(" and ").join(
+            Sentence("from {} to {} at {}", Angle(j.before), Angle(j.after), Speed(j.value)) for j in jumps
+        )
+        does = "jumps " + steps if jumps else "does not jump"
+        end = "." if whole else "; the curve has no stable motion all the way, so the drive leaves it."
+        said.append(f"On a slow {name} the largest |x| " + does + end)
+    return said
+
+
+def _lines(view: View) -> str:
+    """The lines of the figure; where a curve is rough or not complete, a warning says so."""
+    analysis, response = view.analysis, view.analysis.response
+    if response.method == "integration":
+        back = "" if response.back is None else "; dash-dotted: descending, where they differ"
+        return (
+            "Blue: steady motions by integration, each started from the one before, speeds ascending"
+            f"{back}; triangles: the same at a few speeds, as the CSV files hold them."
+        )
+    whole = "" if analysis.train_curve is None else " of the whole drive train"
+    text = f"Blue, thick: every motion{whole} that repeats with the {view.speeds.base_angle}, by harmonic balance "
+    text += f"({response.curve.coefficients.shape[1] // 2} harmonics); "
+    if analysis.train is None or analysis.train_curve is None:
+        theory = any(regime.response and regime.response.branches for regime in analysis.regimes)
+        return text + ("orange, thin: first-order multiple scales; " * theory) + "triangles: integration, as a check."
+    twist = ", the twist of the coupling included" if analysis.train.train.load.couplings() else ""
+    without = "; without the torque that follows the load's own angle" if analysis.train_curve.without_angle else ""
+    return f"{text}x between motor and load{twist}{without}. Dash-dotted: the error equation in its place."
+
+
+def _marks(view: View) -> str:
+    if view.analysis.train_curve is not None:
+        return ""
+    place = "where the curve is largest" if view.project.has_memory else "of small oscillations"
+    return f"Dashed grey lines: resonances, numbered as below, {place}; base angle: {view.speeds.base_angle}."

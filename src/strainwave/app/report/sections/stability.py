@@ -1,0 +1,23 @@
+"""Lyapunov's certificate of the drive without excitation."""
+
+from typing import Any
+
+from ...view import View
+
+
+class Stability:
+    """What is proved about the decay of the error, or why nothing is."""
+
+    heading = "Stability without excitation"
+
+    def data(self, view: View) -> dict[str, Any]:
+        """Scope, claim and region of the proof."""
+        proof = view.analysis.stability
+        said = {name: getattr(proof, name) for name in ("holds", "scope", "claim", "reason", "obstacle")}
+        return {"stability": said | {"region": str(proof.region or "none")}}
+
+    def lines(self, view: View, data: dict[str, Any]) -> list[str]:
+        """The proof in a line: what is claimed, or why nothing is."""
+        proof, of = data["stability"], "" if view.analysis.train_curve is None else " of the error equation"
+        claim = f"no proof: {proof['obstacle']}" if proof["scope"] == "none" else f"{proof['scope']}; {proof['claim']}"
+        return [f"stability{of}: {claim}"]
