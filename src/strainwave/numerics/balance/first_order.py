@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...protocols import Balance, omega_of
+from ...protocols import Balance, lacking, omega_of
 from ...results import Floats
 from ...tree import leaves, with_leaf
 from .fourier import analysis, derivative, extend_series, from_blocks, multiply_rows, synthesis, to_blocks
@@ -242,7 +242,7 @@ def balance_of(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: i
     """
     if is_second_order(system):
         return second_order(system, leaf, omega_leaf, harmonics, turns)
-    if not hasattr(system, "rhs"):
+    if lacking(system, "rhs"):
         raise TypeError(f"{type(system).__name__} has no rhs(phase, y), nor the fields {', '.join(SAME)}")
     return first_order(system, leaf, omega_leaf, harmonics, turns)
 
@@ -260,6 +260,6 @@ def first_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: 
     value = omega_of(system) if leaf == omega_leaf else leaves(system)[leaf]
     with np.errstate(all="ignore"):
         sizes = np.linalg.norm(problem.series(problem.linear_response(float(value))[None])[0], axis=1)
-    if hasattr(system, "sizes"):  # a state that vanishes in the linear response
+    if not lacking(system, "sizes"):  # a state that vanishes in the linear response
         sizes = np.maximum(np.nan_to_num(sizes), system.sizes())
     return problem._replace(sizes=np.where(np.isfinite(sizes) & (sizes > 0.0), sizes, 1.0))

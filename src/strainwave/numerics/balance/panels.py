@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...law import breakpoints_of, torsion
+from ...protocols import lacking
 from ...results import Floats
 from .fourier import synthesis
 
@@ -47,7 +48,7 @@ def distances(system: Any, angles: Floats, y: Floats) -> Floats:
 
     A system tells them by `kinks(phase, y)`, or has `breakpoints` of its torsion; one without kinks has none.
     """
-    if hasattr(system, "kinks"):
+    if not lacking(system, "kinks"):
         found = system.kinks(angles, tuple(y))
     else:
         u = torsion(system, angles, tuple(y))

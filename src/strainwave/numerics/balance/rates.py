@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...law import is_spring
-from ...protocols import Balance, has_jacobian, omega_of
+from ...protocols import Balance, has_jacobian, lacking, omega_of
 from ...quantities import positive_count
 from ...results import Floats
 from ..integration.corners import repeating
@@ -66,7 +66,7 @@ def number_of_states(system: Any) -> int:
 
 def is_second_order(system: Any) -> bool:
     """Whether a system is J x'' + B u' + T(u) = tau, with the fields of `Oscillator` and a law torque(x)."""
-    return all(hasattr(system, name) for name in SAME) and is_spring(system)
+    return not lacking(system, *SAME) and is_spring(system)
 
 
 def periodic(verb: str, system: Any, turns: int = 1) -> Any:
@@ -75,7 +75,7 @@ def periodic(verb: str, system: Any, turns: int = 1) -> Any:
     An oscillator with orders on its base angle repeats by its form; others are asked at two states.
     """
     system, turns = repeating(verb, system), positive_count("period", turns)
-    if is_second_order(system) or not hasattr(system, "rhs"):
+    if is_second_order(system) or lacking(system, "rhs"):
         return system
     places = list(itertools.product((0.0, 1.0, 2.5), (0.0, ASKED)))
     states, later = number_of_states(system), 2.0 * math.pi * turns

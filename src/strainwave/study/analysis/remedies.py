@@ -11,7 +11,7 @@ from ...law import depends, is_spring
 from ...model.train.drive_train import DriveTrain
 from ...numerics.curves.response import traced_points
 from ...numerics.stability.second_order import displacement_peaks
-from ...protocols import lines_of, terms_of
+from ...protocols import lacking, lines_of, terms_of
 from ...quantities import parameters, replace
 from ...results import Floats, SolveError
 from ...tree import leaf_of
@@ -171,7 +171,7 @@ def _with_more(torque: Any, by: float) -> Any:
     terms = terms_of(torque)
     mean = sum(term.mean for term in terms)
     first = terms[0]._replace(mean=terms[0].mean + (by if mean >= 0.0 else -by))
-    return torque._replace(terms=(first, *terms[1:])) if hasattr(torque, "terms") else first
+    return first if lacking(torque, "terms") else torque._replace(terms=(first, *terms[1:]))
 
 
 def _stiffer(law: Any) -> Any:
