@@ -239,7 +239,10 @@ def lacking(thing: Any, *methods: str) -> tuple[str, ...]:
 
 
 def need(where: str, thing: Any, *methods: str, remedy: str = "") -> None:
-    """Refuse what lacks one of the methods (TypeError): `where` names its field."""
+    """Refuse what lacks one of the methods, and a class in place of an object (TypeError): `where` names its field."""
+    if isinstance(thing, type):
+        name = thing.__name__
+        raise TypeError(f"{where} is the class {name}; give an object of it, with its numbers: {name}(...){remedy}")
     if missing := lacking(thing, *methods):
         raise TypeError(f"{where} is {shown(thing)}; it must be an object with a method {missing[0]}{remedy}")
 

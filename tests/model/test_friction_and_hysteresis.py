@@ -170,5 +170,5 @@ def test_laws_nested_without_end_are_refused():
 
 
 def test_part_of_parallel_that_is_no_law_is_refused():
-    with pytest.raises(TypeError, match=r"Parallel\.second is a Line; it must be a law with a method torque"):
+    with pytest.raises(TypeError, match=r"Parallel\.second is Line\(.*; it must be an object with a method torque"):
         checked(sw.Parallel(sw.Linear(1.0), sw.Line(2, 0.1)))

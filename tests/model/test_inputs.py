@@ -122,5 +122,5 @@ def test_replace_says_what_a_model_has():
 
 
 def test_a_class_in_place_of_a_law_is_refused():
-    with pytest.raises(TypeError, match=r"is the class Linear; give a law of it"):
+    with pytest.raises(TypeError, match=r"is the class Linear; give an object of it"):
         sw.find_orbit(GOOD._replace(law=sw.Parallel(sw.Linear, sw.Linear(1.0))))
