@@ -15,18 +15,28 @@ TWISTS = np.geomspace(1e-9, 1e6, 46)  # [rad]
 
 
 def odd_problem(problem: Any) -> SecondOrder | None:
-    """Problem of the odd harmonics alone, or None where the symmetry is not seen.
+    """Problem of the odd harmonics alone, of a law with samples; or None where the symmetry is not seen."""
+    if not isinstance(getattr(problem, "nonlinear", None), Sampling) or not is_half_wave(problem):
+        return None
+    return second_order(problem.system, problem.leaf, problem.omega_leaf, len(problem.tau) // 2, 1, 2)
+
+
+def is_half_wave(problem: SecondOrder) -> bool:
+    """Whether a problem has the symmetry.
 
     The law is asked at torsions of all sizes; whether it is odd on the orbits found is for `is_odd_on` to say.
     """
-    if problem.turns != 1 or not isinstance(getattr(problem, "nonlinear", None), Sampling):
-        return None
     h, law = len(problem.tau) // 2, problem.system.law
     with np.errstate(all="ignore"):
-        odd = _odd(law.torque(TWISTS), law.torque(-TWISTS))
-    if not odd or not all(_is_odd_series(series, h) for series in (problem.tau, problem.error)):
-        return None
-    return second_order(problem.system, problem.leaf, problem.omega_leaf, h, 1, 2)
+        odd = problem.turns == 1 and _odd(law.torque(TWISTS), law.torque(-TWISTS))
+    return odd and all(_is_odd_series(series, h) for series in (problem.tau, problem.error))
+
+
+def mirrored(point: Floats) -> Floats:
+    """The motion -u(phase - pi) of a point (all coefficients in blocks, parameter last): its even harmonics turn."""
+    h = len(point) // 2 - 1
+    sign = np.where(np.arange(h + 1) % 2 == 1, 1.0, -1.0)
+    return np.asarray(point * np.concatenate([sign, sign[1:], [1.0]]))
 
 
 def is_odd_on(problem: SecondOrder, points: Floats) -> bool:

@@ -4,6 +4,8 @@ All that alternates in the excitation is multiplied by a factor, from next to no
 it, up to where it governs; the frequency goes down and up. What is met where the factor is 1, the constant torque 0 and
 the frequency the first is an orbit of the system. The curves bend over at folds and come back, through all orbits that
 they connect; from each new orbit all are followed again, until there is no new one or a number of points is reached.
+Orbits of a system with half-wave symmetry may lack it: one more curve along the factor, with a little constant torque,
+turns into them where they begin on the others (imperfect bifurcation).
 
 Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, sec. 4 (continuation).
 """
@@ -19,7 +21,7 @@ from ...tree import with_leaf
 from ..balance.first_order import FirstOrder, first_order
 from ..balance.fourier import orders
 from ..balance.guess import drive, linear_response, one_harmonic
-from ..balance.half_wave import odd_problem
+from ..balance.half_wave import is_half_wave, mirrored, odd_problem
 from ..balance.harmonics import highest_order
 from ..balance.second_order import CONSTANT, LINE, STRENGTH, SecondOrder, second_order
 from ..labels import CLOSED, END, LOST
@@ -30,7 +32,9 @@ NEAR = 0.02  # relative distance to an orbit from which Newton's method goes to 
 ENOUGH = 15  # harmonics of a search, or three times the highest order
 WEAKEST, STRONGEST, STRONG = 1e-3, 1e3, 30.0  # factors of the strength: first, last, and last at least
 MOST_TORQUE = 5.0  # constant torque at the end of its curve, of the largest torque of the law on the orbits known
+BIAS = 0.02  # constant torque that breaks a symmetry, of the largest drive
 MOST_FACTOR = 10.0  # of one line alone, at the ends of its curve
+ROUNDING = 1e-9  # of the largest line: less is none
 LEAST_LINE = 1e-3  # of the largest line: one below it is no way to other orbits
 FASTEST = 2.0  # factor of the frequency, upwards and downwards
 STEP, COARSE = 0.1, 0.2  # of an orbit's size and of the units of the parameters; for a general system
@@ -86,13 +90,24 @@ def connected(problem: Any, value: float, known: list[Floats]) -> Found:
             few = _with_few_harmonics(problem, value)
             some = [z for z in (few.fitted(problem.table(point), value) for point in known) if z is not None]
             return _Search(few, value, STRONG).explored(few, some)
-        lines = np.flatnonzero(np.hypot(*_halves(problem.tau)) + np.hypot(*_halves(problem.error)))
-        highest = 1 + problem.stride * int(np.max(lines, initial=0))
+        size = _driven(problem)
+        highest = 1 + problem.stride * int(np.max(np.flatnonzero(size > ROUNDING * size.max()), initial=0))
         most = max(ENOUGH * problem.turns, 3 * highest)
         system = with_leaf(problem.system, problem.omega_leaf, value)
         full = second_order(system, problem.omega_leaf, problem.omega_leaf, most, problem.turns)
         some = [z for z in (full.fitted(problem.table(point), value) for point in known) if z is not None]
-        return _Search(full, value, _strongest(full, value)).explored(odd_problem(full) or full, some)
+        search = _Search(full, value, _strongest(full, value), is_half_wave(full))
+        if search.half_wave:
+            search.left += LONGEST
+            some += search.from_weak(_biased(full))
+        return search.explored(odd_problem(full) or full, some)
+
+
+def _biased(problem: SecondOrder) -> SecondOrder:
+    """The problem with a little constant torque: its curves turn into orbits without the symmetry where these begin."""
+    tau = problem.tau.copy()
+    tau[0] = BIAS * float(_driven(problem).max())
+    return problem._replace(tau=tau)
 
 
 def _with_few_harmonics(problem: FirstOrder, value: float) -> FirstOrder:
@@ -104,16 +119,16 @@ def _with_few_harmonics(problem: FirstOrder, value: float) -> FirstOrder:
     return first_order(system, leaf, leaf, few, problem.turns)._replace(sizes=problem.sizes)
 
 
-def _halves(series: Floats) -> tuple[Floats, Floats]:
-    """Cosine and sine coefficients of a series in blocks."""
-    h = len(series) // 2
-    return series[1 : h + 1], series[h + 1 :]
+def _driven(problem: SecondOrder) -> Floats:
+    """Amplitudes [N*m] of what drives the harmonics of a problem."""
+    w = problem.system.omega / problem.turns * orders(len(problem.tau) // 2, problem.stride)
+    size: Floats = np.abs(drive(problem.system, w, problem.tau, problem.error))
+    return size
 
 
 def _strongest(problem: SecondOrder, value: float) -> float:
     """Factor of the strength at which every line alone has passed its last fold, by one harmonic."""
-    w = value / problem.turns * orders(len(problem.tau) // 2)
-    size = np.abs(drive(problem.system, w, problem.tau, problem.error))
+    w, size = value / problem.turns * orders(len(problem.tau) // 2), _driven(problem)
     lines = np.flatnonzero(size > LEAST_LINE * size.max())
     if not len(lines):
         return STRONG
@@ -130,8 +145,7 @@ def _ways(problem: Any) -> list[int]:
     """Virtual leaves along which orbits are connected: of several lines each one has its own strength too."""
     if isinstance(problem, FirstOrder):
         return [problem.omega_leaf, STRENGTH]
-    w = problem.system.omega / problem.turns * orders(len(problem.tau) // 2)
-    size = np.abs(drive(problem.system, w, problem.tau, problem.error))
+    size = _driven(problem)
     lines = 1 + np.flatnonzero(size > LEAST_LINE * size.max())
     weakest_first = lines[np.argsort(size[lines - 1])].tolist()
     return [CONSTANT, STRENGTH, problem.omega_leaf, *(LINE - k for k in weakest_first if len(lines) > 1)]
@@ -140,8 +154,8 @@ def _ways(problem: Any) -> list[int]:
 class _Search:
     """A search at one frequency: the problem, and how many points its curves may still have."""
 
-    def __init__(self, problem: Any, value: float, strongest: float) -> None:
-        self.problem, self.value = problem, value
+    def __init__(self, problem: Any, value: float, strongest: float, half_wave: bool = False) -> None:
+        self.problem, self.value, self.half_wave = problem, value, half_wave
         self.strengths = math.log(WEAKEST), math.log(strongest)
         self.left = MOST_POINTS
         if isinstance(problem, FirstOrder):
@@ -150,12 +164,8 @@ class _Search:
 
     def explored(self, first: Any, known: list[Floats]) -> Found:
         """Tables of all orbits that the curves connect; `first` may have the odd harmonics alone."""
-        full, value = self.problem, self.value
-        weak = linear_response(first, value)
-        n = len(first.error) if isinstance(first, FirstOrder) else len(weak) - 1
-        weak[:-1][np.arange(len(weak) - 1) % n > 0] *= WEAKEST
-        begun = [full.fitted(first.table(z), value) for z in self.met(first, STRENGTH, weak, [], weak=True)]
-        found = new_orbits(full, [z for z in begun if z is not None], [])
+        full = self.problem
+        found = new_orbits(full, self.from_weak(first), [])
         ways = _ways(full)
         done: dict[int, list[Floats]] = {leaf: [] for leaf in ways} | {STRENGTH: list(found)}
         found += new_orbits(full, known, found)
@@ -164,9 +174,21 @@ class _Search:
             leaf, orbit = next(some, (STRENGTH, None))
             if orbit is None or self.left < LEAST_PIECE:
                 return Found([full.table(z) for z in found], self.whole and orbit is None)
-            met = self.met(full, leaf, orbit, found)
-            done[leaf] += [orbit, *met]
+            met = self.with_mirrored(self.met(full, leaf, orbit, found))
+            done[leaf] += [*self.with_mirrored([orbit]), *met]
             found += new_orbits(full, met, found)
+
+    def with_mirrored(self, some: list[Floats]) -> list[Floats]:
+        """Orbits, and minus the same half a turn later where these are orbits too."""
+        return [*some, *(mirrored(z) for z in some if self.half_wave)]
+
+    def from_weak(self, problem: Any) -> list[Floats]:
+        """Guesses for orbits: those on the curve along the strength from the weak response of a problem."""
+        weak = linear_response(problem, self.value)
+        n = len(problem.error) if isinstance(problem, FirstOrder) else len(weak) - 1
+        weak[:-1][np.arange(len(weak) - 1) % n > 0] *= WEAKEST
+        met = self.met(problem, STRENGTH, weak, [], weak=True)
+        return [z for z in (self.problem.fitted(problem.table(point), self.value) for point in met) if z is not None]
 
     def bounds(self, leaf: int, found: list[Floats]) -> tuple[float, float, float, float]:
         """First and last value of a parameter, its unit, and the length of a step."""
@@ -175,11 +197,7 @@ class _Search:
         if leaf == self.problem.omega_leaf:
             return self.value / FASTEST, self.value * FASTEST, self.value, FINE
         if leaf == CONSTANT:
-            h = len(self.problem.tau) // 2
-            forces = drive(
-                self.problem.system, self.value / self.problem.turns * orders(h), self.problem.tau, self.problem.error
-            )
-            torques = [float(np.abs(forces).max())]
+            torques = [float(_driven(self.problem).max())]
             torques += [np.abs(self.problem.system.law.torque(z[:-1] @ self.problem.synthesis)).max() for z in found]
             most = MOST_TORQUE * float(np.max(torques))
             return -most, most, most / MOST_TORQUE, STEP
