@@ -195,7 +195,8 @@ def _no_rates(law: Any, x: Any, v: Any, z: Any) -> Any:
 def check_law(where: str, law: Any) -> None:
     """Refuse a law whose methods do not fit together (TypeError): `where` names its field."""
     if isinstance(law, type):
-        raise TypeError(f"{where} is the class {law.__name__}; give an object of it, with its numbers: {law.__name__}(...)")
+        name = law.__name__
+        raise TypeError(f"{where} is the class {name}; give an object of it, with its numbers: {name}(...)")
     name = type(law).__name__
     if depends(law) not in (1, 2, 3):
         raise TypeError(f"{name}.torque takes {depends(law)} arguments; a law has {', '.join(KINDS)}")

@@ -204,6 +204,9 @@ class Balance(Protocol):
     def odd(self) -> Any:
         """Problem of the odd harmonics alone; None where orbits have others."""
 
+    def biased(self) -> Any:
+        """Problem with a little constant torque, of a system with half-wave symmetry; None for others."""
+
     def floating(self, points: Floats) -> Any:
         """Whether (points,) no torque acts anywhere on an orbit that moves."""
 

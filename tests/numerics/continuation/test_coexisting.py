@@ -5,6 +5,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
+from strainwave.numerics.balance.harmonics import ENOUGH
+from strainwave.numerics.balance.second_order import second_order
+from strainwave.numerics.continuation.connected import connected
+from strainwave.tree import leaf_of
 
 HARDENING = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.0)  # NLvib example 01
 SOFTENING = HARDENING._replace(law=sw.Cubic(1.0, -0.05), excitation=sw.Harmonic(0.1))
@@ -76,6 +80,11 @@ def motions_at(curve, omega):
     tables = [*curve.coefficients[(curve.omega == omega) & curve.stable]]
     tables += [orbit.coefficients[:, 0] for orbit in curve.elsewhere if orbit.omega == omega and orbit.stable]
     assert tables
+    return states(tables)
+
+
+def states(tables):
+    """States (x, x'/omega) at phase 0 of orbits with these coefficients of x."""
     return np.array([(x[0] + np.sum(x[1::2]), np.arange(1, len(x) // 2 + 1) @ x[2::2]) for x in tables])
 
 
@@ -137,3 +146,37 @@ def test_no_motion_of_a_varying_stiffness_is_lost(omega):
     variation = sw.Variation((sw.Ripple(1, 0.1),))
     parts = sw.GearDamping(0.06), sw.Cubic(1.0, 0.1), sw.Harmonic(0.3), 1.0, sw.NoError(), variation
     none_lost(sw.VaryingOscillator(1.0, *parts), (omega, 2.5), omega, rates, 4.0, 80)
+
+
+def test_no_motion_without_the_symmetry_of_its_system_is_lost():
+    # curves of symmetric motions pass by those without the symmetry, which begin on them at other strengths
+    lines = (3, 0.14109204523148583, 1.42000551944892), (5, 0.10785390313782177, -0.4373281041459611)
+    B, alpha, omega = 0.036291867240299945, 0.5887602807613852, 0.28
+    error = sw.KinematicError(tuple(sw.Line(*line) for line in lines))
+    system = sw.Oscillator(1.0, B, sw.Cubic(1.0, alpha), sw.Harmonic(0.0), omega, error)
+
+    def rates(t, y):
+        u = y[0] - sum(a * np.cos(k * omega * t + p) for k, a, p in lines)
+        du = y[1] + omega * sum(k * a * np.sin(k * omega * t + p) for k, a, p in lines)
+        return y[1], -B * du - u - alpha * u**3
+
+    turns = 2.0 * np.pi / omega * np.array([0.0, 39.5, 40.0, 41.0])
+    run = solve_ivp(rates, turns[[0, -1]], (-0.645, -0.316), method="DOP853", t_eval=turns[1:], rtol=1e-8, atol=1e-8)
+    half, before, after = run.y.T / (1.0, omega)
+    np.testing.assert_allclose(after, before, atol=1e-4)
+    assert np.linalg.norm(half + after) > 0.1  # it is not minus itself half a turn later
+    leaf = leaf_of(system, "omega")
+    problem = second_order(system, leaf, leaf, 15)
+    found = connected(problem, omega, [])
+    known = states([problem.whole(table)[:, 0] for table in found.tables])
+    for motion in (after, -half):
+        assert np.min(np.linalg.norm(known - motion, axis=1)) < 1e-3
+
+
+def test_the_harmonics_of_a_search_are_those_that_the_lines_need_however_many_the_curve_has():
+    # an error of order 2 alone is rounding in the others
+    error = sw.KinematicError((sw.Line(2, 0.01, 0.3),))
+    system = HARDENING._replace(error=error, excitation=sw.Harmonic(0.0))
+    leaf = leaf_of(system, "omega")
+    found = connected(second_order(system, leaf, leaf, 60), 0.3, [])
+    assert [table.shape for table in found.tables] == [(2 * ENOUGH + 1, 1)]

@@ -203,6 +203,9 @@ class FirstOrder(NamedTuple):
     def odd(self) -> None:
         return None
 
+    def biased(self) -> None:
+        return None
+
     def floating(self, points: Floats) -> NDArray[np.bool_]:
         """Whether the law gives no torque anywhere on an orbit, for every point: not known."""
         return np.zeros(len(points), bool)

@@ -23,6 +23,13 @@ def seems_odd(law: Any, *series: Floats) -> bool:
     return odd and all(map(_is_odd_series, series))
 
 
+def mirrored(point: Floats) -> Floats:
+    """The motion -u(phase - pi) of a point (all coefficients in blocks, parameter last): its even harmonics turn."""
+    h = len(point) // 2 - 1
+    sign = np.where(np.arange(h + 1) % 2 == 1, 1.0, -1.0)
+    return np.asarray(point * np.concatenate([sign, sign[1:], [1.0]]))
+
+
 def is_odd_on(problem: Any, points: Floats) -> bool:
     """Whether the law is odd at the torsions of the orbits found (coefficients in blocks, parameter last)."""
     some = points[::3]  # neighbours have next to the same torsions

@@ -105,7 +105,7 @@ def several_at(problem: Any, points: Floats) -> NDArray[np.bool_]:
 
 def driven_lines(problem: Any) -> tuple[Floats, Any, Floats]:
     """Frequencies [rad/s] of all harmonics, which of them (0, 1, ...) are driven, and how [N*m], at the own speed."""
-    w = problem.system.omega / problem.turns * orders(problem.size() // 2)
+    w = problem.system.omega / problem.turns * orders(problem.size() // 2, problem.stride)
     size = np.abs(drive(problem.system, w, problem.tau, problem.error))
     return w, np.flatnonzero(size > LEAST_LINE * size.max()), size
 

@@ -29,13 +29,15 @@ from .linear_part import (
     torque_samples,
     vary,
 )
-from .one_harmonic import carried, drive, several_at, strongest, ways
+from .one_harmonic import carried, drive, driven_lines, several_at, strongest, ways
 from .piecewise import crossings_for, is_piecewise_linear
 from .rates import base_speed
 from .sampling import Sampling
 from .truncation import few_of, share_left_out
 
 LIGHT = 33  # unknowns of a sampled law up to which NumPy follows a curve in a fraction of a second
+ROUNDING = 1e-9  # of the largest line: less is none
+BIAS = 0.02  # constant torque that breaks a symmetry, of the largest drive
 BUDGET, STEP = 2500, 0.1  # points of a search for other orbits, and its steps in units of the orbit and the parameter
 
 
@@ -221,10 +223,19 @@ class SecondOrder(NamedTuple):
         return leaf_of(self.system, "B")
 
     def odd(self) -> "SecondOrder | None":
-        smooth = self.turns == 1 and self.nonlinear.is_sampled()
-        if not (smooth and seems_odd(self.system.law, self.tau, self.error)):
+        if not (self.nonlinear.is_sampled() and self._half_wave()):
             return None
         return second_order(self.system, self.leaf, self.omega_leaf, self.harmonics(), 1, 2)
+
+    def biased(self) -> "SecondOrder | None":
+        if not self._half_wave():
+            return None
+        tau = self.tau.copy()
+        tau[0] = BIAS * float(driven_lines(self)[2].max())
+        return self._replace(tau=tau)
+
+    def _half_wave(self) -> bool:
+        return self.turns == 1 and seems_odd(self.system.law, self.tau, self.error)
 
     def floating(self, points: Floats) -> NDArray[np.bool_]:
         """Whether the law gives no torque anywhere on an orbit that moves, for every point."""
@@ -240,8 +251,8 @@ class SecondOrder(NamedTuple):
 
     def to_search(self, value: float) -> "SecondOrder":
         """The problem at a base frequency, with all harmonics and as many as the search for other orbits takes."""
-        driven = (np.abs(self.tau) + np.abs(self.error))[1:].reshape(2, -1).any(axis=0)
-        highest = 1 + self.stride * int(np.max(np.flatnonzero(driven), initial=0))
+        size = driven_lines(self)[2]
+        highest = 1 + self.stride * int(np.max(np.flatnonzero(size > ROUNDING * size.max()), initial=0))
         system, leaf = with_leaf(self.system, self.omega_leaf, value), self.omega_leaf
         return second_order(system, leaf, leaf, max(ENOUGH * self.turns, 3 * highest), self.turns)
 

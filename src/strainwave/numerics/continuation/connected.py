@@ -4,18 +4,21 @@ All that alternates in the excitation is multiplied by a factor, from next to no
 it, up to where it governs; the frequency goes down and up. What is met where the factor is 1, the constant torque 0 and
 the frequency the first is an orbit of the system. The curves bend over at folds and come back, through all orbits that
 they connect; from each new orbit all are followed again, until there is no new one or a number of points is reached.
+Orbits of a system with half-wave symmetry may lack it: one more curve along the factor, with a little constant torque,
+turns into them where they begin on the others (imperfect bifurcation).
 
 Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, sec. 4 (continuation).
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ...compile.jit import as_python
 from ...protocols import Balance
 from ...results import Floats
+from ..balance.half_wave import mirrored
 from ..balance.linear_part import CONSTANT, STRENGTH
 from ..balance.one_harmonic import driven_lines
 from ..labels import CLOSED, END, LOST
@@ -72,7 +75,11 @@ def connected(problem: Balance, value: float, known: list[Floats]) -> Found:
     with as_python(MANY, compiled=True):
         full = problem.to_search(value)
         some = [z for z in (full.fitted(problem.table(point), value) for point in known) if z is not None]
-        return _Search(full, value).explored(full.odd() or full, some)
+        search, biased = _Search(full, value), full.biased()
+        if biased is not None:
+            search.left += LONGEST
+            some += search.from_weak(biased)
+        return search.explored(full.odd() or full, some, mirrors=biased is not None)
 
 
 class _Search:
@@ -84,14 +91,13 @@ class _Search:
         self.left, self.step = problem.budget()
         self.whole = True
 
-    def explored(self, first: Any, known: list[Floats]) -> Found:
-        """Tables of all orbits that the curves connect; `first` may have the odd harmonics alone."""
-        full, value = self.problem, self.value
-        weak = first.linear_response(value)
-        weak[:-1][np.arange(first.size()) % (2 * first.harmonics() + 1) > 0] *= WEAKEST
-        begun = [full.fitted(first.table(z), value) for z in self.met(first, STRENGTH, weak, [], weak=True)]
-        found = new_orbits(full, [z for z in begun if z is not None], [])
-        ways = full.ways()
+    def explored(self, first: Balance, known: list[Floats], mirrors: bool) -> Found:
+        """Tables of all orbits that the curves connect; `first` may have the odd harmonics alone.
+
+        With `mirrors` minus an orbit, half a turn later, is one too, from which no curve need be followed.
+        """
+        full, ways = self.problem, self.problem.ways()
+        found = new_orbits(full, self.from_weak(first), [])
         done: dict[int, list[Floats]] = {leaf: [] for leaf in ways} | {STRENGTH: list(found)}
         found += new_orbits(full, known, found)
         while True:
@@ -99,9 +105,17 @@ class _Search:
             leaf, orbit = next(some, (STRENGTH, None))
             if orbit is None or self.left < LEAST_PIECE:
                 return Found([full.table(z) for z in found], self.whole and orbit is None)
-            met = self.met(full, leaf, orbit, found)
-            done[leaf] += [orbit, *met]
+            met = [orbit, *self.met(full, leaf, orbit, found)]
+            met += [mirrored(z) for z in met if mirrors]
+            done[leaf] += met
             found += new_orbits(full, met, found)
+
+    def from_weak(self, problem: Balance) -> list[Floats]:
+        """Guesses for orbits: those on the curve along the strength from the weak response of a problem."""
+        weak = problem.linear_response(self.value)
+        weak[:-1][np.arange(problem.size()) % (2 * problem.harmonics() + 1) > 0] *= WEAKEST
+        met = self.met(problem, STRENGTH, weak, [], weak=True)
+        return [z for z in (self.problem.fitted(problem.table(point), self.value) for point in met) if z is not None]
 
     def bounds(self, leaf: int, found: list[Floats]) -> tuple[float, float, float, float]:
         """First and last value of a parameter, its unit, and the length of a step."""
