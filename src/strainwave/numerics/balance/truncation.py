@@ -77,7 +77,9 @@ def tail_along(problem: Balance, points: Floats, aim: float = np.inf) -> Tail:
 def few_of(points: Floats) -> list[int]:
     """Places of some points of a curve, and of the largest."""
     places = list(range(0, len(points), max(1, len(points) // LOOKED_AT)))
-    return [*places, int(np.argmax(np.abs(points[:, :-1]).max(axis=1)))] if len(places) > 1 else places
+    if len(places) > 1:
+        places.append(int(np.argmax(np.abs(points[:, :-1]))) // (points.shape[1] - 1))
+    return places
 
 
 def tails_of(series: Floats) -> Floats:
