@@ -275,4 +275,4 @@ def _check(equation: Any, unknown: Any, derived: Any) -> None:
     """Refuse an equation whose solution for `unknown` is not what Lagrange's equations gave."""
     stated = sp.solve(equation, unknown)[0]
     if sp.simplify(stated - derived) != 0:
-        raise AssertionError(f"{equation} does not follow from Lagrange's equations; they give {unknown} = {derived}")
+        raise ArithmeticError(f"{equation} does not follow from Lagrange's equations; they give {unknown} = {derived}")

@@ -25,7 +25,7 @@ Array: TypeAlias = NDArray[Any]
 MOST_CALLS = 64  # of a measure that fails on a whole chunk, to find the points where it does
 LONGEST_MESSAGE = 400
 ESTIMATE = "error_estimate"  # attribute of a variable of a chunk: the sweep keeps the largest
-RESERVED = ("done", "message", "point_status", "chunk", "letter", "variable", ESTIMATE)
+OWN_NAMES = ("done", "message", "point_status", "chunk", "letter", "variable", ESTIMATE)
 
 
 class PointStatus(IntEnum):
@@ -256,7 +256,7 @@ def _plain(value: Any) -> Any:
 
 
 def _check_names(variables: tuple[Variable, ...], found: Mapping[str, Any]) -> None:
-    if taken := sorted(set(RESERVED) & set(found)):
+    if taken := sorted(set(OWN_NAMES) & set(found)):
         raise _AnotherShape(f"the measure returned a variable {taken[0]!r}, a name that the sweep uses; choose another")
     if strange := [name for name in found if not name or name[0] == "." or not set(name).isdisjoint("/\\\0")]:
         raise _AnotherShape(f"the measure returned a variable {strange[0]!r}, which names no file; choose another name")

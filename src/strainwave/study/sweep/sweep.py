@@ -22,7 +22,7 @@ from .ensemble_measure import EnsembleMeasure
 from .identity import digest, installed, readable
 from .layout import Layout, check_size, chunk_size, layout_of
 from .local import ProcessPool, ThreadPool
-from .points import RESERVED, Job, Part, Variable, lost
+from .points import OWN_NAMES, Job, Part, Variable, lost
 from .sampling import Grid, GridPoints, Points, check_names, points_of
 from .store import SweepStore
 
@@ -279,7 +279,7 @@ def _check(measure: Any, system: Any, points: Points, seed: Any, units: Any) -> 
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise ValueError(f"seed is {shown(seed)}; it must be a whole number of at least 0")
     parameter_units = check_names(system, points.paths)
-    if taken := sorted(set(RESERVED) & set(points.paths)):
+    if taken := sorted(set(OWN_NAMES) & set(points.paths)):
         raise ValueError(f"a parameter named {taken[0]!r} cannot be swept: the store uses that name")
     return parameter_units
 
