@@ -74,10 +74,10 @@ def test_project_files_of_a_page_do_what_the_page_says(name, tmp_path, monkeypat
             continue
         Path("project.yaml").write_text(block["body"], encoding="utf-8")
         if block["output"] is None:
-            assert project.load("project.yaml").system(1.0, reduced=True).J > 0.0
+            assert project.read_project("project.yaml").system(1.0, reduced=True).J > 0.0
         else:
             with pytest.raises(project.ProjectError) as complaint:
-                project.load("project.yaml")
+                project.read_project("project.yaml")
             assert str(complaint.value) == block["output"].rstrip()
 
 

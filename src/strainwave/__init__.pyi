@@ -151,6 +151,8 @@ from .study.article.validate import compare as compare
 # Files
 from .files.entries import project_entry as project_entry
 from .files.own_gears import read_gears as read_gears
+from .files.project import Project as Project
+from .files.project import read_project as read_project
 from .files.project_text import project_text as project_text
 from .files.scan_file import ScanFile as ScanFile
 from .files.scan_file import read_scan as read_scan

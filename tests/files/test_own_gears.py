@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
-from strainwave.files.project import ProjectError, load
+from strainwave.files.project import ProjectError, read_project
 from strainwave.files.yaml_text import FileError
 
 YAML = """\
@@ -170,7 +170,7 @@ def test_a_file_without_gears_is_refused(written, name, text, said):
 
 @pytest.mark.parametrize("path", [None, 3])
 def test_what_is_no_path_is_refused(path):
-    for reader in (sw.read_gears, sw.read_scan, load):
+    for reader in (sw.read_gears, sw.read_scan, sw.read_project):
         with pytest.raises(TypeError, match=f"the file is {path}; give its name as text"):
             reader(path)
 
@@ -190,7 +190,7 @@ excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
 
 def test_a_project_may_take_a_gear_of_ones_own(written):
     written(YAML)
-    project = load(written(PROJECT, "project.yaml"))
+    project = read_project(written(PROJECT, "project.yaml"))
     assert project.gear == sw.read_gears("gears.yaml")["MY-40-50"]
     assert (project.drive.N, project.drive.J_m) == (50.0, 4.5e-4)
 
@@ -231,7 +231,7 @@ def test_a_project_may_take_a_gear_of_ones_own(written):
 def test_a_project_with_a_gear_that_does_not_serve_says_why(written, project, gears, said):
     written(gears)
     with pytest.raises(ProjectError) as refusal:
-        load(written(project, "project.yaml"))
+        read_project(written(project, "project.yaml"))
     assert str(refusal.value).startswith(said)
 
 

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import strainwave as sw
-from strainwave.files.project import Project, ProjectError, load
+from strainwave.files.project import Project, ProjectError, read_project
 from strainwave.files.yaml_text import LARGEST
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "projects"
@@ -42,7 +42,7 @@ def written(tmp_path, monkeypatch):
 
 def complaint(path) -> list[str]:
     with pytest.raises(ProjectError) as refusal:
-        load(path)
+        read_project(path)
     return str(refusal.value).splitlines()
 
 
@@ -51,7 +51,7 @@ def law(text: str) -> tuple[str, str]:
 
 
 def test_a_right_file_resolves_to_si(written):
-    project = load(written(GOOD))
+    project = read_project(written(GOOD))
     assert project.title == "project"
     assert project.gear == sw.catalogue.gear("CSG-40-50")
     assert project.drive._replace(B=0.0) == project.gear.drive(load_inertia=1.3, motor_inertia=5e-4, B=0.0)
@@ -65,12 +65,14 @@ def test_a_right_file_resolves_to_si(written):
 
 
 def test_a_limit_of_the_oscillation_is_read_in_any_unit_of_angle(written):
-    assert load(written(GOOD)).limit is None
-    assert load(written(GOOD + "limit: {oscillation: 1 arcmin}\n")).limit == pytest.approx(60.0 * ARCSEC, rel=1e-14)
+    assert read_project(written(GOOD)).limit is None
+    assert read_project(written(GOOD + "limit: {oscillation: 1 arcmin}\n")).limit == pytest.approx(
+        60.0 * ARCSEC, rel=1e-14
+    )
 
 
 def test_the_system_is_the_drives_error_equation(written):
-    project = load(written(GOOD))
+    project = read_project(written(GOOD))
     system = project.system(200.0)
     assert (system.J, system.omega, system.B) == (1.3, 200.0, project.drive.B)
     assert system.excitation.torque(0.3) == 50.0
@@ -78,7 +80,7 @@ def test_the_system_is_the_drives_error_equation(written):
 
 
 def test_the_antenna_example_is_a_held_catalogue_drive():
-    project = load(EXAMPLES / "antenna.yaml")
+    project = read_project(EXAMPLES / "antenna.yaml")
     assert project.title == "Azimuth axis of a tracking antenna"
     assert project.damping_ratio == pytest.approx(0.03, rel=1e-14)
     assert project.omega_0 == pytest.approx(math.sqrt(1e5 / 1.3), rel=1e-14)
@@ -86,7 +88,7 @@ def test_the_antenna_example_is_a_held_catalogue_drive():
 
 
 def test_the_article_example_is_the_articles_drive():
-    project = load(EXAMPLES / "article.yaml")
+    project = read_project(EXAMPLES / "article.yaml")
     assert project.drive == sw.HDC_40_050
     assert (project.motor, project.speeds.shaft, project.gear) == ("free", "forcing", None)
     assert project.speeds.limits == (10.0, 1200.0)
@@ -100,7 +102,7 @@ def test_the_article_example_is_the_articles_drive():
     ("shaft", "factor"), [("motor", 1.0), ("load", 50.0), ("forcing", 1.0)], ids=["motor", "load", "forcing"]
 )
 def test_speeds_belong_to_the_shaft_they_are_given_for(written, shaft, factor):
-    project = load(
+    project = read_project(
         written(GOOD.replace("from: 100 rpm, to: 3000 rpm, shaft: motor", f"at: [9 rpm, 3 rpm], shaft: {shaft}"))
     )
     assert project.speeds.single == pytest.approx((factor * 0.1 * math.pi, factor * 0.3 * math.pi), rel=1e-14)
@@ -112,22 +114,22 @@ def test_speeds_belong_to_the_shaft_they_are_given_for(written, shaft, factor):
 @pytest.mark.parametrize("mode", ["free", "held"])
 @pytest.mark.parametrize("damping", ["{ratio: 0.02}", "{ratio: 2 %}", "{quality: 25}"])
 def test_ratio_and_quality_refer_to_the_chosen_motor_mode(written, mode, damping):
-    project = load(written(GOOD.replace("held", mode).replace("{ratio: 0.02}", damping)))
+    project = read_project(written(GOOD.replace("held", mode).replace("{ratio: 0.02}", damping)))
     J = {"free": project.drive.J, "held": 1.3}[mode]
     assert pytest.approx(2.0 * 0.02 * math.sqrt(1e5 * J), rel=1e-14) == project.drive.B
 
 
 def test_damping_may_be_given_as_B(written):
-    assert load(written(GOOD.replace("ratio: 0.02", "B: 10 N*m*s/rad"))).drive.B == 10.0
+    assert read_project(written(GOOD.replace("ratio: 0.02", "B: 10 N*m*s/rad"))).drive.B == 10.0
 
 
 @pytest.mark.parametrize("zero", ["ratio: 0", "B: 0 N*m*s/rad"])
 def test_zero_damping_is_a_right_file(written, zero):
-    assert load(written(GOOD.replace("ratio: 0.02", zero))).drive.B == 0.0
+    assert read_project(written(GOOD.replace("ratio: 0.02", zero))).drive.B == 0.0
 
 
 def test_a_catalogue_gear_brings_its_own_motor_inertia(written):
-    project = load(written(GOOD.replace("motor: {inertia: 5 kg*cm^2, mode: held}\n", "")))
+    project = read_project(written(GOOD.replace("motor: {inertia: 5 kg*cm^2, mode: held}\n", "")))
     assert (project.drive.J_m, project.motor) == (4.5e-4, "held")
 
 
@@ -160,18 +162,18 @@ def test_a_catalogue_gear_brings_its_own_motor_inertia(written):
     ],
 )
 def test_every_law_can_be_written(written, text, expected):
-    project = load(written(GOOD.replace(*law(text)).replace("ratio: 0.02", "B: 1 N*m*s/rad")))
+    project = read_project(written(GOOD.replace(*law(text)).replace("ratio: 0.02", "B: 1 N*m*s/rad")))
     assert (project.drive.law, project.drive.N, project.gear) == (expected, 50.0, None)
 
 
 @pytest.mark.parametrize("number", ["1.3", "1.3e0", "13e-1", "+1.3", "'1.3", "0.13E+1"])
 def test_numbers_are_read_as_text_and_not_by_yaml(written, number):
     quote = "'" if number.startswith("'") else ""
-    assert load(written(GOOD.replace("1.3 kg*m^2", f"{number} kg*m^2{quote}"))).drive.J_l == 1.3
+    assert read_project(written(GOOD.replace("1.3 kg*m^2", f"{number} kg*m^2{quote}"))).drive.J_l == 1.3
 
 
 def test_the_mean_of_a_torque_goes_with_its_lines(written):
-    project = load(
+    project = read_project(
         written(GOOD.replace("{mean: -50 N*m}", "{mean: 5 N*m, lines: [{order: 1, amplitude: 2 N*m, phase: 90°}]}"))
     )
     assert project.load_torque.torque(0.0) == pytest.approx(5.0)
@@ -184,11 +186,11 @@ LINES = "kinematic_error: [{order: 2, amplitude: 23 arcsec}]"
 @pytest.mark.parametrize(("text", "accuracy"), [("catalogue", 2.9e-4), ("1.5 arcmin", 90.0 * ARCSEC)])
 def test_an_accuracy_class_stands_for_lines_of_that_peak_to_peak_and_says_so(written, text, accuracy):
     # CSG-40-50: 2.9e-4 rad, Harmonic Drive LLC, CSF/CSG catalogue p. 49
-    project = load(written(GOOD.replace(LINES, f"accuracy: {text}")))
+    project = read_project(written(GOOD.replace(LINES, f"accuracy: {text}")))
     assert project.kinematic_error.orders() == (1, 2, 4)
     assert sw.peak_to_peak(project.kinematic_error) == pytest.approx(accuracy, rel=1e-12)
     assert any("accuracy class" in note and "by assumption" in note for note in project.notes)
-    assert not any("accuracy class" in note for note in load(written(GOOD)).notes)
+    assert not any("accuracy class" in note for note in read_project(written(GOOD)).notes)
 
 
 @pytest.mark.parametrize(
@@ -228,10 +230,10 @@ def test_an_accuracy_belongs_to_the_motors_turn(written):
 
 
 def test_notes_tell_what_is_doubtful(written):
-    notes = " ".join(load(written(GOOD.replace("5 kg*cm^2", "1 kg*cm^2").replace("held", "free"))).notes)
+    notes = " ".join(read_project(written(GOOD.replace("5 kg*cm^2", "1 kg*cm^2").replace("held", "free"))).notes)
     for part in ("must include the wave generator", "do not balance"):
         assert part in notes
-    assert load(written(GOOD)).notes == ()
+    assert read_project(written(GOOD)).notes == ()
 
 
 # (text to replace, its replacement, line:column, field, the sentence or its beginning)
@@ -550,7 +552,7 @@ def test_a_damping_ratio_belongs_to_the_spring_whatever_hysteresis_lies_beside_i
     """B = 2 zeta sqrt(K1 J), J the load's inertia for a held motor and reduced by the motor's for a free one."""
     text = GOOD.replace("CSG-40-50", f"{{ratio: 50, law: {SHG_25}}}").replace("held", mode)
     J = 1.3 if mode == "held" else 1.0 / (1.0 / 1.3 + 1.0 / (50.0**2 * 5e-4))
-    project = load(written(text + BESIDE[name]))
+    project = read_project(written(text + BESIDE[name]))
     given = project.drive.B
     assert given == pytest.approx(2.0 * 0.02 * math.sqrt(4.5e4 * J), rel=1e-12)
     assert project.damping_ratio == pytest.approx(0.02, rel=1e-12)
@@ -570,7 +572,7 @@ def test_a_damping_ratio_belongs_to_the_spring_whatever_hysteresis_lies_beside_i
 )
 def test_a_damping_ratio_of_an_explicit_law_belongs_to_its_spring(written, law, K):
     text = GOOD.replace("CSG-40-50", f"{{ratio: 50, law: {law.replace('%s', SHG_25)}}}")
-    given = load(written(text)).drive.B
+    given = read_project(written(text)).drive.B
     assert given == pytest.approx(2.0 * 0.02 * math.sqrt(K * 1.3), rel=1e-12)
 
 
@@ -606,18 +608,20 @@ def test_loop_drag_and_coupling_make_the_whole_train(written):
         "inertia: 1.2 kg*m^2, drag: {type: angle_torque, amplitude: 40 N*m}, "
         "coupling: {inertia: 0.1 kg*m^2, B: 5 N*m*s/rad, law: {type: linear, K: 4e5 N*m/rad}}",
     )
-    project = load(written(text))
+    project = read_project(written(text))
     train = project.train
     assert train.motor == sw.Motor(5e-4, drag=sw.Viscous(2e-4), control=sw.SpeedLoop(0.5, 20.0))
     assert train.load[:3] == (0.1, 5.0, sw.Linear(4e5))
     assert (train.load.load.J, train.load.load.drag) == (1.2, sw.AngleTorque(40.0))
     assert project.drive.J_l == pytest.approx(1.3)
-    assert load(written(GOOD)).train is None
+    assert read_project(written(GOOD)).train is None
 
 
 def test_ripples_make_a_varying_oscillator(written):
     text = GOOD.replace("{ratio: 0.02}", "{ratio: 0.02, ripples: [{order: 3, depth: 10 %}], warming: 20 K}")
-    system = load(written(text + "stiffness: {ripples: [{order: 2, depth: 0.1, phase: 90 deg}]}\n")).system(200.0)
+    system = read_project(written(text + "stiffness: {ripples: [{order: 2, depth: 0.1, phase: 90 deg}]}\n")).system(
+        200.0
+    )
     assert isinstance(system, sw.VaryingOscillator)
     assert system.variation == sw.Variation((sw.Ripple(2, 0.1, math.pi / 2.0),))
     assert system.damping.variation == sw.Variation((sw.Ripple(3, 0.1),))
@@ -630,16 +634,16 @@ YIELDING = "{type: bouc_wen, K: 6e4 N*m/rad, ratio: 0, yield_twist: 0.08 mrad}"
 @pytest.mark.parametrize("gear", ["CSG-40-50", "{ratio: 50, law: {type: linear, K: 1e5 N*m/rad}}"])
 def test_hysteresis_and_backlash_stand_beside_a_gear_of_any_kind(written, gear):
     text = GOOD.replace("CSG-40-50", gear)
-    spring = load(written(text)).drive.law
+    spring = read_project(written(text)).drive.law
     hysteresis, gap = sw.BoucWen(6e4, 0.0, 8e-5), pytest.approx(10.0 * ARCSEC, rel=1e-14)
-    one = load(written(text + f"hysteresis: {YIELDING}\n"))
+    one = read_project(written(text + f"hysteresis: {YIELDING}\n"))
     assert one.drive.law == sw.Parallel(spring, hysteresis)
     assert one.omega_0 == pytest.approx(math.sqrt(1e5 / 1.3), rel=1e-14)  # K1
     alone = text.replace("ratio: 0.02", "B: 1 N*m*s/rad") + "backlash: {half_gap: 10 arcsec}\n"
     both = alone + f"hysteresis: {YIELDING}\n"
-    assert load(written(both)).drive.law == sw.Parallel(sw.Play(gap, spring), hysteresis)
-    assert load(written(alone)).drive.law == sw.Play(gap, spring)
-    assert load(written(both)).gear == load(written(text)).gear
+    assert read_project(written(both)).drive.law == sw.Parallel(sw.Play(gap, spring), hysteresis)
+    assert read_project(written(alone)).drive.law == sw.Play(gap, spring)
+    assert read_project(written(both)).gear == read_project(written(text)).gear
 
 
 WITH_FRICTION = "{ratio: 50, law: {type: parallel, first: {type: linear, K: 5 N*m/rad}, second: %s}}"
@@ -797,7 +801,7 @@ def test_a_bomb_of_aliases_is_not_expanded(written):
 
 
 def test_a_byte_order_mark_is_harmless(written):
-    assert load(written(b"\xef\xbb\xbf" + GOOD.encode())).drive.J_l == 1.3
+    assert read_project(written(b"\xef\xbb\xbf" + GOOD.encode())).drive.J_l == 1.3
 
 
 def test_a_large_file_is_refused_unread(written, monkeypatch):
@@ -827,7 +831,7 @@ def test_a_file_without_permission_is_refused(written, monkeypatch):
 def is_project_or_complaint(path) -> bool:
     """Whether loading gives a Project with finite numbers, or complaints of one line each; anything else raises."""
     try:
-        project = load(path)
+        project = read_project(path)
     except ProjectError as refusal:
         return all(line.startswith(str(path)) for line in str(refusal).splitlines())
     return isinstance(project, Project) and math.isfinite(project.omega_0 + project.drive.B)
@@ -876,7 +880,7 @@ excitation:
 def test_unbalanced_mean_torques_and_a_forgotten_percent_sign_are_told(tmp_path, mean, ratio, told):
     path = tmp_path / "project.yaml"
     path.write_text(FREE.replace("MEAN", mean).replace("RATIO", ratio))
-    notes = " ".join(load(path).notes)
+    notes = " ".join(read_project(path).notes)
     assert ("mean torque of 1.8 N*m" in notes, "400 % of critical" in notes) == told
     if told[0]:  # N (N T_m + T_l)/(N^2 J_m + J_l)
         assert "speeds up by -7876 rpm/s" in notes

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.files.project import load
+from strainwave.files.project import read_project
 
 ERROR = sw.KinematicError((sw.Line(2, 1e-4, 0.3), sw.Line(4, -1e-5)))
 DRIVE = sw.catalogue.gear("CSG-40-50").drive(load_inertia=1.3, B=10.0)
@@ -41,7 +41,7 @@ class Constant(NamedTuple):
 def test_a_train_survives_its_project_file(train, tmp_path):
     path = tmp_path / "axis.yaml"
     path.write_text(sw.project_text(train, title='Axis "1": left'), encoding="utf-8")
-    project = load(path)
+    project = read_project(path)
     assert project.title == 'Axis "1": left'
     assert project.speeds.single == (train.omega,)
     y = tuple(1e-3 * (i + 1) for i in range(len(train.state_names())))
@@ -58,7 +58,7 @@ def test_the_error_equation_of_a_drive_survives_its_project_file(motor, tmp_path
     path = tmp_path / "axis.yaml"
     control = sw.Free() if motor == "free" else sw.Held()
     path.write_text(sw.project_text(DRIVE.train(**torques, control=control), (100.0, 200.0)), encoding="utf-8")
-    project = load(path)
+    project = read_project(path)
     assert (project.speeds.limits, project.motor, project.drive) == ((100.0, 200.0), motor, DRIVE)
     for phase in np.linspace(0.0, 7.0, 5):
         read = project.system(150.0).rhs(phase, (1e-3, 0.2))

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from strainwave.app.commands.cli import cli
-from strainwave.files.project import load
+from strainwave.files.project import read_project
 from strainwave.files.scan_file import read_scan
 from strainwave.files.yaml_text import FileError
 
@@ -152,7 +152,7 @@ damping: {{ratio: 0.03}}
 speed: {{from: 100 rpm, to: 3000 rpm, shaft: motor}}
 excitation:
 {field}"""
-    lines = load(written(tmp_path, project, "project.yaml")).kinematic_error.lines
+    lines = read_project(written(tmp_path, project, "project.yaml")).kinematic_error.lines
     assert [line.order for line in lines] == [1, 2]
     assert lines[1].amplitude == pytest.approx(23.0 * ARCSEC, abs=0.2 * ARCSEC)
     assert lines[1].phase == pytest.approx(math.radians(17.0), abs=0.01)

@@ -174,7 +174,7 @@ class Project:
         )
 
 
-def load(path: str | Path) -> Project:
+def read_project(path: str | Path) -> Project:
     """Read a project file.
 
     Parameters
@@ -195,7 +195,7 @@ def load(path: str | Path) -> Project:
 
 
 def from_text(text: str, path: Path) -> Project:
-    """Read the text of a project file that is, or could be, at a path (ProjectError as `load`)."""
+    """Read the text of a project file that is, or could be, at a path (ProjectError as `read_project`)."""
     located = read(text)
     problems = list(located.problems)
     if located.content is None:

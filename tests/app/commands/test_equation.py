@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.files.project import load
+from strainwave.files.project import read_project
 from strainwave.speeds import Speeds
 from strainwave.study.analysis.analysis import analyze
 
@@ -86,14 +86,14 @@ def test_a_drive_that_has_more_than_its_error_equation_is_refused_in_one_sentenc
     "changes", [[], [FREE], [MOTOR_DRAG]], ids=["held", "free", "drag of a motor that keeps its speed"]
 )
 def test_the_error_equation_of_a_drive_that_has_no_more_is_given_as_it_is(written, changes):
-    project = load(written(*changes))
+    project = read_project(written(*changes))
     assert project.left_out == ()
     assert project.system().omega == pytest.approx(50.0 * 22.0 * math.pi / 30.0, rel=1e-14)
     assert project.system() == project.system(project.system().omega, reduced=True)
 
 
 def test_the_error_equation_of_a_drive_that_has_more_is_given_to_who_says_so(written):
-    project = load(written(SPEED_LOOP, COUPLING))
+    project = read_project(written(SPEED_LOOP, COUPLING))
     assert project.left_out == ("the motor's loop (SpeedLoop)", "the coupling")
     with pytest.raises(ValueError, match=r"leaves out the motor's loop \(SpeedLoop\) and the coupling of this drive; "):
         project.system(100.0)

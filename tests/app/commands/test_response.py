@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.files.project import load
+from strainwave.files.project import read_project
 from strainwave.study.analysis.analysis import not_exact
 
 PROJECT = """\
@@ -46,7 +46,7 @@ def project(tmp_path):
 
 
 def folds_by_fine_balance(path):
-    loaded = load(path)
+    loaded = read_project(path)
     curve = sw.frequency_response(loaded.system(1.0), loaded.speeds.limits, harmonics=31)
     return [fold.omega for fold in curve.folds]
 

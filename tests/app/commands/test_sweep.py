@@ -16,7 +16,7 @@ from click.testing import CliRunner
 import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.app.commands.sweep import axis, in_equation, named, summary, typed_unit
-from strainwave.files.project import load
+from strainwave.files.project import read_project
 from strainwave.quantities import parameters
 
 PROJECT = """\
@@ -50,12 +50,12 @@ def project(tmp_path):
     ],
 )
 def test_names_of_the_project_file_are_those_of_the_equation(project, text, own):
-    assert in_equation(text, load(project)) == own
+    assert in_equation(text, read_project(project)) == own
 
 
 def test_the_load_is_not_the_inertia_of_a_free_motors_equation(project):
     project.write_text(PROJECT.replace("held", "free"))
-    assert in_equation("load.inertia=1,2", load(project)) == "load.inertia=1,2"
+    assert in_equation("load.inertia=1,2", read_project(project)) == "load.inertia=1,2"
 
 
 @pytest.mark.parametrize(
@@ -130,7 +130,7 @@ def test_what_was_found_is_told_in_the_units_that_were_typed_and_angles_in_arcse
 
 
 def test_a_whole_number_is_neither_swept_nor_offered(project):
-    known = parameters(load(project).system(1.0))
+    known = parameters(read_project(project).system(1.0))
     with pytest.raises(
         click.BadParameter, match=r"'error.lines.0.order' is a whole number, .* sweep J, B, law.K"
     ) as no:
@@ -183,7 +183,7 @@ def test_a_sweep_prints_what_it_found_and_computes_nothing_twice(project, tmp_pa
     # order 2 runs towards the resonance at 316 rad/s from below: the largest error is that of the highest speed
     place = report["variables"]["peak"]["largest_at"]
     assert place["omega"] == 120.0
-    steady = sw.find_orbit(sw.replace(load(project).system(1.0), place))
+    steady = sw.find_orbit(sw.replace(read_project(project).system(1.0), place))
     assert report["variables"]["peak"]["largest"] == pytest.approx(steady.peak, rel=1e-6)
     before = {path: path.stat().st_mtime_ns for path in store.glob("peak/**/*")}
     again = CliRunner().invoke(command.cli, call)

@@ -8,7 +8,7 @@ import pytest
 
 from strainwave.app.commands.analyze import analyse
 from strainwave.app.console import number, plain
-from strainwave.files.project import load
+from strainwave.files.project import read_project
 
 pytestmark = pytest.mark.compiled
 
@@ -27,7 +27,7 @@ CUBIC = "{type: cubic, K: 1e5 N*m/rad, alpha: 6.9e4 1/rad^2}"
 def written(folder, law=CUBIC, damping="ratio: 5 %", name="out"):
     path = folder / "drive.yaml"
     path.write_text(DRIVE.format(law=law, damping=damping))
-    found = analyse(load(path), folder / name)
+    found = analyse(read_project(path), folder / name)
     return found.results, folder / name, found.summary
 
 
@@ -190,7 +190,7 @@ def test_a_varying_stiffness_is_reported_with_its_parametric_resonance(tmp_path)
     path = tmp_path / "drive.yaml"
     text = DRIVE.format(law="{type: linear, K: 1e5 N*m/rad}", damping="ratio: 1 %, ripples: [{order: 1, depth: 5 %}]")
     path.write_text(text + "stiffness: {ripples: [{order: 4, depth: 10 %}]}\n")
-    results = analyse(load(path), tmp_path / "out").results
+    results = analyse(read_project(path), tmp_path / "out").results
     (row,) = results["parametric_resonances"]
     # 4 omega = 2 omega_0, omega_0 = sqrt(1e5): grows where the depth of 10 % exceeds four times the damping ratio
     assert row["motor_speed_rpm"] == pytest.approx(1509.876, rel=2e-3)
@@ -204,7 +204,7 @@ def test_a_loop_and_a_coupling_are_reported_with_bode_plot_and_run_up(tmp_path):
     text = text.replace("mode: held", "loop: {type: speed_loop, K_p: 0.5 N*m*s/rad, K_i: 20 N*m/rad}")
     coupling = "coupling: {inertia: 0.1 kg*m^2, law: {type: linear, K: 4e5 N*m/rad}}"
     path.write_text(text.replace("inertia: 1 kg*m^2", "inertia: 0.9 kg*m^2, " + coupling))
-    results, summary = analyse(load(path), tmp_path / "out")
+    results, summary = analyse(read_project(path), tmp_path / "out")
     train, largest = results["train"], results["largest_error"]
     assert train["gains"] == {"K_p": 0.5, "K_i": 20.0, "K_d": 0.0}
     assert train["run_up"]["imbalance"] < 1e-6

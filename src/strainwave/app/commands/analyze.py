@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from ...files.project import Project, load
+from ...files.project import Project, read_project
 from ..console import Progress, to_json
 from ..report.report import Report, write
 
 
 def run(path: Path, folder: Path, as_json: bool) -> str:
     """Analyse a project file and return what is printed."""
-    report = analyse(load(path), folder)
+    report = analyse(read_project(path), folder)
     return to_json(report.results) if as_json else printed(report, folder)
 
 

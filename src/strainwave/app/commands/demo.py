@@ -3,7 +3,7 @@
 from importlib.resources import as_file, files
 from pathlib import Path
 
-from ...files.project import load
+from ...files.project import read_project
 from ..console import to_json
 from ..report.report import Report
 from .analyze import analyse, printed
@@ -24,7 +24,7 @@ def run(folder: Path, as_json: bool) -> str:
     for name in DRIVES:
         with as_file(projects / f"{name}.yaml") as path:
             try:
-                reports[name] = analyse(load(path), folder / name)
+                reports[name] = analyse(read_project(path), folder / name)
             except KeyboardInterrupt:
                 kept = ", ".join(str(folder / done / "report.html") for done in reports)
                 raise KeyboardInterrupt(f"interrupted; {f'kept: {kept}' if kept else 'nothing was written'}") from None

@@ -7,7 +7,7 @@ from typing import Any
 import click
 import numpy as np
 
-from ...files.project import Project, load
+from ...files.project import Project, read_project
 from ...results import SolveError
 from ...study.response.by_integration import response_through
 from ...study.response.resonances import operating_point, regimes
@@ -38,7 +38,7 @@ def show(path: Path, output: Path | None, as_json: bool) -> None:
     SolveError
         If no periodic motion is found.
     """
-    project = load(path)
+    project = read_project(path)
     refuse_reduced(project, "response")
     if output is not None and output.suffix == ".png":
         png.check()

@@ -13,7 +13,7 @@ import click
 import numpy as np
 import xarray as xr
 
-from ...files.project import Project, load
+from ...files.project import Project, read_project
 from ...numerics.ensemble.measures import Amplitude, Extremes, Mean, Peak, Rms
 from ...protocols import state_count
 from ...quantities import Parameter, convert, parameters, parse
@@ -49,7 +49,7 @@ def show(
     click.BadParameter
         If a grid or a measure cannot be read.
     """
-    drive = load(project)
+    drive = read_project(project)
     refuse_reduced(drive, "sweep")
     system = drive.system()
     known, grids = parameters(system), [in_equation(text, drive) for text in grid]

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ... import __version__
-from ...files.project import Project, load
+from ...files.project import Project, read_project
 from ...study.analysis.runup import silent
 from ..console import WHAT_X_IS, number, percent, to_json
 from ..output import staged
@@ -58,7 +58,7 @@ def write(
     RuntimeError
         If jinja2 is not installed.
     """
-    project = project if isinstance(project, Project) else load(project)
+    project = project if isinstance(project, Project) else read_project(project)
     with staged(Path(folder)) as part:
         view = View.of(project, project.analyze(progress))
         progress("writing the report", 0.99)
