@@ -18,7 +18,8 @@ def write(view: View, folder: Path) -> list[str]:
         good = [m for m in motions if m.status]
         if good:
             columns = speed_columns(speeds, np.array([m.omega for m in good]))
-            write_csv(folder / name, [*columns, ("peak_x_rad", np.array([m.peak for m in good]))])
+            columns += [("peak_x_rad", np.array([m.peak for m in good]))]
+            write_csv(folder / name, [*columns, ("periodic", np.array([m.closed for m in good], float))])
             names.append(name)
     whole = None if analysis.train_curve is None else analysis.response.curve
     for name, curve in (("exact-response.csv", analysis.exact.curve), ("train-response.csv", whole)):

@@ -285,8 +285,8 @@ def _warnings(found: Analysis) -> Iterator[str]:
     difference = found.run_up.difference()
     if difference is not None and difference > DISAGREE:
         yield (
-            f"Integration and the response by harmonic balance differ by up to {100.0 * difference:.2g} % in the "
-            "largest |x| at a speed that both have: the drive can settle on another motion there."
+            f"The run-up and run-down by integration differ from the response curve by up to {100.0 * difference:.2g} "
+            "% in the largest |x| at one speed: the drive can settle on another motion there."
         )
     if failed := [motion for motion in every if not motion.status]:
         yield f"{len(failed)} of {len(every)} simulated speeds have no steady motion: {failed[0].message}."

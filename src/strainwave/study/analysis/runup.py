@@ -17,11 +17,10 @@ from ...results import Branch, Floats
 from ..response.gear_forces import loses_energy, settling_time
 from ..response.resonances import OperatingPoint
 from ..response.response import ExactResponse
-from ..response.steady import SteadyMotion, settle
+from ..response.steady import SteadyMotion, settle, settled
 
 CHECKS, BEYOND = 8, 4  # speeds per direction on the curve, and where the curve has no stable motion to follow
 NEAR_FOLD = 0.003  # relative distance in speed within which motions settle too slowly to be a check
-LONGER = 3  # times as long for a motion that does not close yet
 TOLERANCE = Dopri5(rtol=1e-8, atol=1e-13)
 
 
@@ -51,10 +50,13 @@ class RunUp:
         return max((m for m in (*self.up, *self.down) if m.status), key=lambda motion: motion.peak)
 
     def difference(self) -> float | None:
-        """Largest difference between simulated and exact peak, relative to the exact one; None without a curve."""
+        """Largest difference between the peaks of simulated motions that repeat and exact ones, relative to these.
+
+        None where there is nothing to compare.
+        """
         motions = (*self.up, *self.down)
         exact = np.concatenate([self.curve_up, self.curve_down])
-        found = [abs(m.peak / e - 1.0) for m, e in zip(motions, exact, strict=True) if m.status and np.isfinite(e)]
+        found = [abs(m.peak / e - 1.0) for m, e in zip(motions, exact, strict=True) if m.closed and np.isfinite(e)]
         return max(found) if found else None
 
 
@@ -129,12 +131,11 @@ def _state(curve: Branch, at: int) -> tuple[float, float]:
 
 def _settled(system: Any, state: tuple[float, ...]) -> SteadyMotion:
     """Motion that a simulation from `state` ends on: of period 1, or 2 or 3 where that does not close."""
-    damped = loses_energy(system)
-    motion = settle(system, state, time=settling_time(system), close=damped, method=TOLERANCE)
-    for _ in range(LONGER):  # after a jump the transient is large
-        if motion.closed or not motion.status or not damped:
-            return motion
-        motion = settle(system, motion.end, time=settling_time(system), method=TOLERANCE)
+    if not loses_energy(system):
+        return settle(system, state, time=settling_time(system), close=False, method=TOLERANCE)
+    motion = settled(system, state, method=TOLERANCE)
+    if motion.closed or not motion.status:
+        return motion
     for period in (2, 3):
         longer = settle(system, motion.end, time=0.0, period=period, method=TOLERANCE)
         if longer.closed:

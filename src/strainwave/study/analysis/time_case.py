@@ -22,8 +22,7 @@ from ..response.gear_forces import (
     settling_time,
 )
 from ..response.resonances import OperatingPoint
-from ..response.steady import SteadyMotion, finished_or_interrupted, settle
-from .runup import LONGER
+from ..response.steady import SteadyMotion, finished_or_interrupted, settle, settled
 
 WINDOW = 5.0  # in units of 1/mu
 PER_CYCLE = 24  # samples per fastest cycle of a transient
@@ -155,12 +154,9 @@ def _times(system: Any, point: OperatingPoint) -> Floats:
 
 def _settled(system: Any, start: tuple[float, ...], period: int) -> SteadyMotion:
     """Motion after the transient; more of it is simulated until the orbit that closes is a stable one."""
-    steady = settle(system, start, time=settling_time(system), period=period)
-    for _ in range(LONGER):
-        if steady.stable or not steady.status or not loses_energy(system):
-            break
-        steady = settle(system, steady.end, time=settling_time(system), period=period)
-    return steady
+    if loses_energy(system):
+        return settled(system, start, period=period, stable=True)
+    return settle(system, start, time=settling_time(system), period=period)
 
 
 def _steady_theory(comparison: Comparison, t: Floats) -> tuple[Floats, float | None]:

@@ -12,19 +12,17 @@ import numpy as np
 
 from ...law import is_spring
 from ...results import Branch, Floats, Status
-from .gear_forces import settling_time
 from .hysteresis_bands import HysteresisBand, Jump
 from .jumps import Jumps, jumps_of
 from .resonances import operating_point
 from .response import POINTS, ExactResponse, exact_response
-from .steady import SteadyMotion, settle
+from .steady import SteadyMotion, settled
 
 FIRST, ROUNDS = 41, 8  # speeds, and how often more are put where the peak changes by a large
 ROUGH, JUMP = 0.03, 0.15  # share of the largest; so much of it at once is a jump
 TOP = 0.005  # relative distance of the speeds next to the largest peak, at most
 SAME = 0.03  # relative difference of peaks of one motion
 HARMONICS = 31
-LONGER = 2
 
 
 def response_through(system: Any, speeds: tuple[float, float], points: int = POINTS) -> ExactResponse:
@@ -63,7 +61,7 @@ def _sweep(system: Any, omega: Floats, start: tuple[float, ...]) -> list[SteadyM
     found: list[SteadyMotion] = []
     for w in omega:
         start = found[-1].end if found and found[-1].status else start
-        found.append(_settled(system._replace(omega=float(w)), start))
+        found.append(settled(system._replace(omega=float(w)), start))
     upwards = 1.0 if omega[-1] > omega[0] else -1.0
     for _ in range(ROUNDS):
         found += _between(system, found)
@@ -101,15 +99,6 @@ def _steps(omega: Floats, peak: Floats) -> tuple[Jump, ...]:
     )
 
 
-def _settled(system: Any, start: tuple[float, ...]) -> SteadyMotion:
-    motion = settle(system, start, time=settling_time(system))
-    for _ in range(LONGER):
-        if motion.closed or not motion.status:
-            break
-        motion = settle(system, motion.end, time=settling_time(system))
-    return motion
-
-
 def _between(system: Any, found: list[SteadyMotion]) -> list[SteadyMotion]:
     """Motions midway between neighbours whose peaks differ much."""
     peaks = np.array([motion.peak if motion.status else math.nan for motion in found])
@@ -121,7 +110,7 @@ def _between(system: Any, found: list[SteadyMotion]) -> list[SteadyMotion]:
         wide = [i for i in wide if abs(found[i + 1].omega - found[i].omega) > TOP * found[i].omega]
         rough = np.union1d(rough, np.array(wide, int))
     middle = [0.5 * (found[i].omega + found[i + 1].omega) for i in rough]
-    return [_settled(system._replace(omega=w), found[i].end) for i, w in zip(rough, middle, strict=True)]
+    return [settled(system._replace(omega=w), found[i].end) for i, w in zip(rough, middle, strict=True)]
 
 
 def _branch(found: list[SteadyMotion], tried: int, speeds: tuple[float, float]) -> Branch:
@@ -133,7 +122,7 @@ def _branch(found: list[SteadyMotion], tried: int, speeds: tuple[float, float]) 
     lost = tried - len(found)
     message = f"{len(found)} steady motions by integration"
     if lost:
-        message += f"; at {lost} of {tried} speeds the motion does not repeat with every turn of the base angle"
+        message += f"; at {lost} of {tried} speeds no motion was reached that repeats with every turn of the base angle"
     stable = np.array([bool(motion.stable) for motion in found], bool)
     whole = len(found) > 1 and lost == 0
     return Branch(

@@ -1,8 +1,7 @@
 """Steady motion found by integration: settle, then close the orbit by shooting.
 
-Used where a number must not depend on how long the transient is waited for: the article's steady harmonics and
-the points
-that the response curves are checked against.
+Used where a number must not depend on how long the transient is waited for: the article's steady harmonics and the
+points that the response curves are checked against.
 """
 
 import math
@@ -14,9 +13,11 @@ import numpy as np
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
 from ...results import Floats, Status, Trajectory
+from .gear_forces import settling_time
 
 TIGHT = Dopri5()
 SAMPLES = 256  # per period of the base angle
+LONGER = (1, 2, 4, 8, 16, 32)  # settling times more, where a motion does not repeat yet: beside a fold it takes many
 FARTHEST = 0.2  # a closing step larger than this share of the state may lead to another orbit
 
 
@@ -105,9 +106,8 @@ def settle(
     period : int
         Base periods after which the motion is expected to repeat.
     close : bool
-        Whether to close the orbit by Newton's method on the period map (shooting); with False the last
-        simulated periods are
-        returned as they are.
+        Whether to close the orbit by Newton's method on the period map (shooting); with False the last simulated
+        periods are returned as they are.
     method : Dopri5
         Tolerances of the integration.
 
@@ -133,6 +133,18 @@ def settle(
         return _motion(system, period, _lap(system, start, period, method), None)
     run, matrix = _closed(system, start, period, method)
     return _motion(system, period, run, matrix)
+
+
+def settled(
+    system: Any, start: tuple[float, ...], *, period: int = 1, stable: bool = False, method: Dopri5 = TIGHT
+) -> SteadyMotion:
+    """Motion of a damped system that a simulation ends on: it goes on until the motion repeats (and is `stable`)."""
+    motion = settle(system, start, time=settling_time(system), period=period, method=method)
+    for times in LONGER:
+        if (motion.stable if stable else motion.closed) or not motion.status:
+            break
+        motion = settle(system, motion.end, time=times * settling_time(system), period=period, method=method)
+    return motion
 
 
 def finished_or_interrupted(run: Trajectory) -> Trajectory:

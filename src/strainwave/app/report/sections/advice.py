@@ -18,6 +18,8 @@ NOMINAL = (
 )
 NOTHING = 0.005  # relative change that is called none
 
+BEYOND = " The curve goes a fifth beyond the single speeds of the file, and so do the speeds to avoid."
+
 
 class SpeedsToAvoid:
     """Speeds to avoid and what would help, as data and in sentences."""
@@ -37,11 +39,12 @@ class SpeedsToAvoid:
 
 def _advice(view: View, avoid: Avoid) -> dict[str, Any]:
     return {
-        "rule": _rule(avoid),
+        "rule": _rule(avoid) + BEYOND * bool(view.speeds.single),
         "limit_rad": avoid.limit,
         "bands": [_band(view, *band) for band in avoid.bands],
         **sizes(avoid.largest, "largest_oscillation"),
         "at_rad_per_s": avoid.at,
+        **_in_run_up(avoid),
         "slow_oscillation_rad": avoid.slow,
         "peaks": [view.place(at) | {"oscillation_rad": size} for at, size in avoid.peaks],
         "sentence": _avoid(view, avoid),
@@ -55,6 +58,14 @@ def _advice(view: View, avoid: Avoid) -> dict[str, Any]:
         ],
         "remedy_sentence": _remedies(view.analysis.remedies, avoid.at),
     }
+
+
+def _in_run_up(avoid: Avoid) -> dict[str, Any]:
+    """Largest oscillation of the run-up that has torques which the curve has not."""
+    if avoid.largest_passed is None:
+        return {}
+    at, size = avoid.largest_passed
+    return {**sizes(size, "largest_oscillation_in_run_up"), "in_run_up_at_rad_per_s": at}
 
 
 def _band(view: View, low: float, high: float) -> dict[str, Any]:

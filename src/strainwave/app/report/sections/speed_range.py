@@ -27,7 +27,7 @@ class SpeedRange:
 
     def sentences(self, view: View) -> list[str]:
         """What the figure shows, and what a sweep does."""
-        return [_lines(view), *sweep_sentences(view.analysis.response), _marks(view)]
+        return [_lines(view), *sweep_sentences(view.analysis.response), _marks(view), _others(view)]
 
     def lines(self, view: View, _: dict[str, Any]) -> list[str]:
         """What a sweep does."""
@@ -113,7 +113,7 @@ def _lines(view: View) -> str:
             f"{back}; triangles: the same at a few speeds, as the CSV files hold them."
         )
     whole = "" if analysis.train_curve is None else " of the whole drive train"
-    text = f"Blue, thick: every motion{whole} that repeats with the {view.speeds.base_angle}, by harmonic balance "
+    text = f"Blue, thick: the motions{whole} that repeat with the {view.speeds.base_angle}, by harmonic balance "
     text += f"({response.curve.coefficients.shape[1] // 2} harmonics); "
     if analysis.train is None or analysis.train_curve is None:
         theory = any(regime.response and regime.response.branches for regime in analysis.regimes)
@@ -121,6 +121,12 @@ def _lines(view: View) -> str:
     twist = ", the twist of the coupling included" if analysis.train.train.load.couplings() else ""
     without = "; without the torque that follows the load's own angle" if analysis.train_curve.without_angle else ""
     return f"{text}x between motor and load{twist}{without}. Dash-dotted: the error equation in its place."
+
+
+def _others(view: View) -> str:
+    """What is known of motions beside the curve."""
+    message = view.analysis.response.curve.message
+    return "The curve " + message + "." if message.startswith("reached both ends;") else ""
 
 
 def _marks(view: View) -> str:
