@@ -106,11 +106,11 @@ def _table(guess: Floats | Orbit) -> Floats:
     """Coefficients (2H+1, states) of a guess."""
     try:
         table = np.asarray(guess.coefficients if isinstance(guess, Orbit) else guess, float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"guess is {shown(guess)}; it must be an Orbit or an array (2H+1, states)") from None
     if table.ndim == 1:
         table = table[:, None]
-    if table.ndim != 2 or len(table) % 2 == 0 or not np.all(np.isfinite(table)):
+    if table.ndim != 2 or table.size == 0 or len(table) % 2 == 0 or not np.all(np.isfinite(table)):
         raise ValueError(f"guess has shape {table.shape}; it must be finite, (2H+1, states): mean, cos 1, sin 1, ...")
     return table
 
