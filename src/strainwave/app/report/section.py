@@ -80,13 +80,13 @@ def sections_of(sections: Any) -> tuple[Section, ...]:
     """Return the sections of a report, or say in one sentence which is none (TypeError)."""
     if isinstance(sections, str) or not isinstance(sections, Iterable):
         raise TypeError(f"sections are {shown(sections)}; give a tuple of sections, such as (*SECTIONS, MySection())")
-    sections = tuple(sections)
-    for section in sections:
+    found: tuple[Section, ...] = tuple(sections)
+    for section in found:
         need("a section of the report", section, "heading", "data")
         if not isinstance(section.heading, str):
             name = type(section).__name__
             raise TypeError(f"{name}.heading is {shown(section.heading)}; it must be a text, '' for none")
-    return sections
+    return found
 
 
 def asked(section: Section, view: View) -> Part:

@@ -91,8 +91,16 @@ def find_orbit(
 
 
 def _refined(system: Any, orbit: Orbit, period: int) -> Orbit:
-    exact = shoot(system, orbit.state(0.0), period=period)
-    return exact if exact.status else orbit
+    """The orbit by shooting, where that converges.
+
+    Corners of a law with memory are not located: they can scatter a fine integration by more than its tolerance, on
+    which Newton's method then waits in vain, and a coarser one not.
+    """
+    for rtol in (1e-11, 1e-9):
+        exact = shoot(system, orbit.state(0.0), period=period, rtol=rtol)
+        if exact.status:
+            return exact
+    return orbit
 
 
 def raised(orbit: Orbit, throw: bool) -> Orbit:
