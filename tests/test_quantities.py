@@ -106,7 +106,8 @@ def test_what_are_no_finite_numbers_is_named(values):
 
 
 @pytest.mark.parametrize(
-    "span", [1, "ab", None, (1, 2, 3), (float("nan"), 1.0), (2.0, 1.0), (0.1, float("inf")), [[1, 2]]]
+    "span",
+    [1, "ab", None, (1, 2, 3), (float("nan"), 1.0), (2.0, 1.0), (0.1, float("inf")), [[1, 2]], SYSTEM, (SYSTEM, 2)],
 )
 def test_what_is_no_interval_is_named(span):
     with pytest.raises(ValueError, match=r"the range is .*; it must be two finite numbers"):
@@ -119,7 +120,15 @@ def test_an_interval_may_have_to_be_positive():
         interval("the range", (0, 2), positive=True)
 
 
-def test_a_count_has_an_upper_end_where_one_is_given():
+@pytest.mark.parametrize("span", [(1e-300, 1.0), (1.0, 1e300), (-1e300, 1e300)])
+def test_ends_of_an_interval_are_numbers_whose_powers_a_float_holds(span):
+    with pytest.raises(ValueError, match=r"its ends must be from 1e-60 to 1e\+60 in size, or 0"):
+        interval("the range", span)
+
+
+def test_a_count_has_an_upper_end():
+    with pytest.raises(ValueError, match=r"points is 10000.* \(401 characters\); it must be at most 1000000000"):
+        positive_count("points", 10**400)
     assert positive_count("harmonics", 1000, 1000) == 1000
     with pytest.raises(ValueError, match="harmonics is 1001; it must be at most 1000"):
         positive_count("harmonics", 1001, 1000)

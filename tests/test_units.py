@@ -203,6 +203,7 @@ def test_convert_refuses_what_does_not_match(unit, to, sentence):
         (b"1 rad", "rad", "b'1 rad' is no text"),
         ("1 rad", None, "None is no text; write the unit as"),
         ("1 rad", "N*m/", "unknown unit 'N\\*m/'"),
+        ("1 lb", "W", "unknown unit 'W'"),
         ("1e-400 rad", "rad", "is too small a number to be told from 0"),
         ("20\n Hz", "rad/s", "not 20 Hz$"),
     ],

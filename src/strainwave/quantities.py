@@ -36,6 +36,8 @@ LARGEST = (
 )
 
 
+MOST = 10**9  # of anything that is counted
+
 DEEPEST = 64  # models inside each other; the compiler writes code for every one
 
 
@@ -218,11 +220,11 @@ def numbers(name: str, values: Any, *, count: int | None = None) -> NDArray[np.f
     return array
 
 
-def positive_count(name: str, value: Any, most: int | None = None) -> int:
+def positive_count(name: str, value: Any, most: int = MOST) -> int:
     """Return a whole number from 1 to `most`, or say in one sentence that `name` is none."""
     if not isinstance(value, Integral) or isinstance(value, bool) or int(value) < 1:
         raise ValueError(f"{name} is {shown(value)}; it must be a whole number of at least 1")
-    if most is not None and int(value) > most:
+    if int(value) > most:
         raise ValueError(f"{name} is {shown(value)}; it must be at most {most}")
     return int(value)
 
@@ -230,14 +232,17 @@ def positive_count(name: str, value: Any, most: int | None = None) -> int:
 def interval(name: str, span: Any, *, positive: bool = False) -> tuple[float, float]:
     """Return two finite numbers in rising order (both positive), or say that `name` is no such interval."""
     pair: Any = span if isinstance(span, list | tuple) or hasattr(span, "tolist") else ()
-    real = np.ndim(pair) == 1 and len(pair) == 2 and all(isinstance(v, Real) for v in pair)
+    shape = pair.shape if hasattr(pair, "shape") else (len(pair),)
+    real = shape == (2,) and all(isinstance(v, Real) for v in pair)
     lo, hi = (_as_float(name, v) for v in pair) if real else (0.0, 0.0)
     if not (isfinite(lo) and isfinite(hi) and lo < hi):
         raise ValueError(f"{name} is {shown(span)}; it must be two finite numbers (low, high) with low < high")
     if positive and not lo > 0.0:
         raise ValueError(f"{name} is {lo:g} .. {hi:g}; it must be 0 < low < high")
-    if not isfinite(hi - lo):
-        raise ValueError(f"{name} is {lo:g} .. {hi:g}, wider than the largest number; its ends must be closer")
+    if not all(v == 0.0 or 1.0 / LARGEST <= abs(v) <= LARGEST for v in (lo, hi)):
+        raise ValueError(
+            f"{name} is {lo:g} .. {hi:g}; its ends must be from {1 / LARGEST:g} to {LARGEST:g} in size, or 0"
+        )
     if hi - lo < 1e-9 * max(abs(lo), abs(hi)):
         raise ValueError(f"{name} is {lo!r} .. {hi!r}; its ends must be at least 1e-9 of them apart, or take one value")
     return lo, hi

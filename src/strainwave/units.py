@@ -65,7 +65,7 @@ def parse(text: str, unit: str) -> float:
     if not (isinstance(text, str) and isinstance(unit, str)):
         wrong, right = (unit, "the unit as 'N*m/rad'") if isinstance(text, str) else (text, "it as '7160 N*m/rad'")
         raise ValueError(f"{shown(wrong)} is no text; write {right}, in quotes")
-    if _unit_text(unit) is None:
+    if _unit_text(unit) is None or _unknown(unit):
         raise ValueError(f"unknown unit {shown(unit)}; units are written like N*m/rad, rpm or arcsec")
     if len(text) > LONGEST:
         raise ValueError(
@@ -160,8 +160,15 @@ def _unit_text(text: str) -> str | None:
 def _with_forces(given: str, to: str) -> str:
     """Take pounds and ounces for forces where that alone makes the unit what is wanted: in*lb of a torque."""
     forces = re.sub(r"\b(lb|oz)\b", r"\1f", given)
-    known = set(re.findall("[A-Za-z]+", forces)) <= set(dir(_registry())) if forces != given else False
-    return forces if known and _matches(forces, to) else given
+    return forces if forces != given and not _unknown(forces) and _matches(forces, to) else given
+
+
+@lru_cache(maxsize=1024)
+def _unknown(units: str) -> list[str]:
+    """Names in units that are none of ours, with a prefix or without."""
+    known = set(dir(_registry()))
+    # Left alone, pint takes any final s as a plural: Nms would be N*m.
+    return [n for n in re.findall("[A-Za-z]+", units) if n not in known and PREFIX.sub("", n, count=1) not in known]
 
 
 @cache
@@ -180,15 +187,11 @@ def _scaled(value: Any, given: str, to: str) -> Any:
 @lru_cache(maxsize=1024)
 def _factors(given: str, to: str) -> tuple[float, float]:
     """Return p and q, p/q `to` are one `given`; KeyError names an unknown unit, ArithmeticError reports a mismatch."""
-    registry = _registry()
-    known = set(dir(registry))
-    for name in re.findall(r"[A-Za-z]+", f"{given} {to}"):
-        # Left alone, pint takes any final s as a plural: Nms would be N*m.
-        if name not in known and PREFIX.sub("", name, count=1) not in known:
-            raise KeyError(name)
+    if unknown := _unknown(f"{given} {to}"):
+        raise KeyError(unknown[0])
     if not _matches(given, to):
         raise ArithmeticError
-    factor = float(registry.convert(1.0, _for_pint(given), _for_pint(to)))
+    factor = float(_registry().convert(1.0, _for_pint(given), _for_pint(to)))
     inverse = round(1.0 / factor)
     # 4.5 kg*cm^2 is 4.5/10000, the nearest number to 4.5e-4; 4.5 times 1e-4 is not.
     return (1.0, float(inverse)) if abs(inverse * factor - 1.0) < 1e-14 and inverse > 1 else (factor, 1.0)

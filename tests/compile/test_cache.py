@@ -144,6 +144,16 @@ def test_without_a_folder_to_write_to_compiled_code_stays_in_memory(tmp_path):
     assert [*copy.rglob("*.nb[ci]"), *files_in(copy)] == []
 
 
+@pytest.mark.compiled
+def test_a_draft_that_cannot_take_its_place_is_removed(tmp_path):
+    run_script(PACKAGES, tmp_path)
+    (name,) = files_in(tmp_path)
+    (tmp_path / name).unlink()
+    (tmp_path / name).mkdir()
+    assert run_script(PACKAGES, tmp_path) == ["0", "1"]
+    assert not list(tmp_path.rglob("*.part"))
+
+
 def test_edit_of_a_source_moves_the_folder_of_compiled_code(tmp_path):
     copy = tmp_path / "strainwave"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))

@@ -54,6 +54,8 @@ def test_value_out_of_range_is_refused_in_one_sentence(model, sentence):
         (GOOD._replace(J="1 kg"), r"Oscillator\.J must be a number, not '1 kg'"),
         (GOOD._replace(law=sw.Cubic(1.0, None)), r"Cubic\.alpha must be a number, not None"),
         (GOOD._replace(law=sw.Linear(np.array([1.0, 2.0]))), r"Linear\.K must be a number, not array"),
+        (GOOD._replace(law=sw.Play(0.1, sw.Cubic)), r"Play\.law is the class Cubic; give an object of it"),
+        (GOOD._replace(law=sw.Play(0.1, None)), r"Play\.law is None; it must be an object with a method torque"),
         (GOOD._replace(law=7160.0), r"Oscillator\.law is 7160\.0; it must be an object with a method torque"),
         (GOOD._replace(excitation=LINE), r"Oscillator\.excitation is Line"),
         (GOOD._replace(error=sw.KinematicError(LINE)), r"KinematicError\.lines must be a tuple, not Line"),
@@ -124,3 +126,21 @@ def test_replace_says_what_a_model_has():
 def test_a_class_in_place_of_a_law_is_refused():
     with pytest.raises(TypeError, match=r"is the class Linear; give an object of it"):
         sw.find_orbit(GOOD._replace(law=sw.Parallel(sw.Linear, sw.Linear(1.0))))
+
+
+@pytest.mark.parametrize(
+    ("asked", "sentence"),
+    [
+        (lambda: sw.simulate(GOOD, (0.0, 10**400), 1.0), "y0 must be a finite state"),
+        (lambda: sw.simulate(GOOD, (0.0, 0.0), 10**400), "t must be an end time"),
+        (lambda: sw.error_scan(10**400, [1.0]), "angle is 1000"),
+        (lambda: sw.bode(sw.HDC_40_050.train(), [1.0], speed=""), "speed is ''; it must be a finite number"),
+        (lambda: sw.parameter_response(GOOD, LINE._replace(amplitude=10**400), (1.0, 2.0)), r"no continuous parameter"),
+        (lambda: sw.variability(GOOD, {"B": sw.Uniform(0.1, 0.2)}, speeds=1e-320), "speeds are 1e-320; they must be"),
+    ],
+)
+def test_what_no_float_holds_and_what_is_no_number_is_one_short_sentence(asked, sentence):
+    with pytest.raises(ValueError, match=sentence) as error:
+        asked()
+    assert "\n" not in str(error.value)
+    assert len(str(error.value)) < 400

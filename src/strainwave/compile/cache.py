@@ -59,6 +59,8 @@ class CodeCache:
             pickler.dump(code._reduce())
             draft.write_bytes(stream.getvalue())
             draft.replace(path)
+        with suppress(OSError):  # of what could not be written to its end or put in its place
+            draft.unlink()
 
     def flush(self) -> None:
         """Numba calls this before it compiles all again, which nothing here does."""

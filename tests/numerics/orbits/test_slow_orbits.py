@@ -70,3 +70,16 @@ def test_the_rates_of_the_moment_join_the_period_map_where_steps_still_resolve_i
     monkeypatch.setattr(variational, "FINEST", 256)
     np.testing.assert_allclose(np.abs(sw.find_orbit(system).multipliers), np.abs(resolved), rtol=1e-6)
     assert np.abs(resolved) == pytest.approx(math.exp(-math.pi * 0.02 / 0.01), rel=1e-6)
+
+
+def test_a_slow_orbit_with_damping_that_drives_is_unstable_without_a_warning():
+    driven = sw.Oscillator(1.0, -0.1, sw.Cubic(1.0, 0.3), sw.Harmonic(0.3), 1e-5)
+    orbit = sw.find_orbit(driven)
+    assert not orbit.stable
+    assert abs(orbit.multipliers[0]) > 1e100  # exp(0.1 period/2) is exp(31416)
+
+
+@pytest.mark.parametrize("guess", [(), [[]], 10**400])
+def test_a_guess_without_numbers_is_refused(guess):
+    with pytest.raises(ValueError, match=r"guess (is|has shape) .*; it must be"):
+        sw.find_orbit(sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(0.3), 1.0), guess=guess)

@@ -221,3 +221,12 @@ def test_a_sweep_that_passes_over_a_motion_of_the_other_one_has_one_band_with_th
     (band,) = sw.jumps(branch).bands
     assert (band.low, band.high, band.whole) == (1.0, 6.0, True)
     assert ([j.value for j in band.on_run_up], [j.value for j in band.on_run_down]) == ([6.0], [3.0, 1.0])
+
+
+@pytest.mark.parametrize("branch", [None, 3.0, sw.Branch, sw.find_orbit(HARDENING)])
+def test_what_is_no_branch_is_refused_in_one_sentence(branch):
+    with pytest.raises(
+        TypeError, match=r"^the branch is .*; give what frequency_response or parameter_response"
+    ) as error:
+        sw.jumps(branch)
+    assert "\n" not in str(error.value)

@@ -64,3 +64,19 @@ def test_gravity_repeats_after_as_many_turns_as_the_ratio():
     run = sw.simulate(train._replace(omega=100.0), np.zeros(4), np.array([0.0, 60 * turn, 61 * turn, 62 * turn]))
     start = orbit.coefficients[0] + orbit.coefficients[1::2].sum(axis=0)
     np.testing.assert_allclose(run.y[:, 1], start, rtol=1e-6, atol=1e-6 * np.max(orbit.peak))
+
+
+@pytest.mark.parametrize(
+    ("asked", "sentence"),
+    [
+        ({"speed": "a"}, "speed is 'a'; it must be a finite number"),
+        ({"speed": np.nan}, "speed is nan; it must be a finite number"),
+        ({"speed": 1.0, "angle": np.inf}, "angle is inf; it must be a finite number"),
+        ({"speed": 1.0, "angle": (1.0, 2.0)}, r"angle is \(1\.0, 2\.0\); it must be a finite number"),
+        ({"speed": 1.0, "near": (1e-3,)}, r"near is \(0\.001,\); it must be 2 finite numbers"),
+        ({"speed": 1.0, "near": (1e-3, np.nan)}, r"near is .*; it must be 2 finite numbers"),
+    ],
+)
+def test_a_speed_an_angle_or_a_start_that_is_none_is_refused_in_one_sentence(asked, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        sw.operating_state(DRIVE.train(control=sw.SpeedLoop(0.072, 2.8)), **asked)

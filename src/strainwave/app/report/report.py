@@ -12,7 +12,7 @@ from ..console import WHAT_X_IS, number, percent, to_json
 from ..output import staged
 from ..view import View
 from . import curve_files
-from .section import Part, Section, asked
+from .section import Part, Section, asked, sections_of
 from .sections import SECTIONS
 
 HERE, SOFTWARE = Path(__file__).parent, ("numpy", "scipy", "numba")
@@ -51,6 +51,8 @@ def write(
         If the project file is invalid.
     ValueError
         If two sections have the same key, or the analysis refuses the drive.
+    TypeError
+        If something in `sections` is no section, or one gives something else than it should.
     SolveError
         If the law cannot carry the mean torque, or no simulation finishes.
     OSError
@@ -58,6 +60,7 @@ def write(
     RuntimeError
         If jinja2 is not installed.
     """
+    sections = sections_of(sections)
     project = project if isinstance(project, Project) else read_project(project)
     with staged(Path(folder)) as part:
         view = View.of(project, project.analyze(progress))
@@ -104,12 +107,12 @@ def page(view: View, parts: Iterable[Part]) -> str:
         "what_x_is": WHAT_X_IS,
     }
 
-    def rendered(template: Path, **names: Any) -> str:
-        return environment.from_string(template.read_text(encoding="utf-8")).render(**names)
+    def rendered(template: Path, names: dict[str, Any]) -> str:
+        return environment.from_string(template.read_text(encoding="utf-8")).render(names)
 
-    bodies = [(p.section.heading, rendered(p.template, **p.data | p._asdict(), rows=p.rows)) for p in parts]
+    bodies = [(p.section.heading, rendered(p.template, p.data | p._asdict() | {"rows": p.rows})) for p in parts]
     software = ", ".join([f"strainwave {__version__}", *(f"{name} {version(name)}" for name in SOFTWARE)])
-    return rendered(HERE / "page.html.j2", bodies=bodies, software=software)
+    return rendered(HERE / "page.html.j2", {"bodies": bodies, "software": software})
 
 
 def _filters(view: View) -> dict[str, Callable[..., Any]]:

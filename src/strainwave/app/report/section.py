@@ -4,10 +4,12 @@ The functions below are the only place that asks a section for what it may have.
 """
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
+from ...protocols import need
+from ...quantities import shown
 from ..console import number, plain
 from ..view import View
 
@@ -74,11 +76,32 @@ def _rows(value: Any, name: str) -> Iterator[tuple[str, str]]:
         yield from _rows(item, f"{name}.{key}" if name else str(key))
 
 
+def sections_of(sections: Any) -> tuple[Section, ...]:
+    """Return the sections of a report, or say in one sentence which is none (TypeError)."""
+    if isinstance(sections, str) or not isinstance(sections, Iterable):
+        raise TypeError(f"sections are {shown(sections)}; give a tuple of sections, such as (*SECTIONS, MySection())")
+    found: tuple[Section, ...] = tuple(sections)
+    for section in found:
+        need("a section of the report", section, "heading", "data")
+        if not isinstance(section.heading, str):
+            name = type(section).__name__
+            raise TypeError(f"{name}.heading is {shown(section.heading)}; it must be a text, '' for none")
+    return found
+
+
 def asked(section: Section, view: View) -> Part:
-    """Ask a section for all that it has."""
-    texts: list[list[str]] = [list(getattr(section, name, _nothing)(view)) for name in ("sentences", "figures")]
-    return Part(section, view, view.told(section.data(view)), *view.told(texts))
+    """Ask a section for all that it has, or say in one sentence what is no such thing (TypeError)."""
+    name, data = type(section).__name__, section.data(view)
+    if not (isinstance(data, dict) and all(isinstance(key, str) for key in data)):
+        raise TypeError(f"{name}.data gives {shown(data)}; it must be a dictionary with texts as keys")
+    return Part(section, view, view.told(data), _texts(section, "sentences", view), _texts(section, "figures", view))
 
 
-def _nothing(_: View) -> list[str]:
-    return []
+def _texts(section: Section, method: str, view: View) -> list[str]:
+    """What one of the methods gives that a section may have; nothing without it."""
+    given = getattr(section, method)(view) if hasattr(section, method) else ()
+    texts = list(given) if isinstance(given, Iterable) and not isinstance(given, str | dict) else [None]
+    mark, kind = ("<svg", "texts of SVG") if method == "figures" else ("", "texts")
+    if not all(isinstance(text, str) and mark in text for text in texts):
+        raise TypeError(f"{type(section).__name__}.{method} gives {shown(given)}; it must be a list of {kind}")
+    return list(view.told(texts))

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from ...compile.jit import kernel
 from ...law import KINDS, breakpoints_of, depends
 from ...maths import sign
+from ...protocols import need
 from ...quantities import Angle, PerSquareRadian, Torque, TorsionalStiffness
 from ...tree import with_leaf
 
@@ -283,6 +284,7 @@ class Play(NamedTuple):
         """Refuse a negative gap, a law that pulls, pushes or has a corner at zero (ValueError), and no spring."""
         if self.half_gap < 0.0:
             raise ValueError(f"Play.half_gap is {self.half_gap:g} rad; it must not be negative")
+        need("Play.law", self.law, "torque", "stiffness")
         name = type(self.law).__name__
         if depends(self.law) != 1:
             raise TypeError(f"Play.law is a {name} with {KINDS[depends(self.law) - 1]}; it takes a spring, torque(x)")

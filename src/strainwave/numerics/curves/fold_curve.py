@@ -154,7 +154,7 @@ def fold_curve(
     if not lo <= at <= hi:
         raise ValueError(f"the system has {path} = {at:g}, outside the range {lo:g} .. {hi:g}; widen the range")
     leaf, omega_leaf = leaf_of(system, parameter), leaf_of(system, "omega")
-    h = starting_harmonics(system, harmonics or len(fold.coefficients) // 2, fold.period, points)
+    h = starting_harmonics(system, len(fold.coefficients) // 2 if harmonics is None else harmonics, fold.period, points)
     problem = second_order(system, leaf, omega_leaf, h, fold.period)
     extended = FoldSystem(problem, path, hi - lo)
     start = extended.corrected(np.append(problem.point(fold.coefficients, fold.value), at), None)

@@ -71,7 +71,7 @@ def first_time(t: float | ArrayLike) -> float:
 def _numbers(value: ArrayLike, sentence: str) -> Floats:
     try:
         array = np.atleast_1d(np.asarray(value, float))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{sentence}, not {shown(value)}") from None
     if array.ndim != 1 or array.size == 0 or not np.all(np.isfinite(array)):
         raise ValueError(f"{sentence}, not {shown(value)}")

@@ -91,8 +91,16 @@ def find_orbit(
 
 
 def _refined(system: Any, orbit: Orbit, period: int) -> Orbit:
-    exact = shoot(system, orbit.state(0.0), period=period)
-    return exact if exact.status else orbit
+    """The orbit by shooting, where that converges.
+
+    Corners of a law with memory are not located: they can scatter a fine integration by more than its tolerance, on
+    which Newton's method then waits in vain, and a coarser one not.
+    """
+    for rtol in (1e-11, 1e-9):
+        exact = shoot(system, orbit.state(0.0), period=period, rtol=rtol)
+        if exact.status:
+            return exact
+    return orbit
 
 
 def raised(orbit: Orbit, throw: bool) -> Orbit:
@@ -106,11 +114,11 @@ def _table(guess: Floats | Orbit) -> Floats:
     """Coefficients (2H+1, states) of a guess."""
     try:
         table = np.asarray(guess.coefficients if isinstance(guess, Orbit) else guess, float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"guess is {shown(guess)}; it must be an Orbit or an array (2H+1, states)") from None
     if table.ndim == 1:
         table = table[:, None]
-    if table.ndim != 2 or len(table) % 2 == 0 or not np.all(np.isfinite(table)):
+    if table.ndim != 2 or table.size == 0 or len(table) % 2 == 0 or not np.all(np.isfinite(table)):
         raise ValueError(f"guess has shape {table.shape}; it must be finite, (2H+1, states): mean, cos 1, sin 1, ...")
     return table
 

@@ -188,7 +188,8 @@ def frozen(problem: Any, points: Floats) -> NDArray[np.complex128]:
 def orbit_scales(problem: Any, values: Floats) -> tuple[Floats, Floats]:
     """Base frequency, and exp(-B period/(2J)), for every value of the parameter."""
     omega, system = base_speed(problem, values), with_leaf(problem.system, problem.leaf, values)
-    return omega, np.exp(-np.pi * problem.turns * system.B / system.J / omega)
+    log = -np.pi * problem.turns * system.B / system.J / omega
+    return omega, np.exp(np.minimum(log, 0.5 * LARGEST_LOG))  # its square is the product of the multipliers
 
 
 def displacement_peaks(series: Floats) -> Floats:

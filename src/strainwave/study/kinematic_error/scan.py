@@ -110,7 +110,7 @@ def _direction(which: str, angle: Any, error: Any, sign: float) -> Direction:
             if np.iscomplexobj(values):
                 raise TypeError
             run.append(np.asarray(values, float))
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise ValueError(f"{which}{name} is {shown(values)}; it must be an array of numbers in rad") from None
     theta, e = run
     if theta.ndim != 1 or theta.shape != e.shape or len(theta) < 4:

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...protocols import lacking
+from ...quantities import shown
 from ...results import Branch, Orbit
 from .hysteresis_bands import HysteresisBand, Jump, Leg, bands_between, told_bands
 
@@ -83,11 +85,15 @@ def jumps(branch: Branch) -> Jumps:
     ------
     ValueError
         If the branch has no stable orbit.
+    TypeError
+        If it is no branch.
 
     References
     ----------
     Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 4.1.1 (jump phenomena).
     """
+    if lacking(branch, "folds", "stable"):
+        raise TypeError(f"the branch is {shown(branch)}; give what frequency_response or parameter_response returns")
     pieces = _pieces(branch)
     if not pieces or not branch.stable.any():
         raise ValueError("the branch has no stable orbit that a sweep could follow")

@@ -140,7 +140,8 @@ def bode(
     plain = train._replace(error=NoError(), reference=AtRest(), omega=1.0)
     count = len(train.state_names())
     state = np.zeros(count) if at is None else numbers("at", at, count=count)
-    turning = plain._replace(reference=Steady(), omega=number("speed", speed)) if speed else plain
+    speed = number("speed", speed)
+    turning = plain._replace(reference=Steady(), omega=speed) if speed else plain
     matrix, unit = _linearised(turning, source, state)
     poles = np.linalg.eigvals(matrix).astype(complex)
     if amplitude is None:

@@ -12,6 +12,7 @@ from ...model.train.motion import Steady
 from ...numerics.balance.rates import jacobians_at, rates_at
 from ...numerics.loading import loaded_state
 from ...protocols import lacking, terms_of, with_parts
+from ...quantities import number, numbers
 from ...results import Floats, SolveError
 from ...sentences import Sentence, Speed
 
@@ -44,14 +45,18 @@ def operating_state(
 
     Raises
     ------
+    ValueError
+        If the speed, the angle or `near` is out of range.
     SolveError
         If the train has no such state: a law cannot carry its torque, and the sentence says how much it carries.
     TypeError
         If a torque has no mean, such as a profile.
     """
     train = with_mean_torques(with_parts("operating_state", train, "power_names"))
+    speed, angle = number("speed", speed), number("angle", angle)
+    near = () if isinstance(near, tuple) and not near else _near(train, near)
     error = NoError() if speed else train.error
-    held = train._replace(error=error, reference=Steady(), omega=float(speed))
+    held = train._replace(error=error, reference=Steady(), omega=speed)
     if train.motor.free:
         state = operating_state(held._replace(motor=held.motor._replace(control=HELD)), speed, near=near, angle=angle)
         return np.concatenate([state[:2], np.zeros(2), state[2:]])
@@ -70,6 +75,11 @@ def operating_state(
             return state
     said = short or "Newton's method finds none"
     raise SolveError(Sentence("the mean torques hold the train in no state at {}: {}", Speed(speed), said))
+
+
+def _near(train: DriveTrain, near: Any) -> tuple[float, ...]:
+    """Torsion and internal states of the gear's law, or say in one sentence what is wrong with them."""
+    return tuple(numbers("near", near, count=1 + states_of(train.law)).tolist())
 
 
 def _settle(train: DriveTrain, angle: float, state: Floats, memory: list[int], enough: float) -> bool:

@@ -14,7 +14,7 @@ from ...numerics.curves.family import response_family
 from ...numerics.ensemble.lane_checks import LaneError, check_lanes
 from ...numerics.integration.corners import repeating
 from ...protocols import lacking, state_count, with_parts
-from ...quantities import interval, number, numbers, parameters, positive_count, shown
+from ...quantities import LARGEST, interval, number, numbers, parameters, positive_count, shown
 from ...results import Floats, SolveError
 from ..response.jumps import jumps
 from ..sweep.layout import described
@@ -102,8 +102,10 @@ def variability(
     if not (shares[0] > 0.0 and shares[-1] < 1.0):
         raise ValueError(f"quantiles are {shown(quantiles)}; they must be shares between 0 and 1")
     at = numbers("speeds", system.omega if speeds is None else speeds)
-    if not np.all(at > 0.0):
-        raise ValueError(f"speeds are {shown(speeds)}; they must be positive")
+    if not np.all((at >= 1.0 / LARGEST) & (at <= LARGEST)):
+        raise ValueError(
+            f"speeds are {shown(speeds)}; they must be positive, from {1 / LARGEST:g} to {LARGEST:g} rad/s"
+        )
     follow = positive_count("jump_count", jump_count)
     positive_count("settle", settle)
     if positive_count("longest", longest) < settle + SEEN:
