@@ -138,7 +138,7 @@ def test_simulation_of_what_a_user_defines_agrees_with_scipy(system, rates):
 @pytest.mark.slow
 @pytest.mark.compiled
 @each_own
-def test_ensemble_and_response_of_what_a_user_defines_agree_with_scipy(system, rates):
+def test_ensemble_and_orbit_of_what_a_user_defines_agree_with_scipy(system, rates):
     y0, turn = started(system), 2.0 * np.pi / 1.3
     settled = solve_ivp(
         rates, (0, 130 * turn), y0, "DOP853", rtol=1e-10, atol=1e-12, max_step=0.02, t_eval=129 * turn + turn * GRID
@@ -146,9 +146,16 @@ def test_ensemble_and_response_of_what_a_user_defines_agree_with_scipy(system, r
     lanes = np.full(64, 1.3)
     found = sw.ensemble(system, {"omega": lanes}, y0, periods=1, settle=129, measures=(sw.Peak(),))
     np.testing.assert_allclose(found["peak"], np.max(np.abs(settled)), rtol=2e-5)
-    curve = sw.frequency_response(system, (1.0, 1.3), points=20)
-    assert curve.omega[-1] == pytest.approx(1.3)
-    assert curve.peak[-1] == pytest.approx(np.max(np.abs(settled)), rel=2e-4)
+    with as_python(10**9):
+        orbit = sw.find_orbit(system)
+    assert orbit.peak == pytest.approx(np.max(np.abs(settled)), rel=2e-4)
+
+
+def test_curves_of_a_users_law_with_kinks_and_of_the_same_in_the_library_are_equal():
+    own = sw.frequency_response(OWN["law"][0], (0.9, 1.3), harmonics=15, points=20)
+    law = sw.PiecewiseLinear(1.0, 3.0, 3.0, 0.5, 1.0)
+    same = sw.frequency_response(OWN["law"][0]._replace(law=law), (0.9, 1.3), harmonics=15, points=20)
+    np.testing.assert_allclose(own.peak[-1], same.peak[-1], rtol=1e-6)
 
 
 def test_curves_of_a_users_linear_law_and_pulses_are_the_closed_forms():
