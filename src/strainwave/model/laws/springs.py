@@ -284,10 +284,11 @@ class Play(NamedTuple):
         """Refuse a negative gap, a law that pulls, pushes or has a corner at zero (ValueError), and no spring."""
         if self.half_gap < 0.0:
             raise ValueError(f"Play.half_gap is {self.half_gap:g} rad; it must not be negative")
-        need("Play.law", self.law, "torque", "stiffness")
+        need("Play.law", self.law, "torque")
         name = type(self.law).__name__
         if depends(self.law) != 1:
             raise TypeError(f"Play.law is a {name} with {KINDS[depends(self.law) - 1]}; it takes a spring, torque(x)")
+        need("Play.law", self.law, "stiffness")
         pull = float(self.law.torque(0.0))
         if pull != 0.0:
             raise ValueError(

@@ -99,7 +99,7 @@ def sweep(
         On Ctrl-C, with a sentence; what was finished is kept, chunks under way are given up within about a second.
     """
     system, points = checked(system), points_of(grid)
-    positive_count("chunk", 1 if chunk is None else chunk)
+    positive_count("chunk", 1 if chunk is None else chunk, 2**62)
     workers = positive_count("workers", _processors() if workers is None else workers, MOST_WORKERS)
     folder = None if store is None else _folder(store)
     parameter_units = _check(measure, system, points, seed, units)
