@@ -60,7 +60,7 @@ def test_numbers_are_finite_everywhere(report):
     json.loads((report[1] / "results.json").read_text(encoding="utf-8"), parse_constant=forbid)
     for path in report[1].glob("*.csv"):
         header, *rows = csv.reader(path.read_text(encoding="utf-8").splitlines())
-        assert all(re.search(r"_(s|rad|rpm|Nm|rad_per_s)$|^stable$", name) for name in header), header
+        assert all(re.search(r"_(s|rad|rpm|Nm|rad_per_s)$|^(stable|periodic)$", name) for name in header), header
         assert rows
         assert not any("nan" in cell or "inf" in cell for row in rows for cell in row)
 
