@@ -144,7 +144,8 @@ def test(rest: list[str]) -> list[str]:
     pytest = ["pytest", "-q", "-n", "auto", "--dist", "loadfile"]
     coverage = [*pytest, "-m", "not compiled and not slow", "--cov", "--cov-report=term"]
     compiled = [*pytest, "-m", "not interpreted", *rest]
-    return lint([]) + run_all([coverage], STRAINWAVE_JIT="0") + run_all([compiled])
+    single = {"OPENBLAS_NUM_THREADS": "1"}  # each test process has a core: threads of its own would take that of others
+    return lint([]) + run_all([coverage], STRAINWAVE_JIT="0", **single) + run_all([compiled], **single)
 
 
 def docs(rest: list[str]) -> list[str]:
