@@ -134,6 +134,10 @@ from .study.gear.parametric import parametric_resonances as parametric_resonance
 # Studies: drive train
 from .study.train.bode import Bode as Bode
 from .study.train.bode import bode as bode
+from .study.train.state_space import StateSpace as StateSpace
+from .study.train.state_space import state_space as state_space
+from .study.train.margins import Margins as Margins
+from .study.train.margins import margins as margins
 from .study.train.run import DriveRun as DriveRun
 from .study.train.run import drive_run as drive_run
 from .study.train.operating_point import operating_state as operating_state
