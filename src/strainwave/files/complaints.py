@@ -64,7 +64,9 @@ EXAMPLES = {
     for torque in ("motor_torque", "load_torque")
     for field, text in {
         "": "{mean: 5 N*m, lines: [{order: 1, amplitude: 0.1 N*m}]}",
-        ".mean": "5 N*m",
+        ".mean": "5 N*m" if torque == "motor_torque" else "{from: -60 N*m, to: 60 N*m}",
+        ".mean.from": "-60 N*m",
+        ".mean.to": "60 N*m",
         ".lines": "[{order: 1, amplitude: 0.1 N*m}]",
         ".lines[]": "{order: 1, amplitude: 0.1 N*m}",
         ".lines[].order": "1",

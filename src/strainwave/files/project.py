@@ -19,16 +19,31 @@ from ..model.train.drive_train import DriveTrain
 from ..model.train.shafts import NO_DRAG, Elastic
 from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
 from ..quantities import checked, convert
+from ..results import SolveError
 from ..speeds import Speeds
 from ..study.analysis.analysis import Analysis, analyze
+from ..study.analysis.drive_response import DriveResponse, of_equation
+from ..study.analysis.load_range import LoadRange
 from ..study.analysis.remedies import CHANGE
 from ..study.analysis.runup import silent
-from ..study.train.reductions import left_out, listed
+from ..study.analysis.train_curve import train_curve
+from ..study.response.by_integration import response_through
+from ..study.train.reductions import left_out, listed, refuse_free
 from .complaints import complaints
 from .contradictions import contradictions, train_fields
+from .load_torque import load_range
 from .notes import notes
 from .own_gears import read_gears
-from .schema import ExplicitGear, OwnGear, ProjectSpec, Spec, SpeedSpec, TorqueSpec
+from .schema import (
+    ExplicitGear,
+    LoadTorqueSpec,
+    OwnGear,
+    ProjectSpec,
+    Spec,
+    SpeedSpec,
+    TorqueRange,
+    TorqueSpec,
+)
 from .yaml_text import FileError, Problem, as_path, complaint, name, read, read_text, shown
 
 ACCURACY_NOTE = (
@@ -80,6 +95,8 @@ class Project:
         Rated torque [N*m] of the gear, where it is known.
     limit : float or None
         Largest oscillation of the error [rad] that the drive may have, where the file gives one.
+    mean_range : (float, float) or None
+        Least and largest mean torque [N*m] on the load, where the file gives a range; `load_torque` has its middle.
     """
 
     title: str
@@ -97,6 +114,7 @@ class Project:
     train: DriveTrain | None = None
     rated_torque: float | None = None
     limit: float | None = None
+    mean_range: tuple[float, float] | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -158,6 +176,35 @@ class Project:
         whole: VaryingOscillator = checked(VaryingOscillator(system.J, damping, *system[2:], varying))
         return whole
 
+    @property
+    def load_range(self) -> LoadRange | None:
+        """Torques of the load: those of `mean_range`, and of drags that follow the load's own angle; None of one."""
+        return load_range(self)
+
+    def response(self, harmonics: int | None = None) -> DriveResponse:
+        """Steady motions of the whole drive through its speeds, with jumps; the pointing error of the load leads.
+
+        Parameters
+        ----------
+        harmonics : int, optional
+            Highest harmonic of the base angle. Default: grown until those left out are negligible.
+
+        Raises
+        ------
+        SolveError
+            If no periodic motion is found.
+        """
+        system, speeds = self.system(reduced=True), self.speeds.limits
+        if self.train is not None:
+            refuse_free(self.train)
+            found = train_curve(self.train, speeds, harmonics)
+            if found is not None:
+                return found
+        exact = response_through(system, speeds, harmonics=harmonics)
+        if not len(exact.curve):
+            raise SolveError(exact.curve.message)
+        return of_equation(system, exact, self.motor == "held")
+
     def analyze(self, progress: Callable[[str, float], None] = silent) -> Analysis:
         """Analyse the drive through its speeds; `progress` and errors as `study.analysis.analysis.analyze`."""
         sizes = {share: (1.0 + share) * self.drive.J_l for share in (CHANGE, -CHANGE)}
@@ -170,6 +217,8 @@ class Project:
             rated_torque=self.rated_torque,
             limit=self.limit,
             loads=tuple((share, other.system(reduced=True)) for share, other in changed.items()),
+            load=self.load_range,
+            has_reference=self.motor == "held",
             progress=progress,
         )
 
@@ -281,6 +330,7 @@ def _resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str
         speeds=_speeds(spec.speed, ratio),
         motor_torque=_torque(spec.excitation.motor_torque),
         load_torque=_torque(spec.excitation.load_torque),
+        mean_range=_mean_range(spec.excitation.load_torque),
         kinematic_error=_kinematic_error(spec, accuracy),
         damping=spec.damping.of(drive.B) if spec.damping.varies else None,
         stiffness=None if spec.stiffness is None else spec.stiffness.ripples,
@@ -333,8 +383,13 @@ def _damping(spec: ProjectSpec, drive: Drive) -> float:
     return 2.0 * (ratio or 0.0) * J * omega_0
 
 
-def _torque(spec: TorqueSpec | None) -> Harmonics | None:
+def _torque(spec: TorqueSpec | LoadTorqueSpec | None) -> Harmonics | None:
     if spec is None or (not spec.lines and not spec.mean):
         return None
     lines = [Harmonic(line.amplitude, line.order, line.phase) for line in spec.lines] or [Harmonic(0.0)]
-    return Harmonics((lines[0]._replace(mean=spec.mean), *lines[1:]))
+    mean = 0.5 * (spec.mean.low + spec.mean.high) if isinstance(spec.mean, TorqueRange) else spec.mean
+    return Harmonics((lines[0]._replace(mean=mean), *lines[1:]))
+
+
+def _mean_range(spec: LoadTorqueSpec | None) -> tuple[float, float] | None:
+    return (spec.mean.low, spec.mean.high) if spec is not None and isinstance(spec.mean, TorqueRange) else None

@@ -221,10 +221,33 @@ class TorqueLine(Spec):
     phase: Angle = 0.0
 
 
+class TorqueRange(Spec):
+    """A mean torque that lies anywhere between two, as that of gravity on an arm does."""
+
+    low: Torque = Field(alias="from")
+    high: Torque = Field(alias="to")
+
+    @check_model(mode="after")
+    def _ascending(self) -> "TorqueRange":
+        if self.low >= self.high:
+            raise refusal(Wrong(("to",), "the range does not ascend; write the smaller torque after 'from'"))
+        return self
+
+
 class TorqueSpec(Spec):
     """A torque: its mean and its lines."""
 
     mean: Torque = 0.0
+    lines: Annotated[list[TorqueLine], Field(max_length=MOST_LINES)] = []
+
+
+class LoadTorqueSpec(Spec):
+    """A torque on the load: its mean, or the range in which that lies, and its lines."""
+
+    mean: Annotated[
+        Annotated[Torque, Tag("one")] | Annotated[TorqueRange, Tag("range")],
+        Discriminator(lambda value: "range" if isinstance(value, dict | TorqueRange) else "one"),
+    ] = 0.0
     lines: Annotated[list[TorqueLine], Field(max_length=MOST_LINES)] = []
 
 
@@ -238,7 +261,7 @@ class ExcitationSpec(Spec):
     accuracy: Annotated[float | Literal["catalogue"] | None, BeforeValidator(_accuracy)] = None
     kinematic_error: Annotated[list[ErrorLine], Field(max_length=MOST_LINES)] = []
     motor_torque: TorqueSpec | None = None
-    load_torque: TorqueSpec | None = None
+    load_torque: LoadTorqueSpec | None = None
 
 
 class LimitSpec(Spec):

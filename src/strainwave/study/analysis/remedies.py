@@ -19,7 +19,8 @@ from ..response.gear_forces import settling_time
 from ..response.resonances import operating_point
 from ..response.response import PLAIN_RUNS, ExactResponse
 from ..response.steady import settle
-from .avoid import Avoid, oscillations
+from .avoid import Avoid
+from .drive_response import oscillations
 from .runup import silent
 from .train_curve import largest_oscillation
 

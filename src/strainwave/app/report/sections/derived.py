@@ -7,7 +7,7 @@ from ....law import spring_stiffness
 from ....protocols import terms_of
 from ....sentences import Angle
 from ....study.response.resonances import active_orders
-from ...console import BETWEEN, percent
+from ...console import percent
 from ...view import View
 from .opening import YIELDS
 
@@ -106,7 +106,7 @@ def _static(view: View) -> list[Fact]:
     point, project, gear, (unit, factor) = view.analysis.point, view.project, view.project.gear, view.angle
     rows = [
         Fact("Mean torque on the error equation", "τ₀", point.mean_torque, "N·m", "output side"),
-        Fact("Static error under the mean torque", "x₀", point.x * factor, unit, BETWEEN),
+        Fact("Static error under the mean torque", "x₀", point.x * factor, unit, "between motor and load"),
     ]
     size = "0-to-peak, output side"
     for term in terms_of(view.analysis.system.excitation) if point.stiffness > 0.0 else ():
