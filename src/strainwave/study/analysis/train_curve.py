@@ -69,10 +69,14 @@ def train_curve(
 
 
 def largest_oscillation(
-    train: DriveTrain, speeds: tuple[float, float], harmonics: int
-) -> tuple[float, float] | None:  # fmt: skip
-    """Speed [rad/s] and size [rad], largest |x - mean| of the load, of the largest oscillation in a short range."""
-    problem, found, _, _ = traced_train(AtLoad(without_gravity(train), train.omega), speeds, FEW, harmonics)
+    train: DriveTrain, speeds: tuple[float, float], harmonics: int, coexisting: bool = True
+) -> tuple[float, float] | None:
+    """Speed [rad/s] and size [rad], largest |x - mean| of the load, of the largest oscillation in a short range.
+
+    Without `coexisting` motions that do not join the curve are not looked for.
+    """
+    system = AtLoad(without_gravity(train), train.omega)
+    problem, found, _, _ = traced_train(system, speeds, FEW, harmonics, coexisting)
     if not len(found.points):
         return None
     series = problem.displacements(found.points)
@@ -105,9 +109,11 @@ def _of_angle(law: Any) -> bool:
 
 
 def traced_train(
-    system: AtLoad, speeds: tuple[float, float], points: int, given: int | None = None
+    system: AtLoad, speeds: tuple[float, float], points: int, given: int | None = None, coexisting: bool = True
 ) -> tuple[FirstOrder, Trace, Tail, str]:
     """Balance problem and points of a curve, with the harmonics that the x of the load takes, or those given.
+
+    Where motions may be `coexisting` at its ends it passes them, or lists those that it does not.
 
     What repeats g times in a turn is followed over a g-th of a turn, with a g-th of the unknowns.
     """
@@ -124,7 +130,7 @@ def traced_train(
         tail = tail_along(problem, found.points)
         enough = tail.share <= MATTERS and found.outcome != STUCK
         done = enough or h >= most or given is not None
-        if (done or found.outcome != END) and others.begin(problem, found):
+        if coexisting and (done or found.outcome != END) and others.begin(problem, found):
             continue  # again, through what coexists
         if done:
             found = with_left_over(problem, found, others)
