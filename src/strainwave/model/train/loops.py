@@ -88,10 +88,10 @@ def from_bandwidth(
 def tuning_of(control: Any, inertia: float) -> Tuning | None:
     """Bandwidth and damping that the gains of a loop give on an inertia [kg*m^2], as `from_bandwidth` takes them.
 
-    A gain K_d of a speed loop counts as inertia. None of another control, or where no pair of poles is left.
+    A gain K_d of a speed loop counts as inertia. None of another control, and of one without damping or stiffness.
     """
     loop, lag = (control.loop, control.lag) if isinstance(control, Lagged) else (control, 0.0)
-    if isinstance(loop, PositionLoop) and loop.K_p > 0.0:
+    if isinstance(loop, PositionLoop) and loop.K_p > 0.0 and loop.K_d > 0.0:
         return Tuning(sqrt(loop.K_p / inertia), 0.5 * loop.K_d / sqrt(loop.K_p * inertia), "position", lag)
     if isinstance(loop, SpeedLoop) and loop.K_p > 0.0 and loop.K_i > 0.0:
         J = inertia + loop.K_d
