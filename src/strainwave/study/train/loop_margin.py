@@ -53,7 +53,8 @@ def unstable(train: DriveTrain, inertia: float) -> str:
     tuning = tuning_of(control, inertia)
     limit = None if tuning is None else _largest_stable(train, tuning, inertia)
     if tuning is None or limit is None:
-        return f"{said}; give the loop more damping (K_d by position, K_p by speed) or a lag below {1e3 * control.lag:.3g} ms"
+        lag = f"a lag below {1e3 * control.lag:.3g} ms"
+        return f"{said}; give the loop more damping (K_d by position, K_p by speed) or {lag}"
     return (
         f"{said}; with this damping and lag it is stable up to a bandwidth of {limit / HERTZ:.3g} Hz and has "
         f"{tuning.bandwidth / HERTZ:.3g} Hz"
