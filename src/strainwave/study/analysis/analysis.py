@@ -27,6 +27,7 @@ from ..train.reductions import refuse_free
 from .avoid import Avoid, in_run, speeds_to_avoid
 from .cases import speeds_in_time
 from .gear_studies import GearLoop, loop_of, parametric_of
+from .plausible import implausible
 from .remedies import Remedy, remedies
 from .resonance_tops import with_tops
 from .runup import RunUp, run_up, silent
@@ -88,6 +89,8 @@ class Analysis:
         What would make the error smaller, the most helpful first; empty where no speed is to be avoided.
     remarks : tuple of str
         Why a part is missing.
+    doubts : tuple of str
+        Results that no gear gives.
     """
 
     system: Oscillator | VaryingOscillator
@@ -107,6 +110,7 @@ class Analysis:
     avoid: Avoid | None
     remedies: tuple[Remedy, ...]
     remarks: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -234,6 +238,7 @@ def analyze(
         system, limits, point, stability, found, exact, close, sweep, tuple(cases), used,
         () if gear is None else limit_findings(gear, used, speeds.given[-1] if speeds.by_motor else None),
         loop, parametric, study, avoid, helps, (*no_loop, *not_searched),
+        tuple(implausible(gear, rated_torque, loop, used)),
     )  # fmt: skip
 
 
@@ -266,6 +271,7 @@ def _narrow(regime: Regime, exact: ExactResponse) -> bool:
 
 
 def _warnings(found: Analysis) -> Iterator[str]:
+    yield from found.doubts
     exact, study, every = found.exact, found.train, (*found.run_up.up, *found.run_up.down)
     if found.point.omega_0 == 0.0:
         yield (

@@ -74,10 +74,14 @@ class Opening:
         found.append((view.angle.text(worst["peak_rad"]), view.told(text), False))
         where = " in that run-up" if in_run else ", steady or in the run-up" if whole else ""
         size, beyond = torque["torque_Nm"], ""
-        for name in ("momentary", "repeated_peak"):
+        for name, end in (
+            ("ratcheting", "; the teeth skip, this is no result"),
+            ("momentary", ""),
+            ("repeated_peak", ""),
+        ):
             limit = torque[f"{name}_torque_Nm"]
             if not beyond and limit is not None and size > limit:
-                beyond = f": more than the {name.replace('_', ' ')} torque of {number(limit)} N·m"
+                beyond = f": more than the {name.replace('_', ' ')} torque of {number(limit)} N·m{end}"
         kind, at = "" if where else "steady ", Speed(torque["omega_rad_per_s"], digits=5)
         text = f"largest {kind}torque through the gear{where}, at " + at
         return [*found, (f"{number(size)} N·m", view.told(text) + beyond, bool(beyond))]
@@ -110,5 +114,6 @@ def _largest_torque(view: View) -> dict[str, Any]:
     return view.place(omega) | {
         "torque_Nm": torque,
         "repeated_peak_torque_Nm": gear.repeated_peak_torque if gear else None,
+        "ratcheting_torque_Nm": gear.ratcheting_torque if gear else None,
         "momentary_torque_Nm": gear.momentary_torque if gear else None,
     }
