@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...compile.jit import axpy, chosen, kernel, kernel_as, routine, run
+from ...compile.jit import axpy, chosen, kernel, kernel_as, routine
 from ...results import Floats
 from ...tree import with_leaf
 from ..integration.steps import rates_of, times

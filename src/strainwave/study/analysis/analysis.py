@@ -29,6 +29,7 @@ from .cases import speeds_in_time
 from .drive_response import DriveResponse, of_equation
 from .gear_studies import GearLoop, loop_of, parametric_of
 from .load_range import LoadCase, LoadRange, load_cases, over_all
+from .plausible import implausible
 from .remedies import Remedy, remedies
 from .resonance_tops import with_tops
 from .runup import RunUp, run_up, silent
@@ -99,6 +100,8 @@ class Analysis:
         What would make the error smaller, the most helpful first; empty where no speed is to be avoided.
     remarks : tuple of str
         Why a part is missing.
+    doubts : tuple of str
+        Results that no gear gives.
     """
 
     system: Oscillator | VaryingOscillator
@@ -120,6 +123,7 @@ class Analysis:
     avoid: Avoid | None
     remedies: tuple[Remedy, ...]
     remarks: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -280,6 +284,7 @@ def analyze(
         system, limits, point, stability, found, exact, close, sweep, tuple(cases), drive, by_load, used,
         () if gear is None else limit_findings(gear, used, speeds.given[-1] if speeds.by_motor else None),
         loop, parametric, study, avoid, helps, (*no_loop, *not_searched),
+        tuple(implausible(gear, rated_torque, loop, used)),
     )  # fmt: skip
 
 
@@ -312,6 +317,7 @@ def _narrow(regime: Regime, exact: ExactResponse) -> bool:
 
 
 def _warnings(found: Analysis) -> Iterator[str]:
+    yield from found.doubts
     exact, study, every = found.exact, found.train, (*found.run_up.up, *found.run_up.down)
     if found.point.omega_0 == 0.0:
         yield (

@@ -10,7 +10,7 @@ from ...law import depends, torque_of
 from ...model.excitation import Harmonic
 from ...model.gears.gear import Gear
 from ...model.gears.limits import Finding, check_limits
-from ...model.train.controls import FREE
+from ...model.train.controls import FREE, Lagged
 from ...model.train.drive_train import DriveTrain
 from ...model.train.shafts import Motor
 from ...model.train.train_forms import Metered
@@ -241,9 +241,10 @@ def waiting(train: DriveTrain, t: float) -> Floats:
 
 def _holds_its_place(motor: Motor) -> bool:
     """Whether the control answers a deviation of the angle, at once or by states of its own."""
-    if motor.held or depends(motor.control) == 3:
+    control = motor.control.loop if isinstance(motor.control, Lagged) else motor.control
+    if motor.held or depends(control) == 3:
         return True
-    left, right = (float(torque_of(motor.control, x, 0.0, ())) for x in (-ASIDE, ASIDE))
+    left, right = (float(torque_of(control, x, 0.0, ())) for x in (-ASIDE, ASIDE))
     return left != right
 
 

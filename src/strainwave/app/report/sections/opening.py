@@ -81,10 +81,14 @@ class Opening:
             found.append((view.angle.text(size[f"{name}_rad"]), view.told(text), False))
         torque, where = data["largest_torque"], ", steady or in the run-up" if whole else " in a steady motion"
         size, beyond = torque["torque_Nm"], ""
-        for name in ("momentary", "repeated_peak"):
+        for name, end in (
+            ("ratcheting", "; the teeth skip, this is no result"),
+            ("momentary", ""),
+            ("repeated_peak", ""),
+        ):
             limit = torque[f"{name}_torque_Nm"]
             if not beyond and limit is not None and size > limit:
-                beyond = f": more than the {name.replace('_', ' ')} torque of {number(limit)} N·m"
+                beyond = f": more than the {name.replace('_', ' ')} torque of {number(limit)} N·m{end}"
         text = f"largest torque through the gear{where}, at " + Speed(torque["omega_rad_per_s"], digits=5)
         return [*found, (f"{number(size)} N·m", view.told(text) + beyond, bool(beyond))]
 
@@ -125,5 +129,6 @@ def _largest_torque(view: View) -> dict[str, Any]:
     return view.place(used.at_peak) | {
         "torque_Nm": used.peak_torque,
         "repeated_peak_torque_Nm": gear.repeated_peak_torque if gear else None,
+        "ratcheting_torque_Nm": gear.ratcheting_torque if gear else None,
         "momentary_torque_Nm": gear.momentary_torque if gear else None,
     }

@@ -29,6 +29,7 @@ CONTROLS = {
     "Held": "a motor ideally held",
     "SpeedLoop": "a motor in a speed loop",
     "PositionLoop": "a motor in a position loop",
+    "Lagged": "a motor in a loop with a lag",
 }
 
 
@@ -80,7 +81,7 @@ def _train_data(view: View, study: TrainStudy) -> dict[str, Any]:
     return {
         "parts": parts(study),
         "control": type(control).__name__,
-        "gains": control._asdict(),
+        "gains": {p.path: p.value for p in parameters(control)},
         "operating_point": {"motor_speed_rpm": study.speed / RPM, "torque_in_gear_Nm": torque, "torsion_rad": state[0]},
         "modes": modes(view),
         "stable": bool(np.all(study.bode.poles.real < 1e-9 * np.max(np.abs(study.bode.poles)))),
