@@ -158,6 +158,7 @@ from .files.scan_file import ScanFile as ScanFile
 from .files.scan_file import read_scan as read_scan
 
 # Results, and models with other values
+from .archive import load as load
 from .results import Branch as Branch
 from .results import Orbit as Orbit
 from .results import SolveError as SolveError

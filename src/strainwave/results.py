@@ -5,10 +5,15 @@ import os
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
-from uuid import uuid4
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .archive import ENDINGS, atomic, listed
+from .records import Labelled, Result
+from .sentences import on_screen
+from .series import oscillation
 
 Floats = NDArray[np.float64]
 
@@ -55,8 +60,18 @@ def largest_between(h: Floats, x: Floats, v: Floats, x1: Floats, v1: Floats) -> 
     return max(best, float(np.max(np.abs(size * ((a * s + b) * s + c) * s + x))))
 
 
+def state_labels(count: int) -> list[str]:
+    """Names of so many states: x and x' of an oscillator, else y0, y1, ..."""
+    return ["x", "x'"] if count == 2 else [f"y{i}" for i in range(count)]
+
+
+def coefficient_labels(count: int) -> list[str]:
+    """Names of so many Fourier coefficients: mean, cos 1, sin 1, ..."""
+    return ["mean", *(f"{wave} {k}" for k in range(1, count // 2 + 1) for wave in ("cos", "sin"))]
+
+
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Trajectory(Result):
     """A solution in time.
 
     Attributes
@@ -110,23 +125,33 @@ class Trajectory:
             return max(best, largest_between(np.diff(t), x[:-1], v[:-1], x[1:], v[1:]))
         return float(max(np.max(np.abs(x)), np.max(self.largest[component, use][1:], initial=0.0)))
 
+    rows: ClassVar[str] = "t"
+
+    def coordinates(self) -> Labelled:
+        """Times and the names of the states: x and x' of two, else by number."""
+        return {"t": ("t", self.t, "s"), "state": ("state", state_labels(len(self.y)), "")}
+
+    def variables(self) -> Labelled:
+        """States and their rates over the time; two states count as an angle and its speed."""
+        found: dict[str, Any] = {"y": (("state", "t"), self.y, ""), "rate": (("state", "t"), self.rate, "")}
+        return found | ({"x": ("t", self.y[0], "rad"), "v": ("t", self.y[1], "rad/s")} if len(self.y) == 2 else {})
+
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write t and y as CSV (`.csv`) or NumPy (`.npz`); the file appears only when it is complete."""
+        """Write everything as other results do, or t and y as CSV (`.csv`); the file appears when it is complete."""
         path = Path(path)
-        if path.suffix == ".npz":
-            with atomic(path) as part, open(part, "wb") as stream:
-                np.savez(stream, t=self.t, y=self.y, rate=self.rate, status=self.status.name)
-        elif path.suffix == ".csv":
-            names = ["x_rad", "v_rad_per_s"] if len(self.y) == 2 else [f"y{i}" for i in range(len(self.y))]
-            with atomic(path) as part:
-                header = ",".join(["t_s", *names])
-                np.savetxt(part, np.vstack([self.t, self.y]).T, delimiter=",", header=header, comments="", fmt="%.12g")
-        else:
-            raise ValueError(f"cannot save a trajectory as {path.name!r}; use a name that ends in .csv or .npz")
+        if path.suffix in ENDINGS:
+            return super().save(path)
+        if path.suffix != ".csv":
+            said = listed((*ENDINGS, ".csv"))
+            raise ValueError(f"cannot save a trajectory as {path.name!r}; use a name that ends in {said}")
+        names = ["x_rad", "v_rad_per_s"] if len(self.y) == 2 else [f"y{i}" for i in range(len(self.y))]
+        with atomic(path) as part:
+            header = ",".join(["t_s", *names])
+            np.savetxt(part, np.vstack([self.t, self.y]).T, delimiter=",", header=header, comments="", fmt="%.12g")
         return path
 
     def __str__(self) -> str:
-        return (
+        return on_screen(
             f"Trajectory: {len(self.t)} samples, t = {self.t[0]:.6g} .. {self.t[-1]:.6g} s\n"
             f"  largest |state|: {', '.join(f'{v:.6g}' for v in np.max(np.abs(self.y), axis=1))}\n"
             f"  {self.steps} steps, {self.rejected} rejected, {self.switches} switches\n"
@@ -137,7 +162,7 @@ class Trajectory:
 
 
 @dataclass(frozen=True, eq=False)
-class Orbit:
+class Orbit(Result):
     """A periodic orbit.
 
     Attributes
@@ -185,6 +210,32 @@ class Orbit:
             return 0.0
         return float(np.hypot(x[2 * k - 1], x[2 * k])) if k else float(x[0])
 
+    @property
+    def oscillation(self) -> float:
+        """Largest |first state - mean| over the period [rad for an Oscillator]."""
+        return float(oscillation(self.coefficients[:, 0][None])[0])
+
+    rows: ClassVar[str] = "harmonic"
+
+    def coordinates(self) -> Labelled:
+        """Harmonics with their frequencies, states, and coefficients by name."""
+        k = np.arange(len(self.coefficients) // 2 + 1)
+        return {
+            "harmonic": ("harmonic", k, ""),
+            "frequency": ("harmonic", k * self.omega / self.period, "rad/s"),
+            "coefficient": ("coefficient", coefficient_labels(len(self.coefficients)), ""),
+            "state": ("state", state_labels(self.coefficients.shape[1]), ""),
+        }
+
+    def variables(self) -> Labelled:
+        """Amplitudes of the first state by harmonic (0 is the mean), coefficients of all states, multipliers."""
+        amplitudes = [self.amplitude(k) for k in range(len(self.coefficients) // 2 + 1)]
+        return {
+            "amplitude": ("harmonic", amplitudes, "rad"),
+            "coefficients": (("coefficient", "state"), self.coefficients, ""),
+            "multipliers": ("multiplier", self.multipliers, "1"),
+        }
+
     def state(self, phase: Floats | float) -> Floats:
         """States (states, ...) at the base phase [rad], for instance the start of a trajectory at phase 0."""
         angle = np.asarray(phase, float) / self.period
@@ -196,7 +247,7 @@ class Orbit:
     def __str__(self) -> str:
         kind = f" ({self.label})" if self.label else ""
         modulus = float(np.max(np.abs(self.multipliers)))
-        return (
+        return on_screen(
             f"Orbit{kind}: omega = {self.omega:.9g} rad/s, period {self.period} of the base angle\n"
             f"  peak |x| {self.peak:.9g}, amplitude(1) {self.amplitude(1):.9g}, mean {self.amplitude(0):.3g}\n"
             f"  {'stable' if self.stable else 'unstable'}: largest multiplier {modulus:.6g}\n"
@@ -207,7 +258,7 @@ class Orbit:
 
 
 @dataclass(frozen=True, eq=False)
-class Branch:
+class Branch(Result):
     """A curve of periodic orbits, in the order of its arc length.
 
     Attributes
@@ -272,6 +323,35 @@ class Branch:
             return np.zeros(len(x))
         return np.asarray(np.hypot(x[:, 2 * k - 1], x[:, 2 * k])) if k else x[:, 0].copy()
 
+    @property
+    def oscillation(self) -> Floats:
+        """Largest |first state - mean| over the period (n,) [rad for an Oscillator]."""
+        return oscillation(self.coefficients)
+
+    def coordinates(self) -> Labelled:
+        """Speed and parameter at every point, harmonics, and coefficients by name."""
+        width = self.coefficients.shape[1]
+        return {
+            "omega": ("point", self.omega, "rad/s"),
+            **({} if self.parameter == "omega" else {self.parameter: ("point", self.values, "")}),
+            "harmonic": ("harmonic", np.arange(1, width // 2 + 1), ""),
+            "coefficient": ("coefficient", coefficient_labels(width), ""),
+        }
+
+    def variables(self) -> Labelled:
+        """Sizes of the first state, which counts as an angle, at every point; stability; coefficients."""
+        harmonics = range(1, self.coefficients.shape[1] // 2 + 1)
+        amplitudes = np.array([self.amplitude(k) for k in harmonics]).reshape(len(harmonics), len(self)).T
+        return {
+            "peak": ("point", self.peak, "rad"),
+            "oscillation": ("point", self.oscillation, "rad"),
+            "mean": ("point", self.amplitude(0), "rad"),
+            "stable": ("point", self.stable, ""),
+            "amplitude": (("point", "harmonic"), amplitudes, "rad"),
+            "coefficients": (("point", "coefficient"), self.coefficients, "rad"),
+            "multipliers": (("point", "multiplier"), self.multipliers, "1"),
+        }
+
     def __len__(self) -> int:
         return len(self.values)
 
@@ -281,7 +361,7 @@ class Branch:
         crossings += f"; {len(self.tori)} Neimark-Sacker points" if self.tori else ""
         top = int(np.argmax(self.peak)) if len(self) else 0
         peak = f"{self.peak[top]:.6g} at omega {self.omega[top]:.6g} rad/s" if len(self) else "none"
-        return (
+        return on_screen(
             f"Branch in {self.parameter}: {len(self)} points{', closed' if self.closed else ''}, {self.origin}\n"
             f"  largest |x| {peak}\n"
             f"  folds at {self.parameter} = {folds}; {len(self.doublings)} period doublings{crossings}\n"
@@ -290,21 +370,3 @@ class Branch:
         )
 
     __repr__ = __str__
-
-
-class atomic:
-    """Context manager: a temporary sibling of `path` that replaces it on success and vanishes on any error."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-
-    def __enter__(self) -> str:
-        # Not tempfile: its files are readable by their owner alone, and so would be the result.
-        self.part = self.path.with_name(f".{self.path.name}.{uuid4().hex}")
-        return str(self.part)
-
-    def __exit__(self, kind: object, value: object, trace: object) -> None:
-        if kind is None:
-            os.replace(self.part, self.path)
-        else:
-            self.part.unlink(missing_ok=True)

@@ -4,6 +4,7 @@ A face renders a sentence once, from the values; nothing reads numbers out of fi
 """
 
 from collections.abc import Callable, Iterable
+from textwrap import wrap
 from typing import Any
 
 
@@ -109,3 +110,18 @@ def told(data: Any, written: Callable[[Quantity], str]) -> Any:
     if isinstance(data, list | tuple):
         return [told(item, written) for item in data]
     return data
+
+
+WIDTH, HEIGHT = 120, 25  # letters of a line and lines of a screen
+
+
+def on_screen(text: str) -> str:
+    """Text as a result prints it: long lines wrapped, and of more lines than a screen has the first ones."""
+    lines = [part for line in text.split("\n") for part in _wrapped(line)]
+    if len(lines) > HEIGHT:
+        lines = [*lines[: HEIGHT - 1], f"  ... and {len(lines) - HEIGHT + 1} lines more"]
+    return "\n".join(lines)
+
+
+def _wrapped(line: str) -> list[str]:
+    return [line] if len(line) <= WIDTH else wrap(line, WIDTH, subsequent_indent="  ")

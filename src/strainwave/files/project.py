@@ -19,6 +19,7 @@ from ..model.train.loops import USUAL
 from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
 from ..quantities import checked, convert
 from ..results import SolveError
+from ..sentences import on_screen
 from ..speeds import Speeds
 from ..study.analysis.analysis import Analysis, analyze
 from ..study.analysis.drive_response import DriveResponse, of_equation
@@ -126,6 +127,18 @@ class Project:
     notes: tuple[str, ...] = ()
     whole: DriveTrain | None = None
     motor_named: bool = True
+
+    def __str__(self) -> str:
+        low, high = self.speeds.given[0], self.speeds.given[-1]
+        gear = "gear of its own law" if self.gear is None else self.gear.name
+        parts = f", with {listed(self.left_out)}" if self.left_out else ""
+        return on_screen(
+            f"Project {self.title!r} ({self.path.name}): {gear}, ratio {self.drive.N:g}, motor {self.motor}{parts}\n"
+            f"  J {self.J:.6g} kg*m^2, B {self.drive.B:.6g} N*m*s/rad, omega_0 {self.omega_0:.6g} rad/s\n"
+            f"  speeds {low:.6g} .. {high:.6g} rad/s of the {self.speeds.base_angle}, {len(self.notes)} notes"
+        )
+
+    __repr__ = __str__
 
     @property
     def J(self) -> float:

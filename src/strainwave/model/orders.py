@@ -13,6 +13,7 @@ from math import pi
 from typing import Any
 
 from ..quantities import checked, number, shown
+from ..sentences import on_screen
 from .excitation import Harmonic, Harmonics, KinematicError
 
 LARGEST_RATIO = 10_000
@@ -81,7 +82,7 @@ class OrderMap:
         head = f"ratio {self.N}, z1 = {self.z1}, z2 = {self.z2} teeth (circular spline fixed)\n"
         rows = [("", "per motor turn", "", "per output turn")]
         rows += [(o.name, o.formula, str(o.per_motor_turn), str(o.per_output_turn)) for o in self.orders]
-        return head + "\n".join(f"{a:<28} {b:<14} {c:>8} {d:>16}" for a, b, c, d in rows)
+        return on_screen(head + "\n".join(f"{a:<28} {b:<14} {c:>8} {d:>16}" for a, b, c, d in rows))
 
 
 def order_map(N: float) -> OrderMap:

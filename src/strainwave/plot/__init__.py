@@ -1,5 +1,13 @@
 """Drawing of results on axes of matplotlib."""
 
-from .draw import draw_basins as draw_basins
-from .draw import draw_orbit_diagram as draw_orbit_diagram
-from .draw import draw_variability as draw_variability
+from .any_result import draw as draw
+from .curves import draw_bode as draw_bode
+from .curves import draw_branch as draw_branch
+from .curves import draw_orbit as draw_orbit
+from .curves import draw_response as draw_response
+from .curves import draw_run as draw_run
+from .curves import draw_slow_response as draw_slow_response
+from .curves import draw_trajectory as draw_trajectory
+from .ensembles import draw_basins as draw_basins
+from .ensembles import draw_orbit_diagram as draw_orbit_diagram
+from .ensembles import draw_variability as draw_variability

@@ -6,7 +6,7 @@ from typing import Any, Literal, NamedTuple
 
 from ..model.oscillator import Oscillator
 from ..model.varying import VaryingOscillator
-from ..sentences import Angle, Sentence
+from ..sentences import Angle, Sentence, on_screen
 
 Scope = Literal["global", "local", "set", "none"]
 
@@ -128,17 +128,19 @@ class StabilityProof:
             loss = "-(b + J kappa'/(2 kappa)) v^2/kappa"
         else:
             loss += f", B = {self.system.B:.6g} N*m*s/rad"
-        return "\n".join(
-            [
-                f"Stability of {equation} = tau_0 with {self.system.law}{torque}",
-                f"  V  = {square} + U(x) - tau_0 x{where}",
-                f"  V' = {loss}",
-                *(f"  condition: {condition}" for condition in self.conditions),
-                f"  claim ({self.scope}): {self.claim}",
-                f"  region: {self.region if self.region else 'none'}",
-                f"  reason: {self.reason}",
-                "  set aside: the periodic part of the torque and the kinematic error",
-            ]
+        return on_screen(
+            "\n".join(
+                [
+                    f"Stability of {equation} = tau_0 with {self.system.law}{torque}",
+                    f"  V  = {square} + U(x) - tau_0 x{where}",
+                    f"  V' = {loss}",
+                    *(f"  condition: {condition}" for condition in self.conditions),
+                    f"  claim ({self.scope}): {self.claim}",
+                    f"  region: {self.region if self.region else 'none'}",
+                    f"  reason: {self.reason}",
+                    "  set aside: the periodic part of the torque and the kinematic error",
+                ]
+            )
         )
 
 

@@ -95,7 +95,7 @@ def pointing_error_of_a_linear_drive(omega, K_i, K_p):
 
 
 def test_the_response_is_of_the_whole_drive(written):
-    """A stiff linear gear: the curve of `response` is that of linear algebra, where the error equation has 10 arcsec."""
+    """A linear gear: the curve is that of linear algebra."""
     path = written(
         SPEED_LOOP, ("{type: cubic, K: 1e5 N*m/rad, alpha: 6.9e4 1/rad^2}", "{type: linear, K: 1e5 N*m/rad}")
     )

@@ -12,8 +12,9 @@ from ...model.gears.limits import Finding
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.varying import VaryingOscillator
+from ...records import Labelled, Result
 from ...results import Branch, SolveError, Status
-from ...sentences import Speed
+from ...sentences import Speed, on_screen
 from ...speeds import Speeds
 from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.resonance import NONRESONANT, Resonance
@@ -57,7 +58,7 @@ class Largest(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Analysis:
+class Analysis(Result):
     """Everything that the report shows about a drive.
 
     Attributes
@@ -124,6 +125,27 @@ class Analysis:
     remedies: tuple[Remedy, ...]
     remarks: tuple[str, ...]
     doubts: tuple[str, ...] = ()
+
+    def coordinates(self) -> Labelled:
+        """As of the response."""
+        return self.response.coordinates()
+
+    def variables(self) -> Labelled:
+        """Those of the response that the drive's largest error is read from."""
+        return self.response.variables()
+
+    def __str__(self) -> str:
+        worst, (low, high) = self.largest(), self.speeds
+        lines = [
+            f"Analysis: {low:.6g} .. {high:.6g} rad/s of the base angle, {len(self.regimes)} resonances",
+            f"  largest |x| {worst.peak:.6g} rad at {worst.omega:.6g} rad/s ({worst.of}, by {worst.method})",
+            f"  largest torque in the gear {self.usage.peak_torque:.6g} N*m at {self.usage.at_peak:.6g} rad/s",
+            f"  {len(self.remedies)} remedies, {len(self.warnings)} warnings; `exact`, `train`, `avoid` and the others "
+            "hold them",
+        ]
+        return on_screen("\n".join(lines))
+
+    __repr__ = __str__
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from ...model.excitation import HIGHEST, KinematicError, Line
 from ...model.orders import order_map
 from ...model.sources import KINDS, Source, Turn
 from ...quantities import LARGEST, numbers, positive_count, shown
+from ...sentences import on_screen
 from .random_phases import Phasors, draw, span
 
 MOST_DRAWS = 1_000_000
@@ -130,7 +131,7 @@ class ErrorBudget:
 
     def __str__(self) -> str:
         def row(name: str, kind: str, order: str, size: str, share: str, square: str, remedy: str) -> str:
-            return f"{name:<42}{kind:<13}{order:>12}{size:>12}{share:>8}{square:>9}  {remedy}"
+            return on_screen(f"{name:<42}{kind:<13}{order:>12}{size:>12}{share:>8}{square:>9}  {remedy}")
 
         lines = [row("source", "kind", "order", "rad 0-peak", "share", "square", "compensable")]
         lines += [

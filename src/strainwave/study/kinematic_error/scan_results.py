@@ -6,6 +6,7 @@ from typing import Literal
 
 from ...model.excitation import KinematicError, Line
 from ...model.gears.error_spectrum import extremes
+from ...sentences import on_screen
 
 Noise = Literal["white", "autocorrelated"]
 
@@ -127,4 +128,4 @@ class ErrorScan:
                 f"reversal: lost motion {r.lost_motion:.4g} ± {r.lost_motion_error:.2g} rad, its variation "
                 f"{r.peak_to_peak:.3g} rad peak-to-peak"
             )
-        return "\n".join(rows)
+        return on_screen("\n".join(rows))

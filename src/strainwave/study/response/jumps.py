@@ -5,19 +5,21 @@ frequency; where several wait there, the basins of attraction decide, and the ne
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...protocols import lacking
 from ...quantities import shown
+from ...records import Labelled, Result
 from ...results import Branch, Orbit
+from ...sentences import on_screen
 from .hysteresis_bands import HysteresisBand, Jump, Leg, bands_between, told_bands
 
 
 @dataclass(frozen=True, eq=False)
-class Jumps:
+class Jumps(Result):
     """A slow run-up and run-down on a branch.
 
     Attributes
@@ -64,8 +66,25 @@ class Jumps:
         held = {jump for band in self.bands for jump in (*band.on_run_up, *band.on_run_down)}
         return tuple(jump for jump in (*self.on_run_up, *self.on_run_down) if jump not in held)
 
+    rows: ClassVar[str] = "jump"
+
+    def variables(self) -> Labelled:
+        """Every jump, those of the run-up first: where, the largest |x| before and after, the sweep, the cause."""
+        some = (*self.on_run_up, *self.on_run_down)
+        return {
+            self.parameter: ("jump", np.array([j.value for j in some]), "rad/s" if self.parameter == "omega" else ""),
+            "before": ("jump", np.array([j.before for j in some]), "rad"),
+            "after": ("jump", np.array([j.after for j in some]), "rad"),
+            "up": ("jump", np.arange(len(some)) < len(self.on_run_up), ""),
+            "cause": ("jump", np.array([j.cause for j in some], str), ""),
+            "run_up": ("visited on the run-up", self.run_up, ""),
+            "run_down": ("visited on the run-down", self.run_down, ""),
+        }
+
     def __str__(self) -> str:
-        return self.sentence
+        return on_screen(self.sentence)
+
+    __repr__ = __str__
 
 
 def jumps(branch: Branch) -> Jumps:

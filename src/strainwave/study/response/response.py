@@ -13,7 +13,9 @@ from ...numerics.balance.harmonics import grown, highest_order
 from ...numerics.balance.truncation import MATTERS
 from ...numerics.curves.response import frequency_response
 from ...protocols import lines_of
+from ...records import Labelled, Result
 from ...results import Branch, Floats
+from ...sentences import on_screen
 from .gear_forces import gear_torque
 from .jumps import Jumps, jumps
 
@@ -24,7 +26,7 @@ PLAIN_RUNS = 24  # of the solver without machine code, before it is made
 
 
 @dataclass(frozen=True, eq=False)
-class ExactResponse:
+class ExactResponse(Result):
     """Every motion that repeats with the base angle, on the curve that connects both ends of the speed range.
 
     Attributes
@@ -43,6 +45,20 @@ class ExactResponse:
     sweep: Jumps | None
     method: str = "harmonic balance"
     back: Branch | None = None
+
+    def coordinates(self) -> Labelled:
+        """As of the curve."""
+        return self.curve.coordinates()
+
+    def variables(self) -> Labelled:
+        """Those of the curve, and whether a slow sweep visits a point."""
+        visited = np.isin(np.arange(len(self.curve)), self.visited())
+        return {**self.curve.variables(), "visited": ("point", visited, "")}
+
+    def __str__(self) -> str:
+        return on_screen(f"Response by {self.method}\n{self.curve}" + ("" if self.sweep is None else f"\n{self.sweep}"))
+
+    __repr__ = __str__
 
     def largest(self) -> int | None:
         """Number of the stable point with the largest |x| that a sweep visits; None where there is no sweep."""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from math import pi
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +15,9 @@ from ...numerics.balance.rates import jacobians_at
 from ...numerics.orbits.find_orbit import find_orbit
 from ...protocols import with_parts
 from ...quantities import LARGEST, number, numbers, shown
+from ...records import Labelled, Result
 from ...results import Floats, Orbit
+from ...sentences import on_screen
 
 SHAFTS = ("motor", "load")
 STEP = 1e-3  # units of the states for differences: x [rad] far inside any law's bends
@@ -24,7 +26,7 @@ Complexes = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
-class Bode:
+class Bode(Result):
     """Frequency response of the speeds to a torque, about standstill or another operating point.
 
     Attributes
@@ -51,6 +53,21 @@ class Bode:
     poles: Complexes
     messages: tuple[str, ...]
 
+    rows: ClassVar[str] = "omega"
+
+    def coordinates(self) -> Labelled:
+        """Frequencies."""
+        return {"omega": ("omega", self.omega, "rad/s")}
+
+    def variables(self) -> Labelled:
+        """Speeds over the torque, and the poles."""
+        unit = "rad/(N*m*s)"
+        return {
+            "motor": ("omega", self.motor, unit),
+            "load": ("omega", self.load, unit),
+            "poles": ("pole", self.poles, "1/s"),
+        }
+
     def decibels(self, shaft: Literal["motor", "load"] = "motor") -> Floats:
         """Magnitude (n,) in dB of the speed of a shaft over the torque, relative to 1 rad/(N*m*s); -inf of one held."""
         size = np.abs(self._of(shaft))
@@ -76,7 +93,7 @@ class Bode:
         modes = ", ".join(f"{w:.6g} rad/s (damping ratio {zeta:.3g})" for w, zeta in waves)
         fastest = np.max(self.poles.real, initial=-np.inf)
         lines.append(f"  modes: {modes or 'none that oscillates'}; fastest growth {fastest:.4g} 1/s")
-        return "\n".join([*lines, *(f"  {message}" for message in self.messages[:1])])
+        return on_screen("\n".join([*lines, *(f"  {message}" for message in self.messages[:1])]))
 
     __repr__ = __str__
 

@@ -16,7 +16,7 @@ from ...numerics.orbits.find_orbit import find_orbit
 from ...protocols import orders_of
 from ...quantities import numbers, shown
 from ...results import Floats, Orbit
-from ...sentences import Sentence, Speed
+from ...sentences import Sentence, Speed, on_screen
 
 SAMPLES = 512  # of an orbit, for its largest values
 APART = 0.5  # relative difference beyond which the two are taken for motions on different branches
@@ -78,7 +78,7 @@ class Reductions:
             )
         )
         head = f"{'rad/s':>10} {'whole train':>12} {'free':>12} {'diff.':>9} {'ripple':>9} {'held':>12}"
-        return "\n".join([f"Largest |x| [rad]; N e' up to {self.error_slope:.3g}", head, *rows])
+        return on_screen("\n".join([f"Largest |x| [rad]; N e' up to {self.error_slope:.3g}", head, *rows]))
 
 
 def compare_reductions(

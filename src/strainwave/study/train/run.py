@@ -1,7 +1,7 @@
 """A drive train in time: what it transmits, how its speed ripples, and where its energy goes."""
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +19,9 @@ from ...numerics.integration.methods import Dopri5, Method
 from ...numerics.integration.simulate import first_time, simulate
 from ...protocols import lacking, with_parts
 from ...quantities import number, numbers, shown
+from ...records import Labelled, Result
 from ...results import Floats, SolveError, Trajectory, largest_between
+from ...sentences import on_screen
 from .operating_point import operating_state
 
 INPUTS = 3  # of the powers, the first ones: motor torque, control, load torque
@@ -29,7 +31,7 @@ ACCURATE = Dopri5(rtol=1e-11, atol=1e-14)  # energies too: their balance closes 
 
 
 @dataclass(frozen=True, eq=False)
-class DriveRun:
+class DriveRun(Result):
     """A motion of a drive train, with its energies.
 
     Attributes
@@ -76,6 +78,26 @@ class DriveRun:
     peak_error: float
     peak_torque: float
     peak_speed: float
+
+    rows: ClassVar[str] = "t"
+
+    def coordinates(self) -> Labelled:
+        """Times, and the names of the states and of the powers that are integrated."""
+        names, powers = list(self.train.state_names()), list(self.work)
+        return {"t": ("t", self.trajectory.t, "s"), "state": ("state", names, ""), "power": ("power", powers, "")}
+
+    def variables(self) -> Labelled:
+        """Error, torque, speeds and energy over the time; states and their rates; energy by power."""
+        return {
+            "error": ("t", self.error, "rad"),
+            "torque": ("t", self.torque, "N*m"),
+            "motor_speed": ("t", self.motor_speed, "rad/s"),
+            "load_speed": ("t", self.load_speed, "rad/s"),
+            "energy": ("t", self.energy, "J"),
+            "y": (("state", "t"), self.trajectory.y, ""),
+            "rate": (("state", "t"), self.trajectory.rate, ""),
+            "work": (("power", "t"), np.array(list(self.work.values())), "J"),
+        }
 
     @property
     def imbalance(self) -> float:
@@ -136,7 +158,7 @@ class DriveRun:
     def __str__(self) -> str:
         largest, t, speed = self.largest()
         heat = ", ".join(f"{name} {value:.4g}" for name, value in self.lost(float(self.trajectory.t[0])).items())
-        return (
+        return on_screen(
             f"DriveRun: t = {self.trajectory.t[0]:.6g} .. {self.trajectory.t[-1]:.6g} s, {len(self.trajectory.t)} "
             f"samples\n  largest |pointing error| {self.peak_pointing:.6g} rad, |dynamic error| {largest:.6g} rad at "
             f"t = {t:.6g} s, motor {speed:.6g} rad/s\n"

@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...results import Floats
+from ...sentences import on_screen
 from .sensitivity import Ranking, RunningQuantile, quantile_errors
 from .two_groups import TwoGroups, two_groups
 
@@ -217,7 +218,7 @@ class Variability:
                     f"    {self.band.without} drives have no natural frequency and count as without resonance: their "
                     "law does not carry the mean torque, or has no stiffness there"
                 )
-        return "\n".join(lines)
+        return on_screen("\n".join(lines))
 
     __repr__ = __str__
 

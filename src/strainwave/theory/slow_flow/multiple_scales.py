@@ -54,6 +54,15 @@ class SlowFlow:
     closed_form: bool
     _flow: Flow = field(repr=False)
 
+    def __str__(self) -> str:
+        how = "closed forms" if self.closed_form else "averaging integrals"
+        return (
+            f"Slow flow of {self.resonance} by {how}: omega_0 = {self.omega_0:.6g} rad/s, mu = {self.mu:.6g} 1/s, mean "
+            f"torsion {self.mean_torsion:.6g} rad"
+        )
+
+    __repr__ = __str__
+
     @cached_property
     def _points(self) -> list[complex]:
         """Every nontrivial fixed point [rad]."""

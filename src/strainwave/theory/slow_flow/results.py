@@ -2,11 +2,14 @@
 
 import cmath
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...records import Labelled, Result
 from ...results import Floats
+from ...sentences import on_screen
 
 Booleans = NDArray[np.bool_]
 
@@ -104,8 +107,12 @@ class SlowBranch:
     __repr__ = __str__
 
 
+def _joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
+    return np.concatenate(parts) if parts else np.empty(0)
+
+
 @dataclass(frozen=True, eq=False)
-class SlowResponse:
+class SlowResponse(Result):
     """Steady amplitude against speed: every branch of nontrivial states in a range of omega.
 
     Each branch and each fold is listed once. States are sought at 33 speeds from end to end; a closed loop that lies
@@ -135,9 +142,22 @@ class SlowResponse:
 
     def __str__(self) -> str:
         folds = ", ".join(f"{omega:.9g}" for omega in self.folds)
-        return f"Slow response: {self.message}\n  folds at omega = {folds or 'none'}"
+        return on_screen(f"Slow response: {self.message}\n  folds at omega = {folds or 'none'}")
 
     __repr__ = __str__
+
+    def coordinates(self) -> Labelled:
+        """Speed at every point, and the number of its branch; the points of one branch after those of another."""
+        numbers = [np.full(len(branch.omega), i) for i, branch in enumerate(self.branches)]
+        return {"omega": ("point", self._joined("omega"), "rad/s"), "branch": ("point", _joined(numbers), "")}
+
+    def variables(self) -> Labelled:
+        """Amplitude, phase, largest |x| and stability at every point."""
+        units = {"amplitude": "rad", "phase": "rad", "peak": "rad", "stable": ""}
+        return {name: ("point", self._joined(name), unit) for name, unit in units.items()}
+
+    def _joined(self, name: str) -> NDArray[Any]:
+        return _joined([getattr(branch, name) for branch in self.branches])
 
     @property
     def omega(self) -> Floats:

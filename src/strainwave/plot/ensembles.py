@@ -30,7 +30,7 @@ def draw_basins(axes: Any, found: Basins) -> None:
     found : Basins
         Beyond six attractors the smallest basins share a colour. Small angles are in mrad or arcsec.
     """
-    (across, x_unit), (up, v_unit) = (_angle(found.spans[0]), _angle(found.spans[1]))
+    (across, x_unit), (up, v_unit) = (angle_unit(found.spans[0]), angle_unit(found.spans[1]))
     (x0, x1), (v0, v1) = (np.array(span) / size for span, size in zip(found.spans, (across, up), strict=True))
     rgb = np.empty((len(found.label), 3))
     for label in np.unique(found.label):
@@ -43,7 +43,7 @@ def draw_basins(axes: Any, found: Basins) -> None:
     for i, attractor in enumerate(found.attractors):
         look = min(i, len(BASIN) - 1)
         p, error = found.share(i)
-        size, unit = _angle([attractor.amplitude])
+        size, unit = angle_unit([attractor.amplitude])
         amplitude = f"{attractor.amplitude / size:.3g} {unit}"
         axes.plot(
             attractor.points[:, 0] / across, attractor.points[:, 1] / up, MARKERS[look], ms=8.0, mfc=BASIN[look],
@@ -80,7 +80,7 @@ def draw_orbit_diagram(axes: Any, found: OrbitDiagram) -> None:
     found : OrbitDiagram
         All its starts in the same two colours. Small angles are in mrad or arcsec.
     """
-    size, unit = _angle([found.up, found.down])
+    size, unit = angle_unit([found.up, found.down])
     each = found.up.shape[1] * found.up.shape[2]
     values = np.repeat(found.values, each)
     down = {"ms": 5.5, "mfc": "none", "mec": STRONG[1], "mew": 0.8, "ls": "none", "label": "sweep down"}
@@ -109,7 +109,7 @@ def draw_variability(axes: Any, found: Variability) -> None:
     else:
         running = found.speeds[0].running
         across, values, errors = running.counts, running.values, running.errors
-    size, unit = _angle(values)
+    size, unit = angle_unit(values)
     for i, share in enumerate(found.speeds[0].shares):
         look = i % len(STRONG)
         axes.errorbar(
@@ -125,7 +125,7 @@ def draw_variability(axes: Any, found: Variability) -> None:
     axes.legend(fontsize=8, frameon=False)
 
 
-def _angle(values: Any) -> tuple[float, str]:
+def angle_unit(values: Any) -> tuple[float, str]:
     """Size [rad] and name of the unit that suits angles whose largest is that of `values`."""
     finite = np.abs(np.asarray(values, float))[np.isfinite(values)]
     largest = np.max(finite, initial=0.0)

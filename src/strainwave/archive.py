@@ -1,0 +1,333 @@
+"""Results as files that read back equal to the bit: NetCDF, Zarr, NumPy.
+
+A file holds the arrays of `to_xarray` under their names, so that xarray alone reads it too, and in the attribute
+`strainwave` everything that the result consists of, as JSON that refers to arrays by name. Complex arrays are split
+into `_real` and `_imag`; truth values and whole numbers are stored as small integers, which NetCDF 3 knows, and words
+along a dimension as an attribute.
+"""
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import numpy as np
+
+from .tree import is_model
+from .units import shown
+
+FORMAT, MARK = 1, "strainwave"
+ENDINGS = (".nc", ".zarr", ".npz")
+STORED = {"b": np.dtype(np.int8), "i": np.dtype(np.int32), "u": np.dtype(np.int32), "f": np.dtype(np.float64)}
+PARTS = ("_real", "_imag")
+
+Arrays = dict[str, Any]
+
+
+def version() -> str:
+    """Version of this package, which stands above: it is looked up by name."""
+    return str(vars(import_module(MARK))["__version__"])
+
+
+class atomic:
+    """Context manager: a temporary sibling of `path` that replaces it on success and vanishes on any error."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __enter__(self) -> str:
+        # Not tempfile: its files are readable by their owner alone, and so would be the result.
+        self.part = self.path.with_name(f".{self.path.name}.{uuid4().hex}")
+        return str(self.part)
+
+    def __exit__(self, kind: object, value: object, trace: object) -> None:
+        if kind is not None:
+            _remove(self.part)
+        elif self.path.is_dir():  # a folder takes no other's place
+            old = self.part.with_name(self.part.name + ".old")
+            os.replace(self.path, old)
+            os.replace(self.part, self.path)
+            _remove(old)
+        else:
+            os.replace(self.part, self.path)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def write(result: Any, labelled: Any, path: Path) -> None:
+    """Write a result to a path whose ending is one of ENDINGS; nothing appears there before it is complete.
+
+    Parameters
+    ----------
+    result : object
+        Frozen dataclass of this package.
+    labelled : xarray.Dataset
+        Its arrays with dimensions and units.
+    path : Path
+        File, or folder for Zarr.
+
+    Raises
+    ------
+    ValueError
+        If the result holds something that no file can give back, or a folder that is no Zarr store is in the way.
+    """
+    if path.is_dir() and not (path.suffix == ".zarr" and (path / "zarr.json").is_file()):
+        raise ValueError(f"{path} is a folder and no Zarr store; give another name")
+    arrays: Arrays = {}
+    content = json.dumps(_packed(result, "", arrays))
+    same = {_print(value.values): str(name) for name, value in labelled.variables.items()}
+    taken = set(labelled.variables) | set(labelled.dims)
+    own = {name: f"{name} itself" if name in taken else name for name in arrays}
+    names = {name: same.get(_print(array), own[name]) for name, array in arrays.items()}
+    about = {
+        "format": FORMAT, "class": type(result).__name__, "version": version(), "content": json.loads(content),
+        "arrays": {name: [names[name], array.dtype.str, list(array.shape)] for name, array in arrays.items()},
+        "sha256": _digest(content, arrays),
+    }  # fmt: skip
+    data = labelled.copy()
+    for name, array in arrays.items():
+        if names[name] == own[name] and array.size:
+            data[own[name]] = ([f"{size} of {name}" if size > 1 else "1" for size in array.shape], array)
+    with atomic(path) as part:
+        WRITERS[path.suffix](_plain(data.assign_attrs({MARK: json.dumps(about)})), part)
+
+
+def load(path: str | os.PathLike[str]) -> Any:
+    """Read a result back from the file that its `save` wrote.
+
+    Parameters
+    ----------
+    path : str or path
+        NetCDF (`.nc`), Zarr (`.zarr`) or NumPy (`.npz`).
+
+    Returns
+    -------
+    Trajectory, Orbit, Branch, ...
+        Equal to what was saved, every number to the bit.
+
+    Raises
+    ------
+    ValueError
+        If the file is none of these, damaged, or written in a later format.
+    FileNotFoundError
+        If there is none.
+    """
+    path = Path(path)
+    if path.suffix not in ENDINGS:
+        raise ValueError(f"cannot load {path.name!r}; results are saved with names that end in {listed(ENDINGS)}")
+    if not path.exists():
+        raise FileNotFoundError(f"there is no {path}")
+    try:
+        stored, attributes = READERS[path.suffix](path)
+    except Exception as error:  # whatever a damaged file makes its reader raise
+        said = " ".join(str(error).split())[:200]
+        raise ValueError(
+            f"{path} is no whole {path.suffix} file of strainwave ({said}); save the result again"
+        ) from None
+    if MARK not in attributes:
+        raise ValueError(f"{path} holds no result of strainwave; `save` of a result writes one")
+    damaged = ValueError(f"{path} is damaged: its content is not what was saved; save the result again")
+    try:
+        about = json.loads(str(attributes[MARK]))
+        written, own = about["version"], about["format"]
+    except (ValueError, KeyError, TypeError):
+        raise damaged from None
+    if own != FORMAT:
+        raise ValueError(
+            f"{path} has the format {own} of strainwave {written}, and this is {version()}, which reads the format "
+            f"{FORMAT}; load it with that version"
+        )
+    try:
+        arrays = {name: _restored(stored, *how) for name, how in about["arrays"].items()}
+        whole = _digest(json.dumps(about["content"]), arrays) == about["sha256"]
+    except (ValueError, KeyError, TypeError):
+        whole = False
+    if not whole:
+        raise damaged
+    return _unpacked(about["content"], arrays, path)
+
+
+def listed(names: tuple[str, ...]) -> str:
+    """Write names as ".nc, .zarr or .npz"."""
+    return f"{', '.join(names[:-1])} or {names[-1]}"
+
+
+def _packed(thing: Any, at: str, arrays: Arrays) -> Any:
+    """What a thing consists of as JSON; its arrays, by the path to them, go into `arrays`."""
+    cls = type(thing)
+    if isinstance(thing, np.ndarray):
+        arrays[at] = thing
+        return {"array": at}
+    if isinstance(thing, np.generic):
+        return _packed(thing.item(), at, arrays)
+    if isinstance(thing, Enum):
+        return {"member": thing.name, "class": _name_of(cls, at)}
+    if is_dataclass(thing) or is_model(thing):
+        names = thing._fields if is_model(thing) else [field.name for field in fields(thing)]
+        return {"class": _name_of(cls, at), "of": {n: _packed(getattr(thing, n), _join(at, n), arrays) for n in names}}
+    if thing is None or isinstance(thing, str | bool | int | float):
+        return thing
+    if isinstance(thing, complex):
+        return {"complex": [thing.real, thing.imag]}
+    if isinstance(thing, tuple | list):
+        items = [_packed(item, _join(at, str(i)), arrays) for i, item in enumerate(thing)]
+        return items if isinstance(thing, list) else {"tuple": items}
+    if isinstance(thing, dict):
+        pairs = enumerate(thing.items())
+        return {"dict": [[_packed(k, "", arrays), _packed(v, _join(at, str(i)), arrays)] for i, (k, v) in pairs]}
+    raise ValueError(f"{at} is {shown(thing)}, which no file can give back; pickle it, or save its parts")
+
+
+def _join(at: str, name: str) -> str:
+    return f"{at}.{name}" if at else name
+
+
+def _name_of(cls: type, at: str) -> str:
+    if cls.__module__.partition(".")[0] != MARK:
+        raise ValueError(
+            f"{at} is a {cls.__name__} of your own ({cls.__module__}), and a file can give back classes of strainwave "
+            "alone; pickle the result, or save its parts"
+        )
+    return f"{cls.__module__}:{cls.__qualname__}"
+
+
+def _unpacked(packed: Any, arrays: Arrays, path: Path) -> Any:
+    if isinstance(packed, list):
+        return [_unpacked(item, arrays, path) for item in packed]
+    if not isinstance(packed, dict):
+        return packed
+    if "array" in packed:
+        return arrays[packed["array"]]
+    if "complex" in packed:
+        return complex(*packed["complex"])
+    if "tuple" in packed:
+        return tuple(_unpacked(item, arrays, path) for item in packed["tuple"])
+    if "dict" in packed:
+        return {_unpacked(key, arrays, path): _unpacked(value, arrays, path) for key, value in packed["dict"]}
+    cls = _class_of(packed["class"], path)
+    if "member" in packed:
+        return cls[packed["member"]]
+    given = {name: _unpacked(value, arrays, path) for name, value in packed["of"].items()}
+    try:
+        return cls(**given)
+    except TypeError:
+        raise ValueError(
+            f"{path} has a {cls.__name__} of the fields {', '.join(given)}, which this version of strainwave "
+            f"({version()}) does not know; load it with the version that wrote it"
+        ) from None
+
+
+def _class_of(name: str, path: Path) -> Any:
+    """Class of this package that a file names; no other code is imported."""
+    module, _, own = name.partition(":")
+    cls = None
+    if module.partition(".")[0] == MARK:
+        try:
+            cls = getattr(import_module(module), own, None)
+        except ImportError:
+            cls = None
+    if not isinstance(cls, type) or not (is_dataclass(cls) or hasattr(cls, "_fields") or issubclass(cls, Enum)):
+        raise ValueError(f"{path} holds a {name}, which this version of strainwave ({version()}) does not have")
+    return cls
+
+
+def _print(array: Any) -> tuple[str, tuple[int, ...], bytes]:
+    """What two arrays share when they are equal to the bit."""
+    array = np.asarray(array)
+    return array.dtype.str, array.shape, array.tobytes()
+
+
+def _digest(content: str, arrays: Arrays) -> str:
+    said = hashlib.sha256(content.encode())
+    for name in sorted(arrays):
+        dtype, shape, data = _print(arrays[name])
+        said.update(f"{name} {dtype} {shape}".encode())
+        said.update(data)
+    return said.hexdigest()
+
+
+def _plain(data: Any) -> Any:
+    """Dataset with the kinds of arrays alone that every format knows, and without the empty ones."""
+    for name in list(data.variables):
+        variable = data[name]
+        if not variable.size:
+            data = data.drop_vars(name)
+        elif variable.dtype.kind in "UO":  # words along a dimension, which not every format has as an array
+            data = data.drop_vars(name).assign_attrs({name: ", ".join(map(str, variable.values))})
+        elif variable.dtype.kind == "c":
+            parts = zip(PARTS, (variable.real, variable.imag), strict=True)
+            data = data.drop_vars(name).assign({f"{name}{part}": value for part, value in parts})
+        elif variable.dtype.kind in STORED:
+            stored = variable.astype(STORED[variable.dtype.kind])
+            if not np.array_equal(stored, variable, equal_nan=variable.dtype.kind == "f"):
+                raise ValueError(f"{name} has whole numbers beyond 32 bits, which NetCDF does not hold")
+            data[name] = stored
+    return data
+
+
+def _restored(stored: Mapping[str, Any], name: str, dtype: str, shape: list[int]) -> Any:
+    kind = np.dtype(dtype)
+    if 0 in shape:
+        return np.empty(shape, kind)
+    if kind.kind != "c":
+        return np.ascontiguousarray(stored[name]).astype(kind).reshape(shape)
+    out = np.empty(shape, kind)
+    out.real, out.imag = (np.asarray(stored[name + part]).reshape(shape) for part in PARTS)
+    return out
+
+
+def _write_netcdf(data: Any, path: str) -> None:
+    data.to_netcdf(path, engine="scipy", encoding=_unfilled(data))
+
+
+def _write_zarr(data: Any, path: str) -> None:
+    data.to_zarr(path, zarr_format=3, consolidated=False, encoding=_unfilled(data))
+
+
+def _unfilled(data: Any) -> dict[str, dict[str, None]]:
+    return {str(name): {"_FillValue": None} for name, value in data.variables.items() if value.dtype.kind in STORED}
+
+
+def _write_npz(data: Any, path: str) -> None:
+    arrays = {str(name): value.values for name, value in data.variables.items()}
+    with open(path, "wb") as stream:
+        attributes = {str(name): np.array(value) for name, value in data.attrs.items()}
+        np.savez(stream, allow_pickle=False, **arrays, **attributes)
+
+
+def _read_netcdf(path: Path) -> tuple[Arrays, Arrays]:
+    from scipy.io import netcdf_file
+
+    with open(path, "rb") as stream:
+        file = netcdf_file(stream, mmap=False)
+        stored = {name: np.array(variable[:]) for name, variable in file.variables.items()}
+        return stored, {MARK: vars(file)[MARK].decode()} if MARK in vars(file) else {}
+
+
+def _read_zarr(path: Path) -> tuple[Arrays, Arrays]:
+    import xarray as xr  # half a second
+
+    with xr.open_zarr(path, decode_cf=False, consolidated=False) as data:
+        return {str(name): value.values for name, value in data.variables.items()}, dict(data.attrs)
+
+
+def _read_npz(path: Path) -> tuple[Arrays, Arrays]:
+    with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as data:
+        stored = {name: data[name] for name in data.files}
+    return stored, stored
+
+
+WRITERS = dict(zip(ENDINGS, (_write_netcdf, _write_zarr, _write_npz), strict=True))
+READERS = dict(zip(ENDINGS, (_read_netcdf, _read_zarr, _read_npz), strict=True))

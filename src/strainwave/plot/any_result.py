@@ -1,0 +1,56 @@
+"""One verb that draws whatever is drawn: what `result.plot()` calls."""
+
+from typing import Any
+
+from ..numerics.attractors.basins import Basins
+from ..numerics.attractors.poincare import OrbitDiagram
+from ..quantities import shown
+from ..results import Branch, Orbit, Trajectory
+from ..study.response.response import ExactResponse
+from ..study.train.bode import Bode
+from ..study.train.run import DriveRun
+from ..study.variability.result import Variability
+from ..theory.slow_flow.results import SlowResponse
+from .curves import draw_bode, draw_branch, draw_orbit, draw_response, draw_run, draw_slow_response, draw_trajectory
+from .ensembles import draw_basins, draw_orbit_diagram, draw_variability
+
+DRAWN: dict[type, Any] = {
+    Branch: draw_branch, Orbit: draw_orbit, Trajectory: draw_trajectory, ExactResponse: draw_response,
+    DriveRun: draw_run, SlowResponse: draw_slow_response, Bode: draw_bode,
+    Basins: draw_basins, OrbitDiagram: draw_orbit_diagram, Variability: draw_variability,
+}  # fmt: skip
+
+
+def draw(result: Any, axes: Any = None) -> Any:
+    """Draw a result on axes of matplotlib.
+
+    Parameters
+    ----------
+    result : Branch, Orbit, Trajectory, DriveRun, ...
+        What to draw.
+    axes : matplotlib Axes, optional
+        Where. Default: those of a new figure.
+
+    Returns
+    -------
+    matplotlib Axes
+        The axes, for titles and for `axes.figure.savefig(...)`.
+
+    Raises
+    ------
+    TypeError
+        If nothing is drawn of such a thing.
+    ModuleNotFoundError
+        If axes are to be made and matplotlib is missing.
+    """
+    if type(result) not in DRAWN:
+        known = ", ".join(cls.__name__ for cls in DRAWN)
+        raise TypeError(f"there is no figure of {shown(result)}; there is one of each of {known}")
+    if axes is None:
+        try:
+            from matplotlib import pyplot
+        except ModuleNotFoundError:
+            raise ModuleNotFoundError("figures need the extra `plot`: pip install 'strainwave[plot]'") from None
+        axes = pyplot.subplots()[1]
+    DRAWN[type(result)](axes, result)
+    return axes

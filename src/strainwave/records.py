@@ -1,0 +1,100 @@
+"""What every result can do beside its own numbers: labelled arrays, a table, a file, a figure."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import fields
+from enum import Enum
+from importlib import import_module
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from .archive import ENDINGS, listed, version, write
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+Labelled = Mapping[str, tuple[str | tuple[str, ...], Any, str]]  # by name: dimensions, values, unit
+
+
+class Result:
+    """A frozen result: `to_xarray`, `to_dataframe`, `save`, `plot`.
+
+    A class says in `variables` and `coordinates` what its arrays are, and in `rows` along which of their dimensions its
+    table goes.
+    """
+
+    rows: ClassVar[str] = "point"
+
+    def variables(self) -> Labelled:
+        """Arrays of the dataset by name: dimensions, values, unit."""
+        return {}
+
+    def coordinates(self) -> Labelled:
+        """Coordinates of the dataset by name: dimensions, values, unit."""
+        return {}
+
+    def to_xarray(self) -> "xr.Dataset":
+        """Arrays with named dimensions and coordinates, their units in `attrs["units"]`; single numbers in `attrs`."""
+        import xarray as xr  # half a second, which a result alone does not take
+
+        arrays, places = (
+            {name: (dims, values, {"units": unit} if unit else {}) for name, (dims, values, unit) in labelled.items()}
+            for labelled in (self.variables(), self.coordinates())
+        )
+        return xr.Dataset(arrays, places, _attributes(self))
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Table of what `to_xarray` has along `rows`, in SI; a second dimension is spread over columns."""
+        import pandas as pd
+
+        data, columns = self.to_xarray(), {}
+        for name, value in chain(data.coords.items(), data.data_vars.items()):
+            if value.dims[:1] == (self.rows,) and value.ndim == 1 and name != self.rows:
+                columns[str(name)] = value.values
+            elif value.ndim == 2 and self.rows in value.dims:
+                (other,) = (dim for dim in value.dims if dim != self.rows)
+                labels = data[other].values if other in data.coords else range(value.sizes[other])
+                table = value.transpose(self.rows, other).values
+                columns |= {f"{name} {label}": table[:, i] for i, label in enumerate(labels)}
+        index = data.indexes.get(self.rows, pd.RangeIndex(data.sizes.get(self.rows, 0), name=self.rows))
+        return pd.DataFrame(columns, index=index)
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write everything as NetCDF (`.nc`), Zarr (`.zarr`) or NumPy (`.npz`), which `load` reads back to the bit.
+
+        The file appears only when it is complete. xarray reads `.nc` and `.zarr` as they are.
+
+        Raises
+        ------
+        ValueError
+            If the ending is another, or the result holds a class that is not of this package.
+        """
+        path = Path(path)
+        if path.suffix not in ENDINGS:
+            name = type(self).__name__
+            raise ValueError(f"cannot save a {name} as {path.name!r}; use a name that ends in {listed(ENDINGS)}")
+        write(self, self.to_xarray(), path)
+        return path
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw the result with matplotlib (extra `plot`) on axes, or on those of a new figure; return the axes."""
+        # `strainwave.plot` stands above: it is loaded by its name, as the package loads its own names
+        return import_module("strainwave.plot").draw(self, axes)
+
+
+def _attributes(result: Any) -> dict[str, Any]:
+    """Class, version, and the single numbers and words of a result."""
+    found: dict[str, Any] = {"result": type(result).__name__, "version": version()}
+    for field in fields(result):
+        value = getattr(result, field.name)
+        if isinstance(value, Enum):
+            found[field.name] = value.name
+        elif isinstance(value, bool | np.bool_):
+            found[field.name] = int(value)
+        elif isinstance(value, int | float | str) and value != "":
+            found[field.name] = value
+    return found

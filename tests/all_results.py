@@ -1,0 +1,38 @@
+"""One instance of every class of results that can be saved, small enough for the interpreter; import costs nothing."""
+
+from functools import cache
+
+import numpy as np
+
+import strainwave as sw
+from strainwave.study.response.response import ExactResponse
+
+DUFFING = sw.Oscillator(J=1.0, B=0.05, law=sw.Cubic(1.0, 0.1), excitation=sw.Harmonic(0.18), omega=1.2)
+CURVE = sw.Parallel(sw.Linear(7160.0), sw.BoucWen(900.0, 0.0, 8e-5))
+
+
+@cache
+def branch():
+    return sw.frequency_response(DUFFING, (0.9, 1.4), harmonics=5)
+
+
+@cache
+def run():
+    train = sw.HDC_40_050._replace(law=CURVE).train(
+        control=sw.SpeedLoop(0.5, 20.0), kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)), omega=150.0
+    )
+    gear = sw.catalogue.gear("CSG-40-50")
+    return sw.drive_run(train, t=np.linspace(0.0, 0.01, 21), method=sw.Dopri5(rtol=1e-6), gear=gear)
+
+
+RESULTS = {
+    "Trajectory": lambda: sw.simulate(DUFFING, (0.1, 0.0), np.linspace(0.0, 3.0, 11)),
+    "Orbit": lambda: branch().folds[0],
+    "Branch": branch,
+    "Jumps": lambda: sw.jumps(branch()),
+    "ExactResponse": lambda: ExactResponse(branch(), sw.jumps(branch())),
+    "SlowResponse": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).response((0.9, 1.4)),
+    "SlowResponse without states": lambda: sw.slow_flow(DUFFING, sw.SUBHARMONIC).response((0.9, 1.4)),
+    "DriveRun": run,
+    "Bode": lambda: sw.bode(sw.HDC_40_050.train(control=sw.PositionLoop(50.0, 0.5)), np.geomspace(1.0, 1e3, 7)),
+}

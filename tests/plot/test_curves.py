@@ -1,0 +1,77 @@
+"""Figures of curves and motions show the numbers of the results, stable and unstable parts apart."""
+
+import builtins
+
+import matplotlib
+import numpy as np
+import pytest
+from all_results import RESULTS, branch, run
+from matplotlib.figure import Figure
+
+import strainwave as sw
+
+matplotlib.use("Agg")
+NAMES = [name for name in RESULTS if name != "Jumps"]
+
+
+@pytest.fixture
+def axes():
+    return Figure().add_subplot()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_result_draws_itself_on_axes(axes, name):
+    assert RESULTS[name]().plot(axes) is axes
+    assert axes.get_xlabel()
+    assert axes.get_ylabel()
+    assert axes.lines or "without" in name
+    axes.figure.canvas.draw()
+
+
+def test_a_branch_is_dashed_where_it_is_unstable(axes):
+    found = branch()
+    sw.draw_branch(axes, found)
+    curves = [line for line in axes.lines if line.get_marker() == "None"]
+    assert [line.get_linestyle() for line in curves] == ["-", "--", "-"]
+    x = np.concatenate([line.get_xdata()[:-1] for line in curves])
+    np.testing.assert_array_equal(x, found.omega[:-1])
+    np.testing.assert_allclose(curves[0].get_ydata(), found.peak[: len(curves[0].get_ydata())])
+    rings = [line for line in axes.lines if line.get_marker() == "o"]
+    assert [list(line.get_xdata()) for line in rings] == [[fold.omega for fold in found.folds]]
+    assert axes.get_ylabel() == "peak |x| (rad)"
+    assert axes.get_legend_handles_labels()[1] == ["peak |x|", "peak |x|, unstable", "fold"]
+
+
+def test_a_run_is_drawn_in_the_unit_of_its_size(axes):
+    run().plot(axes)
+    np.testing.assert_allclose(axes.lines[0].get_ydata() * np.deg2rad(1.0 / 3600.0), run().error, rtol=1e-12)
+    assert axes.get_ylabel() == "error between motor and load (arcsec)"
+
+
+def test_a_figure_is_made_where_no_axes_are_given():
+    from matplotlib import pyplot
+
+    axes = branch().plot()
+    assert axes.lines
+    pyplot.close(axes.figure)
+
+
+def test_a_thing_without_a_figure_is_told_in_one_sentence(axes):
+    with pytest.raises(TypeError, match=r"there is no figure of 3; there is one of each of Branch, Orbit"):
+        sw.draw(3, axes)
+    with pytest.raises(TypeError, match="there is no figure of"):
+        RESULTS["Jumps"]().plot(axes)
+
+
+def test_a_missing_matplotlib_is_told_with_the_remedy(monkeypatch):
+    whole = builtins.__import__
+
+    def without(name, *rest, **more):
+        if name.startswith("matplotlib"):
+            raise ModuleNotFoundError(name)
+        return whole(name, *rest, **more)
+
+    branch()
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(ModuleNotFoundError, match=r"figures need the extra `plot`: pip install 'strainwave\[plot\]'"):
+        sw.draw(branch())

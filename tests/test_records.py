@@ -1,0 +1,276 @@
+"""Results as labelled arrays, tables and files: everything comes back, equal to the bit."""
+
+import json
+import os
+from dataclasses import fields, is_dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+import xarray as xr
+from all_results import DUFFING, RESULTS, branch, run
+
+import strainwave as sw
+from strainwave import archive
+
+ENDINGS = (".nc", ".zarr", ".npz")
+
+
+class Doubled(NamedTuple):
+    """A user's law."""
+
+    K: float
+
+    def torque(self, x):
+        return 2.0 * self.K * x
+
+    def stiffness(self, x):
+        return 2.0 * self.K + 0.0 * x
+
+    def energy(self, x):
+        return self.K * x * x
+
+
+def differences(a, b, at="result"):
+    """Places where two results differ, in a single bit too."""
+    if isinstance(a, np.ndarray):
+        same = a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+        return [] if same else [at]
+    if type(a) is not type(b) and not isinstance(a, str | np.generic):
+        return [f"{at}: {type(a)} {type(b)}"]
+    if is_dataclass(a):
+        return [d for f in fields(a) for d in differences(getattr(a, f.name), getattr(b, f.name), f"{at}.{f.name}")]
+    if isinstance(a, dict):
+        pairs = [differences(list(a), list(b), at), *(differences(a[k], b[k], f"{at}[{k!r}]") for k in a if k in b)]
+        return [d for found in pairs for d in found]
+    if isinstance(a, tuple | list):
+        if len(a) != len(b):
+            return [f"{at}: {len(a)} {len(b)} items"]
+        return [d for i, (one, two) in enumerate(zip(a, b, strict=True)) for d in differences(one, two, f"{at}[{i}]")]
+    return [] if np.array_equal(a, b, equal_nan=isinstance(a, float)) else [f"{at}: {a} {b}"]
+
+
+def test_differences_are_found():
+    orbit = RESULTS["Orbit"]()
+    changed = type(orbit)(
+        **{f.name: getattr(orbit, f.name) for f in fields(orbit)} | {"multipliers": 1.0 * orbit.multipliers}
+    )
+    assert differences(orbit, changed) == []
+    changed.multipliers[0] += 1e-16j
+    assert differences(orbit, changed) == ["result.multipliers"]
+    assert differences(run().train, run().train._replace(N=3.0)) != []
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("name", RESULTS)
+def test_every_result_comes_back_equal_to_the_bit(name, ending, tmp_path):
+    result = RESULTS[name]()
+    path = result.save(tmp_path / f"found{ending}")
+    assert os.listdir(tmp_path) == [f"found{ending}"]
+    back = sw.load(path)
+    assert type(back) is type(result)
+    assert differences(result, back) == []
+    assert str(back) == str(result)
+    assert result.save(path) == path  # in the place of the old one
+    assert os.listdir(tmp_path) == [f"found{ending}"]
+
+
+def test_nothing_special_of_a_branch_is_lost(tmp_path):
+    back = sw.load(branch().save(tmp_path / "curve.nc"))
+    assert [fold.label for fold in back.folds] == ["fold", "fold"]
+    assert back.folds[0].multipliers.dtype == complex
+    assert back.status is sw.Status.OK
+    assert str(sw.jumps(back)) == str(sw.jumps(branch()))
+
+
+@pytest.mark.parametrize("value", [np.nan, -np.inf, -0.0, 5e-324, 1.7976931348623157e308, 0.1 + 0.2])
+def test_extreme_numbers_come_back(value, tmp_path):
+    rest = np.array([[value, 1.0], [0.0, value]])
+    for ending in ENDINGS:
+        saved = sw.Trajectory(np.arange(2.0), rest, rest, sw.Status.DIVERGED, "ä: 'π'", 1, 2, 3)
+        back = sw.load(saved.save(tmp_path / f"run{ending}"))
+        assert back.y.tobytes() == rest.tobytes()
+        assert (back.status, back.message, back.switches) == (sw.Status.DIVERGED, "ä: 'π'", 3)
+        multipliers = np.array([complex(value, 1.0), complex(0.0, value)])
+        orbit = sw.Orbit(1.0, 1, rest[:1], value, multipliers, False, value, sw.Status.OK, "")
+        again = sw.load(orbit.save(tmp_path / f"orbit{ending}"))
+        assert again.multipliers.tobytes() == multipliers.tobytes()
+        assert np.array([again.value, again.peak]).tobytes() == np.array([np.nan, value]).tobytes()
+
+
+@pytest.mark.parametrize("ending", [".nc", ".zarr"])
+def test_a_saved_branch_is_a_dataset_for_xarray_too(ending, tmp_path):
+    path = branch().save(tmp_path / f"curve{ending}")
+    how = {"engine": "scipy"} if ending == ".nc" else {"engine": "zarr", "consolidated": False}
+    with xr.open_dataset(path, **how) as data:
+        np.testing.assert_array_equal(data["omega"].values, branch().omega)
+        assert data["omega"].attrs["units"] == "rad/s"
+        assert data["amplitude"].dims == ("point", "harmonic")
+        np.testing.assert_array_equal(data["amplitude"].sel(harmonic=3).values, branch().amplitude(3))
+        assert data.attrs["result"] == "Branch"
+        assert data.attrs["version"] == sw.__version__
+
+
+def test_a_dataset_has_dimensions_units_and_single_numbers():
+    data = branch().to_xarray()
+    assert dict(data.sizes) == {"point": len(branch()), "harmonic": 5, "coefficient": 11, "multiplier": 2}
+    assert list(data["coefficient"].values[:3]) == ["mean", "cos 1", "sin 1"]
+    assert {name: data[name].attrs["units"] for name in ("omega", "peak", "oscillation")} == {
+        "omega": "rad/s", "peak": "rad", "oscillation": "rad",
+    }  # fmt: skip
+    assert data.attrs["tail"] == branch().tail
+    run_data = run().to_xarray()
+    assert list(run_data["state"].values) == list(run().train.state_names())
+    np.testing.assert_array_equal(run_data["work"].sel(power="gear law").values, run().work["gear law"])
+    assert run_data["torque"].attrs["units"] == "N*m"
+
+
+def test_a_table_has_a_row_for_every_point():
+    table = branch().to_dataframe()
+    assert len(table) == len(branch())
+    np.testing.assert_array_equal(table["amplitude 3"], branch().amplitude(3))
+    assert list(table.columns[:3]) == ["omega", "peak", "oscillation"]
+    in_time = run().to_dataframe()
+    np.testing.assert_array_equal(in_time.index, run().trajectory.t)
+    np.testing.assert_array_equal(in_time["work control"], run().work["control"])
+    jumps = RESULTS["Jumps"]().to_dataframe()
+    assert list(jumps["up"]) == [True, False]
+    np.testing.assert_allclose(jumps["omega"], [1.26960196, 1.11570025], rtol=1e-6)
+    orbit = RESULTS["Orbit"]().to_dataframe()
+    np.testing.assert_allclose(orbit["frequency"], np.arange(6) * branch().folds[0].omega, rtol=1e-15)
+
+
+def test_the_parameter_of_a_branch_is_a_coordinate():
+    other = sw.parameter_response(DUFFING, "excitation.amplitude", (0.1, 0.15))
+    data = other.to_xarray()
+    np.testing.assert_array_equal(data["excitation.amplitude"].values, other.values)
+    assert np.all(data["omega"] == 1.2)
+
+
+def test_oscillation_is_the_peak_without_the_mean():
+    shifted = DUFFING._replace(excitation=sw.Harmonic(0.18, mean=0.4))
+    orbit = sw.find_orbit(shifted, harmonics=9)
+    x = orbit.state(np.linspace(0.0, 2.0 * np.pi, 200_001))[0]
+    assert orbit.oscillation == pytest.approx(np.max(np.abs(x - np.mean(x[:-1]))), rel=1e-8)
+    assert orbit.oscillation < 0.95 * orbit.peak
+    np.testing.assert_allclose(branch().oscillation, branch().peak, rtol=1e-9)  # an odd system has no mean
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_truncated_file_is_refused_in_one_sentence(ending, tmp_path):
+    path = branch().save(tmp_path / f"curve{ending}")
+    files = [f for f in path.rglob("*") if f.is_file() and f.name != "zarr.json"] if path.is_dir() else [path]
+    victim = max(files, key=lambda file: file.stat().st_size)
+    victim.write_bytes(victim.read_bytes()[: victim.stat().st_size // 2])
+    with pytest.raises(ValueError, match=r"save the result again$") as error:
+        sw.load(path)
+    assert "\n" not in str(error.value)
+
+
+def test_a_file_with_one_changed_number_is_refused(tmp_path):
+    path = branch().save(tmp_path / "curve.npz")
+    with np.load(path) as data:
+        arrays = dict(data)
+    arrays["peak"][3] *= 1.0 + 1e-15
+    np.savez(path, **arrays)
+    with pytest.raises(ValueError, match="is damaged: its content is not what was saved"):
+        sw.load(path)
+
+
+def test_a_missing_chunk_of_a_zarr_store_is_seen(tmp_path):
+    path = branch().save(tmp_path / "curve.zarr")
+    next(file for file in (path / "peak" / "c").rglob("*") if file.is_file()).unlink()
+    with pytest.raises(ValueError, match="is damaged"):
+        sw.load(path)
+
+
+def test_files_of_others_are_told_apart(tmp_path):
+    data = xr.Dataset({"a": ("b", [1.0])})
+    data.to_netcdf(tmp_path / "other.nc", engine="scipy")
+    data.to_zarr(tmp_path / "other.zarr", consolidated=False)
+    np.savez(tmp_path / "other.npz", a=1.0)
+    for ending in ENDINGS:
+        with pytest.raises(ValueError, match="holds no result of strainwave; `save` of a result writes one"):
+            sw.load(tmp_path / f"other{ending}")
+        (tmp_path / f"text{ending}").write_text("t,x\n0,1\n")
+        with pytest.raises(ValueError, match="save the result again"):
+            sw.load(tmp_path / f"text{ending}")
+        with pytest.raises(FileNotFoundError, match=f"there is no .*none{ending}"):
+            sw.load(tmp_path / f"none{ending}")
+    with pytest.raises(ValueError, match=r"cannot load 'a\.csv'; results are saved with names that end in \.nc, "):
+        sw.load("a.csv")
+
+
+def edited(path, change):
+    """Change what a saved NumPy file says of itself, its checksum included."""
+    with np.load(path) as data:
+        arrays = dict(data)
+    about = json.loads(str(arrays["strainwave"]))
+    change(about)
+    held = {name: archive._restored(arrays, *how) for name, how in about["arrays"].items()}
+    about["sha256"] = archive._digest(json.dumps(about["content"]), held)
+    np.savez(path, **arrays | {"strainwave": np.array(json.dumps(about))})
+    return path
+
+
+def test_a_file_of_a_later_version_says_which(tmp_path):
+    path = edited(RESULTS["Orbit"]().save(tmp_path / "o.npz"), lambda about: about.update(format=2, version="9.1"))
+    with pytest.raises(ValueError, match=r"has the format 2 of strainwave 9\.1, and this is .* load it with that"):
+        sw.load(path)
+    path = edited(
+        RESULTS["Orbit"]().save(tmp_path / "o.npz"), lambda about: about["content"]["of"].update(colour="blue")
+    )
+    with pytest.raises(ValueError, match=r"has a Orbit of the fields .*colour, which this version"):
+        sw.load(path)
+
+
+@pytest.mark.parametrize("name", ["os:system", "strainwave.archive:load", "strainwave.nowhere:Orbit", "strainwave"])
+def test_a_file_names_results_and_models_of_this_package_alone(name, tmp_path):
+    path = RESULTS["Orbit"]().save(tmp_path / "o.npz")
+    with pytest.raises(ValueError, match=rf"holds a {name}, which this version of strainwave .* does not have"):
+        sw.load(edited(path, lambda about: about["content"].update({"class": name})))
+
+
+def test_what_no_file_gives_back_is_refused_before_anything_is_written(tmp_path):
+    train = sw.HDC_40_050._replace(law=Doubled(7160.0)).train(control=sw.Held())
+    mine = sw.drive_run(train, (1e-4, 0.0), (0.0, 1e-3), method=sw.Dopri5(rtol=1e-3))
+    with pytest.raises(ValueError, match=r"train\.law is a Doubled of your own .*; pickle the result, or save its"):
+        mine.save(tmp_path / "run.nc")
+    with pytest.raises(ValueError, match=r"cannot save a Branch as 'b\.csv'; use a name that ends in \.nc, \.zarr or "):
+        branch().save(tmp_path / "b.csv")
+    (tmp_path / "folder.zarr").mkdir()
+    with pytest.raises(ValueError, match=r"folder\.zarr is a folder and no Zarr store; give another name"):
+        branch().save(tmp_path / "folder.zarr")
+    assert os.listdir(tmp_path) == ["folder.zarr"]
+
+
+def test_a_failed_save_leaves_the_old_store(tmp_path, monkeypatch):
+    path = branch().save(tmp_path / "curve.zarr")
+
+    def fails(_, part):
+        os.mkdir(part)
+        raise OSError("disk full")
+
+    monkeypatch.setitem(archive.WRITERS, ".zarr", fails)
+    with pytest.raises(OSError, match="disk full"):
+        branch().save(path)
+    assert os.listdir(tmp_path) == ["curve.zarr"]
+    assert differences(sw.load(path), branch()) == []
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_every_result_prints_on_a_screen(name):
+    lines = str(RESULTS[name]()).splitlines()
+    assert len(lines) <= 25
+    assert max(map(len, lines)) <= 120
+    assert repr(RESULTS[name]()) == str(RESULTS[name]())
+
+
+def test_a_long_text_is_wrapped_and_its_end_counted():
+    found = branch()
+    many = replace(found, folds=found.folds * 200, message="word " * 400)
+    lines = str(many).splitlines()
+    assert len(lines) == 25
+    assert max(map(len, lines)) <= 120
+    assert lines[-1].startswith("  ... and ")
+    assert lines[0].startswith("Branch in omega")
