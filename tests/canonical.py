@@ -148,6 +148,9 @@ TRAINS = {
         motor=sw.Motor(0.2, EXCITATIONS["Harmonics"], DISSIPATIVE["Stribeck"], sw.PositionLoop(2.0, 0.3)),
         reference=REFERENCES["SpeedProfile"],
     ),
+    "loop with a lag": PLAIN_TRAIN._replace(
+        motor=sw.Motor(0.2, control=sw.Lagged(sw.SpeedLoop(0.3, 0.2, 0.05), 0.1)), reference=REFERENCES["SpeedProfile"]
+    ),
     "everything": sw.DriveTrain(
         sw.Motor(0.2, EXCITATIONS["Harmonics"], DISSIPATIVE["LuGre"], sw.SpeedLoop(0.3, 0.2, 0.05)),
         3.0, 0.05, DISSIPATIVE["Parallel, nested"],

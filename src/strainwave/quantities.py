@@ -30,6 +30,7 @@ Inertia = Annotated[float, "kg*m**2"]
 Damping = Annotated[float, "N*m*s/rad"]
 AngularSpeed = Annotated[float, "rad/s"]
 Ratio = Annotated[float, ""]
+Time = Annotated[float, "s"]
 
 LARGEST = (
     1e60  # of every parameter, and 1/LARGEST the smallest that is not 0: its powers in a formula still fit a float

@@ -35,6 +35,8 @@ _KIND = {
     "1/rad**2": ("a quantity per square radian", "0.1 1/rad^2"),
     "N*m*s/rad": ("a rotational damping", "0.017 N*m*s/rad"),
     "K": ("a difference of temperature", "20 K"),
+    "Hz": ("a frequency", "30 Hz"),
+    "s": ("a time", "0.5 ms"),
     "": ("a plain number", "0.02 or 2 %"),
 }
 

@@ -11,10 +11,10 @@ from typing import Any
 
 EVERY = 10.0  # seconds after which a stage that goes on is told again
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-# What x is, wherever a command or the report shows it: short beside a number, whole once.
-BETWEEN = "between motor and load"
+# What the errors are, wherever a command or the report shows one.
 WHAT_X_IS = (
-    "x = θ_m/N − θ_l is the error between motor and load; the motor's own deviation from its reference is not in it"
+    "the pointing error is the reference angle of the load, that of the motor over N, minus the angle of the load; "
+    "x = θ_m/N − θ_l is the error between motor and load, the same where the motor is ideally held"
 )
 
 

@@ -11,6 +11,7 @@ Machine code is kept on disk (`cache`), that of a user's classes too.
 import inspect
 import os
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -31,6 +32,7 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "nsz
 
 LIGHT_RUNS = 12  # about three response curves
 _light_runs = count()
+_runs: Counter[Any] = Counter()
 _plain_runs: ContextVar[Iterator[bool] | None] = ContextVar("_plain_runs", default=None)
 _kernels: list[tuple[Callable[..., Any], Callable[..., Any], bool | None]] = []
 _exposed: list[tuple[Callable[..., Any], Callable[..., Any], bool | None]] = []
@@ -160,22 +162,30 @@ def as_python(runs: int, compiled: bool = False) -> Iterator[None]:
         _plain_runs.reset(before)
 
 
-def run(function: Callable[..., Any], *args: Any, light: bool = False) -> Any:
+def run(function: Callable[..., Any], *args: Any, light: bool = False, after: int = 0) -> Any:
     """Execute a kernel as machine code, or as Python when compilation is off.
 
     A `light` job, which takes a fraction of a second in NumPy, runs as Python the first times in a process that has not
-    loaded Numba: loading it takes longer. The results agree to rounding. If a user's class uses something that compiled
-    code does not know, the sentence of the TypeError says what.
+    loaded Numba: loading it takes longer. One that pays only where it is run often runs as Python `after` fewer runs
+    with models of these classes, and where it cannot be compiled. The results agree to rounding. If a user's class uses something that compiled code does not
+    know, the sentence of the TypeError says what.
     """
     as_light = light and "numba" not in sys.modules and next(_light_runs) < LIGHT_RUNS
     if not enabled() or as_light or next(_plain_runs.get() or iter(()), False):
         return function(*args)
-    dispatcher = _dispatcher(function, classes_of(args))
+    classes = classes_of(args)
+    if after and _runs[function, classes] < after:
+        _runs[function, classes] += 1
+        return function(*args)
+    dispatcher = _dispatcher(function, classes)
     from numba.core import errors
 
     try:
         return dispatcher(*args)
     except (errors.NumbaError, errors.UnsupportedBytecodeError) as error:
+        if after:  # it has run as Python before
+            _runs[function, classes] = -sys.maxsize
+            return function(*args)
         raise TypeError(_explain(error, foreign_names(args))) from error
 
 

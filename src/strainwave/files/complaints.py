@@ -8,6 +8,7 @@ from pydantic import ValidationError
 
 from .entries import RIPPLES, Wrong, near
 from .law_fields import EXAMPLE_DRAG, EXAMPLE_HYSTERESIS
+from .loop_fields import EXAMPLE_LOOP
 from .yaml_text import Keys, Located, Problem, name, shown
 
 # Every field by its name without list positions, with the example that a complaint shows.
@@ -25,7 +26,11 @@ EXAMPLES = {
     "motor": "{inertia: 4.5 kg*cm^2, mode: held}",
     "motor.inertia": "4.5 kg*cm^2",
     "motor.mode": "held",
-    "motor.loop": "{type: speed_loop, K_p: 0.5 N*m*s/rad, K_i: 20 N*m/rad}",
+    "motor.loop": EXAMPLE_LOOP,
+    "motor.loop.type": "position",
+    "motor.loop.bandwidth": "30 Hz",
+    "motor.loop.damping": "0.7",
+    "motor.loop.lag": "0.5 ms",
     "motor.drag": EXAMPLE_DRAG,
     "load": "{inertia: 1.3 kg*m^2}",
     "load.inertia": "1.3 kg*m^2",
@@ -34,6 +39,11 @@ EXAMPLES = {
     "load.coupling.inertia": "0.1 kg*m^2",
     "load.coupling.B": "5 N*m*s/rad",
     "load.coupling.law": "{type: linear, K: 2e5 N*m/rad}",
+    "load.couplings": "[{inertia: 0.1 kg*m^2, law: {type: linear, K: 2e5 N*m/rad}}]",
+    "load.couplings[]": "{inertia: 0.1 kg*m^2, law: {type: linear, K: 2e5 N*m/rad}}",
+    "load.couplings[].inertia": "0.1 kg*m^2",
+    "load.couplings[].B": "5 N*m*s/rad",
+    "load.couplings[].law": "{type: linear, K: 2e5 N*m/rad}",
     "damping": "{ratio: 0.02}",
     "damping.B": "10 N*m*s/rad",
     "damping.ratio": "0.02",
@@ -64,7 +74,9 @@ EXAMPLES = {
     for torque in ("motor_torque", "load_torque")
     for field, text in {
         "": "{mean: 5 N*m, lines: [{order: 1, amplitude: 0.1 N*m}]}",
-        ".mean": "5 N*m",
+        ".mean": "5 N*m" if torque == "motor_torque" else "{from: -60 N*m, to: 60 N*m}",
+        ".mean.from": "-60 N*m",
+        ".mean.to": "60 N*m",
         ".lines": "[{order: 1, amplitude: 0.1 N*m}]",
         ".lines[]": "{order: 1, amplitude: 0.1 N*m}",
         ".lines[].order": "1",

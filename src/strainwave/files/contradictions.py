@@ -93,7 +93,7 @@ def _accuracy(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]
 def train_fields(spec: ProjectSpec) -> list[Keys]:
     """Fields of the file that only the whole drive train has."""
     found: list[Keys] = []
-    for group, names in (("motor", ("loop", "drag")), ("load", ("drag", "coupling"))):
+    for group, names in (("motor", ("loop", "drag")), ("load", ("drag", "coupling", "couplings"))):
         part = getattr(spec, group)
         found += [(group, name) for name in names if part is not None and getattr(part, name) is not None]
     return found

@@ -26,7 +26,6 @@ SPRINGS = (laws.__name__, measured.__name__)
 POSITIVE, NOT_NEGATIVE = ("N*m/rad", "N*m"), ("rad",)  # numbers of a spring, by their unit
 EXAMPLE_POINTS = "points such as [[-1 mrad, -90 N*m], [0 mrad, 0 N*m], [1 mrad, 100 N*m]]"
 EXAMPLE_LAW = "{type: linear, K: 7160 N*m/rad}"
-EXAMPLE_LOOP = "{type: speed_loop, K_p: 0.1 N*m*s/rad}"
 
 
 class Wrong(NamedTuple):

@@ -4,13 +4,13 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..units import RPM
-
-UNUSUAL = 0.5  # damping ratio
+from .plausibility import doubts
 
 
 def notes(project: Any) -> Iterator[str]:
     """Sentences on what a reader of the results should know about the input."""
     yield from _torque_notes(project)
+    yield from doubts(project)
     gear = project.gear
     if gear is None:
         return
@@ -22,7 +22,7 @@ def notes(project: Any) -> Iterator[str]:
 
 
 def _torque_notes(project: Any) -> Iterator[str]:
-    """Notes on mean torques that a free motor cannot balance and on damping that no gear has."""
+    """Notes on mean torques that a free motor cannot balance."""
     drive = project.drive
     at_motor, at_load = (
         0.0 if t is None else sum(h.mean for h in t.terms) for t in (project.motor_torque, project.load_torque)
@@ -34,9 +34,4 @@ def _torque_notes(project: Any) -> Iterator[str]:
             f"The mean torques do not balance: the motor speeds up by {rate / RPM:.4g} rpm/s and does not keep the "
             "speeds analysed; give the "
             f"free motor a mean torque of {-at_load / drive.N:.4g} N*m, or write 'mode: held'."
-        )
-    if project.damping_ratio is not None and project.damping_ratio > UNUSUAL:
-        yield (
-            f"The damping ratio is {project.damping_ratio:.3g} ({100.0 * project.damping_ratio:.3g} % of critical); "
-            "0.01 to 0.05 is usual, and 4 % is written '4 %' or 0.04."
         )

@@ -9,27 +9,45 @@ from pydantic import ValidationError, create_model
 
 from ..law import depends
 from ..model.drive import Drive
-from ..model.excitation import Harmonic, Harmonics, KinematicError, Line
+from ..model.excitation import Harmonics, KinematicError
 from ..model.gears import catalogue
-from ..model.gears.error_spectrum import accuracy_spectrum
 from ..model.gears.gear import Gear
 from ..model.oscillator import Oscillator
 from ..model.train.controls import FREE, Held
 from ..model.train.drive_train import DriveTrain
-from ..model.train.shafts import NO_DRAG, Elastic
+from ..model.train.loops import USUAL
 from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
 from ..quantities import checked, convert
+from ..results import SolveError
 from ..sentences import on_screen
 from ..speeds import Speeds
 from ..study.analysis.analysis import Analysis, analyze
+from ..study.analysis.drive_response import DriveResponse, of_equation
+from ..study.analysis.load_range import LoadRange
 from ..study.analysis.remedies import CHANGE
 from ..study.analysis.runup import silent
-from ..study.train.reductions import left_out, listed
+from ..study.analysis.train_curve import train_curve
+from ..study.response.by_integration import response_through
+from ..study.train.loop_margin import motor_name, unstable
+from ..study.train.reductions import left_out, listed, refuse_free
 from .complaints import complaints
-from .contradictions import contradictions, train_fields
+from .contradictions import contradictions
+from .load_torque import load_range
+from .loop_fields import control_of
 from .notes import notes
 from .own_gears import read_gears
-from .schema import ExplicitGear, OwnGear, ProjectSpec, Spec, SpeedSpec, TorqueSpec
+from .resolve import (
+    beyond_equation,
+    damping,
+    kinematic_error,
+    loop_inertia,
+    mean_range,
+    speeds,
+    torque,
+    whole_inertia,
+    whole_train,
+)
+from .schema import ExplicitGear, OwnGear, ProjectSpec, Spec
 from .yaml_text import FileError, Problem, as_path, complaint, name, read, read_text, shown
 
 ACCURACY_NOTE = (
@@ -81,6 +99,13 @@ class Project:
         Rated torque [N*m] of the gear, where it is known.
     limit : float or None
         Largest oscillation of the error [rad] that the drive may have, where the file gives one.
+    mean_range : (float, float) or None
+        Least and largest mean torque [N*m] on the load, where the file gives a range; `load_torque` has its middle.
+    whole : DriveTrain or None
+        The drive train in any case, also where `train` is None; None where the damping or the stiffness varies, and for
+        speeds of a forcing.
+    motor_named : bool
+        Whether the file gives a mode or a loop of the motor; else the ideally held one is an assumption.
     """
 
     title: str
@@ -98,7 +123,10 @@ class Project:
     train: DriveTrain | None = None
     rated_torque: float | None = None
     limit: float | None = None
+    mean_range: tuple[float, float] | None = None
     notes: tuple[str, ...] = ()
+    whole: DriveTrain | None = None
+    motor_named: bool = True
 
     def __str__(self) -> str:
         low, high = self.speeds.given[0], self.speeds.given[-1]
@@ -137,6 +165,25 @@ class Project:
         """Parts of the drive that its error equation leaves out and that change the error; `train` has them all."""
         return () if self.train is None else left_out(self.train)
 
+    def motors(self) -> dict[str, DriveTrain]:
+        """The whole train by what drives its motor, in words; empty where there is no train (see `whole`).
+
+        It is the one of the file. Where that names neither a mode nor a loop, the three between which the answer lies:
+        ideally held, free, and in a position loop of 30 Hz and damping 0.7 (`from_bandwidth`, on `loop_inertia`).
+        """
+        if self.whole is None:
+            return {}
+        if self.motor_named:
+            return {motor_name(self.whole.motor.control, self.loop_inertia): self.whole}
+        controls = (Held(), FREE, control_of(USUAL, self.loop_inertia))
+        trains = {motor_name(c, self.loop_inertia): self.whole.motor._replace(control=c) for c in controls}
+        return {name: self.whole._replace(motor=motor) for name, motor in trains.items()}
+
+    @property
+    def loop_inertia(self) -> float:
+        """Inertia [kg*m^2, motor side] that a loop of the motor turns: the motor, and the rigid load over N^2."""
+        return loop_inertia(self.drive)
+
     def system(self, omega: float | None = None, *, reduced: bool = False) -> Oscillator | VaryingOscillator:
         """Error equation of the drive: an ideally held or a free motor, the gear, and a rigid load.
 
@@ -171,6 +218,35 @@ class Project:
         whole: VaryingOscillator = checked(VaryingOscillator(system.J, damping, *system[2:], varying))
         return whole
 
+    @property
+    def load_range(self) -> LoadRange | None:
+        """Torques of the load: those of `mean_range`, and of drags that follow the load's own angle; None of one."""
+        return load_range(self)
+
+    def response(self, harmonics: int | None = None) -> DriveResponse:
+        """Steady motions of the whole drive through its speeds, with jumps; the pointing error of the load leads.
+
+        Parameters
+        ----------
+        harmonics : int, optional
+            Highest harmonic of the base angle. Default: grown until those left out are negligible.
+
+        Raises
+        ------
+        SolveError
+            If no periodic motion is found.
+        """
+        system, speeds = self.system(reduced=True), self.speeds.limits
+        if self.train is not None:
+            refuse_free(self.train)
+            found = train_curve(self.train, speeds, harmonics)
+            if found is not None:
+                return found
+        exact = response_through(system, speeds, harmonics=harmonics)
+        if not len(exact.curve):
+            raise SolveError(exact.curve.message)
+        return of_equation(system, exact, self.motor == "held")
+
     def analyze(self, progress: Callable[[str, float], None] = silent) -> Analysis:
         """Analyse the drive through its speeds; `progress` and errors as `study.analysis.analysis.analyze`."""
         sizes = {share: (1.0 + share) * self.drive.J_l for share in (CHANGE, -CHANGE)}
@@ -183,6 +259,8 @@ class Project:
             rated_torque=self.rated_torque,
             limit=self.limit,
             loads=tuple((share, other.system(reduced=True)) for share, other in changed.items()),
+            load=self.load_range,
+            has_reference=self.motor == "held",
             progress=progress,
         )
 
@@ -235,7 +313,10 @@ def from_text(text: str, path: Path) -> Project:
         problems += [Problem(*located.place(keys), name(keys), sentence) for keys, sentence in found]
     if problems or elsewhere or gear is None:
         raise ProjectError("\n".join(part for part in (problems and complaint(path, problems), elsewhere) if part))
-    return _resolved(spec, gear, path, text)
+    project = _resolved(spec, gear, path, text)
+    if project.train is not None and (sentence := unstable(project.train, project.loop_inertia)):
+        raise _error(path, [Problem(*located.place(("motor", "loop")), "motor.loop", sentence)])
+    return project
 
 
 def _what_is_right(content: dict[str, Any]) -> ProjectSpec:
@@ -266,24 +347,17 @@ def _error(path: Path, problems: list[Problem]) -> ProjectError:
     return ProjectError(complaint(path, problems))
 
 
-def _kinematic_error(spec: ProjectSpec, accuracy: float | None) -> KinematicError | None:
-    """Lines of the file, or those of an accuracy class [rad]."""
-    if accuracy is not None:
-        return accuracy_spectrum(accuracy)
-    error = tuple(Line(line.order, line.amplitude, line.phase) for line in spec.excitation.kinematic_error)
-    return KinematicError(error) if error else None
-
-
 def _resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str) -> Project:
     gear, ratio = own if isinstance(own, Gear) else None, float(own.ratio)
     J_m = spec.motor.inertia or (gear.input_inertia if gear is not None else None) or 0.0
     accuracy = spec.excitation.accuracy
     if isinstance(accuracy, str):  # CATALOGUE
         accuracy = None if gear is None else gear.accuracy
-    coupling = spec.load.coupling
-    J_l = spec.load.inertia + (coupling.inertia if coupling is not None else 0.0)
-    drive = Drive(J_m, J_l, ratio, spec.damping.B or 0.0, spec.law(gear))
-    drive = drive._replace(B=_damping(spec, drive))
+    drive = Drive(J_m, whole_inertia(spec.load), ratio, spec.damping.B or 0.0, spec.law(gear))
+    drive = drive._replace(B=damping(spec, drive))
+    error, through = kinematic_error(spec, accuracy), speeds(spec.speed, ratio)
+    varies = spec.damping.varies or spec.stiffness is not None
+    whole = None if varies or not through.by_motor else whole_train(spec, drive, error, through.given[0])
     project = Project(
         title=spec.title or path.stem,
         path=path,
@@ -291,63 +365,20 @@ def _resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str
         drive=drive,
         gear=gear,
         motor=spec.motor.mode,
-        speeds=_speeds(spec.speed, ratio),
-        motor_torque=_torque(spec.excitation.motor_torque),
-        load_torque=_torque(spec.excitation.load_torque),
-        kinematic_error=_kinematic_error(spec, accuracy),
+        speeds=through,
+        motor_torque=torque(spec.excitation.motor_torque),
+        load_torque=torque(spec.excitation.load_torque),
+        mean_range=mean_range(spec.excitation.load_torque),
+        kinematic_error=error,
         damping=spec.damping.of(drive.B) if spec.damping.varies else None,
         stiffness=None if spec.stiffness is None else spec.stiffness.ripples,
+        train=whole if beyond_equation(spec, error) else None,
         rated_torque=own.rated_torque,
         limit=None if spec.limit is None else spec.limit.oscillation,
+        whole=whole,
+        motor_named=spec.motor.named,
     )
     said = tuple(notes(project))
     if accuracy is not None:
         said = (ACCURACY_NOTE.format(convert(accuracy, "rad", "arcsec")), *said)
-    return replace(project, train=_train(project, spec), notes=said)
-
-
-def _speeds(spec: SpeedSpec, ratio: float) -> Speeds:
-    factor = ratio if spec.shaft == "load" else 1.0
-    given = sorted({factor * s for s in spec.at or (spec.low, spec.high) if s is not None})
-    if spec.at is not None:
-        return Speeds.at(tuple(given), spec.shaft, factor)
-    return Speeds((given[0], given[-1]), (), spec.shaft, factor)
-
-
-def _train(project: Project, spec: ProjectSpec) -> DriveTrain | None:
-    """The whole train, where it holds more than the error equation."""
-    ripples = project.motor == "free" and project.kinematic_error is not None
-    varies = project.damping is not None or project.stiffness is not None
-    if not project.speeds.by_motor or varies or not (train_fields(spec) or ripples):
-        return None
-    control = spec.motor.loop or (FREE if project.motor == "free" else Held())
-    drive, coupling = project.drive, spec.load.coupling
-    train = drive._replace(J_l=spec.load.inertia).train(
-        motor_torque=project.motor_torque,
-        load_torque=project.load_torque,
-        kinematic_error=project.kinematic_error,
-        omega=project.speeds.given[0],
-        control=control,
-        motor_drag=spec.motor.drag or NO_DRAG,
-        load_drag=spec.load.drag or NO_DRAG,
-    )
-    if coupling is not None:
-        train = train._replace(load=Elastic(coupling.inertia, coupling.B, coupling.law, train.load))
-    whole: DriveTrain = checked(train)
-    return whole
-
-
-def _damping(spec: ProjectSpec, drive: Drive) -> float:
-    """Return B [N*m*s/rad]; a ratio and a quality refer to omega_0 of the spring at rest in the project's mode."""
-    if spec.damping.B is not None:
-        return spec.damping.B
-    ratio = spec.damping.ratio if spec.damping.quality is None else 0.5 / spec.damping.quality
-    J, omega_0 = (drive.J, drive.omega_0) if spec.motor.mode == "free" else (drive.J_l, drive.omega_0_held)
-    return 2.0 * (ratio or 0.0) * J * omega_0
-
-
-def _torque(spec: TorqueSpec | None) -> Harmonics | None:
-    if spec is None or (not spec.lines and not spec.mean):
-        return None
-    lines = [Harmonic(line.amplitude, line.order, line.phase) for line in spec.lines] or [Harmonic(0.0)]
-    return Harmonics((lines[0]._replace(mean=spec.mean), *lines[1:]))
+    return replace(project, notes=said)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ..model.excitation import Harmonic, Harmonics, KinematicError, NoError
+from ..model.train.controls import Lagged
 from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import Steady
 from ..model.train.shafts import NO_DRAG, Load
@@ -20,8 +21,8 @@ def project_text(train: DriveTrain, omega: float | tuple[float, float] | None = 
     Parameters
     ----------
     train : DriveTrain
-        As `Drive.train` returns it: law, damping, kinematic error and torques, with loop, drag of the shafts and one
-        coupling, where it has them.
+        As `Drive.train` returns it: law, damping, kinematic error and torques, with loop, drag of the shafts and
+        couplings, where it has them.
     omega : float or (float, float), optional
         Speed of the motor [rad/s], or a range. Default: that of the train.
     title : str, optional
@@ -73,19 +74,26 @@ def _drag(law: Any) -> str:
 
 
 def _motor(motor: Any) -> str:
-    loop = "" if motor.free or motor.held else project_entry(motor.control)
+    loop = "" if motor.free or motor.held else _loop(motor.control)
     mode = "free" if motor.free else "held"
     return _group(inertia=f"{motor.J!r} kg*m^2", mode=mode, loop=loop, drag=_drag(motor.drag))
 
 
+def _loop(control: Any) -> str:
+    if isinstance(control, Lagged):
+        return project_entry(control.loop).removesuffix("}") + f", lag: {control.lag!r} s}}"
+    return project_entry(control)
+
+
 def _load(load: Any) -> str:
-    if isinstance(load, Load):
-        return _group(inertia=f"{load.J!r} kg*m^2", drag=_drag(load.drag))
-    if len(load.couplings()) > 1:
-        raise ValueError("a project file holds one coupling, and this train has several; use it in Python")
-    B, law = f"{load.B!r} N*m*s/rad", project_entry(load.law)
-    coupling = _group(inertia=f"{load.J!r} kg*m^2", B=B, law=law)
-    return _group(inertia=f"{load.load.J!r} kg*m^2", drag=_drag(load.load.drag), coupling=coupling)
+    couplings = []
+    while not isinstance(load, Load):
+        B, law = f"{load.B!r} N*m*s/rad", project_entry(load.law)
+        couplings.append(_group(inertia=f"{load.J!r} kg*m^2", B=B, law=law))
+        load = load.load
+    one, more = (couplings[0], "") if len(couplings) == 1 else ("", ", ".join(couplings))
+    chain = f"[{more}]" if more else ""
+    return _group(inertia=f"{load.J!r} kg*m^2", drag=_drag(load.drag), coupling=one, couplings=chain)
 
 
 def _speed(omega: Any) -> str:

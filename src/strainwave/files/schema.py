@@ -16,11 +16,13 @@ from ..model.laws.hysteresis import Parallel
 from ..model.laws.springs import Play
 from ..model.varying import GearDamping
 from ..quantities import checked
-from .entries import EXAMPLE_LOOP, Wrong, about, loop_types, number, read_entry, read_ripples, refusal, whole
+from .entries import Wrong, about, number, read_ripples, refusal, whole
 from .law_fields import Drag, GearLaw, Hysteresis
+from .loop_fields import Loop
 from .yaml_text import shown
 
 MOST_LINES = 64
+MOST_COUPLINGS = 4  # in series: each is a class of its own to the compiler
 WAYS = ("name", "file", "ratio", "law", "rated_torque")  # to give a gear: the first two, or the others
 CATALOGUE = "catalogue"  # in place of an accuracy: the one that the gear's record gives
 
@@ -55,7 +57,6 @@ def _quantity(unit: str, sign: str = "any") -> BeforeValidator:
     return BeforeValidator(partial(number, unit=unit, sign=sign))
 
 
-Loop = Annotated[Any, BeforeValidator(partial(read_entry, known=loop_types(), for_example=EXAMPLE_LOOP))]
 Ripples = Annotated[Any, BeforeValidator(read_ripples)]
 
 
@@ -126,6 +127,11 @@ class MotorSpec(Spec):
     loop: Loop | None = None
     drag: Drag | None = None
 
+    @property
+    def named(self) -> bool:
+        """Whether the file says how the motor is driven."""
+        return bool(self.model_fields_set & {"mode", "loop"})
+
 
 class CouplingSpec(Spec):
     """What lies between the gear and the load: the inertia on the gear's side, then a law and its damping."""
@@ -141,6 +147,18 @@ class LoadSpec(Spec):
     inertia: Inertia
     drag: Drag | None = None
     coupling: CouplingSpec | None = None
+    couplings: Annotated[list[CouplingSpec], Field(min_length=1, max_length=MOST_COUPLINGS)] | None = None
+
+    @property
+    def chain(self) -> list[CouplingSpec]:
+        """Couplings in series, from the gear on."""
+        return self.couplings or ([] if self.coupling is None else [self.coupling])
+
+    @check_model(mode="after")
+    def _one_way(self) -> "LoadSpec":
+        if self.coupling is not None and self.couplings is not None:
+            raise ValueError("gives coupling and couplings; write one coupling, or all of them in 'couplings'")
+        return self
 
 
 class DampingSpec(Spec):
@@ -221,10 +239,33 @@ class TorqueLine(Spec):
     phase: Angle = 0.0
 
 
+class TorqueRange(Spec):
+    """A mean torque that lies anywhere between two, as that of gravity on an arm does."""
+
+    low: Torque = Field(alias="from")
+    high: Torque = Field(alias="to")
+
+    @check_model(mode="after")
+    def _ascending(self) -> "TorqueRange":
+        if self.low >= self.high:
+            raise refusal(Wrong(("to",), "the range does not ascend; write the smaller torque after 'from'"))
+        return self
+
+
 class TorqueSpec(Spec):
     """A torque: its mean and its lines."""
 
     mean: Torque = 0.0
+    lines: Annotated[list[TorqueLine], Field(max_length=MOST_LINES)] = []
+
+
+class LoadTorqueSpec(Spec):
+    """A torque on the load: its mean, or the range in which that lies, and its lines."""
+
+    mean: Annotated[
+        Annotated[Torque, Tag("one")] | Annotated[TorqueRange, Tag("range")],
+        Discriminator(lambda value: "range" if isinstance(value, dict | TorqueRange) else "one"),
+    ] = 0.0
     lines: Annotated[list[TorqueLine], Field(max_length=MOST_LINES)] = []
 
 
@@ -238,7 +279,7 @@ class ExcitationSpec(Spec):
     accuracy: Annotated[float | Literal["catalogue"] | None, BeforeValidator(_accuracy)] = None
     kinematic_error: Annotated[list[ErrorLine], Field(max_length=MOST_LINES)] = []
     motor_torque: TorqueSpec | None = None
-    load_torque: TorqueSpec | None = None
+    load_torque: LoadTorqueSpec | None = None
 
 
 class LimitSpec(Spec):

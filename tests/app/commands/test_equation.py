@@ -4,6 +4,7 @@ import json
 import math
 import re
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -32,7 +33,7 @@ COUPLING = (
     "inertia: 1 kg*m^2",
     "inertia: 1 kg*m^2, coupling: {inertia: 0.1 kg*m^2, law: {type: linear, K: 4e5 N*m/rad}}",
 )
-COMMANDS = (("response",), ("response", "--json"), ("sweep", "--grid", "B=10,20"))
+COMMANDS = (("sweep", "--grid", "B=10,20"),)
 
 
 @pytest.fixture
@@ -80,6 +81,30 @@ def test_a_drive_that_has_more_than_its_error_equation_is_refused_in_one_sentenc
     assert f"`strainwave {call[0]}` follows the error equation, which leaves out {parts} of this drive" in result.stderr
     assert remedy in result.stderr
     assert [p.name for p in path.parent.iterdir()] == ["elbow.yaml"]
+
+
+def pointing_error_of_a_linear_drive(omega, K_i, K_p):
+    """Amplitude at order 2 of reference/N - theta_l, motor in a PI speed loop: linear algebra in (delta, y)."""
+    N, J_m, J_l, K, A = 50.0, 5e-4, 1.0, 1e5, 10.0 * ARCSEC
+    B, s = 2.0 * 0.05 * math.sqrt(K * J_l), 2j * omega
+    gear = K + B * s  # terms of order N e' are dropped
+    loop = J_m * s * s + K_p * s + K_i
+    # load: J s^2 y + gear (y + delta/N - e) = 0; motor: loop delta + (1/N) gear (y + delta/N - e) = 0
+    matrix = np.array([[J_l * s * s + gear, gear / N], [gear / N, loop + gear / N**2]])
+    return abs(np.linalg.solve(matrix, np.array([gear * A, gear * A / N]))[0])
+
+
+def test_the_response_is_of_the_whole_drive(written):
+    """A linear gear: the curve is that of linear algebra."""
+    path = written(
+        SPEED_LOOP, ("{type: cubic, K: 1e5 N*m/rad, alpha: 6.9e4 1/rad^2}", "{type: linear, K: 1e5 N*m/rad}")
+    )
+    found = read_project(path).response()
+    exact = [pointing_error_of_a_linear_drive(omega, 20.0, 0.5) for omega in found.omega]
+    np.testing.assert_allclose(found.curve.amplitude(2), exact, rtol=0.02)  # of order N e', 0.5 %
+    told = invoke("response", path)
+    assert told.exit_code == 0, told.stderr
+    assert "pointing error, largest oscillation" in told.stdout
 
 
 @pytest.mark.parametrize(

@@ -84,13 +84,13 @@ def test_csv_holds_the_whole_curve_with_its_unstable_part(project, tmp_path):
 
 
 @pytest.mark.parametrize(("suffix", "start"), [("svg", b"<svg"), ("png", b"\x89PNG")])
-def test_figure_shows_multiple_scales_over_the_curve(project, tmp_path, suffix, start):
+def test_figure_shows_error_and_torque(project, tmp_path, suffix, start):
     target = tmp_path / f"curve.{suffix}"
     assert invoke(project, "-o", target).exit_code == 0
     content = target.read_bytes()
     assert content.startswith(start)
     if suffix == "svg":
-        for words in (b"harmonic balance, stable", b"harmonic balance, unstable", b"multiple scales", b"fold (jump)"):
+        for words in (b"harmonic balance, stable", b"harmonic balance, unstable", b"pointing error", b"N\xc2\xb7m"):
             assert words in content
 
 
@@ -114,15 +114,10 @@ def test_curve_without_a_stable_motion_is_told_so(project):
 
 def test_a_png_asks_for_matplotlib_before_anything_is_computed(project, tmp_path, monkeypatch):
     monkeypatch.setattr("strainwave.app.figures.png.find_spec", lambda _: None)
-    monkeypatch.setattr("strainwave.app.commands.response.response_through", lambda *_: pytest.fail("it was computed"))
+    monkeypatch.setattr("strainwave.files.project.Project.response", lambda *_: pytest.fail("it was computed"))
     result = invoke(project, "-o", tmp_path / "curve.png")
     assert result.exit_code == 1
     assert "a PNG needs matplotlib" in result.stderr
-
-
-def test_a_lone_figure_names_its_numbered_lines(project, tmp_path):
-    assert invoke(project, "-o", tmp_path / "curve.svg").exit_code == 0
-    assert "2: primary, order 2" in (tmp_path / "curve.svg").read_text(encoding="utf-8")
 
 
 def test_a_curve_whose_left_out_harmonics_matter_says_so(tmp_path):

@@ -180,6 +180,12 @@ def test_a_law_with_memory_is_reported_with_its_loop_and_closed_energies_and_wit
     # K yield_twist = 4.8 N*m, on both branches
     assert loop["hysteresis_loss_rad"] == pytest.approx(2.0 * 4.8 / 1e5, rel=0.01)
     assert loop["full_load_is_rated"]
+    damping = results["damping"]
+    assert damping["B_Nms_per_rad"] == 15.0
+    held = next(mode for mode in damping["modes"] if mode["of"] == "error equation, motor held")
+    assert held["damping_ratio"] == pytest.approx(15.0 / (2.0 * 1e5**0.5), rel=1e-9)
+    # elastic and ideally plastic, beside the spring: 4 T_y (a - x_y), a = (T - T_y)/K; the smooth knee loses a bit less
+    assert damping["hysteresis_loss"]["J_per_cycle"] == pytest.approx(4.0 * 4.8 * (173.2e-5 - 8e-5), rel=0.03)
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "Hysteresis of the gear" in page
     assert "harmonic balance" not in page

@@ -29,6 +29,22 @@ def test_curves_described_together_are_those_described_alone():
         assert (branch.message, branch.origin, branch.tail) == (alone.message, alone.origin, alone.tail)
 
 
+@pytest.mark.parametrize("excitation", [sw.Harmonic(1.0), sw.Harmonic(1.0, mean=0.3)], ids=["odd", "all harmonics"])
+def test_what_too_few_harmonics_leave_out_is_estimated_for_each_member(excitation):
+    """Of the same share that far more harmonics have beyond the third."""
+    values = {"law.alpha": [0.02, 0.4], "B": [0.2, 0.3]}
+    system = SYSTEM._replace(excitation=excitation)
+    few = sw.response_family(system, (0.6, 2.0), values, harmonics=3, points=60, threads=1)
+    many = sw.response_family(system, (0.6, 2.0), values, harmonics=25, points=60, threads=1)
+    for i, (branch, better) in enumerate(zip(few, many, strict=True)):
+        member = sw.replace(system, {path: value[i] for path, value in values.items()})
+        alone = sw.frequency_response(member, (0.6, 2.0), harmonics=3, points=60)
+        assert branch.tail == pytest.approx(alone.tail, rel=1e-9)
+        squares = better.coefficients**2
+        assert branch.tail == pytest.approx(np.max(np.sqrt(squares[:, 7:].sum(axis=1) / squares.sum(axis=1))), rel=0.3)
+    assert few[1].tail > 3.0 * few[0].tail
+
+
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [

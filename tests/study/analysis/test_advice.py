@@ -193,7 +193,7 @@ def ramp(swing):
     speed = 100.0 + 2.0 * t
     angle = 100.0 * t + t * t
     error = A * transmissibility(speed) * np.cos(2.0 * angle) + swing * np.sin(angle / 50.0)
-    return SimpleNamespace(trajectory=SimpleNamespace(t=t), motor_speed=speed, error=error)
+    return SimpleNamespace(trajectory=SimpleNamespace(t=t), motor_speed=speed, pointing=error)
 
 
 @pytest.mark.parametrize("swing", [0.0, 1e-3])

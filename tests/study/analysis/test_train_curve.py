@@ -58,9 +58,10 @@ def test_the_state_at_the_load_moves_as_that_of_the_train():
     system = AtLoad(whole, whole.omega)
     own, rates = own_state(system, tuple(y)), np.array(system.rhs(0.3, tuple(y)))
     inner = np.array(system.train.rhs(0.3, own))
-    assert system.train.load_error(own) == pytest.approx(y[0])
+    assert system.train.load_error(own) - y[2] / whole.N == pytest.approx(y[0])  # reference/N - theta of the load
+    assert system.train.pointing_error(own) == pytest.approx(y[0])
     assert rates[0] == pytest.approx(y[1])
-    assert rates[1] == pytest.approx(inner[1] + inner[5])
+    assert rates[1] == pytest.approx(inner[1] + inner[5] - inner[3] / whole.N)
     assert rates[2:] == pytest.approx(inner[2:])
 
 

@@ -1,4 +1,4 @@
-"""`strainwave response`: the computed response of a project's drive as numbers, CSV or figure."""
+"""`strainwave response`: the computed response of a project's whole drive as numbers, CSV or figure."""
 
 import math
 from pathlib import Path
@@ -8,19 +8,18 @@ import click
 import numpy as np
 
 from ...files.project import Project, read_project
-from ...results import SolveError
-from ...study.response.by_integration import response_through
-from ...study.response.resonances import operating_point, regimes
-from ...study.response.response import ExactResponse
+from ...study.analysis.drive_response import DriveResponse
 from ...units import ARCSEC
-from ..console import BETWEEN, WHAT_X_IS, Progress, number, to_json
-from ..figures import curves, png
+from ..console import WHAT_X_IS, Progress, number, to_json
+from ..figures import drive as drive_figure
+from ..figures import png
+from ..figures.svg import figure
 from ..output import staged, write_csv
-from ..report.curve_files import exact_columns
+from ..report.curve_files import drive_columns
 from ..report.sections.opening import CONVENTIONS
 from ..report.sections.speed_range import curve_data
 from ..units import angle_unit
-from .equation import refuse_reduced, remarks
+from .equation import remarks
 
 FIGURES = (".svg", ".png")
 JUMPS = {"up": "jump_up_speed", "down": "jump_down_speed"}
@@ -34,43 +33,38 @@ def show(path: Path, output: Path | None, as_json: bool) -> None:
     ProjectError
         If the project file is invalid.
     ValueError
-        If the error equation leaves out something of the drive.
+        If the motor is free and the drive has parts that the error equation leaves out.
     SolveError
         If no periodic motion is found.
     """
     project = read_project(path)
-    refuse_reduced(project, "response")
     if output is not None and output.suffix == ".png":
         png.check()
-    speeds = project.speeds.limits
     with Progress(project.title) as progress:
         progress.show("response curve", 0.0)
-        system = project.system(0.5 * (speeds[0] + speeds[1]))
-        exact = response_through(system, speeds)
-        if not len(exact.curve):
-            raise SolveError(exact.curve.message)
+        found = project.response()
         if output is not None:
             progress.show("writing", 0.8)
-            _write(project, system, exact, speeds, output)
-    data = {"title": project.title, "shaft": project.speeds.shaft, "motor": project.motor} | _in_shaft(project, exact)
-    data |= curve_data(project.speeds, exact) | {"conventions": CONVENTIONS, "remarks": _remarks(project)}
+            _write(project, found, output)
+    data = {"title": project.title, "shaft": project.speeds.shaft, "motor": project.motor} | _in_shaft(project, found)
+    data |= curve_data(project.speeds, found.response) | {"conventions": CONVENTIONS, "remarks": _remarks(project)}
     click.echo(to_json(data) if as_json else _summary(project, data, output))
 
 
-def _write(project: Project, system: Any, exact: ExactResponse, speeds: tuple[float, float], output: Path) -> None:
-    """Write the curve as CSV, or with multiple scales over it as a figure; the file appears when it is complete."""
+def _write(project: Project, found: DriveResponse, output: Path) -> None:
+    """Write the curve as CSV, or as a figure; the file appears when it is complete."""
     with staged(output.parent) as folder:
         part = folder / output.name
         if output.suffix in FIGURES:
-            found = regimes(system, operating_point(system), speeds)
-            panel = curves.range_panel(project, angle_unit(float(np.max(exact.curve.peak))), exact, found)
-            panel.caption = [f"{WHAT_X_IS}.", *_remarks(project)]
+            panels = drive_figure.panels(project, angle_unit(float(np.max(found.peak))), found, drive_figure.Drawn())
+            panels[-1].caption = [f"{WHAT_X_IS}.", *_remarks(project)]
             if output.suffix == ".svg":
-                part.write_text(curves.speed_range(panel) + "\n", encoding="utf-8")
+                text = figure([[panel] for panel in panels], drive_figure.HEIGHT, "error and torque against speed")
+                part.write_text(text + "\n", encoding="utf-8")
             else:
-                png.write(panel, part)
+                png.write(panels, part)
         else:
-            write_csv(part, exact_columns(project.speeds, exact.curve))
+            write_csv(part, drive_columns(project.speeds, found))
 
 
 def _remarks(project: Project) -> list[str]:
@@ -84,10 +78,11 @@ def _remarks(project: Project) -> list[str]:
     return said
 
 
-def _in_shaft(project: Project, exact: ExactResponse) -> dict[str, Any]:
+def _in_shaft(project: Project, found: DriveResponse) -> dict[str, Any]:
     """Fold and jump speeds on the project's own shaft."""
-    curve, sweep = exact.curve, exact.sweep
-    top = exact.largest()
+    curve, sweep = found.curve, found.response.sweep
+    top = found.response.largest()
+    most = found.visited()[int(np.argmax(found.oscillation[found.visited()]))]
 
     def own(omega: float | None) -> float | None:
         return None if omega is None else project.speeds.own(omega)
@@ -107,6 +102,11 @@ def _in_shaft(project: Project, exact: ExactResponse) -> dict[str, Any]:
             }
             for band in (sweep.bands if sweep else ())
         ],
+        "error": found.name,
+        "oscillation": {
+            "speed": own(float(curve.omega[most])),
+            "oscillation_arcsec": float(found.oscillation[most]) / ARCSEC,
+        },
         "largest": None
         if top is None
         else {"speed": own(float(curve.omega[top])), "peak_arcsec": float(curve.peak[top]) / ARCSEC},
@@ -118,7 +118,10 @@ def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str
     lines = [f"{project.title}: response, motor {project.motor}, {data['message']}"]
     if data["largest"]:
         peak, at = data["largest"]["peak_arcsec"] * ARCSEC, data["largest"]["speed"]
-        lines.append(f"  largest steady |x| {BETWEEN}: {angle_unit(peak).text(peak)} at {number(at, 5)} {unit}")
+        size, fast = data["oscillation"]["oscillation_arcsec"] * ARCSEC, data["oscillation"]["speed"]
+        text = angle_unit(peak).text(size)
+        lines.append(f"  {data['error']}, largest oscillation: {text} at {number(fast, 5)} {unit}")
+        lines.append(f"  with its mean: at most {angle_unit(peak).text(peak)} at {number(at, 5)} {unit}")
     else:
         lines.append(f"  {data['sweep']}")
     folds = ", ".join(number(speed, 5) for speed in data["fold_speeds"])

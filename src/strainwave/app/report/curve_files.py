@@ -6,7 +6,9 @@ import numpy as np
 
 from ...results import Branch, Floats
 from ...speeds import Speeds
+from ...study.analysis.drive_response import DriveResponse
 from ...study.analysis.time_case import TimeCase
+from ..console import number
 from ..output import slug, write_csv
 from ..view import View
 
@@ -21,10 +23,11 @@ def write(view: View, folder: Path) -> list[str]:
             columns += [("peak_x_rad", np.array([m.peak for m in good]))]
             write_csv(folder / name, [*columns, ("periodic", np.array([m.closed for m in good], float))])
             names.append(name)
-    whole = None if analysis.train_curve is None else analysis.response.curve
-    for name, curve in (("exact-response.csv", analysis.exact.curve), ("train-response.csv", whole)):
-        if curve is not None and len(curve):
-            write_csv(folder / name, exact_columns(speeds, curve))
+    curves = [("exact-response.csv", exact_columns(speeds, analysis.exact.curve))]
+    curves += [(f"drive-response{_under(load)}.csv", drive_columns(speeds, found)) for load, found in analysis.curves]
+    for name, table in curves:
+        if len(table[0][1]):
+            write_csv(folder / name, table)
             names.append(name)
     for regime in analysis.regimes:
         for i, branch in enumerate(regime.response.branches if regime.response else ()):
@@ -50,6 +53,28 @@ def exact_columns(speeds: Speeds, curve: Branch) -> list[tuple[str, Floats]]:
     harmonics = [(f"amplitude_{k}_rad", curve.amplitude(k)) for k in range(1, most + 1)]
     stable = ("stable", curve.stable.astype(float))
     return [*speed_columns(speeds, curve.omega), ("peak_x_rad", curve.peak), *harmonics, stable]
+
+
+def drive_columns(speeds: Speeds, found: DriveResponse) -> list[tuple[str, Floats]]:
+    """Columns of the motions of a drive in arc order; the error is the pointing error, or x without a reference."""
+    what = "pointing_error" if found.has_reference else "x"
+    curve = found.curve
+    most = min(9, curve.coefficients.shape[1] // 2)
+    harmonics = [(f"amplitude_{k}_rad", curve.amplitude(k)) for k in range(1, most + 1)]
+    return [
+        *speed_columns(speeds, curve.omega),
+        (f"oscillation_of_{what}_rad", found.oscillation),
+        (f"peak_{what}_rad", curve.peak),
+        ("peak_x_across_gear_rad", found.across),
+        ("peak_torque_in_gear_Nm", found.torque),
+        *harmonics,
+        ("stable", curve.stable.astype(float)),
+    ]
+
+
+def _under(torque: float | None) -> str:
+    """End of a file's name for a torque of the load."""
+    return "" if torque is None else f"-at-{number(torque, 5).replace('−', '-')}-Nm"
 
 
 def _write_case(folder: Path, name: str, case: TimeCase) -> list[str]:

@@ -13,7 +13,10 @@ from .gear import Gear
 TORQUES = (
     ("repeated_peak_torque", "reduce the load or the vibration, or take a larger gear"),
     ("momentary_torque", "the gear is damaged; reduce the load or the vibration, or take a larger gear"),
-    ("ratcheting_torque", "the teeth skip; reduce the load or the vibration, or take a larger gear"),
+    (
+        "ratcheting_torque",
+        "the teeth skip: no result from there on; reduce the load or the vibration, or take a larger gear",
+    ),
     ("buckling_torque", "the flexspline collapses; take a larger gear"),
 )
 

@@ -9,8 +9,9 @@ and `states`: x [rad] and v [rad/s] are the deviations of the motor's angle and 
 from typing import Any, NamedTuple
 
 from ...compile.jit import chosen
-from ...law import class_of, has, share, torque_of, z_rate_of
-from ...quantities import Damping, Inertia, TorsionalStiffness
+from ...law import class_of, depends, has, share, torque_of, z_rate_of
+from ...protocols import lacking
+from ...quantities import Damping, Inertia, Time, TorsionalStiffness, shown
 
 
 class Free(NamedTuple):
@@ -67,6 +68,37 @@ class SpeedLoop(NamedTuple):
     def check(self) -> None:
         """Refuse gains with which the loop drives away from its reference (ValueError)."""
         _gains_not_negative(self)
+
+
+class Lagged(NamedTuple):
+    """A loop whose torque follows with the first-order lag of its current loop: lag T' + T = torque of the loop.
+
+    `loop` is a `PositionLoop` or a `SpeedLoop`. The one state z [N*m] is T less the part K_d v/lag that answers an
+    acceleration at once, so that none is differentiated: T = z + K_d v/lag, z' = (K_i x + K_p v - T)/lag. Unlike
+    its `loop` alone it can make a train unstable.
+    """
+
+    loop: Any
+    lag: Time
+
+    def states(self) -> int:
+        """Number of internal states."""
+        return 1
+
+    def torque(self, x: Any, v: Any, z: Any) -> Any:
+        """Torque [N*m] against the deviation, of its rate v [rad/s] and z = (z,) [N*m]."""
+        return z[0] + inertia_of(self.loop) / self.lag * v
+
+    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+        """Rate (z',) [N*m/s] of the internal state."""
+        return ((self.loop.torque(x, v) - self.torque(x, v, z)) / self.lag,)
+
+    def check(self) -> None:
+        """Refuse a lag that is not positive (ValueError) and a loop of another kind (TypeError)."""
+        if not self.lag > 0.0:
+            raise ValueError(f"Lagged.lag is {self.lag:g} s; it must be positive, without a lag give the loop itself")
+        if lacking(self.loop, "torque") or depends(self.loop) != 2:
+            raise TypeError(f"Lagged.loop is {shown(self.loop)}; it must be a PositionLoop or a SpeedLoop")
 
 
 def _gains_not_negative(control: Any) -> None:

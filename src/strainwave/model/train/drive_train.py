@@ -147,6 +147,13 @@ class DriveTrain(NamedTuple):
         """
         return y[0] + coupling_twist(self, y)[0]
 
+    def pointing_error(self, y: Any) -> Any:
+        """Pointing error [rad] of the load: its reference angle, that of the motor over N, minus its angle.
+
+        It is `load_error` less the motor's deviation over N; of a free motor, its deviation from constant speed.
+        """
+        return self.load_error(y) - motor_states(self.motor.control, y)[0][0] / self.N
+
     def twists(self) -> tuple[int, ...]:
         """Places of the couplings' twists in the state."""
         names = self.state_names()

@@ -6,14 +6,13 @@ and after the last; they are meant for runs with omega = 1, where the base angle
 """
 
 from itertools import pairwise
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ...compile.jit import kernel
 from ...maths import cos, sign, sin
-from ...quantities import Angle, AngularSpeed, Torque
+from ...quantities import Angle, AngularSpeed, Time, Torque
 from ..excitation import HIGHEST
 
-Time = Annotated[float, "s"]
 MOST = 16  # points of a profile: every one costs arithmetic in every step
 
 

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 from ...compile.jit import axpy, kernel
 from ...quantities import AngularSpeed, Ratio
 from ..excitation import NoError
+from .controls import motor_states
 from .drive_train import DriveTrain, coupling_twist, motor_motion
 from .motion import AtRest, Steady
 
@@ -110,8 +111,9 @@ class Metered(NamedTuple):
         return self.train.torsion(phase, y)
 
     def watched(self, phase: Any, y: Any) -> Any:
-        """Error between motor and load [rad], torque in the gear [N*m, output side] and speed of the motor [rad/s]."""
-        return self.train.load_error(y), self.train.torque(phase, y), motor_motion(self.train, phase, y)[1]
+        """Pointing error and x at the load [rad], torque in the gear [N*m, output side], speed of the motor [rad/s]."""
+        train = self.train
+        return train.pointing_error(y), train.load_error(y), train.torque(phase, y), motor_motion(train, phase, y)[1]
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where the gear's law is not smooth."""
@@ -134,14 +136,25 @@ def turning(system: Any) -> Any:
 @kernel
 def own_state(system: Any, y: Any) -> Any:
     """State of the train itself from that of an `AtLoad`."""
-    twist, rate = coupling_twist(system.train, y)
+    twist, rate = behind_gear(system.train, y)
     return (y[0] - twist, y[1] - rate, *y[2:])
 
 
-class AtLoad(NamedTuple):
-    """A train in whose state (x, x') is that of the load: theta_m/N - theta of the load, twists of couplings included.
+@kernel
+def behind_gear(train: Any, y: Any) -> Any:
+    """What the pointing error [rad] has beside x of the gear, and its rate; from the rates of the state, their rates.
 
-    Its omega is that of the train.
+    The twists of all couplings, less the motor's deviation over the ratio.
+    """
+    (twist, rate), (angle, speed) = coupling_twist(train, y), motor_states(train.motor.control, y)[0]
+    return twist - angle / train.N, rate - speed / train.N
+
+
+class AtLoad(NamedTuple):
+    """A train in whose state (x, x') is the pointing error and its rate: reference/N - theta of the load.
+
+    The pointing error is x of the gear, with the twists of couplings and without the motor's own deviation from its
+    reference. Its omega is that of the train.
     """
 
     train: DriveTrain
@@ -155,7 +168,7 @@ class AtLoad(NamedTuple):
     def rhs(self, phase: Any, y: Any) -> Any:
         """Time derivatives of the state at the base angle [rad]."""
         rates = turning(self).rhs(phase, own_state(self, y))
-        speed, acceleration = coupling_twist(self.train, rates)
+        speed, acceleration = behind_gear(self.train, rates)
         return (rates[0] + speed, rates[1] + acceleration, *rates[2:])
 
     def torsion(self, phase: Any, y: Any) -> Any:

@@ -9,22 +9,22 @@ Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2
 """
 
 import math
-from collections.abc import Callable
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...protocols import Balance, lacking, omega_of
+from ...compile.jit import run
+from ...protocols import Balance, lacking, omega_of, orders_of
 from ...results import Floats
 from ...tree import leaves, with_leaf
+from .along import NO_TURN, rates_along, slopes_along
 from .fourier import analysis, derivative, extend_series, from_blocks, multiply_rows, synthesis, to_blocks
 from .harmonics import ENOUGH, highest_order
 from .linear_part import STRENGTH
 from .one_harmonic import STRONG
 from .panels import distances, panels
-from .rates import DIFFERENCE, SAME, base_speed, is_second_order, jacobians_at, number_of_states, rates_at
+from .rates import DIFFERENCE, SAME, base_speed, is_second_order, number_of_states
 from .second_order import second_order
 from .truncation import shares_left_out
 from .work import linearised
@@ -32,6 +32,7 @@ from .work import linearised
 FEW = 4  # points of a curve where what is left out is estimated
 MOST, MOST_KINKED = 600, 150  # points of a search for other orbits; with breakpoints
 WORK, STEP = 2e7, 0.2  # points times the square of the unknowns; steps in units of the orbit and the parameter
+FOR_MEAN, SEVERAL = 5, 100  # angles a mean per order; and runs in NumPy, a second of them, before they are compiled
 NEAR_KINKS = 1e-7  # of a state's size, for differences of laws with breakpoints, which must not reach across one
 
 
@@ -112,30 +113,45 @@ class FirstOrder(NamedTuple):
         """Half of the central differences for the Jacobian, in units of the states' sizes."""
         return NEAR_KINKS if self.kinked else DIFFERENCE
 
+    def steps(self) -> Floats:
+        """The same (states,), in the states' own units."""
+        return self.difference() * self.sizes
+
     def places(self, system: Any, y: Floats, wide: int = 1) -> tuple[Floats, Floats, Floats]:
         """Base angles [rad] of the samples, synthesis of the states there, and analysis up to harmonic `wide` H."""
         if not self.kinked:
             return self.angles, self.synthesis, self.analysis if wide == 1 else self.analysis_double
         return panels(system, y, self.turns, wide)
 
-    def varied(self, of: Callable[..., Floats], z: Any, angles: Floats, y: Floats) -> Floats:
-        """Rates, or their derivatives, in the states y (states, samples) at base angles [rad] and the parameter.
+    def along(self, kernel: Any, value: float, angles: Floats, y: Floats, *arguments: Any) -> None:
+        """Run `rates_along` or `slopes_along` in the states y (states, samples) at base angles and a parameter.
 
         With STRENGTH what varies with the angle at a fixed state is multiplied, and its mean over a turn is not.
         """
-        system = with_leaf(self.system, self.leaf, float(z[-1]))
-        here = of(system, angles, y)
-        if self.leaf != STRENGTH:
-            return here
-        turn = np.broadcast_to(y[..., None], (*y.shape, len(self.angles)))
-        mean: Floats = of(system, self.angles, turn).mean(axis=-1)
-        return mean + float(np.exp(z[-1])) * (here - mean)
+        system, turn, strength = with_leaf(self.system, self.leaf, value), NO_TURN, 1.0
+        if self.leaf == STRENGTH:
+            turn, strength = self.angles_of_mean(), math.exp(value)
+        if lacking(system, "_fields"):  # no model: compiled code does not know its class
+            kernel(system, (0.0,) * len(y), angles, y, turn, strength, *arguments)
+            return
+        run(kernel, system, (0.0,) * len(y), angles, y, turn, strength, *arguments, after=SEVERAL)
+
+    def angles_of_mean(self) -> Floats:
+        """Base angles [rad] of a mean over the period: all samples, or fewer where the orders of the system are known.
+
+        The mean is only where the curves along the strength begin: at the strength 1 it cancels.
+        """
+        orders = orders_of(self.system)
+        enough = math.ceil(FOR_MEAN * max((1.0, *orders)) * self.turns) if orders else len(self.angles)
+        return self.angles if enough >= len(self.angles) else 2.0 * np.pi * self.turns * np.arange(enough) / enough
 
     def residual(self, z: Any, work: Any, r: Any) -> None:
         """Residual of every coefficient, in units of the state's size a second."""
         y = self.series(z[None])[0]
         angles, synthesis, analysis = self.places(with_leaf(self.system, self.leaf, float(z[-1])), y)
-        rates = self.varied(rates_at, z, angles, y @ synthesis)
+        there = y @ synthesis
+        rates = np.empty(there.shape)
+        self.along(rates_along, float(z[-1]), angles, there, rates)
         balance = base_speed(self, float(z[-1])) / self.turns * derivative(y) - rates @ analysis
         r[:] = (balance / self.sizes[:, None]).ravel()
 
@@ -145,8 +161,9 @@ class FirstOrder(NamedTuple):
         h = n // 2
         y = self.series(z[None])[0]
         angles, synthesis, analysis = self.places(with_leaf(self.system, self.leaf, float(z[-1])), y, 2)
-        slopes = partial(jacobians_at, sizes=self.sizes, difference=self.difference())
-        matrices = self.varied(slopes, z, angles, y @ synthesis)
+        there = y @ synthesis
+        matrices = np.empty((len(y), *there.shape))
+        self.along(slopes_along, float(z[-1]), angles, there, self.steps(), matrices)
         gc, gs, product = np.empty(4 * h + 1), np.empty(4 * h + 1), np.empty((n, n))
         k = np.arange(1, h + 1)
         kw = base_speed(self, float(z[-1])) / self.turns * k

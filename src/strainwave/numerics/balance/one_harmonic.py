@@ -73,8 +73,8 @@ def several_at(problem: Any, points: Floats) -> NDArray[np.bool_]:
     stiffness = system.law.stiffness(u) + 0.0 * u
     tangent = stiffness.mean(axis=1, keepdims=True)
     moving = u - points[:, :1]
-    square = np.square(moving).sum(axis=1, keepdims=True)
-    work = (system.law.torque(u) * moving).sum(axis=1, keepdims=True)
+    square = np.vecdot(moving, moving)[:, None]
+    work = np.vecdot(system.law.torque(u) + 0.0 * u, moving)[:, None]
     secant = np.divide(work, square, out=tangent.copy(), where=square > 0.0)
     size = np.hypot(points[:, 1 : h + 1], points[:, h + 1 : n])
     driven = np.maximum(np.abs(drive(system, w, problem.tau, problem.error)), np.hypot(secant - mass, loss) * size)
@@ -92,9 +92,9 @@ def several_at(problem: Any, points: Floats) -> NDArray[np.bool_]:
     least, most = mass / MOST, MOST * mass
     above = tangent - kappa[0]  # of an orbit: on top of it the stiffness is that much larger
     may = wide & (((low < most) & (high > least)) | ((low + above < most) & (high + above > least)))
-    # a vibration that the varying stiffness of the orbit itself keeps up
+    # a vibration that the varying stiffness of the orbit itself keeps up; no wave of that is larger than its range
     off = np.hypot(tangent - mass, loss)
-    if np.any(off < 2.0 * MARGIN * np.ptp(stiffness, axis=1, keepdims=True)):
+    if (off <= 0.51 * MARGIN * (stiffness.max(axis=1) - stiffness.min(axis=1))[:, None]).any():
         waves = np.abs(np.fft.rfft(stiffness)) * (2.0 / u.shape[1])
         twice = (2 * orders(h, problem.stride)) // problem.stride
         inside = twice < waves.shape[1]

@@ -217,7 +217,7 @@ class SecondOrder(NamedTuple):
         """Parameter at some points of a curve, and the shares (values, 1) of u in the harmonics left out there."""
         few = points[few_of(points)]
         system = with_leaf(self.system, self.leaf, few[:, -1:])
-        return few[:, -1], share_left_out(system, self.turns, self.series(few)[:, 0])[:, None]
+        return few[:, -1], share_left_out(system, self.turns, few[:, :-1], self.stride)[:, None]
 
     def damping_leaf(self) -> int | None:
         return leaf_of(self.system, "B")

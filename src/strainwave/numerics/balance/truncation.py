@@ -20,8 +20,8 @@ import numpy as np
 from ...protocols import Balance
 from ...results import Floats, Status
 from ...sentences import Sentence, Speed
-from ...tree import with_leaf
-from .fourier import analysis, synthesis
+from ...tree import mapped, with_leaf
+from .fourier import analysis, orders, synthesis
 from .panels import panels
 from .rates import base_speed, jacobians_at, rates_at
 
@@ -74,6 +74,35 @@ def tail_along(problem: Balance, points: Floats, aim: float = np.inf) -> Tail:
     return Tail(float(shares[here, 0]), max(worst, float(np.max(shares))), float(values[here]), h)
 
 
+def tails_together(problems: list[Any], curves: list[Floats]) -> list[Tail]:
+    """Tails of the curves of a family: those of oscillators with equal harmonics are estimated all at once.
+
+    Of those `worst` is the largest share left out.
+    """
+    first, kinds = problems[0], {mapped(lambda _: 0.0, problem.system) for problem in problems}
+    sizes = {problem.hill() and (problem.stride, problem.size()) for problem in problems}
+    if len(problems) == 1 or len(kinds) > 1 or len(sizes) > 1 or not (first.hill() and all(map(len, curves))):
+        return [tail_along(problem, points) for problem, points in zip(problems, curves, strict=True)]
+    few = [points[few_of(points)] for points in curves]
+    counts = [len(points) for points in few]
+
+    def joined(*own: Any) -> Any:
+        if isinstance(own[0], np.ndarray):
+            return np.concatenate(own)
+        return own[0] if len({*own}) == 1 else np.repeat(own, counts)[:, None]
+
+    pairs = zip(problems, few, strict=True)
+    systems = [with_leaf(problem.system, problem.leaf, points[:, -1:]) for problem, points in pairs]
+    points = np.concatenate(few)
+    shares = share_left_out(mapped(joined, *systems), first.turns, points[:, :-1], first.stride)
+    tails, end = [], 0
+    for count in counts:
+        here = end + int(np.argmax(shares[end : end + count]))
+        tails.append(Tail(float(shares[here]), float(shares[here]), float(points[here, -1]), first.highest()))
+        end += count
+    return tails
+
+
 def few_of(points: Floats) -> list[int]:
     """Places of some points of a curve, and of the largest."""
     places = list(range(0, len(points), max(1, len(points) // LOOKED_AT)))
@@ -91,16 +120,16 @@ def tails_of(series: Floats) -> Floats:
     return np.asarray(np.sqrt(last) / np.maximum(size, 1e-6 * np.max(size, axis=0, initial=1e-300)))
 
 
-def share_left_out(system: Any, turns: int, series: Floats) -> Floats:
-    """Share (points,) of the motion in the harmonics H+1 .. 3H+8, estimated from the torque."""
+def share_left_out(system: Any, turns: int, series: Floats, stride: int) -> Floats:
+    """Share (points,) of the motion in the harmonics H+1 .. 3H+8, with stride 2 the odd ones, from the torque."""
     h = series.shape[1] // 2
-    most = 3 * h + 8
+    most = 3 * h + (8 if stride == 1 else 3)
     samples = 3 * most
-    u = series @ synthesis(h, samples)
+    u = series @ synthesis(h, samples, stride)
     with np.errstate(all="ignore"):
-        torque = (system.law.torque(u) + np.zeros_like(u)) @ analysis(most, samples)
+        torque = (system.law.torque(u) + np.zeros_like(u)) @ analysis(most, samples, stride)
         stiffness = np.mean(system.law.stiffness(u) + np.zeros_like(u), axis=1, keepdims=True)
-        w = system.omega / turns * np.arange(h + 1, most + 1)
+        w = system.omega / turns * orders(most, stride)[h:]
         beyond = np.hypot(torque[:, h + 1 : most + 1], torque[:, most + h + 1 :])
         response = beyond / np.hypot(stiffness - system.J * w * w, system.B * w)
     return share_of(np.linalg.norm(response, axis=1), np.linalg.norm(series, axis=1))

@@ -36,15 +36,14 @@ def describe(
     """
     points, labels = np.ascontiguousarray(found.points), found.labels
     status, message = _verdict(found, parameter, points[:, -1])
+    tail = tail_along(problem, points) if tail is None else tail
     if problem.hill():
         points, labels, floquet, peaks = with_hill(problem, points, labels)
     else:
-        tail = tail_along(problem, points) if tail is None else tail
         points, labels, floquet, peaks = with_stability(problem, points, labels, locate)
     series = problem.displacements(points)
     if parameter.startswith("error."):  # the kinematic error itself varies along the branch
         peaks = displacement_peaks(series)
-    tail = tail_along(problem, points) if tail is None else tail
     values, turns = points[:, -1].copy(), int(problem.turns)
     omega = base_speed(problem, values.copy())
     coefficients, stable = from_blocks(series.T).T, np.abs(floquet[:, 0]) < 1.0

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ...quantities import checked, numbers, positive_count, replace, shown
 from ...results import Branch
 from ..balance.rates import periodic
-from .response import frequencies, response_curve
+from .response import frequencies, response_curves
 
 
 def response_family(
@@ -59,10 +59,7 @@ def response_family(
     columns = {path: v.tolist() for path, v in values.items()}
     system = periodic("response_family", checked(system))
     members = [checked(replace(system, {p: c[i] for p, c in columns.items()})) for i in range(lengths.pop())]
-
-    def curve(member: Any) -> Branch:
-        return response_curve(member, lo, hi, harmonics, 1, points)
-
-    # The first compiles, where that is still to do, before threads start.
+    if threads == 1:
+        return response_curves(members, lo, hi, harmonics, 1, points)
     with ThreadPoolExecutor(threads) as pool:
-        return [curve(members[0]), *(map if threads == 1 else pool.map)(curve, members[1:])]
+        return response_curves(members, lo, hi, harmonics, 1, points, pool.map)

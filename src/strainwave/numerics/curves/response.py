@@ -5,6 +5,7 @@ leaves the range with folds still ahead, it is followed outside until it comes b
 until the last two are negligible.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from ..balance.first_order import balance_of
 from ..balance.half_wave import is_odd_on
 from ..balance.harmonics import grown, most_harmonics, starting_harmonics
 from ..balance.rates import periodic
-from ..balance.truncation import CURVE, Tail, tail_along
+from ..balance.truncation import CURVE, Tail, tail_along, tails_together
 from ..continuation.coexisting import Coexisting
 from ..continuation.describe import describe
 from ..continuation.passage import across
@@ -101,11 +102,31 @@ def response_curve(
     system: Any, lo: float, hi: float, harmonics: int | None, period: int, points: int
 ) -> Branch:  # fmt: skip
     """Response curve of a checked system."""
-    leaf = leaf_of(system, "omega")
-    system = with_leaf(system, leaf, (lo * hi) ** 0.5)
-    problem, found, tail, origin = traced_points(system, leaf, lo, hi, harmonics, period, points)
-    branch = describe(problem, "omega", found, tail, origin)
-    return with_others(problem, branch, found.elsewhere, remarks(problem, found, branch), FOLLOWED)
+    return response_curves([system], lo, hi, harmonics, period, points)[0]
+
+
+def response_curves(
+    systems: list[Any], lo: float, hi: float, harmonics: int | None, period: int, points: int,
+    each: Callable[..., Any] = map,
+) -> list[Branch]:  # fmt: skip
+    """Response curves of checked systems of one class; `each`, which is like map, goes through all but the first."""
+    leaf = leaf_of(systems[0], "omega")
+
+    def traced(system: Any) -> Any:
+        system = with_leaf(system, leaf, (lo * hi) ** 0.5)
+        return traced_points(system, leaf, lo, hi, harmonics, period, points)
+
+    def described(curve: Any, tail: Tail) -> Branch:
+        problem, found, _, origin = curve
+        branch = describe(problem, "omega", found, tail, origin)
+        return with_others(problem, branch, found.elsewhere, remarks(problem, found, branch), FOLLOWED)
+
+    # The first compiles, where that is still to do, before threads start.
+    curves = [traced(systems[0]), *each(traced, systems[1:])]
+    problems, found, tails, _ = map(list, zip(*curves, strict=True))
+    if harmonics is not None:
+        tails = tails_together(problems, [trace.points for trace in found])
+    return [described(curves[0], tails[0]), *each(described, curves[1:], tails[1:])]
 
 
 def traced_points(

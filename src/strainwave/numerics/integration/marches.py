@@ -3,11 +3,11 @@
 import math
 from typing import Any
 
-from ...compile.jit import axpy, kernel
+from ...compile.jit import axpy, kernel, routine
 from .breakpoints import first_switch, set_sides, step_onto
 from .extremes import put, widen
 from .rest import APART, STAGES, calm_step, undisturbed
-from .steps import bounded, dense_output, error_norm, rates_of
+from .steps import bounded, dense_output, error_norm, error_square, rates_of
 
 DONE, DIVERGED, PAUSED = 0, 1, 2
 BOUND = 1e30  # of every state: far beyond any physics, and its powers in a law still fit a float
@@ -38,7 +38,7 @@ def store(out_t: Any, out_y: Any, out_rate: Any, place: int, t: float, y: Any, k
         out_y[i, place], out_rate[i, place] = y[i], k[i]
 
 
-@kernel
+@routine
 def calmed(
     scheme: Any, system: Any, omega: float, t: float, y: Any, k: Any, span: float, h: float, h_next: float, calm: float,
     known: float,
@@ -113,23 +113,23 @@ def adaptive(
                     scheme, system, omega, t, s * h, y, k, breakpoints[at], t_end
                 )
                 last, at = False, at if there else -1
-        e = error_norm(error, y, y1, rtol, atol)
-        good = e <= 1.0 and bounded(y1, BOUND)
+        square = error_square(error, y, y1, rtol, atol)
+        good = square <= 1.0 and bounded(y1, BOUND)
         if not good or (look and not undisturbed(scheme, system, omega, t, h, y, k, y1, k1, dense, rtol, atol)):
             rejected += 1
-            h = shortened(h, e, power)
+            h = shortened(h, math.sqrt(square), power)
             if not t + h > t:
                 status = DIVERGED
             continue
         # PI control (Hairer & Wanner II, sec. IV.2): 0.9 h (e_old^0.2/e^0.85)^power, with one logarithm for both.
-        log_e = math.log(max(e, 1e-10))
+        log_e = 0.5 * math.log(max(square, 1e-20))
         h_next = h * min(10.0, max(0.2, 0.9 * math.exp(0.2 / order * old - 0.85 * power * log_e)))
         old = max(log_e, LEAST)
         t1 = t_end if last else t + h
         if at >= 0:
             switches += 1
             h_next = tried
-        else:
+        elif h_next > known or h_next > 2.0 * h:
             h_next, calm, known = calmed(scheme, system, omega, t1, y1, k1, span, h, h_next, calm, known)
         known, look = min(known, FAR * tried), h_next > STAGES * calm
         if last:
@@ -156,8 +156,11 @@ def fixed(
     scheme: Any, system: Any, omega: float, t: float, y: Any, t_end: float, h: float, samples: Any, filled: int,
     budget: int, most: Any, out_t: Any, out_y: Any, out_rate: Any, out_most: Any,
 ) -> Any:  # fmt: skip
-    """Integrate from sample to sample until t_end, in at most `budget` steps, with equal steps no longer than h."""
-    status, steps = PAUSED, 0
+    """Integrate from sample to sample until t_end, in at most `budget` steps, with equal steps no longer than h.
+
+    The largest values between samples are noted where `most` has places for them.
+    """
+    status, steps, between = PAUSED, 0, len(most) > 0
     k = rates_of(system, omega * t, y)
     while status == PAUSED and steps < budget:
         goal = min(samples[filled], t_end) if filled < len(samples) else t_end
@@ -168,7 +171,8 @@ def fixed(
             t0, y0, k0, t1 = t + i * step, y, k, goal if i + 1 == n else t + (i + 1) * step
             y = scheme.step(system, omega * t0, omega * step, y, step)
             k = system.rhs(omega * t1, y)
-            widen(system, omega, most, t0, y0, k0, t1, y, k)
+            if between:
+                widen(system, omega, most, t0, y0, k0, t1, y, k)
         steps += now
         t = goal if now == n else t + now * step
         if not (bounded(y, BOUND) and bounded(k, math.inf)):

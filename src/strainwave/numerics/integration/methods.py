@@ -80,7 +80,8 @@ class AdaptiveStep:
 
     def trajectory(self, system: Any, y: Any, rate: Any, times: Floats, spans: Any) -> Trajectory:
         """Trajectory over the stretches `spans` from the state y, recorded at the times or, if two, at every step."""
-        return self.recorded(system, y, spans, Record(system, times, spans, y, rate, len(times) > 2))
+        sampled = len(times) > 2
+        return self.recorded(system, y, spans, Record(system, times, spans, y, rate, sampled, sampled))
 
     def recorded(self, system: Any, y: Any, spans: Any, record: Record) -> Trajectory:
         """Trajectory over the stretches `spans` from the state y, in a given record."""
@@ -152,11 +153,11 @@ class FixedStep:
     def trajectory(self, system: Any, y: Any, rate: Any, times: Floats, spans: Any) -> Trajectory:
         """Trajectory over the stretches `spans` from the state y, recorded at the times or, if two, at every step."""
         omega, (t, _), steps, status = float(omega_of(system)), spans[0], 0, DONE
-        record = Record(system, times, spans, y, rate, True)
+        record = Record(system, times, spans, y, rate, True, True)
         try:
             h = self.step_of(system, y, rate, times, spans)
             if len(times) == 2:
-                record = Record(system, _grid(times, spans, h), spans, y, rate, True)
+                record = Record(system, _grid(times, spans, h), spans, y, rate, True, False)
             for begin, end in spans:
                 if begin > t:
                     t, y, rate = across(system, omega, t, y, begin)
@@ -184,7 +185,7 @@ class FixedStep:
         if not has_jacobian(system):
             name = type(system).__name__
             raise TypeError(f"{name} has no jacobian to choose a step from; give steps_per_period or use Dopri5")
-        record = Record(system, times[[0, -1]], spans, y, rate, False)
+        record = Record(system, times[[0, -1]], spans, y, rate, False, False)
         coarse = Dopri5(rtol=1e-3, atol=1e-6).recorded(system, y, spans, record)
         if coarse.status is Status.INTERRUPTED:
             raise KeyboardInterrupt

@@ -33,17 +33,21 @@ class Record:
         State and its time derivative at the start, which are the first sample.
     sampled : bool
         Whether to record at the times, instead of every step.
+    between : bool
+        Whether steps lie between these times, so that the largest values there are recorded too.
     """
 
-    def __init__(self, system: Any, times: Floats, spans: Any, y: Any, rate: Any, sampled: bool) -> None:
+    def __init__(
+        self, system: Any, times: Floats, spans: Any, y: Any, rate: Any, sampled: bool, between: bool
+    ) -> None:  # fmt: skip
         self.times, self.states, self.sampled, self.said = times, len(y), sampled, monotonic()
         self.t, self.full, self.filled = float(times[0]), list[Floats](), 1
         self.samples = times if sampled else np.empty(0)
         if sampled and (len(spans) > 1 or spans[-1][1] < times[-1]):
             begins, ends = np.array(spans).T
             self.samples = np.minimum(times, ends[np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)])
-        watched = len(system.watched(0.0, y)) if sampled and not lacking(system, "watched") else 0
-        self.most = np.zeros(sampled * (len(y) + watched))
+        watched = len(system.watched(0.0, y)) if between and not lacking(system, "watched") else 0
+        self.most = np.zeros(between * (len(y) + watched))
         self.table = np.empty((1 + 2 * len(y) + len(self.most), len(times) if sampled else FIRST))
         self.table[:, 0] = (times[0], *y, *rate, *self.most)
 
@@ -89,5 +93,5 @@ class Record:
             times[-1] = self.times[-1]
         else:
             message = f"stopped at t = {self.t:.6g} s with the largest state {np.max(np.abs(y)):.3g}: {status.value}"
-        between = most if self.sampled else None
-        return Trajectory(times, y, rate, status, message, steps, rejected, switches, between)
+        largest = most if len(most) else None
+        return Trajectory(times, y, rate, status, message, steps, rejected, switches, largest)

@@ -1,8 +1,7 @@
 """Stability of the orbits of a general balance problem, and their special points.
 
 A disturbance y of an orbit obeys y' = A(t) y with the system's Jacobian A along the orbit; one period of that flow, by
-the eighth-order method of DOP853 for all points of a branch at once, is the monodromy matrix, and its eigenvalues are
-the multipliers. Three of its functions change sign where the orbit does: the product of 1 + m (period doubling), of
+Gauss's method of order 8 (`period_map`), is the monodromy matrix, and its eigenvalues are the multipliers. Three of its functions change sign where the orbit does: the product of 1 + m (period doubling), of
 1 - m (fold, branch point) and of m_i m_j - 1 over all pairs (Neimark-Sacker, where a complex pair leaves the unit
 circle).
 
@@ -13,6 +12,7 @@ Bifurcation Theory, sec. 10.2 (test functions).
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 from itertools import combinations
 from typing import Any
 
@@ -21,20 +21,21 @@ from numpy.typing import NDArray
 
 from ...results import Floats
 from ...tree import with_leaf
+from ..balance.along import slopes_along
 from ..balance.first_order import FirstOrder
-from ..balance.panels import distance_along, pieces
-from ..balance.rates import base_speed, jacobians_at
-from ..integration.tableaus import DOP8_A, DOP8_B, DOP8_C
+from ..balance.panels import Samples, distance_along, pieces
+from ..balance.rates import base_speed
 from ..labels import BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER
+from .period_map import GAUSS_C, walked
 from .second_order import LARGEST_LOG, displacement_peaks
 from .special_points import inserted, root_on_chord
 
-_PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
-GAUSS_C, GAUSS_B = 0.5 + 0.5 * _PLACES, 0.5 * _WEIGHTS
-_POWERS = np.arange(1, 5)  # collocation: the rows integrate powers of the place exactly
-GAUSS_A = GAUSS_C[:, None] ** _POWERS / _POWERS @ np.linalg.inv(GAUSS_C[:, None] ** (_POWERS - 1))
 FINEST = 4096  # steps a period
-PHASE = 0.3  # of the fastest eigenvalue in a step: errors of about 1e-11 a step
+PHASE = 0.4  # of the fastest eigenvalue in a step: errors of about 1e-11 a step
+AT_KINKS = 0.3  # the same in pieces between kinks
+LOOKED = 32  # places a period where the fastest eigenvalue is looked for
+SQUARES = 5  # of a matrix: the 32nd root of the size of its 32nd power is its fastest eigenvalue, or a little more
+EVEN = 16  # numbers of steps are multiples of it, so that orbits share tables
 
 
 def monodromy(problem: FirstOrder, points: Floats) -> Floats:
@@ -42,33 +43,8 @@ def monodromy(problem: FirstOrder, points: Floats) -> Floats:
 
     Of laws with breakpoints the steps end at the kinks of each orbit.
     """
-    if problem.kinked:
-        n = len(problem.sizes)
-        return np.array([_between_kinks(problem, point[None, :]) for point in points]).reshape(-1, n, n)
-    flow = np.tile(np.eye(len(problem.sizes)), (len(points), 1, 1))
-    for h, matrices in _stages(problem, points):
-        flow = _advanced(flow, h, matrices)
-    return flow
-
-
-def _between_kinks(problem: FirstOrder, point: Floats) -> Floats:
-    """Period map (states, states) of one orbit: the product of the maps of all steps, which are found at once.
-
-    By the Gauss method of order 8, whose places lie inside a step: at its ends the Jacobian jumps.
-    """
-    system, y = with_leaf(problem.system, problem.leaf, float(point[0, -1])), problem.series(point)[0]
-    distance = distance_along(system, y, problem.turns)
-    first, width = pieces(distance, problem.harmonics(), 2.0 * math.pi / _steps(problem, point))
-    psi = first[:, None] + width[:, None] * GAUSS_C
-    n, rows = len(problem.sizes), len(GAUSS_C) * len(problem.sizes)
-    a = _matrices(problem, _systems(problem, point), point, psi.ravel())[0].reshape(*psi.shape, n, n)
-    a *= (width * problem.turns / base_speed(problem, point[:, -1]))[:, None, None, None]
-    coupled = np.einsum("ij,mikl->mikjl", GAUSS_A, a).reshape(-1, rows, rows)
-    rates = np.linalg.solve(np.eye(rows) - coupled, a.reshape(-1, rows, n)).reshape(a.shape)
-    flow = np.eye(n)
-    for step in np.eye(n) + np.einsum("i,mikl->mkl", GAUSS_B, rates):
-        flow = step @ flow
-    return flow
+    n = len(problem.sizes)
+    return np.array([walked(*along)[0] for along in _ways(problem, points)]).reshape(-1, n, n)
 
 
 def floquet_of(problem: FirstOrder, points: Floats) -> NDArray[np.complex128]:
@@ -79,14 +55,14 @@ def floquet_of(problem: FirstOrder, points: Floats) -> NDArray[np.complex128]:
     """
     states = len(problem.sizes)
     phases = _phases(problem, points)
-    slow = phases > 4.0 * PHASE * FINEST
+    slow = phases > 4.0 * AT_KINKS * FINEST
     found = np.zeros((len(points), states), complex)
     if not slow.all():
         found[~slow] = multipliers_of(monodromy(problem, points[~slow]))
     for i in np.flatnonzero(slow):
         point = points[i : i + 1]
         psi = 2.0 * math.pi * np.arange(FINEST) / FINEST
-        rates = np.linalg.eigvals(_matrices(problem, _systems(problem, point), point, psi)[0]).astype(complex)
+        rates = np.linalg.eigvals(_matrices(problem, point, psi)[0]).astype(complex)
         mean = np.mean(np.take_along_axis(rates, np.lexsort((rates.imag, rates.real), axis=1), axis=1), axis=0)
         log = mean * 2.0 * math.pi * problem.turns / base_speed(problem, point[:, -1])[0]
         found[i] = np.exp(np.minimum(log.real, LARGEST_LOG) + 1j * log.imag)[::-1]
@@ -104,60 +80,71 @@ def hill_map(problem: FirstOrder, points: Floats) -> tuple[Floats, Floats, Float
     (points, states, states), (points,), (points,) arrays
         M, s and d: the period map is exp(d + s) M, where exp(s) M has the determinant 1.
     """
-    flow = np.tile(np.eye(len(problem.sizes)), (len(points), 1, 1))
-    size, decay = np.zeros(len(points)), np.zeros(len(points))
-    for h, matrices in _stages(problem, points):
-        mean = np.trace(matrices, axis1=2, axis2=3) / matrices.shape[-1]
-        flow = _advanced(flow, h, matrices - mean[..., None, None] * np.eye(matrices.shape[-1]))
-        decay += h[:, 0, 0] * (mean @ np.array(DOP8_B))
-        largest = np.max(np.abs(flow), axis=(1, 2))
-        flow /= largest[:, None, None]
-        size += np.log(largest)
-    return flow, size, decay
+    n = len(problem.sizes)
+    found = [walked(*along, hill=True) for along in _ways(problem, points)]
+    flow, size, decay = zip(*found, strict=True) if found else ((), (), ())
+    return np.array(flow).reshape(-1, n, n), np.array(size, float), np.array(decay, float)
 
 
-def _stages(problem: FirstOrder, points: Floats) -> Iterator[tuple[Floats, Floats]]:
-    """Length (points, 1, 1) [s] of every step of a period, and the matrices at the stages of the method."""
-    steps = _steps(problem, points)
-    system = _systems(problem, points)
-    h = 2.0 * math.pi / steps * problem.turns / base_speed(problem, points[:, -1])[:, None, None]
-    for i in range(steps):
-        yield h, _matrices(problem, system, points, 2.0 * math.pi * (i + np.array(DOP8_C)) / steps)
+def _ways(problem: FirstOrder, points: Floats) -> Iterator[tuple[Floats, Floats]]:
+    """For every orbit its Jacobians (steps, 4, states, states) at the places of Gauss's method, and steps (steps,)."""
+    n = len(problem.sizes)
+    for point, y, phase in zip(points, problem.series(points), _phases(problem, points), strict=True):
+        psi, basis, width = _places(problem, point, y, phase)
+        matrices = np.empty((n, n, len(psi)))
+        problem.along(slopes_along, float(point[-1]), problem.turns * psi, y @ basis, problem.steps(), matrices)
+        a = np.moveaxis(matrices, 2, 0).reshape(-1, len(GAUSS_C), n, n)
+        yield np.ascontiguousarray(a), width * problem.turns / base_speed(problem, point[-1:])
 
 
-def _advanced(flow: Floats, h: Floats, matrices: Floats) -> Floats:
-    """Flow after a step of the eighth-order method."""
-    rates: list[Floats] = []
-    for stage, weights in enumerate(DOP8_A):
-        moved = flow + h * sum(a * rate for a, rate in zip(weights, rates, strict=True) if a)
-        rates.append(matrices[:, stage] @ moved)
-    return np.asarray(flow + h * sum(b * rate for b, rate in zip(DOP8_B, rates, strict=True) if b))
+def _places(problem: FirstOrder, point: Floats, y: Floats, phase: float) -> tuple[Floats, Floats, Floats]:
+    """Places psi [rad] of Gauss's method in all steps of a period, the synthesis there, and lengths [rad] of steps."""
+    h = problem.harmonics()
+    if not problem.kinked:
+        steps = EVEN * math.ceil(_steps(4 * h + 4, phase / PHASE) / EVEN)
+        return *_table(h, steps), np.full(steps, 2.0 * math.pi / steps)
+    system = with_leaf(problem.system, problem.leaf, float(point[-1]))
+    longest = 2.0 * math.pi / _steps(8 * h + 4, phase / AT_KINKS)
+    first, width = pieces(distance_along(system, y, problem.turns), h, longest)
+    psi = (first[:, None] + width[:, None] * GAUSS_C).ravel()
+    return psi, Samples(psi, psi).basis(h), width
 
 
-def _systems(problem: FirstOrder, points: Floats) -> Any:
-    return with_leaf(problem.system, problem.leaf, points[:, -1, None])
+@lru_cache(32)
+def _table(harmonics: int, steps: int) -> tuple[Floats, Floats]:
+    psi = 2.0 * math.pi / steps * (np.arange(steps)[:, None] + GAUSS_C).ravel()
+    return psi, Samples(psi, psi).basis(harmonics)
 
 
-def _matrices(problem: FirstOrder, system: Any, points: Floats, psi: Floats) -> Floats:
+def _steps(least: int, enough: float) -> int:
+    return min(FINEST, max(64, least, math.ceil(enough)))
+
+
+def _matrices(problem: FirstOrder, points: Floats, psi: Floats) -> Floats:
     """Jacobians (points, psi, states, states) along every orbit."""
-    k = np.arange(1, problem.harmonics() + 1)[:, None]
-    basis = np.vstack([np.ones((1, len(psi))), np.cos(k * psi), np.sin(k * psi)])
-    y = np.moveaxis(problem.series(points) @ basis, 1, 0)
-    angles = np.broadcast_to(problem.turns * psi, y.shape[1:])
-    return np.moveaxis(jacobians_at(system, angles, y, problem.sizes, problem.difference()), (0, 1), (2, 3))
-
-
-def _steps(problem: FirstOrder, points: Floats) -> int:
-    phase = float(np.max(_phases(problem, points[:: max(1, len(points) // 16)]), initial=0.0))
-    return min(FINEST, max(64, 8 * problem.harmonics() + 4, math.ceil(phase / PHASE)))
+    n, basis = len(problem.sizes), Samples(psi, psi).basis(problem.harmonics())
+    out = np.empty((len(points), n, n, len(psi)))
+    for point, y, matrices in zip(points, problem.series(points), out, strict=True):
+        problem.along(slopes_along, float(point[-1]), problem.turns * psi, y @ basis, problem.steps(), matrices)
+    return np.moveaxis(out, 3, 1)
 
 
 def _phases(problem: FirstOrder, points: Floats) -> Floats:
-    """Angle [rad] (points,) through which the fastest disturbance turns, or the exponent by which it decays."""
-    psi = 2.0 * math.pi * np.arange(64) / 64
-    rates = np.linalg.eigvals(_matrices(problem, _systems(problem, points), points, psi))
+    """Angle [rad] (points,) through which the fastest disturbance turns, or the exponent by which it decays; or more.
+
+    The size of a high power of a matrix tells its largest eigenvalue without looking for all of them.
+    """
+    power = _matrices(problem, points, 2.0 * math.pi * np.arange(LOOKED) / LOOKED)
+    power = power / problem.sizes[:, None] * problem.sizes
+    log = np.zeros(power.shape[:2])
+    for _ in range(SQUARES):
+        size = np.maximum(np.max(np.abs(power), axis=(2, 3)), 1e-300)
+        power = power / size[..., None, None]
+        power = power @ power
+        log = 2.0 * (log + np.log(size))
+    log += np.log(np.maximum(np.linalg.norm(power, axis=(2, 3)), 1e-300))
     period = 2.0 * math.pi * problem.turns / base_speed(problem, points[:, -1])
-    return np.asarray(np.max(np.abs(rates), axis=(1, 2)) * period)
+    return np.asarray(np.exp(np.max(log, axis=1, initial=-np.inf) / 2**SQUARES) * period)
 
 
 def multipliers_of(flow: Floats) -> NDArray[np.complex128]:

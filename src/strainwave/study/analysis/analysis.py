@@ -27,26 +27,34 @@ from ..response.response import ExactResponse
 from ..train.reductions import refuse_free
 from .avoid import Avoid, in_run, speeds_to_avoid
 from .cases import speeds_in_time
+from .drive_response import DriveResponse, of_equation
 from .gear_studies import GearLoop, loop_of, parametric_of
+from .load_range import LoadCase, LoadRange, load_cases, over_all
+from .plausible import implausible
 from .remedies import Remedy, remedies
 from .resonance_tops import with_tops
 from .runup import RunUp, run_up, silent
 from .time_case import TimeCase, time_case
-from .train_curve import TrainCurve, train_curve
+from .train_curve import train_curve
 from .train_study import Ramp, TrainStudy, train_study
-from .usage import Usage, limit_findings, usage
+from .usage import Usage, limit_findings, most_used, usage
 
 FEWEST, FINE = 20, 300  # points of the response curve in the band of a resonance, and of one drawn for it alone
+LESS = 1.001  # relative difference of two largest errors below which the steady one is named
 DISAGREE = 0.01  # of the largest |x|: more than truncation of the series explains
 
 
 class Largest(NamedTuple):
-    """The largest |x| [rad] of an analysis, the base-angle speed [rad/s] there, and the motion and method it is of."""
+    """The largest |error| [rad] of an analysis, the base-angle speed [rad/s] there, its motion and its method.
+
+    `torque` is the constant torque [N*m] of the load there, where the drive has a range of them; None otherwise.
+    """
 
     peak: float
     omega: float
     of: str
     method: str
+    torque: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +81,10 @@ class Analysis(Result):
         Simulated run-up and run-down, its independent check.
     cases : tuple of TimeCase
         Single speeds in time.
+    drive : DriveResponse
+        Steady motions of the drive: of the whole train where there is a curve of it, else of the error equation.
+    load_cases : tuple of LoadCase
+        The same under the torques of the load's range, ascending; empty where it has one torque.
     usage : Usage
         What the steady motions ask of the gear: those of the whole drive train and its run-up, where there are any.
     limits : tuple of Finding
@@ -89,6 +101,8 @@ class Analysis(Result):
         What would make the error smaller, the most helpful first; empty where no speed is to be avoided.
     remarks : tuple of str
         Why a part is missing.
+    doubts : tuple of str
+        Results that no gear gives.
     """
 
     system: Oscillator | VaryingOscillator
@@ -100,6 +114,8 @@ class Analysis(Result):
     close: dict[Resonance, ExactResponse]
     run_up: RunUp
     cases: tuple[TimeCase, ...]
+    drive: DriveResponse
+    load_cases: tuple[LoadCase, ...]
     usage: Usage
     limits: tuple[Finding, ...]
     loop: GearLoop | None
@@ -108,6 +124,7 @@ class Analysis(Result):
     avoid: Avoid | None
     remedies: tuple[Remedy, ...]
     remarks: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
 
     def coordinates(self) -> Labelled:
         """As of the response."""
@@ -136,7 +153,7 @@ class Analysis(Result):
         return tuple(_warnings(self))
 
     @property
-    def train_curve(self) -> TrainCurve | None:
+    def train_curve(self) -> DriveResponse | None:
         """Steady motions of the whole drive train, where it has any that repeat."""
         return None if self.train is None else self.train.curve
 
@@ -148,21 +165,43 @@ class Analysis(Result):
     @property
     def response(self) -> ExactResponse:
         """The curve that the drive's largest error is read from: of the whole train where there is one."""
-        return self.exact if self.train_curve is None else self.train_curve.response
+        return self.drive.response
+
+    @property
+    def curves(self) -> tuple[tuple[float | None, DriveResponse], ...]:
+        """Every curve of the drive, with the constant torque [N*m] of the load where it has a range of them."""
+        return tuple((case.torque, case.drive) for case in self.load_cases) or ((None, self.drive),)
 
     def largest(self) -> Largest:
-        """Largest |x| that a sweep meets, of the whole train where there is one: steady, or in its run-up alone.
+        """Largest |error| that a sweep meets, of the whole train where there is one: steady, or in its run-up.
 
         Of the error equation it is on the curve, or simulated where the curve has no motion as large.
         """
+        of = "error equation" if self.train_curve is None else "whole drive train"
+        found = []
+        for torque, drive in self.curves:
+            at = drive.response.largest()
+            if at is not None:
+                peak, omega = float(drive.peak[at]), float(drive.omega[at])
+                found.append(Largest(peak, omega, of, drive.response.method, torque))
+        best = max(found, key=lambda largest: largest.peak, default=None)
         if (ramp := self.run_alone) is not None:
-            return Largest(*ramp.largest(ramp.run.error), "run-up of the whole drive train", "integration")
-        at, curve, whole = self.response.largest(), self.response.curve, self.train_curve is not None
-        if at is not None and (whole or curve.peak[at] >= 0.999 * self.run_up.worst().peak):
-            of = "whole drive train" if whole else "error equation"
-            return Largest(float(curve.peak[at]), float(curve.omega[at]), of, self.response.method)
+            run = Largest(*ramp.largest(ramp.run.pointing), "run-up of the whole drive train", "integration")
+            return run if best is None or self.train_curve is None or run.peak > LESS * best.peak else best
         worst = self.run_up.worst()
-        return Largest(worst.peak, worst.omega, "error equation", "integration")
+        if best is None or (self.train_curve is None and best.peak < worst.peak / LESS):
+            return Largest(worst.peak, worst.omega, "error equation", "integration")
+        return best
+
+    def largest_oscillation(self) -> Largest:
+        """Largest |error - mean| on the curves of the drive, where a slow run-up or run-down goes."""
+        of = "error equation" if self.train_curve is None else "whole drive train"
+        found = []
+        for torque, drive in self.curves:
+            visited, sizes = drive.visited(), drive.oscillation
+            at = visited[int(np.argmax(sizes[visited]))]
+            found.append(Largest(float(sizes[at]), float(drive.omega[at]), of, drive.response.method, torque))
+        return max(found, key=lambda largest: largest.peak)
 
 
 def analyze(
@@ -174,6 +213,8 @@ def analyze(
     rated_torque: float | None = None,
     limit: float | None = None,
     loads: tuple[tuple[float, Any], ...] = (),
+    load: LoadRange | None = None,
+    has_reference: bool = True,
     progress: Callable[[str, float], None] = silent,
 ) -> Analysis:
     """Analyse a drive over a range of speeds, or at single ones.
@@ -194,6 +235,10 @@ def analyze(
         Largest oscillation of the error [rad] that the drive may have, for the speeds to avoid.
     loads : tuple of (float, system), optional
         Relative changes of the load's inertia, each with the error equation that it leads to, for what would help.
+    load : LoadRange, optional
+        Torques of the load, where it has a range of them.
+    has_reference : bool
+        Whether the motor follows a reference motion: not that of an error equation with a free motor.
     progress : callable
         Told before every step what is done now, and the share of the work that is done; default: nobody.
 
@@ -236,26 +281,32 @@ def analyze(
             train, system, limits, train_curve(train, limits), exact, point, gear,
             lambda part: progress(f"whole drive train: {part}", 0.85),
         )  # fmt: skip
+    curve, ramp = (None, None) if study is None else (study.curve, study.run_alone)
+    drive = of_equation(system, exact, has_reference) if curve is None else curve
+    avoid = speeds_to_avoid(system, drive.response, point, limit, None if ramp is None else in_run(*ramp))
+    by_load: tuple[LoadCase, ...] = ()
+    if load is not None:
+        middle = LoadCase(load.middle, drive, avoid)
+        by_load = load_cases(load, limits, limit, middle, lambda t: progress(f"load torque {t:.4g} N*m", 0.86))
+        avoid = over_all(avoid, by_load)
     progress("hysteresis and varying stiffness", 0.88)
-    curve = None if study is None else study.curve
     motions = (*sweep.up, *sweep.down, *(case.steady for case in cases))
     used = usage(system, exact, motions) if curve is None else curve.usage
+    used = most_used(used, *(case.drive.usage for case in by_load))
     if study is not None and study.ramp is not None:
         used = study.ramp.added_to(used)
     loop, no_loop = loop_of(system.law, used.peak_torque, rated_torque)
     parametric, not_searched = parametric_of(system, limits)
     progress("what would help", 0.9)
-    about = exact if curve is None else curve.response
-    ramp = None if study is None else study.run_alone
-    avoid = speeds_to_avoid(system, about, point, limit, None if ramp is None else in_run(*ramp))
     helps = remedies(
-        system, about, avoid, limits, used.peak_torque, None if curve is None else train, loads,
+        system, drive.response, avoid, limits, used.peak_torque, None if curve is None else train, loads,
         lambda what: progress(f"what would help: {what}", 0.9),
     ) if avoid is not None and avoid.bands else ()  # fmt: skip
     return Analysis(
-        system, limits, point, stability, found, exact, close, sweep, tuple(cases), used,
+        system, limits, point, stability, found, exact, close, sweep, tuple(cases), drive, by_load, used,
         () if gear is None else limit_findings(gear, used, speeds.given[-1] if speeds.by_motor else None),
         loop, parametric, study, avoid, helps, (*no_loop, *not_searched),
+        tuple(implausible(gear, rated_torque, loop, used)),
     )  # fmt: skip
 
 
@@ -288,6 +339,7 @@ def _narrow(regime: Regime, exact: ExactResponse) -> bool:
 
 
 def _warnings(found: Analysis) -> Iterator[str]:
+    yield from found.doubts
     exact, study, every = found.exact, found.train, (*found.run_up.up, *found.run_up.down)
     if found.point.omega_0 == 0.0:
         yield (

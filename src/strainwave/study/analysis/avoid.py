@@ -11,13 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...numerics.balance.fourier import to_blocks
-from ...numerics.stability.second_order import displacement_peaks
-from ...results import Branch, Floats
+from ...results import Floats
 from ..response.by_integration import SAME
 from ..response.resonances import OperatingPoint
 from ..response.response import ExactResponse
 from ..train.run import DriveRun
+from .drive_response import oscillations
 
 HALF_POWER = sqrt(0.5)
 AMPLIFIED = 2.0  # times the error of quasi-static rotation, from which on a peak is one
@@ -111,13 +110,13 @@ class Motions(NamedTuple):
 
 
 def in_run(run: DriveRun, begin: float) -> Motions | None:
-    """Oscillation in every turn of the motor of a run, from a time [s] on: largest distance from the mean of the turns.
+    """Oscillation of the pointing error in every turn of the motor of a run, from a time [s] on.
 
-    The mean follows what changes slowly, the torque of the load's own angle for one. None of a run of less than three
-    turns.
+    It is the largest distance from the mean of the turns. That mean follows what changes slowly, the torque of the
+    load's own angle for one. None of a run of less than three turns.
     """
     keep = run.trajectory.t >= begin
-    t, speed, error = run.trajectory.t[keep], run.motor_speed[keep], run.error[keep]
+    t, speed, error = run.trajectory.t[keep], run.motor_speed[keep], run.pointing[keep]
     angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t))]) / (2.0 * np.pi)
     starts = np.searchsorted(angle, np.arange(int(angle[-1]) + 1))
     if len(starts) < 4:
@@ -162,10 +161,10 @@ def speeds_to_avoid(
     if limit is not None:
         bands += [band for motions in every for band in motions.above(limit)]
     peaks = tuple(sorted((float(motions.omega[i]), float(motions.sizes[i])) for motions, i in tops))
-    met = () if passed is None else _merged(_met(passed, AMPLIFIED * slow, limit))
+    met = () if passed is None else merged(_met(passed, AMPLIFIED * slow, limit))
     top = None if passed is None else _largest(passed)
     return Avoid(
-        _merged([*bands, *met]), float(forth.sizes[at]), float(forth.omega[at]), slow, peaks, limit, met, top
+        merged([*bands, *met]), float(forth.sizes[at]), float(forth.omega[at]), slow, peaks, limit, met, top
     )  # fmt: skip
 
 
@@ -196,15 +195,6 @@ def _peaks(every: list[Motions], least: float) -> list[tuple[Motions, int]]:
     return found
 
 
-def oscillations(curve: Branch) -> Floats:
-    """Largest |x - mean| [rad] over a period, at every point of a curve."""
-    if not np.any(np.abs(curve.coefficients[:, 0]) > 1e-6 * curve.peak):
-        return curve.peak
-    series = to_blocks(curve.coefficients.T).T.copy()
-    series[:, 0] = 0.0
-    return displacement_peaks(series)
-
-
 def _slow(system: Any, point: OperatingPoint) -> float:
     """Oscillation [rad] of a drive that follows its excitation without inertia."""
     angles = 2.0 * np.pi * np.arange(2048) / 2048
@@ -214,7 +204,8 @@ def _slow(system: Any, point: OperatingPoint) -> float:
     return float(np.max(np.abs(error - np.mean(error))))
 
 
-def _merged(bands: Iterable[tuple[float, ...]]) -> tuple[Speeds, ...]:
+def merged(bands: Iterable[tuple[float, ...]]) -> tuple[Speeds, ...]:
+    """Bands of speed, ascending and apart."""
     out: list[list[float]] = []
     for low, high in sorted(bands):
         if out and low <= out[-1][1]:

@@ -19,7 +19,8 @@ from ..response.gear_forces import settling_time
 from ..response.resonances import operating_point
 from ..response.response import PLAIN_RUNS, ExactResponse
 from ..response.steady import settle
-from .avoid import Avoid, oscillations
+from .avoid import Avoid
+from .drive_response import oscillations
 from .runup import silent
 from .train_curve import largest_oscillation
 
@@ -87,6 +88,7 @@ def remedies(
     ends = [avoid.at, *(end for band in around for end in (band.low, band.high))]
     band = max(speeds[0], (1.0 - NEAR) * min(ends)), min(speeds[1], (1.0 + NEAR) * max(ends))
     harmonics = response.curve.coefficients.shape[1] // 2
+    folded = bool(response.curve.folds or response.curve.elsewhere)
     before = avoid.largest
     if train is None and not is_spring(system):  # at as few speeds as the others
         coarse = _simulated(system, band)
@@ -95,7 +97,7 @@ def remedies(
     at = response.visited()[np.argmax(oscillations(response.curve)[response.visited()])]
     for what, share, by, changed in _changes(system, train, CHANGE * torque, response.curve.coefficients[at], loads):
         progress(f"{what}, {share:+.0%}" if share else what)
-        after = _peak(*changed, band, harmonics)
+        after = _peak(*changed, band, harmonics, folded)
         if after is not None:
             found.append(Remedy(what, share, by, after[1] / before, after[0]))
     return tuple(sorted(found, key=lambda remedy: remedy.ratio))
@@ -189,10 +191,15 @@ def _stiffer(law: Any) -> Any:
     return changed if same else None
 
 
-def _peak(system: Any, train: Any, band: tuple[float, float], harmonics: int) -> tuple[float, float] | None:
-    """Speed [rad/s] and size [rad] of the largest oscillation in a band."""
+def _peak(
+    system: Any, train: Any, band: tuple[float, float], harmonics: int, folded: bool
+) -> tuple[float, float] | None:
+    """Speed [rad/s] and size [rad] of the largest oscillation in a band.
+
+    Where the curve without the change has neither folds nor motions beside it none are looked for.
+    """
     if train is not None:
-        return largest_oscillation(train, band, harmonics)
+        return largest_oscillation(train, band, harmonics, folded)
     if not is_spring(system):
         return _simulated(system, band)
     with as_python(PLAIN_RUNS):

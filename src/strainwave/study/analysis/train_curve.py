@@ -1,10 +1,5 @@
-"""The response of a whole drive train through a speed range: error between motor and load, and torque in the gear.
+"""The response of a whole drive train through a speed range: pointing error of the load, and torque in the gear."""
 
-That error is x = theta_m/N - theta_l, of the load behind all couplings; the motor's own deviation from its reference is
-not in it.
-"""
-
-from dataclasses import dataclass
 from dataclasses import replace as with_changes
 from typing import Any
 
@@ -31,7 +26,7 @@ from ...results import Floats
 from ...tree import leaf_of
 from ..response.jumps import jumps
 from ..response.response import ExactResponse
-from .usage import Usage
+from .drive_response import DriveResponse
 
 POINTS, FEW = 60, 24  # about so many, and more where the curve bends; and for a peak alone
 PER_ORDER, WITH_KINKS = 4, 8  # harmonics to begin with per order of the excitation; and at least, with breakpoints
@@ -40,31 +35,9 @@ LOOKED_AT, SAME = 12, 1e-9  # places of a turn, and the relative difference of r
 SAMPLES = 512  # of a turn, for its largest torque
 
 
-@dataclass(frozen=True, eq=False)
-class TrainCurve:
-    """Steady motions of a drive train through a range of motor speeds.
-
-    Attributes
-    ----------
-    response : ExactResponse
-        The curve: its x is the error between motor and load, twists of couplings included. Motions at the ends of the
-        range that do not join it are in the curve's `elsewhere` and told of in its `message`.
-    usage : Usage
-        Largest torques in the gear over the motions that a slow run-up or run-down visits.
-    gear_peak : float
-        Largest |x| across the gear alone [rad] in them.
-    without_angle : bool
-        Whether a torque that follows the load's own angle, gravity for one, is left out: it repeats once in N turns of
-        the motor, so that no motion with it repeats with every turn.
-    """
-
-    response: ExactResponse
-    usage: Usage
-    gear_peak: float
-    without_angle: bool
-
-
-def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | None:
+def train_curve(
+    train: DriveTrain, speeds: tuple[float, float], harmonics: int | None = None
+) -> DriveResponse | None:  # fmt: skip
     """Follow the steady motions of a train whose motor is held or has a loop; None of another, or where none is found.
 
     Parameters
@@ -73,11 +46,13 @@ def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | 
         The train at constant speed (the `Steady` reference); its omega is replaced.
     speeds : (float, float)
         Range of the motor speed [rad/s].
+    harmonics : int, optional
+        Highest harmonic of the base angle. Default: grown until those left out are negligible.
     """
     if train.motor.free:
         return None
     system = AtLoad(without_gravity(train), train.omega)
-    problem, found, tail, origin = traced_train(system, speeds, POINTS)
+    problem, found, tail, origin = traced_train(system, speeds, POINTS, harmonics)
     if not len(found.points):
         return None
     curve = describe(problem, "omega", found, tail, origin, locate=False)
@@ -87,17 +62,21 @@ def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | 
     except ValueError:  # nothing stable to follow
         return None
     series = problem.series(found.points)
-    path = response.visited()
-    own = np.array([np.any(np.all(row == curve.coefficients[path], axis=1)) for row in from_blocks(series[:, 0].T).T])
-    strain = _strain(system, found.points[own, -1], series[own])
-    return TrainCurve(response, *strain, follows_its_angle(train))
+    rows = from_blocks(series[:, 0].T).T
+    at = [int(np.argmin(np.max(np.abs(rows - row), axis=1))) for row in curve.coefficients]
+    strain = _strain(system, found.points[at, -1], series[at])
+    return DriveResponse(response, *strain, without_angle=follows_its_angle(train))
 
 
 def largest_oscillation(
-    train: DriveTrain, speeds: tuple[float, float], harmonics: int
-) -> tuple[float, float] | None:  # fmt: skip
-    """Speed [rad/s] and size [rad], largest |x - mean| of the load, of the largest oscillation in a short range."""
-    problem, found, _, _ = traced_train(AtLoad(without_gravity(train), train.omega), speeds, FEW, harmonics)
+    train: DriveTrain, speeds: tuple[float, float], harmonics: int, coexisting: bool = True
+) -> tuple[float, float] | None:
+    """Speed [rad/s] and size [rad], largest |x - mean| of the load, of the largest oscillation in a short range.
+
+    Without `coexisting` motions that do not join the curve are not looked for.
+    """
+    system = AtLoad(without_gravity(train), train.omega)
+    problem, found, _, _ = traced_train(system, speeds, FEW, harmonics, coexisting)
     if not len(found.points):
         return None
     series = problem.displacements(found.points)
@@ -130,9 +109,11 @@ def _of_angle(law: Any) -> bool:
 
 
 def traced_train(
-    system: AtLoad, speeds: tuple[float, float], points: int, given: int | None = None
+    system: AtLoad, speeds: tuple[float, float], points: int, given: int | None = None, coexisting: bool = True
 ) -> tuple[FirstOrder, Trace, Tail, str]:
     """Balance problem and points of a curve, with the harmonics that the x of the load takes, or those given.
+
+    Where motions may be `coexisting` at its ends it passes them, or lists those that it does not.
 
     What repeats g times in a turn is followed over a g-th of a turn, with a g-th of the unknowns.
     """
@@ -149,7 +130,7 @@ def traced_train(
         tail = tail_along(problem, found.points)
         enough = tail.share <= MATTERS and found.outcome != STUCK
         done = enough or h >= most or given is not None
-        if (done or found.outcome != END) and others.begin(problem, found):
+        if coexisting and (done or found.outcome != END) and others.begin(problem, found):
             continue  # again, through what coexists
         if done:
             found = with_left_over(problem, found, others)
@@ -182,14 +163,12 @@ def _over_a_turn(problem: FirstOrder, found: Trace, g: int) -> tuple[FirstOrder,
     return whole, with_changes(found, points=np.array(points).reshape(-1, whole.size() + 1), elsewhere=elsewhere)
 
 
-def _strain(system: AtLoad, omega: Floats, series: Floats) -> tuple[Usage, float]:
-    """What motions ask of the gear: its torques, and the largest |x| across it."""
+def _strain(system: AtLoad, omega: Floats, series: Floats) -> tuple[Floats, Floats, Floats]:
+    """What motions ask of the gear: the largest |x| across it [rad], the largest torque and its cubic mean [N*m]."""
     angles = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
     y = np.moveaxis(series @ synthesis(series.shape[2] // 2, SAMPLES), 1, 0)
     own = own_state(system, tuple(y))
     each: Any = omega[:, None]
     torque = np.asarray(turning(system._replace(omega=each)).torque(angles, own))
-    peaks, means = np.max(np.abs(torque), axis=1), np.array([cubic_mean(row) for row in torque])
-    at, at_mean = int(np.argmax(peaks)), int(np.argmax(means))
-    used = Usage(float(peaks[at]), float(omega[at]), float(means[at_mean]), float(omega[at_mean]))
-    return used, float(np.max(np.abs(own[0])))
+    means = np.array([cubic_mean(row) for row in torque])
+    return np.max(np.abs(own[0]), axis=1), np.max(np.abs(torque), axis=1), means

@@ -21,8 +21,8 @@ from ..train.bode import Bode, bode
 from ..train.operating_point import operating_state, with_mean_torques
 from ..train.reductions import Reductions, compare_with_train
 from ..train.run import DriveRun, drive_run
+from .drive_response import DriveResponse
 from .runup import silent
-from .train_curve import TrainCurve
 from .usage import Usage
 
 FREQUENCIES, MOST_HARMONICS = 240, 31
@@ -59,9 +59,8 @@ class TrainStudy:
     ----------
     train : DriveTrain
         The train at constant speed.
-    curve : TrainCurve or None
-        Its steady motions through the range, error between motor and load (the motor's own deviation from its reference
-        is not in it); None of a free motor, or where none were found.
+    curve : DriveResponse or None
+        Its steady motions through the range; None of a free motor, or where none were found.
     state : (states,) array
         Where the mean torques hold it at `speed`.
     speed : float
@@ -69,8 +68,8 @@ class TrainStudy:
     bode : Bode
         Speeds of motor and load over a torque, linear, about that state.
     omega, whole, reduced : (n,) arrays
-        Motor speeds [rad/s] where they are compared; largest |x| [rad] of the train on a slow run-up, that of the load
-        (of a free one that across the gear), and of the error equation; nan where there is no motion. Empty without a
+        Motor speeds [rad/s] where they are compared; largest |pointing error| [rad] of the train on a slow run-up (of
+        a free one |x| across the gear), and |x| of the error equation; nan where there is no motion. Empty without a
         curve.
     ramp : Ramp or None
         Its run-up; None where the motor is free.
@@ -81,7 +80,7 @@ class TrainStudy:
     """
 
     train: DriveTrain
-    curve: TrainCurve | None
+    curve: DriveResponse | None
     state: Floats
     speed: float
     bode: Bode
@@ -108,7 +107,7 @@ def train_study(
     train: DriveTrain,
     system: Any,
     speeds: tuple[float, float],
-    curve: TrainCurve | None,
+    curve: DriveResponse | None,
     exact: ExactResponse,
     point: OperatingPoint,
     gear: Gear | None = None,
@@ -122,7 +121,7 @@ def train_study(
         The train at constant speed (the `Steady` reference).
     system : Oscillator
         Its error equation.
-    curve : TrainCurve or None
+    curve : DriveResponse or None
         `train_curve` of the same range.
     exact, point : ExactResponse, OperatingPoint
         Response of the error equation over the range, and its equilibrium.

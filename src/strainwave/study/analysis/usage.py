@@ -52,6 +52,12 @@ def usage(system: Any, exact: ExactResponse, motions: Iterable[SteadyMotion]) ->
     return Usage(peak, at_peak, mean, at_mean)
 
 
+def most_used(*some: Usage) -> Usage:
+    """The largest torques of several."""
+    peak, mean = max(some, key=lambda u: u.peak_torque), max(some, key=lambda u: u.average_torque)
+    return Usage(peak.peak_torque, peak.at_peak, mean.average_torque, mean.at_average)
+
+
 def limit_findings(gear: Gear, used: Usage, fastest: float | None) -> tuple[Finding, ...]:
     """Compare a run with the gear's limits; `fastest` is the largest input speed [rad/s], None where it is not known.
 

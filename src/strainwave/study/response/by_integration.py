@@ -25,7 +25,9 @@ SAME = 0.03  # relative difference of peaks of one motion
 HARMONICS = 31
 
 
-def response_through(system: Any, speeds: tuple[float, float], points: int = POINTS) -> ExactResponse:
+def response_through(
+    system: Any, speeds: tuple[float, float], points: int = POINTS, harmonics: int | None = None
+) -> ExactResponse:  # fmt: skip
     """Response through a range of base-angle speeds [rad/s]: by harmonic balance for springs, else by integration.
 
     Parameters
@@ -36,6 +38,8 @@ def response_through(system: Any, speeds: tuple[float, float], points: int = POI
         Ends of the range [rad/s].
     points : int
         About so many, of a spring.
+    harmonics : int, optional
+        Highest harmonic, of a spring. Default: grown until those left out do not show.
 
     Returns
     -------
@@ -43,7 +47,7 @@ def response_through(system: Any, speeds: tuple[float, float], points: int = POI
         By integration the curve holds the motions of a slow run-up, and `back` those of a run-down where they differ.
     """
     if is_spring(system):
-        return exact_response(system, speeds, points)
+        return exact_response(system, speeds, points, harmonics)
     start = operating_point(system).start
     up = _sweep(system, np.linspace(*speeds, FIRST), start)
     last = up[-1].end if up[-1].status else start

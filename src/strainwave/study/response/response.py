@@ -95,21 +95,23 @@ class ExactResponse(Result):
         return np.asarray(np.hypot(even, odd))
 
 
-def exact_response(system: Any, speeds: tuple[float, float], points: int = POINTS) -> ExactResponse:
+def exact_response(
+    system: Any, speeds: tuple[float, float], points: int = POINTS, given: int | None = None
+) -> ExactResponse:  # fmt: skip
     """Follow the response through a range of base-angle speeds [rad/s].
 
-    The harmonics grow until those left out do not show; `curve.tail` says how large the last ones are.
+    The harmonics are those given, or grow until those left out do not show; `curve.tail` says how large these are.
     """
     highest = highest_order(system)
     most = max(MOST, highest + 2)
-    harmonics = min(most, max(highest, WITH_KINKS) if system.breakpoints() else HARMONICS * highest)
+    harmonics = given or min(most, max(highest, WITH_KINKS) if system.breakpoints() else HARMONICS * highest)
 
     def followed(h: int, _: float) -> tuple[Branch, float]:
         with as_python(PLAIN_RUNS):
             curve = frequency_response(system, speeds, harmonics=h, points=points)
         return curve, curve.tail
 
-    curve = grown(followed, harmonics, most, MATTERS)
+    curve = grown(followed, harmonics, most if given is None else harmonics, MATTERS)
     try:
         return ExactResponse(curve, jumps(curve))
     except ValueError:  # nothing stable to follow

@@ -10,7 +10,7 @@ from ...law import depends, torque_of
 from ...model.excitation import Harmonic
 from ...model.gears.gear import Gear
 from ...model.gears.limits import Finding, check_limits
-from ...model.train.controls import FREE
+from ...model.train.controls import FREE, Lagged
 from ...model.train.drive_train import DriveTrain
 from ...model.train.shafts import Motor
 from ...model.train.train_forms import Metered
@@ -42,10 +42,11 @@ class DriveRun(Result):
         Times [s] and the states that `train.state_names()` lists; its `status` says whether the end was reached.
     motor_speed, load_speed : (n,) arrays
         Speeds theta_m' and theta_l' [rad/s].
+    pointing : (n,) array
+        Pointing error of the load [rad]: its reference angle, that of the motor over N, minus its angle.
     error : (n,) array
         Dynamic error between motor and load [rad], x = theta_m/N - theta_l with the twists of all couplings. The
-        motor's own deviation from its reference is not in it; the load's deviation from the reference over N is
-        "motor deviation"/N - error.
+        motor's own deviation from its reference is not in it.
     torque : (n,) array
         Torque that the gear transmits [N*m, output side].
     energy : (n,) array
@@ -57,21 +58,23 @@ class DriveRun(Result):
         What the run asked of the gear against its datasheet, if a gear was given.
     warnings : tuple of str
         The findings beyond a limit, as sentences.
-    peak_error, peak_torque, peak_speed : float
-        Largest |error| [rad], |torque| in the gear [N*m] and |motor speed| [rad/s], between the samples too, however
-        far these are apart.
+    peak_pointing, peak_error, peak_torque, peak_speed : float
+        Largest |pointing| and |error| [rad], |torque| in the gear [N*m] and |motor speed| [rad/s], between the samples
+        too, however far these are apart.
     """
 
     train: DriveTrain
     trajectory: Trajectory
     motor_speed: Floats
     load_speed: Floats
+    pointing: Floats
     error: Floats
     torque: Floats
     energy: Floats
     work: dict[str, Floats]
     findings: tuple[Finding, ...]
     warnings: tuple[str, ...]
+    peak_pointing: float
     peak_error: float
     peak_torque: float
     peak_speed: float
@@ -157,7 +160,8 @@ class DriveRun(Result):
         heat = ", ".join(f"{name} {value:.4g}" for name, value in self.lost(float(self.trajectory.t[0])).items())
         return on_screen(
             f"DriveRun: t = {self.trajectory.t[0]:.6g} .. {self.trajectory.t[-1]:.6g} s, {len(self.trajectory.t)} "
-            f"samples\n  largest |dynamic error| {largest:.6g} rad at t = {t:.6g} s, motor {speed:.6g} rad/s\n"
+            f"samples\n  largest |pointing error| {self.peak_pointing:.6g} rad, |dynamic error| {largest:.6g} rad at "
+            f"t = {t:.6g} s, motor {speed:.6g} rad/s\n"
             f"  largest |torque| in the gear {self.peak_torque:.6g} N*m\n"
             f"  heat [J]: {heat}\n  energy balance to {self.imbalance:.1e}; {self.trajectory.message}"
         )
@@ -217,23 +221,22 @@ def drive_run(
     peaks = _peaks(train, run, len(names))
     findings: tuple[Finding, ...] = ()
     if gear is not None:
-        findings = check_limits(gear, peak_torque=peaks[1], max_speed=peaks[2])
+        findings = check_limits(gear, peak_torque=peaks[2], max_speed=peaks[3])
     return DriveRun(
-        train, own, speed, np.broadcast_to(train.load_speed(phase, states), run.t.shape), train.load_error(states),
-        torque, np.broadcast_to(train.energy(phase, states), run.t.shape),
+        train, own, speed, np.broadcast_to(train.load_speed(phase, states), run.t.shape),
+        train.pointing_error(states), train.load_error(states), torque,
+        np.broadcast_to(train.energy(phase, states), run.t.shape),
         dict(zip(powers, run.y[len(names) :], strict=True)), findings,
         tuple(finding.sentence for finding in findings if finding.exceeded), *peaks,
     )  # fmt: skip
 
 
-def _peaks(train: DriveTrain, run: Trajectory, states: int) -> tuple[float, float, float]:
-    """Largest |error| at the load [rad], |torque| in the gear [N*m] and |motor speed| [rad/s] of a metered run."""
+def _peaks(train: DriveTrain, run: Trajectory, states: int) -> Any:
+    """Largest sizes of what a metered run has watched."""
     if run.largest is not None:
         first = np.abs(np.array(Metered(train).watched(train.omega * run.t[0], tuple(run.y[:states, 0])), float))
-        error, torque, speed = np.maximum(first, np.max(run.largest[-len(first) :], axis=1)).tolist()
-        return error, torque, speed
-    error, torque, speed = (largest_between(np.diff(run.t), *ends) for ends in watched_ends(Metered(train), run))
-    return error, torque, speed
+        return np.maximum(first, np.max(run.largest[-len(first) :], axis=1)).tolist()
+    return [largest_between(np.diff(run.t), *ends) for ends in watched_ends(Metered(train), run)]
 
 
 def waiting(train: DriveTrain, t: float) -> Floats:
@@ -260,9 +263,10 @@ def waiting(train: DriveTrain, t: float) -> Floats:
 
 def _holds_its_place(motor: Motor) -> bool:
     """Whether the control answers a deviation of the angle, at once or by states of its own."""
-    if motor.held or depends(motor.control) == 3:
+    control = motor.control.loop if isinstance(motor.control, Lagged) else motor.control
+    if motor.held or depends(control) == 3:
         return True
-    left, right = (float(torque_of(motor.control, x, 0.0, ())) for x in (-ASIDE, ASIDE))
+    left, right = (float(torque_of(control, x, 0.0, ())) for x in (-ASIDE, ASIDE))
     return left != right
 
 

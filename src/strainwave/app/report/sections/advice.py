@@ -5,6 +5,7 @@ from typing import Any
 
 from ....sentences import Angle, Sentence, Speed, listed
 from ....study.analysis.avoid import AMPLIFIED, Avoid
+from ....study.analysis.load_range import LoadCase
 from ....study.analysis.remedies import Remedy
 from ...console import number
 from ...units import sizes
@@ -48,6 +49,10 @@ def _advice(view: View, avoid: Avoid) -> dict[str, Any]:
         "slow_oscillation_rad": avoid.slow,
         "peaks": [view.place(at) | {"oscillation_rad": size} for at, size in avoid.peaks],
         "sentence": _avoid(view, avoid),
+        "by_load_torque": [
+            {"load_torque_Nm": case.torque, "bands": [_band(view, *band) for band in case.bands]}
+            for case in view.analysis.load_cases
+        ],
         "run_up_bands": [_band(view, *band) for band in avoid.passed],
         "about": _about(view, avoid),
         "nominal": NOMINAL if avoid.bands else "",
@@ -73,18 +78,28 @@ def _band(view: View, low: float, high: float) -> dict[str, Any]:
     return ends | {"from_rpm": view.speeds.rpm(low), "to_rpm": view.speeds.rpm(high)}
 
 
-def _about(view: View, avoid: Avoid) -> str:
-    """Say which torque the speeds to avoid are for, where the curve has not all of them."""
+def _about(view: View, avoid: Avoid) -> Sentence | str:
+    """Say which torques of the load the speeds to avoid are for, and what the run-up adds."""
+    cases, said = view.analysis.load_cases, ""
+    if cases:
+        ends = f"{number(cases[0].torque)} to {number(cases[-1].torque)} N·m"
+        each = Sentence("; ").join(_of_case(view, case) for case in cases)
+        said = f"These speeds are for every torque of the load from {ends}: " + each + ". "
     if avoid.largest_passed is None:
-        return ""
-    if view.analysis.train_curve is None:
-        motions, run = "of the error equation, in place of the whole drive train", "the run-up of that train"
-    else:
-        motions = "under constant mean torques, without the torque that follows the load's own angle"
-        run = "the run-up, which has that torque,"
+        return said
     met = _ranges(view, avoid.passed) + " " + Speed() if avoid.passed else "no speed"
-    text = f"The steady motions behind these speeds are {motions}; {run} adds "
-    return text + met + ". At other angles of the load the speeds move."
+    if view.analysis.train_curve is None:
+        return (
+            "The steady motions behind these speeds are of the error equation, in place of the whole drive train; the "
+            "run-up of that train adds " + met + "."
+        )
+    return said + "The run-up, in which the load turns through the torques of its own angle, adds " + met + "."
+
+
+def _of_case(view: View, case: LoadCase) -> Sentence:
+    """Speeds to avoid under one torque of the load."""
+    bands = _ranges(view, case.bands) if case.bands else Sentence("none")
+    return f"at {number(case.torque)} N·m " + bands
 
 
 def _ranges(view: View, bands: tuple[tuple[float, float], ...]) -> Sentence:

@@ -7,7 +7,7 @@ from ....law import spring_stiffness
 from ....protocols import terms_of
 from ....sentences import Angle
 from ....study.response.resonances import active_orders
-from ...console import BETWEEN, percent
+from ...console import number, percent
 from ...view import View
 from .opening import YIELDS
 
@@ -30,6 +30,7 @@ class DerivedQuantities:
         project, gear = view.project, view.project.gear
         return {
             "derived": [fact._asdict() for fact in facts(view)],
+            "damping": damping(view),
             "drive": {
                 "law": repr(project.drive.law),
                 "gear": gear.name if gear else None,
@@ -84,7 +85,43 @@ def facts(view: View) -> list[Fact]:
             rows.append(
                 Fact(f"Natural frequency, motor {mode}", "ω₀", None, "rad/s", "no stiffness at the operating point")
             )
-    return rows + _static(view)
+    return [*rows, *_damping_facts(damping(view)), *_static(view)]
+
+
+def damping(view: View) -> dict[str, Any]:
+    """B, the damping ratio of each mode by it, and what the hysteresis loses in a cycle, side by side.
+
+    The loss stands for a damping ratio too: of the spring with the same stiffness from end to end that loses as much at
+    its resonance, W/(4 pi E), E = T a/2 at the amplitude a (Chopra, Dynamics of Structures, 4th ed., eq. 3.9.2).
+    """
+    drive, loop, study = view.project.drive, view.analysis.loop, view.analysis.train
+    stiffness = float(spring_stiffness(drive.law, view.analysis.point.x))
+    omegas = {mode: math.sqrt(max(stiffness, 0.0) / J) for mode, J in (("free", drive.J), ("held", drive.J_l))}
+    ratios = {mode: drive.B * omega / (2.0 * stiffness) for mode, omega in omegas.items() if omega}
+    modes = [_mode(f"error equation, motor {mode}", omegas[mode], ratios[mode]) for mode in ratios]
+    modes += [_mode("whole drive train", abs(p), -p.real / abs(p)) for p in ([] if study is None else study.modes)]
+    loss = None
+    if loop is not None:
+        alike = loop.full.energy / (math.pi * loop.torque * loop.full.span)
+        loss = {"J_per_cycle": loop.full.energy, "at_Nm": loop.torque, "as_damping_ratio": alike}
+    return {"B_Nms_per_rad": drive.B, "modes": modes, "hysteresis_loss": loss}
+
+
+def _mode(of: str, omega: float, ratio: float) -> dict[str, Any]:
+    return {"of": of, "omega_rad_per_s": omega, "hertz": omega / (2.0 * math.pi), "damping_ratio": ratio}
+
+
+def _damping_facts(found: dict[str, Any]) -> list[Fact]:
+    """B, the modes of the train and the loss of the hysteresis; the modes of the error equation have their own rows."""
+    rows = [Fact("Damping across the spring", "B", found["B_Nms_per_rad"], "N·m·s/rad", "output side")]
+    for mode in (m for m in found["modes"] if m["of"] == "whole drive train"):
+        name = f"Damping ratio of the train's mode of {number(mode['hertz'], 3)} Hz"
+        rows.append(Fact(name, "ζ", mode["damping_ratio"], "", "about the operating point, small vibrations"))
+    if (loss := found["hysteresis_loss"]) is not None:
+        at = f"slowly between ±{number(loss['at_Nm'])} N·m; loses as much as a damping ratio of "
+        note = at + percent(loss["as_damping_ratio"], 2)
+        rows.append(Fact("Loss of the hysteresis per cycle", "", loss["J_per_cycle"], "J", note))
+    return rows
 
 
 def _at_rest(view: View, stiffness: float, zeta: float) -> str:
@@ -106,7 +143,7 @@ def _static(view: View) -> list[Fact]:
     point, project, gear, (unit, factor) = view.analysis.point, view.project, view.project.gear, view.angle
     rows = [
         Fact("Mean torque on the error equation", "τ₀", point.mean_torque, "N·m", "output side"),
-        Fact("Static error under the mean torque", "x₀", point.x * factor, unit, BETWEEN),
+        Fact("Static error under the mean torque", "x₀", point.x * factor, unit, "between motor and load"),
     ]
     size = "0-to-peak, output side"
     for term in terms_of(view.analysis.system.excitation) if point.stiffness > 0.0 else ():

@@ -6,15 +6,15 @@ from typing import Any
 from .... import __version__
 from ....law import spring_stiffness
 from ....sentences import Speed
-from ...console import BETWEEN, number, percent
+from ....study.analysis.analysis import Largest
+from ...console import WHAT_X_IS, number, percent
 from ...units import sizes
 from ...view import View
 from .whole_train import modes, parts
 
 CONVENTIONS = (
-    "x = theta_m/N - theta_l [rad, output side], the error between motor and load; the motor's own deviation from its "
-    "reference is not in it; peak is the largest |x|, the mean included; amplitudes of single harmonics are 0-to-peak; "
-    "omega is the speed of the base angle"
+    f"{WHAT_X_IS}; oscillation is the largest distance from the mean, peak the largest size, the mean included; "
+    "amplitudes of single harmonics are 0-to-peak; omega is the speed of the base angle"
 )
 LIMIT = ("limit", "value", "bound", "unit", "exceeded")
 YIELDS = 1.0 - 1e-9  # the spring alone is softer than the law by more than rounding
@@ -38,7 +38,9 @@ class Opening:
             "conventions": CONVENTIONS,
             "speed_range_rad_per_s": list(view.analysis.speeds),
             "natural_frequencies": natural_frequencies(view),
-            "largest_error": view.place(worst.omega) | sizes(worst.peak) | {"method": worst.method, "of": worst.of},
+            "error": view.analysis.drive.name,
+            "largest_oscillation": _largest(view, view.analysis.largest_oscillation(), "oscillation"),
+            "largest_error": _largest(view, worst, "peak"),
             "largest_torque": _largest_torque(view),
             "limits": [{name: getattr(finding, name) for name in LIMIT} for finding in view.analysis.limits],
         }
@@ -56,7 +58,7 @@ class Opening:
 
     def key_numbers(self, view: View, data: dict[str, Any]) -> list[tuple[str, str, bool]]:
         """Value, meaning, and whether it is beyond a limit."""
-        whole, in_run = view.analysis.train_curve is not None, view.analysis.run_alone is not None
+        whole = view.analysis.train_curve is not None
         found: list[tuple[str, str, bool]] = []
         if whole:
             text = "mode of the whole drive train that the excitation meets in the range; damping ratio "
@@ -68,19 +70,37 @@ class Opening:
             for row in data["natural_frequencies"]:
                 text = f"natural frequency{small}, motor {row['motor']}{' (used)' if row['used'] else ''}"
                 found.append((f"{number(row['hertz'])} Hz", text, False))
-        worst, torque = data["largest_error"], data["largest_torque"]
-        what = "|x| in a run-up of the whole drive train" if in_run else "steady |x|"
-        text = f"largest {what} {BETWEEN}, mean included, at " + Speed(worst["omega_rad_per_s"], digits=5)
-        found.append((view.angle.text(worst["peak_rad"]), view.told(text), False))
-        where = " in that run-up" if in_run else ", steady or in the run-up" if whole else ""
+        for key, name, mean in (
+            ("largest_oscillation", "oscillation", ""),
+            ("largest_error", "peak", ", mean included"),
+        ):
+            size = data[key]
+            run = " in a run-up" if size["of"].startswith("run-up") else ""
+            what = f"largest {'oscillation of the ' * (not mean)}{data['error']}{run}{mean}, at "
+            text = what + Speed(size["omega_rad_per_s"], digits=5) + _under(size["load_torque_Nm"])
+            found.append((view.angle.text(size[f"{name}_rad"]), view.told(text), False))
+        torque, where = data["largest_torque"], ", steady or in the run-up" if whole else " in a steady motion"
         size, beyond = torque["torque_Nm"], ""
-        for name in ("momentary", "repeated_peak"):
+        for name, end in (
+            ("ratcheting", "; the teeth skip, this is no result"),
+            ("momentary", ""),
+            ("repeated_peak", ""),
+        ):
             limit = torque[f"{name}_torque_Nm"]
             if not beyond and limit is not None and size > limit:
-                beyond = f": more than the {name.replace('_', ' ')} torque of {number(limit)} N·m"
-        kind, at = "" if where else "steady ", Speed(torque["omega_rad_per_s"], digits=5)
-        text = f"largest {kind}torque through the gear{where}, at " + at
+                beyond = f": more than the {name.replace('_', ' ')} torque of {number(limit)} N·m{end}"
+        text = f"largest torque through the gear{where}, at " + Speed(torque["omega_rad_per_s"], digits=5)
         return [*found, (f"{number(size)} N·m", view.told(text) + beyond, bool(beyond))]
+
+
+def _largest(view: View, found: Largest, name: str) -> dict[str, Any]:
+    """A largest error as data; the torque is that of the load, where the drive has a range of them."""
+    how = {"method": found.method, "of": found.of, "load_torque_Nm": found.torque}
+    return view.place(found.omega) | sizes(found.peak, name) | how
+
+
+def _under(torque: float | None) -> str:
+    return "" if torque is None else f" with {number(torque)} N·m on the load"
 
 
 def natural_frequencies(view: View) -> list[dict[str, Any]]:
@@ -104,11 +124,11 @@ def natural_frequencies(view: View) -> list[dict[str, Any]]:
 
 
 def _largest_torque(view: View) -> dict[str, Any]:
-    """Largest torque through the gear in a steady motion, or the run-up in its place, beside the gear's limits."""
-    used, gear, ramp = view.analysis.usage, view.project.gear, view.analysis.run_alone
-    torque, omega = (used.peak_torque, used.at_peak) if ramp is None else ramp.largest(ramp.run.torque)
-    return view.place(omega) | {
-        "torque_Nm": torque,
+    """Largest torque through the gear in a steady motion or the run-up, beside the gear's limits."""
+    used, gear = view.analysis.usage, view.project.gear
+    return view.place(used.at_peak) | {
+        "torque_Nm": used.peak_torque,
         "repeated_peak_torque_Nm": gear.repeated_peak_torque if gear else None,
+        "ratcheting_torque_Nm": gear.ratcheting_torque if gear else None,
         "momentary_torque_Nm": gear.momentary_torque if gear else None,
     }

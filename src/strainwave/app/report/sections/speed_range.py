@@ -7,7 +7,9 @@ from ....results import Status
 from ....sentences import Angle, Sentence, Speed
 from ....speeds import Speeds
 from ....study.response.response import ExactResponse
-from ...figures import curves
+from ...console import number
+from ...figures import drive
+from ...figures.svg import figure
 from ...units import place, sizes
 from ...view import View
 
@@ -22,8 +24,10 @@ class SpeedRange:
         return {"exact_response": curve_data(view.speeds, view.analysis.exact), "run_up": _run_up(view)}
 
     def figures(self, view: View) -> list[str]:
-        """Largest error against speed."""
-        return [curves.speed_range(curves.report_panel(view))]
+        """Oscillation of the error, and torque in the gear, against speed."""
+        analysis = view.analysis
+        panels = drive.panels(view.project, view.angle, analysis.drive, drive.of_analysis(analysis))
+        return [figure([[panel] for panel in panels], drive.HEIGHT, "error and torque against speed")]
 
     def sentences(self, view: View) -> list[str]:
         """What the figure shows, and what a sweep does."""
@@ -99,28 +103,31 @@ def sweep_sentences(exact: ExactResponse) -> list[str]:
         )
         does = "jumps " + steps if jumps else "does not jump"
         end = "." if whole else "; the curve has no stable motion all the way, so the drive leaves it."
-        said.append(f"On a slow {name} the largest |x| " + does + end)
+        said.append(f"On a slow {name} the largest |error|, its mean included, " + does + end)
     return said
 
 
 def _lines(view: View) -> str:
     """The lines of the figure; where a curve is rough or not complete, a warning says so."""
     analysis, response = view.analysis, view.analysis.response
+    first, last = (analysis.load_cases[i].torque for i in (0, -1)) if analysis.load_cases else (0.0, 0.0)
+    cases = f" Orange: the same with other torques of the load, {number(first)} to {number(last)} N·m."
+    after = cases * bool(analysis.load_cases) + " Grey: speeds to avoid." * bool(
+        analysis.avoid and analysis.avoid.bands
+    )
     if response.method == "integration":
         back = "" if response.back is None else "; dash-dotted: descending, where they differ"
         return (
             "Blue: steady motions by integration, each started from the one before, speeds ascending"
-            f"{back}; triangles: the same at a few speeds, as the CSV files hold them."
+            f"{back}; triangles: the same at a few speeds, as the CSV files hold them.{after}"
         )
     whole = "" if analysis.train_curve is None else " of the whole drive train"
     text = f"Blue, thick: the motions{whole} that repeat with the {view.speeds.base_angle}, by harmonic balance "
-    text += f"({response.curve.coefficients.shape[1] // 2} harmonics); "
+    text += f"({response.curve.coefficients.shape[1] // 2} harmonics)"
     if analysis.train is None or analysis.train_curve is None:
-        theory = any(regime.response and regime.response.branches for regime in analysis.regimes)
-        return text + ("orange, thin: first-order multiple scales; " * theory) + "triangles: integration, as a check."
-    twist = ", the twist of the coupling included" if analysis.train.train.load.couplings() else ""
+        return f"{text}; triangles: integration, as a check.{after}"
     without = "; without the torque that follows the load's own angle" if analysis.train_curve.without_angle else ""
-    return f"{text}x between motor and load{twist}{without}. Dash-dotted: the error equation in its place."
+    return f"{text}{without}. Dash-dotted: the error equation in its place.{after}"
 
 
 def _others(view: View) -> str:

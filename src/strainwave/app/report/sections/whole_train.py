@@ -9,12 +9,12 @@ from ....model.train.shafts import NO_DRAG
 from ....quantities import parameters
 from ....results import Status
 from ....sentences import Angle, Sentence, Speed
-from ....study.analysis.train_curve import TrainCurve
+from ....study.analysis.drive_response import DriveResponse
 from ....study.analysis.train_study import Ramp, TrainStudy
 from ....study.response.resonances import active_orders
 from ....study.train.run import INPUTS
 from ....units import RPM
-from ...console import BETWEEN, number, percent
+from ...console import number, percent
 from ...figures.plots import BLACK, BLUE, DASHES, ORANGE, envelope
 from ...figures.svg import Curve, Panel, figure
 from ...units import sign, sizes
@@ -29,6 +29,7 @@ CONTROLS = {
     "Held": "a motor ideally held",
     "SpeedLoop": "a motor in a speed loop",
     "PositionLoop": "a motor in a position loop",
+    "Lagged": "a motor in a loop with a lag",
 }
 
 
@@ -80,7 +81,7 @@ def _train_data(view: View, study: TrainStudy) -> dict[str, Any]:
     return {
         "parts": parts(study),
         "control": type(control).__name__,
-        "gains": control._asdict(),
+        "gains": {p.path: p.value for p in parameters(control)},
         "operating_point": {"motor_speed_rpm": study.speed / RPM, "torque_in_gear_Nm": torque, "torsion_rad": state[0]},
         "modes": modes(view),
         "stable": bool(np.all(study.bode.poles.real < 1e-9 * np.max(np.abs(study.bode.poles)))),
@@ -123,7 +124,7 @@ def parts(study: TrainStudy) -> str:
     )
 
 
-def _curve_data(curve: TrainCurve) -> dict[str, Any]:
+def _curve_data(curve: DriveResponse) -> dict[str, Any]:
     response, at = curve.response, curve.response.largest()
     stable = response.curve.stable
     return {
@@ -143,12 +144,13 @@ def _curve_data(curve: TrainCurve) -> dict[str, Any]:
 def _run_data(ramp: Ramp) -> dict[str, Any]:
     """Key numbers of the run-up after it has settled at the lowest speed."""
     run, begin = ramp
-    (error, at), (torque, strained) = ramp.largest(run.error), ramp.largest(run.torque)
+    (pointing, at), (torque, strained) = ramp.largest(run.pointing), ramp.largest(run.torque)
     return {
         "seconds": float(run.trajectory.t[-1]) - begin,
         "status": run.trajectory.message,
         "complete": bool(run.trajectory.status),
-        **sizes(error, "largest_error"),
+        **sizes(pointing, "largest_pointing_error"),
+        **sizes(ramp.largest(run.error)[0], "largest_between_motor_and_load"),
         "at_rpm": at / RPM,
         "largest_torque_Nm": torque,
         "largest_torque_at_rpm": strained / RPM,
@@ -177,8 +179,8 @@ def reduction(view: View) -> dict[str, Any] | None:
         "far_apart": bool(apart),
         "sentence": Sentence(
             "The error equation, with an ideally held motor and a rigid load, is a reduction of the drive train: its "
-            f"largest steady |x| is {{}} at {{}}, {_times(reduced / whole, 'as large as that', ' that')} of the train, "
-            f"at {_times(slow / fast, 'the same speed', ' the speed')}.",
+            f"largest steady |error| is {{}} at {{}}, {_times(reduced / whole, 'as large as that', ' that')} of the "
+            f"train, at {_times(slow / fast, 'the same speed', ' the speed')}.",
             Angle(reduced),
             Speed(slow, digits=5),
         ),
@@ -221,13 +223,13 @@ def _bode_figure(study: TrainStudy) -> str:
 def _run_figure(view: View, study: TrainStudy, ramp: Ramp) -> str:
     run, angle = ramp.run, view.angle
     keep = run.trajectory.t >= ramp.begin
-    speed, error = run.motor_speed[keep] / RPM, run.error[keep] * angle.factor
-    panel = Panel("", "motor speed (rpm)", f"x {BETWEEN}\n({angle.name})")
+    speed, error = run.motor_speed[keep] / RPM, run.pointing[keep] * angle.factor
+    panel = Panel("", "motor speed (rpm)", f"pointing error\n({angle.name})")
     low, high, at = envelope(speed, error, max(2, len(speed) // CYCLE))
     panel.curves.append(Curve(at, low, BLUE, "run-up of the whole train (band of its cycles)", upper=high))
-    curves = [(view.analysis.exact, ORANGE, "error equation, steady, largest |x|", DASHES)]
+    curves = [(view.analysis.exact, ORANGE, "error equation, steady, largest |error|", DASHES)]
     if study.curve is not None:
-        name = "whole train, steady, largest |x|" + (" without gravity" if study.curve.without_angle else "")
+        name = "whole train, steady, largest |error|" + (" without gravity" if study.curve.without_angle else "")
         curves.insert(0, (study.curve.response, BLACK, name, ""))
     for response, colour, name, dash in curves:
         if response.sweep is not None:

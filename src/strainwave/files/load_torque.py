@@ -1,0 +1,29 @@
+"""The range of torques that the load of a project has, and the drive under each of them."""
+
+from dataclasses import replace
+from typing import Any
+
+from ..model.excitation import Harmonic, Harmonics
+from ..model.train.drive_train import DriveTrain
+from ..study.analysis.load_range import LoadRange, torques_of_angle
+from ..study.analysis.train_curve import without_gravity
+
+
+def load_range(project: Any) -> LoadRange | None:
+    """Torques of the load of a project: see `Project.load_range`."""
+    terms = () if project.load_torque is None else project.load_torque.terms
+    mean = sum(term.mean for term in terms)
+    low, high = project.mean_range or (mean, mean)
+    if project.train is not None:
+        least, most = torques_of_angle(project.train.load.end().drag)
+        low, high = low + least, high + most
+
+    def under(torque: float) -> tuple[Any, DriveTrain | None]:
+        excitation, train = Harmonics((*terms, Harmonic(0.0, mean=torque - mean))), project.train
+        if train is not None:
+            train = without_gravity(train)
+            end = train.load.end()
+            train = train._replace(load=train.load.with_end(end._replace(excitation=excitation)))
+        return replace(project, load_torque=excitation, train=train).system(reduced=True), train
+
+    return LoadRange(low, high, under) if low < high else None

@@ -1,0 +1,139 @@
+"""Steady motions of a drive through a range of speeds: pointing error of the load, error across the gear, torque."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...model.gears.limits import cubic_mean
+from ...numerics.balance.fourier import to_blocks
+from ...numerics.stability.second_order import displacement_peaks
+from ...results import Branch, Floats, Orbit, Status
+from ..response.response import ExactResponse
+from .usage import Usage
+
+
+@dataclass(frozen=True, eq=False)
+class DriveResponse:
+    """Steady motions of a drive that repeat with the base angle, in arc order over its speed.
+
+    Its error is the pointing error of the load: the reference angle, that of the motor over N, minus the load's angle,
+    twists of couplings and the motor's own deviation included. With an ideally held motor it is x = theta_m/N -
+    theta_l of the load. A motor that follows its torque alone has no reference: there the error is x.
+
+    Attributes
+    ----------
+    response : ExactResponse
+        The curve of the error with its jumps. Motions at the ends of the range that do not join it are in the curve's
+        `elsewhere` and told of in its `message`.
+    across : (n,) array
+        Largest |x| across the gear alone [rad], at every point.
+    torque, mean_torque : (n,) arrays
+        Largest size and cubic mean over a turn of the torque in the gear [N*m, output side], at every point.
+    has_reference : bool
+        Whether the error is the pointing error.
+    without_angle : bool
+        Whether a torque that follows the load's own angle, gravity for one, is left out: it repeats once in N turns of
+        the motor, so that no motion with it repeats with every turn.
+    """
+
+    response: ExactResponse
+    across: Floats
+    torque: Floats
+    mean_torque: Floats
+    has_reference: bool = True
+    without_angle: bool = False
+
+    @property
+    def name(self) -> str:
+        """What the error is, in words."""
+        return "pointing error" if self.has_reference else "error between motor and load"
+
+    @property
+    def curve(self) -> Branch:
+        """The curve of the error."""
+        return self.response.curve
+
+    @property
+    def omega(self) -> Floats:
+        """Speed (n,) of the base angle [rad/s]."""
+        return self.curve.omega
+
+    @property
+    def peak(self) -> Floats:
+        """Largest |error| (n,) [rad], its mean included: the static wind-up is in it."""
+        return self.curve.peak
+
+    @property
+    def oscillation(self) -> Floats:
+        """Largest |error - mean| (n,) [rad]."""
+        return oscillations(self.curve)
+
+    @property
+    def stable(self) -> Any:
+        """Whether each motion is stable, (n,) bool."""
+        return self.curve.stable
+
+    @property
+    def folds(self) -> list[Orbit]:
+        """Turning points of the speed."""
+        return self.curve.folds
+
+    @property
+    def status(self) -> Status:
+        """`Status.OK`, `Status.TRUNCATED`, or why the curve ends inside the range."""
+        return self.curve.status
+
+    @property
+    def message(self) -> str:
+        """One sentence on the curve."""
+        return self.curve.message
+
+    def visited(self) -> NDArray[np.int64]:
+        """Numbers of the motions that a slow run-up or run-down visits; all where there is no sweep."""
+        visited = self.response.visited()
+        return visited if len(visited) else np.arange(len(self.omega))
+
+    @property
+    def gear_peak(self) -> float:
+        """Largest |x| across the gear alone [rad] in the motions that a slow run-up or run-down visits."""
+        return float(np.max(self.across[self.visited()], initial=0.0))
+
+    @property
+    def usage(self) -> Usage:
+        """Largest torques in the gear over the same motions."""
+        at = self.visited()
+        peak, mean = (at[int(np.argmax(values[at]))] for values in (self.torque, self.mean_torque))
+        omega = self.omega
+        return Usage(
+            float(self.torque[peak]), float(omega[peak]), float(self.mean_torque[mean]), float(omega[mean])
+        )  # fmt: skip
+
+    def __str__(self) -> str:
+        top = int(np.argmax(self.oscillation))
+        folds = ", ".join(f"{fold.omega:.6g}" for fold in self.folds) or "none"
+        return (
+            f"DriveResponse: {len(self.omega)} steady motions, {self.omega.min():.6g} to {self.omega.max():.6g} rad/s\n"
+            f"  largest oscillation of the {self.name} {self.oscillation[top]:.6g} rad at {self.omega[top]:.6g} rad/s\n"
+            f"  largest |x| across the gear {self.gear_peak:.6g} rad, torque in it {self.usage.peak_torque:.6g} N*m\n"
+            f"  folds at {folds} rad/s; {int(np.sum(self.stable))} motions stable; {self.message}"
+        )
+
+    __repr__ = __str__
+
+
+def of_equation(system: Any, exact: ExactResponse, has_reference: bool = True) -> DriveResponse:
+    """Motions of an error equation with its response: a rigid load, and a motor that is held, or free."""
+    torque = exact.torque(system)
+    means = np.array([cubic_mean(row) for row in torque])
+    return DriveResponse(exact, exact.curve.peak, np.max(np.abs(torque), axis=1), means, has_reference)
+
+
+def oscillations(curve: Branch) -> Floats:
+    """Largest |x - mean| [rad] over a period, at every point of a curve."""
+    if not np.any(np.abs(curve.coefficients[:, 0]) > 1e-6 * curve.peak):
+        return curve.peak
+    series = to_blocks(curve.coefficients.T).T.copy()
+    series[:, 0] = 0.0
+    return displacement_peaks(series)

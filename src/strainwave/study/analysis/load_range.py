@@ -1,0 +1,170 @@
+"""A drive whose load torque lies anywhere in a range, as that of gravity on an arm does: a curve at several torques.
+
+Gravity follows the load's angle, which turns N times slower than the motor: to the vibration it is a constant torque,
+another one at every angle (quasi-static). Its own stiffness is left out: that of a gear is hundreds of times larger.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import log, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...law import depends
+from ...model.laws.hysteresis import Parallel
+from ...model.train.drive_train import DriveTrain
+from ...model.train.motion import AngleTorque
+from ..response.by_integration import response_through
+from ..response.resonances import operating_point
+from .avoid import Avoid, Speeds, merged, speeds_to_avoid
+from .drive_response import DriveResponse, of_equation
+from .train_curve import train_curve
+
+MOST, WITH_MEMORY = 9, 3  # torques of a range with a curve each; of laws with friction or memory
+
+
+class LoadRange(NamedTuple):
+    """Torques of a load and the drive under each of them.
+
+    Attributes
+    ----------
+    low, high : float
+        Least and largest torque [N*m] on the load along its motion; a resisting load is negative.
+    at : callable
+        Error equation, and whole train or None, under a constant torque [N*m] of the load.
+    """
+
+    low: float
+    high: float
+    at: Callable[[float], tuple[Any, DriveTrain | None]]
+
+    @property
+    def middle(self) -> float:
+        """Torque [N*m] in the middle of the range."""
+        return 0.5 * (self.low + self.high)
+
+
+@dataclass(frozen=True, eq=False)
+class LoadCase:
+    """A drive under one torque of its range.
+
+    Attributes
+    ----------
+    torque : float
+        Constant torque on the load [N*m].
+    drive : DriveResponse
+        Its steady motions.
+    avoid : Avoid or None
+        Speeds to avoid; None where no motion is stable.
+    """
+
+    torque: float
+    drive: DriveResponse
+    avoid: Avoid | None
+
+    @property
+    def bands(self) -> tuple[Speeds, ...]:
+        """Speeds to avoid [rad/s] under this torque."""
+        return () if self.avoid is None else self.avoid.bands
+
+
+def load_cases(
+    load: LoadRange, speeds: Speeds, limit: float | None, middle: LoadCase, progress: Callable[[float], None]
+) -> tuple[LoadCase, ...]:
+    """Follow the motions at the ends of the range, in its middle, and between torques whose bands lie apart.
+
+    Parameters
+    ----------
+    load : LoadRange
+        The torques.
+    speeds : (float, float)
+        Range of the base-angle speed [rad/s].
+    limit : float or None
+        Largest oscillation of the error [rad] that the drive may have.
+    middle : LoadCase
+        The drive under the torque in the middle of the range.
+    progress : callable
+        Told every torque [N*m] before its curve is computed.
+
+    Raises
+    ------
+    SolveError
+        If the law cannot carry a torque of the range.
+    """
+    found = {middle.torque: middle}
+
+    def computed(torque: float) -> None:
+        progress(torque)
+        found[torque] = _case(load, torque, speeds, limit)
+
+    for torque in (load.low, load.high):
+        computed(torque)
+    most = MOST if depends(load.at(load.low)[0].law) == 1 else WITH_MEMORY
+    while len(found) < most:
+        rows = sorted(found)
+        apart = [(a, b) for a, b in pairwise(rows) if _gap(found[a].bands, found[b].bands) > 0.0]
+        if not apart:
+            break
+        a, b = max(apart, key=lambda pair: _gap(found[pair[0]].bands, found[pair[1]].bands))
+        computed(0.5 * (a + b))
+    return tuple(found[torque] for torque in sorted(found))
+
+
+def over_all(avoid: Avoid | None, cases: tuple[LoadCase, ...]) -> Avoid | None:
+    """Speeds to avoid under any torque of the range: bands of every torque, and all between those that belong.
+
+    `avoid` is that of the drive under its own mean torque; largest and peaks are those of all torques.
+    """
+    every = [found for found in (avoid, *(case.avoid for case in cases)) if found is not None]
+    if not every:
+        return None
+    bands = [band for found in every for band in found.bands]
+    for a, b in pairwise(cases):
+        bands += _between(a.bands, b.bands)
+    worst = max(every, key=lambda found: found.largest)
+    return replace(every[0], bands=merged(bands), largest=worst.largest, at=worst.at, peaks=worst.peaks)
+
+
+def torques_of_angle(law: Any) -> tuple[float, float]:
+    """Least and largest torque [N*m] on a load from drags that follow its own angle, gravity for one."""
+    angles = 2.0 * np.pi * np.arange(720) / 720
+    total = np.zeros(len(angles))
+    for part in law if isinstance(law, Parallel) else (law,):
+        if isinstance(part, AngleTorque):
+            total = total - part.torque(angles)
+    return float(np.min(total)), float(np.max(total))
+
+
+def _case(load: LoadRange, torque: float, speeds: Speeds, limit: float | None) -> LoadCase:
+    system, train = load.at(torque)
+    system = system._replace(omega=0.5 * (speeds[0] + speeds[1]))
+    point = operating_point(system)
+    curve = None if train is None else train_curve(train, speeds)
+    if curve is None:
+        curve = of_equation(system, response_through(system, speeds))
+    return LoadCase(torque, curve, speeds_to_avoid(system, curve.response, point, limit))
+
+
+def _between(first: tuple[Speeds, ...], second: tuple[Speeds, ...]) -> Iterator[Speeds]:
+    """Hulls of the bands of two torques that belong together: each with the nearest of the other torque."""
+    for here, there in ((first, second), (second, first)):
+        for band in here:
+            if there:
+                near = min(there, key=lambda other: abs(log(_middle(other) / _middle(band))))
+                yield min(band[0], near[0]), max(band[1], near[1])
+
+
+def _gap(first: tuple[Speeds, ...], second: tuple[Speeds, ...]) -> float:
+    """Largest relative distance between bands that belong together; 0 where they overlap."""
+    apart = 0.0
+    for here, there in ((first, second), (second, first)):
+        for low, high in here:
+            if there:
+                apart = max(apart, min(max(a / high, low / b) for a, b in there) - 1.0)
+    return max(0.0, apart)
+
+
+def _middle(band: Speeds) -> float:
+    return sqrt(band[0] * band[1])

@@ -1,0 +1,112 @@
+"""Numbers that are legal and absurd get one sentence each; sound drives get none."""
+
+import math
+import random
+from pathlib import Path
+
+import pytest
+
+import strainwave as sw
+from strainwave.files.project import from_text
+
+EXPLICIT = """\
+gear: {{ratio: 50, rated_torque: 137 N*m, law: {{type: linear, K: {K}}}}}
+motor: {{inertia: {J_m}}}
+load: {{inertia: {J_l}}}
+damping: {{{damping}}}
+speed: {{from: {low}, to: {high}, shaft: {shaft}}}
+excitation:
+  kinematic_error: [{{order: 2, amplitude: {error}}}]
+  load_torque: {{mean: {mean}}}
+"""
+SOUND = {
+    "K": "1e5 N*m/rad", "J_m": "6 kg*cm^2", "J_l": "1.3 kg*m^2", "damping": "ratio: 3 %", "low": "500 rpm",
+    "high": "3000 rpm", "shaft": "motor", "error": "23 arcsec", "mean": "-50 N*m",
+}  # fmt: skip
+
+
+def notes(**fields):
+    return from_text(EXPLICIT.format(**SOUND | fields), Path("project.yaml")).notes
+
+
+ABSURD = {
+    "K too small by 10^4": ({"K": "10 N*m/rad"}, "twists by 4.71e+04 arcmin under its rated torque of 137 N*m"),
+    "K too large by 10^4": ({"K": "1e9 N*m/rad"}, "twists by 0.000471 arcmin under its rated torque of 137 N*m"),
+    "load's inertia at the motor": ({"J_l": "5.2 kg*cm^2"}, "is 0.000347 times that of the motor at the output, 50^2"),
+    "motor's inertia at the output": ({"J_m": "1.5 kg*m^2"}, "the motor's may be too large by 50^2, or the load's"),
+    "error of degrees": ({"error": "0.4 deg"}, "has amplitudes of 24 arcmin in all, and gears have at most 1 arcmin"),
+    "damping in percent": ({"damping": "ratio: 3"}, "The damping ratio is 3 (300 % of critical)"),
+    "damping above 20 %": ({"damping": "ratio: 0.25"}, "The damping ratio is 0.25 (25 % of critical)"),
+    "output speeds": ({"low": "10 rpm", "high": "60 rpm"}, "if these are speeds of the output, write 'shaft: load'"),
+    "motor speeds": ({"shaft": "load"}, "The motor turns at 1.5e+05 rpm, and gears take at most 8500 rpm at the input"),
+    "speeds far away": (
+        {"low": "90 rpm", "high": "130 rpm"},
+        "is far from every order in the speed range, 3 to 4.33 Hz",
+    ),
+    "torque that ratchets": ({"mean": "-3000 N*m"}, "is 3000 N*m, 21.9 times the rated torque, and gears ratchet"),
+}
+
+
+@pytest.mark.parametrize(("fields", "said"), ABSURD.values(), ids=ABSURD.keys())
+def test_what_is_legal_and_absurd_gets_its_sentence(fields, said):
+    found = notes(**fields)
+    assert sum(said in note for note in found) == 1
+    # a wrong stiffness or inertia shows in the natural frequency too
+    assert len([note for note in found if said not in note and "natural frequency" not in note.lower()]) == 0
+
+
+def test_the_sound_drive_itself_gets_no_sentence():
+    assert notes() == ()
+
+
+def test_a_natural_frequency_that_no_drive_has_is_said():
+    text = EXPLICIT.format(**SOUND | {"K": "3e7 N*m/rad", "J_l": "0.1 kg*m^2"}).replace("137 N*m", "3e4 N*m")
+    (note,) = from_text(text, Path("project.yaml")).notes
+    assert note.startswith("The natural frequency is 2.76e+03 Hz, and drives have 1 Hz to 2 kHz; check the units")
+
+
+def test_a_stiffness_without_a_rated_torque_is_held_against_those_of_the_catalogue():
+    text = EXPLICIT.format(**SOUND | {"K": "10 N*m/rad"}).replace("rated_torque: 137 N*m, ", "")
+    found = from_text(text, Path("project.yaml")).notes
+    assert found[0].startswith(
+        "The stiffness of the gear at rest is 10 N*m/rad, and gears of the catalogue have 340 to"
+    )
+
+
+def test_a_mean_torque_beyond_the_gears_ratcheting_torque_is_said():
+    text = "gear: CSG-40-50\n" + EXPLICIT.format(**SOUND | {"mean": "-2400 N*m"}).split("\n", 1)[1]
+    (note,) = from_text(text, Path("project.yaml")).notes
+    assert "is 2400 N*m, beyond the ratcheting torque of 2300 N*m: the teeth skip, and no number" in note
+
+
+def sound(seed):
+    """A gear of the catalogue, a load that fits its motor and gives a usual frequency, driven within its limits."""
+    rng = random.Random(seed)
+    gear = sw.catalogue.gear(rng.choice(GEARS))
+    J_m = gear.input_inertia * rng.uniform(1.2, 5.0)
+    frequency = math.exp(rng.uniform(math.log(6.0), math.log(45.0)))
+    J_l = gear.K1 / (2.0 * math.pi * frequency) ** 2
+    J_l = min(max(J_l, 0.1 * gear.ratio**2 * J_m), 10.0 * gear.ratio**2 * J_m)
+    top = rng.uniform(0.3, 1.0) * (gear.max_rpm or 4000.0)
+    rated = gear.rated_torque or 0.05 * gear.K1 * 1e-2
+    mode = rng.choice(
+        ["mode: held", "loop: {bandwidth: 20 Hz, damping: 0.7}", "drag: {type: viscous, B: 1e-5 N*m*s/rad}"]
+    )
+    amplitude = rng.uniform(5.0, 60.0)
+    return (
+        f"gear: {gear.name}\nmotor: {{inertia: {J_m} kg*m^2, {mode}}}\nload: {{inertia: {J_l} kg*m^2}}\n"
+        f"damping: {{ratio: {rng.uniform(0.005, 0.08)}}}\n"
+        f"speed: {{from: {rng.uniform(0.05, 0.5) * top} rpm, to: {top} rpm, shaft: motor}}\n"
+        f"excitation:\n  kinematic_error: [{{order: 2, amplitude: {amplitude} arcsec}}, "
+        f"{{order: 4, amplitude: {0.3 * amplitude} arcsec}}]\n"
+        f"  load_torque: {{mean: {-rng.uniform(0.0, 1.0) * rated} N*m}}\n"
+    )
+
+
+GEARS = [name for name in sw.catalogue.names() if sw.catalogue.gear(name).input_inertia and sw.catalogue.gear(name).K1]
+
+
+def test_200_random_sound_drives_get_no_sentence():
+    assert len(GEARS) > 100
+    found = {seed: from_text(sound(seed), Path("project.yaml")).notes for seed in range(200)}
+    assert {seed: said for seed, said in found.items() if said} == {}
