@@ -8,7 +8,10 @@ CATALOGUE = "gear: CSG-40-50\n"
 LOAD = "load: {inertia: 1.3 kg*m^2}\n"
 DAMPED = "damping: {ratio: 3 %}\n"
 FAST = "speed: {from: 1000 rpm, to: 2500 rpm, shaft: motor}\n"
-ERROR = "excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec, phase: 20 deg}, {order: 4, amplitude: 3 arcsec}]}\n"
+ERROR = """\
+excitation:
+  kinematic_error: [{order: 2, amplitude: 23 arcsec, phase: 20 deg}, {order: 4, amplitude: 3 arcsec}]
+"""
 
 LOOP_BY_BANDWIDTH = """\
 gear: SHG-25-100
