@@ -158,6 +158,8 @@ from .files.own_gears import read_gears as read_gears
 from .files.project import Project as Project
 from .files.project import read_project as read_project
 from .files.project_text import project_text as project_text
+from .files.variants.replaced import replaced as replaced
+from .files.variants.project_sweep import sweep_project as sweep_project
 from .files.scan_file import ScanFile as ScanFile
 from .files.scan_file import read_scan as read_scan
 

@@ -25,8 +25,8 @@ from .curves import (
 from .ensembles import draw_basins, draw_orbit_diagram, draw_variability
 
 DRAWN: dict[type, Any] = {
-    Branch: draw_branch, Orbit: draw_orbit, Trajectory: draw_trajectory, ExactResponse: draw_response, DriveResponse: draw_drive,
-    DriveRun: draw_run, SlowResponse: draw_slow_response, Bode: draw_bode,
+    Branch: draw_branch, Orbit: draw_orbit, Trajectory: draw_trajectory, ExactResponse: draw_response,
+    DriveResponse: draw_drive, DriveRun: draw_run, SlowResponse: draw_slow_response, Bode: draw_bode,
     Basins: draw_basins, OrbitDiagram: draw_orbit_diagram, Variability: draw_variability,
 }  # fmt: skip
 
