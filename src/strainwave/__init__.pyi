@@ -159,6 +159,8 @@ from .files.project import Project as Project
 from .files.project import read_project as read_project
 from .files.project_text import project_text as project_text
 from .files.variants.replaced import replaced as replaced
+from .files.variants.scatter import Exceedance as Exceedance
+from .files.variants.scatter import exceedance as exceedance
 from .files.variants.project_sweep import sweep_project as sweep_project
 from .files.scan_file import ScanFile as ScanFile
 from .files.scan_file import read_scan as read_scan

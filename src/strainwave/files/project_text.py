@@ -137,6 +137,7 @@ def _parts(project: Project) -> dict[str, str]:
             motor_torque="" if project.motor_torque is None else _torque("the motor", project.motor_torque),
             load_torque=_torque("the load", project.load_torque or Harmonics((Harmonic(0.0),)), project.mean_range),
         ),
+        "scatter": _group(**{name: repr(share) for name, share in project.scatter}) if project.scatter else "",
         "limit": "" if project.limit is None else f"{{oscillation: {project.limit!r} rad}}",
     }
 

@@ -3,26 +3,11 @@
 import numpy as np
 import pytest
 import xarray as xr
+from linear_drive import LINEAR, closed_form
 from twelve_projects import PROJECTS
 
 import strainwave as sw
 from strainwave.files.project import from_text
-
-# linear and held: the pointing error of the load is that of one degree of freedom, in closed form
-LINEAR = """\
-gear: {ratio: 50, law: {type: linear, K: 1e5 N*m/rad}}
-motor: {inertia: 5 kg*cm^2, mode: held}
-load: {inertia: 1 kg*m^2}
-damping: {B: 40 N*m*s/rad}
-speed: {from: 100 rad/s, to: 200 rad/s, shaft: motor}
-excitation: {kinematic_error: [{order: 2, amplitude: 1e-4 rad}]}
-"""
-
-
-def closed_form(J, B, omega, K=1e5, amplitude=1e-4):
-    """|x| of J x'' + B (x' - e') + K (x - e) = 0 with e = amplitude cos(2 omega t)."""
-    s = 2j * omega
-    return amplitude * abs((B * s + K) / (J * s * s + B * s + K))
 
 
 @pytest.fixture
