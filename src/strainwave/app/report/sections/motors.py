@@ -37,14 +37,17 @@ class Motors:
             return []
         ratio = spread(view.analysis.motors)
         each = listed(
-            Sentence(f"with a motor {case.name} {{}} at {{}}", Angle(case.oscillation), Speed(case.omega, digits=4))
+            Sentence(f"{{}} at {{}} with {_motor(case.name)}", Angle(case.oscillation), Speed(case.omega, digits=4))
             for case in cases
         )
-        decides = (
-            f"the choice decides, by a factor of {number(ratio, 2)}" if ratio > MATTERS else "the choice matters little"
-        )
+        decides = f"the choice changes it {number(ratio, 2)} times" if ratio > MATTERS else "the choice changes little"
         return [
-            "The file names no motor: this report is about one that is ideally held. The error oscillates "
+            "The file names no motor: this report is about one that is ideally held. The error oscillates with "
             + each
-            + f": {decides}. Write the loop of the drive, for example motor: {{loop: {{bandwidth: 30 Hz, damping: 0.7}}}}."
+            + f"; {decides}. Write the loop of the drive, for example motor: {{loop: {{bandwidth: 30 Hz, damping: 0.7}}}}."
         ]
+
+
+def _motor(name: str) -> str:
+    """A motor in words."""
+    return {"held": "a motor that is ideally held", "free": "a free motor"}.get(name, f"a motor in a {name}")
