@@ -264,6 +264,7 @@ class Project:
             loads=tuple((share, other.system(reduced=True)) for share, other in changed.items()),
             load=self.load_range,
             has_reference=self.motor == "held",
+            motors={} if self.motor_named else self.motors(),
             progress=progress,
         )
 

@@ -55,7 +55,7 @@ def test_the_facts_name_the_frequencies_before_and_after_hysteresis_yields_and_t
     damping = 2.0 * 0.03 * math.sqrt(1e5 * 1.3)
     drive = sw.Drive(4.5e-4, 1.3, 50.0, damping, law)
     system = drive.error_equation(kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)), motor="held")
-    analysis = SimpleNamespace(point=operating_point(system), system=system)
+    analysis = SimpleNamespace(point=operating_point(system), system=system, loop=None, train=None)
     shown = view(analysis, drive=drive, motor="held", kinematic_error=None, gear=None)
     rows = {fact.name: fact for fact in facts(shown)}
     before, after = rows["Natural frequency, motor held"], rows["Natural frequency of the spring alone, motor held"]
@@ -116,7 +116,7 @@ def test_jumps_are_told_of_the_computed_curve_first():
 def advised(bands, largest, slow, remedies=(), sweep=None, peaks=(), limit=None):
     avoid = Avoid(bands, largest, 140.0, slow, peaks, limit)
     response = SimpleNamespace(sweep=sweep)
-    analysis = SimpleNamespace(avoid=avoid, remedies=remedies, response=response, speeds=(60.0, 200.0))
+    analysis = SimpleNamespace(avoid=avoid, remedies=remedies, response=response, speeds=(60.0, 200.0), load_cases=())
     return told(SpeedsToAvoid().data(view(analysis))["advice"])
 
 
