@@ -159,7 +159,10 @@ def exceedance(
     factors = drawn(project.scatter, count, seed)
     found, at, errors = np.full(count, np.nan), np.full(count, np.nan), dict[str, None]()
     for i in range(count):
-        values = {name: f"{float(value * factors[name][i])!r} {unit}".rstrip() for name, (value, unit) in nominal.items()}
+        known = f"scatter: {name} is no number of {project.path.name}"
+        raise ValueError(f"{known}; write the number it scatters about, too")
+            name: f"{float(value * factors[name][i])!r} {unit}".rstrip() for name, (value, unit) in nominal.items()
+        }
         try:
             response = replaced(project, values).response()
         except SolveError as error:
@@ -188,10 +191,10 @@ def nominal_of(project: Project, name: str) -> tuple[float, str]:
     if project.gear is not None and keys[0] == "gear" and len(keys) == 2 and keys[1] in project.gear.law._fields:
         return float(getattr(project.gear.law, keys[1])), "N*m" if keys[1].startswith("T") else "N*m/rad"
     for key in keys:
-        known = (isinstance(here, dict) and key in here) or (
-            isinstance(here, list) and key.isdecimal() and int(key) < len(here)
-        )
-        here = (here[int(key)] if isinstance(here, list) else here[key]) if known else None
+        if isinstance(here, list):
+            here = here[int(key)] if key.isdecimal() and int(key) < len(here) else None
+        else:
+            here = here.get(key) if isinstance(here, dict) else None
     value, unit = quantity(here) if isinstance(here, str) else (None, "")
     if value is None:
         raise ValueError(
