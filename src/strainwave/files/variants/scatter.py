@@ -159,8 +159,7 @@ def exceedance(
     factors = drawn(project.scatter, count, seed)
     found, at, errors = np.full(count, np.nan), np.full(count, np.nan), dict[str, None]()
     for i in range(count):
-        known = f"scatter: {name} is no number of {project.path.name}"
-        raise ValueError(f"{known}; write the number it scatters about, too")
+        values = {
             name: f"{float(value * factors[name][i])!r} {unit}".rstrip() for name, (value, unit) in nominal.items()
         }
         try:
