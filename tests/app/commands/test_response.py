@@ -125,6 +125,7 @@ def test_a_lone_figure_names_its_numbered_lines(project, tmp_path):
     assert "2: primary, order 2" in (tmp_path / "curve.svg").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_curve_whose_left_out_harmonics_matter_says_so(tmp_path):
     """Its third harmonic, order 186, holds more than 0.1 %, and the exact response has at most 64 harmonics."""
     path = tmp_path / "beyond.yaml"
