@@ -270,6 +270,7 @@ class Cornered(NamedTuple):
         return (-1.0, 1.0)
 
 
+@pytest.mark.slow
 def test_a_general_system_with_corners_has_the_folds_and_multipliers_of_its_error_equation():
     """The crossings of an oscillator are integrated in closed form; here by Gauss's rule between them."""
     general = Cornered(0.1, 0.5, 1.0)

@@ -152,6 +152,7 @@ def kinked_pair(mean=0.0):
     return whole, drive.error_equation(kinematic_error=error, load_torque=torque, omega=100.0, motor="held")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mean", [0.0, -20.0])
 def test_a_held_motor_and_a_rigid_load_have_the_curve_of_the_error_equation_with_a_law_of_corners(mean):
     whole, equation = kinked_pair(mean)
@@ -166,6 +167,7 @@ def test_a_held_motor_and_a_rigid_load_have_the_curve_of_the_error_equation_with
     assert found.curve.tail < 1e-3
 
 
+@pytest.mark.slow
 def test_the_curve_of_a_law_with_corners_has_the_peak_and_the_folds_of_an_integration():
     # DOP853 at 1e-10 with the variational equations, by Newton's method for y(T) = y(0) and det(M - 1) = 0.
     curve = train_curve(kinked_pair()[0], (130.0, 160.0)).response.curve
@@ -173,6 +175,7 @@ def test_the_curve_of_a_law_with_corners_has_the_peak_and_the_folds_of_an_integr
     assert [fold.omega for fold in curve.folds] == pytest.approx([148.178377660, 142.312007789], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_curve_cut_short_says_so():
     whole = kinked_pair()[0]
     problem, found, tail, _ = traced_train(AtLoad(whole, whole.omega), (130.0, 160.0), 24, 2)
