@@ -55,7 +55,7 @@ def test_the_facts_name_the_frequencies_before_and_after_hysteresis_yields_and_t
     damping = 2.0 * 0.03 * math.sqrt(1e5 * 1.3)
     drive = sw.Drive(4.5e-4, 1.3, 50.0, damping, law)
     system = drive.error_equation(kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)), motor="held")
-    analysis = SimpleNamespace(point=operating_point(system), system=system)
+    analysis = SimpleNamespace(point=operating_point(system), system=system, loop=None, train=None)
     shown = view(analysis, drive=drive, motor="held", kinematic_error=None, gear=None)
     rows = {fact.name: fact for fact in facts(shown)}
     before, after = rows["Natural frequency, motor held"], rows["Natural frequency of the spring alone, motor held"]
@@ -64,6 +64,7 @@ def test_the_facts_name_the_frequencies_before_and_after_hysteresis_yields_and_t
     assert "after it has yielded" in after.note
     assert rows["Damping ratio, motor held"].value == pytest.approx(0.03, rel=1e-12)
     assert rows["Torsional stiffness of the spring alone"].value == 1e5
+    assert rows["Damping across the spring"].value == damping
 
 
 def resonance(**more):
