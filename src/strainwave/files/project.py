@@ -328,4 +328,7 @@ def _resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str
     said = tuple(notes(project))
     if accuracy is not None:
         said = (ACCURACY_NOTE.format(convert(accuracy, "rad", "arcsec")), *said)
+    if spec.speed.low == 0.0:
+        begin = f"{through.own(through.limits[0]):.4g} {through.own_unit}"
+        said = (*said, f"The speed range is given from 0, where nothing turns; it begins at 1 % of its end, {begin}.")
     return replace(project, notes=said)
