@@ -2,6 +2,8 @@
 
 import math
 import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -114,6 +116,15 @@ def test_the_same_file_is_run_once_and_its_laws_can_be_pickled(project):
     laws = [project("mylaws.py:Saturating").drive.law for _ in range(2)]
     assert type(laws[0]) is type(laws[1])
     assert pickle.loads(pickle.dumps(laws[0])) == laws[0]
+
+
+def test_a_process_that_has_not_read_the_file_gets_the_law_too(project, tmp_path):
+    law = project("{python: mylaws.py:Doubled, law: {python: mylaws.py:Saturating, K: 1e4 N*m/rad}}").drive.law
+    (tmp_path / "law.pickle").write_bytes(pickle.dumps(law))
+    code = "import pickle, sys; print(pickle.load(open(sys.argv[1], 'rb')).stiffness(0.0))"
+    command = [sys.executable, "-c", code, str(tmp_path / "law.pickle")]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert run.stdout.strip() == "20000.0", run.stderr
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ Reading such a project runs that file: a project file of a stranger may then do 
 the folder of the project file, and no path leads out of it.
 """
 
+import copyreg
 import hashlib
 import re
 import sys
@@ -110,7 +111,20 @@ def _module(path: Path) -> ModuleType:
     except (Exception, SystemExit) as error:
         del sys.modules[known]
         raise ValueError(f"{path.name} does not run: {_said(error)}{_line(error, path)}; correct it") from None
+    for cls in filter(_is_law, list(vars(module).values())):
+        copyreg.pickle(cls, _packed)  # a worker process knows the file, and not the module
     return module
+
+
+def _packed(law: Any) -> tuple[Any, ...]:
+    cls = type(law)
+    return restored, (sys.modules[cls.__module__].__file__, cls.__name__, tuple(law))
+
+
+def restored(file: str, cls: str, numbers: tuple[Any, ...]) -> Any:
+    """Law of a Python file by its class and numbers, in a process that has not read the file (ValueError)."""
+    path = Path(file)
+    return _class(f"{path.name}:{cls}", path.parent)(*numbers)
 
 
 def _said(error: BaseException) -> str:
