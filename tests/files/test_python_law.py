@@ -155,6 +155,7 @@ def test_a_drive_with_such_a_law_moves_as_equations_written_by_hand(project):
         ),
         ("mylaws.py:NoLaw", "gear.law: mylaws.py has no law 'NoLaw'; its NamedTuples with a torque are Saturating"),
         ("{python: ../mylaws.py:MyLaw}", "gear.law: '../mylaws.py' is no plain file name; put the Python file beside"),
+        (f"{{python: {'x' * 300}.py:MyLaw}}", "is no plain file name; put the Python file beside the project file"),
         ("{python: mylaws}", "gear.law: 'mylaws' names no class of a Python file; write for example mylaws.py:MyLaw"),
         ("{python: link.py:Saturating}", "gear.law: 'link.py' is no plain file name; put the Python file beside the"),
         ("mylaws.py:Raises", "gear.law: Raises.torque at 0 rad raises IndexError: list index out of range; correct it"),

@@ -5,8 +5,8 @@ are a factor away from what gears have, so that no sound drive meets one. What g
 catalogue (Harmonic Drive LLC, CSF/CSG catalogue; harmonicdrive.de; Schaeffler RT1): K1 from 340 N*m/rad (CSF-8-30) to
 1.45e6 N*m/rad (HFUC-90-80), a twist at the rated torque from 0.50 mrad (HFUC-90-50) to 2.4 mrad (HFUS-25-30), a
 transmission accuracy of at most 2 arcmin peak-to-peak (CSF/CSG catalogue, p. 49), a ratcheting torque of 4.8 to 16
-times the rated torque (p. 14), an input speed of at most 8500 rpm. A damping ratio of 0.01 to 0.05 is usual in torsional
-trains (Wang, Feese & Pettinato, Turbomachinery Symposium 2012).
+times the rated torque (p. 14), an input speed of at most 8500 rpm. A damping ratio of 0.01 to 0.05 is usual in
+torsional trains (Wang, Feese & Pettinato, Turbomachinery Symposium 2012).
 """
 
 import math

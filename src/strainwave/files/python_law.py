@@ -22,7 +22,7 @@ PLACES = ("law", "hysteresis", "drag", "first", "second")  # where "mylaws.py:My
 NAMED = re.compile(r"(.+\.py):(\w+)")
 EXAMPLE = "mylaws.py:MyLaw"
 TRIED = (0.0, 1e-5, -1e-5, 1e-3, -1e-3)  # rad: torsions at which a law is asked for its torque
-LARGEST = 256 * 1024  # bytes
+LARGEST, LONGEST = 256 * 1024, 100  # bytes of a file, and letters of its name
 
 
 def with_python_laws(located: Located, folder: Path) -> tuple[Any, list[Problem]]:
@@ -77,7 +77,7 @@ def _class(given: Any, folder: Path) -> Any:
     if match is None:
         raise ValueError(f"{shown(given)} names no class of a Python file; write for example {EXAMPLE}")
     file, cls = match.groups()
-    if re.search(r"[/\\:]|^\.", file) or (folder / file).resolve().parent != folder.resolve():
+    if len(file) > LONGEST or re.search(r"[/\\:]|^\.", file) or (folder / file).resolve().parent != folder.resolve():
         raise ValueError(f"{shown(file)} is no plain file name; put the Python file beside the project file")
     if not (folder / file).exists():
         raise ValueError(f"{file} is not beside the project file; put it there, or check its name")
