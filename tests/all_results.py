@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 
 import strainwave as sw
+from strainwave.study.analysis.drive_response import of_equation
 from strainwave.study.response.response import ExactResponse
 
 DUFFING = sw.Oscillator(J=1.0, B=0.05, law=sw.Cubic(1.0, 0.1), excitation=sw.Harmonic(0.18), omega=1.2)
@@ -14,6 +15,11 @@ CURVE = sw.Parallel(sw.Linear(7160.0), sw.BoucWen(900.0, 0.0, 8e-5))
 @cache
 def branch():
     return sw.frequency_response(DUFFING, (0.9, 1.4), harmonics=5)
+
+
+@cache
+def drive():
+    return of_equation(DUFFING, ExactResponse(branch(), sw.jumps(branch())))
 
 
 @cache
@@ -31,6 +37,7 @@ RESULTS = {
     "Branch": branch,
     "Jumps": lambda: sw.jumps(branch()),
     "ExactResponse": lambda: ExactResponse(branch(), sw.jumps(branch())),
+    "DriveResponse": drive,
     "SlowResponse": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).response((0.9, 1.4)),
     "SlowResponse without states": lambda: sw.slow_flow(DUFFING, sw.SUBHARMONIC).response((0.9, 1.4)),
     "DriveRun": run,

@@ -107,6 +107,8 @@ class Project:
         speeds of a forcing.
     motor_named : bool
         Whether the file gives a mode or a loop of the motor; else the ideally held one is an assumption.
+    scatter : tuple of (str, float)
+        Numbers of the file that scatter from drive to drive, and their standard deviations relative to themselves.
     """
 
     title: str
@@ -128,6 +130,7 @@ class Project:
     notes: tuple[str, ...] = ()
     whole: DriveTrain | None = None
     motor_named: bool = True
+    scatter: tuple[tuple[str, float], ...] = ()
 
     def __str__(self) -> str:
         low, high = self.speeds.given[0], self.speeds.given[-1]
@@ -380,6 +383,7 @@ def _resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str
         limit=None if spec.limit is None else spec.limit.oscillation,
         whole=whole,
         motor_named=spec.motor.named,
+        scatter=tuple((spec.scatter or {}).items()),
     )
     said = tuple(notes(project))
     if accuracy is not None:
