@@ -101,7 +101,7 @@ def _places(problem: FirstOrder, point: Floats, y: Floats, phase: float) -> tupl
     """Places psi [rad] of Gauss's method in all steps of a period, the synthesis there, and lengths [rad] of steps."""
     h = problem.harmonics()
     if not problem.kinked:
-        steps = EVEN * math.ceil(_steps(4 * h + 4, phase / PHASE) / EVEN)
+        steps = EVEN * math.ceil(_steps(8 * h + 4, phase / PHASE) / EVEN)
         return *_table(h, steps), np.full(steps, 2.0 * math.pi / steps)
     system = with_leaf(problem.system, problem.leaf, float(point[-1]))
     longest = 2.0 * math.pi / _steps(8 * h + 4, phase / AT_KINKS)
