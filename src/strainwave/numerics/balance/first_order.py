@@ -18,13 +18,12 @@ from ...compile.jit import run
 from ...protocols import Balance, lacking, omega_of, orders_of
 from ...results import Floats
 from ...tree import leaves, with_leaf
-from .along import NO_TURN, rates_along, slopes_along
 from .fourier import analysis, derivative, extended, from_blocks, multiply_rows, synthesis, to_blocks
 from .harmonics import ENOUGH, highest_order
 from .linear_part import STRENGTH
 from .one_harmonic import STRONG
 from .panels import distances, panels
-from .rates import DIFFERENCE, SAME, base_speed, is_second_order, number_of_states
+from .rates import DIFFERENCE, NO_TURN, SAME, base_speed, is_second_order, number_of_states, rates_along, slopes_along
 from .second_order import second_order
 from .truncation import shares_left_out
 from .work import linearised
