@@ -1,12 +1,11 @@
 """Stability of the orbits of a general balance problem, and their special points.
 
 A disturbance y of an orbit obeys y' = A(t) y with the system's Jacobian A along the orbit; one period of that flow, by
-Gauss's method of order 8 (`period_map`), is the monodromy matrix, and its eigenvalues are the multipliers. Three of its functions change sign where the orbit does: the product of 1 + m (period doubling), of
-1 - m (fold, branch point) and of m_i m_j - 1 over all pairs (Neimark-Sacker, where a complex pair leaves the unit
-circle).
+Gauss's method of order 8 (`period_map`), is the monodromy matrix, and its eigenvalues are the multipliers. Three of
+its functions change sign where the orbit does: the product of 1 + m (period doubling), of 1 - m (fold, branch point)
+and of m_i m_j - 1 over all pairs (Neimark-Sacker, where a complex pair leaves the unit circle).
 
-Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 7.2-7.4; Hairer & Wanner 1996, Solving Ordinary
-Differential Equations II, sec. IV.5 (Gauss methods); Kuznetsov 2004, Elements of Applied
+Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 7.2-7.4; Kuznetsov 2004, Elements of Applied
 Bifurcation Theory, sec. 10.2 (test functions).
 """
 
@@ -21,10 +20,9 @@ from numpy.typing import NDArray
 
 from ...results import Floats
 from ...tree import with_leaf
-from ..balance.along import slopes_along
 from ..balance.first_order import FirstOrder
 from ..balance.panels import Samples, distance_along, pieces
-from ..balance.rates import base_speed
+from ..balance.rates import base_speed, slopes_along
 from ..labels import BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER
 from .period_map import GAUSS_C, walked
 from .second_order import LARGEST_LOG, displacement_peaks
@@ -101,7 +99,7 @@ def _places(problem: FirstOrder, point: Floats, y: Floats, phase: float) -> tupl
     """Places psi [rad] of Gauss's method in all steps of a period, the synthesis there, and lengths [rad] of steps."""
     h = problem.harmonics()
     if not problem.kinked:
-        steps = EVEN * math.ceil(_steps(4 * h + 4, phase / PHASE) / EVEN)
+        steps = EVEN * math.ceil(_steps(8 * h + 4, phase / PHASE) / EVEN)
         return *_table(h, steps), np.full(steps, 2.0 * math.pi / steps)
     system = with_leaf(problem.system, problem.leaf, float(point[-1]))
     longest = 2.0 * math.pi / _steps(8 * h + 4, phase / AT_KINKS)
