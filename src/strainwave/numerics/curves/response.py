@@ -13,7 +13,7 @@ from ...protocols import Balance
 from ...quantities import checked, interval
 from ...results import Branch, SolveError
 from ...tree import leaf_of, with_leaf
-from ..balance.first_order import balance_of
+from ..balance.choice import balance_of
 from ..balance.half_wave import is_odd_on
 from ..balance.harmonics import grown, most_harmonics, starting_harmonics
 from ..balance.rates import periodic
