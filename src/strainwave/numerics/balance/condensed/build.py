@@ -51,12 +51,13 @@ def condensed(
         clean_mean(row)
     count, n = len(part.laws) + part.follows, len(part.inertia)
     pencil = Pencil(
-        part.inertia, part.damping, part.stiffness, to_complex(forces), part.per_speed, count, part.loose, every / turns
-    )
+        np.array([part.inertia, part.damping, part.stiffness]), to_complex(forces), part.per_speed, count, part.loose,
+        every / turns,
+    )  # fmt: skip
     gear: Any = Prescribed((part.error.value(angles) + 0.0 * angles) @ back)
     if part.follows:
-        gear = following(lines, angles, table, back, double, count)
-    buffers = np.empty((h + 1, n, n + 1), complex), np.empty((h + 1, n, n + 1), complex), np.empty((count, 2 * h + 1))
+        gear = following(lines, angles, back, double, count)
+    buffers = np.empty((2, h + 1, n, n + 1), complex), np.empty((count, 2 * h + 1))
     springs = springs_for(part.laws, h, samples, back, double)
     omega = float(omega_of(system))
     return Condensed(

@@ -18,7 +18,7 @@ def several_at(problem: Any, points: Floats) -> NDArray[np.bool_]:
     if len(part.laws) > 1:
         return np.ones(len(points), bool)
     pencil, n = problem.pencil._replace(kept=1), len(part.inertia)
-    s = np.empty((len(points), *problem.s.shape), complex)
+    s = np.empty((len(points), *problem.stiff[0].shape), complex)
     omega = base_speed(problem, points[:, -1])
     condense(pencil, omega, 1.0, s, np.empty_like(s))
     k = orders(problem.harmonics())

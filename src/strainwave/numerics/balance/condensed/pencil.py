@@ -15,15 +15,13 @@ from ....results import Floats
 
 
 class Pencil(NamedTuple):
-    """Matrices (n, n) with the forces, of which coordinates from `kept` on are eliminated.
+    """Matrices (3, n, n), inertia, damping and stiffness, with the forces, of which coordinates from `kept` on are eliminated.
 
     `forces` are complex (n, H+1): F_k exp(i k psi), the mean first; `per_speed` constant ones per base speed. `rate`
     is the frequency of harmonic 1 over the base speed. The coordinate `loose` has no mean (-1: there is none).
     """
 
-    inertia: Floats
-    damping: Floats
-    stiffness: Floats
+    matrices: Floats
     forces: Any
     per_speed: Floats
     kept: int
@@ -32,15 +30,15 @@ class Pencil(NamedTuple):
 
 
 def _condense_loops(pencil: Any, omega: float, factor: float, s: Any, d: Any) -> None:
-    n = pencil.inertia.shape[0]
+    n = pencil.matrices.shape[1]
     for k in range(s.shape[0]):
         rate = pencil.rate * k
         w = rate * omega
         for i in range(n):
             for j in range(n):
-                spring = pencil.stiffness[i, j] - w * w * pencil.inertia[i, j]
-                s[k, i, j] = complex(spring, w * pencil.damping[i, j])
-                d[k, i, j] = complex(-2.0 * w * rate * pencil.inertia[i, j], rate * pencil.damping[i, j])
+                spring = pencil.matrices[2, i, j] - w * w * pencil.matrices[0, i, j]
+                s[k, i, j] = complex(spring, w * pencil.matrices[1, i, j])
+                d[k, i, j] = complex(-2.0 * w * rate * pencil.matrices[0, i, j], rate * pencil.matrices[1, i, j])
             if k == 0:
                 s[k, i, n] = pencil.forces[i, 0] + pencil.per_speed[i] * omega
                 d[k, i, n] = pencil.per_speed[i]
@@ -67,11 +65,12 @@ def condense(pencil: Any, omega: Any, factor: float, s: Any, d: Any) -> None:
     s and d are complex (..., H+1, n, n+1), with omega (...) as Python; the rows of s from `kept` on tell the eliminated
     coordinates, from the first to the last, by those before. `factor` multiplies what alternates in the forces.
     """
-    n, omega = len(pencil.inertia), np.asarray(omega, float)[..., None, None, None]
+    n, omega = pencil.matrices.shape[1], np.asarray(omega, float)[..., None, None, None]
     rate = (pencil.rate * np.arange(s.shape[-3]))[:, None, None]
     w = rate * omega
-    s[..., :n] = pencil.stiffness - w * w * pencil.inertia + 1j * w * pencil.damping
-    d[..., :n] = -2.0 * w * rate * pencil.inertia + 1j * rate * pencil.damping
+    inertia, damping, stiffness = pencil.matrices
+    s[..., :n] = stiffness - w * w * inertia + 1j * w * damping
+    d[..., :n] = -2.0 * w * rate * inertia + 1j * rate * damping
     s[..., n], d[..., n] = factor * pencil.forces.T, 0.0
     s[..., 0, :, n] = pencil.forces[:, 0] + pencil.per_speed * omega[..., 0, 0]
     d[..., 0, :, n] = pencil.per_speed
@@ -89,7 +88,7 @@ def condense(pencil: Any, omega: Any, factor: float, s: Any, d: Any) -> None:
 
 def eliminated(pencil: Any, s: Any, kept: Any) -> Any:
     """All coordinates (..., H+1, n), complex, from the kept ones, by what `condense` left in s."""
-    n = len(pencil.inertia)
+    n = pencil.matrices.shape[1]
     p = np.zeros((*kept.shape[:-1], n), complex)
     p[..., : pencil.kept] = kept
     for out in range(pencil.kept, n):
@@ -100,7 +99,8 @@ def eliminated(pencil: Any, s: Any, kept: Any) -> Any:
     return p
 
 
-def _add_stiffness_loops(s: Any, n: int, gear: float, blocks: Any, u: Any, r: Any) -> None:
+def _add_stiffness_loops(s: Any, gear: float, blocks: Any, u: Any, r: Any) -> None:
+    n = s.shape[1]
     size = blocks.shape[1]
     h = size // 2
     for i in range(blocks.shape[0]):
@@ -124,10 +124,10 @@ def _add_stiffness_loops(s: Any, n: int, gear: float, blocks: Any, u: Any, r: An
 
 
 @kernel_as(_add_stiffness_loops)
-def add_stiffness(s: Any, n: int, gear: float, blocks: Any, u: Any, r: Any) -> None:
+def add_stiffness(s: Any, gear: float, blocks: Any, u: Any, r: Any) -> None:
     """Add D P - F, in blocks of coefficients, to r, and to the first block the gear's damping: `gear` k u'."""
     count, size = blocks.shape
-    h = size // 2
+    n, h = s.shape[1], size // 2
     p = to_complex(blocks)
     out = np.einsum("kij,jk->ik", s[:, :count, :count], p) - s[:, :count, n].T
     k = np.arange(1, h + 1)

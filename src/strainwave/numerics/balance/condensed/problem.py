@@ -31,8 +31,8 @@ BUDGET, STEP = 600, 0.2  # points of a search for other orbits, and its steps in
 class Condensed(NamedTuple):
     """Balance in the coordinates that the laws see, block by block; `part` tells the system's matrices.
 
-    An orbit takes `turns` turns; its unknowns are the harmonics `every`, 2 `every`, ... of omega/turns. `s`, `d` and
-    `blocks` are buffers: dynamic stiffness with its derivative, and the coordinates with x in the place of u.
+    An orbit takes `turns` turns; its unknowns are the harmonics `every`, 2 `every`, ... of omega/turns. `stiff`
+    and `blocks` are buffers: dynamic stiffness with its derivative, and the coordinates with x in the place of u.
     """
 
     system: Any
@@ -49,8 +49,7 @@ class Condensed(NamedTuple):
     synthesis: Floats
     analysis: Floats
     angles: Floats
-    s: Any
-    d: Any
+    stiff: Any
     blocks: Floats
 
     def size(self) -> int:
@@ -75,57 +74,47 @@ class Condensed(NamedTuple):
     def residual(self, z: Any, work: Any, r: Any) -> None:
         """Residual [N*m] of every coefficient at z = (coefficients of the blocks, parameter)."""
         count, size = self.blocks.shape
-        n, omega, factor = self.pencil.inertia.shape[0], self.speed(z), self.factor(z)
-        condense(self.pencil, omega, factor, self.s, self.d)
+        n, omega, factor = self.pencil.matrices.shape[1], self.speed(z), self.factor(z)
+        condense(self.pencil, omega, factor, self.stiff[0], self.stiff[1])
         for i in range(1, count):
             copy(z[i * size : (i + 1) * size], self.blocks[i])
-        self.gear.positions(factor, z, self.blocks[0])
+        self.gear.positions(self, factor, z, self.blocks[0])
         fill(0.0, r)
         self.springs.torques(size, z, self.synthesis, r)
         w = self.pencil.rate * omega
-        add_stiffness(self.s, n, self.gear_damping * w, self.blocks, z, r)
+        add_stiffness(self.stiff[0], self.gear_damping * w, self.blocks, z, r)
         self.gear.react(self, self.blocks, r)
-        if self.s[0, 0, n] == 0.0:
-            r[0] += self.pencil.inertia[0, 0] * w * w * self.springs.slack()
+        if self.stiff[0, 0, 0, n] == 0.0:
+            r[0] += self.pencil.matrices[0, 0, 0] * w * w * self.springs.slack()
         loose = self.pencil.loose
         if 0 <= loose < count:
-            r[loose * size] = self.pencil.inertia[loose, loose] * w * w * z[loose * size]
+            r[loose * size] = self.pencil.matrices[0, loose, loose] * w * w * z[loose * size]
 
     def linearise(self, z: Any, work: Any, jacobian: Any, slope: Any) -> None:
         """Derivatives of the residual by the coefficients and by the parameter; follows `residual` at the same z."""
         count, size = self.blocks.shape
-        n, w = self.pencil.inertia.shape[0], self.pencil.rate * self.speed(z)
+        w = self.pencil.rate * self.speed(z)
         for i in range(count * size):
             fill(0.0, jacobian[i, : count * size])
         self.springs.stiffnesses(size, jacobian)
-        inertia = self.pencil.inertia[0, 0] * w * w
+        inertia = self.pencil.matrices[0, 0, 0] * w * w
         if abs(jacobian[0, 0]) < 1e-9 * inertia:  # nothing holds the mean in the play of a gear
             low, high = self.springs.ends()
             for j in range(size):
                 jacobian[0, j] = 0.5 * inertia * (self.synthesis[j, low] + self.synthesis[j, high])
-        add_entries(self.s, self.gear_damping * w, size, count, jacobian)
+        add_entries(self.stiff[0], self.gear_damping * w, size, count, jacobian)
         fill(0.0, slope)
-        add_stiffness(self.d, n, self.gear_damping * self.pencil.rate, self.blocks, z, slope)
-        self.gear.linearise(self, self.blocks, jacobian, slope)
-        if self.leaf != self.omega_leaf:
-            self.parameter_slope(z, work, slope)
+        self.gear.linearise(self, self.blocks, jacobian)
+        if self.leaf == self.omega_leaf:
+            add_stiffness(self.stiff[1], self.gear_damping * self.pencil.rate, self.blocks, z, slope)
+            self.gear.by_speed(self, self.blocks, slope)
+        else:
+            self.gear.by_strength(self, self.factor(z), self.blocks, slope)
         loose = self.pencil.loose
         if 0 <= loose < count:
             fill(0.0, jacobian[loose * size, : count * size])
-            jacobian[loose * size, loose * size] = self.pencil.inertia[loose, loose] * w * w
+            jacobian[loose * size, loose * size] = self.pencil.matrices[0, loose, loose] * w * w
             slope[loose * size] = 0.0
-
-    def parameter_slope(self, z: Any, work: Any, slope: Any) -> None:
-        """Derivative with respect to the parameter by a central difference."""
-        n = self.size()
-        d = 1e-6 * max(abs(z[n]), 1e-3)
-        copy(z, work.z)
-        work.z[n] = z[n] - d
-        self.residual(work.z, work, slope)
-        work.z[n] = z[n] + d
-        self.residual(work.z, work, work.spare)
-        for i in range(n):
-            slope[i] = (work.spare[i] - slope[i]) / (2.0 * d)
 
     def run(self, kernel: Any, *arguments: Any) -> Any:
         bare = self._replace(system=QUIET, part=QUIET)
@@ -159,10 +148,9 @@ class Condensed(NamedTuple):
         """All coordinates (points, h+1, n), complex, the first of them x."""
         blocks = self.split(points).copy()
         blocks[:, 0] += self.errors(blocks)
-        n = len(self.pencil.inertia)
-        s = np.empty((len(points), *self.s.shape), complex)
+        s = np.empty((len(points), *self.stiff[0].shape), complex)
         condense(self.pencil, base_speed(self, points[:, -1]), 1.0, s, np.empty_like(s))
-        return eliminated(self.pencil, s, np.moveaxis(to_complex(blocks), 1, 2)) if n else blocks
+        return eliminated(self.pencil, s, np.moveaxis(to_complex(blocks), 1, 2))
 
     def states(self, points: Floats) -> Floats:
         """Coefficients (points, states, 2h+1) of all states, in blocks, at every `every`-th harmonic."""
@@ -208,9 +196,9 @@ class Condensed(NamedTuple):
         """Guess (coefficients, parameter): the response of the laws' tangents where they carry the mean torques."""
         count, size = self.blocks.shape
         omega = float(base_speed(self, np.asarray(value)))
-        s = np.empty(self.s.shape, complex)
+        s = np.empty(self.stiff[0].shape, complex)
         condense(self.pencil, omega, 1.0, s, np.empty_like(s))
-        n, laws = len(self.pencil.inertia), self.part.laws
+        n, laws = self.pencil.matrices.shape[1], self.part.laws
         means = [carried(law, float(s[0, i, n].real)) for i, law in enumerate(laws)]
         matrix = s[:, :count, :count].copy()
         force = s[:, :count, n] - matrix[:, :, 0] * to_complex(self.gear.error)[:, None]
@@ -232,7 +220,7 @@ class Condensed(NamedTuple):
         blocks, h = self.split(few), self.harmonics()
         most, count = 3 * h + 8, len(self.blocks)
         samples = 3 * most
-        n, k = len(self.pencil.inertia), np.arange(h + 1, most + 1)
+        n, k = self.pencil.matrices.shape[1], np.arange(h + 1, most + 1)
         s = np.empty((len(few), most + 1, n, n + 1), complex)
         omega = base_speed(self, few[:, -1])
         quiet = self.pencil._replace(forces=np.zeros((n, most + 1), complex), per_speed=np.zeros(n))
