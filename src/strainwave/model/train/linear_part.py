@@ -21,7 +21,7 @@ from .shafts import Motor
 
 SIZES = (1e-9, 1e-3, 1.0, 1e3)  # twists [rad] and speeds [rad/s] at which a law is asked whether it is linear
 ROUNDING = 1e-12
-WEAK = 1e-5  # loop that holds a mean which nothing holds, relative to the base speed: only to judge the stability
+WEAK = 1e-3  # loop far below the base speed that holds what nothing holds, to judge the stability: for exact ones just below 1
 
 
 @dataclass(frozen=True)

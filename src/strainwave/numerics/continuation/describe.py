@@ -40,6 +40,9 @@ def describe(
         points, labels, floquet, peaks = with_hill(problem, points, labels)
     else:
         tail = tail_along(problem, points) if tail is None else tail
+        top = crest(problem, points, displacement_peaks(problem.displacements(points))) if len(points) > 2 else None
+        if top is not None:
+            points, labels = np.insert(points, top[0], top[1], axis=0), np.insert(labels, top[0], TOP)
         points, labels, floquet, peaks = with_stability(problem, points, labels, locate)
     series = problem.displacements(points)
     if parameter.startswith("error."):  # the kinematic error itself varies along the branch
@@ -84,14 +87,27 @@ def with_hill(
 def with_crest(
     problem: Any, grid: Floats, points: Floats, labels: Any, traces: Floats, peaks: Floats
 ) -> tuple[Any, ...]:
-    """Insert the point with the largest |x| of the branch, where the parabola through three points has its vertex."""
+    """Insert the crest of a branch, with its trace."""
+    found = crest(problem, points, peaks)
+    if found is None:
+        return points, labels, traces, peaks
+    place, point = found
+    new = (point[None], np.array([TOP]), *hill(problem, point[None], grid))
+    return tuple(
+        np.concatenate([values[:place], value, values[place:]])
+        for values, value in zip((points, labels, traces, peaks), new, strict=True)
+    )
+
+
+def crest(problem: Any, points: Floats, peaks: Floats) -> tuple[int, Floats] | None:
+    """Place and point with the largest |x| of a branch, at the vertex of the parabola through three of its points."""
     i = int(np.argmax(peaks)) if len(peaks) else 0
     if not 0 < i < len(points) - 1:
-        return points, labels, traces, peaks
+        return None
     before, here, after = points[i - 1 : i + 2]
     a, b = float(np.linalg.norm(here - before)), float(np.linalg.norm(after - here))
     if a == 0.0 or b == 0.0:
-        return points, labels, traces, peaks
+        return None
     left, right = (peaks[i] - peaks[i - 1]) / a, (peaks[i + 1] - peaks[i]) / b
     bend = (right - left) / (a + b)
     s = -0.5 * (left + bend * a) / bend if bend < 0.0 else 0.0
@@ -99,13 +115,8 @@ def with_crest(
     guess = here + s * (step + turn * (s + a))
     found = solve(problem, guess)
     if found is None or float(np.linalg.norm(found - guess)) > 0.1 * min(a, b):
-        return points, labels, traces, peaks
-    place = i if s < 0.0 else i + 1
-    new = (found[None], np.array([TOP]), *hill(problem, found[None], grid))
-    return tuple(
-        np.concatenate([values[:place], value, values[place:]])
-        for values, value in zip((points, labels, traces, peaks), new, strict=True)
-    )
+        return None
+    return (i if s < 0.0 else i + 1), found
 
 
 def _verdict(found: Trace, parameter: str, values: Floats) -> tuple[Status, str]:

@@ -67,7 +67,8 @@ class TrainCurve:
 def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | None:
     """Follow the steady motions of a train; None where none is found.
 
-    A free motor gets the mean torque that keeps its mean speed; with friction or memory in the train it has no curve.
+    A free motor gets the mean torque that keeps its mean speed; it has no curve where friction or memory is in the
+    train, and, as its error equation serves it, none without a coupling.
 
     Parameters
     ----------
@@ -77,7 +78,7 @@ def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | 
         Range of the motor speed [rad/s].
     """
     system = AtLoad(without_gravity(train), train.omega)
-    if train.motor.free and system.linear_part() is None:
+    if train.motor.free and (system.linear_part() is None or not train.load.couplings()):
         return None
     problem, found, tail, origin = traced_train(system, speeds, POINTS)
     if not len(found.points):

@@ -26,5 +26,5 @@ def several_at(problem: Any, points: Floats) -> NDArray[np.bool_]:
     stiff = s[:, 1:, 0, 0] + 1j * gear
     driven = np.abs(s[:, 1:, 0, n] - s[:, 1:, 0, 0] * to_complex(problem.gear.error)[1:])
     mean = float(np.mean(s[:, 0, 0, n].real))
-    u = problem.split(points)[:, 0]
+    u = problem.series(points)[:, 0]
     return others_possible(part.laws[0], mean, u, problem.synthesis, -stiff.real, stiff.imag, driven, 2 * k)

@@ -129,13 +129,9 @@ class Condensed(NamedTuple):
     def highest(self) -> int:
         return self.every * self.harmonics()
 
-    def split(self, points: Floats) -> Floats:
+    def series(self, points: Floats) -> Floats:
         """Coefficients (points, blocks, 2h+1) of the unknowns, at every `every`-th harmonic."""
         return np.asarray(points[:, :-1].reshape(len(points), *self.blocks.shape))
-
-    def series(self, points: Floats) -> Floats:
-        """Coefficients (points, blocks, 2H+1) of what the laws see, in blocks, with all harmonics."""
-        return spread(self.split(points), self.every)
 
     def errors(self, series: Floats) -> Floats:
         """Coefficients (points, 2h+1) of the kinematic error, from those of the blocks."""
@@ -146,7 +142,7 @@ class Condensed(NamedTuple):
 
     def coordinates(self, points: Floats) -> Any:
         """All coordinates (points, h+1, n), complex, the first of them x."""
-        blocks = self.split(points).copy()
+        blocks = self.series(points).copy()
         blocks[:, 0] += self.errors(blocks)
         s = np.empty((len(points), *self.stiff[0].shape), complex)
         condense(self.pencil, base_speed(self, points[:, -1]), 1.0, s, np.empty_like(s))
@@ -165,7 +161,7 @@ class Condensed(NamedTuple):
         return spread(to_real(p @ self.part.values[0]), self.every)
 
     def table(self, point: Floats) -> Floats:
-        return from_blocks(self.series(point[None])[0].T)
+        return from_blocks(spread(self.series(point[None])[0], self.every).T)
 
     def whole(self, table: Floats) -> Floats:
         """Table of the states at the system's own base frequency."""
@@ -217,7 +213,7 @@ class Condensed(NamedTuple):
     def left_out(self, points: Floats, _: int) -> tuple[Floats, Floats]:
         """Parameter at some points of a curve, and the shares (values, 1 + blocks) left out there, of x and blocks."""
         few = points[few_of(points)]
-        blocks, h = self.split(few), self.harmonics()
+        blocks, h = self.series(few), self.harmonics()
         most, count = 3 * h + 8, len(self.blocks)
         samples = 3 * most
         n, k = self.pencil.matrices.shape[1], np.arange(h + 1, most + 1)
@@ -271,7 +267,7 @@ class Condensed(NamedTuple):
         law = self.part.laws[0]
         if law.torque(0.0) != 0.0 or law.stiffness(0.0) != 0.0:
             return np.zeros(len(points), bool)
-        u = self.split(points)[:, 0] @ self.synthesis
+        u = self.series(points)[:, 0] @ self.synthesis
         idle: NDArray[np.bool_] = np.all(law.torque(u) + np.zeros_like(u) == 0.0, axis=1) & (np.ptp(u, axis=1) > 0.0)
         return idle
 
