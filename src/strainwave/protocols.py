@@ -88,7 +88,7 @@ class LinearPart(Protocol):
     per_speed: Floats
     """Constant torques (n,) per speed of the base angle [N*m*s/rad]: drag at the mean speed."""
     loose: int
-    """The coordinate whose mean nothing holds, so that it counts as 0 and its mean torque is found; -1: there is none."""
+    """The coordinate whose mean nothing holds: it counts as 0, and its mean torque is found. -1: there is none."""
     values: Floats
     """(states, n): the states that are no rates, as sums of coordinates."""
     rates: Floats
@@ -229,12 +229,6 @@ class Balance(Protocol):
     def left_out(self, points: Floats, at: int) -> tuple[Floats, Floats]:
         """Parameter at some points, and shares (values, states) of the harmonics left out there."""
 
-    def disturbed(self, points: Floats) -> tuple[Any, Floats, int]:
-        """A `FirstOrder` problem with these orbits as its points, over one of so many equal parts of each.
-
-        Only of a problem whose disturbances are not those of Hill's equation.
-        """
-
     def damping_leaf(self) -> int | None:
         """Place of the damping that, strong enough, leaves the linear response alone; None where there is none."""
 
@@ -261,6 +255,13 @@ class Balance(Protocol):
 
     def budget(self) -> tuple[int, float]:
         """Number of points of a search, and the length of its steps."""
+
+
+class InAllStates(Balance, Protocol):
+    """A `Balance` whose disturbances do not obey Hill's equation."""
+
+    def disturbed(self, points: Floats) -> tuple[Any, Floats, int]:
+        """A `FirstOrder` problem with these orbits as its points, over one of so many equal parts of each."""
 
 
 class Load(Protocol):

@@ -21,7 +21,7 @@ from .shafts import Motor
 
 SIZES = (1e-9, 1e-3, 1.0, 1e3)  # twists [rad] and speeds [rad/s] at which a law is asked whether it is linear
 ROUNDING = 1e-12
-WEAK = 1e-3  # loop far below the base speed that holds what nothing holds, to judge the stability: for exact ones just below 1
+WEAK = 1e-3  # of the base speed: loop that moves the multiplier 1 of a mean that nothing holds just below 1
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,10 @@ def _in_balance(part: TrainPart) -> bool:
         return False
     angles = 2.0 * np.pi * np.arange(64) / 64
     motor, load = part.train.motor.excitation, part.train.load.end().excitation
-    shares = part.motor[part.loose] * np.mean(motor.torque(angles)), part.load[part.loose] * np.mean(load.torque(angles))
+    shares = (
+        part.motor[part.loose] * np.mean(motor.torque(angles)),
+        part.load[part.loose] * np.mean(load.torque(angles)),
+    )
     largest = max(float(np.max(np.abs(part.forces(angles)[part.loose]))), 1e-300)
     return bool(abs(sum(shares)) <= ROUNDING * largest)
 

@@ -177,6 +177,6 @@ class AtLoad(NamedTuple):
         return tuple(sorted({*self.train.orders(), *self.train.load.end().excitation.orders()}))
 
     def linear_part(self) -> Any:
-        """What is linear around its laws; where nothing holds the motor's mean angle, its mean torque keeps the speed."""
+        """What is linear around its laws; its mean torque keeps the speed of a motor that nothing holds."""
         part = linear_part(turning(self), at_load=True)
         return None if part is None else replace(part, disturbed=AtLoad(part.disturbed, self.omega))

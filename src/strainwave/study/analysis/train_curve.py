@@ -134,7 +134,7 @@ def _of_angle(law: Any) -> bool:
 
 def traced_train(
     system: AtLoad, speeds: tuple[float, float], points: int, given: int | None = None
-) -> tuple[Any, Trace, Tail, str]:
+) -> tuple[Any, Trace, Tail | None, str]:
     """Balance problem and points of a curve, with the harmonics that the x of the load takes, or those given.
 
     What repeats g times in a turn is followed over a g-th of a turn, with a g-th of the unknowns.
@@ -152,8 +152,9 @@ def traced_train(
     problem, found, tail, origin = traced(
         problem_with, *speeds, harmonics, MATTERS, points, lambda tail: tail.worst if linear else tail.share
     )
-    tail = tail._replace(harmonics=tail.harmonics * g)
-    return *(_over_a_turn(problem, found, g) if g > 1 else (problem, found)), tail, origin
+    if tail is None or g == 1:
+        return problem, found, tail, origin
+    return *_over_a_turn(problem, found, g), tail._replace(harmonics=tail.harmonics * g), origin
 
 
 def repeats(problem: FirstOrder, top: int) -> int:

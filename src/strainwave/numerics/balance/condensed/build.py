@@ -4,16 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from ....protocols import linear_part_of, omega_of, orders_of
+from ....protocols import linear_part_of, orders_of
 from ....results import Floats
-from ..fourier import analysis, synthesis
 from ..harmonics import highest_order
-from ..linear_part import STRENGTH, clean_mean
-from ..piecewise import is_piecewise_linear
-from .gear import Prescribed, following
-from .pencil import Pencil, to_complex
-from .problem import Condensed
-from .springs import springs_for
+from ..linear_part import STRENGTH
+from .problem import Condensed, assembled
 
 LOOKED_AT, SAME = 64, 1e-9  # places of a turn, and the relative difference of torques that repeat there
 MOST_LINES, ROUNDING = 64, 1e-14  # of an error, and share of the largest line that is none
@@ -42,28 +37,7 @@ def condensed(
     if part is None or lines is None:
         return None
     every = repeats(part, highest_order(system)) if folded and turns == 1 else 1
-    h = max(1, harmonics // every)
-    samples = 8 * h + 8 if any(map(is_piecewise_linear, part.laws)) else 4 * h + 4
-    angles = 2.0 * np.pi * turns / every * np.arange(samples) / samples
-    table, back, double = synthesis(h, samples), analysis(h, samples), analysis(2 * h, samples)
-    forces = part.forces(angles) @ back
-    for row in forces:
-        clean_mean(row)
-    count, n = len(part.laws) + part.follows, len(part.inertia)
-    pencil = Pencil(
-        np.array([part.inertia, part.damping, part.stiffness]), to_complex(forces), part.per_speed, count, part.loose,
-        every / turns,
-    )  # fmt: skip
-    gear: Any = Prescribed((part.error.value(angles) + 0.0 * angles) @ back)
-    if part.follows:
-        gear = following(lines, angles, back, double, count)
-    buffers = np.empty((2, h + 1, n, n + 1), complex), np.empty((count, 2 * h + 1))
-    springs = springs_for(part.laws, h, samples, back, double)
-    omega = float(omega_of(system))
-    return Condensed(
-        system, leaf, omega_leaf, turns, every, omega, part, pencil, part.gear_damping, springs, gear, table, back,
-        angles, *buffers,
-    )  # fmt: skip
+    return assembled(system, part, lines, leaf, omega_leaf, max(1, harmonics // every), turns, every)
 
 
 def repeats(part: Any, top: int) -> int:

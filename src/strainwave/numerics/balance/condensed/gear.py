@@ -60,7 +60,7 @@ def _sample_error_loops(lines: Any, factor: float, angles: Any, delta: Any, valu
 
 @kernel_as(_sample_error_loops)
 def sample_error(lines: Any, factor: float, angles: Any, delta: Any, value: Any, slope: Any, bend: Any) -> None:
-    """Write e, e' and e'' at the motor's angles, the base angles [rad] and its deviation; `lines` are rows order, c, s."""
+    """Write e, e' and e'' at base angles [rad] and deviations of the motor; `lines` are rows order, cosine, sine."""
     order, even, odd = lines[1:].T[:, :, None]
     a = order * (angles + delta)
     c, s = np.cos(a), np.sin(a)
@@ -112,9 +112,7 @@ class Following(NamedTuple):
         size, samples = len(x), self.samples
         at = len(z) - 1 - size
         row_times(z[at : at + size], problem.synthesis, samples[TORQUE])
-        sample_error(
-            self.lines, factor, problem.angles, samples[TORQUE], samples[VALUE], samples[SLOPE], samples[BEND]
-        )
+        sample_error(self.lines, factor, problem.angles, samples[TORQUE], samples[VALUE], samples[SLOPE], samples[BEND])
         row_times(samples[VALUE], problem.analysis, x)
         add(1.0, z[:size], x)
 

@@ -15,7 +15,7 @@ from ....results import Floats
 
 
 class Pencil(NamedTuple):
-    """Matrices (3, n, n), inertia, damping and stiffness, with the forces, of which coordinates from `kept` on are eliminated.
+    """Matrices (3, n, n) of inertia, damping and stiffness, and forces; coordinates from `kept` on are eliminated.
 
     `forces` are complex (n, H+1): F_k exp(i k psi), the mean first; `per_speed` constant ones per base speed. `rate`
     is the frequency of harmonic 1 over the base speed. The coordinate `loose` has no mean (-1: there is none).

@@ -5,27 +5,32 @@ dynamic stiffness D of all that is linear around them. Where a kinematic error f
 more block of unknowns. What repeats g times a turn has unknowns at every g-th harmonic alone.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....compile.jit import run
+from ....protocols import omega_of
 from ....results import Floats
-from ....tree import leaf_of, with_leaf
+from ....tree import with_leaf
 from ..first_order import FirstOrder
 from ..fourier import analysis, from_blocks, synthesis, to_blocks
+from ..harmonics import ENOUGH, highest_order
 from ..linear_algebra import copy, fill
-from ..linear_part import QUIET, STRENGTH
-from ..one_harmonic import STRONG, carried
-from ..panels import distances
-from ..rates import base_speed
-from ..truncation import few_of, share_of
+from ..linear_part import QUIET, STRENGTH, clean_mean
+from ..one_harmonic import STRONG
+from ..piecewise import is_piecewise_linear
+from . import motions
+from .gear import Prescribed, following
+from .motions import gathered, spread
 from .others import several_at
-from .pencil import Pencil, add_entries, add_stiffness, condense, eliminated, to_complex, to_real
+from .pencil import Pencil, add_entries, add_stiffness, condense, to_complex, to_real
+from .springs import springs_for
 
 LIGHT = 33  # unknowns up to which NumPy follows a curve in a fraction of a second
-BUDGET, STEP = 600, 0.2  # points of a search for other orbits, and its steps in units of the orbit and the parameter
+BUDGET, STEP = 2500, 0.1  # points of a search for other orbits, and its steps in units of the orbit and the parameter
 
 
 class Condensed(NamedTuple):
@@ -53,10 +58,10 @@ class Condensed(NamedTuple):
     blocks: Floats
 
     def size(self) -> int:
-        return self.blocks.shape[0] * self.blocks.shape[1]
+        return int(self.blocks.shape[0] * self.blocks.shape[1])
 
     def harmonics(self) -> int:
-        return self.blocks.shape[1] // 2
+        return int(self.blocks.shape[1] // 2)
 
     def harmonic(self, z: Any, k: int) -> Any:
         """Cosine and sine coefficients, in the unknowns' k-th harmonic, of x but for the motor's deviation in e."""
@@ -133,31 +138,13 @@ class Condensed(NamedTuple):
         """Coefficients (points, blocks, 2h+1) of the unknowns, at every `every`-th harmonic."""
         return np.asarray(points[:, :-1].reshape(len(points), *self.blocks.shape))
 
-    def errors(self, series: Floats) -> Floats:
-        """Coefficients (points, 2h+1) of the kinematic error, from those of the blocks."""
-        if not self.part.follows:
-            return np.broadcast_to(self.gear.error, series[:, 0].shape)
-        angles = self.angles + series[:, -1] @ self.synthesis
-        return np.asarray((self.part.error.value(angles) + 0.0 * angles) @ self.analysis)
-
-    def coordinates(self, points: Floats) -> Any:
-        """All coordinates (points, h+1, n), complex, the first of them x."""
-        blocks = self.series(points).copy()
-        blocks[:, 0] += self.errors(blocks)
-        s = np.empty((len(points), *self.stiff[0].shape), complex)
-        condense(self.pencil, base_speed(self, points[:, -1]), 1.0, s, np.empty_like(s))
-        return eliminated(self.pencil, s, np.moveaxis(to_complex(blocks), 1, 2))
-
     def states(self, points: Floats) -> Floats:
         """Coefficients (points, states, 2h+1) of all states, in blocks, at every `every`-th harmonic."""
-        p, part = self.coordinates(points), self.part
-        w = self.pencil.rate * base_speed(self, points[:, -1])[:, None] * np.arange(p.shape[1])
-        waves = p @ part.values.T + 1j * w[..., None] * (p @ part.rates.T)
-        return to_real(np.moveaxis(waves, 2, 1))
+        return motions.states(self, points)
 
     def displacements(self, points: Floats) -> Floats:
         """Coefficients (points, 2H+1) of the first state in blocks."""
-        p = self.coordinates(points)
+        p = motions.coordinates(self, points)
         return spread(to_real(p @ self.part.values[0]), self.every)
 
     def table(self, point: Floats) -> Floats:
@@ -177,7 +164,7 @@ class Condensed(NamedTuple):
         own = gathered(to_blocks(table).T, self.every, self.harmonics())
         p = np.linalg.pinv(self.part.values) @ own
         blocks = p[: len(self.blocks)].copy()
-        blocks[0] -= self.errors(blocks[None])[0]
+        blocks[0] -= motions.errors(self, blocks[None])[0]
         return np.append(blocks.ravel(), value)
 
     def fitted(self, table: Floats, value: float) -> Floats:
@@ -190,68 +177,15 @@ class Condensed(NamedTuple):
 
     def linear_response(self, value: float) -> Floats:
         """Guess (coefficients, parameter): the response of the laws' tangents where they carry the mean torques."""
-        count, size = self.blocks.shape
-        omega = float(base_speed(self, np.asarray(value)))
-        s = np.empty(self.stiff[0].shape, complex)
-        condense(self.pencil, omega, 1.0, s, np.empty_like(s))
-        n, laws = self.pencil.matrices.shape[1], self.part.laws
-        means = [carried(law, float(s[0, i, n].real)) for i, law in enumerate(laws)]
-        matrix = s[:, :count, :count].copy()
-        force = s[:, :count, n] - matrix[:, :, 0] * to_complex(self.gear.error)[:, None]
-        for i, law in enumerate(laws):
-            matrix[:, i, i] += float(law.stiffness(means[i]))
-        matrix[:, 0, 0] += 1j * self.gear_damping * self.pencil.rate * omega * np.arange(size // 2 + 1)
-        p = np.zeros((size // 2 + 1, count), complex)
-        for k in range(1, len(p)):
-            p[k] = np.linalg.lstsq(matrix[k], force[k], rcond=1e-14)[0]
-        p[0, : len(laws)] = means
-        if count > len(laws) and self.pencil.loose < 0:
-            rest = s[0, -1 + count, n] - s[0, count - 1, : len(laws)] @ p[0, : len(laws)]
-            p[0, -1] = rest / s[0, count - 1, count - 1]
-        return np.append(to_real(p.T).ravel(), value)
+        return motions.linear_response(self, value)
 
     def left_out(self, points: Floats, _: int) -> tuple[Floats, Floats]:
         """Parameter at some points of a curve, and the shares (values, 1 + blocks) left out there, of x and blocks."""
-        few = points[few_of(points)]
-        blocks, h = self.series(few), self.harmonics()
-        most, count = 3 * h + 8, len(self.blocks)
-        samples = 3 * most
-        n, k = self.pencil.matrices.shape[1], np.arange(h + 1, most + 1)
-        s = np.empty((len(few), most + 1, n, n + 1), complex)
-        omega = base_speed(self, few[:, -1])
-        quiet = self.pencil._replace(forces=np.zeros((n, most + 1), complex), per_speed=np.zeros(n))
-        with np.errstate(all="ignore"):
-            condense(quiet, omega, 1.0, s, np.empty_like(s))
-            matrix, force = s[:, :, :count, :count].copy(), np.zeros((len(few), most + 1, count), complex)
-            for i, law in enumerate(self.part.laws):
-                u = blocks[:, i] @ synthesis(h, samples)
-                force[..., i] = -to_complex((law.torque(u) + 0.0 * u) @ analysis(most, samples))
-                matrix[..., i, i] += np.mean(law.stiffness(u) + 0.0 * u, axis=1)[:, None]
-            matrix[..., 0, 0] += 1j * self.gear_damping * self.pencil.rate * omega[:, None] * np.arange(most + 1)
-            p = np.zeros_like(force)
-            p[:, k] = np.linalg.solve(matrix[:, k], force[:, k, :, None])[..., 0]
-            x = eliminated(quiet, s, p) @ self.part.values[0]
-        known = np.linalg.norm(blocks, axis=2)
-        known = np.maximum(known, 1e-6 * np.max(known, axis=0))
-        own = np.linalg.norm(self.displacements(few), axis=1)
-        return few[:, -1], np.column_stack(
-            [share_of(np.linalg.norm(x, axis=1), own), share_of(np.linalg.norm(p, axis=1), known)]
-        )
+        return motions.left_out(self, points)
 
     def disturbed(self, points: Floats) -> tuple[FirstOrder, Floats, int]:
         """Orbits in all states over one of the parts in which they repeat; and how many of them there are."""
-        system, h = self.part.disturbed, self.harmonics()
-        series, samples = self.states(points), len(self.angles)
-        sizes = np.max(np.linalg.norm(series, axis=2), axis=0, initial=0.0)
-        sizes = np.where(sizes > 0.0, sizes, 1.0)
-        kinked = len(distances(system, np.zeros(1), np.zeros((len(sizes), 1)))) > 0
-        leaf = leaf_of(system, "omega")
-        problem = FirstOrder(
-            system, leaf, leaf, self.turns / self.every, sizes, self.synthesis, self.analysis,
-            analysis(2 * h, samples), self.angles, kinked,
-        )  # fmt: skip
-        omega = base_speed(self, points[:, -1])
-        return problem, np.column_stack([(series / sizes[:, None]).reshape(len(points), -1), omega]), self.every
+        return motions.disturbed(self, points)
 
     def damping_leaf(self) -> None:
         return None
@@ -275,8 +209,11 @@ class Condensed(NamedTuple):
         return several_at(self, points)
 
     def to_search(self, value: float) -> "Condensed":
-        """The problem at a base frequency; with all its harmonics, which are few."""
-        return self._replace(system=with_leaf(self.system, self.omega_leaf, value), omega=value)
+        """The problem at a base frequency, with as many harmonics as the search for other orbits takes."""
+        system = with_leaf(self.system, self.omega_leaf, value)
+        wanted = max(ENOUGH, math.ceil(3 * highest_order(system) * self.turns / self.every))
+        h, lines = min(self.harmonics(), wanted), self.gear.lines if self.part.follows else None
+        return assembled(system, self.part, lines, self.omega_leaf, self.omega_leaf, h, self.turns, self.every)
 
     def strongest(self) -> float:
         return STRONG
@@ -288,25 +225,27 @@ class Condensed(NamedTuple):
         return BUDGET, STEP
 
 
-def spread(series: Floats, every: int) -> Floats:
-    """Series (..., 2h+1) in blocks with harmonics `every`, 2 `every`, ..., as one with all (..., 2 every h + 1)."""
-    if every == 1:
-        return series
-    h = series.shape[-1] // 2
-    out = np.zeros((*series.shape[:-1], 2 * every * h + 1))
-    out[..., 0] = series[..., 0]
-    out[..., every : every * h + 1 : every] = series[..., 1 : h + 1]
-    out[..., every * h + every :: every] = series[..., h + 1 :]
-    return out
-
-
-def gathered(series: Floats, every: int, h: int) -> Floats:
-    """The first h of the harmonics `every`, 2 `every`, ... of series (..., 2H+1) in blocks, cut or filled up."""
-    top = series.shape[-1] // 2
-    out, n = np.zeros((*series.shape[:-1], 2 * h + 1)), min(h, top // every)
-    out[..., 0] = series[..., 0]
-    out[..., 1 : n + 1] = series[..., every : every * n + 1 : every]
-    out[..., h + 1 : h + n + 1] = series[..., top + every : top + every * n + 1 : every]
-    return out
-
-
+def assembled(
+    system: Any, part: Any, lines: Any, leaf: int, omega_leaf: int, h: int, turns: int, every: int
+) -> Condensed:  # fmt: skip
+    """The problem with h of the harmonics `every`, 2 `every`, ...; `lines` are those of an error that is followed."""
+    samples = 8 * h + 8 if any(map(is_piecewise_linear, part.laws)) else 4 * h + 4
+    angles = 2.0 * np.pi * turns / every * np.arange(samples) / samples
+    table, back, double = synthesis(h, samples), analysis(h, samples), analysis(2 * h, samples)
+    forces = part.forces(angles) @ back
+    for row in forces:
+        clean_mean(row)
+    count, n = len(part.laws) + part.follows, len(part.inertia)
+    pencil = Pencil(
+        np.array([part.inertia, part.damping, part.stiffness]), to_complex(forces), part.per_speed, count, part.loose,
+        every / turns,
+    )  # fmt: skip
+    gear: Any = Prescribed((part.error.value(angles) + 0.0 * angles) @ back)
+    if part.follows:
+        gear = following(lines, angles, back, double, count)
+    buffers = np.empty((2, h + 1, n, n + 1), complex), np.empty((count, 2 * h + 1))
+    springs = springs_for(part.laws, h, samples, back, double)
+    return Condensed(
+        system, leaf, omega_leaf, turns, every, float(omega_of(system)), part, pencil, part.gear_damping, springs, gear,
+        table, back, angles, *buffers,
+    )  # fmt: skip
