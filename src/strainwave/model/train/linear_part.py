@@ -146,7 +146,7 @@ def _states(n: int, held: bool, own: int, twists: list[int], motor_at: int, at_l
 
 
 def _in_balance(part: TrainPart) -> bool:
-    """Whether the mean torques on a motor that nothing holds leave its mean speed alone, without any kinematic error."""
+    """Whether the mean torques on a motor that nothing holds leave its mean speed alone; with an error they do not."""
     if part.follows or part.per_speed[part.loose] != 0.0:
         return False
     angles = 2.0 * np.pi * np.arange(64) / 64

@@ -141,18 +141,20 @@ def traced_train(
     """
     leaf, top = leaf_of(system, "omega"), max((1, *system.orders()))
     middle = system._replace(omega=(speeds[0] * speeds[1]) ** 0.5)
-    linear, small = system.linear_part() is not None, first_order(middle, leaf, leaf, top)
-    g = 1 if linear else repeats(small, top)
+    linear = system.linear_part() is not None
+    small: Any = balance_of(middle, leaf, leaf, top)
+    g = top // max(1, small.harmonics()) if linear else repeats(small, top)
+    kinked = bool(system.kinks(0.0, (0.0,) * small.state_count()))
 
     def problem_with(h: int) -> Balance:
         return balance_of(middle, leaf, leaf, h) if linear else first_order(middle, leaf, leaf, max(1, h // g), 1.0 / g)
 
-    begin, most = max(PER_ORDER * top, (WITH_KINKS if small.kinked else 1) * g), max(MOST, top + 2 * g)
+    begin, most = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST, top + 2 * g)
     harmonics = (min(begin, most), most) if given is None else (given, given)
     problem, found, tail, origin = traced(
         problem_with, *speeds, harmonics, MATTERS, points, lambda tail: tail.worst if linear else tail.share
     )
-    if tail is None or g == 1:
+    if tail is None or linear or g == 1:
         return problem, found, tail, origin
     return *_over_a_turn(problem, found, g), tail._replace(harmonics=tail.harmonics * g), origin
 

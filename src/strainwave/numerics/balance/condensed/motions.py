@@ -104,12 +104,12 @@ def disturbed(problem: Any, points: Floats) -> tuple[FirstOrder, Floats, int]:
         sizes = np.where(problem.part.values[:, len(problem.part.laws)] != 0.0, np.maximum(sizes, ANGLE), sizes)
     kinked = len(distances(system, np.zeros(1), np.zeros((len(sizes), 1)))) > 0
     leaf = leaf_of(system, "omega")
-    problem = FirstOrder(
+    flow = FirstOrder(
         system, leaf, leaf, problem.turns / problem.every, sizes, problem.synthesis, problem.analysis,
         analysis(2 * h, samples), problem.angles, kinked,
     )  # fmt: skip
     omega = base_speed(problem, points[:, -1])
-    return problem, np.column_stack([(series / sizes[:, None]).reshape(len(points), -1), omega]), problem.every
+    return flow, np.column_stack([(series / sizes[:, None]).reshape(len(points), -1), omega]), problem.every
 
 
 def spread(series: Floats, every: int) -> Floats:
