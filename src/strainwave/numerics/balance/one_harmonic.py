@@ -142,10 +142,18 @@ def strongest(problem: Any) -> float:
     w, lines, size = driven_lines(problem)
     if not len(lines):
         return STRONG
-    mass, size = problem.system.J * (w * w)[lines, None], size[lines, None]
-    loss = np.maximum(problem.system.B * w[lines, None], LEAST * mass)
+    mass = problem.system.J * (w * w)[lines]
+    return strength_beyond_folds(
+        problem.system.law, float(problem.tau[0]), mass, problem.system.B * w[lines], size[lines]
+    )
+
+
+def strength_beyond_folds(law: Any, mean: float, mass: Floats, damping: Floats, size: Floats) -> float:
+    """Factor of lines (n,) of these sizes [N*m] at which each alone has passed its last fold, see `others_possible`."""
+    mass, size = mass[:, None], size[:, None]
+    loss = np.maximum(damping[:, None], LEAST * np.abs(mass))
     sizes = float(np.max(size / loss)) * FINE
-    _, stiffness = one_harmonic(problem.system.law, float(problem.tau[0]), sizes)
+    _, stiffness = one_harmonic(law, mean, sizes)
     pull = np.hypot(stiffness - mass, loss) * sizes
     folds = np.where(pull[:, 1:] < pull[:, :-1], pull[:, :-1] / size, 0.0)
     return min(STRONGEST, max(STRONG, 1.5 * float(np.max(folds))))

@@ -5,7 +5,6 @@ dynamic stiffness D of all that is linear around them. Where a kinematic error f
 more block of unknowns. What repeats g times a turn has unknowns at every g-th harmonic alone.
 """
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,12 +19,11 @@ from ..fourier import analysis, from_blocks, synthesis, to_blocks
 from ..harmonics import ENOUGH, highest_order
 from ..linear_algebra import copy, fill
 from ..linear_part import QUIET, STRENGTH, clean_mean
-from ..one_harmonic import STRONG
 from ..piecewise import is_piecewise_linear
 from . import motions
 from .gear import Prescribed, following
 from .motions import gathered, spread
-from .others import several_at
+from .others import several_at, strongest
 from .pencil import Pencil, add_entries, add_stiffness, condense, to_complex, to_real
 from .springs import springs_for
 
@@ -211,12 +209,12 @@ class Condensed(NamedTuple):
     def to_search(self, value: float) -> "Condensed":
         """The problem at a base frequency, with as many harmonics as the search for other orbits takes."""
         system = with_leaf(self.system, self.omega_leaf, value)
-        wanted = max(ENOUGH, math.ceil(3 * highest_order(system) * self.turns / self.every))
+        wanted = max(ENOUGH, 3 * highest_order(system)) * self.turns // self.every
         h, lines = min(self.harmonics(), wanted), self.gear.lines if self.part.follows else None
         return assembled(system, self.part, lines, self.omega_leaf, self.omega_leaf, h, self.turns, self.every)
 
     def strongest(self) -> float:
-        return STRONG
+        return strongest(self)
 
     def ways(self) -> list[int]:
         return [self.omega_leaf, STRENGTH]
