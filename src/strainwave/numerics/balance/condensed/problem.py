@@ -27,7 +27,7 @@ from .others import several_at, strongest
 from .pencil import Pencil, add_entries, add_stiffness, condense, to_complex, to_real
 from .springs import springs_for
 
-LIGHT = 33  # unknowns up to which NumPy follows a curve in a fraction of a second
+LIGHT = 130  # unknowns up to which NumPy follows some curves sooner than machine code (30 s) is made
 BUDGET, STEP = 2500, 0.1  # points of a search for other orbits, and its steps in units of the orbit and the parameter
 
 
