@@ -7,7 +7,8 @@ import pytest
 
 import strainwave as sw
 from strainwave.maths import cos, sign
-from strainwave.numerics.balance.first_order import FirstOrder, balance_of, first_order
+from strainwave.numerics.balance.choice import balance_of
+from strainwave.numerics.balance.first_order import FirstOrder, first_order
 from strainwave.numerics.balance.fourier import synthesis, with_velocity
 from strainwave.numerics.balance.rates import jacobians_at, number_of_states
 from strainwave.numerics.continuation.trace import solve

@@ -72,8 +72,29 @@ def test_gravity_is_left_out_of_the_steady_curve_and_that_is_told():
     assert found.response.curve.peak == pytest.approx([at_the_load(w)[1] for w in found.response.curve.omega], rel=1e-6)
 
 
-def test_a_free_motor_has_no_curve_here():
-    assert train_curve(train(sw.Free()), (80.0, 140.0)) is None
+def test_a_free_motor_with_a_coupling_has_the_curve_of_linear_algebra():
+    # so small an error that its products with the alternating torque, N e' of the whole, do not show
+    small, N, J_m = 1e-8, 50.0, 4.5e-4
+    free = train(sw.Free(), mean=-30.0)._replace(error=sw.KinematicError((sw.Line(2, small),)))
+    curve = train_curve(free, (80.0, 140.0)).response.curve
+    gear, coupling = np.array([1.0 / N, -1.0, 0.0]), np.array([0.0, 1.0, -1.0])
+
+    def at(omega):
+        w = 2.0 * omega
+        stiff = (K + 1j * w * B) * np.outer(gear, gear) + (K_C + 1j * w * B_C) * np.outer(coupling, coupling)
+        force = (K + 1j * w * B) * small * gear + np.array([30.0 * 2j * small, 0.0, 0.0])  # e' times the mean torque
+        angles = np.linalg.solve(stiff - w * w * np.diag([J_m, J_1, J_2]), force)
+        return abs(angles[0] / N - angles[2])
+
+    alternating = np.hypot(curve.coefficients[:, 3], curve.coefficients[:, 4])
+    assert alternating == pytest.approx([at(w) for w in curve.omega], rel=1e-4)
+    assert curve.coefficients[:, 0] == pytest.approx(30.0 / K + 30.0 / K_C, rel=1e-6)
+    assert curve.stable.all()
+
+
+def test_a_free_motor_alone_is_left_to_its_error_equation():
+    rigid = train(sw.Free())
+    assert train_curve(rigid._replace(load=rigid.load.load), (80.0, 140.0)) is None
 
 
 @pytest.mark.parametrize("control", [sw.Held(), sw.Free(), sw.SpeedLoop(0.5, 20.0), sw.PositionLoop(30.0, 0.5)])

@@ -159,7 +159,9 @@ def exceedance(
     factors = drawn(project.scatter, count, seed)
     found, at, errors = np.full(count, np.nan), np.full(count, np.nan), dict[str, None]()
     for i in range(count):
-        values = {name: f"{float(value * factors[name][i])!r} {unit}".rstrip() for name, (value, unit) in nominal.items()}
+        values = {
+            name: f"{float(value * factors[name][i])!r} {unit}".rstrip() for name, (value, unit) in nominal.items()
+        }
         try:
             response = replaced(project, values).response()
         except SolveError as error:

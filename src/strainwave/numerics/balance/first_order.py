@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compile.jit import run
-from ...protocols import Balance, lacking, omega_of, orders_of
+from ...protocols import lacking, omega_of, orders_of
 from ...results import Floats
 from ...tree import leaves, with_leaf
 from .fourier import analysis, derivative, extended, from_blocks, multiply_rows, synthesis, to_blocks
@@ -23,8 +23,7 @@ from .harmonics import ENOUGH, highest_order
 from .linear_part import STRENGTH
 from .one_harmonic import STRONG
 from .panels import distances, panels
-from .rates import DIFFERENCE, NO_TURN, SAME, base_speed, is_second_order, number_of_states, rates_along, slopes_along
-from .second_order import second_order
+from .rates import DIFFERENCE, NO_TURN, base_speed, number_of_states, rates_along, slopes_along
 from .truncation import shares_left_out
 from .work import linearised
 
@@ -207,6 +206,10 @@ class FirstOrder(NamedTuple):
         few = points[np.unique([*range(0, len(points), max(1, len(points) // FEW)), largest, at])]
         return few[:, -1], shares_left_out(self, few)
 
+    def disturbed(self, points: Floats) -> tuple["FirstOrder", Floats, int]:
+        """The problem and its points: all states, over the whole orbit."""
+        return self, points, 1
+
     def damping_leaf(self) -> int | None:
         return None
 
@@ -243,21 +246,6 @@ class FirstOrder(NamedTuple):
 
     def budget(self) -> tuple[int, float]:
         return MOST_KINKED if self.kinked else min(MOST, int(WORK / self.size() ** 2)), STEP
-
-
-def balance_of(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: int = 1) -> Balance:
-    """Balance problem of a system at its own parameters: on its torsion alone where it is J x'' + B u' + T(u) = tau.
-
-    Raises
-    ------
-    TypeError
-        If the system has neither those fields nor a method rhs(phase, y).
-    """
-    if is_second_order(system):
-        return second_order(system, leaf, omega_leaf, harmonics, turns)
-    if lacking(system, "rhs"):
-        raise TypeError(f"{type(system).__name__} has no rhs(phase, y), nor the fields {', '.join(SAME)}")
-    return first_order(system, leaf, omega_leaf, harmonics, turns)
 
 
 def first_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: float = 1) -> FirstOrder:
