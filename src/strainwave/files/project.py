@@ -36,6 +36,7 @@ from .load_torque import load_range
 from .loop_fields import control_of
 from .notes import notes
 from .own_gears import read_gears
+from .python_law import with_python_laws
 from .resolve import (
     beyond_equation,
     damping,
@@ -292,18 +293,19 @@ def read_project(path: str | Path) -> Project:
 def from_text(text: str, path: Path) -> Project:
     """Read the text of a project file that is, or could be, at a path (ProjectError as `read_project`)."""
     located = read(text)
-    problems = list(located.problems)
+    content, wrong = with_python_laws(located, path.parent)
+    problems = [*located.problems, *wrong]
     if located.content is None:
         if not problems:
             problems.append(Problem(1, 1, "file", "is empty; begin with a line such as 'gear: CSG-40-50'"))
         raise _error(path, problems)
     try:
-        spec = ProjectSpec.model_validate(located.content)
+        spec = ProjectSpec.model_validate(content)
     except ValidationError as error:
         problems += complaints(error, located)
         if not isinstance(located.content, dict):
             raise _error(path, problems) from None
-        spec = _what_is_right(located.content)
+        spec = _what_is_right(content)
     gear: Gear | ExplicitGear | None = None
     elsewhere = ""
     try:
@@ -386,4 +388,7 @@ def _resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str
     said = tuple(notes(project))
     if accuracy is not None:
         said = (ACCURACY_NOTE.format(convert(accuracy, "rad", "arcsec")), *said)
+    if spec.speed.low == 0.0:
+        begin = f"{through.own(through.limits[0]):.4g} {through.own_unit}"
+        said = (*said, f"The speed range is given from 0, where nothing turns; it begins at 1 % of its end, {begin}.")
     return replace(project, notes=said)

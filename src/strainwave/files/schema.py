@@ -63,6 +63,7 @@ Ripples = Annotated[Any, BeforeValidator(read_ripples)]
 
 Inertia = Annotated[float, _quantity("kg*m**2", "positive")]
 Speed = Annotated[float, _quantity("rad/s", "positive")]
+SpeedOrRest = Annotated[float, _quantity("rad/s", "not negative")]
 Angle = Annotated[float, _quantity("rad")]
 Torque = Annotated[float, _quantity("N*m")]
 Order = Annotated[int, BeforeValidator(_order)]
@@ -209,7 +210,7 @@ class SpeedSpec(Spec):
     """Speeds of one shaft: a range or a list."""
 
     shaft: Literal["motor", "load", "forcing"]
-    low: Annotated[Speed | None, Field(alias="from")] = None
+    low: Annotated[SpeedOrRest | None, Field(alias="from")] = None
     high: Annotated[Speed | None, Field(alias="to")] = None
     at: Annotated[list[Speed], Field(min_length=1, max_length=100)] | None = None
 

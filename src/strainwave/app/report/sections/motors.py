@@ -44,7 +44,7 @@ class Motors:
         return [
             "The file names no motor: this report is about one that is ideally held. The error oscillates with "
             + each
-            + f"; {decides}. Write the loop of the drive, for example motor: {{loop: {{bandwidth: 30 Hz, damping: 0.7}}}}."
+            + f"; {decides}. Write the loop of the drive, for example 'loop: {{bandwidth: 30 Hz, damping: 0.7}}'."
         ]
 
 
