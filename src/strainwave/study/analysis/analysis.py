@@ -29,7 +29,7 @@ from .avoid import Avoid, in_run, speeds_to_avoid
 from .cases import speeds_in_time
 from .drive_response import DriveResponse, of_equation
 from .gear_studies import GearLoop, loop_of, parametric_of
-from .load_range import LoadCase, LoadRange, load_cases, over_all
+from .load_range import LoadCase, LoadRange, load_cases, over_all, worst_of
 from .plausible import implausible
 from .remedies import Remedy, Source, Subject, remedies
 from .resonance_tops import with_tops
@@ -321,8 +321,7 @@ def _what_helps(
     """Remedies of a drive that has speeds to avoid: under the load torque of the largest oscillation."""
     if avoid is None or not avoid.bands:
         return (), ()
-    if load is not None and cases:
-        worst = max(cases, key=lambda case: 0.0 if case.avoid is None else case.avoid.largest)
+    if load is not None and (worst := worst_of(cases)) is not None:
         system, train = load.at(worst.torque)
         drive, avoid = worst.drive, worst.avoid or avoid
         train = None if subject.train is None else train
