@@ -18,12 +18,19 @@ def load_range(project: Any) -> LoadRange | None:
         least, most = torques_of_angle(project.train.load.end().drag)
         low, high = low + least, high + most
 
-    def under(torque: float) -> tuple[Any, DriveTrain | None]:
-        excitation, train = Harmonics((*terms, Harmonic(0.0, mean=torque - mean))), project.train
+    def at(torque: float) -> tuple[Any, DriveTrain | None]:
+        excitation, train = under(project.load_torque, torque), project.train
         if train is not None:
             train = without_gravity(train)
             end = train.load.end()
             train = train._replace(load=train.load.with_end(end._replace(excitation=excitation)))
         return replace(project, load_torque=excitation, train=train).system(reduced=True), train
 
-    return LoadRange(low, high, under) if low < high else None
+    return LoadRange(low, high, at) if low < high else None
+
+
+def under(given: Harmonics | None, torque: float) -> Harmonics:
+    """A load torque with another mean [N*m]."""
+    terms = () if given is None else given.terms
+    mean = sum(term.mean for term in terms)
+    return Harmonics((*terms, Harmonic(0.0, mean=torque - mean)))

@@ -24,7 +24,7 @@ from ..speeds import Speeds
 from ..study.analysis.analysis import Analysis, analyze
 from ..study.analysis.drive_response import DriveResponse, of_equation
 from ..study.analysis.load_range import LoadRange
-from ..study.analysis.remedies import CHANGE
+from ..study.analysis.remedies import Source
 from ..study.analysis.runup import silent
 from ..study.analysis.train_curve import train_curve
 from ..study.response.by_integration import response_through
@@ -32,7 +32,7 @@ from ..study.train.loop_margin import motor_name, unstable
 from ..study.train.reductions import left_out, listed, refuse_free
 from .complaints import complaints
 from .contradictions import contradictions
-from .load_torque import load_range
+from .load_torque import load_range, under
 from .loop_fields import control_of
 from .notes import notes
 from .own_gears import read_gears
@@ -253,8 +253,6 @@ class Project:
 
     def analyze(self, progress: Callable[[str, float], None] = silent) -> Analysis:
         """Analyse the drive through its speeds; `progress` and errors as `study.analysis.analysis.analyze`."""
-        sizes = {share: (1.0 + share) * self.drive.J_l for share in (CHANGE, -CHANGE)}
-        changed = {share: replace(self, drive=self.drive._replace(J_l=J_l)) for share, J_l in sizes.items()}
         return analyze(
             self.system(reduced=True),
             self.speeds,
@@ -262,12 +260,18 @@ class Project:
             train=self.train,
             rated_torque=self.rated_torque,
             limit=self.limit,
-            loads=tuple((share, other.system(reduced=True)) for share, other in changed.items()),
+            source=Source(self.drive, self.motor == "free", self.speeds.by_motor, self._equation, self.gear),
             load=self.load_range,
             has_reference=self.motor == "held",
             motors={} if self.motor_named else self.motors(),
             progress=progress,
         )
+
+    def _equation(self, drive: Drive, torque: float | None) -> Oscillator | VaryingOscillator:
+        """Error equation of another drive, under a constant torque [N*m] of the load or that of the file."""
+        damping = None if self.damping is None else self.damping._replace(B=drive.B)
+        loaded = self.load_torque if torque is None else under(self.load_torque, torque)
+        return replace(self, drive=drive, damping=damping, load_torque=loaded).system(reduced=True)
 
 
 def read_project(path: str | Path) -> Project:

@@ -141,7 +141,9 @@ def test_jumps_are_told_of_the_computed_curve_first():
 def advised(bands, largest, slow, remedies=(), sweep=None, peaks=(), limit=None):
     avoid = Avoid(bands, largest, 140.0, slow, peaks, limit)
     response = SimpleNamespace(sweep=sweep)
-    analysis = SimpleNamespace(avoid=avoid, remedies=remedies, response=response, speeds=(60.0, 200.0), load_cases=())
+    analysis = SimpleNamespace(
+        avoid=avoid, remedies=remedies, not_tried=(), response=response, speeds=(60.0, 200.0), load_cases=()
+    )  # fmt: skip
     return told(SpeedsToAvoid().data(view(analysis))["advice"])
 
 

@@ -1,4 +1,4 @@
-"""Speeds to avoid by their rule, and remedies against closed forms of the linear oscillator."""
+"""Speeds to avoid by their rule, on curves of the closed form of the linear oscillator."""
 
 import math
 from types import SimpleNamespace
@@ -7,13 +7,11 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.model.train.shafts import Elastic
 from strainwave.study.analysis.avoid import in_run, oscillations, speeds_to_avoid
-from strainwave.study.analysis.remedies import line_that_matters, remedies, train_changes
 from strainwave.study.response.hysteresis_bands import HysteresisBand, Jump
 from strainwave.study.response.jumps import jumps_of
 from strainwave.study.response.resonances import operating_point
-from strainwave.study.response.response import ExactResponse, exact_response
+from strainwave.study.response.response import ExactResponse
 
 K, J, ZETA, A = 1e5, 1.0, 0.03, 1e-4
 OMEGA_0 = math.sqrt(K / J)
@@ -78,44 +76,6 @@ def test_where_no_motion_is_stable_nothing_is_advised():
     assert speeds_to_avoid(SYSTEM, ExactResponse(curve, None), POINT) is None
 
 
-@pytest.mark.compiled
-def test_remedies_are_those_of_the_closed_form():
-    speeds = (130.0, 190.0)
-    response = exact_response(SYSTEM, speeds)
-    avoid = speeds_to_avoid(SYSTEM, response, POINT)
-    loads = ((0.1, SYSTEM._replace(J=1.1 * J)),)
-    told = []
-    tried = remedies(SYSTEM, response, avoid, speeds, 100.0, loads=loads, progress=told.append)
-    found = {remedy.what: remedy for remedy in tried}
-    assert told == [
-        "damping of the gear, +10%", "stiffness of the gear, +10%", "kinematic error of order 2, -10%",
-        "inertia of the load, +10%",
-    ]  # fmt: skip
-    fine = np.linspace(*speeds, 20001)
-    before = np.max(transmissibility(fine))
-    damped, stiff = transmissibility(fine, 1.1 * ZETA), transmissibility(fine, ZETA / 1.1**0.5, 1.1**0.5 * OMEGA_0)
-    heavy = transmissibility(fine, ZETA / 1.1**0.5, OMEGA_0 / 1.1**0.5)
-    names = ["kinematic error of order 2", "damping of the gear", "inertia of the load", "stiffness of the gear"]
-    assert sorted(found) == sorted(names)  # a preload does not stiffen a linear law
-    assert found["kinematic error of order 2"].ratio == pytest.approx(0.9, rel=2e-3)
-    assert found["inertia of the load"].ratio == pytest.approx(np.max(heavy) / before, rel=2e-3)
-    assert found["inertia of the load"].at == pytest.approx(fine[np.argmax(heavy)], rel=3e-3)
-    # the curve's points lie within a percent of the band's width of the crest
-    assert found["damping of the gear"].ratio == pytest.approx(np.max(damped) / before, rel=2e-3)
-    assert found["stiffness of the gear"].ratio == pytest.approx(np.max(stiff) / before, rel=2e-3)
-    assert found["stiffness of the gear"].at == pytest.approx(fine[np.argmax(stiff)], rel=3e-3)
-
-
-@pytest.mark.compiled
-def test_a_preload_is_among_the_remedies_of_a_law_that_it_stiffens():
-    system = SYSTEM._replace(law=sw.Cubic(K, 6.9e4), B=3.0 * SYSTEM.B)
-    response = exact_response(system, (130.0, 220.0))
-    avoid = speeds_to_avoid(system, response, operating_point(system))
-    found = {remedy.what: remedy for remedy in remedies(system, response, avoid, (130.0, 220.0), 1500.0)}
-    assert found["preload"].by == 150.0
-    assert found["preload"].at > avoid.at
-
-
 def test_oscillations_leave_out_the_mean():
     curve = SimpleNamespace(coefficients=np.array([[5.0, 3.0, 4.0]]), peak=np.array([10.0]))
     assert oscillations(curve) == pytest.approx([5.0], rel=1e-9)
@@ -168,23 +128,6 @@ def test_where_a_sweep_lands_on_the_flank_of_a_peak_that_the_other_one_follows_i
     ((low, high),) = found.bands
     # half of the power, 20/sqrt(2) = 5 + 15 (220 - omega)/80
     assert [low, high] == pytest.approx([140.0, 220.0 - 80.0 * (20.0 / math.sqrt(2.0) - 5.0) / 15.0], abs=0.1)
-
-
-def test_the_line_that_matters_is_the_one_that_is_largest_at_the_peak():
-    error = sw.KinematicError((sw.Line(2, 5e-5), sw.Line(4, 1e-5), sw.Line(40, 1e-3)))
-    harmonics = np.zeros(11)  # up to order 5
-    harmonics[3:5], harmonics[7:9] = 1e-4, 3e-4
-    assert line_that_matters(error, harmonics) == (4, {"error.lines.1.amplitude": pytest.approx(0.9e-5)})
-    assert line_that_matters(sw.KinematicError(()), harmonics) is None
-
-
-def test_the_load_of_a_train_is_the_inertia_behind_its_couplings():
-    train = sw.Drive(1e-4, J, 50.0, 1.0, sw.Linear(K)).train(omega=100.0)
-    coupled = train._replace(load=Elastic(0.1, 1.0, sw.Linear(K), train.load))
-    changed = {(what, share): new for what, share, new in train_changes(coupled)}
-    heavier = changed["inertia of the load", 0.1].load
-    assert math.isclose(heavier.load.J, 1.1 * J)
-    assert heavier.J == 0.1
 
 
 def ramp(swing):

@@ -29,10 +29,10 @@ from .avoid import Avoid, in_run, speeds_to_avoid
 from .cases import speeds_in_time
 from .drive_response import DriveResponse, of_equation
 from .gear_studies import GearLoop, loop_of, parametric_of
-from .load_range import LoadCase, LoadRange, load_cases, over_all
+from .load_range import LoadCase, LoadRange, load_cases, over_all, worst_of
 from .motor_cases import MotorCase, motor_cases
 from .plausible import implausible
-from .remedies import Remedy, remedies
+from .remedies import Remedy, Source, Subject, remedies
 from .resonance_tops import with_tops
 from .runup import RunUp, run_up, silent
 from .time_case import TimeCase, time_case
@@ -101,7 +101,10 @@ class Analysis(Result):
     avoid : Avoid or None
         Speeds to avoid; None where no motion is stable.
     remedies : tuple of Remedy
-        What would make the error smaller, the most helpful first; empty where no speed is to be avoided.
+        What would make the error smaller, the most helpful first; empty where no speed is to be avoided. Where the load
+        has a range of torques they are for the torque with the largest oscillation.
+    not_tried : tuple of str
+        What else would have been tried, and why it was not.
     remarks : tuple of str
         Why a part is missing.
     doubts : tuple of str
@@ -127,6 +130,7 @@ class Analysis(Result):
     train: TrainStudy | None
     avoid: Avoid | None
     remedies: tuple[Remedy, ...]
+    not_tried: tuple[str, ...]
     remarks: tuple[str, ...]
     doubts: tuple[str, ...] = ()
 
@@ -216,7 +220,7 @@ def analyze(
     train: DriveTrain | None = None,
     rated_torque: float | None = None,
     limit: float | None = None,
-    loads: tuple[tuple[float, Any], ...] = (),
+    source: Source | None = None,
     load: LoadRange | None = None,
     has_reference: bool = True,
     motors: Mapping[str, DriveTrain] | None = None,
@@ -238,8 +242,8 @@ def analyze(
         Rated torque [N*m], full load of the hysteresis loop.
     limit : float, optional
         Largest oscillation of the error [rad] that the drive may have, for the speeds to avoid.
-    loads : tuple of (float, system), optional
-        Relative changes of the load's inertia, each with the error equation that it leads to, for what would help.
+    source : Source, optional
+        What the error equation is made of, for what would help.
     load : LoadRange, optional
         Torques of the load, where it has a range of them.
     has_reference : bool
@@ -306,16 +310,32 @@ def analyze(
     loop, no_loop = loop_of(system.law, used.peak_torque, rated_torque)
     parametric, not_searched = parametric_of(system, limits)
     progress("what would help", 0.9)
-    helps = remedies(
-        system, drive.response, avoid, limits, used.peak_torque, None if curve is None else train, loads,
-        lambda what: progress(f"what would help: {what}", 0.9),
-    ) if avoid is not None and avoid.bands else ()  # fmt: skip
+    subject = Subject(system, None if curve is None else train, limits, source)
+    helps, not_tried = _what_helps(
+        subject, drive, avoid, by_load, load, used, lambda what: progress(f"what would help: {what}", 0.9)
+    )  # fmt: skip
     return Analysis(
         system, limits, point, stability, found, exact, close, sweep, tuple(cases), drive, by_load, others, used,
         () if gear is None else limit_findings(gear, used, speeds.given[-1] if speeds.by_motor else None),
-        loop, parametric, study, avoid, helps, (*no_loop, *not_searched),
+        loop, parametric, study, avoid, helps, not_tried, (*no_loop, *not_searched),
         tuple(implausible(gear, rated_torque, loop, used)),
     )  # fmt: skip
+
+
+def _what_helps(
+    subject: Subject, drive: DriveResponse, avoid: Avoid | None, cases: tuple[LoadCase, ...], load: LoadRange | None,
+    used: Usage, progress: Callable[[str], None],
+) -> tuple[tuple[Remedy, ...], tuple[str, ...]]:  # fmt: skip
+    """Remedies of a drive that has speeds to avoid: under the load torque of the largest oscillation."""
+    if avoid is None or not avoid.bands:
+        return (), ()
+    if load is not None and (worst := worst_of(cases)) is not None:
+        system, train = load.at(worst.torque)
+        drive, avoid = worst.drive, worst.avoid or avoid
+        train = None if subject.train is None else train
+        system = system._replace(omega=subject.system.omega)
+        subject = subject._replace(system=system, train=train, load_torque=worst.torque)
+    return remedies(subject, drive.response, avoid, used.peak_torque, progress)
 
 
 def _proof(system: Any, point: OperatingPoint) -> StabilityProof:

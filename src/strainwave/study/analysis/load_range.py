@@ -127,6 +127,11 @@ def over_all(avoid: Avoid | None, cases: tuple[LoadCase, ...]) -> Avoid | None:
     return replace(every[0], bands=merged(bands), largest=worst.largest, at=worst.at, peaks=worst.peaks)
 
 
+def worst_of(cases: tuple[LoadCase, ...]) -> LoadCase | None:
+    """The case with the largest oscillation; None where there are none."""
+    return max(cases, key=lambda case: 0.0 if case.avoid is None else case.avoid.largest, default=None)
+
+
 def torques_of_angle(law: Any) -> tuple[float, float]:
     """Least and largest torque [N*m] on a load from drags that follow its own angle, gravity for one."""
     angles = 2.0 * np.pi * np.arange(720) / 720

@@ -6,10 +6,10 @@ from typing import Any
 from ....sentences import Angle, Sentence, Speed, listed
 from ....study.analysis.avoid import AMPLIFIED, Avoid
 from ....study.analysis.load_range import LoadCase
-from ....study.analysis.remedies import Remedy
 from ...console import number
 from ...units import sizes
 from ...view import View
+from ..remedies import remedies_data, remedies_figure
 
 OSCILLATION = "the oscillation of the error (its largest distance from its mean, in a steady motion)"
 APART = "and wherever run-up and run-down are on different motions"
@@ -17,7 +17,6 @@ NOMINAL = (
     "The speeds to avoid are those of the nominal drive; sw.variability computes how far the scatter of its parameters "
     "moves them (page “Ensembles, basins, variability” of the documentation)."
 )
-NOTHING = 0.005  # relative change that is called none
 
 BEYOND = " The curve goes a fifth beyond the single speeds of the file, and so do the speeds to avoid."
 
@@ -31,6 +30,10 @@ class SpeedsToAvoid:
         """Bands of speed and remedies with their numbers, rule and sentences; None where no motion is stable."""
         avoid = view.analysis.avoid
         return {"advice": None if avoid is None else _advice(view, avoid)}
+
+    def figures(self, view: View) -> list[str]:
+        """The change of the oscillation by every remedy, where there are any."""
+        return [remedies_figure(view)] if view.analysis.avoid is not None and view.analysis.remedies else []
 
     def lines(self, _: View, data: dict[str, Any]) -> list[str]:
         """What to do."""
@@ -56,12 +59,7 @@ def _advice(view: View, avoid: Avoid) -> dict[str, Any]:
         "run_up_bands": [_band(view, *band) for band in avoid.passed],
         "about": _about(view, avoid),
         "nominal": NOMINAL if avoid.bands else "",
-        "remedies": [
-            {"what": r.what, "change": _change(r), "relative_oscillation": r.ratio, "at_rad_per_s": r.at}
-            | {"at_rpm": view.speeds.rpm(r.at)}
-            for r in view.analysis.remedies
-        ],
-        "remedy_sentence": _remedies(view.analysis.remedies, avoid.at),
+        **remedies_data(view, avoid),
     }
 
 
@@ -156,33 +154,3 @@ def _avoid(view: View, avoid: Avoid) -> Sentence:
         reasons.append("the motion jumps " + between)
     why = Sentence(", and ").join(reasons)
     return Sentence("Avoid {} {}: there {}.", _ranges(view, avoid.bands), Speed(), why)
-
-
-def _remedies(found: tuple[Remedy, ...], at: float) -> str:
-    """What helps at a peak at some speed [rad/s], the most helpful first, and what does not."""
-    if not found:
-        return ""
-    best = found[0]
-    helps = f"Most helpful: {_more(best)}." if best.ratio < 1.0 - NOTHING else "None of them makes it smaller."
-    effects = Sentence("; ").join(_effect(remedy, at) for remedy in found)
-    return f"{helps} Computed again with one thing changed at a time: " + effects + "."
-
-
-def _change(remedy: Remedy) -> str:
-    if remedy.by:
-        return f"{number(remedy.by, 3)} N·m more"
-    return f"{number(100.0 * abs(remedy.share))} % {'more' if remedy.share > 0.0 else 'less'}"
-
-
-def _more(remedy: Remedy) -> str:
-    return f"{_change(remedy)} {'mean torque' if remedy.by else remedy.what}"
-
-
-def _effect(remedy: Remedy, at: float) -> str:
-    change = 100.0 * (remedy.ratio - 1.0)
-    size = "the same"
-    if abs(change) > 100.0 * NOTHING:
-        size = f"{number(abs(change), 2)} % {'less' if change < 0.0 else 'more'}"
-    moved = abs(remedy.at / at - 1.0) > NOTHING
-    where = ", at " + _speed(remedy.at) + " instead of " + _speed(at) if moved else ""
-    return f"{_more(remedy)}: {size} oscillation" + where

@@ -1,0 +1,6 @@
+"""What would make the error smaller: what can be turned, other gears, and the peak computed again for each."""
+
+from .remedies import Remedy as Remedy
+from .remedies import remedies as remedies
+from .subject import Source as Source
+from .subject import Subject as Subject

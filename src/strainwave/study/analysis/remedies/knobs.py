@@ -1,0 +1,256 @@
+"""What an engineer can turn on a drive: loop, lines of the error, mean torque, inertia, damping, stiffness."""
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ....law import depends, is_spring, spring_stiffness
+from ....model.train.controls import Lagged, PositionLoop, SpeedLoop
+from ....model.train.drive_train import DriveTrain
+from ....model.train.loops import FASTEST, HERTZ
+from ....protocols import lacking, lines_of, terms_of
+from ....quantities import parameters, replace
+from ....results import Floats, SolveError
+from ....units import ARCSEC
+from ...response.resonances import operating_point
+from ...train.loop_margin import fastest_growth
+from .subject import Subject
+
+CHANGES = 0.1, 0.3  # relative; the second where the first does next to nothing
+MORE, BOTH = (1.0,), (1.0, -1.0)
+BENDS = 0.01  # relative change of the stiffness by the mean torque, from which on it counts
+ROUNDING = 1e-9  # of a pole's size: less growth than this is none
+
+
+class Knob(NamedTuple):
+    """One thing that can be turned.
+
+    Attributes
+    ----------
+    what : str
+        Its name.
+    value : float
+        Where it stands, in `unit`.
+    unit : str
+        In which engineers give it.
+    turned : callable
+        The drive after a relative change; a sentence where it cannot be.
+    signs : tuple of float
+        Directions that may help.
+    changes : tuple of float
+        Relative changes to try, ascending.
+    by : float
+        Size [N*m] of a change of a torque, per relative change; 0 of all else.
+    """
+
+    what: str
+    value: float
+    unit: str
+    turned: Callable[[float], Subject | str]
+    signs: tuple[float, ...] = BOTH
+    changes: tuple[float, ...] = CHANGES
+    by: float = 0.0
+
+
+def knobs(subject: Subject, series: Floats, torque: float) -> Iterator[Knob]:
+    """Everything that can be turned, what is turned most easily first.
+
+    Parameters
+    ----------
+    subject : Subject
+        The drive.
+    series : (2H+1,) array
+        Fourier coefficients of its error at the peak: mean, cos 1, sin 1, ...
+    torque : float
+        Largest torque in the gear [N*m], to which changes of the mean torque are related.
+    """
+    train = subject.train
+    if train is not None:
+        yield from _of_loop(subject, train)
+    yield from _of_error(subject, series)
+    if (preload := _preload(subject, torque)) is not None:
+        yield preload
+    yield from _of_load(subject)
+    yield from _of_parts(subject)
+
+
+def _of_loop(subject: Subject, train: DriveTrain) -> Iterator[Knob]:
+    """Bandwidth and damping of the motor's loop, as `from_bandwidth` takes them."""
+    control = train.motor.control
+    loop, lag = (control.loop, control.lag) if isinstance(control, Lagged) else (control, 0.0)
+    inertia = loop_inertia(train)
+    if isinstance(loop, SpeedLoop):
+        inertia += loop.K_d
+        tuning = loop.K_p / inertia, 0.5 * loop.K_p / (loop.K_i * inertia) ** 0.5 if loop.K_i > 0.0 else 0.0
+    elif isinstance(loop, PositionLoop):
+        stiff = loop.K_p > 0.0
+        tuning = (loop.K_p / inertia) ** 0.5, 0.5 * loop.K_d / (loop.K_p * inertia) ** 0.5 if stiff else 0.0
+    else:
+        return
+    bandwidth, damping = tuning
+
+    def turned(change: Callable[[float], Any], wider: float) -> Subject | str:
+        if bandwidth * wider * lag > FASTEST:
+            return f"the bandwidth would be above half the inverse lag, {FASTEST / lag / HERTZ:.4g} Hz"
+        new = change(wider)
+        other = train._replace(motor=train.motor._replace(control=Lagged(new, lag) if lag else new))
+        if lag and (pole := fastest_growth(other)).real > ROUNDING * abs(pole):
+            return "the loop would be unstable"
+        return subject._replace(train=other)
+
+    if bandwidth > 0.0:
+        yield Knob("bandwidth of the loop", bandwidth / HERTZ, "Hz", lambda s: turned(_of_bandwidth(loop), 1.0 + s))
+    if damping > 0.0:
+        yield Knob("damping of the loop", damping, "", lambda s: turned(lambda _: _damped(loop, 1.0 + s), 1.0))
+
+
+def _of_bandwidth(loop: Any) -> Callable[[float], Any]:
+    """The loop with a bandwidth so many times as large, on the same inertia and with the same damping."""
+    if isinstance(loop, SpeedLoop):
+        return lambda b: loop._replace(K_p=b * loop.K_p, K_i=b * b * loop.K_i)
+    return lambda b: loop._replace(K_p=b * b * loop.K_p, K_d=b * loop.K_d)
+
+
+def _damped(loop: Any, times: float) -> Any:
+    """The loop with so many times the damping ratio and the same bandwidth."""
+    if isinstance(loop, SpeedLoop):
+        return loop._replace(K_i=loop.K_i / (times * times))
+    return loop._replace(K_d=times * loop.K_d)
+
+
+def loop_inertia(train: DriveTrain) -> float:
+    """Inertia [kg*m^2, motor side] that the loop turns: the motor, and everything behind the gear over N^2."""
+    total, load = 0.0, train.load
+    while load.couplings():
+        total, load = total + load.J, load.load
+    return float(train.motor.J + (total + load.J) / (train.N * train.N))
+
+
+def _of_error(subject: Subject, series: Floats) -> Iterator[Knob]:
+    """The line of the kinematic error that matters: made smaller, and cancelled by feed-forward."""
+    whole = subject.whole
+    i = line_that_matters(whole.error, series)
+    if i is None:
+        return
+    line = whole.error.lines[i]
+
+    def turned(share: float) -> Subject:
+        return subject.having(replace(whole, {f"error.lines.{i}.amplitude": (1.0 + share) * line.amplitude}))
+
+    name, size = f"kinematic error of order {line.order}", line.amplitude / ARCSEC
+    yield Knob(name, size, "arcsec", turned, (-1.0,), (1.0,))
+    yield Knob(name, size, "arcsec", turned, (-1.0,))
+
+
+def line_that_matters(error: Any, series: Floats) -> int | None:
+    """Number of the line whose harmonic is the largest in the error at its peak; None where there is none."""
+    sizes = {}
+    for i, line in enumerate(lines_of(error)):
+        if line.amplitude:
+            sizes[i] = float(np.linalg.norm(series[2 * line.order - 1 : 2 * line.order + 1]))
+    return max(sizes, key=sizes.__getitem__) if sizes else None
+
+
+def _preload(subject: Subject, torque: float) -> Knob | None:
+    """More mean torque on the load, where the gear's law bends under it; None where the load has a range of torques."""
+    system, train = subject.system, subject.train
+    if subject.load_torque is not None or not is_spring(system):
+        return None
+
+    def turned(share: float) -> Subject:
+        if train is None:
+            return subject._replace(system=system._replace(excitation=_with_more(system.excitation, share * torque)))
+        end = train.load.end()
+        end = end._replace(excitation=_with_more(end.excitation, share * torque))
+        return subject._replace(train=train._replace(load=train.load.with_end(end)))
+
+    more = system._replace(excitation=_with_more(system.excitation, CHANGES[0] * torque))
+    if not _bends(system, more):
+        return None
+    mean = sum(term.mean for term in subject.load_torques)
+    return Knob("preload", abs(float(mean)), "N·m", turned, MORE, by=torque)
+
+
+def _bends(system: Any, loaded: Any) -> bool:
+    """Whether a preload that the law carries changes the stiffness at the operating point."""
+    try:
+        return abs(operating_point(loaded).stiffness / operating_point(system).stiffness - 1.0) > BENDS
+    except SolveError:
+        return False
+
+
+def _with_more(torque: Any, by: float) -> Any:
+    """The torque with a larger mean, in the direction that it has."""
+    terms = terms_of(torque)
+    mean = sum(term.mean for term in terms)
+    first = terms[0]._replace(mean=terms[0].mean + (by if mean >= 0.0 else -by))
+    return first if lacking(torque, "terms") else torque._replace(terms=(first, *terms[1:]))
+
+
+def _of_load(subject: Subject) -> Iterator[Knob]:
+    """Inertia of the load, behind its couplings; the gains of a loop stay as they are."""
+    name, unit, train, source = "inertia of the load", "kg·m²", subject.train, subject.source
+    if train is not None:
+        end = train.load.end()
+
+        def heavier(share: float) -> Subject:
+            load = train.load.with_end(end._replace(J=(1.0 + share) * end.J))
+            return subject._replace(train=train._replace(load=load))
+
+        yield Knob(name, end.J, unit, heavier)
+    elif source is not None:
+        drive = source.drive
+        yield Knob(
+            name, drive.J_l, unit, lambda s: subject.of_drive(drive._replace(J_l=(1.0 + s) * drive.J_l))
+        )  # fmt: skip
+
+
+def _of_parts(subject: Subject) -> Iterator[Knob]:
+    """Damping and stiffness of the gear, and of every coupling of a train."""
+    whole = subject.whole
+    for p in parameters(whole):
+        if p.path in ("B", "damping.B") and p.value > 0.0:
+            yield _number(subject, "damping of the gear", p.path, p.value, "N·m·s/rad")
+    yield from _stiffness(subject, "gear", "law", whole.law)
+    couplings = () if subject.train is None else subject.train.load.couplings()
+    for i, law in enumerate(couplings):
+        name = "coupling" if len(couplings) == 1 else f"coupling {i + 1}"
+        path = "load" + i * ".load"
+        B = next(p.value for p in parameters(whole) if p.path == f"{path}.B")
+        if B > 0.0:
+            yield _number(subject, f"damping of the {name}", f"{path}.B", B, "N·m·s/rad")
+        yield from _stiffness(subject, name, f"{path}.law", law)
+
+
+def _number(subject: Subject, what: str, path: str, value: float, unit: str) -> Knob:
+    whole = subject.whole
+    return Knob(what, value, unit, lambda s: subject.having(replace(whole, {path: (1.0 + s) * value})), MORE)
+
+
+def _stiffness(subject: Subject, name: str, path: str, law: Any) -> Iterator[Knob]:
+    """A stiffer law, where its numbers say how."""
+    if stiffer(law, CHANGES[0]) is None:
+        return
+    whole, value = subject.whole, float(spring_stiffness(law, 0.0))
+
+    def turned(share: float) -> Subject:
+        new = stiffer(law, share)
+        return subject.having(replace(whole, {f"{path}.{p.path}": p.value for p in parameters(new)}))
+
+    yield Knob(f"stiffness of the {name}", value, "N·m/rad", turned, MORE)
+
+
+def stiffer(law: Any, share: float) -> Any:
+    """The law with more torque by a share at every torsion; None where its numbers do not say how."""
+    more = 1.0 + share
+    changes = {}
+    for p in parameters(law):
+        if "N*m" in p.unit:
+            changes[p.path] = p.value / more if p.unit.startswith("1/") else more * p.value
+    changed = replace(law, changes)
+    if depends(law) > 1:
+        return changed if changes else None
+    x = np.geomspace(1e-5, 1e-1, 9)
+    same = np.allclose(changed.torque(x), more * law.torque(x), rtol=1e-9, atol=0.0)
+    return changed if same else None

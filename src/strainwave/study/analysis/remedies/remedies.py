@@ -1,0 +1,184 @@
+"""What would make the error smaller: its peak computed again with one thing changed at a time.
+
+A thing is changed by 10 %, and by 30 % where that changes the oscillation by less than 1 %; of two directions the one
+that helps is kept. A line that is cancelled and another gear of the catalogue are changes of their own.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import chain
+from time import thread_time
+
+import numpy as np
+
+from ....results import SolveError
+from ...response.response import ExactResponse
+from ..avoid import Avoid
+from ..drive_response import oscillations
+from ..runup import silent
+from .knobs import Knob, knobs
+from .other_gears import other_gears
+from .peak import Top, largest
+from .subject import Subject
+
+LITTLE = 0.01  # relative change of the oscillation below which the larger change is tried
+NEAR = 0.25  # of the speed of the peak: how far laws with memory are followed about it
+BUDGET = 4.0  # seconds of computing for all of them
+LOST = 0.99  # of the largest oscillation: less than this without coexisting motions, and they are looked for
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """What a change of one thing does to the largest oscillation.
+
+    Attributes
+    ----------
+    what : str
+        The thing that is changed.
+    share : float
+        Relative change of the thing, 0.1 or -0.3; -1 of a line that is cancelled, 0 of a preload or a gear.
+    by : float
+        Change of a preload [N*m]; 0 of the others.
+    ratio : float
+        Largest oscillation over that without the change.
+    at : float
+        Speed [rad/s] of it.
+    before, after : float or None
+        What the thing is and what it becomes, in `unit`; None of a gear.
+    unit : str
+        The unit in which engineers give the thing.
+    gear : str
+        Name of another gear; empty of all else.
+    exceeds : bool or None
+        Whether the oscillation is still above the limit of the drive; None where it has no limit.
+    """
+
+    what: str
+    share: float
+    by: float
+    ratio: float
+    at: float
+    before: float | None = None
+    after: float | None = None
+    unit: str = ""
+    gear: str = ""
+    exceeds: bool | None = None
+
+    @property
+    def per_unit(self) -> float | None:
+        """Relative change of the oscillation for one `unit` more of the thing; None where there is no such number."""
+        if self.before is None or self.after is None or self.after == self.before:
+            return None
+        return (self.ratio - 1.0) / (self.after - self.before)
+
+
+def remedies(
+    subject: Subject,
+    response: ExactResponse,
+    avoid: Avoid,
+    torque: float,
+    progress: Callable[[str], None] = silent,
+    seconds: float = BUDGET,
+) -> tuple[tuple[Remedy, ...], tuple[str, ...]]:
+    """Compute the peak again with one thing changed at a time.
+
+    Parameters
+    ----------
+    subject : Subject
+        The drive, with its range of the base-angle speed [rad/s].
+    response, avoid : ExactResponse, Avoid
+        Its curve and its largest oscillation.
+    torque : float
+        Largest torque in the gear [N*m]; 10 % of it is the change of the preload.
+    progress : callable
+        Told every change before it is tried.
+    seconds : float
+        Computing time for all of them [s]; what would take longer is left out and named.
+
+    Returns
+    -------
+    tuple of Remedy
+        The most helpful first.
+    tuple of str
+        What was left out, and why.
+    """
+    trial = _Trial.of(subject, response, avoid)
+    if trial is None:
+        return (), ("the peak could not be computed again",)
+    at = response.visited()[np.argmax(oscillations(response.curve)[response.visited()])]
+    found, left, longest, begun = [], [], 0.0, thread_time()
+    for knob in chain(knobs(subject, response.curve.coefficients[at], torque), other_gears(subject)):
+        start = thread_time()
+        if start - begun + longest >= seconds:
+            left.append(f"{knob.what}: it would take longer than the {seconds:g} s for all remedies")
+            continue
+        best, why = trial.best(knob, progress)
+        longest = max(longest, thread_time() - start)
+        if best is None:
+            left.append(f"{knob.what}: {why}")
+        else:
+            found.append(best)
+    return tuple(sorted(found, key=lambda remedy: remedy.ratio)), tuple(left)
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """How changed drives are followed, and the largest oscillation without a change."""
+
+    speeds: tuple[float, float]
+    how: tuple[int, bool]
+    before: Top
+    avoid: Avoid
+
+    @classmethod
+    def of(cls, subject: Subject, response: ExactResponse, avoid: Avoid) -> "_Trial | None":
+        """Follow a drive without a change."""
+        speeds = subject.speeds
+        if subject.has_memory:
+            speeds = max(speeds[0], (1.0 - NEAR) * avoid.at), min(speeds[1], (1.0 + NEAR) * avoid.at)
+        harmonics = response.curve.coefficients.shape[1] // 2
+        same = subject._replace(speeds=speeds)
+        for coexisting in (False, True):
+            before = None if response.curve.elsewhere and not coexisting else largest(same, harmonics, coexisting)
+            if before is not None and before[1] > LOST * avoid.largest:
+                break
+        return None if before is None else cls(speeds, (harmonics, coexisting), before, avoid)
+
+    def best(self, knob: Knob, progress: Callable[[str], None]) -> tuple[Remedy | None, str]:
+        """The most helpful change of one thing; without one, why."""
+        tried, why = [], ""
+        for sign in knob.signs:
+            for size in knob.changes:
+                share = sign * size
+                progress(f"{knob.what}, {share:+.0%}" if share else knob.what)
+                changed = knob.turned(share)
+                if isinstance(changed, str):
+                    why = changed
+                    break
+                remedy = self._of(knob, share, changed)
+                if remedy is None:
+                    why = "no steady motion was found with the change"
+                    break
+                tried.append(remedy)
+                if abs(remedy.ratio - 1.0) >= LITTLE:
+                    break
+            if tried and tried[-1].ratio < 1.0 - LITTLE:
+                break
+        return min(tried, key=lambda remedy: remedy.ratio, default=None), why
+
+    def _of(self, knob: Knob, share: float, changed: Subject) -> Remedy | None:
+        try:
+            after = largest(changed if share == 0.0 else changed._replace(speeds=self.speeds), *self.how)
+        except SolveError:  # its law cannot carry the mean torque
+            return None
+        if after is None:
+            return None
+        ratio, limit = after[1] / self.before[1], self.avoid.limit
+        by = share * knob.by if knob.by else 0.0
+        exceeds = None if limit is None else ratio * self.avoid.largest > limit
+        if share == 0.0:
+            return Remedy(knob.what, 0.0, 0.0, ratio, after[0], gear=knob.unit, exceeds=exceeds)
+        value = knob.value + by if by else (1.0 + share) * knob.value
+        return Remedy(
+            knob.what, 0.0 if by else share, by, ratio, after[0], knob.value, value, knob.unit, exceeds=exceeds
+        )  # fmt: skip

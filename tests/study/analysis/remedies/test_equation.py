@@ -1,0 +1,148 @@
+"""Remedies of an error equation against the closed form of the linear oscillator."""
+
+import math
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+from strainwave.study.analysis.avoid import speeds_to_avoid
+from strainwave.study.analysis.remedies import Source, Subject, remedies
+from strainwave.study.analysis.remedies.knobs import knobs, line_that_matters
+from strainwave.study.analysis.remedies.peak import crest
+from strainwave.study.response.resonances import operating_point
+from strainwave.study.response.response import exact_response
+
+K, J, ZETA, A = 1e5, 1.0, 0.03, 1e-4
+OMEGA_0 = math.sqrt(K / J)
+B = 2.0 * ZETA * J * OMEGA_0
+ERROR = sw.KinematicError((sw.Line(2, A),))
+SYSTEM = sw.Oscillator(J, B, sw.Linear(K), sw.Harmonic(0.0), 100.0, ERROR)
+SPEEDS = (100.0, 220.0)
+FINE = np.linspace(*SPEEDS, 40001)
+
+
+def transmissibility(J=J, B=B, K=K):
+    """Error at the load over the kinematic error of order 2 (den Hartog 1956, Mechanical Vibrations, sec. 2.12)."""
+    s = 2j * FINE
+    return np.abs((B * s + K) / (J * s * s + B * s + K))
+
+
+def source():
+    drive = sw.Drive(1e-4, J, 50.0, B, sw.Linear(K))
+
+    def equation(drive, torque):
+        assert torque is None
+        return drive.error_equation(kinematic_error=ERROR, omega=100.0, motor="held")
+
+    return Source(drive, False, True, equation)
+
+
+def helps(system, torque, limit=None, **more):
+    response = exact_response(system, SPEEDS)
+    avoid = speeds_to_avoid(system, response, operating_point(system), limit)
+    return remedies(Subject(system, None, SPEEDS, source()), response, avoid, torque, **more), avoid
+
+
+@pytest.fixture(scope="module")
+def linear():
+    told = []
+    (found, left), _ = helps(SYSTEM, 100.0, limit=1.65e-3, progress=told.append)
+    return found, left, told
+
+
+def test_every_change_is_told_before_it_is_tried_and_the_other_direction_only_where_the_first_is_worse(linear):
+    _, left, told = linear
+    assert left == ()
+    assert told == [
+        "kinematic error of order 2, -100%", "kinematic error of order 2, -10%", "inertia of the load, +10%",
+        "inertia of the load, -10%", "damping of the gear, +10%", "stiffness of the gear, +10%",
+    ]  # fmt: skip
+
+
+def test_remedies_are_those_of_the_closed_form(linear):
+    before = np.max(transmissibility())
+    changed = {
+        "damping of the gear": transmissibility(B=1.1 * B),
+        "stiffness of the gear": transmissibility(K=1.1 * K),
+        "inertia of the load": transmissibility(J=0.9 * J),
+        "kinematic error of order 2": 0.9 * transmissibility(),
+    }
+    found = {remedy.what: remedy for remedy in linear[0] if remedy.share != -1.0}
+    assert sorted(found) == sorted(changed)  # a preload does not stiffen a linear law
+    for name, curve in changed.items():
+        assert found[name].ratio == pytest.approx(np.max(curve) / before, rel=1e-3), name
+        assert found[name].at == pytest.approx(FINE[np.argmax(curve)], rel=2e-3), name
+        assert found[name].exceeds is bool(A * np.max(curve) > 1.65e-3), name
+    assert {remedy.exceeds for remedy in found.values()} == {True, False}
+
+
+def test_the_most_helpful_comes_first_and_what_makes_it_worse_last(linear):
+    ratios = [remedy.ratio for remedy in linear[0]]
+    assert ratios == sorted(ratios)
+    assert linear[0][0].what == "kinematic error of order 2"
+    assert linear[0][-1].what == "stiffness of the gear"
+    assert linear[0][-1].ratio > 1.0
+
+
+def test_without_its_only_line_nothing_moves(linear):
+    notch = linear[0][0]
+    assert (notch.share, notch.ratio, notch.after, notch.unit) == (-1.0, 0.0, 0.0, "arcsec")
+
+
+def test_a_remedy_says_what_a_unit_does(linear):
+    damping = next(remedy for remedy in linear[0] if remedy.what == "damping of the gear")
+    assert (damping.before, damping.unit) == (pytest.approx(B), "N·m·s/rad")
+    # near the peak of a lightly damped drive the oscillation goes with 1/B
+    assert damping.per_unit == pytest.approx((1.0 / 1.1 - 1.0) / (0.1 * B), rel=0.02)
+
+
+def test_what_does_next_to_nothing_at_ten_percent_is_tried_at_thirty():
+    speeds = (20.0, 40.0)  # far below the resonance, where damping does not count
+    response = exact_response(SYSTEM, speeds)
+    avoid = speeds_to_avoid(SYSTEM, response, operating_point(SYSTEM), limit=1e-5)
+    found, _ = remedies(Subject(SYSTEM, None, speeds), response, avoid, 100.0)
+    shares = {remedy.what: remedy.share for remedy in found if remedy.share != -1.0}
+    assert shares == {
+        "damping of the gear": 0.3, "stiffness of the gear": 0.3, "kinematic error of order 2": -0.1,
+    }  # fmt: skip
+    by = next(remedy for remedy in found if remedy.what == "stiffness of the gear")
+    at = 2.0 * speeds[1]
+    assert by.ratio == pytest.approx((1 - at**2 / OMEGA_0**2) / (1 - at**2 / (1.3 * OMEGA_0**2)), rel=1e-3)
+
+
+def test_what_would_take_too_long_is_left_out_and_named():
+    (found, left), _ = helps(SYSTEM, 100.0, seconds=0.0)
+    assert found == ()
+    assert [sentence.split(":")[0] for sentence in left] == [
+        "kinematic error of order 2", "kinematic error of order 2", "inertia of the load", "damping of the gear",
+        "stiffness of the gear",
+    ]  # fmt: skip
+
+
+def test_a_preload_is_among_the_remedies_of_a_law_that_it_stiffens():
+    (found, _), avoid = helps(SYSTEM._replace(law=sw.Cubic(K, 6.9e4), B=3.0 * B), 1500.0)
+    preload = next(remedy for remedy in found if remedy.what == "preload")
+    assert (preload.by, preload.share, preload.after) == (150.0, 0.0, 150.0)
+    assert preload.at > avoid.at
+
+
+def test_where_the_load_has_a_range_of_torques_more_of_it_is_no_remedy():
+    subject = Subject(SYSTEM._replace(law=sw.Cubic(K, 6.9e4)), None, SPEEDS)
+    assert "preload" in {knob.what for knob in knobs(subject, np.zeros(9), 1500.0)}
+    assert "preload" not in {knob.what for knob in knobs(subject._replace(load_torque=10.0), np.zeros(9), 1500.0)}
+
+
+def test_the_line_that_matters_is_the_one_that_is_largest_at_the_peak():
+    error = sw.KinematicError((sw.Line(2, 5e-5), sw.Line(4, 1e-5), sw.Line(40, 1e-3)))
+    harmonics = np.zeros(11)  # up to order 5
+    harmonics[3:5], harmonics[7:9] = 1e-4, 3e-4
+    assert line_that_matters(error, harmonics) == 1
+    assert line_that_matters(sw.KinematicError(()), harmonics) is None
+
+
+def test_the_crest_of_a_parabola_lies_between_its_points_and_never_outside_the_range():
+    omega = np.array([1.0, 2.0, 3.0, 4.0])
+    assert crest(omega, 5.0 - 1e-3 * (omega - 2.3) ** 2, (1.0, 4.0)) == pytest.approx((2.3, 5.0), rel=1e-5)
+    assert crest(omega, omega, (1.0, 4.0)) == (4.0, 4.0)
+    assert crest(omega, omega, (1.0, 3.0)) == (3.0, 3.0)

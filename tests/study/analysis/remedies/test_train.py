@@ -1,0 +1,246 @@
+"""Remedies of a whole drive train against linear algebra: motor with loop, gear, coupling, load, written by hand."""
+
+from math import pi
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+from strainwave.model.train.controls import Lagged, PositionLoop, SpeedLoop
+from strainwave.model.train.loops import from_bandwidth, tuning_of
+from strainwave.model.train.shafts import Elastic, Load
+from strainwave.study.analysis.avoid import speeds_to_avoid
+from strainwave.study.analysis.remedies import Source, Subject, remedies
+from strainwave.study.analysis.remedies.knobs import knobs, loop_inertia, stiffer
+from strainwave.study.analysis.remedies.other_gears import neighbours, retuned, with_gear
+from strainwave.study.analysis.train_curve import train_curve
+from strainwave.study.response.resonances import operating_point
+
+# the torsion stays far below the first kink of the gear, so that its law is the line K1
+A2, A4 = 4e-7, 2e-7
+GEAR = sw.catalogue.gear("CSG-40-50")
+HAND = {
+    "J_m": 4.5e-4, "N": 50.0, "K": GEAR.K1, "B": 20.0, "J_g": 0.05, "K_c": 2e5, "B_c": 5.0, "J_l": 1.3,
+    "bandwidth": 30.0, "damping": 0.7, "A2": A2, "A4": A4,
+}  # fmt: skip
+SPEEDS = (90.0, 200.0)
+
+
+def oscillation(omega, hand):
+    """Largest pointing error of the linear train over a turn of the motor, at speeds of it."""
+    p = {**HAND, **hand}
+    J = p["J_m"] + (p["J_g"] + p["J_l"]) / p["N"] ** 2
+    J, w = hand.get("inertia", J), 2.0 * pi * p["bandwidth"]
+    K_p, K_d = J * w * w, 2.0 * p["damping"] * J * w
+    angles = 2.0 * pi * np.arange(720) / 720
+    error = 0.0
+    for order, amplitude in ((2, p["A2"]), (4, p["A4"])):
+        s = 1j * order * omega
+        gear, coupling, none = p["B"] * s + p["K"], p["B_c"] * s + p["K_c"], 0.0 * s
+        # motor, output of the gear, load; the torsion is motor/N - output - e
+        rows = [
+            [p["J_m"] * s * s + K_d * s + K_p + gear / p["N"] ** 2, -gear / p["N"], none],
+            [-gear / p["N"], p["J_g"] * s * s + gear + coupling, -coupling],
+            [none, -coupling, p["J_l"] * s * s + coupling],
+        ]
+        forced = amplitude * np.array([gear / p["N"], -gear, none]).T
+        load = np.linalg.solve(np.moveaxis(np.array(rows), 2, 0), forced[:, :, None])[:, 2, 0]
+        error = error + np.real(load[:, None] * np.exp(1j * order * angles))
+    return np.max(np.abs(error), axis=1)
+
+
+def top(hand=None, speeds=SPEEDS):
+    omega = np.linspace(*speeds, 4001)
+    sizes = oscillation(omega, hand or {})
+    return float(omega[np.argmax(sizes)]), float(np.max(sizes))
+
+
+def train_of(gear=GEAR, control=None):
+    drive = sw.Drive(HAND["J_m"], HAND["J_l"], HAND["N"], HAND["B"], gear.law)
+    error = sw.KinematicError((sw.Line(2, A2), sw.Line(4, A4)))
+    inertia = HAND["J_m"] + (HAND["J_g"] + HAND["J_l"]) / HAND["N"] ** 2
+    if control is None:
+        control = from_bandwidth(2.0 * pi * HAND["bandwidth"], inertia, HAND["damping"])
+    train = drive.train(kinematic_error=error, omega=100.0, control=control)
+    train = train._replace(load=Elastic(HAND["J_g"], HAND["B_c"], sw.Linear(HAND["K_c"]), train.load))
+    return drive._replace(J_l=HAND["J_l"] + HAND["J_g"]), train
+
+
+def subject_of(control=None):
+    drive, train = train_of(control=control)
+
+    def equation(drive, _):
+        return drive.error_equation(kinematic_error=train.error, omega=100.0, motor="held")
+
+    return Subject(equation(drive, None), train, SPEEDS, Source(drive, False, True, equation, GEAR))
+
+
+@pytest.fixture(scope="module")
+def tried():
+    subject = subject_of()
+    response = train_curve(subject.train, SPEEDS).response
+    avoid = speeds_to_avoid(subject.system, response, operating_point(subject.system))
+    found, _ = remedies(subject, response, avoid, 100.0, seconds=1e3)
+    return found, avoid
+
+
+def of_gear(gear):
+    J_m = HAND["J_m"] + gear.input_inertia - GEAR.input_inertia
+    N = float(gear.ratio)
+    return {
+        "J_m": J_m, "N": N, "K": gear.K1, "B": HAND["B"] * (gear.K1 / GEAR.K1) ** 0.5,
+        "inertia": J_m + (HAND["J_g"] + HAND["J_l"]) / N**2,
+    }  # fmt: skip
+
+
+@pytest.mark.slow
+def test_the_peak_of_the_train_is_that_of_linear_algebra(tried):
+    _, avoid = tried
+    at, size = top()
+    assert avoid.largest == pytest.approx(size, rel=2e-3)
+    assert avoid.at == pytest.approx(at, rel=1e-2)  # that of the nearest point of the curve
+
+
+@pytest.mark.slow
+def test_each_remedy_does_what_linear_algebra_says(tried):
+    found, avoid = tried
+    inertia = HAND["J_m"] + (HAND["J_g"] + HAND["J_l"]) / HAND["N"] ** 2
+    names = {
+        "bandwidth of the loop": "bandwidth", "damping of the loop": "damping", "inertia of the load": "J_l",
+        "damping of the gear": "B", "stiffness of the gear": "K", "damping of the coupling": "B_c",
+        "stiffness of the coupling": "K_c", "kinematic error of order 2": "A2", "kinematic error of order 4": "A4",
+    }  # fmt: skip
+    seen = set()
+    for remedy in found:
+        if remedy.gear:
+            gear = sw.catalogue.gear(remedy.gear)
+            faster = gear.ratio / GEAR.ratio
+            at, size = top(of_gear(gear), (faster * SPEEDS[0], faster * SPEEDS[1]))
+        else:
+            name = names[remedy.what]
+            # the gains of a loop are those of the drive as it is
+            at, size = top({name: (1.0 + remedy.share) * HAND[name], "inertia": inertia})
+        assert remedy.ratio == pytest.approx(size / top()[1], rel=3e-3, abs=1e-3), remedy
+        if remedy.share != -1.0:
+            assert remedy.at == pytest.approx(at, rel=1e-2), remedy
+        seen.add(remedy.gear or remedy.what)
+    assert seen >= {"bandwidth of the loop", "damping of the loop", "inertia of the load", "CSG-45-50", "CSG-40-80"}
+    assert avoid.at > 0.0
+
+
+@pytest.mark.slow
+def test_what_a_train_does_not_feel_is_changed_by_thirty_percent(tried):
+    found, _ = tried
+    little = [r for r in found if not r.gear and r.share != -1.0 and abs(r.ratio - 1.0) < 0.01]
+    assert little
+    assert {abs(remedy.share) for remedy in little} == {0.3}
+
+
+@pytest.mark.parametrize("kind", ["position", "speed"])
+@pytest.mark.parametrize("lag", [0.0, 1e-4])
+def test_bandwidth_and_damping_are_those_that_the_loop_is_specified_by(kind, lag):
+    _, train = train_of()
+    inertia = loop_inertia(train)
+    assert inertia == pytest.approx(HAND["J_m"] + (HAND["J_l"] + HAND["J_g"]) / 2500.0, rel=1e-12)
+    subject = subject_of(from_bandwidth(2.0 * pi * 30.0, inertia, 0.7, kind=kind, lag=lag))
+    first, second, *_ = knobs(subject, np.zeros(9), 100.0)
+    assert (first.what, first.value, first.unit) == ("bandwidth of the loop", pytest.approx(30.0), "Hz")
+    assert (second.what, second.value, second.unit) == ("damping of the loop", pytest.approx(0.7), "")
+    for knob, wanted in ((first, (33.0, 0.7)), (second, (30.0, 0.77))):
+        tuning = tuning_of(knob.turned(0.1).train.motor.control, inertia)
+        assert (tuning.bandwidth / (2.0 * pi), tuning.damping) == pytest.approx(wanted)
+        assert (tuning.kind, tuning.lag) == (kind, lag)
+
+
+def test_a_bandwidth_beyond_half_the_inverse_lag_is_refused_with_a_reason():
+    _, train = train_of()
+    lag = 0.48 / (2.0 * pi * 30.0)
+    subject = subject_of(from_bandwidth(2.0 * pi * 30.0, loop_inertia(train), 0.7, lag=lag))
+    first = next(iter(knobs(subject, np.zeros(9), 100.0)))
+    assert "above half the inverse lag" in first.turned(0.1)
+    assert isinstance(first.turned(-0.1), Subject)
+
+
+def test_a_gain_without_which_there_is_no_bandwidth_or_damping_is_left_alone():
+    names = [
+        [knob.what for knob in knobs(subject_of(control), np.zeros(9), 100.0) if "loop" in knob.what]
+        for control in (PositionLoop(50.0, 0.0), SpeedLoop(0.5), sw.Held())
+    ]
+    assert names == [["bandwidth of the loop"], ["bandwidth of the loop"], []]
+
+
+def test_the_load_of_a_train_is_the_inertia_behind_its_couplings():
+    subject = subject_of()
+    knob = next(knob for knob in knobs(subject, np.zeros(9), 100.0) if knob.what == "inertia of the load")
+    heavier = knob.turned(0.1).train.load
+    assert (HAND["J_g"], pytest.approx(1.1 * HAND["J_l"])) == (heavier.J, heavier.load.J)
+
+
+def test_every_coupling_of_a_chain_has_its_stiffness_and_damping():
+    subject = subject_of()
+    chain = Elastic(0.1, 1.0, sw.Linear(1e5), Elastic(0.2, 0.0, sw.Linear(2e5), Load(1.0)))
+    subject = subject._replace(train=subject.train._replace(load=chain))
+    found = {knob.what: knob for knob in knobs(subject, np.zeros(9), 100.0) if "coupling" in knob.what}
+    assert sorted(found) == ["damping of the coupling 1", "stiffness of the coupling 1", "stiffness of the coupling 2"]
+    assert pytest.approx(2.2e5) == found["stiffness of the coupling 2"].turned(0.1).train.load.load.law.K
+    assert pytest.approx(1.1e5) == found["stiffness of the coupling 1"].turned(0.1).train.load.law.K
+    assert pytest.approx(1.3) == found["damping of the coupling 1"].turned(0.3).train.load.B
+
+
+def test_the_neighbours_of_a_gear_are_of_its_series():
+    found = {what: gear.name for what, gear in neighbours(sw.catalogue.gear("CSG-40-80"))}
+    assert found == {
+        "next size of the gear": "CSG-45-80", "next larger ratio of the gear": "CSG-40-100",
+        "next smaller ratio of the gear": "CSG-40-50",
+    }  # fmt: skip
+    assert [what for what, _ in neighbours(sw.catalogue.gear("CSG-65-160"))] == ["next smaller ratio of the gear"]
+
+
+def test_another_gear_keeps_hysteresis_loop_and_speeds_of_the_load():
+    subject = subject_of()
+    law = sw.Parallel(GEAR.law, sw.BoucWen(6e4, 0.0, 8e-5))
+    source = subject.source._replace(drive=subject.source.drive._replace(law=law))
+    changed = with_gear(subject, source, sw.catalogue.gear("CSG-40-80"))
+    train = changed.train
+    assert changed.speeds == pytest.approx((1.6 * SPEEDS[0], 1.6 * SPEEDS[1]))
+    assert train.law == law._replace(first=sw.catalogue.gear("CSG-40-80").law)
+    assert (train.N, changed.system.law) == (80.0, train.law)
+    before, after = (tuning_of(t.motor.control, loop_inertia(t)) for t in (subject.train, train))
+    assert (after.bandwidth, after.damping) == pytest.approx((before.bandwidth, before.damping))
+
+
+def test_a_gear_that_may_not_turn_so_fast_is_refused_with_its_limit():
+    subject = subject_of()._replace(speeds=(100.0, 400.0))
+    assert with_gear(subject, subject.source, sw.catalogue.gear("CSG-40-80")) == (
+        "its input may turn at 4000 rpm at most"
+    )
+
+
+def test_the_error_of_an_accuracy_class_follows_the_gear():
+    old, new = sw.catalogue.gear("CSG-17-50"), sw.catalogue.gear("CSG-20-50")
+    drive = sw.Drive(1e-4, 0.1, 50.0, 1.0, old.law)
+    error = sw.accuracy_spectrum(old.accuracy)
+
+    def equation(drive, _):
+        return drive.error_equation(kinematic_error=error, omega=100.0, motor="held")
+
+    subject = Subject(equation(drive, None), None, SPEEDS, Source(drive, False, True, equation, old))
+    lines = with_gear(subject, subject.source, new).system.error.lines
+    assert [line.amplitude for line in lines] == pytest.approx(
+        [line.amplitude * 2.9 / 4.4 for line in error.lines], rel=1e-9
+    )
+    measured = subject._replace(system=subject.system._replace(error=sw.KinematicError((sw.Line(2, 1e-4),))))
+    assert with_gear(measured, subject.source, new).system.error.lines == (sw.Line(2, 1e-4),)
+
+
+def test_gains_scale_with_the_inertia():
+    assert retuned(Lagged(PositionLoop(2.0, 3.0), 1e-3), 2.0) == Lagged(PositionLoop(4.0, 6.0), 1e-3)
+    assert retuned(SpeedLoop(1.0, 2.0, 0.5), 3.0) == SpeedLoop(3.0, 6.0, 1.5)
+    assert retuned(sw.Held(), 2.0) == sw.Held()
+
+
+def test_a_stiffer_law_has_more_torque_at_every_torsion():
+    x = np.linspace(-0.01, 0.01, 7)
+    for law in (GEAR.law, sw.Cubic(1e5, 6.9e4)):
+        assert stiffer(law, 0.3).torque(x) == pytest.approx(1.3 * law.torque(x), rel=1e-12)
+    assert stiffer(sw.Polynomial((0.0, 1e5, 0.0, 1e9)), 0.3) is None
