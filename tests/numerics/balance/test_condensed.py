@@ -175,7 +175,7 @@ def random_train(seed, coupling):
 
 @pytest.mark.interpreted
 @pytest.mark.parametrize("coupling", ["", "linear", "three slopes"])
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [2, 3])
 def test_random_trains_move_as_their_equations_by_hand(seed, coupling):
     model = random_train(seed, coupling)
     orbit = sw.find_orbit(model.train, harmonics=511)

@@ -129,7 +129,7 @@ def traced_points(
 
 def traced(
     problem_with: Callable[[int], Balance], lo: float, hi: float, harmonics: tuple[int, int], aim: float, points: int,
-    share: Callable[[Tail], float] | None = None,
+    share: Callable[[Tail], float] | None = None, coexisting: bool = True,
 ) -> tuple[Any, Trace, Tail | None, str]:  # fmt: skip
     """The balance problem of a curve, its points, its tail, and how it was found.
 
@@ -147,6 +147,8 @@ def traced(
         About how many points to place.
     share : callable, optional
         That share, from the tail. Without it the tail is not looked at: None.
+    coexisting : bool
+        Whether other motions are looked for at the ends of the range.
     """
     others = Coexisting()
 
@@ -154,7 +156,7 @@ def traced(
         problem, found, origin = symmetric_across(problem_with(h), lo, hi, 4.0 / points, others)
         tail = None if share is None else tail_along(problem, found.points, aim)
         worst = np.inf if found.outcome != END or tail is None or share is None else share(tail)
-        if (worst <= aim or found.outcome != END) and others.begin(problem, found):
+        if coexisting and (worst <= aim or found.outcome != END) and others.begin(problem, found):
             return followed(h, aim)  # again, through what coexists
         return (problem, found, tail, origin), worst
 

@@ -97,10 +97,14 @@ def train_curve(train: DriveTrain, speeds: tuple[float, float]) -> TrainCurve | 
 
 
 def largest_oscillation(
-    train: DriveTrain, speeds: tuple[float, float], harmonics: int
-) -> tuple[float, float] | None:  # fmt: skip
-    """Speed [rad/s] and size [rad], largest |x - mean| of the load, of the largest oscillation in a short range."""
-    problem, found, _, _ = traced_train(AtLoad(without_gravity(train), train.omega), speeds, FEW, harmonics)
+    train: DriveTrain, speeds: tuple[float, float], harmonics: int, coexisting: bool = True
+) -> tuple[float, float] | None:
+    """Speed [rad/s] and size [rad], largest |x - mean| of the load, of the largest oscillation in a short range.
+
+    Without `coexisting` motions that do not join the curve are not looked for.
+    """
+    system = AtLoad(without_gravity(train), train.omega)
+    problem, found, _, _ = traced_train(system, speeds, FEW, harmonics, coexisting)
     if not len(found.points):
         return None
     series = problem.displacements(found.points)
@@ -133,9 +137,11 @@ def _of_angle(law: Any) -> bool:
 
 
 def traced_train(
-    system: AtLoad, speeds: tuple[float, float], points: int, given: int | None = None
+    system: AtLoad, speeds: tuple[float, float], points: int, given: int | None = None, coexisting: bool = True
 ) -> tuple[Any, Trace, Tail | None, str]:
     """Balance problem and points of a curve, with the harmonics that the x of the load takes, or those given.
+
+    Where motions may be `coexisting` at its ends it passes them, or lists those that it does not.
 
     What repeats g times in a turn is followed over a g-th of a turn, with a g-th of the unknowns.
     """
@@ -152,7 +158,7 @@ def traced_train(
     begin, most = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST, top + 2 * g)
     harmonics = (min(begin, most), most) if given is None else (given, given)
     problem, found, tail, origin = traced(
-        problem_with, *speeds, harmonics, MATTERS, points, lambda tail: tail.worst if linear else tail.share
+        problem_with, *speeds, harmonics, MATTERS, points, lambda t: t.worst if linear else t.share, coexisting
     )
     if tail is None or linear or g == 1:
         return problem, found, tail, origin
