@@ -43,9 +43,10 @@ def frequency_response(
 
     Parameters
     ----------
-    system : Oscillator, or any NamedTuple with `rhs(phase, y)` and a field `omega`
-        The system; its own `omega` does not matter. The general form may have a method `jacobian(phase, y)`; its
-        methods must take arrays, and it runs in NumPy.
+    system : Oscillator, DriveTrain, or any NamedTuple with `rhs(phase, y)` and a field `omega`
+        The system; its own `omega` does not matter. A train whose laws are torques of their own twists is condensed
+        onto these. The general form may have a method `jacobian(phase, y)`; its methods must take arrays, and it runs
+        in NumPy.
     span : (float, float)
         Range of omega [rad/s], 0 < low < high.
     harmonics : int, optional

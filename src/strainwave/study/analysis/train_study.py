@@ -61,7 +61,7 @@ class TrainStudy:
         The train at constant speed.
     curve : TrainCurve or None
         Its steady motions through the range, error between motor and load (the motor's own deviation from its reference
-        is not in it); None of a free motor, or where none were found.
+        is not in it); None of a free motor without coupling, or where none were found.
     state : (states,) array
         Where the mean torques hold it at `speed`.
     speed : float
