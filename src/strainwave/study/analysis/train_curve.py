@@ -155,7 +155,7 @@ def traced_train(
     begin, most = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST, top + 2 * g)
     harmonics = (min(begin, most), most) if given is None else (given, given)
     problem, found, tail, origin = traced(
-        problem_with, *speeds, harmonics, MATTERS, points, lambda tail: tail.worst if linear else tail.share, coexisting
+        problem_with, *speeds, harmonics, MATTERS, points, lambda t: t.worst if linear else t.share, coexisting
     )
     if tail is None or linear or g == 1:
         return problem, found, tail, origin
