@@ -7,7 +7,7 @@ import numpy as np
 
 from ....compile.jit import as_python
 from ....law import is_spring
-from ....numerics.balance.second_order import second_order
+from ....numerics.balance.first_order import balance_of
 from ....numerics.continuation.coexisting import Coexisting
 from ....numerics.curves.response import symmetric_across, traced_points
 from ....numerics.stability.second_order import displacement_peaks
@@ -53,7 +53,7 @@ def _balanced(system: Any, speeds: tuple[float, float], harmonics: int, coexisti
         if coexisting:
             problem, found, _, _ = traced_points(middle, leaf, *speeds, harmonics, 1, POINTS)
         else:
-            problem = second_order(middle, leaf, leaf, harmonics, 1)
+            problem = balance_of(middle, leaf, leaf, harmonics)
             problem, found, _ = symmetric_across(problem, *speeds, 4.0 / POINTS, Coexisting())
     if not len(found.points):
         return None
