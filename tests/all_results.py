@@ -5,15 +5,24 @@ from functools import cache
 import numpy as np
 
 import strainwave as sw
+from strainwave.study.analysis.drive_response import of_equation
 from strainwave.study.response.response import ExactResponse
 
 DUFFING = sw.Oscillator(J=1.0, B=0.05, law=sw.Cubic(1.0, 0.1), excitation=sw.Harmonic(0.18), omega=1.2)
 CURVE = sw.Parallel(sw.Linear(7160.0), sw.BoucWen(900.0, 0.0, 8e-5))
 
+LOOPED = sw.HDC_40_050.train(control=sw.SpeedLoop(0.5, 20.0))
+NUMBERS = np.linspace(0.9, 1.1, 33)
+
 
 @cache
 def branch():
     return sw.frequency_response(DUFFING, (0.9, 1.4), harmonics=5)
+
+
+@cache
+def drive():
+    return of_equation(DUFFING, ExactResponse(branch(), sw.jumps(branch())))
 
 
 @cache
@@ -31,8 +40,13 @@ RESULTS = {
     "Branch": branch,
     "Jumps": lambda: sw.jumps(branch()),
     "ExactResponse": lambda: ExactResponse(branch(), sw.jumps(branch())),
+    "DriveResponse": drive,
     "SlowResponse": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).response((0.9, 1.4)),
     "SlowResponse without states": lambda: sw.slow_flow(DUFFING, sw.SUBHARMONIC).response((0.9, 1.4)),
     "DriveRun": run,
     "Bode": lambda: sw.bode(sw.HDC_40_050.train(control=sw.PositionLoop(50.0, 0.5)), np.geomspace(1.0, 1e3, 7)),
+    "StateSpace": lambda: sw.state_space(LOOPED),
+    "Margins": lambda: sw.margins(LOOPED),
+    "Exceedance": lambda: sw.Exceedance(1e-4, {"load.inertia": NUMBERS}, 1e-4 * NUMBERS, 90.0 * NUMBERS, 1, None, ()),
 }
+WITHOUT_FIGURE = ("Jumps", "StateSpace", "Margins", "Exceedance")

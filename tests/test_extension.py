@@ -235,6 +235,7 @@ def test_its_tableau_gives_the_steps_of_dormand_and_prince():
         sw.runge_kutta(a, b, embedded=embedded)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "method",
     [

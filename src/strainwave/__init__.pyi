@@ -134,6 +134,10 @@ from .study.gear.parametric import parametric_resonances as parametric_resonance
 # Studies: drive train
 from .study.train.bode import Bode as Bode
 from .study.train.bode import bode as bode
+from .study.train.state_space import StateSpace as StateSpace
+from .study.train.state_space import state_space as state_space
+from .study.train.margins import Margins as Margins
+from .study.train.margins import margins as margins
 from .study.train.run import DriveRun as DriveRun
 from .study.train.run import drive_run as drive_run
 from .study.train.operating_point import operating_state as operating_state
@@ -154,6 +158,10 @@ from .files.own_gears import read_gears as read_gears
 from .files.project import Project as Project
 from .files.project import read_project as read_project
 from .files.project_text import project_text as project_text
+from .files.variants.replaced import replaced as replaced
+from .files.variants.scatter import Exceedance as Exceedance
+from .files.variants.scatter import exceedance as exceedance
+from .files.variants.project_sweep import sweep_project as sweep_project
 from .files.scan_file import ScanFile as ScanFile
 from .files.scan_file import read_scan as read_scan
 

@@ -51,8 +51,8 @@ class System(Protocol):
 
     It may also have `state_names()` (two states otherwise), `orders()` (of the base angle: none known otherwise),
     `jacobian(phase, y)`, `torsion(phase, y)` (the first state otherwise) and `breakpoints()` of it, `kinks(phase, y)`,
-    `sizes()` of its states, `watched(phase, y)` (beside the states, for extremes), and `prepared()`, its form for many
-    steps.
+    `sizes()` of its states, `watched(phase, y)` (beside the states, for extremes), `prepared()`, its form for many
+    steps, and `linear_part()`, a `LinearPart` (None where it has none): what is linear around its laws.
     """
 
     def rhs(self, phase: Any, y: Any) -> Any:
@@ -67,6 +67,37 @@ class Control(Protocol):
 
     def torque(self, x: Any, v: Any) -> Any:
         """Torque at a deviation [rad] from the reference and its rate [rad/s]."""
+
+
+class LinearPart(Protocol):
+    """What is linear around the laws of a system: M p'' + C p' + K p + torques of the laws = forces, in coordinates p.
+
+    The first coordinates are the twists that the `laws` see: the first without the kinematic error, u = x - e. If the
+    error follows a coordinate of the motion, that one comes next. Matrices are (n, n), SI units, angles in rad.
+    """
+
+    inertia: Floats
+    damping: Floats
+    stiffness: Floats
+    gear_damping: float
+    """Damping [N*m*s/rad] of the rate of u."""
+    laws: tuple[Any, ...]
+    error: Any
+    follows: bool
+    """Whether the error is a function of the base angle and of coordinate `len(laws)` together."""
+    per_speed: Floats
+    """Constant torques (n,) per speed of the base angle [N*m*s/rad]: drag at the mean speed."""
+    loose: int
+    """The coordinate whose mean nothing holds: it counts as 0, and its mean torque is found. -1: there is none."""
+    values: Floats
+    """(states, n): the states that are no rates, as sums of coordinates."""
+    rates: Floats
+    """(states, n): the others, as sums of rates of coordinates."""
+    disturbed: Any
+    """The system whose variational equations tell the stability."""
+
+    def forces(self, angles: Floats) -> Floats:
+        """Torques (n, samples) at base angles [rad], without those of `per_speed`."""
 
 
 class Scheme(Protocol):
@@ -104,9 +135,9 @@ class Balance(Protocol):
 
     A point z holds the `size()` coefficients (blocks: mean, cosines, sines; all states one after the other) and, last,
     the parameter that varies: leaf `leaf` of `system`, or a virtual one. A table has rows mean, cos 1, sin 1, ... and
-    columns of states. An orbit takes `turns` turns of the base angle. There are two kinds, `SecondOrder` (of an
-    oscillator, in its torsion u alone) and `FirstOrder` (of any system, in all states); what uses them asks for no
-    class. Both have all of this.
+    columns of states. An orbit takes `turns` turns of the base angle. There are three kinds, `SecondOrder` (of an
+    oscillator, in its torsion u alone), `Condensed` (of a system that is linear around its laws, in what they see) and
+    `FirstOrder` (of any system, in all states); what uses them asks for no class. All have all of this.
     """
 
     @property
@@ -226,6 +257,13 @@ class Balance(Protocol):
         """Number of points of a search, and the length of its steps."""
 
 
+class InAllStates(Balance, Protocol):
+    """A `Balance` whose disturbances do not obey Hill's equation."""
+
+    def disturbed(self, points: Floats) -> tuple[Any, Floats, int]:
+        """A `FirstOrder` problem with these orbits as its points, over one of so many equal parts of each."""
+
+
 class Load(Protocol):
     """What hangs on the gear's output: a `Load`, or an `Elastic` coupling with a load behind it.
 
@@ -265,6 +303,11 @@ def with_parts(verb: str, system: Any, *parts: str) -> Any:
 def prepared(thing: Any) -> Any:
     """Form of a system for many steps: itself, unless it has one."""
     return thing if lacking(thing, "prepared") else thing.prepared()
+
+
+def linear_part_of(system: Any) -> Any:
+    """The `LinearPart` of a system; None where it has none or does not say."""
+    return None if lacking(system, "linear_part") else system.linear_part()
 
 
 def scaled(thing: Any, factor: Any, otherwise: Callable[[Any, Any], Any]) -> Any:

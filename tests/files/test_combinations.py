@@ -28,7 +28,12 @@ RIPPLES = "stiffness: {ripples: [{order: 2, depth: 12 %}]}\n"
 TRAIN = {
     "law": (LAWS["Cubic"], LAWS["PiecewiseLinear"], DISSIPATIVE["Parallel, nested"]),
     "backlash": (False, True),
-    "control": ("mode: held", "mode: free", *("loop: " + sw.project_entry(c(2.0, 0.3)) for c in loop_types().values())),
+    "control": (
+        "mode: held",
+        "mode: free",
+        "loop: {bandwidth: 9 Hz, lag: 1 ms}",
+        *("loop: " + sw.project_entry(c(2.0, 0.3)) for c in loop_types().values()),
+    ),
     "motor_drag": (None, DISSIPATIVE["Coulomb"], sw.Parallel(GRAVITY, LUGRE)),
     "load_drag": (DISSIPATIVE["Coulomb"], GRAVITY, LUGRE),
     "coupling": (None, LAWS["Linear"], DISSIPATIVE["Parallel, nested"]),

@@ -391,8 +391,8 @@ WRONG = [
         "'20 Hz' is a frequency, not an angular speed; write 20 rev/s or 125.7 rad/s",
     ),
     ("100 rpm", "60 1/min", "5:15", "speed.from", "'60 1/min' is a frequency, not an angular speed; write 60 rpm"),
-    ("100 rpm", "0 rpm", "5:15", "speed.from", "'0 rpm' is not positive"),
-    ("100 rpm", "-100 rpm", "5:15", "speed.from", "'-100 rpm' is not positive"),
+    ("3000 rpm", "0 rpm", "5:28", "speed.to", "'0 rpm' is not positive"),
+    ("100 rpm", "-100 rpm", "5:15", "speed.from", "'-100 rpm' is negative; write zero or more"),
     ("100 rpm", "4000 rpm", "5:29", "speed.to", "the range does not ascend; write the smaller speed after 'from'"),
     ("100 rpm", "3000 rpm", "5:29", "speed.to", "the range does not ascend"),
     ("from: 100 rpm, ", "", "5:8", "speed", "has one end of the range only; write both 'from' and 'to'"),
@@ -763,6 +763,29 @@ def test_ripples_stand_beside_no_memory_and_no_loop(written):
     assert "stiffness: varies, which takes a spring" in line
     (line,) = complaint(written(GOOD.replace("mode: held", LOOP) + ripples))
     assert "motor.loop: belongs to the drive train, whose stiffness and damping do not vary" in line
+
+
+@pytest.mark.parametrize(("shaft", "begin"), [("motor", "30 rpm at the motor"), ("load", "30 rpm at the load")])
+def test_a_range_from_rest_begins_at_one_percent_of_its_end_and_says_so(written, shaft, begin):
+    project = read_project(written(GOOD.replace("100 rpm", "0 rpm").replace("shaft: motor", f"shaft: {shaft}")))
+    low, high = project.speeds.limits
+    assert high == pytest.approx(3000.0 * math.pi / 30.0 * (50.0 if shaft == "load" else 1.0), rel=1e-14)
+    assert low == pytest.approx(0.01 * high, rel=1e-14)
+    said = f"The speed range is given from 0, where nothing turns; it begins at 1 % of its end, {begin}."
+    assert said in project.notes
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_a_file_is_read_as_editors_save_it(written, encoding):
+    text = "title: Müllers Achse\r\n" + GOOD.replace("23 arcsec", "23″").replace("\n", "\r\n")
+    project = read_project(written(text.encode(encoding)))
+    assert project.title == "Müllers Achse"
+    assert project.kinematic_error.lines[0].amplitude == pytest.approx(23.0 * ARCSEC, rel=1e-14)
+
+
+def test_utf_16_that_breaks_off_is_said(written):
+    (line,) = complaint(written(GOOD.encode("utf-16")[:-1]))
+    assert line == "project.yaml:1:1: file: begins as UTF-16 text and does not go on so; save it as UTF-8 text"
 
 
 def test_very_many_problems_are_cut_short(written):

@@ -1,9 +1,11 @@
 """Drive trains written as project files: what is read back moves as what was written."""
 
+from dataclasses import fields, replace
 from typing import NamedTuple
 
 import numpy as np
 import pytest
+from twelve_projects import PROJECTS
 
 import strainwave as sw
 from strainwave.files.project import read_project
@@ -96,5 +98,61 @@ def test_what_a_project_file_does_not_hold_is_said(train, omega, said):
 
 
 def test_a_drive_alone_is_no_train():
-    with pytest.raises(TypeError, match=r"takes a DriveTrain, not Drive.*; drive\.train\(\.\.\.\) gives one"):
+    with pytest.raises(
+        TypeError, match=r"takes a Project or a DriveTrain, not Drive.*; drive\.train\(\.\.\.\) gives a train"
+    ):
         sw.project_text(DRIVE)
+
+
+def written(path, text):
+    path.write_text(text, encoding="utf-8")
+    return read_project(path)
+
+
+def apart(project, other):
+    """Fields in which two projects differ, but for the text and the notes."""
+    names = {f.name for f in fields(project)} - {"text", "notes"}
+    return [name for name in sorted(names) if getattr(project, name) != getattr(other, name)]
+
+
+@pytest.mark.parametrize("name", PROJECTS)
+def test_a_project_survives_its_text(name, tmp_path):
+    project = written(tmp_path / "drive.yaml", PROJECTS[name])
+    text = sw.project_text(project)
+    assert text == PROJECTS[name]
+    assert written(tmp_path / "drive.yaml", text) == project
+
+
+@pytest.mark.parametrize("name", PROJECTS)
+def test_a_project_without_its_text_is_written_from_its_parts(name, tmp_path):
+    project = written(tmp_path / "drive.yaml", PROJECTS[name])
+    text = sw.project_text(replace(project, text=""))
+    assert text != PROJECTS[name]
+    again = written(tmp_path / "drive.yaml", text)
+    assert set(apart(project, again)) <= {"gear"}  # a gear that is not the catalogue's law is written in full
+    assert str(again.train) == str(project.train)  # with the classes, which equal numbers hide
+    assert str(again.drive) == str(project.drive)
+
+
+def test_a_changed_project_is_written_with_its_changes(tmp_path):
+    project = written(tmp_path / "drive.yaml", PROJECTS["antenna"])
+    changed = replace(project, limit=1e-4, drive=project.drive._replace(B=33.0), whole=project.whole._replace(B=33.0))
+    again = written(tmp_path / "drive.yaml", sw.project_text(changed))
+    assert (again.limit, again.drive.B, again.gear) == (1e-4, 33.0, project.gear)
+    assert apart(changed, again) == []
+
+
+def test_a_project_that_contradicts_itself_is_refused(tmp_path):
+    project = written(tmp_path / "drive.yaml", PROJECTS["position loop, coupling"])
+    for changed in (
+        replace(project, drive=project.drive._replace(B=33.0)),
+        replace(project, drive=project.drive._replace(J_l=9.0)),
+        replace(project, motor="free"),
+        replace(project, limit=-1.0),
+    ):
+        with pytest.raises(ValueError, match=r"no project file says what project 'drive' holds: its parts contradict"):
+            sw.project_text(changed)
+
+
+def test_there_are_twelve_projects():
+    assert len(PROJECTS) == 12

@@ -75,6 +75,28 @@ def test_the_way_back_may_be_a_column_or_a_file_whose_angles_descend(tmp_path):
     assert np.array_equal(both.angle, back.angle)
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_a_scan_is_read_as_instruments_write_it(tmp_path, encoding):
+    above = "Rig 3, 2024-05-01\nOperator,,N. N.\nSize: 40 (ratio 50)\n\n"
+    text = above + table(DEGREES, standard(), names=["angle (deg)", "error (arcsec)"])
+    path = tmp_path / "scan.csv"
+    path.write_bytes(text.encode(encoding))
+    scan = read_scan(path)
+    assert np.allclose(scan.angle, np.radians(DEGREES), rtol=1e-12)
+    assert np.allclose(scan.error, standard() * ARCSEC, atol=1e-6 * ARCSEC)
+
+
+def test_round_brackets_that_hold_no_unit_belong_to_the_name(tmp_path):
+    path = written(tmp_path, table(DEGREES, standard(), names=["angle [deg]", "error (mean)"]))
+    scan = read_scan(path, error="error (mean) [arcsec]")
+    assert np.allclose(scan.error, standard() * ARCSEC, atol=1e-6 * ARCSEC)
+
+
+def test_a_wrong_number_below_header_lines_has_the_line_of_the_file(tmp_path):
+    with pytest.raises(FileError, match=r"scan\.csv:5:2: error: 'x' is no finite number"):
+        read_scan(written(tmp_path, "rig,3\nsize\nangle [deg],error [arcsec]\n0,1\n1,x\n"))
+
+
 GOOD = "angle [deg],error [arcsec]\n0,1\n1,2\n2,3\n"
 
 

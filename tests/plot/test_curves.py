@@ -5,13 +5,13 @@ import builtins
 import matplotlib
 import numpy as np
 import pytest
-from all_results import RESULTS, branch, run
+from all_results import RESULTS, WITHOUT_FIGURE, branch, run
 from matplotlib.figure import Figure
 
 import strainwave as sw
 
 matplotlib.use("Agg")
-NAMES = [name for name in RESULTS if name != "Jumps"]
+NAMES = [name for name in RESULTS if name not in WITHOUT_FIGURE]
 
 
 @pytest.fixture

@@ -166,9 +166,9 @@ def run(function: Callable[..., Any], *args: Any, light: bool = False, after: in
     """Execute a kernel as machine code, or as Python when compilation is off.
 
     A `light` job, which takes a fraction of a second in NumPy, runs as Python the first times in a process that has not
-    loaded Numba: loading it takes longer. One that pays only where it is run often runs as Python `after` fewer runs
-    with models of these classes, and where it cannot be compiled. The results agree to rounding. If a user's class uses something that compiled code does not
-    know, the sentence of the TypeError says what.
+    loaded Numba: loading it takes longer. One that pays only where it is run often is Python the first `after` times
+    with models of these classes, and always where it cannot be compiled. The results agree to rounding. If a user's
+    class uses something that compiled code does not know, the sentence of the TypeError says what.
     """
     as_light = light and "numba" not in sys.modules and next(_light_runs) < LIGHT_RUNS
     if not enabled() or as_light or next(_plain_runs.get() or iter(()), False):

@@ -69,6 +69,7 @@ EXAMPLES = {
     "excitation.kinematic_error[].phase": "90 deg",
     "limit": "{oscillation: 60 arcsec}",
     "limit.oscillation": "60 arcsec",
+    "scatter": "{load.inertia: 5 %}",
 } | {
     f"excitation.{torque}{field}": text
     for torque in ("motor_torque", "load_torque")

@@ -117,6 +117,8 @@ def read_ripples(value: Any) -> Variation:
 
 
 def _typed(value: Any, known: dict[str, type], keys: Keys, found: list[Wrong], for_example: str = EXAMPLE_LAW) -> Any:
+    if is_model(value):  # a law of the user's own, which was read before
+        return value
     if not isinstance(value, dict):
         said = f"{shown(value)} is not a group of fields; write for example {for_example}"
         return found.append(Wrong(keys, "" if value is None else said))
@@ -129,10 +131,11 @@ def _typed(value: Any, known: dict[str, type], keys: Keys, found: list[Wrong], f
     if cls is None:
         said = "" if word is None else f"{shown(word)} is not known{near(word, list(known))}"
         return found.append(Wrong(field, said))
-    return _of_class({key: item for key, item in value.items() if key != "type"}, cls, keys, found, ("type",))
+    return of_class({key: item for key, item in value.items() if key != "type"}, cls, keys, found, ("type",))
 
 
-def _of_class(value: Any, cls: Any, keys: Keys, found: list[Wrong], more: tuple[str, ...] = ()) -> Any:
+def of_class(value: Any, cls: Any, keys: Keys, found: list[Wrong], more: tuple[str, ...] = ()) -> Any:
+    """Read the fields of a class by its annotations; None with what is wrong, from the entry on, in `found`."""
     if not isinstance(value, dict):
         said = f"{shown(value)} is not a group of fields; write {{{', '.join(fields_of(cls))}}}"
         return found.append(Wrong(keys, "" if value is None else said))
@@ -194,7 +197,7 @@ def _items(value: Any, hint: Any, keys: Keys, found: list[Wrong]) -> Any:
         return tuple(_pair(pair, (*keys, i), found) for i, pair in enumerate(value))
     item = get_args(hint)[0]
     if item is not float:
-        return tuple(_of_class(group, item, (*keys, i), found) for i, group in enumerate(value))
+        return tuple(of_class(group, item, (*keys, i), found) for i, group in enumerate(value))
     if not 2 <= len(value) <= 16:
         return found.append(Wrong(keys, f"has {len(value)} items; write {_example_of(hint)}"))
     return tuple(_number(text, _coefficient(i), (*keys, i), found) for i, text in enumerate(value))

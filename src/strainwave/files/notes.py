@@ -1,16 +1,38 @@
-"""What a reader of the results should know about the input of a project."""
+"""What a reader of the results should know about the input of a project.
 
+Most of it are numbers that are legal and most likely wrong: a unit, a shaft or a factor taken for another. Thresholds
+are a factor away from what gears have, so that no sound drive meets one. What gears have, over the 183 records of the
+catalogue (Harmonic Drive LLC, CSF/CSG catalogue; harmonicdrive.de; Schaeffler RT1): K1 from 340 N*m/rad (CSF-8-30) to
+1.45e6 N*m/rad (HFUC-90-80), a twist at the rated torque from 0.50 mrad (HFUC-90-50) to 2.4 mrad (HFUS-25-30), a
+transmission accuracy of at most 2 arcmin peak-to-peak (CSF/CSG catalogue, p. 49), a ratcheting torque of 4.8 to 16
+times the rated torque (p. 14), an input speed of at most 8500 rpm. A damping ratio of 0.01 to 0.05 is usual in
+torsional trains (Wang, Feese & Pettinato, Turbomachinery Symposium 2012).
+"""
+
+import math
 from collections.abc import Iterator
 from typing import Any
 
-from ..units import RPM
-from .plausibility import doubts
+from ..law import spring_stiffness
+from ..study.analysis.plausible import RATCHETING
+from ..study.response.resonances import active_orders
+from ..units import RPM, convert
+
+FACTOR = 10.0  # beyond what gears have
+STIFFNESS = 340.0, 1.45e6  # N*m/rad
+TWIST = 0.5e-3, 2.4e-3  # rad, at the rated torque
+HERTZ = 1.0, 2000.0
+ERROR = 10.0 * math.pi / 10800.0  # 10 arcmin, 0-to-peak: ten times the largest of the catalogue
+DAMPED = 0.2  # damping ratio
+WRONG_SHAFT = 3.0  # times N: halfway from a matched inertia, 0.1 to 10, to one of the other shaft, off by N^2
+FASTEST = 8500.0, 4000.0  # rpm of the input: of any gear, and the middle of the catalogue
+FAR = 10.0  # times an excitation's frequency
 
 
 def notes(project: Any) -> Iterator[str]:
     """Sentences on what a reader of the results should know about the input."""
-    yield from _torque_notes(project)
-    yield from doubts(project)
+    yield from _balance(project)
+    yield from _doubts(project)
     gear = project.gear
     if gear is None:
         return
@@ -21,7 +43,7 @@ def notes(project: Any) -> Iterator[str]:
         )
 
 
-def _torque_notes(project: Any) -> Iterator[str]:
+def _balance(project: Any) -> Iterator[str]:
     """Notes on mean torques that a free motor cannot balance."""
     drive = project.drive
     at_motor, at_load = (
@@ -34,4 +56,126 @@ def _torque_notes(project: Any) -> Iterator[str]:
             f"The mean torques do not balance: the motor speeds up by {rate / RPM:.4g} rpm/s and does not keep the "
             "speeds analysed; give the "
             f"free motor a mean torque of {-at_load / drive.N:.4g} N*m, or write 'mode: held'."
+        )
+
+
+def _doubts(project: Any) -> Iterator[str]:
+    """Sentences on numbers that are most likely meant otherwise; none for a sound drive."""
+    if project.speeds.by_motor:
+        yield from _stiffness(project)
+        yield from _inertia(project)
+        yield from _torque(project)
+    yield from _natural_frequency(project)
+    yield from _error(project)
+    yield from _damping(project)
+
+
+def _stiffness(project: Any) -> Iterator[str]:
+    """A stiffness that no gear has: by the twist at the rated torque, or else by its size."""
+    stiffness, rated = float(spring_stiffness(project.drive.law, 0.0)), project.rated_torque
+    if not stiffness > 0.0:
+        return
+    known = f"{STIFFNESS[0]:g} to {STIFFNESS[1]:.3g} N*m/rad"
+    if rated is not None and not TWIST[0] / FACTOR <= rated / stiffness <= TWIST[1] * FACTOR:
+        twist = convert(rated / stiffness, "rad", "arcmin")
+        yield (
+            f"The gear twists by {twist:.3g} arcmin under its rated torque of {rated:g} N*m, those of the catalogue "
+            f"by 1.7 to 8.3 arcmin; check the unit of the stiffness at rest, {stiffness:.4g} N*m/rad, and the torque."
+        )
+    elif rated is None and not STIFFNESS[0] / FACTOR <= stiffness <= STIFFNESS[1] * FACTOR:
+        yield (
+            f"The stiffness of the gear at rest is {stiffness:.4g} N*m/rad, and gears of the catalogue have {known}; "
+            "check its unit."
+        )
+
+
+def _inertia(project: Any) -> Iterator[str]:
+    """Inertias that fit better when one belongs to the other shaft."""
+    drive = project.drive
+    ratio, bound = drive.J_l / (drive.N * drive.N * drive.J_m), WRONG_SHAFT * drive.N
+    if ratio > bound or ratio < 1.0 / bound:
+        large, small = ("load", "motor") if ratio > bound else ("motor", "load")
+        yield (
+            f"The inertia of the load is {ratio:.3g} times that of the motor at the output, {drive.N:g}^2 J_m, and 0.1 "
+            f"to 10 is usual; write load.inertia at the output and motor.inertia at the motor: the {large}'s may be "
+            f"too large by {drive.N:g}^2, or the {small}'s too small."
+        )
+
+
+def _torque(project: Any) -> Iterator[str]:
+    """A mean torque at which the teeth skip, where nothing computed is a result."""
+    mean = 0.0 if project.load_torque is None else abs(sum(h.mean for h in project.load_torque.terms))
+    gear, rated = project.gear, project.rated_torque
+    limit = None if gear is None else gear.ratcheting_torque
+    said = "the teeth skip, and no number of this report is a result; check the torque and its unit"
+    if limit is not None and mean > limit:
+        yield f"The mean torque of the load is {mean:g} N*m, beyond the ratcheting torque of {limit:g} N*m: {said}."
+    elif limit is None and rated is not None and mean > RATCHETING * rated:
+        yield (
+            f"The mean torque of the load is {mean:g} N*m, {mean / rated:.3g} times the rated torque, and gears "
+            f"ratchet from 5 to 16 times on: {said}."
+        )
+
+
+def _natural_frequency(project: Any) -> Iterator[str]:
+    """A natural frequency that no drive has, or that nothing in the speed range comes near."""
+    omega_0 = project.omega_0
+    if not omega_0:
+        return
+    hertz = omega_0 / (2.0 * math.pi)
+    if not HERTZ[0] <= hertz <= HERTZ[1]:
+        yield (
+            f"The natural frequency is {hertz:.3g} Hz, and drives have {HERTZ[0]:g} Hz to 2 kHz; check the units of "
+            "stiffness and inertia."
+        )
+        return
+    yield from _speeds(project, omega_0)
+
+
+def _speeds(project: Any, omega_0: float) -> Iterator[str]:
+    """Speeds of the wrong shaft, or else far from every resonance."""
+    speeds, orders = project.speeds, active_orders(project.system(reduced=True))
+    if not orders:
+        return
+    (low, high), N = (speeds.given[0], speeds.given[-1]), project.drive.N
+    gear = project.gear
+    most = FASTEST[1] if gear is None or gear.max_rpm is None else gear.max_rpm
+    below = orders[-1] * high < omega_0
+    if speeds.by_motor and speeds.ratio == 1.0 and below and high / RPM <= most / N:
+        yield (
+            f"The motor turns at up to {high / RPM:.4g} rpm, which the output reaches too, and no order meets the "
+            "natural frequency; if these are speeds of the output, write 'shaft: load'."
+        )
+    elif speeds.by_motor and high / RPM > FACTOR * FASTEST[0]:
+        remedy = "write 'shaft: motor'" if speeds.ratio != 1.0 else "check the unit"
+        yield (
+            f"The motor turns at {high / RPM:.4g} rpm, and gears take at most {FASTEST[0]:g} rpm at the input; if "
+            f"these are speeds of the motor, {remedy}."
+        )
+    elif FAR * orders[-1] * high < omega_0 or orders[0] * low > FAR * omega_0:
+        yield (
+            f"The natural frequency, {omega_0 / (2.0 * math.pi):.3g} Hz, is far from every order in the speed range, "
+            f"{orders[0] * low / (2.0 * math.pi):.3g} to {orders[-1] * high / (2.0 * math.pi):.3g} Hz; check "
+            "stiffness, inertia and speeds."
+        )
+
+
+def _error(project: Any) -> Iterator[str]:
+    """A kinematic error of degrees."""
+    lines = () if project.kinematic_error is None else project.kinematic_error.lines
+    size = sum(abs(line.amplitude) for line in lines)
+    if size > ERROR:
+        yield (
+            f"The kinematic error has amplitudes of {convert(size, 'rad', 'arcmin'):.4g} arcmin in all, and gears have "
+            "at most 1 arcmin; check the unit, and that they are angles of the output."
+        )
+
+
+def _damping(project: Any) -> Iterator[str]:
+    """Damping that no gear has."""
+    ratio = project.damping_ratio
+    if ratio is not None and ratio > DAMPED:
+        yield (
+            f"The damping ratio is {ratio:.3g} ({100.0 * ratio:.3g} % of critical); "
+            "0.01 to 0.05 is usual, and 4 % is written '4 %' or 0.04."
         )

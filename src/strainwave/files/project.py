@@ -36,6 +36,7 @@ from .load_torque import load_range, under
 from .loop_fields import control_of
 from .notes import notes
 from .own_gears import read_gears
+from .python_law import with_python_laws
 from .resolve import (
     beyond_equation,
     damping,
@@ -106,6 +107,8 @@ class Project:
         speeds of a forcing.
     motor_named : bool
         Whether the file gives a mode or a loop of the motor; else the ideally held one is an assumption.
+    scatter : tuple of (str, float)
+        Numbers of the file that scatter from drive to drive, and their standard deviations relative to themselves.
     """
 
     title: str
@@ -127,6 +130,7 @@ class Project:
     notes: tuple[str, ...] = ()
     whole: DriveTrain | None = None
     motor_named: bool = True
+    scatter: tuple[tuple[str, float], ...] = ()
 
     def __str__(self) -> str:
         low, high = self.speeds.given[0], self.speeds.given[-1]
@@ -259,6 +263,7 @@ class Project:
             source=Source(self.drive, self.motor == "free", self.speeds.by_motor, self._equation, self.gear),
             load=self.load_range,
             has_reference=self.motor == "held",
+            motors={} if self.motor_named else self.motors(),
             progress=progress,
         )
 
@@ -292,18 +297,19 @@ def read_project(path: str | Path) -> Project:
 def from_text(text: str, path: Path) -> Project:
     """Read the text of a project file that is, or could be, at a path (ProjectError as `read_project`)."""
     located = read(text)
-    problems = list(located.problems)
+    content, wrong = with_python_laws(located, path.parent)
+    problems = [*located.problems, *wrong]
     if located.content is None:
         if not problems:
             problems.append(Problem(1, 1, "file", "is empty; begin with a line such as 'gear: CSG-40-50'"))
         raise _error(path, problems)
     try:
-        spec = ProjectSpec.model_validate(located.content)
+        spec = ProjectSpec.model_validate(content)
     except ValidationError as error:
         problems += complaints(error, located)
         if not isinstance(located.content, dict):
             raise _error(path, problems) from None
-        spec = _what_is_right(located.content)
+        spec = _what_is_right(content)
     gear: Gear | ExplicitGear | None = None
     elsewhere = ""
     try:
@@ -381,8 +387,12 @@ def _resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str
         limit=None if spec.limit is None else spec.limit.oscillation,
         whole=whole,
         motor_named=spec.motor.named,
+        scatter=tuple((spec.scatter or {}).items()),
     )
     said = tuple(notes(project))
     if accuracy is not None:
         said = (ACCURACY_NOTE.format(convert(accuracy, "rad", "arcsec")), *said)
+    if spec.speed.low == 0.0:
+        begin = f"{through.own(through.limits[0]):.4g} {through.own_unit}"
+        said = (*said, f"The speed range is given from 0, where nothing turns; it begins at 1 % of its end, {begin}.")
     return replace(project, notes=said)

@@ -1,49 +1,63 @@
-"""A whole drive train built in Python, written as a project file."""
+"""A project, or a whole drive train built in Python, written as a project file."""
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from ..model.excitation import Harmonic, Harmonics, KinematicError, NoError
+from ..model.laws.hysteresis import Parallel
+from ..model.laws.springs import Play
 from ..model.train.controls import Lagged
 from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import Steady
 from ..model.train.shafts import NO_DRAG, Load
+from ..model.varying import Variation
 from ..quantities import checked, interval, number, shown
+from ..speeds import Speeds
 from .entries import project_entry
-from .project import ProjectError, from_text
+from .project import Project, ProjectError, from_text
+
+NEIGHBOURS = (0.0, -math.inf, math.inf)
 
 
-def project_text(train: DriveTrain, omega: float | tuple[float, float] | None = None, *, title: str = "") -> str:
-    """Write a drive train as a project file that `strainwave analyze` reads back as the same drive.
+def project_text(
+    source: Project | DriveTrain, omega: float | tuple[float, float] | None = None, *, title: str = ""
+) -> str:
+    """Write a project or a drive train as a project file that reads back as the same drive.
 
     Parameters
     ----------
-    train : DriveTrain
-        As `Drive.train` returns it: law, damping, kinematic error and torques, with loop, drag of the shafts and
-        couplings, where it has them.
+    source : Project or DriveTrain
+        A project as `read_project` returns it, changed by `dataclasses.replace` or not; or a train as `Drive.train`
+        returns it: law, damping, kinematic error and torques, with loop, drag of the shafts and couplings, where it has
+        them.
     omega : float or (float, float), optional
-        Speed of the motor [rad/s], or a range. Default: that of the train.
+        Of a train: speed of the motor [rad/s], or a range. Default: that of the train.
     title : str, optional
-        Title of the report.
+        Of a train: title of the report.
 
     Returns
     -------
     str
-        YAML in SI units, with every number as it is. A line of negative amplitude is written with its size and the
-        phase moved by half a turn.
+        Of a project that is still what its file says, the text of that file. Else YAML in SI units, with every number
+        as it is. A line of negative amplitude is written with its size and the phase moved by half a turn.
 
     Raises
     ------
     TypeError
-        If it is no `DriveTrain`.
+        If it is neither.
     ValueError
         With what a project file does not hold.
     """
-    if not isinstance(train, DriveTrain):
-        raise TypeError(f"project_text takes a DriveTrain, not {shown(train)}; drive.train(...) gives one")
-    train = checked(train)
+    if isinstance(source, Project):
+        return _of_project(source)
+    if not isinstance(source, DriveTrain):
+        raise TypeError(
+            f"project_text takes a Project or a DriveTrain, not {shown(source)}; drive.train(...) gives a train"
+        )
+    train = checked(source)
     if not isinstance(train.reference, Steady):
         raise ValueError(
             f"a project file has constant speeds, and this train follows {train.reference}; use it in Python"
@@ -65,6 +79,99 @@ def project_text(train: DriveTrain, omega: float | tuple[float, float] | None = 
     return text
 
 
+def _of_project(project: Project) -> str:
+    """Text of a project that reads back equal: the file's own, or one that is written from its parts."""
+    if _reads_as(project, project.text):
+        return project.text
+    ways = [_gear_of_record(project)] if project.gear is not None else []
+    for gear in (*ways, _gear_in_full(project)):
+        text = "".join(f"{name}: {group}\n" for name, group in {**gear, **_parts(project)}.items() if group)
+        if _reads_as(project, text):
+            return text
+    raise ValueError(
+        f"no project file says what project {project.title!r} holds: its parts contradict each other (a changed drive "
+        "needs a changed train and whole, too), or a file does not take them; change the file, or use it in Python"
+    )
+
+
+def _reads_as(project: Project, text: str) -> bool:
+    """Whether a text reads as this project but for its notes, which follow from the file."""
+    try:
+        found = from_text(text, project.path)
+    except ProjectError:
+        return False
+    return replace(found, text=project.text, notes=project.notes, gear=project.gear) == project
+
+
+def _gear_of_record(project: Project) -> dict[str, str]:
+    """Gear of the catalogue by its name, with what stands beside its law."""
+    gear, law, beside = project.gear, project.drive.law, {}
+    if isinstance(law, Parallel) and not isinstance(gear.law if gear else None, Parallel):
+        beside["hysteresis"], law = project_entry(law.second), law.first
+    if isinstance(law, Play):
+        beside["backlash"] = f"{{half_gap: {law.half_gap!r} rad}}"
+    return {"gear": "" if gear is None else gear.name, **beside}
+
+
+def _gear_in_full(project: Project) -> dict[str, str]:
+    rated = "" if project.rated_torque is None else f"{project.rated_torque!r} N*m"
+    return {"gear": _group(ratio=repr(project.drive.N), law=project_entry(project.drive.law), rated_torque=rated)}
+
+
+def _parts(project: Project) -> dict[str, str]:
+    """Every group of a project but the gear."""
+    drive = project.drive
+    train = project.whole or drive.train(motor_torque=project.motor_torque, load_torque=project.load_torque)
+    mode = project.motor if project.motor_named else ""
+    motor = train.motor._replace(J=drive.J_m)
+    errors = project.kinematic_error
+    return {
+        "title": json.dumps(project.title, ensure_ascii=False),
+        "motor": _motor(motor, mode),
+        "load": _load(train.load),
+        "damping": _damping(project),
+        "stiffness": "" if project.stiffness is None else f"{{ripples: {_ripples(project.stiffness)}}}",
+        "speed": _speeds(project.speeds),
+        "excitation": _group(
+            kinematic_error="" if errors is None else _lines(errors.lines, "rad"),
+            motor_torque="" if project.motor_torque is None else _torque("the motor", project.motor_torque),
+            load_torque=_torque("the load", project.load_torque or Harmonics((Harmonic(0.0),)), project.mean_range),
+        ),
+        "scatter": _group(**{name: repr(share) for name, share in project.scatter}) if project.scatter else "",
+        "limit": "" if project.limit is None else f"{{oscillation: {project.limit!r} rad}}",
+    }
+
+
+def _damping(project: Project) -> str:
+    varying, B = project.damping, f"{project.drive.B!r} N*m*s/rad"
+    if varying is None:
+        return _group(B=B)
+    names = {"warming": " K", "per_kelvin": " 1/K", "fast": "", "v_fast": " rad/s"}
+    numbers = {name: f"{getattr(varying, name)!r}{unit}" for name, unit in names.items()}
+    return _group(B=B, ripples=_ripples(varying.variation), **numbers)
+
+
+def _ripples(variation: Any) -> str:
+    """Ripples of a variation; empty where it has none."""
+    lines = variation.ripples if isinstance(variation, Variation) else ()
+    groups = [_group(order=str(r.order), depth=repr(r.depth), phase=f"{r.phase!r} rad") for r in lines]
+    return f"[{', '.join(groups)}]" if groups else ""
+
+
+def _speeds(speeds: Speeds) -> str:
+    """Speeds of the shaft that they were given for: the numbers that times the ratio give those of the base angle."""
+    own = [f"{_share(omega, speeds.ratio)!r} rad/s" for omega in speeds.given]
+    if speeds.single:
+        return _group(at=f"[{', '.join(own)}]", shaft=speeds.shaft)
+    return _group(**{"from": own[0], "to": own[1], "shaft": speeds.shaft})
+
+
+def _share(omega: float, ratio: float) -> float:
+    """Number that times the ratio is omega, to the bit where there is one."""
+    near = [math.nextafter(omega / ratio, omega / ratio + way) for way in NEIGHBOURS]
+    return next((value for value in near if value * ratio == omega), near[0])
+
+
 def _group(**fields: str) -> str:
     return "{" + ", ".join(f"{name}: {text}" for name, text in fields.items() if text) + "}"
 
@@ -73,10 +180,12 @@ def _drag(law: Any) -> str:
     return "" if (type(law), law) == (type(NO_DRAG), NO_DRAG) else project_entry(law)  # equal numbers make no equal law
 
 
-def _motor(motor: Any) -> str:
+def _motor(motor: Any, mode: str | None = None) -> str:
     loop = "" if motor.free or motor.held else _loop(motor.control)
-    mode = "free" if motor.free else "held"
-    return _group(inertia=f"{motor.J!r} kg*m^2", mode=mode, loop=loop, drag=_drag(motor.drag))
+    if mode is None:
+        mode = "free" if motor.free else "held"
+    inertia = f"{motor.J!r} kg*m^2" if motor.J else ""
+    return _group(inertia=inertia, mode=mode, loop=loop, drag=_drag(motor.drag))
 
 
 def _loop(control: Any) -> str:
@@ -112,14 +221,15 @@ def _lines(lines: Any, unit: str) -> str:
     return "[" + ", ".join(written) + "]"
 
 
-def _torque(where: str, torque: Any) -> str:
+def _torque(where: str, torque: Any, means: tuple[float, float] | None = None) -> str:
     if not isinstance(torque, Harmonic | Harmonics):
         raise ValueError(
             f"a project file holds torques as harmonics, and {where} has {shown(torque)}; use it in Python"
         )
     terms = torque.terms if isinstance(torque, Harmonics) else (torque,)
     mean, lines = sum(term.mean for term in terms), [term for term in terms if term.amplitude]
-    given = {"mean": f"{mean!r} N*m" if mean else "", "lines": _lines(lines, "N*m") if lines else ""}
+    said = f"{{from: {means[0]!r} N*m, to: {means[1]!r} N*m}}" if means else f"{mean!r} N*m" if mean else ""
+    given = {"mean": said, "lines": _lines(lines, "N*m") if lines else ""}
     return _group(**given) if any(given.values()) else ""
 
 

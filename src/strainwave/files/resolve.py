@@ -14,6 +14,8 @@ from .contradictions import train_fields
 from .loop_fields import control_of
 from .schema import LoadSpec, LoadTorqueSpec, ProjectSpec, SpeedSpec, TorqueRange, TorqueSpec
 
+FROM_REST = 0.01  # of the end of a range from 0: where it begins
+
 
 def kinematic_error(spec: ProjectSpec, accuracy: float | None) -> KinematicError | None:
     """Lines of the file, or those of an accuracy class [rad]."""
@@ -26,6 +28,8 @@ def kinematic_error(spec: ProjectSpec, accuracy: float | None) -> KinematicError
 def speeds(spec: SpeedSpec, ratio: float) -> Speeds:
     """The range or the single speeds, of the base angle."""
     factor = ratio if spec.shaft == "load" else 1.0
+    if spec.high is not None and spec.low == 0.0:
+        return Speeds((FROM_REST * factor * spec.high, factor * spec.high), (), spec.shaft, factor)
     given = sorted({factor * s for s in spec.at or (spec.low, spec.high) if s is not None})
     if spec.at is not None:
         return Speeds.at(tuple(given), spec.shaft, factor)

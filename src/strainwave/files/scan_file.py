@@ -1,8 +1,9 @@
 """A measured error scan in CSV: one line of column names with units, one line per sample.
 
-Nothing is guessed: a semicolon between columns and a comma in numbers must be said, and every unit must stand in the
-column's name, as in `angle [deg]`, or beside the name that the caller gives. Complaints name the options of the command
-line; the arguments of `read_scan` are called the same without dashes.
+Lines above the one that names the column of angles are left out. Nothing is guessed: a semicolon between columns and a
+comma in numbers must be said, and every unit must stand in the column's name, `angle [deg]` or `angle (deg)`, or
+beside the name that the caller gives. Complaints name the options of the command line; the arguments of `read_scan` are
+called the same without dashes.
 """
 
 import csv
@@ -21,7 +22,7 @@ from ..units import NUMBER
 from .yaml_text import FileError, Problem, as_path, complaint, read_text, shown
 
 LARGEST = 64 * 1024 * 1024
-MOST_SHOWN = 20
+MOST_SHOWN, MOST_ABOVE = 20, 100  # problems, and lines above the names of the columns
 OURS, VENDORS, BACKWARD, ANGLE = "error", "ate", "backward", "angle"
 HINT = "name the columns with their units: angle [deg], error [arcsec]"
 
@@ -79,7 +80,8 @@ def read_scan(
     Parameters
     ----------
     path : str or Path
-        CSV of at most 64 MiB in UTF-8; empty lines and lines that begin with # are left out.
+        CSV of at most 64 MiB in UTF-8, or in UTF-16 with its mark; empty lines, lines that begin with # and those above
+        the names of the columns are left out.
     angle, error, backward : str, optional
         Names of the columns, with their units where the file does not give them: "Winkel [deg]". Default: `angle`,
         `error` (theta_m/N - theta_l) or `ate` (vendors' theta_l - theta_m/N), and `backward` if there is one.
@@ -118,7 +120,7 @@ def read_scan(
     if isinstance(text, Problem):
         raise FileError(complaint(path, [text]))
     problems: list[Problem] = []
-    rows = list(_rows(text, delimiter, problems))
+    rows = _from_header(list(_rows(text, delimiter, problems)), angle)
     columns: list[Column] = []
     if not problems and len(rows) < 2:
         problems.append(Problem(1, 1, "file", f"has no samples; {HINT}, and give one line per sample"))
@@ -188,14 +190,33 @@ def _columns(
     return found, vendors
 
 
+def _from_header(rows: list[tuple[int, list[str]]], angle: str) -> list[tuple[int, list[str]]]:
+    """The rows from the one on that names the column of angles; all of them where none of the first does."""
+    wanted = _name_and_unit(angle)[0]
+    at = (i for i, (_, row) in enumerate(rows[:MOST_ABOVE]) if wanted in [_name_and_unit(cell)[0] for cell in row])
+    return rows[next(at, 0) :]
+
+
 def _list(names: list[str]) -> str:
     text = ", ".join(shown(name) for name in names[:8])
     return text + (", ..." if len(names) > 8 else "")
 
 
 def _name_and_unit(cell: str) -> tuple[str, str]:
-    match = re.fullmatch(r"([^\[\]]*?)\s*(?:\[(.*)\])?", cell.strip())
+    """Name and unit of a column: "angle [deg]", or "angle (deg)" where what is in brackets is a unit of angle."""
+    text = cell.strip()
+    if (round_ := re.fullmatch(r"(.*?)\s*\(([^()]*)\)", text)) is not None and _is_angle(round_.group(2).strip()):
+        return round_.group(1), round_.group(2).strip()
+    match = re.fullmatch(r"([^\[\]]*?)\s*(?:\[(.*)\])?", text)
     return (match.group(1), (match.group(2) or "").strip()) if match else (cell, "")
+
+
+def _is_angle(unit: str) -> bool:
+    try:
+        convert(1.0, unit, "rad")
+    except ValueError:
+        return False
+    return True
 
 
 def _numbers(rows: list[tuple[int, list[str]]], columns: list[Column], decimal: str, problems: list[Problem]) -> Floats:

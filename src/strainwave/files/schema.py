@@ -22,6 +22,7 @@ from .loop_fields import Loop
 from .yaml_text import shown
 
 MOST_LINES = 64
+MOST_SCATTER = 0.3  # beyond it a normal distribution has values near zero
 MOST_COUPLINGS = 4  # in series: each is a class of its own to the compiler
 WAYS = ("name", "file", "ratio", "law", "rated_torque")  # to give a gear: the first two, or the others
 CATALOGUE = "catalogue"  # in place of an accuracy: the one that the gear's record gives
@@ -62,6 +63,7 @@ Ripples = Annotated[Any, BeforeValidator(read_ripples)]
 
 Inertia = Annotated[float, _quantity("kg*m**2", "positive")]
 Speed = Annotated[float, _quantity("rad/s", "positive")]
+SpeedOrRest = Annotated[float, _quantity("rad/s", "not negative")]
 Angle = Annotated[float, _quantity("rad")]
 Torque = Annotated[float, _quantity("N*m")]
 Order = Annotated[int, BeforeValidator(_order)]
@@ -208,7 +210,7 @@ class SpeedSpec(Spec):
     """Speeds of one shaft: a range or a list."""
 
     shaft: Literal["motor", "load", "forcing"]
-    low: Annotated[Speed | None, Field(alias="from")] = None
+    low: Annotated[SpeedOrRest | None, Field(alias="from")] = None
     high: Annotated[Speed | None, Field(alias="to")] = None
     at: Annotated[list[Speed], Field(min_length=1, max_length=100)] | None = None
 
@@ -288,6 +290,16 @@ class LimitSpec(Spec):
     oscillation: Annotated[float, _quantity("rad", "positive")]
 
 
+def _deviation(value: Any) -> float:
+    share = number(value, "", "positive")
+    if share > MOST_SCATTER:
+        raise ValueError(f"{value!r} is more than {100 * MOST_SCATTER:g} %; write one standard deviation, as 5 %")
+    return share
+
+
+Deviation = Annotated[float, BeforeValidator(_deviation)]
+
+
 class ProjectSpec(Spec):
     """The whole project file."""
 
@@ -308,6 +320,7 @@ class ProjectSpec(Spec):
     speed: SpeedSpec
     excitation: ExcitationSpec
     limit: LimitSpec | None = None
+    scatter: Annotated[dict[str, Deviation], Field(min_length=1, max_length=32)] | None = None
 
     def law(self, gear: Gear | None) -> Any:
         """Torsion law: that of the gear or its record, with the backlash in series and the hysteresis in parallel."""

@@ -4,6 +4,7 @@ Scalars stay the text that the person wrote: "1e-3", "no" or "0x10" cannot turn 
 a project file never needs (aliases, tags, several documents, deep nesting) is refused: a hostile file costs little.
 """
 
+import codecs
 import os
 import re
 from collections.abc import Iterator
@@ -113,6 +114,8 @@ def read_text(path: Path, kind: str = "project file", largest: int = LARGEST) ->
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         return Problem(1, 1, "file", f"cannot be read ({reason}); check the name and the disk")
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return _wide(data)
     if b"\0" in data[:8192]:
         return Problem(
             1, 1, "file", f"is binary, not text; give a {kind}" + (" in YAML" if kind == "project file" else "")
@@ -123,6 +126,14 @@ def read_text(path: Path, kind: str = "project file", largest: int = LARGEST) ->
         before = data[: error.start].decode("utf-8", "replace")
         line, column = _place(before, len(before))
         return Problem(line, column, "file", f"has the byte {data[error.start]:#04x}, not UTF-8; save it as UTF-8 text")
+
+
+def _wide(data: bytes) -> str | Problem:
+    """Text that some editors save as UTF-16, with the mark at its beginning that says so."""
+    try:
+        return data.decode("utf-16")
+    except UnicodeDecodeError:
+        return Problem(1, 1, "file", "begins as UTF-16 text and does not go on so; save it as UTF-8 text")
 
 
 def _place(text: str, index: int) -> tuple[int, int]:

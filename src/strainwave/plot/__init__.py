@@ -3,6 +3,7 @@
 from .any_result import draw as draw
 from .curves import draw_bode as draw_bode
 from .curves import draw_branch as draw_branch
+from .curves import draw_drive as draw_drive
 from .curves import draw_orbit as draw_orbit
 from .curves import draw_response as draw_response
 from .curves import draw_run as draw_run

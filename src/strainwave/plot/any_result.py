@@ -6,17 +6,27 @@ from ..numerics.attractors.basins import Basins
 from ..numerics.attractors.poincare import OrbitDiagram
 from ..quantities import shown
 from ..results import Branch, Orbit, Trajectory
+from ..study.analysis.drive_response import DriveResponse
 from ..study.response.response import ExactResponse
 from ..study.train.bode import Bode
 from ..study.train.run import DriveRun
 from ..study.variability.result import Variability
 from ..theory.slow_flow.results import SlowResponse
-from .curves import draw_bode, draw_branch, draw_orbit, draw_response, draw_run, draw_slow_response, draw_trajectory
+from .curves import (
+    draw_bode,
+    draw_branch,
+    draw_drive,
+    draw_orbit,
+    draw_response,
+    draw_run,
+    draw_slow_response,
+    draw_trajectory,
+)
 from .ensembles import draw_basins, draw_orbit_diagram, draw_variability
 
 DRAWN: dict[type, Any] = {
     Branch: draw_branch, Orbit: draw_orbit, Trajectory: draw_trajectory, ExactResponse: draw_response,
-    DriveRun: draw_run, SlowResponse: draw_slow_response, Bode: draw_bode,
+    DriveResponse: draw_drive, DriveRun: draw_run, SlowResponse: draw_slow_response, Bode: draw_bode,
     Basins: draw_basins, OrbitDiagram: draw_orbit_diagram, Variability: draw_variability,
 }  # fmt: skip
 

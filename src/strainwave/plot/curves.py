@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..results import Branch, Orbit, Trajectory
+from ..study.analysis.drive_response import DriveResponse
 from ..study.response.response import ExactResponse
 from ..study.train.bode import Bode
 from ..study.train.run import DriveRun
@@ -60,6 +61,14 @@ def draw_response(axes: Any, found: ExactResponse) -> None:
     for jump in () if found.sweep is None else (*found.sweep.on_run_up, *found.sweep.on_run_down):
         ends = {"xy": (jump.value, jump.after / size), "xytext": (jump.value, jump.before / size)}
         axes.annotate("", **ends, arrowprops={"arrowstyle": "->", "color": STRONG[1]})
+
+
+def draw_drive(axes: Any, found: DriveResponse) -> None:
+    """Draw the oscillation of the error of a drive over its speed."""
+    size, unit = angle_unit(found.oscillation)
+    _draw_stability(axes, found.omega, found.oscillation / size, found.stable, f"oscillation of the {found.name}")
+    axes.set(xlabel=_speed("omega"), ylabel=f"largest |error - mean| ({unit})")
+    axes.legend(fontsize=8, frameon=False)
 
 
 def draw_slow_response(axes: Any, found: SlowResponse) -> None:

@@ -120,6 +120,7 @@ def test_a_png_asks_for_matplotlib_before_anything_is_computed(project, tmp_path
     assert "a PNG needs matplotlib" in result.stderr
 
 
+@pytest.mark.slow
 def test_a_curve_whose_left_out_harmonics_matter_says_so(tmp_path):
     """Its third harmonic, order 186, holds more than 0.1 %, and the exact response has at most 64 harmonics."""
     path = tmp_path / "beyond.yaml"

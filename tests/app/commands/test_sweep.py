@@ -80,12 +80,12 @@ def test_a_grid_is_read_in_si_units_or_in_its_own(text, values):
         ("omega", "is no grid"),
         ("omega=", "is no grid"),
         ("speeed=1", "'speeed' is not a parameter of this drive; it has J, B, law.K"),
-        ("speed=1", r"part of omega \(1 rad/s\): sweep that; it has J, B, law.K"),
+        ("speed=1", "'speed' is not a parameter of this drive; it has J, B, law.K"),
         (
             "damping.ratio=1 %:5 %:3",
-            r"'damping.ratio' is not a parameter .* part of B \(0.1 N\*m\*s/rad\): sweep that; it has J, B",
+            "'damping.ratio' is not a parameter of this drive; it has J, B",
         ),
-        ("load.inertia=1,2", r"part of J \(1 kg\*m\*\*2\): sweep that"),
+        ("load.inertia=1,2", "'load.inertia' is not a parameter of this drive"),
         ("law.K & law.beta=1,2", "'law.beta' is not a parameter"),
         ("omega=1:2", "is no range"),
         ("omega=1:2:3:lin", "is no range"),
@@ -195,7 +195,8 @@ def test_a_sweep_prints_what_it_found_and_computes_nothing_twice(project, tmp_pa
 @pytest.mark.slow
 def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on_to_the_same_result(project, tmp_path):
     store, quiet = tmp_path / "s", tmp_path / "quiet"
-    call = ["sweep", project, "--grid", "law.alpha=5e4:6e4:100", "--grid", "omega=100:120:1000"]
+    call = ["sweep", project, "--grid", "law.alpha=5e4:6e4:13", "--grid", "omega=100:120:1000"]
+    call += ["--chunk", "1000"]
     call = [sys.executable, "-m", "strainwave", *map(str, call), "--settle", "10", "--periods", "1", "-o"]
     how = {"text": True, "env": os.environ | {"STRAINWAVE_JIT": "1"}, "stdout": subprocess.PIPE}
     run = subprocess.Popen([*call, str(store)], stderr=subprocess.PIPE, **how)

@@ -2,12 +2,20 @@
 
 import csv
 import json
+import math
 import re
+from types import SimpleNamespace
 
 import pytest
 
+import strainwave as sw
 from strainwave.app.commands.analyze import analyse
 from strainwave.app.console import number, plain
+from strainwave.app.report.report import page
+from strainwave.app.report.section import asked
+from strainwave.app.report.sections.parametric import ParametricResonances
+from strainwave.app.units import AngleUnit
+from strainwave.app.view import View
 from strainwave.files.project import read_project
 
 pytestmark = pytest.mark.compiled
@@ -191,16 +199,40 @@ def test_a_law_with_memory_is_reported_with_its_loop_and_closed_energies_and_wit
     assert "harmonic balance" not in page
 
 
+def varying(folder, depth):
+    """Project of a stiffness that varies four times a turn, about the speed at which it may make motions grow."""
+    path = folder / "drive.yaml"
+    text = DRIVE.format(law="{type: linear, K: 1e5 N*m/rad}", damping="ratio: 1 %, ripples: [{order: 1, depth: 5 %}]")
+    text = text.replace("from: 1200 rpm, to: 1900 rpm", "from: 1450 rpm, to: 1560 rpm")
+    path.write_text(text + f"stiffness: {{ripples: [{{order: 4, depth: {depth}}}]}}\n")
+    return read_project(path)
+
+
 @pytest.mark.slow
 def test_a_varying_stiffness_is_reported_with_its_parametric_resonance(tmp_path):
-    path = tmp_path / "drive.yaml"
-    text = DRIVE.format(law="{type: linear, K: 1e5 N*m/rad}", damping="ratio: 1 %, ripples: [{order: 1, depth: 5 %}]")
-    path.write_text(text + "stiffness: {ripples: [{order: 4, depth: 10 %}]}\n")
-    results = analyse(read_project(path), tmp_path / "out").results
+    results = analyse(varying(tmp_path, "3 %"), tmp_path / "out").results
     (row,) = results["parametric_resonances"]
-    # 4 omega = 2 omega_0, omega_0 = sqrt(1e5): grows where the depth of 10 % exceeds four times the damping ratio
+    # 4 omega = 2 omega_0, omega_0 = sqrt(1e5): grows only where the depth exceeds four times the damping ratio
+    assert row["motor_speed_rpm"] == pytest.approx(1509.876, rel=2e-3)
+    assert not row["unstable"]
+
+
+def test_speeds_at_which_a_varying_stiffness_makes_motions_grow_are_on_the_page(tmp_path):
+    project = varying(tmp_path, "10 %")
+    found = SimpleNamespace(
+        exact=SimpleNamespace(method="harmonic balance"),
+        parametric=sw.parametric_resonances(project.system(1.0), project.speeds.limits),
+    )
+    view = View(project, found, AngleUnit("rad", 1.0))
+    (row,) = ParametricResonances().data(view)["parametric_resonances"]
     assert row["motor_speed_rpm"] == pytest.approx(1509.876, rel=2e-3)
     assert row["unstable"]
+    # motions at the edges neither grow nor decay (Mathieu): |omega/omega_c - 1| = sqrt((depth/4)^2 - ratio^2)
+    half = math.sqrt(0.025**2 - 0.01**2)
+    assert row["low_rpm"] == pytest.approx(1509.876 * (1.0 - half), rel=2e-3)
+    assert row["high_rpm"] == pytest.approx(1509.876 * (1.0 + half), rel=2e-3)
+    html = page(view, [asked(ParametricResonances(), view)])
+    assert f"<td>grow by {number(row['growth_per_s'], 3)} 1/s</td>" in html
 
 
 @pytest.mark.slow

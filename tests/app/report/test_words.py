@@ -8,6 +8,7 @@ import pytest
 import strainwave as sw
 from strainwave.app.report.sections.advice import SpeedsToAvoid
 from strainwave.app.report.sections.derived import facts
+from strainwave.app.report.sections.opening import Opening
 from strainwave.app.report.sections.resonances import jump_verdict, peak_verdict, resonance_lines
 from strainwave.app.report.sections.stability import Stability
 from strainwave.app.report.sections.warnings import warnings
@@ -49,6 +50,29 @@ def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
     assert said[3:] == ["a warning", "a doubt"]
 
 
+@pytest.mark.parametrize(
+    ("torque", "end"),
+    [
+        (2500.0, ": more than the ratcheting torque of 2300 N·m; the teeth skip, this is no result"),
+        (900.0, ": more than the momentary torque of 892 N·m"),
+        (600.0, ": more than the repeated peak torque of 523 N·m"),
+        (100.0, ""),
+    ],
+)
+def test_a_key_number_beyond_what_the_gear_bears_says_so(torque, end):
+    limits = {"repeated_peak_torque_Nm": 523.0, "momentary_torque_Nm": 892.0, "ratcheting_torque_Nm": 2300.0}
+    data = {
+        "natural_frequencies": [],
+        "largest_error": {"peak_rad": 1e-3, "omega_rad_per_s": 100.0 * RPM},
+        "largest_torque": {"torque_Nm": torque, "omega_rad_per_s": 100.0 * RPM} | limits,
+    }
+    shown = view(SimpleNamespace(train=None, train_curve=None, run_alone=None), has_memory=False)
+    *_, (value, text, beyond) = Opening().key_numbers(shown, data)
+    assert value == f"{torque:g} N·m"
+    assert text == "largest steady torque through the gear, at 100 rpm at the motor" + end
+    assert beyond == bool(end)
+
+
 def test_the_facts_name_the_frequencies_before_and_after_hysteresis_yields_and_the_ratio_of_the_spring():
     """K1 = 1e5 N*m/rad holds 1.3 kg*m^2 at 277.35 rad/s, with the 6e4 of the hysteresis at 350.82 rad/s."""
     law = sw.Parallel(sw.catalogue.gear("CSG-40-50").law, sw.BoucWen(6e4, 0.0, 8e-5))
@@ -64,6 +88,7 @@ def test_the_facts_name_the_frequencies_before_and_after_hysteresis_yields_and_t
     assert "after it has yielded" in after.note
     assert rows["Damping ratio, motor held"].value == pytest.approx(0.03, rel=1e-12)
     assert rows["Torsional stiffness of the spring alone"].value == 1e5
+    assert rows["Damping across the spring"].value == damping
 
 
 def resonance(**more):

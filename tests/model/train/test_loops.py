@@ -76,6 +76,29 @@ def test_a_lagged_loop_moves_as_equations_written_by_hand(loop):
     assert run.y[4, -1] + K_d / LAG * run.y[3, -1] == pytest.approx(exact.y[4, -1], rel=1e-7)
 
 
+def test_the_periodic_motion_of_a_lagged_loop_is_that_of_equations_written_by_hand():
+    """With a kinematic error that follows the motor's own angle, which gives way."""
+    omega, e, N = 140.0, 1.1e-4, DRIVE.N
+    loop = sw.from_bandwidth(30.0 * HERTZ, INERTIA, 0.7, lag=LAG)
+    error = sw.KinematicError((sw.Line(2, e),))
+    orbit = sw.find_orbit(DRIVE.train(control=loop, kinematic_error=error, omega=omega), harmonics=8)
+
+    def rates(t, y):
+        x, dx, angle, speed, T = y
+        theta, turn = omega * t + angle, omega + speed
+        slope = -2.0 * e * math.sin(2.0 * theta)
+        gear = DRIVE.B * (dx - slope * turn) + 1e5 * (x - e * math.cos(2.0 * theta))
+        fast = (-T - (1.0 / N - slope) * gear) / DRIVE.J_m
+        loop_torque = loop.loop.K_p * angle + loop.loop.K_d * speed
+        return [dx, fast / N - gear / DRIVE.J_l, speed, fast, (loop_torque - T) / LAG]
+
+    period = 2.0 * math.pi / omega
+    times = np.linspace(60.0 * period, 61.0 * period, 800)
+    found = solve_ivp(rates, (0.0, times[-1]), [e, 0, 0, 0, 0], "DOP853", times, rtol=1e-10, atol=1e-14)
+    assert orbit.stable
+    assert orbit.peak == pytest.approx(np.max(np.abs(found.y[0])), rel=1e-4)  # of samples 1/800 of a turn apart
+
+
 def test_a_lagged_loop_stands_where_the_loop_itself_does():
     torque = sw.Harmonic(0.0, mean=-50.0)
     states = [

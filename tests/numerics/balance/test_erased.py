@@ -5,7 +5,7 @@ import pytest
 
 import strainwave as sw
 from strainwave.numerics.balance import second_order as balance
-from strainwave.numerics.balance.erased import quiet
+from strainwave.numerics.balance.linear_part import quiet
 from strainwave.numerics.balance.second_order import second_order
 from strainwave.numerics.balance.work import linearised
 from strainwave.tree import leaf_of, with_leaf

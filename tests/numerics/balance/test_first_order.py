@@ -7,7 +7,8 @@ import pytest
 
 import strainwave as sw
 from strainwave.maths import cos, sign
-from strainwave.numerics.balance.first_order import FirstOrder, balance_of, first_order
+from strainwave.numerics.balance.choice import balance_of
+from strainwave.numerics.balance.first_order import FirstOrder, first_order
 from strainwave.numerics.balance.fourier import synthesis, with_velocity
 from strainwave.numerics.balance.rates import jacobians_at, number_of_states
 from strainwave.numerics.continuation.trace import solve
@@ -270,6 +271,7 @@ class Cornered(NamedTuple):
         return (-1.0, 1.0)
 
 
+@pytest.mark.slow
 def test_a_general_system_with_corners_has_the_folds_and_multipliers_of_its_error_equation():
     """The crossings of an oscillator are integrated in closed form; here by Gauss's rule between them."""
     general = Cornered(0.1, 0.5, 1.0)

@@ -124,6 +124,7 @@ def test_no_motion_is_lost_where_three_lines_excite_a_gear():
     none_lost(system, (omega, 1515.2597465696838), omega, rates, 0.02, 25)
 
 
+@pytest.mark.slow
 def test_no_motion_of_a_law_with_corners_is_lost_at_a_narrow_superharmonic_resonance():
     # two orbits lie on closed curves over strength and constant torque; only that over the speed connects them
     outer = 0.5 + 1.0 / 3.35

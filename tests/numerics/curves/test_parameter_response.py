@@ -118,6 +118,7 @@ def test_isolas_without_forcing_are_refused():
 CORNERS = sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 54.0, 196.0)
 
 
+@pytest.mark.slow
 def test_a_sweep_from_an_orbit_refined_by_shooting_takes_as_many_harmonics_as_it_needs():
     """Folds by the exact flow of the segments; the orbit itself has 1023 harmonics."""
     drive = sw.Drive(4.5e-4, 1.3, 50.0, 9.82317898446, CORNERS)

@@ -68,6 +68,7 @@ def test_without_forcing_the_response_is_rest(law):
     assert np.all(branch.peak == 0.0)
 
 
+@pytest.mark.slow
 def test_with_a_mean_torque_alone_the_response_is_the_static_torsion():
     branch = response(oscillator(sw.Cubic(1.0, 0.1), amplitude=0.0, mean=0.3))
     x = branch.coefficients[:, 0]
@@ -88,6 +89,7 @@ def test_a_spring_without_stiffness_cannot_bear_a_mean_torque():
     assert "take less of it, or another range" in branch.message
 
 
+@pytest.mark.slow
 def test_one_harmonic_for_a_law_that_needs_many_is_said():
     law = sw.Backlash(1.0, 0.5)
     coarse = response(oscillator(law, amplitude=0.6), span=(0.2, 1.0), harmonics=1)

@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 import strainwave as sw
 
 
+@pytest.mark.slow
 def test_an_orbit_with_hysteresis_is_that_of_an_integration_that_has_settled():
     # At this speed a step of Newton's method stays above the tolerance of the finest integration.
     J, B, ratio, limit, F, omega = 0.9144449594, 0.04758858562, 0.3326170325, 0.4418159468, 0.3672845472, 1.1

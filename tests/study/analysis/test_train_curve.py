@@ -72,8 +72,29 @@ def test_gravity_is_left_out_of_the_steady_curve_and_that_is_told():
     assert found.response.curve.peak == pytest.approx([at_the_load(w)[1] for w in found.response.curve.omega], rel=1e-6)
 
 
-def test_a_free_motor_has_no_curve_here():
-    assert train_curve(train(sw.Free()), (80.0, 140.0)) is None
+def test_a_free_motor_with_a_coupling_has_the_curve_of_linear_algebra():
+    # so small an error that its products with the alternating torque, N e' of the whole, do not show
+    small, N, J_m = 1e-8, 50.0, 4.5e-4
+    free = train(sw.Free(), mean=-30.0)._replace(error=sw.KinematicError((sw.Line(2, small),)))
+    curve = train_curve(free, (80.0, 140.0)).response.curve
+    gear, coupling = np.array([1.0 / N, -1.0, 0.0]), np.array([0.0, 1.0, -1.0])
+
+    def at(omega):
+        w = 2.0 * omega
+        stiff = (K + 1j * w * B) * np.outer(gear, gear) + (K_C + 1j * w * B_C) * np.outer(coupling, coupling)
+        force = (K + 1j * w * B) * small * gear + np.array([30.0 * 2j * small, 0.0, 0.0])  # e' times the mean torque
+        angles = np.linalg.solve(stiff - w * w * np.diag([J_m, J_1, J_2]), force)
+        return abs(angles[0] / N - angles[2])
+
+    alternating = np.hypot(curve.coefficients[:, 3], curve.coefficients[:, 4])
+    assert alternating == pytest.approx([at(w) for w in curve.omega], rel=1e-4)
+    assert curve.coefficients[:, 0] == pytest.approx(30.0 / K + 30.0 / K_C, rel=1e-6)
+    assert curve.stable.all()
+
+
+def test_a_free_motor_alone_is_left_to_its_error_equation():
+    rigid = train(sw.Free())
+    assert train_curve(rigid._replace(load=rigid.load.load), (80.0, 140.0)) is None
 
 
 @pytest.mark.parametrize("control", [sw.Held(), sw.Free(), sw.SpeedLoop(0.5, 20.0), sw.PositionLoop(30.0, 0.5)])
@@ -152,6 +173,7 @@ def kinked_pair(mean=0.0):
     return whole, drive.error_equation(kinematic_error=error, load_torque=torque, omega=100.0, motor="held")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mean", [0.0, -20.0])
 def test_a_held_motor_and_a_rigid_load_have_the_curve_of_the_error_equation_with_a_law_of_corners(mean):
     whole, equation = kinked_pair(mean)
@@ -166,6 +188,7 @@ def test_a_held_motor_and_a_rigid_load_have_the_curve_of_the_error_equation_with
     assert found.curve.tail < 1e-3
 
 
+@pytest.mark.slow
 def test_the_curve_of_a_law_with_corners_has_the_peak_and_the_folds_of_an_integration():
     # DOP853 at 1e-10 with the variational equations, by Newton's method for y(T) = y(0) and det(M - 1) = 0.
     curve = train_curve(kinked_pair()[0], (130.0, 160.0)).response.curve
@@ -173,6 +196,7 @@ def test_the_curve_of_a_law_with_corners_has_the_peak_and_the_folds_of_an_integr
     assert [fold.omega for fold in curve.folds] == pytest.approx([148.178377660, 142.312007789], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_curve_cut_short_says_so():
     whole = kinked_pair()[0]
     problem, found, tail, _ = traced_train(AtLoad(whole, whole.omega), (130.0, 160.0), 24, 2)

@@ -56,6 +56,7 @@ def test_gravity_at_the_load_does_not_repeat_with_a_turn_of_the_motor(asked):
         asked(train._replace(omega=100.0))
 
 
+@pytest.mark.slow
 def test_gravity_repeats_after_as_many_turns_as_the_ratio():
     drive = DRIVE._replace(law=SPRING, N=2.0, J_m=0.1)
     train = drive.train(control=sw.PositionLoop(500.0, 50.0), load_drag=sw.AngleTorque(GRAVITY))

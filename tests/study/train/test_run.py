@@ -196,6 +196,7 @@ def test_torque_that_nothing_holds_is_told():
         sw.operating_state(train._replace(load=sw.Load(1.0, sw.TorqueProfile((0.0, 1.0), (0.0, 1.0)))), 0.0)
 
 
+@pytest.mark.slow
 def test_torque_between_samples_counts_for_the_limits():
     # 600 N*m for 20 ms, more than the gear may carry, between two samples
     knock = sw.TorqueProfile((0.1, 0.11, 0.13, 0.14), (0.0, -600.0, -600.0, 0.0))

@@ -114,7 +114,7 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
     "--grid", multiple=True, required=True, metavar="PATH=VALUES",
     help='Values of a parameter: LOW:HIGH:COUNT[:log] or V1,V2,..., in SI units or their own ("9 rad/s"); repeatable. '
     "PATH is one of the error equation's (omega, J, B, law.K, error.lines.0.amplitude) or, where that is the same, "
-    "the file's (gear.law.K, damping.B, load.inertia of a held motor, excitation.kinematic_error.0.amplitude).",
+    "any of the file's with its unit (loop.K_p, load.inertia, gear=CSG-40-50,SHG-40-50): then the whole drive.",
 )  # fmt: skip
 @click.option(
     "--measure", "measures", multiple=True, default=("peak",), show_default=True,
@@ -131,13 +131,28 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
 @click.option("--cluster", metavar="ADDRESS", help="Scheduler of a dask cluster, for example tcp://127.0.0.1:8786.")
 @json_option
 def sweep(**given: Any) -> None:
-    """Integrate a drive over a grid of its parameters and keep the results in a store.
+    """Integrate a drive over a grid of its parameters, or follow the response of the whole drive, and keep the results.
 
     An interrupted sweep keeps what it has finished; the same command again goes on from there.
     """
     from .sweep import show
 
     show(**given)
+
+
+@cli.command()
+@click.argument("project", type=click.Path(path_type=Path))
+@click.option("--count", type=click.IntRange(32, 5000), default=200, show_default=True, help="Drives, each a curve.")
+@click.option(
+    "--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed gives the same drives."
+)
+@click.option("--limit", help='Largest oscillation, for example "60 arcsec". Default: limit.oscillation of the file.')
+@json_option
+def variability(project: Path, count: int, seed: int, limit: str | None, as_json: bool) -> None:
+    """Say how probable it is that a drive exceeds its limit in its speeds, from the scatter of its numbers."""
+    from .variability import show
+
+    show(project, count, seed, limit, as_json)
 
 
 @cli.command()

@@ -1,30 +1,12 @@
-"""Projects asked for their error equation: a drive that has more is refused, with the command that follows all of it.
-
-The error equation knows a motor that is ideally held or free, the gear, and a rigid load.
-"""
+"""What the error equation makes of a drive: it knows a motor that is ideally held or free, the gear, a rigid load."""
 
 from typing import TYPE_CHECKING
 
 from ...model.train.shafts import NO_DRAG
-from ...study.train.reductions import error_slope, left_out, listed
+from ...study.train.reductions import error_slope
 
 if TYPE_CHECKING:
     from ...files.project import Project
-
-
-def refuse_reduced(project: "Project", command: str) -> None:
-    """Refuse a drive of which the error equation leaves something out (ValueError), for a command that follows it."""
-    train, file = project.train, project.path.name
-    if train is None or not (parts := left_out(train)):
-        return
-    raise ValueError(
-        f"{file}: `strainwave {command}` follows the error equation, which leaves out {listed(parts)} of this drive; "
-        + (
-            "write a loop or 'mode: held' under motor, and `strainwave analyze` follows the whole drive train"
-            if train.motor.free
-            else f"`strainwave analyze {file} -o DIR` follows the whole drive train"
-        )
-    )
 
 
 def remarks(project: "Project") -> tuple[str, ...]:

@@ -1,4 +1,9 @@
-"""`strainwave sweep`: trajectories of a project's drive over a grid of its parameters, kept in a store."""
+"""`strainwave sweep`: a project's drive over a grid of its parameters, kept in a store.
+
+Over parameters of the error equation these are trajectories; over other numbers of the project file, and for a drive of
+which the equation leaves something out, the response of the whole drive (`project_sweep`). What takes seconds to import
+is imported when the grid is known to be right.
+"""
 
 import logging
 import math
@@ -7,31 +12,27 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
-import xarray as xr
 
 from ...files.project import Project, read_project
-from ...numerics.ensemble.measures import Amplitude, Extremes, Mean, Peak, Rms
 from ...protocols import state_count
 from ...quantities import Parameter, convert, parameters, parse
 from ...results import Floats
-from ...study.sweep.ensemble_measure import EnsembleMeasure
-from ...study.sweep.sampling import TOGETHER
-from ...study.sweep.sweep import sweep
 from ...units import NUMBER
 from ..console import WHAT_X_IS, number, to_json
 from ..units import sign
-from .equation import refuse_reduced, remarks
+from . import project_sweep
+from .equation import remarks
 
-MEASURES = {"peak": Peak, "rms": Rms, "mean": Mean, "extremes": Extremes}
+if TYPE_CHECKING:
+    import xarray as xr
+
+MEASURES = {"peak": "Peak", "rms": "Rms", "mean": "Mean", "extremes": "Extremes"}
 MOST_VALUES, DIGITS = 10_000_000, 5
-WITHIN = {  # numbers of the project file that are no parameters of the equation, and the one that they are part of
-    "damping.ratio": "B", "damping.quality": "B", "load.inertia": "J", "motor.inertia": "J", "gear.ratio": "J",
-    "gear": "law.K", "speed": "omega", "speed.from": "omega", "speed.to": "omega",
-}  # fmt: skip
+TOGETHER = " & "  # between the paths of one factor
 
 
 def show(
@@ -44,23 +45,27 @@ def show(
     ------
     ProjectError
         If the project file is invalid.
-    ValueError
-        If the error equation leaves out something of the drive.
     click.BadParameter
         If a grid or a measure cannot be read.
     """
     drive = read_project(project)
-    refuse_reduced(drive, "sweep")
-    system = drive.system()
+    system = drive.system(reduced=True)
     known, grids = parameters(system), [in_equation(text, drive) for text in grid]
+    if drive.left_out or any(_of_file_alone(drive, text, known) for text in grids):
+        with progress(drive.title):
+            project_sweep.show(drive, grid, output, workers, chunk, lambda: client(cluster), as_json)
+        return
     axes = dict(axis(text, known) for text in grids)
     units = dict(typed_unit(text, known) for text in grids)
-    states = state_count(system)
-    measure = EnsembleMeasure((0.0,) * states, periods, tuple(map(named, measures)), settle)
+    kept = tuple(map(named, measures))
+    from ...study.sweep.ensemble_measure import EnsembleMeasure
+    from ...study.sweep.sweep import sweep
+
+    measure = EnsembleMeasure((0.0,) * state_count(system), periods, kept, settle)
     with progress(drive.title), client(cluster) as connected:
         data = sweep(measure, system, axes, store=output, client=connected, workers=workers, chunk=chunk)
     report = found(data) | {"conventions": WHAT_X_IS, "title": drive.title, "store": str(output), "units": units}
-    report["remarks"] = [*remarks(drive), *at_one_speed(drive, float(system.omega), list(axes))]
+    report["remarks"] = [*remarks(drive), *at_one_speed(drive, float(system.omega), list(axes)), *bare(grids, units)]
     click.echo(to_json(report) if as_json else summary(report))
 
 
@@ -71,6 +76,24 @@ def at_one_speed(project: Project, omega: float, paths: list[str]) -> list[str]:
     rpm = project.speeds.rpm(omega)
     at = f"{omega:.6g} rad/s" + ("" if rpm is None else f" ({rpm:.5g} rpm) at the motor")
     return [f"All points are at {at}, the middle of the file's speeds; a grid of omega takes others."]
+
+
+def bare(grids: list[str], units: dict[str, tuple[str, str]]) -> list[str]:
+    """Say in which unit values were taken that were given without one."""
+    said = []
+    for text in grids:
+        path, _, values = (part.strip() for part in text.partition("="))
+        own = units[path][0]
+        if own and not any(map(_unit_of, re.split("[:,]", values))):
+            said.append(f"{path} has no unit in {text!r}: its values are taken in {own}.")
+    return said
+
+
+def _of_file_alone(project: Project, text: str, known: list[Parameter]) -> bool:
+    """Whether a grid is over a name of the project file that is no parameter of the equation."""
+    paths = text.partition("=")[0].strip().split(TOGETHER)
+    own = {parameter.path for parameter in known}
+    return len(paths) == 1 and paths[0] not in own and project_sweep.of_file(project, paths[0])
 
 
 def in_equation(text: str, project: Project) -> str:
@@ -127,13 +150,7 @@ def axis(text: str, known: list[Parameter]) -> tuple[str, Floats]:
 
 def _no_parameter(path: str, known: list[Parameter]) -> str:
     """Say what to sweep in place of a path that the equation does not have."""
-    has = f"it has {_listed(known)}"
-    for own in (parameter for parameter in known if parameter.path == WITHIN.get(path)):
-        here = f"{own.value:.6g} {own.unit}".strip()
-        return (
-            f"{path!r} is not a parameter of this drive's equation, but part of {own.path} ({here}): sweep that; {has}"
-        )
-    return f"{path!r} is not a parameter of this drive; {has}"
+    return f"{path!r} is not a parameter of this drive; it has {_listed(known)}"
 
 
 def _is_whole(parameter: Parameter) -> bool:
@@ -174,14 +191,16 @@ def quantity(text: str, unit: str) -> float:
 
 def named(text: str) -> Any:
     """Return the measure of a name: peak, rms, mean, extremes or amplitude:K."""
+    from ...numerics.ensemble import measures
+
     name, _, order = text.partition(":")
     if name == "amplitude" and order.isdecimal() and int(order) > 0:
-        return Amplitude(int(order))
+        return measures.Amplitude(int(order))
     if text not in MEASURES:
         raise click.BadParameter(
             f"{text!r} is no measure; there are {', '.join(MEASURES)}, amplitude:1, amplitude:2, ..."
         )
-    return MEASURES[text]()
+    return getattr(measures, MEASURES[text])()
 
 
 @contextmanager
@@ -217,7 +236,7 @@ def client(address: str | None) -> Iterator[Any]:
         yield connected
 
 
-def found(data: xr.Dataset) -> dict[str, Any]:
+def found(data: "xr.Dataset") -> dict[str, Any]:
     """Range of every variable, with the place of the largest value; read a slice of the first dimension at a time."""
     sizes = {str(dim): int(n) for dim, n in data["point_status"].sizes.items()}
     ranges: dict[str, Any] = {}
@@ -239,7 +258,7 @@ def found(data: xr.Dataset) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _widen(known: dict[str, Any], values: xr.DataArray) -> None:
+def _widen(known: dict[str, Any], values: "xr.DataArray") -> None:
     top = values.isel(values.argmax(...))
     known["smallest"] = min(known.get("smallest", math.inf), float(values.min()))
     if float(top) > known.get("largest", -math.inf):

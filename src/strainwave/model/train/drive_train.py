@@ -14,6 +14,7 @@ from ...protocols import joint_orders, need
 from ...quantities import LARGEST, AngularSpeed, Damping, Ratio
 from ..excitation import NoError
 from .controls import controlled, motor_states
+from .linear_part import linear_part
 from .motion import Steady
 from .shafts import Motor, check_load, refuse_driving
 
@@ -195,6 +196,10 @@ class DriveTrain(NamedTuple):
         """Orders of the motor's torque and, with the motor at the base angle, of the kinematic error."""
         error = self.error if isinstance(self.reference, Steady) else NoError()
         return joint_orders(self.motor.excitation, error)
+
+    def linear_part(self) -> Any:
+        """What is linear around its laws, at constant mean speed; None where laws have memory or drags friction."""
+        return linear_part(self)
 
     def check(self) -> None:
         """Refuse no ratio, damping that drives (ValueError) and parts without the methods needed (TypeError)."""

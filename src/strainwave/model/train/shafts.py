@@ -85,6 +85,10 @@ class Load(NamedTuple):
         """Laws of the couplings between the gear and the load: none."""
         return ()
 
+    def chain(self) -> tuple[tuple[Any, Any, Any], ...]:
+        """Inertia before each coupling, its damping and its law, from the gear on: none."""
+        return ()
+
     def end(self) -> Any:
         """The load itself, behind all couplings."""
         return self
@@ -147,6 +151,10 @@ class Elastic(NamedTuple):
     def couplings(self) -> tuple[Any, ...]:
         """Laws of the couplings between the gear and the load, from the gear on."""
         return (self.law, *self.load.couplings())
+
+    def chain(self) -> tuple[tuple[Any, Any, Any], ...]:
+        """Inertia before each coupling, its damping and its law, from the gear on."""
+        return ((self.J, self.B, self.law), *self.load.chain())
 
     def end(self) -> Any:
         """The load itself, behind all couplings."""

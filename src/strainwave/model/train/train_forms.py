@@ -1,5 +1,6 @@
 """Other forms of a drive train: at constant mean speed, with its energies as states, in coordinates of the load."""
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from ...compile.jit import axpy, kernel
@@ -7,6 +8,7 @@ from ...quantities import AngularSpeed, Ratio
 from ..excitation import NoError
 from .controls import motor_states
 from .drive_train import DriveTrain, coupling_twist, motor_motion
+from .linear_part import linear_part
 from .motion import AtRest, Steady
 
 
@@ -186,3 +188,8 @@ class AtLoad(NamedTuple):
     def orders(self) -> tuple[int, ...]:
         """Orders of the torques and of the kinematic error."""
         return tuple(sorted({*self.train.orders(), *self.train.load.end().excitation.orders()}))
+
+    def linear_part(self) -> Any:
+        """What is linear around its laws; its mean torque keeps the speed of a motor that nothing holds."""
+        part = linear_part(turning(self), at_load=True)
+        return None if part is None else replace(part, disturbed=AtLoad(part.disturbed, self.omega))

@@ -15,24 +15,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compile.jit import run
-from ...protocols import Balance, lacking, omega_of, orders_of
+from ...protocols import lacking, omega_of, orders_of
 from ...results import Floats
 from ...tree import leaves, with_leaf
-from .along import NO_TURN, rates_along, slopes_along
-from .fourier import analysis, derivative, extend_series, from_blocks, multiply_rows, synthesis, to_blocks
+from .fourier import analysis, derivative, extended, from_blocks, multiply_rows, synthesis, to_blocks
 from .harmonics import ENOUGH, highest_order
 from .linear_part import STRENGTH
 from .one_harmonic import STRONG
 from .panels import distances, panels
-from .rates import DIFFERENCE, SAME, base_speed, is_second_order, number_of_states
-from .second_order import second_order
+from .rates import DIFFERENCE, NO_TURN, base_speed, number_of_states, rates_along, slopes_along
 from .truncation import shares_left_out
 from .work import linearised
 
 FEW = 4  # points of a curve where what is left out is estimated
 MOST, MOST_KINKED = 600, 150  # points of a search for other orbits; with breakpoints
 WORK, STEP = 2e7, 0.2  # points times the square of the unknowns; steps in units of the orbit and the parameter
-FOR_MEAN, SEVERAL = 5, 100  # angles a mean per order; and runs in NumPy, a second of them, before they are compiled
+FOR_MEAN, SEVERAL = 3, 100  # angles a mean per order; and runs in NumPy, a second of them, before they are compiled
 NEAR_KINKS = 1e-7  # of a state's size, for differences of laws with breakpoints, which must not reach across one
 
 
@@ -157,39 +155,33 @@ class FirstOrder(NamedTuple):
 
     def linearise(self, z: Any, work: Any, jacobian: Any, slope: Any) -> None:
         """Derivatives of the residual by the coefficients and by the parameter."""
-        n = len(self.synthesis)
-        h = n // 2
-        y = self.series(z[None])[0]
-        angles, synthesis, analysis = self.places(with_leaf(self.system, self.leaf, float(z[-1])), y, 2)
+        n, states, value = len(self.synthesis), len(self.sizes), float(z[-1])
+        h, y = n // 2, self.series(z[None])[0]
+        angles, synthesis, analysis = self.places(with_leaf(self.system, self.leaf, value), y, 2)
         there = y @ synthesis
-        matrices = np.empty((len(y), *there.shape))
-        self.along(slopes_along, float(z[-1]), angles, there, self.steps(), matrices)
-        gc, gs, product = np.empty(4 * h + 1), np.empty(4 * h + 1), np.empty((n, n))
+        matrices = np.empty((states, *there.shape))
+        self.along(slopes_along, value, angles, there, self.steps(), matrices)
+        blocks = np.empty((states, states, n, n))
+        multiply_rows(*extended(matrices @ analysis, h), h, 1, blocks)
+        blocks *= (-self.sizes / self.sizes[:, None])[:, :, None, None]
         k = np.arange(1, h + 1)
-        kw = base_speed(self, float(z[-1])) / self.turns * k
-        for i, j in np.ndindex(len(self.sizes), len(self.sizes)):
-            block = jacobian[i * n : (i + 1) * n, j * n : (j + 1) * n]
-            if np.any(matrices[i, j]):
-                extend_series(matrices[i, j] @ analysis, h, gc, gs)
-                multiply_rows(gc, gs, h, 1, product)
-                block[:] = product * (-self.sizes[j] / self.sizes[i])
-            else:
-                block[:] = 0.0
-            if i == j:
-                block[k, h + k] += kw
-                block[h + k, k] -= kw
-        self.parameter_slope(z, work, slope)
+        kw = base_speed(self, value) / self.turns * k
+        for i in range(states):
+            blocks[i, i, k, h + k] += kw
+            blocks[i, i, h + k, k] -= kw
+        jacobian[: self.size(), : self.size()] = blocks.transpose(0, 2, 1, 3).reshape(self.size(), self.size())
+        self.parameter_slope(value, y, angles, there, analysis[:, [*range(h + 1), *range(n, n + h)]], slope)
 
-    def parameter_slope(self, z: Any, work: Any, slope: Any) -> None:
-        """Derivative with respect to the parameter by a central difference."""
-        d = 1e-6 * max(abs(float(z[-1])), 1e-3)
-        after, before, other = z.copy(), z.copy(), np.empty(self.size())
-        after[-1] += d
-        before[-1] -= d
-        self.residual(after, work, slope)
-        self.residual(before, work, other)
-        slope -= other
-        slope /= 2.0 * d
+    def parameter_slope(
+        self, value: float, y: Floats, angles: Floats, there: Floats, analysis: Floats, slope: Any
+    ) -> None:  # fmt: skip
+        """Derivative with respect to the parameter by a central difference, at the same samples."""
+        d = 1e-6 * max(abs(value), 1e-3)
+        after, before = np.empty(there.shape), np.empty(there.shape)
+        self.along(rates_along, value + d, angles, there, after)
+        self.along(rates_along, value - d, angles, there, before)
+        faster = (base_speed(self, value + d) - base_speed(self, value - d)) / self.turns
+        slope[:] = ((faster * derivative(y) - (after - before) @ analysis) / (2.0 * d * self.sizes[:, None])).ravel()
 
     def linear_response(self, value: float) -> Floats:
         """Guess (coefficients, parameter): the response of the system linearised where its mean rate vanishes."""
@@ -213,6 +205,10 @@ class FirstOrder(NamedTuple):
         largest = int(np.argmax(np.max(points[:, :-1], axis=1)))
         few = points[np.unique([*range(0, len(points), max(1, len(points) // FEW)), largest, at])]
         return few[:, -1], shares_left_out(self, few)
+
+    def disturbed(self, points: Floats) -> tuple["FirstOrder", Floats, int]:
+        """The problem and its points: all states, over the whole orbit."""
+        return self, points, 1
 
     def damping_leaf(self) -> int | None:
         return None
@@ -250,21 +246,6 @@ class FirstOrder(NamedTuple):
 
     def budget(self) -> tuple[int, float]:
         return MOST_KINKED if self.kinked else min(MOST, int(WORK / self.size() ** 2)), STEP
-
-
-def balance_of(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: int = 1) -> Balance:
-    """Balance problem of a system at its own parameters: on its torsion alone where it is J x'' + B u' + T(u) = tau.
-
-    Raises
-    ------
-    TypeError
-        If the system has neither those fields nor a method rhs(phase, y).
-    """
-    if is_second_order(system):
-        return second_order(system, leaf, omega_leaf, harmonics, turns)
-    if lacking(system, "rhs"):
-        raise TypeError(f"{type(system).__name__} has no rhs(phase, y), nor the fields {', '.join(SAME)}")
-    return first_order(system, leaf, omega_leaf, harmonics, turns)
 
 
 def first_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: float = 1) -> FirstOrder:

@@ -109,19 +109,21 @@ def _multiply_rows_loops(gc: Any, gs: Any, h: int, stride: int, out: Any) -> Non
 def multiply_rows(gc: Any, gs: Any, h: int, stride: int, out: Any) -> None:
     """Matrix that multiplies a series by the factor with extended coefficients gc, gs: Toeplitz plus Hankel blocks.
 
-    With stride 2 the series has odd harmonics, the factor even ones, counted 0, 1, ...
+    With stride 2 the series has odd harmonics, the factor even ones, counted 0, 1, ... As Python also for many factors
+    at once, along the last axis.
     """
     k = np.arange(1, h + 1)
     o = 2 * h
     difference, total = o + k[None, :] - k[:, None], o + k[None, :] + k[:, None] + 1 - stride
     n = 2 * h + 1
     mean = 1.0 if stride == 1 else 0.0
-    out[0, 0], out[0, 1 : h + 1], out[0, h + 1 : n] = 0.5 * gc[o], 0.5 * mean * gc[o + k], 0.5 * mean * gs[o + k]
-    out[1 : h + 1, 0], out[h + 1 : n, 0] = mean * gc[o + k], mean * gs[o + k]
-    out[1 : h + 1, 1 : h + 1] = 0.5 * (gc[difference] + gc[total])
-    out[1 : h + 1, h + 1 : n] = 0.5 * (gs[total] + gs[difference])
-    out[h + 1 : n, 1 : h + 1] = 0.5 * (gs[total] - gs[difference])
-    out[h + 1 : n, h + 1 : n] = 0.5 * (gc[difference] - gc[total])
+    out[..., 0, 0] = 0.5 * gc[..., o]
+    out[..., 0, 1 : h + 1], out[..., 0, h + 1 : n] = 0.5 * mean * gc[..., o + k], 0.5 * mean * gs[..., o + k]
+    out[..., 1 : h + 1, 0], out[..., h + 1 : n, 0] = mean * gc[..., o + k], mean * gs[..., o + k]
+    out[..., 1 : h + 1, 1 : h + 1] = 0.5 * (gc[..., difference] + gc[..., total])
+    out[..., 1 : h + 1, h + 1 : n] = 0.5 * (gs[..., total] + gs[..., difference])
+    out[..., h + 1 : n, 1 : h + 1] = 0.5 * (gs[..., total] - gs[..., difference])
+    out[..., h + 1 : n, h + 1 : n] = 0.5 * (gc[..., difference] - gc[..., total])
 
 
 def _extend_loops(even: Any, odd: Any, o: int, gc: Any, gs: Any) -> None:
@@ -137,6 +139,16 @@ def extend(even: Any, odd: Any, o: int, gc: Any, gs: Any) -> None:
     """Extend coefficients 0..o evenly and oddly to negative indices."""
     gc[o:], gc[:o] = even[: o + 1], even[o:0:-1]
     gs[o:], gs[:o] = odd[: o + 1], -odd[o:0:-1]
+
+
+def extended(g: Floats, h: int) -> tuple[Floats, Floats]:
+    """Coefficients (..., 4H+1) in blocks, 2H harmonics, extended evenly and oddly; the mean counts twice."""
+    o = 2 * h
+    gc, gs = np.empty((2, *g.shape))
+    gc[..., o:], gc[..., :o] = g[..., : o + 1], g[..., o:0:-1]
+    gs[..., o + 1 :], gs[..., :o] = g[..., o + 1 :], -g[..., :o:-1]
+    gc[..., o], gs[..., o] = 2.0 * g[..., 0], 0.0
+    return gc, gs
 
 
 @routine

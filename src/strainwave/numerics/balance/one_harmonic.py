@@ -68,24 +68,52 @@ def several_at(problem: Any, points: Floats) -> NDArray[np.bool_]:
     h = n // 2
     w = points[:, -1:] / problem.turns * orders(h, problem.stride)
     mass = system.J * w * w
-    loss = np.maximum(system.B * w, LEAST * mass)
-    u = points[:, :n] @ problem.synthesis
-    stiffness = system.law.stiffness(u) + 0.0 * u
+    driven = np.abs(drive(system, w, problem.tau, problem.error))
+    twice = (2 * orders(h, problem.stride)) // problem.stride
+    return others_possible(
+        system.law, float(problem.tau[0]), points[:, :n], problem.synthesis, mass, system.B * w, driven, twice
+    )
+
+
+def others_possible(
+    law: Any, mean: float, series: Floats, synthesis: Floats, mass: Floats, damping: Floats, driven: Floats, twice: Any
+) -> NDArray[np.bool_]:  # fmt: skip
+    """Whether others may exist beside orbits of a law with the dynamic stiffness -mass + i damping around it.
+
+    Parameters
+    ----------
+    law : NamedTuple
+        Law of the torsion.
+    mean : float
+        Mean torque [N*m] that it carries.
+    series, synthesis : (points, 2H+1), (2H+1, samples) arrays
+        Coefficients of the torsion, in blocks, and the table that makes samples of them.
+    mass, damping : (points, H) arrays
+        In N*m/rad at every harmonic.
+    driven : (points or 1, H) array
+        Amplitudes [N*m] of what drives the torsion.
+    twice : (H,) array of int
+        Places of twice the harmonics in the spectrum of the samples.
+    """
+    h = series.shape[1] // 2
+    loss = np.maximum(damping, LEAST * np.abs(mass))
+    u = series @ synthesis
+    stiffness = law.stiffness(u) + 0.0 * u
     tangent = stiffness.mean(axis=1, keepdims=True)
-    moving = u - points[:, :1]
+    moving = u - series[:, :1]
     square = np.vecdot(moving, moving)[:, None]
-    work = np.vecdot(system.law.torque(u) + 0.0 * u, moving)[:, None]
+    work = np.vecdot(law.torque(u) + 0.0 * u, moving)[:, None]
     secant = np.divide(work, square, out=tangent.copy(), where=square > 0.0)
-    size = np.hypot(points[:, 1 : h + 1], points[:, h + 1 : n])
-    driven = np.maximum(np.abs(drive(system, w, problem.tau, problem.error)), np.hypot(secant - mass, loss) * size)
+    size = np.hypot(series[:, 1 : h + 1], series[:, h + 1 :])
+    driven = np.maximum(driven, np.hypot(secant - mass, loss) * size)
     # A larger motion drives harmonics that this one does not, above all where it reaches a corner of the law.
-    driven = np.maximum(driven, (1.0 if breakpoints_of(system.law) else SHARED) * driven.max(axis=1, keepdims=True))
+    driven = np.maximum(driven, (1.0 if breakpoints_of(law) else SHARED) * driven.max(axis=1, keepdims=True))
     reach = MARGIN * driven / loss
     top = float(reach.max())
     if not top > 0.0:
-        return np.zeros(len(points), bool)
+        return np.zeros(len(series), bool)
     sizes = top * SIZES
-    _, kappa = one_harmonic(system.law, float(problem.tau[0]), sizes)
+    _, kappa = one_harmonic(law, mean, sizes)
     bear = np.searchsorted(sizes, reach, side="right")  # how many of the amplitudes the drive bears
     low, high = (of.accumulate(kappa)[bear - 1] for of in (np.minimum, np.maximum))
     wide = (bear > 0) & (high - low > loss)
@@ -96,7 +124,6 @@ def several_at(problem: Any, points: Floats) -> NDArray[np.bool_]:
     off = np.hypot(tangent - mass, loss)
     if (off <= 0.51 * MARGIN * (stiffness.max(axis=1) - stiffness.min(axis=1))[:, None]).any():
         waves = np.abs(np.fft.rfft(stiffness)) * (2.0 / u.shape[1])
-        twice = (2 * orders(h, problem.stride)) // problem.stride
         inside = twice < waves.shape[1]
         may |= inside & (off <= 0.5 * MARGIN * waves[:, np.where(inside, twice, 0)])
     found: NDArray[np.bool_] = may.any(axis=1)
@@ -115,10 +142,18 @@ def strongest(problem: Any) -> float:
     w, lines, size = driven_lines(problem)
     if not len(lines):
         return STRONG
-    mass, size = problem.system.J * (w * w)[lines, None], size[lines, None]
-    loss = np.maximum(problem.system.B * w[lines, None], LEAST * mass)
+    mass = problem.system.J * (w * w)[lines]
+    return strength_beyond_folds(
+        problem.system.law, float(problem.tau[0]), mass, problem.system.B * w[lines], size[lines]
+    )
+
+
+def strength_beyond_folds(law: Any, mean: float, mass: Floats, damping: Floats, size: Floats) -> float:
+    """Factor of lines (n,) of these sizes [N*m] at which each alone has passed its last fold, see `others_possible`."""
+    mass, size = mass[:, None], size[:, None]
+    loss = np.maximum(damping[:, None], LEAST * np.abs(mass))
     sizes = float(np.max(size / loss)) * FINE
-    _, stiffness = one_harmonic(problem.system.law, float(problem.tau[0]), sizes)
+    _, stiffness = one_harmonic(law, mean, sizes)
     pull = np.hypot(stiffness - mass, loss) * sizes
     folds = np.where(pull[:, 1:] < pull[:, :-1], pull[:, :-1] / size, 0.0)
     return min(STRONGEST, max(STRONG, 1.5 * float(np.max(folds))))

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from ...compile.jit import run
 from ...results import Floats
 from ...tree import leaf_of, with_leaf
-from .erased import quiet
 from .fourier import all_orders, analysis, from_blocks, orders, synthesis, to_blocks, with_velocity
 from .half_wave import seems_odd
 from .harmonics import ENOUGH
@@ -26,6 +25,7 @@ from .linear_part import (
     clean_mean,
     error_samples,
     forced,
+    quiet,
     torque_samples,
     vary,
 )

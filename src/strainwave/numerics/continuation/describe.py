@@ -19,6 +19,7 @@ from ..stability.second_order import displacement_peaks, frozen, grid_of, hill, 
 from ..stability.special_points import finer_table, with_crossings
 from .trace import Trace, solve
 
+SAME = 1e-6  # relative distance of points that are one
 NAMES = {
     FOLD: "fold",
     DOUBLING: "period doubling",
@@ -40,6 +41,7 @@ def describe(
     if problem.hill():
         points, labels, floquet, peaks = with_hill(problem, points, labels)
     else:
+        points, labels = with_top(problem, points, labels)
         points, labels, floquet, peaks = with_stability(problem, points, labels, locate)
     series = problem.displacements(points)
     if parameter.startswith("error."):  # the kinematic error itself varies along the branch
@@ -83,14 +85,37 @@ def with_hill(
 def with_crest(
     problem: Any, grid: Floats, points: Floats, labels: Any, traces: Floats, peaks: Floats
 ) -> tuple[Any, ...]:
-    """Insert the point with the largest |x| of the branch, where the parabola through three points has its vertex."""
+    """Insert the crest of a branch, with its trace."""
+    found = crest(problem, points, peaks)
+    if found is None:
+        return points, labels, traces, peaks
+    place, point = found
+    new = (point[None], np.array([TOP]), *hill(problem, point[None], grid))
+    return tuple(
+        np.concatenate([values[:place], value, values[place:]])
+        for values, value in zip((points, labels, traces, peaks), new, strict=True)
+    )
+
+
+def with_top(problem: Balance, points: Floats, labels: Any) -> tuple[Floats, Any]:
+    """Points and labels of a general problem with that of the largest |x| among them, labelled TOP."""
+    if len(points) < 3:
+        return points, labels
+    top = crest(problem, points, displacement_peaks(problem.displacements(points)))
+    if top is None or np.min(np.linalg.norm(points - top[1], axis=1)) < SAME * np.linalg.norm(top[1]):
+        return points, labels
+    return np.insert(points, top[0], top[1], axis=0), np.insert(labels, top[0], TOP)
+
+
+def crest(problem: Any, points: Floats, peaks: Floats) -> tuple[int, Floats] | None:
+    """Place and point with the largest |x| of a branch, at the vertex of the parabola through three of its points."""
     i = int(np.argmax(peaks)) if len(peaks) else 0
     if not 0 < i < len(points) - 1:
-        return points, labels, traces, peaks
+        return None
     before, here, after = points[i - 1 : i + 2]
     a, b = float(np.linalg.norm(here - before)), float(np.linalg.norm(after - here))
     if a == 0.0 or b == 0.0:
-        return points, labels, traces, peaks
+        return None
     left, right = (peaks[i] - peaks[i - 1]) / a, (peaks[i + 1] - peaks[i]) / b
     bend = (right - left) / (a + b)
     s = -0.5 * (left + bend * a) / bend if bend < 0.0 else 0.0
@@ -98,13 +123,8 @@ def with_crest(
     guess = here + s * (step + turn * (s + a))
     found = solve(problem, guess)
     if found is None or float(np.linalg.norm(found - guess)) > 0.1 * min(a, b):
-        return points, labels, traces, peaks
-    place = i if s < 0.0 else i + 1
-    new = (found[None], np.array([TOP]), *hill(problem, found[None], grid))
-    return tuple(
-        np.concatenate([values[:place], value, values[place:]])
-        for values, value in zip((points, labels, traces, peaks), new, strict=True)
-    )
+        return None
+    return (i if s < 0.0 else i + 1), found
 
 
 def _verdict(found: Trace, parameter: str, values: Floats) -> tuple[Status, str]:

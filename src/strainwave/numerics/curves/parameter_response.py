@@ -13,7 +13,7 @@ from ...protocols import Balance, with_parts
 from ...quantities import interval, replace, shown
 from ...results import Branch, Floats, Orbit, SolveError
 from ...tree import leaf_of
-from ..balance.first_order import balance_of
+from ..balance.choice import balance_of
 from ..balance.harmonics import grown, most_harmonics, starting_harmonics
 from ..balance.rates import periodic
 from ..balance.truncation import CURVE, Tail, tail_along

@@ -14,7 +14,7 @@ from ...protocols import Balance
 from ...quantities import checked, interval
 from ...results import Branch, SolveError
 from ...tree import leaf_of, with_leaf
-from ..balance.first_order import balance_of
+from ..balance.choice import balance_of
 from ..balance.half_wave import is_odd_on
 from ..balance.harmonics import grown, most_harmonics, starting_harmonics
 from ..balance.rates import periodic
@@ -138,19 +138,49 @@ def traced_points(
     of the curve: None.
     """
     h, most = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
+
+    def problem_with(h: int) -> Balance:
+        return balance_of(system, leaf, leaf, h, period)
+
+    if harmonics is None:
+        return traced(problem_with, lo, hi, (h, most), CURVE, points, lambda tail: tail.worst)
+    return traced(problem_with, lo, hi, (h, h), CURVE, points)
+
+
+def traced(
+    problem_with: Callable[[int], Balance], lo: float, hi: float, harmonics: tuple[int, int], aim: float, points: int,
+    share: Callable[[Tail], float] | None = None, coexisting: bool = True,
+) -> tuple[Any, Trace, Tail | None, str]:  # fmt: skip
+    """The balance problem of a curve, its points, its tail, and how it was found.
+
+    Parameters
+    ----------
+    problem_with : callable
+        The problem with a number of harmonics.
+    lo, hi : float
+        Range of omega [rad/s].
+    harmonics : (int, int)
+        Harmonics to begin with, and at most.
+    aim : float
+        Largest share left out that is negligible.
+    points : int
+        About how many points to place.
+    share : callable, optional
+        That share, from the tail. Without it the tail is not looked at: None.
+    coexisting : bool
+        Whether to pass motions that coexist at the ends, or list those that are not passed.
+    """
     others = Coexisting()
 
     def followed(h: int, aim: float) -> tuple[tuple[Any, Trace, Tail | None, str], float]:
-        problem, found, origin = symmetric_across(
-            balance_of(system, leaf, leaf, h, period), lo, hi, 4.0 / points, others
-        )
-        tail = None if harmonics is not None else tail_along(problem, found.points, aim)
-        worst = np.inf if found.outcome != END or tail is None else tail.worst
-        if (worst <= aim or found.outcome != END) and others.begin(problem, found):
+        problem, found, origin = symmetric_across(problem_with(h), lo, hi, 4.0 / points, others)
+        tail = None if share is None else tail_along(problem, found.points, aim)
+        worst = np.inf if found.outcome != END or tail is None or share is None else share(tail)
+        if coexisting and (worst <= aim or found.outcome != END) and others.begin(problem, found):
             return followed(h, aim)  # again, through what coexists
         return (problem, found, tail, origin), worst
 
-    problem, found, tail, origin = grown(followed, h, most if harmonics is None else h, CURVE)
+    problem, found, tail, origin = grown(followed, *harmonics, aim)
     return problem, with_left_over(problem, found, others), tail, origin
 
 

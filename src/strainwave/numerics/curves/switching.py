@@ -15,7 +15,7 @@ from ...protocols import Balance, with_parts
 from ...quantities import checked, interval, replace, shown
 from ...results import Branch, Floats, Orbit, SolveError
 from ...tree import leaf_of
-from ..balance.first_order import balance_of
+from ..balance.choice import balance_of
 from ..balance.fourier import stretched
 from ..balance.harmonics import grown, most_harmonics, starting_harmonics
 from ..balance.rates import periodic
@@ -99,7 +99,7 @@ def switch_branch(
     h = starting_harmonics(system, harmonics or stretch * own, stretch * orbit.period, points)
 
     def followed(h: int, aim: float) -> tuple[tuple[Any, Trace, Tail, bool], float]:
-        problem = balance_of(system, leaf, leaf_of(system, "omega"), h, stretch * orbit.period)
+        problem = balance_of(system, leaf, leaf_of(system, "omega"), h, stretch * orbit.period, folded=False)
         first, departure = _departure(problem, problem.point(stretched(orbit.coefficients, stretch), value), stretch)
         if first is None:
             raise SolveError(

@@ -9,7 +9,7 @@ from ...protocols import Balance, omega_of, with_parts
 from ...quantities import shown
 from ...results import Floats, Orbit, SolveError, Status
 from ...tree import leaf_of
-from ..balance.first_order import balance_of
+from ..balance.choice import balance_of
 from ..balance.harmonics import grown, most_harmonics, starting_harmonics
 from ..balance.rates import periodic
 from ..balance.truncation import ORBIT, Tail, tail_along
@@ -74,7 +74,7 @@ def find_orbit(
 
     def balanced(h: int, aim: float) -> tuple[tuple[Any, Any, Any], float]:
         nonlocal start
-        problem = balance_of(system, leaf, leaf, h, period)
+        problem = balance_of(system, leaf, leaf, h, period, start is None)
         found = _balanced(problem, omega, start)
         if found is None:
             return (problem, None, None), 0.0

@@ -103,7 +103,8 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
     period : int
         Turns of the base angle that the orbit takes.
     rtol : float
-        Tolerance of the integration; the orbit closes to about ten times that.
+        Tolerance of the integration; the orbit closes to about ten times that. Of a law with memory, whose corners
+        scatter an integration, to where the steps of Newton's method shrink no more, at most a thousand times that.
     throw : bool
         Raise instead of returning an orbit with a status.
 
@@ -129,7 +130,7 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
     omega = number("omega", omega_of(system), positive=True)
     duration = 2.0 * np.pi * period / omega
     matrix = np.full((n, n), 1e300)
-    status = Status.NO_CONVERGENCE
+    status, last = Status.NO_CONVERGENCE, np.inf
     for _ in range(STEPS):
         mapped = (period_map if smooth else differenced_map)(system, y, duration, rtol)
         if mapped is None:
@@ -144,9 +145,11 @@ def shoot(system: Any, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11, t
         if not np.all(np.isfinite(y)):
             y = start
             break
-        if np.all(np.abs(step) <= 10.0 * rtol * sizes):
+        moved = float(np.max(np.abs(step) / sizes))
+        if moved <= 10.0 * rtol or (not smooth and 0.5 * last < moved <= 1e3 * rtol):
             status = Status.OK
             break
+        last = moved
     orbit = _sampled(system, y, omega, period, matrix, rtol, status)
     if throw and not orbit.status:
         raise SolveError(orbit.message)

@@ -1,12 +1,11 @@
 """Stability of the orbits of a general balance problem, and their special points.
 
 A disturbance y of an orbit obeys y' = A(t) y with the system's Jacobian A along the orbit; one period of that flow, by
-Gauss's method of order 8 (`period_map`), is the monodromy matrix, and its eigenvalues are the multipliers. Three of its functions change sign where the orbit does: the product of 1 + m (period doubling), of
-1 - m (fold, branch point) and of m_i m_j - 1 over all pairs (Neimark-Sacker, where a complex pair leaves the unit
-circle).
+Gauss's method of order 8 (`period_map`), is the monodromy matrix, and its eigenvalues are the multipliers. Three of
+its functions change sign where the orbit does: the product of 1 + m (period doubling), of 1 - m (fold, branch point)
+and of m_i m_j - 1 over all pairs (Neimark-Sacker, where a complex pair leaves the unit circle).
 
-Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 7.2-7.4; Hairer & Wanner 1996, Solving Ordinary
-Differential Equations II, sec. IV.5 (Gauss methods); Kuznetsov 2004, Elements of Applied
+Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 7.2-7.4; Kuznetsov 2004, Elements of Applied
 Bifurcation Theory, sec. 10.2 (test functions).
 """
 
@@ -21,10 +20,9 @@ from numpy.typing import NDArray
 
 from ...results import Floats
 from ...tree import with_leaf
-from ..balance.along import slopes_along
 from ..balance.first_order import FirstOrder
 from ..balance.panels import Samples, distance_along, pieces
-from ..balance.rates import base_speed
+from ..balance.rates import base_speed, slopes_along
 from ..labels import BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER
 from .period_map import GAUSS_C, walked
 from .second_order import LARGEST_LOG, displacement_peaks
@@ -47,8 +45,14 @@ def monodromy(problem: FirstOrder, points: Floats) -> Floats:
     return np.array([walked(*along)[0] for along in _ways(problem, points)]).reshape(-1, n, n)
 
 
-def floquet_of(problem: FirstOrder, points: Floats) -> NDArray[np.complex128]:
-    """Multipliers (points, states) of orbits, largest modulus first.
+def floquet_of(problem: Any, points: Floats) -> NDArray[np.complex128]:
+    """Multipliers (points, states) of orbits of a problem, largest modulus first."""
+    flow, orbits, times = problem.disturbed(points)
+    return np.asarray(_floquet(flow, orbits) ** times)
+
+
+def _floquet(problem: FirstOrder, points: Floats) -> NDArray[np.complex128]:
+    """Multipliers (points, states) of orbits in all states, largest modulus first.
 
     Of orbits so slow that no steps resolve their disturbances: the exponential of the integral of the Jacobian's
     eigenvalues over a period (WKB), each followed by its rank among the real parts.
@@ -101,7 +105,7 @@ def _places(problem: FirstOrder, point: Floats, y: Floats, phase: float) -> tupl
     """Places psi [rad] of Gauss's method in all steps of a period, the synthesis there, and lengths [rad] of steps."""
     h = problem.harmonics()
     if not problem.kinked:
-        steps = EVEN * math.ceil(_steps(4 * h + 4, phase / PHASE) / EVEN)
+        steps = EVEN * math.ceil(_steps(8 * h + 4, phase / PHASE) / EVEN)
         return *_table(h, steps), np.full(steps, 2.0 * math.pi / steps)
     system = with_leaf(problem.system, problem.leaf, float(point[-1]))
     longest = 2.0 * math.pi / _steps(8 * h + 4, phase / AT_KINKS)
@@ -165,7 +169,7 @@ def tests_of(multipliers: NDArray[np.complex128]) -> dict[int, Floats]:
 
 
 def with_special_points(
-    problem: FirstOrder, points: Floats, labels: Any, floquet: NDArray[np.complex128]
+    problem: Any, points: Floats, labels: Any, floquet: NDArray[np.complex128]
 ) -> tuple[Floats, Any, NDArray[np.complex128]]:
     """Insert the period doublings, branch points and Neimark-Sacker points of a branch, with their multipliers."""
     tests = tests_of(floquet)
@@ -179,18 +183,18 @@ def with_special_points(
     if not found:
         return points, labels, floquet
     points, labels, places, added = inserted(points, labels, found)
-    return points, labels, np.insert(floquet, places, multipliers_of(monodromy(problem, added)), axis=0)
+    return points, labels, np.insert(floquet, places, floquet_of(problem, added), axis=0)
 
 
-def _located(problem: FirstOrder, first: Floats, last: Floats, label: int) -> Floats | None:
+def _located(problem: Any, first: Floats, last: Floats, label: int) -> Floats | None:
     """Point between two points of a branch where a test vanishes; None where no such special point is there."""
 
     def test(point: Floats) -> float:
-        return float(tests_of(multipliers_of(monodromy(problem, point[None, :])))[label][0])
+        return float(tests_of(floquet_of(problem, point[None, :]))[label][0])
 
     best = root_on_chord(problem, first, last, test)
     if best is not None and label == NEIMARK_SACKER:
-        values = multipliers_of(monodromy(problem, best[None, :]))[0]
+        values = floquet_of(problem, best[None, :])[0]
         nearest = values[np.argmin(np.abs(np.abs(values) - 1.0))]
         if abs(abs(nearest) - 1.0) > 1e-6 or abs(nearest.imag) < 1e-6:
             return None
@@ -201,7 +205,7 @@ def with_stability(
     problem: Any, points: Floats, labels: Any, locate: bool
 ) -> tuple[Floats, Any, NDArray[np.complex128], Floats]:
     """Points of a branch with its special points, if they are to be located, their multipliers and largest |x|."""
-    floquet = floquet_of(problem, points) if len(points) else np.empty((0, len(problem.sizes)), complex)
+    floquet = floquet_of(problem, points) if len(points) else np.empty((0, problem.state_count()), complex)
     if locate and len(points) > 1:
         points, labels, floquet = with_special_points(problem, points, labels, floquet)
     peaks = displacement_peaks(problem.displacements(points)) if len(points) else np.empty(0)

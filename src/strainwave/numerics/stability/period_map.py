@@ -18,6 +18,7 @@ _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 GAUSS_C, GAUSS_B = 0.5 + 0.5 * _PLACES, 0.5 * _WEIGHTS
 _POWERS = np.arange(1, 5)  # collocation: the rows integrate powers of the place exactly
 GAUSS_A = GAUSS_C[:, None] ** _POWERS / _POWERS @ np.linalg.inv(GAUSS_C[:, None] ** (_POWERS - 1))
+FEW = 20  # period maps in NumPy before they are compiled
 A, B = tuple(map(tuple, GAUSS_A.tolist())), tuple(GAUSS_B.tolist())
 
 
@@ -120,6 +121,3 @@ def walked(a: Floats, h: Floats, hill: bool = False) -> tuple[Floats, float, flo
     """
     flow = np.eye(a.shape[-1])
     return flow, *run(_walked, a, h, hill, flow, after=FEW)
-
-
-FEW = 20  # period maps in NumPy before they are compiled

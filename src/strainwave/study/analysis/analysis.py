@@ -1,6 +1,6 @@
 """The whole analysis of a drive: stability, resonances, response through the speed range, single speeds in time."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -30,6 +30,7 @@ from .cases import speeds_in_time
 from .drive_response import DriveResponse, of_equation
 from .gear_studies import GearLoop, loop_of, parametric_of
 from .load_range import LoadCase, LoadRange, load_cases, over_all, worst_of
+from .motor_cases import MotorCase, motor_cases
 from .plausible import implausible
 from .remedies import Remedy, Source, Subject, remedies
 from .resonance_tops import with_tops
@@ -85,6 +86,8 @@ class Analysis(Result):
         Steady motions of the drive: of the whole train where there is a curve of it, else of the error equation.
     load_cases : tuple of LoadCase
         The same under the torques of the load's range, ascending; empty where it has one torque.
+    motors : tuple of MotorCase
+        The drive with other motors, where nothing says which it has; empty otherwise.
     usage : Usage
         What the steady motions ask of the gear: those of the whole drive train and its run-up, where there are any.
     limits : tuple of Finding
@@ -119,6 +122,7 @@ class Analysis(Result):
     cases: tuple[TimeCase, ...]
     drive: DriveResponse
     load_cases: tuple[LoadCase, ...]
+    motors: tuple[MotorCase, ...]
     usage: Usage
     limits: tuple[Finding, ...]
     loop: GearLoop | None
@@ -219,6 +223,7 @@ def analyze(
     source: Source | None = None,
     load: LoadRange | None = None,
     has_reference: bool = True,
+    motors: Mapping[str, DriveTrain] | None = None,
     progress: Callable[[str, float], None] = silent,
 ) -> Analysis:
     """Analyse a drive over a range of speeds, or at single ones.
@@ -243,6 +248,8 @@ def analyze(
         Torques of the load, where it has a range of them.
     has_reference : bool
         Whether the motor follows a reference motion: not that of an error equation with a free motor.
+    motors : mapping of str to DriveTrain, optional
+        The train with each motor that the drive may have, where that is not known.
     progress : callable
         Told before every step what is done now, and the share of the work that is done; default: nobody.
 
@@ -293,6 +300,7 @@ def analyze(
         middle = LoadCase(load.middle, drive, avoid)
         by_load = load_cases(load, limits, limit, middle, lambda t: progress(f"load torque {t:.4g} N*m", 0.86))
         avoid = over_all(avoid, by_load)
+    others = motor_cases(motors or {}, limits, lambda name: progress(f"motor {name}", 0.87))
     progress("hysteresis and varying stiffness", 0.88)
     motions = (*sweep.up, *sweep.down, *(case.steady for case in cases))
     used = usage(system, exact, motions) if curve is None else curve.usage
@@ -307,7 +315,7 @@ def analyze(
         subject, drive, avoid, by_load, load, used, lambda what: progress(f"what would help: {what}", 0.9)
     )  # fmt: skip
     return Analysis(
-        system, limits, point, stability, found, exact, close, sweep, tuple(cases), drive, by_load, used,
+        system, limits, point, stability, found, exact, close, sweep, tuple(cases), drive, by_load, others, used,
         () if gear is None else limit_findings(gear, used, speeds.given[-1] if speeds.by_motor else None),
         loop, parametric, study, avoid, helps, not_tried, (*no_loop, *not_searched),
         tuple(implausible(gear, rated_torque, loop, used)),

@@ -9,13 +9,15 @@ from numpy.typing import NDArray
 from ...model.gears.limits import cubic_mean
 from ...numerics.balance.fourier import to_blocks
 from ...numerics.stability.second_order import displacement_peaks
+from ...records import Labelled, Result
 from ...results import Branch, Floats, Orbit, Status
+from ...sentences import on_screen
 from ..response.response import ExactResponse
 from .usage import Usage
 
 
 @dataclass(frozen=True, eq=False)
-class DriveResponse:
+class DriveResponse(Result):
     """Steady motions of a drive that repeat with the base angle, in arc order over its speed.
 
     Its error is the pointing error of the load: the reference angle, that of the motor over N, minus the load's angle,
@@ -44,6 +46,16 @@ class DriveResponse:
     mean_torque: Floats
     has_reference: bool = True
     without_angle: bool = False
+
+    def coordinates(self) -> Labelled:
+        """As of the curve."""
+        return self.response.coordinates()
+
+    def variables(self) -> Labelled:
+        """Those of the curve of the error, and what the gear is asked for at every point."""
+        across = {"across": ("point", self.across, "rad")}
+        torques = {name: ("point", getattr(self, name), "N*m") for name in ("torque", "mean_torque")}
+        return {**self.response.variables(), **across, **torques}
 
     @property
     def name(self) -> str:
@@ -113,7 +125,7 @@ class DriveResponse:
     def __str__(self) -> str:
         top = int(np.argmax(self.oscillation))
         folds = ", ".join(f"{fold.omega:.6g}" for fold in self.folds) or "none"
-        return (
+        return on_screen(
             f"DriveResponse: {len(self.omega)} steady motions, {self.omega.min():.6g} to {self.omega.max():.6g} rad/s\n"
             f"  largest oscillation of the {self.name} {self.oscillation[top]:.6g} rad at {self.omega[top]:.6g} rad/s\n"
             f"  largest |x| across the gear {self.gear_peak:.6g} rad, torque in it {self.usage.peak_torque:.6g} N*m\n"

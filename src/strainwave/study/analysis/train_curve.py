@@ -11,17 +11,17 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import AngleTorque
 from ...model.train.shafts import NO_DRAG
 from ...model.train.train_forms import AtLoad, own_state, turning
+from ...numerics.balance.choice import balance_of
 from ...numerics.balance.first_order import FirstOrder, first_order
 from ...numerics.balance.fourier import from_blocks, stretched, synthesis
 from ...numerics.balance.rates import rates_at
-from ...numerics.balance.truncation import MATTERS, Tail, tail_along
-from ...numerics.continuation.coexisting import Coexisting
-from ...numerics.continuation.describe import describe
-from ...numerics.continuation.passage import across
+from ...numerics.balance.truncation import MATTERS, Tail
+from ...numerics.continuation.describe import describe, with_top
 from ...numerics.continuation.trace import Trace
-from ...numerics.curves.elsewhere import with_left_over, with_others
-from ...numerics.labels import END, STUCK
+from ...numerics.curves.elsewhere import with_others
+from ...numerics.curves.response import traced
 from ...numerics.stability.second_order import displacement_peaks
+from ...protocols import Balance
 from ...results import Floats
 from ...tree import leaf_of
 from ..response.jumps import jumps
@@ -38,7 +38,10 @@ SAMPLES = 512  # of a turn, for its largest torque
 def train_curve(
     train: DriveTrain, speeds: tuple[float, float], harmonics: int | None = None
 ) -> DriveResponse | None:  # fmt: skip
-    """Follow the steady motions of a train whose motor is held or has a loop; None of another, or where none is found.
+    """Follow the steady motions of a train; None where none is found.
+
+    A free motor gets the mean torque that keeps its mean speed; it has no curve where friction or memory is in the
+    train.
 
     Parameters
     ----------
@@ -49,22 +52,24 @@ def train_curve(
     harmonics : int, optional
         Highest harmonic of the base angle. Default: grown until those left out are negligible.
     """
-    if train.motor.free:
-        return None
     system = AtLoad(without_gravity(train), train.omega)
+    if train.motor.free and system.linear_part() is None:
+        return None
     problem, found, tail, origin = traced_train(system, speeds, POINTS, harmonics)
     if not len(found.points):
         return None
+    points, labels = with_top(problem, found.points, found.labels)
+    found = with_changes(found, points=points, labels=labels)
     curve = describe(problem, "omega", found, tail, origin, locate=False)
     curve = with_others(problem, curve, found.elsewhere, [])
     try:
         response = ExactResponse(curve, jumps(curve))
     except ValueError:  # nothing stable to follow
         return None
-    series = problem.series(found.points)
-    rows = from_blocks(series[:, 0].T).T
+    rows = displacements(problem, found.points)
     at = [int(np.argmin(np.max(np.abs(rows - row), axis=1))) for row in curve.coefficients]
-    strain = _strain(system, found.points[at, -1], series[at])
+    flow, orbits, times = problem.disturbed(found.points[at])
+    strain = _strain(system, orbits[:, -1], flow.series(orbits), 2.0 * np.pi / times)
     return DriveResponse(response, *strain, without_angle=follows_its_angle(train))
 
 
@@ -110,7 +115,7 @@ def _of_angle(law: Any) -> bool:
 
 def traced_train(
     system: AtLoad, speeds: tuple[float, float], points: int, given: int | None = None, coexisting: bool = True
-) -> tuple[FirstOrder, Trace, Tail, str]:
+) -> tuple[Any, Trace, Tail | None, str]:
     """Balance problem and points of a curve, with the harmonics that the x of the load takes, or those given.
 
     Where motions may be `coexisting` at its ends it passes them, or lists those that it does not.
@@ -119,23 +124,22 @@ def traced_train(
     """
     leaf, top = leaf_of(system, "omega"), max((1, *system.orders()))
     middle = system._replace(omega=(speeds[0] * speeds[1]) ** 0.5)
-    small = first_order(middle, leaf, leaf, top)
-    kinked, g = small.kinked, repeats(small, top)
-    most = -(-max(MOST, top + 2 * g) // g)
-    h = max(1, PER_ORDER * top // g, WITH_KINKS if kinked else 1) if given is None else max(1, given // g)
-    h, others = min(most, h), Coexisting()
-    while True:
-        problem = first_order(middle, leaf, leaf, h, 1.0 / g)
-        found, origin = across(problem, *speeds, 4.0 / points, others)
-        tail = tail_along(problem, found.points)
-        enough = tail.share <= MATTERS and found.outcome != STUCK
-        done = enough or h >= most or given is not None
-        if coexisting and (done or found.outcome != END) and others.begin(problem, found):
-            continue  # again, through what coexists
-        if done:
-            found = with_left_over(problem, found, others)
-            return *_over_a_turn(problem, found, g), tail._replace(harmonics=h * g), origin
-        h = min(most, 2 * h)
+    linear = system.linear_part() is not None
+    small: Any = balance_of(middle, leaf, leaf, top)
+    g = top // max(1, small.harmonics()) if linear else repeats(small, top)
+    kinked = bool(system.kinks(0.0, (0.0,) * small.state_count()))
+
+    def problem_with(h: int) -> Balance:
+        return balance_of(middle, leaf, leaf, h) if linear else first_order(middle, leaf, leaf, max(1, h // g), 1.0 / g)
+
+    begin, most = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST, top + 2 * g)
+    harmonics = (min(begin, most), most) if given is None else (given, given)
+    problem, found, tail, origin = traced(
+        problem_with, *speeds, harmonics, MATTERS, points, lambda tail: tail.worst if linear else tail.share, coexisting
+    )
+    if tail is None or linear or g == 1:
+        return problem, found, tail, origin
+    return *_over_a_turn(problem, found, g), tail._replace(harmonics=tail.harmonics * g), origin
 
 
 def repeats(problem: FirstOrder, top: int) -> int:
@@ -156,16 +160,22 @@ def _over_a_turn(problem: FirstOrder, found: Trace, g: int) -> tuple[FirstOrder,
     """The same curve over a whole turn, of which it was followed over a g-th."""
     h = g * problem.harmonics()
     whole = first_order(problem.system, problem.leaf, problem.omega_leaf, h)._replace(sizes=problem.sizes)
-    if g == 1:
-        return whole, found
     points = [whole.point(stretched(problem.table(z), g), float(z[-1])) for z in found.points]
     elsewhere = tuple((value, stretched(table, g)) for value, table in found.elsewhere)
     return whole, with_changes(found, points=np.array(points).reshape(-1, whole.size() + 1), elsewhere=elsewhere)
 
 
-def _strain(system: AtLoad, omega: Floats, series: Floats) -> tuple[Floats, Floats, Floats]:
-    """What motions ask of the gear: the largest |x| across it [rad], the largest torque and its cubic mean [N*m]."""
-    angles = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
+def displacements(problem: Balance, points: Floats) -> Floats:
+    """Coefficients (points, 2H+1) of the first state: mean, cos 1, sin 1, ..."""
+    return from_blocks(problem.displacements(points).T).T
+
+
+def _strain(system: AtLoad, omega: Floats, series: Floats, turn: float) -> tuple[Floats, Floats, Floats]:
+    """What motions ask of the gear: the largest |x| across it [rad], the largest torque and its cubic mean [N*m].
+
+    They repeat after `turn` [rad].
+    """
+    angles = turn * np.arange(SAMPLES) / SAMPLES
     y = np.moveaxis(series @ synthesis(series.shape[2] // 2, SAMPLES), 1, 0)
     own = own_state(system, tuple(y))
     each: Any = omega[:, None]

@@ -18,6 +18,7 @@ from .gear_forces import settling_time
 TIGHT = Dopri5()
 SAMPLES = 256  # per period of the base angle
 LONGER = (1, 2, 4, 8, 16, 32)  # settling times more, where a motion does not repeat yet: beside a fold it takes many
+CLOSED, ROUNDING = 1e-6, 0.5  # relative gap of a closed orbit; half of it, not halved again, is that of the integration
 FARTHEST = 0.2  # a closing step larger than this share of the state may lead to another orbit
 
 
@@ -199,7 +200,7 @@ def _closed(system: Any, start: tuple[float, ...], period: int, method: Dopri5) 
             best, best_gap = lap, gap
         elif gap > 10.0 * best_gap:
             break
-        if gap < 1e-9 * size and matrix is not None:
+        if matrix is not None and (gap < 1e-9 * size or ROUNDING * old < gap < ROUNDING * CLOSED * size):
             break
         if matrix is None or gap > 0.2 * old:
             matrix = _matrix(system, lap, method)
@@ -219,7 +220,7 @@ def _motion(system: Any, period: int, run: Trajectory, matrix: Floats | None) ->
     u = x - system.error.value(system.omega * run.t)
     size = max(float(np.max(np.abs(x))), 1e-300)
     gap = float(np.hypot(x[-1] - x[0], (v[-1] - v[0]) / system.omega)) / size
-    closed = bool(run.status) and gap < 1e-6
+    closed = bool(run.status) and gap < CLOSED
     stable = None if matrix is None or not closed else bool(np.max(np.abs(np.linalg.eigvals(matrix))) < 1.0)
     return SteadyMotion(
         system.omega, period, run.t, x, v, u, z, run.peak(), gap, closed, stable, run.status, run.message

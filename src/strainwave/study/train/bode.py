@@ -5,24 +5,20 @@ from math import pi
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ...model.excitation import Harmonic, NoError
+from ...model.excitation import Harmonic
 from ...model.train.drive_train import DriveTrain, coupling_twist
-from ...model.train.motion import AtRest, Steady
 from ...model.train.train_forms import SteadyTrain
-from ...numerics.balance.rates import jacobians_at
 from ...numerics.orbits.find_orbit import find_orbit
 from ...protocols import with_parts
 from ...quantities import LARGEST, number, numbers, shown
 from ...records import Labelled, Result
 from ...results import Floats, Orbit
 from ...sentences import on_screen
+from .state_space import Complexes, driven, state_space, undriven
 
 SHAFTS = ("motor", "load")
-STEP = 1e-3  # units of the states for differences: x [rad] far inside any law's bends
-
-Complexes = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,38 +150,14 @@ def bode(
         raise ValueError(f"source is {shown(source)}; it must be 'motor' or 'load'")
     if source == "motor" and train.motor.held:
         raise ValueError("a held motor answers no torque; take source='load', or a motor that is free or has a loop")
-    plain = train._replace(error=NoError(), reference=AtRest(), omega=1.0)
-    count = len(train.state_names())
-    state = np.zeros(count) if at is None else numbers("at", at, count=count)
-    speed = number("speed", speed)
-    turning = plain._replace(reference=Steady(), omega=speed) if speed else plain
-    matrix, unit = _linearised(turning, source, state)
-    poles = np.linalg.eigvals(matrix).astype(complex)
+    linear = state_space(train, at=at, speed=speed)
+    poles = linear.poles
     if amplitude is None:
-        answers = np.array([np.linalg.solve(1j * w * np.eye(count) - matrix, unit) for w in grid]).T
-        motor, load = _speeds(plain, answers)
+        motor, load = linear.response(grid)[:2, linear.inputs.index(f"{source} torque")]
         return Bode(grid, motor, load, source, 0.0, poles, ())
     amplitude = number("amplitude", amplitude, positive=True)
-    motor, load, messages = _at_amplitude(plain, grid, source, amplitude)
+    motor, load, messages = _at_amplitude(undriven(train)._replace(omega=1.0), grid, source, amplitude)
     return Bode(grid, motor, load, source, amplitude, poles, messages)
-
-
-def _driven(train: DriveTrain, source: str, torque: Harmonic) -> DriveTrain:
-    """Return the train with this torque on one shaft and none on the other."""
-    none = Harmonic(0.0)
-    motor = train.motor._replace(excitation=torque if source == "motor" else none)
-    end = train.load.end()._replace(excitation=torque if source == "load" else none)
-    return train._replace(motor=motor, load=train.load.with_end(end))
-
-
-def _linearised(train: DriveTrain, source: str, state: Floats) -> tuple[Floats, Floats]:
-    """Matrix of the linearised train, and its rates for a unit torque."""
-    rest = _driven(train, source, Harmonic(0.0))
-    matrix = jacobians_at(rest, np.zeros(1), state[:, None], np.full(len(state), STEP))[:, :, 0]
-    up, down = (
-        np.array(_driven(train, source, Harmonic(0.0, mean=mean)).rhs(0.0, tuple(state.tolist()))) for mean in (1, -1)
-    )
-    return matrix, 0.5 * (up - down)
 
 
 def _speeds(train: DriveTrain, states: Any) -> tuple[Complexes, Complexes]:
@@ -203,7 +175,7 @@ def _at_amplitude(
     free = train.motor.free
     orbit: Orbit | None = None
     for i, omega in enumerate(grid):
-        system: Any = _driven(train, source, Harmonic(amplitude))._replace(omega=float(omega))
+        system: Any = driven(train, source, Harmonic(amplitude))._replace(omega=float(omega))
         if free:
             system = SteadyTrain(system, float(omega), by_angle=0)
         orbit = find_orbit(system, guess=orbit) if orbit is not None else find_orbit(system)

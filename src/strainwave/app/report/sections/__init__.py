@@ -4,6 +4,7 @@ from ..section import Section
 from .advice import SpeedsToAvoid
 from .derived import DerivedQuantities
 from .hysteresis import Hysteresis
+from .motors import Motors
 from .opening import Opening
 from .parametric import ParametricResonances
 from .resonances import Resonances
@@ -17,6 +18,7 @@ SECTIONS: tuple[Section, ...] = (
     Opening(),
     Warnings(),
     SpeedsToAvoid(),
+    Motors(),
     SpeedRange(),
     WholeTrain(),
     Hysteresis(),

@@ -1,0 +1,144 @@
+"""`strainwave sweep` over numbers of the project file: the response of the whole drive at every point of a grid."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy as np
+
+from ...files.project import Project
+from ...files.variants.quantity import quantity
+from ...files.variants.replaced import keys_of, replaced
+from ...files.yaml_text import read
+from ...quantities import convert
+from ...study.train.reductions import refuse_free
+from ..console import number, to_json
+from ..units import sign
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_VALUES, DIGITS = 10_000, 5
+WHAT = {
+    "peak": "largest |error|",
+    "oscillation": "largest oscillation of the error",
+    "torque": "largest torque in the gear",
+}
+
+
+def show(
+    project: Project, grid: tuple[str, ...], output: Path, workers: int | None, chunk: int | None, connect: Any,
+    as_json: bool,
+) -> None:  # fmt: skip
+    """Sweep the response of a project's whole drive, or go on where the last run stopped, and print what was found.
+
+    Raises
+    ------
+    ValueError
+        If the motor is free and the drive has more than its error equation.
+    click.BadParameter
+        If a grid cannot be read, or the file may not have one of its values.
+    """
+    axes = dict(axis(text) for text in grid)
+    if project.train is not None:
+        refuse_free(project.train)
+    for name, texts in axes.items():
+        try:
+            replaced(project, {name: texts[0]})
+        except ValueError as error:
+            raise click.BadParameter(f"{name} = {texts[0]}: {error}") from None
+    from ...files.variants.project_sweep import sweep_project  # xarray and zarr, seconds that a refusal need not take
+
+    with connect() as connected:
+        data = sweep_project(project, axes, store=output, workers=workers, chunk=chunk, client=connected)
+    report = found(data) | {"title": project.title, "store": str(output), "remarks": list(project.notes)}
+    click.echo(to_json(report) if as_json else summary(report))
+
+
+def of_file(project: Project, name: str) -> bool:
+    """Whether a name is one of the project file."""
+    try:
+        return bool(keys_of(read(project.text).content, name))
+    except ValueError:
+        return False
+
+
+def axis(text: str) -> tuple[str, list[str]]:
+    """Read "load.inertia=1 kg*m^2:2 kg*m^2:5", with ":log" for even ratios, or "gear=CSG-40-50,SHG-40-50"."""
+    name, equals, values = (part.strip() for part in text.partition("="))
+    if not equals or not values:
+        raise click.BadParameter(
+            f"{text!r} is no grid; write it as load.inertia=1 kg*m^2:2 kg*m^2:5 or gear=CSG-40-50,SHG-40-50"
+        )
+    parts = [part.strip() for part in values.split(":")]
+    if len(parts) == 1:
+        return name, [part.strip() for part in values.split(",")]
+    logarithmic = len(parts) == 4 and parts[3] == "log"
+    if len(parts) != 3 and not logarithmic:
+        raise click.BadParameter(
+            f"{text!r} is no range; write it as {name}=LOW:HIGH:COUNT or {name}=LOW:HIGH:COUNT:log"
+        )
+    (low, low_unit), (high, high_unit) = map(quantity, parts[:2])
+    if low is None or high is None:
+        raise click.BadParameter(f"{text!r} is no range of numbers; write the names one by one, with commas")
+    unit = high_unit or low_unit
+    if low_unit not in ("", unit):
+        raise click.BadParameter(f"{text!r} begins in {low_unit} and ends in {high_unit}; write both ends in one unit")
+    if not parts[2].isdecimal() or not 1 <= int(parts[2]) <= MOST_VALUES:
+        raise click.BadParameter(f"{parts[2]!r} in {text!r} is no count; give a whole number from 1 to {MOST_VALUES}")
+    if logarithmic and not (low > 0.0 and high > 0.0):
+        raise click.BadParameter(f"{text!r} goes through 0; even ratios need two positive numbers")
+    spaced = np.geomspace if logarithmic else np.linspace
+    return name, [f"{value!r} {unit}".rstrip() for value in spaced(low, high, int(parts[2])).tolist()]
+
+
+def found(data: "xr.Dataset") -> dict[str, Any]:
+    """Ranges of the largest error, oscillation and torque, with the places of their ends; how many points jump."""
+    whole = data.load()
+    if "peak" not in whole or not bool(whole["peak"].notnull().any()):
+        raise RuntimeError(f"none of {whole['point_status'].size} points could be computed: {_errors(whole)[0]}")
+    ranges: dict[str, Any] = {}
+    for name in WHAT:
+        values = whole[name]
+        ranges[name] = {"unit": values.attrs.get("units", "")}
+        for end, at in (("smallest", values.argmin(...)), ("largest", values.argmax(...))):
+            here = whole.isel(at)
+            place = {str(path): _at(value) for path, value in here[name].coords.items()}
+            ranges[name] |= {end: float(here[name]), f"{end}_at": place, f"{end}_speed": float(here[f"{name}_at"])}
+    return {
+        "points": whole["point_status"].size,
+        "over": {str(dim): int(n) for dim, n in whole["point_status"].sizes.items()},
+        "variables": ranges,
+        "jumping": int((whole["jumps"] > 0.0).sum()),
+        "truncated": int((whole["truncated"] > 0.0).sum()),
+        "failed": whole.attrs["failed_points"],
+        "errors": _errors(whole),
+    }
+
+
+def _errors(data: "xr.Dataset") -> list[str]:
+    return [str(line) for line in data.attrs["errors"].splitlines()]
+
+
+def _at(value: Any) -> str:
+    """A place along an axis in the unit that was typed."""
+    own = value.item()
+    text = own if isinstance(own, str) else number(float(own), DIGITS)
+    return f"{text} {sign(value.attrs.get('units', ''))}".rstrip()
+
+
+def summary(report: dict[str, Any]) -> str:
+    """Return what was found as text."""
+    over = ", ".join(f"{path} ({n})" for path, n in report["over"].items())
+    lines = [f"{report['title']}: whole drive at {report['points']} points over {over}"]
+    for name, known in report["variables"].items():
+        unit = "arcsec" if known["unit"] == "rad" else known["unit"]
+        for end in ("smallest", "largest"):
+            value = number(convert(known[end], known["unit"], unit), DIGITS)
+            place = ", ".join(f"{path} = {at}" for path, at in known[f"{end}_at"].items())
+            speed = number(known[f"{end}_speed"], DIGITS)
+            lines.append(f"  {WHAT[name]}, {end}: {value} {sign(unit)} with {place} (at {speed} rad/s)")
+    lines.append(f"  with jumps: {report['jumping']}, truncated: {report['truncated']}, failed: {report['failed']}")
+    lines += [f"  {error}" for error in report["errors"]]
+    lines += [f"  note: {remark}" for remark in report["remarks"]]
+    return "\n".join([*lines, f"  store: {report['store']} (the same command again goes on with it)"])

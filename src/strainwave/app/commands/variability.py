@@ -1,0 +1,62 @@
+"""`strainwave variability`: how probable it is that a drive exceeds its limit, from the scatter in its project file."""
+
+from pathlib import Path
+
+import click
+
+from ...files.project import read_project
+from ...files.variants.scatter import Exceedance, exceedance
+from ...quantities import convert, parse
+from ..console import Progress, number, percent, to_json
+from ..units import sign
+
+
+def show(path: Path, count: int, seed: int, limit: str | None, as_json: bool) -> None:
+    """Follow the response of drives drawn at random and print how many exceed the limit.
+
+    Raises
+    ------
+    ProjectError
+        If the project file is invalid.
+    ValueError
+        If it has no scatter or no limit.
+    click.BadParameter
+        If the limit is not an angle.
+    """
+    project = read_project(path)
+    try:
+        allowed = None if limit is None else parse(limit, "rad")
+    except ValueError as error:
+        raise click.BadParameter(f"--limit: {error}") from None
+    with Progress(project.title) as progress:
+        found = exceedance(
+            project, count=count, seed=seed, limit=allowed,
+            progress=lambda done, all_: progress.show(f"drive {done} of {all_}", done / all_),
+        )  # fmt: skip
+    click.echo(to_json(report(project.title, found)) if as_json else summary(project.title, found))
+
+
+def report(title: str, found: Exceedance) -> dict[str, object]:
+    """Return the numbers of the command."""
+    low, high = found.interval
+    rows = () if found.ranking is None else found.ranking.rows
+    return {
+        "title": title, "drives": found.count, "seed": found.seed, "limit": found.limit, "exceeding": found.exceeding,
+        "failed": found.failed, "probability": found.probability, "interval": [low, high],
+        "confidence": 0.95, "method": "Clopper-Pearson", "oscillation": found.oscillation, "speed": found.at,
+        "factors": found.factors, "first_order_index": {row.path: row.index for row in rows}, "errors": found.errors,
+    }  # fmt: skip
+
+
+def summary(title: str, found: Exceedance) -> str:
+    """Return the numbers as text."""
+    low, high = (percent(share, 3) for share in found.interval)
+    allowed = f"{number(convert(found.limit, 'rad', 'arcsec'))} {sign('arcsec')}"
+    lines = [
+        f"{title}: {found.exceeding} of {found.count} drives exceed an oscillation of {allowed} somewhere in the range",
+        f"  probability {percent(found.probability, 3)}, 95 % confidence (Clopper-Pearson) {low} to {high}",
+    ]
+    rows = () if found.ranking is None else found.ranking.rows
+    lines += [f"  {row.path}: first-order index {row.index:.2f} ± {row.index_error:.2f}" for row in rows]
+    lines += [f"  {found.failed} drives have no response curve: {error}" for error in found.errors[:3]]
+    return "\n".join([*lines, f"  seed {found.seed}"])

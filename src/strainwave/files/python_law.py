@@ -1,0 +1,176 @@
+"""A law of the user's own, from a Python file beside the project file: {python: mylaws.py:MyLaw, K: 7160 N*m/rad}.
+
+Reading such a project runs that file: a project file of a stranger may then do what any program may. The file lies in
+the folder of the project file, and no path leads out of it.
+"""
+
+import copyreg
+import hashlib
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any, get_args, get_origin, get_type_hints
+
+from ..law import check_law, states_of, torque_of
+from ..quantities import checked
+from .entries import Wrong, of_class
+from .yaml_text import Keys, Located, Problem, name, read_text, shown
+
+PLACES = ("law", "hysteresis", "drag", "first", "second")  # where "mylaws.py:MyLaw" alone is a law
+NAMED = re.compile(r"(.+\.py):(\w+)")
+EXAMPLE = "mylaws.py:MyLaw"
+TRIED = (0.0, 1e-5, -1e-5, 1e-3, -1e-3)  # rad: torsions at which a law is asked for its torque
+LARGEST, LONGEST = 256 * 1024, 100  # bytes of a file, and letters of its name
+
+
+def with_python_laws(located: Located, folder: Path) -> tuple[Any, list[Problem]]:
+    """Content of a project file with the laws of Python files in place of their entries, and what is wrong with them.
+
+    Where something is wrong there is None, which has been told of.
+    """
+    found: list[Wrong] = []
+    content = _replaced(located.content, (), folder, found)
+    return content, [
+        Problem(*(located.keys[w.keys] if w.on_key else located.place(w.keys)), name(w.keys), w.sentence)
+        for w in found
+        if w.sentence
+    ]
+
+
+def _replaced(value: Any, keys: Keys, folder: Path, found: list[Wrong]) -> Any:
+    if isinstance(value, list):
+        return [_replaced(item, (*keys, i), folder, found) for i, item in enumerate(value)]
+    if isinstance(value, dict):
+        inside = {key: _replaced(item, (*keys, key), folder, found) for key, item in value.items()}
+        return _law(inside, keys, folder, found) if "python" in inside else inside
+    if isinstance(value, str) and keys and keys[-1] in PLACES and NAMED.fullmatch(value.strip()):
+        return _law({"python": value}, keys, folder, found)
+    return value
+
+
+def _law(entry: dict[str, Any], keys: Keys, folder: Path, found: list[Wrong]) -> Any:
+    """Law of an entry with the field `python`; None with what is wrong in `found`."""
+    given = entry["python"]
+    place = (*keys, "python") if len(entry) > 1 else keys
+    try:
+        cls = _class(given, folder)
+        _fields(cls)
+    except ValueError as error:
+        return found.append(Wrong(place, "" if given is None else str(error)))
+    before = len(found)
+    rest = {key: item for key, item in entry.items() if key != "python"}
+    law = of_class(rest, cls, keys, found, ("python",))
+    if len(found) > before:
+        return None
+    try:
+        _try(law)
+    except (TypeError, ValueError) as error:
+        return found.append(Wrong(place, str(error)))
+    return law
+
+
+def _class(given: Any, folder: Path) -> Any:
+    """The class that "mylaws.py:MyLaw" names (ValueError)."""
+    match = NAMED.fullmatch(given.strip()) if isinstance(given, str) else None
+    if match is None:
+        raise ValueError(f"{shown(given)} names no class of a Python file; write for example {EXAMPLE}")
+    file, cls = match.groups()
+    if len(file) > LONGEST or re.search(r"[/\\:]|^\.", file) or (folder / file).resolve().parent != folder.resolve():
+        raise ValueError(f"{shown(file)} is no plain file name; put the Python file beside the project file")
+    if not (folder / file).exists():
+        raise ValueError(f"{file} is not beside the project file; put it there, or check its name")
+    module = _module(folder / file)
+    own = [word for word, thing in vars(module).items() if _is_law(thing) and thing.__module__ == module.__name__]
+    if cls not in own:
+        known = f"its NamedTuples with a torque are {', '.join(own)}" if own else "no NamedTuple there has a torque"
+        raise ValueError(f"{file} has no law {cls!r}; {known}")
+    return vars(module)[cls]
+
+
+def _is_law(thing: Any) -> bool:
+    return (
+        isinstance(thing, type) and issubclass(thing, tuple) and hasattr(thing, "_fields") and hasattr(thing, "torque")
+    )
+
+
+def _module(path: Path) -> ModuleType:
+    """The module of a file, run once for each content of it."""
+    text = read_text(path, "Python file", LARGEST)
+    if isinstance(text, Problem):
+        raise ValueError(f"{path.name} {text.sentence}")
+    known = "strainwave_law_" + hashlib.sha256(f"{path.resolve()}\n{text}".encode()).hexdigest()[:16]
+    if known in sys.modules:
+        return sys.modules[known]
+    module = ModuleType(known)
+    module.__file__ = str(path)
+    sys.modules[known] = module  # where pickle and the types of annotations look for it
+    try:
+        exec(compile(text, str(path), "exec"), vars(module))
+    except (Exception, SystemExit) as error:
+        del sys.modules[known]
+        raise ValueError(f"{path.name} does not run: {_said(error)}{_line(error, path)}; correct it") from None
+    for cls in filter(_is_law, list(vars(module).values())):
+        copyreg.pickle(cls, _packed)  # a worker process knows the file, and not the module
+    return module
+
+
+def _packed(law: Any) -> tuple[Any, ...]:
+    cls = type(law)
+    return restored, (sys.modules[cls.__module__].__file__, cls.__name__, tuple(law))
+
+
+def restored(file: str, cls: str, numbers: tuple[Any, ...]) -> Any:
+    """Law of a Python file by its class and numbers, in a process that has not read the file (ValueError)."""
+    path = Path(file)
+    return _class(f"{path.name}:{cls}", path.parent)(*numbers)
+
+
+def _said(error: BaseException) -> str:
+    return f"{type(error).__name__}: {' '.join(str(error).split())[:100]}".removesuffix(": ")
+
+
+def _line(error: BaseException, path: Path) -> str:
+    """Where in a file an error comes from, in words; empty where that is not known."""
+    line = error.lineno if isinstance(error, SyntaxError) else None
+    step = error.__traceback__
+    while step is not None:
+        if step.tb_frame.f_code.co_filename == str(path):
+            line = step.tb_lineno
+        step = step.tb_next
+    return "" if line is None else f" in line {line}"
+
+
+def _fields(cls: Any) -> None:
+    """Refuse a class whose fields a project file cannot give (ValueError)."""
+    try:
+        hints = get_type_hints(cls, include_extras=True)
+    except Exception as error:
+        raise ValueError(f"the annotations of {cls.__name__} cannot be read: {_said(error)}; correct them") from None
+    for field, hint in hints.items():
+        if hint is float or (hint not in (int, Any) and get_origin(hint) is not tuple and len(get_args(hint)) < 2):
+            remedy = f"{field}: Annotated[float, 'N*m/rad'], int, or Any for a law inside"
+            raise ValueError(f"{cls.__name__}.{field} has no unit; write in the class {remedy}")
+    if not hasattr(cls, "stiffness"):
+        raise ValueError(f"{cls.__name__} has no stiffness(x), the slope of its torque; write that method too")
+
+
+def _try(law: Any) -> None:
+    """Refuse a law that raises or gives no finite number (ValueError), or whose methods do not fit (TypeError)."""
+    checked(law)
+    cls = type(law).__name__
+    check_law(cls, law)
+    for method, values in (("torque", _torques(law)), ("stiffness", (law.stiffness(x) for x in TRIED))):
+        for x in TRIED:
+            try:
+                value = next(values)
+                finite = abs(float(value)) < float("inf")
+            except Exception as error:
+                raise ValueError(f"{cls}.{method} at {x:g} rad raises {_said(error)}; correct it") from None
+            if not finite:
+                raise ValueError(f"{cls}.{method} at {x:g} rad gives {value!r}; it must be a finite number")
+
+
+def _torques(law: Any) -> Iterator[Any]:
+    return (torque_of(law, x, 0.0, (0.0,) * states_of(law)) for x in TRIED)

@@ -1,0 +1,135 @@
+"""`sweep_project`: the response of a whole drive over a grid of the numbers of its project file."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import prod
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...quantities import shown
+from ...results import Floats
+from ...study.sweep.sweep import sweep
+from ...study.train.reductions import refuse_free
+from ..project import Project, from_text
+from .quantity import quantity
+from .replaced import replaced
+
+UNITS = {"peak": "rad", "peak_at": "rad/s", "oscillation": "rad", "oscillation_at": "rad/s", "torque": "N*m",
+         "torque_at": "rad/s", "jumps": "1", "truncated": "1"}  # fmt: skip
+MOST_POINTS, MOST_CHUNKS = 100_000, 512
+
+
+class Choice(NamedTuple):
+    """A point of the grid: the number of the value along each axis."""
+
+    numbers: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class ResponseMeasure:
+    """The response of the project with the values of a `Choice`: see `sweep_project`."""
+
+    text: str
+    path: str
+    axes: tuple[tuple[str, tuple[str, ...]], ...]
+
+    def __call__(self, choice: Choice) -> dict[str, float]:
+        """Largest values of the response at a point."""
+        project = from_text(self.text, Path(self.path))
+        values = {name: texts[round(n)] for (name, texts), n in zip(self.axes, choice.numbers, strict=True)}
+        return measured(replaced(project, values))
+
+
+def measured(project: Project) -> dict[str, float]:
+    """Largest error, oscillation and torque of the steady motions of a drive, their speeds, and its jumps (UNITS)."""
+    found = project.response()
+    at, sweeps = found.visited(), found.response.sweep
+    result: dict[str, float] = {}
+    for name, values in (("peak", found.peak), ("oscillation", found.oscillation), ("torque", found.torque)):
+        top = at[int(np.argmax(values[at]))]
+        result |= {name: float(values[top]), f"{name}_at": float(found.omega[top])}
+    jumps = 0 if sweeps is None else len(sweeps.on_run_up) + len(sweeps.on_run_down)
+    return result | {"jumps": float(jumps), "truncated": float(not found.status)}
+
+
+def sweep_project(
+    project: Project,
+    grid: Mapping[str, Sequence[str]],
+    *,
+    store: str | os.PathLike[str] | None = None,
+    workers: int | None = None,
+    chunk: int | None = None,
+    client: Any = None,
+) -> xr.Dataset:
+    """Follow the response of the whole drive at every point of a grid of the numbers of its project file.
+
+    Parameters
+    ----------
+    project : Project
+        As `read_project` returns it.
+    grid : dict of str to sequence of str
+        Values as the file has them, with their units, by their names in the file, as `replaced` takes them:
+        {"loop.bandwidth": ["20 Hz", "30 Hz"], "gear": ["CSG-40-50", "SHG-40-50"]}; all combinations.
+    store, workers, chunk, client
+        As of `sweep`: a store keeps what is finished, and the same call goes on from there; by default every point, of
+        large grids a 512th of them, is a chunk.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the names of the grid, with the values in the unit that was typed or as words: `peak` (largest |pointing
+        error|), `oscillation` (its largest distance from the mean), `torque` (largest in the gear) with `peak_at`,
+        `oscillation_at`, `torque_at` (speed of the base angle [rad/s]) over the motions that a slow run-up or run-down
+        visits; `jumps` (their number in both), `truncated` (1 where harmonics are missing), and `point_status` as of
+        `sweep`, with the sentences in `errors`.
+
+    Raises
+    ------
+    ValueError
+        If a name or a value is not one of the file's: each value alone is tried before anything is computed, the ends
+        of more than 16. If the motor is free and the drive has more than its error equation.
+    """
+    axes = {name: list(map(str, texts)) for name, texts in grid.items()}
+    check(project, axes)
+    measure = ResponseMeasure(project.text, str(project.path), tuple((n, tuple(t)) for n, t in axes.items()))
+    places = {f"numbers.{i}": np.arange(len(texts), dtype=float) for i, texts in enumerate(axes.values())}
+    choice = Choice((0.0,) * len(axes))
+    chunk = chunk or max(1, prod(map(len, axes.values())) // MOST_CHUNKS)
+    data = sweep(measure, choice, places, store=store, client=client, workers=workers, chunk=chunk, units=UNITS)
+    named = dict(zip(places, axes, strict=True))
+    data = data.drop_vars([name for name in places if name in data.coords]).rename_dims(named)
+    return data.assign_coords({name: coordinate(name, texts) for name, texts in axes.items()})
+
+
+def check(project: Project, axes: Mapping[str, list[str]]) -> None:
+    """Refuse a grid with a name or a value that the file may not have, in one sentence (ValueError)."""
+    if project.train is not None:
+        refuse_free(project.train)
+    if not axes or not all(axes.values()):
+        raise ValueError(f"the grid is {shown(dict(axes))}; give names of the file with their values")
+    if prod(map(len, axes.values())) > MOST_POINTS:
+        raise ValueError(f"the grid has more than {MOST_POINTS} points, each a response curve; take fewer values")
+    for name, texts in axes.items():
+        for text in texts if len(texts) <= 16 else (texts[0], texts[-1]):
+            try:
+                replaced(project, {name: text})
+            except ValueError as error:
+                raise ValueError(f"{name} = {text}: {error}") from None
+
+
+def coordinate(name: str, texts: list[str]) -> tuple[str, Any, dict[str, str]]:
+    """Values along a dimension: numbers in the unit that they share, or words."""
+    parts = [quantity(text) for text in texts]
+    units = {unit for _, unit in parts}
+    if len(units) > 1 or any(value is None for value, _ in parts):
+        return name, texts, {}
+    return name, numbers_in(parts), {"units": units.pop()}
+
+
+def numbers_in(parts: list[tuple[float | None, str]]) -> Floats:
+    """Numbers of quantities."""
+    return np.array([value for value, _ in parts], float)

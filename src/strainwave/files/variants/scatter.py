@@ -1,0 +1,210 @@
+"""`exceedance`: how probable it is that a drive whose numbers scatter exceeds its limit somewhere in its speeds."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from scipy.special import betaincinv, ndtr, ndtri
+
+from ...quantities import number, positive_count
+from ...records import Labelled, Result
+from ...results import Floats, SolveError
+from ...sentences import on_screen
+from ...study.analysis.runup import silent
+from ...study.train.reductions import refuse_free
+from ...study.variability.sensitivity import Ranking, ranking
+from ..project import Project
+from ..yaml_text import read
+from .quantity import quantity
+from .replaced import keys_of, replaced
+
+LEAST = 32  # drives, for an interval and a ranking to mean anything
+CUT = 3.0  # standard deviations: no drive is farther from its nominal value
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True, eq=False)
+class Exceedance(Result):
+    """The largest oscillation of the error of drives drawn at random, over their whole range of speeds.
+
+    Attributes
+    ----------
+    limit : float
+        Largest oscillation [rad] that is allowed.
+    factors : dict of str to (drives,) array
+        Numbers of the file relative to themselves, by their names.
+    oscillation, at : (drives,) arrays
+        Largest |error - mean| [rad] over the motions that a slow run-up or run-down visits, and the speed [rad/s] of
+        the base angle there; nan of a drive without a response curve.
+    seed : int
+        Seed of the drives.
+    ranking : Ranking or None
+        The numbers by what they contribute to the variance of the oscillation; None where a drive has no curve.
+    errors : tuple of str
+        Sentences about drives without a curve, each once.
+    """
+
+    rows: ClassVar[str] = "drive"
+
+    limit: float
+    factors: dict[str, Floats]
+    oscillation: Floats
+    at: Floats
+    seed: int
+    ranking: Ranking | None
+    errors: tuple[str, ...]
+
+    @property
+    def count(self) -> int:
+        """Drives."""
+        return len(self.oscillation)
+
+    @property
+    def failed(self) -> int:
+        """Drives without a response curve."""
+        return int(np.sum(np.isnan(self.oscillation)))
+
+    @property
+    def exceeding(self) -> int:
+        """Drives whose oscillation is above the limit."""
+        return int(np.sum(self.oscillation > self.limit))
+
+    @property
+    def probability(self) -> float:
+        """Share of the drives with a curve that exceed the limit."""
+        return self.exceeding / max(self.count - self.failed, 1)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Clopper-Pearson interval of the probability: it holds that in at least 95 % of all samples.
+
+        Drives without a curve count as below the limit at its lower end, as above the limit at its upper one.
+        """
+        return clopper_pearson(self.exceeding, self.count)[0], clopper_pearson(
+            self.exceeding + self.failed, self.count
+        )[1]
+
+    def variables(self) -> Labelled:
+        """Oscillation, its speed and the factors of every drive."""
+        factors: dict[str, Any] = {name: ("drive", values, "1") for name, values in self.factors.items()}
+        return {"oscillation": ("drive", self.oscillation, "rad"), "at": ("drive", self.at, "rad/s"), **factors}
+
+    def __str__(self) -> str:
+        low, high = self.interval
+        shares = np.nanquantile(self.oscillation, (0.05, 0.5, 0.95)) if self.failed < self.count else [np.nan] * 3
+        lines = [
+            f"Exceedance: {self.count} drives, {len(self.factors)} numbers scatter, seed {self.seed}",
+            f"  {self.exceeding} exceed an oscillation of {self.limit:.6g} rad: probability {self.probability:.4g}",
+            f"  95 % confidence (Clopper-Pearson): {low:.4g} to {high:.4g}",
+            "  oscillation of 5, 50, 95 % of the drives: " + ", ".join(f"{value:.6g}" for value in shares) + " rad",
+        ]
+        rows = () if self.ranking is None else self.ranking.rows
+        lines += [f"  {row.path}: first-order index {row.index:.2f} +- {row.index_error:.2f}" for row in rows]
+        return on_screen("\n".join([*lines, *(f"  {error}" for error in self.errors)]))
+
+    __repr__ = __str__
+
+
+def exceedance(
+    project: Project,
+    *,
+    count: int = 200,
+    seed: int = 0,
+    limit: float | None = None,
+    progress: Callable[[int, int], None] = silent,
+) -> Exceedance:
+    """Draw drives by the scatter of a project file and follow the response of each through its speeds.
+
+    Every number of `scatter` is independently normal about that of the file, with the relative standard deviation given
+    there, cut off at three of them. The curve is that of the whole drive, as `Project.response` follows it.
+
+    Parameters
+    ----------
+    project : Project
+        With `scatter`.
+    count : int
+        Number of drives, at least 32.
+    seed : int
+        The same seed gives the same drives.
+    limit : float, optional
+        Largest oscillation [rad] that is allowed. Default: that of the project.
+    progress : callable
+        Told how many drives are done, and of how many.
+
+    Returns
+    -------
+    Exceedance
+
+    Raises
+    ------
+    ValueError
+        If the project has no scatter or no limit, or a name of the scatter is no number of the file.
+
+    References
+    ----------
+    Clopper & Pearson 1934, Biometrika 26, 404-413 (the interval).
+    """
+    count = positive_count("count", count)
+    if count < LEAST:
+        raise ValueError(f"count is {count}; it must be at least {LEAST} drives")
+    if not project.scatter:
+        raise ValueError(f"{project.path.name} has no scatter; write for example 'scatter: {{load.inertia: 5 %}}'")
+    allowed = project.limit if limit is None else number("limit [rad]", limit, positive=True)
+    if allowed is None:
+        raise ValueError(f"{project.path.name} has no limit; write for example 'limit: {{oscillation: 60 arcsec}}'")
+    if project.train is not None:
+        refuse_free(project.train)
+    nominal = {name: nominal_of(project, name) for name, _ in project.scatter}
+    factors = drawn(project.scatter, count, seed)
+    found, at, errors = np.full(count, np.nan), np.full(count, np.nan), dict[str, None]()
+    for i in range(count):
+        values = {
+            name: f"{float(value * factors[name][i])!r} {unit}".rstrip() for name, (value, unit) in nominal.items()
+        }
+        try:
+            response = replaced(project, values).response()
+        except SolveError as error:
+            errors[str(error)] = None
+        else:
+            visited = response.visited()
+            top = visited[int(np.argmax(response.oscillation[visited]))]
+            found[i], at[i] = response.oscillation[top], response.omega[top]
+        progress(i + 1, count)
+    rank = None if np.any(np.isnan(found)) else ranking(factors, found, np.random.default_rng(seed))
+    return Exceedance(allowed, factors, found, at, seed, rank, tuple(errors))
+
+
+def drawn(scatter: tuple[tuple[str, float], ...], count: int, seed: int) -> dict[str, Floats]:
+    """Factors (count,) about 1 by name, normal and cut off at CUT deviations; more drives begin with the same ones."""
+    uniform = np.random.default_rng(seed).random((count, len(scatter)))
+    outside = float(ndtr(-CUT))
+    z = ndtri(outside + (1.0 - 2.0 * outside) * uniform)
+    return {name: 1.0 + share * z[:, i] for i, (name, share) in enumerate(scatter)}
+
+
+def nominal_of(project: Project, name: str) -> tuple[float, str]:
+    """Number and unit that a project file has for a name (ValueError); of a catalogue gear's law in SI."""
+    content: Any = read(project.text).content
+    here, keys = content, keys_of(content, name)
+    if project.gear is not None and keys[0] == "gear" and len(keys) == 2 and keys[1] in project.gear.law._fields:
+        return float(getattr(project.gear.law, keys[1])), "N*m" if keys[1].startswith("T") else "N*m/rad"
+    for key in keys:
+        if isinstance(here, list):
+            here = here[int(key)] if key.isdecimal() and int(key) < len(here) else None
+        else:
+            here = here.get(key) if isinstance(here, dict) else None
+    value, unit = quantity(here) if isinstance(here, str) else (None, "")
+    if value is None:
+        raise ValueError(
+            f"scatter: {name} is no number of {project.path.name}; write the number it scatters about, too"
+        )
+    return value, unit
+
+
+def clopper_pearson(hits: int, count: int) -> tuple[float, float]:
+    """Interval of 95 % of a probability of which `count` trials gave `hits`."""
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    low = 0.0 if hits == 0 else float(betaincinv(hits, count - hits + 1, tail))
+    high = 1.0 if hits == count else float(betaincinv(hits + 1, count - hits, 1.0 - tail))
+    return low, high

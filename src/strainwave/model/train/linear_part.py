@@ -1,0 +1,221 @@
+"""What is linear in a drive train: inertias, dampings and stiffnesses around its gear, as matrices.
+
+Its coordinates are the dynamic error x, the twists of the couplings, the motor's deviation from its reference and the
+states of its control: Lagrange's equations of `theory.derivation`, in which a shaft whose angle is the sum a . p of
+coordinates has the inertia J a a^T, and so on. The twists that laws see come first, the motor's deviation next where a
+kinematic error follows it.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...law import depends, states_of, torque_of, z_rate_of
+from ...protocols import lacking
+from ...results import Floats
+from ..excitation import NoError
+from .controls import Free, SpeedLoop, inertia_of
+from .motion import AtRest, Steady
+from .shafts import Motor
+
+SIZES = (1e-9, 1e-3, 1.0, 1e3)  # twists [rad] and speeds [rad/s] at which a law is asked whether it is linear
+ROUNDING = 1e-12
+WEAK = 1e-3  # of the base speed: loop that moves the multiplier 1 of a mean that nothing holds just below 1
+
+
+@dataclass(frozen=True)
+class TrainPart:
+    """The `LinearPart` of a drive train; see `protocols`."""
+
+    train: Any
+    inertia: Floats
+    damping: Floats
+    stiffness: Floats
+    per_speed: Floats
+    laws: tuple[Any, ...]
+    follows: bool
+    loose: int
+    values: Floats
+    rates: Floats
+    disturbed: Any
+    motor: Floats
+    load: Floats
+
+    @property
+    def gear_damping(self) -> float:
+        """Damping [N*m*s/rad] across the gear."""
+        return float(self.train.B)
+
+    @property
+    def error(self) -> Any:
+        """Kinematic error of the gear."""
+        return self.train.error
+
+    def forces(self, angles: Floats) -> Floats:
+        """Torques (n, samples) of motor and load at base angles [rad], on the coordinates."""
+        motor, load = self.train.motor.excitation, self.train.load.end().excitation
+        zero = np.zeros(len(angles))
+        return np.outer(self.motor, motor.torque(angles) + zero) + np.outer(self.load, load.torque(angles) + zero)
+
+
+def linear_part(train: Any, at_load: bool = False) -> TrainPart | None:
+    """Linear part of a train; None where a part of it is neither linear nor a law of its own twist.
+
+    Parameters
+    ----------
+    train : DriveTrain
+        The train at constant mean speed.
+    at_load : bool
+        Whether its first states are the pointing error and its rate; a mean motor torque that keeps the
+        mean speed is then taken for granted where nothing holds the mean angle.
+    """
+    held, end = train.motor.held, train.load.end()
+    control = None if held else _control(train.motor.control)
+    drags = _drag(train.motor.drag), _drag(end.drag)
+    rough = depends(train.law) != 1 or lacking(train.load, "chain") or (control is None and not held) or None in drags
+    if rough or not _angle_is_steady(train):
+        return None
+    chain = train.load.chain()
+    stiffnesses = [_stiffness(law) for _, _, law in chain]
+    if any(k is None and depends(law) != 1 for k, (_, _, law) in zip(stiffnesses, chain, strict=True)):
+        return None
+    part = _assembled(train, at_load, control, drags, stiffnesses)
+    return part if at_load or part.loose < 0 or _in_balance(part) else None
+
+
+def _angle_is_steady(train: Any) -> bool:
+    """Whether the motor turns with the base angle, or, without kinematic error, rests."""
+    turns, still = isinstance(train.reference, Steady), isinstance(train.reference, AtRest)
+    return turns or (still and isinstance(train.error, NoError))
+
+
+def _assembled(train: Any, at_load: bool, control: Any, drags: Any, stiffnesses: list[Any]) -> TrainPart:
+    chain, end, held, N = train.load.chain(), train.load.end(), train.motor.held, train.N
+    own = 0 if held else 1 + states_of(train.motor.control)
+    n = 1 + len(chain) + own
+    soft = [i for i, k in enumerate(stiffnesses) if k is None]
+    places = {i: 1 + j for j, i in enumerate(soft)}  # of each coupling's twist among the coordinates
+    motor_at = 1 + len(soft)
+    hard = [i for i, k in enumerate(stiffnesses) if k is not None]
+    places |= {i: motor_at + own + j for j, i in enumerate(hard)}
+    unit = np.eye(n)
+    motor = np.zeros(n) if held else unit[motor_at]
+    M, C, K = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
+    speed, per_speed = float(isinstance(train.reference, Steady)), np.zeros(n)
+    angle = motor / N - unit[0]  # of the shaft behind the gear
+    for i, (J, B, _) in enumerate(chain):
+        twist = unit[places[i]]
+        M += J * np.outer(angle, angle)
+        C += B * np.outer(twist, twist)
+        K += (stiffnesses[i] or 0.0) * np.outer(twist, twist)
+        angle = angle - twist
+    M += end.J * np.outer(angle, angle)
+    C += drags[1] * np.outer(angle, angle)
+    per_speed -= drags[1] * speed / N * angle
+    if not held:
+        M[motor_at, motor_at] += train.motor.J + inertia_of(train.motor.control)
+        C[motor_at, motor_at] += drags[0]
+        per_speed -= drags[0] * speed * motor
+        some = np.arange(motor_at, motor_at + own)
+        C[np.ix_(some, some)] += control[1]
+        K[np.ix_(some, some)] += control[0]
+    values, rates = _states(n, held, own, [places[i] for i in range(len(chain))], motor_at, N, at_load)
+    loose = motor_at if not held and not np.any(K[motor_at]) and not np.any(K[:, motor_at]) else -1
+    laws = (train.law, *(chain[i][2] for i in soft))
+    follows = not held and not isinstance(train.error, NoError)
+    disturbed = train if loose < 0 else train._replace(motor=_weakly_held(train.motor, train.omega))
+    return TrainPart(
+        train, M, C, K, per_speed, laws, follows, loose, values, rates, disturbed, motor, angle
+    )  # fmt: skip
+
+
+def _states(
+    n: int, held: bool, own: int, twists: list[int], motor_at: int, N: float, at_load: bool
+) -> tuple[Floats, Floats]:  # fmt: skip
+    """Tables (states, n) of the states in the order of the train's: those that are no rates, and the rates."""
+    unit, zero = np.eye(n), np.zeros(n)
+    first = unit[0] + (sum(unit[i] for i in twists) if at_load else 0.0)
+    if at_load and not held:
+        first = first - unit[motor_at] / N
+    motor = [] if held else [unit[motor_at]]
+    values, rates = [first, zero], [zero, first]
+    for row in motor:
+        values, rates = [*values, row, zero], [*rates, zero, row]
+    for i in range(1, own):
+        values, rates = [*values, unit[motor_at + i]], [*rates, zero]
+    for i in twists:
+        values, rates = [*values, unit[i], zero], [*rates, zero, unit[i]]
+    return np.array(values), np.array(rates)
+
+
+def _in_balance(part: TrainPart) -> bool:
+    """Whether the mean torques on a motor that nothing holds leave its mean speed alone; with an error they do not."""
+    if part.follows or part.per_speed[part.loose] != 0.0:
+        return False
+    angles = 2.0 * np.pi * np.arange(64) / 64
+    motor, load = part.train.motor.excitation, part.train.load.end().excitation
+    shares = (
+        part.motor[part.loose] * np.mean(motor.torque(angles)),
+        part.load[part.loose] * np.mean(load.torque(angles)),
+    )
+    largest = max(float(np.max(np.abs(part.forces(angles)[part.loose]))), 1e-300)
+    return bool(abs(sum(shares)) <= ROUNDING * largest)
+
+
+def _weakly_held(motor: Motor, omega: float) -> Motor:
+    """The motor with a loop far slower than its reference, for one without: it takes the place of an exact 1."""
+    inertia = motor.J + inertia_of(motor.control)
+    weak = WEAK * omega * inertia
+    if isinstance(motor.control, Free):
+        return motor._replace(control=SpeedLoop(weak, 0.125 * WEAK * omega * weak))
+    if isinstance(motor.control, SpeedLoop):
+        return motor._replace(control=motor.control._replace(K_i=WEAK * omega * motor.control.K_p))
+    return motor
+
+
+def _control(control: Any) -> tuple[Floats, Floats] | None:
+    """Stiffness and damping matrices (deviation and states of the control) of a linear one; None of another."""
+    n = states_of(control)
+
+    def answer(y: Any) -> Floats:
+        x, v, z = float(y[0]), float(y[1]), tuple(map(float, y[2:]))
+        return np.array([torque_of(control, x, v, z), *z_rate_of(control, x, v, z)], float)
+
+    columns = _linear(answer, 2 + n)
+    if columns is None:
+        return None
+    K, C = np.zeros((1 + n, 1 + n)), np.zeros((1 + n, 1 + n))
+    sign = np.array([1.0, *[-1.0] * n])
+    K[:, 0], C[:, 0], K[:, 1:] = sign * columns[:, 0], sign * columns[:, 1], sign[:, None] * columns[:, 2:]
+    C[1:, 1:] += np.eye(n)
+    return K, C
+
+
+def _drag(law: Any) -> float | None:
+    """Damping [N*m*s/rad] of a drag that is proportional to the speed; None of another."""
+    if states_of(law):
+        return None
+    columns = _linear(lambda y: np.array([torque_of(law, float(y[0]), float(y[1]), ())], float), 2)
+    return None if columns is None or columns[0, 0] != 0.0 else float(columns[0, 1])
+
+
+def _stiffness(law: Any) -> float | None:
+    """Stiffness [N*m/rad] of a linear law of the twist; None of another."""
+    if depends(law) != 1:
+        return None
+    columns = _linear(lambda y: np.array([law.torque(float(y[0]))], float), 1)
+    return None if columns is None else float(columns[0, 0])
+
+
+def _linear(function: Any, n: int) -> Floats | None:
+    """Matrix of a linear function of n numbers; None where it is not linear at values of all sizes."""
+    with np.errstate(all="ignore"):
+        columns = np.stack([function(row) for row in np.eye(n)], axis=1)
+        mixed = np.cos(1.0 + 2.0 * np.arange(n))
+        for size in SIZES:
+            for y in (size * mixed, -size * mixed):
+                largest = np.abs(columns) @ np.abs(y)
+                if not np.all(np.abs(function(y) - columns @ y) <= ROUNDING * largest):
+                    return None
+    return columns

@@ -1,0 +1,210 @@
+"""The kinematic error in a condensed problem: of the base angle alone, or of the motor's own angle.
+
+Where the error follows the motor's deviation delta, x = u + e(phase + delta), and the gear's torque T acts on delta as
+-e'(phase + delta) T. Both are smooth functions of time: T is taken from the balance of x, T = F - D P, which holds for
+every law, with corners too; e, e' and e'' are sampled.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ....compile.jit import elementwise, kernel_as, routine
+from ....results import Floats
+from ..fourier import extend_series, multiply_rows
+from ..linear_algebra import add, copy, fill, padded, row_times
+from ..piecewise import add_product
+from .pencil import add_on_the_left, add_stiffness, add_times
+
+
+class Prescribed(NamedTuple):
+    """Error (2H+1,) of the base angle alone, for a motor that is held or a gear that has none."""
+
+    error: Floats
+
+    def positions(self, problem: Any, factor: float, z: Any, x: Any) -> None:
+        """Write the coefficients of x = u + e."""
+        copy(z[: len(x)], x)
+        add(factor, self.error, x)
+        x[0] += (1.0 - factor) * self.error[0]
+
+    def react(self, problem: Any, blocks: Any, r: Any) -> None:
+        """The motor feels no torque through the error."""
+
+    def linearise(self, problem: Any, blocks: Any, jacobian: Any) -> None:
+        """Nothing follows the motor."""
+
+    def by_speed(self, problem: Any, blocks: Any, slope: Any) -> None:
+        """Nothing follows the motor."""
+
+    def by_strength(self, problem: Any, factor: float, blocks: Any, slope: Any) -> None:
+        """Add the derivative by the logarithm of the factor of all that alternates."""
+        fill(0.0, blocks[0])
+        add(factor, self.error, blocks[0])
+        alternating(problem.stiff[0], blocks, slope)
+
+
+def _sample_error_loops(lines: Any, factor: float, angles: Any, delta: Any, value: Any, slope: Any, bend: Any) -> None:
+    for i in range(len(angles)):
+        e, de, dde = lines[0, 1], 0.0, 0.0
+        for j in range(1, lines.shape[0]):
+            order = lines[j, 0]
+            a = order * (angles[i] + delta[i])
+            c, s = np.cos(a), np.sin(a)
+            wave = factor * (lines[j, 1] * c + lines[j, 2] * s)
+            e += wave
+            de += factor * order * (lines[j, 2] * c - lines[j, 1] * s)
+            dde -= order * order * wave
+        value[i], slope[i], bend[i] = e, de, dde
+
+
+@kernel_as(_sample_error_loops)
+def sample_error(lines: Any, factor: float, angles: Any, delta: Any, value: Any, slope: Any, bend: Any) -> None:
+    """Write e, e' and e'' at base angles [rad] and deviations of the motor; `lines` are rows order, cosine, sine."""
+    order, even, odd = lines[1:].T[:, :, None]
+    a = order * (angles + delta)
+    c, s = np.cos(a), np.sin(a)
+    value[:] = lines[0, 1] + factor * np.sum(even * c + odd * s, axis=0)
+    slope[:] = factor * np.sum(order * (odd * c - even * s), axis=0)
+    bend[:] = -factor * np.sum(order * order * (even * c + odd * s), axis=0)
+
+
+def _multiplied_loops(a: Any, b: Any, out: Any) -> None:
+    for i in range(a.shape[0]):
+        for j in range(a.shape[1]):
+            f = a[i, j]
+            for m in range(b.shape[1]):
+                out[i, m] += f * b[j, m]
+
+
+@kernel_as(_multiplied_loops)
+def add_multiplied(a: Any, b: Any, out: Any) -> None:
+    """Add the product of two matrices to out."""
+    out += a @ b
+
+
+@elementwise
+def multiply(v: Any, out: Any) -> Any:
+    """Multiply the entries of out by those of v."""
+    return out * v
+
+
+VALUE, SLOPE, BEND, TORQUE, MIXED = range(5)  # rows of the samples: e, e', e'' and T
+
+
+class Following(NamedTuple):
+    """Error of the motor's own angle, as lines (order, cosine, sine; the mean first), with buffers.
+
+    `error` is that of the base angle alone, `double` the analysis of twice the harmonics.
+    """
+
+    error: Floats
+    lines: Floats
+    double: Floats
+    samples: Floats
+    wide: Floats
+    products: Floats
+    series: Floats
+    change: Floats
+
+    def positions(self, problem: Any, factor: float, z: Any, x: Any) -> None:
+        """Write the coefficients of x = u + e(phase + delta); the last block of z is delta."""
+        size, samples = len(x), self.samples
+        at = len(z) - 1 - size
+        row_times(z[at : at + size], problem.synthesis, samples[TORQUE])
+        sample_error(self.lines, factor, problem.angles, samples[TORQUE], samples[VALUE], samples[SLOPE], samples[BEND])
+        row_times(samples[VALUE], problem.analysis, x)
+        add(1.0, z[:size], x)
+
+    def gear_torque(self, problem: Any, blocks: Any) -> None:
+        """Write the coefficients and samples of T = F - D P, the balance of x."""
+        fill(0.0, self.change)
+        add_stiffness(problem.stiff[0], 0.0, blocks, blocks[0], self.change)
+        for i in range(len(self.series)):
+            self.series[i] = -self.change[i]
+        row_times(self.series, problem.synthesis, self.samples[TORQUE])
+
+    def react(self, problem: Any, blocks: Any, r: Any) -> None:
+        """Subtract e' T from the motor's block of r."""
+        self.gear_torque(problem, blocks)
+        copy(self.samples[TORQUE], self.samples[MIXED])
+        multiply(self.samples[SLOPE], self.samples[MIXED])
+        row_times(self.samples[MIXED], problem.analysis, self.series)
+        size = len(self.series)
+        at = (blocks.shape[0] - 1) * size
+        for i in range(size):
+            r[at + i] -= self.series[i]
+
+    def multiply_by(self, samples: Any, product: Any) -> None:
+        """Write the matrix that multiplies a series by what has these samples."""
+        even, odd = self.wide[1], self.wide[2]
+        h = len(self.series) // 2
+        row_times(samples, self.double, self.wide[0])
+        extend_series(self.wide[0], h, even, odd)
+        multiply_rows(even, odd, h, 1, product)
+
+    def linearise(self, problem: Any, blocks: Any, jacobian: Any) -> None:
+        """Add what follows the motor to the derivatives by the coefficients."""
+        size, last = len(self.series), blocks.shape[0] - 1
+        at = last * size
+        first, second = self.products[0], self.products[1]
+        self.gear_torque(problem, blocks)
+        self.multiply_by(self.samples[SLOPE], first)
+        copy(self.samples[TORQUE], self.samples[MIXED])
+        multiply(self.samples[BEND], self.samples[MIXED])
+        self.multiply_by(self.samples[MIXED], second)
+        for i in range(last + 1):
+            add_times(problem.stiff[0], i, 0, first, jacobian[i * size : (i + 1) * size, at : at + size])
+        motor = jacobian[at : at + size]
+        for j in range(last):
+            add_on_the_left(first, problem.stiff[0], 0, j, motor[:, j * size : (j + 1) * size])
+        own = motor[:, at : at + size]
+        add_multiplied(first, jacobian[:size, at : at + size], own)
+        for i in range(size):
+            add(-1.0, second[i], own[i])
+
+    def by_speed(self, problem: Any, blocks: Any, slope: Any) -> None:
+        """Add what the motor feels of T to the derivative by omega; follows `linearise`."""
+        fill(0.0, self.change)
+        add_stiffness(problem.stiff[1], 0.0, blocks, blocks[0], self.change)
+        size = len(self.series)
+        at = (blocks.shape[0] - 1) * size
+        add_product(self.products[0], self.change, slope[at : at + size])
+
+    def by_strength(self, problem: Any, factor: float, blocks: Any, slope: Any) -> None:
+        """Add the derivative by the logarithm of the factor of all that alternates; follows `linearise`."""
+        size = len(self.series)
+        at = (blocks.shape[0] - 1) * size
+        copy(self.samples[TORQUE], self.samples[MIXED])
+        multiply(self.samples[SLOPE], self.samples[MIXED])
+        row_times(self.samples[MIXED], problem.analysis, self.series)
+        row_times(self.samples[VALUE], problem.analysis, blocks[0])
+        blocks[0, 0] -= self.lines[0, 1]
+        alternating(problem.stiff[0], blocks, slope)
+        copy(slope[:size], self.change[:size])
+        for i in range(size):
+            slope[at + i] -= self.series[i]
+        add_product(self.products[0], self.change, slope[at : at + size])
+
+
+@routine
+def alternating(s: Any, blocks: Any, slope: Any) -> None:
+    """Add D x - F to a derivative, x in the first block and of F what alternates; the other blocks are overwritten."""
+    n, size = s.shape[1], blocks.shape[1]
+    for i in range(1, blocks.shape[0]):
+        fill(0.0, blocks[i])
+    add_stiffness(s, 0.0, blocks, blocks[0], slope)
+    for i in range(blocks.shape[0]):
+        slope[i * size] += s[0, i, n].real
+
+
+def following(lines: Floats, angles: Floats, back: Floats, double: Floats, count: int) -> Following:
+    """Buffers of an error that follows the motor, for `count` blocks of unknowns."""
+    samples, size = len(angles), back.shape[1]
+    rows = np.zeros((5, samples))
+    sample_error(lines, 1.0, angles, rows[TORQUE], *rows[:3])
+    error = rows[VALUE] @ back
+    return Following(
+        error, lines, padded(double), rows, np.empty((3, 2 * size - 1)), np.empty((2, size, size)), np.empty(size),
+        np.empty(count * size),
+    )  # fmt: skip

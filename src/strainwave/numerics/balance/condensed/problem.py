@@ -1,0 +1,249 @@
+"""`Condensed`: the balance of a system that is linear around its laws, in the twists that these see.
+
+D(k omega) P_k + T_k = F_k with the torques T of the laws, exact where they are linear between breakpoints, and the
+dynamic stiffness D of all that is linear around them. Where a kinematic error follows the motor, its deviation is one
+more block of unknowns. What repeats g times a turn has unknowns at every g-th harmonic alone.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....compile.jit import run
+from ....protocols import omega_of
+from ....results import Floats
+from ....tree import with_leaf
+from ..first_order import FirstOrder
+from ..fourier import analysis, from_blocks, synthesis, to_blocks
+from ..harmonics import ENOUGH, highest_order
+from ..linear_algebra import copy, fill
+from ..linear_part import QUIET, STRENGTH, clean_mean
+from ..piecewise import is_piecewise_linear
+from . import motions
+from .gear import Prescribed, following
+from .motions import gathered, spread
+from .others import several_at, strongest
+from .pencil import Pencil, add_entries, add_stiffness, condense, to_complex, to_real
+from .springs import springs_for
+
+LIGHT = 130  # unknowns up to which NumPy follows some curves sooner than machine code (30 s) is made
+BUDGET, STEP = 2500, 0.1  # points of a search for other orbits, and its steps in units of the orbit and the parameter
+
+
+class Condensed(NamedTuple):
+    """Balance in the coordinates that the laws see, block by block; `part` tells the system's matrices.
+
+    An orbit takes `turns` turns; its unknowns are the harmonics `every`, 2 `every`, ... of omega/turns. `stiff`
+    and `blocks` are buffers: dynamic stiffness with its derivative, and the coordinates with x in the place of u.
+    """
+
+    system: Any
+    leaf: int
+    omega_leaf: int
+    turns: int
+    every: int
+    omega: float
+    part: Any
+    pencil: Pencil
+    gear_damping: float
+    springs: Any
+    gear: Any
+    synthesis: Floats
+    analysis: Floats
+    angles: Floats
+    stiff: Any
+    blocks: Floats
+
+    def size(self) -> int:
+        return int(self.blocks.shape[0] * self.blocks.shape[1])
+
+    def harmonics(self) -> int:
+        return int(self.blocks.shape[1] // 2)
+
+    def harmonic(self, z: Any, k: int) -> Any:
+        """Cosine and sine coefficients, in the unknowns' k-th harmonic, of x but for the motor's deviation in e."""
+        h = self.blocks.shape[1] // 2
+        return z[k] + self.gear.error[k], z[h + k] + self.gear.error[h + k]
+
+    def speed(self, z: Any) -> float:
+        """Base speed [rad/s] at z."""
+        return float(z[self.size()] if self.leaf == self.omega_leaf else self.omega)
+
+    def factor(self, z: Any) -> float:
+        """Factor of all that alternates in forces and error."""
+        return float(np.exp(z[self.size()]) if self.leaf == STRENGTH else 1.0)
+
+    def residual(self, z: Any, work: Any, r: Any) -> None:
+        """Residual [N*m] of every coefficient at z = (coefficients of the blocks, parameter)."""
+        count, size = self.blocks.shape
+        n, omega, factor = self.pencil.matrices.shape[1], self.speed(z), self.factor(z)
+        condense(self.pencil, omega, factor, self.stiff[0], self.stiff[1])
+        for i in range(1, count):
+            copy(z[i * size : (i + 1) * size], self.blocks[i])
+        self.gear.positions(self, factor, z, self.blocks[0])
+        fill(0.0, r)
+        self.springs.torques(size, z, self.synthesis, r)
+        w = self.pencil.rate * omega
+        add_stiffness(self.stiff[0], self.gear_damping * w, self.blocks, z, r)
+        self.gear.react(self, self.blocks, r)
+        if self.stiff[0, 0, 0, n] == 0.0:
+            r[0] += self.pencil.matrices[0, 0, 0] * w * w * self.springs.slack()
+        loose = self.pencil.loose
+        if 0 <= loose < count:
+            r[loose * size] = self.pencil.matrices[0, loose, loose] * w * w * z[loose * size]
+
+    def linearise(self, z: Any, work: Any, jacobian: Any, slope: Any) -> None:
+        """Derivatives of the residual by the coefficients and by the parameter; follows `residual` at the same z."""
+        count, size = self.blocks.shape
+        w = self.pencil.rate * self.speed(z)
+        for i in range(count * size):
+            fill(0.0, jacobian[i, : count * size])
+        self.springs.stiffnesses(size, jacobian)
+        inertia = self.pencil.matrices[0, 0, 0] * w * w
+        if abs(jacobian[0, 0]) < 1e-9 * inertia:  # nothing holds the mean in the play of a gear
+            low, high = self.springs.ends()
+            for j in range(size):
+                jacobian[0, j] = 0.5 * inertia * (self.synthesis[j, low] + self.synthesis[j, high])
+        add_entries(self.stiff[0], self.gear_damping * w, size, count, jacobian)
+        fill(0.0, slope)
+        self.gear.linearise(self, self.blocks, jacobian)
+        if self.leaf == self.omega_leaf:
+            add_stiffness(self.stiff[1], self.gear_damping * self.pencil.rate, self.blocks, z, slope)
+            self.gear.by_speed(self, self.blocks, slope)
+        else:
+            self.gear.by_strength(self, self.factor(z), self.blocks, slope)
+        loose = self.pencil.loose
+        if 0 <= loose < count:
+            fill(0.0, jacobian[loose * size, : count * size])
+            jacobian[loose * size, loose * size] = self.pencil.matrices[0, loose, loose] * w * w
+            slope[loose * size] = 0.0
+
+    def run(self, kernel: Any, *arguments: Any) -> Any:
+        bare = self._replace(system=QUIET, part=QUIET)
+        return run(kernel, bare, *arguments, light=self.size() <= LIGHT)
+
+    def hill(self) -> bool:
+        return False
+
+    def state_count(self) -> int:
+        return len(self.part.values)
+
+    def highest(self) -> int:
+        return self.every * self.harmonics()
+
+    def series(self, points: Floats) -> Floats:
+        """Coefficients (points, blocks, 2h+1) of the unknowns, at every `every`-th harmonic."""
+        return np.asarray(points[:, :-1].reshape(len(points), *self.blocks.shape))
+
+    def states(self, points: Floats) -> Floats:
+        """Coefficients (points, states, 2h+1) of all states, in blocks, at every `every`-th harmonic."""
+        return motions.states(self, points)
+
+    def displacements(self, points: Floats) -> Floats:
+        """Coefficients (points, 2H+1) of the first state in blocks."""
+        p = motions.coordinates(self, points)
+        return spread(to_real(p @ self.part.values[0]), self.every)
+
+    def table(self, point: Floats) -> Floats:
+        return from_blocks(spread(self.series(point[None])[0], self.every).T)
+
+    def whole(self, table: Floats) -> Floats:
+        """Table of the states at the system's own base frequency."""
+        point = self.fitted(table, self.omega)
+        return from_blocks(spread(self.states(point[None])[0], self.every).T)
+
+    def motion(self, point: Floats, x: Floats) -> Floats:
+        """Table (2H+1, states) of a point."""
+        return from_blocks(spread(self.states(point[None])[0], self.every).T)
+
+    def point(self, table: Floats, value: float) -> Floats:
+        """Point of a table (2H+1, states), cut or filled up."""
+        own = gathered(to_blocks(table).T, self.every, self.harmonics())
+        p = np.linalg.pinv(self.part.values) @ own
+        blocks = p[: len(self.blocks)].copy()
+        blocks[0] -= motions.errors(self, blocks[None])[0]
+        return np.append(blocks.ravel(), value)
+
+    def fitted(self, table: Floats, value: float) -> Floats:
+        """Point of a table of the blocks, cut or filled up."""
+        return np.append(gathered(to_blocks(table).T, self.every, self.harmonics()).ravel(), value)
+
+    def sampled(self, y: Floats, value: float) -> Floats:
+        """Point of a motion with the states y (states, samples) at the problem's angles."""
+        return self.point(from_blocks(spread(y @ self.analysis, self.every).T), value)
+
+    def linear_response(self, value: float) -> Floats:
+        """Guess (coefficients, parameter): the response of the laws' tangents where they carry the mean torques."""
+        return motions.linear_response(self, value)
+
+    def left_out(self, points: Floats, _: int) -> tuple[Floats, Floats]:
+        """Parameter at some points of a curve, and the shares (values, 1 + blocks) left out there, of x and blocks."""
+        return motions.left_out(self, points)
+
+    def disturbed(self, points: Floats) -> tuple[FirstOrder, Floats, int]:
+        """Orbits in all states over one of the parts in which they repeat; and how many of them there are."""
+        return motions.disturbed(self, points)
+
+    def damping_leaf(self) -> None:
+        return None
+
+    def odd(self) -> None:
+        return None
+
+    def biased(self) -> None:
+        return None
+
+    def floating(self, points: Floats) -> NDArray[np.bool_]:
+        """Whether the gear's law gives no torque anywhere on an orbit that moves, for every point."""
+        law = self.part.laws[0]
+        if law.torque(0.0) != 0.0 or law.stiffness(0.0) != 0.0:
+            return np.zeros(len(points), bool)
+        u = self.series(points)[:, 0] @ self.synthesis
+        idle: NDArray[np.bool_] = np.all(law.torque(u) + np.zeros_like(u) == 0.0, axis=1) & (np.ptp(u, axis=1) > 0.0)
+        return idle
+
+    def several_at(self, points: Floats) -> NDArray[np.bool_]:
+        return several_at(self, points)
+
+    def to_search(self, value: float) -> "Condensed":
+        """The problem at a base frequency, with as many harmonics as the search for other orbits takes."""
+        system = with_leaf(self.system, self.omega_leaf, value)
+        wanted = max(ENOUGH, 3 * highest_order(system)) * self.turns // self.every
+        h, lines = min(self.harmonics(), wanted), self.gear.lines if self.part.follows else None
+        return assembled(system, self.part, lines, self.omega_leaf, self.omega_leaf, h, self.turns, self.every)
+
+    def strongest(self) -> float:
+        return strongest(self)
+
+    def ways(self) -> list[int]:
+        return [self.omega_leaf, STRENGTH]
+
+    def budget(self) -> tuple[int, float]:
+        return BUDGET, STEP
+
+
+def assembled(
+    system: Any, part: Any, lines: Any, leaf: int, omega_leaf: int, h: int, turns: int, every: int
+) -> Condensed:  # fmt: skip
+    """The problem with h of the harmonics `every`, 2 `every`, ...; `lines` are those of an error that is followed."""
+    samples = 8 * h + 8 if any(map(is_piecewise_linear, part.laws)) else 4 * h + 4
+    angles = 2.0 * np.pi * turns / every * np.arange(samples) / samples
+    table, back, double = synthesis(h, samples), analysis(h, samples), analysis(2 * h, samples)
+    forces = part.forces(angles) @ back
+    for row in forces:
+        clean_mean(row)
+    count, n = len(part.laws) + part.follows, len(part.inertia)
+    pencil = Pencil(
+        np.array([part.inertia, part.damping, part.stiffness]), to_complex(forces), part.per_speed, count, part.loose,
+        every / turns,
+    )  # fmt: skip
+    gear: Any = Prescribed((part.error.value(angles) + 0.0 * angles) @ back)
+    if part.follows:
+        gear = following(lines, angles, back, double, count)
+    buffers = np.empty((2, h + 1, n, n + 1), complex), np.empty((count, 2 * h + 1))
+    springs = springs_for(part.laws, h, samples, back, double)
+    return Condensed(
+        system, leaf, omega_leaf, turns, every, float(omega_of(system)), part, pencil, part.gear_damping, springs, gear,
+        table, back, angles, *buffers,
+    )  # fmt: skip

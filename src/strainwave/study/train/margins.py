@@ -1,0 +1,196 @@
+"""Stability margins of the motor's loop: the loop is cut where the control gives its torque."""
+
+from dataclasses import dataclass
+from math import inf, pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...law import share, states_of, torque_of, z_rate_of
+from ...model.train.controls import FREE, Held, inertia_of
+from ...model.train.drive_train import DriveTrain
+from ...numerics.roots import bracketed_root
+from ...protocols import with_parts
+from ...records import Result
+from ...results import Floats
+from ...sentences import on_screen
+from .state_space import Complexes, StateSpace, state_space
+
+POINTS, BEYOND = 4000, 1e3  # frequencies that are looked at, and how far below and above the slowest and fastest pole
+ABOUT = np.tan(np.linspace(-1.5, 1.5, 201))  # places around a resonance, in half widths
+SMALL = 1e-7  # of the largest: a pole that stands for 0, and an imaginary part that does not count
+STEP = 1e-6  # of the states of a control, for differences
+
+
+class MotorLoop:
+    """The open loop L(j omega) of a train's motor: torque that the control takes back per torque that it gives.
+
+    Parameters
+    ----------
+    train, at, speed
+        As of `state_space`: a motor with a loop, and the operating point.
+    """
+
+    def __init__(self, train: DriveTrain, at: ArrayLike | None, speed: float) -> None:
+        self.closed = state_space(train, at=at, speed=speed)
+        control = train.motor.control
+        kept = np.array([not name.startswith("control z") for name in self.closed.states])
+        free = train._replace(motor=train.motor._replace(control=FREE))
+        held = train._replace(motor=train.motor._replace(control=Held()))
+        self.plant: StateSpace = state_space(free, at=self.closed.at[kept], speed=speed)
+        locked = state_space(held, at=np.delete(self.closed.at[kept], [2, 3]), speed=speed)
+        self.own = _linear_control(control, self.closed.at, ~kept)
+        # its resonances, those of the closed loop, and its antiresonances: the modes with the motor locked
+        self.corners = np.concatenate([self.plant.poles, self.closed.poles, locked.poles])
+
+    def __call__(self, omega: ArrayLike) -> Complexes:
+        """Open loop (n,) at frequencies [rad/s]; 1 + L = 0 is the closed loop's characteristic equation."""
+        s = 1j * np.atleast_1d(np.asarray(omega, float))
+        angle = self.plant.response(s.imag)[self.plant.outputs.index("motor deviation"), 0]
+        by_angle, by_speed, inertia, A, B, C = self.own
+        inner = np.linalg.solve(s[:, None, None] * np.eye(len(A)) - A, B[:, :1] + s[:, None, None] * B[:, 1:])
+        return np.asarray((by_angle + s * by_speed + s * s * inertia + (C @ inner)[:, 0, 0]) * angle)
+
+    def frequencies(self) -> Floats:
+        """Frequencies [rad/s], ascending, close around resonances and antiresonances."""
+        sizes = np.abs(self.corners)
+        sizes = sizes[sizes > SMALL * np.max(sizes, initial=1e-300)]
+        low, high = (float(np.min(sizes)), float(np.max(sizes))) if len(sizes) else (1.0, 1.0)
+        waves = self.corners[self.corners.imag > 0.0]
+        near = waves.imag[:, None] + np.abs(waves.real)[:, None] * ABOUT
+        grid = np.concatenate([np.geomspace(low / BEYOND, high * BEYOND, POINTS), near.ravel(), waves.imag])
+        return np.unique(grid[grid > 0.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Margins(Result):
+    """How far the motor's loop is from instability; margins mean that where the closed loop is `stable`.
+
+    Attributes
+    ----------
+    gain_crossings : (n,) array
+        Frequencies [rad/s] where |L| = 1, ascending.
+    phase_margins : (n,) array
+        Phase [rad] of -L there, in (-pi, pi]: what the loop may still lag (or, where negative, lead).
+    phase_crossings : (m,) array
+        Frequencies [rad/s] where L is real and negative.
+    gain_margins : (m,) array
+        Factors 1/|L| there by which the gain reaches instability: above 1 a rise, below 1 a fall.
+    stable : bool
+        Whether the closed loop is stable.
+    """
+
+    gain_crossings: Floats
+    phase_margins: Floats
+    phase_crossings: Floats
+    gain_margins: Floats
+    stable: bool
+
+    @property
+    def phase_margin(self) -> float:
+        """Smallest phase margin [rad] by its size; infinite where |L| is nowhere 1."""
+        return float(min(self.phase_margins, key=abs, default=inf))
+
+    @property
+    def gain_margin(self) -> float:
+        """Smallest factor above 1 of the gain that reaches instability; infinite where there is none."""
+        return float(min((g for g in self.gain_margins if g > 1.0), default=inf))
+
+    @property
+    def gain_reduction(self) -> float:
+        """Largest factor below 1 of the gain that reaches instability; 0 where there is none."""
+        return float(max((g for g in self.gain_margins if g < 1.0), default=0.0))
+
+    @property
+    def delay_margin(self) -> float:
+        """Smallest delay [s] in the loop that reaches instability; infinite where |L| is nowhere 1."""
+        return float(min(np.mod(self.phase_margins, 2.0 * pi) / self.gain_crossings, default=inf))
+
+    def __str__(self) -> str:
+        crossings = ", ".join(
+            f"{p * 180.0 / pi:.4g}° at {w:.6g}" for p, w in zip(self.phase_margins, self.gain_crossings, strict=True)
+        )
+        gains = ", ".join(f"{g:.4g} at {w:.6g}" for g, w in zip(self.gain_margins, self.phase_crossings, strict=True))
+        return on_screen(
+            f"Margins of the motor's loop: closed loop {'stable' if self.stable else 'unstable'}\n"
+            f"  phase margins (rad/s): {crossings or 'none, |L| is nowhere 1'}\n"
+            f"  gain margins, factors (rad/s): {gains or 'none, L is nowhere real and negative'}\n"
+            f"  delay margin {self.delay_margin:.4g} s"
+        )
+
+    __repr__ = __str__
+
+
+def margins(train: DriveTrain, *, at: ArrayLike | None = None, speed: float = 0.0) -> Margins:
+    """Find gain, phase and delay margins of the motor's loop, linear about an operating point.
+
+    Parameters
+    ----------
+    train : DriveTrain
+        A train whose motor has a loop; its excitations and kinematic error are left out.
+    at : (states,) array_like, optional
+        State about which it is linear (`operating_state`). Default: zeros.
+    speed : float
+        Speed of the motor [rad/s] there. Default: standstill.
+
+    Returns
+    -------
+    Margins
+        Every crossing of |L| = 1 and of the negative real axis between a thousandth of the slowest pole and a thousand
+        times the fastest.
+
+    Raises
+    ------
+    ValueError
+        If the motor is free or held, and so has no loop.
+
+    References
+    ----------
+    Franklin, Powell & Emami-Naeini 2015, Feedback Control of Dynamic Systems, sec. 6.4 (margins from Bode plots).
+    """
+    train = with_parts("margins", train, "power_names")
+    if train.motor.free or train.motor.held:
+        kind = "free" if train.motor.free else "held ideally"
+        raise ValueError(f"the motor is {kind} and has no loop to cut; give it a SpeedLoop or a PositionLoop")
+    loop = MotorLoop(train, at, speed)
+    grid = loop.frequencies()
+    values = loop(grid)
+    size = np.log(np.maximum(np.abs(values), 1e-300))
+    across = [i for i in _changes(values.imag) if np.any(np.abs(values.imag[i : i + 2]) > SMALL * np.abs(values[i]))]
+    gains = np.array([_root(loop, grid, i, lambda z: float(np.log(abs(z)))) for i in _changes(size)])
+    phases = np.array([_root(loop, grid, i, lambda z: float(z.imag)) for i in across])
+    if len(phases):
+        phases = phases[loop(phases).real < 0.0]
+    phase_margins = np.angle(-loop(gains)) if len(gains) else gains
+    factors = 1.0 / np.abs(loop(phases)) if len(phases) else phases
+    return Margins(gains, phase_margins, phases, factors, loop.closed.stable)
+
+
+def _changes(values: Floats) -> Any:
+    """Places after which values change their sign."""
+    return np.flatnonzero(np.sign(values[1:]) * np.sign(values[:-1]) < 0.0)
+
+
+def _root(loop: MotorLoop, grid: Floats, i: int, part: Any) -> float:
+    return bracketed_root(lambda w: part(loop(w)[0]), float(grid[i]), float(grid[i + 1]), xtol=0.0, rtol=1e-13)
+
+
+def _linear_control(control: Any, state: Floats, own: Any) -> tuple[Any, ...]:
+    """Derivatives of a control's torque by angle and speed; its inertia; A, B (by both), C of its own states."""
+    z, count = state[own], states_of(control)
+    start = np.concatenate([state[2:4], z])
+
+    def slopes(f: Any, size: int) -> Floats:
+        steps = STEP * np.eye(len(start))
+        rows = [(np.reshape(f(start + d), size) - np.reshape(f(start - d), size)) / (2.0 * STEP) for d in steps]
+        return np.array(rows).reshape(len(start), size).T
+
+    def torque(y: Floats) -> Any:
+        return torque_of(control, y[0], y[1], share(control, tuple(y[2:])))
+
+    def rates(y: Floats) -> Any:
+        return np.array(z_rate_of(control, y[0], y[1], share(control, tuple(y[2:]))), float)
+
+    by, own_rates = slopes(torque, 1), slopes(rates, count)
+    return by[0, 0], by[0, 1], float(inertia_of(control)), own_rates[:, 2:], own_rates[:, :2], by[:, 2:]

@@ -1,0 +1,84 @@
+"""`strainwave sweep` over the numbers of a project file follows the whole drive."""
+
+import json
+import subprocess
+import sys
+
+import click
+import pytest
+from click.testing import CliRunner
+from twelve_projects import PROJECTS
+
+from strainwave.app.commands import cli as command
+from strainwave.app.commands.project_sweep import axis
+from strainwave.files.project import read_project
+from strainwave.files.variants.replaced import replaced
+
+
+@pytest.fixture
+def drive(tmp_path):
+    path = tmp_path / "drive.yaml"
+    path.write_text(PROJECTS["catalogue gear, motor not named"], encoding="utf-8")
+    return path
+
+
+def invoke(path, *options):
+    return CliRunner().invoke(command.cli, ["sweep", str(path), *options, "-o", str(path.parent / "store")])
+
+
+def test_ranges_and_names_become_values_of_the_file():
+    assert axis("load.inertia=1 kg*m^2:2 kg*m^2:3") == ("load.inertia", ["1.0 kg*m^2", "1.5 kg*m^2", "2.0 kg*m^2"])
+    assert axis("loop.bandwidth = 4 : 9 Hz : 2 : log") == ("loop.bandwidth", ["4.0 Hz", "9.0 Hz"])
+    assert axis("gear=CSG-40-50, SHG-40-50") == ("gear", ["CSG-40-50", "SHG-40-50"])
+    assert axis("damping.ratio=1 %:3 %:2") == ("damping.ratio", ["1.0 %", "3.0 %"])
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("load.inertia", "is no grid; write it as load.inertia=1 kg"),
+        ("load.inertia=1:2", "is no range; write it as load.inertia=LOW:HIGH:COUNT or load.inertia=LOW:HIGH:COUNT:log"),
+        ("gear=A:B:2", "is no range of numbers; write the names one by one, with commas"),
+        ("speed=1 rpm:2 rad/s:3", "begins in rpm and ends in rad/s; write both ends in one unit"),
+        ("load.inertia=1:2:x", "'x' in .* is no count"),
+        ("load.inertia=0:2:3:log", "goes through 0"),
+    ],
+)
+def test_what_is_no_grid_is_refused(text, said):
+    with pytest.raises(click.BadParameter, match=said):
+        axis(text)
+
+
+def test_the_largest_error_is_that_of_the_response_of_each_file(drive):
+    result = invoke(drive, "--grid", "load.inertia=1 kg*m^2:2 kg*m^2:2", "--grid", "damping.ratio=3 %,4 %", "--json")
+    assert result.exit_code == 0, result.stderr
+    report = json.loads(result.stdout)
+    assert (report["points"], report["failed"]) == (4, 0)
+    largest = report["variables"]["peak"]
+    peaks = {}
+    for inertia in ("1", "2"):
+        for ratio in ("3", "4"):
+            values = {"load.inertia": f"{inertia}.0 kg*m^2", "damping.ratio": f"{ratio} %"}
+            found = replaced(read_project(drive), values).response()
+            peaks[f"{inertia} kg·m^2", f"{ratio} %"] = float(found.peak[found.visited()].max())
+    top = max(peaks, key=peaks.get)
+    assert largest["largest"] == peaks[top]
+    assert tuple(largest["largest_at"].values()) == top
+    assert invoke(drive, "--grid", "load.inertia=1 kg*m^2:2 kg*m^2:2", "--grid", "damping.ratio=3 %,4 %").exit_code == 0
+
+
+def test_numbers_without_a_unit_are_refused_with_an_example(drive):
+    result = invoke(drive, "--grid", "motor.inertia=1:2:3")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "motor.inertia: '1.0' has no unit; write for example" in " ".join(result.stderr.split())
+    assert [p.name for p in drive.parent.iterdir()] == ["drive.yaml"]
+
+
+def test_a_refusal_does_not_import_what_it_does_not_need(drive):
+    code = (
+        "import sys\nfrom strainwave.app.commands.cli import cli\n"
+        f"try: cli(['sweep', {str(drive)!r}, '--grid', 'gear=CSG-40-51', '-o', 'x'])\n"
+        "except SystemExit as stop: print(stop.code, *sorted({'xarray', 'pandas', 'zarr'} & set(sys.modules)))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert run.stdout.split() == ["2"], run.stderr

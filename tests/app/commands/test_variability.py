@@ -1,0 +1,59 @@
+"""`strainwave variability` prints the probability with its interval."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+import strainwave as sw
+from strainwave.app.commands import cli as command
+from strainwave.files.project import read_project
+
+TEXT = """\
+title: Linear
+gear: {ratio: 50, law: {type: linear, K: 1e5 N*m/rad}}
+motor: {inertia: 5 kg*cm^2, mode: held}
+load: {inertia: 1 kg*m^2}
+damping: {B: 40 N*m*s/rad}
+speed: {from: 100 rad/s, to: 200 rad/s, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 20 arcsec}]}
+limit: {oscillation: 160 arcsec}
+scatter: {damping.B: 10 %, load.inertia: 5 %}
+"""
+
+
+@pytest.fixture
+def drive(tmp_path):
+    path = tmp_path / "drive.yaml"
+    path.write_text(TEXT, encoding="utf-8")
+    return path
+
+
+def invoke(path, *options):
+    return CliRunner().invoke(command.cli, ["variability", str(path), *options])
+
+
+def test_it_prints_what_python_computes(drive):
+    run = invoke(drive, "--count", "32", "--seed", "4", "--json")
+    assert run.exit_code == 0, run.stderr
+    report = json.loads(run.stdout)
+    found = sw.exceedance(read_project(drive), count=32, seed=4)
+    assert report["oscillation"] == found.oscillation.tolist()
+    assert (report["exceeding"], report["interval"]) == (found.exceeding, list(found.interval))
+    assert 0 < found.exceeding < 32
+    assert set(report["first_order_index"]) == {"damping.B", "load.inertia"}
+    assert "drive 32 of 32" in run.stderr
+    told = invoke(drive, "--count", "32", "--seed", "4", "--limit", "1 deg").stdout
+    assert "0 of 32 drives exceed an oscillation of 3600 arcsec somewhere in the range" in told
+    assert "95 % confidence (Clopper-Pearson) 0 % to 10.9 %" in told  # 1 - 0.025^(1/32)
+    assert "seed 4" in told
+
+
+def test_bad_input_is_one_sentence(drive):
+    run = invoke(drive, "--limit", "3 N*m")
+    assert run.exit_code == 2
+    assert "--limit: '3 N*m'" in run.stderr
+    drive.write_text(TEXT.replace("scatter:", "# scatter:"), encoding="utf-8")
+    run = invoke(drive)
+    assert (run.exit_code, run.stdout) == (1, "")
+    assert "drive.yaml has no scatter" in run.stderr

@@ -1,0 +1,71 @@
+"""Sweeps over the numbers of a project file: every point is the response of the file with that value."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from linear_drive import LINEAR, closed_form
+from twelve_projects import PROJECTS
+
+import strainwave as sw
+from strainwave.files.project import from_text
+
+
+@pytest.fixture
+def project(tmp_path):
+    return from_text(LINEAR, tmp_path / "drive.yaml")
+
+
+def test_every_point_has_the_largest_error_of_the_closed_form(project):
+    data = sw.sweep_project(
+        project, {"load.inertia": ["1 kg*m^2", "1.5 kg*m^2"], "damping.B": ["40 N*m*s/rad", "80 N*m*s/rad"]}
+    )
+    assert data.attrs["failed_points"] == 0
+    assert dict(data.sizes) == {"load.inertia": 2, "damping.B": 2}
+    np.testing.assert_array_equal(data["load.inertia"], [1.0, 1.5])
+    assert data["load.inertia"].attrs["units"] == "kg*m^2"
+    omega = np.linspace(100.0, 200.0, 20_001)
+    for J in (1.0, 1.5):
+        for B in (40.0, 80.0):
+            here, exact = data.sel({"load.inertia": J, "damping.B": B}), closed_form(J, B, omega)
+            top = np.argmax(exact)
+            # the curve is sampled at about a hundred speeds: its top is met from below
+            assert exact[top] * 0.99 < float(here["peak"]) <= exact[top] * (1 + 1e-7)
+            assert float(here["peak"]) == pytest.approx(closed_form(J, B, float(here["peak_at"])), rel=1e-9)
+            assert float(here["oscillation"]) == pytest.approx(float(here["peak"]), rel=1e-9)
+            inertia = J * 4.0 * float(here["torque_at"]) ** 2  # the gear carries J x''
+            assert float(here["torque"]) == pytest.approx(
+                inertia * closed_form(J, B, float(here["torque_at"])), rel=1e-3
+            )
+            assert (float(here["jumps"]), float(here["truncated"])) == (0.0, 0.0)
+
+
+def test_names_are_an_axis_and_a_store_goes_on(tmp_path):
+    catalogue = from_text(PROJECTS["catalogue gear, motor not named"], tmp_path / "drive.yaml")
+    grid = {"gear": ["CSG-40-50", "SHG-40-50"]}
+    found = sw.sweep_project(catalogue, grid, store=tmp_path / "s")
+    assert list(found["gear"].values) == ["CSG-40-50", "SHG-40-50"]
+    for name in grid["gear"]:
+        response = sw.replaced(catalogue, {"gear": name}).response()
+        at = response.visited()
+        assert float(found["peak"].sel(gear=name)) == float(np.max(response.peak[at]))
+        sweep = response.response.sweep
+        assert float(found["jumps"].sel(gear=name)) == len(sweep.on_run_up) + len(sweep.on_run_down)
+    before = {path: path.stat().st_mtime_ns for path in (tmp_path / "s").glob("peak/**/*")}
+    again = sw.sweep_project(catalogue, grid, store=tmp_path / "s")
+    xr.testing.assert_identical(found.load(), again.load())
+    assert {path: path.stat().st_mtime_ns for path in (tmp_path / "s").glob("peak/**/*")} == before
+
+
+@pytest.mark.parametrize(
+    ("grid", "said"),
+    [
+        ({}, "the grid is {}; give names of the file with their values"),
+        ({"load.inertia": []}, "give names of the file with their values"),
+        ({"load.inertia": ["1 kg*m^2", "2"]}, r"load\.inertia = 2: load\.inertia: '2' has no unit"),
+        ({"load.inertia": ["1 kg*m^2"] * 100_001}, "more than 100000 points"),
+        ({"omega": ["3 rad/s"]}, "omega = 3 rad/s: the project file has no 'omega'"),
+    ],
+)
+def test_a_grid_that_the_file_does_not_take_is_refused_before_anything_is_computed(project, grid, said):
+    with pytest.raises(ValueError, match=said):
+        sw.sweep_project(project, grid)

@@ -1,0 +1,96 @@
+"""The probability of exceeding a limit, against the closed form of a linear drive and exact binomial sums."""
+
+import math
+
+import numpy as np
+import pytest
+from linear_drive import LINEAR, closed_form
+from scipy import stats
+from twelve_projects import PROJECTS
+
+import strainwave as sw
+from strainwave.files.project import ProjectError, from_text
+from strainwave.files.variants.scatter import clopper_pearson, drawn, nominal_of
+
+OMEGA = np.linspace(100.0, 200.0, 4001)
+
+
+@pytest.fixture
+def read(tmp_path):
+    return lambda text: from_text(text, tmp_path / "drive.yaml")
+
+
+def test_every_drive_has_the_oscillation_of_the_closed_form_and_the_interval_holds_the_probability(read):
+    # resonance peaks fall as 1/B: the limit is exceeded where B is below that of the limit
+    limit = float(np.max(closed_form(1.0, 38.0, OMEGA)))
+    text = LINEAR + f"limit: {{oscillation: {limit!r} rad}}\nscatter: {{damping.B: 10 %}}\n"
+    found = sw.exceedance(read(text), count=48, seed=3)
+    B = 40.0 * found.factors["damping.B"]
+    exact = np.array([closed_form(1.0, b, at) for b, at in zip(B, found.at, strict=True)])
+    np.testing.assert_allclose(found.oscillation, exact, rtol=1e-8)
+    tops = np.array([np.max(closed_form(1.0, b, OMEGA)) for b in B])
+    np.testing.assert_allclose(found.oscillation, tops, rtol=5e-3)  # the curve has about a hundred points
+    below = stats.truncnorm.cdf((38.0 / 40.0 - 1.0) / 0.1, -3.0, 3.0)
+    low, high = found.interval
+    assert low < below < high
+    assert found.exceeding == int(np.sum(found.oscillation > limit))
+    assert found.probability == found.exceeding / 48
+    assert "95 % confidence (Clopper-Pearson)" in str(found)
+    assert found.ranking.rows[0].path == "damping.B"
+    again = sw.exceedance(read(text), count=32, seed=3)
+    np.testing.assert_array_equal(again.oscillation, found.oscillation[:32])
+
+
+def test_factors_are_normal_cut_off_at_three_deviations_and_the_same_for_the_same_seed():
+    factors = drawn((("a", 0.05), ("b", 0.2)), 20_000, 1)
+    for name, share in (("a", 0.05), ("b", 0.2)):
+        z = (factors[name] - 1.0) / share
+        assert np.max(np.abs(z)) <= 3.0
+        assert stats.kstest(z, stats.truncnorm(-3.0, 3.0).cdf).pvalue > 0.01
+    assert abs(np.corrcoef(factors["a"], factors["b"])[0, 1]) < 0.03
+    assert not np.array_equal(drawn((("a", 0.05),), 10, 2)["a"], drawn((("a", 0.05),), 10, 1)["a"])
+
+
+@pytest.mark.parametrize(("hits", "count"), [(0, 20), (20, 20), (3, 20), (57, 200)])
+def test_the_interval_is_where_binomial_tails_reach_their_share(hits, count):
+    low, high = clopper_pearson(hits, count)
+
+    def below(p, k):
+        return sum(math.comb(count, i) * p**i * (1.0 - p) ** (count - i) for i in range(k + 1))
+
+    assert low == 0.0 if hits == 0 else 1.0 - below(low, hits - 1) == pytest.approx(0.025, rel=1e-9)
+    assert high == 1.0 if hits == count else below(high, hits) == pytest.approx(0.025, rel=1e-9)
+    exact = stats.binomtest(hits, count).proportion_ci(0.95, "exact")
+    assert (low, high) == pytest.approx((exact.low, exact.high), rel=1e-6)
+
+
+def test_a_catalogue_gear_scatters_about_its_record(read):
+    project = read(PROJECTS["catalogue gear, motor not named"])
+    assert nominal_of(project, "gear.K1") == (project.gear.law.K1, "N*m/rad")
+    assert nominal_of(project, "gear.T2") == (project.gear.law.T2, "N*m")
+    assert nominal_of(project, "load.inertia") == (1.3, "kg*m^2")
+    assert nominal_of(project, "kinematic_error.1.amplitude") == (3.0, "arcsec")
+
+
+def test_the_file_holds_the_scatter(read):
+    project = read(LINEAR + "scatter: {load.inertia: 5 %, gear.K: 0.1}\n")
+    assert project.scatter == (("load.inertia", 0.05), ("gear.K", 0.1))
+    for wrong, said in (("0 %", "is not positive"), ("40 %", "is more than 30 %"), ("5 rad", "scatter")):
+        with pytest.raises(ProjectError, match=said):
+            read(LINEAR + f"scatter: {{load.inertia: {wrong}}}\n")
+
+
+@pytest.mark.parametrize(
+    ("more", "options", "said"),
+    [
+        ("", {}, r"drive\.yaml has no scatter; write for example 'scatter: \{load\.inertia: 5 %\}'"),
+        ("scatter: {load.inertia: 5 %}\n", {}, "has no limit; write for example"),
+        ("scatter: {load.inertia: 5 %}\n", {"limit": 1e-4, "count": 31}, "count is 31; it must be at least 32"),
+        ("scatter: {load.inertias: 5 %}\n", {"limit": 1e-4}, r"scatter: load\.inertias is no number of drive\.yaml"),
+        ("scatter: {damping.ratio: 5 %}\n", {"limit": 1e-4}, r"scatter: damping\.ratio is no number of"),
+        ("scatter: {nothing: 5 %}\n", {"limit": 1e-4}, "the project file has no 'nothing'"),
+    ],
+)
+def test_what_is_missing_is_told_in_one_sentence(read, more, options, said):
+    with pytest.raises(ValueError, match=said):
+        sw.exceedance(read(LINEAR + more), **options)
