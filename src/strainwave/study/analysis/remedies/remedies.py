@@ -14,8 +14,10 @@ import numpy as np
 from ....results import SolveError
 from ...response.response import ExactResponse
 from ..avoid import Avoid
-from ..drive_response import oscillations
+from ..drive_response import DriveResponse, oscillations
+from ..load_range import LoadCase, LoadRange, worst_of
 from ..runup import silent
+from ..usage import Usage
 from .knobs import Knob, knobs
 from .other_gears import other_gears
 from .peak import Top, largest
@@ -70,6 +72,22 @@ class Remedy:
         if self.before is None or self.after is None or self.after == self.before:
             return None
         return (self.ratio - 1.0) / (self.after - self.before)
+
+
+def what_helps(
+    subject: Subject, drive: DriveResponse, avoid: Avoid | None, cases: tuple[LoadCase, ...], load: LoadRange | None,
+    used: Usage, progress: Callable[[str], None],
+) -> tuple[tuple[Remedy, ...], tuple[str, ...]]:  # fmt: skip
+    """Remedies of a drive that has speeds to avoid: under the load torque of the largest oscillation."""
+    if avoid is None or not avoid.bands:
+        return (), ()
+    if load is not None and (worst := worst_of(cases)) is not None:
+        system, train = load.at(worst.torque)
+        drive, avoid = worst.drive, worst.avoid or avoid
+        train = None if subject.train is None else train
+        system = system._replace(omega=subject.system.omega)
+        subject = subject._replace(system=system, train=train, load_torque=worst.torque)
+    return remedies(subject, drive.response, avoid, used.peak_torque, progress)
 
 
 def remedies(
