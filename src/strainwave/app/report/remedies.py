@@ -64,7 +64,7 @@ def _sentence(view: View, found: tuple[Remedy, ...], at: float) -> str:
     helps = f"Most helpful: {more(best)}." if best.ratio < 1.0 - NOTHING else "None of them makes it smaller."
     under = "" if worst is None else f" under a load torque of {number(worst.torque)} N·m"
     effects = Sentence("; ").join(_effect(remedy, at) for remedy in found[:FEW])
-    others = f"; {len(found) - FEW} more are in the table" if len(found) > FEW else ""
+    others = f"; {len(found) - FEW} more are in the table of the report" if len(found) > FEW else ""
     return f"{helps} Computed again{under} with one thing changed at a time: " + effects + others + "."
 
 

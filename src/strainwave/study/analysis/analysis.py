@@ -28,10 +28,10 @@ from .cases import speeds_in_time
 from .cautions import cautions
 from .drive_response import DriveResponse, of_equation
 from .gear_studies import GearLoop, loop_of, parametric_of
-from .load_range import LoadCase, LoadRange, load_cases, over_all, worst_of
+from .load_range import LoadCase, LoadRange, load_cases, over_all
 from .motor_cases import MotorCase, motor_cases
 from .plausible import implausible
-from .remedies import Remedy, Source, Subject, remedies
+from .remedies import Remedy, Source, Subject, what_helps
 from .resonance_tops import with_tops
 from .runup import RunUp, run_up, silent
 from .time_case import TimeCase, time_case
@@ -309,7 +309,7 @@ def analyze(
     parametric, not_searched = parametric_of(system, limits)
     progress("what would help", 0.9)
     subject = Subject(system, None if curve is None else train, limits, source)
-    helps, not_tried = _what_helps(
+    helps, not_tried = what_helps(
         subject, drive, avoid, by_load, load, used, lambda what: progress(f"what would help: {what}", 0.9)
     )  # fmt: skip
     return Analysis(
@@ -318,22 +318,6 @@ def analyze(
         loop, parametric, study, avoid, helps, not_tried, (*no_loop, *not_searched),
         tuple(implausible(gear, rated_torque, loop, used)),
     )  # fmt: skip
-
-
-def _what_helps(
-    subject: Subject, drive: DriveResponse, avoid: Avoid | None, cases: tuple[LoadCase, ...], load: LoadRange | None,
-    used: Usage, progress: Callable[[str], None],
-) -> tuple[tuple[Remedy, ...], tuple[str, ...]]:  # fmt: skip
-    """Remedies of a drive that has speeds to avoid: under the load torque of the largest oscillation."""
-    if avoid is None or not avoid.bands:
-        return (), ()
-    if load is not None and (worst := worst_of(cases)) is not None:
-        system, train = load.at(worst.torque)
-        drive, avoid = worst.drive, worst.avoid or avoid
-        train = None if subject.train is None else train
-        system = system._replace(omega=subject.system.omega)
-        subject = subject._replace(system=system, train=train, load_torque=worst.torque)
-    return remedies(subject, drive.response, avoid, used.peak_torque, progress)
 
 
 def _proof(system: Any, point: OperatingPoint) -> StabilityProof:

@@ -1,5 +1,6 @@
 """Remedies of an error equation against the closed form of the linear oscillator."""
 
+import importlib
 import math
 
 import numpy as np
@@ -13,6 +14,7 @@ from strainwave.study.analysis.remedies.peak import crest
 from strainwave.study.response.resonances import operating_point
 from strainwave.study.response.response import exact_response
 
+module = importlib.import_module("strainwave.study.analysis.remedies.remedies")
 K, J, ZETA, A = 1e5, 1.0, 0.03, 1e-4
 OMEGA_0 = math.sqrt(K / J)
 B = 2.0 * ZETA * J * OMEGA_0
@@ -111,13 +113,22 @@ def test_what_does_next_to_nothing_at_ten_percent_is_tried_at_thirty():
     assert by.ratio == pytest.approx((1 - at**2 / OMEGA_0**2) / (1 - at**2 / (1.3 * OMEGA_0**2)), rel=1e-3)
 
 
-def test_what_would_take_too_long_is_left_out_and_named():
-    (found, left), _ = helps(SYSTEM, 100.0, seconds=0.0)
-    assert found == ()
-    assert [sentence.split(":")[0] for sentence in left] == [
-        "kinematic error of order 2", "kinematic error of order 2", "inertia of the load", "damping of the gear",
-        "stiffness of the gear",
-    ]  # fmt: skip
+def test_what_would_take_too_long_is_left_out_and_named(monkeypatch):
+    response = exact_response(SYSTEM, SPEEDS)
+    avoid = speeds_to_avoid(SYSTEM, response, operating_point(SYSTEM))
+    subject = Subject(SYSTEM, None, SPEEDS, source())
+    clock = iter(range(100))  # a second passes between two looks at it
+    monkeypatch.setattr(module, "thread_time", lambda: float(next(clock)))
+    # it begins at 0 s, and the unchanged drive ends at 2 s: so long another one may take; from 3 s and 5 s on two do
+    found, left = remedies(subject, response, avoid, 100.0, seconds=8.0)
+    assert sorted(remedy.share for remedy in found) == [-1.0, -0.1]
+    assert left == tuple(
+        f"{what}: it would take longer than the 8 s for all remedies"
+        for what in ("inertia of the load", "damping of the gear", "stiffness of the gear")
+    )
+    assert remedies(subject, response, avoid, 100.0, seconds=1.0) == (
+        (), ("what would help: the peak is not found again in the time for it",)
+    )  # fmt: skip
 
 
 def test_a_preload_is_among_the_remedies_of_a_law_that_it_stiffens():

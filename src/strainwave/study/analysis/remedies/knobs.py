@@ -238,7 +238,7 @@ def _stiffness(subject: Subject, name: str, path: str, law: Any) -> Iterator[Kno
         new = stiffer(law, share)
         return subject.having(replace(whole, {f"{path}.{p.path}": p.value for p in parameters(new)}))
 
-    yield Knob(f"stiffness of the {name}", value, "N·m/rad", turned, MORE)
+    yield Knob(f"stiffness of the {name}", 1e-3 * value, "kN·m/rad", turned, MORE)
 
 
 def stiffer(law: Any, share: float) -> Any:

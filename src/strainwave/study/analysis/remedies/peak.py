@@ -7,9 +7,9 @@ import numpy as np
 
 from ....compile.jit import as_python
 from ....law import is_spring
-from ....numerics.balance.second_order import second_order
-from ....numerics.continuation.coexisting import Coexisting
-from ....numerics.curves.response import symmetric_across, traced_points
+from ....numerics.balance.choice import balance_of
+from ....numerics.balance.truncation import MATTERS
+from ....numerics.curves.response import traced
 from ....numerics.stability.second_order import displacement_peaks
 from ....results import Floats
 from ....tree import leaf_of
@@ -48,13 +48,11 @@ def largest(subject: Subject, harmonics: int, coexisting: bool) -> Top | None:
 def _balanced(system: Any, speeds: tuple[float, float], harmonics: int, coexisting: bool) -> Top | None:
     leaf = leaf_of(system, "omega")
     middle = system._replace(omega=(speeds[0] * speeds[1]) ** 0.5)
-    problem: Any
     with as_python(PLAIN_RUNS):
-        if coexisting:
-            problem, found, _, _ = traced_points(middle, leaf, *speeds, harmonics, 1, POINTS)
-        else:
-            problem = second_order(middle, leaf, leaf, harmonics, 1)
-            problem, found, _ = symmetric_across(problem, *speeds, 4.0 / POINTS, Coexisting())
+        problem, found, _, _ = traced(
+            lambda h: balance_of(middle, leaf, leaf, h), *speeds, (harmonics, harmonics), MATTERS, POINTS,
+            coexisting=coexisting,
+        )  # fmt: skip
     if not len(found.points):
         return None
     series = problem.displacements(found.points)

@@ -14,8 +14,10 @@ import numpy as np
 from ....results import SolveError
 from ...response.response import ExactResponse
 from ..avoid import Avoid
-from ..drive_response import oscillations
+from ..drive_response import DriveResponse, oscillations
+from ..load_range import LoadCase, LoadRange, worst_of
 from ..runup import silent
+from ..usage import Usage
 from .knobs import Knob, knobs
 from .other_gears import other_gears
 from .peak import Top, largest
@@ -44,7 +46,7 @@ class Remedy:
     at : float
         Speed [rad/s] of it.
     before, after : float or None
-        What the thing is and what it becomes, in `unit`; None of a gear.
+        What the thing is and what it becomes, in `unit`; None of a gear, and of a stiffness of 0 at rest.
     unit : str
         The unit in which engineers give the thing.
     gear : str
@@ -70,6 +72,22 @@ class Remedy:
         if self.before is None or self.after is None or self.after == self.before:
             return None
         return (self.ratio - 1.0) / (self.after - self.before)
+
+
+def what_helps(
+    subject: Subject, drive: DriveResponse, avoid: Avoid | None, cases: tuple[LoadCase, ...], load: LoadRange | None,
+    used: Usage, progress: Callable[[str], None],
+) -> tuple[tuple[Remedy, ...], tuple[str, ...]]:  # fmt: skip
+    """Remedies of a drive that has speeds to avoid: under the load torque of the largest oscillation."""
+    if avoid is None or not avoid.bands:
+        return (), ()
+    if load is not None and (worst := worst_of(cases)) is not None:
+        system, train = load.at(worst.torque)
+        drive, avoid = worst.drive, worst.avoid or avoid
+        train = None if subject.train is None else train
+        system = system._replace(omega=subject.system.omega)
+        subject = subject._replace(system=system, train=train, load_torque=worst.torque)
+    return remedies(subject, drive.response, avoid, used.peak_torque, progress)
 
 
 def remedies(
@@ -102,11 +120,12 @@ def remedies(
     tuple of str
         What was left out, and why.
     """
-    trial = _Trial.of(subject, response, avoid)
+    begun = thread_time()
+    trial = _Trial.of(subject, response, avoid, begun + 0.5 * seconds)
     if trial is None:
-        return (), ("the peak could not be computed again",)
+        return (), ("what would help: the peak is not found again in the time for it",)
     at = response.visited()[np.argmax(oscillations(response.curve)[response.visited()])]
-    found, left, longest, begun = [], [], 0.0, thread_time()
+    found, left, longest = [], [], thread_time() - begun
     for knob in chain(knobs(subject, response.curve.coefficients[at], torque), other_gears(subject)):
         start = thread_time()
         if start - begun + longest >= seconds:
@@ -131,18 +150,20 @@ class _Trial:
     avoid: Avoid
 
     @classmethod
-    def of(cls, subject: Subject, response: ExactResponse, avoid: Avoid) -> "_Trial | None":
-        """Follow a drive without a change."""
+    def of(cls, subject: Subject, response: ExactResponse, avoid: Avoid, end: float) -> "_Trial | None":
+        """Follow a drive without a change; None where that finds no motion, or goes on after a time [s]."""
         speeds = subject.speeds
         if subject.has_memory:
             speeds = max(speeds[0], (1.0 - NEAR) * avoid.at), min(speeds[1], (1.0 + NEAR) * avoid.at)
         harmonics = response.curve.coefficients.shape[1] // 2
         same = subject._replace(speeds=speeds)
-        for coexisting in (False, True):
-            before = None if response.curve.elsewhere and not coexisting else largest(same, harmonics, coexisting)
-            if before is not None and before[1] > LOST * avoid.largest:
-                break
-        return None if before is None else cls(speeds, (harmonics, coexisting), before, avoid)
+        for coexisting in (bool(response.curve.elsewhere), True):
+            before = largest(same, harmonics, coexisting)
+            if thread_time() > end:
+                return None
+            if before is not None and (coexisting or before[1] > LOST * avoid.largest):
+                return cls(speeds, (harmonics, coexisting), before, avoid)
+        return None
 
     def best(self, knob: Knob, progress: Callable[[str], None]) -> tuple[Remedy | None, str]:
         """The most helpful change of one thing; without one, why."""
@@ -178,6 +199,8 @@ class _Trial:
         exceeds = None if limit is None else ratio * self.avoid.largest > limit
         if share == 0.0:
             return Remedy(knob.what, 0.0, 0.0, ratio, after[0], gear=knob.unit, exceeds=exceeds)
+        if not by and not knob.value:  # a stiffness of nothing at rest, with backlash
+            return Remedy(knob.what, share, 0.0, ratio, after[0], exceeds=exceeds)
         value = knob.value + by if by else (1.0 + share) * knob.value
         return Remedy(
             knob.what, 0.0 if by else share, by, ratio, after[0], knob.value, value, knob.unit, exceeds=exceeds
