@@ -93,7 +93,6 @@ def of_gear(gear):
     }  # fmt: skip
 
 
-@pytest.mark.slow
 def test_the_peak_of_the_train_is_that_of_linear_algebra(tried):
     _, avoid = tried
     at, size = top()
@@ -101,7 +100,6 @@ def test_the_peak_of_the_train_is_that_of_linear_algebra(tried):
     assert avoid.at == pytest.approx(at, rel=1e-2)  # that of the nearest point of the curve
 
 
-@pytest.mark.slow
 def test_each_remedy_does_what_linear_algebra_says(tried):
     found, avoid = tried
     inertia = HAND["J_m"] + (HAND["J_g"] + HAND["J_l"]) / HAND["N"] ** 2
@@ -128,7 +126,6 @@ def test_each_remedy_does_what_linear_algebra_says(tried):
     assert avoid.at > 0.0
 
 
-@pytest.mark.slow
 def test_what_a_train_does_not_feel_is_changed_by_thirty_percent(tried):
     found, _ = tried
     little = [r for r in found if not r.gear and r.share != -1.0 and abs(r.ratio - 1.0) < 0.01]
