@@ -29,6 +29,10 @@ POSITION_LOOP = ("mode: held", "loop: {type: position_loop, K_p: 30 N*m/rad, K_d
 FREE = ("mode: held", "mode: free")
 MOTOR_DRAG = ("inertia: 5 kg*cm^2", "inertia: 5 kg*cm^2, drag: {type: viscous, B: 2e-4 N*m*s/rad}")
 GRAVITY = ("inertia: 1 kg*m^2", "inertia: 1 kg*m^2, drag: {type: angle_torque, amplitude: 40 N*m}")
+FRICTION = (
+    "inertia: 1 kg*m^2",
+    "inertia: 1 kg*m^2, drag: {type: coulomb, T_c: 4 N*m, width: 0.1 rad/s}",
+)
 COUPLING = (
     "inertia: 1 kg*m^2",
     "inertia: 1 kg*m^2, coupling: {inertia: 0.1 kg*m^2, law: {type: linear, K: 4e5 N*m/rad}}",
@@ -67,7 +71,7 @@ def test_a_drive_that_has_more_than_its_error_equation_is_swept_by_the_names_of_
 
 
 def test_a_free_motor_with_more_is_refused_before_anything_is_computed(written):
-    result = invoke("sweep", written(FREE, MOTOR_DRAG), "--grid", "load.inertia=1 kg*m^2,2 kg*m^2")
+    result = invoke("sweep", written(FREE, FRICTION), "--grid", "load.inertia=1 kg*m^2,2 kg*m^2")
     assert (result.exit_code, result.stdout) == (1, "")
     assert (
         "with the motor free an analysis is about the error equation, which leaves out the motor's drag"
@@ -118,13 +122,13 @@ def test_the_error_equation_of_a_drive_that_has_more_is_given_to_who_says_so(wri
     assert (reduced.J, reduced.omega) == (pytest.approx(1.1), 100.0)  # both inertias in one
 
 
-def test_a_free_motor_before_a_coupling_is_refused_by_the_analysis_too(written):
-    path = written(FREE, COUPLING)
+def test_a_free_motor_with_friction_behind_it_is_refused_by_the_analysis_too(written):
+    path = written(FREE, FRICTION)
     result = invoke("analyze", path, "-o", str(path.parent / "out"))
     assert (result.exit_code, result.stdout) == (1, "")
-    assert "with the motor free an analysis is about the error equation, which leaves out the coupling" in result.stderr
-    train = sw.Drive(5e-4, 1.0, 50.0, 20.0, sw.Linear(1e5)).train(load_drag=sw.AngleTorque(40.0))
-    with pytest.raises(ValueError, match=r"leaves out the load's drag \(AngleTorque\)"):
+    assert "an analysis is about the error equation, which leaves out the load's drag (Coulomb)" in result.stderr
+    train = sw.Drive(5e-4, 1.0, 50.0, 20.0, sw.Linear(1e5)).train(load_drag=sw.Coulomb(4.0, 0.1))
+    with pytest.raises(ValueError, match=r"leaves out the load's drag \(Coulomb\)"):
         analyze(sw.Oscillator(1.0, 20.0, sw.Linear(1e5), sw.Harmonic(1.0), 1.0), Speeds((90.0, 100.0)), train=train)
 
 

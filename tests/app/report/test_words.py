@@ -61,15 +61,18 @@ def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
 )
 def test_a_key_number_beyond_what_the_gear_bears_says_so(torque, end):
     limits = {"repeated_peak_torque_Nm": 523.0, "momentary_torque_Nm": 892.0, "ratcheting_torque_Nm": 2300.0}
+    at = {"omega_rad_per_s": 100.0 * RPM, "load_torque_Nm": None, "of": "error equation"}
     data = {
         "natural_frequencies": [],
-        "largest_error": {"peak_rad": 1e-3, "omega_rad_per_s": 100.0 * RPM},
+        "error": "pointing error",
+        "largest_oscillation": {"oscillation_rad": 9e-4} | at,
+        "largest_error": {"peak_rad": 1e-3} | at,
         "largest_torque": {"torque_Nm": torque, "omega_rad_per_s": 100.0 * RPM} | limits,
     }
     shown = view(SimpleNamespace(train=None, train_curve=None, run_alone=None), has_memory=False)
     *_, (value, text, beyond) = Opening().key_numbers(shown, data)
     assert value == f"{torque:g} N·m"
-    assert text == "largest steady torque through the gear, at 100 rpm at the motor" + end
+    assert text == "largest torque through the gear in a steady motion, at 100 rpm at the motor" + end
     assert beyond == bool(end)
 
 

@@ -11,7 +11,7 @@ from ...files.variants.quantity import quantity
 from ...files.variants.replaced import keys_of, replaced
 from ...files.yaml_text import read
 from ...quantities import convert
-from ...study.train.reductions import refuse_free
+from ...study.analysis.train_curve import refuse_free
 from ..console import number, to_json
 from ..units import sign
 

@@ -12,8 +12,8 @@ import xarray as xr
 
 from ...quantities import shown
 from ...results import Floats
+from ...study.analysis.train_curve import refuse_free
 from ...study.sweep.sweep import sweep
-from ...study.train.reductions import refuse_free
 from ..project import Project, from_text
 from .quantity import quantity
 from .replaced import replaced

@@ -12,7 +12,7 @@ from ...records import Labelled, Result
 from ...results import Floats, SolveError
 from ...sentences import on_screen
 from ...study.analysis.runup import silent
-from ...study.train.reductions import refuse_free
+from ...study.analysis.train_curve import refuse_free
 from ...study.variability.sensitivity import Ranking, ranking
 from ..project import Project
 from ..yaml_text import read

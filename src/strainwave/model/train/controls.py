@@ -126,6 +126,20 @@ def _with_motor(control: Any, y: Any) -> Any:
 
 
 @chosen
+def off_reference(control: Any, y: Any) -> Any:
+    """Deviation (angle [rad], speed [rad/s]) of the motor as the load points wrong by it: none without a reference."""
+    return _with_none if class_of(control) in (Held, Free) else _with_all
+
+
+def _with_none(control: Any, y: Any) -> Any:
+    return 0.0 * y[0], 0.0 * y[1]
+
+
+def _with_all(control: Any, y: Any) -> Any:
+    return motor_states(control, y)[0]
+
+
+@chosen
 def controlled(control: Any, J: Any, torque: Any, reference: Any, deviation: Any, z: Any) -> Any:
     """Acceleration [rad/s^2] of a motor under its control and another torque, torque [N*m] of the control, own rates.
 

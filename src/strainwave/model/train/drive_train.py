@@ -13,7 +13,7 @@ from ...law import breakpoints_of, check_law, energy_of, heat_of, rest, share, s
 from ...protocols import joint_orders, need
 from ...quantities import LARGEST, AngularSpeed, Damping, Ratio
 from ..excitation import NoError
-from .controls import controlled, motor_states
+from .controls import controlled, motor_states, off_reference
 from .linear_part import linear_part
 from .motion import Steady
 from .shafts import Motor, check_load, refuse_driving
@@ -151,9 +151,9 @@ class DriveTrain(NamedTuple):
     def pointing_error(self, y: Any) -> Any:
         """Pointing error [rad] of the load: its reference angle, that of the motor over N, minus its angle.
 
-        It is `load_error` less the motor's deviation over N; of a free motor, its deviation from constant speed.
+        It is `load_error` less the motor's deviation over N; of a free motor, which has no reference, `load_error`.
         """
-        return self.load_error(y) - motor_states(self.motor.control, y)[0][0] / self.N
+        return self.load_error(y) - off_reference(self.motor.control, y)[0] / self.N
 
     def twists(self) -> tuple[int, ...]:
         """Places of the couplings' twists in the state."""

@@ -120,7 +120,9 @@ def _assembled(train: Any, at_load: bool, control: Any, drags: Any, stiffnesses:
         some = np.arange(motor_at, motor_at + own)
         C[np.ix_(some, some)] += control[1]
         K[np.ix_(some, some)] += control[0]
-    values, rates = _states(n, held, own, [places[i] for i in range(len(chain))], motor_at, N, at_load)
+    values, rates = _states(
+        n, held, own, [places[i] for i in range(len(chain))], motor_at, N, train.motor.free, at_load
+    )
     loose = motor_at if not held and not np.any(K[motor_at]) and not np.any(K[:, motor_at]) else -1
     laws = (train.law, *(chain[i][2] for i in soft))
     follows = not held and not isinstance(train.error, NoError)
@@ -131,12 +133,12 @@ def _assembled(train: Any, at_load: bool, control: Any, drags: Any, stiffnesses:
 
 
 def _states(
-    n: int, held: bool, own: int, twists: list[int], motor_at: int, N: float, at_load: bool
+    n: int, held: bool, own: int, twists: list[int], motor_at: int, N: float, free: bool, at_load: bool
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """Tables (states, n) of the states in the order of the train's: those that are no rates, and the rates."""
     unit, zero = np.eye(n), np.zeros(n)
     first = unit[0] + (sum(unit[i] for i in twists) if at_load else 0.0)
-    if at_load and not held:
+    if at_load and not (held or free):
         first = first - unit[motor_at] / N
     motor = [] if held else [unit[motor_at]]
     values, rates = [first, zero], [zero, first]

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from ...compile.jit import axpy, kernel
 from ...quantities import AngularSpeed, Ratio
 from ..excitation import NoError
-from .controls import motor_states
+from .controls import off_reference
 from .drive_train import DriveTrain, coupling_twist, motor_motion
 from .linear_part import linear_part
 from .motion import AtRest, Steady
@@ -148,7 +148,7 @@ def behind_gear(train: Any, y: Any) -> Any:
 
     The twists of all couplings, less the motor's deviation over the ratio.
     """
-    (twist, rate), (angle, speed) = coupling_twist(train, y), motor_states(train.motor.control, y)[0]
+    (twist, rate), (angle, speed) = coupling_twist(train, y), off_reference(train.motor.control, y)
     return twist - angle / train.N, rate - speed / train.N
 
 
@@ -156,7 +156,7 @@ class AtLoad(NamedTuple):
     """A train in whose state (x, x') is the pointing error and its rate: reference/N - theta of the load.
 
     The pointing error is x of the gear, with the twists of couplings and without the motor's own deviation from its
-    reference. Its omega is that of the train.
+    reference. A free motor has no reference: there it is x. Its omega is that of the train.
     """
 
     train: DriveTrain

@@ -96,7 +96,7 @@ def parameter_response(
         h = max(h, min(harmonics_of(start.coefficients), most))
 
     def followed(h: int, aim: float) -> tuple[tuple[Any, Trace, Tail, str], float]:
-        problem = balance_of(system, leaf, omega_leaf, h, period)
+        problem = balance_of(system, leaf, omega_leaf, h, period, folded=False)
         guess, origin = _beginning(problem, system, path, lo, hi, start)
         found = both_ways(problem, guess, lo, hi, 4.0 / points, growth=GROWTH)
         tail = tail_along(problem, found.points, aim)

@@ -43,9 +43,10 @@ def frequency_response(
 
     Parameters
     ----------
-    system : Oscillator, or any NamedTuple with `rhs(phase, y)` and a field `omega`
-        The system; its own `omega` does not matter. The general form may have a method `jacobian(phase, y)`; its
-        methods must take arrays, and it runs in NumPy.
+    system : Oscillator, DriveTrain, or any NamedTuple with `rhs(phase, y)` and a field `omega`
+        The system; its own `omega` does not matter. A train whose laws are torques of their own twists is condensed
+        onto these. The general form may have a method `jacobian(phase, y)`; its methods must take arrays, and it runs
+        in NumPy.
     span : (float, float)
         Range of omega [rad/s], 0 < low < high.
     harmonics : int, optional
@@ -168,7 +169,7 @@ def traced(
     share : callable, optional
         That share, from the tail. Without it the tail is not looked at: None.
     coexisting : bool
-        Whether to pass motions that coexist at the ends, or list those that are not passed.
+        Whether other motions are looked for at the ends of the range.
     """
     others = Coexisting()
 

@@ -1,6 +1,6 @@
 """The whole analysis of a drive: stability, resonances, response through the speed range, single speeds in time."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -13,20 +13,19 @@ from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.varying import VaryingOscillator
 from ...records import Labelled, Result
-from ...results import Branch, SolveError, Status
-from ...sentences import Speed, on_screen
+from ...results import SolveError
+from ...sentences import on_screen
 from ...speeds import Speeds
 from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.resonance import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
 from ..gear.parametric import ParametricResonance
 from ..response.by_integration import response_through
-from ..response.gear_forces import loses_energy
 from ..response.resonances import OperatingPoint, Regime, operating_point, regimes
 from ..response.response import ExactResponse
-from ..train.reductions import refuse_free
 from .avoid import Avoid, in_run, speeds_to_avoid
 from .cases import speeds_in_time
+from .cautions import cautions
 from .drive_response import DriveResponse, of_equation
 from .gear_studies import GearLoop, loop_of, parametric_of
 from .load_range import LoadCase, LoadRange, load_cases, over_all
@@ -36,13 +35,12 @@ from .remedies import Remedy, Source, Subject, what_helps
 from .resonance_tops import with_tops
 from .runup import RunUp, run_up, silent
 from .time_case import TimeCase, time_case
-from .train_curve import train_curve
+from .train_curve import has_curve, refuse_free, train_curve
 from .train_study import Ramp, TrainStudy, train_study
 from .usage import Usage, limit_findings, most_used, usage
 
 FEWEST, FINE = 20, 300  # points of the response curve in the band of a resonance, and of one drawn for it alone
 LESS = 1.001  # relative difference of two largest errors below which the steady one is named
-DISAGREE = 0.01  # of the largest |x|: more than truncation of the series explains
 
 
 class Largest(NamedTuple):
@@ -158,7 +156,7 @@ class Analysis(Result):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences about what went wrong or needs care."""
-        return tuple(_warnings(self))
+        return tuple(cautions(self))
 
     @property
     def train_curve(self) -> DriveResponse | None:
@@ -289,7 +287,7 @@ def analyze(
     if train is not None:
         progress("whole drive train", 0.8)
         study = train_study(
-            train, system, limits, train_curve(train, limits), exact, point, gear,
+            train, system, limits, train_curve(train, limits) if has_curve(train) else None, exact, point, gear,
             lambda part: progress(f"whole drive train: {part}", 0.85),
         )  # fmt: skip
     curve, ramp = (None, None) if study is None else (study.curve, study.run_alone)
@@ -334,53 +332,9 @@ def _proof(system: Any, point: OperatingPoint) -> StabilityProof:
     return StabilityProof.refused(system, point.mean_torque, obstacle)
 
 
-def not_exact(name: str, curve: Branch) -> list[str]:
-    """Sentence on a curve that ends inside the range or leaves too many harmonics out."""
-    if curve.status:
-        return []
-    state = "rough" if curve.status is Status.TRUNCATED else "not complete"
-    return [f"{name} is {state}: " + curve.message + "."]
-
-
 def _narrow(regime: Regime, exact: ExactResponse) -> bool:
     """Whether a resonance of the main branch has too few points of the response curve in its band."""
     if regime.response is None or not regime.response.branches or regime.resonance.q != 1:
         return False
     low, high = regime.band()
     return int(np.sum((exact.curve.omega > low) & (exact.curve.omega < high))) < FEWEST
-
-
-def _warnings(found: Analysis) -> Iterator[str]:
-    yield from found.doubts
-    exact, study, every = found.exact, found.train, (*found.run_up.up, *found.run_up.down)
-    if found.point.omega_0 == 0.0:
-        yield (
-            "The law has no stiffness where the mean torque holds the drive (backlash), so there is no natural "
-            "frequency to resonate with and multiple scales does not apply; everything here is from integration."
-        )
-    if not loses_energy(found.system):
-        yield (
-            "The drive has no damping: transients never decay, the amplitude at resonance is bounded by the "
-            "nonlinearity alone, and simulated points depend on the start; give a damping, a damping ratio or a "
-            "quality factor."
-        )
-    if exact.method != "integration":
-        yield from not_exact("The response curve", exact.curve)
-    elif not exact.curve.status:
-        yield "The response has gaps: " + exact.curve.message + "."
-    difference = found.run_up.difference()
-    if difference is not None and difference > DISAGREE:
-        yield (
-            f"The run-up and run-down by integration differ from the response curve by up to {100.0 * difference:.2g} "
-            "% in the largest |x| at one speed: the drive can settle on another motion there."
-        )
-    if failed := [motion for motion in every if not motion.status]:
-        yield f"{len(failed)} of {len(every)} simulated speeds have no steady motion: {failed[0].message}."
-    for case in found.cases:
-        if not case.transient.status:
-            text = f" ({case.name}) the simulation from rest {case.transient.message}."
-            yield "At " + Speed(case.omega, digits=5) + text
-    if study is not None and study.curve is not None:
-        yield from not_exact("The steady curve of the whole drive train", study.curve.response.curve)
-    if study is not None and study.left_out is not None:
-        yield study.left_out.sentence()

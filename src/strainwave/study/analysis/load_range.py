@@ -20,7 +20,7 @@ from ..response.by_integration import response_through
 from ..response.resonances import operating_point
 from .avoid import Avoid, Speeds, merged, speeds_to_avoid
 from .drive_response import DriveResponse, of_equation
-from .train_curve import train_curve
+from .train_curve import has_curve, train_curve
 
 MOST, WITH_MEMORY = 9, 3  # torques of a range with a curve each; of laws with friction or memory
 
@@ -146,7 +146,7 @@ def _case(load: LoadRange, torque: float, speeds: Speeds, limit: float | None) -
     system, train = load.at(torque)
     system = system._replace(omega=0.5 * (speeds[0] + speeds[1]))
     point = operating_point(system)
-    curve = None if train is None else train_curve(train, speeds)
+    curve = train_curve(train, speeds) if train is not None and has_curve(train) else None
     if curve is None:
         curve = of_equation(system, response_through(system, speeds))
     return LoadCase(torque, curve, speeds_to_avoid(system, curve.response, point, limit))

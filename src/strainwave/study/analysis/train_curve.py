@@ -26,6 +26,7 @@ from ...results import Floats
 from ...tree import leaf_of
 from ..response.jumps import jumps
 from ..response.response import ExactResponse
+from ..train.reductions import left_out, listed
 from .drive_response import DriveResponse
 
 POINTS, FEW = 60, 24  # about so many, and more where the curve bends; and for a peak alone
@@ -52,7 +53,7 @@ def train_curve(
     harmonics : int, optional
         Highest harmonic of the base angle. Default: grown until those left out are negligible.
     """
-    system = AtLoad(without_gravity(train), train.omega)
+    system = _at_load(train)
     if train.motor.free and system.linear_part() is None:
         return None
     problem, found, tail, origin = traced_train(system, speeds, POINTS, harmonics)
@@ -70,7 +71,26 @@ def train_curve(
     at = [int(np.argmin(np.max(np.abs(rows - row), axis=1))) for row in curve.coefficients]
     flow, orbits, times = problem.disturbed(found.points[at])
     strain = _strain(system, orbits[:, -1], flow.series(orbits), 2.0 * np.pi / times)
-    return DriveResponse(response, *strain, without_angle=follows_its_angle(train))
+    return DriveResponse(response, *strain, not train.motor.free, follows_its_angle(train))
+
+
+def has_curve(train: DriveTrain) -> bool:
+    """Whether a train has a curve and needs one: the error equation serves a free motor with gear and rigid load."""
+    return not train.motor.free or (bool(left_out(train)) and _at_load(train).linear_part() is not None)
+
+
+def refuse_free(train: DriveTrain) -> None:
+    """Refuse a free motor in a train that has neither a curve nor an error equation with all of it (ValueError)."""
+    if (parts := left_out(train)) and not has_curve(train):
+        raise ValueError(
+            f"with the motor free, and friction or memory in the drive, an analysis is about the error equation, which "
+            f"leaves out {listed(parts)}; give the motor a loop or hold it ('mode: held'), or take "
+            "find_orbit(SteadyTrain(train, omega))"
+        )
+
+
+def _at_load(train: DriveTrain) -> AtLoad:
+    return AtLoad(without_gravity(train), train.omega)
 
 
 def largest_oscillation(
@@ -80,7 +100,7 @@ def largest_oscillation(
 
     Without `coexisting` motions that do not join the curve are not looked for.
     """
-    system = AtLoad(without_gravity(train), train.omega)
+    system = _at_load(train)
     problem, found, _, _ = traced_train(system, speeds, FEW, harmonics, coexisting)
     if not len(found.points):
         return None
@@ -135,7 +155,7 @@ def traced_train(
     begin, most = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST, top + 2 * g)
     harmonics = (min(begin, most), most) if given is None else (given, given)
     problem, found, tail, origin = traced(
-        problem_with, *speeds, harmonics, MATTERS, points, lambda tail: tail.worst if linear else tail.share, coexisting
+        problem_with, *speeds, harmonics, MATTERS, points, lambda t: t.worst if linear else t.share, coexisting
     )
     if tail is None or linear or g == 1:
         return problem, found, tail, origin

@@ -175,15 +175,6 @@ def left_out(train: DriveTrain) -> tuple[str, ...]:
     return tuple(words for there, words in parts if there)
 
 
-def refuse_free(train: DriveTrain) -> None:
-    """Refuse a free motor in a train that is more than its error equation: neither answers for it (ValueError)."""
-    if train.motor.free and (parts := left_out(train)):
-        raise ValueError(
-            f"with the motor free an analysis is about the error equation, which leaves out {listed(parts)} of this "
-            "drive; give the motor a loop or hold it ('mode: held'), or take find_orbit(SteadyTrain(train, omega))"
-        )
-
-
 def listed(parts: tuple[str, ...]) -> str:
     """Words in a row: "a, b and c"."""
     *first, last = parts
