@@ -206,6 +206,18 @@ def test_another_gear_keeps_hysteresis_loop_and_speeds_of_the_load():
     assert (after.bandwidth, after.damping) == pytest.approx((before.bandwidth, before.damping))
 
 
+def test_ratios_of_one_stiffness_are_other_gears_too_and_a_law_of_the_users_own_has_none():
+    old, new = sw.catalogue.gear("CSG-40-80"), sw.catalogue.gear("CSG-40-100")
+    assert old.law == new.law
+    subject = subject_of()
+    source = subject.source._replace(gear=old, drive=subject.source.drive._replace(N=80.0, law=old.law))
+    changed = with_gear(subject, source, new)
+    assert (100.0, HAND["B"]) == (changed.train.N, changed.train.B)
+    assert changed.speeds == pytest.approx((1.25 * SPEEDS[0], 1.25 * SPEEDS[1]))
+    own = source._replace(drive=source.drive._replace(law=sw.Linear(1e5)))
+    assert with_gear(subject, own, new) == "the drive has another law than the catalogue's"
+
+
 def test_a_gear_that_may_not_turn_so_fast_is_refused_with_its_limit():
     subject = subject_of()._replace(speeds=(100.0, 400.0))
     assert with_gear(subject, subject.source, sw.catalogue.gear("CSG-40-80")) == (
