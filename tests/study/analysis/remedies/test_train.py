@@ -93,7 +93,6 @@ def of_gear(gear):
     }  # fmt: skip
 
 
-@pytest.mark.slow
 def test_the_peak_of_the_train_is_that_of_linear_algebra(tried):
     _, avoid = tried
     at, size = top()
@@ -101,7 +100,6 @@ def test_the_peak_of_the_train_is_that_of_linear_algebra(tried):
     assert avoid.at == pytest.approx(at, rel=1e-2)  # that of the nearest point of the curve
 
 
-@pytest.mark.slow
 def test_each_remedy_does_what_linear_algebra_says(tried):
     found, avoid = tried
     inertia = HAND["J_m"] + (HAND["J_g"] + HAND["J_l"]) / HAND["N"] ** 2
@@ -128,7 +126,6 @@ def test_each_remedy_does_what_linear_algebra_says(tried):
     assert avoid.at > 0.0
 
 
-@pytest.mark.slow
 def test_what_a_train_does_not_feel_is_changed_by_thirty_percent(tried):
     found, _ = tried
     little = [r for r in found if not r.gear and r.share != -1.0 and abs(r.ratio - 1.0) < 0.01]
@@ -207,6 +204,18 @@ def test_another_gear_keeps_hysteresis_loop_and_speeds_of_the_load():
     assert (train.N, changed.system.law) == (80.0, train.law)
     before, after = (tuning_of(t.motor.control, loop_inertia(t)) for t in (subject.train, train))
     assert (after.bandwidth, after.damping) == pytest.approx((before.bandwidth, before.damping))
+
+
+def test_ratios_of_one_stiffness_are_other_gears_too_and_a_law_of_the_users_own_has_none():
+    old, new = sw.catalogue.gear("CSG-40-80"), sw.catalogue.gear("CSG-40-100")
+    assert old.law == new.law
+    subject = subject_of()
+    source = subject.source._replace(gear=old, drive=subject.source.drive._replace(N=80.0, law=old.law))
+    changed = with_gear(subject, source, new)
+    assert (100.0, HAND["B"]) == (changed.train.N, changed.train.B)
+    assert changed.speeds == pytest.approx((1.25 * SPEEDS[0], 1.25 * SPEEDS[1]))
+    own = source._replace(drive=source.drive._replace(law=sw.Linear(1e5)))
+    assert with_gear(subject, own, new) == "the drive has another law than the catalogue's"
 
 
 def test_a_gear_that_may_not_turn_so_fast_is_refused_with_its_limit():

@@ -61,10 +61,9 @@ def with_gear(subject: Subject, source: Source, gear: Gear) -> Subject | str:
     """The drive with another gear of the catalogue, or why it cannot have it."""
     drive, old = source.drive, source.gear
     assert old is not None
-    law = swapped(drive.law, old.law, gear.law)
     faster = gear.ratio / drive.N if source.by_motor else 1.0
     low, high = (faster * speed for speed in subject.speeds)
-    if law == drive.law:
+    if not _holds(drive.law, old.law):
         return "the drive has another law than the catalogue's"
     if source.by_motor and gear.max_speed is not None and high > gear.max_speed:
         return f"its input may turn at {gear.max_rpm:g} rpm at most"
@@ -73,7 +72,7 @@ def with_gear(subject: Subject, source: Source, gear: Gear) -> Subject | str:
         J_m += gear.input_inertia - old.input_inertia
     if not J_m > 0.0:
         return "the motor's inertia is less than that of its gear's wave generator"
-    other = drive._replace(J_m=J_m, N=float(gear.ratio), law=law)
+    other = drive._replace(J_m=J_m, N=float(gear.ratio), law=swapped(drive.law, old.law, gear.law))
     inertia, before = (other.J, drive.J) if source.free else (other.J_l, drive.J_l)
     other = other._replace(B=drive.B * sqrt(gear.law.K1 / old.law.K1 * inertia / before))
     changed = subject.of_drive(other)._replace(speeds=(low, high))
@@ -97,6 +96,13 @@ def retuned(control: Any, inertia: float) -> Any:
     if isinstance(control, PositionLoop | SpeedLoop):
         return made(control, [inertia * gain for gain in control])
     return control
+
+
+def _holds(law: Any, part: Any) -> bool:
+    """Whether a law is another one, or made of it."""
+    if type(law) is type(part) and law == part:
+        return True
+    return isinstance(law, tuple) and any(_holds(item, part) for item in law)
 
 
 def swapped(law: Any, old: Any, new: Any) -> Any:
