@@ -73,7 +73,9 @@ def test_a_drive_that_has_more_than_its_error_equation_is_swept_by_the_names_of_
 def test_a_free_motor_with_more_is_refused_before_anything_is_computed(written):
     result = invoke("sweep", written(FREE, FRICTION), "--grid", "load.inertia=1 kg*m^2,2 kg*m^2")
     assert (result.exit_code, result.stdout) == (1, "")
-    assert "about the error equation, which leaves out the load's drag (Coulomb); give the motor a loop" in result.stderr
+    assert (
+        "about the error equation, which leaves out the load's drag (Coulomb); give the motor a loop" in result.stderr
+    )
 
 
 def pointing_error_of_a_linear_drive(omega, K_i, K_p):
