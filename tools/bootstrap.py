@@ -142,7 +142,7 @@ def lint(rest: list[str]) -> list[str]:
 def test(rest: list[str]) -> list[str]:
     """Lint, measure the coverage with compilation off, then run every test but those that this has done for good."""
     pytest = ["pytest", "-q", "-n", "auto", "--dist", "loadfile"]
-    coverage = [*pytest, "-m", "not compiled and not slow", "--cov", "--cov-report=term"]
+    coverage = [*pytest, "-m", "not compiled and (interpreted or not slow)", "--cov", "--cov-report=term"]
     compiled = [*pytest, "-m", "not interpreted", *rest]
     single = {"OPENBLAS_NUM_THREADS": "1"}  # each test process has a core: threads of its own would take that of others
     return lint([]) + run_all([coverage], STRAINWAVE_JIT="0", **single) + run_all([compiled], **single)
