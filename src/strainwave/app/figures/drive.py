@@ -27,6 +27,7 @@ from .svg import Arrow, Curve, Panel
 
 SHADE = "#d9d9d9"  # speeds to avoid
 HEADROOM, HEIGHT = 1.08, 290.0  # of a panel
+NEAR = 2.0  # times the largest torque: limits up to there are drawn
 
 
 class Drawn(NamedTuple):
@@ -68,7 +69,7 @@ def panels(project: Project, angle: AngleUnit, drive: DriveResponse, more: Drawn
 
 
 def _inside(x: Floats, ends: tuple[float, float]) -> NDArray[np.bool_]:
-    return np.asarray((x >= ends[0]) & (x <= ends[1]))
+    return np.asarray(((x >= ends[0]) & (x <= ends[1])) | np.isinf(x))
 
 
 def _error(
@@ -128,7 +129,7 @@ def _torque(panel: Panel, project: Project, drive: DriveResponse, more: Drawn, s
         "momentary torque": (project.gear.momentary_torque, "2 2"),
     }
     for name, (limit, dash) in limits.items():
-        if limit is not None and limit < 3.0 * top:
+        if limit is not None and limit < NEAR * top:
             panel.line([-np.inf, np.inf], [limit, limit], BLACK, f"{name} of {project.gear.name}", dash, 1.2)
 
 

@@ -17,8 +17,8 @@ from .whole_train import WholeTrain
 SECTIONS: tuple[Section, ...] = (
     Opening(),
     Warnings(),
-    SpeedsToAvoid(),
     Motors(),
+    SpeedsToAvoid(),
     SpeedRange(),
     WholeTrain(),
     Hysteresis(),
