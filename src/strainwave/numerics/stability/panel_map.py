@@ -196,6 +196,6 @@ def _maps(known: Any) -> Floats:
 @lru_cache(64)
 def _even(harmonics: int, panels: int) -> tuple[Floats, Floats, Floats]:
     width = np.full(panels, 2.0 * np.pi / panels)
-    first: Floats = 2.0 * np.pi / panels * np.arange(panels)
+    first = np.linspace(0.0, 2.0 * np.pi, panels, endpoint=False)
     psi = (first[:, None] + width[:, None] * C).ravel()
     return first, width, Samples(psi, psi).basis(harmonics)
