@@ -20,9 +20,9 @@ from ..balance.panels import Samples, cut
 from .period_map import FEW, eliminated
 
 PLACES = 8
-PHASE = 3.0  # of the fastest disturbance in a panel [rad]
+PHASE = 3.5  # of the fastest disturbance in a panel [rad]
 TERMS = 34  # of the series in it
-WAVES = 2.5  # of the highest harmonic of an orbit in a panel [rad]
+WAVES = 2.8  # of the highest harmonic of an orbit in a panel [rad]
 MOST = 2048  # panels a period
 EVEN, TOGETHER = 4, 32  # numbers of panels are multiples, so that orbits share tables; orbits at a time
 C = 0.5 + 0.5 * np.polynomial.legendre.leggauss(PLACES)[0]
@@ -91,7 +91,7 @@ def _panels_loops(table: Any, which: Any, feedback: Any, first: Any, flow: Any) 
     _, places, r, q = feedback.shape
     n = end.shape[1]
     rows = places * r
-    m, new = np.empty((rows, rows + n)), np.empty((n, n))
+    m, step, new = np.empty((rows, rows + n)), np.empty((n, n)), np.empty((n, n))
     for orbit in range(len(first) - 1):
         for k in range(n):
             for j in range(n):
@@ -108,21 +108,21 @@ def _panels_loops(table: Any, which: Any, feedback: Any, first: Any, flow: Any) 
                         for j in range(places):
                             for d in range(r):
                                 m[row, j * r + d] -= factor * answers[at, i, o, j, d]
-                        for k in range(n):  # of the flow so far: the map of a panel is never needed by itself
-                            for j in range(n):
-                                m[row, rows + j] += factor * seen[at, i, o, k] * flow[orbit, k, j]
+                        for j in range(n):
+                            m[row, rows + j] += factor * seen[at, i, o, j]
                     m[row, row] += 1.0
             eliminated(m)
             for k in range(n):
                 for j in range(n):
-                    total = 0.0
-                    for i in range(n):
-                        total += end[at, k, i] * flow[orbit, i, j]
-                    new[k, j] = total
+                    step[k, j] = end[at, k, j]
+                    new[k, j] = 0.0
                 for i in range(places):
                     for e in range(r):
                         for j in range(n):
-                            new[k, j] += gains[at, k, i, e] * m[i * r + e, rows + j]
+                            step[k, j] += gains[at, k, i, e] * m[i * r + e, rows + j]
+                for i in range(n):
+                    for j in range(n):
+                        new[k, j] += step[k, i] * flow[orbit, i, j]
             for k in range(n):
                 for j in range(n):
                     flow[orbit, k, j] = new[k, j]
