@@ -263,6 +263,9 @@ class InAllStates(Balance, Protocol):
     def disturbed(self, points: Floats) -> tuple[Any, Floats, int]:
         """A `FirstOrder` problem with these orbits as its points, over one of so many equal parts of each."""
 
+    def disturbances(self, points: Floats) -> Any:
+        """Disturbances of these orbits over one part, a constant matrix and feedbacks; None where none are known."""
+
 
 class Load(Protocol):
     """What hangs on the gear's output: a `Load`, or an `Elastic` coupling with a load behind it.

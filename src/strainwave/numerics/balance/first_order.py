@@ -210,6 +210,9 @@ class FirstOrder(NamedTuple):
         """The problem and its points: all states, over the whole orbit."""
         return self, points, 1
 
+    def disturbances(self, _: Floats) -> None:
+        """No part of its disturbances is known to be constant."""
+
     def damping_leaf(self) -> int | None:
         return None
 

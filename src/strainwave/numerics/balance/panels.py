@@ -65,7 +65,11 @@ def samples_between(distance: Distance, harmonics: int) -> Samples:
 
 def pieces(distance: Distance, harmonics: int, longest: float) -> tuple[Floats, Floats]:
     """Starts and lengths (n,) [rad] of pieces of a period, none above `longest`, cut where a `distance` vanishes."""
-    cuts = np.sort(_crossings(distance, harmonics))
+    return cut(np.sort(_crossings(distance, harmonics)), longest)
+
+
+def cut(cuts: Floats, longest: float) -> tuple[Floats, Floats]:
+    """Starts and lengths (n,) [rad] of pieces of a period, none above `longest`, between `cuts` in order."""
     ends = np.concatenate([cuts, [cuts[0] + 2.0 * np.pi]]) if len(cuts) else np.array([0.0, 2.0 * np.pi])
     lengths = np.diff(ends)
     parts = np.maximum(1, np.ceil(lengths / longest)).astype(int)

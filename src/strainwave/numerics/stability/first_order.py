@@ -24,6 +24,7 @@ from ..balance.first_order import FirstOrder
 from ..balance.panels import Samples, distance_along, pieces
 from ..balance.rates import base_speed, slopes_along
 from ..labels import BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER
+from .panel_map import maps_through_panels, resolved
 from .period_map import GAUSS_C, walked
 from .second_order import LARGEST_LOG, displacement_peaks
 from .special_points import inserted, root_on_chord
@@ -48,7 +49,10 @@ def monodromy(problem: FirstOrder, points: Floats) -> Floats:
 def floquet_of(problem: Any, points: Floats) -> NDArray[np.complex128]:
     """Multipliers (points, states) of orbits of a problem, largest modulus first."""
     flow, orbits, times = problem.disturbed(points)
-    return np.asarray(_floquet(flow, orbits) ** times)
+    known = problem.disturbances(points)
+    if known is None or not resolved(known):
+        return np.asarray(_floquet(flow, orbits) ** times)
+    return np.asarray(multipliers_of(maps_through_panels(known)) ** times)
 
 
 def _floquet(problem: FirstOrder, points: Floats) -> NDArray[np.complex128]:

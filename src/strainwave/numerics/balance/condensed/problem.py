@@ -21,6 +21,7 @@ from ..linear_algebra import copy, fill
 from ..linear_part import QUIET, STRENGTH, clean_mean
 from ..piecewise import is_piecewise_linear
 from . import motions
+from .disturbances import Disturbances, disturbances
 from .gear import Prescribed, following
 from .motions import gathered, spread
 from .others import several_at, strongest
@@ -184,6 +185,10 @@ class Condensed(NamedTuple):
     def disturbed(self, points: Floats) -> tuple[FirstOrder, Floats, int]:
         """Orbits in all states over one of the parts in which they repeat; and how many of them there are."""
         return motions.disturbed(self, points)
+
+    def disturbances(self, points: Floats) -> Disturbances | None:
+        """Disturbances of orbits over one of the parts in which they repeat; None where these are not known."""
+        return disturbances(self, points)
 
     def damping_leaf(self) -> None:
         return None

@@ -1,0 +1,201 @@
+"""Period maps of y' = (A + B R(t) C) y: a constant matrix and a few feedbacks that vary, in long panels.
+
+In a panel of length h the feedbacks f = R C y are polynomials through their values at m places c_i h, and what they do
+to y is integrated exactly: y(t) = exp(A t) y(0) + int_0^t exp(A (t - s)) B f(s) ds. At the places that is a linear
+system with as many unknowns as feedbacks, not states, and no step has to resolve by itself what A does. The tables
+are power series in h, which the length of a panel keeps short. With Gauss's places the order is 2 m.
+
+Hochbruck & Ostermann 2010, Exponential integrators, Acta Numerica 19, sec. 2.2 (exponential collocation).
+"""
+
+from functools import lru_cache
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...compile.jit import borrowed, kernel_as, run
+from ...results import Floats
+from ..balance.panels import Samples, cut
+from .period_map import FEW, eliminated
+
+PLACES = 8
+PHASE = 3.5  # of the fastest disturbance in a panel [rad]
+TERMS = 34  # of the series in it
+WAVES = 2.8  # of the highest harmonic of an orbit in a panel [rad]
+MOST = 2048  # panels a period
+EVEN, TOGETHER = 4, 32  # numbers of panels are multiples, so that orbits share tables; orbits at a time
+C = 0.5 + 0.5 * np.polynomial.legendre.leggauss(PLACES)[0]
+
+
+class Tables(NamedTuple):
+    """What A and B do in panels of some lengths, for states n, feedbacks r and what they see, q, at places m.
+
+    `seen` (lengths, m, q, n) of the state at the start and `answers` (lengths, m, q, m, r) of the feedbacks; the state
+    at the end: `flow` (lengths, n, n) and `gains` (lengths, n, m, r).
+    """
+
+    seen: Floats
+    answers: Floats
+    flow: Floats
+    gains: Floats
+
+
+@lru_cache(1)
+def _weights() -> tuple[Floats, Floats]:
+    """Powers c^p/p! (m + 1, terms) and integrals (m + 1, m, terms) of (c - s)^p/p! times Lagrange's polynomials.
+
+    c are the places and, last, 1; the integrals run from 0 to c.
+    """
+    ends, p = np.append(C, 1.0), np.arange(TERMS)
+    factorial = np.cumprod(np.maximum(p, 1).astype(float))
+    x, w = np.polynomial.legendre.leggauss(TERMS)
+    s = np.outer(ends, 0.5 + 0.5 * x)
+    lagrange = np.stack([np.prod([(s - d) / (c - d) for d in C if d != c], axis=0) for c in C], axis=1)
+    powers = (ends[:, None] - s)[..., None] ** p / factorial
+    return ends[:, None] ** p / factorial, np.einsum("ie,ije,iep->ijp", 0.5 * ends[:, None] * w, lagrange, powers)
+
+
+def tables(a: Floats, b: Floats, c: Floats, lengths: Floats) -> Tables:
+    """Tables of the constant matrix a (n, n), the inputs b (n, r) and the outputs c (q, n) for lengths (k,) [s]."""
+    n, r, q, k, m = len(a), b.shape[1], len(c), len(lengths), PLACES
+    longest = np.max(lengths, initial=1e-300)
+    powers = np.empty((TERMS, n, n))
+    powers[0] = np.eye(n)
+    for i in range(1, TERMS):
+        powers[i] = powers[i - 1] @ (longest * a)
+    share = (lengths / longest)[:, None] ** np.arange(TERMS)
+    own, answer = _weights()
+    inputs = powers @ b
+    after = _series(share, own, powers)
+    behind = lengths[:, None, None, None, None] * _series(share, answer.reshape(-1, TERMS), inputs).reshape(
+        k, m + 1, m, n, r
+    )
+    seen = c @ after[:, :m]
+    answers = np.moveaxis(c @ behind[:, :m], 2, 3)
+    gains = np.moveaxis(behind[:, m], 1, 2)
+    shapes = (k, m, q, n), (k, m, q, m, r), (k, n, n), (k, n, m, r)
+    found = (seen, answers, after[:, m], gains)
+    return Tables(*(np.ascontiguousarray(x).reshape(s) for x, s in zip(found, shapes, strict=True)))
+
+
+def _series(share: Floats, weights: Floats, powers: Floats) -> Floats:
+    """Sums (lengths, rows, n, ...) of powers (terms, n, ...) with the weights (rows, terms) for shares of a length."""
+    terms = share[:, None, :] * weights
+    return np.asarray((terms @ powers.reshape(TERMS, -1)).reshape(*terms.shape[:2], *powers.shape[1:]))
+
+
+def _panels_loops(table: Any, which: Any, feedback: Any, first: Any, flow: Any) -> None:
+    seen, answers, end, gains = borrowed(table[0]), borrowed(table[1]), borrowed(table[2]), borrowed(table[3])
+    which, feedback, first, flow = borrowed(which), borrowed(feedback), borrowed(first), borrowed(flow)
+    _, places, r, q = feedback.shape
+    n = end.shape[1]
+    rows = places * r
+    m, step, new = np.empty((rows, rows + n)), np.empty((n, n)), np.empty((n, n))
+    for orbit in range(len(first) - 1):
+        for k in range(n):
+            for j in range(n):
+                flow[orbit, k, j] = 1.0 if k == j else 0.0
+        for p in range(first[orbit], first[orbit + 1]):
+            at = which[p]
+            for i in range(places):
+                for e in range(r):
+                    row = i * r + e
+                    for j in range(rows + n):
+                        m[row, j] = 0.0
+                    for o in range(q):
+                        factor = feedback[p, i, e, o]
+                        for j in range(places):
+                            for d in range(r):
+                                m[row, j * r + d] -= factor * answers[at, i, o, j, d]
+                        for j in range(n):
+                            m[row, rows + j] += factor * seen[at, i, o, j]
+                    m[row, row] += 1.0
+            eliminated(m)
+            for k in range(n):
+                for j in range(n):
+                    step[k, j] = end[at, k, j]
+                    new[k, j] = 0.0
+                for i in range(places):
+                    for e in range(r):
+                        for j in range(n):
+                            step[k, j] += gains[at, k, i, e] * m[i * r + e, rows + j]
+                for i in range(n):
+                    for j in range(n):
+                        new[k, j] += step[k, i] * flow[orbit, i, j]
+            for k in range(n):
+                for j in range(n):
+                    flow[orbit, k, j] = new[k, j]
+
+
+@kernel_as(_panels_loops)
+def _panels(table: Any, which: Any, feedback: Floats, first: Any, flow: Floats) -> None:
+    panels, m, r, _ = feedback.shape
+    seen, answers, end, gains = (x[which] for x in table)
+    n, rows = end.shape[1], m * r
+    coupled = np.einsum("pieo,piojd->piejd", feedback, answers).reshape(panels, rows, rows)
+    forced = np.einsum("pieo,piok->piek", feedback, seen).reshape(panels, rows, n)
+    maps = end + gains.reshape(panels, n, rows) @ np.linalg.solve(np.eye(rows) - coupled, forced)
+    for orbit, (low, high) in enumerate(pairwise(first)):
+        flow[orbit] = np.eye(n)
+        for step in maps[low:high]:
+            flow[orbit] = step @ flow[orbit]
+
+
+def through_panels(table: Tables, which: Any, feedback: Floats, first: Any) -> Floats:
+    """Period maps (orbits, n, n) of orbits whose panels follow each other.
+
+    `which` (panels,) tells the length of each in the tables, `feedback` (panels, m, r, q) is R at its places, and
+    orbit i has the panels from first[i] to first[i + 1].
+    """
+    n = table.flow.shape[1]
+    flow = np.empty((len(first) - 1, n, n))
+    run(_panels, tuple(table), which, feedback, first, flow, after=FEW)
+    return flow
+
+
+def resolved(known: Any) -> bool:
+    """Whether no more than MOST panels a period resolve the disturbances of all orbits."""
+    return bool(known.rate * 2.0 * np.pi <= MOST * PHASE * np.min(known.speed))
+
+
+def maps_through_panels(known: Any) -> Floats:
+    """Period maps (orbits, states, states) of `Disturbances` of orbits; panels end at the kinks of an orbit."""
+    found = []
+    for i in range(0, len(known.twists), TOGETHER):
+        some = slice(i, i + TOGETHER)
+        deviation = None if known.deviation is None else known.deviation[some]
+        part = known._replace(twists=known.twists[some], deviation=deviation, speed=known.speed[some])
+        found.append(_maps(part))
+    return np.concatenate(found)
+
+
+def _maps(known: Any) -> Floats:
+    h = known.twists.shape[2] // 2
+    longest = np.minimum(PHASE * known.speed / known.rate, WAVES / h)
+    cuts = known.crossings()
+    psi, width, bases = [], [], []
+    for at, most in zip(cuts, longest, strict=True):
+        if len(at):
+            first, lengths = cut(at, most)
+        else:
+            first, lengths, basis = _even(h, EVEN * int(np.ceil(2.0 * np.pi / most / EVEN)))
+            bases.append(basis)
+        psi.append((first[:, None] + lengths[:, None] * C).ravel())
+        width.append(lengths)
+        if len(at):
+            bases.append(Samples(psi[-1], psi[-1]).basis(h))
+    counts = [len(lengths) for lengths in width]
+    r = known.feedbacks(np.concatenate(psi), bases)
+    lengths, which = np.unique(np.concatenate(width) / np.repeat(known.speed, counts), return_inverse=True)
+    table = tables(known.a, known.b, known.c, lengths)
+    first = np.concatenate([[0], np.cumsum(counts)])
+    return through_panels(table, which, r.reshape(-1, PLACES, *r.shape[1:]), first)
+
+
+@lru_cache(64)
+def _even(harmonics: int, panels: int) -> tuple[Floats, Floats, Floats]:
+    width = np.full(panels, 2.0 * np.pi / panels)
+    first = np.linspace(0.0, 2.0 * np.pi, panels, endpoint=False)
+    psi = (first[:, None] + width[:, None] * C).ravel()
+    return first, width, Samples(psi, psi).basis(harmonics)
