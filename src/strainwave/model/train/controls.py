@@ -101,6 +101,17 @@ class Lagged(NamedTuple):
             raise TypeError(f"Lagged.loop is {shown(self.loop)}; it must be a PositionLoop or a SpeedLoop")
 
 
+class Nudged(NamedTuple):
+    """A free motor with a loop far too weak to matter, by which the stability of its mean speed is judged."""
+
+    K_p: Damping
+    K_i: TorsionalStiffness
+
+    def torque(self, x: Any, v: Any) -> Any:
+        """Torque [N*m] against the deviation x [rad] and its rate v [rad/s]."""
+        return self.K_i * x + self.K_p * v
+
+
 def _gains_not_negative(control: Any) -> None:
     name = type(control).__name__
     for gain, value in zip(control._fields, control, strict=True):
@@ -128,7 +139,7 @@ def _with_motor(control: Any, y: Any) -> Any:
 @chosen
 def off_reference(control: Any, y: Any) -> Any:
     """Deviation (angle [rad], speed [rad/s]) of the motor as the load points wrong by it: none without a reference."""
-    return _with_none if class_of(control) in (Held, Free) else _with_all
+    return _with_none if class_of(control) in (Held, Free, Nudged) else _with_all
 
 
 def _with_none(control: Any, y: Any) -> Any:

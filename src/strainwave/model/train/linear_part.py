@@ -15,7 +15,7 @@ from ...law import depends, states_of, torque_of, z_rate_of
 from ...protocols import lacking
 from ...results import Floats
 from ..excitation import NoError
-from .controls import Free, SpeedLoop, inertia_of
+from .controls import Free, Nudged, SpeedLoop, inertia_of
 from .motion import AtRest, Steady
 from .shafts import Motor
 
@@ -170,7 +170,7 @@ def _weakly_held(motor: Motor, omega: float) -> Motor:
     inertia = motor.J + inertia_of(motor.control)
     weak = WEAK * omega * inertia
     if isinstance(motor.control, Free):
-        return motor._replace(control=SpeedLoop(weak, 0.125 * WEAK * omega * weak))
+        return motor._replace(control=Nudged(weak, 0.125 * WEAK * omega * weak))
     if isinstance(motor.control, SpeedLoop):
         return motor._replace(control=motor.control._replace(K_i=WEAK * omega * motor.control.K_p))
     return motor
