@@ -9,6 +9,18 @@ from ..study.analysis.load_range import LoadRange, torques_of_angle
 from ..study.analysis.train_curve import without_gravity
 
 
+def load_remark(project: Any) -> tuple[str, ...]:
+    """Which torque of the load one curve is for, where the load has a range of them."""
+    if (load := project.load_range) is None:
+        return ()
+    terms = () if project.load_torque is None else project.load_torque.terms
+    mean = sum(term.mean for term in terms)
+    return (
+        f"The curve is for a load torque of {mean:.4g} N*m, of the range from {load.low:.4g} to {load.high:.4g} N*m "
+        "that gravity or the file gives; `strainwave analyze` follows the range.",
+    )
+
+
 def load_range(project: Any) -> LoadRange | None:
     """Torques of the load of a project: see `Project.load_range`."""
     terms = () if project.load_torque is None else project.load_torque.terms

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..law import spring_stiffness
+from ..model.train.controls import Lagged, PositionLoop, SpeedLoop
 from ..study.analysis.plausible import RATCHETING
 from ..study.response.resonances import active_orders
 from ..units import RPM, convert
@@ -33,6 +34,7 @@ def notes(project: Any) -> Iterator[str]:
     """Sentences on what a reader of the results should know about the input."""
     yield from _balance(project)
     yield from _doubts(project)
+    yield from _slipping(project)
     gear = project.gear
     if gear is None:
         return
@@ -40,6 +42,18 @@ def notes(project: Any) -> Iterator[str]:
         yield (
             f"motor.inertia is {project.drive.J_m:g} kg*m^2, less than the {gear.input_inertia:g} kg*m^2 of the wave "
             f"generator of {gear.name} alone; it must include the wave generator."
+        )
+
+
+def _slipping(project: Any) -> Iterator[str]:
+    """Note on a loop without stiffness, which gives way under a mean torque."""
+    loop = None if project.train is None else project.train.motor.control
+    loop = loop.loop if isinstance(loop, Lagged) else loop
+    if (isinstance(loop, SpeedLoop) and loop.K_i == 0.0) or (isinstance(loop, PositionLoop) and loop.K_p == 0.0):
+        gain = "K_i" if isinstance(loop, SpeedLoop) else "K_p"
+        yield (
+            f"motor.loop has {gain} 0: a mean torque slows the motor and its angle drifts off the reference; the "
+            "results are for the mean speeds that it has, and the pointing error is without that drift."
         )
 
 

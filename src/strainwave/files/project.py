@@ -26,7 +26,7 @@ from ..study.analysis.drive_response import DriveResponse, of_equation
 from ..study.analysis.load_range import LoadRange
 from ..study.analysis.remedies import Source
 from ..study.analysis.runup import silent
-from ..study.analysis.train_curve import has_curve, refuse_free, train_curve
+from ..study.analysis.train_curve import NO_MOTION, has_curve, refuse_free, train_curve
 from ..study.response.by_integration import response_through
 from ..study.train.loop_margin import motor_name, unstable
 from ..study.train.reductions import left_out, listed
@@ -243,8 +243,10 @@ class Project:
         system, speeds = self.system(reduced=True), self.speeds.limits
         if self.train is not None:
             refuse_free(self.train)
-            found = train_curve(self.train, speeds, harmonics) if has_curve(self.train) else None
-            if found is not None:
+            if has_curve(self.train):
+                found = train_curve(self.train, speeds, harmonics)
+                if found is None:
+                    raise SolveError(NO_MOTION)
                 return found
         exact = response_through(system, speeds, harmonics=harmonics)
         if not len(exact.curve):

@@ -9,9 +9,12 @@ import hashlib
 import re
 import sys
 from collections.abc import Iterator
+from contextlib import redirect_stdout
 from pathlib import Path
 from types import ModuleType
 from typing import Any, get_args, get_origin, get_type_hints
+
+import numpy as np
 
 from ..law import check_law, states_of, torque_of
 from ..quantities import checked
@@ -107,8 +110,12 @@ def _module(path: Path) -> ModuleType:
     module.__file__ = str(path)
     sys.modules[known] = module  # where pickle and the types of annotations look for it
     try:
-        exec(compile(text, str(path), "exec"), vars(module))
-    except (Exception, SystemExit) as error:
+        with redirect_stdout(sys.stderr):  # what it prints is no part of a result
+            exec(compile(text, str(path), "exec"), vars(module))
+    except KeyboardInterrupt:
+        del sys.modules[known]
+        raise
+    except BaseException as error:
         del sys.modules[known]
         raise ValueError(f"{path.name} does not run: {_said(error)}{_line(error, path)}; correct it") from None
     for cls in filter(_is_law, list(vars(module).values())):
@@ -170,6 +177,17 @@ def _try(law: Any) -> None:
                 raise ValueError(f"{cls}.{method} at {x:g} rad raises {_said(error)}; correct it") from None
             if not finite:
                 raise ValueError(f"{cls}.{method} at {x:g} rad gives {value!r}; it must be a finite number")
+    places: Any = np.array(TRIED)
+    try:
+        torques: Any = np.asarray(torque_of(law, places, 0.0, (0.0,) * states_of(law)) + 0.0 * places)
+        slopes: Any = np.asarray(law.stiffness(places) + 0.0 * places)
+    except Exception as error:
+        raise ValueError(
+            f"{cls} raises {_said(error)} for an array of torsions; write it without 'if' and without math, with the "
+            "functions of strainwave.maths, abs and NumPy"
+        ) from None
+    if torques.shape != places.shape or slopes.shape != places.shape:
+        raise ValueError(f"{cls} gives {torques.shape} torques for {places.shape} torsions; it must give one for each")
 
 
 def _torques(law: Any) -> Iterator[Any]:

@@ -86,7 +86,10 @@ def test_the_run_ups_own_peak_is_avoided_and_what_the_speeds_are_for_is_said_bes
     assert any(low < results["train"]["run_up"]["at_rpm"] < high for low, high in bands)
     assert lines[lines.index(advice["sentence"]) + 1] == advice["about"]
     assert "for every torque of the load from −150 to 150 N·m: at −150 N·m" in advice["about"]
-    assert [case["load_torque_Nm"] for case in advice["by_load_torque"]] == [-150.0, 0.0, 150.0]
+    torques = [case["load_torque_Nm"] for case in advice["by_load_torque"]]
+    assert torques == sorted(torques)
+    assert (torques[0], torques[-1]) == pytest.approx((-150.0, 150.0))
+    assert len(torques) >= 9
     told = re.search(r"in the run-up the error oscillates with up to ([0-9.]+) arcsec, at ([0-9]+)", advice["sentence"])
     if told is not None:
         assert float(told[1]) == pytest.approx(np.max(size) * 648000.0 / math.pi, rel=0.02)

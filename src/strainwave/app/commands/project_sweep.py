@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from ...files.load_torque import load_remark
 from ...files.project import Project
 from ...files.variants.quantity import quantity
 from ...files.variants.replaced import keys_of, replaced
@@ -51,7 +52,11 @@ def show(
 
     with connect() as connected:
         data = sweep_project(project, axes, store=output, workers=workers, chunk=chunk, client=connected)
-    report = found(data) | {"title": project.title, "store": str(output), "remarks": list(project.notes)}
+    report = found(data) | {
+        "title": project.title,
+        "store": str(output),
+        "remarks": [*project.notes, *load_remark(project)],
+    }
     click.echo(to_json(report) if as_json else summary(report))
 
 

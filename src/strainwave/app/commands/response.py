@@ -7,8 +7,10 @@ from typing import Any
 import click
 import numpy as np
 
+from ...files.load_torque import load_remark
 from ...files.project import Project, read_project
 from ...study.analysis.drive_response import DriveResponse
+from ...study.train.loop_margin import motor_name
 from ...units import ARCSEC
 from ..console import WHAT_X_IS, Progress, number, to_json
 from ..figures import drive as drive_figure
@@ -46,7 +48,7 @@ def show(path: Path, output: Path | None, as_json: bool) -> None:
         if output is not None:
             progress.show("writing", 0.8)
             _write(project, found, output)
-    data = {"title": project.title, "shaft": project.speeds.shaft, "motor": project.motor} | _in_shaft(project, found)
+    data = {"title": project.title, "shaft": project.speeds.shaft, "motor": _motor(project)} | _in_shaft(project, found)
     data |= curve_data(project.speeds, found.response) | {"conventions": CONVENTIONS, "remarks": _remarks(project)}
     click.echo(to_json(data) if as_json else _summary(project, data, output))
 
@@ -69,13 +71,18 @@ def _write(project: Project, found: DriveResponse, output: Path) -> None:
 
 def _remarks(project: Project) -> list[str]:
     """What a reader must know about the curve: `remarks`, and its range where the file gives none."""
-    said, speeds = list(remarks(project)), project.speeds
+    said, speeds = [*remarks(project), *load_remark(project)], project.speeds
     if speeds.single:
         low, high = (number(speeds.own(omega), 5) for omega in speeds.limits)
         said.append(
             f"The file gives single speeds: the curve goes from {low} to {high} {speeds.own_unit}, a fifth beyond them."
         )
     return said
+
+
+def _motor(project: Project) -> str:
+    """What drives the motor, in words."""
+    return project.motor if project.train is None else motor_name(project.train.motor.control, project.loop_inertia)
 
 
 def _in_shaft(project: Project, found: DriveResponse) -> dict[str, Any]:
@@ -115,7 +122,7 @@ def _in_shaft(project: Project, found: DriveResponse) -> dict[str, Any]:
 
 def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str:
     unit = data["unit"]
-    lines = [f"{project.title}: response, motor {project.motor}, {data['message']}"]
+    lines = [f"{project.title}: response, motor: {data['motor']}, {data['message']}"]
     if data["largest"]:
         peak, at = data["largest"]["peak_arcsec"] * ARCSEC, data["largest"]["speed"]
         size, fast = data["oscillation"]["oscillation_arcsec"] * ARCSEC, data["oscillation"]["speed"]

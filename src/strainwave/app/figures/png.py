@@ -30,7 +30,7 @@ def write(panels: Sequence[Panel], path: Path) -> None:
     for axes, panel in zip(rows, panels, strict=True):
         _draw(axes, panel, entries)
     said = [line for panel in panels for text in panel.caption for line in wrap(text, LINE)]
-    figure.legend(entries.values(), entries.keys(), loc="outside lower center", fontsize=8, frameon=False, ncols=2)
+    figure.legend(entries.values(), entries.keys(), loc="outside upper center", fontsize=8, frameon=False, ncols=2)
     if said:
         figure.supxlabel("\n".join(said), fontsize=7, x=0.02, ha="left")
     figure.savefig(path, dpi=DOTS)

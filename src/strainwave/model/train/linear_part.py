@@ -15,7 +15,7 @@ from ...law import depends, states_of, torque_of, z_rate_of
 from ...protocols import lacking
 from ...results import Floats
 from ..excitation import NoError
-from .controls import Free, Nudged, SpeedLoop, inertia_of
+from .controls import Free, Nudged, PositionLoop, SpeedLoop, inertia_of
 from .motion import AtRest, Steady
 from .shafts import Motor
 
@@ -172,7 +172,10 @@ def _weakly_held(motor: Motor, omega: float) -> Motor:
     if isinstance(motor.control, Free):
         return motor._replace(control=Nudged(weak, 0.125 * WEAK * omega * weak))
     if isinstance(motor.control, SpeedLoop):
-        return motor._replace(control=motor.control._replace(K_i=WEAK * omega * motor.control.K_p))
+        return motor._replace(control=motor.control._replace(K_i=WEAK * omega * max(motor.control.K_p, weak)))
+    if isinstance(motor.control, PositionLoop):
+        damping = max(motor.control.K_d, weak)
+        return motor._replace(control=motor.control._replace(K_p=WEAK * omega * damping, K_d=damping))
     return motor
 
 

@@ -51,7 +51,7 @@ def orbits_at(problem: Balance, places: Places, branch: Branch) -> list[Orbit]:
     leaf = leaf_of(problem.system, "omega")
     for value, table in places:
         system = with_leaf(problem.system, leaf, value)
-        orbit = find_orbit(system, guess=problem.whole(table), period=problem.turns)
+        orbit = find_orbit(system, guess=problem.whole(table), period=int(problem.turns))
         if not orbit.status.found:
             continue
         x = orbit.coefficients[:, :1]

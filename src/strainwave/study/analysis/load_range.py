@@ -22,7 +22,8 @@ from .avoid import Avoid, Speeds, merged, speeds_to_avoid
 from .drive_response import DriveResponse, of_equation
 from .train_curve import has_curve, train_curve
 
-MOST, WITH_MEMORY = 9, 3  # torques of a range with a curve each; of laws with friction or memory
+LEAST, WITH_MEMORY, MOST = 9, 5, 13  # torques of a range with a curve each; of laws with friction or memory; at most
+ROUNDING = 1e-9
 
 
 class LoadRange(NamedTuple):
@@ -73,7 +74,7 @@ class LoadCase:
 def load_cases(
     load: LoadRange, speeds: Speeds, limit: float | None, middle: LoadCase, progress: Callable[[float], None]
 ) -> tuple[LoadCase, ...]:
-    """Follow the motions at the ends of the range, in its middle, and between torques whose bands lie apart.
+    """Follow the motions at torques spread over the range, its ends among them, and where bands lie apart.
 
     Parameters
     ----------
@@ -99,10 +100,11 @@ def load_cases(
         progress(torque)
         found[torque] = _case(load, torque, speeds, limit)
 
-    for torque in (load.low, load.high):
-        computed(torque)
-    most = MOST if depends(load.at(load.low)[0].law) == 1 else WITH_MEMORY
-    while len(found) < most:
+    spring = depends(load.at(load.low)[0].law) == 1
+    for torque in np.linspace(load.low, load.high, LEAST if spring else WITH_MEMORY).tolist():
+        if abs(torque - middle.torque) > ROUNDING * (load.high - load.low):
+            computed(torque)
+    while spring and len(found) < MOST:
         rows = sorted(found)
         apart = [(a, b) for a, b in pairwise(rows) if _gap(found[a].bands, found[b].bands) > 0.0]
         if not apart:

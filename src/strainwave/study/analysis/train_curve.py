@@ -35,6 +35,11 @@ MOST = 64  # at most, or two beyond the highest order
 LOOKED_AT, SAME = 12, 1e-9  # places of a turn, and the relative difference of rates that act alike there
 SAMPLES = 512  # of a turn, for its largest torque
 
+NO_MOTION = (
+    "the whole drive has no stable steady motion that repeats with every turn in this range; `strainwave analyze` has "
+    "its run-up, drive_run a motion in time, and system(reduced=True) the error equation without its other parts"
+)
+
 
 def train_curve(
     train: DriveTrain, speeds: tuple[float, float], harmonics: int | None = None

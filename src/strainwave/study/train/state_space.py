@@ -20,6 +20,7 @@ from ...sentences import on_screen
 Complexes = NDArray[np.complex128]
 Names = tuple[str, ...]
 
+ROUNDING = 1e-9  # of the largest pole: a smaller one is at 0
 STEP = 1e-3  # units of the states for differences: x [rad] far inside any law's bends
 DIFFERENCE = 6e-9  # of a state: half of the difference of the torque, as of the rates
 UNITS = {"motor torque": "N*m", "load torque": "N*m", "motor speed": "rad/s", "load speed": "rad/s",
@@ -67,8 +68,14 @@ class StateSpace(Result):
 
     @property
     def stable(self) -> bool:
-        """Whether every pole lies in the open left half plane; a free motor, which drifts, is not stable."""
-        return bool(np.all(self.poles.real < 0.0))
+        """Whether every pole decays; a free motor, which drifts, is not stable.
+
+        States of a law with memory add poles at 0, which only say that they stay where they are: these do not count.
+        """
+        size, memory = np.abs(self.poles), sum(" z" in name for name in self.states)
+        at_rest = np.sort(size)[:memory] <= ROUNDING * np.max(size, initial=0.0)
+        moving = self.poles[np.argsort(size)[int(np.sum(at_rest)) :]]
+        return bool(np.all(moving.real < 0.0))
 
     def response(self, omega: ArrayLike) -> Complexes:
         """Frequency response (outputs, inputs, n) at frequencies [rad/s], y over u."""

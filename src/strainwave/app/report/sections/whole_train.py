@@ -147,6 +147,7 @@ def _run_data(ramp: Ramp) -> dict[str, Any]:
     (pointing, at), (torque, strained) = ramp.largest(run.pointing), ramp.largest(run.torque)
     return {
         "seconds": float(run.trajectory.t[-1]) - begin,
+        "held_before_s": begin,
         "status": run.trajectory.message,
         "complete": bool(run.trajectory.status),
         **sizes(pointing, "largest_pointing_error"),

@@ -61,7 +61,8 @@ def linear_response(problem: Any, value: float) -> Floats:
     p[0, : len(laws)] = means
     if count > len(laws) and problem.pencil.loose < 0:
         rest = s[0, -1 + count, n] - s[0, count - 1, : len(laws)] @ p[0, : len(laws)]
-        p[0, -1] = rest / s[0, count - 1, count - 1]
+        holds = s[0, count - 1, count - 1]
+        p[0, -1] = rest / holds if holds else 0.0
     return np.append(to_real(p.T).ravel(), value)
 
 
