@@ -148,7 +148,8 @@ def _case(load: LoadRange, torque: float, speeds: Speeds, limit: float | None) -
     system, train = load.at(torque)
     system = system._replace(omega=0.5 * (speeds[0] + speeds[1]))
     point = operating_point(system)
-    curve = train_curve(train, speeds) if train is not None and has_curve(train) else None
+    spring = depends(system.law) == 1  # with memory the search for other motions takes most of the time
+    curve = train_curve(train, speeds, coexisting=spring) if train is not None and has_curve(train) else None
     if curve is None:
         curve = of_equation(system, response_through(system, speeds))
     return LoadCase(torque, curve, speeds_to_avoid(system, curve.response, point, limit))

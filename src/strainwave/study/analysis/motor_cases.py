@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...law import depends
 from ...model.train.drive_train import DriveTrain
 from .avoid import Speeds
 from .drive_response import DriveResponse
@@ -55,7 +56,7 @@ def motor_cases(
     found = []
     for name, train in trains.items():
         progress(name)
-        found.append(MotorCase(name, train_curve(train, speeds)))
+        found.append(MotorCase(name, train_curve(train, speeds, coexisting=depends(train.law) == 1)))
     return tuple(found)
 
 

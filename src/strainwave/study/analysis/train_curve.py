@@ -42,7 +42,7 @@ NO_MOTION = (
 
 
 def train_curve(
-    train: DriveTrain, speeds: tuple[float, float], harmonics: int | None = None
+    train: DriveTrain, speeds: tuple[float, float], harmonics: int | None = None, *, coexisting: bool = True
 ) -> DriveResponse | None:  # fmt: skip
     """Follow the steady motions of a train; None where none is found.
 
@@ -57,11 +57,13 @@ def train_curve(
         Range of the motor speed [rad/s].
     harmonics : int, optional
         Highest harmonic of the base angle. Default: grown until those left out are negligible.
+    coexisting : bool
+        Whether motions that do not join the curve are looked for at the ends of the range.
     """
     system = _at_load(train)
     if train.motor.free and system.linear_part() is None:
         return None
-    problem, found, tail, origin = traced_train(system, speeds, POINTS, harmonics)
+    problem, found, tail, origin = traced_train(system, speeds, POINTS, harmonics, coexisting)
     if not len(found.points):
         return None
     points, labels = with_top(problem, found.points, found.labels)

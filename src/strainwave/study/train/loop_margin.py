@@ -1,5 +1,6 @@
 """Whether the loop of a motor is stable with its gear, and how far it is from that: poles of the linearised train."""
 
+import re
 from math import sqrt
 from typing import Any
 
@@ -19,7 +20,7 @@ LEAST, CLOSE = 1e-3, 1e-3  # smallest share of the bandwidth that is tried, and 
 def motor_name(control: Any, inertia: float) -> str:
     """What drives a motor, in words: "held", "free", or its loop by bandwidth and damping on an inertia [kg*m^2]."""
     tuning = tuning_of(control, inertia)
-    return type(control).__name__.lower() if tuning is None else str(tuning)
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(control).__name__).lower() if tuning is None else str(tuning)
 
 
 def fastest_growth(train: DriveTrain) -> complex:
