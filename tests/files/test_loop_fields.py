@@ -182,7 +182,7 @@ def test_a_file_that_names_no_motor_gives_the_three_between_which_the_answer_lie
         ("mode: free", "free"),
         ("loop: {bandwidth: 12 Hz, damping: 1, type: speed}", "speed loop of 12 Hz, damping 1"),
         ("loop: {bandwidth: 12 Hz, lag: 0.2 ms}", "position loop of 12 Hz, damping 0.7, lag 0.2 ms"),
-        ("loop: {type: speed, K_p: 1 N*m*s/rad}", "speedloop"),
+        ("loop: {type: speed, K_p: 1 N*m*s/rad}", "speed loop"),
     ],
 )
 def test_a_motor_that_is_named_is_the_only_one(motor, name):
