@@ -12,7 +12,6 @@ from strainwave.files.project import read_project
 from strainwave.files.variants.project_sweep import measured
 
 ARCSEC = np.pi / 648000.0
-ANALYSED = ("loop by bandwidth, payload", "catalogue gear, motor not named", "two couplings, gravity")
 
 
 @pytest.fixture
@@ -40,7 +39,7 @@ def test_command_line_sweep_and_python_agree(path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", ANALYSED, indirect=True)
+@pytest.mark.parametrize("path", PROJECTS, indirect=True)
 def test_the_report_has_the_same_numbers(path):
     project = read_project(path)
     found, analysis = project.response(), project.analyze()

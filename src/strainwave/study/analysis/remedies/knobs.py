@@ -175,7 +175,8 @@ def _preload(subject: Subject, torque: float) -> Knob | None:
 def _bends(system: Any, loaded: Any) -> bool:
     """Whether a preload that the law carries changes the stiffness at the operating point."""
     try:
-        return abs(operating_point(loaded).stiffness / operating_point(system).stiffness - 1.0) > BENDS
+        before, after = operating_point(system).stiffness, operating_point(loaded).stiffness  # 0 in the play of a gear
+        return abs(after - before) > BENDS * before
     except SolveError:
         return False
 
