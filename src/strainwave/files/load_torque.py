@@ -38,7 +38,7 @@ def load_range(project: Any) -> LoadRange | None:
             train = train._replace(load=train.load.with_end(end._replace(excitation=excitation)))
         return replace(project, load_torque=excitation, train=train).system(reduced=True), train
 
-    return LoadRange(low, high, at) if low < high else None
+    return LoadRange(low, high, mean, at) if low < high else None
 
 
 def under(given: Harmonics | None, torque: float) -> Harmonics:

@@ -102,10 +102,20 @@ def _crossings(distance: Distance, harmonics: int) -> Floats:
     if not len(at):
         return np.empty(0)
     low, high, below, above = grid[at], grid[at + 1], d[kink, at], d[kink, at + 1]
-    which, side, psi = np.arange(len(at)), np.zeros(len(at)), low
+    which = np.arange(len(at))
+    ends = low, high, below, above
+    return false_position(lambda psi: distance(psi, Samples(psi, psi).basis(harmonics))[kink, which], *ends)
+
+
+def false_position(of: Callable[[Floats], Floats], low: Floats, high: Floats, below: Any, above: Any) -> Floats:
+    """Places (n,) [rad] in [0, 2 pi) between `low` and `high` where functions change sign (Illinois).
+
+    `of` gives all of them at such places; `below` and `above` are their values at the ends.
+    """
+    side, psi = np.zeros(len(low)), low
     for _ in range(TRIES):
         before, psi = psi, (low * above - high * below) / (above - below)
-        here = distance(psi, Samples(psi, psi).basis(harmonics))[kink, which]
+        here = of(psi)
         same = here * below > 0.0
         above = np.where(same & (side > 0.0), 0.5 * above, above)
         below = np.where(~same & (side < 0.0), 0.5 * below, below)

@@ -144,7 +144,7 @@ class Analysis(Result):
         worst, (low, high) = self.largest(), self.speeds
         lines = [
             f"Analysis: {low:.6g} .. {high:.6g} rad/s of the base angle, {len(self.regimes)} resonances",
-            f"  largest |x| {worst.peak:.6g} rad at {worst.omega:.6g} rad/s ({worst.of}, by {worst.method})",
+            f"  largest {self.drive.name} {worst.peak:.6g} rad at {worst.omega:.6g} rad/s ({worst.of}, {worst.method})",
             f"  largest torque in the gear {self.usage.peak_torque:.6g} N*m at {self.usage.at_peak:.6g} rad/s",
             f"  {len(self.remedies)} remedies, {len(self.warnings)} warnings; `exact`, `train`, `avoid` and the others "
             "hold them",
@@ -295,8 +295,8 @@ def analyze(
     avoid = speeds_to_avoid(system, drive.response, point, limit, None if ramp is None else in_run(*ramp))
     by_load: tuple[LoadCase, ...] = ()
     if load is not None:
-        middle = LoadCase(load.middle, drive, avoid)
-        by_load = load_cases(load, limits, limit, middle, lambda t: progress(f"load torque {t:.4g} N*m", 0.86))
+        as_it_is = LoadCase(load.own, drive, avoid)
+        by_load = load_cases(load, limits, limit, as_it_is, lambda t: progress(f"load torque {t:.4g} N*m", 0.86))
         avoid = over_all(avoid, by_load)
     others = motor_cases(motors or {}, limits, lambda name: progress(f"motor {name}", 0.87))
     progress("hysteresis and varying stiffness", 0.88)

@@ -33,18 +33,16 @@ class LoadRange(NamedTuple):
     ----------
     low, high : float
         Least and largest torque [N*m] on the load along its motion; a resisting load is negative.
+    own : float
+        Mean torque [N*m] of the drive as it is.
     at : callable
         Error equation, and whole train or None, under a constant torque [N*m] of the load.
     """
 
     low: float
     high: float
+    own: float
     at: Callable[[float], tuple[Any, DriveTrain | None]]
-
-    @property
-    def middle(self) -> float:
-        """Torque [N*m] in the middle of the range."""
-        return 0.5 * (self.low + self.high)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +70,7 @@ class LoadCase:
 
 
 def load_cases(
-    load: LoadRange, speeds: Speeds, limit: float | None, middle: LoadCase, progress: Callable[[float], None]
+    load: LoadRange, speeds: Speeds, limit: float | None, own: LoadCase, progress: Callable[[float], None]
 ) -> tuple[LoadCase, ...]:
     """Follow the motions at torques spread over the range, its ends among them, and where bands lie apart.
 
@@ -84,8 +82,8 @@ def load_cases(
         Range of the base-angle speed [rad/s].
     limit : float or None
         Largest oscillation of the error [rad] that the drive may have.
-    middle : LoadCase
-        The drive under the torque in the middle of the range.
+    own : LoadCase
+        The drive under its own mean torque.
     progress : callable
         Told every torque [N*m] before its curve is computed.
 
@@ -94,7 +92,7 @@ def load_cases(
     SolveError
         If the law cannot carry a torque of the range.
     """
-    found = {middle.torque: middle}
+    found = {own.torque: own}
 
     def computed(torque: float) -> None:
         progress(torque)
@@ -102,7 +100,7 @@ def load_cases(
 
     spring = depends(load.at(load.low)[0].law) == 1
     for torque in np.linspace(load.low, load.high, LEAST if spring else WITH_MEMORY).tolist():
-        if abs(torque - middle.torque) > ROUNDING * (load.high - load.low):
+        if abs(torque - own.torque) > ROUNDING * (load.high - load.low):
             computed(torque)
     while spring and len(found) < MOST:
         rows = sorted(found)

@@ -14,7 +14,7 @@ from ....law import breakpoints_of
 from ....protocols import linear_part_of
 from ....results import Floats
 from ..fourier import synthesis
-from ..panels import CLOSE, LOOKED, TRIES, Samples
+from ..panels import LOOKED, Samples, false_position
 from ..rates import base_speed
 
 
@@ -148,17 +148,10 @@ def _first_order(M: Floats, C: Floats, K: Floats, moving: Any, rest: Any, at: li
 
 
 def _refined(series: Floats, value: Floats, low: Floats, high: Floats, below: Floats, above: Floats) -> Floats:
-    """Places [rad] between `low` and `high` where series (n, 2h+1) have a value, by false position (Illinois)."""
-    h, side, psi = series.shape[1] // 2, np.zeros(len(low)), low
-    for _ in range(TRIES):
-        before, psi = psi, (low * above - high * below) / (above - below)
-        here = np.sum(series * Samples(psi, psi).basis(h).T, axis=1) - value
-        same = here * below > 0.0
-        above = np.where(same & (side > 0.0), 0.5 * above, above)
-        below = np.where(~same & (side < 0.0), 0.5 * below, below)
-        low, below = np.where(same, psi, low), np.where(same, here, below)
-        high, above = np.where(same, high, psi), np.where(same, above, here)
-        side = np.where(same, 1.0, -1.0)
-        if np.all(np.abs(psi - before) < CLOSE) or not np.all(above != below):
-            break
-    return np.asarray(psi % (2.0 * np.pi))
+    """Places [rad] between `low` and `high` where series (n, 2h+1) have a value."""
+    h = series.shape[1] // 2
+
+    def missing(psi: Floats) -> Floats:
+        return np.asarray(np.sum(series * Samples(psi, psi).basis(h).T, axis=1) - value)
+
+    return false_position(missing, low, high, below, above)
