@@ -13,7 +13,7 @@ def show(latex: bool, as_json: bool) -> None:
     RuntimeError
         If SymPy is not installed.
     """
-    from ...theory.derivation import derivation
+    from ...theory.derivation.error_equation import derivation
 
     try:
         steps = derivation()
