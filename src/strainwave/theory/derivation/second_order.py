@@ -10,7 +10,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from .error_equation import sp
+try:
+    import sympy as sp
+except ImportError:  # an optional extra
+    sp = None
 
 OFFSET = 16  # makes the exponents of a Laurent polynomial positive
 

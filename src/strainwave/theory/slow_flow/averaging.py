@@ -14,6 +14,7 @@ the trapezoid rule, spectrally accurate where the law is smooth.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -155,10 +156,19 @@ class AveragedFlow:
         s = self.setting
         return self.means.force(s, np.ravel(np.asarray(z, complex))).reshape(np.shape(z)) / s.system.J
 
+    @property
+    def push(self) -> Any:
+        """What the soft line takes off the rate [rad/s]."""
+        return 0.5j * self.setting.soft / self.setting.omega_0
+
+    def unforced(self, z: Any) -> Any:
+        """Rate [rad/s] without the soft line."""
+        s = self.setting
+        return -(0.5 * s.mu + 1j * (s.fast - s.omega_0)) * z + (1j / s.omega_0) * self.mean_force(z)
+
     def rates(self, z: Any) -> Any:
         """Rate z' [rad/s] for an array of z [rad]."""
-        s = self.setting
-        return -(0.5 * s.mu + 1j * (s.fast - s.omega_0)) * z + (1j / s.omega_0) * (self.mean_force(z) - 0.5 * s.soft)
+        return self.unforced(z) - self.push
 
     def jacobian(self, z: Any) -> Floats:
         """Derivative [1/s] of (Re z', Im z') to (Re z, Im z): shape (..., 2, 2)."""
@@ -169,7 +179,15 @@ class AveragedFlow:
         by_re, by_im = linear + scale * to_re, 1j * linear + scale * to_im
         return real_matrix(by_re, by_im).reshape(*np.shape(z), 2, 2)
 
-    def speed_slope(self, z: complex) -> complex:
+    def small(self, _: Any) -> list[tuple[Any, Any]]:
+        """Return nothing: first order has no small harmonics."""
+        return []
+
+    def linearized(self, z: complex) -> tuple[complex, Floats, complex]:
+        """The rate at one z, and its derivatives to (Re z, Im z) and to omega."""
+        return complex(self.rates(z)), self.jacobian(z), self._speed_slope(z)
+
+    def _speed_slope(self, z: complex) -> complex:
         """Derivative of the rate at one z to omega, by a central difference."""
         s = self.setting
         d = 1e-5 * s.omega
@@ -182,13 +200,18 @@ class AveragedFlow:
         """Whether the flow depends on the phase, that is, whether the resonance appears at first order."""
         if self.setting.soft != 0.0:
             return True
-        phases = np.exp(-2j * np.pi * np.arange(16) / 16.3)
-        amplitudes = np.unique([s * f for s in self.setting.scales() for f in (0.1, 0.3, 1.0, 3.0, 10.0)])
-        with np.errstate(all="ignore"):
-            radial = self.mean_force(amplitudes[:, None] * phases) / phases
-            spread = np.max(np.abs(radial - radial[:, :1]), axis=1)
-            size = np.max(np.abs(radial), axis=1) + 1e-13 * amplitudes * self.setting.omega_0**2
-        return bool(np.nanmax(np.where(np.isfinite(spread), spread / size, 0.0)) > max(1e-9, 30.0 * self.error))
+        return turns_with_phase(self.mean_force, self.setting, self.error)
+
+
+def turns_with_phase(force: Callable[[Any], Any], s: Setting, error: float) -> bool:
+    """Whether a mean force <N/J conj(E)> [rad/s^2] of z [rad] does more than turn with the phase of z."""
+    phases = np.exp(-2j * np.pi * np.arange(16) / 16.3)
+    amplitudes = np.unique([size * f for size in s.scales() for f in (0.1, 0.3, 1.0, 3.0, 10.0)])
+    with np.errstate(all="ignore"):
+        radial = force(amplitudes[:, None] * phases) / phases
+        spread = np.max(np.abs(radial - radial[:, :1]), axis=1)
+        size = np.max(np.abs(radial), axis=1) + 1e-13 * amplitudes * s.omega_0**2
+    return bool(np.nanmax(np.where(np.isfinite(spread), spread / size, 0.0)) > max(1e-9, 30.0 * error))
 
 
 def averaged_flow(s: Setting, probes: Complexes | None = None) -> AveragedFlow:

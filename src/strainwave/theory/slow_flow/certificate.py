@@ -1,25 +1,32 @@
-"""The certificate: what a first-order steady state is worth, from a harmonic correction in the full equation.
+"""The certificate: what a steady state of a slow flow is worth, from a harmonic correction in the full equation.
 
-The first-order motion u0 + Re(z E) + F is put into J u'' + B u' + T(u) = tau - J omega^2 e'', and Newton's method on a
-few harmonics of the common period (Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, ch. 2) moves
-it to the true motion. Where forcing or its superharmonic meets omega_0 (q = 1) the phase of the component near omega_0
-is kept and omega set free: the phase runs monotonically along a resonance curve, so the correction exists at peaks and
-jumps too, where one at equal speed does not. Otherwise the speed is kept.
+The motion u0 + Re(z E) + F, at second order with its small harmonics, is put into
+J u'' + B u' + T(u) = tau - J omega^2 e'', and Newton's method on a few harmonics of the common period (Krack & Gross
+2019, Harmonic Balance for Nonlinear Vibration Problems, ch. 2) moves it to the true motion. Where forcing or its
+superharmonic meets omega_0 (q = 1) the phase of the component near omega_0 is kept and omega set free: the phase runs
+monotonically along a resonance curve, so the correction exists at peaks and jumps too, where one at equal speed does
+not. Otherwise the speed is kept.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...law import breakpoints_of
 from ...results import Floats
 from .averaging import AveragedFlow
 from .fixed_points import Flow, is_stable
 from .results import Certificate
 from .setting import Complexes, Setting
 
+SMOOTH, KINKED = 8, 64  # sample points per harmonic
 MULTIPLES = 7  # harmonics up to this multiple of the fastest component of the first-order motion
 ACCEPTED = 0.10
+MOST_STEPS, NEAR = 30, 1e-9  # of Newton's method, and the relative change at which it has converged
+ORDINAL = {1: "first", 2: "second"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,99 +46,189 @@ class Balance:
     fast: int
     harmonics: int
 
+    def of(self, which: Any) -> "Balance":
+        """The balance of some of many states, whose lines are (states, lines) arrays; the same where all share one."""
+        s = self.setting
+        if s.torque_lines.ndim == 1:
+            return self
+        lines = {"torque_lines": s.torque_lines[which], "error_lines": s.error_lines[which]}
+        return replace(self, setting=replace(s, **lines))
+
     @property
     def places(self) -> list[int]:
         """Harmonics of the forcing lines."""
         return [round(k / self.base) for k in self.setting.orders]
 
+    @cached_property
     def waves(self) -> Complexes:
-        """exp(i n chi) for n = 0..H at 8H + 8 points: shape (H+1, points)."""
-        points = 8 * self.harmonics + 8
+        """exp(i n chi) for n = 0..H at 8 (H + 1) points, 64 (H + 1) for a law with kinks: shape (H+1, points)."""
+        points = (KINKED if len(breakpoints_of(self.setting.system.law)) else SMOOTH) * (self.harmonics + 1)
         return np.asarray(np.exp(2j * np.pi * np.outer(np.arange(self.harmonics + 1), np.arange(points)) / points))
 
-    def first_order(self, z: complex) -> Complexes:
-        """Coefficients of u0 + Re(z E) + F."""
+    def motion(self, flow: Flow, z: complex) -> Complexes:
+        """Coefficients of u0 + Re(z E) + F and, at second order, of the small harmonics."""
         c = np.zeros(self.harmonics + 1, complex)
         c[0] = self.setting.u0
         for place, line in zip(self.places, self.setting.hard, strict=True):
             c[place] += line
         c[self.fast] += z
+        for speed, small in flow.small(z):
+            c[..., round(float(speed) / (self.base * self.setting.omega))] += small
         return c
 
-    def residual(self, c: Complexes, omega: float, waves: Complexes) -> tuple[Complexes, Floats]:
-        """Residual [N*m] of every harmonic, and the stiffness [N*m/rad] at the sample points."""
-        s, n = self.setting, np.arange(self.harmonics + 1)
+    def residual(self, c: Complexes, omega: Any) -> tuple[Complexes, Floats]:
+        """Residual [N*m] (states, H+1) of every harmonic, and the stiffness [N*m/rad] (states, points) along u.
+
+        One state or many: c is (states, H+1), omega (states,).
+        """
+        s, waves = self.setting, self.waves
         u = (c @ waves).real
-        torque = (waves.conj() @ s.system.law.torque(u)) * (2.0 / u.size)
-        torque[0] *= 0.5
-        speed = n * self.base * omega
+        torque = (s.system.law.torque(u) @ waves.conj().T) * (2.0 / u.shape[-1])
+        torque[..., 0] *= 0.5
+        speed = np.multiply.outer(omega, np.arange(self.harmonics + 1) * self.base)
         r = (-s.system.J * speed**2 + 1j * s.system.B * speed) * c + torque
-        r[0] -= s.system.law.torque(s.u0)
-        for place, k, tau, e in zip(self.places, s.orders, s.torque_lines, s.error_lines, strict=True):
-            r[place] -= tau + s.system.J * (k * omega) ** 2 * e
+        r[..., 0] -= s.system.law.torque(s.u0)
+        for i, (place, k) in enumerate(zip(self.places, s.orders, strict=True)):
+            r[..., place] -= s.torque_lines[..., i] + s.system.J * (k * omega) ** 2 * s.error_lines[..., i]
         return r, s.system.law.stiffness(u) + 0.0 * u
 
-    def newton(self, c: Complexes, omega: float, turn: complex | None) -> tuple[Complexes, float]:
-        """One Newton step; with `turn` (the direction of the fast component) its phase is kept and omega is free."""
-        waves = self.waves()
-        r, stiffness = self.residual(c, omega, waves)
+    def newton(self, c: Complexes, omega: Floats, turn: Complexes | None) -> tuple[Complexes, Floats]:
+        """One Newton step of every state; with `turn`, the fast part's direction, its phase is kept, not omega."""
+        waves = self.waves
+        r, stiffness = self.residual(c, omega)
         s, h = self.setting, self.harmonics
-        speed = np.arange(h + 1) * self.base * omega
+        multiples = np.arange(h + 1) * self.base
+        speed = np.multiply.outer(omega, multiples)
         # real unknowns (Re c_0..c_H, Im c_1..c_H), synthesis u = synthesis @ unknowns
         synthesis = np.vstack([waves.real, -waves.imag[1:]])
         weight = np.full(2 * h + 1, 2.0 / waves.shape[1])
         weight[0] *= 0.5
-        matrix = (weight[:, None] * synthesis * stiffness) @ synthesis.T
+        matrix = ((weight[:, None] * synthesis) * stiffness[:, None, :]) @ synthesis.T
         i, j = np.arange(h + 1), np.arange(h + 1, 2 * h + 1)
-        matrix[i, i] -= s.system.J * speed**2
-        matrix[j, j] -= s.system.J * speed[1:] ** 2
-        matrix[i[1:], j] -= s.system.B * speed[1:]
-        matrix[j, i[1:]] += s.system.B * speed[1:]
-        d = 1e-6 * omega
-        slope = (self.residual(c, omega + d, waves)[0] - self.residual(c, omega - d, waves)[0]) / (2.0 * d)
-        right = -np.concatenate([r.real, r.imag[1:]])
+        matrix[:, i, i] -= s.system.J * speed**2
+        matrix[:, j, j] -= s.system.J * speed[:, 1:] ** 2
+        matrix[:, i[1:], j] -= s.system.B * speed[:, 1:]
+        matrix[:, j, i[1:]] += s.system.B * speed[:, 1:]
+        right = -np.concatenate([r.real, r.imag[:, 1:]], axis=1)
         if turn is None:
-            step = np.append(np.linalg.solve(matrix, right), 0.0)
+            step = np.linalg.solve(matrix, right[..., None])[..., 0]
+            step = np.concatenate([step, np.zeros((len(c), 1))], axis=1)
         else:
-            keep = np.zeros(2 * h + 2)
-            keep[self.fast], keep[h + self.fast] = -turn.imag, turn.real
-            column = np.concatenate([slope.real, slope.imag[1:]])[:, None]
-            step = np.linalg.solve(np.vstack([np.hstack([matrix, column]), keep]), np.append(right, 0.0))
-        return c + np.append(step[0], step[1 : h + 1] + 1j * step[h + 1 : -1]), omega + float(step[-1])
+            slope = (-2.0 * s.system.J * speed + 1j * s.system.B) * multiples * c
+            for i_line, (place, k) in enumerate(zip(self.places, s.orders, strict=True)):
+                slope[:, place] -= 2.0 * s.system.J * k * k * omega * s.error_lines[..., i_line]
+            bordered = np.zeros((len(c), 2 * h + 2, 2 * h + 2))
+            bordered[:, :-1, :-1] = matrix
+            bordered[:, :-1, -1] = np.concatenate([slope.real, slope.imag[:, 1:]], axis=1)
+            bordered[:, -1, self.fast], bordered[:, -1, h + self.fast] = -turn.imag, turn.real
+            right = np.concatenate([right, np.zeros((len(c), 1))], axis=1)
+            step = np.linalg.solve(bordered, right[..., None])[..., 0]
+        change = step[:, : h + 1].astype(complex)
+        change[:, 1:] += 1j * step[:, h + 1 : -1]
+        return c + change, omega + step[:, -1]
 
 
-def certify(flow: Flow, z: complex) -> Certificate:
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """States moved to the true motion.
+
+    Attributes
+    ----------
+    c : (states, H+1) complex array
+        Coefficients [rad]; after one step only where the correction does not converge.
+    omega : (states,) array
+        Speed of the base angle [rad/s].
+    converged : (states,) bool array
+    """
+
+    c: Complexes
+    omega: Floats
+    converged: Any
+
+
+def corrected(balance: Balance, c: Complexes, omega: Floats, turn: Complexes | None) -> Corrected:
+    """Newton's method to convergence from approximate motions, many at once."""
+    first_c, first_omega = c, omega
+    end_c, end_omega = c.copy(), np.array(omega, float)
+    converged, going = np.zeros(len(c), bool), np.arange(len(c))
+    c, omega = c.copy(), np.array(omega, float)
+    for round_ in range(MOST_STEPS):
+        part = balance.of(going)
+        try:
+            new, speed = part.newton(c, omega, None if turn is None else turn[going])
+        except np.linalg.LinAlgError:
+            break
+        size = np.max(np.abs(new), axis=1)
+        with np.errstate(all="ignore"):
+            sound = np.all(np.isfinite(new), axis=1) & (speed > 0.0) & np.isfinite(size)
+            change = np.max(np.abs(new - c), axis=1) + size * np.abs(speed / omega - 1.0)
+        if round_ == 0:
+            first_c, first_omega = np.where(sound[:, None], new, c), np.where(sound, speed, omega)
+        done = sound & (change <= NEAR * np.max(np.abs(c), axis=1))
+        end_c[going[done]], end_omega[going[done]], converged[going[done]] = new[done], speed[done], True
+        keep = sound & ~done
+        going, c, omega = going[keep], new[keep], speed[keep]
+        if not len(going):
+            break
+    end_c[~converged], end_omega[~converged] = first_c[~converged], first_omega[~converged]
+    return Corrected(end_c, end_omega, converged)
+
+
+def certify(flow: Flow, z: complex, order: int) -> Certificate:
     """Estimate the error of the steady state z of a slow flow; see `SlowFlow.certificate`."""
     s = flow.setting
-    balance = _balance(s)
-    c0 = balance.first_order(z)
-    part = balance.fast if z != 0.0 else None
+    balance = balance_of(s)
+    c0 = balance.motion(flow, z)[None]
+    speed = np.array([s.omega])
     # without damping the phase does not change along the curve
-    follow = z / abs(z) if z != 0.0 and s.resonance.q == 1 and s.mu != 0.0 else None
-    here, _, found = _corrected(balance, c0, s.omega, None)
-    at_speed = _error(c0, here, part) if found else None
-    c, omega, converged = (here, s.omega, found) if follow is None else _corrected(balance, c0, s.omega, follow)
-    error = _error(c0, c, part)
-    if not converged:
-        error = max(error, 1.0)
-    shift = s.omega / omega - 1.0
-    waves = balance.waves()
-    u = (c0 @ waves).real - s.u0
+    turn = np.array([z / abs(z)]) if z != 0.0 and s.resonance.q == 1 and s.mu != 0.0 else None
+    here = corrected(balance, c0, speed, None)
+    along = here if turn is None else corrected(balance, c0, speed, turn)
+    at_speed = errors(balance, c0, here.c, z != 0.0)
+    at_phase = errors(balance, c0, along.c, z != 0.0)
+    found, converged = bool(here.converged[0]), bool(along.converged[0])
+    amplitude = float(at_phase.amplitude[0]) if converged else max(float(at_phase.amplitude[0]), 1.0)
+    shift = float(s.omega / along.omega[0] - 1.0)
+    largest = max(amplitude, abs(shift), float(at_speed.amplitude[0]) if found else 0.0)
+    small = Smallness(_nonlinearity(balance, c0[0]), s.mu / s.omega_0, abs(s.fast - s.omega_0) / s.omega_0)
+    numbers = Estimate(
+        amplitude, float(at_speed.phase[0]) if found else None, shift, float(at_phase.waveform[0]),
+        float(at_speed.amplitude[0]) if found else None,
+    )  # fmt: skip
+    valid = converged and largest <= ACCEPTED
+    quadrature = flow.error if isinstance(flow, AveragedFlow) else 0.0
+    sentence = _sentence(flow, z, (order, valid, converged, turn is not None), numbers, small)
+    return Certificate(str(s.resonance), order, valid, *numbers, *small, quadrature, sentence)
+
+
+class Smallness(NamedTuple):
+    """What multiple scales take for small."""
+
+    nonlinearity: float
+    damping: float
+    detuning: float
+
+
+class Estimate(NamedTuple):
+    """Estimated errors; see `Certificate`."""
+
+    amplitude: float
+    phase: float | None
+    speed: float
+    waveform: float
+    amplitude_at_speed: float | None
+
+
+def _nonlinearity(balance: Balance, c: Complexes) -> float:
+    s = balance.setting
+    u = (c @ balance.waves).real - s.u0
     linear = float(s.system.law.stiffness(s.u0)) * u
     beyond = s.system.law.torque(s.u0 + u) - s.system.law.torque(s.u0) - linear
-    nonlinearity = float(np.max(np.abs(beyond))) / float(np.max(np.abs(linear))) if np.any(linear) else 0.0
-    valid = converged and max(error, abs(shift), at_speed or 0.0) <= ACCEPTED
-    quadrature = flow.error if isinstance(flow, AveragedFlow) else 0.0
-    damping, detuning = s.mu / s.omega_0, abs(s.fast - s.omega_0) / s.omega_0
-    return Certificate(
-        str(s.resonance), valid, error, shift, at_speed, nonlinearity, damping, detuning, quadrature,
-        _sentence(
-            flow, z, (valid, converged, follow is not None), (error, shift, at_speed), (nonlinearity, damping, detuning)
-        ),
-    )  # fmt: skip
+    return float(np.max(np.abs(beyond))) / float(np.max(np.abs(linear))) if np.any(linear) else 0.0
 
 
-def _balance(s: Setting) -> Balance:
+def balance_of(s: Setting) -> Balance:
+    """The harmonic balance of a setting, over the common period of the fast angle and all lines."""
     ratio = s.resonance.ratio
     p, q = (0, 1) if ratio is None else (ratio.numerator, ratio.denominator)
     divisor = math.gcd(p, *(q * k for k in s.orders)) or 1
@@ -139,41 +236,29 @@ def _balance(s: Setting) -> Balance:
     return Balance(s, divisor / q, p // divisor, MULTIPLES * top)
 
 
-def _corrected(balance: Balance, c: Complexes, omega: float, turn: complex | None) -> tuple[Complexes, float, bool]:
-    """Newton to convergence from the first-order motion; the first step alone where it does not converge."""
-    start, first = c, None
-    for _ in range(30):
-        try:
-            new, speed = balance.newton(c, omega, turn)
-        except np.linalg.LinAlgError:
-            break
-        if not (np.all(np.isfinite(new)) and speed > 0.0):
-            break
-        first = first or (new, speed)
-        change = float(np.max(np.abs(new - c))) + float(np.max(np.abs(new))) * abs(speed / omega - 1.0)
-        c, omega = new, speed
-        if change <= 1e-9 * float(np.max(np.abs(c))):
-            return c, omega, True
-    return (*(first or (start, omega)), False)
+class Errors(NamedTuple):
+    """Differences of two sets of motions, each (states,): amplitude and waveform relative, phase [rad]."""
+
+    amplitude: Floats
+    phase: Floats
+    waveform: Floats
 
 
-def _error(first_order: Complexes, corrected: Complexes, part: int | None) -> float:
-    """Relative difference of the fast component's amplitude, or of the whole forced motion where there is none."""
-    if part is not None:
-        true = max(abs(corrected[part]), 1e-3 * abs(first_order[part]))
-        return float(abs(abs(first_order[part]) - true) / true)
-    size = float(np.linalg.norm(corrected[1:]))
-    return float(np.linalg.norm(first_order - corrected)) / size if size > 0.0 else 0.0
+def errors(balance: Balance, motion: Complexes, true: Complexes, has_fast: bool) -> Errors:
+    """Compare motions (states, H+1) with true ones: the fast component, or where it is absent the whole motion."""
+    size = np.linalg.norm(true[:, 1:], axis=1)
+    off = np.linalg.norm(motion - true, axis=1)
+    waveform = np.divide(off, size, out=np.zeros_like(size), where=size > 0.0)
+    if not has_fast:
+        return Errors(waveform, np.zeros_like(size), waveform)
+    mine, its = motion[:, balance.fast], true[:, balance.fast]
+    least = np.maximum(np.abs(its), 1e-3 * np.abs(mine))
+    phase = np.abs(np.angle(mine * its.conj()))
+    return Errors(np.abs(np.abs(mine) - least) / least, phase, waveform)
 
 
-def _sentence(
-    flow: Flow,
-    z: complex,
-    facts: tuple[bool, bool, bool],
-    error: tuple[float, float, float | None],
-    small: tuple[float, float, float],
-) -> str:
-    s, (valid, converged, followed) = flow.setting, facts
+def _sentence(flow: Flow, z: complex, facts: tuple[int, bool, bool, bool], error: Estimate, small: Smallness) -> str:
+    s, (order, valid, converged, followed) = flow.setting, facts
     verdict = "valid" if valid else "not valid"
     what = f"steady amplitude {abs(z):.6g} rad" if z != 0.0 else "forced motion"
     what += "" if is_stable(flow, z) else " (not asymptotically stable)"
@@ -181,19 +266,24 @@ def _sentence(
         estimate = "a harmonic correction of it does not converge, so nothing is known of its error"
     elif followed:
         estimate = (
-            f"its estimated error is {100.0 * error[0]:.2g} % in amplitude and {100.0 * error[1]:.2g} % in speed "
-            "at equal phase, "
+            f"its estimated error is {_percent(error.amplitude)} in amplitude and {_percent(abs(error.speed))} in "
+            "speed at equal phase, "
             + (
                 "and at equal speed no true state is near it"
-                if error[2] is None
-                else f"{100.0 * error[2]:.2g} % at equal speed"
+                if error.amplitude_at_speed is None
+                else f"{_percent(error.amplitude_at_speed)} at equal speed"
             )
         )
     else:
-        estimate = f"its estimated error is {100.0 * error[0]:.2g} % at equal speed"
-    remedy = "" if valid else "; use integration or harmonic balance instead"
+        estimate = f"its estimated error is {_percent(error.amplitude)} at equal speed"
+    remedy = "" if valid else "; use second order, harmonic balance or integration instead"
+    remedy = remedy if order == 1 else remedy.replace("second order, ", "")
     return (
-        f"first-order multiple scales ({s.resonance}, omega = {s.omega:.6g} rad/s) is {verdict} for the {what}: "
-        f"{estimate} (limit {100.0 * ACCEPTED:.0f} %); nonlinear over linear torque {small[0]:.2g}, "
-        f"mu/omega_0 {small[1]:.2g}, detuning {small[2]:.2g}{remedy}"
+        f"{ORDINAL[order]}-order multiple scales ({s.resonance}, omega = {s.omega:.6g} rad/s) is {verdict} for the "
+        f"{what}: {estimate} (limit {100.0 * ACCEPTED:.0f} %); nonlinear over linear torque {small.nonlinearity:.2g}, "
+        f"mu/omega_0 {small.damping:.2g}, detuning {small.detuning:.2g}{remedy}"
     )
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2g} %"

@@ -53,12 +53,12 @@ class CubicFlow:
         return float(self.setting.system.law.alpha) * self.setting.omega_0
 
     @cached_property
-    def forced(self) -> complex:
+    def forced(self) -> Any:
         """Amplitude C exp(i phi) [rad] of the hard line; 0 in the primary case."""
-        return complex(self.setting.hard[0])
+        return self.setting.hard[..., 0]
 
     @cached_property
-    def detuning(self) -> float:
+    def detuning(self) -> Any:
         """Omega - omega_0 less the shift 3/4 alpha omega_0 C^2 that the forced motion causes [rad/s]."""
         return self.setting.fast - self.setting.omega_0 - 0.75 * self.kappa * abs(self.forced) ** 2
 
@@ -84,7 +84,15 @@ class CubicFlow:
         by_re, by_im = by_z + by_conj, 1j * (by_z - by_conj)
         return real_matrix(by_re, by_im)
 
-    def speed_slope(self, z: complex) -> complex:
+    def small(self, _: Any) -> list[tuple[Any, Any]]:
+        """Return nothing: first order has no small harmonics."""
+        return []
+
+    def linearized(self, z: complex) -> tuple[complex, Floats, complex]:
+        """The rate at one z, and its derivatives to (Re z, Im z) and to omega."""
+        return complex(self.rates(z)), self.jacobian(z), self._speed_slope(z)
+
+    def _speed_slope(self, z: complex) -> complex:
         """Derivative of the rate at one z to omega, by a central difference."""
         d = 1e-5 * self.setting.omega
         up, down = self.at(self.setting.omega + d), self.at(self.setting.omega - d)

@@ -43,10 +43,9 @@ class Curve:
     def linear(self, point: Floats) -> tuple[Floats, Floats]:
         """Residual (2,) and its derivative (2, 3) to the scaled unknowns, both over size."""
         z, omega = self.split(point)
-        here = self.flow.at(omega)
-        rate = complex(here.rates(z))
-        slope = here.speed_slope(z) * self.width / self.size
-        matrix = np.column_stack([here.jacobian(z), [slope.real, slope.imag]])
+        rate, by_z, by_omega = self.flow.at(omega).linearized(z)
+        slope = by_omega * self.width / self.size
+        matrix = np.column_stack([by_z, [slope.real, slope.imag]])
         return np.array([rate.real, rate.imag]) / self.size, matrix
 
     def tangent(self, point: Floats, along: Floats) -> Floats:

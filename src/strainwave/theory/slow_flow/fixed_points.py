@@ -9,9 +9,11 @@ from ...results import Floats, SolveError
 from ...sentences import Sentence, Speed
 from .averaging import AveragedFlow, Exact, sampled
 from .cubic import CubicFlow
+from .second_order import SecondOrderFlow
 from .setting import Complexes
 
-Flow = AveragedFlow | CubicFlow
+Integrals = AveragedFlow | SecondOrderFlow  # whose fixed points are sought on a grid
+Flow = Integrals | CubicFlow
 PHASES, ROWS_PER_DECADE = 48, 20  # of the polar grid
 # where the phase plays no role: amplitudes per decade, parts of a cell that may hold a root, and most of such cells
 RING, FINER, MOST_CELLS = 60, 16, 24
@@ -101,15 +103,21 @@ def newton_step(matrix: Floats, rate: Any) -> Any:
         return (-(d * rate.real - b * rate.imag) - 1j * (a * rate.imag - c * rate.real)) / (a * d - b * c)
 
 
-def scan(flow: AveragedFlow) -> list[complex]:
+def scan(flow: Integrals) -> list[complex]:
     """Find every fixed point of a general flow: cells of a polar grid in which both rates may vanish, then Newton."""
-    rough = flow if isinstance(flow.means, Exact) else sampled(flow.setting, 3 if flow.error > 0.0 else 2)
+    rough = flow
+    if isinstance(flow, AveragedFlow) and not isinstance(flow.means, Exact):
+        rough = sampled(flow.setting, 3 if flow.error > 0.0 else 2)
     amplitudes = _amplitudes(rough, ROWS_PER_DECADE)
     phases = 2.0 * np.pi * (np.arange(PHASES + 1) + 0.37) / PHASES
     turn = np.exp(-1j * phases)
     with np.errstate(all="ignore"):
         polar = np.concatenate(
-            [rough.rates(a[:, None] * turn) / (turn * a[:, None]) for a in np.array_split(amplitudes, 24) if len(a)]
+            [
+                (rough.unforced(a[:, None] * turn) - rough.push) / (turn * a[:, None])
+                for a in np.array_split(amplitudes, 24)
+                if len(a)
+            ]
         )
     cells = _may_vanish(polar.real) & _may_vanish(polar.imag)
     i, j = np.nonzero(cells)
@@ -117,14 +125,13 @@ def scan(flow: AveragedFlow) -> list[complex]:
     return _converged(rough, z)
 
 
-def rings(flow: AveragedFlow) -> list[complex]:
-    """Fixed points where no hard line breaks the symmetry: z' = z g(|z|) - i soft/(2 omega_0) fixes |z g(|z|)|."""
-    s = flow.setting
-    push = 0.5j * s.soft / s.omega_0
+def rings(flow: Integrals) -> list[complex]:
+    """Fixed points where no hard line breaks the symmetry: z' = z g(|z|) - push fixes |z g(|z|)|."""
+    push = flow.push
 
     def excess(a: Floats) -> Floats:
         with np.errstate(all="ignore"):
-            return np.asarray(np.abs(flow.rates(a.astype(complex)) + push) - abs(push))
+            return np.asarray(np.abs(flow.unforced(a.astype(complex))) - abs(push))
 
     a = _amplitudes(flow, RING)
     value = excess(a)
@@ -138,7 +145,7 @@ def rings(flow: AveragedFlow) -> list[complex]:
         a, place = np.unique(np.concatenate([a, inside]), return_index=True)
         value = np.concatenate([value, excess(inside)])[place]
     near = a[:-1][value[1:] * value[:-1] <= 0.0].astype(complex)
-    turn = push * near / (flow.rates(near) + push) if push else near  # z g = push where the rate vanishes
+    turn = push * near / flow.unforced(near) if push else near  # z g = push where the rate vanishes
     return _converged(flow, near.real * turn / np.abs(turn))
 
 
@@ -150,15 +157,14 @@ def _may_vanish(values: Floats) -> Any:
     return (low - slack <= 0.0) & (high + slack >= 0.0)
 
 
-def _amplitudes(flow: AveragedFlow, per_decade: int) -> Floats:
+def _amplitudes(flow: Integrals, per_decade: int) -> Floats:
     """Logarithmic grid of |z| [rad] that covers the forced amplitudes and those on the backbone."""
     s = flow.setting
     scales = s.scales()
     wide = max(scales) * np.geomspace(1e-5, 1e5, 301)
     phases = np.exp(2j * np.pi * (np.arange(8 if np.any(s.hard) else 1) + 0.2) / 8)
     with np.errstate(all="ignore"):
-        pull = np.mean((flow.mean_force(wide[:, None] * phases) / phases).real, axis=1) / (s.omega_0 * wide)
-        off = pull - (s.fast - s.omega_0)
+        off = np.mean((flow.unforced(wide[:, None] * phases) / phases).imag, axis=1) / wide
     crossings = wide[:-1][np.isfinite(off[1:]) & (off[1:] * off[:-1] <= 0.0)]
     scales += [float(a) for a in crossings]
     drive = abs(complex(flow.rates(0j)))
@@ -170,7 +176,7 @@ def _amplitudes(flow: AveragedFlow, per_decade: int) -> Floats:
     return np.asarray(np.geomspace(min(scales) / 18.0, 18.0 * max(scales), math.ceil(per_decade * decades)))
 
 
-def _converged(flow: AveragedFlow, z: Complexes) -> list[complex]:
+def _converged(flow: Integrals, z: Complexes) -> list[complex]:
     """Newton from many starts at once; distinct limits only."""
     size = np.full(z.shape, np.inf)
     with np.errstate(all="ignore"):

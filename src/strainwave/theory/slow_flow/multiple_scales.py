@@ -1,4 +1,4 @@
-"""First-order multiple scales for any law: `slow_flow` and what can be asked of it.
+"""Multiple scales of first and second order for any law: `slow_flow` and what can be asked of it.
 
 Convention: the component near omega_0 is a cos((p/q) theta - phase) with the 0-to-peak amplitude a; z = a exp(-i
 phase). The bookkeeping parameter epsilon is 1, so mu, detuning and forcing are the physical ones. Book: Nayfeh & Mook
@@ -21,11 +21,12 @@ from ...results import Floats, SolveError
 from ...sentences import Sentence, Speed
 from . import response as response_curve
 from .averaging import averaged_flow
-from .certificate import certify
+from .certificate import ORDINAL, certify
 from .cubic import CubicFlow, free_decay, kind_of
 from .fixed_points import Flow, attractor, fixed_points, is_stable, is_trivial
 from .resonance import NONRESONANT, Resonance
 from .results import Certificate, Evolution, SlowResponse, SteadyState
+from .second_order import Forms, SecondOrderFlow, second_order
 from .setting import LARGEST, setting
 from .transient import evolve, motion, times
 
@@ -42,8 +43,11 @@ class SlowFlow:
         In lowest terms.
     omega_0, mu, mean_torsion : float
         sqrt(T'(u0)/J) [rad/s], B/J [1/s], and the torsion u0 [rad] under the mean torque.
+    order : int
+        1 or 2, the order of the expansion.
     closed_form : bool
-        Whether the article's closed forms serve (cubic law, one forcing line); otherwise averaging integrals.
+        Whether closed forms serve (cubic law, one forcing line; at second order any cubic polynomial); otherwise
+        averaging integrals.
     """
 
     system: Any
@@ -51,14 +55,15 @@ class SlowFlow:
     omega_0: float
     mu: float
     mean_torsion: float
+    order: int
     closed_form: bool
     _flow: Flow = field(repr=False)
 
     def __str__(self) -> str:
         how = "closed forms" if self.closed_form else "averaging integrals"
         return (
-            f"Slow flow of {self.resonance} by {how}: omega_0 = {self.omega_0:.6g} rad/s, mu = {self.mu:.6g} 1/s, mean "
-            f"torsion {self.mean_torsion:.6g} rad"
+            f"Slow flow of {self.resonance}, order {self.order}, by {how}: omega_0 = {self.omega_0:.6g} rad/s, "
+            f"mu = {self.mu:.6g} 1/s, mean torsion {self.mean_torsion:.6g} rad"
         )
 
     __repr__ = __str__
@@ -157,7 +162,10 @@ class SlowFlow:
         return np.asarray(values[from_start.size - asked.size :].reshape(np.shape(t)))
 
     def steady_x(self, z: complex, t: ArrayLike) -> Floats:
-        """Dynamic error x(t) [rad] of a steady z = a exp(-i phase) [rad] at times t [s]; base angle 0 at time 0."""
+        """Dynamic error x(t) [rad] of a steady z = a exp(-i phase) [rad] at times t [s]; base angle 0 at time 0.
+
+        At second order with the small harmonics of the waveform: the mean, 2, 3, 5 times the fast angle, and so on.
+        """
         return motion(self._flow, z, np.asarray(t, float))
 
     def attractor(self, z: complex) -> complex | None:
@@ -210,7 +218,7 @@ class SlowFlow:
         return np.asarray(s.omega_0 + np.divide(pull, a, out=np.zeros_like(a), where=a > 0.0))
 
     def certificate(self) -> Certificate:
-        """How far the steady state with the largest amplitude can be trusted, from one harmonic correction of it.
+        """How far the steady state with the largest amplitude can be trusted, from a harmonic correction of it.
 
         Raises
         ------
@@ -218,11 +226,11 @@ class SlowFlow:
             If there is no steady state.
         """
         states = self.steady_states()
-        return certify(self._flow, states[0].z)
+        return certify(self._flow, states[0].z, self.order)
 
 
 def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
-    """Reduce a system to the slow flow of one resonance by first-order multiple scales.
+    """Reduce a system to the slow flow of one resonance by multiple scales.
 
     Parameters
     ----------
@@ -232,58 +240,66 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
     resonance : Resonance
         p omega ~ q omega_0 on the base angle, or `NONRESONANT`. Lines with k q = p are soft, all others hard.
     order : int
-        Order of the expansion; only the first is there.
+        1: the modulation equations of first order. 2: those of second order, solved unexpanded, with the small
+        harmonics of the waveform (the mean, 3 omega, 5 omega, ...) and the exact damping and detuning of the linear
+        drive.
 
     Returns
     -------
     SlowFlow
-        Closed forms for the cubic law under one line without mean torque, averaging integrals for everything else.
+        First order: closed forms for the cubic law under one line without mean torque, averaging integrals for
+        everything else. Second order: formulas for any cubic polynomial under one line, samples for everything else.
 
     Raises
     ------
     ValueError
         If omega_0 is undefined, a hard line sits on omega_0, the resonance does not appear at first order, or `order`
-        is not 1.
+        is neither 1 nor 2.
 
     References
     ----------
-    Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 4.1.1-4.1.4.
+    Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 2.3.3 and 4.1.1-4.1.4.
     """
-    if order != 1:
-        raise ValueError(f"order = {order!r}: multiple scales are there at first order only; use order=1")
+    if isinstance(order, bool) or order not in (1, 2):
+        raise ValueError(f"order is {shown(order)}; multiple scales are there at first and second order: give 1 or 2")
     if not (isinstance(resonance, tuple) and len(resonance) == 2):
         raise TypeError(f"resonance is {shown(resonance)}; it must be a Resonance(p, q) such as PRIMARY")
     resonance = Resonance(*resonance).checked()
     system = repeating("slow_flow", with_parts("slow_flow", system, "J", "B", "law", "excitation", "omega", "error"))
     springs_only("slow_flow", system)
-    flow = _flow(system, resonance)
+    flow = _flow(system, resonance, order)
     s = flow.setting
     if s.resonance.ratio is not None and not flow.phase_matters():
-        raise ValueError(_absent(flow))
-    return SlowFlow(system, resonance, s.omega_0, s.mu, s.u0, isinstance(flow, CubicFlow), flow)
+        raise ValueError(_absent(flow, order))
+    closed = isinstance(flow.force, Forms) if isinstance(flow, SecondOrderFlow) else isinstance(flow, CubicFlow)
+    return SlowFlow(system, resonance, s.omega_0, s.mu, s.u0, order, closed, flow)
 
 
-def _flow(system: Any, resonance: Resonance) -> Flow:
+def _flow(system: Any, resonance: Resonance, order: int) -> Flow:
     s = setting(system, resonance)
+    if order == 2:
+        return second_order(s)
     kind = kind_of(s)
     return CubicFlow(s, kind) if kind is not None else averaged_flow(s)
 
 
-def _absent(flow: Flow) -> str:
+def _absent(flow: Flow, order: int) -> str:
     """Sentence that refuses a resonance which first order does not know, with those that it does."""
     s = flow.setting
     p, q = s.resonance
-    fact = f"the {p}:{q} resonance does not appear at first order for this law ({type(s.system.law).__name__})"
+    fact = (
+        f"the {p}:{q} resonance does not appear at {ORDINAL[order]} order for this law ({type(s.system.law).__name__})"
+    )
     if not s.orders:
         return f"{fact}: the excitation has no line; use NONRESONANT for the free vibration"
     known = []
     for p, q in {(k * m, n): None for k in s.orders[:3] for m, n in ((1, 1), (2, 1), (3, 1), (1, 2), (1, 3))}:
         candidate = Resonance(p, q).checked()
         at_exact = s.system._replace(omega=s.omega_0 * q / p)
-        if candidate not in known and _flow(at_exact, candidate).phase_matters():
+        if candidate not in known and _flow(at_exact, candidate, order).phase_matters():
             known.append(candidate)
     names = ", ".join(f"Resonance({r.p}, {r.q})" for r in known) or "none with p, q up to 3"
     return (
         f"{fact}: with lines of order {', '.join(map(str, s.orders))} the averaging integral does not depend on the "
-        f"phase; first order knows {names}; use one of them or NONRESONANT, or integrate"
+        f"phase; {ORDINAL[order]} order knows {names}; use one of them or NONRESONANT, or integrate"
     )

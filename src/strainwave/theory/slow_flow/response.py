@@ -13,6 +13,7 @@ from ...results import Floats
 from .curve import Arc, Curve, new_part, passes, special, trace
 from .fixed_points import Flow, fixed_points, is_stable, is_trivial
 from .results import SlowBranch, SlowResponse
+from .transient import motion
 
 SEEDS = 33
 PER_CYCLE = 64  # samples of the fastest component: a peak between them is right to 1e-3
@@ -95,10 +96,9 @@ def _branch(curve: Curve, points: Floats, closed: bool) -> SlowBranch:
 
 
 def _peak(flow: Flow, z: complex) -> float:
-    """Largest |x| [rad] of the motion e + u0 + F + Re(z E) on samples."""
+    """Largest |x| [rad] of the whole motion on samples."""
     s = flow.setting
     ratio = s.resonance.ratio or Fraction(1)
     samples = PER_CYCLE * ratio.denominator * max(math.ceil(ratio), *s.orders, 1)
     theta = 2.0 * np.pi * ratio.denominator * np.arange(samples) / samples
-    x = s.u0 + s.forced(theta) + s.system.error.value(theta) + (z * np.exp(1j * float(ratio) * theta)).real
-    return float(np.max(np.abs(x)))
+    return float(np.max(np.abs(motion(flow, z, theta / s.omega))))

@@ -177,20 +177,31 @@ class SlowResponse(Result):
 
 @dataclass(frozen=True)
 class Certificate:
-    """How far a first-order result can be trusted.
+    """How far a result of first or second order can be trusted.
+
+    At a peak and at a fold the speed of the curve stands still in the phase: `speed` there is the relative error of the
+    peak's and of the jump's speed.
 
     Attributes
     ----------
     regime : str
         The resonance treated.
+    order : int
+        Order of the expansion.
     valid : bool
-        Whether every error that could be estimated is at most 10 %: those below in amplitude and in speed.
-    predicted_error : float
+        Whether every error that could be estimated is at most 10 %: in amplitude, in speed, and in
+        amplitude at equal speed.
+    amplitude : float
         Estimated relative error of the steady amplitude (of the near-omega_0 component, or of the forced motion where
         that component is absent), at equal phase where the response curve can be followed by its phase.
-    frequency_shift : float
-        Estimated relative error of the speed at which that state is (0 where the estimate is made at equal speed).
-    error_at_speed : float or None
+    phase : float or None
+        Estimated error [rad] of the phase at equal speed; None where no true state is near.
+    speed : float
+        Estimated relative error of the speed at which that state is, positive where the state comes at too high a speed
+        (0 where the estimate is made at equal speed).
+    waveform : float
+        Estimated relative error of the whole motion in the mean square, all harmonics, at equal phase as `amplitude`.
+    amplitude_at_speed : float or None
         Estimated relative error of the amplitude at equal speed; None where no true state is near, as beyond a jump.
     nonlinearity : float
         Largest |N(u)| over largest linear restoring torque on the orbit.
@@ -204,10 +215,13 @@ class Certificate:
     """
 
     regime: str
+    order: int
     valid: bool
-    predicted_error: float
-    frequency_shift: float
-    error_at_speed: float | None
+    amplitude: float
+    phase: float | None
+    speed: float
+    waveform: float
+    amplitude_at_speed: float | None
     nonlinearity: float
     damping: float
     detuning: float

@@ -5,9 +5,9 @@ rotation of the fast angle and L that of the forcing line. `theory.derivation.se
 and a test compares the two. Each form takes
 
     c2, c3   [1/(rad s^2)], [1/(rad^2 s^2)]   the law's square and cube over J
-    k        [1/s^2]                          its mean slope along the motion: the small harmonics see this stiffness
+    k        [1/s^2]                          omega_0^2
     mu       [1/s]                            B/J
-    w, v     [rad/s]                          speed of the base angle (of E without resonance), and of L where it is free
+    w, v     [rad/s]                          speed of the base angle (of E without resonance), of L where it is free
     z, c     [rad]                            complex amplitudes on E and on L
 
 and returns three things: the amplitudes [rad] of the small harmonics, in the order of its numbers in `FORMS`; the

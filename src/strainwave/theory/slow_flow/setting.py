@@ -65,19 +65,20 @@ class Setting:
     hard: Complexes
     soft: complex
 
-    def at(self, omega: float) -> "Setting":
-        """Return the same problem at another speed [rad/s] of the base angle."""
-        k = np.array(self.orders, float)
+    def at(self, omega: Any) -> "Setting":
+        """Return the same problem at another speed [rad/s] of the base angle; arrays of speeds give arrays of lines."""
+        k = np.multiply.outer(omega, np.array(self.orders, float))
         # J u'' + B u' + T(u) = tau - J omega^2 e'', and e'' of a line is -k^2 e_k
-        forcing = self.torque_lines / self.system.J + (omega * k) ** 2 * self.error_lines
+        forcing = self.torque_lines / self.system.J + k**2 * self.error_lines
         p, q = self.resonance
-        gap, least = self.omega_0**2 - (k * omega) ** 2, 2.0 * NEAR * self.omega_0**2
+        gap, least = self.omega_0**2 - k**2, 2.0 * NEAR * self.omega_0**2
         gap = np.where(np.abs(gap) < least, np.copysign(least, gap), gap)  # see `sits_on`
         hard = np.where(self.on_fast, 0.0, forcing / gap)
+        soft = np.sum(forcing[..., self.on_fast], axis=-1)
         return Setting(
             self.system._replace(omega=omega), self.resonance, self.u0, self.omega_0, self.mu, self.orders,
             self.torque_lines, self.error_lines, self.on_fast, omega,
-            p / q * omega if q else self.omega_0, hard, complex(np.sum(forcing[self.on_fast])),
+            p / q * omega if q else self.omega_0, hard, complex(soft) if np.ndim(omega) == 0 else soft,
         )  # fmt: skip
 
     def sits_on(self, omega: float) -> int | None:

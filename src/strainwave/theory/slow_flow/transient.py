@@ -11,10 +11,12 @@ from ...quantities import numbers, shown
 from ...results import Floats, SolveError
 from ...sentences import Angle, Sentence
 from .averaging import AveragedFlow, Sampled
+from .cubic import CubicFlow
 from .fixed_points import Flow
 from .results import Evolution
 
 RTOL, MOST_STEPS = 1e-9, 200_000
+ROUNDS = 8  # of the start of a motion with small harmonics
 DECAY = 256  # pieces in time of a free decay
 SAMPLES, MOST_SAMPLES = 32, 1e7  # per period of the fastest component, and in all, where the caller names only the end
 
@@ -27,18 +29,24 @@ def evolve(flow: Flow, y0: tuple[float, float], t: Floats) -> Evolution:
     mu/omega_0).
     """
     s = flow.setting
-    e, theta = s.system.error, s.omega * float(t[0])
+    e, start = s.system.error, float(t[0])
+    theta, turn = s.omega * start, complex(np.exp(1j * s.fast * start))
     x = y0[0] - float(e.value(theta)) - s.u0 - float(s.forced(theta))
     v = y0[1] - s.omega * (float(e.slope(theta)) + float(s.forced_slope(theta)))
-    z0 = _start(flow, x, v, complex(np.exp(1j * s.fast * float(t[0]))))
+    z0 = _start(flow, x, v, turn)
+    for _ in range(ROUNDS if flow.small(z0) else 0):  # the small harmonics belong to the start too, and follow z
+        off, rate = small_motion(flow, z0, start)
+        z0 = _start(flow, x - float(off), v - float(rate), turn)
     fast, angles = np.exp(1j * s.fast * t), s.omega * t
     if len(t) == 1:
         z = np.array([z0])
         rate = flow.rates(z)
     else:
-        z, rate = _decay(flow, z0, t) if s.resonance.ratio is None else _integrate(flow, z0, t)
+        free = s.resonance.ratio is None and isinstance(flow, AveragedFlow | CubicFlow)
+        z, rate = _decay(flow, z0, t) if free else _integrate(flow, z0, t)
     x_of_t = motion(flow, z, t)
     v_of_t = ((rate + 1j * s.fast * z) * fast).real + s.omega * (s.forced_slope(angles) + e.slope(angles))
+    v_of_t = v_of_t + small_motion(flow, z, t)[1]
     return Evolution(t, np.abs(z), -np.unwrap(np.angle(z)), x_of_t, v_of_t)
 
 
@@ -46,7 +54,19 @@ def motion(flow: Flow, z: Any, t: Floats) -> Floats:
     """x(t) [rad] of a slow state z [rad], one number or one for each time [s]."""
     s = flow.setting
     angles = s.omega * t
-    return np.asarray(s.u0 + (z * np.exp(1j * s.fast * t)).real + s.forced(angles) + s.system.error.value(angles))
+    small, _ = small_motion(flow, z, t)
+    return np.asarray(
+        s.u0 + (z * np.exp(1j * s.fast * t)).real + small + s.forced(angles) + s.system.error.value(angles)
+    )
+
+
+def small_motion(flow: Flow, z: Any, t: Any) -> tuple[Any, Any]:
+    """Small harmonics of a slow state, added up at times [s]: their sum [rad] and its derivative [rad/s]."""
+    value, rate = 0.0 * np.real(z), 0.0 * np.real(z)
+    for speed, amplitude in flow.small(z):
+        turning = amplitude * np.exp(1j * speed * t)
+        value, rate = value + turning.real, rate - speed * turning.imag
+    return value, rate
 
 
 def _start(flow: Flow, x: float, v: float, turn: complex) -> complex:

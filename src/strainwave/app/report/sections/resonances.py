@@ -156,8 +156,8 @@ def _peak_error(regime: Regime, peak: tuple[float, float] | None) -> dict[str, A
         return {"amplitude": peak[1] / amplitude - 1.0, "speed": peak[0] / omega - 1.0, "predicted": False}
     if regime.at_peak is None:
         return None
-    shift = abs(regime.at_peak.frequency_shift)
-    return {"amplitude": regime.at_peak.predicted_error, "speed": shift, "predicted": True}
+    shift = abs(regime.at_peak.speed)
+    return {"amplitude": regime.at_peak.amplitude, "speed": shift, "predicted": True}
 
 
 def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
@@ -165,8 +165,8 @@ def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
         return None
     return {
         "valid": certificate.valid,
-        "predicted_error": certificate.predicted_error,
-        "error_at_speed": certificate.error_at_speed,
-        "speed_error": abs(certificate.frequency_shift),
+        "predicted_error": certificate.amplitude,
+        "error_at_speed": certificate.amplitude_at_speed,
+        "speed_error": abs(certificate.speed),
         "sentence": certificate.sentence,
     }

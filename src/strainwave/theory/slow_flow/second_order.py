@@ -1,0 +1,247 @@
+"""The slow flow at second order, for any law.
+
+With w = u - u0 and w = Re(z E) + F the equation w'' + mu w' + omega_0^2 w + n(w) = lines leaves on E
+
+    z'' + (2 i Omega + mu) z' = soft - (omega_0^2 - Omega^2 + i mu Omega) z - 2 <n conj(E)> = R(z)
+
+and nothing of it is expanded in the detuning or the damping. First order takes n at w alone. Second order takes the
+small harmonics w_1 that every other harmonic of n drives, and z'' from the flow itself: z' = R/(2 i Omega + mu + f'),
+f' the derivative of R/(2 i Omega + mu) (Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 2.3.3; Krack & Gross 2019,
+Harmonic Balance for Nonlinear Vibration Problems, ch. 2). Steady states are therefore the zeros of R. A law with a
+square and a cube under one line has formulas (`second_order_forms`, n' w_1 for what the small harmonics do to E); every
+other law is sampled along w and along w + w_1.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...law import breakpoints_of
+from ...model.laws.springs import Cubic, Linear, Polynomial
+from ...results import Floats
+from .averaging import turns_with_phase
+from .second_order_forms import FORMS
+from .setting import Complexes, Setting, real_matrix
+
+REACH = 7  # small harmonics up to this multiple of the fastest component
+SMOOTH, KINKED = 10, 128  # points per period of the highest small harmonic, and for a law with breakpoints
+FREE_REACH, FREE_POINTS = 4, 24  # without resonance, of each of the two angles
+SAMPLED = 1e-5  # relative error of means by samples for a law with breakpoints
+STEP = 1e-5  # of the amplitude: central differences of R
+Small = list[tuple[Any, Any]]  # speed [rad/s] and amplitude [rad, complex] of each small harmonic
+
+
+@dataclass(frozen=True, eq=False)
+class Forms:
+    """Second order by formula.
+
+    Attributes
+    ----------
+    square, cube : float
+        c2 [1/(rad s^2)] and c3 [1/(rad^2 s^2)] of the law over J about u0.
+    """
+
+    square: float
+    cube: float
+
+    def values(self, s: Setting, z: Any) -> tuple[Small, Any]:
+        """Small harmonics, and 2 <n conj(E)> [rad/s^2]."""
+        ratio = s.resonance.ratio
+        line = None if ratio is None or not s.orders else ratio / s.orders[0]
+        form = FORMS[line]
+        c = s.hard[..., 0] if s.orders else 0j
+        speed = s.fast if line is None else s.fast / line.numerator
+        other = s.omega * s.orders[0] if s.orders else s.omega
+        small, first, back = form.values(self.square, self.cube, s.omega_0**2, s.mu, speed, other, z, c)
+        speeds = [m * speed + n * other for m, n in form.numbers]
+        return list(zip(speeds, small, strict=True)), first + back
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Second order by samples along the motion over the common period, or over both angles without resonance.
+
+    Attributes
+    ----------
+    numbers : (m, 2) int array
+        Small harmonics, as multiples of the base angle chi and of theta (0 where chi is the only angle).
+    waves : (m, n) complex array
+        Their rotations at the sample points.
+    turn, lines : (n,) and (lines, n) complex arrays
+        E and the forcing lines there.
+    places : tuple of int
+        Which of `numbers` is the small harmonic at each hard line; -1 for the soft one.
+    fast : int
+        Multiple of chi on E.
+    """
+
+    numbers: Any
+    waves: Complexes
+    turn: Complexes
+    lines: Complexes
+    places: tuple[int, ...]
+    fast: int
+
+    def values(self, s: Setting, z: Any) -> tuple[Small, Any]:
+        """Small harmonics, and 2 <n conj(E)> [rad/s^2]."""
+        shape = np.shape(z)
+        law, each = s.system.law, np.ravel(np.asarray(z, complex))
+        rest, pull = float(law.torque(s.u0)), s.omega_0**2
+
+        def beyond(w: Floats) -> Floats:
+            return np.asarray((law.torque(s.u0 + w) - rest) / s.system.J - pull * w)
+
+        forced = (s.hard @ self.lines).real
+        w = forced + each.real[:, None] * self.turn.real - each.imag[:, None] * self.turn.imag
+        n = beyond(w) @ self.waves.conj().T * (2.0 / w.shape[1])
+        n[:, np.all(self.numbers == 0, axis=1)] *= 0.5
+        speed = np.multiply.outer(s.fast / self.fast, self.numbers[:, 0]) + np.multiply.outer(
+            s.omega, self.numbers[:, 1]
+        )
+        for line, place in enumerate(self.places):
+            if place >= 0:
+                n[:, place] += 1j * s.mu * speed[..., place] * s.hard[..., line]
+        small = -n / (pull - speed**2 + 1j * s.mu * speed)
+        back = 2.0 * (beyond(w + (small @ self.waves).real) @ self.turn.conj()) / w.shape[1]
+        amplitudes = (a.reshape(shape) for a in small.T)
+        return list(zip(speed.T, amplitudes, strict=True)), back.reshape(shape)
+
+
+@dataclass(frozen=True, eq=False)
+class SecondOrderFlow:
+    """The slow flow at second order.
+
+    Attributes
+    ----------
+    setting : Setting
+        The linear problem about the operating point.
+    force : Forms or Samples
+        How the harmonics of the torque are found.
+    """
+
+    setting: Setting
+    force: Forms | Samples
+    error: float = 0.0
+
+    def at(self, omega: Any) -> "SecondOrderFlow":
+        """Return the flow at another speed [rad/s] of the base angle."""
+        return SecondOrderFlow(self.setting.at(omega), self.force, self.error)
+
+    @property
+    def push(self) -> Any:
+        """What the soft line takes off the rate [rad/s], before z'' is counted."""
+        return -self.setting.soft / self._carrier
+
+    def unforced(self, z: Any) -> Any:
+        """Rate [rad/s] without the soft line and before z'' is counted."""
+        s = self.setting
+        linear = (s.omega_0**2 - s.fast**2 + 1j * s.mu * s.fast) * z
+        return -(linear + self.force.values(s, z)[1]) / self._carrier
+
+    @property
+    def _carrier(self) -> Any:
+        return 2j * self.setting.fast + self.setting.mu
+
+    def rates(self, z: Any) -> Any:
+        """Rate z' [rad/s] for an array of z [rad]."""
+        rate, slope = self._balance(z)
+        whole = self._with_inertia(slope)
+        solved = np.linalg.solve(whole, np.stack([rate.real, rate.imag], axis=-1)[..., None])[..., 0]
+        return solved[..., 0] + 1j * solved[..., 1]
+
+    def jacobian(self, z: Any) -> Floats:
+        """Derivative [1/s] of (Re z', Im z') to (Re z, Im z), exact at steady states: shape (..., 2, 2)."""
+        _, slope = self._balance(z)
+        return np.asarray(np.linalg.solve(self._with_inertia(slope), slope))
+
+    def linearized(self, z: complex) -> tuple[complex, Floats, complex]:
+        """The rate before z'' is counted, which vanishes where z' does, and its derivatives to z and to omega."""
+        rate, slope = self._balance(z)
+        d = STEP * self.setting.omega
+        both = self.at(self.setting.omega + np.array([d, -d]))
+        ends = both.unforced(np.array([z, z])) - both.push
+        return complex(rate), slope, complex(ends[0] - ends[1]) / (2.0 * d)
+
+    def small(self, z: Any) -> Small:
+        """Speed [rad/s] and amplitude [rad, complex] of each small harmonic: the waveform's first correction."""
+        return self.force.values(self.setting, z)[0]
+
+    def phase_matters(self) -> bool:
+        """Whether the flow depends on the phase, that is, whether the resonance appears up to second order."""
+        if self.setting.soft != 0.0:
+            return True
+        return turns_with_phase(lambda z: self.force.values(self.setting, z)[1], self.setting, self.error)
+
+    def _balance(self, z: Any) -> tuple[Any, Floats]:
+        """The rate before z'' is counted, and its derivative to (Re z, Im z) by central differences."""
+        z = np.asarray(z, complex)
+        step = STEP * (np.abs(z) + 1e-3 * max(self.setting.scales()))
+        around = self.unforced(np.stack([z, z + step, z - step, z + 1j * step, z - 1j * step]))
+        by_re, by_im = (around[1] - around[2]) / (2.0 * step), (around[3] - around[4]) / (2.0 * step)
+        return around[0] - self.push, real_matrix(by_re, by_im)
+
+    def _with_inertia(self, slope: Floats) -> Floats:
+        """1 + slope/(2 i Omega + mu): what z'' makes of the rate."""
+        by_re = (slope[..., 0, 0] + 1j * slope[..., 1, 0]) / self._carrier
+        by_im = (slope[..., 0, 1] + 1j * slope[..., 1, 1]) / self._carrier
+        return np.asarray(np.eye(2) + real_matrix(by_re, by_im))
+
+
+def second_order(s: Setting) -> SecondOrderFlow:
+    """The second-order flow of a setting."""
+    cubic = _square_and_cube(s)
+    ratio = s.resonance.ratio
+    line = None if ratio is None or not s.orders else ratio / s.orders[0]
+    if cubic is not None and len(s.orders) <= 1 and line in FORMS:
+        return SecondOrderFlow(s, Forms(*cubic))
+    return SecondOrderFlow(s, _samples(s), SAMPLED if len(breakpoints_of(s.system.law)) else 0.0)
+
+
+def _square_and_cube(s: Setting) -> tuple[float, float] | None:
+    """Square and cube of the law over J about u0; None where it has more, or is no polynomial."""
+    law, u, J = s.system.law, s.u0, s.system.J
+    if isinstance(law, Linear):
+        return 0.0, 0.0
+    if isinstance(law, Cubic):
+        return 3.0 * law.K * law.alpha * u / J, law.K * law.alpha / J
+    if isinstance(law, Polynomial) and not any(law.coefficients[4:]):
+        square, cube = (*law.coefficients, 0.0, 0.0, 0.0, 0.0)[2:4]
+        return (square + 3.0 * cube * u) / J, cube / J
+    return None
+
+
+def _samples(s: Setting) -> Samples:
+    ratio = s.resonance.ratio
+    kinked = len(breakpoints_of(s.system.law)) > 0
+    if ratio is None:
+        base = math.gcd(*s.orders) if s.orders else 1
+        top = max(s.orders, default=0)
+        reach = FREE_REACH * top // base
+        pairs = [(m, n * base) for m in range(FREE_REACH + 1) for n in range(-reach, reach + 1)]
+        numbers = [pair for pair in pairs if pair >= (0, 0) and pair != (1, 0)]
+        each = FREE_POINTS * (4 if kinked else 1)
+        eta, theta = np.meshgrid(
+            2.0 * np.pi * np.arange(each) / each,
+            2.0 * np.pi / base * np.arange(max(1, each * top // base)) / max(1, each * top // base),
+            indexing="ij",
+        )
+        angles, fast = (eta.ravel(), theta.ravel()), 1
+        places = tuple(numbers.index((0, k)) for k in s.orders)
+        orders: list[tuple[int, int]] = [(0, k) for k in s.orders]
+    else:
+        p, q = ratio.numerator, ratio.denominator
+        base = math.gcd(p, *(q * k for k in s.orders))
+        fast, at = p // base, [q * k // base for k in s.orders]
+        top = REACH * max(fast, *at) if at else REACH * fast
+        numbers = [(m, 0) for m in range(top + 1) if m != fast]
+        points = (KINKED if kinked else SMOOTH) * (top + 1)
+        angles = (2.0 * np.pi * np.arange(points) / points, np.zeros(points))
+        places = tuple(-1 if k == fast else numbers.index((k, 0)) for k in at)
+        orders = [(k, 0) for k in at]
+
+    def rotation(pairs: list[tuple[int, int]]) -> Complexes:
+        return np.exp(1j * (np.array(pairs, float).reshape(-1, 2) @ np.array(angles)))
+
+    return Samples(np.array(numbers), rotation(numbers), rotation([(fast, 0)])[0], rotation(orders), places, fast)
