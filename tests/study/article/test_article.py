@@ -133,3 +133,10 @@ def test_both_parameter_sets_have_the_same_forcing():
     assert derived.excitation.amplitude / derived.J == pytest.approx(
         printed.excitation.amplitude / printed.J, rel=1e-12
     )
+
+
+@pytest.mark.parametrize("case", RMS_LIMITS)
+def test_the_second_order_is_within_a_percent_and_certified_in_every_regime_of_the_derived_set(cells, case):
+    cell = cells["Table 4", "derived", case, "normalised RMS difference, second order"]
+    assert cell.value < 0.01
+    assert "certified valid" in cell.why

@@ -157,6 +157,11 @@ class AveragedFlow:
         return self.means.force(s, np.ravel(np.asarray(z, complex))).reshape(np.shape(z)) / s.system.J
 
     @property
+    def coarse(self) -> "AveragedFlow":
+        """The flow with fewer samples, with which steady states are first looked for."""
+        return self if isinstance(self.means, Exact) else sampled(self.setting, 3 if self.error > 0.0 else 2)
+
+    @property
     def push(self) -> Any:
         """What the soft line takes off the rate [rad/s]."""
         return 0.5j * self.setting.soft / self.setting.omega_0

@@ -73,7 +73,9 @@ class Balance:
             c[place] += line
         c[self.fast] += z
         for speed, small in flow.small(z):
-            c[..., round(float(speed) / (self.base * self.setting.omega))] += small
+            multiple = float(speed) / (self.base * self.setting.omega)
+            if z != 0.0 or (0.0 <= multiple < self.harmonics + 0.5 and abs(multiple - round(multiple)) < 1e-9):
+                c[round(multiple)] += small  # without resonance the free part, of other speeds, is absent
         return c
 
     def residual(self, c: Complexes, omega: Any) -> tuple[Complexes, Floats]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...results import Floats, SolveError
 from ...sentences import Sentence, Speed
-from .averaging import AveragedFlow, Exact, sampled
+from .averaging import AveragedFlow
 from .cubic import CubicFlow
 from .second_order import SecondOrderFlow
 from .setting import Complexes
@@ -105,9 +105,7 @@ def newton_step(matrix: Floats, rate: Any) -> Any:
 
 def scan(flow: Integrals) -> list[complex]:
     """Find every fixed point of a general flow: cells of a polar grid in which both rates may vanish, then Newton."""
-    rough = flow
-    if isinstance(flow, AveragedFlow) and not isinstance(flow.means, Exact):
-        rough = sampled(flow.setting, 3 if flow.error > 0.0 else 2)
+    rough = flow.coarse
     amplitudes = _amplitudes(rough, ROWS_PER_DECADE)
     phases = 2.0 * np.pi * (np.arange(PHASES + 1) + 0.37) / PHASES
     turn = np.exp(-1j * phases)
@@ -127,7 +125,7 @@ def scan(flow: Integrals) -> list[complex]:
 
 def rings(flow: Integrals) -> list[complex]:
     """Fixed points where no hard line breaks the symmetry: z' = z g(|z|) - push fixes |z g(|z|)|."""
-    push = flow.push
+    flow, push = flow.coarse, flow.push
 
     def excess(a: Floats) -> Floats:
         with np.errstate(all="ignore"):

@@ -13,7 +13,7 @@ other law is sampled along w and along w + w_1.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -117,17 +117,23 @@ class SecondOrderFlow:
     ----------
     setting : Setting
         The linear problem about the operating point.
-    force : Forms or Samples
-        How the harmonics of the torque are found.
+    force, rough : Forms or Samples
+        How the harmonics of the torque are found, and where steady states are first looked for: fewer samples.
     """
 
     setting: Setting
     force: Forms | Samples
+    rough: Forms | Samples
     error: float = 0.0
+
+    @property
+    def coarse(self) -> "SecondOrderFlow":
+        """The flow with fewer samples."""
+        return replace(self, force=self.rough)
 
     def at(self, omega: Any) -> "SecondOrderFlow":
         """Return the flow at another speed [rad/s] of the base angle."""
-        return SecondOrderFlow(self.setting.at(omega), self.force, self.error)
+        return replace(self, setting=self.setting.at(omega))
 
     @property
     def push(self) -> Any:
@@ -195,8 +201,11 @@ def second_order(s: Setting) -> SecondOrderFlow:
     ratio = s.resonance.ratio
     line = None if ratio is None or not s.orders else ratio / s.orders[0]
     if cubic is not None and len(s.orders) <= 1 and line in FORMS:
-        return SecondOrderFlow(s, Forms(*cubic))
-    return SecondOrderFlow(s, _samples(s), SAMPLED if len(breakpoints_of(s.system.law)) else 0.0)
+        return SecondOrderFlow(s, Forms(*cubic), Forms(*cubic))
+    rough = _samples(s, SMOOTH)
+    if len(breakpoints_of(s.system.law)) == 0:
+        return SecondOrderFlow(s, rough, rough)
+    return SecondOrderFlow(s, _samples(s, KINKED), rough, SAMPLED)
 
 
 def _square_and_cube(s: Setting) -> tuple[float, float] | None:
@@ -212,16 +221,15 @@ def _square_and_cube(s: Setting) -> tuple[float, float] | None:
     return None
 
 
-def _samples(s: Setting) -> Samples:
+def _samples(s: Setting, points_each: int) -> Samples:
     ratio = s.resonance.ratio
-    kinked = len(breakpoints_of(s.system.law)) > 0
     if ratio is None:
         base = math.gcd(*s.orders) if s.orders else 1
         top = max(s.orders, default=0)
         reach = FREE_REACH * top // base
         pairs = [(m, n * base) for m in range(FREE_REACH + 1) for n in range(-reach, reach + 1)]
         numbers = [pair for pair in pairs if pair >= (0, 0) and pair != (1, 0)]
-        each = FREE_POINTS * (4 if kinked else 1)
+        each = FREE_POINTS * (1 if points_each == SMOOTH else 4)
         eta, theta = np.meshgrid(
             2.0 * np.pi * np.arange(each) / each,
             2.0 * np.pi / base * np.arange(max(1, each * top // base)) / max(1, each * top // base),
@@ -236,7 +244,7 @@ def _samples(s: Setting) -> Samples:
         fast, at = p // base, [q * k // base for k in s.orders]
         top = REACH * max(fast, *at) if at else REACH * fast
         numbers = [(m, 0) for m in range(top + 1) if m != fast]
-        points = (KINKED if kinked else SMOOTH) * (top + 1)
+        points = points_each * (top + 1)
         angles = (2.0 * np.pi * np.arange(points) / points, np.zeros(points))
         places = tuple(-1 if k == fast else numbers.index((k, 0)) for k in at)
         orders = [(k, 0) for k in at]
