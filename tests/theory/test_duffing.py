@@ -98,6 +98,15 @@ def test_small_free_oscillations_about_a_mean_torque_have_the_frequency_of_the_s
     np.testing.assert_allclose(np.log2(gap[:-1] / gap[1:]), 4.0, atol=0.15)
 
 
+@pytest.mark.parametrize("law", [HARD, SOFT], ids=str)
+def test_first_order_backbone_meets_the_exact_one_with_an_error_of_fourth_order(law):
+    system = constant(law)
+    motions = [sw.duffing.free(system, release) for release in (1.2, 0.6, 0.3)]
+    first = sw.slow_flow(system, sw.NONRESONANT).backbone([motion.coefficients(1)[1] for motion in motions])
+    gap = np.abs(first - [motion.omega for motion in motions])
+    np.testing.assert_allclose(np.log2(gap[:-1] / gap[1:]), 4.0, atol=0.2)
+
+
 @pytest.mark.compiled
 def test_free_oscillation_lies_on_the_backbone_of_harmonic_balance():
     system = constant(sw.Cubic(1.0, 0.3), 0.7)
