@@ -103,7 +103,8 @@ SCALED: dict[str, tuple[Any, sw.Resonance]] = {
     ),
     "two orders": (
         lambda e: sw.Oscillator(
-            1.0, 0.3 * e, _polynomial(e), sw.Harmonics((sw.Harmonic(0.3), sw.Harmonic(0.2 * e, 3, 0.7))), (1.0 + 0.2 * e) / 3.0
+            1.0, 0.3 * e, _polynomial(e), sw.Harmonics((sw.Harmonic(0.3), sw.Harmonic(0.2 * e, 3, 0.7))),
+            (1.0 + 0.2 * e) / 3.0,
         ),
         sw.SUPERHARMONIC,
     ),

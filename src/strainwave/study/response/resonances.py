@@ -83,12 +83,14 @@ class Regime:
         Steady states of the slow flow there; empty where it does not apply.
     existence : str
         Existence condition with its numbers.
-    certificate, at_peak : Certificate or None
-        How far the first-order result can be trusted at `omega`, and at the peak of the response curve; None
-        where multiple
-        scales does not apply, or there is no curve.
+    certificate, first_at_peak : Certificate or None
+        How far first order can be trusted at `omega`, and at the peak of its response curve; None where multiple scales
+        does not apply, or there is no curve.
+    at_peak : Certificate or None
+        The same of `response` at its peak; its `order` is the order of the curve.
     response : SlowResponse or None
-        Response curve near the resonance, for those inside the range.
+        Response curve near the resonance, for those inside the range: of first order where its certificate is valid at
+        the peak, else of second order.
     backbone : (2, n) array or None
         Speed of the base angle [rad/s] and amplitude [rad] of the undamped, unforced motion up to the curve's peak.
     reason : str
@@ -106,6 +108,7 @@ class Regime:
     states: tuple[SteadyState, ...]
     existence: str
     certificate: Certificate | None
+    first_at_peak: Certificate | None
     at_peak: Certificate | None
     response: SlowResponse | None
     backbone: Floats | None
@@ -209,21 +212,32 @@ def _regime(
     inside = speeds[0] <= omega <= speeds[1]
     here = (name, order, resonance, omega, inside)
     if reason := no_multiple_scales(system):
-        return Regime(*here, (), "", None, None, None, None, reason)
+        return Regime(*here, (), "", None, None, None, None, None, reason)
     try:
         flow = slow_flow(system._replace(omega=omega), resonance)
         states = tuple(flow.steady_states())
         certificate = flow.certificate()
         response = _response(flow, omega) if inside and _worth(flow, name, omega, states) else None
         backbone = _backbone(flow, response)
-        at_peak = None
-        if response is not None and response.branches:
-            at_peak = slow_flow(system._replace(omega=response.peak[0]), resonance).certificate()
+        first_at_peak = at_peak = _at_peak(flow, response)
+        if response is not None and at_peak is not None and not at_peak.valid:
+            flow = slow_flow(system._replace(omega=omega), resonance, order=2)
+            second = _response(flow, omega)
+            response, at_peak = (second, _at_peak(flow, second)) if second.branches else (response, at_peak)
         existence = flow.existence
     except (ValueError, SolveError, ArithmeticError) as error:
         reason = str(error) or f"multiple scales stopped with {type(error).__name__}"
-        return Regime(*here, (), "", None, None, None, None, reason)
-    return Regime(*here, states, existence, certificate, at_peak, response, backbone, "")
+        return Regime(*here, (), "", None, None, None, None, None, reason)
+    return Regime(*here, states, existence, certificate, first_at_peak, at_peak, response, backbone, "")
+
+
+def _at_peak(flow: Any, response: SlowResponse | None) -> Certificate | None:
+    """The certificate of a response curve at its peak."""
+    if response is None or not response.branches:
+        return None
+    there = flow.system._replace(omega=response.peak[0])
+    certificate: Certificate = slow_flow(there, flow.resonance, order=flow.order).certificate()
+    return certificate
 
 
 def _worth(flow: Any, name: str, omega: float, states: tuple[SteadyState, ...]) -> bool:

@@ -46,8 +46,9 @@ class Resonances:
         """What is said below the figure of a resonance."""
         peak = row["peak"]
         text = Sentence(
-            "Multiple scales put the peak at {} and {}: {}.",
-            Angle(peak["amplitude_rad"]), Speed(peak["omega_rad_per_s"]), peak_verdict(row),
+            "Multiple scales{} put the peak at {} and {}: {}.{}",
+            " of second order" if row["certificate_at_peak"]["order"] == 2 else "",
+            Angle(peak["amplitude_rad"]), Speed(peak["omega_rad_per_s"]), peak_verdict(row), escalation(row),
         )  # fmt: skip
         return str(view.told(text + " " + jump_verdict(row)))
 
@@ -76,6 +77,17 @@ def peak_verdict(row: dict[str, Any]) -> str:
     large, high = "large" if error["amplitude"] > 0.0 else "small", "high" if error["speed"] > 0.0 else "low"
     off = f"the amplitude is {size} too {large} and the resonance speed {speed} too {high}"
     return f"relative to the computed curve, {off}"
+
+
+def escalation(row: dict[str, Any]) -> str:
+    """What is said where first order was not enough."""
+    first, used = row["certificate_first_order"], row["certificate_at_peak"]
+    if first["valid"]:
+        return ""
+    off = f" First order is off by {percent(first['predicted_error'], 2)} in amplitude at its peak"
+    if used["order"] == 2 and used["valid"]:
+        return f"{off}, so the second order is shown."
+    return f"{off}, and the second order is not valid either: rely on the computed curve."
 
 
 def jump_verdict(row: dict[str, Any]) -> str:
@@ -134,6 +146,7 @@ def _resonance(view: View, index: int, regime: Regime, jumps: list[float]) -> di
         "steady_amplitudes_rad": [{"value": s.amplitude, "stable": s.stable} for s in regime.states],
         "existence": regime.existence,
         "certificate": _certificate(regime.certificate),
+        "certificate_first_order": _certificate(regime.first_at_peak),
         "certificate_at_peak": _certificate(regime.at_peak),
         "peak": None if peak is None else _at(view, *peak),
         "peak_error": _peak_error(regime, peak),
@@ -164,6 +177,7 @@ def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
     if certificate is None:
         return None
     return {
+        "order": certificate.order,
         "valid": certificate.valid,
         "predicted_error": certificate.amplitude,
         "error_at_speed": certificate.amplitude_at_speed,
