@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.files.project import ProjectError, from_text
+from strainwave.files.reading import ProjectError, from_text
 
 HZ = 2.0 * math.pi
 DRIVE = """\

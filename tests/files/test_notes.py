@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import strainwave as sw
-from strainwave.files.project import from_text
+from strainwave.files.reading import from_text
 
 EXPLICIT = """\
 gear: {{ratio: 50, rated_torque: 137 N*m, law: {{type: linear, K: {K}}}}}

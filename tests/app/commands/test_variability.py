@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.files.project import read_project
+from strainwave.files.reading import read_project
 
 TEXT = """\
 title: Linear

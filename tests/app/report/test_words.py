@@ -15,7 +15,7 @@ from strainwave.app.report.sections.warnings import warnings
 from strainwave.app.units import AngleUnit
 from strainwave.app.view import View
 from strainwave.speeds import Speeds
-from strainwave.study.analysis.analysis import _proof
+from strainwave.study.analysis.analyze import _proof
 from strainwave.study.analysis.avoid import Avoid
 from strainwave.study.analysis.remedies import Remedy
 from strainwave.study.analysis.usage import Usage, limit_findings

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from ...files.project import read_project
+from ...files.reading import read_project
 from ...files.variants.scatter import Exceedance, exceedance
 from ...quantities import convert, parse
 from ..console import Progress, number, percent, to_json
