@@ -16,7 +16,7 @@ from ..model.train.loops import USUAL
 from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
 from ..quantities import checked
 from ..results import SolveError
-from ..sentences import on_screen
+from ..sentences import listed, on_screen
 from ..speeds import Speeds
 from ..study.analysis.analysis import Analysis
 from ..study.analysis.analyze import analyze
@@ -27,7 +27,7 @@ from ..study.analysis.runup import silent
 from ..study.analysis.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
 from ..study.response.by_integration import response_through
 from ..study.train.loop_margin import motor_name
-from ..study.train.reductions import left_out, listed
+from ..study.train.reductions import left_out
 from .loop_fields import control_of, loop_inertia
 
 
@@ -205,7 +205,7 @@ class Project:
 
     @property
     def load_torques(self) -> tuple[float, float]:
-        """Least and largest torque [N*m] on the load: of `mean_range`, and of drags that follow its angle, as gravity."""
+        """Least and largest torque [N*m] on the load: of `mean_range`, and of drags that follow its own angle."""
         low, high = self.mean_range or (self.mean_load_torque, self.mean_load_torque)
         if self.train is None:
             return low, high

@@ -180,7 +180,7 @@ def _proof(system: Any, point: OperatingPoint) -> StabilityProof:
     if is_spring(system):
         return lyapunov(system)
     obstacle = Obstacle(
-        f"{type(system.law).__name__} has friction or memory",
+        "the law of the gear has friction or memory",
         "Lyapunov's direct method with V(x, v) does not know its internal states; the multipliers of the computed "
         "response say which motions are stable",
     )

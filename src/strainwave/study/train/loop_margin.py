@@ -19,8 +19,11 @@ LEAST, CLOSE = 1e-3, 1e-3  # smallest share of the bandwidth that is tried, and 
 
 def motor_name(control: Any, inertia: float) -> str:
     """What drives a motor, in words: "held", "free", or its loop by bandwidth and damping on an inertia [kg*m^2]."""
-    tuning = tuning_of(control, inertia)
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(control).__name__).lower() if tuning is None else str(tuning)
+    if (tuning := tuning_of(control, inertia)) is not None:
+        return str(tuning)
+    if isinstance(control, Lagged):
+        return f"{motor_name(control.loop, inertia)}, lag {1e3 * control.lag:.4g} ms"
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(control).__name__).lower()
 
 
 def fastest_growth(train: DriveTrain) -> complex:
