@@ -79,7 +79,8 @@ class Opening:
             what = f"largest {'oscillation of the ' * (not mean)}{data['error']}{run}{mean}, at "
             text = what + Speed(size["omega_rad_per_s"], digits=5) + under_load(size["load_torque_Nm"])
             found.append((view.angle.text(size[f"{name}_rad"]), view.told(text), False))
-        torque, where = data["largest_torque"], ", steady or in the run-up" if whole else " in a steady motion"
+        study, torque = view.analysis.train, data["largest_torque"]
+        where = " in a steady motion" if study is None or study.ramp is None else ", steady or in the run-up"
         size, beyond = torque["torque_Nm"], ""
         for name, end in (
             ("ratcheting", "; the teeth skip, this is no result"),

@@ -53,7 +53,7 @@ class WholeTrain:
     def heat(self, joules: dict[str, float]) -> str:
         """What each element turned into heat, the largest first."""
         lost = sorted(((J, name) for name, J in joules.items() if J), reverse=True)
-        return ", ".join(f"{number(J, 3)} J in the {name}" for J, name in lost)
+        return ", ".join(f"{number(J, 3)} J ({name})" for J, name in lost)
 
     def apart(self, share: float) -> str:
         """A relative difference, where it is more than rounding."""
