@@ -8,7 +8,7 @@ from click.testing import CliRunner
 from twelve_projects import PROJECTS
 
 from strainwave.app.commands import cli as command
-from strainwave.files.project import read_project
+from strainwave.files.reading import read_project
 from strainwave.files.variants.project_sweep import measured
 
 ARCSEC = np.pi / 648000.0

@@ -123,6 +123,8 @@ def test_a_dataset_has_dimensions_units_and_single_numbers():
     assert list(run_data["state"].values) == list(run().train.state_names())
     np.testing.assert_array_equal(run_data["work"].sel(power="gear law").values, run().work["gear law"])
     assert run_data["torque"].attrs["units"] == "N*m"
+    np.testing.assert_array_equal(run_data["pointing"], run().pointing)
+    assert run_data["pointing"].attrs["units"] == "rad"
 
 
 def test_a_table_has_a_row_for_every_point():

@@ -17,7 +17,7 @@ from numba.core.typing import signature
 
 import strainwave as sw
 from strainwave.compile import jit
-from strainwave.files.project import from_text
+from strainwave.files.reading import from_text
 from strainwave.law import is_spring, torsion
 from strainwave.model.train.train_forms import AtLoad, Metered
 from strainwave.numerics.balance import second_order as balance

@@ -157,7 +157,7 @@ from .study.article.validate import compare as compare
 from .files.entries import project_entry as project_entry
 from .files.own_gears import read_gears as read_gears
 from .files.project import Project as Project
-from .files.project import read_project as read_project
+from .files.reading import read_project as read_project
 from .files.project_text import project_text as project_text
 from .files.variants.replaced import replaced as replaced
 from .files.variants.scatter import Exceedance as Exceedance

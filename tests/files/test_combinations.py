@@ -17,7 +17,7 @@ from canonical import DISSIPATIVE, LAWS
 
 import strainwave as sw
 from strainwave.files.entries import law_types, loop_types
-from strainwave.files.project import ProjectError, from_text
+from strainwave.files.reading import ProjectError, from_text
 from strainwave.law import depends
 
 SCRIPT = Path(__file__).parent.parent / "typed_code.py"

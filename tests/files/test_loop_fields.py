@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.files.project import ProjectError, from_text
+from strainwave.files.reading import ProjectError, from_text
 
 HZ = 2.0 * math.pi
 DRIVE = """\
@@ -124,9 +124,9 @@ def test_coupling_beside_couplings_is_refused():
     assert "load.couplings: has 0 items; write at least 1" in complaint(load="couplings: []")
 
 
-def poles(bandwidth, damping, lag):
+def poles(bandwidth, damping, lag, K=1e5):
     """Poles of motor, gear and load under a lagged PD loop, from the equations written by hand."""
-    K_p, K_d, N, B, K = J * bandwidth**2, 2.0 * damping * J * bandwidth, 50.0, 20.0, 1e5
+    K_p, K_d, N, B = J * bandwidth**2, 2.0 * damping * J * bandwidth, 50.0, 20.0
     rows = [  # of theta_m, theta_m', theta_l, theta_l', T
         [0, 1, 0, 0, 0],
         [-K / N**2 / 4.5e-4, -B / N**2 / 4.5e-4, K / N / 4.5e-4, B / N / 4.5e-4, -1 / 4.5e-4],
@@ -149,6 +149,23 @@ def test_a_loop_that_is_unstable_with_this_gear_is_refused_with_its_margin():
     assert max(poles(0.99 * limit * HZ, 0.1, lag).real) < 0.0 < max(poles(1.01 * limit * HZ, 0.1, lag).real)
     assert project(f"loop: {{bandwidth: {0.98 * limit} Hz, damping: 0.1, lag: {lag} s}}").train is not None
     assert project(f"loop: {{bandwidth: {bandwidth} Hz, damping: 0.1}}").train is not None  # without the lag
+
+
+def test_the_poles_at_zero_of_a_hysteresis_are_no_growth_of_the_loop():
+    hysteresis = "hysteresis: {type: bouc_wen, K: 6e4 N*m/rad, ratio: 0, yield_twist: 0.08 mrad}\n"
+
+    def read(bandwidth, damping):
+        loop = f", loop: {{bandwidth: {bandwidth} Hz, damping: {damping}, lag: 1 ms}}"
+        return from_text(DRIVE.format(motor=loop, load="") + hysteresis, Path("project.yaml"))
+
+    for bandwidth in np.linspace(5.0, 60.0, 23):
+        assert max(poles(bandwidth * HZ, 0.7, 1e-3, K=1.6e5).real) < 0.0
+        assert read(bandwidth, 0.7).train is not None
+    with pytest.raises(ProjectError, match="is unstable with this gear") as error:
+        read(64.0, 0.1)
+    limit = float(str(error.value).split("up to a bandwidth of ")[1].split(" Hz")[0])
+    below, above = (max(poles(share * limit * HZ, 0.1, 1e-3, K=1.6e5).real) for share in (0.99, 1.01))
+    assert below < 0.0 < above
 
 
 def test_the_margin_of_a_lagged_integral_is_that_of_routh():

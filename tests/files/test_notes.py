@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import strainwave as sw
-from strainwave.files.project import from_text
+from strainwave.files.reading import from_text
 
 EXPLICIT = """\
 gear: {{ratio: 50, rated_torque: 137 N*m, law: {{type: linear, K: {K}}}}}
@@ -43,7 +43,7 @@ ABSURD = {
         {"low": "90 rpm", "high": "130 rpm"},
         "is far from every order in the speed range, 3 to 4.33 Hz",
     ),
-    "torque that ratchets": ({"mean": "-3000 N*m"}, "is 3000 N*m, 21.9 times the rated torque, and gears ratchet"),
+    "torque that ratchets": ({"mean": "-3000 N*m"}, "reaches 3000 N*m, 21.9 times the rated torque, and gears ratchet"),
 }
 
 
@@ -53,6 +53,22 @@ def test_what_is_legal_and_absurd_gets_its_sentence(fields, said):
     assert sum(said in note for note in found) == 1
     # a wrong stiffness or inertia shows in the natural frequency too
     assert len([note for note in found if said not in note and "natural frequency" not in note.lower()]) == 0
+
+
+def test_a_torque_that_ratchets_is_found_at_the_end_of_a_range_and_in_gravity():
+    (of_range,) = notes(mean="{from: -1000 N*m, to: 3000 N*m}")
+    gravity = "1.3 kg*m^2, drag: {type: angle_torque, amplitude: 2950 N*m}"
+    (of_gravity,) = notes(mean="-50 N*m", J_l=gravity)
+    assert of_range == of_gravity
+    assert "The torque of the load reaches 3000 N*m, 21.9 times the rated torque" in of_range
+
+
+def test_a_free_motor_cannot_balance_a_range_of_torques():
+    # N T = (N^2 J_m + J_l) of the motor's acceleration, by Newton
+    rate = 50.0 * 60.0 / (50.0**2 * 6e-4 + 1.3) * 30.0 / math.pi
+    (said,) = notes(J_m="6 kg*cm^2, mode: free", mean="{from: -20 N*m, to: 60 N*m}")
+    assert f"do not balance with 60 N*m on the load: the motor speeds up by {rate:.4g} rpm/s" in said
+    assert said.endswith("does not keep the speeds analysed; write 'mode: held'.")
 
 
 def test_the_sound_drive_itself_gets_no_sentence():
@@ -76,7 +92,7 @@ def test_a_stiffness_without_a_rated_torque_is_held_against_those_of_the_catalog
 def test_a_mean_torque_beyond_the_gears_ratcheting_torque_is_said():
     text = "gear: CSG-40-50\n" + EXPLICIT.format(**SOUND | {"mean": "-2400 N*m"}).split("\n", 1)[1]
     (note,) = from_text(text, Path("project.yaml")).notes
-    assert "is 2400 N*m, beyond the ratcheting torque of 2300 N*m: the teeth skip, and no number" in note
+    assert "reaches 2400 N*m, beyond the ratcheting torque of 2300 N*m: the teeth skip, and no number" in note
 
 
 def sound(seed):

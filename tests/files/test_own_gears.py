@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
-from strainwave.files.project import ProjectError, read_project
+from strainwave.files.reading import ProjectError, read_project
 from strainwave.files.yaml_text import FileError
 
 YAML = """\

@@ -8,7 +8,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import strainwave as sw
-from strainwave.files.project import Project, ProjectError, read_project
+from strainwave.files.project import Project
+from strainwave.files.reading import ProjectError, read_project
 from strainwave.files.yaml_text import LARGEST
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "projects"

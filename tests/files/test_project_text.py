@@ -8,7 +8,7 @@ import pytest
 from twelve_projects import PROJECTS
 
 import strainwave as sw
-from strainwave.files.project import read_project
+from strainwave.files.reading import read_project
 
 ERROR = sw.KinematicError((sw.Line(2, 1e-4, 0.3), sw.Line(4, -1e-5)))
 DRIVE = sw.catalogue.gear("CSG-40-50").drive(load_inertia=1.3, B=10.0)

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.files.project import ProjectError, read_project
+from strainwave.files.reading import ProjectError, read_project
 
 LAWS = '''\
 """Laws of a user."""

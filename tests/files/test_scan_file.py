@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from strainwave.app.commands.cli import cli
-from strainwave.files.project import read_project
+from strainwave.files.reading import read_project
 from strainwave.files.scan_file import read_scan
 from strainwave.files.yaml_text import FileError
 

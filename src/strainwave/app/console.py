@@ -75,7 +75,8 @@ def number(value: float | str | bool | None, digits: int = 4) -> str:
         return value
     if not math.isfinite(value):
         return "–"
-    text = f"{value:.0f}" if 10.0**digits <= abs(value) < 1e7 else f"{value:.{digits}g}"
+    rounded = float(f"{value:.{digits}g}") + 0.0  # 99.99 may become 100, and -0.0 is 0.0
+    text = f"{value:.0f}" if 10.0**digits <= abs(rounded) < 1e7 else f"{rounded:.{digits}g}"
     mantissa, mark, exponent = text.partition("e")
     if not mark:
         return text.replace("-", "−")

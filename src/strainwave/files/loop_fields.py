@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
+from ..model.drive import Drive
 from ..model.train.controls import Lagged
 from ..model.train.loops import HERTZ, KINDS, USUAL, Tuning, from_bandwidth
 from ..quantities import checked
@@ -88,6 +89,11 @@ def _read(name: str, value: Any, wrong: list[Wrong]) -> Any:
         return None if value is None else READERS[name](value)
     except ValueError as error:
         return wrong.append(Wrong((name,), str(error)))
+
+
+def loop_inertia(drive: Drive) -> float:
+    """Inertia [kg*m^2, motor side] that a loop turns: the motor, and the rigid load over N^2."""
+    return drive.J_m + drive.J_l / (drive.N * drive.N)
 
 
 def control_of(loop: Any, inertia: float) -> Any:

@@ -18,6 +18,7 @@ from ..model.train.controls import Lagged, PositionLoop, SpeedLoop
 from ..study.analysis.plausible import RATCHETING
 from ..study.response.resonances import active_orders
 from ..units import RPM, convert
+from .project import Project, mean_of
 
 FACTOR = 10.0  # beyond what gears have
 STIFFNESS = 340.0, 1.45e6  # N*m/rad
@@ -30,7 +31,7 @@ FASTEST = 8500.0, 4000.0  # rpm of the input: of any gear, and the middle of the
 FAR = 10.0  # times an excitation's frequency
 
 
-def notes(project: Any) -> Iterator[str]:
+def notes(project: Project) -> Iterator[str]:
     """Sentences on what a reader of the results should know about the input."""
     yield from _balance(project)
     yield from _doubts(project)
@@ -45,7 +46,18 @@ def notes(project: Any) -> Iterator[str]:
         )
 
 
-def _slipping(project: Any) -> Iterator[str]:
+def load_remark(project: Project) -> tuple[str, ...]:
+    """Which torque of the load one curve is for, where the load has a range of them."""
+    low, high = project.load_torques
+    if low == high:
+        return ()
+    return (
+        f"The curve is for a load torque of {project.mean_load_torque:.4g} N*m, of the range from {low:.4g} to "
+        f"{high:.4g} N*m that gravity or the file gives; `strainwave analyze` follows the range.",
+    )
+
+
+def _slipping(project: Project) -> Iterator[str]:
     """Note on a loop without stiffness, which gives way under a mean torque."""
     loop = None if project.train is None else project.train.motor.control
     loop = loop.loop if isinstance(loop, Lagged) else loop
@@ -57,23 +69,23 @@ def _slipping(project: Any) -> Iterator[str]:
         )
 
 
-def _balance(project: Any) -> Iterator[str]:
-    """Notes on mean torques that a free motor cannot balance."""
-    drive = project.drive
-    at_motor, at_load = (
-        0.0 if t is None else sum(h.mean for h in t.terms) for t in (project.motor_torque, project.load_torque)
-    )
-    whole = drive.N * at_motor + at_load
-    if project.motor == "free" and abs(whole) > 1e-9 * (abs(drive.N * at_motor) + abs(at_load)):
+def _balance(project: Project) -> Iterator[str]:
+    """Note on mean torques that a free motor cannot balance, of a range of them those farthest from it."""
+    drive, given = project.drive, mean_of(project.motor_torque)
+    means = project.mean_range or (project.mean_load_torque,)
+    at_load = max(means, key=lambda mean: abs(drive.N * given + mean))
+    whole = drive.N * given + at_load
+    if project.motor == "free" and abs(whole) > 1e-9 * (abs(drive.N * given) + abs(at_load)):
         rate = drive.N * whole / (drive.N * drive.N * drive.J_m + drive.J_l)
+        under = f" with {at_load:g} N*m on the load" if len(means) > 1 else ""
+        balanced = f"give the free motor a mean torque of {-at_load / drive.N:.4g} N*m, or " * (len(means) == 1)
         yield (
-            f"The mean torques do not balance: the motor speeds up by {rate / RPM:.4g} rpm/s and does not keep the "
-            "speeds analysed; give the "
-            f"free motor a mean torque of {-at_load / drive.N:.4g} N*m, or write 'mode: held'."
+            f"The mean torques do not balance{under}: the motor speeds up by {rate / RPM:.4g} rpm/s and does not keep "
+            f"the speeds analysed; {balanced}write 'mode: held'."
         )
 
 
-def _doubts(project: Any) -> Iterator[str]:
+def _doubts(project: Project) -> Iterator[str]:
     """Sentences on numbers that are most likely meant otherwise; none for a sound drive."""
     if project.speeds.by_motor:
         yield from _stiffness(project)
@@ -84,7 +96,7 @@ def _doubts(project: Any) -> Iterator[str]:
     yield from _damping(project)
 
 
-def _stiffness(project: Any) -> Iterator[str]:
+def _stiffness(project: Project) -> Iterator[str]:
     """A stiffness that no gear has: by the twist at the rated torque, or else by its size."""
     stiffness, rated = float(spring_stiffness(project.drive.law, 0.0)), project.rated_torque
     if not stiffness > 0.0:
@@ -103,7 +115,7 @@ def _stiffness(project: Any) -> Iterator[str]:
         )
 
 
-def _inertia(project: Any) -> Iterator[str]:
+def _inertia(project: Project) -> Iterator[str]:
     """Inertias that fit better when one belongs to the other shaft."""
     drive = project.drive
     ratio, bound = drive.J_l / (drive.N * drive.N * drive.J_m), WRONG_SHAFT * drive.N
@@ -116,22 +128,22 @@ def _inertia(project: Any) -> Iterator[str]:
         )
 
 
-def _torque(project: Any) -> Iterator[str]:
-    """A mean torque at which the teeth skip, where nothing computed is a result."""
-    mean = 0.0 if project.load_torque is None else abs(sum(h.mean for h in project.load_torque.terms))
+def _torque(project: Project) -> Iterator[str]:
+    """A torque of the load at which the teeth skip, where nothing computed is a result."""
+    largest = max(map(abs, project.load_torques))
     gear, rated = project.gear, project.rated_torque
     limit = None if gear is None else gear.ratcheting_torque
     said = "the teeth skip, and no number of this report is a result; check the torque and its unit"
-    if limit is not None and mean > limit:
-        yield f"The mean torque of the load is {mean:g} N*m, beyond the ratcheting torque of {limit:g} N*m: {said}."
-    elif limit is None and rated is not None and mean > RATCHETING * rated:
+    if limit is not None and largest > limit:
+        yield f"The torque of the load reaches {largest:g} N*m, beyond the ratcheting torque of {limit:g} N*m: {said}."
+    elif limit is None and rated is not None and largest > RATCHETING * rated:
         yield (
-            f"The mean torque of the load is {mean:g} N*m, {mean / rated:.3g} times the rated torque, and gears "
+            f"The torque of the load reaches {largest:g} N*m, {largest / rated:.3g} times the rated torque, and gears "
             f"ratchet from 5 to 16 times on: {said}."
         )
 
 
-def _natural_frequency(project: Any) -> Iterator[str]:
+def _natural_frequency(project: Project) -> Iterator[str]:
     """A natural frequency that no drive has, or that nothing in the speed range comes near."""
     omega_0 = project.omega_0
     if not omega_0:
@@ -174,7 +186,7 @@ def _speeds(project: Any, omega_0: float) -> Iterator[str]:
         )
 
 
-def _error(project: Any) -> Iterator[str]:
+def _error(project: Project) -> Iterator[str]:
     """A kinematic error of degrees."""
     lines = () if project.kinematic_error is None else project.kinematic_error.lines
     size = sum(abs(line.amplitude) for line in lines)
@@ -185,7 +197,7 @@ def _error(project: Any) -> Iterator[str]:
         )
 
 
-def _damping(project: Any) -> Iterator[str]:
+def _damping(project: Project) -> Iterator[str]:
     """Damping that no gear has."""
     ratio = project.damping_ratio
     if ratio is not None and ratio > DAMPED:

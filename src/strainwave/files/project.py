@@ -1,64 +1,34 @@
-"""The project file: a drive, its speed and what excites it, read from YAML with units and resolved to SI."""
+"""A project: a drive, its speeds and what excites it, in SI, and what is asked of it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
-
-from pydantic import ValidationError, create_model
+from typing import Literal
 
 from ..law import depends
 from ..model.drive import Drive
-from ..model.excitation import Harmonics, KinematicError
-from ..model.gears import catalogue
+from ..model.excitation import Harmonic, Harmonics, KinematicError
 from ..model.gears.gear import Gear
 from ..model.oscillator import Oscillator
 from ..model.train.controls import FREE, Held
 from ..model.train.drive_train import DriveTrain
 from ..model.train.loops import USUAL
 from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
-from ..quantities import checked, convert
+from ..quantities import checked
 from ..results import SolveError
-from ..sentences import on_screen
+from ..sentences import listed, on_screen
 from ..speeds import Speeds
-from ..study.analysis.analysis import Analysis, analyze
+from ..study.analysis.analysis import Analysis
+from ..study.analysis.analyze import analyze
 from ..study.analysis.drive_response import DriveResponse, of_equation
-from ..study.analysis.load_range import LoadRange
+from ..study.analysis.load_range import LoadRange, torques_of_angle
 from ..study.analysis.remedies import Source
 from ..study.analysis.runup import silent
-from ..study.analysis.train_curve import NO_MOTION, has_curve, refuse_free, train_curve
+from ..study.analysis.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
 from ..study.response.by_integration import response_through
-from ..study.train.loop_margin import motor_name, unstable
-from ..study.train.reductions import left_out, listed
-from .complaints import complaints
-from .contradictions import contradictions
-from .load_torque import load_range, under
-from .loop_fields import control_of
-from .notes import notes
-from .own_gears import read_gears
-from .python_law import with_python_laws
-from .resolve import (
-    beyond_equation,
-    damping,
-    kinematic_error,
-    loop_inertia,
-    mean_range,
-    speeds,
-    torque,
-    whole_inertia,
-    whole_train,
-)
-from .schema import ExplicitGear, OwnGear, ProjectSpec, Spec
-from .yaml_text import FileError, Problem, as_path, complaint, name, read, read_text, shown
-
-ACCURACY_NOTE = (
-    "The kinematic error stands for an accuracy class of {:.4g} arcsec peak-to-peak: its orders 1, 2 and 4 share it as "
-    "1 : 4 : 1 by assumption; a measured scan (strainwave error-scan) replaces the assumption."
-)
-
-
-class ProjectError(FileError):
-    """A project file cannot be used; one line `file:line:column: field: fact, value, remedy` per problem."""
+from ..study.train.loop_margin import motor_name
+from ..study.train.reductions import left_out
+from .loop_fields import control_of, loop_inertia
 
 
 @dataclass(frozen=True)
@@ -224,8 +194,32 @@ class Project:
 
     @property
     def load_range(self) -> LoadRange | None:
-        """Torques of the load: those of `mean_range`, and of drags that follow the load's own angle; None of one."""
-        return load_range(self)
+        """Torques of the load and the drive under each, where `load_torques` are more than one; else None."""
+        low, high = self.load_torques
+        return LoadRange(low, high, self.mean_load_torque, self._under) if low < high else None
+
+    @property
+    def mean_load_torque(self) -> float:
+        """Mean torque [N*m] on the load; of a range the middle."""
+        return mean_of(self.load_torque)
+
+    @property
+    def load_torques(self) -> tuple[float, float]:
+        """Least and largest torque [N*m] on the load: of `mean_range`, and of drags that follow its own angle."""
+        low, high = self.mean_range or (self.mean_load_torque, self.mean_load_torque)
+        if self.train is None:
+            return low, high
+        least, most = torques_of_angle(self.train.load.end().drag)
+        return low + least, high + most
+
+    def _under(self, torque: float) -> tuple[Oscillator | VaryingOscillator, DriveTrain | None]:
+        """Error equation and whole train under a constant torque [N*m] of the load in place of its range."""
+        excitation, train = with_mean(self.load_torque, torque), self.train
+        if train is not None:
+            train = without_gravity(train)
+            end = train.load.end()
+            train = train._replace(load=train.load.with_end(end._replace(excitation=excitation)))
+        return replace(self, load_torque=excitation, train=train).system(reduced=True), train
 
     def response(self, harmonics: int | None = None) -> DriveResponse:
         """Steady motions of the whole drive through its speeds, with jumps; the pointing error of the load leads.
@@ -237,6 +231,8 @@ class Project:
 
         Raises
         ------
+        ValueError
+            If the motor is free and the drive has parts that the error equation leaves out.
         SolveError
             If no periodic motion is found.
         """
@@ -254,7 +250,7 @@ class Project:
         return of_equation(system, exact, self.motor == "held")
 
     def analyze(self, progress: Callable[[str, float], None] = silent) -> Analysis:
-        """Analyse the drive through its speeds; `progress` and errors as `study.analysis.analysis.analyze`."""
+        """Analyse the drive through its speeds; `progress` and errors as `study.analysis.analyze.analyze`."""
         return analyze(
             self.system(reduced=True),
             self.speeds,
@@ -272,129 +268,15 @@ class Project:
     def _equation(self, drive: Drive, torque: float | None) -> Oscillator | VaryingOscillator:
         """Error equation of another drive, under a constant torque [N*m] of the load or that of the file."""
         damping = None if self.damping is None else self.damping._replace(B=drive.B)
-        loaded = self.load_torque if torque is None else under(self.load_torque, torque)
+        loaded = self.load_torque if torque is None else with_mean(self.load_torque, torque)
         return replace(self, drive=drive, damping=damping, load_torque=loaded).system(reduced=True)
 
 
-def read_project(path: str | Path) -> Project:
-    """Read a project file.
-
-    Parameters
-    ----------
-    path : str or Path
-        YAML file of at most 256 KiB, see `examples/projects`.
-
-    Raises
-    ------
-    ProjectError
-        If the file cannot be read or does not describe a drive; all problems found, one line each.
-    """
-    path = as_path(path)
-    text = read_text(path)
-    if isinstance(text, Problem):
-        raise _error(path, [text])
-    return from_text(text, path)
+def mean_of(torque: Harmonics | None) -> float:
+    """Mean [N*m] of a torque; 0 of none."""
+    return 0.0 if torque is None else sum(term.mean for term in torque.terms)
 
 
-def from_text(text: str, path: Path) -> Project:
-    """Read the text of a project file that is, or could be, at a path (ProjectError as `read_project`)."""
-    located = read(text)
-    content, wrong = with_python_laws(located, path.parent)
-    problems = [*located.problems, *wrong]
-    if located.content is None:
-        if not problems:
-            problems.append(Problem(1, 1, "file", "is empty; begin with a line such as 'gear: CSG-40-50'"))
-        raise _error(path, problems)
-    try:
-        spec = ProjectSpec.model_validate(content)
-    except ValidationError as error:
-        problems += complaints(error, located)
-        if not isinstance(located.content, dict):
-            raise _error(path, problems) from None
-        spec = _what_is_right(content)
-    gear: Gear | ExplicitGear | None = None
-    elsewhere = ""
-    try:
-        gear = _gear(spec, path)
-    except FileError as error:
-        elsewhere = str(error)
-    except ValueError as error:
-        problems.append(Problem(*located.place(("gear", "name")), "gear.name", str(error)))
-    else:
-        found = contradictions(spec, gear if isinstance(gear, Gear) else None)
-        problems += [Problem(*located.place(keys), name(keys), sentence) for keys, sentence in found]
-    if problems or elsewhere or gear is None:
-        raise ProjectError("\n".join(part for part in (problems and complaint(path, problems), elsewhere) if part))
-    project = _resolved(spec, gear, path, text)
-    if project.train is not None and (sentence := unstable(project.train, project.loop_inertia)):
-        raise _error(path, [Problem(*located.place(("motor", "loop")), "motor.loop", sentence)])
-    return project
-
-
-def _what_is_right(content: dict[str, Any]) -> ProjectSpec:
-    """The groups of a file that are right by themselves; None in place of the others."""
-    right: dict[str, Any] = {}
-    for group, info in ProjectSpec.model_fields.items():
-        one = create_model(group, __base__=Spec, **{group: (info.annotation, info)})  # type: ignore[call-overload]
-        try:
-            given = {group: content[group]} if group in content else {}
-            right[group] = getattr(one.model_validate(given), group)
-        except ValidationError:
-            right[group] = None
-    return ProjectSpec.model_construct(**right)
-
-
-def _gear(spec: ProjectSpec, path: Path) -> Gear | ExplicitGear | None:
-    """The gear's record, or the gear that the file writes out; None of a file without."""
-    if isinstance(spec.gear, OwnGear):
-        file = path.parent / spec.gear.file
-        gears = read_gears(file)
-        if spec.gear.name not in gears:
-            raise ValueError(f"{spec.gear.file} has no gear {shown(spec.gear.name)}; it has {', '.join(gears)[:200]}")
-        return gears[spec.gear.name]
-    return catalogue.gear(spec.gear) if isinstance(spec.gear, str) else spec.gear
-
-
-def _error(path: Path, problems: list[Problem]) -> ProjectError:
-    return ProjectError(complaint(path, problems))
-
-
-def _resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str) -> Project:
-    gear, ratio = own if isinstance(own, Gear) else None, float(own.ratio)
-    J_m = spec.motor.inertia or (gear.input_inertia if gear is not None else None) or 0.0
-    accuracy = spec.excitation.accuracy
-    if isinstance(accuracy, str):  # CATALOGUE
-        accuracy = None if gear is None else gear.accuracy
-    drive = Drive(J_m, whole_inertia(spec.load), ratio, spec.damping.B or 0.0, spec.law(gear))
-    drive = drive._replace(B=damping(spec, drive))
-    error, through = kinematic_error(spec, accuracy), speeds(spec.speed, ratio)
-    varies = spec.damping.varies or spec.stiffness is not None
-    whole = None if varies or not through.by_motor else whole_train(spec, drive, error, through.given[0])
-    project = Project(
-        title=spec.title or path.stem,
-        path=path,
-        text=text,
-        drive=drive,
-        gear=gear,
-        motor=spec.motor.mode,
-        speeds=through,
-        motor_torque=torque(spec.excitation.motor_torque),
-        load_torque=torque(spec.excitation.load_torque),
-        mean_range=mean_range(spec.excitation.load_torque),
-        kinematic_error=error,
-        damping=spec.damping.of(drive.B) if spec.damping.varies else None,
-        stiffness=None if spec.stiffness is None else spec.stiffness.ripples,
-        train=whole if beyond_equation(spec, error) else None,
-        rated_torque=own.rated_torque,
-        limit=None if spec.limit is None else spec.limit.oscillation,
-        whole=whole,
-        motor_named=spec.motor.named,
-        scatter=tuple((spec.scatter or {}).items()),
-    )
-    said = tuple(notes(project))
-    if accuracy is not None:
-        said = (ACCURACY_NOTE.format(convert(accuracy, "rad", "arcsec")), *said)
-    if spec.speed.low == 0.0:
-        begin = f"{through.own(through.limits[0]):.4g} {through.own_unit}"
-        said = (*said, f"The speed range is given from 0, where nothing turns; it begins at 1 % of its end, {begin}.")
-    return replace(project, notes=said)
+def with_mean(torque: Harmonics | None, mean: float) -> Harmonics:
+    """A torque with another mean [N*m]."""
+    return Harmonics((*(torque.terms if torque else ()), Harmonic(0.0, mean=mean - mean_of(torque))))

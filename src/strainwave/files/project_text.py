@@ -17,7 +17,8 @@ from ..model.varying import Variation
 from ..quantities import checked, interval, number, shown
 from ..speeds import Speeds
 from .entries import project_entry
-from .project import Project, ProjectError, from_text
+from .project import Project
+from .reading import ProjectError, from_text
 
 NEIGHBOURS = (0.0, -math.inf, math.inf)
 

@@ -1,20 +1,71 @@
-"""The parts of a drive from the fields of its project file, in SI: speeds, excitation, damping, the whole train."""
+"""From the fields of a project file to the project in SI: speeds, excitation, damping, the whole train."""
 
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from ..model.drive import Drive
 from ..model.excitation import Harmonic, Harmonics, KinematicError, Line
 from ..model.gears.error_spectrum import accuracy_spectrum
+from ..model.gears.gear import Gear
 from ..model.train.controls import FREE, Held
 from ..model.train.drive_train import DriveTrain
 from ..model.train.shafts import NO_DRAG, Elastic
-from ..quantities import checked
+from ..quantities import checked, convert
 from ..speeds import Speeds
 from .contradictions import train_fields
-from .loop_fields import control_of
-from .schema import LoadSpec, LoadTorqueSpec, ProjectSpec, SpeedSpec, TorqueRange, TorqueSpec
+from .loop_fields import control_of, loop_inertia
+from .notes import notes
+from .project import Project
+from .schema import ExplicitGear, LoadSpec, LoadTorqueSpec, ProjectSpec, SpeedSpec, TorqueRange, TorqueSpec
 
+ACCURACY_NOTE = (
+    "The kinematic error stands for an accuracy class of {:.4g} arcsec peak-to-peak: its orders 1, 2 and 4 share it as "
+    "1 : 4 : 1 by assumption; a measured scan (strainwave error-scan) replaces the assumption."
+)
 FROM_REST = 0.01  # of the end of a range from 0: where it begins
+
+
+def resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str) -> Project:
+    """Return the project that the fields of a file describe, with its notes; `text` is that of the file."""
+    gear, ratio = own if isinstance(own, Gear) else None, float(own.ratio)
+    J_m = spec.motor.inertia or (gear.input_inertia if gear is not None else None) or 0.0
+    accuracy = spec.excitation.accuracy
+    if isinstance(accuracy, str):  # CATALOGUE
+        accuracy = None if gear is None else gear.accuracy
+    drive = Drive(J_m, whole_inertia(spec.load), ratio, spec.damping.B or 0.0, spec.law(gear))
+    drive = drive._replace(B=damping(spec, drive))
+    error, through = kinematic_error(spec, accuracy), speeds(spec.speed, ratio)
+    varies = spec.damping.varies or spec.stiffness is not None
+    whole = None if varies or not through.by_motor else whole_train(spec, drive, error, through.given[0])
+    project = Project(
+        title=spec.title or path.stem,
+        path=path,
+        text=text,
+        drive=drive,
+        gear=gear,
+        motor=spec.motor.mode,
+        speeds=through,
+        motor_torque=torque(spec.excitation.motor_torque),
+        load_torque=torque(spec.excitation.load_torque),
+        mean_range=mean_range(spec.excitation.load_torque),
+        kinematic_error=error,
+        damping=spec.damping.of(drive.B) if spec.damping.varies else None,
+        stiffness=None if spec.stiffness is None else spec.stiffness.ripples,
+        train=whole if beyond_equation(spec, error) else None,
+        rated_torque=own.rated_torque,
+        limit=None if spec.limit is None else spec.limit.oscillation,
+        whole=whole,
+        motor_named=spec.motor.named,
+        scatter=tuple((spec.scatter or {}).items()),
+    )
+    said = tuple(notes(project))
+    if accuracy is not None:
+        said = (ACCURACY_NOTE.format(convert(accuracy, "rad", "arcsec")), *said)
+    if spec.speed.low == 0.0:
+        begin = f"{through.own(through.limits[0]):.4g} {through.own_unit}"
+        said = (*said, f"The speed range is given from 0, where nothing turns; it begins at 1 % of its end, {begin}.")
+    return replace(project, notes=said)
 
 
 def kinematic_error(spec: ProjectSpec, accuracy: float | None) -> KinematicError | None:
@@ -66,11 +117,6 @@ def damping(spec: ProjectSpec, drive: Drive) -> float:
     ratio = spec.damping.ratio if spec.damping.quality is None else 0.5 / spec.damping.quality
     J, omega_0 = (drive.J, drive.omega_0) if spec.motor.mode == "free" else (drive.J_l, drive.omega_0_held)
     return 2.0 * (ratio or 0.0) * J * omega_0
-
-
-def loop_inertia(drive: Drive) -> float:
-    """Inertia [kg*m^2, motor side] that a loop turns: the motor, and the rigid load over N^2."""
-    return drive.J_m + drive.J_l / (drive.N * drive.N)
 
 
 def whole_train(spec: ProjectSpec, drive: Drive, error: KinematicError | None, omega: float) -> DriveTrain:

@@ -10,9 +10,9 @@ from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.files.project import read_project
+from strainwave.files.reading import read_project
 from strainwave.speeds import Speeds
-from strainwave.study.analysis.analysis import analyze
+from strainwave.study.analysis.analyze import analyze
 
 ARCSEC = math.pi / 648000.0
 PROJECT = """\

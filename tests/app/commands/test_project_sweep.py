@@ -11,7 +11,7 @@ from twelve_projects import PROJECTS
 
 from strainwave.app.commands import cli as command
 from strainwave.app.commands.project_sweep import axis
-from strainwave.files.project import read_project
+from strainwave.files.reading import read_project
 from strainwave.files.variants.replaced import replaced
 
 
@@ -31,6 +31,15 @@ def test_ranges_and_names_become_values_of_the_file():
     assert axis("loop.bandwidth = 4 : 9 Hz : 2 : log") == ("loop.bandwidth", ["4.0 Hz", "9.0 Hz"])
     assert axis("gear=CSG-40-50, SHG-40-50") == ("gear", ["CSG-40-50", "SHG-40-50"])
     assert axis("damping.ratio=1 %:3 %:2") == ("damping.ratio", ["1.0 %", "3.0 %"])
+
+
+def test_options_of_trajectories_are_refused_before_anything_is_computed(drive):
+    run = invoke(
+        drive, "--grid", "load.inertia=1 kg*m^2,2 kg*m^2", "--grid", "loop.bandwidth=20 Hz", "--measure", "rms"
+    )
+    assert run.exit_code == 2
+    assert "leave out --measure, meant for trajectories of the error equation" in " ".join(run.stderr.split())
+    assert not (drive.parent / "store").exists()
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.files.project import read_project
+from strainwave.files.reading import read_project
 from strainwave.study.analysis.cautions import not_exact
 
 PROJECT = """\

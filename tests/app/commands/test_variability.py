@@ -2,12 +2,14 @@
 
 import json
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.files.project import read_project
+from strainwave.app.commands.variability import summary
+from strainwave.files.reading import read_project
 
 TEXT = """\
 title: Linear
@@ -38,7 +40,7 @@ def test_it_prints_what_python_computes(drive):
     assert run.exit_code == 0, run.stderr
     report = json.loads(run.stdout)
     found = sw.exceedance(read_project(drive), count=32, seed=4)
-    assert report["oscillation"] == found.oscillation.tolist()
+    assert report["oscillation_rad"] == found.oscillation.tolist()
     assert (report["exceeding"], report["interval"]) == (found.exceeding, list(found.interval))
     assert 0 < found.exceeding < 32
     assert set(report["first_order_index"]) == {"damping.B", "load.inertia"}
@@ -57,3 +59,10 @@ def test_bad_input_is_one_sentence(drive):
     run = invoke(drive)
     assert (run.exit_code, run.stdout) == (1, "")
     assert "drive.yaml has no scatter" in run.stderr
+
+
+def test_drives_without_a_curve_are_counted_once_with_their_reasons():
+    sizes = np.array([1e-3, np.nan, np.nan])
+    found = sw.Exceedance(5e-4, {}, sizes, sizes, 0, None, ("no motion is found", "the law carries no such torque"))
+    told = [line for line in summary("Linear", found).splitlines() if "curve" in line]
+    assert told == ["  2 of the drives have no response curve: no motion is found; the law carries no such torque"]

@@ -23,6 +23,11 @@ def test_ticks_are_round_numbers_inside_the_limits(low, high, labels):
     assert [float(name.replace("−", "-")) for name in names] == pytest.approx(values)
 
 
+def test_ticks_of_a_phase_are_multiples_of_a_quarter_turn():
+    assert ticks(-95.0, 95.0, 5, 90.0) == ([-90.0, 0.0, 90.0], ["−90", "0", "90"])
+    assert ticks(-390.0, 100.0, 4, 90.0) == ([-360.0, -180.0, 0.0], ["−360", "−180", "0"])
+
+
 def test_ticks_of_a_tiny_range_do_not_read_alike():
     _, names = ticks(0.0, 1e-7, 4)
     assert len(set(names)) == len(names) > 2

@@ -7,7 +7,7 @@ import pytest
 
 from strainwave.app.report.remedies import more
 from strainwave.app.report.report import write
-from strainwave.files.project import read_project
+from strainwave.files.reading import read_project
 from strainwave.study.analysis.remedies import Remedy
 
 FILE = """

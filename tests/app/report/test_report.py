@@ -16,7 +16,7 @@ from strainwave.app.report.section import asked
 from strainwave.app.report.sections.parametric import ParametricResonances
 from strainwave.app.units import AngleUnit
 from strainwave.app.view import View
-from strainwave.files.project import read_project
+from strainwave.files.reading import read_project
 
 pytestmark = pytest.mark.compiled
 

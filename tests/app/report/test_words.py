@@ -15,7 +15,7 @@ from strainwave.app.report.sections.warnings import warnings
 from strainwave.app.units import AngleUnit
 from strainwave.app.view import View
 from strainwave.speeds import Speeds
-from strainwave.study.analysis.analysis import _proof
+from strainwave.study.analysis.analyze import _proof
 from strainwave.study.analysis.avoid import Avoid
 from strainwave.study.analysis.remedies import Remedy
 from strainwave.study.analysis.usage import Usage, limit_findings
@@ -67,7 +67,7 @@ def test_a_key_number_beyond_what_the_gear_bears_says_so(torque, end):
         "error": "pointing error",
         "largest_oscillation": {"oscillation_rad": 9e-4} | at,
         "largest_error": {"peak_rad": 1e-3} | at,
-        "largest_torque": {"torque_Nm": torque, "omega_rad_per_s": 100.0 * RPM} | limits,
+        "largest_torque": {"torque_Nm": torque, "omega_rad_per_s": 100.0 * RPM, "load_torque_Nm": None} | limits,
     }
     shown = view(SimpleNamespace(train=None, train_curve=None, run_alone=None), has_memory=False)
     *_, (value, text, beyond) = Opening().key_numbers(shown, data)
@@ -119,9 +119,11 @@ def test_a_peak_by_multiple_scales_is_measured_against_the_curve_or_said_to_be_e
 def test_no_proof_of_stability_is_told_with_its_reason():
     system = sw.Oscillator(1.0, 0.1, sw.LuGre(1e4, 10.0, 0.0, 1.0, 2.0, 1e-3), sw.Harmonic(1.0), 1.0)
     proof = _proof(system, SimpleNamespace(mean_torque=0.0))
-    assert proof.reason.startswith("LuGre has friction or memory; Lyapunov's direct method")
+    assert proof.reason.startswith("the law of the gear has friction or memory; Lyapunov's direct method")
     shown, section = view(SimpleNamespace(stability=proof, train_curve=None)), Stability()
-    assert section.lines(shown, section.data(shown)) == ["stability: no proof: LuGre has friction or memory"]
+    assert section.lines(shown, section.data(shown)) == [
+        "stability: no proof: the law of the gear has friction or memory"
+    ]
 
 
 def test_jumps_are_told_of_the_computed_curve_first():
@@ -159,7 +161,7 @@ def test_speeds_to_avoid_are_one_sentence_with_the_reason_and_the_jumps():
         "more than 1/√2 of the peak there, 206.3 arcsec at 1337 and 61.88 arcsec at 1910, against 20.63 arcsec of "
         "quasi-static rotation, and the motion jumps between 1413 and 1461 and between 1814 and 1862."
     )
-    assert "nominal drive; sw.variability" in advice["nominal"]
+    assert "nominal drive; with 'scatter' and 'limit' in the project file 'strainwave variability'" in advice["nominal"]
     assert advice["bands"][0]["to_rpm"] == pytest.approx(155.0 / RPM)
 
 

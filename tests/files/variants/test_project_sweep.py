@@ -7,7 +7,7 @@ from linear_drive import LINEAR, closed_form
 from twelve_projects import PROJECTS
 
 import strainwave as sw
-from strainwave.files.project import from_text
+from strainwave.files.reading import from_text
 
 
 @pytest.fixture

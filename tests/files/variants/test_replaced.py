@@ -6,7 +6,7 @@ import pytest
 from twelve_projects import PROJECTS
 
 import strainwave as sw
-from strainwave.files.project import from_text
+from strainwave.files.reading import from_text
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from scipy import stats
 from twelve_projects import PROJECTS
 
 import strainwave as sw
-from strainwave.files.project import ProjectError, from_text
+from strainwave.files.reading import ProjectError, from_text
 from strainwave.files.variants.scatter import clopper_pearson, drawn, nominal_of
 
 OMEGA = np.linspace(100.0, 200.0, 4001)

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from scipy.integrate import solve_ivp
 
 from strainwave.app.commands import cli as command
-from strainwave.files.project import read_project
+from strainwave.files.reading import read_project
 from strainwave.study.analysis.avoid import speeds_to_avoid
 from strainwave.study.analysis.load_range import LoadCase, load_cases, over_all
 from strainwave.study.analysis.train_curve import train_curve

@@ -5,7 +5,7 @@ import pytest
 
 import strainwave as sw
 from strainwave.speeds import Speeds
-from strainwave.study.analysis.analysis import analyze
+from strainwave.study.analysis.analyze import analyze
 from strainwave.study.analysis.runup import RunUp, run_up
 from strainwave.study.response.resonances import operating_point
 from strainwave.study.response.response import exact_response

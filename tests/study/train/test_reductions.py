@@ -7,7 +7,7 @@ import pytest
 
 import strainwave as sw
 from strainwave.speeds import Speeds
-from strainwave.study.analysis.analysis import analyze
+from strainwave.study.analysis.analyze import analyze
 
 LAW = sw.Cubic(1.089e5, 6.85e4)  # cubic fit of a CSG-40-50
 DRIVE = sw.Drive(J_m=4.5e-4, J_l=1.3, N=50.0, B=15.4, law=LAW)

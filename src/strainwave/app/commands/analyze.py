@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from ...files.project import Project, read_project
+from ...files.project import Project
+from ...files.reading import read_project
 from ..console import Progress, to_json
 from ..report.report import Report, write
 

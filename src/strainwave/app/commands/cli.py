@@ -98,11 +98,11 @@ def analyze(project: Path, output: Path, as_json: bool) -> None:
 @click.argument("project", type=click.Path(path_type=Path))
 @click.option(
     "-o", "--output", type=click.Path(dir_okay=False, path_type=Path), callback=_known_suffix,
-    help="File for the curve: .csv, or .svg or .png for a figure with multiple scales over it.",
+    help="File for the curve: .csv, or .svg or .png for a figure of error and torque.",
 )  # fmt: skip
 @json_option
 def response(project: Path, output: Path | None, as_json: bool) -> None:
-    """Follow the response by harmonic balance through the project's speeds: stability, folds, jumps."""
+    """Follow the pointing error of the whole drive through the project's speeds: stability, folds, jumps."""
     from .response import show
 
     show(project, output, as_json)
@@ -113,8 +113,8 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
 @click.option(
     "--grid", multiple=True, required=True, metavar="PATH=VALUES",
     help='Values of a parameter: LOW:HIGH:COUNT[:log] or V1,V2,..., in SI units or their own ("9 rad/s"); repeatable. '
-    "PATH is one of the error equation's (omega, J, B, law.K, error.lines.0.amplitude) or, where that is the same, "
-    "any of the file's with its unit (loop.K_p, load.inertia, gear=CSG-40-50,SHG-40-50): then the whole drive.",
+    "PATH is a parameter of the error equation (omega, J, B, law.K, error.lines.0.amplitude), which is integrated, or "
+    "a name of the file (loop.K_p, load.inertia, gear=CSG-40-50,SHG-40-50): then the response of the whole drive.",
 )  # fmt: skip
 @click.option(
     "--measure", "measures", multiple=True, default=("peak",), show_default=True,

@@ -3,7 +3,7 @@
 from importlib.resources import as_file, files
 from pathlib import Path
 
-from ...files.project import read_project
+from ...files.reading import read_project
 from ..console import to_json
 from ..report.report import Report
 from .analyze import analyse, printed

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from ...files.load_torque import load_remark
+from ...files.notes import load_remark
 from ...files.project import Project
 from ...files.variants.quantity import quantity
 from ...files.variants.replaced import keys_of, replaced

@@ -7,8 +7,9 @@ from typing import Any
 import click
 import numpy as np
 
-from ...files.load_torque import load_remark
-from ...files.project import Project, read_project
+from ...files.notes import load_remark
+from ...files.project import Project
+from ...files.reading import read_project
 from ...study.analysis.drive_response import DriveResponse
 from ...study.train.loop_margin import motor_name
 from ...units import ARCSEC

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from ...files.project import Project, read_project
+from ...files.project import Project
+from ...files.reading import read_project
 from ...protocols import state_count
 from ...quantities import Parameter, convert, parameters, parse
 from ...results import Floats
@@ -47,11 +48,14 @@ def show(
         If the project file is invalid.
     click.BadParameter
         If a grid or a measure cannot be read.
+    click.UsageError
+        If options of trajectories are given to a sweep of the whole drive.
     """
     drive = read_project(project)
     system = drive.system(reduced=True)
     known, grids = parameters(system), [in_equation(text, drive) for text in grid]
     if drive.left_out or any(_of_file_alone(drive, text, known) for text in grids):
+        refuse_options_of_trajectories()
         with progress(drive.title):
             project_sweep.show(drive, grid, output, workers, chunk, lambda: client(cluster), as_json)
         return
@@ -67,6 +71,18 @@ def show(
     report = found(data) | {"conventions": WHAT_X_IS, "title": drive.title, "store": str(output), "units": units}
     report["remarks"] = [*remarks(drive), *at_one_speed(drive, float(system.omega), list(axes)), *bare(grids, units)]
     click.echo(to_json(report) if as_json else summary(report))
+
+
+def refuse_options_of_trajectories() -> None:
+    """Refuse options that the response of the whole drive has no use for, where they were given (click.UsageError)."""
+    context = click.get_current_context()
+    options = {"measures": "--measure", "settle": "--settle", "periods": "--periods"}
+    default = click.core.ParameterSource.DEFAULT
+    if given := [option for name, option in options.items() if context.get_parameter_source(name) is not default]:
+        raise click.UsageError(
+            "this sweep follows the response of the whole drive, which has peak, oscillation and torque; leave out "
+            f"{' and '.join(given)}, meant for trajectories of the error equation"
+        )
 
 
 def at_one_speed(project: Project, omega: float, paths: list[str]) -> list[str]:

@@ -4,11 +4,13 @@ from pathlib import Path
 
 import click
 
-from ...files.project import read_project
+from ...files.reading import read_project
 from ...files.variants.scatter import Exceedance, exceedance
 from ...quantities import convert, parse
 from ..console import Progress, number, percent, to_json
 from ..units import sign
+
+MOST_ERRORS = 3
 
 
 def show(path: Path, count: int, seed: int, limit: str | None, as_json: bool) -> None:
@@ -41,9 +43,9 @@ def report(title: str, found: Exceedance) -> dict[str, object]:
     low, high = found.interval
     rows = () if found.ranking is None else found.ranking.rows
     return {
-        "title": title, "drives": found.count, "seed": found.seed, "limit": found.limit, "exceeding": found.exceeding,
-        "failed": found.failed, "probability": found.probability, "interval": [low, high],
-        "confidence": 0.95, "method": "Clopper-Pearson", "oscillation": found.oscillation, "speed": found.at,
+        "title": title, "drives": found.count, "seed": found.seed, "limit_rad": found.limit,
+        "exceeding": found.exceeding, "failed": found.failed, "probability": found.probability, "interval": [low, high],
+        "confidence": 0.95, "method": "Clopper-Pearson", "oscillation_rad": found.oscillation, "at_rad_per_s": found.at,
         "factors": found.factors, "first_order_index": {row.path: row.index for row in rows}, "errors": found.errors,
     }  # fmt: skip
 
@@ -58,5 +60,6 @@ def summary(title: str, found: Exceedance) -> str:
     ]
     rows = () if found.ranking is None else found.ranking.rows
     lines += [f"  {row.path}: first-order index {row.index:.2f} ± {row.index_error:.2f}" for row in rows]
-    lines += [f"  {found.failed} drives have no response curve: {error}" for error in found.errors[:3]]
+    if found.failed:
+        lines.append(f"  {found.failed} of the drives have no response curve: {'; '.join(found.errors[:MOST_ERRORS])}")
     return "\n".join([*lines, f"  seed {found.seed}"])

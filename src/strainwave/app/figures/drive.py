@@ -82,8 +82,9 @@ def _error(
         x, y = scale * near.curve.omega, factor * oscillations(near.curve)
         draw_motions(panel, x, y, near.curve.stable, ORANGE, name, "", 1.0)
     curve, sizes = smooth.curve, factor * oscillations(smooth.curve)
-    draw_motions(panel, scale * curve.omega, sizes, curve.stable, BLUE, f"{smooth.method}, stable", "", 2.2)
-    draw_motions(panel, scale * curve.omega, sizes, ~curve.stable, BLUE, f"{smooth.method}, unstable", DASHES, 1.9)
+    name = smooth.method + (f" at {number(project.mean_load_torque)} N·m" if more.cases else "")
+    draw_motions(panel, scale * curve.omega, sizes, curve.stable, BLUE, f"{name}, stable", "", 2.2)
+    draw_motions(panel, scale * curve.omega, sizes, ~curve.stable, BLUE, f"{name}, unstable", DASHES, 1.9)
     if smooth.back is not None:
         back = smooth.back
         panel.line(scale * back.omega, factor * oscillations(back), BLUE, "run-down by integration", DOT_DASH)

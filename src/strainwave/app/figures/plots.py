@@ -4,6 +4,7 @@ Colours are those of Okabe & Ito (colour-blind safe); every curve also differs b
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...results import Floats
 from ...study.analysis.time_case import Cycle, TimeCase
@@ -42,13 +43,18 @@ def _from_rest(case: TimeCase, angle: AngleUnit) -> Panel:
             panel.line(theory.t * seconds, theory.x * angle.factor, ORANGE, "multiple scales", DASHES, 1.3)
         return panel
     turns = max(12, int(run.t[-1] * case.omega / (2.0 * np.pi)))
-    low, high, t = envelope(run.t * seconds, run.y[0] * angle.factor, turns)
+    low, high, t = envelope(run.t * seconds, run.y[0] * angle.factor, _even(len(run.t), turns))
     panel.curves.append(Curve(t, low, BLUE, "integration (band of its cycles)", upper=high))
     if theory is not None:
-        low, high, t = envelope(theory.t * seconds, theory.x * angle.factor, turns)
+        low, high, t = envelope(theory.t * seconds, theory.x * angle.factor, _even(len(theory.t), turns))
         panel.line(t, high, ORANGE, "multiple scales", DASHES, 1.3)
         panel.line(t, low, ORANGE, "multiple scales", DASHES, 1.3)
     return panel
+
+
+def _even(count: int, pieces: int) -> NDArray[np.int64]:
+    """First numbers of equal pieces of a row, at most `BINS`."""
+    return np.linspace(0, count, min(BINS, pieces), endpoint=False).astype(np.int64)
 
 
 def _steady(case: TimeCase, cycle: Cycle, shown: int, angle: AngleUnit) -> Panel:
@@ -82,9 +88,12 @@ def _repeated_time(cycle: Cycle, shown: int) -> Floats:
     return np.concatenate([cycle.t + i * cycle.t[-1] for i in range(shown)]) * 1e3
 
 
-def envelope(t: Floats, x: Floats, pieces: int) -> tuple[Floats, Floats, Floats]:
-    """Lowest and highest value in each of at most `BINS` equal pieces, and where: its middle, or the end."""
-    starts = np.linspace(0, len(t), min(BINS, pieces), endpoint=False).astype(int)
+def envelope(t: Floats, x: Floats, starts: NDArray[np.int64]) -> tuple[Floats, Floats, Floats]:
+    """Lowest and highest value in each piece that begins with a sample of `starts`, and where: its middle, or the end.
+
+    Of more than `BINS` pieces neighbours are taken together.
+    """
+    starts = starts[:: -(-len(starts) // BINS)]
     low, high = np.minimum.reduceat(x, starts), np.maximum.reduceat(x, starts)
     at = np.add.reduceat(t, starts) / np.diff([*starts, len(t)])
     at[0], at[-1] = t[0], t[-1]

@@ -72,6 +72,7 @@ class Panel:
     ylim: tuple[float, float] | None = None
     log: bool = False
     xlog: bool = False
+    ystep: float = 0.0  # of which the distance of the ticks is a multiple, where round numbers do not suit
     caption: Sequence[str] = ()  # sentences below the figure
 
     def line(
@@ -105,11 +106,12 @@ def _padded(values: Floats) -> tuple[float, float]:
     return low - pad, high + pad
 
 
-def ticks(low: float, high: float, most: int) -> tuple[list[float], list[str]]:
-    """Round numbers between two ends, about so many, with their labels."""
+def ticks(low: float, high: float, most: int, unit: float = 0.0) -> tuple[list[float], list[str]]:
+    """Round numbers between two ends, about so many, or multiples of a unit, with their labels."""
     rough = (high - low) / most
     decade = 10.0 ** math.floor(math.log10(rough))
     step = decade * next(m for m in (1.0, 2.0, 2.5, 5.0, 10.0) if m * decade >= rough * (1.0 - 1e-9))
+    step = unit * math.ceil(rough / unit) if unit else step
     values = [step * k for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
     decimals = max(0, -math.floor(math.log10(step) + 1e-9) + (abs(step / decade - 2.5) < 0.1))
     if decimals > 4 or max(abs(low), abs(high)) >= 1e6:
@@ -179,7 +181,7 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float) -> str
         return np.asarray(h - np.clip(np.nan_to_num(share, nan=-4.0), -4.0, 5.0) * h)
 
     xs, names = log_ticks(left, right) if panel.xlog else ticks(left, right, max(4, round(w / 75.0)))
-    ys, heights = log_ticks(bottom, top) if panel.log else ticks(bottom, top, max(4, round(h / 45.0)))
+    ys, heights = log_ticks(bottom, top) if panel.log else ticks(bottom, top, max(4, round(h / 45.0)), panel.ystep)
     px, py = across(xs).tolist(), up(ys).tolist()
     grid = "".join(f"M{v:.1f} 0V{h:.1f}" for v in px) + "".join(f"M0 {v:.1f}H{w:.1f}" for v in py)
     out = [f'<g transform="translate({x + LEFT:.1f} {y + TOP:.1f})"><path d="{grid}" stroke="{GRID}"/>']

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ... import __version__
-from ...files.project import Project, read_project
+from ...files.project import Project
+from ...files.reading import read_project
 from ...study.analysis.runup import silent
 from ..console import WHAT_X_IS, number, percent, to_json
 from ..output import staged

@@ -14,7 +14,8 @@ from ...quantities import shown
 from ...results import Floats
 from ...study.analysis.train_curve import refuse_free
 from ...study.sweep.sweep import sweep
-from ..project import Project, from_text
+from ..project import Project
+from ..reading import from_text
 from .quantity import quantity
 from .replaced import replaced
 

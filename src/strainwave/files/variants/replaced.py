@@ -8,7 +8,8 @@ from typing import Any
 
 from ...tree import is_model
 from ..entries import number
-from ..project import Project, ProjectError, from_text
+from ..project import Project
+from ..reading import ProjectError, from_text
 from ..schema import ExcitationSpec, ExplicitGear, LoadSpec, MotorSpec, ProjectSpec, Spec
 from ..yaml_text import read
 

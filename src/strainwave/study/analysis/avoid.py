@@ -10,6 +10,7 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...results import Floats
 from ..response.by_integration import SAME
@@ -117,8 +118,7 @@ def in_run(run: DriveRun, begin: float) -> Motions | None:
     """
     keep = run.trajectory.t >= begin
     t, speed, error = run.trajectory.t[keep], run.motor_speed[keep], run.pointing[keep]
-    angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t))]) / (2.0 * np.pi)
-    starts = np.searchsorted(angle, np.arange(int(angle[-1]) + 1))
+    starts = turns(t, speed)
     if len(starts) < 4:
         return None
     ends, starts = starts[1:], starts[:-1]
@@ -127,6 +127,12 @@ def in_run(run: DriveRun, begin: float) -> Motions | None:
     slow = np.interp(np.arange(len(error)), _longer(middles), _longer(means))
     sizes = np.maximum.reduceat(np.abs(error - slow), starts)
     return Motions(np.add.reduceat(speed, starts) / counts, sizes, np.ones(len(starts), bool))
+
+
+def turns(t: Floats, speed: Floats) -> NDArray[np.int64]:
+    """Numbers of the samples with which each turn of the motor begins, the last of which may not be whole."""
+    angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t))]) / (2.0 * np.pi)
+    return np.searchsorted(angle, np.arange(int(angle[-1]) + 1))
 
 
 def _longer(row: Any) -> Floats:

@@ -27,8 +27,8 @@ class DriveResponse(Result):
     Attributes
     ----------
     response : ExactResponse
-        The curve of the error with its jumps. Motions at the ends of the range that do not join it are in the curve's
-        `elsewhere` and told of in its `message`.
+        The curve of the error with its jumps; its `elsewhere` has motions at the ends of the range that are not
+        connected to it, and its `message` lists them.
     across : (n,) array
         Largest |x| across the gear alone [rad], at every point.
     torque, mean_torque : (n,) arrays

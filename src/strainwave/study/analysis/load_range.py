@@ -96,7 +96,7 @@ def load_cases(
 
     def computed(torque: float) -> None:
         progress(torque)
-        found[torque] = _case(load, torque, speeds, limit)
+        found[torque] = _case(load, torque, speeds, limit, own.drive.has_reference)
 
     spring = depends(load.at(load.low)[0].law) == 1
     for torque in np.linspace(load.low, load.high, LEAST if spring else WITH_MEMORY).tolist():
@@ -142,14 +142,14 @@ def torques_of_angle(law: Any) -> tuple[float, float]:
     return float(np.min(total)), float(np.max(total))
 
 
-def _case(load: LoadRange, torque: float, speeds: Speeds, limit: float | None) -> LoadCase:
+def _case(load: LoadRange, torque: float, speeds: Speeds, limit: float | None, has_reference: bool) -> LoadCase:
     system, train = load.at(torque)
     system = system._replace(omega=0.5 * (speeds[0] + speeds[1]))
     point = operating_point(system)
     spring = depends(system.law) == 1  # with memory the search for other motions takes most of the time
     curve = train_curve(train, speeds, coexisting=spring) if train is not None and has_curve(train) else None
     if curve is None:
-        curve = of_equation(system, response_through(system, speeds))
+        curve = of_equation(system, response_through(system, speeds), has_reference)
     return LoadCase(torque, curve, speeds_to_avoid(system, curve.response, point, limit))
 
 

@@ -23,10 +23,11 @@ from ...numerics.curves.response import traced
 from ...numerics.stability.second_order import displacement_peaks
 from ...protocols import Balance
 from ...results import Floats
+from ...sentences import listed
 from ...tree import leaf_of
 from ..response.jumps import jumps
 from ..response.response import ExactResponse
-from ..train.reductions import left_out, listed
+from ..train.reductions import left_out
 from .drive_response import DriveResponse
 
 POINTS, FEW = 60, 24  # about so many, and more where the curve bends; and for a peak alone

@@ -60,7 +60,7 @@ class TrainStudy:
     train : DriveTrain
         The train at constant speed.
     curve : DriveResponse or None
-        Its steady motions through the range; None of a free motor, or where none were found.
+        Its steady motions through the range; None where it has none (`has_curve`), or none were found.
     state : (states,) array
         Where the mean torques hold it at `speed`.
     speed : float
@@ -68,13 +68,13 @@ class TrainStudy:
     bode : Bode
         Speeds of motor and load over a torque, linear, about that state.
     omega, whole, reduced : (n,) arrays
-        Motor speeds [rad/s] where they are compared; largest |pointing error| [rad] of the train on a slow run-up (of
-        a free one |x| across the gear), and |x| of the error equation; nan where there is no motion. Empty without a
-        curve.
+        Motor speeds [rad/s] where they are compared; largest |error| [rad] of the train on a slow run-up (of a free one
+        without a curve |x| across the gear), and |x| of the error equation; nan where there is no motion. Empty where
+        nothing is compared.
     ramp : Ramp or None
         Its run-up; None where the motor is free.
     left_out : Reductions or None
-        The comparison of a free motor.
+        The comparison of a free motor without a curve.
     remarks : tuple of str
         Why a part is missing.
     """
@@ -145,10 +145,11 @@ def train_study(
     ramp = None
     if train.motor.free:
         remarks.append("A free motor follows its torque, not a speed: there is no run-up to prescribe; give it a loop.")
-        at = np.array([w for w in (0.5 * worst, worst) if low <= w <= high])
-        progress("comparison with the error equation")
-        left_out = compare_with_train(train, system, None, at, min(MOST_HARMONICS, max(top + 2, 4 * top)))
-        whole, reduced = left_out.exact, left_out.free
+        if curve is None:
+            at = np.array([w for w in (0.5 * worst, worst) if low <= w <= high])
+            progress("comparison with the error equation")
+            left_out = compare_with_train(train, system, None, at, min(MOST_HARMONICS, max(top + 2, 4 * top)))
+            whole, reduced = left_out.exact, left_out.free
     else:
         progress("run-up")
         ramp = _run_up(train, system, speeds, top, gear)
@@ -156,14 +157,14 @@ def train_study(
             remarks.append("The run-up has the mean torques; lines of a torque, which follow an angle, are left out.")
         if curve is None:
             remarks.append("No steady motion of the train that repeats with every turn was found; the run-up has it.")
-        else:
-            at = np.unique([low, *([worst] if abs(worst / highest - 1.0) > ALIKE else []), highest, high])
-            whole, reduced = along(curve.response, at), along(exact, at)
-            if curve.without_angle:
-                remarks.append(
-                    "What depends on the load's own angle, gravity for one, repeats once in N turns of the motor, so "
-                    "that no motion with it repeats with every turn: the steady curve leaves it out, the run-up not."
-                )
+        elif curve.without_angle:
+            remarks.append(
+                "What depends on the load's own angle, gravity for one, repeats once in N turns of the motor, so that "
+                "no motion with it repeats with every turn: the steady curve leaves it out, the run-up has it."
+            )
+    if curve is not None:
+        at = np.unique([low, *([worst] if abs(worst / highest - 1.0) > ALIKE else []), highest, high])
+        whole, reduced = along(curve.response, at), along(exact, at)
     return TrainStudy(train, curve, state, speed, plot, at, whole, reduced, ramp, left_out, tuple(remarks))
 
 

@@ -13,24 +13,31 @@ from ...results import SolveError
 from .bode import bode
 from .operating_point import operating_state
 
-ROUNDING = 1e-9  # of a pole's size: less growth than this is none
+ROUNDING = 1e-9  # of the largest pole: less growth than this is none
 LEAST, CLOSE = 1e-3, 1e-3  # smallest share of the bandwidth that is tried, and how near the margin is found
 
 
 def motor_name(control: Any, inertia: float) -> str:
     """What drives a motor, in words: "held", "free", or its loop by bandwidth and damping on an inertia [kg*m^2]."""
-    tuning = tuning_of(control, inertia)
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(control).__name__).lower() if tuning is None else str(tuning)
+    if (tuning := tuning_of(control, inertia)) is not None:
+        return str(tuning)
+    if isinstance(control, Lagged):
+        return f"{motor_name(control.loop, inertia)}, lag {1e3 * control.lag:.4g} ms"
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(control).__name__).lower()
 
 
 def fastest_growth(train: DriveTrain) -> complex:
-    """Pole [1/s] of the train about the state of its mean torques that grows fastest, or decays most slowly."""
+    """Pole [1/s] of the train about the state of its mean torques that grows fastest; 0 where none grows.
+
+    States of a law with memory have poles at 0, which rounding puts on either side.
+    """
     try:
         state = operating_state(train, train.omega)
     except (SolveError, TypeError):  # a law cannot carry the torque, or a torque has no mean
         state = np.zeros(len(train.state_names()))
     poles = bode(train, [1.0], source="load", at=state, speed=train.omega).poles
-    return complex(poles[int(np.argmax(poles.real))])
+    fastest = complex(poles[int(np.argmax(poles.real))])
+    return fastest if fastest.real > ROUNDING * float(np.max(np.abs(poles))) else 0j
 
 
 def unstable(train: DriveTrain, inertia: float) -> str:
@@ -67,8 +74,7 @@ def _with(train: DriveTrain, control: Any) -> DriveTrain:
 
 
 def _grows(train: DriveTrain, control: Any) -> bool:
-    pole = fastest_growth(_with(train, control))
-    return pole.real > ROUNDING * abs(pole)
+    return fastest_growth(_with(train, control)) != 0.0
 
 
 def _largest_stable(train: DriveTrain, tuning: Tuning, inertia: float) -> float | None:

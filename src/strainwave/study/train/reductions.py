@@ -165,20 +165,14 @@ def left_out(train: DriveTrain) -> tuple[str, ...]:
     the approximation that `compare_reductions` measures, no part that is missing.
     """
     motor, load = train.motor, train.load.end()
-    control, held = type(motor.control).__name__, motor.held
+    control, held, couplings = type(motor.control).__name__, motor.held, len(train.load.couplings())
     parts = (
         (not held and not motor.free, f"the motor's loop ({control})"),
         (not held and motor.drag != NO_DRAG, f"the motor's drag ({type(motor.drag).__name__})"),
         (load.drag != NO_DRAG, f"the load's drag ({type(load.drag).__name__})"),
-        (len(train.load.couplings()) > 0, "the coupling"),
+        (couplings > 0, "the coupling" if couplings == 1 else f"the {couplings} couplings"),
     )
     return tuple(words for there, words in parts if there)
-
-
-def listed(parts: tuple[str, ...]) -> str:
-    """Words in a row: "a, b and c"."""
-    *first, last = parts
-    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _followed(system: Oscillator, before: Orbit | None) -> Orbit | None:

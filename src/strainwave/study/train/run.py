@@ -87,8 +87,9 @@ class DriveRun(Result):
         return {"t": ("t", self.trajectory.t, "s"), "state": ("state", names, ""), "power": ("power", powers, "")}
 
     def variables(self) -> Labelled:
-        """Error, torque, speeds and energy over the time; states and their rates; energy by power."""
+        """Both errors, torque, speeds and energy over the time; states and their rates; energy by power."""
         return {
+            "pointing": ("t", self.pointing, "rad"),
             "error": ("t", self.error, "rad"),
             "torque": ("t", self.torque, "N*m"),
             "motor_speed": ("t", self.motor_speed, "rad/s"),

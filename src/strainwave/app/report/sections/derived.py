@@ -61,8 +61,9 @@ def facts(view: View) -> list[Fact]:
     rows = [Fact("Torsional stiffness at the operating point", "T'(x₀)", point.stiffness, "N·m/rad", bias)]
     if yields:
         rows.append(Fact("Torsional stiffness of the spring alone", "K", spring, "N·m/rad", "after it has yielded"))
+    here = "used in this report" if view.analysis.train is None else "used in the error equation"
     for mode, inertia in (("free", drive.J), ("held", drive.J_l)):
-        mark = "used in this report" if mode == used else "for comparison"
+        mark = here if mode == used else "for comparison"
         symbol = "J" if mode == "free" else "J_l"
         omega_0, of_spring = (math.sqrt(max(K, 0.0) / inertia) for K in (point.stiffness, spring))
         rows.append(Fact(f"Inertia, motor {mode}", symbol, inertia, "kg·m²", mark))

@@ -7,6 +7,7 @@ from ....study.analysis.motor_cases import spread
 from ...console import number
 from ...units import sizes
 from ...view import View
+from .whole_train import motor_in_words
 
 MATTERS = 1.1  # ratio of the largest oscillations from which on the choice decides
 
@@ -37,7 +38,9 @@ class Motors:
             return []
         ratio = spread(view.analysis.motors)
         each = listed(
-            Sentence(f"{{}} at {{}} with {_motor(case.name)}", Angle(case.oscillation), Speed(case.omega, digits=4))
+            Sentence(
+                f"{{}} at {{}} with {motor_in_words(case.name)}", Angle(case.oscillation), Speed(case.omega, digits=4)
+            )
             for case in cases
         )
         decides = f"the choice changes it {number(ratio, 2)} times" if ratio > MATTERS else "the choice changes little"
@@ -46,8 +49,3 @@ class Motors:
             + each
             + f"; {decides}. Write the loop of the drive, for example 'loop: {{bandwidth: 30 Hz, damping: 0.7}}'."
         ]
-
-
-def _motor(name: str) -> str:
-    """A motor in words."""
-    return {"held": "a motor that is ideally held", "free": "a free motor"}.get(name, f"a motor in a {name}")

@@ -10,7 +10,7 @@ from ....study.analysis.analysis import Largest
 from ...console import WHAT_X_IS, number, percent
 from ...units import sizes
 from ...view import View
-from .whole_train import modes, parts
+from .whole_train import modes, parts, under_load
 
 CONVENTIONS = (
     f"{WHAT_X_IS}; oscillation is the largest distance from the mean, peak the largest size, the mean included; "
@@ -52,7 +52,7 @@ class Opening:
     def about(self, view: View) -> str:
         """What the drive is, in words."""
         if view.analysis.train is not None:
-            return parts(view.analysis.train)
+            return parts(view)
         how = "driven by torque" if view.project.motor == "free" else "held at constant speed by a stiff speed loop"
         return f"motor {view.project.motor} ({how})"
 
@@ -77,9 +77,10 @@ class Opening:
             size = data[key]
             run = " in a run-up" if size["of"].startswith("run-up") else ""
             what = f"largest {'oscillation of the ' * (not mean)}{data['error']}{run}{mean}, at "
-            text = what + Speed(size["omega_rad_per_s"], digits=5) + _under(size["load_torque_Nm"])
+            text = what + Speed(size["omega_rad_per_s"], digits=5) + under_load(size["load_torque_Nm"])
             found.append((view.angle.text(size[f"{name}_rad"]), view.told(text), False))
-        torque, where = data["largest_torque"], ", steady or in the run-up" if whole else " in a steady motion"
+        study, torque = view.analysis.train, data["largest_torque"]
+        where = " in a steady motion" if study is None or study.ramp is None else ", steady or in the run-up"
         size, beyond = torque["torque_Nm"], ""
         for name, end in (
             ("ratcheting", "; the teeth skip, this is no result"),
@@ -90,6 +91,7 @@ class Opening:
             if not beyond and limit is not None and size > limit:
                 beyond = f": more than the {name.replace('_', ' ')} torque of {number(limit)} N·m{end}"
         text = f"largest torque through the gear{where}, at " + Speed(torque["omega_rad_per_s"], digits=5)
+        text += under_load(torque["load_torque_Nm"])
         return [*found, (f"{number(size)} N·m", view.told(text) + beyond, bool(beyond))]
 
 
@@ -97,10 +99,6 @@ def _largest(view: View, found: Largest, name: str) -> dict[str, Any]:
     """A largest error as data; the torque is that of the load, where the drive has a range of them."""
     how = {"method": found.method, "of": found.of, "load_torque_Nm": found.torque}
     return view.place(found.omega) | sizes(found.peak, name) | how
-
-
-def _under(torque: float | None) -> str:
-    return "" if torque is None else f" with {number(torque)} N·m on the load"
 
 
 def natural_frequencies(view: View) -> list[dict[str, Any]]:
@@ -126,8 +124,10 @@ def natural_frequencies(view: View) -> list[dict[str, Any]]:
 def _largest_torque(view: View) -> dict[str, Any]:
     """Largest torque through the gear in a steady motion or the run-up, beside the gear's limits."""
     used, gear = view.analysis.usage, view.project.gear
+    loads = [load for load, drive in view.analysis.curves if drive.usage.peak_torque == used.peak_torque]
     return view.place(used.at_peak) | {
         "torque_Nm": used.peak_torque,
+        "load_torque_Nm": loads[0] if loads else None,
         "repeated_peak_torque_Nm": gear.repeated_peak_torque if gear else None,
         "ratcheting_torque_Nm": gear.ratcheting_torque if gear else None,
         "momentary_torque_Nm": gear.momentary_torque if gear else None,

@@ -12,6 +12,7 @@ from ...figures import drive
 from ...figures.svg import figure
 from ...units import place, sizes
 from ...view import View
+from .whole_train import under_load
 
 
 class SpeedRange:
@@ -94,6 +95,8 @@ def sweep_sentences(exact: ExactResponse) -> list[str]:
     sweep, said = exact.sweep, list[str]()
     if sweep is None:
         return ["No motion on the curve is stable."]
+    if sweep.finished_up and sweep.finished_down and not (sweep.on_run_up or sweep.on_run_down):
+        return ["On a slow run-up or run-down the largest |error|, its mean included, does not jump."]
     for name, jumps, whole in (
         ("run-up", sweep.on_run_up, sweep.finished_up),
         ("run-down", sweep.on_run_down, sweep.finished_down),
@@ -111,7 +114,7 @@ def _lines(view: View) -> str:
     """The lines of the figure; where a curve is rough or not complete, a warning says so."""
     analysis, response = view.analysis, view.analysis.response
     first, last = (analysis.load_cases[i].torque for i in (0, -1)) if analysis.load_cases else (0.0, 0.0)
-    cases = f" Orange: the same with other torques of the load, {number(first)} to {number(last)} N·m."
+    cases = f" Orange, thin: the same with other torques of the load, {number(first)} to {number(last)} N·m."
     after = cases * bool(analysis.load_cases) + " Grey: speeds to avoid." * bool(
         analysis.avoid and analysis.avoid.bands
     )
@@ -122,6 +125,7 @@ def _lines(view: View) -> str:
             f"{back}; triangles: the same at a few speeds, as the CSV files hold them.{after}"
         )
     whole = "" if analysis.train_curve is None else " of the whole drive train"
+    whole += under_load(view.project.mean_load_torque if analysis.load_cases else None)
     text = f"Blue, thick: the motions{whole} that repeat with the {view.speeds.base_angle}, by harmonic balance "
     text += f"({response.curve.coefficients.shape[1] // 2} harmonics)"
     if analysis.train is None or analysis.train_curve is None:

@@ -9,9 +9,11 @@ from ....model.train.shafts import NO_DRAG
 from ....quantities import parameters
 from ....results import Status
 from ....sentences import Angle, Sentence, Speed
+from ....study.analysis.avoid import turns
 from ....study.analysis.drive_response import DriveResponse
 from ....study.analysis.train_study import Ramp, TrainStudy
 from ....study.response.resonances import active_orders
+from ....study.train.loop_margin import motor_name
 from ....study.train.run import INPUTS
 from ....units import RPM
 from ...console import number, percent
@@ -21,16 +23,8 @@ from ...units import sign, sizes
 from ...view import View
 from .resonances import jump_speeds
 
-CYCLE = 100  # samples of a run-up in which every speed of it has a whole cycle
 ROUNDING = 1e-6  # relative difference that is called none
 APART = 0.1  # relative difference of train and error equation that is warned of
-CONTROLS = {
-    "Free": "a free motor",
-    "Held": "a motor ideally held",
-    "SpeedLoop": "a motor in a speed loop",
-    "PositionLoop": "a motor in a position loop",
-    "Lagged": "a motor in a loop with a lag",
-}
 
 
 class WholeTrain:
@@ -51,9 +45,15 @@ class WholeTrain:
         return [_bode_figure(study), *([] if study.ramp is None else [_run_figure(view, study, study.ramp)])]
 
     def gains(self, study: TrainStudy) -> str:
-        """Gains of the control, with their units."""
+        """Gains of the control, with their units, as a sentence; empty without any."""
         known = parameters(study.train.motor.control)
-        return "".join(f", {p.path} = {number(p.value)} {sign(p.unit)}" for p in known)
+        each = ", ".join(f"{p.path.removeprefix('loop.')} = {number(p.value)} {sign(p.unit)}" for p in known)
+        return f"Motor control: {each}. " if each else ""
+
+    def heat(self, joules: dict[str, float]) -> str:
+        """What each element turned into heat, the largest first."""
+        lost = sorted(((J, name) for name, J in joules.items() if J), reverse=True)
+        return ", ".join(f"{number(J, 3)} J ({name})" for J, name in lost)
 
     def apart(self, share: float) -> str:
         """A relative difference, where it is more than rounding."""
@@ -79,7 +79,7 @@ def _train_data(view: View, study: TrainStudy) -> dict[str, Any]:
     state = tuple(study.state.tolist())
     torque = float(study.train._replace(error=NoError()).torque(0.0, state))
     return {
-        "parts": parts(study),
+        "parts": parts(view),
         "control": type(control).__name__,
         "gains": {p.path: p.value for p in parameters(control)},
         "operating_point": {"motor_speed_rpm": study.speed / RPM, "torque_in_gear_Nm": torque, "torsion_rad": state[0]},
@@ -110,18 +110,26 @@ def modes(view: View) -> list[dict[str, Any]]:
     ]
 
 
-def parts(study: TrainStudy) -> str:
-    """What the train is made of, in words."""
-    train, load, control = study.train, study.train.load, type(study.train.motor.control).__name__
-    shafts = (("motor", train.motor), ("load", load.end()))
+def parts(view: View) -> str:
+    """What the train of a project is made of, in words."""
+    train: Any = view.project.train
+    couplings = len(train.load.couplings())
+    shafts = (("motor", train.motor), ("load", train.load.end()))
     drags = [name for name, shaft in shafts if shaft.drag != NO_DRAG]
+    behind = "a load behind " + ("a coupling" if couplings == 1 else f"{couplings} couplings in series")
     return ", ".join(
         [
-            CONTROLS.get(control, f"a motor with the control {control}"),
-            *(["a load behind a coupling"] if load.couplings() else []),
+            motor_in_words(motor_name(train.motor.control, view.project.loop_inertia)),
+            *([behind] if couplings else []),
             *([f"friction or gravity on the {' and the '.join(drags)}"] if drags else []),
         ]
     )
+
+
+def motor_in_words(name: str) -> str:
+    """The motor of a `motor_name`: ideally held, free, in a loop, or with a control of the user's own."""
+    known = {"held": "a motor that is ideally held", "free": "a free motor"}
+    return known.get(name, f"a motor in a {name}" if "loop" in name else f"a motor with the control {name}")
 
 
 def _curve_data(curve: DriveResponse) -> dict[str, Any]:
@@ -169,6 +177,8 @@ def reduction(view: View) -> dict[str, Any] | None:
     here = exact.largest()
     if curve is None or at is None or here is None:
         return None
+    motor = "a free motor" if view.project.motor == "free" else "an ideally held motor"
+    under = under_load(view.project.mean_load_torque if view.analysis.load_cases else None)
     whole, reduced = float(curve.response.curve.peak[at]), float(exact.curve.peak[here])
     fast, slow = float(curve.response.curve.omega[at]), float(exact.curve.omega[here])
     apart = max(abs(np.log(reduced / whole)), abs(np.log(slow / fast))) > np.log1p(APART)
@@ -179,13 +189,18 @@ def reduction(view: View) -> dict[str, Any] | None:
         "speed_relative_to_train": slow / fast,
         "far_apart": bool(apart),
         "sentence": Sentence(
-            "The error equation, with an ideally held motor and a rigid load, is a reduction of the drive train: its "
-            f"largest steady |error| is {{}} at {{}}, {_times(reduced / whole, 'as large as that', ' that')} of the "
+            f"The error equation, with {motor} and a rigid load, is a reduction of the drive train: its largest steady "
+            f"|error|{under} is {{}} at {{}}, {_times(reduced / whole, 'as large as that', ' that')} of the "
             f"train, at {_times(slow / fast, 'the same speed', ' the speed')}.",
             Angle(reduced),
             Speed(slow, digits=5),
         ),
     }
+
+
+def under_load(torque: float | None) -> str:
+    """The torque [N*m] of the load that a result is for, where it has a range of them."""
+    return "" if torque is None else f" with {number(torque)} N·m on the load"
 
 
 def _times(ratio: float, same: str, of: str) -> str:
@@ -211,7 +226,7 @@ def _bode_figure(study: TrainStudy) -> str:
     hertz = plot.omega / (2.0 * np.pi)
     ends = float(hertz[0]), float(hertz[-1])
     size = Panel("", "frequency (Hz)", "speed per torque\n(dB re 1 rad/(N·m·s))", xlim=ends, xlog=True)
-    phase = Panel("", "frequency (Hz)", "phase (deg)", xlim=ends, xlog=True)
+    phase = Panel("", "frequency (Hz)", "phase (deg)", xlim=ends, xlog=True, ystep=90.0)
     lines: tuple[tuple[Literal["motor", "load"], str, str], ...] = (("motor", BLUE, ""), ("load", ORANGE, DASHES))
     for shaft, colour, dash in lines:
         if shaft == "motor" and not np.any(plot.motor):
@@ -226,8 +241,8 @@ def _run_figure(view: View, study: TrainStudy, ramp: Ramp) -> str:
     keep = run.trajectory.t >= ramp.begin
     speed, error = run.motor_speed[keep] / RPM, run.pointing[keep] * angle.factor
     panel = Panel("", "motor speed (rpm)", f"pointing error\n({angle.name})")
-    low, high, at = envelope(speed, error, max(2, len(speed) // CYCLE))
-    panel.curves.append(Curve(at, low, BLUE, "run-up of the whole train (band of its cycles)", upper=high))
+    low, high, at = envelope(speed, error, turns(run.trajectory.t[keep], run.motor_speed[keep]))
+    panel.curves.append(Curve(at, low, BLUE, "run-up of the whole train (band of its turns)", upper=high))
     curves = [(view.analysis.exact, ORANGE, "error equation, steady, largest |error|", DASHES)]
     if study.curve is not None:
         name = "whole train, steady, largest |error|" + (" without gravity" if study.curve.without_angle else "")

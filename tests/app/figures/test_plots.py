@@ -1,0 +1,21 @@
+"""Bands of a motion whose cycles would not show."""
+
+import numpy as np
+
+from strainwave.app.figures.plots import envelope
+from strainwave.study.analysis.avoid import turns
+
+
+def test_the_band_of_a_run_up_holds_a_whole_turn_at_every_speed():
+    # from 20 to 240 rad/s: a turn takes twelve times as many samples at the start as at the end
+    t = np.linspace(0.0, 40.0, 400_001)
+    speed = 20.0 + 5.5 * t
+    angle = 20.0 * t + 2.75 * t * t
+    between = 1.0 - np.cos(0.5 * speed[-1] * t[1])  # what lies between two samples
+    for most in (angle[-1] / (2.0 * np.pi) + 1.0, 350):
+        low, high, at = envelope(speed, 3.0 * np.cos(angle + 0.7), turns(t, speed))
+        assert len(low) <= most
+        np.testing.assert_allclose(high[:-1], 3.0, rtol=between)  # the last turn need not be whole
+        np.testing.assert_allclose(low[:-1], -3.0, rtol=between)
+        assert np.all(np.diff(at) > 0.0)
+        assert (at[0], at[-1]) == (speed[0], speed[-1])

@@ -1,0 +1,87 @@
+"""A whole train beside its error equation: which of the two is compared with what."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from strainwave.app.report.sections.whole_train import WholeTrain, motor_in_words, parts, reduction
+from strainwave.app.units import AngleUnit
+from strainwave.app.view import View
+from strainwave.files.reading import from_text
+from strainwave.study.analysis.load_range import LoadCase, load_cases
+from strainwave.study.analysis.train_curve import train_curve
+from strainwave.study.analysis.train_study import train_study
+from strainwave.study.response.by_integration import response_through
+from strainwave.study.response.resonances import operating_point
+from strainwave.study.train.loop_margin import motor_name
+
+PROJECT = """\
+gear: {{ratio: 50, law: {{type: linear, K: 1e5 N*m/rad}}}}
+motor: {{inertia: 4.5 kg*cm^2, {motor}}}
+load: {{inertia: 1.2 kg*m^2{load}}}
+damping: {{B: 15 N*m*s/rad}}
+speed: {{from: 800 rpm, to: 1300 rpm, shaft: motor}}
+excitation: {excitation}
+"""
+COUPLING = "{inertia: 0.1 kg*m^2, B: 5 N*m*s/rad, law: {type: linear, K: 1.5e5 N*m/rad}}"
+ERROR = "{kinematic_error: [{order: 2, amplitude: 20 arcsec}]}"
+
+
+def project(motor, load="", excitation=ERROR):
+    return from_text(PROJECT.format(motor=motor, load=load and ", " + load, excitation=excitation), Path("p.yaml"))
+
+
+def test_a_free_motor_with_a_coupling_is_compared_by_its_curve_and_named_in_the_sentence():
+    of = project("mode: free", f"coupling: {COUPLING}")
+    system, limits = of.system(reduced=True), of.speeds.limits
+    exact, curve = response_through(system, limits), train_curve(of.train, limits)
+    study = train_study(of.train, system, limits, curve, exact, operating_point(system))
+    assert study.left_out is None
+    assert study.ramp is None
+    # both ends of the range are on the curve, whose error is that at the load and not across the gear
+    assert study.whole[[0, -1]] == pytest.approx(curve.peak[[0, -1]], rel=1e-9)
+    assert np.all(study.whole > 1.05 * np.interp(study.omega, curve.omega, curve.across))
+
+    class Found:
+        train_curve, load_cases = curve, ()
+
+    Found.exact = exact
+    said = View(of, Found, AngleUnit("rad", 1.0)).told(reduction(View(of, Found, AngleUnit("rad", 1.0))))["sentence"]
+    assert said.startswith("The error equation, with a free motor and a rigid load, is a reduction of the drive train")
+
+
+def test_parts_of_a_train_are_named_as_the_file_has_them():
+    of = project(
+        "loop: {bandwidth: 20 Hz, damping: 0.7, lag: 1 ms}, drag: {type: viscous, B: 1e-3 N*m*s/rad}",
+        f"couplings: [{COUPLING}, {COUPLING}]",
+    )
+    assert parts(View(of, None, None)) == (
+        "a motor in a position loop of 20 Hz, damping 0.7, lag 1 ms, a load behind 2 couplings in series, "
+        "friction or gravity on the motor"
+    )
+    assert of.left_out[1:] == ("the motor's drag (Viscous)", "the 2 couplings")
+    held = project("mode: held", f"coupling: {COUPLING}")
+    assert parts(View(held, None, None)) == "a motor that is ideally held, a load behind a coupling"
+
+
+def test_heat_is_listed_by_its_size():
+    found = WholeTrain().heat({"gear damping": 0.111, "gear law": 0.0, "coupling 2": 6.66e-4, "coupling 1": 1.81e-3})
+    assert found == "0.111 J (gear damping), 0.00181 J (coupling 1), 0.000666 J (coupling 2)"
+
+
+def test_a_loop_that_has_no_tuning_is_named_by_its_kind():
+    control = project("loop: {type: speed, K_p: 0.1 N*m*s/rad, lag: 0.5 ms}").train.motor.control
+    assert motor_in_words(motor_name(control, 1e-3)) == "a motor in a speed loop, lag 0.5 ms"
+    assert motor_in_words("resonant") == "a motor with the control resonant"
+
+
+def test_the_error_of_a_free_motor_is_no_pointing_error_under_any_torque_of_the_load():
+    excitation = (
+        "{motor_torque: {lines: [{order: 2, amplitude: 0.1 N*m}]}, load_torque: {mean: {from: -30 N*m, to: 30 N*m}}}"
+    )
+    of = project("mode: free", excitation=excitation)
+    own = LoadCase(of.load_range.own, of.response(), None)
+    cases = load_cases(of.load_range, of.speeds.limits, None, own, lambda _: None)
+    assert len(cases) > 2
+    assert {case.drive.name for case in cases} == {"error between motor and load"}
