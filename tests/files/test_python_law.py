@@ -56,6 +56,11 @@ class Infinite(Saturating):
         return 1e308 * 10.0 * (1.0 + x)
 
 
+class OtherSlope(Saturating):
+    def stiffness(self, x):
+        return 0.5 * self.K + 0.0 * x
+
+
 class NoUnit(NamedTuple):
     K: float
 
@@ -160,6 +165,7 @@ def test_a_drive_with_such_a_law_moves_as_equations_written_by_hand(project):
         ("{python: link.py:Saturating}", "gear.law: 'link.py' is no plain file name; put the Python file beside the"),
         ("mylaws.py:Raises", "gear.law: Raises.torque at 0 rad raises IndexError: list index out of range; correct it"),
         ("mylaws.py:Infinite", "gear.law: Infinite.torque at 0 rad gives inf; it must be a finite number"),
+        ("mylaws.py:OtherSlope", "gear.law: OtherSlope.stiffness at 1.237e-05 rad gives 5e+04 N*m/rad and its torque"),
         (
             "{python: mylaws.py:NoUnit, K: 5 N*m/rad}",
             "gear.law.python: NoUnit.K has no unit; write in the class K: Anno",
