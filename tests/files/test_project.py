@@ -250,6 +250,8 @@ WRONG = [
     ("1.3 kg*m^2", "1e99 kg*m^2", "3:17", "load.inertia", "'1e99 kg*m^2' is beyond any drive; check the number"),
     ("1.3 kg*m^2", "[1.3 kg*m^2]", "3:17", "load.inertia", "is a list, not a number with its unit"),
     ("1.3 kg*m^2", "{value: 1.3}", "3:17", "load.inertia", "is a group of fields, not a number with its unit"),
+    ("1.3 kg*m^2", "[]", "3:17", "load.inertia", "is a list, not a number with its unit; write for example 1.3 kg*m^2"),
+    ("100 rpm", "{}", "5:15", "speed.from", "is a group of fields, not a number with its unit; write for example 60"),
     ("1.3 kg*m^2", "!!float 1.3 kg*m^2", "3:17", "load.inertia", "has the tag 'float'; leave the tag out"),
     ("1.3 kg*m^2", "*other", "3:17", "load.inertia", "'*other' is an alias; write the value out"),
     ("1.3 kg*m^2", "9**9**9**9 kg*m^2", "3:17", "load.inertia", "'9**9**9**9 kg*m^2' is not one number and one unit"),

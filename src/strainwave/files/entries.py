@@ -46,7 +46,7 @@ def refusal(*problems: Wrong) -> PydanticCustomError:
 def number(value: Any, unit: str, sign: str = "any") -> float:
     """Read a number with its unit ("any", "positive" or "not negative"), or say what is wrong (ValueError)."""
     if not isinstance(value, str):
-        raise ValueError(f"is {kind_of(value)}, not a number with its unit")
+        raise ValueError(f"is {kind_of(value)}, not a number with its unit; write {example(unit)}")
     result = parse(value, unit)
     if sign == "positive" and result <= 0.0:
         raise ValueError(f"{value!r} is not positive; write a value above zero")

@@ -8,8 +8,8 @@ import numpy as np
 
 from ...files.load_torque import load_remark
 from ...files.project import Project
-from ...files.variants.quantity import quantity
-from ...files.variants.replaced import keys_of, replaced
+from ...files.variants.names import keys_of, quantity
+from ...files.variants.replaced import replaced
 from ...files.yaml_text import read
 from ...quantities import convert
 from ...study.analysis.train_curve import refuse_free
