@@ -14,8 +14,8 @@ from ..remedies import remedies_data, remedies_figure
 OSCILLATION = "the oscillation of the error (its largest distance from its mean, in a steady motion)"
 APART = "and wherever run-up and run-down are on different motions"
 NOMINAL = (
-    "The speeds to avoid are those of the nominal drive; sw.variability computes how far the scatter of its parameters "
-    "moves them (page “Ensembles, basins, variability” of the documentation)."
+    "The speeds to avoid are those of the nominal drive. `strainwave variability` computes from the scatter of its "
+    "numbers (`scatter` in the project file) how probable it is that a drive exceeds its limit."
 )
 
 BEYOND = " The curve goes a fifth beyond the single speeds of the file, and so do the speeds to avoid."
