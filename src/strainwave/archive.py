@@ -36,6 +36,13 @@ def version() -> str:
     return str(vars(import_module(MARK))["__version__"])
 
 
+def as_file(path: Any) -> Path:
+    """Path of a file to be written or read (TypeError)."""
+    if not isinstance(path, str | os.PathLike):
+        raise TypeError(f"the file is {shown(path)}; give its name as text, for example 'curve.nc'")
+    return Path(path)
+
+
 class atomic:
     """Context manager: a temporary sibling of `path` that replaces it on success and vanishes on any error."""
 
@@ -43,6 +50,8 @@ class atomic:
         self.path = path
 
     def __enter__(self) -> str:
+        if not self.path.parent.is_dir():
+            raise FileNotFoundError(f"there is no folder {self.path.parent}; make it, or save elsewhere")
         # Not tempfile: its files are readable by their owner alone, and so would be the result.
         self.part = self.path.with_name(f".{self.path.name}.{uuid4().hex}")
         return str(self.part)
@@ -123,12 +132,14 @@ def load(path: str | os.PathLike[str]) -> Any:
         If the file is none of these, damaged, or written in a later format.
     FileNotFoundError
         If there is none.
+    TypeError
+        If the path is none.
     """
-    path = Path(path)
+    path = as_file(path)
     if path.suffix not in ENDINGS:
         raise ValueError(f"cannot load {path.name!r}; results are saved with names that end in {listed(ENDINGS)}")
     if not path.exists():
-        raise FileNotFoundError(f"there is no {path}")
+        raise FileNotFoundError(f"there is no {path}; check the name and the folder")
     try:
         stored, attributes = READERS[path.suffix](path)
     except Exception as error:  # whatever a damaged file makes its reader raise

@@ -8,12 +8,18 @@ a method without arguments; a law made of laws needs none: it has the states of 
 by class: in compiled code it costs nothing.
 """
 
+from collections.abc import Iterator
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 from .compile.jit import chosen, kernel
 
 KINDS = ("torque(x)", "torque(x, v)", "torque(x, v, z)")
+TORSIONS = (1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0)  # times SEEN, rad, to both sides: where a slope is compared
+SEEN = 1.2371  # no torsion that a user is likely to have a kink at
+STEPS = (0.1, 1e-3, 1e-7)  # of the torsion: differences of which one gives the slope, whatever the law's scale
+APART = 0.05  # of the larger one: two slopes that differ
 
 
 def class_of(law: Any) -> Any:
@@ -193,7 +199,7 @@ def _no_rates(law: Any, x: Any, v: Any, z: Any) -> Any:
 
 
 def check_law(where: str, law: Any) -> None:
-    """Refuse a law whose methods do not fit together (TypeError): `where` names its field."""
+    """Refuse a law whose methods do not fit together (TypeError, ValueError): `where` names its field."""
     if isinstance(law, type):
         name = law.__name__
         raise TypeError(f"{where} is the class {name}; give an object of it, with its numbers: {name}(...)")
@@ -213,6 +219,45 @@ def check_law(where: str, law: Any) -> None:
                 f"{where}: {name} has {n} internal states but z_rate does not give as many rates; write `states = 2` "
                 "in the class for two of them and return a tuple of two"
             )
+    if depends(law) == 1 and has(law, "stiffness") and type(law).__module__.partition(".")[0] != __package__:
+        _check_slope(law)
+
+
+def _check_slope(law: Any) -> None:
+    """Refuse a user's spring whose stiffness is not the slope of its torque (ValueError).
+
+    What a law raises, and what is no number, is said by what uses it.
+    """
+    try:
+        found = [
+            (x, float(law.stiffness(x)), [_slope(law, x, share * room) for share in STEPS]) for x, room in _places(law)
+        ]
+    except Exception:
+        return
+    for x, given, slopes in found:
+        if not abs(given) + sum(abs(slope) for slope, _ in slopes) < float("inf"):
+            continue
+        if all(abs(slope - given) > APART * max(abs(slope), abs(given)) + noise for slope, noise in slopes):
+            raise ValueError(
+                f"{type(law).__name__}.stiffness at {x:.4g} rad gives {given:.4g} N*m/rad and its torque rises by "
+                f"{slopes[1][0]:.4g} N*m/rad there; stiffness(x) must be the derivative of torque(x)"
+            )
+
+
+def _places(law: Any) -> Iterator[tuple[float, float]]:
+    """Torsions of a law away from its breakpoints, with what is free of them to either side."""
+    knots = sorted(map(float, breakpoints_of(law)))
+    between = [0.5 * (a + b) for a, b in pairwise(knots) if b > a]
+    for x in (*(side * SEEN * size for size in TORSIONS for side in (1.0, -1.0)), *between):
+        room = min([abs(x - knot) for knot in knots] + [abs(x)] * (x != 0.0))
+        if room > 0.0:
+            yield x, room
+
+
+def _slope(law: Any, x: float, step: float) -> tuple[float, float]:
+    """Central difference of a spring's torque, and what rounding may add to it [N*m/rad]."""
+    above, below = float(law.torque(x + step)), float(law.torque(x - step))
+    return (above - below) / (2.0 * step), 1e-15 * (abs(above) + abs(below)) / step
 
 
 def is_spring(system: Any) -> bool:

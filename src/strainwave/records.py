@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from .archive import ENDINGS, listed, version, write
+from .archive import ENDINGS, as_file, listed, version, write
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -72,8 +72,12 @@ class Result:
         ------
         ValueError
             If the ending is another, or the result holds a class that is not of this package.
+        TypeError
+            If the path is none.
+        FileNotFoundError
+            If there is no such folder.
         """
-        path = Path(path)
+        path = as_file(path)
         if path.suffix not in ENDINGS:
             name = type(self).__name__
             raise ValueError(f"cannot save a {name} as {path.name!r}; use a name that ends in {listed(ENDINGS)}")

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .archive import ENDINGS, atomic, listed
+from .archive import ENDINGS, as_file, atomic, listed
 from .records import Labelled, Result
 from .sentences import on_screen
 from .series import oscillation
@@ -138,7 +138,7 @@ class Trajectory(Result):
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything as other results do, or t and y as CSV (`.csv`); the file appears when it is complete."""
-        path = Path(path)
+        path = as_file(path)
         if path.suffix in ENDINGS:
             return super().save(path)
         if path.suffix != ".csv":

@@ -1,7 +1,9 @@
 """A law of the user's own in a Python file beside the project file."""
 
 import math
+import os
 import pickle
+import signal
 import subprocess
 import sys
 
@@ -54,6 +56,11 @@ class Raises(Saturating):
 class Infinite(Saturating):
     def torque(self, x):
         return 1e308 * 10.0 * (1.0 + x)
+
+
+class OtherSlope(Saturating):
+    def stiffness(self, x):
+        return 0.5 * self.K + 0.0 * x
 
 
 class NoUnit(NamedTuple):
@@ -160,6 +167,7 @@ def test_a_drive_with_such_a_law_moves_as_equations_written_by_hand(project):
         ("{python: link.py:Saturating}", "gear.law: 'link.py' is no plain file name; put the Python file beside the"),
         ("mylaws.py:Raises", "gear.law: Raises.torque at 0 rad raises IndexError: list index out of range; correct it"),
         ("mylaws.py:Infinite", "gear.law: Infinite.torque at 0 rad gives inf; it must be a finite number"),
+        ("mylaws.py:OtherSlope", "gear.law: OtherSlope.stiffness at 1.237e-05 rad gives 5e+04 N*m/rad and its torque"),
         (
             "{python: mylaws.py:NoUnit, K: 5 N*m/rad}",
             "gear.law.python: NoUnit.K has no unit; write in the class K: Anno",
@@ -194,3 +202,26 @@ def test_what_is_wrong_with_a_python_law_is_said_in_one_sentence(project, tmp_pa
 def test_no_file_is_left_behind_by_reading(project, tmp_path):
     project("mylaws.py:Saturating")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mylaws.py", "project.yaml"]
+
+
+@pytest.mark.parametrize("end", ["", "x = 1 / 0"])
+def test_a_file_that_changes_the_folder_leaves_that_of_the_process(project, tmp_path, end):
+    (tmp_path / "moves.py").write_text(f"import os\nos.chdir('/')\n{LAWS}\n{end}\n".replace(LAWS, "" if end else LAWS))
+    folder = os.getcwd()
+    if end:
+        with pytest.raises(ProjectError, match=r"moves\.py does not run: ZeroDivisionError"):
+            project("moves.py:Saturating")
+    else:
+        project("moves.py:Saturating")
+    assert os.getcwd() == folder
+
+
+def test_a_file_that_does_not_end_is_interrupted_with_a_sentence(tmp_path):
+    (tmp_path / "endless.py").write_text("import sys\nprint('begun', file=sys.stderr, flush=True)\nwhile True: pass\n")
+    (tmp_path / "project.yaml").write_text(PROJECT.format(law="endless.py:MyLaw"))
+    command = [sys.executable, "-m", "strainwave", "response", str(tmp_path / "project.yaml")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
+        assert run.stderr.readline() == "begun\n"
+        run.send_signal(signal.SIGINT)
+        out, err = run.communicate(timeout=60)
+    assert (run.returncode, out, err) == (130, "", "strainwave: interrupted; nothing was written\n")

@@ -75,3 +75,17 @@ def test_a_missing_matplotlib_is_told_with_the_remedy(monkeypatch):
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(ModuleNotFoundError, match=r"figures need the extra `plot`: pip install 'strainwave\[plot\]'"):
         sw.draw(branch())
+
+
+def test_a_drive_has_its_torque_below_the_oscillation_over_the_same_speeds(axes):
+    found = RESULTS["DriveResponse"]()
+    found.plot(axes)
+    above, below = axes.figure.axes
+    assert above is axes
+    assert below.get_position().y1 < above.get_position().y0
+    assert below.get_xlim() == above.get_xlim()
+    drawn = np.concatenate([line.get_ydata()[:-1] for line in below.lines])
+    np.testing.assert_array_equal(drawn, found.torque[:-1])
+    assert below.get_ylabel() == "torque in the gear (N m)"
+    stable = [line.get_linestyle() == "-" for line in below.lines]
+    assert stable == [bool(part[0]) for part in np.split(found.stable, np.flatnonzero(np.diff(found.stable)) + 1)]

@@ -322,6 +322,9 @@ def test_a_changed_subclass_is_not_taken_for_the_package_s_law():
         def torque(self, x):
             return -self.K * x
 
+        def stiffness(self, x):
+            return -self.K
+
         def energy(self, x):
             return -self.K * x * x / 2
 

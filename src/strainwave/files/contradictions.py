@@ -7,6 +7,7 @@ from ..law import depends, spring_stiffness
 from ..model.gears.gear import Gear
 from ..quantities import checked
 from .schema import CATALOGUE, ExplicitGear, ProjectSpec
+from .variants.names import nominal_of
 from .yaml_text import Keys
 
 NOTHING_DRIVES = (
@@ -14,7 +15,7 @@ NOTHING_DRIVES = (
 )
 
 
-def contradictions(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
+def contradictions(spec: ProjectSpec, gear: Gear | None, content: dict[str, Any]) -> Iterator[tuple[Keys, str]]:
     """Fields that do not go together; groups of the spec that are None have problems of their own, told elsewhere."""
     if spec.gear is not None and spec.motor is not None:
         yield from _inertia(spec, gear)
@@ -23,6 +24,17 @@ def contradictions(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys,
     if spec.excitation is not None:
         yield from _excitation(spec, gear)
     yield from _whole_train(spec)
+    if spec.gear is not None and spec.scatter:
+        yield from _scatter(spec.scatter, gear, content)
+
+
+def _scatter(scatter: dict[str, float], gear: Gear | None, content: dict[str, Any]) -> Iterator[tuple[Keys, str]]:
+    """Names that are no numbers of the file."""
+    for name in scatter:
+        try:
+            nominal_of(content, gear, name)
+        except ValueError as error:
+            yield ("scatter", name), str(error)
 
 
 def _inertia(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:

@@ -9,6 +9,7 @@ import difflib
 import re
 from collections.abc import Collection
 from functools import cache
+from math import tau
 from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 
 from pydantic_core import PydanticCustomError
@@ -25,6 +26,7 @@ from .yaml_text import Keys, kind_of, read, shown
 SPRINGS = (laws.__name__, measured.__name__)
 POSITIVE, NOT_NEGATIVE = ("N*m/rad", "N*m"), ("rad",)  # numbers of a spring, by their unit
 EXAMPLE_POINTS = "points such as [[-1 mrad, -90 N*m], [0 mrad, 0 N*m], [1 mrad, 100 N*m]]"
+MOST_TURNS = 1000  # of a phase
 EXAMPLE_LAW = "{type: linear, K: 7160 N*m/rad}"
 
 
@@ -44,14 +46,25 @@ def refusal(*problems: Wrong) -> PydanticCustomError:
 def number(value: Any, unit: str, sign: str = "any") -> float:
     """Read a number with its unit ("any", "positive" or "not negative"), or say what is wrong (ValueError)."""
     if not isinstance(value, str):
-        raise ValueError(f"is {kind_of(value)}, not a number with its unit")
+        raise ValueError(f"is {kind_of(value)}, not a number with its unit; write {example(unit)}")
     result = parse(value, unit)
     if sign == "positive" and result <= 0.0:
         raise ValueError(f"{value!r} is not positive; write a value above zero")
     if sign == "not negative" and result < 0.0:
         raise ValueError(f"{value!r} is negative; write zero or more")
-    if result and not 1e-30 < abs(result) < 1e30:
+    most = 1e30 if "rad**" in unit else 1e15  # of a polynomial's coefficients, and of everything else
+    if result and not 1.0 / most <= abs(result) <= most:
         raise ValueError(f"{value!r} is beyond any drive; check the number and its unit")
+    return result
+
+
+def phase(value: Any) -> float:
+    """Read a phase [rad]: an angle that is told from one more turn (ValueError)."""
+    result = number(value, "rad")
+    if abs(result) > MOST_TURNS * tau:
+        raise ValueError(
+            f"{value!r} is more than {MOST_TURNS} turns; write a phase within one turn, for example 90 deg"
+        )
     return result
 
 
@@ -182,6 +195,8 @@ def _value(value: Any, hint: Any, cls: type, keys: Keys, found: list[Wrong]) -> 
     try:
         if hint is int:
             return whole(value)
+        if keys[-1] == "phase":
+            return phase(value)
         unit, spring = get_args(hint)[1], cls.__module__ in SPRINGS
         sign = "positive" if unit in POSITIVE else "not negative" if unit in NOT_NEGATIVE else "any"
         return number(value, unit, sign if spring else "any")

@@ -6,6 +6,7 @@ the folder of the project file, and no path leads out of it.
 
 import copyreg
 import hashlib
+import os
 import re
 import sys
 from collections.abc import Iterator
@@ -109,6 +110,7 @@ def _module(path: Path) -> ModuleType:
     module = ModuleType(known)
     module.__file__ = str(path)
     sys.modules[known] = module  # where pickle and the types of annotations look for it
+    folder = os.getcwd()
     try:
         with redirect_stdout(sys.stderr):  # what it prints is no part of a result
             exec(compile(text, str(path), "exec"), vars(module))
@@ -118,6 +120,8 @@ def _module(path: Path) -> ModuleType:
     except BaseException as error:
         del sys.modules[known]
         raise ValueError(f"{path.name} does not run: {_said(error)}{_line(error, path)}; correct it") from None
+    finally:
+        os.chdir(folder)  # that of the process is not the file's to change
     for cls in filter(_is_law, list(vars(module).values())):
         copyreg.pickle(cls, _packed)  # a worker process knows the file, and not the module
     return module

@@ -67,7 +67,7 @@ def from_text(text: str, path: Path) -> Project:
     except ValueError as error:
         problems.append(Problem(*located.place(("gear", "name")), "gear.name", str(error)))
     else:
-        found = contradictions(spec, gear if isinstance(gear, Gear) else None)
+        found = contradictions(spec, gear if isinstance(gear, Gear) else None, located.content)
         problems += [Problem(*located.place(keys), name(keys), sentence) for keys, sentence in found]
     if problems or elsewhere or gear is None:
         raise ProjectError("\n".join(part for part in (problems and complaint(path, problems), elsewhere) if part))

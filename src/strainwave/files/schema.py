@@ -16,7 +16,7 @@ from ..model.laws.hysteresis import Parallel
 from ..model.laws.springs import Play
 from ..model.varying import GearDamping
 from ..quantities import checked
-from .entries import Wrong, about, number, read_ripples, refusal, whole
+from .entries import Wrong, about, number, phase, read_ripples, refusal, whole
 from .law_fields import Drag, GearLaw, Hysteresis
 from .loop_fields import Loop
 from .yaml_text import shown
@@ -64,7 +64,7 @@ Ripples = Annotated[Any, BeforeValidator(read_ripples)]
 Inertia = Annotated[float, _quantity("kg*m**2", "positive")]
 Speed = Annotated[float, _quantity("rad/s", "positive")]
 SpeedOrRest = Annotated[float, _quantity("rad/s", "not negative")]
-Angle = Annotated[float, _quantity("rad")]
+Phase = Annotated[float, BeforeValidator(phase)]
 Torque = Annotated[float, _quantity("N*m")]
 Order = Annotated[int, BeforeValidator(_order)]
 
@@ -230,7 +230,7 @@ class ErrorLine(Spec):
 
     order: Order
     amplitude: Annotated[float, _quantity("rad", "not negative")]
-    phase: Angle = 0.0
+    phase: Phase = 0.0
 
 
 class TorqueLine(Spec):
@@ -238,7 +238,7 @@ class TorqueLine(Spec):
 
     order: Order
     amplitude: Annotated[float, _quantity("N*m", "not negative")]
-    phase: Angle = 0.0
+    phase: Phase = 0.0
 
 
 class TorqueRange(Spec):

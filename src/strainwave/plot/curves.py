@@ -64,11 +64,21 @@ def draw_response(axes: Any, found: ExactResponse) -> None:
 
 
 def draw_drive(axes: Any, found: DriveResponse) -> None:
-    """Draw the oscillation of the error of a drive over its speed."""
+    """Draw the oscillation of the error of a drive over its speed, and below it the torque in the gear.
+
+    The torque is on axes of its own, at the lower end of those given, which become as much shorter.
+    """
     size, unit = angle_unit(found.oscillation)
     _draw_stability(axes, found.omega, found.oscillation / size, found.stable, f"oscillation of the {found.name}")
     axes.set(xlabel=_speed("omega"), ylabel=f"largest |error - mean| ({unit})")
     axes.legend(fontsize=8, frameon=False)
+    left, bottom, width, height = axes.get_position().bounds
+    axes.set_position((left, bottom + 0.42 * height, width, 0.58 * height))
+    below = axes.figure.add_axes((left, bottom, width, 0.38 * height), sharex=axes)
+    _draw_stability(below, found.omega, found.torque, found.stable, "torque")
+    below.set(xlabel=_speed("omega"), ylabel="torque in the gear (N m)", ylim=(0.0, None))
+    axes.tick_params(labelbottom=False)
+    axes.xaxis.label.set_visible(False)
 
 
 def draw_slow_response(axes: Any, found: SlowResponse) -> None:

@@ -1,6 +1,7 @@
 """`strainwave sweep` over the numbers of a project file follows the whole drive."""
 
 import json
+import math
 import subprocess
 import sys
 
@@ -73,7 +74,10 @@ def test_the_largest_error_is_that_of_the_response_of_each_file(drive):
     top = max(peaks, key=peaks.get)
     assert largest["largest"] == peaks[top]
     assert tuple(largest["largest_at"].values()) == top
-    assert invoke(drive, "--grid", "load.inertia=1 kg*m^2:2 kg*m^2:2", "--grid", "damping.ratio=3 %,4 %").exit_code == 0
+    text = invoke(drive, "--grid", "load.inertia=1 kg*m^2:2 kg*m^2:2", "--grid", "damping.ratio=3 %,4 %").stdout
+    rpm = largest["largest_speed"] * 30.0 / math.pi
+    assert f"(at {rpm:.5g} rpm at the motor)" in text
+    assert "rad/s" not in text
 
 
 def test_numbers_without_a_unit_are_refused_with_an_example(drive):

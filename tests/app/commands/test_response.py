@@ -52,6 +52,15 @@ def folds_by_fine_balance(path):
 
 
 @pytest.mark.interpreted
+def test_folds_and_jumps_are_told_apart_in_words(project):
+    data, text = json.loads(invoke(project, "--json").stdout), invoke(project).stdout
+    first, second = (f"{speed:.5g}" for speed in data["fold_speeds"])
+    up, down = (f"{data[f'jump_{way}_speed']:.5g}" for way in ("up", "down"))
+    assert f"  folds, where the curve turns: {first}, {second} rpm at the load\n" in text
+    assert f", the error jumps up at {up} and drops at {down}\n" in text
+
+
+@pytest.mark.interpreted
 def test_folds_and_jumps_are_told_at_the_shaft_of_the_project(project):
     result = invoke(project, "--json")
     assert result.exit_code == 0, result.stderr

@@ -12,6 +12,7 @@ from strainwave.app.report.sections.opening import Opening
 from strainwave.app.report.sections.resonances import jump_verdict, peak_verdict, resonance_lines
 from strainwave.app.report.sections.stability import Stability
 from strainwave.app.report.sections.warnings import warnings
+from strainwave.app.report.sections.whole_train import WholeTrain
 from strainwave.app.units import AngleUnit
 from strainwave.app.view import View
 from strainwave.speeds import Speeds
@@ -192,3 +193,24 @@ def test_remedies_are_told_with_their_effect_and_none_is_recommended_that_makes_
         "of 1337."
     )
     assert advised(((135.0, 155.0),), 1e-3, 1e-4, (worse,))["remedy_sentence"].startswith("None of them")
+
+
+def test_remedies_that_change_nothing_are_named_apart_from_what_helps():
+    better = Remedy("damping of the gear", 0.1, 0.0, 0.9, 140.0)
+    same = Remedy("load inertia", -0.1, 0.0, 1.004, 140.0)
+    said = advised(((135.0, 155.0),), 1e-3, 1e-4, (better, same))["remedy_sentence"]
+    assert said == (
+        "Most helpful: 10 % more damping of the gear. Computed again with one thing changed at a time: 10 % more "
+        "damping of the gear: 10 % less oscillation. These change nothing: 10 % less load inertia."
+    )
+    assert advised(((135.0, 155.0),), 1e-3, 1e-4, (same,))["remedy_sentence"] == (
+        "None of them makes it smaller. These change nothing: 10 % less load inertia."
+    )
+
+
+def test_the_modes_of_a_train_are_told_with_the_load_angle_that_they_belong_to():
+    train = {"parts": "two", "curve": {"all_stable": True}, "modes": [{"hertz": 12.0, "damping_ratio": 0.05}]}
+    assert WholeTrain().lines(None, {"train": train, "reduction": None}) == [
+        "whole drive train: two",
+        "its modes at the operating point, at a load angle of 0 (damping ratio): 12 Hz (5 %)",
+    ]

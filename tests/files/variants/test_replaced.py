@@ -6,7 +6,8 @@ import pytest
 from twelve_projects import PROJECTS
 
 import strainwave as sw
-from strainwave.files.reading import from_text
+from strainwave.files.reading import from_text, read_project
+from strainwave.files.variants.replaced import replaced
 
 
 @pytest.fixture
@@ -75,3 +76,13 @@ def test_what_the_file_may_not_have_is_refused_in_its_own_sentence(read, project
         sw.replaced(read(PROJECTS[project]), values)
     assert "\n" not in str(error.value)
     assert "drive.yaml" not in str(error.value)
+
+
+@pytest.mark.parametrize(("shaft", "factor"), [("motor", 1.0), ("load", 100.0 / 50.0)])
+def test_another_ratio_keeps_the_speeds_of_the_shaft_that_has_them(tmp_path, shaft, factor):
+    path = tmp_path / "drive.yaml"
+    path.write_text(PROJECTS["catalogue gear, motor not named"], encoding="utf-8")
+    project = replaced(read_project(path), {"speed.shaft": shaft})
+    assert project.drive.N == 50.0
+    other = replaced(project, {"gear": "CSG-40-100"})
+    assert other.speeds.limits == pytest.approx([factor * omega for omega in project.speeds.limits], rel=1e-14)

@@ -9,8 +9,10 @@ from scipy import stats
 from twelve_projects import PROJECTS
 
 import strainwave as sw
+from strainwave.files import yaml_text
 from strainwave.files.reading import ProjectError, from_text
-from strainwave.files.variants.scatter import clopper_pearson, drawn, nominal_of
+from strainwave.files.variants.names import nominal_of
+from strainwave.files.variants.scatter import clopper_pearson, drawn
 
 OMEGA = np.linspace(100.0, 200.0, 4001)
 
@@ -66,10 +68,11 @@ def test_the_interval_is_where_binomial_tails_reach_their_share(hits, count):
 
 def test_a_catalogue_gear_scatters_about_its_record(read):
     project = read(PROJECTS["catalogue gear, motor not named"])
-    assert nominal_of(project, "gear.K1") == (project.gear.law.K1, "N*m/rad")
-    assert nominal_of(project, "gear.T2") == (project.gear.law.T2, "N*m")
-    assert nominal_of(project, "load.inertia") == (1.3, "kg*m^2")
-    assert nominal_of(project, "kinematic_error.1.amplitude") == (3.0, "arcsec")
+    content = yaml_text.read(project.text).content
+    assert nominal_of(content, project.gear, "gear.K1") == (project.gear.law.K1, "N*m/rad")
+    assert nominal_of(content, project.gear, "gear.T2") == (project.gear.law.T2, "N*m")
+    assert nominal_of(content, project.gear, "load.inertia") == (1.3, "kg*m^2")
+    assert nominal_of(content, project.gear, "kinematic_error.1.amplitude") == (3.0, "arcsec")
 
 
 def test_the_file_holds_the_scatter(read):
@@ -86,11 +89,23 @@ def test_the_file_holds_the_scatter(read):
         ("", {}, r"drive\.yaml has no scatter; write for example 'scatter: \{load\.inertia: 5 %\}'"),
         ("scatter: {load.inertia: 5 %}\n", {}, "has no limit; write for example"),
         ("scatter: {load.inertia: 5 %}\n", {"limit": 1e-4, "count": 31}, "count is 31; it must be at least 32"),
-        ("scatter: {load.inertias: 5 %}\n", {"limit": 1e-4}, r"scatter: load\.inertias is no number of drive\.yaml"),
-        ("scatter: {damping.ratio: 5 %}\n", {"limit": 1e-4}, r"scatter: damping\.ratio is no number of"),
-        ("scatter: {nothing: 5 %}\n", {"limit": 1e-4}, "the project file has no 'nothing'"),
     ],
 )
 def test_what_is_missing_is_told_in_one_sentence(read, more, options, said):
     with pytest.raises(ValueError, match=said):
         sw.exceedance(read(LINEAR + more), **options)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("load.inertias", "load.inertias is no number of this file; write the number it scatters about, too"),
+        ("damping.ratio", "damping.ratio is no number of this file; write the number it scatters about, too"),
+        ("nothing", "the project file has no 'nothing'; its numbers are gear.ratio"),
+    ],
+)
+def test_a_name_of_the_scatter_that_the_file_does_not_have_is_refused_when_it_is_read(read, name, said):
+    with pytest.raises(ProjectError) as refusal:
+        read(LINEAR + f"scatter: {{{name}: 5 %, load.inertia: 3 %}}\n")
+    (line,) = str(refusal.value).splitlines()
+    assert f": scatter.{name}: {said}" in line

@@ -286,3 +286,8 @@ def test_a_general_system_with_corners_has_the_folds_and_multipliers_of_its_erro
         other = sw.find_orbit(oscillator._replace(omega=omega), harmonics=9)
         assert orbit.peak == pytest.approx(other.peak, rel=1e-8)
         assert np.sort_complex(orbit.multipliers) == pytest.approx(np.sort_complex(other.multipliers), rel=1e-7)
+
+
+def test_a_curve_without_a_point_ends_with_a_sentence():
+    problem = first_order(DUFFING, 4, 4, 3)
+    assert problem.displacements(np.empty((0, problem.size() + 1))).shape == (0, 7)

@@ -133,3 +133,16 @@ def test_random_systems_reach_both_ends_of_their_range():
             unsound.append((seed, kind, fault))
     assert unsound == []
     assert len(lost) <= 1, lost
+
+
+def test_a_kinked_law_with_damping_beyond_every_float_lets_the_error_pass():
+    law = sw.PiecewiseLinear(1e5, 1.3e5, 1.5e5, 14.0, 48.0)
+    error = sw.KinematicError((sw.Line(2, 1e-4),))
+    system = sw.Oscillator(1.3, 1e9, law, sw.Harmonic(0.0, mean=20.0), 100.0, error)
+    branch = sw.frequency_response(system, (50.0, 300.0), harmonics=5)
+    # B (x' - e') outweighs the rest: x - e keeps its mean, and the slowest motion decays with K/B
+    np.testing.assert_allclose(branch.oscillation, 1e-4, rtol=1e-5)
+    assert branch.stable.all()
+    assert np.abs(branch.multipliers[:, 0]) == pytest.approx(
+        np.exp(-1.3e5 / 1e9 * 2.0 * np.pi / branch.omega), rel=1e-6
+    )

@@ -197,6 +197,16 @@ def test_torque_that_nothing_holds_is_told():
 
 
 @pytest.mark.slow
+def test_a_lagged_speed_loop_without_integral_part_begins_on_its_reference_and_gives_way():
+    # against a constant torque its speed falls by T/(N K_p); at first there is no deviation, so no torque of the loop
+    K_p, load = 0.1, 20.0
+    control = sw.Lagged(sw.SpeedLoop(K_p=K_p, K_i=0.0), 1e-3)
+    train = LINEAR.train(load_torque=sw.Harmonic(0.0, mean=-load), omega=100.0, control=control)
+    run = sw.drive_run(train, None, 0.3)
+    np.testing.assert_allclose(run.trajectory.y[:, 0], (load / 7160.0, 0.0, 0.0, 0.0, 0.0), rtol=1e-9, atol=1e-12)
+    assert run.trajectory.y[3, -1] == pytest.approx(-load / (50.0 * K_p), rel=1e-3)
+
+
 def test_torque_between_samples_counts_for_the_limits():
     # 600 N*m for 20 ms, more than the gear may carry, between two samples
     knock = sw.TorqueProfile((0.1, 0.11, 0.13, 0.14), (0.0, -600.0, -600.0, 0.0))

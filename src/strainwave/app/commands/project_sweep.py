@@ -8,10 +8,11 @@ import numpy as np
 
 from ...files.notes import load_remark
 from ...files.project import Project
-from ...files.variants.quantity import quantity
-from ...files.variants.replaced import keys_of, replaced
+from ...files.variants.names import keys_of, quantity
+from ...files.variants.replaced import replaced
 from ...files.yaml_text import read
 from ...quantities import convert
+from ...speeds import Speeds
 from ...study.analysis.train_curve import refuse_free
 from ..console import number, to_json
 from ..units import sign
@@ -57,7 +58,7 @@ def show(
         "store": str(output),
         "remarks": [*project.notes, *load_remark(project)],
     }
-    click.echo(to_json(report) if as_json else summary(report))
+    click.echo(to_json(report) if as_json else summary(report, project.speeds))
 
 
 def of_file(project: Project, name: str) -> bool:
@@ -132,8 +133,9 @@ def _at(value: Any) -> str:
     return f"{text} {sign(value.attrs.get('units', ''))}".rstrip()
 
 
-def summary(report: dict[str, Any]) -> str:
-    """Return what was found as text."""
+def summary(report: dict[str, Any], speeds: Speeds) -> str:
+    """Return what was found as text: with the speed of the motor, as the ratio may vary, or of the forcing phase."""
+    shaft = "rpm at the motor" if speeds.by_motor else "rad/s of the forcing phase"
     over = ", ".join(f"{path} ({n})" for path, n in report["over"].items())
     lines = [f"{report['title']}: whole drive at {report['points']} points over {over}"]
     for name, known in report["variables"].items():
@@ -141,8 +143,8 @@ def summary(report: dict[str, Any]) -> str:
         for end in ("smallest", "largest"):
             value = number(convert(known[end], known["unit"], unit), DIGITS)
             place = ", ".join(f"{path} = {at}" for path, at in known[f"{end}_at"].items())
-            speed = number(known[f"{end}_speed"], DIGITS)
-            lines.append(f"  {WHAT[name]}, {end}: {value} {sign(unit)} with {place} (at {speed} rad/s)")
+            speed = number(speeds.scale * known[f"{end}_speed"], DIGITS)
+            lines.append(f"  {WHAT[name]}, {end}: {value} {sign(unit)} with {place} (at {speed} {shaft})")
     lines.append(f"  with jumps: {report['jumping']}, truncated: {report['truncated']}, failed: {report['failed']}")
     lines += [f"  {error}" for error in report["errors"]]
     lines += [f"  note: {remark}" for remark in report["remarks"]]

@@ -25,7 +25,7 @@ from ..units import angle_unit
 from .equation import remarks
 
 FIGURES = (".svg", ".png")
-JUMPS = {"up": "jump_up_speed", "down": "jump_down_speed"}
+JUMPS = {"jumps up": "jump_up_speed", "drops": "jump_down_speed"}
 
 
 def show(path: Path, output: Path | None, as_json: bool) -> None:
@@ -133,12 +133,12 @@ def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str
     else:
         lines.append(f"  {data['sweep']}")
     folds = ", ".join(number(speed, 5) for speed in data["fold_speeds"])
-    lines.append(f"  folds: {f'{folds} {unit}' if folds else 'none'}")
+    lines.append(f"  folds, where the curve turns: {f'{folds} {unit}' if folds else 'none'}")
     for band in data["hysteresis_bands"]:
         ends = f"{number(band['from_speed'], 5)} to {number(band['to_speed'], 5)} {unit}"
-        ways = [f"jump {way} at {number(band[key], 5)}" for way, key in JUMPS.items() if math.isfinite(band[key])]
+        ways = [f"{way} at {number(band[key], 5)}" for way, key in JUMPS.items() if math.isfinite(band[key])]
         beyond = "" if band["whole"] else "; a jump lies outside the range"
-        lines.append(f"  hysteresis: {ends}{', ' if ways else ''}{' and '.join(ways)}{beyond}")
+        lines.append(f"  hysteresis: {ends}{', the error ' if ways else ''}{' and '.join(ways)}{beyond}")
     if not data["hysteresis_bands"]:
         lines.append("  hysteresis: none")
     lines.append(f"  {data['harmonics']} harmonics; those left out hold {number(data['left_out_relative'], 2)}")

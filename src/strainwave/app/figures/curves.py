@@ -92,7 +92,7 @@ def draw_folds(panel: Panel, folds: list[float], heights: list[float], scale: fl
     """Rings at the folds with their speeds."""
     x = [scale * omega for omega in folds]
     if folds:
-        panel.points(x, heights, BLUE, "fold (jump)", "o", "#ffffff")
+        panel.points(x, heights, BLUE, "fold, where the curve turns", "o", "#ffffff")
     panel.notes += [Note(u, v, f"{u:.5g}") for u, v in zip(x, heights, strict=True)]
 
 

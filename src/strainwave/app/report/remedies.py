@@ -63,9 +63,14 @@ def _sentence(view: View, found: tuple[Remedy, ...], at: float) -> str:
     best, worst = found[0], worst_of(view.analysis.load_cases)
     helps = f"Most helpful: {more(best)}." if best.ratio < 1.0 - NOTHING else "None of them makes it smaller."
     under = "" if worst is None else f" under a load torque of {number(worst.torque)} N·m"
-    effects = Sentence("; ").join(_effect(remedy, at) for remedy in found[:FEW])
-    others = f"; {len(found) - FEW} more are in the table of the report" if len(found) > FEW else ""
-    return f"{helps} Computed again{under} with one thing changed at a time: " + effects + others + "."
+    matters = [remedy for remedy in found if abs(remedy.ratio - 1.0) > NOTHING]
+    without = ", ".join(more(remedy) for remedy in found if remedy not in matters)
+    none = f" These change nothing: {without}." if without else ""
+    if not matters:
+        return helps + none
+    effects = Sentence("; ").join(_effect(remedy, at) for remedy in matters[:FEW])
+    others = f"; {len(matters) - FEW} more are in the table of the report" if len(matters) > FEW else ""
+    return f"{helps} Computed again{under} with one thing changed at a time: " + effects + others + "." + none
 
 
 def _change(remedy: Remedy) -> str:
@@ -95,9 +100,7 @@ def _percent(change: float) -> str:
 
 def _effect(remedy: Remedy, at: float) -> str:
     change = 100.0 * (remedy.ratio - 1.0)
-    size = "the same"
-    if abs(change) > 100.0 * NOTHING:
-        size = f"{number(abs(change), 2)} % {'less' if change < 0.0 else 'more'}"
+    size = f"{number(abs(change), 2)} % {'less' if change < 0.0 else 'more'}"
     moved = abs(remedy.at / at - 1.0) > NOTHING and remedy.ratio > NOTHING
     where = ", at " + _speed(remedy.at) + " instead of " + _speed(at) if moved else ""
     held = ", within the limit" if remedy.exceeds is False else ""

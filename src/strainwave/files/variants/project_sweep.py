@@ -16,7 +16,7 @@ from ...study.analysis.train_curve import refuse_free
 from ...study.sweep.sweep import sweep
 from ..project import Project
 from ..reading import from_text
-from .quantity import quantity
+from .names import quantity
 from .replaced import replaced
 
 UNITS = {"peak": "rad", "peak_at": "rad/s", "oscillation": "rad", "oscillation_at": "rad/s", "torque": "N*m",

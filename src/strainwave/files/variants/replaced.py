@@ -10,16 +10,9 @@ from ...tree import is_model
 from ..entries import number
 from ..project import Project
 from ..reading import ProjectError, from_text
-from ..schema import ExcitationSpec, ExplicitGear, LoadSpec, MotorSpec, ProjectSpec, Spec
 from ..yaml_text import read
+from .names import Keys, keys_of, numbers_of
 
-Keys = tuple[str, ...]
-
-GROUPS: dict[str, type[Spec]] = {
-    "motor": MotorSpec,
-    "load": LoadSpec,
-    "excitation": ExcitationSpec,
-}  # whose names may be left out
 OF_RECORD = {"K1": "N*m/rad", "K2": "N*m/rad", "K3": "N*m/rad", "T1": "N*m", "T2": "N*m"}  # of a catalogue gear's law
 PLACE = re.compile(r"^.*?:\d+:\d+: ", re.MULTILINE)  # of a complaint, in a file that nobody wrote
 
@@ -60,30 +53,6 @@ def replaced(project: Project, values: Mapping[str, str]) -> Project:
     except ProjectError as error:
         raise ValueError("; ".join(PLACE.sub("", str(error)).splitlines())) from None
     return _with_law(found, of_record) if of_record else found
-
-
-def keys_of(content: dict[str, Any], path: str) -> Keys:
-    """Where a name of the file stands in its content (ValueError)."""
-    keys = tuple(path.strip().split("."))
-    groups = [group for group, spec in GROUPS.items() if keys[0] in spec.model_fields]
-    if keys[0] not in ProjectSpec.model_fields:
-        if len(groups) > 1:
-            said = " or ".join(f"{group}.{path}" for group in groups)
-            raise ValueError(f"{path!r} is in several groups of the file; write {said}")
-        if not groups:
-            raise ValueError(f"the project file has no {path!r}; its numbers are {', '.join(numbers_of(content))}")
-        keys = (groups[0], *keys)
-    gear = content.get("gear")
-    if keys[0] == "gear" and len(keys) == 2 and isinstance(gear, dict) and keys[1] not in ExplicitGear.model_fields:
-        keys = ("gear", "law", keys[1]) if "law" in gear else keys
-    return ("speed", "at") if keys == ("speed",) else keys
-
-
-def numbers_of(content: Any, before: str = "") -> list[str]:
-    """Names of the numbers that a file gives, by their paths."""
-    items = content.items() if isinstance(content, dict) else enumerate(content) if isinstance(content, list) else ()
-    found = [name for key, value in items for name in numbers_of(value, f"{before}.{key}" if before else str(key))]
-    return found or ([before] if isinstance(content, str) and re.match(r"[-+.]?\d", content) else [])
 
 
 def _set(content: dict[str, Any], path: str, keys: Keys, text: str) -> None:

@@ -16,8 +16,8 @@ from ...study.analysis.train_curve import refuse_free
 from ...study.variability.sensitivity import Ranking, ranking
 from ..project import Project
 from ..yaml_text import read
-from .quantity import quantity
-from .replaced import keys_of, replaced
+from .names import nominal_of
+from .replaced import replaced
 
 LEAST = 32  # drives, for an interval and a ranking to mean anything
 CUT = 3.0  # standard deviations: no drive is farther from its nominal value
@@ -139,7 +139,7 @@ def exceedance(
     Raises
     ------
     ValueError
-        If the project has no scatter or no limit, or a name of the scatter is no number of the file.
+        If the project has no scatter or no limit.
 
     References
     ----------
@@ -155,7 +155,8 @@ def exceedance(
         raise ValueError(f"{project.path.name} has no limit; write for example 'limit: {{oscillation: 60 arcsec}}'")
     if project.train is not None:
         refuse_free(project.train)
-    nominal = {name: nominal_of(project, name) for name, _ in project.scatter}
+    content: Any = read(project.text).content
+    nominal = {name: nominal_of(content, project.gear, name) for name, _ in project.scatter}
     factors = drawn(project.scatter, count, seed)
     found, at, errors = np.full(count, np.nan), np.full(count, np.nan), dict[str, None]()
     for i in range(count):
@@ -181,25 +182,6 @@ def drawn(scatter: tuple[tuple[str, float], ...], count: int, seed: int) -> dict
     outside = float(ndtr(-CUT))
     z = ndtri(outside + (1.0 - 2.0 * outside) * uniform)
     return {name: 1.0 + share * z[:, i] for i, (name, share) in enumerate(scatter)}
-
-
-def nominal_of(project: Project, name: str) -> tuple[float, str]:
-    """Number and unit that a project file has for a name (ValueError); of a catalogue gear's law in SI."""
-    content: Any = read(project.text).content
-    here, keys = content, keys_of(content, name)
-    if project.gear is not None and keys[0] == "gear" and len(keys) == 2 and keys[1] in project.gear.law._fields:
-        return float(getattr(project.gear.law, keys[1])), "N*m" if keys[1].startswith("T") else "N*m/rad"
-    for key in keys:
-        if isinstance(here, list):
-            here = here[int(key)] if key.isdecimal() and int(key) < len(here) else None
-        else:
-            here = here.get(key) if isinstance(here, dict) else None
-    value, unit = quantity(here) if isinstance(here, str) else (None, "")
-    if value is None:
-        raise ValueError(
-            f"scatter: {name} is no number of {project.path.name}; write the number it scatters about, too"
-        )
-    return value, unit
 
 
 def clopper_pearson(hits: int, count: int) -> tuple[float, float]:

@@ -75,7 +75,8 @@ class FirstOrder(NamedTuple):
 
     def series(self, points: Floats) -> Floats:
         """Coefficients (points, states, 2H+1), in blocks and in the states' own units."""
-        return np.asarray(points[:, :-1].reshape(len(points), len(self.sizes), -1) * self.sizes[:, None])
+        width = (points.shape[1] - 1) // len(self.sizes)
+        return np.asarray(points[:, :-1].reshape(len(points), len(self.sizes), width) * self.sizes[:, None])
 
     def displacements(self, points: Floats) -> Floats:
         """Coefficients (points, 2H+1) of the first state in blocks."""

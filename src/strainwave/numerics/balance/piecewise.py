@@ -207,12 +207,14 @@ class Crossings(NamedTuple):
 
 @routine
 def free_motion(q: float, t: float) -> Any:
-    """Return cos(sqrt(q) t), sin(sqrt(q) t)/sqrt(q) and q; hyperbolic for q < 0."""
+    """Return cos(sqrt(q) t), sin(sqrt(q) t)/sqrt(q) and q; hyperbolic for q < 0, infinite where no float holds them."""
     if q > 0.0:
         root = q**0.5
         return math.cos(root * t), math.sin(root * t) / root, q
     if q < 0.0:
         root = (-q) ** 0.5
+        if root * t > 700.0:  # Python raises here
+            return math.inf, math.inf, q
         return math.cosh(root * t), math.sinh(root * t) / root, q
     return 1.0, t, q
 

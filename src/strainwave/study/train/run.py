@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...law import depends, torque_of
+from ...law import depends, states_of, torque_of
 from ...model.excitation import Harmonic
 from ...model.gears.gear import Gear
 from ...model.gears.limits import Finding, check_limits
@@ -249,8 +249,9 @@ def waiting(train: DriveTrain, t: float) -> Floats:
     """
     phase = train.omega * np.nextafter(t, -np.inf)
     angle, speed = float(train.reference.value(phase)), float(train.omega * train.reference.slope(phase))
-    begun = _begun(train, phase)
+    begun, left_out = _begun(train, phase), 0
     if not _holds_its_place(train.motor):
+        left_out = states_of(train.motor.control)  # 0, as there is no deviation yet
         begun = begun._replace(motor=begun.motor._replace(control=FREE))
     try:
         state = operating_state(begun, speed, angle=angle)
@@ -259,7 +260,7 @@ def waiting(train: DriveTrain, t: float) -> Floats:
     if speed:  # at standstill it is in the state already
         state[0] += train.error.value(angle)
         state[1] += train.error.slope(angle) * speed
-    return state
+    return np.insert(state, 4, np.zeros(left_out)) if left_out else state
 
 
 def _holds_its_place(motor: Motor) -> bool:

@@ -67,7 +67,7 @@ class WholeTrain:
         damped = [f"{number(m['hertz'], 3)} Hz ({percent(m['damping_ratio'], 2)})" for m in train["modes"]]
         said = [
             f"whole drive train: {train['parts']}",
-            f"its modes at the operating point (damping ratio): {', '.join(damped) or 'none'}",
+            f"its modes at the operating point, at a load angle of 0 (damping ratio): {', '.join(damped) or 'none'}",
         ]
         if not train["curve"]["all_stable"]:
             said.append("part of its curve is unstable")

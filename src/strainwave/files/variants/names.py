@@ -1,0 +1,64 @@
+"""Names of the numbers of a project file, as a sweep and a scatter use them, and where they stand in its content."""
+
+import re
+from typing import Any
+
+from ...model.gears.gear import Gear
+from ...units import NUMBER
+from ..schema import ExcitationSpec, ExplicitGear, LoadSpec, MotorSpec, ProjectSpec, Spec
+
+Keys = tuple[str, ...]
+
+GROUPS: dict[str, type[Spec]] = {
+    "motor": MotorSpec,
+    "load": LoadSpec,
+    "excitation": ExcitationSpec,
+}  # whose names may be left out
+
+
+def keys_of(content: dict[str, Any], path: str) -> Keys:
+    """Where a name of the file stands in its content (ValueError)."""
+    keys = tuple(path.strip().split("."))
+    groups = [group for group, spec in GROUPS.items() if keys[0] in spec.model_fields]
+    if keys[0] not in ProjectSpec.model_fields:
+        if len(groups) > 1:
+            said = " or ".join(f"{group}.{path}" for group in groups)
+            raise ValueError(f"{path!r} is in several groups of the file; write {said}")
+        if not groups:
+            raise ValueError(f"the project file has no {path!r}; its numbers are {', '.join(numbers_of(content))}")
+        keys = (groups[0], *keys)
+    gear = content.get("gear")
+    if keys[0] == "gear" and len(keys) == 2 and isinstance(gear, dict) and keys[1] not in ExplicitGear.model_fields:
+        keys = ("gear", "law", keys[1]) if "law" in gear else keys
+    return ("speed", "at") if keys == ("speed",) else keys
+
+
+def numbers_of(content: Any, before: str = "") -> list[str]:
+    """Names of the numbers that a file gives, by their paths."""
+    items = content.items() if isinstance(content, dict) else enumerate(content) if isinstance(content, list) else ()
+    found = [name for key, value in items for name in numbers_of(value, f"{before}.{key}" if before else str(key))]
+    return found or ([before] if isinstance(content, str) and re.match(r"[-+.]?\d", content) else [])
+
+
+def quantity(text: str) -> tuple[float | None, str]:
+    """Number of a text and the unit after it; None of a word."""
+    plain = " ".join(text.split())
+    found = NUMBER.match(plain)
+    return (float(found.group()), plain[found.end() :].strip()) if found else (None, "")
+
+
+def nominal_of(content: dict[str, Any], gear: Gear | None, name: str) -> tuple[float, str]:
+    """Number and unit that the content of a file has for a name (ValueError); of a catalogue gear's law in SI."""
+    here: Any = content
+    keys = keys_of(content, name)
+    if gear is not None and keys[0] == "gear" and len(keys) == 2 and keys[1] in gear.law._fields:
+        return float(getattr(gear.law, keys[1])), "N*m" if keys[1].startswith("T") else "N*m/rad"
+    for key in keys:
+        if isinstance(here, list):
+            here = here[int(key)] if key.isdecimal() and int(key) < len(here) else None
+        else:
+            here = here.get(key) if isinstance(here, dict) else None
+    value, unit = quantity(here) if isinstance(here, str) else (None, "")
+    if value is None:
+        raise ValueError(f"{name} is no number of this file; write the number it scatters about, too")
+    return value, unit
