@@ -1,4 +1,4 @@
-"""The largest value of a Fourier series over its period, between all samples.
+"""The largest value over a period, between all samples: of a Fourier series, and of any values.
 
 Coefficients are listed as results have them: mean, cos 1, sin 1, cos 2, sin 2, ...
 """
@@ -38,3 +38,19 @@ def oscillation(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
     waves = coefficients.copy()
     waves[:, 0] = 0.0
     return largest_size(waves)
+
+
+def largest_of_samples(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Largest absolute values (n,) over a period of what has these samples (n, places), equally spaced.
+
+    That is the vertex of the parabola through the largest sample and those beside it, or that sample where the bends
+    there and next to it differ by more than a factor of 2, as beside a jump or a corner.
+    """
+    sizes = np.abs(values)
+    places = np.argmax(sizes, axis=1)[:, None] + np.arange(-2, 3)
+    near = np.take_along_axis(sizes, places % sizes.shape[1], axis=1)
+    bends = 2.0 * near[:, 1:4] - near[:, :3] - near[:, 2:]
+    low, high = np.min(bends, axis=1), np.max(bends, axis=1)
+    smooth = (low > 0.0) & (high <= 2.0 * low)
+    rise = (near[:, 3] - near[:, 1]) ** 2 / (8.0 * np.where(smooth, bends[:, 1], 1.0))
+    return np.asarray(near[:, 2] + np.where(smooth, rise, 0.0))

@@ -286,3 +286,14 @@ def test_a_guess_that_does_not_repeat_within_the_turn_is_not_folded():
     other = sw.find_orbit(whole, harmonics=7)
     assert orbit.amplitude(2) == pytest.approx(other.amplitude(2), rel=1e-4)
     assert orbit.amplitude(1) < 1e-9 * orbit.amplitude(2)
+
+
+@pytest.mark.parametrize("order", [3, 64, 128])
+def test_a_motor_that_nothing_holds_is_in_balance_under_a_line_of_any_order_without_mean(order):
+    free = train(sw.Free(), error=sw.NoError(), mean=0.0, lines=(order,))
+    smooth = free._replace(
+        motor=free.motor._replace(drag=sw.Viscous(0.0)), load=free.load._replace(drag=sw.Viscous(0.0))
+    )
+    assert smooth.linear_part() is not None
+    pulled = smooth.load._replace(excitation=sw.Harmonic(3.0, order, mean=0.1))
+    assert smooth._replace(load=pulled).linear_part() is None

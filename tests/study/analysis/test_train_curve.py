@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 import strainwave as sw
 from strainwave.model.train.train_forms import AtLoad, own_state
@@ -32,6 +33,13 @@ def at_the_load(omega):
     return np.abs(np.linalg.solve(matrix, np.array([gear * A, 0.0])))
 
 
+def gear_phasor(w):
+    """Complex amplitude of x across the gear, motor held, of the line of the error at w [rad/s]."""
+    gear, coupling = K + 1j * w * B, K_C + 1j * w * B_C
+    matrix = np.array([[gear + coupling - J_1 * w * w, -coupling], [-coupling, coupling - J_2 * w * w]])
+    return np.linalg.solve(matrix, np.array([gear * A, 0.0]))[0]
+
+
 def test_the_curve_of_a_linear_train_is_that_of_linear_algebra_with_the_twist_of_the_coupling():
     found = train_curve(train(), (80.0, 140.0))
     curve = found.response.curve
@@ -47,10 +55,32 @@ def test_the_curve_of_a_linear_train_is_that_of_linear_algebra_with_the_twist_of
 
 def test_the_largest_oscillation_is_that_of_the_curve():
     speed, size = largest_oscillation(train(), (90.0, 130.0), 8)
-    fine = np.linspace(90.0, 130.0, 4001)
-    exact = np.array([at_the_load(w)[1] for w in fine])
-    assert size == pytest.approx(np.max(exact), rel=1e-3)
-    assert speed == pytest.approx(fine[np.argmax(exact)], rel=2e-3)
+    exact = minimize_scalar(
+        lambda w: -at_the_load(w)[1], bounds=(100.0, 115.0), method="bounded", options={"xatol": 1e-9}
+    )
+    assert size == pytest.approx(-exact.fun, rel=1e-10)
+    assert speed == pytest.approx(exact.x, rel=1e-5)
+
+
+def test_the_crests_of_the_error_and_of_its_oscillation_are_on_the_curve():
+    twist = 30.0 / K + 30.0 / K_C
+    curve = train_curve(train(mean=-30.0), (80.0, 140.0)).curve
+    exact = minimize_scalar(
+        lambda w: -at_the_load(w)[1], bounds=(100.0, 115.0), method="bounded", options={"xatol": 1e-9}
+    )
+    assert np.max(curve.oscillation) == pytest.approx(-exact.fun, rel=1e-10)
+    assert np.max(curve.peak) == pytest.approx(twist - exact.fun, rel=1e-10)
+
+
+def test_a_fast_line_of_the_error_is_not_sampled_too_coarsely():
+    held = train()._replace(error=sw.KinematicError((sw.Line(62, A),)))
+    found = train_curve(held, (2.6, 4.5))
+    exact = np.array([at_the_load(31.0 * w) for w in found.omega])
+    assert found.across == pytest.approx(exact[:, 0], rel=1e-8)
+    w = 62.0 * found.omega
+    across = [gear_phasor(x) for x in w]
+    torque = np.abs([(K + 1j * x * B) * (q - A) for x, q in zip(w, across, strict=True)])
+    assert found.torque == pytest.approx(torque, rel=1e-4)
 
 
 def test_the_state_at_the_load_moves_as_that_of_the_train():

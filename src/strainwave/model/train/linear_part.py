@@ -6,13 +6,14 @@ coordinates has the inertia J a a^T, and so on. The twists that laws see come fi
 kinematic error follows it.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...law import depends, states_of, torque_of, z_rate_of
-from ...protocols import lacking
+from ...protocols import lacking, orders_of
 from ...results import Floats
 from ..excitation import NoError
 from .controls import Free, Nudged, PositionLoop, SpeedLoop, inertia_of
@@ -20,7 +21,7 @@ from .motion import AtRest, Steady
 from .shafts import Motor
 
 SIZES = (1e-9, 1e-3, 1.0, 1e3)  # twists [rad] and speeds [rad/s] at which a law is asked whether it is linear
-ROUNDING = 1e-12
+ROUNDING, FEWEST = 1e-12, 64  # of torques in balance, and places of a turn where their mean is taken
 WEAK = 1e-3  # of the base speed: loop that moves the multiplier 1 of a mean that nothing holds just below 1
 
 
@@ -155,8 +156,9 @@ def _in_balance(part: TrainPart) -> bool:
     """Whether the mean torques on a motor that nothing holds leave its mean speed alone; with an error they do not."""
     if part.follows or part.per_speed[part.loose] != 0.0:
         return False
-    angles = 2.0 * np.pi * np.arange(64) / 64
     motor, load = part.train.motor.excitation, part.train.load.end().excitation
+    places = FEWEST + 2 * math.ceil(max((0.0, *orders_of(motor), *orders_of(load))))  # no order repeats at all of them
+    angles = 2.0 * np.pi * np.arange(places) / places
     shares = (
         part.motor[part.loose] * np.mean(motor.torque(angles)),
         part.load[part.loose] * np.mean(load.torque(angles)),

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from ...compile.jit import borrowed, kernel_as, routine
 from ...results import Floats
+from ...series import largest_size
 from ...tree import with_leaf
-from ..balance.fourier import synthesis
+from ..balance.fourier import from_blocks, synthesis
 from ..balance.linear_algebra import add, row_times
 from ..balance.rates import base_speed
 from ..balance.second_order import SecondOrder
@@ -194,9 +195,4 @@ def orbit_scales(problem: Any, values: Floats) -> tuple[Floats, Floats]:
 
 def displacement_peaks(series: Floats) -> Floats:
     """Largest absolute value over a period of every series (rows of coefficients in blocks)."""
-    h = series.shape[1] // 2
-    samples = series @ synthesis(h, 128 * h)
-    best = np.argmax(np.abs(samples), axis=1)
-    return np.array(
-        [_refined(x, h, 1, np.pi * b / (64 * h), row[b]) for x, b, row in zip(series, best, samples, strict=True)]
-    )
+    return largest_size(from_blocks(series.T).T)

@@ -7,11 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...model.gears.limits import cubic_mean
-from ...numerics.balance.fourier import to_blocks
-from ...numerics.stability.second_order import displacement_peaks
 from ...records import Labelled, Result
 from ...results import Branch, Floats, Orbit, Status
 from ...sentences import on_screen
+from ...series import largest_of_samples, oscillation
 from ..response.response import ExactResponse
 from .usage import Usage
 
@@ -139,13 +138,9 @@ def of_equation(system: Any, exact: ExactResponse, has_reference: bool = True) -
     """Motions of an error equation with its response: a rigid load, and a motor that is held, or free."""
     torque = exact.torque(system)
     means = np.array([cubic_mean(row) for row in torque])
-    return DriveResponse(exact, exact.curve.peak, np.max(np.abs(torque), axis=1), means, has_reference)
+    return DriveResponse(exact, exact.curve.peak, largest_of_samples(torque), means, has_reference)
 
 
 def oscillations(curve: Branch) -> Floats:
     """Largest |x - mean| [rad] over a period, at every point of a curve."""
-    if not np.any(np.abs(curve.coefficients[:, 0]) > 1e-6 * curve.peak):
-        return curve.peak
-    series = to_blocks(curve.coefficients.T).T.copy()
-    series[:, 0] = 0.0
-    return displacement_peaks(series)
+    return oscillation(curve.coefficients)

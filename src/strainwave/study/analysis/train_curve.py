@@ -16,7 +16,8 @@ from ...numerics.balance.first_order import FirstOrder, first_order
 from ...numerics.balance.fourier import from_blocks, stretched, synthesis
 from ...numerics.balance.rates import rates_at
 from ...numerics.balance.truncation import MATTERS, Tail
-from ...numerics.continuation.describe import describe, with_top
+from ...numerics.continuation.crests import with_crests
+from ...numerics.continuation.describe import describe
 from ...numerics.continuation.trace import Trace
 from ...numerics.curves.elsewhere import with_others
 from ...numerics.curves.response import traced
@@ -24,6 +25,7 @@ from ...numerics.stability.second_order import displacement_peaks
 from ...protocols import Balance
 from ...results import Floats
 from ...sentences import listed
+from ...series import largest_of_samples, oscillation
 from ...tree import leaf_of
 from ..response.jumps import jumps
 from ..response.response import ExactResponse
@@ -34,7 +36,7 @@ POINTS, FEW = 60, 24  # about so many, and more where the curve bends; and for a
 PER_ORDER, WITH_KINKS = 4, 8  # harmonics to begin with per order of the excitation; and at least, with breakpoints
 MOST = 64  # at most, or two beyond the highest order
 LOOKED_AT, SAME = 12, 1e-9  # places of a turn, and the relative difference of rates that act alike there
-SAMPLES = 512  # of a turn, for its largest torque
+SAMPLES, FEWEST = 32, 8  # of a period of the highest harmonic, or of this one, for the largest torque
 
 NO_MOTION = (
     "the whole drive has no stable steady motion that repeats with every turn in this range; `strainwave analyze` has "
@@ -67,7 +69,7 @@ def train_curve(
     problem, found, tail, origin = traced_train(system, speeds, POINTS, harmonics, coexisting)
     if not len(found.points):
         return None
-    points, labels = with_top(problem, found.points, found.labels)
+    points, labels = with_crests(problem, found.points, found.labels)
     found = with_changes(found, points=points, labels=labels)
     curve = describe(problem, "omega", found, tail, origin, locate=False)
     curve = with_others(problem, curve, found.elsewhere, [])
@@ -75,9 +77,7 @@ def train_curve(
         response = ExactResponse(curve, jumps(curve))
     except ValueError:  # nothing stable to follow
         return None
-    rows = displacements(problem, found.points)
-    at = [int(np.argmin(np.max(np.abs(rows - row), axis=1))) for row in curve.coefficients]
-    flow, orbits, times = problem.disturbed(found.points[at])
+    flow, orbits, times = problem.disturbed(points)
     strain = _strain(system, orbits[:, -1], flow.series(orbits), 2.0 * np.pi / times)
     return DriveResponse(response, *strain, not train.motor.free, follows_its_angle(train))
 
@@ -112,10 +112,9 @@ def largest_oscillation(
     problem, found, _, _ = traced_train(system, speeds, FEW, harmonics, coexisting)
     if not len(found.points):
         return None
-    series = problem.displacements(found.points)
-    series[:, 0] = 0.0
-    sizes = displacement_peaks(series)
-    return float(found.points[np.argmax(sizes), -1]), float(np.max(sizes))
+    points, _ = with_crests(problem, found.points, found.labels)
+    sizes = oscillation(from_blocks(problem.displacements(points).T).T)
+    return float(points[np.argmax(sizes), -1]), float(np.max(sizes))
 
 
 def follows_its_angle(train: DriveTrain) -> bool:
@@ -193,20 +192,16 @@ def _over_a_turn(problem: FirstOrder, found: Trace, g: int) -> tuple[FirstOrder,
     return whole, with_changes(found, points=np.array(points).reshape(-1, whole.size() + 1), elsewhere=elsewhere)
 
 
-def displacements(problem: Balance, points: Floats) -> Floats:
-    """Coefficients (points, 2H+1) of the first state: mean, cos 1, sin 1, ..."""
-    return from_blocks(problem.displacements(points).T).T
-
-
 def _strain(system: AtLoad, omega: Floats, series: Floats, turn: float) -> tuple[Floats, Floats, Floats]:
     """What motions ask of the gear: the largest |x| across it [rad], the largest torque and its cubic mean [N*m].
 
     They repeat after `turn` [rad].
     """
-    angles = turn * np.arange(SAMPLES) / SAMPLES
-    y = np.moveaxis(series @ synthesis(series.shape[2] // 2, SAMPLES), 1, 0)
-    own = own_state(system, tuple(y))
+    own = np.array(own_state(system, tuple(np.moveaxis(series, 1, 0))))  # linear in the state, so of coefficients too
+    h = series.shape[2] // 2
+    samples = SAMPLES * max(h, FEWEST)
     each: Any = omega[:, None]
-    torque = np.asarray(turning(system._replace(omega=each)).torque(angles, own))
+    there = tuple(own @ synthesis(h, samples))
+    torque = np.asarray(turning(system._replace(omega=each)).torque(turn * np.arange(samples) / samples, there))
     means = np.array([cubic_mean(row) for row in torque])
-    return np.max(np.abs(own[0]), axis=1), np.max(np.abs(torque), axis=1), means
+    return displacement_peaks(own[0]), largest_of_samples(torque), means

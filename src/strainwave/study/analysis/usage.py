@@ -4,10 +4,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from ...model.gears.gear import Gear
 from ...model.gears.limits import Finding, check_limits, cubic_mean
+from ...series import largest_of_samples
 from ..response.response import ExactResponse
 from ..response.steady import SteadyMotion
 from .time_case import cycle_of
@@ -47,7 +46,7 @@ def usage(system: Any, exact: ExactResponse, motions: Iterable[SteadyMotion]) ->
     visited = exact.visited()
     if len(visited):
         found += zip(exact.curve.omega[visited], exact.torque(system)[visited], strict=True)
-    peak, at_peak = max((float(np.max(np.abs(torque))), float(omega)) for omega, torque in found)
+    peak, at_peak = max((float(largest_of_samples(torque[None])[0]), float(omega)) for omega, torque in found)
     mean, at_mean = max((cubic_mean(torque), float(omega)) for omega, torque in found)
     return Usage(peak, at_peak, mean, at_mean)
 

@@ -21,7 +21,7 @@ from .jumps import Jumps, jumps
 
 HARMONICS, WITH_KINKS, MOST = 7, 15, 63  # per turn for smooth laws, for laws with breakpoints, and at most
 POINTS = 100  # about so many, and more where the curve bends
-PER_HARMONIC = 16  # samples of a turn for its largest torque
+PER_HARMONIC, FEWEST = 32, 8  # samples of a period of the highest harmonic, or of this one, for the largest torque
 PLAIN_RUNS = 24  # of the solver without machine code, before it is made
 
 
@@ -73,7 +73,7 @@ class ExactResponse(Result):
         """Torque through the gear with its damping [N*m, output side] at every point (rows) and place of a turn."""
         coefficients, omega = self.curve.coefficients, self.curve.omega[:, None]
         k = np.arange(1, coefficients.shape[1] // 2 + 1)[:, None]
-        theta = np.linspace(0.0, 2.0 * np.pi, PER_HARMONIC * len(k), endpoint=False)
+        theta = np.linspace(0.0, 2.0 * np.pi, PER_HARMONIC * max(FEWEST, len(k)), endpoint=False)
         waves = np.stack([np.cos(k * theta), np.sin(k * theta)], axis=1).reshape(-1, len(theta))
         slopes = np.stack([-k * np.sin(k * theta), k * np.cos(k * theta)], axis=1).reshape(-1, len(theta))
         u = coefficients[:, :1] + coefficients[:, 1:] @ waves - system.error.value(theta)
