@@ -1,5 +1,6 @@
 """Compiled code: a user's classes, and what is said when something cannot be compiled."""
 
+import os
 import subprocess
 import sys
 from typing import NamedTuple
@@ -8,7 +9,6 @@ import pytest
 from scipy.special import erf
 
 import strainwave as sw
-from strainwave.compile import jit
 from strainwave.law import torsion
 
 
@@ -81,12 +81,6 @@ def test_law_that_cannot_be_compiled_runs_as_python(monkeypatch):
     assert sw.simulate(system, (0, 0), 1.0).y == pytest.approx(sw.simulate(same, (0, 0), 1.0).y, abs=1e-15)
 
 
-def test_axpy_works_on_tuples():
-    assert jit.axpy((1.0, 2.0), 0.5, (4.0, -2.0)) == (3.0, 1.0)
-    with pytest.raises(ValueError, match="zip"):
-        jit.axpy((1.0, 2.0, 3.0), 0.5, (4.0, 5.0))
-
-
 def test_torsion_is_the_first_state_where_the_system_defines_none():
     class Free(NamedTuple):
         def rhs(self, phase, y):
@@ -107,3 +101,29 @@ def test_kernels_of_a_module_that_is_imported_later_are_known_to_code_made_befor
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-500:]
+
+
+@pytest.mark.compiled
+def test_law_that_prints_does_so_in_code_made_now_and_in_code_from_disk(tmp_path):
+    """What a function inside a kernel has of Python, the text that it prints, is given to the kernel."""
+    law = tmp_path / "loud.py"
+    law.write_text(
+        "from typing import NamedTuple\n"
+        "import strainwave as sw\n"
+        "class Loud(NamedTuple):\n"
+        "    K: float\n"
+        "    def torque(self, x):\n"
+        "        if x > 0.5:\n"
+        "            print('torsion', x)\n"
+        "        return self.K * x\n"
+        "system = sw.Oscillator(1.0, 0.1, Loud(1.0), sw.Harmonic(0.1), 1.0)\n"
+        "assert sw.simulate(system, (1.0, 0.0), 1e-3, method=sw.Rk4(steps_per_period=4)).status\n"
+    )
+    for _ in range(2):
+        environment = os.environ | {"STRAINWAVE_CACHE_DIR": str(tmp_path)}
+        done = subprocess.run(
+            [sys.executable, law], capture_output=True, text=True, check=False, env=environment, cwd=tmp_path
+        )
+        assert done.returncode == 0, done.stderr[-500:]
+        assert done.stdout.count("torsion 1.0\n") > 1
+        assert not done.stderr

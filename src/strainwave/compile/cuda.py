@@ -16,7 +16,7 @@ from types import FunctionType
 from typing import Any
 
 from ..tree import classes
-from . import jit, lanes, maths_kernels
+from . import jit, lanes, maths_kernels, tuples
 
 THREADS = 64  # of a block, at most
 INNER: dict[str, Any] = {"device": True, "forceinline": True}
@@ -52,9 +52,9 @@ def load() -> Any:
     config: Any = import_module("numba.cuda.core.config")
     config.CUDA_LOW_OCCUPANCY_WARNINGS = 0  # a small ensemble is no mistake
     types.NamedTuple.__bool__ = lambda self: True  # see _jit
-    _expose(jit.axpy, jit._axpy_body(import_module("numba.cuda.cpython.unsafe.tuple")))
     _expose(jit.borrowed, lambda thing: thing)
-    for bodies in (lanes.bodies(types, extending, lanes.strided_address), maths_kernels.bodies(types, extending)):
+    strided = lanes.bodies(types, extending, lanes.strided_address)
+    for bodies in (strided, tuples.bodies(types, extending), maths_kernels.bodies(types, extending)):
         for function, body in bodies.items():
             _expose(function, body)
     return cuda
@@ -74,8 +74,8 @@ def expose_methods(things: tuple[Any, ...]) -> None:
 
 @cache
 def _expose_methods(cls: type) -> None:
-    modules = ("numba.cuda.types", "numba.cuda.typing.templates", "numba.cuda.extending")
-    jit.expose_methods(cls, INNER, *map(import_module, modules))
+    types, templates = import_module("numba.cuda.types"), import_module("numba.cuda.typing.templates")
+    jit.expose_methods(cls, types, templates, lambda typed: cuda.extending.overload(typed, jit_options=INNER)(typed))
 
 
 def launch(parts: Any, rows: int, lanes: int, grid: tuple[int, int], arguments: tuple[Any, ...]) -> None:

@@ -22,8 +22,9 @@ from typing import Any, TypeVar
 
 from ..tree import classes as classes_of
 from ..tree import with_leaf
-from . import lanes, maths_kernels
+from . import lanes, maths_kernels, tuples
 from .cache import CodeCache, cache_writable
+from .inner import compilers
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -131,13 +132,6 @@ def summed(numpy: Callable[[Any, Any], Any]) -> Callable[[Callable[[Any, Any], A
     return mark
 
 
-def axpy(y: Any, h: Any, k: Any) -> Any:
-    """Return y + h k for tuples y and k of equal length and a number h."""
-    if len(y) == 2:  # the usual case, four times faster than the general one
-        return y[0] + h * k[0], y[1] + h * k[1]
-    return tuple(a + h * b for a, b in zip(y, k, strict=True))
-
-
 def borrowed(thing: Any) -> Any:
     """Return the same arrays (alone or in tuples) without reference counting, which costs more than small loops.
 
@@ -228,7 +222,7 @@ def _dispatcher(function: Callable[..., Any], classes: tuple[type, ...] = ()) ->
 def _made(function: Callable[..., Any], classes: tuple[type, ...]) -> Any:
     """Compiled form of a function for models of these classes: Numba takes two classes of one name for the same."""
     body = getattr(function, "loops", function)
-    dispatcher = _numba().njit(**OPTIONS)(body)
+    dispatcher = _numba().njit(pipeline_class=compilers()[0], **OPTIONS)(body)
     if cache_writable():
         dispatcher._cache = CodeCache(body)
     return dispatcher
@@ -241,12 +235,27 @@ INNER = CALLED | {"forceinline": True}
 
 def _expose(function: Callable[..., Any], body: Callable[..., Any], inline: bool | None = True) -> None:
     """Let compiled code call `function`, with `body` as its implementation (or what chooses it: inline is None)."""
-    overload: Any = import_module("numba.extending").overload
-    if inline is None:
-        overload(function, jit_options=INNER)(body)
-        return
+    _overload(function, body if inline is None else _typed(body), CALLED if inline is False else INNER)
 
-    overload(function, jit_options=INNER if inline else CALLED)(_typed(body))
+
+def _overload(function: Callable[..., Any], typed: Callable[..., Any], options: dict[str, Any]) -> None:
+    """Let compiled code call `function`, with the implementation that `typed` gives for the types of its arguments."""
+    types, templates = import_module("numba.core.types"), import_module("numba.core.typing.templates")
+    options = options | {"pipeline_class": compilers()[1]}
+    made = templates.make_overload_template(function, typed, options, True, "never")
+    made._impl_cache = ForAllCallers()
+    templates.infer(made)
+    templates.infer_global(function, types.Function(made))
+
+
+class ForAllCallers(dict[Any, Any]):
+    """Functions of a template, which Numba compiles once more for each kind of caller; these are the same for all."""
+
+    def __getitem__(self, key: Any) -> Any:
+        return super().__getitem__(key[:-1])
+
+    def __setitem__(self, key: Any, function: Any) -> None:
+        super().__setitem__(key[:-1], function)
 
 
 @cache
@@ -263,10 +272,9 @@ def _numba() -> Any:
     import_module("numba.core.bytecode").FunctionIdentity._unique_ids = count(int.from_bytes(os.urandom(6)))
     # Numba asks `if receiver:` before it passes self; the type of a model without fields must not be falsy.
     types.NamedTuple.__bool__ = lambda self: True
-    _expose(axpy, _axpy_body(import_module("numba.cpython.unsafe.tuple")))
     _expose(with_leaf, _with_leaf_body(types, extending))
     _expose(borrowed, _borrowed_body(types, extending))
-    for bodies in (lanes.bodies, maths_kernels.bodies):
+    for bodies in (lanes.bodies, tuples.bodies, maths_kernels.bodies):
         for function, body in bodies(types, extending).items():
             _expose(function, body)
     return numba
@@ -281,21 +289,19 @@ def _prefer_wide_vectors(config: Any) -> None:
 
 @cache
 def _expose_methods(cls: type) -> None:
-    numba = ("numba.core.types", "numba.core.typing.templates", "numba.extending")
-    expose_methods(cls, INNER, *map(import_module, numba))
+    types, templates = import_module("numba.core.types"), import_module("numba.core.typing.templates")
+    expose_methods(cls, types, templates, lambda typed: _overload(typed, typed, INNER))
 
 
-def expose_methods(cls: type, options: dict[str, Any], types: Any, templates: Any, extending: Any) -> None:
-    """Let compiled code call the methods of models of this class, by these options and modules of a compiler."""
+def expose_methods(cls: type, types: Any, templates: Any, overload: Callable[[Any], None]) -> None:
+    """Let compiled code call the methods of models of this class, by the modules of a compiler and what exposes one."""
     for name in methods_of(cls):
         own = f"{name} of {cls.__module__}.{cls.__qualname__} {id(cls)}"
         typed = _typed(getattr(cls, name))
-        template = templates.make_overload_method_template(
-            types.BaseNamedTuple, own, typed, "never", jit_options=options
-        )
+        template = templates.make_overload_method_template(types.BaseNamedTuple, own, typed, "never")
         template._resolve = _of_class(cls, name, own, template._resolve)
         templates.infer_getattr(template)
-        extending.overload(typed, jit_options=options)(typed)
+        overload(typed)
 
 
 def _typed(body: Callable[..., Any]) -> Any:
@@ -315,18 +321,6 @@ def _of_class(cls: type, name: str, own: str, resolve: Callable[..., Any]) -> Ca
         return resolve(self, kind, own) if attribute == name and kind.instance_class is cls else None
 
     return found
-
-
-def _axpy_body(tuples: Any) -> Callable[..., Any]:
-    tuple_setitem = tuples.tuple_setitem
-
-    def body(y: Any, h: Any, k: Any) -> Any:
-        out = y
-        for i in range(len(y)):
-            out = tuple_setitem(out, i, y[i] + h * k[i])
-        return out
-
-    return body
 
 
 def _borrowed_body(types: Any, extending: Any) -> Callable[..., Any]:

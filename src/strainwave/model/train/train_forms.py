@@ -3,7 +3,8 @@
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from ...compile.jit import axpy, kernel
+from ...compile.jit import kernel
+from ...compile.tuples import axpy
 from ...quantities import AngularSpeed, Ratio
 from ..excitation import NoError
 from .controls import off_reference

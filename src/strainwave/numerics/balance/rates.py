@@ -10,14 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from ...compile.jit import axpy, chosen, kernel, kernel_as, routine
+from ...compile.jit import kernel, kernel_as, routine
+from ...compile.tuples import axpy, column, times
 from ...law import is_spring
 from ...protocols import Balance, has_jacobian, lacking, omega_of
 from ...quantities import positive_count
 from ...results import Floats
 from ...tree import with_leaf
 from ..integration.corners import repeating
-from ..integration.steps import rates_of, times
+from ..integration.steps import rates_of
 
 MOST_STATES = 64
 ASKED, EQUAL = 1e-4, 1e-8  # size of the states, and of the largest rate, where a system is asked whether it repeats
@@ -51,20 +52,6 @@ def jacobians_at(system: Any, angles: Floats, y: Floats, sizes: Floats, differen
         d[j] = difference * size
         columns.append((rates_at(system, angles, y + d) - rates_at(system, angles, y - d)) / (2.0 * difference * size))
     return np.stack(columns, axis=1)
-
-
-@chosen
-def column(zero: Any, y: Any, i: Any) -> Any:
-    """Column i of an array as a tuple that is as long as `zero`."""
-    return _items if len(zero) else _nothing
-
-
-def _items(zero: Any, y: Any, i: Any) -> Any:
-    return (y[y.shape[0] - len(zero), i], *column(zero[1:], y, i))
-
-
-def _nothing(zero: Any, y: Any, i: Any) -> Any:
-    return ()
 
 
 @kernel

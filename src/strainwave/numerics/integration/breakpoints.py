@@ -6,7 +6,8 @@ side is repeated so that it ends on the breakpoint; each step then sees one smoo
 
 from typing import Any
 
-from ...compile.jit import axpy, kernel
+from ...compile.jit import kernel
+from ...compile.tuples import axpy
 from ...law import torsion
 from .steps import dense_output
 

@@ -3,7 +3,8 @@
 import math
 from typing import Any
 
-from ...compile.jit import axpy, kernel, routine
+from ...compile.jit import kernel, routine
+from ...compile.tuples import axpy
 from .breakpoints import first_switch, set_sides, step_onto
 from .extremes import put, widen
 from .rest import APART, STAGES, calm_step, undisturbed

@@ -8,8 +8,9 @@ nothing elsewhere.
 import math
 from typing import Any
 
-from ...compile.jit import axpy, kernel, routine
-from .steps import alike, dense_output, error_norm, rates_of, times
+from ...compile.jit import kernel, routine
+from ...compile.tuples import alike, axpy, times
+from .steps import dense_output, error_norm, rates_of
 
 ROUNDS = 6  # of the power iteration, which needs an order of magnitude
 NEAR = 1e-7  # size of the differences, next to states of size 1

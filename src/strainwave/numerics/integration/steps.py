@@ -7,7 +7,8 @@ and the step in time.
 import math
 from typing import Any
 
-from ...compile.jit import axpy, chosen, kernel, routine
+from ...compile.jit import kernel, routine
+from ...compile.tuples import axpy, times
 from .tableaus import DOP8_A as A
 from .tableaus import DOP8_B as B
 from .tableaus import DOP8_C as C
@@ -28,34 +29,6 @@ def rk4_step(system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
     k3 = system.rhs(middle, axpy(y, 0.5 * h, k2))
     k4 = system.rhs(phase + turn, axpy(y, h, k3))
     return axpy(axpy(axpy(axpy(y, h / 6.0, k1), h / 3.0, k2), h / 3.0, k3), h / 6.0, k4)
-
-
-@chosen
-def times(h: Any, k: Any) -> Any:
-    """Tuple of h times the numbers of a tuple."""
-    return _times_items if len(k) else _times_nothing
-
-
-def _times_items(h: Any, k: Any) -> Any:
-    return (h * k[0], *times(h, k[1:]))
-
-
-def _times_nothing(h: Any, k: Any) -> Any:
-    return ()
-
-
-@chosen
-def alike(y: Any, value: Any) -> Any:
-    """Tuple as long as y of equal values."""
-    return _alike_items if len(y) else _alike_nothing
-
-
-def _alike_items(y: Any, value: Any) -> Any:
-    return (value, *alike(y[1:], value))
-
-
-def _alike_nothing(y: Any, value: Any) -> Any:
-    return ()
 
 
 @kernel

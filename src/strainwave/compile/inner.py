@@ -1,0 +1,53 @@
+"""Functions inside machine code: parts of the kernels that call them, without machine code of their own.
+
+Numba makes machine code of every function that it compiles. Those which kernels call are run as a part of a kernel
+alone, into which they are linked before its machine code is made: theirs would never run.
+"""
+
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+
+@cache
+def compilers() -> tuple[Any, Any]:
+    """Numba's compiler (its `pipeline_class`) for kernels, and that for the functions inside them."""
+    numba: Any = import_module("numba.core.compiler")
+    waiting: dict[str, Any] = {}
+
+    class Part(import_module("numba.core.codegen").JITCodeLibrary):  # type: ignore[misc]
+        """Code that others link, and that is at no address."""
+
+        def _finalize_final_module(self) -> None:
+            self._finalize_dynamic_globals()
+            self._finalized = True
+
+        def get_pointer_to_function(self, name: str) -> int:
+            self._ensure_finalized()
+            return 0
+
+        @property
+        def codegen(self) -> Any:  # whose set_env is called then
+            return self
+
+        def set_env(self, name: str, environment: Any) -> None:
+            waiting[name] = environment
+
+    class Parts(numba.CompilerBase):  # type: ignore[misc]
+        """Numba's own steps, which put the code into a `Part`."""
+
+        def define_pipelines(self) -> list[Any]:
+            self.state.library = Part(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+            return [numba.DefaultPassBuilder.define_nopython_pipeline(self.state)]
+
+    class Kernels(numba.Compiler):  # type: ignore[misc]
+        """Numba's own, which gives the parts of a kernel their Python objects too: a `print` in a law has some."""
+
+        def compile_extra(self, function: Any) -> Any:
+            made = super().compile_extra(function)
+            codegen = made.library.codegen
+            for name in [name for name in waiting if codegen._engine.is_symbol_defined(name)]:
+                codegen.set_env(name, waiting.pop(name))
+            return made
+
+    return Kernels, Parts
