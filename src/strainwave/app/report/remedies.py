@@ -69,7 +69,7 @@ def _sentence(view: View, found: tuple[Remedy, ...], at: float) -> str:
     if not matters:
         return helps + none
     effects = Sentence("; ").join(_effect(remedy, at) for remedy in matters[:FEW])
-    others = f"; {len(matters) - FEW} more are in the table of the report" if len(matters) > FEW else ""
+    others = f"; the table of the report has {len(matters) - FEW} more" if len(matters) > FEW else ""
     return f"{helps} Computed again{under} with one thing changed at a time: " + effects + others + "." + none
 
 

@@ -12,6 +12,7 @@ from time import thread_time
 import numpy as np
 
 from ....results import SolveError
+from ....sentences import listed
 from ...response.response import ExactResponse
 from ..avoid import Avoid
 from ..drive_response import DriveResponse, oscillations
@@ -125,11 +126,11 @@ def remedies(
     if trial is None:
         return (), ("what would help: the peak is not found again in the time for it",)
     at = response.visited()[np.argmax(oscillations(response.curve)[response.visited()])]
-    found, left, longest = [], [], thread_time() - begun
+    found, left, late, longest = [], [], [], thread_time() - begun
     for knob in chain(knobs(subject, response.curve.coefficients[at], torque), other_gears(subject)):
         start = thread_time()
         if start - begun + longest >= seconds:
-            left.append(f"{knob.what}: it would take longer than the {seconds:g} s for all remedies")
+            late.append(knob.what)
             continue
         best, why = trial.best(knob, progress)
         longest = max(longest, thread_time() - start)
@@ -137,6 +138,8 @@ def remedies(
             left.append(f"{knob.what}: {why}")
         else:
             found.append(best)
+    if late:
+        left.append(f"{listed(dict.fromkeys(late))}: all remedies together have {seconds:g} s of computing")
     return tuple(sorted(found, key=lambda remedy: remedy.ratio)), tuple(left)
 
 
