@@ -14,7 +14,7 @@ import pytest
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
-from strainwave.files import project
+from strainwave.files import reading
 from strainwave.files.complaints import EXAMPLES
 from strainwave.files.entries import fields_of, law_types
 from strainwave.quantities import parse
@@ -74,10 +74,10 @@ def test_project_files_of_a_page_do_what_the_page_says(name, tmp_path, monkeypat
             continue
         Path("project.yaml").write_text(block["body"], encoding="utf-8")
         if block["output"] is None:
-            assert project.read_project("project.yaml").system(1.0, reduced=True).J > 0.0
+            assert reading.read_project("project.yaml").system(1.0, reduced=True).J > 0.0
         else:
-            with pytest.raises(project.ProjectError) as complaint:
-                project.read_project("project.yaml")
+            with pytest.raises(reading.ProjectError) as complaint:
+                reading.read_project("project.yaml")
             assert str(complaint.value) == block["output"].rstrip()
 
 
