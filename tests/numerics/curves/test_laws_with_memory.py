@@ -127,13 +127,12 @@ def test_start_of_the_wrong_length_is_told_which_states_there_are(y0):
 @pytest.mark.parametrize(
     "verb",
     [
-        lambda s: sw.slow_flow(s, sw.PRIMARY),
         lambda s: sw.lyapunov(s),
         lambda s: sw.backbone(s, [1.0]),
         lambda s: sw.isolas(s, (0.5, 2.0)),
         lambda s: sw.compare(s, sw.PRIMARY),
     ],
-    ids=["slow_flow", "lyapunov", "backbone", "isolas", "compare"],
+    ids=["lyapunov", "backbone", "isolas", "compare"],
 )
 def test_theory_of_springs_refuses_memory_in_one_sentence(verb):
     with pytest.raises(TypeError, match=r"takes a law torque\(x\) and Parallel has torque\(x, v, z\); use find_orbit"):

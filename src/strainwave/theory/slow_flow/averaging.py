@@ -22,6 +22,7 @@ import numpy as np
 
 from ...compile.jit import run
 from ...results import Floats
+from .memory import LoopAverages, loop_averages, remembers
 from .piecewise_means import Pieces, averages, grid_table, pieces_of
 from .setting import Complexes, Setting, real_matrix
 
@@ -136,14 +137,14 @@ class AveragedFlow:
 
     Attributes
     ----------
-    means : Sampled or Exact
+    means : Sampled, Exact or LoopAverages
         How the averages are taken.
     error : float
         Relative error of the averages: 0 where they are exact or right to rounding.
     """
 
     setting: Setting
-    means: Sampled | Exact
+    means: Sampled | Exact | LoopAverages
     error: float = 0.0
 
     def at(self, omega: float) -> "AveragedFlow":
@@ -159,6 +160,8 @@ class AveragedFlow:
     @property
     def coarse(self) -> "AveragedFlow":
         """The flow with fewer samples, with which steady states are first looked for."""
+        if isinstance(self.means, LoopAverages):
+            return replace(self, means=self.means.coarse())
         return self if isinstance(self.means, Exact) else sampled(self.setting, 3 if self.error > 0.0 else 2)
 
     @property
@@ -184,9 +187,9 @@ class AveragedFlow:
         by_re, by_im = linear + scale * to_re, 1j * linear + scale * to_im
         return real_matrix(by_re, by_im).reshape(*np.shape(z), 2, 2)
 
-    def small(self, _: Any) -> list[tuple[Any, Any]]:
-        """Return nothing: first order has no small harmonics."""
-        return []
+    def small(self, z: Any) -> list[tuple[Any, Any]]:
+        """Return nothing: first order has no small harmonics, but the mean torsion of friction and memory."""
+        return self.means.small(self.setting, z) if isinstance(self.means, LoopAverages) else []
 
     def linearized(self, z: complex) -> tuple[complex, Floats, complex]:
         """The rate at one z, and its derivatives to (Re z, Im z) and to omega."""
@@ -196,7 +199,7 @@ class AveragedFlow:
         """Derivative of the rate at one z to omega, by a central difference."""
         s = self.setting
         d = 1e-5 * s.omega
-        if np.any(s.hard):
+        if np.any(s.hard) or isinstance(self.means, LoopAverages):
             return complex(self.at(s.omega + d).rates(z) - self.at(s.omega - d).rates(z)) / (2.0 * d)
         up, down = s.at(s.omega + d), s.at(s.omega - d)  # the forced motion, and so the averages, stay
         return complex(-1j * (up.fast - down.fast) * z - (0.5j / s.omega_0) * (up.soft - down.soft)) / (2.0 * d)
@@ -224,10 +227,12 @@ def averaged_flow(s: Setting, probes: Complexes | None = None) -> AveragedFlow:
 
     They are judged at the states `probes` [rad], by default of the amplitudes that matter.
     """
+    probes = probes_of(s) if probes is None else probes
+    if remembers(s.system.law):
+        return AveragedFlow(s, *loop_averages(s, 1, probes))
     pieces = pieces_of(s.system.law)
     if pieces is not None:
         return _exact_flow(s, pieces)
-    probes = _probes(s) if probes is None else probes
     level, flow = 0, sampled(s, 0)
     with np.errstate(all="ignore"):
         coarse = flow.mean_force(probes)
@@ -243,7 +248,7 @@ def averaged_flow(s: Setting, probes: Complexes | None = None) -> AveragedFlow:
             coarse = fine
 
 
-def _probes(s: Setting) -> Complexes:
+def probes_of(s: Setting) -> Complexes:
     """States at which the error of the averages is judged."""
     phases = np.exp(1j * np.array([0.3, 1.7, 4.1]))
     return np.concatenate([amplitude * phases for amplitude in s.scales()])
@@ -273,7 +278,7 @@ def _exact_flow(s: Setting, pieces: Pieces) -> AveragedFlow:
     m = 1 if not s.orders else ALONG * max(s.orders) // math.gcd(*s.orders)
     table = grid_table(1, (), none)
     fine, coarse = (AveragedFlow(s, Exact(beyond, 1, (), none, table, _along(s, k))) for k in (m, -(-m // 2)))
-    probes = _probes(s)
+    probes = probes_of(s)
     error, noise = _change(s, probes, coarse.mean_force(probes), fine.mean_force(probes))
     return replace(fine, error=error if error > max(TARGET, noise) else 0.0)
 

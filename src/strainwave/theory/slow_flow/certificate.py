@@ -17,8 +17,8 @@ import numpy as np
 
 from ...law import breakpoints_of
 from ...results import Floats
-from .averaging import AveragedFlow
 from .fixed_points import Flow, is_stable
+from .memory import Loops, remembers
 from .results import Certificate
 from .setting import Complexes, Setting
 
@@ -26,6 +26,7 @@ SMOOTH, KINKED = 8, 64  # sample points per harmonic
 MULTIPLES = 7  # harmonics up to this multiple of the fastest component of the first-order motion
 ACCEPTED = 0.10
 MOST_STEPS, NEAR = 30, 1e-9  # of Newton's method, and the relative change at which it has converged
+ON_LOOPS, STEP = 1e-7, 1e-5  # the same change along closed loops, and the relative step of differences there
 ORDINAL = {1: "first", 2: "second"}
 
 
@@ -62,8 +63,16 @@ class Balance:
     @cached_property
     def waves(self) -> Complexes:
         """exp(i n chi) for n = 0..H at 8 (H + 1) points, 64 (H + 1) for a law with kinks: shape (H+1, points)."""
-        points = (KINKED if len(breakpoints_of(self.setting.system.law)) else SMOOTH) * (self.harmonics + 1)
+        law = self.setting.system.law
+        kinked = len(breakpoints_of(law)) > 0 or remembers(law)
+        points = (KINKED if kinked else SMOOTH) * (self.harmonics + 1)
         return np.asarray(np.exp(2j * np.pi * np.outer(np.arange(self.harmonics + 1), np.arange(points)) / points))
+
+    @cached_property
+    def loops(self) -> Loops | None:
+        """The closed loops of a law with friction or memory; None of a spring."""
+        law = self.setting.system.law
+        return Loops(law, self.waves) if remembers(law) else None
 
     def motion(self, flow: Flow, z: complex) -> Complexes:
         """Coefficients of u0 + Re(z E) + F and, at second order, of the small harmonics."""
@@ -78,34 +87,59 @@ class Balance:
                 c[round(multiple)] += small  # without resonance the free part, of other speeds, is absent
         return c
 
-    def residual(self, c: Complexes, omega: Any) -> tuple[Complexes, Floats]:
-        """Residual [N*m] (states, H+1) of every harmonic, and the stiffness [N*m/rad] (states, points) along u.
+    def torque(self, c: Complexes, omega: Any) -> Complexes:
+        """Harmonics [N*m] (states, H+1) of the law's torque along motions."""
+        if self.loops is not None:
+            return self.loops.coefficients(self.loops.torque(c, omega * self.base))
+        torque = (self.setting.system.law.torque((c @ self.waves).real) @ self.waves.conj().T) * (
+            2.0 / self.waves.shape[1]
+        )
+        torque[..., 0] *= 0.5
+        return np.asarray(torque)
+
+    def torque_slopes(self, c: Complexes, omega: Any) -> tuple[Floats, Any]:
+        """Derivatives of `torque`, as real and imaginary parts, to those of c and to omega.
+
+        Those of closed loops are taken by differences.
+        """
+        waves, h = self.waves, self.harmonics
+        if self.loops is None:
+            u = (c @ waves).real
+            stiffness = self.setting.system.law.stiffness(u) + 0.0 * u
+            # real unknowns (Re c_0..c_H, Im c_1..c_H), synthesis u = synthesis @ unknowns
+            synthesis = np.vstack([waves.real, -waves.imag[1:]])
+            weight = np.full(2 * h + 1, 2.0 / waves.shape[1])
+            weight[0] *= 0.5
+            return ((weight[:, None] * synthesis) * stiffness[:, None, :]) @ synthesis.T, 0.0
+        units = np.concatenate([np.eye(h + 1), 1j * np.eye(h + 1)[1:]])
+        d = STEP * np.max(np.abs(c), axis=1)[:, None, None] * units
+        speeds = np.repeat(omega, len(units))
+        ends = [self.torque((c[:, None] + side * d).reshape(-1, h + 1), speeds) for side in (1.0, -1.0)]
+        rise = (ends[0] - ends[1]).reshape(len(c), len(units), h + 1) / (2.0 * np.max(np.abs(d), axis=2)[..., None])
+        matrix = np.concatenate([rise.real, rise.imag[..., 1:]], axis=2).transpose(0, 2, 1)
+        step = STEP * np.asarray(omega)
+        faster, slower = self.torque(c, omega + step), self.torque(c, omega - step)
+        return matrix, (faster - slower) / (2.0 * step[:, None])
+
+    def residual(self, c: Complexes, omega: Any) -> Complexes:
+        """Residual [N*m] (states, H+1) of every harmonic.
 
         One state or many: c is (states, H+1), omega (states,).
         """
-        s, waves = self.setting, self.waves
-        u = (c @ waves).real
-        torque = (s.system.law.torque(u) @ waves.conj().T) * (2.0 / u.shape[-1])
-        torque[..., 0] *= 0.5
+        s, torque = self.setting, self.torque(c, omega)
         speed = np.multiply.outer(omega, np.arange(self.harmonics + 1) * self.base)
         r = (-s.system.J * speed**2 + 1j * s.system.B * speed) * c + torque
-        r[..., 0] -= s.system.law.torque(s.u0)
+        r[..., 0] -= s.mean
         for i, (place, k) in enumerate(zip(self.places, s.orders, strict=True)):
             r[..., place] -= s.torque_lines[..., i] + s.system.J * (k * omega) ** 2 * s.error_lines[..., i]
-        return r, s.system.law.stiffness(u) + 0.0 * u
+        return r
 
     def newton(self, c: Complexes, omega: Floats, turn: Complexes | None) -> tuple[Complexes, Floats]:
         """One Newton step of every state; with `turn`, the fast part's direction, its phase is kept, not omega."""
-        waves = self.waves
-        r, stiffness = self.residual(c, omega)
+        r, (matrix, by_omega) = self.residual(c, omega), self.torque_slopes(c, omega)
         s, h = self.setting, self.harmonics
         multiples = np.arange(h + 1) * self.base
         speed = np.multiply.outer(omega, multiples)
-        # real unknowns (Re c_0..c_H, Im c_1..c_H), synthesis u = synthesis @ unknowns
-        synthesis = np.vstack([waves.real, -waves.imag[1:]])
-        weight = np.full(2 * h + 1, 2.0 / waves.shape[1])
-        weight[0] *= 0.5
-        matrix = ((weight[:, None] * synthesis) * stiffness[:, None, :]) @ synthesis.T
         i, j = np.arange(h + 1), np.arange(h + 1, 2 * h + 1)
         matrix[:, i, i] -= s.system.J * speed**2
         matrix[:, j, j] -= s.system.J * speed[:, 1:] ** 2
@@ -116,7 +150,7 @@ class Balance:
             step = np.linalg.solve(matrix, right[..., None])[..., 0]
             step = np.concatenate([step, np.zeros((len(c), 1))], axis=1)
         else:
-            slope = (-2.0 * s.system.J * speed + 1j * s.system.B) * multiples * c
+            slope = (-2.0 * s.system.J * speed + 1j * s.system.B) * multiples * c + by_omega
             for i_line, (place, k) in enumerate(zip(self.places, s.orders, strict=True)):
                 slope[:, place] -= 2.0 * s.system.J * k * k * omega * s.error_lines[..., i_line]
             bordered = np.zeros((len(c), 2 * h + 2, 2 * h + 2))
@@ -150,7 +184,7 @@ class Corrected:
 
 def corrected(balance: Balance, c: Complexes, omega: Floats, turn: Complexes | None) -> Corrected:
     """Newton's method to convergence from approximate motions, many at once."""
-    first_c, first_omega = c, omega
+    first_c, first_omega, near = c, omega, NEAR if balance.loops is None else ON_LOOPS
     end_c, end_omega = c.copy(), np.array(omega, float)
     converged, going = np.zeros(len(c), bool), np.arange(len(c))
     c, omega = c.copy(), np.array(omega, float)
@@ -166,7 +200,7 @@ def corrected(balance: Balance, c: Complexes, omega: Floats, turn: Complexes | N
             change = np.max(np.abs(new - c), axis=1) + size * np.abs(speed / omega - 1.0)
         if round_ == 0:
             first_c, first_omega = np.where(sound[:, None], new, c), np.where(sound, speed, omega)
-        done = sound & (change <= NEAR * np.max(np.abs(c), axis=1))
+        done = sound & (change <= near * np.max(np.abs(c), axis=1))
         end_c[going[done]], end_omega[going[done]], converged[going[done]] = new[done], speed[done], True
         keep = sound & ~done
         going, c, omega = going[keep], new[keep], speed[keep]
@@ -183,7 +217,7 @@ def certify(flow: Flow, z: complex, order: int) -> Certificate:
     c0 = balance.motion(flow, z)[None]
     speed = np.array([s.omega])
     # without damping the phase does not change along the curve
-    turn = np.array([z / abs(z)]) if z != 0.0 and s.resonance.q == 1 and s.mu != 0.0 else None
+    turn = np.array([z / abs(z)]) if z != 0.0 and s.resonance.q == 1 and (s.mu != 0.0 or balance.loops is not None) else None
     here = corrected(balance, c0, speed, None)
     along = here if turn is None else corrected(balance, c0, speed, turn)
     at_speed = errors(balance, c0, here.c, z != 0.0)
@@ -198,9 +232,8 @@ def certify(flow: Flow, z: complex, order: int) -> Certificate:
         float(at_speed.amplitude[0]) if found else None,
     )  # fmt: skip
     valid = converged and largest <= ACCEPTED
-    quadrature = flow.error if isinstance(flow, AveragedFlow) else 0.0
     sentence = _sentence(flow, z, (order, valid, converged, turn is not None), numbers, small)
-    return Certificate(str(s.resonance), order, valid, *numbers, *small, quadrature, sentence)
+    return Certificate(str(s.resonance), order, valid, *numbers, *small, flow.error, sentence)
 
 
 class Smallness(NamedTuple):
@@ -225,7 +258,11 @@ def _nonlinearity(balance: Balance, c: Complexes) -> float:
     s = balance.setting
     u = (c @ balance.waves).real - s.u0
     linear = float(s.system.law.stiffness(s.u0)) * u
-    beyond = s.system.law.torque(s.u0 + u) - s.system.law.torque(s.u0) - linear
+    if balance.loops is None:
+        torque = s.system.law.torque(s.u0 + u)
+    else:
+        torque = balance.loops.torque(c[None], s.omega * balance.base)[0]
+    beyond = torque - s.mean - linear
     return float(np.max(np.abs(beyond))) / float(np.max(np.abs(linear))) if np.any(linear) else 0.0
 
 

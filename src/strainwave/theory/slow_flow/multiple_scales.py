@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...law import springs_only
+from ...law import check_law
 from ...numerics.integration.corners import repeating
 from ...protocols import with_parts
 from ...quantities import interval, numbers, shown
@@ -266,7 +266,7 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
         raise TypeError(f"resonance is {shown(resonance)}; it must be a Resonance(p, q) such as PRIMARY")
     resonance = Resonance(*resonance).checked()
     system = repeating("slow_flow", with_parts("slow_flow", system, "J", "B", "law", "excitation", "omega", "error"))
-    springs_only("slow_flow", system)
+    check_law("law", system.law)
     flow = _flow(system, resonance, order)
     s = flow.setting
     if s.resonance.ratio is not None and not flow.phase_matters():

@@ -8,8 +8,9 @@ and nothing of it is expanded in the detuning or the damping. First order takes 
 small harmonics w_1 that every other harmonic of n drives, and z'' from the flow itself: z' = R/(2 i Omega + mu + f'),
 f' the derivative of R/(2 i Omega + mu) (Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 2.3.3; Krack & Gross 2019,
 Harmonic Balance for Nonlinear Vibration Problems, ch. 2). Steady states are therefore the zeros of R. A law with a
-square and a cube under one line has formulas (`second_order_forms`, n' w_1 for what the small harmonics do to E); every
-other law is sampled along w and along w + w_1.
+square and a cube under one line has formulas (`second_order_forms`, n' w_1 for what the small harmonics do to E); a law
+with friction or memory is followed along its closed loops (`memory`), every other law is sampled, along w and along
+w + w_1.
 """
 
 import math
@@ -21,7 +22,8 @@ import numpy as np
 from ...law import breakpoints_of
 from ...model.laws.springs import Cubic, Linear, Polynomial
 from ...results import Floats
-from .averaging import turns_with_phase
+from .averaging import probes_of, turns_with_phase
+from .memory import LoopAverages, loop_averages, remembers
 from .second_order_forms import FORMS
 from .setting import Complexes, Setting, real_matrix
 
@@ -117,13 +119,13 @@ class SecondOrderFlow:
     ----------
     setting : Setting
         The linear problem about the operating point.
-    force, rough : Forms or Samples
+    force, rough : Forms, Samples or LoopAverages
         How the harmonics of the torque are found, and where steady states are first looked for: fewer samples.
     """
 
     setting: Setting
-    force: Forms | Samples
-    rough: Forms | Samples
+    force: Forms | Samples | LoopAverages
+    rough: Forms | Samples | LoopAverages
     error: float = 0.0
 
     @property
@@ -197,6 +199,9 @@ class SecondOrderFlow:
 
 def second_order(s: Setting) -> SecondOrderFlow:
     """The second-order flow of a setting."""
+    if remembers(s.system.law):
+        loops, error = loop_averages(s, 2, probes_of(s))
+        return SecondOrderFlow(s, loops, loops.coarse(), error)
     cubic = _square_and_cube(s)
     ratio = s.resonance.ratio
     line = None if ratio is None or not s.orders else ratio / s.orders[0]

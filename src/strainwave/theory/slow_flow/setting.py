@@ -7,14 +7,14 @@ the actual omega (some texts freeze it at the resonance: a different number).
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...law import breakpoints_of
-from ...numerics.operating_point import operating_point
+from ...law import breakpoints_of, depends, spring_stiffness, torque_of
+from ...numerics.loading import loaded_state
 from ...protocols import lacking
 from ...results import Floats
 from ...sentences import Angle, Sentence, Speed
@@ -34,9 +34,9 @@ class Setting:
     Attributes
     ----------
     u0 : float
-        Torsion [rad] under the mean torque.
+        Torsion [rad] under the mean torque; of a law with memory the one that a slow load from rest leads to.
     omega_0, mu : float
-        sqrt(T'(u0)/J) [rad/s] and B/J [1/s].
+        sqrt(T'(u0)/J) [rad/s], before anything yields or slips, and B/J [1/s].
     orders : tuple of int
         Orders of all lines of the forcing.
     torque_lines, error_lines : (lines,) complex arrays
@@ -49,6 +49,8 @@ class Setting:
         C_k exp(i phi_k) [rad]; 0 for the soft line.
     soft : complex
         P_k/J exp(i phi_k) [rad/s^2] of the line at Omega.
+    mean : float
+        Mean torque [N*m].
     """
 
     system: Any
@@ -64,6 +66,7 @@ class Setting:
     fast: float
     hard: Complexes
     soft: complex
+    mean: float = 0.0
 
     def at(self, omega: Any) -> "Setting":
         """Return the same problem at another speed [rad/s] of the base angle; arrays of speeds give arrays of lines."""
@@ -75,11 +78,9 @@ class Setting:
         gap = np.where(np.abs(gap) < least, np.copysign(least, gap), gap)  # see `sits_on`
         hard = np.where(self.on_fast, 0.0, forcing / gap)
         soft = np.sum(forcing[..., self.on_fast], axis=-1)
-        return Setting(
-            self.system._replace(omega=omega), self.resonance, self.u0, self.omega_0, self.mu, self.orders,
-            self.torque_lines, self.error_lines, self.on_fast, omega,
-            p / q * omega if q else self.omega_0, hard, complex(soft) if np.ndim(omega) == 0 else soft,
-        )  # fmt: skip
+        fast, system = p / q * omega if q else self.omega_0, self.system._replace(omega=omega)
+        soft = complex(soft) if np.ndim(omega) == 0 else soft
+        return replace(self, system=system, omega=omega, fast=fast, hard=hard, soft=soft)
 
     def sits_on(self, omega: float) -> int | None:
         """Order of a hard line on omega_0 at a speed [rad/s], where its forced amplitude is infinite at first order."""
@@ -157,7 +158,8 @@ def setting(system: Any, resonance: Resonance) -> Setting:
         if not 0.0 < getattr(system, name) < math.inf:
             raise ValueError(f"{name} = {getattr(system, name)!r} must be positive and finite for multiple scales")
     mean, orders, torque, error = forcing_lines(system)
-    u0 = operating_point(system.law, mean)
+    u0, *z0 = loaded_state(system.law, mean)
+    _refuse_drift(system.law, mean, u0)
     stiffness = float(system.law.stiffness(u0))
     if not 0.0 < stiffness < math.inf:
         raise ValueError(
@@ -171,7 +173,7 @@ def setting(system: Any, resonance: Resonance) -> Setting:
     omega_0 = math.sqrt(stiffness / system.J)
     blank = Setting(
         system, resonance, u0, omega_0, system.B / system.J, orders, torque, error,
-        np.array([resonance.ratio == k for k in orders], bool), 0.0, 0.0, np.zeros(0, complex), 0j,
+        np.array([resonance.ratio == k for k in orders], bool), 0.0, 0.0, np.zeros(0, complex), 0j, mean,
     )  # fmt: skip
     if k := blank.sits_on(system.omega):
         raise ValueError(
@@ -182,18 +184,27 @@ def setting(system: Any, resonance: Resonance) -> Setting:
             )
         )
     s = blank.at(system.omega)
-    _refuse_extremes(s)
+    _refuse_extremes(s, tuple(z0))
     return s
 
 
-def _refuse_extremes(s: Setting) -> None:
+def _refuse_drift(law: Any, mean: float, u0: float) -> None:
+    """Refuse a mean torque that friction or memory alone holds (ValueError): a vibration lets it slip ever further."""
+    if depends(law) > 1 and mean != 0.0 and not spring_stiffness(law, u0) > 0.0:
+        raise ValueError(
+            f"{type(law).__name__} holds the mean torque {mean:.6g} N*m by friction or memory alone, and under a "
+            "vibration the torsion drifts without end; put a spring in parallel, or take no mean torque"
+        )
+
+
+def _refuse_extremes(s: Setting, z0: tuple[float, ...]) -> None:
     """Refuse what would overflow or exhaust the memory further on (ValueError): sizes, and a very high harmonic."""
     law, forced = s.system.law, float(np.sum(np.abs(s.hard)))
     sizes = {"omega_0 [rad/s]": s.omega_0, "omega [rad/s]": s.omega, "the forced amplitude [rad]": forced}
     sizes["the soft line over omega_0^2 [rad]"] = abs(s.soft) / s.omega_0**2
     for a in list(sizes.values())[2:]:
         if a > 0.0:
-            pull = abs(float(law.torque(s.u0 + a)) - float(law.torque(s.u0)))
+            pull = abs(float(torque_of(law, s.u0 + a, 0.0, z0)) - float(torque_of(law, s.u0, 0.0, z0)))
             sizes[f"the torque at {a:.3g} rad over its linear part"] = pull / (s.system.J * s.omega_0**2 * a)
     for name, size in sizes.items():
         if size != 0.0 and not (size <= LARGEST and (size >= 1.0 / LARGEST or "torque" in name)):

@@ -13,6 +13,7 @@ from ...sentences import Angle, Sentence
 from .averaging import AveragedFlow, Sampled
 from .cubic import CubicFlow
 from .fixed_points import Flow
+from .memory import remembers
 from .results import Evolution
 
 RTOL, MOST_STEPS = 1e-9, 200_000
@@ -43,6 +44,7 @@ def evolve(flow: Flow, y0: tuple[float, float], t: Floats) -> Evolution:
         rate = flow.rates(z)
     else:
         free = s.resonance.ratio is None and isinstance(flow, AveragedFlow | CubicFlow)
+        free = free and not remembers(s.system.law)  # its loop takes energy too
         z, rate = _decay(flow, z0, t) if free else _integrate(flow, z0, t)
     x_of_t = motion(flow, z, t)
     v_of_t = ((rate + 1j * s.fast * z) * fast).real + s.omega * (s.forced_slope(angles) + e.slope(angles))
