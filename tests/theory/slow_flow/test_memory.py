@@ -66,7 +66,6 @@ def test_bouc_wen_loses_the_area_of_its_exact_loop(a):
     for _ in range(300):  # the peak: y (1 - exp(-(2 a - top)/y)) = top
         top = 0.5 * (top + y * (1.0 - math.exp(-(2.0 * a - top) / y)))
     area = 2.0 * (y * (2.0 * a - top) - y * top - 0.5 * top * top)
-    assert on_turn(sw.BoucWen(3.0, 0.0, y), a).imag == pytest.approx(3.0 * area / (math.pi * a), rel=2e-4)
 
     def branch(chi):  # from the reversal at +a
         s = a * (1.0 - math.cos(chi))
@@ -74,13 +73,14 @@ def test_bouc_wen_loses_the_area_of_its_exact_loop(a):
 
     corner = math.acos(1.0 - min(top / a, 2.0))
     in_phase, _ = quad(lambda chi: branch(chi) * math.cos(chi), 0.0, math.pi, points=[corner], epsabs=1e-12)
-    assert on_turn(sw.BoucWen(3.0, 0.0, y), a).real == pytest.approx(3.0 * 2.0 * in_phase / math.pi, rel=2e-4)
+    expected = 3.0 / math.pi * complex(2.0 * in_phase, area / a)
+    assert on_turn(sw.BoucWen(3.0, 0.0, y), a) == pytest.approx(expected, rel=2e-4)
 
 
 @pytest.mark.interpreted
 @pytest.mark.parametrize("a", [0.2, 0.6, 2.0])
 def test_bilinear_hysteresis_has_caugheys_stiffness_and_damping(a):
-    """Caughey 1960, J. Appl. Mech. 27(4), 640-643: theta = acos(1 - 2 y/a); both of them 0 loss and K below y."""
+    """Caughey 1960, J. Appl. Mech. 27(4), 640-643: theta = acos(1 - 2 y/a); below y a spring."""
     K, y = 3.0, 0.4
     theta = math.acos(1.0 - 2.0 * y / a) if a > y else math.pi
     stiffness = K * a / math.pi * (theta - 0.5 * math.sin(2.0 * theta))
@@ -92,12 +92,11 @@ def test_bilinear_hysteresis_has_caugheys_stiffness_and_damping(a):
     for weight, expected in ((math.cos, stiffness), (math.sin, -loss)):
         by_quadrature, _ = quad(lambda chi, w=weight: K * branch(chi) * w(chi), 0.0, math.pi, points=[theta])
         assert 2.0 / math.pi * by_quadrature == pytest.approx(expected, abs=1e-9)
-    errors = []
-    for points in (512, 2048):
-        found = on_turn(Jenkins(K, y), a, points)
-        errors.append(abs(found - complex(stiffness, loss)))
-    assert errors[1] < 3e-3 * K * y
-    assert errors[1] < 0.5 * errors[0] or errors[1] < 1e-9
+    expected = complex(stiffness, loss)
+    errors = [abs(on_turn(Jenkins(K, y), a, points) / expected - 1.0) for points in (512, 2048)]
+    assert errors[1] < 1e-2  # of first order only, where z_rate jumps
+    assert errors[1] < 0.5 * errors[0] or errors[1] < 1e-6
+    assert on_turn(sw.BoucWen(K, 0.0, y, n=50), a, 2048) == pytest.approx(expected, rel=2e-2)
 
 
 @pytest.mark.interpreted

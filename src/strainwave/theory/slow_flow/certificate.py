@@ -132,7 +132,7 @@ class Balance:
         r[..., 0] -= s.mean
         for i, (place, k) in enumerate(zip(self.places, s.orders, strict=True)):
             r[..., place] -= s.torque_lines[..., i] + s.system.J * (k * omega) ** 2 * s.error_lines[..., i]
-        return r
+        return np.asarray(r)
 
     def newton(self, c: Complexes, omega: Floats, turn: Complexes | None) -> tuple[Complexes, Floats]:
         """One Newton step of every state; with `turn`, the fast part's direction, its phase is kept, not omega."""
@@ -217,7 +217,11 @@ def certify(flow: Flow, z: complex, order: int) -> Certificate:
     c0 = balance.motion(flow, z)[None]
     speed = np.array([s.omega])
     # without damping the phase does not change along the curve
-    turn = np.array([z / abs(z)]) if z != 0.0 and s.resonance.q == 1 and (s.mu != 0.0 or balance.loops is not None) else None
+    turn = (
+        np.array([z / abs(z)])
+        if z != 0.0 and s.resonance.q == 1 and (s.mu != 0.0 or balance.loops is not None)
+        else None
+    )
     here = corrected(balance, c0, speed, None)
     along = here if turn is None else corrected(balance, c0, speed, turn)
     at_speed = errors(balance, c0, here.c, z != 0.0)

@@ -24,6 +24,7 @@ from .averaging import averaged_flow
 from .certificate import ORDINAL, certify
 from .cubic import CubicFlow, free_decay, kind_of
 from .fixed_points import Flow, attractor, fixed_points, is_stable, is_trivial
+from .memory import remembers
 from .resonance import NONRESONANT, Resonance
 from .results import Certificate, Evolution, SlowResponse, SteadyState
 from .second_order import Forms, SecondOrderFlow, second_order
@@ -119,7 +120,8 @@ class SlowFlow:
         if isinstance(self._flow, CubicFlow):
             return self._flow.existence()
         if self._flow.setting.resonance.ratio is None:
-            return free_decay(self._flow.setting)
+            more = ", faster by the friction or memory of the law" if remembers(self.system.law) else ""
+            return free_decay(self._flow.setting) + more
         amplitudes = ", ".join(f"{abs(z):.6g}" for z in self._points)
         verdict = (
             f"steady states exist with a = {amplitudes} rad" if amplitudes else "no steady state with a > 0 exists"
@@ -134,7 +136,7 @@ class SlowFlow:
         Parameters
         ----------
         y0 : (2,) array_like
-            Dynamic error x [rad] and x' [rad/s] at t[0].
+            Dynamic error x [rad] and x' [rad/s] at t[0]; internal states are those of the settled loop at every time.
         t : float or (n,) array_like
             Increasing times [s], or an end time (from 0, with 32 samples per period of the fastest component).
 
@@ -191,7 +193,8 @@ class SlowFlow:
     def backbone(self, amplitudes: ArrayLike) -> Floats:
         """Frequency Omega(a) [rad/s] of the motion near omega_0 without damping and forcing.
 
-        The excitation meets it at omega = q Omega/p. For the cubic law omega_0 (1 + 3/8 alpha a^2).
+        The excitation meets it at omega = q Omega/p. For the cubic law omega_0 (1 + 3/8 alpha a^2). Of friction and
+        memory the equivalent stiffness of the loop counts, not its loss.
 
         Parameters
         ----------
@@ -236,7 +239,7 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
     ----------
     system : Oscillator
         J x'' + B u' + T(u) = tau(theta), u = x - e(theta), theta = omega t. The law needs `torque` and `stiffness` on
-        arrays; `breakpoints` help where it has some.
+        arrays; `breakpoints` help where it has some. One with friction or memory stands for its settled loop.
     resonance : Resonance
         p omega ~ q omega_0 on the base angle, or `NONRESONANT`. Lines with k q = p are soft, all others hard.
     order : int
@@ -249,12 +252,15 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
     SlowFlow
         First order: closed forms for the cubic law under one line without mean torque, averaging integrals for
         everything else. Second order: formulas for any cubic polynomial under one line, samples for everything else.
+        A law with friction or memory is averaged along its closed loops at both orders: `stiffness(x)` at rest gives
+        omega_0, and what yields or slips is in the averages.
 
     Raises
     ------
     ValueError
         If omega_0 is undefined, a hard line sits on omega_0, the resonance does not appear at first order, or `order`
-        is neither 1 nor 2.
+        is neither 1 nor 2; for friction or memory also under a forcing without resonance, and where nothing else holds
+        the mean torque.
 
     References
     ----------

@@ -208,8 +208,9 @@ class Certificate:
     damping, detuning : float
         mu/omega_0 and |Omega - omega_0|/omega_0: all three must be small.
     quadrature_error : float
-        Relative error of the averaging integrals: 0 for closed forms, for laws that are linear between breakpoints
-        (but without resonance under a forcing), and where the quadrature is right to rounding.
+        Relative error of the averages of the torque on the component near omega_0, estimated from half as many samples:
+        0 for closed forms, at first order for laws that are linear between breakpoints (but without resonance under a
+        forcing), and where the quadrature is right to rounding.
     sentence : str
         The verdict in one sentence with its numbers.
     """

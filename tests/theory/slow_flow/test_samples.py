@@ -1,0 +1,47 @@
+"""Second order by samples for laws that are linear between breakpoints: what `error` says is true."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+from strainwave.theory.slow_flow.averaging import probes_of
+from strainwave.theory.slow_flow.second_order import second_order
+from strainwave.theory.slow_flow.setting import setting
+
+GEAR = sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 54.0, 196.0)
+TWO_LINES = sw.Harmonics((sw.Harmonic(0.3, mean=0.4), sw.Harmonic(0.2, order=3)))
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(
+    "system",
+    [
+        sw.Oscillator(1.3, 10.0, GEAR, sw.Harmonic(30.0), 280.0),
+        sw.Oscillator(1.3, 10.0, GEAR, sw.Harmonic(30.0, mean=60.0), 300.0),
+        sw.Oscillator(1.0, 0.05, sw.Backlash(1.0, 0.2), sw.Harmonic(0.3, mean=0.4), 0.9),
+        sw.Oscillator(1.0, 0.05, sw.Backlash(1.0, 0.2), TWO_LINES, 0.9),
+    ],
+    ids=["gear", "gear under load", "backlash", "backlash under two lines"],
+)
+def test_error_of_samples_is_what_64_times_as_many_show(system):
+    s = setting(system, sw.PRIMARY)
+    flow = second_order(s)
+    samples, probes = flow.force, probes_of(s)
+    n = 64 * samples.waves.shape[1]
+    chi = 2.0 * np.pi * np.arange(n) / n
+    base = math.gcd(1, *s.orders)
+
+    def rotation(multiples):
+        return np.exp(1j * np.multiply.outer(np.array(multiples, float), chi))
+
+    finer = replace(
+        samples, waves=rotation(samples.numbers[:, 0]), turn=rotation([samples.fast])[0],
+        lines=rotation([k // base for k in s.orders]),
+    )  # fmt: skip
+    here, exact = samples.values(s, probes)[1], finer.values(s, probes)[1]
+    true = np.max(np.abs(here - exact)) / np.max(np.abs(exact))
+    assert 0.0 < true <= flow.error
+    assert flow.error < 1e-3
