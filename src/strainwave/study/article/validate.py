@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...law import springs_only
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
 from ...protocols import orders_of
@@ -108,6 +109,7 @@ def compare(
     SolveError
         If the integration does not reach the end.
     """
+    springs_only("compare", system)
     flow = slow_flow(system, resonance)
     if t_end is None:
         if flow.mu <= 0.0:
