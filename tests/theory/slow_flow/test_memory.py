@@ -110,6 +110,7 @@ def test_coulomb_friction_has_its_equivalent_damping():
     assert abs(found.real) < 1e-12
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("name", ["LuGre", "BoucWen", "BoucWen, n = 3, gamma < 0", "Parallel, nested"])
 def test_loops_converge_and_both_forms_agree(name):
     law = DISSIPATIVE[name]
