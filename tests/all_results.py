@@ -42,6 +42,7 @@ RESULTS = {
     "ExactResponse": lambda: ExactResponse(branch(), sw.jumps(branch())),
     "DriveResponse": drive,
     "SlowResponse": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).response((0.9, 1.4)),
+    "StatesAtSpeeds": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).states_at(NUMBERS),
     "SlowResponse without states": lambda: sw.slow_flow(DUFFING, sw.SUBHARMONIC).response((0.9, 1.4)),
     "DriveRun": run,
     "Bode": lambda: sw.bode(sw.HDC_40_050.train(control=sw.PositionLoop(50.0, 0.5)), np.geomspace(1.0, 1e3, 7)),
@@ -49,4 +50,4 @@ RESULTS = {
     "Margins": lambda: sw.margins(LOOPED),
     "Exceedance": lambda: sw.Exceedance(1e-4, {"load.inertia": NUMBERS}, 1e-4 * NUMBERS, 90.0 * NUMBERS, 1, None, ()),
 }
-WITHOUT_FIGURE = ("Jumps", "StateSpace", "Margins", "Exceedance")
+WITHOUT_FIGURE = ("StatesAtSpeeds", "Jumps", "StateSpace", "Margins", "Exceedance")
