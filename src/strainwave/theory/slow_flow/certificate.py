@@ -97,9 +97,9 @@ class Balance:
         """
         stiffness = self.setting.system.law.stiffness((c @ self.waves).real) + 0.0 * (c @ self.waves).real
         speed = np.multiply.outer(omega, np.arange(self.harmonics + 1) * self.base)
-        return np.linalg.slogdet(self._matrix(stiffness, speed))[0] > 0.0
+        return np.linalg.slogdet(self.matrix(stiffness, speed))[0] > 0.0
 
-    def _matrix(self, stiffness: Floats, speed: Floats) -> Floats:
+    def matrix(self, stiffness: Floats, speed: Floats) -> Floats:
         """Derivative of the residual to the real unknowns (Re c_0..c_H, Im c_1..c_H): (states, 2H+1, 2H+1)."""
         s, h = self.setting, self.harmonics
         i, j = np.arange(h + 1), np.arange(1, h + 1)
@@ -132,7 +132,7 @@ class Balance:
         s, h = self.setting, self.harmonics
         multiples = np.arange(h + 1) * self.base
         speed = np.multiply.outer(omega, multiples)
-        matrix = self._matrix(stiffness, speed)
+        matrix = self.matrix(stiffness, speed)
         right = -np.concatenate([r.real, r.imag[:, 1:]], axis=1)
         if turn is None:
             step = np.linalg.solve(matrix, right[..., None])[..., 0]

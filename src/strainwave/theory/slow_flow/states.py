@@ -87,13 +87,18 @@ def at(flow: Any, omega: Any, factor: Any) -> Any:
     return replace(flow, setting=flow.setting.scaled(factor)).at(omega)
 
 
+def balance(flow: Flow, z: Complexes) -> tuple[Complexes, Floats]:
+    """What vanishes in a steady state [rad/s], and its derivative (..., 2, 2) to (Re z, Im z)."""
+    return flow.balance(z) if isinstance(flow, SecondOrderFlow) else (flow.rates(z), flow.jacobian(z))
+
+
 def polished(flow: Flow, z: Complexes) -> Complexes:
     """Newton's method from a state [rad] at each speed of a flow; not finite where none is met."""
     best, size, going = np.full(len(z), np.nan + 0j), np.full(len(z), np.inf), np.arange(len(z))
     with np.errstate(all="ignore"):
         for _ in range(ROUNDS):
             part = replace(flow, setting=flow.setting.of(going))
-            rate, matrix = part.balance(z) if isinstance(part, SecondOrderFlow) else (part.rates(z), part.jacobian(z))
+            rate, matrix = balance(part, z)
             step = newton_step(matrix, rate)
             length = np.abs(step) / np.abs(z)
             nearer = length < size[going]
