@@ -44,6 +44,8 @@ RESULTS = {
     "SlowResponse": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).response((0.9, 1.4)),
     "StatesAtSpeeds": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).states_at(NUMBERS),
     "SlowResponse without states": lambda: sw.slow_flow(DUFFING, sw.SUBHARMONIC).response((0.9, 1.4)),
+    "ValidityMap": lambda: sw.validity_map(DUFFING, sw.PRIMARY, [0.9, 1.0, 1.1], [0.5, 1.0]),
+    "GeneralValidity": lambda: sw.validity_in_general([0.05, 0.1], [0.02, 0.05, 0.1]),
     "DriveRun": run,
     "Bode": lambda: sw.bode(sw.HDC_40_050.train(control=sw.PositionLoop(50.0, 0.5)), np.geomspace(1.0, 1e3, 7)),
     "StateSpace": lambda: sw.state_space(LOOPED),

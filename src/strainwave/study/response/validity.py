@@ -121,8 +121,12 @@ class _Cells:
             changed = np.zeros(len(self.omega), bool)
             changed[new] = True
             size, new = self.size(), np.zeros(0, int)
-            for here, there in ((cell[1:], cell[:-1]), (cell[:-1], cell[1:]),
-                                (cell[:, 1:], cell[:, :-1]), (cell[:, :-1], cell[:, 1:])):
+            for here, there in (
+                (cell[1:], cell[:-1]),
+                (cell[:-1], cell[1:]),
+                (cell[:, 1:], cell[:, :-1]),
+                (cell[:, :-1], cell[:, 1:]),
+            ):
                 mine, its = here.ravel(), there.ravel()
                 try_it = changed[its] & (size[its] > LARGER * size[mine])
                 start = np.full_like(self.c, np.nan)
