@@ -1,8 +1,8 @@
 """Where multiple scales hold at the peak of the primary resonance of a cubic law: over alpha a^2 and damping ratio.
 
-x'' + 2 zeta x' + x + alpha x^3 = A cos(omega t) holds every drive with a cubic law in units of its omega_0. In alpha a^2
-and zeta it has no other parameter. The true peak is a harmonic balance with given amplitude and a lag of 90 degrees, in
-which speed and torque are unknown; under that torque each order has its own peak.
+x'' + 2 zeta x' + x + alpha x^3 = A cos(omega t) is every drive with a cubic law, in units of its omega_0. It has no
+parameter beside alpha a^2 and zeta. The true peak is a harmonic balance with given amplitude and a lag of 90 degrees,
+in which speed and torque are unknown; under that torque each order has its own peak.
 """
 
 from typing import Any
@@ -93,8 +93,9 @@ def _peak(flow: Any, torque: Floats, a: Floats, omega: Floats) -> tuple[Floats, 
     a, omega = a.copy(), omega.copy()
     with np.errstate(all="ignore"):
         for _ in range(ROUNDS):
-            rate, by_z = balance(at(flow, omega, torque), -1j * a)
-            up, down = (balance(at(flow, omega + d, torque), -1j * a)[0] for d in (STEP, -STEP))
+            z: Any = -1j * a
+            rate, by_z = balance(at(flow, omega, torque), z)
+            up, down = (balance(at(flow, omega + d, torque), z)[0] for d in (STEP, -STEP))
             by_a = -(by_z[:, 0, 1] + 1j * by_z[:, 1, 1])
             step = newton_step(real_matrix(by_a, (up - down) / (2.0 * STEP)), rate)
             share = np.minimum(1.0, 0.3 / np.maximum(np.abs(step.real) / a, np.abs(step.imag) / omega))

@@ -92,7 +92,7 @@ class _Cells:
 
     def size(self) -> Floats:
         """Amplitude [rad] of the component near omega_0; 0 where there is none, or no true motion was met."""
-        return np.nan_to_num(np.abs(self.c[:, self.balance.fast]))
+        return np.asarray(np.nan_to_num(np.abs(self.c[:, self.balance.fast])))
 
     def improve(self, which: Any, motion: Complexes) -> Any:
         """Start from motions (all cells) in some cells; return in which a larger stable motion was met."""

@@ -193,7 +193,9 @@ def _table(flow: Any, omega: Floats, factor: Floats) -> Table:
     """Tabulate g over the amplitudes that matter, at every speed or at `NODES` of them."""
     lo, hi = float(np.min(omega)), float(np.max(omega))
     nodes = np.unique(omega) if len(np.unique(omega)) <= NODES else np.linspace(lo, hi, NODES)
-    ends = [amplitudes(at(flow, w, f), RING) for w in {lo, 0.5 * (lo + hi), hi} for f in {factor.min(), factor.max()}]
+    ends = [
+        amplitudes(at(flow, w, f).coarse, RING) for w in {lo, 0.5 * (lo + hi), hi} for f in {factor.min(), factor.max()}
+    ]
     low, high = min(a[0] for a in ends), max(a[-1] for a in ends)
     a = np.geomspace(low, high, int(np.ceil(RING * np.log10(high / low))))
     each = [flow.at(float(w)) for w in nodes]
