@@ -176,3 +176,16 @@ def test_holds_counts_what_is_within_so_many_percent():
 def test_bad_axes_are_refused_in_one_sentence(speeds, amplitudes, said):
     with pytest.raises(ValueError, match=said):
         sw.validity_map(CUBIC, sw.PRIMARY, speeds, amplitudes)
+
+
+def test_first_order_has_no_peak_under_a_large_kinematic_error():
+    """a = (A/2 zeta) (1 + 3/8 alpha a^2)^2 has a solution up to sqrt(alpha) A/(2 zeta) = 0.530, the largest of
+    sqrt(x)/(1 + 3 x/8)^2.
+    """
+    limit = np.max(np.sqrt(x := np.linspace(0.0, 3.0, 30001)) / (1.0 + 0.375 * x) ** 2)
+    assert limit == pytest.approx(0.530, abs=1e-3)
+    for share, inside in ((0.8, True), (1.1, False)):
+        error = sw.KinematicError((sw.Line(1, share * limit * 0.06),))
+        drive = sw.Oscillator(1.0, 0.06, sw.Cubic(1.0, 1.0), sw.Harmonic(0.0), 1.0, error)
+        peak = sw.slow_flow(drive, sw.PRIMARY).response((0.9, 1.5)).peak[0]
+        assert (peak < 1.4) == inside
