@@ -108,6 +108,10 @@ from .study.response.jumps import jumps as jumps
 from .study.response.hysteresis_bands import HysteresisBand as HysteresisBand
 from .study.response.hysteresis_bands import Jump as Jump
 from .study.response.isolas import isolas as isolas
+from .study.response.validity import validity_map as validity_map
+from .study.response.validity_results import ValidityMap as ValidityMap
+from .study.response.general_validity import validity_in_general as validity_in_general
+from .study.response.validity_results import GeneralValidity as GeneralValidity
 
 # Studies: kinematic error
 from .study.kinematic_error.scan import error_scan as error_scan

@@ -1,4 +1,4 @@
-"""Root of one function in a bracket, also one that asks for the values and is told them, for compiled code.
+"""Root of one function in a bracket, also one that asks for the values and is told them; roots of polynomials.
 
 Chandrupatla 1997, Adv. Eng. Software 28, 145-149: inverse quadratic interpolation where it is safe, else bisection.
 """
@@ -7,9 +7,14 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from ..compile.jit import routine
+from ..results import Floats
 
 STEPS = 200
+OVERLAP = 1.1  # of the large and the small roots
+NEARLY_REAL = 1e-3  # imaginary over real part of a root that rounding may have split off a double real one
 A, FA, B, FB, SHARE = range(5)  # of a bracket: its latest place, its other end, and where between them to look next
 
 
@@ -65,3 +70,43 @@ def narrow(bracket: Any, x: float, fx: float) -> None:
     if phi * phi < xi and (1.0 - phi) ** 2 < 1.0 - xi:
         share = fx / (fb - fx) * fc / (fb - fc) + (c - x) / (b - x) * fx / (fc - fx) * fb / (fc - fb)
     bracket[A], bracket[FA], bracket[B], bracket[FB], bracket[SHARE] = x, fx, b, fb, share
+
+
+def positive_roots(*coefficients: Any) -> Floats:
+    """Positive real roots of many polynomials at once, as eigenvalues of companion matrices.
+
+    The large ones are those of the polynomial, the small ones those of the polynomial of 1/s: each is right to its own
+    size.
+
+    Parameters
+    ----------
+    coefficients : (...) arrays
+        Highest power first; the first ones may be 0. There are no roots where the last one is.
+
+    Returns
+    -------
+    (2 degree, ...) array
+        Not finite where there are fewer. A root may be listed twice. A pair that rounding may have split off a double
+        root is listed too: it is to be corrected, and may be none.
+    """
+    with np.errstate(all="ignore"):
+        c = np.stack(np.broadcast_arrays(*coefficients), axis=-1).astype(float)
+        mean = np.abs(c[..., -1] / c[..., 0]) ** (1.0 / (c.shape[-1] - 1))
+        large, small = _positive(c), 1.0 / _positive(c[..., ::-1])
+        large[~(large > mean / OVERLAP)], small[~(small < mean * OVERLAP)] = np.nan, np.nan
+        return np.where(c[..., -1] != 0.0, np.concatenate([large, small]), np.nan)
+
+
+def _positive(c: Floats) -> Floats:
+    """Nearly real positive roots (degree, ...) of polynomials (..., degree + 1), highest power first."""
+    powers = np.arange(1.0, c.shape[-1])
+    monic = c[..., 1:] / c[..., :1]
+    size = np.max(np.abs(monic) ** (1.0 / powers), axis=-1)
+    sound = np.isfinite(size) & (size > 0.0)
+    scaled = monic / np.where(sound, size, 1.0)[..., None] ** powers
+    companion = np.zeros((*sound.shape, len(powers), len(powers)))
+    companion[..., 0, :] = np.where(sound[..., None], -scaled, 0.0)
+    companion[..., np.arange(1, len(powers)), np.arange(len(powers) - 1)] = 1.0
+    root = np.linalg.eigvals(companion).astype(complex)
+    good = sound[..., None] & (root.real > 0.0) & (np.abs(root.imag) <= NEARLY_REAL * root.real)
+    return np.moveaxis(np.where(good, (root.real + root.imag) * size[..., None], np.nan), -1, 0)

@@ -12,3 +12,5 @@ from .curves import draw_trajectory as draw_trajectory
 from .ensembles import draw_basins as draw_basins
 from .ensembles import draw_orbit_diagram as draw_orbit_diagram
 from .ensembles import draw_variability as draw_variability
+from .maps import draw_general_validity as draw_general_validity
+from .maps import draw_validity as draw_validity

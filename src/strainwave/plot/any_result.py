@@ -8,6 +8,7 @@ from ..quantities import shown
 from ..results import Branch, Orbit, Trajectory
 from ..study.analysis.drive_response import DriveResponse
 from ..study.response.response import ExactResponse
+from ..study.response.validity_results import GeneralValidity, ValidityMap
 from ..study.train.bode import Bode
 from ..study.train.run import DriveRun
 from ..study.variability.result import Variability
@@ -23,11 +24,13 @@ from .curves import (
     draw_trajectory,
 )
 from .ensembles import draw_basins, draw_orbit_diagram, draw_variability
+from .maps import draw_general_validity, draw_validity
 
 DRAWN: dict[type, Any] = {
     Branch: draw_branch, Orbit: draw_orbit, Trajectory: draw_trajectory, ExactResponse: draw_response,
     DriveResponse: draw_drive, DriveRun: draw_run, SlowResponse: draw_slow_response, Bode: draw_bode,
     Basins: draw_basins, OrbitDiagram: draw_orbit_diagram, Variability: draw_variability,
+    ValidityMap: draw_validity, GeneralValidity: draw_general_validity,
 }  # fmt: skip
 
 

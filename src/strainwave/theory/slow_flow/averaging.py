@@ -49,7 +49,9 @@ class Sampled:
     rest: Floats
 
     def at(self, s: Setting) -> "Sampled":
-        """Return the same points for another speed."""
+        """Return the same points for another speed, or without hard lines for many."""
+        if not np.any(s.hard):
+            return replace(self, rest=np.full(len(self.turn), s.u0))
         return replace(self, rest=s.u0 + (s.hard @ self.lines).real)
 
     def force(self, s: Setting, z: Complexes) -> Complexes:
@@ -100,12 +102,12 @@ class Exact:
     means: Floats
 
     def at(self, s: Setting) -> "Exact":
-        """Return the same for another speed."""
+        """Return the same for another speed, or without hard lines for many."""
+        if s.resonance.ratio is not None and not (np.any(s.hard) or len(self.lines)) and self.table.size:
+            return self
         if s.resonance.ratio is None:
             return replace(self, means=_along(s, len(self.means)))
         lines = np.column_stack([self.harmonics, s.hard.real, -s.hard.imag])[s.hard != 0.0]
-        if len(lines) == 0 == len(self.lines) and self.table.size:
-            return self
         return replace(self, lines=lines, table=grid_table(self.fast, self.harmonics, lines))
 
     def force(self, s: Setting, z: Complexes) -> Complexes:  # noqa: ARG002 (all that depends on s is in the fields)
@@ -147,8 +149,8 @@ class AveragedFlow:
     means: Sampled | Exact | LoopAverages
     error: float = 0.0
 
-    def at(self, omega: float) -> "AveragedFlow":
-        """Return the flow at another speed [rad/s] of the base angle."""
+    def at(self, omega: Any) -> "AveragedFlow":
+        """Return the flow at another speed [rad/s] of the base angle, or without hard lines at many."""
         moved = self.setting.at(omega)
         return AveragedFlow(moved, self.means.at(moved), self.error)
 
@@ -169,10 +171,14 @@ class AveragedFlow:
         """What the soft line takes off the rate [rad/s]."""
         return 0.5j * self.setting.soft / self.setting.omega_0
 
+    @property
+    def linear(self) -> Any:
+        """Rate over z [1/s] of small free motions."""
+        return -(0.5 * self.setting.mu + 1j * (self.setting.fast - self.setting.omega_0))
+
     def unforced(self, z: Any) -> Any:
         """Rate [rad/s] without the soft line."""
-        s = self.setting
-        return -(0.5 * s.mu + 1j * (s.fast - s.omega_0)) * z + (1j / s.omega_0) * self.mean_force(z)
+        return self.linear * z + (1j / self.setting.omega_0) * self.mean_force(z)
 
     def rates(self, z: Any) -> Any:
         """Rate z' [rad/s] for an array of z [rad]."""
@@ -182,10 +188,9 @@ class AveragedFlow:
         """Derivative [1/s] of (Re z', Im z') to (Re z, Im z): shape (..., 2, 2)."""
         s = self.setting
         to_re, to_im = self.means.slopes(s, np.ravel(np.asarray(z, complex)))
-        linear = -(0.5 * s.mu + 1j * (s.fast - s.omega_0))
         scale = 1j / (s.omega_0 * s.system.J)
-        by_re, by_im = linear + scale * to_re, 1j * linear + scale * to_im
-        return real_matrix(by_re, by_im).reshape(*np.shape(z), 2, 2)
+        to_re, to_im = (scale * part.reshape(np.shape(z)) for part in (to_re, to_im))
+        return real_matrix(self.linear + to_re, 1j * self.linear + to_im)
 
     def small(self, z: Any) -> list[tuple[Any, Any]]:
         """Return nothing: first order has no small harmonics, but the mean torsion of friction and memory."""

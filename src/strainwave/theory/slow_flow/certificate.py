@@ -49,11 +49,7 @@ class Balance:
 
     def of(self, which: Any) -> "Balance":
         """The balance of some of many states, whose lines are (states, lines) arrays; the same where all share one."""
-        s = self.setting
-        if s.torque_lines.ndim == 1:
-            return self
-        lines = {"torque_lines": s.torque_lines[which], "error_lines": s.error_lines[which]}
-        return replace(self, setting=replace(s, **lines))
+        return self if self.setting.torque_lines.ndim == 1 else replace(self, setting=self.setting.of(which))
 
     @property
     def places(self) -> list[int]:
@@ -74,17 +70,17 @@ class Balance:
         law = self.setting.system.law
         return Loops(law, self.waves) if remembers(law) else None
 
-    def motion(self, flow: Flow, z: complex) -> Complexes:
-        """Coefficients of u0 + Re(z E) + F and, at second order, of the small harmonics."""
-        c = np.zeros(self.harmonics + 1, complex)
-        c[0] = self.setting.u0
-        for place, line in zip(self.places, self.setting.hard, strict=True):
-            c[place] += line
-        c[self.fast] += z
+    def motion(self, flow: Flow, z: Any) -> Complexes:
+        """Coefficients of u0 + Re(z E) + F and, at second order, of the small harmonics: (..., H+1) of many speeds."""
+        c = np.zeros((*np.shape(z), self.harmonics + 1), complex)
+        c[..., 0] = self.setting.u0
+        for i, place in enumerate(self.places):
+            c[..., place] += self.setting.hard[..., i]
+        c[..., self.fast] += z
         for speed, small in flow.small(z):
-            multiple = float(speed) / (self.base * self.setting.omega)
-            if z != 0.0 or (0.0 <= multiple < self.harmonics + 0.5 and abs(multiple - round(multiple)) < 1e-9):
-                c[round(multiple)] += small  # without resonance the free part, of other speeds, is absent
+            multiple = float(np.ravel(speed / (self.base * self.setting.omega))[0])
+            if np.any(z != 0.0) or (0.0 <= multiple < self.harmonics + 0.5 and abs(multiple - round(multiple)) < 1e-9):
+                c[..., round(multiple)] += small  # without resonance the free part, of other speeds, is absent
         return c
 
     def torque(self, c: Complexes, omega: Any) -> Complexes:
@@ -104,13 +100,7 @@ class Balance:
         """
         waves, h = self.waves, self.harmonics
         if self.loops is None:
-            u = (c @ waves).real
-            stiffness = self.setting.system.law.stiffness(u) + 0.0 * u
-            # real unknowns (Re c_0..c_H, Im c_1..c_H), synthesis u = synthesis @ unknowns
-            synthesis = np.vstack([waves.real, -waves.imag[1:]])
-            weight = np.full(2 * h + 1, 2.0 / waves.shape[1])
-            weight[0] *= 0.5
-            return ((weight[:, None] * synthesis) * stiffness[:, None, :]) @ synthesis.T, 0.0
+            return self._spring_slopes((c @ waves).real), 0.0
         units = np.concatenate([np.eye(h + 1), 1j * np.eye(h + 1)[1:]])
         d = STEP * np.max(np.abs(c), axis=1)[:, None, None] * units
         speeds = np.repeat(omega, len(units))
@@ -134,17 +124,58 @@ class Balance:
             r[..., place] -= s.torque_lines[..., i] + s.system.J * (k * omega) ** 2 * s.error_lines[..., i]
         return np.asarray(r)
 
+    def holds_still(self, c: Complexes, omega: Floats) -> Any:
+        """Whether true motions (states, H+1) are stable against jumps: no or two real Floquet multipliers above 1.
+
+        The determinant of the balance is a positive multiple of (1 - m_1)(1 - m_2) of the multipliers m.
+        """
+        return np.linalg.slogdet(self.slopes(c, omega)[0])[0] > 0.0
+
+    def slopes(self, c: Complexes, omega: Any) -> tuple[Floats, Any]:
+        """Derivatives of the residual to the real unknowns, and of its torque to omega."""
+        matrix, by_omega = self.torque_slopes(c, omega)
+        return self._with_inertia(matrix, np.multiply.outer(omega, np.arange(self.harmonics + 1) * self.base)), by_omega
+
+    def _spring_slopes(self, u: Floats) -> Floats:
+        """Derivative of a spring's harmonics of torque to the real unknowns (Re c_0..c_H, Im c_1..c_H)."""
+        h = self.harmonics
+        i = np.arange(h + 1)
+        stiffness = self.setting.system.law.stiffness(u) + 0.0 * u
+        # T'(u) times cos m and -sin m, projected on both: its harmonics at the sums and differences
+        spectrum = stiffness @ self._twice.conj().T / stiffness.shape[-1]
+        total, apart = spectrum[:, i[:, None] + i], spectrum[:, np.abs(i[:, None] - i)]
+        sign = np.sign(i[:, None] - i)
+        even, odd = apart.real + total.real, sign * apart.imag
+        matrix = np.empty((len(stiffness), 2 * h + 1, 2 * h + 1))
+        matrix[:, : h + 1, : h + 1] = even
+        matrix[:, : h + 1, h + 1 :] = (total.imag - odd)[:, :, 1:]
+        matrix[:, h + 1 :, : h + 1] = (total.imag + odd)[:, 1:]
+        matrix[:, h + 1 :, h + 1 :] = (apart.real - total.real)[:, 1:, 1:]
+        matrix[:, 0] *= 0.5
+        return matrix
+
+    def _with_inertia(self, matrix: Floats, speed: Floats) -> Floats:
+        """Add what inertia and damping take from the residual to the derivative of the torque."""
+        s, h = self.setting, self.harmonics
+        i, j = np.arange(h + 1), np.arange(1, h + 1)
+        matrix[:, i, i] -= s.system.J * speed**2
+        matrix[:, h + j, h + j] -= s.system.J * speed[:, 1:] ** 2
+        matrix[:, j, h + j] -= s.system.B * speed[:, 1:]
+        matrix[:, h + j, j] += s.system.B * speed[:, 1:]
+        return matrix
+
+    @cached_property
+    def _twice(self) -> Complexes:
+        """exp(i n chi) for n = 0..2H at the points of `waves`."""
+        points = self.waves.shape[1]
+        return np.asarray(np.exp(2j * np.pi * np.outer(np.arange(2 * self.harmonics + 1), np.arange(points)) / points))
+
     def newton(self, c: Complexes, omega: Floats, turn: Complexes | None) -> tuple[Complexes, Floats]:
         """One Newton step of every state; with `turn`, the fast part's direction, its phase is kept, not omega."""
-        r, (matrix, by_omega) = self.residual(c, omega), self.torque_slopes(c, omega)
+        r, (matrix, by_omega) = self.residual(c, omega), self.slopes(c, omega)
         s, h = self.setting, self.harmonics
         multiples = np.arange(h + 1) * self.base
         speed = np.multiply.outer(omega, multiples)
-        i, j = np.arange(h + 1), np.arange(h + 1, 2 * h + 1)
-        matrix[:, i, i] -= s.system.J * speed**2
-        matrix[:, j, j] -= s.system.J * speed[:, 1:] ** 2
-        matrix[:, i[1:], j] -= s.system.B * speed[:, 1:]
-        matrix[:, j, i[1:]] += s.system.B * speed[:, 1:]
         right = -np.concatenate([r.real, r.imag[:, 1:]], axis=1)
         if turn is None:
             step = np.linalg.solve(matrix, right[..., None])[..., 0]

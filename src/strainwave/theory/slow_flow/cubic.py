@@ -9,7 +9,6 @@ with D = C^3/8 in the superharmonic, D = 3/8 C conj(z)^2 in the subharmonic case
 (Nayfeh & Mook 1979, eqs. 4.1.10, 4.1.55 and 4.1.71 after 2 mu -> mu, alpha -> alpha omega_0^2, 2 Lambda -> C).
 """
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
@@ -17,6 +16,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ...model.laws.springs import Cubic
+from ...numerics.roots import positive_roots
 from ...results import Floats
 from .setting import Setting, real_matrix
 
@@ -43,8 +43,8 @@ class CubicFlow:
     kind: Kind
     error: float = 0.0
 
-    def at(self, omega: float) -> "CubicFlow":
-        """Return the flow at another speed [rad/s] of the base angle."""
+    def at(self, omega: Any) -> "CubicFlow":
+        """Return the flow at another speed [rad/s] of the base angle, or at many."""
         return CubicFlow(self.setting.at(omega), self.kind)
 
     @cached_property
@@ -102,35 +102,29 @@ class CubicFlow:
         """Whether the resonance appears at first order: not for alpha = 0 or without forced motion."""
         return self.kind in ("none", "primary") or self.kappa * abs(self.forced) != 0.0
 
-    def fixed_points(self) -> list[complex]:
-        """Nontrivial fixed points z [rad], from the frequency-response polynomials in a^2 (E4, E5, E6)."""
-        mu, slope = self.setting.mu, 0.375 * self.kappa
+    def fixed_points(self) -> Any:
+        """Nontrivial fixed points z [rad] from E4, E5, E6: shape (3 or 2, ...), not finite where there are fewer."""
+        mu, slope, detuning = self.setting.mu, 0.375 * self.kappa, self.detuning
+        linear = 0.25 * mu**2 + detuning**2
         if self.kind == "none":
-            return []
+            return np.zeros((0, *np.shape(detuning)), complex)
         if self.kind == "subharmonic":
             # E6 over 9: mu^2/4 + (detuning - slope s)^2 = (slope C)^2 s
-            c = abs(self.forced)
-            squares = _positive_roots(
-                [slope**2, -2.0 * self.detuning * slope - (slope * c) ** 2, 0.25 * mu**2 + self.detuning**2]
-            )
-        else:
-            square = abs(self._drive(0.0)) ** 2
-            squares = _positive_roots(
-                [slope**2, -2.0 * self.detuning * slope, 0.25 * mu**2 + self.detuning**2, -square]
-            )
-            linear = 0.25 * mu**2 + self.detuning**2
-            if not squares and linear > 0.0 and square > 0.0:  # a cubic term lost to rounding: one root there always is
-                squares = [square / linear]
-        return [self._point(s) for s in squares]
+            forced = (slope * abs(self.forced)) ** 2
+            return self._points(positive_roots(slope**2, -2.0 * detuning * slope - forced, linear))
+        square = abs(self._drive(0.0)) ** 2
+        return self._points(positive_roots(slope**2, -2.0 * detuning * slope, linear, -square))
 
-    def _point(self, square: float) -> complex:
-        """Fixed point with |z|^2 = square."""
-        linear = -(0.5 * self.setting.mu + 1j * (self.detuning - 0.375 * self.kappa * square))
-        if self.kind != "subharmonic":
-            return complex(-1j * self._drive(0.0) / linear)
-        # linear z = -i (3/8) kappa C conj(z)^2 fixes three times the phase; the three solutions are one state
-        triple = np.angle(linear / (-0.375j * self.kappa * self.forced))
-        return complex(math.sqrt(square) * np.exp(-1j * triple / 3.0))
+    def _points(self, squares: Floats) -> Any:
+        """Fixed points with |z|^2 = squares."""
+        linear = -(0.5 * self.setting.mu + 1j * (self.detuning - 0.375 * self.kappa * squares))
+        with np.errstate(all="ignore"):
+            if self.kind != "subharmonic":
+                direction = -1j * self._drive(0.0) / linear
+                return np.sqrt(squares) * direction / np.abs(direction)  # their size is ill-conditioned in a peak
+            # linear z = -i (3/8) kappa C conj(z)^2 fixes three times the phase; the three solutions are one state
+            triple = np.angle(linear / (-0.375j * self.kappa * self.forced))
+            return np.sqrt(squares) * np.exp(-1j * triple / 3.0)
 
     def existence(self) -> str:
         """Existence condition of nontrivial steady states, in one sentence with numbers."""
@@ -170,16 +164,3 @@ class CubicFlow:
 def free_decay(s: Setting) -> str:
     """Say what happens to the free part where nothing resonates."""
     return f"without resonance the free part decays as exp(-mu t/2), mu = {s.mu:.6g} 1/s; no steady part of it exists"
-
-
-def _positive_roots(polynomial: list[float]) -> list[float]:
-    """Positive real roots of a polynomial (highest power first), scaled so that small amplitudes lose no digits."""
-    first = next((i for i, c in enumerate(polynomial) if c != 0.0), len(polynomial))
-    c = np.array(polynomial[first:])
-    if len(c) < 2 or c[-1] == 0.0:
-        return []
-    degree = len(c) - 1
-    scale = abs(c[-1] / c[0]) ** (1.0 / degree)
-    roots = scale * np.roots(c * scale ** np.arange(degree, -1.0, -1.0))
-    near_real = np.abs(roots.imag) <= 1e-7 * np.abs(roots)
-    return sorted(float(r.real) for r in roots[near_real] if r.real > 0.0)

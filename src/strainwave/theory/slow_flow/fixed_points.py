@@ -26,7 +26,8 @@ def fixed_points(flow: Flow) -> list[complex]:
     if flow.setting.resonance.ratio is None:
         return []
     if isinstance(flow, CubicFlow):
-        rough = flow.fixed_points()
+        places = flow.fixed_points()
+        rough = [complex(z) for z in places[np.isfinite(places)]]
     else:
         rough = scan(flow) if np.any(flow.setting.hard) else rings(flow)
     if flow.setting.mu == 0.0 and len(rough) > MOST_ALONE:
@@ -75,8 +76,12 @@ def _force(flow: Flow) -> float:
 
 def is_stable(flow: Flow, z: complex) -> bool:
     """Whether both eigenvalues of the Jacobian have negative real parts (beyond rounding)."""
-    matrix = flow.jacobian(z)
-    return bool(np.max(np.linalg.eigvals(matrix).real) < -1e-13 * np.max(np.abs(matrix)))
+    return bool(attracts(flow.jacobian(z)))
+
+
+def attracts(matrices: Floats) -> Any:
+    """Whether the eigenvalues of Jacobians (..., 2, 2) have negative real parts (beyond rounding)."""
+    return np.max(np.linalg.eigvals(matrices).real, axis=-1) < -1e-13 * np.max(np.abs(matrices), axis=(-2, -1))
 
 
 def polish(flow: Flow, z: complex, steps: int = 40) -> complex | None:
@@ -106,20 +111,20 @@ def newton_step(matrix: Floats, rate: Any) -> Any:
 def scan(flow: Integrals) -> list[complex]:
     """Find every fixed point of a general flow: cells of a polar grid in which both rates may vanish, then Newton."""
     rough = flow.coarse
-    amplitudes = _amplitudes(rough, ROWS_PER_DECADE)
+    sizes = amplitudes(rough, ROWS_PER_DECADE)
     phases = 2.0 * np.pi * (np.arange(PHASES + 1) + 0.37) / PHASES
     turn = np.exp(-1j * phases)
     with np.errstate(all="ignore"):
         polar = np.concatenate(
             [
                 (rough.unforced(a[:, None] * turn) - rough.push) / (turn * a[:, None])
-                for a in np.array_split(amplitudes, 24)
+                for a in np.array_split(sizes, 24)
                 if len(a)
             ]
         )
     cells = _may_vanish(polar.real) & _may_vanish(polar.imag)
     i, j = np.nonzero(cells)
-    z = np.sqrt(amplitudes[i] * amplitudes[i + 1]) * np.exp(-0.5j * (phases[j] + phases[j + 1]))
+    z = np.sqrt(sizes[i] * sizes[i + 1]) * np.exp(-0.5j * (phases[j] + phases[j + 1]))
     return _converged(rough, z)
 
 
@@ -131,7 +136,7 @@ def rings(flow: Integrals) -> list[complex]:
         with np.errstate(all="ignore"):
             return np.asarray(np.abs(flow.unforced(a.astype(complex))) - abs(push))
 
-    a = _amplitudes(flow, RING)
+    a = amplitudes(flow, RING)
     value = excess(a)
     for _ in range(3):  # two roots may lie close together, about an extremum that a coarse grid steps over
         rise = np.diff(value)
@@ -155,7 +160,7 @@ def _may_vanish(values: Floats) -> Any:
     return (low - slack <= 0.0) & (high + slack >= 0.0)
 
 
-def _amplitudes(flow: Integrals, per_decade: int) -> Floats:
+def amplitudes(flow: Integrals, per_decade: int) -> Floats:
     """Logarithmic grid of |z| [rad] that covers the forced amplitudes and those on the backbone."""
     s = flow.setting
     scales = s.scales()

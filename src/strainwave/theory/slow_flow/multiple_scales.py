@@ -26,9 +26,10 @@ from .cubic import CubicFlow, free_decay, kind_of
 from .fixed_points import Flow, attractor, fixed_points, is_stable, is_trivial
 from .memory import remembers
 from .resonance import NONRESONANT, Resonance
-from .results import Certificate, Evolution, SlowResponse, SteadyState
+from .results import Certificate, Evolution, SlowResponse, StatesAtSpeeds, SteadyState
 from .second_order import Forms, SecondOrderFlow, second_order
 from .setting import LARGEST, setting
+from .states import states
 from .transient import evolve, motion, times
 
 
@@ -109,6 +110,31 @@ class SlowFlow:
                 )
             )
         return found
+
+    def states_at(self, omega: ArrayLike) -> StatesAtSpeeds:
+        """Every fixed point of the slow flow at many speeds at once: what `steady_states` lists, for each of them.
+
+        Parameters
+        ----------
+        omega : (n,) array_like
+            Speeds [rad/s] of the base angle, positive, in any order. Without hard lines all are found together, and so
+            they are in closed form; otherwise they are searched one after the other.
+
+        Raises
+        ------
+        ValueError
+            If a speed is not positive and finite, or a hard line sits on omega_0 there.
+        """
+        speeds = numbers("omega [rad/s]", omega)
+        if not np.all(speeds > 0.0):
+            raise ValueError(f"omega [rad/s] is {shown(omega)}; every speed must be positive")
+        for w in speeds.tolist():
+            self._flow.setting.refuse_on_resonance(w)
+        found = states(self._flow, speeds)
+        here = np.isfinite(found.z.T)
+        z = found.z.T[here]
+        omega = np.repeat(speeds, np.sum(here, axis=1))
+        return StatesAtSpeeds(omega, np.abs(z), -np.angle(z) + 0.0, found.stable.T[here])
 
     def exists(self) -> bool:
         """Whether a steady state with a > 0 exists at the system's omega."""

@@ -11,8 +11,9 @@ import numpy as np
 
 from ...results import Floats
 from .curve import Arc, Curve, new_part, passes, special, trace
-from .fixed_points import Flow, fixed_points, is_stable, is_trivial
+from .fixed_points import Flow, is_stable
 from .results import SlowBranch, SlowResponse
+from .states import states
 from .transient import motion
 
 SEEDS = 33
@@ -21,16 +22,12 @@ PER_CYCLE = 64  # samples of the fastest component: a peak between them is right
 
 def response(flow: Flow, lo: float, hi: float) -> SlowResponse:
     """Trace every branch of nontrivial steady states between two speeds [rad/s]."""
-    speeds = np.linspace(lo, hi, SEEDS)
-    seeds: list[tuple[complex, float]] = []
-    trivial = []
-    for omega in speeds:
-        if flow.setting.sits_on(float(omega)):
-            continue
-        here = flow.at(float(omega))
-        seeds += [(z, float(omega)) for z in fixed_points(here)]
-        if is_trivial(here):
-            trivial.append((float(omega), is_stable(here, 0j)))
+    speeds = np.array([omega for omega in np.linspace(lo, hi, SEEDS) if not flow.setting.sits_on(float(omega))])
+    found = states(flow, speeds)
+    at, row = np.nonzero(np.isfinite(found.z.T))
+    listed = list(zip(found.z[row, at].tolist(), speeds[at].tolist(), found.stable[row, at].tolist(), strict=True))
+    seeds = [(z, omega) for z, omega, _ in listed if z != 0.0]
+    trivial = [(omega, stable) for z, omega, stable in listed if z == 0.0]
     curve = Curve(flow, max((abs(z) for z, _ in seeds), default=1.0), hi - lo)
     arcs: list[Arc] = []
     for z, omega in seeds:

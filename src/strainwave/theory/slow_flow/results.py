@@ -2,7 +2,7 @@
 
 import cmath
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,48 @@ class SteadyState:
     def z(self) -> complex:
         """Amplitude and phase as one number: a exp(-i phase) [rad]."""
         return cmath.rect(self.amplitude, -self.phase)
+
+
+@dataclass(frozen=True, eq=False)
+class StatesAtSpeeds(Result):
+    """The steady states of a slow flow at many speeds: one entry a state, in the order of the speeds.
+
+    At one speed they are listed by descending amplitude, as `steady_states` lists them; a = 0 where it is one of them.
+
+    Attributes
+    ----------
+    omega : (n,) array
+        Speed of the base angle [rad/s] of each state.
+    amplitude, phase : (n,) arrays
+        a [rad, 0-to-peak] and its lag [rad, in (-pi, pi]].
+    stable : (n,) array of bool
+        Whether it attracts its neighbours.
+    """
+
+    omega: Floats
+    amplitude: Floats
+    phase: Floats
+    stable: Booleans
+
+    rows: ClassVar[str] = "state"
+
+    def coordinates(self) -> Labelled:
+        """The speed of every state."""
+        return {"omega": ("state", self.omega, "rad/s")}
+
+    def variables(self) -> Labelled:
+        """Amplitude, phase and stability of every state."""
+        units = {"amplitude": "rad", "phase": "rad", "stable": ""}
+        return {name: ("state", getattr(self, name), unit) for name, unit in units.items()}
+
+    def __str__(self) -> str:
+        count = len(np.unique(self.omega))
+        return (
+            f"Steady states of the slow flow: {len(self.omega)} states at {count} speeds, "
+            f"{int(np.sum(self.stable))} of them stable"
+        )
+
+    __repr__ = __str__
 
 
 @dataclass(frozen=True, eq=False)

@@ -59,6 +59,15 @@ class Forms:
         speeds = [m * speed + n * other for m, n in form.numbers]
         return list(zip(speeds, small, strict=True)), first + back
 
+    def primary(self, s: Setting) -> tuple[Any, Any] | None:
+        """What stands at |z|^2 z and at |z|^4 z in 2 <n conj(E)> of a line on E alone; None of other lines."""
+        if not s.orders or s.resonance.ratio != s.orders[0]:
+            return None
+        form, k, w = FORMS[s.resonance.ratio / s.orders[0]], s.omega_0**2, s.fast
+        _, _, by_square = form.values(self.square, 0.0, k, s.mu, w, w, 1.0 + 0j, 0j)
+        _, by_cube, beyond = form.values(0.0, self.cube, k, s.mu, w, w, 1.0 + 0j, 0j)
+        return by_square + by_cube, beyond
+
 
 @dataclass(frozen=True, eq=False)
 class Samples:
@@ -89,25 +98,28 @@ class Samples:
         """Small harmonics, and 2 <n conj(E)> [rad/s^2]."""
         shape = np.shape(z)
         law, each = s.system.law, np.ravel(np.asarray(z, complex))
+        omega, fast, hard = np.asarray(s.omega), np.asarray(s.fast), s.hard
+        if omega.ndim:  # the last axis of z is that of the speeds
+            omega, fast = (np.ravel(np.broadcast_to(w, shape)) for w in (omega, fast))
+            hard = np.broadcast_to(hard, (*shape, hard.shape[-1])).reshape(len(each), -1)
         rest, pull = float(law.torque(s.u0)), s.omega_0**2
 
         def beyond(w: Floats) -> Floats:
             return np.asarray((law.torque(s.u0 + w) - rest) / s.system.J - pull * w)
 
-        forced = (s.hard @ self.lines).real
+        forced = (hard @ self.lines).real
         w = forced + each.real[:, None] * self.turn.real - each.imag[:, None] * self.turn.imag
         n = beyond(w) @ self.waves.conj().T * (2.0 / w.shape[1])
         n[:, np.all(self.numbers == 0, axis=1)] *= 0.5
-        speed = np.multiply.outer(s.fast / self.fast, self.numbers[:, 0]) + np.multiply.outer(
-            s.omega, self.numbers[:, 1]
-        )
+        speed = np.multiply.outer(fast / self.fast, self.numbers[:, 0]) + np.multiply.outer(omega, self.numbers[:, 1])
         for line, place in enumerate(self.places):
             if place >= 0:
-                n[:, place] += 1j * s.mu * speed[..., place] * s.hard[..., line]
+                n[:, place] += 1j * s.mu * speed[..., place] * hard[..., line]
         small = -n / (pull - speed**2 + 1j * s.mu * speed)
         back = 2.0 * (beyond(w + (small @ self.waves).real) @ self.turn.conj()) / w.shape[1]
+        speeds = (w.reshape(shape) if omega.ndim else w for w in speed.T)
         amplitudes = (a.reshape(shape) for a in small.T)
-        return list(zip(speed.T, amplitudes, strict=True)), back.reshape(shape)
+        return list(zip(speeds, amplitudes, strict=True)), back.reshape(shape)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,11 +155,15 @@ class SecondOrderFlow:
         """What the soft line takes off the rate [rad/s], before z'' is counted."""
         return -self.setting.soft / self._carrier
 
+    @property
+    def linear(self) -> Any:
+        """Rate over z [1/s] of small free motions, before z'' is counted."""
+        s = self.setting
+        return -(s.omega_0**2 - s.fast**2 + 1j * s.mu * s.fast) / self._carrier
+
     def unforced(self, z: Any) -> Any:
         """Rate [rad/s] without the soft line and before z'' is counted."""
-        s = self.setting
-        linear = (s.omega_0**2 - s.fast**2 + 1j * s.mu * s.fast) * z
-        return -(linear + self.force.values(s, z)[1]) / self._carrier
+        return self.linear * z - self.force.values(self.setting, z)[1] / self._carrier
 
     @property
     def _carrier(self) -> Any:
@@ -155,19 +171,19 @@ class SecondOrderFlow:
 
     def rates(self, z: Any) -> Any:
         """Rate z' [rad/s] for an array of z [rad]."""
-        rate, slope = self._balance(z)
+        rate, slope = self.balance(z)
         whole = self._with_inertia(slope)
         solved = np.linalg.solve(whole, np.stack([rate.real, rate.imag], axis=-1)[..., None])[..., 0]
         return solved[..., 0] + 1j * solved[..., 1]
 
     def jacobian(self, z: Any) -> Floats:
         """Derivative [1/s] of (Re z', Im z') to (Re z, Im z), exact at steady states: shape (..., 2, 2)."""
-        _, slope = self._balance(z)
+        _, slope = self.balance(z)
         return np.asarray(np.linalg.solve(self._with_inertia(slope), slope))
 
     def linearized(self, z: complex) -> tuple[complex, Floats, complex]:
         """The rate before z'' is counted, which vanishes where z' does, and its derivatives to z and to omega."""
-        rate, slope = self._balance(z)
+        rate, slope = self.balance(z)
         d = STEP * self.setting.omega
         both = self.at(self.setting.omega + np.array([d, -d]))
         ends = both.unforced(np.array([z, z])) - both.push
@@ -183,7 +199,7 @@ class SecondOrderFlow:
             return True
         return turns_with_phase(lambda z: self.force.values(self.setting, z)[1], self.setting, self.error)
 
-    def _balance(self, z: Any) -> tuple[Any, Floats]:
+    def balance(self, z: Any) -> tuple[Any, Floats]:
         """The rate before z'' is counted, and its derivative to (Re z, Im z) by central differences."""
         z = np.asarray(z, complex)
         step = STEP * (np.abs(z) + 1e-3 * max(self.setting.scales()))

@@ -79,13 +79,36 @@ class Setting:
         hard = np.where(self.on_fast, 0.0, forcing / gap)
         soft = np.sum(forcing[..., self.on_fast], axis=-1)
         fast, system = p / q * omega if q else self.omega_0, self.system._replace(omega=omega)
-        soft = complex(soft) if np.ndim(omega) == 0 else soft
+        soft = complex(soft) if np.ndim(soft) == 0 else soft
         return replace(self, system=system, omega=omega, fast=fast, hard=hard, soft=soft)
+
+    def scaled(self, factor: Any) -> "Setting":
+        """Return the problem with every line times a factor, or with (n,) factors for n speeds; `at` counts them."""
+        factor = np.expand_dims(factor, -1)
+        return replace(self, torque_lines=factor * self.torque_lines, error_lines=factor * self.error_lines)
+
+    def of(self, which: Any) -> "Setting":
+        """Return the problems at some of many speeds."""
+        many = ["omega", "hard", "soft", *(["fast"] if self.resonance.ratio else [])]
+        many += ["torque_lines", "error_lines"] if self.torque_lines.ndim > 1 else []
+        system = self.system._replace(omega=self.omega[which])  # type: ignore[index]
+        return replace(self, system=system, **{name: getattr(self, name)[which] for name in many})
 
     def sits_on(self, omega: float) -> int | None:
         """Order of a hard line on omega_0 at a speed [rad/s], where its forced amplitude is infinite at first order."""
         near = (abs(self.omega_0 - k * omega) < NEAR * self.omega_0 for k in self.orders)
         return next((k for k, hot, soft in zip(self.orders, near, self.on_fast, strict=True) if hot and not soft), None)
+
+    def refuse_on_resonance(self, omega: float) -> None:
+        """Refuse a speed [rad/s] at which a hard line sits on omega_0 (ValueError)."""
+        if k := self.sits_on(omega):
+            raise ValueError(
+                Sentence(
+                    f"the line of order {k} sits on omega_0 = {self.omega_0:.6g} rad/s at omega = {{}}, "
+                    f"where its forced amplitude is infinite at first order; use Resonance({k}, 1)",
+                    Speed(omega),
+                )
+            )
 
     @property
     def copies(self) -> int:
@@ -109,14 +132,17 @@ class Setting:
 
     def scales(self) -> list[float]:
         """Amplitudes [rad] that matter: forced, at resonance, off resonance, at the law's breakpoints."""
-        f, detuning = abs(self.soft), abs(self.fast - self.omega_0)
-        found = [f / self.omega_0**2, float(np.sum(np.abs(self.hard)))]
-        if self.mu > 0.0:
-            found.append(f / (self.mu * self.omega_0))
-        if detuning > 1e-9 * self.omega_0:
-            found.append(f / (2.0 * self.omega_0 * detuning))
-        found += [abs(b - self.u0) for b in breakpoints_of(self.system.law)]
-        return [s for s in found if 0.0 < s < math.inf] or [1.0]
+        f, detuning = np.abs(self.soft), np.abs(self.fast - self.omega_0)
+        with np.errstate(all="ignore"):
+            found = [
+                f / self.omega_0**2,
+                np.sum(np.abs(self.hard), axis=-1),
+                f / (self.mu * self.omega_0),
+                np.where(detuning > 1e-9 * self.omega_0, f / (2.0 * self.omega_0 * detuning), 0.0),
+                np.array([abs(b - self.u0) for b in breakpoints_of(self.system.law)]),
+            ]
+            flat = np.concatenate([np.ravel(some) for some in found])
+        return [float(s) for s in flat[(flat > 0.0) & (flat < math.inf)]] or [1.0]
 
 
 def real_matrix(by_re: Any, by_im: Any) -> Floats:
@@ -175,14 +201,7 @@ def setting(system: Any, resonance: Resonance) -> Setting:
         system, resonance, u0, omega_0, system.B / system.J, orders, torque, error,
         np.array([resonance.ratio == k for k in orders], bool), 0.0, 0.0, np.zeros(0, complex), 0j, mean,
     )  # fmt: skip
-    if k := blank.sits_on(system.omega):
-        raise ValueError(
-            Sentence(
-                f"the line of order {k} sits on omega_0 = {omega_0:.6g} rad/s at omega = {{}}, "
-                f"where its forced amplitude is infinite at first order; use Resonance({k}, 1)",
-                Speed(system.omega),
-            )
-        )
+    blank.refuse_on_resonance(system.omega)
     s = blank.at(system.omega)
     _refuse_extremes(s, tuple(z0))
     return s

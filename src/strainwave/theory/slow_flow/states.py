@@ -1,0 +1,243 @@
+"""Every steady state at many speeds at once, under the lines of the excitation times a factor of each speed.
+
+First order of a cubic law, and second order of a square and a cube under a line on the fast angle alone, are
+polynomials in |z|^2: all their roots are found at once. Without hard lines the rate is z g(|z|) - push whatever the law
+is: g is tabulated over |z| at a few speeds, and |z g| - |push| changes its sign at every state. With hard lines each
+speed is searched by itself. Newton's method in the flow moves what was found onto the states.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...numerics.roots import positive_roots
+from ...results import Floats
+from .cubic import CubicFlow
+from .fixed_points import RING, Flow, amplitudes, attracts, fixed_points, is_stable, is_trivial, newton_step
+from .second_order import Forms, SecondOrderFlow
+from .setting import Complexes
+
+TOGETHER = 2000  # speeds at once: what they take fits the memory, and a user can interrupt between
+NODES = 33  # speeds at which g is tabulated
+ROUNDS, MET, SAME = 40, 1e-7, 1e-7  # of Newton's method: most steps, last relative step of a state; distance of one
+FINER = 16  # parts of a cell of the table that may hold a state
+BENDS = 2.0  # of the change from row to row: so near to 0 an extremum of |z g| - |push| may hide two states
+Found = tuple[Any, Complexes]  # places among the speeds, and states there
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """Steady states at speeds.
+
+    Attributes
+    ----------
+    z : (rows, speeds) complex array
+        a exp(-i phase) [rad] by descending amplitude; not finite where there are fewer.
+    stable : (rows, speeds) bool array
+        Stability of each.
+    """
+
+    z: Complexes
+    stable: Any
+
+    def largest_stable(self) -> Complexes:
+        """The stable state [rad] of the largest amplitude at each speed; not finite where there is none."""
+        first, across = np.argmax(self.stable, axis=0), np.arange(self.z.shape[1])
+        return np.where(self.stable[first, across], self.z[first, across], np.nan)
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """What the law adds to `linear` in g [1/s], (amplitudes, speeds), over amplitudes [rad] and speeds [rad/s]."""
+
+    amplitude: Floats
+    omega: Floats
+    pull: Complexes
+
+    def at(self, omega: Floats) -> Complexes:
+        """Interpolate to other speeds; the nodes are these speeds, or lie at equal distances."""
+        if len(self.omega) == 1:
+            return np.repeat(self.pull, len(omega), axis=1)
+        i = np.clip(np.searchsorted(self.omega, omega) - 1, 0, len(self.omega) - 2)
+        share = (omega - self.omega[i]) / (self.omega[i + 1] - self.omega[i])
+        return _between(self.pull.T, i, slice(None), share[:, None]).T
+
+
+def states(flow: Flow, omega: Floats, factor: Any = 1.0) -> States:
+    """All steady states at speeds (n,) [rad/s] under the lines times factors (n,); a = 0 where it is one."""
+    factor = np.broadcast_to(np.asarray(factor, float), omega.shape)
+    together = isinstance(flow, CubicFlow) or not np.any(flow.setting.hard)
+    table = _table(flow, omega, factor) if together and not _is_polynomial(flow) else None
+    which, z, stable = list[Any](), list[Complexes](), list[Any]()
+    for i in range(0, len(omega), TOGETHER):
+        some = omega[i : i + TOGETHER], factor[i : i + TOGETHER]
+        found = _together(at(flow, *some), table) if together else _one_by_one(flow, *some)
+        for at_some, states_there, attract in (found, _at_rest(flow, *some)):
+            which, z, stable = [*which, at_some + i], [*z, states_there], [*stable, attract]
+    places = np.concatenate(which)
+    order = np.lexsort((-np.abs(np.concatenate(z)), places))
+    every, attract = np.concatenate(z)[order], np.concatenate(stable)[order]
+    count = len(omega)
+    return States(_padded(places[order], count, every, np.nan), _padded(places[order], count, attract, False))
+
+
+def at(flow: Any, omega: Any, factor: Any) -> Any:
+    """The flow at other speeds [rad/s], under its lines times a factor."""
+    return replace(flow, setting=flow.setting.scaled(factor)).at(omega)
+
+
+def balance(flow: Flow, z: Complexes) -> tuple[Complexes, Floats]:
+    """What vanishes in a steady state [rad/s], and its derivative (..., 2, 2) to (Re z, Im z)."""
+    return flow.balance(z) if isinstance(flow, SecondOrderFlow) else (flow.rates(z), flow.jacobian(z))
+
+
+def polished(flow: Flow, z: Complexes) -> Complexes:
+    """Newton's method from a state [rad] at each speed of a flow; not finite where none is met."""
+    best, size, going = np.full(len(z), np.nan + 0j), np.full(len(z), np.inf), np.arange(len(z))
+    with np.errstate(all="ignore"):
+        for _ in range(ROUNDS):
+            part = replace(flow, setting=flow.setting.of(going))
+            rate, matrix = balance(part, z)
+            step = newton_step(matrix, rate)
+            length = np.abs(step) / np.abs(z)
+            nearer = length < size[going]
+            best[going[nearer]], size[going[nearer]] = z[nearer], length[nearer]
+            keep = np.isfinite(length) & (nearer | (size[going] > 1e-9)) & (length > 1e-14)
+            z = (z + step * np.minimum(1.0, 0.5 / length))[keep]
+            going = going[keep]
+            if not len(going):
+                break
+    return np.where(size <= MET, best, np.nan)
+
+
+def _together(many: Flow, table: Table | None) -> tuple[Any, Complexes, Any]:
+    """Nontrivial states of a flow at many speeds: their places, the states, whether they attract."""
+    which, z = _by_polynomial(many) if table is None else _by_table(many, table)
+    z = polished(replace(many, setting=many.setting.of(which)), z)
+    which, z = which[np.isfinite(z)], z[np.isfinite(z)]
+    turns = np.exp(2j * np.pi * np.arange(many.setting.copies) / many.setting.copies)[:, None]
+    each = z * turns
+    key = np.round(np.abs(np.angle(each)), 9) - 1e-10 * np.sign(each.imag)
+    z = each[np.argmin(key, axis=0), np.arange(len(z))]
+    order = np.argsort(which, kind="stable")
+    rows = _padded(which[order], np.size(many.setting.omega), z[order], np.nan)
+    for i, row in enumerate(rows):
+        for other in rows[:i]:
+            with np.errstate(all="ignore"):
+                row[np.any(np.abs(row * turns - other) < SAME * np.abs(other), axis=0)] = np.nan
+    _, which = np.nonzero(np.isfinite(rows))
+    z = rows[np.isfinite(rows)]
+    return which, z, attracts(replace(many, setting=many.setting.of(which)).jacobian(z))
+
+
+def _one_by_one(flow: Flow, omega: Floats, factor: Floats) -> tuple[Any, Complexes, Any]:
+    """Nontrivial states of a flow that each speed is searched for by itself."""
+    each = [at(flow, float(w), float(f)) for w, f in zip(omega, factor, strict=True)]
+    found = [(i, z, is_stable(one, z)) for i, one in enumerate(each) for z in fixed_points(one)]
+    return _columns(found)
+
+
+def _at_rest(flow: Flow, omega: Floats, factor: Floats) -> tuple[Any, Complexes, Any]:
+    """Where a = 0 is a state."""
+    if np.all(at(flow, omega[:1], factor[:1]).setting.soft != 0.0):
+        return _columns([])
+    each = (at(flow, float(w), float(f)) for w, f in zip(omega, factor, strict=True))
+    return _columns([(i, 0j, is_stable(one, 0j)) for i, one in enumerate(each) if is_trivial(one)])
+
+
+def _columns(found: list[tuple[int, complex, bool]]) -> tuple[Any, Complexes, Any]:
+    which, z, stable = zip(*found, strict=True) if found else ((), (), ())
+    return np.array(which, int), np.array(z, complex), np.array(stable, bool)
+
+
+def _padded(which: Any, count: int, values: Any, filler: Any) -> Any:
+    """Table (rows, count) of values whose places, rising, are `which`."""
+    row = np.arange(len(which)) - np.searchsorted(which, which)
+    table = np.full((int(np.max(row, initial=-1)) + 1 or 1, count), filler, values.dtype)
+    table[row, which] = values
+    return table
+
+
+def _is_polynomial(flow: Flow) -> bool:
+    if not isinstance(flow, SecondOrderFlow):
+        return isinstance(flow, CubicFlow)
+    return isinstance(flow.force, Forms) and flow.force.primary(flow.setting) is not None
+
+
+def _by_polynomial(many: Any) -> Found:
+    s = many.setting
+    if isinstance(many, CubicFlow):
+        z = many.fixed_points()
+    else:
+        # (linear + by_one |z|^2 + by_two |z|^4) z = soft: its square is a polynomial of |z|^2 of degree 5
+        linear = s.omega_0**2 - s.fast**2 + 1j * s.mu * s.fast
+        by_one, by_two = many.force.primary(s)
+
+        def product(a: Any, b: Any) -> Any:
+            return (a * np.conj(b)).real
+
+        square = positive_roots(
+            product(by_two, by_two), 2.0 * product(by_one, by_two),
+            product(by_one, by_one) + 2.0 * product(linear, by_two), 2.0 * product(linear, by_one),
+            product(linear, linear), -product(s.soft, s.soft),
+        )  # fmt: skip
+        with np.errstate(all="ignore"):
+            direction = s.soft / (linear + (by_one + by_two * square) * square)
+            z = np.sqrt(square) * direction / np.abs(direction)
+    _, which = np.nonzero(np.isfinite(z))
+    return which, z[np.isfinite(z)]
+
+
+def _table(flow: Any, omega: Floats, factor: Floats) -> Table:
+    """Tabulate g over the amplitudes that matter, at every speed or at `NODES` of them."""
+    lo, hi = float(np.min(omega)), float(np.max(omega))
+    nodes = np.unique(omega) if len(np.unique(omega)) <= NODES else np.linspace(lo, hi, NODES)
+    ends = [
+        amplitudes(at(flow, w, f).coarse, RING) for w in {lo, 0.5 * (lo + hi), hi} for f in {factor.min(), factor.max()}
+    ]
+    low, high = min(a[0] for a in ends), max(a[-1] for a in ends)
+    a = np.geomspace(low, high, int(np.ceil(RING * np.log10(high / low))))
+    each = [flow.at(float(w)) for w in nodes]
+    with np.errstate(all="ignore"):
+        pull = np.stack([one.unforced(a.astype(complex)) / a - one.linear for one in each], axis=1)
+    return Table(a, nodes, pull)
+
+
+def _by_table(many: Any, table: Table) -> Found:
+    """Starts where |z g| - |push| changes its sign, in cells of the table and in finer ones inside them."""
+    s, a, push = many.setting, np.log(table.amplitude), np.abs(many.push)
+    with np.errstate(all="ignore"):
+        pull = table.at(s.omega)
+        cells, at_speed = _near_zero(np.abs(many.linear + pull) * np.exp(a)[:, None] - push)
+        share = np.linspace(0.0, 1.0, FINER + 1)[:, None]
+        g = many.linear[at_speed] + _between(pull, cells, at_speed, share)
+        size = a[cells] + share * (a[cells + 1] - a[cells])
+        value = np.abs(g) * np.exp(size) - push[at_speed]
+        row, j = _near_zero(value)
+        share = value[row, j] / (value[row, j] - value[row + 1, j])
+        share = np.where((share >= 0.0) & (share <= 1.0), share, 0.5)
+        start = np.exp(size[row, j] * (1.0 - share) + size[row + 1, j] * share)
+        direction = many.push[at_speed[j]] / (g[row, j] * (1.0 - share) + g[row + 1, j] * share)
+        z = start * direction / np.abs(direction)  # z g = push in a state
+    good = np.isfinite(z)
+    return at_speed[j][good], z[good]
+
+
+def _near_zero(value: Floats) -> tuple[Any, Any]:
+    """Rows and columns of what changes its sign to the next row, and of both sides of an extremum that may hide two."""
+    rise = np.diff(value, axis=0)
+    crossed = value[1:] * value[:-1] <= 0.0
+    steep = np.maximum(np.abs(rise[1:]), np.abs(rise[:-1]))
+    turns = (rise[1:] * rise[:-1] <= 0.0) & (np.abs(value[1:-1]) < BENDS * steep)
+    crossed[:-1] |= turns
+    crossed[1:] |= turns
+    row, column = np.nonzero(crossed)
+    return row, column
+
+
+def _between(pull: Complexes, row: Any, column: Any, share: Floats) -> Complexes:
+    """Cubic through four rows (Catmull & Rom), at shares of the way from a row to the next."""
+    before, here, there, after = (pull[np.clip(row + k, 0, len(pull) - 1), column] for k in (-1, 0, 1, 2))
+    bend, turn = 2.0 * before - 5.0 * here + 4.0 * there - after, 3.0 * (here - there) + after - before
+    return np.asarray(here + 0.5 * share * (there - before + share * (bend + share * turn)))
