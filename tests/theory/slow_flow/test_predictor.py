@@ -43,11 +43,12 @@ SECOND = {
 SAMPLED = {
     "square and cube": (BIASED, sw.PRIMARY),
     "fifth power": (FIFTH, sw.PRIMARY),
-    "two lines": (DUFFING._replace(excitation=sw.Harmonic(0.05), error=sw.KinematicError((sw.Line(2, 0.01),))), sw.PRIMARY),
-}  # fmt: skip
-EXACT = [(name, *case, order) for name, case in FORMULAS.items() for order in (1, 2)]
-EXACT += [(name, *case, 2) for name, case in SECOND.items()] + [(name, *case, 1) for name, case in SAMPLED.items()]
-SAMPLE = 0.02
+    "two lines": (DUFFING._replace(error=sw.KinematicError((sw.Line(2, 0.01),))), sw.PRIMARY),
+}
+WHICH = [(FORMULAS, 1), (FORMULAS, 2), (SECOND, 2), (SAMPLED, 1)]
+EXACT = [pytest.param(*case, n, id=f"{name}, order {n}") for cases, n in WHICH for name, case in cases.items()]
+NAMED = {param.id: param for param in EXACT}
+SAMPLE, COARSE = 0.02, 0.05
 
 
 def near(system):
@@ -63,8 +64,8 @@ def followed(predictor, state, speeds, amplitude=1.0):
     return found
 
 
-@pytest.mark.parametrize(("name", "system", "resonance", "order"), EXACT)
-def test_along_a_sweep_it_is_the_slow_flow_integrated_by_scipy(name, system, resonance, order):
+@pytest.mark.parametrize(("system", "resonance", "order"), EXACT)
+def test_along_a_sweep_it_is_the_slow_flow_integrated_by_scipy(system, resonance, order):
     flow = sw.slow_flow(system, resonance, order=order)
     low, high = near(system)
     predictor = flow.predictor(SAMPLE, speeds=(low, high))
@@ -87,8 +88,8 @@ def test_along_a_sweep_it_is_the_slow_flow_integrated_by_scipy(name, system, res
     assert math.remainder(last.state.angle - theta, turns) == pytest.approx(0.0, abs=1e-9)
 
 
-@pytest.mark.parametrize(("name", "system", "resonance", "order"), EXACT)
-def test_at_one_speed_x_and_its_rate_are_those_of_evolve(name, system, resonance, order):
+@pytest.mark.parametrize(("system", "resonance", "order"), EXACT)
+def test_at_one_speed_x_and_its_rate_are_those_of_evolve(system, resonance, order):
     flow = sw.slow_flow(system, resonance, order=order)
     predictor = flow.predictor(SAMPLE, speeds=near(system))
     start = predictor.start(system.omega, 1.0, 0.3 * predictor.drive.size)
@@ -140,7 +141,7 @@ def test_a_gear_with_kinks_is_predicted_within_its_accuracy():
 def run_up(system, speeds, duration, y0):
     """x of the full equation while the speed rises evenly, by DOP853, at equal times."""
     low, high = speeds
-    t = np.arange(1, round(duration / SAMPLE) + 1) * SAMPLE
+    t = np.arange(1, round(duration / COARSE) + 1) * COARSE
     rate = (high - low) / duration
 
     def rhs(now, y):
@@ -153,39 +154,42 @@ def run_up(system, speeds, duration, y0):
 @pytest.mark.slow
 @pytest.mark.parametrize("order", [1, 2])
 def test_a_slow_run_up_jumps_where_the_full_equation_jumps(order):
-    # hardening: the amplitude follows the upper branch and falls at its end, which order 1 places 1 % too high
+    # Hardening: the amplitude follows the upper branch and falls at its end. Independent: DOP853 in the full equation.
     system = DUFFING._replace(B=0.02, law=sw.Cubic(1.0, 0.1), excitation=sw.Harmonic(0.03), omega=1.0)
     speeds, duration = (0.85, 1.15), 3000.0
     flow = sw.slow_flow(system, sw.PRIMARY, order=order)
-    predictor = flow.predictor(SAMPLE, speeds=speeds, amplitudes=(0.0, 1.0))
-    path = followed(predictor, predictor.start(speeds[0]), np.linspace(*speeds, round(duration / SAMPLE) + 1)[1:])
+    predictor = flow.predictor(COARSE, speeds=speeds)
+    path = followed(predictor, predictor.start(speeds[0]), np.linspace(*speeds, round(duration / COARSE) + 1)[1:])
     t, true = run_up(system, speeds, duration, (0.0, 0.0))
     omega, x = speeds[0] + (speeds[1] - speeds[0]) * t / duration, np.array([p.x for p in path])
-    response = flow.response(speeds)
-    certificate = sw.slow_flow(system._replace(omega=response.peak[0]), sw.PRIMARY, order=order).certificate()
+    peak = system._replace(omega=flow.response(speeds).peak[0])
+    certificate = sw.slow_flow(peak, sw.PRIMARY, order=order).certificate()
 
-    def crests(x):
-        pieces = np.array_split(np.abs(x), 400)  # more than one period each
-        return np.array([piece.max() for piece in pieces])
-
-    mine, its = crests(x), crests(true)
+    mine, its = (np.array([piece.max() for piece in np.array_split(np.abs(a), 400)]) for a in (x, true))
     places = np.array([piece.mean() for piece in np.array_split(omega, 400)])
     falls = [float(places[np.argmax(a[:-3] - a[3:])]) for a in (mine, its)]
     assert its.max() > 5.0 * its[-20:].max()  # it does jump
-    assert falls[0] == pytest.approx(falls[1], rel=abs(certificate.speed) + 0.002)
-    assert mine.max() == pytest.approx(its.max(), rel=certificate.amplitude + abs(certificate.speed) + 0.01)
+    assert {p.flag for p in path} == {OK}
+    late, high = falls[0] / falls[1] - 1.0, mine.max() / its.max() - 1.0
+    assert late == pytest.approx(certificate.speed, rel=0.25, abs=0.001)  # a piece is 0.0007 of the speed
+    assert high == pytest.approx(certificate.amplitude, rel=0.25, abs=0.001)
     if order == 2:
         before = omega < min(falls) - 0.01
         error = np.sqrt(np.mean((x - true)[before] ** 2) / np.mean(true[before] ** 2))
-        assert error < 0.02
+        assert error < 0.0025
 
 
 @pytest.mark.compiled
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "system", "resonance", "order"), [EXACT[1], EXACT[7], EXACT[11], EXACT[-2], ("5", FIFTH, sw.PRIMARY, 2)]
+    ("system", "resonance", "order"),
+    [
+        *(NAMED[f"{name}, order 2"] for name in ("primary", "superharmonic", "no resonance", "square, 2:1")),
+        NAMED["two lines, order 1"],
+        pytest.param(FIFTH, sw.PRIMARY, 2, id="fifth power, order 2"),
+    ],
 )
-def test_compiled_it_gives_what_python_gives_and_allocates_nothing(name, system, resonance, order):
+def test_compiled_it_gives_what_python_gives_and_allocates_nothing(system, resonance, order):
     predictor = sw.slow_flow(system, resonance, order=order).predictor(SAMPLE, speeds=near(system))
     state = predictor.start(system.omega, 1.0, 0.2 * predictor.drive.size)
     jit._dispatcher(last_of, classes((predictor, state)))
@@ -193,9 +197,10 @@ def test_compiled_it_gives_what_python_gives_and_allocates_nothing(name, system,
     there, here = compiled(predictor, state, 300), last_of(predictor, state, 300)
     assert leaves(there) == pytest.approx(leaves(here), rel=1e-11, abs=1e-12 * predictor.drive.size)
     assert there.flag == here.flag
-    assert compiled(predictor, state._replace(re=math.nan), 1).flag == INVALID
+    assert compiled(predictor, state._replace(re=math.nan), 0).flag == INVALID
     code = compiled.inspect_llvm(compiled.signatures[0])
-    assert "NRT_Allocate" not in code and "NRT_MemInfo_alloc" not in code
+    assert "NRT_Allocate" not in code
+    assert "NRT_MemInfo_alloc" not in code
 
 
 def last_of(predictor, state, calls):

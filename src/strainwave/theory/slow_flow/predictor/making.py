@@ -9,24 +9,15 @@ import numpy as np
 
 from ....quantities import floated, interval, number
 from .. import response as response_curve
-from ..averaging import AveragedFlow, Exact
+from ..averaging import AveragedFlow
 from ..certificate import certify
 from ..cubic import CubicFlow
 from ..fixed_points import Flow, is_trivial
 from ..second_order import Forms, SecondOrderFlow
 from ..second_order_forms import FORMS
 from ..setting import Setting
-from .forces import (
-    FirstOrderCubic,
-    ForcedLine,
-    LinearDrive,
-    SecondHalf,
-    SecondNonresonant,
-    SecondPrimary,
-    SecondSubharmonic,
-    SecondSuperharmonic,
-    SecondTwofold,
-)
+from .forces import FirstOrderCubic, ForcedLine, LinearDrive
+from .formulas import Half, Nonresonant, Primary, SecondOrderFormula, Subharmonic, Superharmonic, Twofold
 from .predictor import Predictor
 from .samples import SLOTS, FirstOrderSamples, SecondOrderSamples
 
@@ -37,13 +28,14 @@ FEWEST, MOST_POINTS = 16, {1: 64, 2: 24}  # sample points along the motion, by t
 ACCURATE, ACCEPTED = 1e-10, 0.01  # relative error of the rates by samples: where to stop, and what is refused
 CERTIFIED = 24  # steady states, evenly among all by the size of their torsion
 OVERSHOOT = 2.0  # the excitation at which validity is sought, over the largest of the range
+Probes = list[tuple[float, complex]]
 FORMULAS: dict[Fraction | None, Any] = {
-    Fraction(1): SecondPrimary,
-    Fraction(3): SecondSuperharmonic,
-    Fraction(1, 3): SecondSubharmonic,
-    Fraction(2): SecondTwofold,
-    Fraction(1, 2): SecondHalf,
-    None: SecondNonresonant,
+    Fraction(1): Primary(),
+    Fraction(3): Superharmonic(),
+    Fraction(1, 3): Subharmonic(),
+    Fraction(2): Twofold(),
+    Fraction(1, 2): Half(),
+    None: Nonresonant(),
 }
 
 
@@ -59,12 +51,12 @@ def predictor(flow: Flow, order: int, sample: Any, speeds: Any, amplitudes: Any)
     fastest = max(s.fast / s.omega * high if s.resonance.ratio else s.fast, high * max(s.orders, default=1))
     time = 2.0 * math.pi / (PER_PERIOD * fastest) if sample is None else number("sample [s]", sample, positive=True)
     at_most = scaled(flow, most)
-    drive = _linear_drive(s, flow)
-    force = _force(at_most, drive, order, (low, high), most)
+    drive = _linear_drive(s)
     p, q = s.resonance if s.resonance.ratio else (0, 1)
     reach = _reach(scaled(flow, OVERSHOOT * most, OVERSHOOT), order, (low, high))
+    force = _force(at_most, drive, order, _probes((low, high), min(reach, 10.0 * drive.size)), most)
     made = Predictor(time, 1, (low, high), (least, most), reach, _mean(s), p, q, drive, force)
-    return floated(made._replace(steps=_steps(at_most, made)))
+    return Predictor(*floated(made._replace(steps=_steps(at_most, made))))
 
 
 def _amplitudes(amplitudes: Any) -> tuple[float, float]:
@@ -84,7 +76,7 @@ def scaled(flow: Flow, torque: float, error: float = 1.0) -> Flow:
     return replace(flow, setting=moved)
 
 
-def _linear_drive(s: Setting, flow: Flow) -> LinearDrive:
+def _linear_drive(s: Setting) -> LinearDrive:
     """The linear drive, with at least one line."""
     at = _places(s)
     lines = tuple(
@@ -111,58 +103,54 @@ def _mean(s: Setting) -> float:
     return s.u0 + float(np.mean(s.system.error.value(2.0 * np.pi * np.arange(n) / n)))
 
 
-def _force(flow: Flow, drive: LinearDrive, order: int, speeds: tuple[float, float], amplitude: float) -> Any:
+def _force(flow: Flow, drive: LinearDrive, order: int, probes: Probes, amplitude: float) -> Any:
     s = flow.setting
     ratio = None if s.resonance.ratio is None or not s.orders else s.resonance.ratio / s.orders[0]
     if isinstance(flow, CubicFlow):
         return FirstOrderCubic(flow.kappa, float(flow.kind == "superharmonic"), float(flow.kind == "subharmonic"))
     if isinstance(flow, SecondOrderFlow) and isinstance(flow.force, Forms):
         share = 0.0 if ratio is None else float(s.resonance.ratio or 0) / ratio.numerator
-        return FORMULAS[ratio](flow.force.square, flow.force.cube, share, FORMS[ratio].numbers)
+        numbers = FORMS[ratio].numbers
+        return SecondOrderFormula(flow.force.square, flow.force.cube, share, numbers, FORMULAS[ratio])
     if s.resonance.ratio is None:
         raise ValueError(
             "without resonance a predictor is there for a cubic polynomial under one line (at first order without "
             "square and mean torque); give a resonance, or integrate"
         )
-    return _sampled(flow, drive, order, speeds, amplitude)
+    return _sampled(flow, drive, order, probes, amplitude)
 
 
-def _sampled(flow: Flow, drive: LinearDrive, order: int, speeds: tuple[float, float], amplitude: float) -> Any:
+def _sampled(flow: Flow, drive: LinearDrive, order: int, probes: Probes, amplitude: float) -> Any:
     """As few sample points as give the rates of the flow."""
     s = flow.setting
     p, q = s.resonance
     fast, top = p // _base(s), max(p // _base(s), *_places(s))
-    probes = _probes(flow, speeds)
     best, error, points, most = None, math.inf, FEWEST * top, MOST_POINTS[order] * top
     while True:
         angle, share = 2.0 * math.pi / points, _base(s) / q
         common = (floated(s.system.law), s.system.J, points, math.cos(angle), math.sin(angle), fast, share)
         force = FirstOrderSamples(*common) if order == 1 else SecondOrderSamples(*common, *_slots(flow, probes))
         off = _worst(flow, drive, force, probes, amplitude)
-        if off < 0.5 * error:
+        if off < 0.8 * error:
             best, error = force, off
         if error <= ACCURATE or points == most:
             break
         points = min(2 * points, most)
     if best is None or not error <= ACCEPTED:
         raise ValueError(
-            f"{most} samples of the law give the rates to {100.0 * error:.2g} % only; use the other "
-            "order, or integrate"
+            f"{most} samples of the law give the rates to {100.0 * error:.2g} % only; use the other order, or integrate"
         )
     return best
 
 
-def _probes(flow: Flow, speeds: tuple[float, float]) -> list[tuple[float, complex]]:
+def _probes(speeds: tuple[float, float], largest: float) -> Probes:
     """Speeds and states at which the rates by samples are compared with those of the flow."""
     turns = np.exp(1j * np.array([0.3, 1.7, 4.1]))
-    found = []
-    for omega in np.linspace(*speeds, 3):
-        sizes = [a for a in flow.at(float(omega)).setting.scales() if a < 10.0 * max(flow.setting.scales())]
-        found += [(float(omega), complex(a * turn)) for a in sizes for turn in turns]
-    return found
+    sizes = largest * np.array([0.1, 0.3, 1.0])
+    return [(float(omega), complex(a * turn)) for omega in np.linspace(*speeds, 3) for a in sizes for turn in turns]
 
 
-def _worst(flow: Flow, drive: LinearDrive, force: Any, probes: list[tuple[float, complex]], amplitude: float) -> float:
+def _worst(flow: Flow, drive: LinearDrive, force: Any, probes: Probes, amplitude: float) -> float:
     """Largest error of the rates relative to the linear part of the slow flow."""
     worst = 0.0
     for omega, z in probes:
@@ -175,10 +163,11 @@ def _worst(flow: Flow, drive: LinearDrive, force: Any, probes: list[tuple[float,
     return worst
 
 
-def _slots(flow: Flow, probes: list[tuple[float, complex]]) -> tuple[tuple[int, ...], tuple[float, ...]]:
+def _slots(flow: Flow, probes: Probes) -> tuple[tuple[int, ...], tuple[float, ...]]:
     """Numbers and weights of the small harmonics that are largest at the probes."""
     s = flow.setting
-    base, sizes = _base(s) / s.resonance.q, {}
+    base = _base(s) / s.resonance.q
+    sizes: dict[int, float] = {}
     for omega, z in probes:
         for speed, small in flow.at(omega).small(z):
             number = round(float(speed) / (base * omega))
@@ -210,7 +199,7 @@ def _reach(flow: Flow, order: int, speeds: tuple[float, float]) -> float:
     valid = [size for (size, _, _), verdict in zip(certified, verdicts, strict=True) if verdict.valid]
     if not valid:
         raise ValueError(f"no steady state of this range is valid: {verdicts[0].sentence}")
-    return max(valid)
+    return float(max(valid))
 
 
 def _steps(flow: Flow, made: Predictor) -> int:
@@ -224,7 +213,7 @@ def _steps(flow: Flow, made: Predictor) -> int:
     steps = math.ceil(fastest * made.sample / TURN)
     if steps > MOST_STEPS:
         raise ValueError(
-            f"a sample of {made.sample:.6g} s is too long: the slow state turns by {fastest * made.sample:.3g} rad in it; "
-            f"give at most {MOST_STEPS * TURN / fastest:.3g} s, or a narrower range of speeds"
+            f"a sample of {made.sample:.6g} s is too long: the slow state turns by {fastest * made.sample:.3g} rad in "
+            f"it; give at most {MOST_STEPS * TURN / fastest:.3g} s, or a narrower range of speeds"
         )
     return max(1, steps)

@@ -141,8 +141,20 @@ def at_rest(predictor: Any) -> Any:
 def combined(h: Any, weights: Any, rates: Any) -> Any:
     """Sum of four rates with weights, times h."""
     return complex(
-        h * (weights[0] * rates[0].real + weights[1] * rates[1].real + weights[2] * rates[2].real + weights[3] * rates[3].real),
-        h * (weights[0] * rates[0].imag + weights[1] * rates[1].imag + weights[2] * rates[2].imag + weights[3] * rates[3].imag),
+        h
+        * (
+            weights[0] * rates[0].real
+            + weights[1] * rates[1].real
+            + weights[2] * rates[2].real
+            + weights[3] * rates[3].real
+        ),
+        h
+        * (
+            weights[0] * rates[0].imag
+            + weights[1] * rates[1].imag
+            + weights[2] * rates[2].imag
+            + weights[3] * rates[3].imag
+        ),
     )
 
 
@@ -164,7 +176,10 @@ def advanced(predictor: Any, state: Any, omega: Any, amplitude: Any) -> Any:
     h, share = predictor.sample / predictor.steps, 1.0 / predictor.steps
     for i in range(predictor.steps):
         left = (predictor.steps - 1 - i) * share
-        now_omega, now_amplitude = omega + left * (state.omega - omega), amplitude + left * (state.amplitude - amplitude)
+        now_omega, now_amplitude = (
+            omega + left * (state.omega - omega),
+            amplitude + left * (state.amplitude - amplitude),
+        )
         z, rates, small = step(predictor, z, rates, now_omega, now_amplitude, h)
     return z, rates, small
 
@@ -192,7 +207,7 @@ def swing(predictor: Any, z: Any, omega: Any, amplitude: Any) -> Any:
 
 @kernel
 def motion(predictor: Any, state: Any, small: Any) -> Any:
-    """x [rad] and x' [rad/s] of a state."""
+    """Dynamic error x [rad] and x' [rad/s] of a state."""
     drive, omega, amplitude = predictor.drive, state.omega, state.amplitude
     z, fast = complex(state.re, state.im), fast_speed(drive, omega)
     base, free = turned(state.angle / predictor.q), turned(state.free)

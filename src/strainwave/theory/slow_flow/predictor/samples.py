@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 from ....compile.jit import axpy, kernel
 from ..second_order_forms import answer
-from .forces import fast_speed, forcing, hard, power, soft, turned, with_inertia
+from .forces import fast_speed, hard, power, soft, turned, with_inertia
 
 SLOTS = 6  # small harmonics
 
@@ -52,7 +52,7 @@ class FirstOrderSamples(NamedTuple):
         detuning = fast_speed(drive, omega) - drive.omega_0
         return -complex(0.5 * drive.mu, detuning) * z + 1j * push, ()
 
-    def motion(self, drive: Any, small: Any, omega: Any, angle: Any, free: Any) -> Any:
+    def motion(self, _drive: Any, _small: Any, _omega: Any, _angle: Any, _free: Any) -> Any:
         """Nothing: first order has no small harmonics."""
         return 0.0, 0.0
 
@@ -153,7 +153,7 @@ class SecondOrderSamples(NamedTuple):
         by_im = -1j * (linear + scale * (mean - twice)) / carrier
         return with_inertia(balance / carrier, by_re, by_im, carrier), small
 
-    def motion(self, drive: Any, small: Any, omega: Any, angle: Any, free: Any) -> Any:
+    def motion(self, _drive: Any, small: Any, omega: Any, angle: Any, _free: Any) -> Any:
         """Sum of the small harmonics [rad], and its derivative [rad/s]."""
         b, value, rate = turned(self.share * angle), 0.0, 0.0
         for i in range(SLOTS):
