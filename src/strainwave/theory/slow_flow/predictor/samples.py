@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from ....compile.jit import axpy, kernel
+from ....compile.jit import kernel
 from ..second_order_forms import answer
 from .forces import fast_speed, hard, power, soft, turned, with_inertia
 
@@ -64,6 +64,19 @@ def product(a: Any, b: Any) -> Any:
 
 
 @kernel
+def shifted(a: Any, h: Any, b: Any) -> Any:
+    """Return a + h b for complex numbers a and b and a number h."""
+    return complex(a.real + h * b.real, a.imag + h * b.imag)
+
+
+@kernel
+def added(a: Any, h: Any, b: Any) -> Any:
+    """Return a + h b for the slots of two tuples."""
+    first = shifted(a[0], h, b[0]), shifted(a[1], h, b[1]), shifted(a[2], h, b[2])
+    return (*first, shifted(a[3], h, b[3]), shifted(a[4], h, b[4]), shifted(a[5], h, b[5]))
+
+
+@kernel
 def powers(b: Any, n: Any) -> Any:
     """Powers of a number on the unit circle, one a slot."""
     return power(b, n[0]), power(b, n[1]), power(b, n[2]), power(b, n[3]), power(b, n[4]), power(b, n[5])
@@ -99,7 +112,7 @@ def small_harmonics(force: Any, drive: Any, omega: Any, amplitude: Any, z: Any) 
     for _ in range(force.points):
         _, w = first_motion(drive, omega, amplitude, force.fast, z, b)
         beyond = (force.law.torque(drive.u0 + w) - rest) / force.J - pull * w
-        n = axpy(n, beyond, at)
+        n = added(n, beyond, at)
         b *= step
         at = product(at, steps)
     scale = 2.0 / force.points
