@@ -167,6 +167,31 @@ def test_example_hysteresis():
     assert len(plt.get_fignums()) == 1
 
 
+@pytest.mark.slow
+def test_example_predictor():
+    # Independent: the predictions against SciPy's DOP853 in the full equation, written out here.
+    module = example("predictor")
+    share = module.main()
+    t = module.SAMPLE * np.arange(1, round(module.DURATION / module.SAMPLE) + 1)
+
+    def rates(now, y):
+        theta = module.LOW * now + 0.5 * module.RATE * now * now
+        return y[1], 0.03 * math.cos(theta) - 0.02 * y[1] - y[0] - 0.1 * y[0] ** 3
+
+    x = solve_ivp(rates, (0.0, t[-1]), (0.0, 0.0), "DOP853", t, rtol=1e-9, atol=1e-12).y[0]
+    predictor = sw.slow_flow(module.DRIVE, sw.PRIMARY, order=2).predictor(module.SAMPLE, speeds=(0.85, 1.15))
+    state, mine = predictor.start(0.85), []
+    for omega in module.LOW + module.RATE * t:
+        found = predictor.update(float(omega), 1.0, state)
+        state = found.state
+        mine.append(found.x)
+    before = t < t[np.argmax(mine)]
+    error = np.array(mine) - x
+    assert share == pytest.approx(100.0 * np.sqrt(np.mean(error[before] ** 2) / np.mean(x[before] ** 2)), rel=0.01)
+    assert share < 0.25
+    assert len(plt.get_fignums()) == 1
+
+
 @pytest.mark.compiled
 @pytest.mark.slow
 def test_example_run_up():

@@ -25,6 +25,8 @@ from .certificate import ORDINAL, certify
 from .cubic import CubicFlow, free_decay, kind_of
 from .fixed_points import Flow, attractor, fixed_points, is_stable, is_trivial
 from .memory import remembers
+from .predictor.making import predictor
+from .predictor.predictor import Predictor
 from .resonance import NONRESONANT, Resonance
 from .results import Certificate, Evolution, SlowResponse, StatesAtSpeeds, SteadyState
 from .second_order import Forms, SecondOrderFlow, second_order
@@ -256,6 +258,36 @@ class SlowFlow:
         """
         states = self.steady_states()
         return certify(self._flow, states[0].z, self.order)
+
+    def predictor(
+        self,
+        sample: float | None = None,
+        *,
+        speeds: tuple[float, float] | None = None,
+        amplitudes: tuple[float, float] = (0.0, 1.0),
+    ) -> Predictor:
+        """Make the slow flow ready for a controller: a small model whose `update` predicts the next sample.
+
+        Formulas serve wherever this flow has them; every other law is sampled along its motion, which for a law with
+        kinks is right to 1 % of the rates.
+
+        Parameters
+        ----------
+        sample : float
+            Time from one call to the next [s]. Default: 32 samples per period of the fastest component.
+        speeds : (float, float)
+            Lowest and highest speed of the base angle [rad/s]. Default: half and one and a half times the system's.
+        amplitudes : (float, float)
+            Lowest and highest factor on the torque lines of the excitation; the mean torque and the kinematic error
+            keep theirs.
+
+        Raises
+        ------
+        ValueError
+            If the drive has no damping, no state of the range is valid, the sample is too long for the range, or the
+            law cannot be sampled in bounded time: without resonance, and where the samples do not give the rates.
+        """
+        return predictor(self._flow, self.order, sample, speeds, amplitudes)
 
 
 def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:

@@ -19,14 +19,18 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from ...compile.jit import kernel
+
 Numbers = tuple[tuple[int, int], ...]
 
 
+@kernel
 def answer(force: Any, k: Any, mu: Any, speed: Any) -> Any:
     """Harmonic [rad] that a harmonic of the torque over J [rad/s^2] drives at a speed [rad/s]."""
     return -force / (k - speed * speed + 1j * mu * speed)
 
 
+@kernel
 def primary(c2: Any, c3: Any, k: Any, mu: Any, w: Any, _v: Any, z: Any, _c: Any) -> Any:
     """The line is on E: harmonics 0, 2, 3."""
     zz = _square(z)
@@ -38,6 +42,7 @@ def primary(c2: Any, c3: Any, k: Any, mu: Any, w: Any, _v: Any, z: Any, _c: Any)
     return (w0, w2, w3), 0.75 * c3 * zz * z, back
 
 
+@kernel
 def superharmonic(c2: Any, c3: Any, k: Any, mu: Any, w: Any, _v: Any, z: Any, c: Any) -> Any:
     """E = L^3: harmonics 0, 1, 2, 4, 5, 6, 7, 9 of the line's angle."""
     y, d, zz, cc = z.conjugate(), c.conjugate(), _square(z), _square(c)
@@ -56,6 +61,7 @@ def superharmonic(c2: Any, c3: Any, k: Any, mu: Any, w: Any, _v: Any, z: Any, c:
     return (w0, w1, w2, w4, w5, w6, w7, w9), on_fast, c2 * by_square + 0.75 * c3 * by_cube
 
 
+@kernel
 def subharmonic(c2: Any, c3: Any, k: Any, mu: Any, w: Any, _v: Any, z: Any, c: Any) -> Any:
     """L = E^3: harmonics 0, 2, 3, 4, 5, 6, 7, 9 of the fast angle."""
     y, d, zz, cc = z.conjugate(), c.conjugate(), _square(z), _square(c)
@@ -74,6 +80,7 @@ def subharmonic(c2: Any, c3: Any, k: Any, mu: Any, w: Any, _v: Any, z: Any, c: A
     return (w0, w2, w3, w4, w5, w6, w7, w9), on_fast, c2 * by_square + 0.75 * c3 * by_cube
 
 
+@kernel
 def twofold(c2: Any, c3: Any, k: Any, mu: Any, w: Any, _v: Any, z: Any, c: Any) -> Any:
     """E = L^2, the superharmonic of a square: harmonics 0, 1, 3, 4, 5, 6 of the line's angle."""
     y, d, zz, cc = z.conjugate(), c.conjugate(), _square(z), _square(c)
@@ -90,6 +97,7 @@ def twofold(c2: Any, c3: Any, k: Any, mu: Any, w: Any, _v: Any, z: Any, c: Any) 
     return (w0, w1, w3, w4, w5, w6), on_fast, c2 * by_square + 0.75 * c3 * by_cube
 
 
+@kernel
 def half(c2: Any, c3: Any, k: Any, mu: Any, w: Any, _v: Any, z: Any, c: Any) -> Any:
     """L = E^2, the subharmonic of a square: harmonics 0, 2, 3, 4, 5, 6 of the fast angle."""
     y, d, zz, cc = z.conjugate(), c.conjugate(), _square(z), _square(c)
@@ -106,6 +114,7 @@ def half(c2: Any, c3: Any, k: Any, mu: Any, w: Any, _v: Any, z: Any, c: Any) -> 
     return (w0, w2, w3, w4, w5, w6), on_fast, c2 * by_square + 0.75 * c3 * by_cube
 
 
+@kernel
 def nonresonant(c2: Any, c3: Any, k: Any, mu: Any, w: Any, v: Any, z: Any, c: Any) -> Any:
     """E and L turn freely: harmonics m w + n v of both."""
     y, d, zz, cc = z.conjugate(), c.conjugate(), _square(z), _square(c)
@@ -129,6 +138,7 @@ def nonresonant(c2: Any, c3: Any, k: Any, mu: Any, w: Any, v: Any, z: Any, c: An
     return small, on_fast, c2 * by_square + 0.75 * c3 * by_cube
 
 
+@kernel
 def _square(z: Any) -> Any:
     return z.real * z.real + z.imag * z.imag
 

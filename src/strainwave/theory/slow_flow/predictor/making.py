@@ -1,0 +1,219 @@
+"""Making a predictor of a slow flow: its force, its points and steps, and the torsion up to which it is valid."""
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from ....quantities import floated, interval, number
+from .. import response as response_curve
+from ..averaging import AveragedFlow
+from ..certificate import certify
+from ..cubic import CubicFlow
+from ..fixed_points import Flow, is_trivial
+from ..second_order import Forms, SecondOrderFlow
+from ..second_order_forms import FORMS
+from ..setting import Setting
+from .forces import FirstOrderCubic, ForcedLine, LinearDrive
+from .formulas import Half, Nonresonant, Primary, SecondOrderFormula, Subharmonic, Superharmonic, Twofold
+from .predictor import Predictor
+from .samples import SLOTS, FirstOrderSamples, SecondOrderSamples
+
+PER_PERIOD = 32  # samples per period of the fastest component, where the caller names no sample
+TURN, MOST_STEPS = 0.05, 8  # of the slow state in one step [rad], and steps in a sample
+SPEEDS = 9  # at which forced motions are certified
+FEWEST, MOST_POINTS = 16, {1: 64, 2: 24}  # sample points along the motion, by the order
+ACCURATE, ACCEPTED = 1e-10, 0.01  # relative error of the rates by samples: where to stop, and what is refused
+CERTIFIED = 24  # steady states, evenly among all by the size of their torsion
+OVERSHOOT = 2.0  # the excitation at which validity is sought, over the largest of the range
+Probes = list[tuple[float, complex]]
+FORMULAS: dict[Fraction | None, Any] = {
+    Fraction(1): Primary(),
+    Fraction(3): Superharmonic(),
+    Fraction(1, 3): Subharmonic(),
+    Fraction(2): Twofold(),
+    Fraction(1, 2): Half(),
+    None: Nonresonant(),
+}
+
+
+def predictor(flow: Flow, order: int, sample: Any, speeds: Any, amplitudes: Any) -> Predictor:
+    """Make the predictor of a slow flow; see `SlowFlow.predictor`."""
+    s = flow.setting
+    if not s.mu > 0.0:
+        raise ValueError(
+            f"mu = {s.mu:.6g} 1/s; a predictor needs damping, as without it every error of the start stays: give B"
+        )
+    low, high = interval("the range of speeds [rad/s]", speeds or (0.5 * s.omega, 1.5 * s.omega), positive=True)
+    least, most = _amplitudes(amplitudes)
+    fastest = max(s.fast / s.omega * high if s.resonance.ratio else s.fast, high * max(s.orders, default=1))
+    time = 2.0 * math.pi / (PER_PERIOD * fastest) if sample is None else number("sample [s]", sample, positive=True)
+    at_most = scaled(flow, most)
+    drive = _linear_drive(s)
+    p, q = s.resonance if s.resonance.ratio else (0, 1)
+    reach = _reach(scaled(flow, OVERSHOOT * most, OVERSHOOT), order, (low, high))
+    force = _force(at_most, drive, order, _probes((low, high), min(reach, 10.0 * drive.size)), most)
+    made = Predictor(time, 1, (low, high), (least, most), reach, _mean(s), p, q, drive, force)
+    return Predictor(*floated(made._replace(steps=_steps(at_most, made))))
+
+
+def _amplitudes(amplitudes: Any) -> tuple[float, float]:
+    """The range of the factor on the torque lines."""
+    least, most = (number("amplitudes (lowest, highest)", a) for a in amplitudes)
+    if not 0.0 <= least < most:
+        raise ValueError(f"amplitudes are ({least:.6g}, {most:.6g}); they must be (lowest, highest) from 0 up")
+    return least, most
+
+
+def scaled(flow: Flow, torque: float, error: float = 1.0) -> Flow:
+    """The same flow with its lines of torque and of kinematic error times factors."""
+    s = flow.setting
+    moved = replace(s, torque_lines=s.torque_lines * torque, error_lines=s.error_lines * error).at(s.omega)
+    if isinstance(flow, AveragedFlow):
+        return AveragedFlow(moved, flow.means.at(moved), flow.error)
+    return replace(flow, setting=moved)
+
+
+def _linear_drive(s: Setting) -> LinearDrive:
+    """The linear drive, with at least one line."""
+    at = _places(s)
+    lines = tuple(
+        ForcedLine(k, place, float(soft), t.real / s.system.J, t.imag / s.system.J, e.real, e.imag)
+        for k, place, soft, t, e in zip(s.orders, at, s.on_fast, s.torque_lines, s.error_lines, strict=True)
+    )
+    ratio = 0.0 if s.resonance.ratio is None else float(s.resonance.ratio)
+    return LinearDrive(s.u0, s.omega_0, s.mu, ratio, max(s.scales()), lines or (ForcedLine(1, 1, 0.0, *4 * (0.0,)),))
+
+
+def _base(s: Setting) -> int:
+    p, q = s.resonance
+    return math.gcd(p, *(q * k for k in s.orders)) or 1
+
+
+def _places(s: Setting) -> list[int]:
+    """Multiples of the angle of the samples at the lines."""
+    return [s.resonance.q * k // _base(s) for k in s.orders]
+
+
+def _mean(s: Setting) -> float:
+    """Mean of x [rad] at first order: the torsion under the mean torque, and the mean of the kinematic error."""
+    n = 8 * max(s.orders, default=1) + 64
+    return s.u0 + float(np.mean(s.system.error.value(2.0 * np.pi * np.arange(n) / n)))
+
+
+def _force(flow: Flow, drive: LinearDrive, order: int, probes: Probes, amplitude: float) -> Any:
+    s = flow.setting
+    ratio = None if s.resonance.ratio is None or not s.orders else s.resonance.ratio / s.orders[0]
+    if isinstance(flow, CubicFlow):
+        return FirstOrderCubic(flow.kappa, float(flow.kind == "superharmonic"), float(flow.kind == "subharmonic"))
+    if isinstance(flow, SecondOrderFlow) and isinstance(flow.force, Forms):
+        share = 0.0 if ratio is None else float(s.resonance.ratio or 0) / ratio.numerator
+        numbers = FORMS[ratio].numbers
+        return SecondOrderFormula(flow.force.square, flow.force.cube, share, numbers, FORMULAS[ratio])
+    if s.resonance.ratio is None:
+        raise ValueError(
+            "without resonance a predictor is there for a cubic polynomial under one line (at first order without "
+            "square and mean torque); give a resonance, or integrate"
+        )
+    return _sampled(flow, drive, order, probes, amplitude)
+
+
+def _sampled(flow: Flow, drive: LinearDrive, order: int, probes: Probes, amplitude: float) -> Any:
+    """As few sample points as give the rates of the flow."""
+    s = flow.setting
+    p, q = s.resonance
+    fast, top = p // _base(s), max(p // _base(s), *_places(s))
+    best, error, points, most = None, math.inf, FEWEST * top, MOST_POINTS[order] * top
+    while True:
+        angle, share = 2.0 * math.pi / points, _base(s) / q
+        common = (floated(s.system.law), s.system.J, points, math.cos(angle), math.sin(angle), fast, share)
+        force = FirstOrderSamples(*common) if order == 1 else SecondOrderSamples(*common, *_slots(flow, probes))
+        off = _worst(flow, drive, force, probes, amplitude)
+        if off < 0.8 * error:
+            best, error = force, off
+        if error <= ACCURATE or points == most:
+            break
+        points = min(2 * points, most)
+    if best is None or not error <= ACCEPTED:
+        raise ValueError(
+            f"{most} samples of the law give the rates to {100.0 * error:.2g} % only; use the other order, or integrate"
+        )
+    return best
+
+
+def _probes(speeds: tuple[float, float], largest: float) -> Probes:
+    """Speeds and states at which the rates by samples are compared with those of the flow."""
+    turns = np.exp(1j * np.array([0.3, 1.7, 4.1]))
+    sizes = largest * np.array([0.1, 0.3, 1.0])
+    return [(float(omega), complex(a * turn)) for omega in np.linspace(*speeds, 3) for a in sizes for turn in turns]
+
+
+def _worst(flow: Flow, drive: LinearDrive, force: Any, probes: Probes, amplitude: float) -> float:
+    """Largest error of the rates relative to the linear part of the slow flow."""
+    worst = 0.0
+    for omega, z in probes:
+        here = flow.at(omega)
+        if here.setting.sits_on(omega):
+            continue
+        s = here.setting
+        rate, size = complex(here.rates(z)), (s.mu + abs(s.fast - s.omega_0)) * abs(z)
+        worst = max(worst, abs(force.rate(drive, omega, amplitude, z)[0] - rate) / (size + abs(rate)))
+    return worst
+
+
+def _slots(flow: Flow, probes: Probes) -> tuple[tuple[int, ...], tuple[float, ...]]:
+    """Numbers and weights of the small harmonics that are largest at the probes."""
+    s = flow.setting
+    base = _base(s) / s.resonance.q
+    sizes: dict[int, float] = {}
+    for omega, z in probes:
+        for speed, small in flow.at(omega).small(z):
+            number = round(float(speed) / (base * omega))
+            sizes[number] = max(sizes.get(number, 0.0), abs(complex(small)) / abs(z))
+    chosen = sorted(sorted(sizes, key=lambda number: -sizes[number])[:SLOTS])
+    numbers = tuple(chosen + [0] * (SLOTS - len(chosen)))
+    weights = tuple([0.5 if n == 0 else 1.0 for n in chosen] + [0.0] * (SLOTS - len(chosen)))
+    return numbers, weights
+
+
+def _reach(flow: Flow, order: int, speeds: tuple[float, float]) -> float:
+    """Torsion [rad] about its mean up to which the certificate holds the steady states under an excitation valid."""
+    found = response_curve.response(flow, *speeds)
+    states = [
+        (float(omega), complex(a * np.exp(-1j * phase)))
+        for branch in found.branches
+        for omega, a, phase in zip(branch.omega, branch.amplitude, branch.phase, strict=True)
+    ]
+    for omega in np.linspace(*speeds, SPEEDS):
+        here = flow.at(float(omega))
+        if not here.setting.sits_on(float(omega)) and (here.setting.resonance.ratio is None or is_trivial(here)):
+            states.append((float(omega), 0j))
+    ranked = sorted((abs(z) + float(np.sum(np.abs(flow.at(omega).setting.hard))), omega, z) for omega, z in states)
+    if not ranked or ranked[-1][0] == 0.0:
+        return math.inf
+
+    certified = [ranked[i] for i in sorted(set(np.linspace(0, len(ranked) - 1, CERTIFIED).astype(int).tolist()))]
+    verdicts = [certify(flow.at(omega), z, order) for _, omega, z in certified]
+    valid = [size for (size, _, _), verdict in zip(certified, verdicts, strict=True) if verdict.valid]
+    if not valid:
+        raise ValueError(f"no steady state of this range is valid: {verdicts[0].sentence}")
+    return float(max(valid))
+
+
+def _steps(flow: Flow, made: Predictor) -> int:
+    """Steps in which the slow state turns little."""
+    fastest = 0.0
+    for omega in np.linspace(*made.speeds, 3):
+        here = flow.at(float(omega))
+        largest = min(made.reach, 10.0 * max(here.setting.scales()))
+        for a in (1e-6 * largest, largest):
+            fastest = max(fastest, float(np.linalg.norm(here.jacobian(complex(a)), 2)))
+    steps = math.ceil(fastest * made.sample / TURN)
+    if steps > MOST_STEPS:
+        raise ValueError(
+            f"a sample of {made.sample:.6g} s is too long: the slow state turns by {fastest * made.sample:.3g} rad in "
+            f"it; give at most {MOST_STEPS * TURN / fastest:.3g} s, or a narrower range of speeds"
+        )
+    return max(1, steps)
