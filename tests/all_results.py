@@ -43,10 +43,13 @@ RESULTS = {
     "DriveResponse": drive,
     "SlowResponse": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).response((0.9, 1.4)),
     "SlowResponse without states": lambda: sw.slow_flow(DUFFING, sw.SUBHARMONIC).response((0.9, 1.4)),
+    "Passage": lambda: sw.passage(DUFFING, sw.PRIMARY, (0.6, 1.8), 0.01),
+    "Passages": lambda: sw.passage(DUFFING, sw.PRIMARY, (0.6, 1.8), [0.01, 0.02]),
+    "SlowBasins": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).basins(points=5),
     "DriveRun": run,
     "Bode": lambda: sw.bode(sw.HDC_40_050.train(control=sw.PositionLoop(50.0, 0.5)), np.geomspace(1.0, 1e3, 7)),
     "StateSpace": lambda: sw.state_space(LOOPED),
     "Margins": lambda: sw.margins(LOOPED),
     "Exceedance": lambda: sw.Exceedance(1e-4, {"load.inertia": NUMBERS}, 1e-4 * NUMBERS, 90.0 * NUMBERS, 1, None, ()),
 }
-WITHOUT_FIGURE = ("Jumps", "StateSpace", "Margins", "Exceedance")
+WITHOUT_FIGURE = ("Passage", "Passages", "SlowBasins", "Jumps", "StateSpace", "Margins", "Exceedance")

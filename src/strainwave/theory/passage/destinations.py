@@ -1,6 +1,7 @@
 """Where motions of a slow flow at constant speed end."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...results import SolveError
 from ..slow_flow.fixed_points import CLEAR, Flow, fixed_points, is_stable, is_trivial
@@ -17,7 +18,7 @@ def stable_states(flow: Flow) -> list[complex]:
     return found + ([0j] if is_trivial(flow) and is_stable(flow, 0j) else [])
 
 
-def destinations(flow: Flow, starts: Complexes) -> tuple[list[complex], Complexes]:
+def destinations(flow: Flow, starts: Complexes) -> tuple[list[complex], NDArray[np.int64]]:
     """Stable states [rad], and for each start [rad] the place of its end among them; -1 where it did not settle.
 
     Raises

@@ -13,7 +13,7 @@ from ..slow_flow.setting import Complexes
 from .destinations import destinations
 from .march import March, march
 from .results import DelayedJump
-from .ride import SAMPLES, Way
+from .ride import Way
 
 SETTLED = 0.02  # of the steady amplitude
 TRACKED = 200  # speeds at which the last steady state is followed back

@@ -108,7 +108,8 @@ def march(rates: Rates, z0: Complexes, end: Floats, samples: int, size: float) -
         h = h * np.clip(factor, 0.2, 5.0)
         if np.any(arrived):
             left = ~arrived
-            lanes, t, h, filled, z, rate = (part[left] for part in (lanes, t, h, filled, z, rate))
+            lanes, filled, t, h = lanes[left], filled[left], t[left], h[left]
+            z, rate = z[left], rate[left]
         if not len(lanes):
             return found
     raise SolveError(

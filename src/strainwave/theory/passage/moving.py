@@ -23,7 +23,8 @@ from ..slow_flow.fixed_points import Flow
 from ..slow_flow.second_order import STEP, Samples, SecondOrderFlow, Small
 from ..slow_flow.setting import Complexes, Setting, real_matrix
 
-ALONE, AMONG_OTHERS = (400, 17, 1), (160, 9, 16)  # amplitudes, speeds and phases of a table
+ALONE, AMONG_OTHERS = (400, 17, 1), (120, 9, 16)  # amplitudes, speeds and phases of a table
+SMALLEST = 1e-4  # of the largest function: a smaller one is left out
 CHUNK = 400  # states sampled at a time
 
 
@@ -36,7 +37,7 @@ def moving_rates(flow: Flow, omega: Any, rate: Any, z: Complexes) -> Complexes:
             if np.any(flow.setting.hard):
                 return np.array([complex(flow.at(w).rates(x)) for w, x in zip(omega, z, strict=True)])
             return np.asarray(replace(flow, setting=flow.setting.at(omega)).rates(z))
-        return np.asarray(flow.at(omega).rates(z))  # type: ignore[arg-type]
+        return np.asarray(flow.at(omega).rates(z))
     return np.asarray(CubicFlow(flow.setting.at(omega), flow.kind).rates(z))
 
 
@@ -48,10 +49,10 @@ def _second(flow: SecondOrderFlow, omega: Any, rate: Any, z: Complexes) -> Compl
     speeds = np.concatenate([omega] * 5 + [omega + d, omega - d])
     along = np.tile(rate, 7)
     here = flow.at(speeds)
-    c = 2j * here.setting.fast + s.mu
+    c: Any = 2j * here.setting.fast + s.mu
     line = np.sum(s.error_lines[s.on_fast]) if s.on_fast.any() else 0.0
     g = here.unforced(places) - here.push - 1j * ratio * along * (places + line) / c
-    g = g.reshape(7, n)
+    g = np.asarray(g).reshape(7, n)
     by_re, by_im = (g[1] - g[2]) / (2.0 * step), (g[3] - g[4]) / (2.0 * step)
     c = c[:n]
     right = g[0] - rate * (g[5] - g[6]) / (2.0 * d) / c
@@ -73,19 +74,22 @@ class Tabulated:
         Multiples of the phase.
     parts : tuple of (spline, spline)
         Real and imaginary part of the function of each.
+    largest : float
+        Amplitude [rad] up to which they reach; beyond it the drive is taken for linear.
     """
 
     multiples: tuple[int, ...]
     parts: tuple[tuple[RectBivariateSpline, RectBivariateSpline], ...]
+    largest: float
 
     def values(self, s: Setting, z: Any) -> tuple[Small, Any]:
         """No small harmonics, and 2 <n conj(E)> [rad/s^2]."""
         a, omega = np.abs(z), np.broadcast_to(s.omega, np.shape(z))
-        turn = z / np.maximum(a, 1e-300)
+        turn = np.where(a > 0.0, z, 1.0) / np.where(a > 0.0, a, 1.0)
         found: Any = 0.0
         for m, (re, im) in zip(self.multiples, self.parts, strict=True):
             found = found + (re.ev(a, omega) + 1j * im.ev(a, omega)) * turn**m
-        return [], found
+        return [], found * np.maximum(a / self.largest, 1.0)
 
 
 def tabulated(flow: Flow, band: tuple[float, float], largest: float) -> Flow:
@@ -93,7 +97,7 @@ def tabulated(flow: Flow, band: tuple[float, float], largest: float) -> Flow:
     if not (isinstance(flow, SecondOrderFlow) and isinstance(flow.force, Samples)):
         return flow
     alone = bool(flow.setting.on_fast.all())
-    amplitudes, speeds, phases = (ALONE if alone else AMONG_OTHERS)
+    amplitudes, speeds, phases = ALONE if alone else AMONG_OTHERS
     margin = 1e-3 * (band[1] - band[0])
     a, omega = np.linspace(0.0, largest, amplitudes), np.linspace(band[0] - margin, band[1] + margin, speeds)
     turn = np.exp(2j * np.pi * np.arange(phases) / phases)
@@ -105,5 +109,7 @@ def tabulated(flow: Flow, band: tuple[float, float], largest: float) -> Flow:
     # functions of |z| times exp(i m phase), m = 1 alone where only the whole turn matters
     multiples = (1,) if alone else tuple(range(1 - phases // 2, 1 + phases // 2))
     each = [shares.sum(axis=2) if alone else shares[:, :, m] for m in multiples]
-    parts = tuple(tuple(RectBivariateSpline(a, omega, part) for part in (one.real, one.imag)) for one in each)
-    return replace(flow, force=Tabulated(multiples, parts))  # type: ignore[arg-type]
+    least = SMALLEST * max(float(np.max(np.abs(one))) for one in each)
+    kept = [(m, one) for m, one in zip(multiples, each, strict=True) if np.max(np.abs(one)) > least]
+    parts = tuple((RectBivariateSpline(a, omega, one.real), RectBivariateSpline(a, omega, one.imag)) for _, one in kept)
+    return replace(flow, force=Tabulated(tuple(m for m, _ in kept), parts, largest))  # type: ignore[arg-type]

@@ -21,6 +21,7 @@ from ..slow_flow.certificate import certify
 from ..slow_flow.multiple_scales import SlowFlow, slow_flow
 from ..slow_flow.resonance import Resonance
 from ..slow_flow.response import response
+from .destinations import stable_states
 from .folds import folds_ahead
 from .history import envelope, settled
 from .moving import tabulated
@@ -28,12 +29,16 @@ from .results import DelayedJump, Passage, Passages
 from .ride import Way
 
 MOST_RATES = 200
-ROOM = 3.0  # of the largest steady amplitude: so far a table reaches
+ROOM = 2.0  # of the largest steady amplitude: so far a table reaches
 TRUSTED = 0.03  # largest estimated error of a valid passage
 BESIDE, APART = 0.1, 0.15  # of a rate, and of the largest amplitude: it may change so much at rates so near
 HURRY = {1: 2.0, 2: 0.8}  # error of a linear passage over a power of rate/omega_0^2: 1/2 at first order, 1 at second
 FASTEST = 0.3  # rate/omega_0^2 beyond which an amplitude that changes slowly is no description
-SLOWEST, FACTOR, PARTS = -3, 4.0, (16, 8, 1)  # of the search for the rate without a jump: powers, and parts of a bracket
+SLOWEST, FACTOR, PARTS = (
+    -3,
+    4.0,
+    (16, 8, 1),
+)  # of the search for the rate without a jump: powers, and parts of a bracket
 
 
 def passage(
@@ -120,13 +125,17 @@ def _way(flow: SlowFlow, first: float, last: float) -> Way:
                 f"the line of order {k} meets omega_0 = {s.omega_0:.6g} rad/s at omega = {s.omega_0 / k:.6g} rad/s, "
                 f"inside the band {lo:.6g} .. {hi:.6g} rad/s; narrow the band to one resonance"
             )
-    stable = [state.z for state in flow.steady_states() if state.stable]
+    quick = flow._flow
+    if s.soft != 0.0:  # where what it feeds in is lost again at the latest
+        most = max(abs(s.at(w).soft) / (s.mu * w * s.fast / s.omega) for w in (lo, hi, middle))
+        quick = tabulated(quick, (lo, hi), ROOM * most)
+    steady = response(quick, lo, hi)
+    if s.soft == 0.0:
+        quick = tabulated(quick, (lo, hi), ROOM * (steady.peak[1] or max(s.scales())))
+    stable = stable_states(quick.at(first))
     if not stable:
         raise SolveError(Sentence("the slow flow has no stable steady state at the first speed {}", Speed(first)))
-    steady = response(flow._flow, lo, hi)
     start = min(stable, key=abs)
-    largest = ROOM * (max(steady.peak[1], abs(start)) or max(s.scales()))
-    quick = tabulated(flow._flow, (lo, hi), largest)
     return Way(flow._flow, quick, steady, tuple(folds_ahead(quick, steady, first, last)), first, last, start)
 
 
@@ -185,7 +194,7 @@ def _error(
     if way.linear:
         return 0.0
     if not way.response.branches:
-        return late
+        return float(late)
     branch = way.response.branches[0]
     top = int(np.argmax(branch.amplitude))
     at = top if amplitude >= branch.amplitude[top] else int(np.argmin(np.abs(branch.amplitude - amplitude)))
@@ -196,7 +205,7 @@ def _error(
         if key not in known:
             found = certify(way.flow.at(omega), complex(z), flow.order)
             known[key] = max(found.amplitude, abs(found.speed))
-    return late + max(known[key] for key, _, _ in states)
+    return float(late) + max(known[key] for key, _, _ in states)
 
 
 def _sentence(
@@ -210,7 +219,8 @@ def _sentence(
 ) -> str:
     name = "run-up" if way.ahead > 0.0 else "run-down"
     told = "; ".join(
-        f"it jumps at {j.omega:.6g} rad/s, {j.delay:.3g} rad/s after the fold (estimate {j.estimate:.3g})" for j in jumps
+        f"it jumps at {j.omega:.6g} rad/s, {j.delay:.3g} rad/s after the fold (estimate {j.estimate:.3g})"
+        for j in jumps
     )
     if math.isinf(error) or error > TRUSTED:
         better = "take second order, or integrate" if flow.order == 1 else "integrate"

@@ -3,8 +3,10 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...model.laws.springs import Linear
 from ...results import Floats
@@ -80,8 +82,8 @@ class Way:
         if self.linear:
             return self._exactly(signed, end)
 
-        def along(t: Floats, z: Complexes, lanes: Floats) -> Complexes:
-            rate = signed[lanes]  # type: ignore[index]
+        def along(t: Floats, z: Complexes, lanes: Any) -> Complexes:
+            rate = signed[lanes]
             return moving_rates(self.quick, self.first + rate * t, rate, z)
 
         return march(along, np.full(len(rates), self.start), end, SAMPLES, self.size)
@@ -113,7 +115,7 @@ class Way:
                     jumps[i].append(DelayedJump(omega, fold.omega, delay, fold.delay(float(rates[i]))))
         return [tuple(some) for some in jumps]
 
-    def jumped(self, rates: Floats) -> Floats:
+    def jumped(self, rates: Floats) -> NDArray[np.bool_]:
         """Whether the drive jumps at each of many rates [rad/s^2]."""
         if not self.folds:
             return np.zeros(len(rates), bool)

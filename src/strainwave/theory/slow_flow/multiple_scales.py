@@ -19,6 +19,7 @@ from ...protocols import with_parts
 from ...quantities import interval, numbers, shown
 from ...results import Floats, SolveError
 from ...sentences import Sentence, Speed
+from ..passage.basins import SlowBasins, basins
 from . import response as response_curve
 from .averaging import averaged_flow
 from .certificate import ORDINAL, certify
@@ -171,6 +172,26 @@ class SlowFlow:
     def attractor(self, z: complex) -> complex | None:
         """Steady z [rad] on which a transient ends that has come to `z`; None where two are about equally near."""
         return attractor(self._flow, z)
+
+    def basins(self, *, size: float | None = None, points: int = 41) -> SlowBasins:
+        """On which steady state the motions from a grid of z end, at the system's omega.
+
+        Parameters
+        ----------
+        size : float, optional
+            Half the side of the square of z = a exp(-i phase) [rad] about 0. Default: 1.5 times the largest steady
+            amplitude.
+        points : int
+            Points along each side, 2 to 401.
+
+        Raises
+        ------
+        ValueError
+            If size or points is out of range, or the damping is not positive.
+        SolveError
+            If there is no stable steady state.
+        """
+        return basins(self._flow, size, points)
 
     def response(self, band: tuple[float, float]) -> SlowResponse:
         """Steady amplitude over a range of speeds of the base angle, with stability and jump frequencies.
