@@ -32,7 +32,7 @@ MOST_RATES = 200
 ROOM = 2.0  # of the largest steady amplitude: so far a table reaches
 TRUSTED = 0.03  # largest estimated error of a valid passage
 BESIDE, APART = 0.1, 0.15  # of a rate, and of the largest amplitude: it may change so much at rates so near
-HURRY = {1: 2.0, 2: 0.8}  # error of a linear passage over a power of rate/omega_0^2: 1/2 at first order, 1 at second
+HURRY = {1: 2.0, 2: 0.8}  # error of a linear passage over a power of Omega'/Omega^2: 1/2 at first order, 1 at second
 FASTEST = 0.3  # rate/omega_0^2 beyond which an amplitude that changes slowly is no description
 SLOWEST, FACTOR, PARTS = (
     -3,
@@ -165,7 +165,7 @@ def _passages(flow: SlowFlow, way: Way, rates: Floats) -> list[Passage]:
         t = np.append(found.t[i], found.at_largest[i])
         omega = way.first + way.ahead * rate * t
         x = envelope(way.flow, omega, z)
-        error = _error(flow, way, (abs(z[-1]), rate), jumps[i], known)
+        error = _error(flow, way, (abs(z[-1]), float(omega[-1]), rate), jumps[i], known)
         hold = after[i]
         valid = bool(error <= TRUSTED and firm[i])
         numbers_ = float(abs(z[-1])), float(omega[-1]), float(np.max(x))
@@ -182,14 +182,16 @@ def _passages(flow: SlowFlow, way: Way, rates: Floats) -> list[Passage]:
 
 
 def _error(
-    flow: SlowFlow, way: Way, place: tuple[float, float], jumps: tuple[DelayedJump, ...], known: dict[int, float]
+    flow: SlowFlow, way: Way, place: tuple[float, float, float], jumps: tuple[DelayedJump, ...], known: dict[int, float]
 ) -> float:
     """Estimated relative error of the largest amplitude: that of steady states like it, and that of the rate.
 
     The steady states are the one of the same amplitude, or the highest, and those at the folds where it jumped.
     """
-    amplitude, rate = place
-    hurry = rate * float(flow.resonance.ratio or 1) / flow.omega_0**2
+    amplitude, at, rate = place
+    ratio = float(flow.resonance.ratio or 1)
+    # what is left out is of higher order in Omega'/Omega^2: at a low speed it is more
+    hurry = rate * ratio / min(flow.omega_0, ratio * at) ** 2
     late = HURRY[flow.order] * hurry ** (0.5 * flow.order)
     if way.linear:
         return 0.0
