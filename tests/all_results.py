@@ -46,10 +46,13 @@ RESULTS = {
     "SlowResponse without states": lambda: sw.slow_flow(DUFFING, sw.SUBHARMONIC).response((0.9, 1.4)),
     "ValidityMap": lambda: sw.validity_map(DUFFING, sw.PRIMARY, [0.9, 1.0, 1.1], [0.5, 1.0]),
     "GeneralValidity": lambda: sw.validity_in_general([0.05, 0.1], [0.02, 0.05, 0.1]),
+    "Passage": lambda: sw.passage(DUFFING, sw.PRIMARY, (0.6, 1.8), 0.01),
+    "Passages": lambda: sw.passage(DUFFING, sw.PRIMARY, (0.6, 1.8), [0.01, 0.02]),
+    "SlowBasins": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).basins(points=5),
     "DriveRun": run,
     "Bode": lambda: sw.bode(sw.HDC_40_050.train(control=sw.PositionLoop(50.0, 0.5)), np.geomspace(1.0, 1e3, 7)),
     "StateSpace": lambda: sw.state_space(LOOPED),
     "Margins": lambda: sw.margins(LOOPED),
     "Exceedance": lambda: sw.Exceedance(1e-4, {"load.inertia": NUMBERS}, 1e-4 * NUMBERS, 90.0 * NUMBERS, 1, None, ()),
 }
-WITHOUT_FIGURE = ("StatesAtSpeeds", "Jumps", "StateSpace", "Margins", "Exceedance")
+WITHOUT_FIGURE = ("StatesAtSpeeds", "Passage", "Passages", "SlowBasins", "Jumps", "StateSpace", "Margins", "Exceedance")

@@ -214,6 +214,26 @@ def test_example_run_up():
     assert len(plt.get_fignums()) == 1
 
 
+@pytest.mark.slow
+def test_example_passage():
+    # Independent: SciPy with the motor's angle written as a function of time, an ensemble of six start angles.
+    module = example("passage")
+    largest = module.main()
+    law, drive, error = module.LAW, module.DRIVE, module.ERROR
+    start_angle = 2.0 * np.pi * np.arange(6) / 6
+
+    def rates(t, y):
+        angle, speed = start_angle + 100.0 * t + 100.0 * t * t, 100.0 + 200.0 * t
+        torque = law.torque(y[:6] - error.value(angle)) + drive.B * (y[6:] - error.slope(angle) * speed)
+        return np.concatenate([y[6:], -torque / drive.J_l])
+
+    orbit = sw.find_orbit(module.SYSTEM._replace(omega=100.0))
+    start, times = orbit.state(start_angle).ravel(), np.linspace(0.0, 0.5, 20001)
+    x = solve_ivp(rates, (0.0, 0.5), start, "DOP853", times, rtol=1e-9, atol=1e-13).y[:6]
+    assert largest == pytest.approx(1e3 * np.max(np.abs(x)), rel=0.01)
+    assert len(plt.get_fignums()) == 1
+
+
 def test_example_real_gear():
     # Independent: the normal equations on a finer grid, and the root of a cubic.
     module = example("real_gear")

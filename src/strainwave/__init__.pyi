@@ -92,6 +92,10 @@ from .theory.slow_flow.resonance import SUBHARMONIC as SUBHARMONIC
 from .theory.slow_flow.resonance import SUPERHARMONIC as SUPERHARMONIC
 from .theory.slow_flow.resonance import Resonance as Resonance
 from .theory.slow_flow.results import SteadyState as SteadyState
+from .theory.passage.passage import passage as passage
+from .theory.passage.results import DelayedJump as DelayedJump
+from .theory.passage.results import Passage as Passage
+from .theory.passage.results import Passages as Passages
 from .theory.small_signal import SmallSignal as SmallSignal
 from .theory.small_signal import small_signal as small_signal
 from .theory.parametric import ParametricTongue as ParametricTongue

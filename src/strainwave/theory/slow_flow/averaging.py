@@ -22,8 +22,8 @@ import numpy as np
 
 from ...compile.jit import run
 from ...results import Floats
-from .memory import LoopAverages, loop_averages, remembers
-from .piecewise_means import Pieces, averages, grid_table, pieces_of
+from .means.memory import LoopAverages, loop_averages, remembers
+from .means.piecewise import Pieces, averages, grid_table, pieces_of
 from .setting import Complexes, Setting, real_matrix
 
 TARGET, LIMIT, LIMIT_2D = 1e-14, 8192, 65536  # accuracy of the trapezoid rule, and its most points

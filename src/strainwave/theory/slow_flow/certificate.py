@@ -18,7 +18,7 @@ import numpy as np
 from ...law import breakpoints_of
 from ...results import Floats
 from .fixed_points import Flow, is_stable
-from .memory import Loops, remembers
+from .means.memory import Loops, remembers
 from .results import Certificate
 from .setting import Complexes, Setting
 

@@ -19,12 +19,13 @@ from ...protocols import with_parts
 from ...quantities import interval, numbers, shown
 from ...results import Floats, SolveError
 from ...sentences import Sentence, Speed
+from ..passage.basins import SlowBasins, basins
 from . import response as response_curve
 from .averaging import averaged_flow
 from .certificate import ORDINAL, certify
 from .cubic import CubicFlow, free_decay, kind_of
 from .fixed_points import Flow, attractor, fixed_points, is_stable, is_trivial
-from .memory import remembers
+from .means.memory import remembers
 from .predictor.making import predictor
 from .predictor.predictor import Predictor
 from .resonance import NONRESONANT, Resonance
@@ -201,6 +202,26 @@ class SlowFlow:
     def attractor(self, z: complex) -> complex | None:
         """Steady z [rad] on which a transient ends that has come to `z`; None where two are about equally near."""
         return attractor(self._flow, z)
+
+    def basins(self, *, size: float | None = None, points: int = 41) -> SlowBasins:
+        """On which steady state the motions from a grid of z end, at the system's omega.
+
+        Parameters
+        ----------
+        size : float, optional
+            Half the side of the square of z = a exp(-i phase) [rad] about 0. Default: 1.5 times the largest steady
+            amplitude.
+        points : int
+            Points along each side, 2 to 401.
+
+        Raises
+        ------
+        ValueError
+            If size or points is out of range, or the damping is not positive.
+        SolveError
+            If there is no stable steady state.
+        """
+        return basins(self._flow, size, points)
 
     def response(self, band: tuple[float, float]) -> SlowResponse:
         """Steady amplitude over a range of speeds of the base angle, with stability and jump frequencies.

@@ -23,7 +23,7 @@ from ...law import breakpoints_of
 from ...model.laws.springs import Cubic, Linear, Polynomial
 from ...results import Floats
 from .averaging import probes_of, turns_with_phase
-from .memory import LoopAverages, loop_averages, remembers
+from .means.memory import LoopAverages, loop_averages, remembers
 from .second_order_forms import FORMS
 from .setting import Complexes, Setting, real_matrix
 

@@ -13,7 +13,7 @@ from ...sentences import Angle, Sentence
 from .averaging import AveragedFlow, Sampled
 from .cubic import CubicFlow
 from .fixed_points import Flow
-from .memory import remembers
+from .means.memory import remembers
 from .results import Evolution
 
 RTOL, MOST_STEPS = 1e-9, 200_000

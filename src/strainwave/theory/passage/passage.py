@@ -1,0 +1,253 @@
+"""Passage through resonance at a finite rate: `passage`, a run-up or run-down of the slow flow.
+
+The wave generator (or whatever the base angle is tied to) follows theta' = omega(t), exactly, from one speed to the
+other at a constant rate, and then stays at the last speed. The start is the steady state at the first speed, the one
+of lowest amplitude where there are several. Near omega_0 the drive needs time, about 2/mu, to take up its steady
+amplitude: a fast passage stays below it, and a drive that would jump in a slow one passes without (Lewis 1932, Trans.
+ASME 54, 253-261, for a linear drive).
+"""
+
+import math
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...quantities import numbers, shown
+from ...results import Floats, SolveError
+from ...sentences import Sentence, Speed
+from ..slow_flow.certificate import certify
+from ..slow_flow.multiple_scales import SlowFlow, slow_flow
+from ..slow_flow.resonance import Resonance
+from ..slow_flow.response import response
+from .destinations import stable_states
+from .folds import folds_ahead
+from .history import envelope, settled
+from .moving import tabulated
+from .results import DelayedJump, Passage, Passages
+from .ride import Way
+
+MOST_RATES = 200
+ROOM = 2.0  # of the largest steady amplitude: so far a table reaches
+TRUSTED = 0.03  # largest estimated error of a valid passage
+BESIDE, APART = 0.1, 0.15  # of a rate, and of the largest amplitude: it may change so much at rates so near
+HURRY = {1: 2.0, 2: 0.8}  # error of a linear passage over a power of Omega'/Omega^2: 1/2 at first order, 1 at second
+FASTEST = 0.3  # rate/omega_0^2 beyond which an amplitude that changes slowly is no description
+SLOWEST, FACTOR, PARTS = (
+    -3,
+    4.0,
+    (16, 8, 1),
+)  # of the search for the rate without a jump: powers, and parts of a bracket
+
+
+def passage(
+    system: Any, resonance: Resonance, band: tuple[float, float], rate: float | ArrayLike, *, order: int = 2
+) -> Passage | Passages:
+    """Run a drive through a resonance at a finite rate, by its slow flow.
+
+    Parameters
+    ----------
+    system : Oscillator
+        As `slow_flow` takes it, with damping. Its own `omega` is ignored.
+    resonance : Resonance
+        p omega ~ q omega_0 on the base angle.
+    band : (float, float)
+        First and last speed of the base angle [rad/s]: a run-up where the last is higher, otherwise a run-down. The
+        speed q omega_0/p must lie between them.
+    rate : float or (n,) array_like
+        Change of the speed [rad/s^2], positive also for a run-down; up to 200 of them.
+    order : int
+        Order of the slow flow, 1 or 2. The change of the speed itself has a part in the second order only.
+
+    Returns
+    -------
+    Passage or Passages
+        For one rate the history, the largest amplitude, jumps and settling time. For an array one of these at every
+        rate, and the rate above which the drive passes without a jump. A linear law has an exact formula at both
+        orders.
+
+    Raises
+    ------
+    ValueError
+        If a rate or the damping is not positive, the resonance is not in the band, the band holds the resonance of
+        another line too, a rate is too high for an amplitude that changes slowly, or `slow_flow` refuses.
+    SolveError
+        If there is no stable steady state at the first speed.
+
+    References
+    ----------
+    Lewis 1932, Trans. ASME 54, 253-261; Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 4.1.
+    """
+    rates = _checked_rates(rate)
+    first, last = _checked_band(band)
+    flow = slow_flow(system._replace(omega=first), resonance, order=order)
+    way = _way(flow, first, last)
+    _refuse_haste(flow, rates)
+    every = _passages(flow, way, rates)
+    return every[0] if isinstance(rate, Real) else Passages(tuple(every), _rate_without_jump(way))
+
+
+def _checked_rates(rate: Any) -> Floats:
+    rates = numbers("rate [rad/s^2]", rate)
+    if not np.all(rates > 0.0):
+        raise ValueError(f"rate is {shown(rate)}; it must be positive [rad/s^2]: a run-down is a band (high, low)")
+    if len(rates) > MOST_RATES:
+        raise ValueError(f"there are {len(rates)} rates; give at most {MOST_RATES}")
+    return rates
+
+
+def _checked_band(band: Any) -> tuple[float, float]:
+    first, last = numbers("the band [rad/s]", band, count=2)
+    if not (first > 0.0 and last > 0.0 and first != last):
+        raise ValueError(f"the band [rad/s] is {shown(band)}; it must be two different positive speeds, first and last")
+    return float(first), float(last)
+
+
+def _way(flow: SlowFlow, first: float, last: float) -> Way:
+    s, (lo, hi) = flow._flow.setting, sorted((first, last))
+    if flow.resonance.ratio is None:
+        raise ValueError("without resonance there is nothing to pass; give the Resonance(p, q) in the band")
+    if not s.mu > 0.0:
+        raise ValueError(f"B is {flow.system.B:.6g} N*m*s/rad; a passage needs positive damping: give B")
+    middle = s.omega_0 / float(flow.resonance.ratio)
+    if not lo < middle < hi:
+        raise ValueError(
+            Sentence(
+                f"the band {lo:.6g} .. {hi:.6g} rad/s does not contain the resonance ({flow.resonance}) at omega = {{}}"
+                "; widen it",
+                Speed(middle),
+            )
+        )
+    for k, soft in zip(s.orders, s.on_fast, strict=True):
+        if not soft and lo <= s.omega_0 / k <= hi:
+            raise ValueError(
+                f"the line of order {k} meets omega_0 = {s.omega_0:.6g} rad/s at omega = {s.omega_0 / k:.6g} rad/s, "
+                f"inside the band {lo:.6g} .. {hi:.6g} rad/s; narrow the band to one resonance"
+            )
+    quick = flow._flow
+    if s.soft != 0.0:  # where what it feeds in is lost again at the latest
+        most = max(abs(s.at(w).soft) / (s.mu * w * s.fast / s.omega) for w in (lo, hi, middle))
+        quick = tabulated(quick, (lo, hi), ROOM * most)
+    steady = response(quick, lo, hi)
+    if s.soft == 0.0:
+        quick = tabulated(quick, (lo, hi), ROOM * (steady.peak[1] or max(s.scales())))
+    stable = stable_states(quick.at(first))
+    if not stable:
+        raise SolveError(Sentence("the slow flow has no stable steady state at the first speed {}", Speed(first)))
+    start = min(stable, key=abs)
+    return Way(flow._flow, quick, steady, tuple(folds_ahead(quick, steady, first, last)), first, last, start)
+
+
+def _refuse_haste(flow: SlowFlow, rates: Floats) -> None:
+    ratio = float(flow.resonance.ratio or 1)
+    most = FASTEST * flow.omega_0**2 / ratio
+    if np.max(rates) > most:
+        raise ValueError(
+            f"rate is {np.max(rates):.6g} rad/s^2; above {FASTEST} q omega_0^2/p = {most:.6g} rad/s^2 the speed passes "
+            "the resonance within one period: integrate instead"
+        )
+
+
+def _passages(flow: SlowFlow, way: Way, rates: Floats) -> list[Passage]:
+    n = len(rates)
+    both = np.concatenate([rates, (1.0 - BESIDE) * rates, (1.0 + BESIDE) * rates]) if way.folds else rates
+    everything = way.ride(both)
+    found = everything.of(np.arange(n))
+    near = np.abs(np.abs(everything.largest.reshape(-1, n)) / np.abs(found.largest) - 1.0)
+    firm = np.max(near, axis=0) <= APART
+    jumps = way.jumps(rates, found)
+    after = settled(way, rates, found, jumps)
+    known: dict[int, float] = {}
+    passages = []
+    for i, rate in enumerate(rates.tolist()):
+        z = np.append(found.z[i], found.largest[i])
+        t = np.append(found.t[i], found.at_largest[i])
+        omega = way.first + way.ahead * rate * t
+        x = envelope(way.flow, omega, z)
+        error = _error(flow, way, (abs(z[-1]), float(omega[-1]), rate), jumps[i], known)
+        hold = after[i]
+        valid = bool(error <= TRUSTED and firm[i])
+        numbers_ = float(abs(z[-1])), float(omega[-1]), float(np.max(x))
+        passages.append(
+            Passage(
+                way.first, way.last, rate, flow.order, way.linear, *numbers_, jumps[i], hold.settling,
+                np.append(t[:-1], t[-2] + hold.t), np.append(omega[:-1], np.full(len(hold.t), way.last)),
+                np.abs(np.append(z[:-1], hold.z)),
+                np.append(x[:-1], envelope(way.flow, np.full(len(hold.t), way.last), hold.z)),
+                error, valid, _sentence(flow, way, rate, numbers_, jumps[i], error, bool(firm[i])),
+            )
+        )  # fmt: skip
+    return passages
+
+
+def _error(
+    flow: SlowFlow, way: Way, place: tuple[float, float, float], jumps: tuple[DelayedJump, ...], known: dict[int, float]
+) -> float:
+    """Estimated relative error of the largest amplitude: that of steady states like it, and that of the rate.
+
+    The steady states are the one of the same amplitude, or the highest, and those at the folds where it jumped.
+    """
+    amplitude, at, rate = place
+    ratio = float(flow.resonance.ratio or 1)
+    # what is left out is of higher order in Omega'/Omega^2: at a low speed it is more
+    hurry = rate * ratio / min(flow.omega_0, ratio * at) ** 2
+    late = HURRY[flow.order] * hurry ** (0.5 * flow.order)
+    if way.linear:
+        return 0.0
+    if not way.response.branches:
+        return float(late)
+    branch = way.response.branches[0]
+    top = int(np.argmax(branch.amplitude))
+    at = top if amplitude >= branch.amplitude[top] else int(np.argmin(np.abs(branch.amplitude - amplitude)))
+    states = [(at, float(branch.omega[at]), branch.amplitude[at] * np.exp(-1j * branch.phase[at]))]
+    taken = {jump.fold for jump in jumps}
+    states += [(-1 - i, fold.omega, fold.z) for i, fold in enumerate(way.folds) if fold.omega in taken]
+    for key, omega, z in states:
+        if key not in known:
+            found = certify(way.flow.at(omega), complex(z), flow.order)
+            known[key] = max(found.amplitude, abs(found.speed))
+    return float(late) + max(known[key] for key, _, _ in states)
+
+
+def _sentence(
+    flow: SlowFlow,
+    way: Way,
+    rate: float,
+    found: tuple[float, float, float],
+    jumps: tuple[DelayedJump, ...],
+    error: float,
+    firm: bool,
+) -> str:
+    name = "run-up" if way.ahead > 0.0 else "run-down"
+    told = "; ".join(
+        f"it jumps at {j.omega:.6g} rad/s, {j.delay:.3g} rad/s after the fold (estimate {j.estimate:.3g})"
+        for j in jumps
+    )
+    if math.isinf(error) or error > TRUSTED:
+        better = "take second order, or integrate" if flow.order == 1 else "integrate"
+        verdict = f"not valid: the estimated error is {100.0 * error:.2g} % (limit {100.0 * TRUSTED:.0f} %); {better}"
+    elif not firm:
+        verdict = f"not valid: at a rate {100.0 * BESIDE:.0f} % off the largest amplitude is another; integrate"
+    else:
+        verdict = f"valid: the estimated error is {100.0 * error:.2g} %"
+    return (
+        f"{name} from {way.first:.6g} to {way.last:.6g} rad/s at {rate:.6g} rad/s^2: largest amplitude {found[0]:.6g} "
+        f"rad at {found[1]:.6g} rad/s, largest |x| {found[2]:.6g} rad; {told or 'no jump'}; {verdict}"
+    )
+
+
+def _rate_without_jump(way: Way) -> float | None:
+    """Rate [rad/s^2] above which the drive passes without jumping, to 1 %; None where there is no such rate."""
+    if not way.folds:
+        return None
+    s = way.flow.setting
+    fastest = FASTEST * s.omega_0**2 / (s.fast / s.omega)
+    rates = s.mu**2 * FACTOR ** np.arange(SLOWEST, 1.0 + math.log(fastest / s.mu**2) / math.log(FACTOR))
+    for parts in PARTS:
+        stays = np.flatnonzero(~way.jumped(rates))
+        if not len(stays) or stays[0] == 0:
+            return None
+        low, high = rates[stays[0] - 1], rates[stays[0]]
+        rates = np.geomspace(low, high, parts + 1)
+    return math.sqrt(low * high)
