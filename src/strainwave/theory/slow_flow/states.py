@@ -114,7 +114,11 @@ def polished(flow: Flow, z: Complexes) -> Complexes:
 def _together(many: Flow, table: Table | None) -> tuple[Any, Complexes, Any]:
     """Nontrivial states of a flow at many speeds: their places, the states, whether they attract."""
     which, z = _by_polynomial(many) if table is None else _by_table(many, table)
-    z = polished(replace(many, setting=many.setting.of(which)), z)
+    here = replace(many, setting=many.setting.of(which))
+    if isinstance(here, SecondOrderFlow) and here.rough is not here.force:  # few samples first, all of them at the end
+        near = polished(here.coarse, z)
+        z = np.where(np.isfinite(near), near, z)
+    z = polished(here, z)
     which, z = which[np.isfinite(z)], z[np.isfinite(z)]
     turns = np.exp(2j * np.pi * np.arange(many.setting.copies) / many.setting.copies)[:, None]
     each = z * turns
@@ -198,7 +202,7 @@ def _table(flow: Any, omega: Floats, factor: Floats) -> Table:
     ]
     low, high = min(a[0] for a in ends), max(a[-1] for a in ends)
     a = np.geomspace(low, high, int(np.ceil(RING * np.log10(high / low))))
-    each = [flow.at(float(w)) for w in nodes]
+    each = [flow.coarse.at(float(w)) for w in nodes]
     with np.errstate(all="ignore"):
         pull = np.stack([one.unforced(a.astype(complex)) / a - one.linear for one in each], axis=1)
     return Table(a, nodes, pull)
