@@ -212,3 +212,40 @@ def test_an_invalid_superharmonic_is_flagged_and_the_balance_is_the_answer() -> 
     assert second.certificate().valid
     orbit = sw.find_orbit(system, harmonics=15)
     assert second.steady_states()[0].amplitude == pytest.approx(orbit.amplitude(3), rel=0.06)
+
+
+@pytest.mark.parametrize("omega", [0.05, 0.2, 0.38, 0.9, 1.7])
+def test_a_linear_drive_is_stable_at_every_speed(omega: float) -> None:
+    """Its exact eigenvalues are -mu/2 +- i omega_0, whatever the forcing does."""
+    system = sw.Oscillator(1.0, 0.05, sw.Linear(1.0), sw.Harmonic(0.1), omega)
+    assert all(state.stable for state in sw.slow_flow(system, sw.PRIMARY, order=2).steady_states())
+    assert sw.slow_flow(system, sw.PRIMARY, order=2).states_at([omega]).stable.all()
+
+
+def test_a_linear_transient_beside_resonance_is_exact() -> None:
+    system = sw.Oscillator(1.0, 0.05, sw.Linear(1.0), sw.Harmonic(0.1), 0.9)
+    t = np.linspace(0.0, 60.0, 601)
+    exact = solve_ivp(
+        lambda t, y: (y[1], 0.1 * math.cos(0.9 * t) - 0.05 * y[1] - y[0]), (0.0, 60.0), (0.0, 0.0),
+        method="DOP853", rtol=1e-11, atol=1e-13, t_eval=t,
+    )  # fmt: skip
+    found = sw.slow_flow(system, sw.PRIMARY, order=2).evolve((0.0, 0.0), t)
+    assert np.max(np.abs(found.x - exact.y[0])) < 1e-7
+    with pytest.raises(sw.SolveError, match="too far from resonance"):
+        sw.slow_flow(system._replace(omega=0.1), sw.PRIMARY, order=2).evolve((0.0, 0.0), t)
+
+
+def test_states_whose_small_harmonics_are_larger_than_they_are_none() -> None:
+    """Far below resonance one state of 0.05 rad: the polynomial of second order has two more near 5 rad."""
+    system = sw.Oscillator(1.0, 0.02, sw.Cubic(1.0, 0.2), sw.Harmonic(0.05), 0.03)
+    flow = sw.slow_flow(system, sw.PRIMARY, order=2)
+    assert [state.amplitude for state in flow.steady_states()] == [pytest.approx(0.05, rel=0.01)]
+    assert flow.certificate().valid
+
+
+def test_orders_that_need_too_many_samples_are_refused() -> None:
+    system = sw.Oscillator(
+        1.0, 0.02, sw.Cubic(1.0, 0.2), sw.Harmonic(0.05), 1.1, sw.KinematicError((sw.Line(2000, 1e-9),))
+    )
+    with pytest.raises(ValueError, match=r"2000 harmonics of their common period.*take order=1"):
+        sw.slow_flow(system, sw.PRIMARY, order=2)

@@ -20,6 +20,7 @@ from .trace import solve
 
 LEAST = 0.01  # of the largest value on the curve: lower crests stay as they are
 SETTLED, VERTICES = 1e-12, 6  # relative rise of a parabola above its points that is none; parabolas of a crest
+ONE = 1e-6  # relative distance below which two points are one
 MEAN = 1e-6  # of the largest |x|: with a smaller mean both crests are one
 
 Measure = Callable[[Floats], Floats]
@@ -34,12 +35,16 @@ def with_crests(problem: Balance, points: Floats, labels: Any) -> tuple[Floats, 
     sizes: list[tuple[Measure, Floats]] = [(largest_size, peaks)]
     if np.any(np.abs(series[:, 0]) > MEAN * peaks):
         sizes.append((oscillation, oscillation(series)))
-    found = []
+    found: list[tuple[int, int, Floats]] = []
     for measure, values in sizes:
         for i in crests_of(values):
             crest = _crest(problem, points[i - 1 : i + 2], values[i - 1 : i + 2], measure)
-            if crest is not None:
-                found.append((i if crest[0] > 0.0 else i - 1, TOP, crest[1]))
+            if crest is None:
+                continue
+            place = i if crest[0] > 0.0 else i - 1
+            known = [points[place], points[place + 1], *(point for at, _, point in found if at == place)]
+            if all(_apart(crest[1], point) > ONE for point in known):  # often the two crests are one
+                found.append((place, TOP, crest[1]))
     if not found:
         return points, labels
     points, labels, _, _ = inserted(points, labels, found)
@@ -90,6 +95,12 @@ def _crest(problem: Balance, points: Floats, sizes: Floats, measure: Measure) ->
     if best is None or best is first:
         return None
     return float((best - first) * scale @ ahead), best
+
+
+def _apart(a: Floats, b: Floats) -> float:
+    """Distance of two points, of the motion and of the speed, relative to their sizes."""
+    motion = float(np.linalg.norm(a[:-1] - b[:-1])) / max(float(np.linalg.norm(b[:-1])), 1e-300)
+    return motion + abs(float(a[-1] / b[-1]) - 1.0)
 
 
 def _series(problem: Balance, points: Floats) -> Floats:

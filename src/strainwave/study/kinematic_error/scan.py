@@ -62,7 +62,7 @@ def error_scan(
         What the residual is taken for. "auto": autocorrelated if neighbouring residuals correlate by more than three
         standard deviations of a white sequence.
     ate : bool
-        Whether `error` is the vendors' transmission error theta_l - theta_m/N, whose sign is opposite.
+        Whether the error is the vendors' transmission error theta_l - theta_m/N, whose sign is opposite.
 
     Returns
     -------

@@ -192,6 +192,14 @@ class AveragedFlow:
         to_re, to_im = (scale * part.reshape(np.shape(z)) for part in (to_re, to_im))
         return real_matrix(self.linear + to_re, 1j * self.linear + to_im)
 
+    def stability(self, z: Any) -> Floats:
+        """Matrix [1/s] whose eigenvalues decide on stability: that of the rates."""
+        return self.jacobian(z)
+
+    def sound(self, z: Any) -> Any:
+        """Whether states can be ones of this order: at first order all."""
+        return np.isfinite(z)
+
     def small(self, z: Any) -> list[tuple[Any, Any]]:
         """Return nothing: first order has no small harmonics, but the mean torsion of friction and memory."""
         return self.means.small(self.setting, z) if isinstance(self.means, LoopAverages) else []

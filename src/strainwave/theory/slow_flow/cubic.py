@@ -84,6 +84,14 @@ class CubicFlow:
         by_re, by_im = by_z + by_conj, 1j * (by_z - by_conj)
         return real_matrix(by_re, by_im)
 
+    def stability(self, z: Any) -> Floats:
+        """Matrix [1/s] whose eigenvalues decide on stability: that of the rates."""
+        return self.jacobian(z)
+
+    def sound(self, z: Any) -> Any:
+        """Whether states can be ones of this order: at first order all."""
+        return np.isfinite(z)
+
     def small(self, _: Any) -> list[tuple[Any, Any]]:
         """Return nothing: first order has no small harmonics."""
         return []

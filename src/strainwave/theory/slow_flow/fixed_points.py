@@ -42,7 +42,9 @@ def fixed_points(flow: Flow) -> list[complex]:
     copies = np.exp(2j * np.pi * np.arange(flow.setting.copies) / flow.setting.copies)
     for z in rough:
         point = polish(flow, z)
-        if point is None or any(np.min(np.abs(point * copies - other)) < 1e-7 * abs(other) for other in found):
+        if point is None or not flow.sound(point):
+            continue
+        if any(np.min(np.abs(point * copies - other)) < 1e-7 * abs(other) for other in found):
             continue
         found.append(min((complex(point * c) for c in copies), key=lambda w: (round(abs(np.angle(w)), 9), -w.imag)))
     return sorted(found, key=abs, reverse=True)
@@ -75,12 +77,12 @@ def _force(flow: Flow) -> float:
 
 
 def is_stable(flow: Flow, z: complex) -> bool:
-    """Whether both eigenvalues of the Jacobian have negative real parts (beyond rounding)."""
-    return bool(attracts(flow.jacobian(z)))
+    """Whether all eigenvalues next to a steady state have negative real parts (beyond rounding)."""
+    return bool(attracts(flow.stability(z)))
 
 
 def attracts(matrices: Floats) -> Any:
-    """Whether the eigenvalues of Jacobians (..., 2, 2) have negative real parts (beyond rounding)."""
+    """Whether the eigenvalues of matrices (..., n, n) have negative real parts (beyond rounding)."""
     return np.max(np.linalg.eigvals(matrices).real, axis=-1) < -1e-13 * np.max(np.abs(matrices), axis=(-2, -1))
 
 
@@ -168,7 +170,7 @@ def amplitudes(flow: Integrals, per_decade: int) -> Floats:
     phases = np.exp(2j * np.pi * (np.arange(8 if np.any(s.hard) else 1) + 0.2) / 8)
     with np.errstate(all="ignore"):
         off = np.mean((flow.unforced(wide[:, None] * phases) / phases).imag, axis=1) / wide
-    crossings = wide[:-1][np.isfinite(off[1:]) & (off[1:] * off[:-1] <= 0.0)]
+        crossings = wide[:-1][np.isfinite(off[1:]) & (off[1:] * off[:-1] <= 0.0)]
     scales += [float(a) for a in crossings]
     drive = abs(complex(flow.rates(0j)))
     if drive > 1e-13 * s.omega_0 * max(scales):

@@ -345,7 +345,7 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
     ----------
     Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 2.3.3 and 4.1.1-4.1.4.
     """
-    if isinstance(order, bool) or order not in (1, 2):
+    if not isinstance(order, int) or isinstance(order, bool) or order not in (1, 2):
         raise ValueError(f"order is {shown(order)}; multiple scales are there at first and second order: give 1 or 2")
     if not (isinstance(resonance, tuple) and len(resonance) == 2):
         raise TypeError(f"resonance is {shown(resonance)}; it must be a Resonance(p, q) such as PRIMARY")

@@ -30,6 +30,8 @@ from .setting import Complexes, Setting, real_matrix
 REACH = 7  # small harmonics up to this multiple of the fastest component
 SMOOTH, KINKED = 10, 128  # points per period of the highest small harmonic, and for a law with breakpoints
 FREE_REACH, FREE_POINTS = 4, 24  # without resonance, of each of the two angles
+SUBSTITUTIONS = 12  # for the derivative of the flow
+MOST_SAMPLES = 5_000_000  # small harmonics times sample points
 STEP = 1e-5  # of the amplitude: central differences of R
 Small = list[tuple[Any, Any]]  # speed [rad/s] and amplitude [rad, complex] of each small harmonic
 
@@ -172,14 +174,24 @@ class SecondOrderFlow:
     def rates(self, z: Any) -> Any:
         """Rate z' [rad/s] for an array of z [rad]."""
         rate, slope = self.balance(z)
-        whole = self._with_inertia(slope)
-        solved = np.linalg.solve(whole, np.stack([rate.real, rate.imag], axis=-1)[..., None])[..., 0]
+        push = self._carrier * rate
+        whole = self._matrix + self._slow(slope)
+        solved = np.linalg.solve(whole, np.stack([push.real, push.imag], axis=-1)[..., None])[..., 0]
         return solved[..., 0] + 1j * solved[..., 1]
 
     def jacobian(self, z: Any) -> Floats:
         """Derivative [1/s] of (Re z', Im z') to (Re z, Im z), exact at steady states: shape (..., 2, 2)."""
-        _, slope = self.balance(z)
-        return np.asarray(np.linalg.solve(self._with_inertia(slope), slope))
+        return self._slow(self.balance(z)[1])
+
+    def stability(self, z: Any) -> Floats:
+        """Matrix [1/s] (..., 4, 4) of (fast z, z') next to a steady state, z'' and all: its eigenvalues decide."""
+        slope = self.balance(z)[1]
+        carrier, scale = self._matrix, np.asarray(self.setting.fast)[..., None, None]
+        whole = np.zeros((*slope.shape[:-2], 4, 4))
+        whole[..., :2, 2:] = scale * np.eye(2)
+        whole[..., 2:, :2] = carrier @ slope / scale
+        whole[..., 2:, 2:] = -carrier
+        return whole
 
     def linearized(self, z: complex) -> tuple[complex, Floats, complex]:
         """The rate before z'' is counted, which vanishes where z' does, and its derivatives to z and to omega."""
@@ -188,6 +200,12 @@ class SecondOrderFlow:
         both = self.at(self.setting.omega + np.array([d, -d]))
         ends = both.unforced(np.array([z, z])) - both.push
         return complex(rate), slope, complex(ends[0] - ends[1]) / (2.0 * d)
+
+    def sound(self, z: Any) -> Any:
+        """Whether the small harmonics of states are smaller than their motions: beyond that no state is one."""
+        s = self.setting
+        small = sum(np.abs(amplitude) ** 2 for _, amplitude in self.small(z))
+        return small <= np.abs(z) ** 2 + np.sum(np.abs(s.hard) ** 2, axis=-1)
 
     def small(self, z: Any) -> Small:
         """Speed [rad/s] and amplitude [rad, complex] of each small harmonic: the waveform's first correction."""
@@ -207,11 +225,19 @@ class SecondOrderFlow:
         by_re, by_im = (around[1] - around[2]) / (2.0 * step), (around[3] - around[4]) / (2.0 * step)
         return around[0] - self.push, real_matrix(by_re, by_im)
 
-    def _with_inertia(self, slope: Floats) -> Floats:
-        """1 + slope/(2 i Omega + mu): what z'' makes of the rate."""
-        by_re = (slope[..., 0, 0] + 1j * slope[..., 1, 0]) / self._carrier
-        by_im = (slope[..., 0, 1] + 1j * slope[..., 1, 1]) / self._carrier
-        return np.asarray(np.eye(2) + real_matrix(by_re, by_im))
+    @property
+    def _matrix(self) -> Floats:
+        """2 i Omega + mu as a real matrix (..., 2, 2)."""
+        carrier = np.asarray(self._carrier)
+        return real_matrix(carrier, 1j * carrier)
+
+    def _slow(self, slope: Floats) -> Floats:
+        """The f' of z' = R/(2 i Omega + mu + f'): the slow one of the two that z'' allows, by repeated substitution."""
+        carrier = self._matrix
+        push, slow = carrier @ slope, slope
+        for _ in range(SUBSTITUTIONS):
+            slow = np.asarray(np.linalg.solve(carrier + slow, push))
+        return slow
 
 
 def second_order(s: Setting) -> SecondOrderFlow:
@@ -279,6 +305,11 @@ def _samples(s: Setting, points_each: int) -> Samples:
         top = REACH * max(fast, *at) if at else REACH * fast
         numbers = [(m, 0) for m in range(top + 1) if m != fast]
         points = points_each * (top + 1)
+        if points * top > MOST_SAMPLES:
+            raise ValueError(
+                f"second order of the resonance {p}:{q} with lines of order {', '.join(map(str, s.orders))} needs "
+                f"{top // REACH} harmonics of their common period, which is too many; take order=1 or harmonic balance"
+            )
         angles = (2.0 * np.pi * np.arange(points) / points, np.zeros(points))
         places = tuple(-1 if k == fast else numbers.index((k, 0)) for k in at)
         orders = [(k, 0) for k in at]

@@ -119,7 +119,9 @@ def _together(many: Flow, table: Table | None) -> tuple[Any, Complexes, Any]:
         near = polished(here.coarse, z)
         z = np.where(np.isfinite(near), near, z)
     z = polished(here, z)
-    which, z = which[np.isfinite(z)], z[np.isfinite(z)]
+    with np.errstate(all="ignore"):
+        kept = np.isfinite(z) & here.sound(z)
+    which, z = which[kept], z[kept]
     turns = np.exp(2j * np.pi * np.arange(many.setting.copies) / many.setting.copies)[:, None]
     each = z * turns
     key = np.round(np.abs(np.angle(each)), 9) - 1e-10 * np.sign(each.imag)
@@ -132,7 +134,7 @@ def _together(many: Flow, table: Table | None) -> tuple[Any, Complexes, Any]:
                 row[np.any(np.abs(row * turns - other) < SAME * np.abs(other), axis=0)] = np.nan
     _, which = np.nonzero(np.isfinite(rows))
     z = rows[np.isfinite(rows)]
-    return which, z, attracts(replace(many, setting=many.setting.of(which)).jacobian(z))
+    return which, z, attracts(replace(many, setting=many.setting.of(which)).stability(z))
 
 
 def _one_by_one(flow: Flow, omega: Floats, factor: Floats) -> tuple[Any, Complexes, Any]:

@@ -9,15 +9,17 @@ from ...numerics.integration.marches import first_step
 from ...numerics.integration.steps import dense_output, dopri5_step, error_norm
 from ...quantities import numbers, shown
 from ...results import Floats, SolveError
-from ...sentences import Angle, Sentence
+from ...sentences import Angle, Sentence, Speed
 from .averaging import AveragedFlow, Sampled
 from .cubic import CubicFlow
 from .fixed_points import Flow
 from .means.memory import remembers
 from .results import Evolution
+from .second_order import SecondOrderFlow
 
 RTOL, MOST_STEPS = 1e-9, 200_000
 ROUNDS = 8  # of the start of a motion with small harmonics
+SLOWEST = 0.25  # of omega_0: below it no slow flow exists that z'' allows
 DECAY = 256  # pieces in time of a free decay
 SAMPLES, MOST_SAMPLES = 32, 1e7  # per period of the fastest component, and in all, where the caller names only the end
 
@@ -30,6 +32,14 @@ def evolve(flow: Flow, y0: tuple[float, float], t: Floats) -> Evolution:
     mu/omega_0).
     """
     s = flow.setting
+    if isinstance(flow, SecondOrderFlow) and s.fast < SLOWEST * s.omega_0:
+        raise SolveError(
+            Sentence(
+                f"at omega = {{}} the speed of the fast angle is {s.fast / s.omega_0:.3g} omega_0, too far from "
+                "resonance for a transient of second order; use NONRESONANT, or integrate",
+                Speed(s.omega),
+            )
+        )
     e, start = s.system.error, float(t[0])
     theta, turn = s.omega * start, complex(np.exp(1j * s.fast * start))
     x = y0[0] - float(e.value(theta)) - s.u0 - float(s.forced(theta))
