@@ -50,8 +50,8 @@ def error_scan(
         Error theta_m/N - theta_l [rad] there, in the forward direction.
     orders : sequence of int, optional
         Orders to fit. Default: those found up to `highest`.
-    backward : (angle, error), optional
-        The same in the backward direction, angles ascending too; lines are then the mean of both directions.
+    backward : pair of arrays, optional
+        Angle and error in the backward direction, angles ascending too; lines are then the mean of both directions.
     highest : int, optional
         Highest order sought. Default: 100, or 0.45 times the samples per turn where that is less.
     false_alarm : float
@@ -62,7 +62,7 @@ def error_scan(
         What the residual is taken for. "auto": autocorrelated if neighbouring residuals correlate by more than three
         standard deviations of a white sequence.
     ate : bool
-        Whether the error is the vendors' transmission error theta_l - theta_m/N, whose sign is opposite.
+        Whether `error` is the vendors' transmission error theta_l - theta_m/N, whose sign is opposite.
 
     Returns
     -------
