@@ -222,15 +222,16 @@ def test_a_linear_drive_is_stable_at_every_speed(omega: float) -> None:
     assert sw.slow_flow(system, sw.PRIMARY, order=2).states_at([omega]).stable.all()
 
 
-def test_a_linear_transient_beside_resonance_is_exact() -> None:
-    system = sw.Oscillator(1.0, 0.05, sw.Linear(1.0), sw.Harmonic(0.1), 0.9)
+def test_a_linear_transient_is_right_beside_resonance_and_refused_far_from_it() -> None:
+    """What z'' leaves out turns the free part by t sigma (sigma/(2 omega_0))^2 = 4e-4 rad in 60 s."""
+    system = sw.Oscillator(1.0, 0.05, sw.Linear(1.0), sw.Harmonic(0.1), 0.97)
     t = np.linspace(0.0, 60.0, 601)
     exact = solve_ivp(
-        lambda t, y: (y[1], 0.1 * math.cos(0.9 * t) - 0.05 * y[1] - y[0]), (0.0, 60.0), (0.0, 0.0),
+        lambda t, y: (y[1], 0.1 * math.cos(0.97 * t) - 0.05 * y[1] - y[0]), (0.0, 60.0), (0.0, 0.0),
         method="DOP853", rtol=1e-11, atol=1e-13, t_eval=t,
     )  # fmt: skip
     found = sw.slow_flow(system, sw.PRIMARY, order=2).evolve((0.0, 0.0), t)
-    assert np.max(np.abs(found.x - exact.y[0])) < 1e-7
+    assert np.max(np.abs(found.x - exact.y[0])) < 1e-3 * np.max(np.abs(exact.y[0]))
     with pytest.raises(sw.SolveError, match="too far from resonance"):
         sw.slow_flow(system._replace(omega=0.1), sw.PRIMARY, order=2).evolve((0.0, 0.0), t)
 

@@ -30,7 +30,6 @@ from .setting import Complexes, Setting, real_matrix
 REACH = 7  # small harmonics up to this multiple of the fastest component
 SMOOTH, KINKED = 10, 128  # points per period of the highest small harmonic, and for a law with breakpoints
 FREE_REACH, FREE_POINTS = 4, 24  # without resonance, of each of the two angles
-SUBSTITUTIONS = 12  # for the derivative of the flow
 MOST_SAMPLES = 5_000_000  # small harmonics times sample points
 STEP = 1e-5  # of the amplitude: central differences of R
 Small = list[tuple[Any, Any]]  # speed [rad/s] and amplitude [rad, complex] of each small harmonic
@@ -175,7 +174,7 @@ class SecondOrderFlow:
         """Rate z' [rad/s] for an array of z [rad]."""
         rate, slope = self.balance(z)
         push = self._carrier * rate
-        whole = self._matrix + self._slow(slope)
+        whole = self._matrix + slope
         solved = np.linalg.solve(whole, np.stack([push.real, push.imag], axis=-1)[..., None])[..., 0]
         return solved[..., 0] + 1j * solved[..., 1]
 
@@ -232,12 +231,8 @@ class SecondOrderFlow:
         return real_matrix(carrier, 1j * carrier)
 
     def _slow(self, slope: Floats) -> Floats:
-        """The f' of z' = R/(2 i Omega + mu + f'): the slow one of the two that z'' allows, by repeated substitution."""
-        carrier = self._matrix
-        push, slow = carrier @ slope, slope
-        for _ in range(SUBSTITUTIONS):
-            slow = np.asarray(np.linalg.solve(carrier + slow, push))
-        return slow
+        """What z'' makes of the derivative of R/(2 i Omega + mu)."""
+        return np.asarray(np.linalg.solve(self._matrix + slope, self._matrix @ slope))
 
 
 def second_order(s: Setting) -> SecondOrderFlow:

@@ -19,7 +19,7 @@ from .second_order import SecondOrderFlow
 
 RTOL, MOST_STEPS = 1e-9, 200_000
 ROUNDS = 8  # of the start of a motion with small harmonics
-SLOWEST = 0.25  # of omega_0: below it no slow flow exists that z'' allows
+SLOWEST = 0.5  # of omega_0: below it what z'' makes of the rates is no correction any more
 DECAY = 256  # pieces in time of a free decay
 SAMPLES, MOST_SAMPLES = 32, 1e7  # per period of the fastest component, and in all, where the caller names only the end
 
