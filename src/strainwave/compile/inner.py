@@ -45,6 +45,8 @@ def compilers() -> tuple[Any, Any]:
 
         def compile_extra(self, function: Any) -> Any:
             made = super().compile_extra(function)
+            if made.library is None:  # types alone
+                return made
             codegen = made.library.codegen
             for name in [name for name in waiting if codegen._engine.is_symbol_defined(name)]:
                 codegen.set_env(name, waiting.pop(name))

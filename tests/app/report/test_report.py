@@ -170,7 +170,7 @@ def test_a_law_with_memory_is_reported_with_its_loop_and_closed_energies_and_wit
     results, folder, summary = written(tmp_path, law=f"{MEMORY}, rated_torque: 178 N*m", damping="B: 15 N*m*s/rad")
     assert results["exact_response"]["method"] == results["largest_error"]["method"] == "integration"
     assert results["stability"]["scope"] == "none"
-    assert "no proof: Parallel has friction or memory" in summary
+    assert "no proof: the law of the gear has friction or memory" in summary
     primary = next(row for row in results["resonances"] if row["name"] == "primary")
     # once it slips the law is softer: the curve is largest below the speed of small oscillations, and the case is there
     assert primary["top"]["motor_speed_rpm"] < 0.9 * primary["motor_speed_rpm"]

@@ -183,8 +183,13 @@ class SecondOrderFlow:
         return self._slow(self.balance(z)[1])
 
     def stability(self, z: Any) -> Floats:
-        """Matrix [1/s] (..., 4, 4) of (fast z, z') next to a steady state, z'' and all: its eigenvalues decide."""
+        """Matrix [1/s] (..., 4, 4) of (fast z, z') next to a steady state, z'' and all: its eigenvalues decide.
+
+        Of a law with friction or memory, whose loops are closed at the speed of E alone, that of the rates.
+        """
         slope = self.balance(z)[1]
+        if remembers(self.setting.system.law):
+            return self._slow(slope)
         carrier, scale = self._matrix, np.asarray(self.setting.fast)[..., None, None]
         whole = np.zeros((*slope.shape[:-2], 4, 4))
         whole[..., :2, 2:] = scale * np.eye(2)

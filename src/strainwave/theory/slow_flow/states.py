@@ -15,6 +15,7 @@ from ...numerics.roots import positive_roots
 from ...results import Floats
 from .cubic import CubicFlow
 from .fixed_points import RING, Flow, amplitudes, attracts, fixed_points, is_stable, is_trivial, newton_step
+from .means.memory import remembers
 from .second_order import Forms, SecondOrderFlow
 from .setting import Complexes
 
@@ -67,7 +68,7 @@ class Table:
 def states(flow: Flow, omega: Floats, factor: Any = 1.0) -> States:
     """All steady states at speeds (n,) [rad/s] under the lines times factors (n,); a = 0 where it is one."""
     factor = np.broadcast_to(np.asarray(factor, float), omega.shape)
-    together = isinstance(flow, CubicFlow) or not np.any(flow.setting.hard)
+    together = isinstance(flow, CubicFlow) or not (np.any(flow.setting.hard) or remembers(flow.setting.system.law))
     table = _table(flow, omega, factor) if together and not _is_polynomial(flow) else None
     which, z, stable = list[Any](), list[Complexes](), list[Any]()
     for i in range(0, len(omega), TOGETHER):

@@ -177,7 +177,7 @@ class Loops:
         The mean torsion in `c` is where the search starts.
         """
         c, speed = c.copy(), np.broadcast_to(np.asarray(speed, float), len(c))
-        found, size = np.empty_like(c), np.empty(len(c))
+        found, size = np.empty_like(c), np.zeros(len(c))
         guess = np.maximum(spring_stiffness(self.law, c[:, 0].real), 0.0) + 0.0 * size
         guess = np.where(guess > 0.0, guess, self.law.stiffness(c[:, 0].real))
         open_, before, slope = np.arange(len(c)), np.zeros(len(c)), guess.copy()
