@@ -16,7 +16,7 @@ from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.typing import signature
 
 import strainwave as sw
-from strainwave.compile import jit
+from strainwave.compile import inner, jit
 from strainwave.files.reading import from_text
 from strainwave.law import is_spring, torsion
 from strainwave.model.train.train_forms import AtLoad, Metered
@@ -98,7 +98,8 @@ def complaints(text):
 
 
 if __name__ == "__main__":
-    compiler.Compiler.define_pipelines = pipelines
+    for each in (compiler.Compiler, *inner.compilers()):
+        each.define_pipelines = pipelines
     balance.run = integrate.run = typed
     jit.cache_writable = lambda: False  # types alone are not kept
     print(json.dumps(list(chain.from_iterable(map(complaints, json.load(sys.stdin))))))
