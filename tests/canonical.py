@@ -158,7 +158,7 @@ TRAINS = {
             0.1, 0.02, LAWS["Saturating"],
             sw.Elastic(0.2, 0.01, DISSIPATIVE["BoucWen"], sw.Load(1.0, EXCITATIONS["Harmonic"], DISSIPATIVE["LuGre"])),
         ),
-        1.3, ERRORS["KinematicError"], REFERENCES["SpeedProfile"],
+        1.3, ERRORS["KinematicError"], REFERENCES["SpeedProfile"], sw.LoadFriction(0.1, 0.2),
     ),
 }  # fmt: skip
 

@@ -135,6 +135,8 @@ from .study.gear.hysteresis import hysteresis_loop as hysteresis_loop
 from .study.gear.hysteresis import lost_motion as lost_motion
 from .study.gear.hysteresis_fit import HysteresisFit as HysteresisFit
 from .study.gear.hysteresis_fit import fit_hysteresis as fit_hysteresis
+from .study.gear.efficiency import Efficiency as Efficiency
+from .study.gear.efficiency import efficiency as efficiency
 from .study.gear.energy import EnergyBalance as EnergyBalance
 from .study.gear.energy import energy_balance as energy_balance
 from .study.gear.parametric import ParametricResonance as ParametricResonance

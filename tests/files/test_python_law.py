@@ -223,5 +223,8 @@ def test_a_file_that_does_not_end_is_interrupted_with_a_sentence(tmp_path):
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
         assert run.stderr.readline() == "begun\n"
         run.send_signal(signal.SIGINT)
-        out, err = run.communicate(timeout=60)
+        try:
+            out, err = run.communicate(timeout=60)
+        finally:
+            run.kill()
     assert (run.returncode, out, err) == (130, "", "strainwave: interrupted; nothing was written\n")

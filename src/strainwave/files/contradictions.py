@@ -24,6 +24,8 @@ def contradictions(spec: ProjectSpec, gear: Gear | None, content: dict[str, Any]
     if spec.excitation is not None:
         yield from _excitation(spec, gear)
     yield from _whole_train(spec)
+    if spec.gear is not None and spec.load_friction == CATALOGUE:
+        yield from _friction(gear)
     if spec.gear is not None and spec.scatter:
         yield from _scatter(spec.scatter, gear, content)
 
@@ -44,6 +46,18 @@ def _inertia(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]
         yield ("motor", "inertia"), f"is missing and no source gives it for {gear.name}; write 'inertia: 4.5 kg*cm^2'"
     if isinstance(spec.gear, ExplicitGear):
         yield ("motor", "inertia"), "is missing for an explicit gear; write for example 'inertia: 4.5 kg*cm^2'"
+
+
+def _friction(gear: Gear | None) -> Iterator[tuple[Keys, str]]:
+    """What keeps the friction of the meshing from following from the gear's record."""
+    example = "write it as a share of the torque, for example 8 %"
+    if gear is None:
+        yield ("load_friction",), f"no source gives the efficiency of an explicit gear; {example}"
+        return
+    try:
+        checked(gear.friction)
+    except ValueError as error:
+        yield ("load_friction",), f"{str(error).partition(';')[0]}; {example}"
 
 
 def _law(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
@@ -108,7 +122,7 @@ def train_fields(spec: ProjectSpec) -> list[Keys]:
     for group, names in (("motor", ("loop", "drag")), ("load", ("drag", "coupling", "couplings"))):
         part = getattr(spec, group)
         found += [(group, name) for name in names if part is not None and getattr(part, name) is not None]
-    return found
+    return [*found, ("load_friction",)] if spec.load_friction else found
 
 
 def _whole_train(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:

@@ -8,6 +8,7 @@ from typing import Any
 
 from ..model.excitation import Harmonic, Harmonics, KinematicError, NoError
 from ..model.laws.hysteresis import Parallel
+from ..model.laws.meshing import LoadFriction, NoFriction
 from ..model.laws.springs import Play
 from ..model.train.controls import Lagged
 from ..model.train.drive_train import DriveTrain
@@ -66,6 +67,7 @@ def project_text(
     groups = {
         "title": json.dumps(title, ensure_ascii=False) if title else "",
         "gear": f"{{ratio: {train.N!r}, law: {project_entry(train.law)}}}",
+        "load_friction": _friction(train.friction),
         "motor": _motor(train.motor),
         "load": _load(train.load),
         "damping": f"{{B: {train.B!r} N*m*s/rad}}",
@@ -128,6 +130,7 @@ def _parts(project: Project) -> dict[str, str]:
     errors = project.kinematic_error
     return {
         "title": json.dumps(project.title, ensure_ascii=False),
+        "load_friction": _friction(train.friction),
         "motor": _motor(motor, mode),
         "load": _load(train.load),
         "damping": _damping(project),
@@ -179,6 +182,18 @@ def _group(**fields: str) -> str:
 
 def _drag(law: Any) -> str:
     return "" if (type(law), law) == (type(NO_DRAG), NO_DRAG) else project_entry(law)  # equal numbers make no equal law
+
+
+def _friction(friction: Any) -> str:
+    if isinstance(friction, NoFriction):
+        return ""
+    if not isinstance(friction, LoadFriction) or friction != LoadFriction(friction.mu):
+        usual = LoadFriction(0.0).width
+        raise ValueError(
+            f"a project file holds load-proportional friction smoothed over {usual:g} rad/s, and this train has "
+            f"{shown(friction)}; use it in Python"
+        )
+    return repr(friction.mu)
 
 
 def _motor(motor: Any, mode: str | None = None) -> str:

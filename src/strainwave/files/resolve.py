@@ -8,6 +8,7 @@ from ..model.drive import Drive
 from ..model.excitation import Harmonic, Harmonics, KinematicError, Line
 from ..model.gears.error_spectrum import accuracy_spectrum
 from ..model.gears.gear import Gear
+from ..model.laws.meshing import NO_FRICTION, LoadFriction, NoFriction
 from ..model.train.controls import FREE, Held
 from ..model.train.drive_train import DriveTrain
 from ..model.train.shafts import NO_DRAG, Elastic
@@ -17,7 +18,7 @@ from .contradictions import train_fields
 from .loop_fields import control_of, loop_inertia
 from .notes import notes
 from .project import Project
-from .schema import ExplicitGear, LoadSpec, LoadTorqueSpec, ProjectSpec, SpeedSpec, TorqueRange, TorqueSpec
+from .schema import CATALOGUE, ExplicitGear, LoadSpec, LoadTorqueSpec, ProjectSpec, SpeedSpec, TorqueRange, TorqueSpec
 
 ACCURACY_NOTE = (
     "The kinematic error stands for an accuracy class of {:.4g} arcsec peak-to-peak: its orders 1, 2 and 4 share it as "
@@ -37,7 +38,7 @@ def resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str)
     drive = drive._replace(B=damping(spec, drive))
     error, through = kinematic_error(spec, accuracy), speeds(spec.speed, ratio)
     varies = spec.damping.varies or spec.stiffness is not None
-    whole = None if varies or not through.by_motor else whole_train(spec, drive, error, through.given[0])
+    whole = None if varies or not through.by_motor else whole_train(spec, drive, gear, error, through.given[0])
     project = Project(
         title=spec.title or path.stem,
         path=path,
@@ -119,7 +120,16 @@ def damping(spec: ProjectSpec, drive: Drive) -> float:
     return 2.0 * (ratio or 0.0) * J * omega_0
 
 
-def whole_train(spec: ProjectSpec, drive: Drive, error: KinematicError | None, omega: float) -> DriveTrain:
+def friction(spec: ProjectSpec, gear: Gear | None) -> LoadFriction | NoFriction:
+    """Friction of the meshing: a share of the torque, or that of the gear's efficiency."""
+    if spec.load_friction == CATALOGUE and gear is not None:
+        return gear.friction
+    return LoadFriction(float(spec.load_friction)) if spec.load_friction else NO_FRICTION
+
+
+def whole_train(
+    spec: ProjectSpec, drive: Drive, gear: Gear | None, error: KinematicError | None, omega: float
+) -> DriveTrain:  # fmt: skip
     """The train with all that the file has, at a motor speed [rad/s]."""
     control: Any = FREE if spec.motor.mode == "free" else Held()
     if spec.motor.loop is not None:
@@ -132,6 +142,7 @@ def whole_train(spec: ProjectSpec, drive: Drive, error: KinematicError | None, o
         control=control,
         motor_drag=spec.motor.drag or NO_DRAG,
         load_drag=spec.load.drag or NO_DRAG,
+        friction=friction(spec, gear),
     )
     for coupling in reversed(spec.load.chain):
         train = train._replace(load=Elastic(coupling.inertia, coupling.B, coupling.law, train.load))

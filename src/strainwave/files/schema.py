@@ -13,6 +13,7 @@ from pydantic import model_validator as check_model
 from ..model.gears import catalogue
 from ..model.gears.gear import Gear
 from ..model.laws.hysteresis import Parallel
+from ..model.laws.meshing import LoadFriction
 from ..model.laws.springs import Play
 from ..model.varying import GearDamping
 from ..quantities import checked
@@ -271,6 +272,14 @@ class LoadTorqueSpec(Spec):
     lines: Annotated[list[TorqueLine], Field(max_length=MOST_LINES)] = []
 
 
+def _load_friction(value: Any) -> Any:
+    """Read a share of the transmitted torque, or the word for that of the catalogue's efficiency."""
+    if value == CATALOGUE:
+        return value
+    mu = number(value, "", "not negative")
+    return checked(LoadFriction(mu)).mu
+
+
 def _accuracy(value: Any) -> Any:
     return value if value == CATALOGUE else number(value, "rad", "positive")
 
@@ -313,6 +322,7 @@ class ProjectSpec(Spec):
     ]
     hysteresis: Hysteresis | None = None
     backlash: BacklashSpec | None = None
+    load_friction: Annotated[float | Literal["catalogue"] | None, BeforeValidator(_load_friction)] = None
     motor: MotorSpec = MotorSpec()
     load: LoadSpec
     damping: DampingSpec

@@ -7,6 +7,7 @@ from ..law import spring_stiffness
 from ..protocols import need
 from ..quantities import LARGEST, AngularSpeed, Damping, Inertia, Ratio, checked, shown
 from .excitation import Harmonic, Harmonics, KinematicError, NoError
+from .laws.meshing import NO_FRICTION
 from .laws.springs import Cubic
 from .oscillator import Oscillator
 from .train.controls import FREE
@@ -118,6 +119,7 @@ class Drive(NamedTuple):
         motor_drag: Any = NO_DRAG,
         load_drag: Any = NO_DRAG,
         reference: Any = STEADY,
+        friction: Any = NO_FRICTION,
     ) -> DriveTrain:
         """Return the whole drive train, of which the error equations are reductions.
 
@@ -135,6 +137,8 @@ class Drive(NamedTuple):
             What opposes each shaft, as a law of its angle and speed: friction, gravity.
         reference : Steady, AtRest or SpeedProfile
             Motion of the motor that the loop keeps and the state's deviation counts from.
+        friction : LoadFriction, optional
+            Friction of the meshing, a share of the torque that the gear transmits.
 
         Raises
         ------
@@ -144,7 +148,7 @@ class Drive(NamedTuple):
         error = NoError() if kinematic_error is None else kinematic_error
         motor = Motor(self.J_m, NO_TORQUE if motor_torque is None else motor_torque, motor_drag, control)
         load = Load(self.J_l, NO_TORQUE if load_torque is None else load_torque, load_drag)
-        train = DriveTrain(motor, self.N, self.B, self.law, load, omega, error, reference)
+        train = DriveTrain(motor, self.N, self.B, self.law, load, omega, error, reference, friction)
         return train if _symbolic(train) else checked(train)
 
     def check(self) -> None:

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from ...model.laws.meshing import NO_FRICTION
 from ...model.train.shafts import NO_DRAG
 from ...study.train.reductions import error_slope
 
@@ -16,6 +17,8 @@ def remarks(project: "Project") -> tuple[str, ...]:
         return tuple(said)
     if train.motor.drag != NO_DRAG and train.motor.held:
         said.append("motor.drag does not enter: an ideally held motor keeps its speed whatever opposes it.")
+    if train.friction != NO_FRICTION and train.motor.held:
+        said.append("load_friction does not enter: an ideally held motor keeps its speed whatever opposes it.")
     if train.motor.free and project.kinematic_error is not None:
         said.append(
             "With the motor free the error equation leaves out the motor's answer to the changing ratio, N e' up to "

@@ -10,3 +10,5 @@ from .fits import LawFit as LawFit
 from .limits import check_limits as check_limits
 from .limits import cubic_mean as cubic_mean
 from .limits import Finding as Finding
+from .losses import load_friction as load_friction
+from .losses import no_load_drag as no_load_drag

@@ -12,9 +12,12 @@ from itertools import pairwise
 from ...quantities import checked, number
 from ...units import RPM
 from ..drive import Drive
+from ..laws.hysteresis import Parallel
 from ..laws.measured import RoundedPiecewiseLinear
+from ..laws.meshing import LoadFriction
 from ..laws.springs import Cubic, PiecewiseLinear
 from .fits import LawFit, fit_odd
+from .losses import load_friction, no_load_drag
 
 REACH = 1.5  # times T2: up to where the fits go
 
@@ -191,6 +194,37 @@ class Gear:
         if number("B", B) < 0.0:
             raise ValueError(f"B is {B} N*m*s/rad; the damping must not be negative")
         return Drive(float(J_m), float(load_inertia), float(self.ratio), float(B), self.law)
+
+    @property
+    def friction(self) -> LoadFriction:
+        """Load-proportional friction of the meshing, from the efficiency at rated torque and the running torque.
+
+        Raises
+        ------
+        ValueError
+            If the sources do not give the efficiency and the rated torque, or the numbers do not go together.
+        """
+        if self.efficiency is None or self.rated_torque is None:
+            raise ValueError(
+                f"no source gives the efficiency of {self.name} at its rated torque; give the friction as a share of "
+                "the transmitted torque, for example LoadFriction(0.08)"
+            )
+        return load_friction(self.efficiency, self.rated_torque, self.ratio, self.running_torque or 0.0)
+
+    @property
+    def drag(self) -> Parallel:
+        """Drag on the motor without load, from the running and the starting torque.
+
+        Raises
+        ------
+        ValueError
+            If the sources do not give both torques.
+        """
+        if self.running_torque is None or self.starting_torque is None:
+            raise ValueError(
+                f"no source gives both running and starting torque of {self.name}; give the motor's drag as a law"
+            )
+        return no_load_drag(self.running_torque, self.starting_torque)
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """Name numbers that cannot be true together: the field to blame and a sentence on it.

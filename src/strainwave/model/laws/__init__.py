@@ -16,3 +16,4 @@ from .friction import Coulomb as Coulomb
 from .friction import LuGre as LuGre
 from .friction import Stribeck as Stribeck
 from .friction import Viscous as Viscous
+from .meshing import LoadFriction as LoadFriction

@@ -30,7 +30,8 @@ def sliding_friction(v: Any, low: Any, high: Any, speed: Any) -> Any:
     return low + (high - low) * exp(-(v / speed) * (v / speed))
 
 
-def _positive(law: Any, *names: str) -> None:
+def positive(law: Any, *names: str) -> None:
+    """Refuse fields of a law that are not positive (ValueError)."""
     for name in names:
         if not getattr(law, name) > 0.0:
             raise ValueError(f"{type(law).__name__}.{name} is {getattr(law, name):g}; it must be positive")
@@ -54,7 +55,7 @@ def refuse_heat(law: Any) -> None:
 
 
 def _rising(law: Any) -> None:
-    _positive(law, "T_c", "v_s")
+    positive(law, "T_c", "v_s")
     if not law.T_s >= law.T_c:
         raise ValueError(
             f"{type(law).__name__} has T_s = {law.T_s:g} and T_c = {law.T_c:g} N*m; break-away takes at least the "
@@ -112,7 +113,7 @@ class Coulomb(NamedTuple):
     def check(self) -> None:
         """Refuse friction that drives, and no width (ValueError)."""
         _not_negative(self, "T_c")
-        _positive(self, "width")
+        positive(self, "width")
 
 
 class Stribeck(NamedTuple):
@@ -140,7 +141,7 @@ class Stribeck(NamedTuple):
     def check(self) -> None:
         """Refuse a break-away torque below the sliding one, and a width that hides the fall (ValueError)."""
         _rising(self)
-        _positive(self, "width")
+        positive(self, "width")
         if not self.width < self.v_s:
             raise ValueError(
                 f"Stribeck.width is {self.width:g} rad/s and v_s {self.v_s:g} rad/s; the width must be smaller, or the "
@@ -204,6 +205,6 @@ class LuGre(NamedTuple):
 
     def check(self) -> None:
         """Refuse bristles without stiffness, and friction that drives (ValueError)."""
-        _positive(self, "sigma_0")
+        positive(self, "sigma_0")
         _not_negative(self, "sigma_1", "sigma_2")
         _rising(self)

@@ -1,9 +1,9 @@
 """The drive train: motor, gear and load as they are, of which both error equations are reductions.
 
-J_m theta_m'' = T_m + control - drag - (1/N - e'(theta_m)) T and J_l theta_l'' = T_l - drag + T, with the gear's torque
-T = B u' + T(u), u = x - e(theta_m), x = theta_m/N - theta_l: Lagrange's equations of `theory.derivation`, nothing
-dropped. The state holds x instead of theta_l, and the motor's deviation from its reference instead of theta_m, so that
-no small twist is the difference of large angles.
+J_m theta_m'' = T_m + control - drag - (1/N - e'(theta_m)) T - T_f/N and J_l theta_l'' = T_l - drag + T, with the
+gear's torque T = B u' + T(u), u = x - e(theta_m), x = theta_m/N - theta_l: Lagrange's equations of `theory.derivation`,
+nothing dropped. T_f is the friction of the meshing, a share of |T|. The state holds x instead of theta_l, and the
+motor's deviation from its reference instead of theta_m, so that no small twist is the difference of large angles.
 """
 
 from typing import Any, NamedTuple
@@ -13,6 +13,7 @@ from ...law import breakpoints_of, check_law, energy_of, heat_of, rest, share, s
 from ...protocols import joint_orders, need
 from ...quantities import LARGEST, AngularSpeed, Damping, Ratio
 from ..excitation import NoError
+from ..laws.meshing import NO_FRICTION
 from .controls import controlled, motor_states, off_reference
 from .linear_part import linear_part
 from .motion import Steady
@@ -62,7 +63,8 @@ def forces(train: Any, phase: Any, y: Any) -> Any:
     motor = motor_motion(train, phase, y)
     gear, z = gear_motion(train, y, motor), inner_states(train, y)
     torque, of_motor = gear_torque(train, gear, z), rest(train.law, z)
-    driven = motor_acceleration(train, phase, y, motor, gear[2] * torque, of_motor)
+    against = gear[2] * torque + train.friction.torque(torque, motor[1]) / train.N
+    driven = motor_acceleration(train, phase, y, motor, against, of_motor)
     output = motor[0] / train.N - y[0], motor[1] / train.N - y[1]
     return motor, gear, output, z, of_motor, torque, driven
 
@@ -74,13 +76,13 @@ def coupling_twist(train: Any, y: Any) -> Any:
 
 
 class DriveTrain(NamedTuple):
-    """Motor, strain wave gear (ratio N, damping B across it, torsion law, kinematic error) and load.
+    """Motor, strain wave gear (ratio N, damping B across it, torsion law, kinematic error, friction) and load.
 
     The state is (x, x'), x = theta_m/N - theta_l [rad, output side] the dynamic error; the motor's deviation from its
     `reference` motion, (theta_m - reference [rad], its rate [rad/s]), unless it is held; the internal states of the
     control, of the law and of the motor's drag; for every coupling (twist [rad], its rate) and the internal states of
     its law; and the internal states of the load's drag. Behind couplings theta_l is the angle of what sits on the gear.
-    The kinematic error follows the motor's own angle.
+    The kinematic error follows the motor's own angle. `friction` is that of the meshing, `LoadFriction` or none.
 
     `excitation`s are functions of the base angle, phase = omega t; a run-up has omega = 1, so that the base angle is
     the time. With the `Steady` reference deviations are those from constant speed, and motions are periodic.
@@ -94,6 +96,7 @@ class DriveTrain(NamedTuple):
     omega: AngularSpeed = 1.0
     error: Any = NoError()
     reference: Any = Steady()
+    friction: Any = NO_FRICTION
 
     def rhs(self, phase: Any, y: Any) -> Any:
         """Time derivatives of the state at the base angle [rad]."""
@@ -126,12 +129,13 @@ class DriveTrain(NamedTuple):
 
     def losses(self, phase: Any, y: Any) -> Any:
         """Powers [W] as `power_names` lists them: put in by motor torque, control and load torque; then lost."""
-        motor, gear, output, z, of_motor, _, (_, control, _) = forces(self, phase, y)
+        motor, gear, output, z, of_motor, torque, (_, control, _) = forces(self, phase, y)
         given = self.motor.excitation.torque(phase) * motor[1]
         law = heat_of(self.law, gear[0], gear[1], share(self.law, z))
         drag = heat_of(self.motor.drag, motor[0], motor[1], share(self.motor.drag, of_motor))
+        mesh = self.friction.torque(torque, motor[1]) * motor[1] / self.N
         of_load = self.load.powers(phase, output, rest(self.motor.drag, of_motor))
-        return (given, control * motor[1], of_load[0], self.B * gear[1] * gear[1], law, drag, *of_load[1:])
+        return (given, control * motor[1], of_load[0], self.B * gear[1] * gear[1], law, mesh, drag, *of_load[1:])
 
     def motor_speed(self, phase: Any, y: Any) -> Any:
         """Speed theta_m' of the motor [rad/s]."""
@@ -187,6 +191,7 @@ class DriveTrain(NamedTuple):
             "load torque",
             "gear damping",
             "gear law",
+            "gear friction",
             "motor drag",
             "load drag",
             *behind,
@@ -207,6 +212,12 @@ class DriveTrain(NamedTuple):
             raise ValueError(f"DriveTrain.N is {self.N:g}; a ratio must be positive")
         refuse_driving(self)
         check_load("DriveTrain.load", self.load)
-        for name, method in (("law", "torque"), ("error", "value"), ("error", "slope"), ("reference", "curvature")):
+        for name, method in (
+            ("law", "torque"),
+            ("error", "value"),
+            ("error", "slope"),
+            ("reference", "curvature"),
+            ("friction", "torque"),
+        ):
             need(f"DriveTrain.{name}", getattr(self, name), method)
         check_law("DriveTrain.law", self.law)

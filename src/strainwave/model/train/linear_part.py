@@ -16,6 +16,7 @@ from ...law import depends, states_of, torque_of, z_rate_of
 from ...protocols import lacking, orders_of
 from ...results import Floats
 from ..excitation import NoError
+from ..laws.meshing import NoFriction
 from .controls import Free, Nudged, PositionLoop, SpeedLoop, inertia_of
 from .motion import AtRest, Steady
 from .shafts import Motor
@@ -75,7 +76,8 @@ def linear_part(train: Any, at_load: bool = False) -> TrainPart | None:
     control = None if held else _control(train.motor.control)
     drags = _drag(train.motor.drag), _drag(end.drag)
     rough = depends(train.law) != 1 or lacking(train.load, "chain") or (control is None and not held) or None in drags
-    if rough or not _angle_is_steady(train):
+    rubs = not held and not isinstance(train.friction, NoFriction)  # a motor that is held takes it and goes on
+    if rough or rubs or not _angle_is_steady(train):
         return None
     chain = train.load.chain()
     stiffnesses = [_stiffness(law) for _, _, law in chain]

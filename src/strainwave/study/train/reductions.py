@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from ...model.drive import Drive
 from ...model.excitation import KinematicError
+from ...model.laws.meshing import NO_FRICTION
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.train.shafts import NO_DRAG
@@ -169,6 +170,7 @@ def left_out(train: DriveTrain) -> tuple[str, ...]:
     parts = (
         (not held and not motor.free, f"the motor's loop ({control})"),
         (not held and motor.drag != NO_DRAG, f"the motor's drag ({type(motor.drag).__name__})"),
+        (not held and train.friction != NO_FRICTION, "the friction of the meshing"),
         (load.drag != NO_DRAG, f"the load's drag ({type(load.drag).__name__})"),
         (couplings > 0, "the coupling" if couplings == 1 else f"the {couplings} couplings"),
     )

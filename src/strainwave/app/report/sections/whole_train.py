@@ -5,6 +5,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ....model.excitation import NoError
+from ....model.laws.meshing import NO_FRICTION
 from ....model.train.shafts import NO_DRAG
 from ....quantities import parameters
 from ....results import Status
@@ -121,6 +122,7 @@ def parts(view: View) -> str:
         [
             motor_in_words(motor_name(train.motor.control, view.project.loop_inertia)),
             *([behind] if couplings else []),
+            *(["load-proportional friction of the gear"] if train.friction != NO_FRICTION else []),
             *([f"friction or gravity on the {' and the '.join(drags)}"] if drags else []),
         ]
     )
