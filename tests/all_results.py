@@ -46,6 +46,7 @@ RESULTS = {
     "SlowResponse without states": lambda: sw.slow_flow(DUFFING, sw.SUBHARMONIC).response((0.9, 1.4)),
     "ValidityMap": lambda: sw.validity_map(DUFFING, sw.PRIMARY, [0.9, 1.0, 1.1], [0.5, 1.0]),
     "GeneralValidity": lambda: sw.validity_in_general([0.05, 0.1], [0.02, 0.05, 0.1]),
+    "Hardening": lambda: sw.hardening(DUFFING, [0.0, 0.1], (0.2, 1.6), speeds=[1.1]),
     "Passage": lambda: sw.passage(DUFFING, sw.PRIMARY, (0.6, 1.8), 0.01),
     "Passages": lambda: sw.passage(DUFFING, sw.PRIMARY, (0.6, 1.8), [0.01, 0.02]),
     "SlowBasins": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).basins(points=5),
@@ -55,4 +56,14 @@ RESULTS = {
     "Margins": lambda: sw.margins(LOOPED),
     "Exceedance": lambda: sw.Exceedance(1e-4, {"load.inertia": NUMBERS}, 1e-4 * NUMBERS, 90.0 * NUMBERS, 1, None, ()),
 }
-WITHOUT_FIGURE = ("StatesAtSpeeds", "Passage", "Passages", "SlowBasins", "Jumps", "StateSpace", "Margins", "Exceedance")
+WITHOUT_FIGURE = (
+    "Hardening",
+    "StatesAtSpeeds",
+    "Passage",
+    "Passages",
+    "SlowBasins",
+    "Jumps",
+    "StateSpace",
+    "Margins",
+    "Exceedance",
+)

@@ -332,3 +332,30 @@ def test_the_law_of_my_own_has_the_stiffness_of_its_torque(x):
     law = example("my_own_law").LAWS["RoundedGap"]
     h = 1e-9
     assert law.stiffness(x) == pytest.approx((law.torque(x + h) - law.torque(x - h)) / (2.0 * h), rel=1e-6)
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_example_hardening():
+    # Independent: the transmissibility of the linear drive at its top, and SciPy from the high motion up to its drop.
+    module = example("hardening")
+    higher = module.main()
+    drive, zeta, A = module.DRIVE, module.ZETA, 23.0 * module.ARCSEC
+    r = np.linspace(0.9, 1.1, 20001)
+    linear = A * np.max(np.sqrt((1.0 + (2.0 * zeta * r) ** 2) / ((1.0 - r * r) ** 2 + (2.0 * zeta * r) ** 2)))
+    J, B, K, alpha = drive.J, drive.B, drive.law.K, drive.law.alpha
+    state, largest = (linear, 0.0), 0.0
+    for omega in np.arange(150.0, 162.0, 0.25):
+
+        def rhs(t, y, omega=omega):
+            u, du = y[0] - A * np.cos(2.0 * omega * t), y[1] + 2.0 * omega * A * np.sin(2.0 * omega * t)
+            return [y[1], -(B * du + K * (u + alpha * u**3)) / J]
+
+        turn = 2.0 * np.pi / omega
+        run = solve_ivp(rhs, (0.0, 40.0 * turn), state, rtol=1e-9, atol=1e-12,
+                        t_eval=np.linspace(39.0 * turn, 40.0 * turn, 201))  # fmt: skip
+        state, size = run.y[:, -1], np.max(np.abs(run.y[0]))
+        if size < 0.7 * largest:
+            break
+        largest = max(largest, size)
+    assert higher == pytest.approx(100.0 * (largest / linear - 1.0), abs=0.6)

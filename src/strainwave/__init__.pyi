@@ -112,6 +112,8 @@ from .study.response.jumps import jumps as jumps
 from .study.response.hysteresis_bands import HysteresisBand as HysteresisBand
 from .study.response.hysteresis_bands import Jump as Jump
 from .study.response.isolas import isolas as isolas
+from .study.response.hardening import Hardening as Hardening
+from .study.response.hardening import hardening as hardening
 from .study.response.validity import validity_map as validity_map
 from .study.response.validity_results import ValidityMap as ValidityMap
 from .study.response.general_validity import validity_in_general as validity_in_general

@@ -18,6 +18,7 @@ from contextvars import ContextVar
 from functools import cache, wraps
 from importlib import import_module
 from itertools import count, repeat
+from threading import RLock
 from typing import Any, TypeVar
 
 from ..tree import classes as classes_of
@@ -208,14 +209,18 @@ def _explain(error: Exception, classes: set[str]) -> str:
     )
 
 
+_one_at_a_time = RLock()
+
+
 def _dispatcher(function: Callable[..., Any], classes: tuple[type, ...] = ()) -> Any:
-    _numba()
-    for cls in classes:
-        _expose_methods(cls)
-    while _kernels:  # those of modules imported since the last call
-        _exposed.append(_kernels.pop())
-        _expose(*_exposed[-1])
-    return _made(function, classes)
+    with _one_at_a_time:  # threads ask for their first kernels at once
+        _numba()
+        for cls in classes:
+            _expose_methods(cls)
+        while _kernels:  # those of modules imported since the last call
+            _exposed.append(_kernels.pop())
+            _expose(*_exposed[-1])
+        return _made(function, classes)
 
 
 @cache

@@ -1,0 +1,236 @@
+"""What the cubic coefficient alpha of a gear trades: peak, its speed, error at the speeds of duty, superharmonic, jump.
+
+The resonance curve bends with alpha; at first order its peak f/(mu omega_0) stays (Nayfeh & Mook 1979, Nonlinear
+Oscillations, sec. 4.1.1), and the superharmonic of order 3 grows in proportion to alpha (sec. 4.1.3). Here every number
+is that of harmonic balance.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import minimize_scalar
+
+from ...model.laws.springs import Cubic
+from ...numerics.curves.family import response_family
+from ...numerics.orbits.find_orbit import find_orbit
+from ...protocols import with_parts
+from ...quantities import checked, interval, numbers, replace, shown
+from ...records import Labelled, Result
+from ...results import Branch, Floats, SolveError
+from ...sentences import Sentence, Speed, on_screen
+from ...series import oscillation
+from .jumps import jumps
+from .resonances import active_orders
+
+POINTS = 200  # of a curve, at least
+WINDOW = 0.25, 0.5  # of omega_0 over the order of excitation: where the third harmonic's resonance is looked for
+FINE = 1e-9  # of omega: the crest is flat, its size is found to rounding
+ABOVE = 1.2  # of that frequency: at least so far the range must go
+
+
+@dataclass(frozen=True, eq=False)
+class Hardening(Result):
+    """One drive with several cubic coefficients alpha.
+
+    Attributes
+    ----------
+    alpha : (n,) array
+        Cubic coefficients [1/rad^2]; negative ones soften.
+    peak, peak_speed : (n,) array
+        Largest oscillation of x [rad] on stable motions of the curve, and its speed [rad/s]: the primary resonance.
+    superharmonic, superharmonic_speed : (n,) array
+        Largest component of x [rad] at three times the order of excitation, near a third of the primary resonance.
+    jump_low, jump_high : (n,) array
+        Speeds [rad/s] where the widest jump down and up bound the band with two motions; equal without jumps.
+    inside : (n,) boolean array
+        Whether the curve reaches both ends of the range and its peak lies between them; only these compare.
+    speeds : (speeds,) array
+        The speeds of duty [rad/s].
+    at_speeds : (n, speeds) array
+        Largest oscillation of x [rad] of the stable motions at them.
+    """
+
+    alpha: Floats
+    peak: Floats
+    peak_speed: Floats
+    superharmonic: Floats
+    superharmonic_speed: Floats
+    jump_low: Floats
+    jump_high: Floats
+    inside: NDArray[np.bool_]
+    speeds: Floats
+    at_speeds: Floats
+
+    rows: ClassVar[str] = "alpha"
+
+    @property
+    def jump_width(self) -> Floats:
+        """Width [rad/s] of the band with two motions."""
+        return self.jump_high - self.jump_low
+
+    def best(self, weights: ArrayLike | None = None) -> float:
+        """Return the alpha [1/rad^2] with the smallest rms, over the duty, of the largest oscillation at each speed.
+
+        Parameters
+        ----------
+        weights : (speeds,) array_like, optional
+            Time that the duty spends at each speed, in any unit. Default: equal times.
+
+        Raises
+        ------
+        ValueError
+            If there are no speeds of duty, or the weights do not fit.
+        """
+        n = len(self.speeds)
+        if not n:
+            raise ValueError("best needs the speeds of the duty; give hardening(..., speeds=[...])")
+        share = np.ones(n) if weights is None else numbers("weights", weights, count=n)
+        if np.any(share < 0.0) or not np.any(share > 0.0):
+            raise ValueError(f"weights are {shown(weights)}; they must be times, zero or more and not all zero")
+        return float(self.alpha[np.argmin(self.at_speeds**2 @ share)])
+
+    def coordinates(self) -> Labelled:
+        """The coefficients and the speeds of duty."""
+        return {"alpha": ("alpha", self.alpha, "1/rad**2"), "speed": ("speed", self.speeds, "rad/s")}
+
+    def variables(self) -> Labelled:
+        """All arrays."""
+        names = {"superharmonic": "rad", "jump_low": "rad/s", "jump_high": "rad/s", "inside": ""}
+        units = {"peak": "rad", "peak_speed": "rad/s", "superharmonic_speed": "rad/s", **names}
+        own: Labelled = {name: ("alpha", getattr(self, name), unit) for name, unit in units.items()}
+        return {**own, "at_speeds": (("alpha", "speed"), self.at_speeds, "rad")}
+
+    def __str__(self) -> str:
+        lines = [f"Hardening: {len(self.alpha)} coefficients, {np.sum(~self.inside)} with a peak outside the range"]
+        lines += [
+            f"  alpha {a:.4g} 1/rad^2: peak {p:.5g} rad at {w:.5g} rad/s, superharmonic {s:.3g} rad, jump over {j:.4g} "
+            "rad/s"
+            for a, p, w, s, j in zip(
+                self.alpha, self.peak, self.peak_speed, self.superharmonic, self.jump_width, strict=True
+            )
+        ]
+        return on_screen("\n".join(lines))
+
+    __repr__ = __str__
+
+
+def hardening(
+    system: Any, alpha: ArrayLike, span: tuple[float, float], *, speeds: ArrayLike = (), harmonics: int | None = None
+) -> Hardening:  # fmt: skip
+    """Compare a drive with several cubic coefficients.
+
+    Parameters
+    ----------
+    system : Oscillator
+        The error equation with a `Cubic` law and one order of excitation; its own alpha is ignored.
+    alpha : (n,) array_like
+        Cubic coefficients [1/rad^2], of either sign. Those of the catalogue's gears are `gear.cubic.alpha`.
+    span : (float, float)
+        Range of omega [rad/s], from below the superharmonic to above the primary resonance.
+    speeds : (speeds,) array_like, optional
+        Speeds of the duty [rad/s], inside the range.
+    harmonics : int, optional
+        As in `frequency_response`.
+
+    Raises
+    ------
+    ValueError
+        If the law is not cubic, the excitation has another number of orders than one, a speed is outside the range, or
+        the range does not hold both resonances.
+    SolveError
+        If a curve, or a speed of the duty, has no stable motion.
+    """
+    system, order, omega_0 = _cubic(system)
+    coefficients, (lo, hi) = numbers("alpha [1/rad^2]", alpha), interval("span [rad/s]", span, positive=True)
+    duty = numbers("speeds [rad/s]", speeds) if np.size(speeds) else np.empty(0)
+    least, most = WINDOW[0] * omega_0 / order, ABOVE * omega_0 / order
+    if lo > least or hi < most:
+        raise ValueError(
+            f"the range is {lo:g} to {hi:g} rad/s; it must hold both resonances, from {least:.4g} to {most:.4g} rad/s"
+        )
+    if np.any((duty < lo) | (duty > hi)):
+        raise ValueError(f"speeds are {shown(speeds)}; they must lie inside the range, {lo:g} to {hi:g} rad/s")
+    curves = response_family(system, (lo, hi), {"law.alpha": coefficients}, harmonics=harmonics, points=POINTS)
+    members = [replace(system, {"law.alpha": float(a)}) for a in coefficients]
+    rows = [_row(*both, order, omega_0) for both in zip(members, curves, strict=True)]
+    at = [
+        [_at(member._replace(omega=float(w)), curve) for w in duty]
+        for member, curve in zip(members, curves, strict=True)
+    ]
+    columns = [np.array(column) for column in zip(*rows, strict=True)]
+    return Hardening(coefficients, *columns, duty, np.array(at).reshape(len(coefficients), len(duty)))
+
+
+def _cubic(system: Any) -> tuple[Any, int, float]:
+    """The system, its one order of excitation and its natural frequency [rad/s] without the cubic term."""
+    system = checked(with_parts("hardening", system, "law", "excitation", "error"))
+    if not isinstance(system.law, Cubic):
+        raise ValueError(f"hardening takes a Cubic law, not {shown(system.law)}; gear.cubic is that of a gear")
+    orders = active_orders(system)
+    if len(orders) != 1:
+        raise ValueError(f"hardening takes one order of excitation, and the system has {len(orders)}: {list(orders)}")
+    return system, int(orders[0]), float(np.sqrt(system.law.K / system.J))
+
+
+def _row(
+    system: Any, curve: Branch, order: int, omega_0: float
+) -> tuple[float, float, float, float, float, float, bool]:
+    """Peak and its speed, superharmonic and its speed, ends of the widest band, whether the peak is inside."""
+    if not curve.stable.any():
+        raise SolveError(f"the response has no stable motion: {curve.message}; give the drive damping")
+    sweep, sizes = jumps(curve), np.where(curve.stable, curve.oscillation, 0.0)
+    top = int(np.argmax(sizes))
+    widest = max(sweep.bands, key=lambda band: band.high - band.low, default=None)
+    low, high = (curve.omega[top],) * 2 if widest is None else (widest.low, widest.high)
+    ends = np.min(curve.omega), np.max(curve.omega)
+    inside = bool(curve.status.found and curve.omega[top] not in ends)
+    return sizes[top], curve.omega[top], *_third(system, curve, order, omega_0), low, high, inside
+
+
+def _third(system: Any, curve: Branch, order: int, omega_0: float) -> tuple[float, float]:
+    """Largest stable component [rad] at three times the order near its resonance, and its speed [rad/s].
+
+    That resonance may be narrower than the distance of two points: its crest is sought between their neighbours.
+    """
+    near = curve.stable & (curve.omega * order > WINDOW[0] * omega_0) & (curve.omega * order < WINDOW[1] * omega_0)
+    sizes = np.where(near, curve.amplitude(3 * order), 0.0)
+    at = int(np.argmax(sizes))
+    found, place = float(sizes[at]), float(curve.omega[at])
+    beside = curve.omega[max(at - 1, 0) : at + 2]
+    if len(beside) < 3 or not (np.all(np.diff(beside) > 0.0) or np.all(np.diff(beside) < 0.0)):
+        return found, place
+
+    def less(omega: float) -> float:
+        orbit = find_orbit(system._replace(omega=omega), guess=_states(curve.coefficients[at], omega))
+        return -orbit.amplitude(3 * order) if orbit.status.found and orbit.stable else 0.0
+
+    ends = float(beside.min()), float(beside.max())
+    best = minimize_scalar(less, bounds=ends, method="bounded", options={"xatol": FINE * place})
+    return max((found, place), (-float(best.fun), float(best.x)))
+
+
+def _at(system: Any, curve: Branch) -> float:
+    """Largest oscillation [rad] of the stable motions of a curve at the system's speed."""
+    found = []
+    for i, j in pairwise(range(len(curve.omega))):
+        first, second = curve.omega[i] - system.omega, curve.omega[j] - system.omega
+        if first * second > 0.0 or first == second or not (curve.stable[i] or curve.stable[j]):
+            continue
+        share = first / (first - second)
+        x = (1.0 - share) * curve.coefficients[i] + share * curve.coefficients[j]
+        orbit = find_orbit(system, guess=_states(x, system.omega))
+        if orbit.status.found and orbit.stable:
+            found.append(float(oscillation(orbit.coefficients[None, :, 0])[0]))
+    if not found:
+        raise SolveError(Sentence("no stable motion is found at {} with {}", Speed(system.omega), str(system.law)))
+    return max(found)
+
+
+def _states(x: Floats, omega: float) -> Floats:
+    """Series (2H+1, 2) of the states x and x' from that of x."""
+    k, rate = np.arange(1, len(x) // 2 + 1), np.zeros(len(x))
+    rate[1::2], rate[2::2] = omega * k * x[2::2], -omega * k * x[1::2]
+    return np.stack([x, rate], axis=1)
