@@ -160,8 +160,9 @@ def hardening(
         [_at(member._replace(omega=float(w)), curve) for w in duty]
         for member, curve in zip(members, curves, strict=True)
     ]
-    columns = [np.array(column) for column in zip(*rows, strict=True)]
-    return Hardening(coefficients, *columns, duty, np.array(at).reshape(len(coefficients), len(duty)))
+    peak, at_peak, third, at_third, low, high, inside = map(np.array, zip(*rows, strict=True))
+    settled = np.array(at).reshape(len(coefficients), len(duty))
+    return Hardening(coefficients, peak, at_peak, third, at_third, low, high, inside, duty, settled)
 
 
 def _cubic(system: Any) -> tuple[Any, int, float]:
