@@ -154,6 +154,11 @@ def _no_breakpoints(law: Any) -> Any:
     return ()
 
 
+def kinks_of(law: Any, x: Any, v: Any, z: Any) -> tuple[Any, ...]:
+    """What vanishes where a law is not smooth: its `kinks`, or distances [rad] of the torsion from its breakpoints."""
+    return tuple(law.kinks(x, v, z)) if has(law, "kinks") else tuple(x - b for b in breakpoints_of(law))
+
+
 def _of_spring(law: Any, x: Any, v: Any, z: Any) -> Any:
     return law.torque(x)
 

@@ -16,7 +16,8 @@ class Law(Protocol):
     """Torque [N*m] of a torsion x [rad]: or of x and its rate, `torque(x, v)`, or with internal states, see `law`.
 
     It may have `energy(x)`, `breakpoints()` (torsions where it is not smooth), `scaled(factor)` (a form for many
-    steps), `spring_stiffness(x)` (without what friction or memory add at rest) and `check()`.
+    steps), `spring_stiffness(x)` (without what friction or memory add at rest), `kinks(x, v, z)` (what vanishes where a
+    law with memory is not smooth) and `check()`.
     """
 
     def torque(self, x: Any) -> Any:

@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from ..law import breakpoints_of, check_law, losses_of, share, states_of, torque_of, z_rate_of
+from ..law import breakpoints_of, check_law, kinks_of, losses_of, share, states_of, torque_of, z_rate_of
 from ..protocols import joint_orders, need, scaled
 from ..quantities import LARGEST, AngularSpeed, Damping, Inertia
 from .excitation import NoError, scaled_torque
@@ -45,6 +45,11 @@ class Oscillator(NamedTuple):
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where the law is not smooth (none for a law that does not say)."""
         return tuple(breakpoints_of(self.law))
+
+    def kinks(self, phase: Any, y: Any) -> tuple[Any, ...]:
+        """What vanishes where the law is not smooth."""
+        rate = y[1] - self.omega * self.error.slope(phase)
+        return kinks_of(self.law, self.torsion(phase, y), rate, y[2:])
 
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in order."""

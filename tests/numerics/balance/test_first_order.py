@@ -4,13 +4,14 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from canonical import DISSIPATIVE
 
 import strainwave as sw
 from strainwave.maths import cos, sign
 from strainwave.numerics.balance.choice import balance_of
 from strainwave.numerics.balance.first_order import FirstOrder, first_order
-from strainwave.numerics.balance.fourier import synthesis, with_velocity
-from strainwave.numerics.balance.rates import jacobians_at, number_of_states
+from strainwave.numerics.balance.fourier import analysis, derivative, synthesis, with_velocity
+from strainwave.numerics.balance.rates import jacobians_at, number_of_states, rates_at
 from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.first_order import monodromy, multipliers_of
 from strainwave.tree import leaf_of
@@ -132,6 +133,23 @@ def test_the_jacobian_is_the_derivative_of_the_residual():
             problem.residual(moved, None, r[i])
         # |v| and |z| have kinks, which samples near them show in the difference quotient
         assert (r[0] - r[1]) / (2.0 * d) == pytest.approx(full[:, j], abs=2e-4)
+
+
+@pytest.mark.parametrize("law", [DISSIPATIVE["BoucWen"], DISSIPATIVE["LuGre"]])
+def test_the_residual_of_a_law_with_memory_is_its_integral_however_few_the_harmonics(law):
+    system = sw.Oscillator(1.0, 0.05, sw.Parallel(sw.Linear(1.0), law), sw.Harmonic(0.4), 1.2)
+    leaf = leaf_of(system, "omega")
+    problem = first_order(system, leaf, leaf, 3)
+    z = np.append(np.random.default_rng(4).standard_normal(problem.size()), 1.2)
+    r = np.empty(problem.size())
+    problem.residual(z, None, r)
+    fine = 1 << 16
+    y = problem.series(z[None])[0]
+    angles = 2.0 * np.pi * np.arange(fine) / fine
+    rates = rates_at(system, angles, y @ synthesis(3, fine)) @ analysis(3, fine)
+    assert np.ptp(np.sign((y @ synthesis(3, fine))[1])) > 0.0  # the rate changes its sign
+    whole = ((1.2 * derivative(y) - rates) / problem.sizes[:, None]).ravel()
+    assert r == pytest.approx(whole, rel=1e-7, abs=1e-7 * np.max(np.abs(whole)))
 
 
 @pytest.mark.compiled

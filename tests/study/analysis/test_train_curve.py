@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
 import strainwave as sw
@@ -238,3 +239,42 @@ def test_a_curve_cut_short_says_so():
     assert "the harmonics left out hold about" in message
     assert problem.highest() == 2
     assert len(found.points)
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_the_curve_of_a_loop_with_hysteresis_takes_few_points_and_is_that_of_an_integration():
+    law = sw.Parallel(sw.PiecewiseLinear(67e3, 110e3, 120e3, 29.0, 108.0), sw.BoucWen(134e3, 0.0, 3.636e-5))
+    error = sw.KinematicError((sw.Line(2, 8.727e-5), sw.Line(4, 1.939e-5, 1.222)))
+    loop = sw.Lagged(sw.SpeedLoop(0.0911, 4.417), 4e-4)
+    drive = sw.Drive(J_m=4.2e-4, J_l=1.6, N=100.0, B=19.64, law=law)
+    made = drive.train(control=loop, kinematic_error=error, load_torque=sw.Harmonic(0.0, mean=-30.0), omega=130.0)
+    found = train_curve(made, (130.0, 150.0), 16)
+    assert len(found.omega) < 60  # sampled at equal steps |v| and |z| cost thousands
+    assert found.stable.all()
+
+    def rates(t, y, omega):
+        x, v, angle, speed, current, z = y
+        turned = omega * t + angle
+        u = x - 8.727e-5 * math.cos(2 * turned) - 1.939e-5 * math.cos(4 * turned + 1.222)
+        slope = -2 * 8.727e-5 * math.sin(2 * turned) - 4 * 1.939e-5 * math.sin(4 * turned + 1.222)
+        rate = v - slope * (omega + speed)
+        size = abs(u)
+        bent = 67e3 * min(size, 29 / 67e3) + 120e3 * max(0.0, size - 29 / 67e3 - 79 / 110e3)
+        bent += 110e3 * min(max(0.0, size - 29 / 67e3), 79 / 110e3)
+        torque = math.copysign(bent, u) + 134e3 * z + 19.64 * rate
+        motor = (-current - (0.01 - slope) * torque) / 4.2e-4
+        slip = abs(z / 3.636e-5) * (0.5 * abs(rate) * np.sign(z) + 0.5 * rate)
+        loop = (4.417 * angle + 0.0911 * speed - current) / 4e-4
+        return v, motor / 100 - (torque - 30) / 1.6, speed, motor, loop, rate - slip
+
+    omega = 138.0
+    turn, start = 2.0 * math.pi / omega, [-3e-4, 0, 0, 0, 0, 0]
+    settled = solve_ivp(rates, (0.0, 80 * turn), start, "DOP853", args=(omega,), rtol=1e-8, atol=1e-12)
+    times = 80 * turn + turn * np.arange(400) / 400
+    last = solve_ivp(
+        rates, (80 * turn, 81 * turn), settled.y[:, -1], "DOP853", times, args=(omega,), rtol=1e-9, atol=1e-13
+    )
+    pointing = last.y[0] - last.y[2] / 100
+    here = np.interp(omega, found.omega, found.oscillation)
+    assert here == pytest.approx(np.max(np.abs(pointing - pointing.mean())), rel=1e-3)

@@ -56,6 +56,35 @@ def test_a_linear_drive_does_not_jump():
     assert "No hysteresis" in told.sentence
 
 
+@pytest.mark.parametrize("twice", [0, 3, 6])
+def test_a_point_listed_twice_neither_ends_a_sweep_nor_makes_it_jump(twice):
+    values = np.insert(np.linspace(1.0, 2.0, 7), twice, np.linspace(1.0, 2.0, 7)[twice])
+    peak, nothing = 0.1 + 0.1 * values, []
+    told = sw.jumps(
+        SimpleNamespace(
+            parameter="omega", values=values, peak=peak, stable=np.ones(8, bool), multipliers=np.empty((8, 0)),
+            folds=nothing, doublings=nothing, branch_points=nothing, closed=False,
+        )
+    )  # fmt: skip
+    assert told.finished_up
+    assert told.finished_down
+    assert not told.on_run_up
+    assert not told.on_run_down
+    assert {*values[told.run_up].tolist()} == {*values[told.run_down].tolist()} == {*values.tolist()}
+
+
+def test_the_crests_of_x_and_of_its_oscillation_at_one_speed_are_one_point():
+    ratio = 0.05  # under a constant torque as well: both crests of a linear drive are at sqrt(1 - 2 ratio^2)
+    linear = sw.Oscillator(1.0, 2.0 * ratio, sw.Linear(1.0), sw.Harmonic(0.1, mean=0.3), 1.0)
+    curve = sw.frequency_response(linear, (0.8, 1.2), harmonics=3)
+    top = math.sqrt(1.0 - 2.0 * ratio**2)
+    assert np.sum(np.abs(curve.omega / top - 1.0) < 1e-4) == 1
+    assert np.min(np.diff(curve.omega)) > 1e-6
+    told = sw.jumps(curve)
+    assert not told.on_run_up
+    assert not told.on_run_down
+
+
 @pytest.mark.compiled
 def test_a_sweep_of_the_amplitude_jumps_at_its_folds():
     sweep = sw.parameter_response(HARDENING._replace(omega=1.2), "excitation.amplitude", (0.0, 0.5))

@@ -186,6 +186,10 @@ class LuGre(NamedTuple):
         """Rate (z',) [rad/s] of the deflection."""
         return (bending(self, v, z[0]),)
 
+    def kinks(self, x: Any, v: Any, z: Any) -> tuple[Any, ...]:
+        """What vanishes where z' has a corner: the speed v [rad/s]."""
+        return (v,)
+
     def stiffness(self, x: Any) -> Any:
         """Stiffness sigma_0 [N*m/rad] before it slips."""
         return self.sigma_0 + 0.0 * x

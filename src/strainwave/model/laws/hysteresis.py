@@ -8,7 +8,18 @@ torsion [rad], v its rate [rad/s], z the tuple of internal states; their number 
 from typing import Any, NamedTuple
 
 from ...compile.jit import kernel
-from ...law import breakpoints_of, check_law, energy_of, losses_of, rest, share, spring_stiffness, torque_of, z_rate_of
+from ...law import (
+    breakpoints_of,
+    check_law,
+    energy_of,
+    kinks_of,
+    losses_of,
+    rest,
+    share,
+    spring_stiffness,
+    torque_of,
+    z_rate_of,
+)
 from ...maths import sign
 from ...protocols import need, scaled
 from ...quantities import Angle, Ratio, TorsionalStiffness
@@ -58,6 +69,10 @@ class BoucWen(NamedTuple):
         """Rate (z',) [rad/s] of the internal state."""
         slip = self.beta * abs(v) * sign(z[0]) + self.gamma * v
         return (self.A * v - yielded(z[0], self.yield_twist, self.n) * slip,)
+
+    def kinks(self, x: Any, v: Any, z: Any) -> tuple[Any, ...]:
+        """What vanishes where z' is not smooth: v [rad/s] and z [rad]."""
+        return v, z[0]
 
     def stiffness(self, x: Any) -> Any:
         """Stiffness [N*m/rad] before it yields (z = 0): K (ratio + (1 - ratio) A)."""
@@ -170,6 +185,11 @@ class Parallel(NamedTuple):
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where a law of the two is not smooth."""
         return tuple(sorted({place for law in self for place in breakpoints_of(law)}))
+
+    def kinks(self, x: Any, v: Any, z: Any) -> tuple[Any, ...]:
+        """What vanishes where a law of the two is not smooth."""
+        first = kinks_of(self.first, x, v, share(self.first, z))
+        return first + kinks_of(self.second, x, v, rest(self.first, z))
 
     def scaled(self, factor: Any) -> "Parallel":
         """The same laws times a factor."""

@@ -9,7 +9,7 @@ motor's deviation from its reference instead of theta_m, so that no small twist 
 from typing import Any, NamedTuple
 
 from ...compile.jit import kernel
-from ...law import breakpoints_of, check_law, energy_of, heat_of, rest, share, states_of, torque_of, z_rate_of
+from ...law import breakpoints_of, check_law, energy_of, heat_of, kinks_of, rest, share, states_of, torque_of, z_rate_of
 from ...protocols import joint_orders, need
 from ...quantities import LARGEST, AngularSpeed, Damping, Ratio
 from ..excitation import NoError
@@ -169,10 +169,12 @@ class DriveTrain(NamedTuple):
         return tuple(breakpoints_of(self.law))
 
     def kinks(self, phase: Any, y: Any) -> tuple[Any, ...]:
-        """Distances [rad] of the torsion and of the couplings' twists from the breakpoints of their laws."""
-        twists = zip(self.twists(), self.load.couplings(), strict=True)
-        own = [(self.torsion(phase, y), self.law), *((y[at], law) for at, law in twists)]
-        return tuple(value - b for value, law in own for b in breakpoints_of(law))
+        """What vanishes where the laws of the gear and of the couplings are not smooth."""
+        gear = gear_motion(self, y, motor_motion(self, phase, y))
+        found = kinks_of(self.law, gear[0], gear[1], share(self.law, inner_states(self, y)))
+        for at, law in zip(self.twists(), self.load.couplings(), strict=True):
+            found += kinks_of(law, y[at], y[at + 1], share(law, y[at + 2 :]))
+        return found
 
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in order; a prime is a rate."""

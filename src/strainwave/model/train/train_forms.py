@@ -55,12 +55,20 @@ class SteadyTrain(NamedTuple):
 
     def torque(self, phase: Any, y: Any) -> Any:
         """Torque that the gear transmits [N*m, output side], with its damping."""
+        return self.train.torque(phase, self._own_state(phase, y))
+
+    def _own_state(self, phase: Any, y: Any) -> Any:
+        """State of the train itself."""
         own = y[2] + (self.omega - self.train.omega) * self.train.reference.slope(phase)
-        return self.train.torque(phase, (y[0], y[1], 0.0 * own, own, *y[4:]))
+        return (y[0], y[1], 0.0 * own, own, *y[4:])
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where the gear's law is not smooth."""
         return self.train.breakpoints()
+
+    def kinks(self, phase: Any, y: Any) -> tuple[Any, ...]:
+        """What vanishes where the laws are not smooth, as of the train itself."""
+        return tuple(self.train.kinks(phase, self._own_state(phase, y)))
 
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in order."""
@@ -191,7 +199,7 @@ class AtLoad(NamedTuple):
         return self.train.breakpoints()
 
     def kinks(self, phase: Any, y: Any) -> tuple[Any, ...]:
-        """Distances [rad] from the breakpoints of the laws, as of the train itself."""
+        """What vanishes where its laws are not smooth, as of the train itself."""
         return tuple(turning(self).kinks(phase, own_state(self, y)))
 
     def orders(self) -> tuple[int, ...]:

@@ -1,8 +1,9 @@
 """Samples of a periodic motion that end at its kinks, so that Fourier integrals are exact for laws with breakpoints.
 
 A torque with corners, sampled at equal steps, leaves in the balance equations a kink wherever a sample passes a
-breakpoint: false folds. Here the period is cut where the motion crosses the breakpoints, and every piece is integrated
-by Gauss's rule: the samples move with the motion, and the equations are as smooth as the integrals are.
+corner: false folds, and steps of a continuation as short as these kinks are near. Here the period is cut where the
+motion crosses breakpoints, or turns where a law has memory, and every piece is integrated by Gauss's rule: the samples
+move with the motion, and the equations are as smooth as the integrals are.
 """
 
 from collections.abc import Callable
@@ -44,9 +45,10 @@ class Samples(NamedTuple):
 
 
 def distances(system: Any, angles: Floats, y: Floats) -> Floats:
-    """Distances (kinks, ...) from all breakpoints in the states y (states, ...) at base angles [rad].
+    """Distances (kinks, ...) from all corners of the laws in the states y (states, ...) at base angles [rad].
 
-    A system tells them by `kinks(phase, y)`, or has `breakpoints` of its torsion; one without kinks has none.
+    A system tells them by `kinks(phase, y)`: what vanishes at a corner, the torsion less a breakpoint or, of a law with
+    memory, a rate or an internal state. Else it has `breakpoints` of its torsion; one without kinks has none.
     """
     if not lacking(system, "kinks"):
         found = system.kinks(angles, tuple(y))

@@ -187,8 +187,11 @@ def _pieces(branch: Branch) -> list[NDArray[np.int64]]:
     for i in range(len(values) - 1):
         step = float(np.sign(values[i + 1] - values[i]))
         whole = (stable[i] or marginal[i]) and (stable[i + 1] or marginal[i + 1]) and (stable[i] or stable[i + 1])
-        if not whole or step == 0.0:
+        if not whole:
             heading = 0.0
+            continue
+        step = step or heading  # two points at one value belong to one run
+        if step == 0.0:
             continue
         if step != heading:
             pieces.append([i])
