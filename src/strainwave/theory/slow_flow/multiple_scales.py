@@ -22,7 +22,7 @@ from ...sentences import Sentence, Speed
 from ..passage.basins import SlowBasins, basins
 from . import response as response_curve
 from .averaging import averaged_flow
-from .certificate import ORDINAL, certify
+from .certificate.certificate import ORDINAL, certify
 from .cubic import CubicFlow, free_decay, kind_of
 from .fixed_points import Flow, attractor, fixed_points, is_stable, is_trivial
 from .means.memory import remembers
@@ -120,8 +120,8 @@ class SlowFlow:
         Parameters
         ----------
         omega : (n,) array_like
-            Speeds [rad/s] of the base angle, positive, in any order. Without hard lines all are found together, and so
-            they are in closed form; otherwise they are searched one after the other.
+            Speeds [rad/s] of the base angle, positive, in any order. All are searched together, but for friction, memory
+            and hard lines at first order by averages, where each is searched by itself.
 
         Raises
         ------
