@@ -169,7 +169,7 @@ def _one_by_one(flow: Flow, omega: Floats, factor: Floats) -> tuple[Any, Complex
 
 def _at_rest(flow: Flow, omega: Floats, factor: Floats) -> tuple[Any, Complexes, Any]:
     """Where a = 0 is a state."""
-    if np.all(at(flow, omega[:1], factor[:1]).setting.soft != 0.0):
+    if np.all(flow.setting.scaled(factor[:1]).at(omega[:1]).soft != 0.0):
         return _columns([])
     each = (at(flow, float(w), float(f)) for w, f in zip(omega, factor, strict=True))
     return _columns([(i, 0j, is_stable(one, 0j)) for i, one in enumerate(each) if is_trivial(one)])
