@@ -84,7 +84,7 @@ from .numerics.attractors.lyapunov_exponent import LyapunovExponent as LyapunovE
 from .numerics.attractors.lyapunov_exponent import lyapunov_exponent as lyapunov_exponent
 
 # Closed forms and proofs
-from .theory.slow_flow.multiple_scales import SlowFlow as SlowFlow
+from .theory.slow_flow.flow import SlowFlow as SlowFlow
 from .theory.slow_flow.multiple_scales import slow_flow as slow_flow
 from .theory.slow_flow.resonance import NONRESONANT as NONRESONANT
 from .theory.slow_flow.resonance import PRIMARY as PRIMARY

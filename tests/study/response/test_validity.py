@@ -82,6 +82,23 @@ def test_errors_of_cells_are_those_of_single_certificates(name):
     assert compared >= 18
 
 
+def test_map_of_a_superharmonic_of_three_slopes_is_that_of_single_certificates():
+    # three slopes have exact means of first order, which with hard lines belong to one speed
+    system = GEAR._replace(excitation=sw.Harmonic(60.0, mean=20.0), error=sw.NoError())
+    omega, factor = np.array([128.0, 136.0]), np.array([0.5, 1.0])
+    found = sw.validity_map(system, sw.SUPERHARMONIC, omega, factor)
+    compared = 0
+    for i, j in np.ndindex(2, 2):
+        one = strengthened(system, float(factor[j]))._replace(omega=float(omega[i]))
+        for k in (0, 1):
+            flow = sw.slow_flow(one, sw.SUPERHARMONIC, order=k + 1)
+            error = flow.certificate().amplitude_at_speed
+            if flow.steady_states()[0].stable and error is not None and error < 0.9:
+                assert found.error[k, i, j] == pytest.approx(error, rel=1e-6, abs=1e-10)
+                compared += 1
+    assert compared >= 4
+
+
 @pytest.mark.parametrize("cell", [(0, 0), (3, 1), (5, 2), (7, 0)])
 def test_cells_agree_with_periodic_orbits(cell):
     omega, factor = np.linspace(0.8, 1.25, 8), np.array([0.4, 1.0, 1.8])

@@ -14,12 +14,12 @@ from ...model.excitation import Harmonic
 from ...model.laws.springs import Cubic
 from ...model.oscillator import Oscillator
 from ...results import Floats
-from ...theory.slow_flow.certificate import Balance, balance_of
-from ...theory.slow_flow.fixed_points import newton_step
+from ...theory.slow_flow.certificate.balance import Balance, balance_of
+from ...theory.slow_flow.fixed_points import newton_step, rates_of
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.resonance import PRIMARY
 from ...theory.slow_flow.setting import real_matrix
-from ...theory.slow_flow.states import at, balance
+from ...theory.slow_flow.states import at
 from .validity import axis
 from .validity_results import ORDERS, GeneralValidity
 
@@ -93,8 +93,8 @@ def _peak(flow: Any, torque: Floats, a: Floats, omega: Floats) -> tuple[Floats, 
     with np.errstate(all="ignore"):
         for _ in range(ROUNDS):
             z: Any = -1j * a
-            rate, by_z = balance(at(flow, omega, torque), z)
-            up, down = (balance(at(flow, omega + d, torque), z)[0] for d in (STEP, -STEP))
+            rate, by_z = rates_of(at(flow, omega, torque), z)
+            up, down = (rates_of(at(flow, omega + d, torque), z)[0] for d in (STEP, -STEP))
             by_a = -(by_z[:, 0, 1] + 1j * by_z[:, 1, 1])
             step = newton_step(real_matrix(by_a, (up - down) / (2.0 * STEP)), rate)
             share = np.minimum(1.0, 0.3 / np.maximum(np.abs(step.real) / a, np.abs(step.imag) / omega))

@@ -14,11 +14,11 @@ from numpy.typing import ArrayLike
 
 from ...quantities import numbers, shown
 from ...results import Floats
-from ...theory.slow_flow.certificate import Balance, balance_of, corrected
+from ...theory.slow_flow.certificate.balance import Balance, balance_of, corrected
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.resonance import Resonance
 from ...theory.slow_flow.setting import Complexes
-from ...theory.slow_flow.states import at, states
+from ...theory.slow_flow.states import states
 from .validity_results import ORDERS, ValidityMap
 
 TOGETHER = 500  # cells in one step of Newton's method: a user can interrupt between
@@ -59,11 +59,12 @@ def validity_map(system: Any, resonance: Resonance, speeds: ArrayLike, amplitude
         flows[0].setting.refuse_on_resonance(w)
     omega, factor = (grid.ravel() for grid in np.meshgrid(speeds, amplitudes, indexing="ij"))
     shape = len(speeds), len(amplitudes)
-    cells = _Cells(replace(balance_of(flows[0].setting), setting=at(flows[0], omega, factor).setting), omega)
+    everywhere = flows[0].setting.scaled(factor).at(omega)
+    cells = _Cells(replace(balance_of(flows[0].setting), setting=everywhere), omega)
     motions = []
     for flow in flows:
         z = states(flow, omega, factor).largest_stable()
-        motions.append(_motion(cells, at(flow, omega, factor), z))
+        motions.append(_motion(cells, replace(flow, setting=everywhere), z))
         cells.improve(np.flatnonzero(np.isfinite(z)), motions[-1])
     cells.spread(shape)
     error = np.stack([cells.error(motion).reshape(shape) for motion in motions])

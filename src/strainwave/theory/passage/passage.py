@@ -17,8 +17,9 @@ from numpy.typing import ArrayLike
 from ...quantities import numbers, shown
 from ...results import Floats, SolveError
 from ...sentences import Sentence, Speed
-from ..slow_flow.certificate import certify
-from ..slow_flow.multiple_scales import SlowFlow, slow_flow
+from ..slow_flow.certificate.certificate import certify
+from ..slow_flow.flow import SlowFlow
+from ..slow_flow.multiple_scales import slow_flow
 from ..slow_flow.resonance import Resonance
 from ..slow_flow.response import response
 from .destinations import stable_states

@@ -1,6 +1,7 @@
 """Steady states of a slow flow: by closed form or by a scan of the plane, then Newton; stability by eigenvalues."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ PHASES, ROWS_PER_DECADE = 48, 20  # of the polar grid
 # where the phase plays no role: amplitudes per decade, parts of a cell that may hold a root, and most of such cells
 RING, FINER, MOST_CELLS = 60, 16, 24
 CLEAR = 0.3  # share of the distance to the next fixed point within which a transient is taken to end on one
+POINTS = 10_000  # of the polar grid, all speeds counted, at once
+BESIDE = np.array([[0.9], [1.0], [1.1]])  # times the middle of a cell: its amplitudes and a little more
 MOST_ALONE = 60  # fixed points of an undamped flow; more are a continuum
 
 
@@ -64,6 +67,11 @@ def attractor(flow: Flow, z: complex) -> complex | None:
     return points[0] if is_stable(flow, points[0]) else None
 
 
+def rates_of(flow: Flow, z: Any) -> tuple[Any, Floats]:
+    """What vanishes in a steady state [rad/s], and its derivative (..., 2, 2) to (Re z, Im z)."""
+    return flow.balance(z) if isinstance(flow, SecondOrderFlow) else (flow.rates(z), flow.jacobian(z))
+
+
 def is_trivial(flow: Flow) -> bool:
     """Whether z = 0 is a fixed point."""
     s = flow.setting
@@ -90,8 +98,8 @@ def polish(flow: Flow, z: complex, steps: int = 40) -> complex | None:
     """Newton's method from z; None where it does not converge to a nontrivial point."""
     best, size = z, math.inf
     for _ in range(steps):
-        rate = complex(flow.rates(z))
-        step = newton_step(flow.jacobian(z), np.array(rate))
+        rate, matrix = rates_of(flow, z)
+        step = newton_step(matrix, np.asarray(rate))
         if not np.isfinite(step) or z == 0.0:
             break
         if abs(step) < size:
@@ -113,21 +121,32 @@ def newton_step(matrix: Floats, rate: Any) -> Any:
 def scan(flow: Integrals) -> list[complex]:
     """Find every fixed point of a general flow: cells of a polar grid in which both rates may vanish, then Newton."""
     rough = flow.coarse
-    sizes = amplitudes(rough, ROWS_PER_DECADE)
+    _, z = scanned(rough, amplitudes(rough, ROWS_PER_DECADE))
+    return _converged(rough, z)
+
+
+def scanned(flow: Integrals, sizes: Floats) -> tuple[Any, Complexes]:
+    """Middles [rad] of the cells of a polar grid in which both rates may vanish, at one speed or many.
+
+    With the place of each among the speeds. Cells are left out where no state is sound.
+    """
+    speeds = np.size(flow.setting.omega)
     phases = 2.0 * np.pi * (np.arange(PHASES + 1) + 0.37) / PHASES
-    turn = np.exp(-1j * phases)
+    turn = np.exp(-1j * phases)[:, None]
+    rows = max(2, POINTS // (turn.size * speeds))
     with np.errstate(all="ignore"):
         polar = np.concatenate(
             [
-                (rough.unforced(a[:, None] * turn) - rough.push) / (turn * a[:, None])
-                for a in np.array_split(sizes, 24)
-                if len(a)
+                (flow.unforced(np.broadcast_to(z, (*z.shape[:2], speeds))) - flow.push) / z
+                for z in (a[:, None, None] * turn for a in (sizes[i : i + rows] for i in range(0, len(sizes), rows)))
             ]
         )
-    cells = _may_vanish(polar.real) & _may_vanish(polar.imag)
-    i, j = np.nonzero(cells)
+    i, j, which = np.nonzero(_may_vanish(polar.real) & _may_vanish(polar.imag))
     z = np.sqrt(sizes[i] * sizes[i + 1]) * np.exp(-0.5j * (phases[j] + phases[j + 1]))
-    return _converged(rough, z)
+    here = replace(flow, setting=flow.setting.of(which)) if np.ndim(flow.setting.omega) else flow
+    with np.errstate(all="ignore"):
+        kept = np.any(here.sound(z * BESIDE), axis=0)
+    return which[kept], z[kept]
 
 
 def rings(flow: Integrals) -> list[complex]:
@@ -186,7 +205,8 @@ def _converged(flow: Integrals, z: Complexes) -> list[complex]:
     size = np.full(z.shape, np.inf)
     with np.errstate(all="ignore"):
         for _ in range(25):
-            step = newton_step(flow.jacobian(z), flow.rates(z))
+            rate, matrix = rates_of(flow, z)
+            step = newton_step(matrix, rate)
             step = np.where(np.isfinite(step), step, 0.1 * z)
             size = np.abs(step) / np.abs(z)
             z = z + step * np.minimum(1.0, 0.5 / size)

@@ -21,9 +21,11 @@ import numpy as np
 
 from ...law import breakpoints_of
 from ...model.laws.springs import Cubic, Linear, Polynomial
+from ...numerics.balance.sampling import law_torque
 from ...results import Floats
 from .averaging import probes_of, turns_with_phase
 from .means.memory import LoopAverages, loop_averages, remembers
+from .means.sampling import harmonics
 from .second_order_forms import FORMS
 from .setting import Complexes, Setting, real_matrix
 
@@ -97,30 +99,31 @@ class Samples:
 
     def values(self, s: Setting, z: Any) -> tuple[Small, Any]:
         """Small harmonics, and 2 <n conj(E)> [rad/s^2]."""
-        shape = np.shape(z)
-        law, each = s.system.law, np.ravel(np.asarray(z, complex))
+        shape, each, pull = np.shape(z), np.ravel(np.asarray(z, complex)), s.omega_0**2
         omega, fast, hard = np.asarray(s.omega), np.asarray(s.fast), s.hard
         if omega.ndim:  # the last axis of z is that of the speeds
             omega, fast = (np.ravel(np.broadcast_to(w, shape)) for w in (omega, fast))
-            hard = np.broadcast_to(hard, (*shape, hard.shape[-1])).reshape(len(each), -1)
-        rest, pull = float(law.torque(s.u0)), s.omega_0**2
-
-        def beyond(w: Floats) -> Floats:
-            return np.asarray((law.torque(s.u0 + w) - rest) / s.system.J - pull * w)
-
-        forced = (hard @ self.lines).real
-        w = forced + each.real[:, None] * self.turn.real - each.imag[:, None] * self.turn.imag
-        n = beyond(w) @ self.waves.conj().T * (2.0 / w.shape[1])
+        hard = np.broadcast_to(hard, (*shape, hard.shape[-1])).reshape(len(each), hard.shape[-1])
+        first = np.concatenate([each[:, None], hard], axis=1)
+        waves = np.concatenate([self.turn[None], self.lines])
+        n = self._torque(s, first, waves, self.waves)
         n[:, np.all(self.numbers == 0, axis=1)] *= 0.5
         speed = np.multiply.outer(fast / self.fast, self.numbers[:, 0]) + np.multiply.outer(omega, self.numbers[:, 1])
         for line, place in enumerate(self.places):
             if place >= 0:
-                n[:, place] += 1j * s.mu * speed[..., place] * hard[..., line]
+                n[:, place] += (1j * s.mu * speed[..., place] - pull) * hard[..., line]
         small = -n / (pull - speed**2 + 1j * s.mu * speed)
-        back = 2.0 * (beyond(w + (small @ self.waves).real) @ self.turn.conj()) / w.shape[1]
+        whole, waves = np.concatenate([first, small], axis=1), np.concatenate([waves, self.waves])
+        back = self._torque(s, whole, waves, self.turn[None])[:, 0] - pull * each
         speeds = (w.reshape(shape) if omega.ndim else w for w in speed.T)
         amplitudes = (a.reshape(shape) for a in small.T)
         return list(zip(speeds, amplitudes, strict=True)), back.reshape(shape)
+
+    @staticmethod
+    def _torque(s: Setting, c: Complexes, waves: Complexes, onto: Complexes) -> Complexes:
+        """Twice the means [rad/s^2] of the torque beyond the one at rest, over J, along motions about u0."""
+        rest = s.u0, float(s.system.law.torque(s.u0))
+        return np.asarray(2.0 / s.system.J * harmonics(law_torque, s.system.law, c, waves, onto, rest))
 
 
 @dataclass(frozen=True, eq=False)

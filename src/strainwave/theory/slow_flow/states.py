@@ -6,7 +6,10 @@ is: g is tabulated over |z| at a few speeds, and |z g| - |push| changes its sign
 speed is searched by itself. Newton's method in the flow moves what was found onto the states.
 """
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,12 +17,25 @@ import numpy as np
 from ...numerics.roots import positive_roots
 from ...results import Floats
 from .cubic import CubicFlow
-from .fixed_points import RING, Flow, amplitudes, attracts, fixed_points, is_stable, is_trivial, newton_step
+from .fixed_points import (
+    RING,
+    ROWS_PER_DECADE,
+    Flow,
+    amplitudes,
+    attracts,
+    fixed_points,
+    is_stable,
+    is_trivial,
+    newton_step,
+    rates_of,
+    scanned,
+)
 from .means.memory import remembers
 from .second_order import Forms, SecondOrderFlow
 from .setting import Complexes
 
 TOGETHER = 2000  # speeds at once: what they take fits the memory, and a user can interrupt between
+AT_ONCE = 8  # speeds of one polar grid
 NODES = 33  # speeds at which g is tabulated
 ROUNDS, MET, SAME = 40, 1e-7, 1e-7  # of Newton's method: most steps, last relative step of a state; distance of one
 FINER = 16  # parts of a cell of the table that may hold a state
@@ -68,12 +84,11 @@ class Table:
 def states(flow: Flow, omega: Floats, factor: Any = 1.0) -> States:
     """All steady states at speeds (n,) [rad/s] under the lines times factors (n,); a = 0 where it is one."""
     factor = np.broadcast_to(np.asarray(factor, float), omega.shape)
-    together = isinstance(flow, CubicFlow) or not (np.any(flow.setting.hard) or remembers(flow.setting.system.law))
-    table = _table(flow, omega, factor) if together and not _is_polynomial(flow) else None
+    how = _search(flow, omega, factor)
     which, z, stable = list[Any](), list[Complexes](), list[Any]()
     for i in range(0, len(omega), TOGETHER):
         some = omega[i : i + TOGETHER], factor[i : i + TOGETHER]
-        found = _together(at(flow, *some), table) if together else _one_by_one(flow, *some)
+        found = _one_by_one(flow, *some) if how is None else _together(at(flow, *some), how)
         for at_some, states_there, attract in (found, _at_rest(flow, *some)):
             which, z, stable = [*which, at_some + i], [*z, states_there], [*stable, attract]
     places = np.concatenate(which)
@@ -88,18 +103,13 @@ def at(flow: Any, omega: Any, factor: Any) -> Any:
     return replace(flow, setting=flow.setting.scaled(factor)).at(omega)
 
 
-def balance(flow: Flow, z: Complexes) -> tuple[Complexes, Floats]:
-    """What vanishes in a steady state [rad/s], and its derivative (..., 2, 2) to (Re z, Im z)."""
-    return flow.balance(z) if isinstance(flow, SecondOrderFlow) else (flow.rates(z), flow.jacobian(z))
-
-
 def polished(flow: Flow, z: Complexes) -> Complexes:
     """Newton's method from a state [rad] at each speed of a flow; not finite where none is met."""
     best, size, going = np.full(len(z), np.nan + 0j), np.full(len(z), np.inf), np.arange(len(z))
     with np.errstate(all="ignore"):
         for _ in range(ROUNDS):
             part = replace(flow, setting=flow.setting.of(going))
-            rate, matrix = balance(part, z)
+            rate, matrix = rates_of(part, z)
             step = newton_step(matrix, rate)
             length = np.abs(step) / np.abs(z)
             nearer = length < size[going]
@@ -112,9 +122,21 @@ def polished(flow: Flow, z: Complexes) -> Complexes:
     return np.where(size <= MET, best, np.nan)
 
 
-def _together(many: Flow, table: Table | None) -> tuple[Any, Complexes, Any]:
+def _search(flow: Flow, omega: Floats, factor: Floats) -> Callable[[Any], Found] | None:
+    """How states are first looked for at many speeds at once; None where each speed is searched by itself."""
+    s = flow.setting
+    if _is_polynomial(flow):
+        return _by_polynomial
+    if not (np.any(s.hard) or remembers(s.system.law)):
+        return partial(_by_table, table=_table(flow, omega, factor))
+    if isinstance(flow, SecondOrderFlow) and s.resonance.ratio is not None and not remembers(s.system.law):
+        return _by_grid
+    return None
+
+
+def _together(many: Flow, search: Callable[[Any], Found]) -> tuple[Any, Complexes, Any]:
     """Nontrivial states of a flow at many speeds: their places, the states, whether they attract."""
-    which, z = _by_polynomial(many) if table is None else _by_table(many, table)
+    which, z = search(many)
     here = replace(many, setting=many.setting.of(which))
     if isinstance(here, SecondOrderFlow) and here.rough is not here.force:  # few samples first, all of them at the end
         near = polished(here.coarse, z)
@@ -147,7 +169,7 @@ def _one_by_one(flow: Flow, omega: Floats, factor: Floats) -> tuple[Any, Complex
 
 def _at_rest(flow: Flow, omega: Floats, factor: Floats) -> tuple[Any, Complexes, Any]:
     """Where a = 0 is a state."""
-    if np.all(at(flow, omega[:1], factor[:1]).setting.soft != 0.0):
+    if np.all(flow.setting.scaled(factor[:1]).at(omega[:1]).soft != 0.0):
         return _columns([])
     each = (at(flow, float(w), float(f)) for w, f in zip(omega, factor, strict=True))
     return _columns([(i, 0j, is_stable(one, 0j)) for i, one in enumerate(each) if is_trivial(one)])
@@ -229,6 +251,20 @@ def _by_table(many: Any, table: Table) -> Found:
         z = start * direction / np.abs(direction)  # z g = push in a state
     good = np.isfinite(z)
     return at_speed[j][good], z[good]
+
+
+def _by_grid(many: SecondOrderFlow) -> Found:
+    """Starts in the cells of a polar grid in which both rates may vanish, for a few speeds at once."""
+    rough, found, z = many.coarse, [np.zeros(0, int)], [np.zeros(0, complex)]
+    order = np.argsort(np.abs(many.setting.hard).sum(axis=-1), kind="stable")  # alike in the amplitudes that matter
+    for some in np.array_split(order, -(-len(order) // AT_ONCE)):
+        each = (replace(rough, setting=rough.setting.of(int(i))) for i in some)
+        ends = [a[[0, -1]] for a in (amplitudes(one, ROWS_PER_DECADE) for one in each)]
+        low, high = np.min(ends), np.max(ends)
+        a = np.geomspace(low, high, math.ceil(ROWS_PER_DECADE * math.log10(high / low)))
+        which, starts = scanned(replace(rough, setting=rough.setting.of(some)), a)
+        found, z = [*found, some[which]], [*z, starts]
+    return np.concatenate(found), np.concatenate(z)
 
 
 def _near_zero(value: Floats) -> tuple[Any, Any]:

@@ -1,1 +1,1 @@
-"""Means of a torque along a motion: of laws that are linear between breakpoints, and of laws with memory."""
+"""Means of a torque along a motion: by samples, exact between breakpoints, and of laws with memory."""

@@ -10,7 +10,7 @@ import numpy as np
 from ....quantities import floated, interval, number
 from .. import response as response_curve
 from ..averaging import AveragedFlow
-from ..certificate import certify
+from ..certificate.certificate import certify
 from ..cubic import CubicFlow
 from ..fixed_points import Flow, is_trivial
 from ..second_order import Forms, SecondOrderFlow

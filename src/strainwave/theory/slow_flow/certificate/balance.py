@@ -1,33 +1,29 @@
-"""The certificate: what a steady state of a slow flow is worth, from a harmonic correction in the full equation.
+"""Harmonic balance of the full equation, which moves the motions of a slow flow to true ones, many at once.
 
-The motion u0 + Re(z E) + F, at second order with its small harmonics, is put into
-J u'' + B u' + T(u) = tau - J omega^2 e'', and Newton's method on a few harmonics of the common period (Krack & Gross
-2019, Harmonic Balance for Nonlinear Vibration Problems, ch. 2) moves it to the true motion. Where forcing or its
-superharmonic meets omega_0 (q = 1) the phase of the component near omega_0 is kept and omega set free: the phase runs
-monotonically along a resonance curve, so the correction exists at peaks and jumps too, where one at equal speed does
-not. Otherwise the speed is kept.
+J u'' + B u' + T(u) = tau - J omega^2 e'' is solved by Newton's method on a few harmonics of the common period (Krack &
+Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, ch. 2), at equal speed, or at equal phase of the
+component near omega_0.
 """
 
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ...law import breakpoints_of
-from ...results import Floats
-from .fixed_points import Flow, is_stable
-from .means.memory import Loops, remembers
-from .results import Certificate
-from .setting import Complexes, Setting
+from ....law import breakpoints_of
+from ....numerics.balance.sampling import law_stiffness, law_torque
+from ....results import Floats
+from ..fixed_points import Flow
+from ..means.memory import Loops, remembers, waves
+from ..means.sampling import harmonics
+from ..setting import Complexes, Setting
 
 SMOOTH, KINKED = 8, 64  # sample points per harmonic
 MULTIPLES = 7  # harmonics up to this multiple of the fastest component of the first-order motion
-ACCEPTED = 0.10
 MOST_STEPS, NEAR = 30, 1e-9  # of Newton's method, and the relative change at which it has converged
 ON_LOOPS, STEP = 1e-7, 1e-5  # the same change along closed loops, and the relative step of differences there
-ORDINAL = {1: "first", 2: "second"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,12 +36,15 @@ class Balance:
         omega_b/omega: the common period is 2 pi/(omega_b).
     fast : int
         Harmonic of the component near omega_0.
+    twice : (2H+1, points) complex array
+        exp(i n chi) for n = 0..2H at the sample points.
     """
 
     setting: Setting
     base: float
     fast: int
     harmonics: int
+    twice: Complexes
 
     def of(self, which: Any) -> "Balance":
         """The balance of some of many states, whose lines are (states, lines) arrays; the same where all share one."""
@@ -56,13 +55,10 @@ class Balance:
         """Harmonics of the forcing lines."""
         return [round(k / self.base) for k in self.setting.orders]
 
-    @cached_property
+    @property
     def waves(self) -> Complexes:
-        """exp(i n chi) for n = 0..H at 8 (H + 1) points, 64 (H + 1) for a law with kinks: shape (H+1, points)."""
-        law = self.setting.system.law
-        kinked = len(breakpoints_of(law)) > 0 or remembers(law)
-        points = (KINKED if kinked else SMOOTH) * (self.harmonics + 1)
-        return np.asarray(np.exp(2j * np.pi * np.outer(np.arange(self.harmonics + 1), np.arange(points)) / points))
+        """exp(i n chi) for n = 0..H at the sample points: shape (H+1, points)."""
+        return self.twice[: self.harmonics + 1]
 
     @cached_property
     def loops(self) -> Loops | None:
@@ -87,20 +83,18 @@ class Balance:
         """Harmonics [N*m] (states, H+1) of the law's torque along motions."""
         if self.loops is not None:
             return self.loops.coefficients(self.loops.torque(c, omega * self.base))
-        torque = (self.setting.system.law.torque((c @ self.waves).real) @ self.waves.conj().T) * (
-            2.0 / self.waves.shape[1]
-        )
+        torque = 2.0 * harmonics(law_torque, self.setting.system.law, c, self.waves, self.waves)
         torque[..., 0] *= 0.5
-        return np.asarray(torque)
+        return torque
 
     def torque_slopes(self, c: Complexes, omega: Any) -> tuple[Floats, Any]:
         """Derivatives of `torque`, as real and imaginary parts, to those of c and to omega.
 
         Those of closed loops are taken by differences.
         """
-        waves, h = self.waves, self.harmonics
+        h = self.harmonics
         if self.loops is None:
-            return self._spring_slopes((c @ waves).real), 0.0
+            return self._spring_slopes(c), 0.0
         units = np.concatenate([np.eye(h + 1), 1j * np.eye(h + 1)[1:]])
         d = STEP * np.max(np.abs(c), axis=1)[:, None, None] * units
         speeds = np.repeat(omega, len(units))
@@ -136,17 +130,16 @@ class Balance:
         matrix, by_omega = self.torque_slopes(c, omega)
         return self._with_inertia(matrix, np.multiply.outer(omega, np.arange(self.harmonics + 1) * self.base)), by_omega
 
-    def _spring_slopes(self, u: Floats) -> Floats:
+    def _spring_slopes(self, c: Complexes) -> Floats:
         """Derivative of a spring's harmonics of torque to the real unknowns (Re c_0..c_H, Im c_1..c_H)."""
         h = self.harmonics
         i = np.arange(h + 1)
-        stiffness = self.setting.system.law.stiffness(u) + 0.0 * u
         # T'(u) times cos m and -sin m, projected on both: its harmonics at the sums and differences
-        spectrum = stiffness @ self._twice.conj().T / stiffness.shape[-1]
+        spectrum = harmonics(law_stiffness, self.setting.system.law, c, self.waves, self.twice)
         total, apart = spectrum[:, i[:, None] + i], spectrum[:, np.abs(i[:, None] - i)]
         sign = np.sign(i[:, None] - i)
         even, odd = apart.real + total.real, sign * apart.imag
-        matrix = np.empty((len(stiffness), 2 * h + 1, 2 * h + 1))
+        matrix = np.empty((len(c), 2 * h + 1, 2 * h + 1))
         matrix[:, : h + 1, : h + 1] = even
         matrix[:, : h + 1, h + 1 :] = (total.imag - odd)[:, :, 1:]
         matrix[:, h + 1 :, : h + 1] = (total.imag + odd)[:, 1:]
@@ -163,12 +156,6 @@ class Balance:
         matrix[:, j, h + j] -= s.system.B * speed[:, 1:]
         matrix[:, h + j, j] += s.system.B * speed[:, 1:]
         return matrix
-
-    @cached_property
-    def _twice(self) -> Complexes:
-        """exp(i n chi) for n = 0..2H at the points of `waves`."""
-        points = self.waves.shape[1]
-        return np.asarray(np.exp(2j * np.pi * np.outer(np.arange(2 * self.harmonics + 1), np.arange(points)) / points))
 
     def newton(self, c: Complexes, omega: Floats, turn: Complexes | None) -> tuple[Complexes, Floats]:
         """One Newton step of every state; with `turn`, the fast part's direction, its phase is kept, not omega."""
@@ -241,123 +228,13 @@ def corrected(balance: Balance, c: Complexes, omega: Floats, turn: Complexes | N
     return Corrected(end_c, end_omega, converged)
 
 
-def certify(flow: Flow, z: complex, order: int) -> Certificate:
-    """Estimate the error of the steady state z of a slow flow; see `SlowFlow.certificate`."""
-    s = flow.setting
-    balance = balance_of(s)
-    c0 = balance.motion(flow, z)[None]
-    speed = np.array([s.omega])
-    # without damping the phase does not change along the curve
-    turn = (
-        np.array([z / abs(z)])
-        if z != 0.0 and s.resonance.q == 1 and (s.mu != 0.0 or balance.loops is not None)
-        else None
-    )
-    here = corrected(balance, c0, speed, None)
-    along = here if turn is None else corrected(balance, c0, speed, turn)
-    at_speed = errors(balance, c0, here.c, z != 0.0)
-    at_phase = errors(balance, c0, along.c, z != 0.0)
-    found, converged = bool(here.converged[0]), bool(along.converged[0])
-    amplitude = float(at_phase.amplitude[0]) if converged else max(float(at_phase.amplitude[0]), 1.0)
-    shift = float(s.omega / along.omega[0] - 1.0)
-    largest = max(amplitude, abs(shift), float(at_speed.amplitude[0]) if found else 0.0)
-    small = Smallness(_nonlinearity(balance, c0[0]), s.mu / s.omega_0, abs(s.fast - s.omega_0) / s.omega_0)
-    numbers = Estimate(
-        amplitude, float(at_speed.phase[0]) if found else None, shift, float(at_phase.waveform[0]),
-        float(at_speed.amplitude[0]) if found else None,
-    )  # fmt: skip
-    valid = converged and largest <= ACCEPTED
-    sentence = _sentence(flow, z, (order, valid, converged, turn is not None), numbers, small)
-    return Certificate(str(s.resonance), order, valid, *numbers, *small, flow.error, sentence)
-
-
-class Smallness(NamedTuple):
-    """What multiple scales take for small."""
-
-    nonlinearity: float
-    damping: float
-    detuning: float
-
-
-class Estimate(NamedTuple):
-    """Estimated errors; see `Certificate`."""
-
-    amplitude: float
-    phase: float | None
-    speed: float
-    waveform: float
-    amplitude_at_speed: float | None
-
-
-def _nonlinearity(balance: Balance, c: Complexes) -> float:
-    s = balance.setting
-    u = (c @ balance.waves).real - s.u0
-    linear = float(s.system.law.stiffness(s.u0)) * u
-    if balance.loops is None:
-        torque = s.system.law.torque(s.u0 + u)
-    else:
-        torque = balance.loops.torque(c[None], s.omega * balance.base)[0]
-    beyond = torque - s.mean - linear
-    return float(np.max(np.abs(beyond))) / float(np.max(np.abs(linear))) if np.any(linear) else 0.0
-
-
 def balance_of(s: Setting) -> Balance:
     """The harmonic balance of a setting, over the common period of the fast angle and all lines."""
     ratio = s.resonance.ratio
     p, q = (0, 1) if ratio is None else (ratio.numerator, ratio.denominator)
     divisor = math.gcd(p, *(q * k for k in s.orders)) or 1
     top = max(p, *(q * k for k in s.orders), divisor) // divisor
-    return Balance(s, divisor / q, p // divisor, MULTIPLES * top)
-
-
-class Errors(NamedTuple):
-    """Differences of two sets of motions, each (states,): amplitude and waveform relative, phase [rad]."""
-
-    amplitude: Floats
-    phase: Floats
-    waveform: Floats
-
-
-def errors(balance: Balance, motion: Complexes, true: Complexes, has_fast: bool) -> Errors:
-    """Compare motions (states, H+1) with true ones: the fast component, or where it is absent the whole motion."""
-    size = np.linalg.norm(true[:, 1:], axis=1)
-    off = np.linalg.norm(motion - true, axis=1)
-    waveform = np.divide(off, size, out=np.zeros_like(size), where=size > 0.0)
-    if not has_fast:
-        return Errors(waveform, np.zeros_like(size), waveform)
-    mine, its = motion[:, balance.fast], true[:, balance.fast]
-    least = np.maximum(np.abs(its), 1e-3 * np.abs(mine))
-    phase = np.abs(np.angle(mine * its.conj()))
-    return Errors(np.abs(np.abs(mine) - least) / least, phase, waveform)
-
-
-def _sentence(flow: Flow, z: complex, facts: tuple[int, bool, bool, bool], error: Estimate, small: Smallness) -> str:
-    s, (order, valid, converged, followed) = flow.setting, facts
-    verdict = "valid" if valid else "not valid"
-    what = f"steady amplitude {abs(z):.6g} rad" if z != 0.0 else "forced motion"
-    what += "" if is_stable(flow, z) else " (not asymptotically stable)"
-    if not converged:
-        estimate = "a harmonic correction of it does not converge, so nothing is known of its error"
-    elif followed:
-        estimate = (
-            f"its estimated error is {_percent(error.amplitude)} in amplitude and {_percent(abs(error.speed))} in "
-            "speed at equal phase, "
-            + (
-                "and at equal speed no true state is near it"
-                if error.amplitude_at_speed is None
-                else f"{_percent(error.amplitude_at_speed)} at equal speed"
-            )
-        )
-    else:
-        estimate = f"its estimated error is {_percent(error.amplitude)} at equal speed"
-    remedy = "" if valid else "; use second order, harmonic balance or integration instead"
-    remedy = remedy if order == 1 else remedy.replace("second order, ", "")
-    return (
-        f"{ORDINAL[order]}-order multiple scales ({s.resonance}, omega = {s.omega:.6g} rad/s) is {verdict} for the "
-        f"{what}: {estimate} (limit {100.0 * ACCEPTED:.0f} %); nonlinear over linear torque {small.nonlinearity:.2g}, "
-        f"mu/omega_0 {small.damping:.2g}, detuning {small.detuning:.2g}{remedy}"
-    )
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g} %"
+    law, harmonics = s.system.law, MULTIPLES * top
+    kinked = len(breakpoints_of(law)) > 0 or remembers(law)
+    points = (KINKED if kinked else SMOOTH) * (harmonics + 1)
+    return Balance(s, divisor / q, p // divisor, harmonics, waves(2 * harmonics, points))

@@ -1,0 +1,1 @@
+"""What a steady state is worth: the harmonic balance of the full equation, and the certificate that it gives."""

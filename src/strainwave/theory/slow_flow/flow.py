@@ -1,0 +1,307 @@
+"""What can be asked of a slow flow: steady states, transients, response curves, its certificate and its predictor.
+
+Convention: the component near omega_0 is a cos((p/q) theta - phase) with the 0-to-peak amplitude a; z = a exp(-i
+phase). The bookkeeping parameter epsilon is 1, so mu, detuning and forcing are the physical ones. Book: Nayfeh & Mook
+1979, Nonlinear Oscillations, ch. 4.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...quantities import interval, numbers, shown
+from ...results import Floats, SolveError
+from ...sentences import Sentence, Speed
+from ..passage.basins import SlowBasins, basins
+from . import response as response_curve
+from .averaging import averaged_flow
+from .certificate.certificate import certify
+from .cubic import CubicFlow, free_decay
+from .fixed_points import Flow, attractor, fixed_points, is_stable, is_trivial
+from .means.memory import remembers
+from .predictor.making import predictor
+from .predictor.predictor import Predictor
+from .resonance import NONRESONANT, Resonance
+from .results import Certificate, Evolution, SlowResponse, StatesAtSpeeds, SteadyState
+from .setting import LARGEST
+from .states import states
+from .transient import evolve, motion, times
+
+
+@dataclass(frozen=True, eq=False)
+class SlowFlow:
+    """The slow flow of a system near one resonance; made by `slow_flow`.
+
+    Attributes
+    ----------
+    system : Oscillator
+        The system, at its own omega.
+    resonance : Resonance
+        In lowest terms.
+    omega_0, mu, mean_torsion : float
+        sqrt(T'(u0)/J) [rad/s], B/J [1/s], and the torsion u0 [rad] under the mean torque.
+    order : int
+        1 or 2, the order of the expansion.
+    closed_form : bool
+        Whether closed forms serve (cubic law, one forcing line; at second order any cubic polynomial); otherwise
+        averaging integrals.
+    """
+
+    system: Any
+    resonance: Resonance
+    omega_0: float
+    mu: float
+    mean_torsion: float
+    order: int
+    closed_form: bool
+    _flow: Flow = field(repr=False)
+
+    def __str__(self) -> str:
+        how = "closed forms" if self.closed_form else "averaging integrals"
+        return (
+            f"Slow flow of {self.resonance}, order {self.order}, by {how}: omega_0 = {self.omega_0:.6g} rad/s, "
+            f"mu = {self.mu:.6g} 1/s, mean torsion {self.mean_torsion:.6g} rad"
+        )
+
+    __repr__ = __str__
+
+    @cached_property
+    def _points(self) -> list[complex]:
+        """Every nontrivial fixed point [rad]."""
+        return fixed_points(self._flow)
+
+    def rates(self, z: ArrayLike) -> Any:
+        """Rate z' [rad/s, complex] of z = a exp(-i phase) [rad, complex; any shape].
+
+        Without resonance the phase refers to omega_0 t, otherwise to (p/q) theta.
+        """
+        return self._flow.rates(np.asarray(z, complex))
+
+    def steady_states(self) -> list[SteadyState]:
+        """Every fixed point of the slow flow at the system's omega, by descending amplitude.
+
+        a = 0 is listed where it is one. States that differ by whole periods of the forcing are one state, listed once.
+
+        Raises
+        ------
+        SolveError
+            If there is none, as without damping at a linear resonance.
+        """
+        found = [SteadyState(abs(z), -math.atan2(z.imag, z.real) + 0.0, is_stable(self._flow, z)) for z in self._points]
+        if is_trivial(self._flow):
+            found.append(SteadyState(0.0, 0.0, is_stable(self._flow, 0j)))
+        if not found:
+            cause = (
+                "without damping the amplitude grows without bound; give B"
+                if self.mu <= 0.0
+                else "none was found; integrate"
+            )
+            raise SolveError(
+                Sentence(
+                    "the slow flow ({}) has no steady state at omega = {}: {}",
+                    self.resonance,
+                    Speed(self.system.omega),
+                    cause,
+                )
+            )
+        return found
+
+    def states_at(self, omega: ArrayLike) -> StatesAtSpeeds:
+        """Every fixed point of the slow flow at many speeds at once: what `steady_states` lists, for each of them.
+
+        Parameters
+        ----------
+        omega : (n,) array_like
+            Speeds [rad/s] of the base angle, positive, in any order. All are searched together; with friction or
+            memory, or with hard lines at first order by averages, each is searched by itself.
+
+        Raises
+        ------
+        ValueError
+            If a speed is not positive and finite, or a hard line sits on omega_0 there.
+        """
+        speeds = numbers("omega [rad/s]", omega)
+        if not np.all(speeds > 0.0):
+            raise ValueError(f"omega [rad/s] is {shown(omega)}; every speed must be positive")
+        for w in speeds.tolist():
+            self._flow.setting.refuse_on_resonance(w)
+        found = states(self._flow, speeds)
+        here = np.isfinite(found.z.T)
+        z = found.z.T[here]
+        omega = np.repeat(speeds, np.sum(here, axis=1))
+        return StatesAtSpeeds(omega, np.abs(z), -np.angle(z) + 0.0, found.stable.T[here])
+
+    def exists(self) -> bool:
+        """Whether a steady state with a > 0 exists at the system's omega."""
+        return len(self._points) > 0
+
+    @property
+    def existence(self) -> str:
+        """Existence condition of steady states with a > 0, in one sentence with its numbers."""
+        if isinstance(self._flow, CubicFlow):
+            return self._flow.existence()
+        if self._flow.setting.resonance.ratio is None:
+            more = ", faster by the friction or memory of the law" if remembers(self.system.law) else ""
+            return free_decay(self._flow.setting) + more
+        amplitudes = ", ".join(f"{abs(z):.6g}" for z in self._points)
+        verdict = (
+            f"steady states exist with a = {amplitudes} rad" if amplitudes else "no steady state with a > 0 exists"
+        )
+        return (
+            f"{verdict} at omega = {self.system.omega:.6g} rad/s ({self.resonance} of {type(self.system.law).__name__})"
+        )
+
+    def evolve(self, y0: ArrayLike, t: ArrayLike) -> Evolution:
+        """Transient from a physical start.
+
+        Parameters
+        ----------
+        y0 : (2,) array_like
+            Dynamic error x [rad] and x' [rad/s] at t[0]; internal states are those of the settled loop at every time.
+        t : float or (n,) array_like
+            Increasing times [s], or an end time (from 0, with 32 samples per period of the fastest component).
+
+        Raises
+        ------
+        ValueError
+            If y0 is not two finite numbers, or t does not increase.
+        """
+        start = numbers("y0 = (x [rad], x' [rad/s])", y0, count=2)
+        return evolve(self._flow, (float(start[0]), float(start[1])), times(self._flow, t))
+
+    def x(self, t: ArrayLike, y0: ArrayLike = (0.0, 0.0)) -> Floats:
+        """Dynamic error x(t) [rad] of the transient that starts from y0 = (x, x') at time 0; default from rest.
+
+        Parameters
+        ----------
+        t : float or (n,) array_like
+            Increasing times [s], not negative.
+        """
+        asked, start = numbers("t [s]", t), numbers("y0 = (x [rad], x' [rad/s])", y0, count=2)
+        if not asked[0] >= 0.0:
+            raise ValueError(f"t is {shown(t)}; it must be increasing times from 0 on [s]")
+        from_start = asked if asked[0] == 0.0 else np.concatenate([[0.0], asked])
+        values = self.evolve(start, from_start).x if from_start.size > 1 else start[:1]
+        return np.asarray(values[from_start.size - asked.size :].reshape(np.shape(t)))
+
+    def steady_x(self, z: complex, t: ArrayLike) -> Floats:
+        """Dynamic error x(t) [rad] of a steady z = a exp(-i phase) [rad] at times t [s]; base angle 0 at time 0.
+
+        At second order with the small harmonics of the waveform: the mean, 2, 3, 5 times the fast angle, and so on.
+        """
+        return motion(self._flow, z, np.asarray(t, float))
+
+    def attractor(self, z: complex) -> complex | None:
+        """Steady z [rad] on which a transient ends that has come to `z`; None where two are about equally near."""
+        return attractor(self._flow, z)
+
+    def basins(self, *, size: float | None = None, points: int = 41) -> SlowBasins:
+        """On which steady state the motions from a grid of z end, at the system's omega.
+
+        Parameters
+        ----------
+        size : float, optional
+            Half the side of the square of z = a exp(-i phase) [rad] about 0. Default: 1.5 times the largest steady
+            amplitude.
+        points : int
+            Points along each side, 2 to 401.
+
+        Raises
+        ------
+        ValueError
+            If size or points is out of range, or the damping is not positive.
+        SolveError
+            If there is no stable steady state.
+        """
+        return basins(self._flow, size, points)
+
+    def response(self, band: tuple[float, float]) -> SlowResponse:
+        """Steady amplitude over a range of speeds of the base angle, with stability and jump frequencies.
+
+        Parameters
+        ----------
+        band : (float, float)
+            Lowest and highest omega [rad/s].
+
+        Raises
+        ------
+        ValueError
+            If the band is not two finite numbers with 0 < lo < hi.
+        """
+        lo, hi = interval("the band [rad/s]", band, positive=True)
+        return response_curve.response(self._flow, lo, hi)
+
+    def backbone(self, amplitudes: ArrayLike) -> Floats:
+        """Frequency Omega(a) [rad/s] of the motion near omega_0 without damping and forcing.
+
+        The excitation meets it at omega = q Omega/p. For the cubic law omega_0 (1 + 3/8 alpha a^2). Of friction and
+        memory the equivalent stiffness of the loop counts, not its loss.
+
+        Parameters
+        ----------
+        amplitudes : array_like
+            a [rad], 0-to-peak, not negative.
+        """
+        a = numbers("amplitudes [rad]", np.ravel(amplitudes)).reshape(np.shape(amplitudes))
+        if not np.all((a >= 0.0) & (a <= LARGEST)):
+            raise ValueError(f"amplitudes [rad] are {shown(amplitudes)}; they must be from 0 to {LARGEST:g}")
+        s = self._flow.setting
+        none = np.zeros(0, complex)
+        unforced = replace(
+            s,
+            resonance=NONRESONANT,
+            orders=(),
+            torque_lines=none,
+            error_lines=none,
+            on_fast=np.zeros(0, bool),
+            hard=none,
+            soft=0j,
+            fast=s.omega_0,
+        )
+        pull = averaged_flow(unforced, a.ravel().astype(complex)).mean_force(a).real / s.omega_0
+        return np.asarray(s.omega_0 + np.divide(pull, a, out=np.zeros_like(a), where=a > 0.0))
+
+    def certificate(self) -> Certificate:
+        """How far the steady state with the largest amplitude can be trusted, from a harmonic correction of it.
+
+        Raises
+        ------
+        SolveError
+            If there is no steady state.
+        """
+        states = self.steady_states()
+        return certify(self._flow, states[0].z, self.order)
+
+    def predictor(
+        self,
+        sample: float | None = None,
+        *,
+        speeds: tuple[float, float] | None = None,
+        amplitudes: tuple[float, float] = (0.0, 1.0),
+    ) -> Predictor:
+        """Make the slow flow ready for a controller: a small model whose `update` predicts the next sample.
+
+        Formulas serve wherever this flow has them; every other law is sampled along its motion, which for a law with
+        kinks is right to 1 % of the rates.
+
+        Parameters
+        ----------
+        sample : float
+            Time from one call to the next [s]. Default: 32 samples per period of the fastest component.
+        speeds : (float, float)
+            Lowest and highest speed of the base angle [rad/s]. Default: half and one and a half times the system's.
+        amplitudes : (float, float)
+            Lowest and highest factor on the torque lines of the excitation; the mean torque and the kinematic error
+            keep theirs.
+
+        Raises
+        ------
+        ValueError
+            If the drive has no damping, no state of the range is valid, the sample is too long for the range, or the
+            law cannot be sampled in bounded time: without resonance, and where the samples do not give the rates.
+        """
+        return predictor(self._flow, self.order, sample, speeds, amplitudes)
