@@ -64,6 +64,6 @@ def draw(result: Any, axes: Any = None) -> Any:
             from matplotlib import pyplot
         except ModuleNotFoundError:
             raise ModuleNotFoundError("figures need the extra `plot`: pip install 'strainwave[plot]'") from None
-        axes = pyplot.subplots()[1]
+        axes = pyplot.subplots(layout="constrained")[1]
     DRAWN[type(result)](axes, result)
     return axes

@@ -50,7 +50,7 @@ def _contours(axes: Any, across: Any, up: Any, error: Any) -> None:
                 there.append(f"{'within' if np.all(inside) else 'beyond'} {level:g} % everywhere")
                 continue
             lines = axes.contour(across, up, height, levels=[np.log(0.01 * level)], linewidths=width, **style)
-            axes.clabel(lines, fmt=lambda _, level=level: f"{level:g} %", fontsize=8)
+            axes.clabel(lines, fmt=lambda _, level=level: f"{level:g} %", fontsize=8, inline_spacing=1)
         # the strictest level within which, and the widest beyond which
         said = [part for part in (*there[:1],) if part.startswith("within")] or there[-1:]
         axes.plot([], [], color=STRONG[i], ls=LINES[i], label=", ".join([name, *said]))
