@@ -60,7 +60,7 @@ def show(
         if options[option] is not None:
             given[option] = parse(options[option], "rad")
     if options["payload"] is not None:
-        given["payload"] = _read(f"{{{options['payload']}}}", read_payload, "payload")
+        given["payload"] = _read(options["payload"], f"{{{options['payload']}}}", read_payload, "payload")
     bands = [(parse(low, "rad/s"), parse(high, "rad/s")) for low, high in options["bands"]]
     with Progress(project.title) as progress:
         if options["avoid"]:
@@ -78,12 +78,12 @@ def _part(text: str, table: dict[str, str]) -> Any:
     """One part of a profile: of a CSV file, or of fields such as "trapezoid, angle: 90 deg, time: 0.6 s"."""
     if text.lower().endswith(".csv"):
         return read_profile(text, **table)
-    return _read(text if text.startswith("{") else f"{{type: {text}}}", read_part, "profile")
+    return _read(text, f"{{type: {text}}}", read_part, "profile")
 
 
-def _read(text: str, reader: Any, what: str) -> Any:
-    """Read fields as a project file has them, or say in one sentence what is wrong (ValueError)."""
-    located = read(f"{what}: {text}")
+def _read(text: str, fields: str, reader: Any, what: str) -> Any:
+    """Read fields as a project file has them, or say in one sentence what is wrong with a text (ValueError)."""
+    located = read(f"{what}: {fields}")
     try:
         problems = [(problem.field, problem.sentence) for problem in located.problems]
         if not problems and located.content is not None:

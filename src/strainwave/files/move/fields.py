@@ -9,12 +9,13 @@ from pydantic import BeforeValidator
 from ...study.move.mover import Task
 from ...study.move.payload import Payload
 from ...study.move.profiles import AngleProfile, Dwell, Part, SCurve, Trapezoid
-from ..entries import Wrong, name_of, of_class, read_entry, refusal
+from ..entries import Wrong, of_class, read_entry, refusal
 from ..yaml_text import shown
 from .profile_file import read_profile
 
-PARTS = {name_of(cls): cls for cls in (Trapezoid, SCurve, Dwell)}
-IN_FILE = name_of(AngleProfile)
+PARTS = {"trapezoid": Trapezoid, "s_curve": SCurve, "dwell": Dwell}
+NAMES = {cls: name for name, cls in PARTS.items()}
+IN_FILE = "angle_profile"
 EXAMPLE = "{type: trapezoid, angle: 90 deg, time: 0.6 s}"
 
 
@@ -93,7 +94,7 @@ def _group(model: Any, typed: bool = True) -> str:
     """Fields of a part or a payload that differ from their defaults."""
     if isinstance(model, AngleProfile):
         raise ValueError("a project file holds an AngleProfile as a CSV file beside it; write one and name it there")
-    fields = [f"type: {name_of(type(model))}"] if typed else []
+    fields = [f"type: {NAMES[type(model)]}"] if typed else []
     for field, hint in get_type_hints(type(model), include_extras=True).items():
         value = getattr(model, field)
         if field not in model._field_defaults or value != model._field_defaults[field]:

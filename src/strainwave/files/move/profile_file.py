@@ -63,7 +63,7 @@ def read_profile(path: str | Path, *, delimiter: str = ",", decimal: str = ".") 
 def _columns(line: int, header: list[str], delimiter: str, problems: list[Problem]) -> list[Column]:
     """Columns of time and angle, with their factors to SI."""
     parts = [name_and_unit(cell) for cell in header]
-    names = [name.lower() for name, _ in parts]
+    names = [name for name, _ in parts]
     other = next((d for d in ";,\t" if d != delimiter and d in header[0]), None)
     if len(header) == 1 and other is not None:
         problems.append(Problem(line, 1, "file", f"has one column; if {other!r} parts them, say so with --delimiter"))
