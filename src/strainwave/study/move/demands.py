@@ -15,6 +15,7 @@ from ...results import Floats, SolveError
 from ...units import RPM
 from .path import Path
 
+SLOWEST = 1e4  # times as long: nothing but the load at rest is left
 EACH = 16  # samples in a segment: gravity varies little in it
 
 
@@ -34,27 +35,28 @@ class MotorLimits(NamedTuple):
 class Demand(NamedTuple):
     """Of a rigid drive, at times (m,) of a profile [s].
 
-    `speed` of the motor [rad/s]; torques [N*m]: `holding` at the output, of gravity, friction and the load's own mean
-    torque; `accelerating` and `against` on the motor, what the inertias take and what the rest does.
+    `angle` of the load [rad], `speed` of the motor [rad/s]; torques [N*m]: `holding` at the output, of gravity,
+    friction and the load's own mean torque, and `motor`, all that the motor has to give.
     """
 
     t: Floats
     angle: Floats
     speed: Floats
     holding: Floats
-    accelerating: Floats
-    against: Floats
+    motor: Floats
 
 
-def demand_of(train: DriveTrain, path: Path) -> Demand:
-    """What a path asks of a train without its elasticity."""
+def demand_of(train: DriveTrain, path: Path, stretch: float = 1.0) -> Demand:
+    """What a path asks of a train without its elasticity, if it takes so many times as long."""
     t = path.dense(EACH)
     angle, speed, acceleration = path.at(np.append(np.nextafter(t[:-1], np.inf), t[-1]))
+    speed, acceleration = speed / stretch, acceleration / stretch**2
     end, N = train.load.end(), train.N
-    inertia = end.J + sum(J for J, _, _ in train.load.chain())
     holding = _drag(end.drag, angle, speed) - end.excitation.torque(t)
-    own = _drag(train.motor.drag, N * angle, N * speed)
-    return Demand(t, angle, N * speed, holding, (train.motor.J * N + inertia / N) * acceleration, own + holding / N)
+    passed = holding + (end.J + sum(J for J, _, _ in train.load.chain())) * acceleration
+    lost = _drag(train.motor.drag, N * angle, N * speed) + train.friction.torque(passed, N * speed) / N
+    given = train.motor.J * N * acceleration + passed / N + lost
+    return Demand(stretch * t, angle, N * speed, holding, given)
 
 
 def refuse_impossible(train: DriveTrain, path: Path, gear: Gear | None, limits: MotorLimits) -> None:
@@ -68,12 +70,11 @@ def refuse_impossible(train: DriveTrain, path: Path, gear: Gear | None, limits: 
             f"the profile turns the motor at {fastest / RPM:.4g} rpm, above its {limits.speed / RPM:.4g} rpm; stretch "
             f"it from {path.duration:.4g} s to {_up(need)} s or more, or take a smaller ratio"
         )
-    torque = asked.accelerating + asked.against
-    at = int(np.argmax(np.abs(torque)))
-    if abs(torque[at]) > limits.torque:
+    at = int(np.argmax(np.abs(asked.motor)))
+    if abs(asked.motor[at]) > limits.torque:
         raise ValueError(
-            f"the profile asks {abs(torque[at]):.4g} N*m of the motor at {asked.t[at]:.4g} s, above its "
-            f"{limits.torque:.4g} N*m; {_stretched(asked, path.duration, limits.torque)}"
+            f"the profile asks {abs(asked.motor[at]):.4g} N*m of the motor at {asked.t[at]:.4g} s, above its "
+            f"{limits.torque:.4g} N*m; {_stretched(train, path, limits.torque)}"
         )
 
 
@@ -93,13 +94,19 @@ def _refuse_heavy(train: DriveTrain, asked: Demand, gear: Gear | None) -> None:
             raise ValueError(f"{said}, which the gear does not hold: {error}; {remedy}") from error
 
 
-def _stretched(asked: Demand, duration: float, most: float) -> str:
-    """By how much to stretch a profile whose torque is too large; accelerations fall with the square of the time."""
-    left = most - np.sign(asked.accelerating) * asked.against
-    if np.any(np.abs(asked.against) > most):
+def _stretched(train: DriveTrain, path: Path, most: float) -> str:
+    """By how much to stretch a profile whose torque is too large, by bisection: a longer one takes less."""
+
+    def too_large(stretch: float) -> bool:
+        return float(np.max(np.abs(demand_of(train, path, stretch).motor))) > most
+
+    low, high = 1.0, SLOWEST
+    if too_large(high):
         return "it cannot hold the load even at rest: take a stronger motor or a larger ratio"
-    need = duration * math.sqrt(float(np.max(np.abs(asked.accelerating) / left)))
-    return f"stretch it from {duration:.4g} s to {_up(need)} s or more, or take a stronger motor"
+    for _ in range(50):
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if too_large(middle) else (low, middle)
+    return f"stretch it from {path.duration:.4g} s to {_up(high * path.duration)} s or more, or take a stronger motor"
 
 
 def _up(value: float) -> str:
