@@ -21,7 +21,7 @@ TRAIN = sw.DriveTrain(
 )  # fmt: skip
 QUARTER, TIME = 0.5 * math.pi, 0.6
 LINEAR = TRAIN._replace(law=sw.Linear(31000.0), error=sw.NoError())
-ROUGH = sw.Dopri5(rtol=1e-8, atol=1e-11)
+ROUGH = sw.Dopri5(rtol=1e-6, atol=1e-9)
 
 
 @pytest.fixture(autouse=True)
@@ -102,21 +102,33 @@ def test_a_quarter_turn_in_600_ms_is_that_of_dop853_on_equations_by_hand():
 
 @pytest.mark.interpreted
 def test_a_slow_move_has_the_torques_and_means_of_a_rigid_drive():
-    # 1 rad in 20 s on a level axis: accelerations are far below what the inertias feel
+    # 1 rad in 5 s on a level axis: the inertias take less than 0.2 N m
     train = LINEAR._replace(load=sw.Load(J_L, sw.Harmonic(0.0, mean=-30.0)))
-    move = sw.move(train, sw.SCurve(1.0, 20.0), gear=GEAR, tail=0.1, method=sw.Dopri5(rtol=1e-6, atol=1e-9))
+    move = sw.move(train, sw.SCurve(1.0, 5.0), gear=GEAR, tail=0.1, method=ROUGH)
     assert move.rms_gear_torque == pytest.approx(30.0, rel=1e-3)
     assert move.average_gear_torque == pytest.approx(30.0, rel=1e-3)
     assert move.rms_motor_torque == pytest.approx(0.3, rel=1e-3)
-    assert move.average_speed == pytest.approx(N / 20.0, rel=1e-12)
-    assert move.peak_speed == pytest.approx(1.5 * N / 20.0, rel=1e-3)
+    assert move.average_speed == pytest.approx(N / 5.0, rel=1e-12)
+    assert move.peak_speed == pytest.approx(1.5 * N / 5.0, rel=2e-3)
     # L10 = 10 000 h (rated/average)^3 (2000 rpm/mean speed), SHG-25-100: 87 N m
-    assert move.life == pytest.approx(1e4 * (87.0 / 30.0) ** 3 * 2000.0 * RPM / (N / 20.0), rel=4e-3)
+    assert move.life == pytest.approx(1e4 * (87.0 / 30.0) ** 3 * 2000.0 * RPM / (N / 5.0), rel=4e-3)
     assert move.rest_error == pytest.approx(30.0 / 31000.0 + 0.3 / LOOP.K_p / N, rel=1e-9)
     assert move.rms_error == pytest.approx(move.rest_error, rel=1e-3)
     assert move.settling_time == 0.0
     assert move.work["load torque"] == pytest.approx(-30.0, rel=1e-4)
     assert move.motor_work == pytest.approx(30.0, rel=1e-3)
+
+
+@pytest.mark.interpreted
+def test_friction_of_the_meshing_costs_its_share_of_a_slow_lift():
+    train = LINEAR._replace(load=sw.Load(J_L, sw.Harmonic(0.0, mean=-30.0)), friction=sw.LoadFriction(0.1))
+    slow = sw.SCurve(1.0, 3.0)
+    move = sw.move(train, slow, tail=0.1, method=sw.Dopri5(rtol=1e-4, atol=1e-7))
+    moving = (move.time > 1.3) & (move.time < 1.7)
+    np.testing.assert_allclose(move.motor_torque[moving], 1.1 * 30.0 / N, rtol=1e-3)
+    assert move.dissipated == pytest.approx(0.1 * 30.0 * 1.0, rel=3e-3)  # of 30 J over 1 rad
+    with pytest.raises(ValueError, match="in 10 times the time it still asks too much"):
+        sw.move(train, slow, limits=sw.MotorLimits(torque=0.32))
 
 
 @pytest.mark.interpreted
@@ -177,7 +189,7 @@ def test_a_resonance_is_passed_where_order_times_speed_is_its_frequency_and_cost
     held = LINEAR._replace(motor=sw.Motor(J_M, control=sw.Held()), load=sw.Load(J_L), error=ERROR, B=2.0)
     natural = math.sqrt(31000.0 / J_L)
     found = []
-    for time in (0.5, 2.0):
+    for time in (0.5, 1.4):
         move = sw.move(held, sw.Trapezoid(2.0, time), tail=0.1, bands=[(100.0, 140.0)], method=ROUGH)
         assert [crossing.order for crossing in move.passes] == [2, 2]
         assert move.passes[0].speed == pytest.approx(0.5 * natural, rel=1e-6)
@@ -208,7 +220,7 @@ REFUSED = [
     ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"limits": sw.MotorLimits(speed=3000.0 * RPM)},
      r"turns the motor at 3750 rpm, above its 3000 rpm; stretch it from 0.6 s to 0.75 s or more"),
     ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"limits": sw.MotorLimits(torque=0.3)},
-     r"asks 0\.\d+ N\*m of the motor at 0\.\d+ s, above its 0.3 N\*m; it cannot hold the load even at rest"),
+     r"asks 0\.\d+ N\*m of the motor at 0\.\d+ s, above its 0.3 N\*m; in 10 times the time it still asks too much"),
     # (J_m N + J_l/N) 4.5 QUARTER/TIME^2 = 0.3475 N m, and TIME sqrt(0.3475/0.3) = 0.6458 s
     ((LEVEL, sw.Trapezoid(QUARTER, TIME)), {"limits": sw.MotorLimits(torque=0.3)},
      r"asks 0.3475 N\*m of the motor at .* s, above its 0.3 N\*m; stretch it from 0.6 s to 0.6458 s or more"),

@@ -15,7 +15,7 @@ from ...results import Floats, SolveError
 from ...units import RPM
 from .path import Path
 
-SLOWEST = 1e4  # times as long: nothing but the load at rest is left
+SLOWEST = 10.0  # times as long: little but holding the load is left
 EACH = 16  # samples in a segment: gravity varies little in it
 
 
@@ -102,7 +102,7 @@ def _stretched(train: DriveTrain, path: Path, most: float) -> str:
 
     low, high = 1.0, SLOWEST
     if too_large(high):
-        return "it cannot hold the load even at rest: take a stronger motor or a larger ratio"
+        return f"in {SLOWEST:g} times the time it still asks too much: take a stronger motor or a larger ratio"
     for _ in range(50):
         middle = math.sqrt(low * high)
         low, high = (middle, high) if too_large(middle) else (low, middle)

@@ -76,7 +76,7 @@ def move(
         Largest distance from the error at rest [rad] of a settled load. Default: the limit of the project file, or 1
         arcmin.
     bands : sequence of (float, float)
-        Motor speeds to avoid [rad/s], for instance `project.analyze().response.avoid.bands`.
+        Motor speeds to avoid [rad/s], for instance `project.analyze().avoid.bands`.
     tail : float, optional
         Time [s] to follow the load after the end. Default: until the slowest vibration has decayed to 0.1 %, 20 times
         the profile at most.
