@@ -203,6 +203,36 @@ def test_a_resonance_is_passed_where_order_times_speed_is_its_frequency_and_cost
 
 
 @pytest.mark.interpreted
+def test_torques_of_an_angle_have_their_means_and_torques_of_the_time_act_in_time():
+    part, options = sw.SCurve(0.1, 0.1), {"tail": 0.1, "method": ROUGH}
+    with_lines = LINEAR._replace(load=sw.Load(J_L, sw.Harmonic(5.0, order=2, mean=-20.0)))
+    constant = LINEAR._replace(load=sw.Load(J_L, sw.Harmonic(0.0, mean=-20.0)))
+    lines, mean = sw.move(with_lines, part, **options), sw.move(constant, part, **options)
+    assert "lines, which follow an angle at constant speed, are left out" in lines.remarks[0]
+    np.testing.assert_array_equal(lines.pointing_error, mean.pointing_error)
+    assert mean.remarks == ()
+    comes = LINEAR._replace(load=sw.Load(J_L, sw.TorqueProfile((0.02, 0.05), (0.0, -20.0))))
+    timed = sw.move(comes, part, **options)
+    assert timed.gear_torque[0] == pytest.approx(0.0, abs=1e-9)
+    assert timed.rest_error == pytest.approx(mean.rest_error, rel=1e-9)
+    t = np.linspace(0.0, 0.1, 2001)  # of a rigid drive; by integration of the torque over the commanded angle
+    rigid = np.trapezoid(np.interp(t, (0.02, 0.05), (0.0, -20.0)), np.interp(t, timed.time, timed.reference))
+    assert timed.work["load torque"] == pytest.approx(rigid, rel=0.02)
+
+
+@pytest.mark.interpreted
+def test_where_a_law_with_memory_rests_is_where_it_has_come_to():
+    train = LINEAR._replace(law=sw.Parallel(sw.Linear(31000.0), sw.BoucWen(6e4, 0.0, 8e-5)))
+    move = sw.move(train, sw.SCurve(0.3, 0.15), tail=0.3, method=ROUGH)
+    assert move.rest_error == pytest.approx(move.pointing_error[-1], rel=1e-6)
+    # gravity alone, without what the memory carries, at most 6e4 times 8e-5 = 4.8 N m
+    pull = PULL * math.sin(0.3)
+    free = pull / 31000.0 + pull / N**2 / LOOP.K_p
+    assert abs(move.rest_error - free) < 4.8 / 31000.0
+    assert abs(move.rest_error - free) > 0.1 * 4.8 / 31000.0
+
+
+@pytest.mark.interpreted
 def test_a_table_of_points_is_followed():
     t = np.linspace(0.0, 0.4, 61)
     curve = tuple(0.05 * (1.0 - np.cos(2.5 * np.pi * t)))
@@ -215,6 +245,7 @@ def test_a_table_of_points_is_followed():
 
 
 LEVEL = TRAIN._replace(load=sw.Load(J_L))
+SAGGING = TRAIN._replace(motor=sw.Motor(J_M, control=sw.SpeedLoop(0.05)))
 FREE = TRAIN._replace(motor=sw.Motor(J_M))
 REFUSED = [
     ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"limits": sw.MotorLimits(speed=3000.0 * RPM)},
@@ -232,6 +263,7 @@ REFUSED = [
     ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"tail": math.nan}, "tail"),
     ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"bands": [(2.0, 1.0)]}, "bands"),
     ((FREE, sw.Trapezoid(QUARTER, TIME)), {}, "the motor of this drive is free and follows no profile"),
+    ((SAGGING, sw.Trapezoid(QUARTER, TIME)), {}, "answers no deviation of the motor's angle"),
     ((TRAIN,), {}, "there is no profile"),
     ((TRAIN, []), {}, "the profile is empty"),
 ]  # fmt: skip

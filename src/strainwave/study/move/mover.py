@@ -9,7 +9,8 @@ from ...model.train.drive_train import DriveTrain
 from ...protocols import lacking, terms_of
 from ...quantities import checked, shown
 from ...sentences import Sentence
-from ..train.operating_point import with_mean_torques
+from ..train.operating_point import mean_torque
+from ..train.run import holds_its_place
 from .demands import MotorLimits
 from .payload import Payload
 
@@ -65,11 +66,20 @@ def mover_of(project: Any, gear: Gear | None, limits: MotorLimits | None, payloa
             "the motor of this drive is free and follows no profile; give it a loop, such as motor: {loop: "
             "{bandwidth: 30 Hz}} in the project file"
         )
-    excitations = (given.motor.excitation, given.load.end().excitation)
-    if all(not (lacking(torque, "mean") and lacking(torque, "terms")) for torque in excitations):
-        if any(term.amplitude for torque in excitations for term in terms_of(torque)):
-            remarks = (*remarks, LINES_LEFT_OUT)
-        given = with_mean_torques(given)
+    if not holds_its_place(given.motor):
+        raise ValueError(
+            f"{given.motor.control} answers no deviation of the motor's angle, so that the load falls behind or sags; "
+            "give a position loop, or a speed loop with K_i"
+        )
+    end, motor = given.load.end(), given.motor
+    repeating = [torque for torque in (motor.excitation, end.excitation) if _repeats(torque)]
+    if any(term.amplitude for torque in repeating for term in terms_of(torque)):
+        remarks = (*remarks, LINES_LEFT_OUT)
+    motor, end = (
+        shaft._replace(excitation=mean_torque(shaft.excitation)) if _repeats(shaft.excitation) else shaft
+        for shaft in (motor, end)
+    )
+    given = given._replace(motor=motor, load=given.load.with_end(end))
     train = given._replace(omega=1.0)
     if payload is not None:
         if not isinstance(payload, Payload):
@@ -77,6 +87,11 @@ def mover_of(project: Any, gear: Gear | None, limits: MotorLimits | None, payloa
         train = checked(payload).on(train)
     own = getattr(project, "motor_limits", None) or MotorLimits()
     return Mover(train, gear or getattr(project, "gear", None), checked_limits(limits) or own, remarks)
+
+
+def _repeats(torque: Any) -> bool:
+    """Whether a torque is a function of an angle with a mean, not of the time."""
+    return not (lacking(torque, "mean") and lacking(torque, "terms"))
 
 
 def checked_limits(limits: MotorLimits | None) -> MotorLimits | None:
