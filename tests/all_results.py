@@ -34,6 +34,13 @@ def run():
     return sw.drive_run(train, t=np.linspace(0.0, 0.01, 21), method=sw.Dopri5(rtol=1e-6), gear=gear)
 
 
+@cache
+def move():
+    train = sw.HDC_40_050.train(control=sw.Held(), kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)))
+    part, gear = sw.Trapezoid(0.02, 0.01), sw.catalogue.gear("CSG-40-50")
+    return sw.move(train, part, gear=gear, bands=[(1.0, 9.0)], tail=1e-3, method=sw.Dopri5(rtol=1e-4, atol=1e-6))
+
+
 RESULTS = {
     "Trajectory": lambda: sw.simulate(DUFFING, (0.1, 0.0), np.linspace(0.0, 3.0, 11)),
     "Orbit": lambda: branch().folds[0],
@@ -51,6 +58,7 @@ RESULTS = {
     "Passages": lambda: sw.passage(DUFFING, sw.PRIMARY, (0.6, 1.8), [0.01, 0.02]),
     "SlowBasins": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).basins(points=5),
     "DriveRun": run,
+    "Move": move,
     "Bode": lambda: sw.bode(sw.HDC_40_050.train(control=sw.PositionLoop(50.0, 0.5)), np.geomspace(1.0, 1e3, 7)),
     "StateSpace": lambda: sw.state_space(LOOPED),
     "Margins": lambda: sw.margins(LOOPED),

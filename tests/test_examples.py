@@ -112,6 +112,27 @@ def test_example_damping():
 
 @pytest.mark.compiled
 @pytest.mark.slow
+def test_example_move():
+    # Independent: SciPy's DOP853 on the same train whose reference is a polygon of the speed, part by part.
+    module = example("move")
+    settled = module.main()
+    assert settled == pytest.approx(0.03139, abs=1e-5)
+    assert len(plt.get_fignums()) == 1
+    top = 100.0 * 1.5 * 0.5 * math.pi / 0.6
+    profile = sw.SpeedProfile((0.0, 0.2, 0.4, 0.6), (0.0, top, top, 0.0))
+    train = module.JOINT._replace(reference=profile)
+    state = sw.drive_run(train, t=1e-4).trajectory.y[:, 0]
+    for span in ((0.0, 0.2), (0.2, 0.4), (0.4, 0.6), (0.6, 0.8)):
+        run = solve_ivp(train.rhs, span, state, method="DOP853", rtol=1e-10, atol=1e-13, dense_output=True)
+        state = run.y[:, -1]
+    times = np.linspace(0.6, 0.8, 20001)
+    error = train.pointing_error(tuple(run.sol(times)))
+    outside = np.flatnonzero(np.abs(error - error[-1]) > 5.0 * module.ARCSEC)
+    assert times[outside[-1]] - 0.6 == pytest.approx(settled, abs=2e-5)
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
 def test_example_my_own_law():
     module = example("my_own_law")
     system = module.system(module.LAWS["RoundedGap"], 1250)

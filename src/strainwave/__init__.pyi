@@ -157,6 +157,17 @@ from .study.train.operating_point import operating_state as operating_state
 from .study.train.reductions import Reductions as Reductions
 from .study.train.reductions import compare_reductions as compare_reductions
 
+# Studies: a move
+from .study.move.move import move as move
+from .study.move.result import Move as Move
+from .study.move.passes import Pass as Pass
+from .study.move.profiles import AngleProfile as AngleProfile
+from .study.move.profiles import Dwell as Dwell
+from .study.move.profiles import SCurve as SCurve
+from .study.move.profiles import Trapezoid as Trapezoid
+from .study.move.payload import Payload as Payload
+from .study.move.demands import MotorLimits as MotorLimits
+
 # Studies: sweeps, variability, the article
 from .study.sweep.sweep import sweep as sweep
 from .study.sweep.ensemble_measure import EnsembleMeasure as EnsembleMeasure
@@ -175,6 +186,7 @@ from .files.variants.replaced import replaced as replaced
 from .files.variants.scatter import Exceedance as Exceedance
 from .files.variants.scatter import exceedance as exceedance
 from .files.variants.project_sweep import sweep_project as sweep_project
+from .files.move.profile_file import read_profile as read_profile
 from .files.scan_file import ScanFile as ScanFile
 from .files.scan_file import read_scan as read_scan
 

@@ -29,6 +29,8 @@ Torque = Annotated[float, "N*m"]
 Inertia = Annotated[float, "kg*m**2"]
 Damping = Annotated[float, "N*m*s/rad"]
 AngularSpeed = Annotated[float, "rad/s"]
+AngularAcceleration = Annotated[float, "rad/s**2"]
+AngularJerk = Annotated[float, "rad/s**3"]
 Ratio = Annotated[float, ""]
 Time = Annotated[float, "s"]
 

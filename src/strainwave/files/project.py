@@ -25,6 +25,8 @@ from ..study.analysis.load_range import LoadRange, torques_of_angle
 from ..study.analysis.remedies import Source
 from ..study.analysis.runup import silent
 from ..study.analysis.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
+from ..study.move.demands import MotorLimits
+from ..study.move.mover import Task
 from ..study.response.by_integration import response_through
 from ..study.train.loop_margin import motor_name
 from ..study.train.reductions import left_out
@@ -79,6 +81,10 @@ class Project:
         Whether the file gives a mode or a loop of the motor; else the ideally held one is an assumption.
     scatter : tuple of (str, float)
         Numbers of the file that scatter from drive to drive, and their standard deviations relative to themselves.
+    motor_limits : MotorLimits or None
+        Largest torque [N*m] and speed [rad/s] of the motor, where the file gives them.
+    move : Task or None
+        What the file asks of a move (`strainwave.move`).
     """
 
     title: str
@@ -101,6 +107,8 @@ class Project:
     whole: DriveTrain | None = None
     motor_named: bool = True
     scatter: tuple[tuple[str, float], ...] = ()
+    motor_limits: MotorLimits | None = None
+    move: Task | None = None
 
     def __str__(self) -> str:
         low, high = self.speeds.given[0], self.speeds.given[-1]

@@ -17,7 +17,9 @@ from ..model.train.shafts import NO_DRAG, Load
 from ..model.varying import Variation
 from ..quantities import checked, interval, number, shown
 from ..speeds import Speeds
+from ..study.move.demands import MotorLimits
 from .entries import project_entry
+from .move.fields import task_text
 from .project import Project
 from .reading import ProjectError, from_text
 
@@ -131,7 +133,7 @@ def _parts(project: Project) -> dict[str, str]:
     return {
         "title": json.dumps(project.title, ensure_ascii=False),
         "load_friction": _friction(train.friction),
-        "motor": _motor(motor, mode),
+        "motor": _motor(motor, mode, project.motor_limits),
         "load": _load(train.load),
         "damping": _damping(project),
         "stiffness": "" if project.stiffness is None else f"{{ripples: {_ripples(project.stiffness)}}}",
@@ -143,6 +145,7 @@ def _parts(project: Project) -> dict[str, str]:
         ),
         "scatter": _group(**{name: repr(share) for name, share in project.scatter}) if project.scatter else "",
         "limit": "" if project.limit is None else f"{{oscillation: {project.limit!r} rad}}",
+        "move": "" if project.move is None else task_text(project.move),
     }
 
 
@@ -196,12 +199,17 @@ def _friction(friction: Any) -> str:
     return repr(friction.mu)
 
 
-def _motor(motor: Any, mode: str | None = None) -> str:
+def _motor(motor: Any, mode: str | None = None, limits: MotorLimits | None = None) -> str:
     loop = "" if motor.free or motor.held else _loop(motor.control)
     if mode is None:
         mode = "free" if motor.free else "held"
     inertia = f"{motor.J!r} kg*m^2" if motor.J else ""
-    return _group(inertia=inertia, mode=mode, loop=loop, drag=_drag(motor.drag))
+    most = limits or MotorLimits()
+    torque = f"{most.torque!r} N*m" if math.isfinite(most.torque) else ""
+    speed = f"{most.speed!r} rad/s" if math.isfinite(most.speed) else ""
+    return _group(
+        inertia=inertia, mode=mode, loop=loop, drag=_drag(motor.drag), max_torque=torque, max_speed=speed
+    )  # fmt: skip
 
 
 def _loop(control: Any) -> str:

@@ -1,5 +1,6 @@
 """Reading a project file: YAML with units, resolved to a `Project` in SI, or every problem with its place."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -7,9 +8,11 @@ from pydantic import ValidationError, create_model
 
 from ..model.gears import catalogue
 from ..model.gears.gear import Gear
+from ..study.move.mover import Task
 from ..study.train.loop_margin import unstable
 from .complaints import complaints
 from .contradictions import contradictions
+from .move.fields import task_of
 from .own_gears import read_gears
 from .project import Project
 from .python_law import with_python_laws
@@ -59,19 +62,24 @@ def from_text(text: str, path: Path) -> Project:
             raise _error(path, problems) from None
         spec = _what_is_right(content)
     gear: Gear | ExplicitGear | None = None
-    elsewhere = ""
+    elsewhere: list[str] = []
+    task: Task | None = None
+    try:
+        task = task_of(spec.move, path.parent)
+    except FileError as error:
+        elsewhere.append(str(error))
     try:
         gear = _gear(spec, path)
     except FileError as error:
-        elsewhere = str(error)
+        elsewhere.append(str(error))
     except ValueError as error:
         problems.append(Problem(*located.place(("gear", "name")), "gear.name", str(error)))
     else:
         found = contradictions(spec, gear if isinstance(gear, Gear) else None, located.content)
         problems += [Problem(*located.place(keys), name(keys), sentence) for keys, sentence in found]
     if problems or elsewhere or gear is None:
-        raise ProjectError("\n".join(part for part in (problems and complaint(path, problems), elsewhere) if part))
-    project = resolved(spec, gear, path, text)
+        raise ProjectError("\n".join(part for part in (problems and complaint(path, problems), *elsewhere) if part))
+    project = replace(resolved(spec, gear, path, text), move=task)
     if project.train is not None and (sentence := unstable(project.train, project.loop_inertia)):
         raise _error(path, [Problem(*located.place(("motor", "loop")), "motor.loop", sentence)])
     return project

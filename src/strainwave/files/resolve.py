@@ -58,6 +58,7 @@ def resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str)
         limit=None if spec.limit is None else spec.limit.oscillation,
         whole=whole,
         motor_named=spec.motor.named,
+        motor_limits=spec.motor.limits,
         scatter=tuple((spec.scatter or {}).items()),
     )
     said = tuple(notes(project))

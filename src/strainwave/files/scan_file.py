@@ -10,6 +10,7 @@ import csv
 import io
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -106,12 +107,7 @@ def read_scan(
         If delimiter and decimal sign cannot go together.
     """
     path = as_path(path)
-    plain = isinstance(delimiter, str) and len(delimiter) == 1 and delimiter not in '+-0123456789eE"\n\r'
-    if not plain or decimal not in (".", ",") or delimiter == decimal:
-        raise ValueError(
-            f"the delimiter (--delimiter) is {delimiter!r} and the decimal sign (--decimal) {decimal!r}; take one of "
-            ", ; tab and space, and a point or a comma that is not the delimiter"
-        )
+    check_signs(delimiter, decimal)
     wanted = {ANGLE: angle, OURS: error, BACKWARD: backward}
     for field, name in wanted.items():
         if not isinstance(name, str) and (name is not None or field == ANGLE):
@@ -120,7 +116,7 @@ def read_scan(
     if isinstance(text, Problem):
         raise FileError(complaint(path, [text]))
     problems: list[Problem] = []
-    rows = _from_header(list(_rows(text, delimiter, problems)), angle)
+    rows = from_header(list(read_rows(text, delimiter, problems)), angle)
     columns: list[Column] = []
     if not problems and len(rows) < 2:
         problems.append(Problem(1, 1, "file", f"has no samples; {HINT}, and give one line per sample"))
@@ -130,7 +126,7 @@ def read_scan(
     if problems:
         raise FileError(complaint(path, problems))
     lines = [line for line, _ in rows[1:]]
-    table = _numbers(rows, columns, decimal, problems)
+    table = read_numbers(rows, columns, decimal, problems)
     if not problems:
         if reverse and len(table) > 1 and table[1, 0] < table[0, 0]:
             table, lines = table[::-1], lines[::-1]
@@ -143,7 +139,18 @@ def read_scan(
     return ScanFile(table[:, 0], sign * table[:, 1], other, max(lines))
 
 
-def _rows(text: str, delimiter: str, problems: list[Problem]) -> Iterator[tuple[int, list[str]]]:
+def check_signs(delimiter: str, decimal: str) -> None:
+    """Refuse a delimiter and a decimal sign that cannot go together (ValueError)."""
+    plain = isinstance(delimiter, str) and len(delimiter) == 1 and delimiter not in '+-0123456789eE"\n\r'
+    if not plain or decimal not in (".", ",") or delimiter == decimal:
+        raise ValueError(
+            f"the delimiter (--delimiter) is {delimiter!r} and the decimal sign (--decimal) {decimal!r}; take one of "
+            ", ; tab and space, and a point or a comma that is not the delimiter"
+        )
+
+
+def read_rows(text: str, delimiter: str, problems: list[Problem]) -> Iterator[tuple[int, list[str]]]:
+    """Rows of a table that are neither empty nor a remark, each with its line."""
     reader = csv.reader(io.StringIO(text), delimiter=delimiter, strict=True, skipinitialspace=True)
     try:
         for row in reader:
@@ -157,7 +164,7 @@ def _columns(
     line: int, header: list[str], wanted: dict[str, str | None], delimiter: str, problems: list[Problem]
 ) -> tuple[list[Column], bool]:
     """Columns of angle, error and, if there is one, the way back; and whether the error is the vendors' by its name."""
-    parts = [_name_and_unit(cell) for cell in header]
+    parts = [name_and_unit(cell) for cell in header]
     names = [name for name, _ in parts]
     other = next((d for d in ";,\t" if d != delimiter and d in header[0]), None)
     if len(header) == 1 and other is not None:
@@ -171,7 +178,7 @@ def _columns(
     for field, text in asked.items():
         if text is None:
             continue
-        name, unit = _name_and_unit(text)
+        name, unit = name_and_unit(text)
         if names.count(name) != 1:
             fact = "is there twice" if name in names else f"is missing; the file has {_list(names)}"
             problems.append(Problem(line, 1, field, f"column {shown(name)} {fact}; {HINT}, or give --{field}"))
@@ -190,10 +197,10 @@ def _columns(
     return found, vendors
 
 
-def _from_header(rows: list[tuple[int, list[str]]], angle: str) -> list[tuple[int, list[str]]]:
+def from_header(rows: list[tuple[int, list[str]]], angle: str) -> list[tuple[int, list[str]]]:
     """The rows from the one on that names the column of angles; all of them where none of the first does."""
-    wanted = _name_and_unit(angle)[0]
-    at = (i for i, (_, row) in enumerate(rows[:MOST_ABOVE]) if wanted in [_name_and_unit(cell)[0] for cell in row])
+    wanted = name_and_unit(angle)[0]
+    at = (i for i, (_, row) in enumerate(rows[:MOST_ABOVE]) if wanted in [name_and_unit(cell)[0] for cell in row])
     return rows[next(at, 0) :]
 
 
@@ -202,24 +209,26 @@ def _list(names: list[str]) -> str:
     return text + (", ..." if len(names) > 8 else "")
 
 
-def _name_and_unit(cell: str) -> tuple[str, str]:
-    """Name and unit of a column: "angle [deg]", or "angle (deg)" where what is in brackets is a unit of angle."""
+def name_and_unit(cell: str) -> tuple[str, str]:
+    """Name and unit of a column: "angle [deg]", or "angle (deg)" where that is a unit of angle or time."""
     text = cell.strip()
-    if (round_ := re.fullmatch(r"(.*?)\s*\(([^()]*)\)", text)) is not None and _is_angle(round_.group(2).strip()):
+    if (round_ := re.fullmatch(r"(.*?)\s*\(([^()]*)\)", text)) is not None and _is_unit(round_.group(2).strip()):
         return round_.group(1), round_.group(2).strip()
     match = re.fullmatch(r"([^\[\]]*?)\s*(?:\[(.*)\])?", text)
     return (match.group(1), (match.group(2) or "").strip()) if match else (cell, "")
 
 
-def _is_angle(unit: str) -> bool:
-    try:
-        convert(1.0, unit, "rad")
-    except ValueError:
-        return False
-    return True
+def _is_unit(unit: str) -> bool:
+    for kind in ("rad", "s"):
+        with suppress(ValueError):
+            convert(1.0, unit, kind)
+            return True
+    return False
 
 
-def _numbers(rows: list[tuple[int, list[str]]], columns: list[Column], decimal: str, problems: list[Problem]) -> Floats:
+def read_numbers(
+    rows: list[tuple[int, list[str]]], columns: list[Column], decimal: str, problems: list[Problem]
+) -> Floats:
     """Table (samples, columns) in the file's units."""
     (first, header), *body = rows
     table = np.zeros((len(body), len(columns)))

@@ -17,9 +17,11 @@ from ..model.laws.meshing import LoadFriction
 from ..model.laws.springs import Play
 from ..model.varying import GearDamping
 from ..quantities import checked
+from ..study.move.demands import MotorLimits
 from .entries import Wrong, about, number, phase, read_ripples, refusal, whole
 from .law_fields import Drag, GearLaw, Hysteresis
 from .loop_fields import Loop
+from .move.fields import ReadPart, ReadPayload
 from .yaml_text import shown
 
 MOST_LINES = 64
@@ -129,6 +131,15 @@ class MotorSpec(Spec):
     mode: Literal["free", "held"] = "held"
     loop: Loop | None = None
     drag: Drag | None = None
+    max_torque: Annotated[float, _quantity("N*m", "positive")] | None = None
+    max_speed: Annotated[float, _quantity("rad/s", "positive")] | None = None
+
+    @property
+    def limits(self) -> MotorLimits | None:
+        """Largest torque and speed of the motor, where the file gives one of them."""
+        given = {"torque": self.max_torque, "speed": self.max_speed}
+        known = {name: value for name, value in given.items() if value is not None}
+        return MotorLimits(**known) if known else None
 
     @property
     def named(self) -> bool:
@@ -299,6 +310,15 @@ class LimitSpec(Spec):
     oscillation: Annotated[float, _quantity("rad", "positive")]
 
 
+class MoveSpec(Spec):
+    """A move of the load: its profile part by part."""
+
+    profile: Annotated[list[ReadPart], Field(min_length=1, max_length=1000)]
+    start: Annotated[float, _quantity("rad")] | None = None
+    payload: ReadPayload | None = None
+    window: Annotated[float, _quantity("rad", "positive")] | None = None
+
+
 def _deviation(value: Any) -> float:
     share = number(value, "", "positive")
     if share > MOST_SCATTER:
@@ -330,6 +350,7 @@ class ProjectSpec(Spec):
     speed: SpeedSpec
     excitation: ExcitationSpec
     limit: LimitSpec | None = None
+    move: MoveSpec | None = None
     scatter: Annotated[dict[str, Deviation], Field(min_length=1, max_length=32)] | None = None
 
     def law(self, gear: Gear | None) -> Any:

@@ -7,6 +7,7 @@ from ..numerics.attractors.poincare import OrbitDiagram
 from ..quantities import shown
 from ..results import Branch, Orbit, Trajectory
 from ..study.analysis.drive_response import DriveResponse
+from ..study.move.result import Move
 from ..study.response.response import ExactResponse
 from ..study.response.validity_results import GeneralValidity, ValidityMap
 from ..study.train.bode import Bode
@@ -17,6 +18,7 @@ from .curves import (
     draw_bode,
     draw_branch,
     draw_drive,
+    draw_move,
     draw_orbit,
     draw_response,
     draw_run,
@@ -28,7 +30,7 @@ from .maps import draw_general_validity, draw_validity
 
 DRAWN: dict[type, Any] = {
     Branch: draw_branch, Orbit: draw_orbit, Trajectory: draw_trajectory, ExactResponse: draw_response,
-    DriveResponse: draw_drive, DriveRun: draw_run, SlowResponse: draw_slow_response, Bode: draw_bode,
+    DriveResponse: draw_drive, DriveRun: draw_run, Move: draw_move, SlowResponse: draw_slow_response, Bode: draw_bode,
     Basins: draw_basins, OrbitDiagram: draw_orbit_diagram, Variability: draw_variability,
     ValidityMap: draw_validity, GeneralValidity: draw_general_validity,
 }  # fmt: skip

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ..results import Branch, Orbit, Trajectory
 from ..study.analysis.drive_response import DriveResponse
+from ..study.move.result import Move
 from ..study.response.response import ExactResponse
 from ..study.train.bode import Bode
 from ..study.train.run import DriveRun
@@ -52,6 +53,15 @@ def draw_trajectory(axes: Any, found: Trajectory) -> None:
 def draw_run(axes: Any, found: DriveRun) -> None:
     """Draw the error between motor and load over the time."""
     _draw_in_time(axes, found.trajectory.t, found.error, "error between motor and load")
+
+
+def draw_move(axes: Any, found: Move) -> None:
+    """Draw the pointing error of the load over the time, with the window of a settled load after the profile."""
+    size, _ = angle_unit(found.pointing_error)
+    window = ((found.rest_error + side * found.window) / size for side in (-1.0, 1.0))
+    axes.fill_between([found.duration, found.time[-1]], *window, color="#cccccc", lw=0.0, label="window")
+    _draw_in_time(axes, found.time, found.pointing_error, "pointing error")
+    axes.legend(fontsize=8, frameon=False)
 
 
 def draw_response(axes: Any, found: ExactResponse) -> None:

@@ -156,6 +156,35 @@ def variability(project: Path, count: int, seed: int, limit: str | None, as_json
 
 
 @cli.command()
+@click.argument("project", type=click.Path(path_type=Path))
+@click.argument("profile", nargs=-1)
+@click.option("-o", "--output", type=folder_type, required=True, help="Folder for move.csv, move.svg and move.json.")
+@click.option("--start", help='Angle of the load at the begin, as "-45 deg".')
+@click.option("--payload", help='What the load carries, as "mass: 5 kg, radius: 0.4 m, phase: 90 deg".')
+@click.option("--window", help='Largest distance of a settled load from rest, as "30 arcsec".')
+@click.option(
+    "--band", "bands", nargs=2, multiple=True, metavar="LOW HIGH",
+    help='Motor speeds to avoid, as "1200 rpm" "1500 rpm"; repeatable.',
+)  # fmt: skip
+@click.option("--avoid", is_flag=True, help="Take the speeds to avoid of the analysis too, which takes its time.")
+@click.option("--delimiter", default=",", show_default=True, help="Column separator of a CSV profile.")
+@click.option("--decimal", default=".", show_default=True, help="Decimal separator of a CSV profile.")
+@json_option
+def move(
+    project: Path, profile: tuple[str, ...], output: Path, as_json: bool, delimiter: str, decimal: str, **options: Any
+) -> None:
+    """Move the load along PROFILE: pointing error, settling, torques against the ratings, life, energy.
+
+    PROFILE is one part or several, one after the other: a CSV file with the columns time [s] and angle [deg], or fields
+    as in the group `move` of a project file: "trapezoid, angle: 90 deg, time: 0.6 s", "s_curve, angle: -90 deg, time:
+    0.6 s", "dwell, time: 0.4 s". Without it the profile of the project file is taken.
+    """
+    from .move import show
+
+    show(project, profile, output, options, {"delimiter": delimiter, "decimal": decimal}, as_json)
+
+
+@cli.command()
 @json_option
 def reproduce(as_json: bool) -> None:
     """Compute the article's Tables 3 and 4 again and compare every number."""

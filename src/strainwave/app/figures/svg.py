@@ -127,7 +127,7 @@ def log_ticks(low: float, high: float) -> tuple[list[float], list[str]]:
     return values, [number(v) for v in values]
 
 
-def figure(rows: Sequence[Sequence[Panel]], height: float, label: str) -> str:
+def figure(rows: Sequence[Sequence[Panel]], height: float, label: str, width: float = WIDTH) -> str:
     """Draw rows of panels, each `height` px high, with one legend for all below them.
 
     Parameters
@@ -135,9 +135,11 @@ def figure(rows: Sequence[Sequence[Panel]], height: float, label: str) -> str:
     rows : sequence of sequences of Panel
         Panels from left to right, rows from top to bottom.
     height : float
-        Height of a panel with its labels [px]; the width is 760 px.
+        Height of a panel with its labels [px].
     label : str
         What a screen reader says.
+    width : float
+        Of the figure [px]; the text of a narrow one is larger on the same screen.
 
     Returns
     -------
@@ -147,20 +149,21 @@ def figure(rows: Sequence[Sequence[Panel]], height: float, label: str) -> str:
     entries: dict[str, Curve] = {}
     parts = []
     for i, row in enumerate(rows):
-        width = WIDTH / len(row)
+        each = width / len(row)
         for j, panel in enumerate(row):
-            parts.append(_panel(panel, j * width, i * height, width, height))
+            parts.append(_panel(panel, j * each, i * height, each, height))
             for curve in panel.curves:
                 if curve.label:
                     entries.setdefault(curve.label, curve)
-    legend, more = _legend(entries, len(rows) * height)
-    said = [line for row in rows for panel in row for text in panel.caption for line in wrap(text, LINE)]
+    legend, more = _legend(entries, len(rows) * height, width)
+    letters = int(LINE * width / WIDTH)
+    said = [line for row in rows for panel in row for text in panel.caption for line in wrap(text, letters)]
     top = len(rows) * height + more + 4.0
     below = legend + "".join(_text(LEFT, top + CAPTION_ROW * i, line, "start") for i, line in enumerate(said))
     more += CAPTION_ROW * len(said)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label="{escape(label)}" '
-        f'viewBox="0 0 {WIDTH:.0f} {len(rows) * height + more:.0f}" fill="{INK}" font-size="{FONT}" '
+        f'viewBox="0 0 {width:.0f} {len(rows) * height + more:.0f}" fill="{INK}" font-size="{FONT}" '
         f'font-family="Segoe UI, Helvetica Neue, Arial, DejaVu Sans, sans-serif">{"".join(parts)}{below}</svg>'
     )
 
@@ -275,16 +278,16 @@ def _arrow(x: float, start: float, end: float) -> str:
     return f'<path d="M{x:.1f} {start:.1f}V{end + back:.1f}" stroke="{INK}" stroke-dasharray="3 2"/>{head}'
 
 
-def _legend(entries: dict[str, Curve], top: float) -> tuple[str, float]:
+def _legend(entries: dict[str, Curve], top: float, width: float) -> tuple[str, float]:
     """Samples and names in as many columns as fit, and the height they take [px]."""
     for columns in range(min(4, len(entries)), 0, -1):
         names = list(entries)
         widths = [max(map(len, names[i::columns])) * LETTER + SAMPLE + 24.0 for i in range(columns)]
-        if sum(widths) <= WIDTH - LEFT:
+        if columns == 1 or sum(widths) <= width - LEFT:
             break
     else:
         return "", 0.0
-    starts = (WIDTH - sum(widths)) / 2.0 + np.cumsum([0.0, *widths])
+    starts = max(0.0, width - sum(widths)) / 2.0 + np.cumsum([0.0, *widths])
     out = []
     for i, (name, curve) in enumerate(entries.items()):
         x, y = float(starts[i % columns]), top + 6.0 + LEGEND_ROW * (i // columns)

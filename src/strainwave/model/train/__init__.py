@@ -12,6 +12,7 @@ from .shafts import Load as Load
 from .shafts import Motor as Motor
 from .motion import AngleTorque as AngleTorque
 from .motion import AtRest as AtRest
+from .motion import Segment as Segment
 from .motion import SpeedProfile as SpeedProfile
 from .motion import Steady as Steady
 from .motion import TorqueProfile as TorqueProfile

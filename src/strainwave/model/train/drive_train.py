@@ -115,6 +115,10 @@ class DriveTrain(NamedTuple):
         motor = motor_motion(self, phase, y)
         return gear_torque(self, gear_motion(self, y, motor), inner_states(self, y))
 
+    def motor_torque(self, phase: Any, y: Any) -> Any:
+        """Torque of the motor [N*m], that of its control included."""
+        return self.motor.excitation.torque(phase) + forces(self, phase, y)[6][1]
+
     def energy(self, phase: Any, y: Any) -> Any:
         """Energy [J] of the whole train: kinetic, and stored in the laws."""
         motor = motor_motion(self, phase, y)

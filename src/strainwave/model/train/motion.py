@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from ...compile.jit import kernel
 from ...maths import cos, sign, sin
-from ...quantities import Angle, AngularSpeed, Time, Torque
+from ...quantities import Angle, AngularAcceleration, AngularJerk, AngularSpeed, Time, Torque
 from ..excitation import HIGHEST
 
 MOST = 16  # points of a profile: every one costs arithmetic in every step
@@ -106,6 +106,33 @@ class SpeedProfile(NamedTuple):
     def check(self) -> None:
         """Refuse times that do not increase or do not fit the speeds (ValueError)."""
         _check_polygon("SpeedProfile", self.times, self.speeds)
+
+
+class Segment(NamedTuple):
+    """One segment of a motion with constant jerk: angle, speed and acceleration at its begin, and the jerk.
+
+    It goes on before and after; a motion of many segments is integrated one after the other. Analytic.
+    """
+
+    begin: Time
+    angle: Angle
+    speed: AngularSpeed
+    acceleration: AngularAcceleration
+    jerk: AngularJerk
+
+    def value(self, phase: Any) -> Any:
+        """Angle [rad] at a time [s]."""
+        s = phase - self.begin
+        return self.angle + s * (self.speed + s * (0.5 * self.acceleration + s * (self.jerk * (1.0 / 6.0))))
+
+    def slope(self, phase: Any) -> Any:
+        """Speed [rad/s] at a time [s]."""
+        s = phase - self.begin
+        return self.speed + s * (self.acceleration + s * (0.5 * self.jerk))
+
+    def curvature(self, phase: Any) -> Any:
+        """Acceleration [rad/s^2] at a time [s]."""
+        return self.acceleration + (phase - self.begin) * self.jerk
 
 
 @kernel

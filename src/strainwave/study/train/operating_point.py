@@ -132,11 +132,12 @@ def _rates(train: DriveTrain, angle: float, state: Floats) -> Floats:
 
 def with_mean_torques(train: DriveTrain) -> DriveTrain:
     """Return the train with the mean torques alone."""
-    motor, end = (shaft._replace(excitation=_mean(shaft.excitation)) for shaft in (train.motor, train.load.end()))
+    motor, end = (shaft._replace(excitation=mean_torque(shaft.excitation)) for shaft in (train.motor, train.load.end()))
     return train._replace(motor=motor, load=train.load.with_end(end))
 
 
-def _mean(torque: Any) -> Harmonic:
+def mean_torque(torque: Any) -> Harmonic:
+    """Mean of a torque as a constant one (TypeError where it has none, such as a profile)."""
     if lacking(torque, "mean") and lacking(torque, "terms"):
         raise TypeError(
             f"a {type(torque).__name__} has no mean torque; put Harmonic(0.0, mean=...) in its place, with the torque "

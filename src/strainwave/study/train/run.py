@@ -250,7 +250,7 @@ def waiting(train: DriveTrain, t: float) -> Floats:
     phase = train.omega * np.nextafter(t, -np.inf)
     angle, speed = float(train.reference.value(phase)), float(train.omega * train.reference.slope(phase))
     begun, left_out = _begun(train, phase), 0
-    if not _holds_its_place(train.motor):
+    if not holds_its_place(train.motor):
         left_out = states_of(train.motor.control)  # 0, as there is no deviation yet
         begun = begun._replace(motor=begun.motor._replace(control=FREE))
     try:
@@ -263,7 +263,7 @@ def waiting(train: DriveTrain, t: float) -> Floats:
     return np.insert(state, 4, np.zeros(left_out)) if left_out else state
 
 
-def _holds_its_place(motor: Motor) -> bool:
+def holds_its_place(motor: Motor) -> bool:
     """Whether the control answers a deviation of the angle, at once or by states of its own."""
     control = motor.control.loop if isinstance(motor.control, Lagged) else motor.control
     if motor.held or depends(control) == 3:

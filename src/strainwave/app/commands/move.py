@@ -1,0 +1,187 @@
+"""`strainwave move`: a project's drive on a profile, as numbers, CSV and figure."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from pydantic_core import PydanticCustomError
+
+from ...files.move.fields import read_part, read_payload
+from ...files.move.profile_file import read_profile
+from ...files.project import Project
+from ...files.reading import read_project
+from ...files.yaml_text import name, read
+from ...quantities import parse
+from ...study.move.demands import MotorLimits
+from ...study.move.move import move
+from ...study.move.result import Move
+from ...units import RPM
+from ..console import Progress, number, percent, to_json
+from ..figures.move import move_figure
+from ..output import staged, write_csv
+from ..units import angle_unit
+
+CSV, SVG, JSON = "move.csv", "move.svg", "move.json"
+
+
+def show(
+    path: Path, profile: tuple[str, ...], output: Path, options: dict[str, Any], table: dict[str, str], as_json: bool
+) -> None:
+    """Move the drive of a project file, write the results into a folder, and print the key numbers.
+
+    Parameters
+    ----------
+    path : Path
+        The project file.
+    profile : tuple of str
+        Parts of the profile: CSV files, or fields as of a project file; none for the profile of the file.
+    output : Path
+        Folder for move.csv, move.svg and move.json.
+    options : dict
+        Texts of start, window and payload, None where they are not given; bands, pairs of texts; `avoid`, whether to
+        take the speeds to avoid of the analysis.
+    table : dict
+        Arguments of `read_profile`.
+    as_json : bool
+        Whether to print JSON.
+
+    Raises
+    ------
+    FileError
+        If the project file or a profile is invalid.
+    ValueError
+        If the drive cannot follow the profile.
+    """
+    project = read_project(path)
+    parts = [_part(text, table) for text in profile]
+    given: dict[str, Any] = {}
+    for option in ("start", "window"):
+        if options[option] is not None:
+            given[option] = parse(options[option], "rad")
+    if options["payload"] is not None:
+        given["payload"] = _read(options["payload"], f"{{{options['payload']}}}", read_payload, "payload")
+    bands = [(parse(low, "rad/s"), parse(high, "rad/s")) for low, high in options["bands"]]
+    with Progress(project.title) as progress:
+        if options["avoid"]:
+            avoid = project.analyze(progress.show).avoid
+            bands += [] if avoid is None else list(avoid.bands)
+        progress.show("move", 0.5)
+        found = move(project, parts or None, bands=bands, **given)
+        progress.show("writing", 0.9)
+        data = _data(project, found)
+        _write(project, found, data, output)
+    click.echo(to_json(data) if as_json else _summary(project, found, output))
+
+
+def _part(text: str, table: dict[str, str]) -> Any:
+    """One part of a profile: of a CSV file, or of fields such as "trapezoid, angle: 90 deg, time: 0.6 s"."""
+    if text.lower().endswith(".csv"):
+        return read_profile(text, **table)
+    return _read(text, f"{{type: {text}}}", read_part, "profile")
+
+
+def _read(text: str, fields: str, reader: Any, what: str) -> Any:
+    """Read fields as a project file has them, or say in one sentence what is wrong with a text (ValueError)."""
+    located = read(f"{what}: {fields}")
+    try:
+        problems = [(problem.field, problem.sentence) for problem in located.problems]
+        if not problems and located.content is not None:
+            return reader(located.content[what])
+    except PydanticCustomError as error:
+        problems = [(name(p.keys), p.sentence) for p in (error.context or {})["problems"] if p.sentence]
+    said = "; ".join(f"{field}: {sentence}" for field, sentence in problems)
+    raise ValueError(f"the {what} {text!r} is wrong: {said}")
+
+
+def _write(project: Project, found: Move, data: dict[str, Any], output: Path) -> None:
+    columns = [
+        ("time_s", found.time), ("reference_rad", found.reference), ("pointing_error_rad", found.pointing_error),
+        ("motor_speed_rad_per_s", found.motor_speed), ("motor_torque_N_m", found.motor_torque),
+        ("gear_torque_N_m", found.gear_torque),
+    ]  # fmt: skip
+    with staged(output) as folder:
+        write_csv(folder / CSV, columns)
+        text = move_figure(found, project.gear, project.motor_limits or MotorLimits())
+        (folder / SVG).write_text(text + "\n", encoding="utf-8")
+        (folder / JSON).write_text(to_json(data) + "\n", encoding="utf-8")
+
+
+def _data(project: Project, found: Move) -> dict[str, Any]:
+    return {
+        "title": project.title,
+        "duration_s": found.duration,
+        "window_rad": found.window,
+        "settling_time_s": found.settling_time,
+        "settling_times_s": found.settling_times,
+        "pointing_error_rad": {
+            "peak": found.peak_error, "rms": found.rms_error, "end": found.end_error, "rest": found.rest_error,
+        },
+        "motor": {
+            "peak_torque_N_m": found.peak_motor_torque,
+            "rms_torque_N_m": found.rms_motor_torque,
+            "peak_speed_rpm": found.peak_speed / RPM,
+            "average_speed_rpm": found.average_speed / RPM,
+            "work_J": found.motor_work,
+        },
+        "gear": {
+            "peak_torque_N_m": found.peak_gear_torque,
+            "rms_torque_N_m": found.rms_gear_torque,
+            "cubic_mean_torque_N_m": found.average_gear_torque,
+            "life_L10_h": found.life,
+        },
+        "limits": [
+            {"limit": f.limit, "value": f.value, "bound": f.bound, "unit": f.unit, "exceeded": f.exceeded}
+            for f in found.findings
+        ],
+        "speeds_to_avoid": [
+            {"from_rpm": low / RPM, "to_rpm": high / RPM, "time_s": time}
+            for (low, high), time in zip(found.bands, found.time_in_bands, strict=True)
+        ],
+        "resonances_passed": [
+            {
+                "time_s": p.time, "speed_rpm": p.speed / RPM, "order": p.order, "frequency_rad_per_s": p.frequency,
+                "largest_rad": p.largest, "quasi_steady_rad": p.quasi_steady, "amplification": p.amplification,
+            }
+            for p in found.passes
+        ],
+        "energy_J": {
+            "work": found.work, "dissipated": found.dissipated, "stored": found.stored, "imbalance": found.imbalance,
+        },
+        "warnings": list(found.warnings),
+        "remarks": list(map(str, found.remarks)),
+    }  # fmt: skip
+
+
+def _summary(project: Project, found: Move, output: Path) -> str:
+    unit = angle_unit(found.peak_error)
+    window, rest = unit.text(found.window), unit.text(found.rest_error)
+    settled = "is not reached in the run" if found.settling_time is None else f"{number(found.settling_time)} s"
+    lines = [
+        f"{project.title}: a move of {number(found.duration)} s",
+        f"  settling time, to {window} about the error at rest: {settled}",
+        f"  pointing error: at most {unit.text(found.peak_error)}, rms {unit.text(found.rms_error)}, at the end of the "
+        f"motion {unit.text(found.end_error)}, at rest {rest}",
+        f"  motor: at most {number(found.peak_motor_torque)} N·m, rms {number(found.rms_motor_torque)} N·m, up to "
+        f"{number(found.peak_speed / RPM)} rpm",
+        f"  gear: at most {number(found.peak_gear_torque)} N·m, rms {number(found.rms_gear_torque)} N·m, cubic mean "
+        f"{number(found.average_gear_torque)} N·m",
+    ]
+    if found.life is not None:
+        lines.append(f"  life of the bearing, if the profile goes on without end: L10 {number(found.life, 3)} h")
+    for (low, high), time in zip(found.bands, found.time_in_bands, strict=True):
+        ends = f"{number(low / RPM)} to {number(high / RPM)} rpm"
+        lines.append(f"  in speeds to avoid, {ends}: {number(time)} s ({percent(time / found.duration, 3)})")
+    for p in found.passes:
+        lines.append(
+            f"  at {number(p.time)} s order {p.order} passes {number(p.frequency / (2.0 * np.pi))} Hz at "
+            f"{number(p.speed / RPM)} rpm: {unit.text(p.largest)} of error, {number(p.amplification, 3)} times that "
+            "of a slow move"
+        )
+    lines.append(
+        f"  work of the motor {number(found.motor_work)} J, heat {number(found.dissipated)} J, stored "
+        f"{number(found.stored)} J; balance closed to {number(found.imbalance, 1)}"
+    )
+    lines += [f"  warning: {warning}" for warning in found.warnings]
+    lines += [f"  note: {remark}" for remark in found.remarks]
+    return "\n".join([*lines, f"  written: {', '.join(str(output / file) for file in (CSV, SVG, JSON))}"])

@@ -1,0 +1,247 @@
+"""`move`: a drive follows a profile, with gravity and payload, on its two inertias and the loop of its motor."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ...model.gears.gear import Gear
+from ...model.gears.life import bearing_life
+from ...model.gears.limits import Finding, check_limits
+from ...model.train.drive_train import DriveTrain
+from ...model.train.motion import Segment
+from ...numerics.integration.methods import Method
+from ...protocols import lines_of
+from ...quantities import interval, number
+from ...results import Floats, SolveError
+from ...sentences import Sentence
+from ...units import ARCSEC, RPM
+from ..train.run import ACCURATE, INPUTS, waiting
+from ..train.state_space import state_space
+from .demands import MotorLimits, refuse_impossible
+from .follow import MEANS, Followed, follow
+from .mover import Mover, Task, mover_of
+from .passes import Pass, crossings, passes
+from .path import Path
+from .payload import Payload
+from .profiles import path_of
+from .quintic import Quintic
+from .result import Move
+from .settling import settling
+
+WINDOW = 60.0 * ARCSEC  # where nothing is given: the accuracy class of a gear
+DECAY = 7.0  # time constants of the slowest vibration after the end: 0.1 % of it is left
+LONGEST = 20.0  # durations of the profile that the run goes on at most
+RESONANT = math.sqrt(0.5)  # damping ratio from which on a vibration has no resonance
+
+
+def move(
+    project: Any,
+    profile: Any = None,
+    *,
+    start: float | None = None,
+    payload: Payload | None = None,
+    gear: Gear | None = None,
+    limits: MotorLimits | None = None,
+    window: float | None = None,
+    bands: Sequence[tuple[float, float]] = (),
+    tail: float | None = None,
+    method: Method = ACCURATE,
+) -> Move:
+    """Move the load of a drive along a profile and say how well that goes.
+
+    The whole train is integrated, its two inertias with the loop of its motor, from rest where gravity holds it. The
+    motor's loop follows the profile times the ratio. Torques have their means; lines of a torque, which follow an angle
+    at constant speed, are left out.
+
+    Parameters
+    ----------
+    project : Project or DriveTrain
+        The drive. A project that names neither a mode nor a loop of its motor gets a position loop of 30 Hz, and
+        `remarks` says so.
+    profile : Trapezoid, SCurve, AngleProfile, Dwell, or a list of them
+        How the angle of the load is to go; a list is a duty cycle. Default: that of the project file.
+    start : float, optional
+        Angle of the load at the begin [rad]. Default: that of the project file, of the first point of an
+        `AngleProfile`, or 0.
+    payload : Payload, optional
+        What the load carries beside what the drive has. Default: that of the project file. The gains of the motor's
+        loop are not changed by it.
+    gear : Gear, optional
+        Record whose limits the move is compared with. Default: that of the project.
+    limits : MotorLimits, optional
+        Largest torque and speed of the motor. Default: those of the project file.
+    window : float, optional
+        Largest distance from the error at rest [rad] of a settled load. Default: the limit of the project file, or 1
+        arcmin.
+    bands : sequence of (float, float)
+        Motor speeds to avoid [rad/s], for instance `project.analyze().avoid.bands`.
+    tail : float, optional
+        Time [s] to follow the load after the end. Default: until the slowest vibration has decayed to 0.1 %, 20 times
+        the profile at most.
+    method : Dopri5, Rk4 or Dop8
+        Integration method; steps end at every knot of the profile.
+
+    Returns
+    -------
+    Move
+        With every value finite.
+
+    Raises
+    ------
+    ValueError
+        If the profile is empty, goes back in time, or asks more torque or speed than the motor has; if the gear cannot
+        hold the payload; if the motor has no loop, or a number is out of range.
+    TypeError
+        If it is no project or train, or a part of the profile is none.
+    SolveError
+        If the integration stops early.
+    """
+    task = getattr(project, "move", None) or Task()
+    profile = task.profile or None if profile is None else profile
+    if profile is None:
+        raise ValueError(
+            "there is no profile; give one, such as Trapezoid(angle, time), or a `move` in the project file"
+        )
+    path = path_of(profile, task.start if start is None else start)
+    mover = mover_of(project, gear, limits, task.payload if payload is None else payload)
+    given = (window, task.window, getattr(project, "limit", None), WINDOW)
+    window = number("window [rad]", next(value for value in given if value is not None), positive=True)
+    spans = tuple(interval("bands [rad/s]", band) for band in bands)
+    refuse_impossible(mover.train, path, mover.gear, mover.limits)
+    y0 = _at_rest(mover.train, 0.0, float(path.angle[0]))
+    poles = state_space(mover.train, at=y0).poles
+    tail = _tail(poles, path) if tail is None else number("tail [s]", tail, positive=True)
+    run = follow(mover.train, path, y0, tail, method)
+    crossed = crossings(mover.train, path, _resonances(poles))
+    passed: tuple[Pass, ...] = ()
+    if crossed:
+        smooth = follow(_without_error(mover.train), path, y0, tail, method)
+        ripple = run.pointing()[0] - Quintic.through(smooth.t, *smooth.pointing(), smooth.steps).at(run.t)
+        passed = passes(crossed, mover.train.error, path, run.t, ripple)
+    return _result(mover, path, run, window, spans, passed)
+
+
+def _at_rest(train: DriveTrain, t: float, angle: float) -> Floats:
+    """State (states,) in which the drive rests at a time [s] with its reference at an angle of the load [rad]."""
+    standing = train._replace(reference=Segment(t, train.N * angle, 0.0, 0.0, 0.0))
+    try:
+        return waiting(standing, t)
+    except SolveError as error:
+        said = str(error).removesuffix("; give the state to begin with, y0")
+        raise SolveError(
+            Sentence("the drive does not hold its load at {:.4g} deg: {}", math.degrees(angle), said)
+        ) from error
+
+
+def _without_error(train: DriveTrain) -> DriveTrain:
+    """The same train with lines of the kinematic error of amplitude 0: of the same class to the compiler."""
+    lines = tuple(line._replace(amplitude=0.0) for line in lines_of(train.error))
+    return train._replace(error=train.error._replace(lines=lines))
+
+
+def _resonances(poles: Any) -> Floats:
+    """Natural frequencies [rad/s] of vibrations with a resonance, ascending."""
+    return np.sort(np.abs(poles[(poles.imag > 0.0) & (-poles.real < RESONANT * np.abs(poles))]))
+
+
+def _tail(poles: Any, path: Path) -> float:
+    """Time [s] in which the slowest vibration decays, but for those that do not."""
+    rates = -poles.real[-poles.real > 1e-9 * np.max(np.abs(poles))]
+    return min(LONGEST * path.duration, DECAY / float(np.min(rates, initial=np.inf)))
+
+
+def _result(
+    mover: Mover, path: Path, run: Followed, window: float, bands: tuple[tuple[float, float], ...],
+    passed: tuple[Pass, ...],
+) -> Move:  # fmt: skip
+    train, names = run.train, run.train.power_names()
+    error, motor, gear, speed = run.seen()
+    peaks = run.peaks()
+    over = np.flatnonzero(run.segment == len(path.angle) - 1)[-1]  # the last sample of the profile
+    integrals = dict(zip(MEANS, run.y[-len(MEANS) :, over], strict=True))
+    rms = [math.sqrt(integrals[name] / path.duration) for name in MEANS[:3]]
+    turned = train.N * path.travel()
+    average = math.cbrt(integrals[MEANS[3]] / turned)
+    rests, settled = _settled(mover, path, run, window)
+    powers = run.y[len(run.states) : -len(MEANS)]
+    energy = np.asarray(train.energy(run.t, run.states))
+    gap = energy - energy[0] - np.sum(powers[:INPUTS], axis=0) + np.sum(powers[INPUTS:], axis=0)
+    scale = max(float(np.max(np.abs(powers))), float(np.max(np.abs(energy))), 1e-300)
+    mean_speed = turned / path.duration
+    findings: tuple[Finding, ...] = ()
+    if mover.gear is not None:
+        findings = check_limits(
+            mover.gear, peak_torque=peaks[2], average_torque=average, max_speed=peaks[3], average_speed=mean_speed
+        )
+    findings += _of_motor(mover.limits, peaks[1], peaks[3])
+    keep = np.append(True, np.diff(run.t) > 0.0)
+    last = np.flatnonzero(path.moving)[-1]  # the last segment of the last motion
+    return Move(
+        time=run.t[keep],
+        reference=np.asarray(train.reference.value(run.t))[keep] / train.N,
+        reference_speed=np.asarray(train.reference.slope(run.t))[keep],
+        pointing_error=error[keep],
+        motor_torque=motor[keep],
+        gear_torque=gear[keep],
+        motor_speed=speed[keep],
+        duration=path.duration,
+        window=window,
+        settling_time=settled[-1],
+        settling_times=settled,
+        rest_error=rests[-1],
+        end_error=float(error[np.flatnonzero(run.segment == last)[-1]]),
+        peak_error=peaks[0],
+        rms_error=rms[0],
+        peak_motor_torque=peaks[1],
+        rms_motor_torque=rms[1],
+        peak_gear_torque=peaks[2],
+        rms_gear_torque=rms[2],
+        average_gear_torque=average,
+        peak_speed=peaks[3],
+        average_speed=mean_speed,
+        life=None if mover.gear is None else bearing_life(mover.gear, average, mean_speed),
+        findings=findings,
+        warnings=tuple(finding.sentence for finding in findings if finding.exceeded),
+        bands=bands,
+        time_in_bands=tuple(path.time_within(low / train.N, high / train.N) for low, high in bands),
+        passes=passed,
+        work={name: float(value) for name, value in zip(names, powers[:, -1], strict=True)},
+        stored=float(energy[-1] - energy[0]),
+        imbalance=float(np.max(np.abs(gap))) / scale,
+        remarks=mover.remarks,
+    )
+
+
+def _settled(mover: Mover, path: Path, run: Followed, window: float) -> tuple[list[float], tuple[float | None, ...]]:
+    """Error at rest [rad] after every motion, and the time [s] in which it is reached.
+
+    At rest it is that of the equilibrium there, or, where this depends on the way, the last one before the next motion.
+    """
+    error = Quintic.through(run.t, *run.pointing(), run.steps)
+    motions = path.motions()
+    begins = [begin for begin, _ in motions[1:]] + [float(run.t[-1])]
+    rests = []
+    for (_, end), until in zip(motions, begins, strict=True):
+        if mover.remembers:
+            rests.append(float(error.at(np.array([until]))[0]))
+        else:
+            state = _at_rest(mover.train, end, float(path.at(np.array([end]))[0][0]))
+            rests.append(float(mover.train.pointing_error(tuple(state))))
+    times = zip(motions, begins, rests, strict=True)
+    return rests, tuple(settling(error, rest, window, end, until) for (_, end), until, rest in times)
+
+
+def _of_motor(limits: MotorLimits, torque: float, speed: float) -> tuple[Finding, ...]:
+    """What the vibration asks of the motor beyond its limits; what the profile alone asks is refused before."""
+    found = []
+    parts = (("torque", torque, limits.torque, "N*m"), ("speed", speed / RPM, limits.speed / RPM, "rpm"))
+    for name, value, bound, unit in parts:
+        if math.isfinite(bound):
+            beyond = value > bound * (1.0 + 1e-9)
+            end = "above its limit of" if beyond else "within its limit of"
+            remedy = "; the motor does not follow: take a longer time or a smoother profile" if beyond else ""
+            sentence = f"The {name} of the motor reaches {value:.4g} {unit}, {end} {bound:.4g} {unit}{remedy}."
+            found.append(Finding(f"motor {name}", value, bound, unit, sentence))
+    return tuple(found)

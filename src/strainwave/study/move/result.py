@@ -1,0 +1,149 @@
+"""Result of a move."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ...model.gears.limits import Finding
+from ...records import Labelled, Result
+from ...results import Floats
+from ...sentences import on_screen
+from ...units import ARCSEC, RPM
+from .passes import Pass
+
+
+@dataclass(frozen=True, eq=False)
+class Move(Result):
+    """A drive on a profile, from rest to the time when its vibration has decayed.
+
+    Means and work are over the profile, its dwells included; peaks are over the whole run, between the samples too.
+
+    Attributes
+    ----------
+    time : (n,) array
+        Times [s] of the steps of the integration.
+    reference, reference_speed : (n,) arrays
+        Commanded angle of the load [rad] and speed of the motor [rad/s].
+    pointing_error : (n,) array
+        Reference angle of the load minus its angle [rad].
+    motor_torque, gear_torque : (n,) arrays
+        Torque of the motor [N*m, motor side] and torque that the gear transmits [N*m, output side].
+    motor_speed : (n,) array
+        Speed of the motor [rad/s].
+    duration : float
+        End of the profile [s].
+    window : float
+        Largest distance of a settled pointing error from that at rest [rad].
+    settling_time : float or None
+        Time [s] after the end of the last motion from which on the pointing error stays within `window` of
+        `rest_error`; None if it does not within the run.
+    settling_times : tuple of (float or None)
+        The same of every motion of the profile, until the next one begins.
+    rest_error : float
+        Pointing error at rest after the last motion [rad], which waiting does not remove: gravity's twist, for one.
+    end_error, peak_error, rms_error : float
+        Pointing error at the end of the last motion, largest size, and root mean square [rad].
+    peak_motor_torque, rms_motor_torque : float
+        Of the motor's torque [N*m].
+    peak_gear_torque, rms_gear_torque, average_gear_torque : float
+        Of the torque in the gear [N*m]; the average is the cubic mean weighted by the turns of the motor.
+    peak_speed, average_speed : float
+        Largest and mean size of the motor's speed [rad/s].
+    life : float or None
+        L10 life of the wave generator's bearing [h] where the profile is repeated without end (`bearing_life`).
+    findings : tuple of Finding
+        Every comparison with a limit of the gear.
+    warnings : tuple of str
+        What is beyond a limit, as sentences.
+    bands : tuple of (float, float)
+        Motor speeds to avoid [rad/s], as given.
+    time_in_bands : tuple of float
+        Time [s] that the reference spends in each.
+    passes : tuple of Pass
+        Resonances of the lines of the kinematic error that the reference passes.
+    work : dict of str to float
+        Energies [J] of the whole run by `train.power_names()`: put in by motor torque, control and load torque, then
+        lost in each element.
+    stored : float
+        Energy [J] that the train has gained, kinetic and stored, gravity's among it.
+    imbalance : float
+        What work and stored energy do not explain, relative to the largest energy moved.
+    remarks : tuple of str
+        What was assumed, as sentences.
+    """
+
+    time: Floats
+    reference: Floats
+    reference_speed: Floats
+    pointing_error: Floats
+    motor_torque: Floats
+    gear_torque: Floats
+    motor_speed: Floats
+    duration: float
+    window: float
+    settling_time: float | None
+    settling_times: tuple[float | None, ...]
+    rest_error: float
+    end_error: float
+    peak_error: float
+    rms_error: float
+    peak_motor_torque: float
+    rms_motor_torque: float
+    peak_gear_torque: float
+    rms_gear_torque: float
+    average_gear_torque: float
+    peak_speed: float
+    average_speed: float
+    life: float | None
+    findings: tuple[Finding, ...]
+    warnings: tuple[str, ...]
+    bands: tuple[tuple[float, float], ...]
+    time_in_bands: tuple[float, ...]
+    passes: tuple[Pass, ...]
+    work: dict[str, float]
+    stored: float
+    imbalance: float
+    remarks: tuple[str, ...]
+
+    rows: ClassVar[str] = "time"
+
+    @property
+    def motor_work(self) -> float:
+        """Mechanical work of the motor [J], its control included; what it takes back in braking counts against it."""
+        return self.work["motor torque"] + self.work["control"]
+
+    @property
+    def dissipated(self) -> float:
+        """Energy [J] that the drive has turned into heat."""
+        return sum(list(self.work.values())[3:])
+
+    def coordinates(self) -> Labelled:
+        """Times of the samples."""
+        return {"time": ("time", self.time, "s")}
+
+    def variables(self) -> Labelled:
+        """Reference, pointing error, torques and speed over the time."""
+        return {
+            "reference": ("time", self.reference, "rad"),
+            "reference_speed": ("time", self.reference_speed, "rad/s"),
+            "pointing_error": ("time", self.pointing_error, "rad"),
+            "motor_torque": ("time", self.motor_torque, "N*m"),
+            "gear_torque": ("time", self.gear_torque, "N*m"),
+            "motor_speed": ("time", self.motor_speed, "rad/s"),
+        }
+
+    def __str__(self) -> str:
+        settled = "not within the run" if self.settling_time is None else f"{self.settling_time:.4g} s after its end"
+        life = "" if self.life is None else f", life L10 {self.life:.4g} h"
+        return on_screen(
+            f"Move: {self.duration:.4g} s; settled to {self.window / ARCSEC:.4g} arcsec {settled}\n"
+            f"  pointing error [arcsec]: largest {self.peak_error / ARCSEC:.4g}, rms {self.rms_error / ARCSEC:.4g}, at "
+            f"the end {self.end_error / ARCSEC:.4g}, at rest {self.rest_error / ARCSEC:.4g}\n"
+            f"  motor: {self.peak_motor_torque:.4g} N*m at most, rms {self.rms_motor_torque:.4g} N*m, up to "
+            f"{self.peak_speed / RPM:.4g} rpm\n"
+            f"  gear: {self.peak_gear_torque:.4g} N*m at most, rms {self.rms_gear_torque:.4g} N*m, cubic mean "
+            f"{self.average_gear_torque:.4g} N*m{life}\n"
+            f"  work of the motor {self.motor_work:.4g} J, {self.dissipated:.4g} J lost; balance closed to "
+            f"{self.imbalance:.0e}; {len(self.warnings)} warnings"
+        )
+
+    __repr__ = __str__

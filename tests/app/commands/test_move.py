@@ -1,0 +1,107 @@
+"""`strainwave move`: what it prints and writes, with the numbers of the library, and its complaints."""
+
+import csv
+import json
+import re
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import strainwave as sw
+from strainwave.app.commands import cli as command
+from strainwave.app.figures.move import panels
+from strainwave.study.move.demands import MotorLimits
+
+PROJECT = """\
+title: Level axis
+gear: {ratio: 50, law: {type: linear, K: 1e5 N*m/rad}}
+motor: {inertia: 5 kg*cm^2, loop: {bandwidth: 20 Hz}, max_torque: 60 N*m}
+load: {inertia: 1 kg*m^2}
+damping: {ratio: 5 %}
+speed: {from: 24 rpm, to: 38 rpm, shaft: load}
+excitation: {kinematic_error: [{order: 2, amplitude: 10 arcsec}]}
+move: {profile: [{type: s_curve, angle: 20 deg, time: 0.1 s}]}
+"""
+PART = "trapezoid, angle: 10 deg, time: 0.05 s"
+
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / "axis.yaml"
+    path.write_text(PROJECT)
+    return path
+
+
+def invoke(*given):
+    return CliRunner().invoke(command.cli, ["move", *map(str, given)])
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_the_command_writes_and_prints_the_numbers_of_the_library(path, tmp_path):
+    (tmp_path / "back.csv").write_text("time [s],angle [deg]\n0,0\n0.02,-4\n0.04,-8\n0.06,-10\n")
+    out, profile = tmp_path / "out", [PART, "dwell, time: 10 ms", tmp_path / "back.csv"]
+    run = invoke(path, *profile, "-o", out, "--band", "1000 rpm", "1300 rpm", "--window", "20 arcsec", "--json")
+    assert run.exit_code == 0, run.output
+    data = json.loads(run.stdout)
+    parts = [sw.Trapezoid(np.radians(10.0), 0.05), sw.Dwell(0.01), sw.read_profile(tmp_path / "back.csv")]
+    bands, window = [(1000.0 * np.pi / 30.0, 1300.0 * np.pi / 30.0)], np.radians(20.0 / 3600.0)
+    move = sw.move(sw.read_project(path), parts, bands=bands, window=window)
+    assert data["pointing_error_rad"]["peak"] == pytest.approx(move.peak_error, rel=1e-9)
+    assert data["settling_time_s"] == pytest.approx(move.settling_time, rel=1e-6)
+    assert data["speeds_to_avoid"][0]["time_s"] == pytest.approx(move.time_in_bands[0], rel=1e-9)
+    assert [p["amplification"] for p in data["resonances_passed"]] == pytest.approx(
+        [p.amplification for p in move.passes], rel=1e-6
+    )  # fmt: skip
+    assert json.loads((out / "move.json").read_text()) == data
+    assert sorted(file.name for file in out.iterdir()) == ["move.csv", "move.json", "move.svg"]
+    rows = list(csv.DictReader((out / "move.csv").read_text().splitlines()))
+    assert float(rows[-1]["time_s"]) == pytest.approx(move.time[-1], rel=1e-6)
+    largest = max(abs(float(row["pointing_error_rad"])) for row in rows)
+    assert largest == pytest.approx(np.max(np.abs(move.pointing_error)), rel=1e-6)
+    text = invoke(path, *profile, "-o", out, "--band", "1000 rpm", "1300 rpm").stdout
+    assert "in speeds to avoid, 1000 to 1300 rpm" in text
+    assert "balance closed to" in text
+
+
+@pytest.mark.interpreted
+def test_the_figure_has_every_peak_and_the_limits_that_are_near(path):
+    project = sw.read_project(path)
+    rough = sw.Dopri5(rtol=1e-5, atol=1e-8)
+    move = sw.move(project, payload=sw.Payload(1.0, 0.1), bands=[(20.0, 30.0)], tail=0.2, method=rough)
+    gear = sw.catalogue.gear("CSG-40-50")
+    shown = panels(move, gear, MotorLimits(1.5 * move.peak_motor_torque))
+    for panel, values in zip(
+        shown[1:], (move.pointing_error, move.motor_torque, move.gear_torque), strict=True
+    ):  # fmt: skip
+        reach = [np.ptp(c.y) for c in panel.curves if np.all(np.isfinite(c.y)) and c.upper is None and not c.marker]
+        scale = 180.0 * 3600.0 / np.pi if panel is shown[1] else 1.0
+        assert max(reach) == pytest.approx(scale * np.ptp(values), rel=1e-9)
+        assert panel.xlim == shown[0].xlim
+    labels = {curve.label for panel in shown for curve in panel.curves}
+    assert {"speeds to avoid", "largest torque of the motor", "end of the profile"} <= labels
+    assert "momentary torque of the gear" not in labels  # far above
+
+
+WRONG = [
+    ((PART, "--start", "3"), 1, "has no unit"),
+    (("ramp, angle: 1 rad",), 1, "the profile 'ramp, angle: 1 rad' is wrong: type: 'ramp' is not known"),
+    (("trapezoid, angle: 1 rad",), 1, "is wrong: file: Trapezoid has neither a time nor limits"),
+    (("{dwell, time: 1 s",), 1, "is wrong"),
+    (("gone.csv",), 3, "gone.csv:1:1: file: does not exist"),
+    ((PART, "--payload", "mass: 2 kg"), 1, "radius: is missing"),
+    ((PART, "--band", "1300 rpm", "1000 rpm"), 1, "low < high"),
+    (("dwell, time: 1 s",), 1, "waits for 1 s and moves nothing"),
+    (("trapezoid, angle: 90 deg, time: 1 ms",), 1, "above its 60 N*m; stretch it from 0.001 s to"),
+]
+
+
+@pytest.mark.parametrize(("given", "code", "said"), WRONG)
+def test_a_wrong_command_ends_with_one_sentence_and_writes_nothing(path, tmp_path, given, code, said):
+    run = invoke(path, *given, "-o", tmp_path / "out")
+    assert run.exit_code == code
+    assert said in run.stderr
+    assert "Traceback" not in run.output
+    assert len([line for line in run.stderr.splitlines() if not re.match("Level axis: ", line)]) == 1
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,313 @@
+"""A move against equations written by hand, closed forms of slow and rigid moves, and what is refused."""
+
+import math
+
+import numpy as np
+import pytest
+from canonical import Saturating
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import strainwave as sw
+from strainwave.compile.jit import as_python
+from strainwave.units import ARCSEC, RPM
+
+GEAR = sw.catalogue.gear("SHG-25-100")
+N, J_M, J_L, B, PULL = 100.0, GEAR.input_inertia + 2e-5, 0.5, 5.0, 60.0
+LOOP = sw.from_bandwidth(60.0 * math.pi, J_M + J_L / N**2, 0.7)
+ERROR = sw.KinematicError((sw.Line(2, 5e-5),))
+TRAIN = sw.DriveTrain(
+    sw.Motor(J_M, control=LOOP), N, B, GEAR.law, sw.Load(J_L, drag=sw.AngleTorque(PULL)), error=ERROR
+)  # fmt: skip
+QUARTER, TIME = 0.5 * math.pi, 0.6
+LINEAR = TRAIN._replace(law=sw.Linear(31000.0), error=sw.NoError())
+ROUGH = sw.Dopri5(rtol=1e-6, atol=1e-9)
+
+
+@pytest.fixture(autouse=True)
+def short_runs_as_python(request):
+    """Each train is a class of its own to the compiler; those of the long tests alone are compiled."""
+    with as_python(0 if request.node.get_closest_marker("compiled") else 10**9):
+        yield
+
+
+def torque(u):
+    """Vendors' three slopes (CSF/CSG catalogue, p. 50): 31, 50, 57 kN m/rad, 14 and 48 N m."""
+    size, sign = abs(u), math.copysign(1.0, u)
+    first, second = 14.0 / 31000.0, 14.0 / 31000.0 + 34.0 / 50000.0
+    if size < first:
+        return 31000.0 * u
+    return sign * (14.0 + 50000.0 * (size - first) if size < second else 48.0 + 57000.0 * (size - second))
+
+
+def commanded(t, k):
+    """Angle and speed of the load in part k of the trapezoid: ramp, constant speed, ramp, rest."""
+    ramp, top = TIME / 3.0, 1.5 * QUARTER / TIME
+    if k == 0:
+        return 0.5 * top / ramp * t * t, top / ramp * t
+    if k == 1:
+        return 0.5 * top * ramp + top * (t - ramp), top
+    left = TIME - t if k == 2 else 0.0
+    return QUARTER - 0.5 * top / ramp * left * left, top / ramp * left
+
+
+def rates(t, y, k):
+    """Angles and speeds of motor and load, by Newton's law."""
+    motor, fast, load, slow = y
+    angle, speed = commanded(t, k)
+    e, slope = 5e-5 * math.cos(2.0 * motor), -1e-4 * math.sin(2.0 * motor)
+    passed = torque(motor / N - load - e) + B * (fast / N - slow - slope * fast)
+    drive = -LOOP.K_p * (motor - N * angle) - LOOP.K_d * (fast - N * speed)
+    return fast, (drive - (1.0 / N - slope) * passed) / J_M, slow, (passed - PULL * math.sin(load)) / J_L
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_a_quarter_turn_in_600_ms_is_that_of_dop853_on_equations_by_hand():
+    move = sw.move(TRAIN, sw.Trapezoid(QUARTER, TIME), gear=GEAR)
+    knots, y = (0.0, 0.2, 0.4, 0.6, float(move.time[-1])), (0.0, 0.0, -5e-5, 0.0)
+    # at rest: torque = PULL sin(load) and 0 = K_p motor + torque/N; PULL sin(load) is far below the first bend
+    load = brentq(lambda q: torque(-PULL * math.sin(q) / N / LOOP.K_p / N - q - 5e-5) - PULL * math.sin(q), -1e-3, 1e-3)
+    motor = -PULL * math.sin(load) / N / LOOP.K_p
+    load = brentq(
+        lambda q: torque(motor / N - q - 5e-5 * math.cos(2 * motor)) - PULL * math.sin(q), -1e-3, 1e-3, xtol=1e-18
+    )  # fmt: skip
+    y, largest, parts = (motor, 0.0, load, 0.0), 0.0, []
+    for k in range(4):
+        span = (knots[k], knots[k + 1])
+        parts.append(solve_ivp(rates, span, y, "DOP853", rtol=1e-12, atol=1e-15, args=(k,), dense_output=True))
+        use = (move.time > span[0]) & (move.time <= span[1])
+        angle = np.array([commanded(t, k)[0] for t in move.time[use]])
+        theirs = angle - parts[-1].sol(move.time[use])[2]
+        np.testing.assert_allclose(move.pointing_error[use], theirs, rtol=0.0, atol=1e-6 * move.peak_error)
+        y, largest = parts[-1].y[:, -1], max(largest, float(np.max(np.abs(theirs))))
+    assert move.peak_error == pytest.approx(largest, rel=1e-5)  # samples of the steps may miss the top
+    # settled: the last time at which the error is the window away from that at rest, which the run's end has
+    tail = parts[-1].sol
+    rest = QUARTER - float(tail(knots[-1])[2])
+    assert move.rest_error == pytest.approx(rest, rel=2e-3)
+    off = lambda t: abs(QUARTER - tail(t)[2] - move.rest_error) - move.window  # noqa: E731
+    times = np.linspace(TIME, knots[-1], 40001)
+    last = np.flatnonzero([off(t) > 0.0 for t in times])[-1]
+    settled = brentq(off, times[last], times[last + 1], xtol=1e-14) - TIME
+    assert move.settling_time == pytest.approx(settled, rel=1e-6)
+    assert move.window == pytest.approx(60.0 * ARCSEC)
+    assert move.imbalance < 1e-8
+    assert move.motor_work - move.dissipated == pytest.approx(move.stored, rel=1e-8)
+    assert move.warnings == ()
+    # rest by hand: torsion of 60 N m beyond both bends, and the droop of the loop
+    twist = 14.0 / 31000.0 + 34.0 / 50000.0 + (PULL - 48.0) / 57000.0
+    assert move.rest_error == pytest.approx(twist + PULL / N**2 / LOOP.K_p, abs=6e-5)  # and at most the kinematic error
+
+
+@pytest.mark.interpreted
+def test_a_slow_move_has_the_torques_and_means_of_a_rigid_drive():
+    # 1 rad in 5 s on a level axis: the inertias take less than 0.2 N m
+    train = LINEAR._replace(load=sw.Load(J_L, sw.Harmonic(0.0, mean=-30.0)))
+    move = sw.move(train, sw.SCurve(1.0, 5.0), gear=GEAR, tail=0.1, method=ROUGH)
+    assert move.rms_gear_torque == pytest.approx(30.0, rel=1e-3)
+    assert move.average_gear_torque == pytest.approx(30.0, rel=1e-3)
+    assert move.rms_motor_torque == pytest.approx(0.3, rel=1e-3)
+    assert move.average_speed == pytest.approx(N / 5.0, rel=1e-12)
+    assert move.peak_speed == pytest.approx(1.5 * N / 5.0, rel=2e-3)
+    # L10 = 10 000 h (rated/average)^3 (2000 rpm/mean speed), SHG-25-100: 87 N m
+    assert move.life == pytest.approx(1e4 * (87.0 / 30.0) ** 3 * 2000.0 * RPM / (N / 5.0), rel=4e-3)
+    assert move.rest_error == pytest.approx(30.0 / 31000.0 + 0.3 / LOOP.K_p / N, rel=1e-9)
+    assert move.rms_error == pytest.approx(move.rest_error, rel=1e-3)
+    assert move.settling_time == 0.0
+    assert move.work["load torque"] == pytest.approx(-30.0, rel=1e-4)
+    assert move.motor_work == pytest.approx(30.0, rel=1e-3)
+
+
+@pytest.mark.interpreted
+def test_friction_of_the_meshing_costs_its_share_of_a_slow_lift():
+    train = LINEAR._replace(load=sw.Load(J_L, sw.Harmonic(0.0, mean=-30.0)), friction=sw.LoadFriction(0.1))
+    slow = sw.SCurve(1.0, 3.0)
+    move = sw.move(train, slow, tail=0.1, method=sw.Dopri5(rtol=1e-4, atol=1e-7))
+    moving = (move.time > 1.3) & (move.time < 1.7)
+    np.testing.assert_allclose(move.motor_torque[moving], 1.1 * 30.0 / N, rtol=1e-3)
+    assert move.dissipated == pytest.approx(0.1 * 30.0 * 1.0, rel=3e-3)  # of 30 J over 1 rad
+    with pytest.raises(ValueError, match="in 10 times the time it still asks too much"):
+        sw.move(train, slow, limits=sw.MotorLimits(torque=0.32))
+
+
+@pytest.mark.interpreted
+def test_an_error_at_rest_is_that_of_gravity_and_the_window_is_about_it():
+    move = sw.move(LINEAR, sw.Trapezoid(QUARTER, TIME), method=ROUGH)
+    assert move.rest_error == pytest.approx(PULL / 31000.0 + PULL / N**2 / LOOP.K_p, rel=1e-5)
+    wide = sw.move(LINEAR, sw.Trapezoid(QUARTER, TIME), window=1e-2, method=ROUGH)
+    narrow = sw.move(LINEAR, sw.Trapezoid(QUARTER, TIME), window=1e-9, method=ROUGH)
+    assert wide.settling_time == 0.0
+    assert narrow.settling_time is None
+    assert move.gear_torque[-1] == pytest.approx(PULL, rel=1e-2)
+    assert move.motor_torque[-1] == pytest.approx(PULL / N, rel=1e-2)
+
+
+@pytest.mark.interpreted
+def test_every_motion_of_a_duty_cycle_settles_and_a_cycle_gains_no_energy():
+    there, back = sw.SCurve(0.5, 0.3), sw.Trapezoid(-0.5, 0.3)
+    move = sw.move(LINEAR, [there, sw.Dwell(0.4), back, sw.Dwell(0.4)], window=1e-5, method=ROUGH)
+    alone = sw.move(LINEAR, there, window=1e-5, tail=0.4, method=ROUGH)
+    assert move.duration == pytest.approx(1.4)
+    assert len(move.settling_times) == 2
+    assert move.settling_times[0] == pytest.approx(alone.settling_time, rel=1e-5)
+    assert move.settling_time == move.settling_times[1]
+    assert move.reference[-1] == pytest.approx(0.0, abs=1e-15)
+    assert abs(move.stored) < 1e-6 * move.peak_gear_torque
+    assert np.all(np.diff(move.time) > 0.0)
+
+
+@pytest.mark.interpreted
+def test_a_payload_adds_its_inertia_and_its_weight():
+    load = sw.Payload(mass=4.0, radius=0.5, inertia=0.1, phase=0.3)
+    weight = 4.0 * 9.80665 * 0.5
+    bare = LINEAR._replace(load=sw.Load(J_L))
+    heavy = LINEAR._replace(load=sw.Load(J_L + 1.1, drag=sw.AngleTorque(weight, 1, 0.3)))
+    part = sw.Trapezoid(0.5, 0.4)
+    options = {"tail": 0.1, "method": ROUGH, "start": 0.2}
+    carried, same = sw.move(bare, part, payload=load, **options), sw.move(heavy, part, **options)
+    np.testing.assert_array_equal(carried.pointing_error, same.pointing_error)
+    assert carried.gear_torque[0] == pytest.approx(weight * math.sin(0.5), rel=1e-3)  # start 0.2 and phase 0.3
+
+
+@pytest.mark.interpreted
+def test_a_held_motor_follows_exactly_and_its_torque_is_what_that_takes():
+    train = LINEAR._replace(motor=sw.Motor(J_M, control=sw.Held()), load=sw.Load(J_L))
+    move = sw.move(train, sw.Trapezoid(1.0, 0.4), tail=0.2, method=ROUGH)
+    np.testing.assert_allclose(move.motor_speed, move.reference_speed, atol=1e-9)
+    # J_m N theta'' + T/N, the gear's torque that of the load
+    later = (move.time > 0.01) & (move.time < 0.12)
+    acceleration = 4.5 / 0.16
+    np.testing.assert_allclose(
+        move.motor_torque[later], J_M * N * acceleration + move.gear_torque[later] / N, rtol=1e-9
+    )  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_a_resonance_is_passed_where_order_times_speed_is_its_frequency_and_costs_less_when_faster():
+    held = LINEAR._replace(motor=sw.Motor(J_M, control=sw.Held()), load=sw.Load(J_L), error=ERROR, B=2.0)
+    natural = math.sqrt(31000.0 / J_L)
+    found = []
+    for time in (0.5, 1.4):
+        move = sw.move(held, sw.Trapezoid(2.0, time), tail=0.1, bands=[(100.0, 140.0)], method=ROUGH)
+        assert [crossing.order for crossing in move.passes] == [2, 2]
+        assert move.passes[0].speed == pytest.approx(0.5 * natural, rel=1e-6)
+        top = 3.0 * N / time  # of the trapezoid, reached in a third of the time
+        assert move.passes[0].time == pytest.approx(0.5 * natural / top * time / 3.0, rel=1e-6)
+        assert move.passes[0].quasi_steady == pytest.approx(5e-5, rel=1e-5)
+        assert move.time_in_bands == (pytest.approx(2.0 * 40.0 / top * time / 3.0, rel=1e-9),)
+        found.append(move.passes[0].amplification)
+    steady = 31000.0 / (2.0 * natural)  # 1/(2 zeta)
+    assert 1.0 < found[0] < found[1] < 1.1 * steady
+
+
+@pytest.mark.interpreted
+def test_torques_of_an_angle_have_their_means_and_torques_of_the_time_act_in_time():
+    part, options = sw.SCurve(0.1, 0.1), {"tail": 0.1, "method": ROUGH}
+    with_lines = LINEAR._replace(load=sw.Load(J_L, sw.Harmonic(5.0, order=2, mean=-20.0)))
+    constant = LINEAR._replace(load=sw.Load(J_L, sw.Harmonic(0.0, mean=-20.0)))
+    lines, mean = sw.move(with_lines, part, **options), sw.move(constant, part, **options)
+    assert "lines, which follow an angle at constant speed, are left out" in lines.remarks[0]
+    np.testing.assert_array_equal(lines.pointing_error, mean.pointing_error)
+    assert mean.remarks == ()
+    comes = LINEAR._replace(load=sw.Load(J_L, sw.TorqueProfile((0.02, 0.05), (0.0, -20.0))))
+    timed = sw.move(comes, part, **options)
+    assert timed.gear_torque[0] == pytest.approx(0.0, abs=1e-9)
+    assert timed.rest_error == pytest.approx(mean.rest_error, rel=1e-9)
+    t = np.linspace(0.0, 0.1, 2001)  # of a rigid drive; by integration of the torque over the commanded angle
+    rigid = np.trapezoid(np.interp(t, (0.02, 0.05), (0.0, -20.0)), np.interp(t, timed.time, timed.reference))
+    assert timed.work["load torque"] == pytest.approx(rigid, rel=0.02)
+
+
+@pytest.mark.interpreted
+def test_where_a_law_with_memory_rests_is_where_it_has_come_to():
+    train = LINEAR._replace(law=sw.Parallel(sw.Linear(31000.0), sw.BoucWen(6e4, 0.0, 8e-5)))
+    move = sw.move(train, sw.SCurve(0.3, 0.15), tail=0.3, method=ROUGH)
+    assert move.rest_error == pytest.approx(move.pointing_error[-1], rel=1e-6)
+    # gravity alone, without what the memory carries, at most 6e4 times 8e-5 = 4.8 N m
+    pull = PULL * math.sin(0.3)
+    free = pull / 31000.0 + pull / N**2 / LOOP.K_p
+    assert abs(move.rest_error - free) < 4.8 / 31000.0
+    assert abs(move.rest_error - free) > 0.1 * 4.8 / 31000.0
+
+
+@pytest.mark.interpreted
+def test_a_table_of_points_is_followed():
+    t = np.linspace(0.0, 0.4, 61)
+    curve = tuple(0.05 * (1.0 - np.cos(2.5 * np.pi * t)))
+    coarse = sw.Dopri5(rtol=1e-5, atol=1e-8)
+    move = sw.move(LINEAR, sw.AngleProfile(tuple(t), curve), tail=0.05, method=coarse)
+    # through every sixth point alone: the splines of a smooth curve differ by far less than the error
+    few = sw.move(LINEAR, sw.AngleProfile(tuple(t[::6]), curve[::6]), tail=0.05, method=coarse)
+    assert move.peak_error == pytest.approx(few.peak_error, rel=2e-3)
+    assert move.reference[np.searchsorted(move.time, 0.2)] == pytest.approx(0.05, rel=1e-2)
+
+
+LEVEL = TRAIN._replace(load=sw.Load(J_L))
+SAGGING = TRAIN._replace(motor=sw.Motor(J_M, control=sw.SpeedLoop(0.05)))
+FREE = TRAIN._replace(motor=sw.Motor(J_M))
+REFUSED = [
+    ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"limits": sw.MotorLimits(speed=3000.0 * RPM)},
+     r"turns the motor at 3750 rpm, above its 3000 rpm; stretch it from 0.6 s to 0.75 s or more"),
+    ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"limits": sw.MotorLimits(torque=0.3)},
+     r"asks 0\.\d+ N\*m of the motor at 0\.\d+ s, above its 0.3 N\*m; in 10 times the time it still asks too much"),
+    # (J_m N + J_l/N) 4.5 QUARTER/TIME^2 = 0.3475 N m, and TIME sqrt(0.3475/0.3) = 0.6458 s
+    ((LEVEL, sw.Trapezoid(QUARTER, TIME)), {"limits": sw.MotorLimits(torque=0.3)},
+     r"asks 0.3475 N\*m of the motor at .* s, above its 0.3 N\*m; stretch it from 0.6 s to 0.6458 s or more"),
+    ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"limits": sw.MotorLimits(torque=-1.0)}, "MotorLimits.torque is -1"),
+    ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"payload": sw.Payload(100.0, 0.5), "gear": GEAR},
+     r"the load pulls with 550.3 N\*m at 90 deg, and SHG-25-100 holds at most 369 N\*m \(momentary torque\)"),
+    ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"payload": sw.Payload(-1.0, 0.5)}, "Payload.mass is -1"),
+    ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"window": 0.0}, "window"),
+    ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"tail": math.nan}, "tail"),
+    ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"bands": [(2.0, 1.0)]}, "bands"),
+    ((FREE, sw.Trapezoid(QUARTER, TIME)), {}, "the motor of this drive is free and follows no profile"),
+    ((SAGGING, sw.Trapezoid(QUARTER, TIME)), {}, "answers no deviation of the motor's angle"),
+    ((TRAIN,), {}, "there is no profile"),
+    ((TRAIN, []), {}, "the profile is empty"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("given", "options", "said"), REFUSED)
+def test_what_cannot_be_moved_is_refused_in_one_sentence(given, options, said):
+    with pytest.raises(ValueError, match=said) as caught:
+        sw.move(*given, **options)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_no_drive_no_payload_and_no_limit_is_refused():
+    part = sw.Trapezoid(QUARTER, TIME)
+    for given, options in (((3, part), {}), ((TRAIN, part), {"payload": 3.0}), ((TRAIN, part), {"limits": 3.0})):
+        with pytest.raises(TypeError, match=r"is 3|not 3"):
+            sw.move(*given, **options)
+
+
+def test_a_law_that_cannot_carry_the_load_is_told():
+    soft = LINEAR._replace(law=Saturating(2000.0, 0.01))  # carries 20 N m
+    with pytest.raises(ValueError, match=r"the load pulls with 60 N\*m at 90 deg, which the gear does not hold"):
+        sw.move(soft, sw.Trapezoid(QUARTER, TIME), start=QUARTER, method=ROUGH)
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_ten_thousand_points_are_followed_as_the_function_they_are_from():
+    t = np.linspace(0.0, 2.0, 10_001)
+    angle = 0.2 * (1.0 - np.cos(np.pi * t))
+    move = sw.move(TRAIN, sw.AngleProfile(tuple(t), tuple(angle)), tail=0.1)
+
+    def by_hand(time, y):
+        motor, fast, load, slow = y
+        e, slope = 5e-5 * math.cos(2.0 * motor), -1e-4 * math.sin(2.0 * motor)
+        passed = torque(motor / N - load - e) + B * (fast / N - slow - slope * fast)
+        off = motor - N * 0.2 * (1.0 - math.cos(math.pi * time))
+        drive = -LOOP.K_p * off - LOOP.K_d * (fast - N * 0.2 * math.pi * math.sin(math.pi * time))
+        return fast, (drive - (1.0 / N - slope) * passed) / J_M, slow, (passed - PULL * math.sin(load)) / J_L
+
+    load = -float(move.pointing_error[0])
+    motor = -PULL * math.sin(load) / N / LOOP.K_p
+    times = move.time[move.time <= 2.0][::50]
+    found = solve_ivp(by_hand, (0.0, 2.0), (motor, 0.0, load, 0.0), "DOP853", times, rtol=1e-10, atol=1e-14)
+    theirs = 0.2 * (1.0 - np.cos(np.pi * times)) - found.y[2]
+    mine = move.pointing_error[move.time <= 2.0][::50]
+    np.testing.assert_allclose(mine, theirs, rtol=0.0, atol=1e-6 * move.peak_error)
