@@ -12,6 +12,7 @@ from ..study.response.response import ExactResponse
 from ..study.train.bode import Bode
 from ..study.train.run import DriveRun
 from ..theory.slow_flow.results import SlowResponse
+from ..units import RPM
 from .ensembles import STRONG, angle_unit
 
 SAMPLES = 16  # of an orbit, per harmonic
@@ -79,14 +80,15 @@ def draw_drive(axes: Any, found: DriveResponse) -> None:
     The torque is on axes of its own, at the lower end of those given, which become as much shorter.
     """
     size, unit = angle_unit(found.oscillation)
-    _draw_stability(axes, found.omega, found.oscillation / size, found.stable, f"oscillation of the {found.name}")
-    axes.set(xlabel=_speed("omega"), ylabel=f"largest |error - mean| ({unit})")
+    rpm = found.omega / RPM
+    _draw_stability(axes, rpm, found.oscillation / size, found.stable, found.name)
+    axes.set(xlabel="speed of the base angle (rpm)", ylabel=f"oscillation ({unit})")
     axes.legend(fontsize=8, frameon=False)
     left, bottom, width, height = axes.get_position().bounds
     axes.set_position((left, bottom + 0.42 * height, width, 0.58 * height))
     below = axes.figure.add_axes((left, bottom, width, 0.38 * height), sharex=axes)
-    _draw_stability(below, found.omega, found.torque, found.stable, "torque")
-    below.set(xlabel=_speed("omega"), ylabel="torque in the gear (N m)", ylim=(0.0, None))
+    _draw_stability(below, rpm, found.torque, found.stable, "torque")
+    below.set(xlabel=axes.get_xlabel(), ylabel="torque in\nthe gear (N m)", ylim=(0.0, None))
     axes.tick_params(labelbottom=False)
     axes.xaxis.label.set_visible(False)
 

@@ -250,9 +250,11 @@ def test_a_loop_and_a_coupling_are_reported_with_bode_plot_and_run_up(tmp_path):
     # what the page begins with is the train: the loop gives way, so that its error is below that of the equation
     assert largest["of"] == "whole drive train"
     assert largest["peak_rad"] == max(row["peak_train_rad"] for row in train["steady"])
-    assert (
-        largest["peak_rad"] < results["reduction"]["peak_rad"] == max(r["peak_equation_rad"] for r in train["steady"])
-    )
+    reduced = results["reduction"]["oscillation_rad"]
+    assert largest["peak_rad"] < max(row["peak_equation_rad"] for row in train["steady"])
+    assert reduced == pytest.approx(
+        max(row["peak_equation_rad"] for row in train["steady"]), rel=1e-6
+    )  # no mean torque
     # a slow pass meets the steady curve, beside what the integral of the loop takes to accelerate motor and load
     low, high = results["speed_range_rad_per_s"]
     inertia, rate = 5e-4 + 1.0 / 50.0**2, (high - low) / train["run_up"]["seconds"]

@@ -141,7 +141,8 @@ def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str
         lines.append(f"  hysteresis: {ends}{', the error ' if ways else ''}{' and '.join(ways)}{beyond}")
     if not data["hysteresis_bands"]:
         lines.append("  hysteresis: none")
-    lines.append(f"  {data['harmonics']} harmonics; those left out hold {number(data['left_out_relative'], 2)}")
+    share = number(data["left_out_relative"], 2)
+    lines.append(f"  {data['harmonics']} harmonics; more of them would change the error by about {share} of its size")
     lines += [f"  {WHAT_X_IS}"]
     lines += [f"  note: {remark}" for remark in data["remarks"]]
     return "\n".join(lines if output is None else [*lines, f"  written: {output}"])

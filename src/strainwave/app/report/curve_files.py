@@ -48,11 +48,17 @@ def speed_columns(speeds: Speeds, omega: Floats) -> list[tuple[str, Floats]]:
 
 
 def exact_columns(speeds: Speeds, curve: Branch) -> list[tuple[str, Floats]]:
-    """Columns of a response curve in arc order: speed, largest |x|, first harmonics of x, stability."""
+    """Columns of a response curve in arc order: speed, oscillation, largest |x|, first harmonics of x, stability."""
     most = min(9, curve.coefficients.shape[1] // 2)
     harmonics = [(f"amplitude_{k}_rad", curve.amplitude(k)) for k in range(1, most + 1)]
     stable = ("stable", curve.stable.astype(float))
-    return [*speed_columns(speeds, curve.omega), ("peak_x_rad", curve.peak), *harmonics, stable]
+    return [
+        *speed_columns(speeds, curve.omega),
+        ("oscillation_of_x_rad", curve.oscillation),
+        ("peak_x_rad", curve.peak),
+        *harmonics,
+        stable,
+    ]
 
 
 def drive_columns(speeds: Speeds, found: DriveResponse) -> list[tuple[str, Floats]]:

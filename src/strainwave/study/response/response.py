@@ -65,6 +65,11 @@ class ExactResponse(Result):
         visited = self.visited()
         return int(visited[np.argmax(self.curve.peak[visited])]) if len(visited) else None
 
+    def largest_oscillation(self) -> int | None:
+        """Number of the stable point with the largest |x - mean| that a sweep visits; None where there is no sweep."""
+        visited = self.visited()
+        return int(visited[np.argmax(self.curve.oscillation[visited])]) if len(visited) else None
+
     def visited(self) -> NDArray[np.int64]:
         """Numbers of the stable points that a slow run-up or run-down visits; empty where there is no sweep."""
         return np.empty(0, np.int64) if self.sweep is None else np.union1d(self.sweep.run_up, self.sweep.run_down)

@@ -17,6 +17,7 @@ from .states import states
 from .transient import motion
 
 SEEDS = 33
+CLOSE = 1e-9  # relative difference of amplitudes at one crest
 PER_CYCLE = 64  # samples of the fastest component: a peak between them is right to 1e-3
 
 
@@ -68,6 +69,7 @@ def _assembled(curve: Curve, arcs: list[Arc], trivial: tuple[tuple[float, bool],
             kept.append(b)
         branches.append(_branch(curve, np.array(kept), arc.closed))
     branches.sort(key=lambda branch: float(np.max(branch.amplitude)), reverse=True)
+    crests = tuple(tops)
     for branch in branches:
         i = int(np.argmax(branch.amplitude))
         tops.append((float(branch.omega[i]), float(branch.amplitude[i])))
@@ -75,6 +77,8 @@ def _assembled(curve: Curve, arcs: list[Arc], trivial: tuple[tuple[float, bool],
     folds.sort()
     counts = f"{len(branches)} branch(es), {len(folds)} fold(s)"
     message = f"{counts}, largest amplitude {peak[1]:.6g} rad at omega = {peak[0]:.6g} rad/s"
+    if all(abs(size - peak[1]) > CLOSE * peak[1] for _, size in crests):
+        message += ", an end of a branch and no peak: it may rise further outside the range"
     born = ", ".join(f"{curve.split(point)[1]:.6g}" for arc in arcs for point in arc.born)
     stops = ", ".join(f"{curve.split(point)[1]:.6g}" for arc in arcs for point in arc.stops)
     message += f"; begins at a = 0 at omega = {born} rad/s" if born else ""

@@ -167,7 +167,7 @@ class SlowResponse(Result):
     folds, fold_amplitudes : tuple of float
         Speeds [rad/s] at which two states merge, where the drive jumps, ascending, and the amplitudes [rad] there.
     peak : (float, float)
-        Speed [rad/s] and amplitude [rad] of the highest point.
+        Speed [rad/s] and amplitude [rad] of the highest point; where that is an end of a branch, `message` says it.
     trivial : tuple of (float, bool)
         Where a = 0 is a steady state too: the speeds [rad/s] of the seeding grid and whether it is stable there.
     message : str

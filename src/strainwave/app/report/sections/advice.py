@@ -80,8 +80,10 @@ def _about(view: View, avoid: Avoid) -> Sentence | str:
     cases, said = view.analysis.load_cases, ""
     if cases:
         ends = f"{number(cases[0].torque)} to {number(cases[-1].torque)} N·m"
-        each = Sentence("; ").join(_of_case(view, case) for case in cases)
-        said = f"These speeds are for every torque of the load from {ends}: " + each + ". "
+        some = [case for case in cases if case.bands]
+        none = f" No speed of its own is to be avoided at {_torques(cases)} N·m." if len(some) < len(cases) else ""
+        each = ": " + Sentence("; ").join(_of_case(view, case) for case in some) if some else ""
+        said = f"These speeds are for every torque of the load from {ends}" + each + "." + none + " "
     if avoid.largest_passed is None:
         return said
     met = _ranges(view, avoid.passed) + " " + Speed() if avoid.passed else "no speed"
@@ -95,8 +97,12 @@ def _about(view: View, avoid: Avoid) -> Sentence | str:
 
 def _of_case(view: View, case: LoadCase) -> Sentence:
     """Speeds to avoid under one torque of the load."""
-    bands = _ranges(view, case.bands) if case.bands else Sentence("none")
-    return f"at {number(case.torque)} N·m " + bands
+    return f"at {number(case.torque)} N·m " + _ranges(view, case.bands)
+
+
+def _torques(cases: tuple[LoadCase, ...]) -> str:
+    """Torques [N*m] without speeds to avoid."""
+    return ", ".join(number(case.torque) for case in cases if not case.bands)
 
 
 def _ranges(view: View, bands: tuple[tuple[float, float], ...]) -> Sentence:

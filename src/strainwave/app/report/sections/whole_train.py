@@ -173,26 +173,28 @@ def _run_data(ramp: Ramp) -> dict[str, Any]:
 
 
 def reduction(view: View) -> dict[str, Any] | None:
-    """What the error equation makes of the drive in place of its train; None without a curve of that."""
+    """What the error equation makes of the drive in place of its train; None without a curve of that.
+
+    The oscillations are compared: the mean holds the wind-up of a loop, which that equation has not.
+    """
     curve, exact = view.analysis.train_curve, view.analysis.exact
-    at = None if curve is None else curve.response.largest()
-    here = exact.largest()
+    at, here = None if curve is None else curve.response.largest_oscillation(), exact.largest_oscillation()
     if curve is None or at is None or here is None:
         return None
     motor = "a free motor" if view.project.motor == "free" else "an ideally held motor"
     under = under_load(view.project.mean_load_torque if view.analysis.load_cases else None)
-    whole, reduced = float(curve.response.curve.peak[at]), float(exact.curve.peak[here])
+    whole, reduced = float(curve.response.curve.oscillation[at]), float(exact.curve.oscillation[here])
     fast, slow = float(curve.response.curve.omega[at]), float(exact.curve.omega[here])
     apart = max(abs(np.log(reduced / whole)), abs(np.log(slow / fast))) > np.log1p(APART)
     return {
-        **sizes(reduced),
+        **sizes(reduced, "oscillation"),
         **view.place(slow),
-        "peak_relative_to_train": reduced / whole,
+        "oscillation_relative_to_train": reduced / whole,
         "speed_relative_to_train": slow / fast,
         "far_apart": bool(apart),
         "sentence": Sentence(
-            f"The error equation, with {motor} and a rigid load, is a reduction of the drive train: its largest steady "
-            f"|error|{under} is {{}} at {{}}, {_times(reduced / whole, 'as large as that', ' that')} of the "
+            f"The error equation, with {motor} and a rigid load, is a reduction of the drive train: the largest "
+            f"oscillation of its error{under} is {{}} at {{}}, {_times(reduced / whole, 'as large as that', ' that')} of the "
             f"train, at {_times(slow / fast, 'the same speed', ' the speed')}.",
             Angle(reduced),
             Speed(slow, digits=5),
