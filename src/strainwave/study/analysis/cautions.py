@@ -42,7 +42,7 @@ def cautions(found: Any) -> Iterator[str]:
         if not case.transient.status:
             text = f" ({case.name}) the simulation from rest {case.transient.message}."
             yield "At " + Speed(case.omega, digits=5) + text
-    if found.by_load and found.drive.response.method != "integration" and not searched(found.system.law):
+    if found.load_cases and found.drive.response.method != "integration" and not searched(found.system.law):
         yield (
             "Motions that do not join the response curve are looked for at the ends of the speed range under the mean "
             "load torque alone; for those of another torque give it as the mean."
