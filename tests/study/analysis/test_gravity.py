@@ -9,10 +9,11 @@ import pytest
 from click.testing import CliRunner
 from scipy.integrate import solve_ivp
 
+import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.files.reading import read_project
 from strainwave.study.analysis.avoid import speeds_to_avoid
-from strainwave.study.analysis.load_range import LoadCase, load_cases, over_all
+from strainwave.study.analysis.load_range import LoadCase, load_cases, over_all, searched
 from strainwave.study.analysis.train_curve import train_curve
 from strainwave.study.response.resonances import operating_point
 
@@ -112,3 +113,11 @@ def test_the_bands_of_a_range_of_torques_hold_the_largest_error_of_run_ups_at_ra
         speed, size = run_up(payload)
         peak = speed[np.argmax(size)] / RPM
         assert any(low <= peak <= high for low, high in bands), f"payload at {payload:.2f} rad: {peak * RPM:.0f} rpm"
+
+
+def test_under_the_torques_of_a_range_a_gap_or_a_memory_is_spared_the_search_for_other_motions():
+    hysteresis = sw.BoucWen(1e4, 0.0, 1e-4)
+    assert searched(sw.PiecewiseLinear(6.7e4, 1.1e5, 1.2e5, 29.0, 108.0))
+    assert not searched(sw.Backlash(1e5, 5e-5))
+    assert not searched(sw.Play(5e-5, sw.Linear(1e5)))
+    assert not searched(sw.Parallel(sw.Linear(1e5), hysteresis))

@@ -73,18 +73,6 @@ def test_a_point_listed_twice_neither_ends_a_sweep_nor_makes_it_jump(twice):
     assert {*values[told.run_up].tolist()} == {*values[told.run_down].tolist()} == {*values.tolist()}
 
 
-def test_the_crests_of_x_and_of_its_oscillation_at_one_speed_are_one_point():
-    ratio = 0.05  # under a constant torque as well: both crests of a linear drive are at sqrt(1 - 2 ratio^2)
-    linear = sw.Oscillator(1.0, 2.0 * ratio, sw.Linear(1.0), sw.Harmonic(0.1, mean=0.3), 1.0)
-    curve = sw.frequency_response(linear, (0.8, 1.2), harmonics=3)
-    top = math.sqrt(1.0 - 2.0 * ratio**2)
-    assert np.sum(np.abs(curve.omega / top - 1.0) < 1e-4) == 1
-    assert np.min(np.diff(curve.omega)) > 1e-6
-    told = sw.jumps(curve)
-    assert not told.on_run_up
-    assert not told.on_run_down
-
-
 @pytest.mark.compiled
 def test_a_sweep_of_the_amplitude_jumps_at_its_folds():
     sweep = sw.parameter_response(HARDENING._replace(omega=1.2), "excitation.amplitude", (0.0, 0.5))

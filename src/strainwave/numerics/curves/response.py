@@ -83,7 +83,7 @@ def frequency_response(
     """
     system = periodic("frequency_response", checked(system), period)
     lo, hi = frequencies(span)
-    branch = response_curve(system, lo, hi, harmonics, period, points)
+    branch = response_curve(system, lo, hi, harmonics, period, points, Coexisting())
     if throw and not branch.status.found:
         raise SolveError(branch.message)
     return branch
@@ -100,10 +100,13 @@ def frequencies(span: Any) -> tuple[float, float]:
 
 
 def response_curve(
-    system: Any, lo: float, hi: float, harmonics: int | None, period: int, points: int
+    system: Any, lo: float, hi: float, harmonics: int | None, period: int, points: int,
+    others: Coexisting | None,
 ) -> Branch:  # fmt: skip
-    """Response curve of a checked system."""
-    return response_curves([system], lo, hi, harmonics, period, points)[0]
+    """Response curve of a checked system, `others` as of `traced`."""
+    leaf = leaf_of(system, "omega")
+    system = with_leaf(system, leaf, (lo * hi) ** 0.5)
+    return _described(*traced_points(system, leaf, lo, hi, harmonics, period, points, others))
 
 
 def response_curves(
@@ -115,12 +118,11 @@ def response_curves(
 
     def traced(system: Any) -> Any:
         system = with_leaf(system, leaf, (lo * hi) ** 0.5)
-        return traced_points(system, leaf, lo, hi, harmonics, period, points)
+        return traced_points(system, leaf, lo, hi, harmonics, period, points, Coexisting())
 
     def described(curve: Any, tail: Tail) -> Branch:
         problem, found, _, origin = curve
-        branch = describe(problem, "omega", found, tail, origin)
-        return with_others(problem, branch, found.elsewhere, remarks(problem, found, branch), FOLLOWED)
+        return _described(problem, found, tail, origin)
 
     # The first compiles, where that is still to do, before threads start.
     curves = [traced(systems[0]), *each(traced, systems[1:])]
@@ -130,8 +132,20 @@ def response_curves(
     return [described(curves[0], tails[0]), *each(described, curves[1:], tails[1:])]
 
 
+def _described(problem: Any, found: Trace, tail: Tail | None, origin: str) -> Branch:
+    branch = describe(problem, "omega", found, tail, origin)
+    return with_others(problem, branch, found.elsewhere, remarks(problem, found, branch), FOLLOWED)
+
+
 def traced_points(
-    system: Any, leaf: int, lo: float, hi: float, harmonics: int | None, period: int, points: int
+    system: Any,
+    leaf: int,
+    lo: float,
+    hi: float,
+    harmonics: int | None,
+    period: int,
+    points: int,
+    others: Coexisting | None,
 ) -> tuple[Any, Trace, Tail | None, str]:
     """The balance problem of a curve, its points, the size of the last harmonics, and how it was found.
 
@@ -144,13 +158,13 @@ def traced_points(
         return balance_of(system, leaf, leaf, h, period)
 
     if harmonics is None:
-        return traced(problem_with, lo, hi, (h, most), CURVE, points, lambda tail: tail.worst)
-    return traced(problem_with, lo, hi, (h, h), CURVE, points)
+        return traced(problem_with, lo, hi, (h, most), CURVE, points, others, lambda tail: tail.worst)
+    return traced(problem_with, lo, hi, (h, h), CURVE, points, others)
 
 
 def traced(
     problem_with: Callable[[int], Balance], lo: float, hi: float, harmonics: tuple[int, int], aim: float, points: int,
-    share: Callable[[Tail], float] | None = None, coexisting: bool = True,
+    others: Coexisting | None, share: Callable[[Tail], float] | None = None,
 ) -> tuple[Any, Trace, Tail | None, str]:  # fmt: skip
     """The balance problem of a curve, its points, its tail, and how it was found.
 
@@ -166,23 +180,23 @@ def traced(
         Largest share left out that is negligible.
     points : int
         About how many points to place.
+    others : Coexisting or None
+        Other motions at the ends of the range, and where they were looked for already; None: they are not looked for.
     share : callable, optional
         That share, from the tail. Without it the tail is not looked at: None.
-    coexisting : bool
-        Whether other motions are looked for at the ends of the range.
     """
-    others = Coexisting()
+    known = Coexisting() if others is None else others
 
     def followed(h: int, aim: float) -> tuple[tuple[Any, Trace, Tail | None, str], float]:
-        problem, found, origin = symmetric_across(problem_with(h), lo, hi, 4.0 / points, others)
+        problem, found, origin = symmetric_across(problem_with(h), lo, hi, 4.0 / points, known)
         tail = None if share is None else tail_along(problem, found.points, aim)
         worst = np.inf if found.outcome != END or tail is None or share is None else share(tail)
-        if coexisting and (worst <= aim or found.outcome != END) and others.begin(problem, found):
+        if others is not None and (worst <= aim or found.outcome != END) and others.begin(problem, found):
             return followed(h, aim)  # again, through what coexists
         return (problem, found, tail, origin), worst
 
     problem, found, tail, origin = grown(followed, *harmonics, aim)
-    return problem, with_left_over(problem, found, others), tail, origin
+    return problem, with_left_over(problem, found, known), tail, origin
 
 
 def symmetric_across(

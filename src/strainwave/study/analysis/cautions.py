@@ -6,6 +6,7 @@ from typing import Any
 from ...results import Branch, Status
 from ...sentences import Speed
 from ..response.gear_forces import loses_energy
+from .load_range import searched
 
 DISAGREE = 0.01  # of the largest |x|: more than truncation of the series explains
 
@@ -41,6 +42,11 @@ def cautions(found: Any) -> Iterator[str]:
         if not case.transient.status:
             text = f" ({case.name}) the simulation from rest {case.transient.message}."
             yield "At " + Speed(case.omega, digits=5) + text
+    if found.load_cases and found.drive.response.method != "integration" and not searched(found.system.law):
+        yield (
+            "Motions that do not join the response curve are looked for at the ends of the speed range under the mean "
+            "load torque alone; for those of another torque give it as the mean."
+        )
     if study is not None and study.curve is not None:
         yield from not_exact("The steady curve of the whole drive train", study.curve.response.curve)
     if study is not None and study.left_out is not None:

@@ -146,11 +146,19 @@ def _case(load: LoadRange, torque: float, speeds: Speeds, limit: float | None, h
     system, train = load.at(torque)
     system = system._replace(omega=0.5 * (speeds[0] + speeds[1]))
     point = operating_point(system)
-    spring = depends(system.law) == 1  # with memory the search for other motions takes most of the time
-    curve = train_curve(train, speeds, coexisting=spring) if train is not None and has_curve(train) else None
+    others = searched(system.law)
+    curve = train_curve(train, speeds, coexisting=others) if train is not None and has_curve(train) else None
     if curve is None:
-        curve = of_equation(system, response_through(system, speeds), has_reference)
+        curve = of_equation(system, response_through(system, speeds, coexisting=others), has_reference)
     return LoadCase(torque, curve, speeds_to_avoid(system, curve.response, point, limit))
+
+
+def searched(law: Any) -> bool:
+    """Whether motions that do not join the curve of a torque are looked for at its ends.
+
+    With memory, and with a gap, the search would take most of the time.
+    """
+    return depends(law) == 1 and bool(law.stiffness(0.0) > 0.0)
 
 
 def _between(first: tuple[Speeds, ...], second: tuple[Speeds, ...]) -> Iterator[Speeds]:

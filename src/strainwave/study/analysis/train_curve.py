@@ -16,6 +16,7 @@ from ...numerics.balance.first_order import FirstOrder, first_order
 from ...numerics.balance.fourier import from_blocks, stretched, synthesis
 from ...numerics.balance.rates import rates_at
 from ...numerics.balance.truncation import MATTERS, Tail
+from ...numerics.continuation.coexisting import Coexisting
 from ...numerics.continuation.crests import with_crests
 from ...numerics.continuation.describe import describe
 from ...numerics.continuation.trace import Trace
@@ -162,7 +163,13 @@ def traced_train(
     begin, most = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST, top + 2 * g)
     harmonics = (min(begin, most), most) if given is None else (given, given)
     problem, found, tail, origin = traced(
-        problem_with, *speeds, harmonics, MATTERS, points, lambda t: t.worst if linear else t.share, coexisting
+        problem_with,
+        *speeds,
+        harmonics,
+        MATTERS,
+        points,
+        Coexisting() if coexisting else None,
+        lambda t: t.worst if linear else t.share,
     )
     if tail is None or linear or g == 1:
         return problem, found, tail, origin

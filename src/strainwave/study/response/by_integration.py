@@ -1,7 +1,7 @@
 """The response through a speed range of laws with friction or memory: steady motions by integration, up and down.
 
-Harmonic balance (`frequency_response`) takes these laws too, but their corners make its steps many and small; closed
-orbits of the integrated equation are as exact and come in a fraction of the time.
+Harmonic balance (`frequency_response`) takes these laws too; closed orbits of the integrated equation have no harmonics
+left out.
 """
 
 import math
@@ -26,7 +26,8 @@ HARMONICS = 31
 
 
 def response_through(
-    system: Any, speeds: tuple[float, float], points: int = POINTS, harmonics: int | None = None
+    system: Any, speeds: tuple[float, float], points: int = POINTS, harmonics: int | None = None,
+    coexisting: bool = True,
 ) -> ExactResponse:  # fmt: skip
     """Response through a range of base-angle speeds [rad/s]: by harmonic balance for springs, else by integration.
 
@@ -40,6 +41,8 @@ def response_through(
         About so many, of a spring.
     harmonics : int, optional
         Highest harmonic, of a spring. Default: grown until those left out do not show.
+    coexisting : bool
+        Whether motions of a spring that do not join the curve are looked for at the ends of the range.
 
     Returns
     -------
@@ -47,7 +50,7 @@ def response_through(
         By integration the curve holds the motions of a slow run-up, and `back` those of a run-down where they differ.
     """
     if is_spring(system):
-        return exact_response(system, speeds, points, harmonics)
+        return exact_response(system, speeds, points, harmonics, coexisting)
     start = operating_point(system).start
     up = _sweep(system, np.linspace(*speeds, FIRST), start)
     last = up[-1].end if up[-1].status else start

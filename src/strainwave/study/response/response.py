@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 from ...compile.jit import as_python
 from ...law import is_spring
 from ...numerics.balance.harmonics import grown, highest_order
+from ...numerics.balance.rates import periodic
 from ...numerics.balance.truncation import MATTERS
-from ...numerics.curves.response import frequency_response
+from ...numerics.continuation.coexisting import Coexisting
+from ...numerics.curves.response import frequencies, response_curve
 from ...protocols import lines_of
+from ...quantities import checked
 from ...records import Labelled, Result
 from ...results import Branch, Floats
 from ...sentences import on_screen
@@ -101,19 +104,22 @@ class ExactResponse(Result):
 
 
 def exact_response(
-    system: Any, speeds: tuple[float, float], points: int = POINTS, given: int | None = None
+    system: Any, speeds: tuple[float, float], points: int = POINTS, given: int | None = None, coexisting: bool = True
 ) -> ExactResponse:  # fmt: skip
     """Follow the response through a range of base-angle speeds [rad/s].
 
     The harmonics are those given, or grow until those left out do not show; `curve.tail` says how large these are.
+    Without `coexisting` motions that do not join the curve are not looked for at its ends.
     """
     highest = highest_order(system)
     most = max(MOST, highest + 2)
     harmonics = given or min(most, max(highest, WITH_KINKS) if system.breakpoints() else HARMONICS * highest)
 
+    system, others = periodic("frequency_response", checked(system)), Coexisting() if coexisting else None
+
     def followed(h: int, _: float) -> tuple[Branch, float]:
         with as_python(PLAIN_RUNS):
-            curve = frequency_response(system, speeds, harmonics=h, points=points)
+            curve = response_curve(system, *frequencies(speeds), h, 1, points, others)
         return curve, curve.tail
 
     curve = grown(followed, harmonics, most if given is None else harmonics, MATTERS)

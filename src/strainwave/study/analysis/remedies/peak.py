@@ -9,6 +9,7 @@ from ....compile.jit import as_python
 from ....law import is_spring
 from ....numerics.balance.choice import balance_of
 from ....numerics.balance.truncation import MATTERS
+from ....numerics.continuation.coexisting import Coexisting
 from ....numerics.curves.response import traced
 from ....numerics.stability.second_order import displacement_peaks
 from ....results import Floats
@@ -51,7 +52,7 @@ def _balanced(system: Any, speeds: tuple[float, float], harmonics: int, coexisti
     with as_python(PLAIN_RUNS):
         problem, found, _, _ = traced(
             lambda h: balance_of(middle, leaf, leaf, h), *speeds, (harmonics, harmonics), MATTERS, POINTS,
-            coexisting=coexisting,
+            Coexisting() if coexisting else None,
         )  # fmt: skip
     if not len(found.points):
         return None
