@@ -140,3 +140,15 @@ def test_a_transient_that_leaves_all_finite_numbers_is_refused_without_warning(s
         warnings.simplefilter("error")
         with pytest.raises(sw.SolveError, match="closer to equilibrium"):
             sw.slow_flow(system, resonance).evolve((start, 0.0), [0.0, 0.5 * end, end])
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("omega", [2.0, 3.01])
+def test_a_forced_motion_that_pumps_the_free_one_is_not_called_valid(order, omega):
+    """Beside 1:2 of a square law the Floquet multipliers of the true motion leave the unit circle."""
+    system = sw.Oscillator(1.0, 0.02, sw.Polynomial((0.0, 1.0, 0.3, 0.1)), sw.Harmonic(2.0), omega)
+    verdict = sw.slow_flow(system, sw.NONRESONANT, order=order).certificate()
+    stable = bool(np.max(np.abs(sw.find_orbit(system).multipliers)) < 1.0)
+    assert verdict.valid == stable
+    assert ("beside a resonance" in verdict.sentence) == (not stable)
