@@ -8,7 +8,7 @@ report read it. `parse` is the only way in for text with units; it refuses what 
 
 from functools import cache
 from math import isfinite
-from numbers import Integral, Real
+from numbers import Complex, Integral, Real
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -221,6 +221,25 @@ def numbers(name: str, values: Any, *, count: int | None = None) -> NDArray[np.f
     if array.ndim != 1 or array.size == 0 or count not in (None, array.size) or not np.all(np.isfinite(array)):
         raise ValueError(f"{name} is {shown(values)}; it must be {count or 'one or more'} finite numbers")
     return array
+
+
+def complex_number(name: str, value: Any) -> complex:
+    """Return a finite complex number of a size up to `LARGEST`, or say that `name` is none."""
+    good = isinstance(value, Complex) and not isinstance(value, bool)
+    if not (good and abs(complex(value)) <= LARGEST):
+        raise ValueError(f"{name} is {shown(value)}; it must be one finite number, real or complex")
+    return complex(value)
+
+
+def complex_numbers(name: str, values: Any) -> NDArray[np.complex128]:
+    """Return finite complex numbers of a size up to `LARGEST` as a new array of any shape, or say what `name` is."""
+    try:
+        array = np.array(values, complex) if values is not None else np.empty(0)
+    except (TypeError, ValueError, OverflowError):
+        array = np.empty(0)
+    if array.size == 0 or not np.all(np.abs(array) <= LARGEST):
+        raise ValueError(f"{name} is {shown(values)}; it must be finite numbers, real or complex")
+    return np.asarray(array)
 
 
 def positive_count(name: str, value: Any, most: int = MOST) -> int:

@@ -287,7 +287,7 @@ def _turn(law: Any, c: tuple[float, ...], a: float) -> float:
         raise ValueError(f"release is {a:g} rad, where {law} is in equilibrium; take another one")
     # (V(u) - V(a))/(u - a): what the energy gains from a to u
     quotient = np.polynomial.Polynomial([sum(c[k] * a ** (k - i) / (k + 1) for k in range(i, 4)) for i in range(4)])
-    turns = [u for u in _real_roots(quotient) if (a - u) * net(a) > 0.0]
+    turns = [u for u in _real_roots(quotient) if u != a and (a > u) == (net(a) > 0.0)]
     if not turns:
         rests, slope = _real_roots(net), net.deriv()
         saddles = ", ".join(f"{u:.6g}" for u in rests if slope(u) < 0.0)

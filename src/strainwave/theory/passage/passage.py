@@ -155,7 +155,7 @@ def _passages(flow: SlowFlow, way: Way, rates: Floats) -> list[Passage]:
     both = np.concatenate([rates, (1.0 - BESIDE) * rates, (1.0 + BESIDE) * rates]) if way.folds else rates
     everything = way.ride(both)
     found = everything.of(np.arange(n))
-    near = np.abs(np.abs(everything.largest.reshape(-1, n)) / np.abs(found.largest) - 1.0)
+    near = np.abs(np.abs(everything.largest.reshape(-1, n)) / np.maximum(np.abs(found.largest), 1e-300) - 1.0)
     firm = np.max(near, axis=0) <= APART
     jumps = way.jumps(rates, found)
     after = settled(way, rates, found, jumps)
@@ -168,7 +168,7 @@ def _passages(flow: SlowFlow, way: Way, rates: Floats) -> list[Passage]:
         x = envelope(way.flow, omega, z)
         error = _error(flow, way, (abs(z[-1]), float(omega[-1]), rate), jumps[i], known)
         hold = after[i]
-        valid = bool(error <= TRUSTED and firm[i])
+        valid = bool(error <= TRUSTED and firm[i] and abs(z[-1]) > 0.0)
         numbers_ = float(abs(z[-1])), float(omega[-1]), float(np.max(x))
         passages.append(
             Passage(
@@ -228,6 +228,8 @@ def _sentence(
     if math.isinf(error) or error > TRUSTED:
         better = "take second order, or integrate" if flow.order == 1 else "integrate"
         verdict = f"not valid: the estimated error is {100.0 * error:.2g} % (limit {100.0 * TRUSTED:.0f} %); {better}"
+    elif found[0] == 0.0:
+        verdict = "not valid: the passage starts at a = 0, which the slow flow never leaves undisturbed; integrate"
     elif not firm:
         verdict = f"not valid: at a rate {100.0 * BESIDE:.0f} % off the largest amplitude is another; integrate"
     else:

@@ -32,7 +32,7 @@ def fixed_points(flow: Flow) -> list[complex]:
         places = flow.fixed_points()
         rough = [complex(z) for z in places[np.isfinite(places)]]
     else:
-        rough = scan(flow) if np.any(flow.setting.hard) else rings(flow)
+        rough = [*scan(flow), *_weak(flow)] if np.any(flow.setting.hard) else rings(flow)
     if flow.setting.mu == 0.0 and len(rough) > MOST_ALONE:
         raise SolveError(
             Sentence(
@@ -51,6 +51,12 @@ def fixed_points(flow: Flow) -> list[complex]:
             continue
         found.append(min((complex(point * c) for c in copies), key=lambda w: (round(abs(np.angle(w)), 9), -w.imag)))
     return sorted(found, key=abs, reverse=True)
+
+
+def _weak(flow: Integrals) -> list[complex]:
+    """The state of a nearly linear drive, whose amplitude may lie below all that `scan` covers; none where a = 0 is."""
+    z = complex(newton_step(flow.jacobian(0j), np.array(complex(flow.rates(0j)))))
+    return [] if is_trivial(flow) or not np.isfinite(z) else [z]
 
 
 def attractor(flow: Flow, z: complex) -> complex | None:
@@ -77,6 +83,8 @@ def is_trivial(flow: Flow) -> bool:
     s = flow.setting
     if s.soft != 0.0:
         return False
+    if isinstance(flow, CubicFlow):
+        return bool(flow.rates(0j) == 0.0)
     return bool(abs(flow.rates(0j)) <= 1e-13 * s.omega_0 * max(s.scales()) + 30.0 * flow.error * abs(_force(flow)))
 
 

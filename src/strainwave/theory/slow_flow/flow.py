@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...quantities import interval, numbers, shown
+from ...quantities import complex_number, interval, numbers, shown
 from ...results import Floats, SolveError
 from ...sentences import Sentence, Speed
 from ..passage.basins import SlowBasins, basins
@@ -29,7 +29,7 @@ from .resonance import NONRESONANT, Resonance
 from .results import Certificate, Evolution, SlowResponse, StatesAtSpeeds, SteadyState
 from .setting import LARGEST
 from .states import states
-from .transient import evolve, motion, times
+from .transient import evolve, rates, steady_motion, times
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +78,13 @@ class SlowFlow:
         """Rate z' [rad/s, complex] of z = a exp(-i phase) [rad, complex; any shape].
 
         Without resonance the phase refers to omega_0 t, otherwise to (p/q) theta.
+
+        Raises
+        ------
+        ValueError
+            If z is not finite, or so large that its rate is not.
         """
-        return self._flow.rates(np.asarray(z, complex))
+        return rates(self._flow, z)
 
     def steady_states(self) -> list[SteadyState]:
         """Every fixed point of the slow flow at the system's omega, by descending amplitude.
@@ -169,6 +174,8 @@ class SlowFlow:
         ------
         ValueError
             If y0 is not two finite numbers, or t does not increase.
+        SolveError
+            If the slow flow has no start at y0, or leaves every finite amplitude; at second order below 0.5 omega_0.
         """
         start = numbers("y0 = (x [rad], x' [rad/s])", y0, count=2)
         return evolve(self._flow, (float(start[0]), float(start[1])), times(self._flow, t))
@@ -179,7 +186,7 @@ class SlowFlow:
         Parameters
         ----------
         t : float or (n,) array_like
-            Increasing times [s], not negative.
+            Increasing times [s], not negative. `evolve` says too whether the transient is valid.
         """
         asked, start = numbers("t [s]", t), numbers("y0 = (x [rad], x' [rad/s])", y0, count=2)
         if not asked[0] >= 0.0:
@@ -193,11 +200,11 @@ class SlowFlow:
 
         At second order with the small harmonics of the waveform: the mean, 2, 3, 5 times the fast angle, and so on.
         """
-        return motion(self._flow, z, np.asarray(t, float))
+        return steady_motion(self._flow, z, t)
 
     def attractor(self, z: complex) -> complex | None:
         """Steady z [rad] on which a transient ends that has come to `z`; None where two are about equally near."""
-        return attractor(self._flow, z)
+        return attractor(self._flow, complex_number("z [rad]", z))
 
     def basins(self, *, size: float | None = None, points: int = 41) -> SlowBasins:
         """On which steady state the motions from a grid of z end, at the system's omega.

@@ -1,5 +1,6 @@
 """Multiple scales of first and second order for any law: `slow_flow` makes the slow flow of a resonance."""
 
+from numbers import Integral
 from typing import Any
 
 from ...law import check_law
@@ -50,13 +51,14 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
     ----------
     Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 2.3.3 and 4.1.1-4.1.4.
     """
-    if not isinstance(order, int) or isinstance(order, bool) or order not in (1, 2):
+    if not isinstance(order, Integral) or isinstance(order, bool) or order not in (1, 2):
         raise ValueError(f"order is {shown(order)}; multiple scales are there at first and second order: give 1 or 2")
     if not (isinstance(resonance, tuple) and len(resonance) == 2):
         raise TypeError(f"resonance is {shown(resonance)}; it must be a Resonance(p, q) such as PRIMARY")
     resonance = Resonance(*resonance).checked()
     system = repeating("slow_flow", with_parts("slow_flow", system, "J", "B", "law", "excitation", "omega", "error"))
     check_law("law", system.law)
+    order = int(order)
     flow = _flow(system, resonance, order)
     s = flow.setting
     if s.resonance.ratio is not None and not flow.phase_matters():

@@ -1,6 +1,7 @@
 """The resonances that multiple scales can treat: p omega near q omega_0, with omega the speed of the base angle."""
 
 from fractions import Fraction
+from numbers import Integral
 from typing import NamedTuple
 
 
@@ -24,21 +25,22 @@ class Resonance(NamedTuple):
         return None if self == (0, 0) else Fraction(self.p, self.q)
 
     def checked(self) -> "Resonance":
-        """Return the resonance in lowest terms.
+        """Return the resonance in lowest terms, with Python's own integers.
 
         Raises
         ------
         ValueError
             If p or q is not a positive integer (or both 0).
         """
-        if self == (0, 0):
-            return self
-        if not all(isinstance(n, int) and n > 0 for n in self):
+        whole = all(isinstance(n, Integral) and not isinstance(n, bool) for n in self)
+        if whole and self == (0, 0):
+            return NONRESONANT
+        if not (whole and all(n > 0 for n in self)):
             raise ValueError(
                 f"Resonance({self.p!r}, {self.q!r}) must have two positive integers, as in p omega ~ q omega_0; "
                 "use strainwave.NONRESONANT where nothing resonates"
             )
-        ratio = Fraction(self.p, self.q)
+        ratio = Fraction(int(self.p), int(self.q))
         return Resonance(ratio.numerator, ratio.denominator)
 
     def __str__(self) -> str:

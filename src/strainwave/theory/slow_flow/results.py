@@ -93,6 +93,13 @@ class Evolution:
         Slow amplitude a [rad, 0-to-peak] and phase lag [rad, continuous] of the component near omega_0.
     x, rate : (n,) arrays
         Dynamic error x [rad] and x' [rad/s] put together from all components.
+    error : float
+        Estimated relative error of the instantaneous frequency and decay, at its largest: of x that times the number
+        of radians passed. It is what the slow flow's rates miss in the equation averaged over the fast angle.
+    valid : bool
+        Whether `error` is at most 10 % and the small harmonics stay smaller than the motion.
+    message : str
+        The verdict in one sentence.
     """
 
     t: Floats
@@ -100,12 +107,15 @@ class Evolution:
     phase: Floats
     x: Floats
     rate: Floats
+    error: float
+    valid: bool
+    message: str = field(repr=False)
 
     def __str__(self) -> str:
         return (
             f"Evolution of the slow flow: {len(self.t)} times, {self.t[0]:.6g} .. {self.t[-1]:.6g} s\n"
             f"  amplitude {self.amplitude[0]:.6g} rad at the start, {self.amplitude[-1]:.6g} rad at the end\n"
-            f"  largest |x| {np.max(np.abs(self.x)):.6g} rad"
+            f"  largest |x| {np.max(np.abs(self.x)):.6g} rad\n  {self.message}"
         )
 
     __repr__ = __str__

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...numerics.integration.marches import first_step
 from ...numerics.integration.steps import dense_output, dopri5_step, error_norm
-from ...quantities import numbers, shown
+from ...quantities import complex_number, complex_numbers, numbers, shown
 from ...results import Floats, SolveError
 from ...sentences import Angle, Sentence, Speed
 from .averaging import AveragedFlow, Sampled
@@ -21,6 +21,7 @@ RTOL, MOST_STEPS = 1e-9, 200_000
 ROUNDS = 8  # of the start of a motion with small harmonics
 SLOWEST = 0.5  # of omega_0: below it what z'' makes of the rates is no correction any more
 DECAY = 256  # pieces in time of a free decay
+ACCEPTED, JUDGED = 0.10, 257  # largest estimated error of a valid transient, and times at which it is estimated
 SAMPLES, MOST_SAMPLES = 32, 1e7  # per period of the fastest component, and in all, where the caller names only the end
 
 
@@ -40,6 +41,25 @@ def evolve(flow: Flow, y0: tuple[float, float], t: Floats) -> Evolution:
                 Speed(s.omega),
             )
         )
+    with np.errstate(all="ignore"):  # what is not finite is refused in a sentence
+        found = _evolved(flow, y0, t)
+        if not (np.all(np.isfinite(found.x)) and np.all(np.isfinite(found.rate))):
+            raise _lost(y0)
+        return found
+
+
+def _lost(y0: tuple[float, float]) -> SolveError:
+    return SolveError(
+        Sentence(
+            f"the slow flow does not reach from x = {{}}, x' = {y0[1]:.6g} rad/s to the end of these times with finite "
+            "amplitudes; start closer to equilibrium, check the signs of damping and stiffness, or integrate",
+            Angle(y0[0]),
+        )
+    )
+
+
+def _evolved(flow: Flow, y0: tuple[float, float], t: Floats) -> Evolution:
+    s = flow.setting
     e, start = s.system.error, float(t[0])
     theta, turn = s.omega * start, complex(np.exp(1j * s.fast * start))
     x = y0[0] - float(e.value(theta)) - s.u0 - float(s.forced(theta))
@@ -48,6 +68,8 @@ def evolve(flow: Flow, y0: tuple[float, float], t: Floats) -> Evolution:
     for _ in range(ROUNDS if flow.small(z0) else 0):  # the small harmonics belong to the start too, and follow z
         off, rate = small_motion(flow, z0, start)
         z0 = _start(flow, x - float(off), v - float(rate), turn)
+    if not np.isfinite(z0):
+        raise _lost(y0)
     fast, angles = np.exp(1j * s.fast * t), s.omega * t
     if len(t) == 1:
         z = np.array([z0])
@@ -59,7 +81,35 @@ def evolve(flow: Flow, y0: tuple[float, float], t: Floats) -> Evolution:
     x_of_t = motion(flow, z, t)
     v_of_t = ((rate + 1j * s.fast * z) * fast).real + s.omega * (s.forced_slope(angles) + e.slope(angles))
     v_of_t = v_of_t + small_motion(flow, z, t)[1]
-    return Evolution(t, np.abs(z), -np.unwrap(np.angle(z)), x_of_t, v_of_t)
+    error, valid, message = _verdict(flow, z, rate)
+    return Evolution(t, np.abs(z), -np.unwrap(np.angle(z)), x_of_t, v_of_t, error, valid, message)
+
+
+def _verdict(flow: Flow, z: Any, rate: Any) -> tuple[float, bool, str]:
+    """Estimated relative error of the frequency along a transient, whether it is valid, and the sentence on it.
+
+    With R(z) as in `second_order` the component on E obeys z'' + (2 i Omega + mu) z' = R(z). What the rates miss of it,
+    z'' from their own change along the way, over 2 |Omega z + z'|, is an error of z'.
+    """
+    s, each = flow.setting, np.unique(np.linspace(0, len(z) - 1, JUDGED).astype(int))
+    z, rate = z[each], rate[each]
+    speed = np.hypot(s.fast * np.abs(z), np.abs(rate))
+    step = 1e-4 / s.omega_0 * rate
+    second = (flow.rates(z + step) - flow.rates(z - step)) * (0.5e4 * s.omega_0)
+    carrier = 2j * s.fast + s.mu
+    if isinstance(flow, SecondOrderFlow):
+        pull = carrier * flow.balance(z)[0]
+    else:  # first order has omega_0 for Omega, and the detuning and the damping to first order
+        pull = 2j * s.omega_0 * (flow.rates(z) + (0.5 * s.mu + 1j * (s.fast - s.omega_0)) * z)
+        pull = pull - (s.omega_0**2 - s.fast**2 + 1j * s.mu * s.fast) * z
+    missed = np.abs(second + carrier * rate - pull) * np.abs(z)
+    error = float(np.max(np.divide(missed, 2.0 * speed**2, out=np.zeros(len(z)), where=speed > 0.0)))
+    sound = bool(np.all(flow.sound(z)))
+    valid = error <= ACCEPTED and sound
+    told = f"the estimated error of its frequency is {100.0 * error:.2g} % (limit {100.0 * ACCEPTED:.0f} %)"
+    told += "" if sound else ", and its small harmonics are larger than the motion"
+    remedy = "" if valid else "; start closer to equilibrium, or integrate"
+    return error, valid, f"the transient is {'valid' if valid else 'not valid'}: {told}{remedy}"
 
 
 def motion(flow: Flow, z: Any, t: Floats) -> Floats:
@@ -70,6 +120,25 @@ def motion(flow: Flow, z: Any, t: Floats) -> Floats:
     return np.asarray(
         s.u0 + (z * np.exp(1j * s.fast * t)).real + small + s.forced(angles) + s.system.error.value(angles)
     )
+
+
+def steady_motion(flow: Flow, z: Any, t: Any) -> Floats:
+    """x(t) [rad] of one steady state at times of any shape; see `SlowFlow.steady_x`."""
+    times_ = numbers("t [s]", np.ravel(t)).reshape(np.shape(t))
+    with np.errstate(all="ignore"):
+        found = motion(flow, complex_number("z [rad]", z), times_)
+    if not np.all(np.isfinite(found)):
+        raise ValueError(f"z is {shown(z)} rad, whose motion is not finite; give a smaller amplitude")
+    return found
+
+
+def rates(flow: Flow, z: Any) -> Any:
+    """Rates [rad/s] of states in an array of any shape; see `SlowFlow.rates`."""
+    with np.errstate(all="ignore"):
+        found = flow.rates(complex_numbers("z [rad]", z))
+    if not np.all(np.isfinite(found)):
+        raise ValueError(f"z [rad] is {shown(z)}, where the rate is not finite; give smaller amplitudes")
+    return found
 
 
 def small_motion(flow: Flow, z: Any, t: Any) -> tuple[Any, Any]:

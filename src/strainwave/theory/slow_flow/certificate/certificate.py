@@ -14,8 +14,10 @@ import numpy as np
 
 from ....results import Floats
 from ..fixed_points import Flow, is_stable
+from ..means.memory import remembers
 from ..results import Certificate
-from ..setting import Complexes
+from ..second_order import second_order
+from ..setting import Complexes, Setting
 from .balance import Balance, balance_of, corrected
 
 ACCEPTED = 0.10
@@ -47,9 +49,25 @@ def certify(flow: Flow, z: complex, order: int) -> Certificate:
         amplitude, float(at_speed.phase[0]) if found else None, shift, float(at_phase.waveform[0]),
         float(at_speed.amplitude[0]) if found else None,
     )  # fmt: skip
-    valid = converged and largest <= ACCEPTED
+    pumped = z == 0.0 and _pumped(s)
+    valid = converged and largest <= ACCEPTED and not pumped
     sentence = _sentence(flow, z, (order, valid, converged, turn is not None), numbers, small)
+    if pumped:
+        sentence += "; the speed lies beside a resonance, which decides on stability: give its Resonance(p, q)"
     return Certificate(str(s.resonance), order, valid, *numbers, *small, flow.error, sentence)
+
+
+def _pumped(s: Setting) -> bool:
+    """Whether the forced motion can feed a small free one where no resonance was asked for.
+
+    The free part then has a harmonic c of its own near -omega_0. With pumping q z* the growth rate is positive where
+    q^2 > mu^2/4 + d^2, d the detuning, and |c/z|^2 = q^2/(mu^2/4 + 4 d^2): more than 1/4 wherever it grows.
+    """
+    if s.resonance.ratio is not None or not s.orders or remembers(s.system.law):
+        return False
+    force, tiny = second_order(s).force, 1e-6 * max(s.scales())
+    with_it, without = force.values(s, tiny + 0j)[0], force.values(s, 0j)[0]
+    return any(abs(a - b) > 0.5 * tiny for (_, a), (_, b) in zip(with_it, without, strict=True))
 
 
 class Smallness(NamedTuple):

@@ -46,7 +46,9 @@ def predictor(flow: Flow, order: int, sample: Any, speeds: Any, amplitudes: Any)
         raise ValueError(
             f"mu = {s.mu:.6g} 1/s; a predictor needs damping, as without it every error of the start stays: give B"
         )
-    low, high = interval("the range of speeds [rad/s]", speeds or (0.5 * s.omega, 1.5 * s.omega), positive=True)
+    low, high = interval(
+        "the range of speeds [rad/s]", (0.5 * s.omega, 1.5 * s.omega) if speeds is None else speeds, positive=True
+    )
     least, most = _amplitudes(amplitudes)
     fastest = max(s.fast / s.omega * high if s.resonance.ratio else s.fast, high * max(s.orders, default=1))
     time = 2.0 * math.pi / (PER_PERIOD * fastest) if sample is None else number("sample [s]", sample, positive=True)
@@ -61,8 +63,8 @@ def predictor(flow: Flow, order: int, sample: Any, speeds: Any, amplitudes: Any)
 
 def _amplitudes(amplitudes: Any) -> tuple[float, float]:
     """The range of the factor on the torque lines."""
-    least, most = (number("amplitudes (lowest, highest)", a) for a in amplitudes)
-    if not 0.0 <= least < most:
+    least, most = interval("amplitudes", amplitudes)
+    if least < 0.0:
         raise ValueError(f"amplitudes are ({least:.6g}, {most:.6g}); they must be (lowest, highest) from 0 up")
     return least, most
 

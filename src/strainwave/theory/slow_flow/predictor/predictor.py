@@ -11,6 +11,7 @@ import math
 from typing import Any, NamedTuple
 
 from ....compile.jit import kernel
+from ....quantities import shown
 from .forces import LinearDrive, fast_speed, hard, power, turned
 
 OK, BEYOND, JUMP, OUT, INVALID = 0, 1, 2, 3, 4
@@ -34,6 +35,11 @@ SENTENCES = {
     ),
     INVALID: "speed, amplitude or state is not finite and the last valid value is held; check the measurement",
 }
+
+REFUSED_START = (
+    "the start of a predictor has a number that is not finite, or a vibration ten times as large as the certificate "
+    "holds valid; give finite numbers and a smaller z, such as that of a steady state"
+)
 
 
 class PredictorState(NamedTuple):
@@ -270,14 +276,21 @@ class Predictor(NamedTuple):
             a exp(-i phase) [rad] of the component near omega_0, such as `SteadyState.z`; 0 where it is at rest.
         angle : float
             Base angle [rad].
+
+        Raises
+        ------
+        ValueError
+            If one of them is not finite, or z is ten times as large as what the certificate holds valid.
         """
-        omega = clipped(float(omega), self.speeds[0], self.speeds[1])
-        amplitude = clipped(float(amplitude), self.amplitudes[0], self.amplitudes[1])
-        z = complex(z)
+        omega, amplitude, z, angle = float(omega), float(amplitude), complex(z), float(angle)
+        if not (is_finite(omega + amplitude + angle) and max(abs(z.real), abs(z.imag)) <= WILD * self.reach):
+            raise ValueError(REFUSED_START)
+        omega = clipped(omega, self.speeds[0], self.speeds[1])
+        amplitude = clipped(amplitude, self.amplitudes[0], self.amplitudes[1])
         rate, _ = self.force.rate(self.drive, omega, amplitude, z)
         before, one = step_back(self, z, rate, omega, amplitude)
         _, two = step_back(self, before, one, omega, amplitude)
-        return state_of(z, (rate, one, two), float(angle), 0.0, omega, amplitude)
+        return state_of(z, (rate, one, two), angle, 0.0, omega, amplitude)
 
     def update(self, omega: Any, amplitude: Any, state: Any) -> Any:
         """Predict the motion at the next sample.
@@ -326,4 +339,6 @@ class Predictor(NamedTuple):
 
     def meaning(self, flag: int) -> str:
         """Say what a flag means, in one sentence."""
+        if flag not in SENTENCES:
+            raise ValueError(f"flag is {shown(flag)}; a prediction has one of {', '.join(map(str, SENTENCES))}")
         return SENTENCES[int(flag)]
