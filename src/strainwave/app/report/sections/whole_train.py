@@ -194,8 +194,8 @@ def reduction(view: View) -> dict[str, Any] | None:
         "far_apart": bool(apart),
         "sentence": Sentence(
             f"The error equation, with {motor} and a rigid load, is a reduction of the drive train: the largest "
-            f"oscillation of its error{under} is {{}} at {{}}, {_times(reduced / whole, 'as large as that', ' that')} of the "
-            f"train, at {_times(slow / fast, 'the same speed', ' the speed')}.",
+            f"oscillation of its error{under} is {{}} at {{}}, {_times(reduced / whole, 'as large as that', ' that')} "
+            f"of the train, at {_times(slow / fast, 'the same speed', ' the speed')}.",
             Angle(reduced),
             Speed(slow, digits=5),
         ),
