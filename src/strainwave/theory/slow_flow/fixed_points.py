@@ -21,6 +21,7 @@ RING, FINER, MOST_CELLS = 60, 16, 24
 CLEAR = 0.3  # share of the distance to the next fixed point within which a transient is taken to end on one
 POINTS = 10_000  # of the polar grid, all speeds counted, at once
 BESIDE = np.array([[0.9], [1.0], [1.1]])  # times the middle of a cell: its amplitudes and a little more
+EPSILON = float(np.finfo(float).eps)
 MOST_ALONE = 60  # fixed points of an undamped flow; more are a continuum
 
 
@@ -115,8 +116,9 @@ def polish(flow: Flow, z: complex, steps: int = 40) -> complex | None:
         elif size < 1e-9 * abs(best):
             break
         z = z + complex(step) * min(1.0, 0.5 * abs(z) / max(abs(step), 1e-300))
-    # near a fold rounding in the rates alone moves the point by about sqrt(1e-16)
-    return best if size <= 1e-7 * abs(best) else None
+    # near a fold rounding in the rates alone moves the point by about sqrt(1e-16); that of hard lines stays in a small z
+    rounding = EPSILON * float(np.sum(np.abs(flow.setting.hard)))
+    return best if size <= max(1e-7 * abs(best), min(rounding, 1e-3 * abs(best))) else None
 
 
 def newton_step(matrix: Floats, rate: Any) -> Any:
