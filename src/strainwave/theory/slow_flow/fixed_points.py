@@ -116,7 +116,7 @@ def polish(flow: Flow, z: complex, steps: int = 40) -> complex | None:
         elif size < 1e-9 * abs(best):
             break
         z = z + complex(step) * min(1.0, 0.5 * abs(z) / max(abs(step), 1e-300))
-    # near a fold rounding in the rates alone moves the point by about sqrt(1e-16); that of hard lines stays in a small z
+    # near a fold rounding in the rates alone moves the point by about sqrt(1e-16); a small z keeps that of hard lines
     rounding = EPSILON * float(np.sum(np.abs(flow.setting.hard)))
     return best if size <= max(1e-7 * abs(best), min(rounding, 1e-3 * abs(best))) else None
 
