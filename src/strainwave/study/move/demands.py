@@ -10,7 +10,7 @@ from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
 from ...numerics.loading import loaded_state
 from ...protocols import lacking
-from ...quantities import AngularSpeed, Torque
+from ...quantities import AngularSpeed, Torque, number
 from ...results import Floats, SolveError
 from ...units import RPM
 from .path import Path
@@ -28,8 +28,8 @@ class MotorLimits(NamedTuple):
     def check(self) -> None:
         """Refuse limits that are not positive (ValueError)."""
         for name in self._fields:
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"MotorLimits.{name} is {getattr(self, name):g}; it must be positive")
+            if getattr(self, name) != math.inf:
+                number(f"MotorLimits.{name}", getattr(self, name), positive=True)
 
 
 class Demand(NamedTuple):
