@@ -255,7 +255,8 @@ REFUSED = [
     # (J_m N + J_l/N) 4.5 QUARTER/TIME^2 = 0.3475 N m, and TIME sqrt(0.3475/0.3) = 0.6458 s
     ((LEVEL, sw.Trapezoid(QUARTER, TIME)), {"limits": sw.MotorLimits(torque=0.3)},
      r"asks 0.3475 N\*m of the motor at .* s, above its 0.3 N\*m; stretch it from 0.6 s to 0.6458 s or more"),
-    ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"limits": sw.MotorLimits(torque=-1.0)}, r"MotorLimits.torque is -1.0; it must be a positive finite number"),
+    ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"limits": sw.MotorLimits(torque=-1.0)},
+     r"MotorLimits.torque is -1.0; it must be a positive finite number"),
     ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"payload": sw.Payload(100.0, 0.5), "gear": GEAR},
      r"the load pulls with 550.3 N\*m at 90 deg, and SHG-25-100 holds at most 369 N\*m \(momentary torque\)"),
     ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"payload": sw.Payload(-1.0, 0.5)}, "Payload.mass is -1"),

@@ -28,7 +28,7 @@ from .payload import Payload
 from .profiles import path_of
 from .quintic import Quintic
 from .result import Move
-from .settling import settling
+from .settling import WITHIN, settling
 
 ACCURATE = Dopri5(rtol=1e-10, atol=1e-13)
 WINDOW = 60.0 * ARCSEC  # where nothing is given: the accuracy class of a gear
@@ -119,8 +119,9 @@ def move(
     passed: tuple[Pass, ...] = ()
     if crossed:
         smooth = follow(_without_error(mover.train), path, y0, tail, method)
-        ripple = run.pointing()[0] - Quintic.through(smooth.t, *smooth.pointing(), smooth.steps).at(run.t)
-        passed = passes(crossed, mover.train.error, path, run.t, ripple)
+        whole, plain = (Quintic.through(f.t, *f.pointing(), f.steps) for f in (run, smooth))
+        t = whole.dense(WITHIN)
+        passed = passes(crossed, mover.train.error, path, t, whole.at(t) - plain.at(t))
     return _result(mover, path, run, window, spans, passed)
 
 
