@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.app.figures.move import panels
+from strainwave.app.commands import move as move_command
+from strainwave.app.figures.move import move_figure, panels
 from strainwave.study.move.demands import MotorLimits
 
 PROJECT = """\
@@ -79,9 +81,26 @@ def test_the_figure_has_every_peak_and_the_limits_that_are_near(path):
         scale = 180.0 * 3600.0 / np.pi if panel is shown[1] else 1.0
         assert max(reach) == pytest.approx(scale * np.ptp(values), rel=1e-9)
         assert panel.xlim == shown[0].xlim
+    assert 'viewBox="0 0 430 ' in move_figure(move, gear, MotorLimits())  # narrow, for telephones
     labels = {curve.label for panel in shown for curve in panel.curves}
     assert {"speeds to avoid", "largest torque of the motor", "end of the profile"} <= labels
     assert "momentary torque of the gear" not in labels  # far above
+
+
+@pytest.mark.interpreted
+def test_speeds_to_avoid_of_the_analysis_are_added_to_those_given(path, tmp_path, monkeypatch):
+    found = SimpleNamespace(avoid=SimpleNamespace(bands=((100.0, 120.0),)))
+    monkeypatch.setattr(sw.Project, "analyze", lambda *_: found)
+    rough = {"tail": 0.02, "method": sw.Dopri5(rtol=1e-4, atol=1e-7)}
+    monkeypatch.setattr(move_command, "move", lambda *given, **options: sw.move(*given, **options, **rough))
+    run = invoke(path, PART, "-o", tmp_path / "out", "--avoid", "--band", "10 rad/s", "20 rad/s", "--json")
+    assert run.exit_code == 0, run.output
+    bands = json.loads(run.stdout)["speeds_to_avoid"]
+    # the trapezoid has 50 3/2 10 deg/0.05 s = 261.8 rad/s at the motor, reached in a sixtieth of a second
+    rate = 50.0 * np.radians(15.0) / 0.05 * 60.0
+    assert [band["time_s"] for band in bands] == pytest.approx([20.0 / rate, 40.0 / rate], rel=1e-9)
+    assert [band["from_rpm"] for band in bands] == pytest.approx([10.0 * 30.0 / np.pi, 100.0 * 30.0 / np.pi])
+    assert (tmp_path / "out" / "move.svg").read_text().startswith("<svg")
 
 
 WRONG = [

@@ -10,12 +10,11 @@ from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
 from ...numerics.loading import loaded_state
 from ...protocols import lacking
-from ...quantities import AngularSpeed, Torque
+from ...quantities import AngularSpeed, Torque, number
 from ...results import Floats, SolveError
 from ...units import RPM
 from .path import Path
 
-SLOWEST = 10.0  # times as long: little but holding the load is left
 EACH = 16  # samples in a segment: gravity varies little in it
 
 
@@ -28,8 +27,8 @@ class MotorLimits(NamedTuple):
     def check(self) -> None:
         """Refuse limits that are not positive (ValueError)."""
         for name in self._fields:
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"MotorLimits.{name} is {getattr(self, name):g}; it must be positive")
+            if getattr(self, name) != math.inf:
+                number(f"MotorLimits.{name}", getattr(self, name), positive=True)
 
 
 class Demand(NamedTuple):
@@ -47,16 +46,16 @@ class Demand(NamedTuple):
 
 
 def demand_of(train: DriveTrain, path: Path, stretch: float = 1.0) -> Demand:
-    """What a path asks of a train without its elasticity, if it takes so many times as long."""
+    """What a path asks of a train without its elasticity, with the accelerations of one so many times as long."""
     t = path.dense(EACH)
     angle, speed, acceleration = path.at(np.append(np.nextafter(t[:-1], np.inf), t[-1]))
-    speed, acceleration = speed / stretch, acceleration / stretch**2
+    acceleration = acceleration / stretch**2
     end, N = train.load.end(), train.N
     holding = _drag(end.drag, angle, speed) - end.excitation.torque(t)
     passed = holding + (end.J + sum(J for J, _, _ in train.load.chain())) * acceleration
     lost = _drag(train.motor.drag, N * angle, N * speed) + train.friction.torque(passed, N * speed) / N
     given = train.motor.J * N * acceleration + passed / N + lost
-    return Demand(stretch * t, angle, N * speed, holding, given)
+    return Demand(t, angle, N * speed, holding, given)
 
 
 def refuse_impossible(train: DriveTrain, path: Path, gear: Gear | None, limits: MotorLimits) -> None:
@@ -95,16 +94,18 @@ def _refuse_heavy(train: DriveTrain, asked: Demand, gear: Gear | None) -> None:
 
 
 def _stretched(train: DriveTrain, path: Path, most: float) -> str:
-    """By how much to stretch a profile whose torque is too large, by bisection: a longer one takes less."""
+    """By how much to stretch a profile whose torque is too large, by bisection; friction stays that of its speed."""
 
     def too_large(stretch: float) -> bool:
         return float(np.max(np.abs(demand_of(train, path, stretch).motor))) > most
 
-    low, high = 1.0, SLOWEST
-    if too_large(high):
-        return f"in {SLOWEST:g} times the time it still asks too much: take a stronger motor or a larger ratio"
+    if too_large(math.inf):
+        return "without any acceleration it still asks too much: take a stronger motor or a larger ratio"
+    low, high = 1.0, 2.0
+    while too_large(high):
+        low, high = high, 2.0 * high
     for _ in range(50):
-        middle = math.sqrt(low * high)
+        middle = 0.5 * (low + high)
         low, high = (middle, high) if too_large(middle) else (low, middle)
     return f"stretch it from {path.duration:.4g} s to {_up(high * path.duration)} s or more, or take a stronger motor"
 

@@ -4,7 +4,7 @@ A segment is four numbers in the train, however many the path has: none costs ar
 every knot, so that the order of the integration is kept there.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,12 +14,13 @@ from ...model.train.drive_train import DriveTrain, motor_motion
 from ...model.train.motion import Segment
 from ...model.train.train_forms import behind_gear
 from ...numerics.integration.extremes import ends_of
-from ...numerics.integration.methods import Method
+from ...numerics.integration.methods import AdaptiveStep, Method
 from ...numerics.integration.simulate import simulate
-from ...results import Floats, SolveError, largest_between
+from ...results import Floats, SolveError, Status, largest_between
 from ..response.steady import finished_or_interrupted
 from .path import Path
 
+MOST = 3_000_000  # steps in all: a GB of samples
 MEANS = ("pointing^2", "motor torque^2", "gear torque^2", "gear torque^3 turns")
 
 
@@ -70,7 +71,11 @@ class Followed:
     t : (n,) array
         Times [s].
     y, rate : (states, n) arrays
-        States of `Watched` and their rates.
+        States of the train and their rates.
+    work : (powers, n) array
+        Energies [J] since the begin, as `power_names` lists them.
+    means : (4,) array
+        Integrals `MEANS` over the path.
     segment : (n,) int array
         Number of the segment that a sample belongs to.
     """
@@ -79,6 +84,8 @@ class Followed:
     t: Floats
     y: Floats
     rate: Floats
+    work: Floats
+    means: Floats
     segment: NDArray[np.int64]
 
     @property
@@ -86,14 +93,9 @@ class Followed:
         """Numbers of the samples from which a step leads to the next one."""
         return np.flatnonzero(np.diff(self.segment) == 0)
 
-    @property
-    def states(self) -> tuple[Floats, ...]:
-        """States of the train itself."""
-        return tuple(self.y[: len(self.train.state_names())])
-
     def seen(self) -> tuple[Floats, Floats, Floats, Floats]:
         """What `Watched` watches, at the samples (n,)."""
-        values = Watched(self.train).watched(self.t, self.states)
+        values = Watched(self.train).watched(self.t, tuple(self.y))
         error, motor, gear, speed = (np.broadcast_to(value, self.t.shape) for value in values)
         return error, motor, gear, speed
 
@@ -109,9 +111,9 @@ class Followed:
 
     def pointing(self) -> tuple[Floats, Floats, Floats]:
         """Pointing error [rad] at the samples (n,), its rate and the rate of that."""
-        rates = tuple(self.rate[: len(self.states)])
+        rates = tuple(self.rate)
         speed, acceleration = behind_gear(self.train, rates)
-        return self.seen()[0], rates[0] + speed, rates[1] + acceleration
+        return np.asarray(self.train.pointing_error(tuple(self.y))), rates[0] + speed, rates[1] + acceleration
 
 
 def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Method) -> Followed:
@@ -120,25 +122,38 @@ def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Metho
     Raises
     ------
     SolveError
-        If the integration stops before the end, with the reason.
+        If the integration stops before the end, with the reason, or has more steps than memory should hold.
     """
     rest = Segment(path.duration, train.N * path.last, 0.0, 0.0, 0.0)
     segments = [Segment(*row) for row in np.array(path.segments(np.arange(len(path.angle)), train.N)).T.tolist()]
-    knots = [*path.knots.tolist(), path.duration + tail]
-    names = Watched(train).state_names()
-    y = np.append(y0, np.zeros(len(names) - len(y0)))
-    runs = []
+    knots, states = [*path.knots.tolist(), path.duration + tail], len(y0)
+    y = np.append(y0, np.zeros(len(train.power_names()) + len(MEANS)))
+    most = min(MOST, method.max_steps) if isinstance(method, AdaptiveStep) else MOST
+    t, values, rates, means, left = [], [], [], y[-len(MEANS) :], most
     for i, segment in enumerate([*segments, rest]):
-        system = Watched(train._replace(reference=segment))
-        run = finished_or_interrupted(simulate(system, y, (knots[i], knots[i + 1]), method=method))
+        system, span = Watched(train._replace(reference=segment)), (knots[i], knots[i + 1])
+        run = finished_or_interrupted(simulate(system, y, span, method=_within(method, left)))
+        left -= len(run.t)
+        if run.status is Status.TOO_MANY_STEPS or left < 1:
+            raise SolveError(
+                f"the move takes more than {most:,} steps and has come to {run.t[-1]:.4g} of "
+                f"{knots[-1]:.4g} s; give a shorter profile or tail, or a method of less accuracy, such as "
+                "Dopri5(rtol=1e-6)"
+            )
         if not run.status:
             raise SolveError(f"the motion cannot be followed: {run.message}")
-        y = run.y[:, -1]
-        runs.append(run)
-    which = np.repeat(np.arange(len(runs)), [len(run.t) for run in runs])
+        t.append(run.t)
+        values.append(run.y[: -len(MEANS)])
+        rates.append(run.rate[:states])
+        means, y = y[-len(MEANS) :], run.y[:, -1]  # those before the rest at the end
+    which = np.repeat(np.arange(len(t)), [len(part) for part in t])
     columns: Any = [np.array(field)[which] for field in zip(*segments, rest, strict=True)]
-    joined = train._replace(reference=Segment(*columns))
+    joined, whole = train._replace(reference=Segment(*columns)), np.concatenate(values, axis=1)
     return Followed(
-        joined, np.concatenate([run.t for run in runs]), np.concatenate([run.y for run in runs], axis=1),
-        np.concatenate([run.rate for run in runs], axis=1), which,
+        joined, np.concatenate(t), whole[:states], np.concatenate(rates, axis=1), whole[states:], means, which
     )  # fmt: skip
+
+
+def _within(method: Method, steps: int) -> Method:
+    """The method with so many steps at most, where it chooses them."""
+    return replace(method, max_steps=steps) if isinstance(method, AdaptiveStep) else method

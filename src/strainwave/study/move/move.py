@@ -11,16 +11,16 @@ from ...model.gears.life import bearing_life
 from ...model.gears.limits import Finding, check_limits
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import Segment
-from ...numerics.integration.methods import Method
+from ...numerics.integration.methods import Dopri5, Method
 from ...protocols import lines_of
 from ...quantities import interval, number
 from ...results import Floats, SolveError
 from ...sentences import Sentence
 from ...units import ARCSEC, RPM
-from ..train.run import ACCURATE, INPUTS, waiting
+from ..train.run import INPUTS, waiting
 from ..train.state_space import state_space
 from .demands import MotorLimits, refuse_impossible
-from .follow import MEANS, Followed, follow
+from .follow import Followed, follow
 from .mover import Mover, Task, mover_of
 from .passes import Pass, crossings, passes
 from .path import Path
@@ -28,8 +28,9 @@ from .payload import Payload
 from .profiles import path_of
 from .quintic import Quintic
 from .result import Move
-from .settling import settling
+from .settling import WITHIN, settling
 
+ACCURATE = Dopri5(rtol=1e-10, atol=1e-13)
 WINDOW = 60.0 * ARCSEC  # where nothing is given: the accuracy class of a gear
 DECAY = 7.0  # time constants of the slowest vibration after the end: 0.1 % of it is left
 LONGEST = 20.0  # durations of the profile that the run goes on at most
@@ -118,8 +119,9 @@ def move(
     passed: tuple[Pass, ...] = ()
     if crossed:
         smooth = follow(_without_error(mover.train), path, y0, tail, method)
-        ripple = run.pointing()[0] - Quintic.through(smooth.t, *smooth.pointing(), smooth.steps).at(run.t)
-        passed = passes(crossed, mover.train.error, path, run.t, ripple)
+        whole, plain = (Quintic.through(f.t, *f.pointing(), f.steps) for f in (run, smooth))
+        t = whole.dense(WITHIN)
+        passed = passes(crossed, mover.train.error, path, t, whole.at(t) - plain.at(t))
     return _result(mover, path, run, window, spans, passed)
 
 
@@ -156,19 +158,16 @@ def _result(
     mover: Mover, path: Path, run: Followed, window: float, bands: tuple[tuple[float, float], ...],
     passed: tuple[Pass, ...],
 ) -> Move:  # fmt: skip
-    train, names = run.train, run.train.power_names()
+    train = run.train
     error, motor, gear, speed = run.seen()
     peaks = run.peaks()
-    over = np.flatnonzero(run.segment == len(path.angle) - 1)[-1]  # the last sample of the profile
-    integrals = dict(zip(MEANS, run.y[-len(MEANS) :, over], strict=True))
-    rms = [math.sqrt(integrals[name] / path.duration) for name in MEANS[:3]]
+    rms = [math.sqrt(integral / path.duration) for integral in run.means[:3]]
     turned = train.N * path.travel()
-    average = math.cbrt(integrals[MEANS[3]] / turned)
+    average = math.cbrt(run.means[3] / turned)
     rests, settled = _settled(mover, path, run, window)
-    powers = run.y[len(run.states) : -len(MEANS)]
-    energy = np.asarray(train.energy(run.t, run.states))
-    gap = energy - energy[0] - np.sum(powers[:INPUTS], axis=0) + np.sum(powers[INPUTS:], axis=0)
-    scale = max(float(np.max(np.abs(powers))), float(np.max(np.abs(energy))), 1e-300)
+    energy = np.asarray(train.energy(run.t, tuple(run.y)))
+    gap = energy - energy[0] - np.sum(run.work[:INPUTS], axis=0) + np.sum(run.work[INPUTS:], axis=0)
+    scale = max(float(np.max(np.abs(run.work))), float(np.max(np.abs(energy))), 1e-300)
     mean_speed = turned / path.duration
     findings: tuple[Finding, ...] = ()
     if mover.gear is not None:
@@ -207,7 +206,7 @@ def _result(
         bands=bands,
         time_in_bands=tuple(path.time_within(low / train.N, high / train.N) for low, high in bands),
         passes=passed,
-        work={name: float(value) for name, value in zip(names, powers[:, -1], strict=True)},
+        work={name: float(value) for name, value in zip(train.power_names(), run.work[:, -1], strict=True)},
         stored=float(energy[-1] - energy[0]),
         imbalance=float(np.max(np.abs(gap))) / scale,
         remarks=mover.remarks,

@@ -85,6 +85,8 @@ def mover_of(project: Any, gear: Gear | None, limits: MotorLimits | None, payloa
         if not isinstance(payload, Payload):
             raise TypeError(f"payload is {shown(payload)}; give a Payload(mass, radius)")
         train = checked(payload).on(train)
+    if gear is not None and not isinstance(gear, Gear):
+        raise TypeError(f"gear is {shown(gear)}; give a record, such as catalogue.gear('CSG-40-50')")
     own = getattr(project, "motor_limits", None) or MotorLimits()
     return Mover(train, gear or getattr(project, "gear", None), checked_limits(limits) or own, remarks)
 

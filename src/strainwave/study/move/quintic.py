@@ -35,6 +35,10 @@ class Quintic(NamedTuple):
             value = value * s + c[k]
         return np.asarray(value)
 
+    def dense(self, each: int) -> Floats:
+        """Times [s] with so many equal parts in each step, ascending."""
+        return np.asarray((self.begin[:, None] + np.arange(each) / each * self.length[:, None]).ravel())
+
     def at(self, t: Floats) -> Floats:
         """Values at times (m,) [s] within the steps."""
         which = np.clip(np.searchsorted(self.begin, t, side="right") - 1, 0, len(self.begin) - 1)

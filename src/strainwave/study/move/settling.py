@@ -4,7 +4,7 @@ import numpy as np
 
 from .quintic import Quintic
 
-WITHIN = 8  # places in a step at which the error is looked at, beside its ends
+WITHIN = 8  # places in a step at which the error is looked at
 HALVINGS = 60
 
 
