@@ -122,7 +122,7 @@ def over_all(avoid: Avoid | None, cases: tuple[LoadCase, ...]) -> Avoid | None:
         return None
     bands = [band for found in every for band in found.bands]
     for a, b in pairwise(cases):
-        bands += _between(a.bands, b.bands)
+        bands += hulls_between(a.bands, b.bands)
     worst = max(every, key=lambda found: found.largest)
     return replace(every[0], bands=merged(bands), largest=worst.largest, at=worst.at, peaks=worst.peaks)
 
@@ -153,7 +153,7 @@ def _case(load: LoadRange, torque: float, speeds: Speeds, limit: float | None, h
     return LoadCase(torque, curve, speeds_to_avoid(system, curve.response, point, limit))
 
 
-def _between(first: tuple[Speeds, ...], second: tuple[Speeds, ...]) -> Iterator[Speeds]:
+def hulls_between(first: tuple[Speeds, ...], second: tuple[Speeds, ...]) -> Iterator[Speeds]:
     """Hulls of the bands of two torques that belong together: each with the nearest of the other torque."""
     for here, there in ((first, second), (second, first)):
         for band in here:
