@@ -293,7 +293,7 @@ def _scatter(
     return Scatter(shares, quantiles, np.max(table, axis=0), np.mean(np.array(forbidden, float), axis=0), len(drives))
 
 
-def _of_unit(case: Case, cells: Floats, span: Span, rules: Rules) -> tuple[Floats, Floats]:
+def _of_unit(case: Case, cells: Floats, span: Span, rules: Rules) -> tuple[Floats, Any]:
     """Largest oscillation (m,) [rad] of one unit under a load by its main curve, and where it is forbidden."""
     own, _ = under_load(case, span, None)
     lines = [] if rules.margin is None else _lines([case], [own], ())
