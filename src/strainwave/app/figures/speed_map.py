@@ -98,7 +98,7 @@ def campbell(found: SpeedMap, ends: tuple[float, float]) -> Panel:
         panel.line(speed, up, LOADS[at[0]], label, DASHES[at[0]], 2.0 if line.excited else 1.0)
         if at[0] == len(some) - 1:
             panel.notes.append(
-                Note(float(speed[-1]), float(up[-1]) * (0.98 - 0.09 * (line.order % 3)), f"order {line.order}")
+                Note(float(speed[-1]), float(up[-1]) * (0.98 - 0.09 * (int(line.order) % 3)), f"order {line.order:g}")
             )
     panel.ylim = (0.0, 1.05 * largest * unit.factor)
     if not panel.curves:

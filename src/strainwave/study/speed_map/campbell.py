@@ -31,8 +31,8 @@ class CampbellLine(NamedTuple):
     ----------
     load : float
         Torque [N*m] or inertia [kg*m^2].
-    order : int
-        Order on the motor's turn.
+    order : float
+        Order on the motor's turn; that of the output's turn is 1/N.
     mode : int
         Number of the resonance, from 1 on by ascending frequency.
     amplitude : (n,) array
@@ -44,7 +44,7 @@ class CampbellLine(NamedTuple):
     """
 
     load: float
-    order: int
+    order: float
     mode: int
     amplitude: Floats
     speed: Floats
@@ -55,7 +55,7 @@ class CampbellLine(NamedTuple):
         return float(np.interp(amplitude, self.amplitude, self.speed))
 
 
-def campbell(case: Case, largest: float, orders: tuple[int, ...]) -> list[CampbellLine]:
+def campbell(case: Case, largest: float, orders: tuple[float, ...]) -> list[CampbellLine]:
     """Lines of every order that is excited, and of further `orders`, up to a largest amplitude [rad]."""
     excited = orders_of_drive(case)
     amplitude, stiffness = stiffnesses(case, largest)

@@ -55,10 +55,11 @@ class Settling(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What a search adds: curves, motions that no curve has, and the states that led there."""
+    """What a search adds: curves, motions that no curve has, whether all had time to settle, states that led there."""
 
     curves: tuple[Motions, ...]
     loose: tuple[Loose, ...]
+    settled: bool
     seeds: tuple[Settling, ...]
 
 
@@ -87,8 +88,8 @@ def search(
         omega = np.append(omega, [seed.omega for seed in seeds])
         start = np.concatenate([start.reshape(len(given), -1), given], axis=1)
     if not len(omega):
-        return Found((), (), ())
-    ends = _settle(system, omega, start, known)
+        return Found((), (), True, ())
+    ends, whole = _settle(system, omega, start, known)
     curves, kept, new = known, list[Loose](), list[Settling]()
     while len(rest := _unknown(curves, omega, ends)):
         lane = rest[0]
@@ -97,11 +98,11 @@ def search(
         orbit = solved(system, seed, curves[0].branch) if seed.turns and len(new) < FOLLOWED else None
         if orbit is not None and not _on(curves, orbit):
             curves, new = (*curves, follow(system, orbit, span, known[0].every)), [*new, seed]
-        elif orbit is None:
+        elif orbit is None and whole:
             kept.append(Loose(seed.omega, 0.5 * (high - low), _largest_torque(system, seed), seed.turns))
         same = np.abs(ends.lowest - low) + np.abs(ends.highest - high) < SAME * (high - low)
         ends.lost[same & (omega == seed.omega)] = True  # looked at once
-    return Found(curves[len(known) :], tuple(kept), tuple(new))
+    return Found(curves[len(known) :], tuple(kept), whole, tuple(new))
 
 
 class Start(NamedTuple):
@@ -223,8 +224,8 @@ class Ends:
     highest: Floats
 
 
-def _settle(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> Ends:
-    """March the starts until each is on a known motion, or its transients have died."""
+def _settle(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Ends, bool]:
+    """March the starts until each is on a known motion, or its transients have died; whether they had the time."""
     B, J = (system.B, system.J) if isinstance(system, Oscillator) else (system.train.B, system.train.load.end().J)
     turns = 2.0 * J / B * float(np.max(omega)) / (2.0 * np.pi) if B > 0.0 else MOST_TURNS
     longest = int(np.clip(ceil(DECAY * turns), LEAST_TURNS, MOST_TURNS))
@@ -244,7 +245,7 @@ def _settle(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, ..
         places = places[~ends.lost[places] & ~_matches(curves, omega, ends)[places]]
         done += now + SEEN
         now = done
-    return ends
+    return ends, longest >= DECAY * turns
 
 
 def _smooth(system: Any) -> bool:

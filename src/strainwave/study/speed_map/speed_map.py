@@ -17,7 +17,7 @@ from ..analysis.avoid import merged
 from ..analysis.load_range import hulls_between
 from ..analysis.runup import silent
 from .campbell import CampbellLine, campbell
-from .motions import OMEGA, OSCILLATION, TORQUE, UnderLoad
+from .motions import OMEGA, OSCILLATION, TORQUE, UnderLoad, row_at
 from .result import JumpSpeed, Scatter, SpeedMap
 from .rules import Bands, Rules, Span, bands_of, clipped, complement, holds, rules_of
 from .under_load import APART, Case, case_of, extended, under_load
@@ -26,6 +26,7 @@ from .vendor import VendorRule, vendor_rule
 CELLS, LOADS = 500, 9  # speeds of a range, and loads of one
 QUANTILES = (0.05, 0.5, 0.95)
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # spreads the speeds of the search from load to load
+SAME = 0.01  # relative difference of the oscillations of one motion
 NEAR = 0.1  # relative distance at which a peak belongs to a line of the Campbell diagram
 
 Cells = tuple[Floats, Floats, Any, Any]  # oscillation, torque, motions, subharmonic of one load
@@ -40,7 +41,7 @@ def speed_map(
     limit: float | None = None,
     amplification: float | None = None,
     margin: float | None = None,
-    orders: Sequence[int] = (),
+    orders: Sequence[float] = (),
     units: Iterable[Any] = (),
     search: bool = True,
     threads: int | None = None,
@@ -70,8 +71,9 @@ def speed_map(
         Largest oscillation relative to that of quasi-static rotation.
     margin : float, optional
         Separation margin from every resonance as a share of the speed: 0.1 is the 10 % usual for torsional trains.
-    orders : sequence of int
-        Further orders on the motor's turn that the Campbell diagram shows.
+    orders : sequence of float
+        Further orders on the motor's turn that the Campbell diagram shows, as those of `order_map`: 1/N of the output's
+        turn, 2 N + 2 of the tooth mesh.
     units : iterable of Project
         Drives that scatter about this one (`scattered`), for the worst case and quantiles. They are followed along
         their main curve alone.
@@ -108,7 +110,7 @@ def speed_map(
     count = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     cases = [case_of(variant, value, span) for variant, value in zip(variants, values.tolist(), strict=True)]
     found = _all_motions(cases, span, search, count, progress)
-    lines = _lines(cases, found, tuple(int(number("order", k, positive=True)) for k in orders))
+    lines = _lines(cases, found, tuple(number("order", k, positive=True) for k in orders))
     apart = _apart(len(cases))
     bands = [
         bands_of(own, rules, span, _resonances(own, [line for line in lines if line.load == own.load]), apart)
@@ -142,11 +144,17 @@ def cells_of(own: UnderLoad, speeds: Floats) -> Cells:
     """Largest oscillation and torque, number of stable motions and flag of subharmonics (m,) at speeds."""
     oscillation, torque = np.full(len(speeds), -np.inf), np.full(len(speeds), -np.inf)
     motions, subharmonic = np.zeros(len(speeds), np.int64), np.zeros(len(speeds), bool)
+    counted: list[Floats] = []
     for run, slower in own.runs:
         inside = (speeds >= run[0, OMEGA]) & (speeds <= run[-1, OMEGA])
+        rows = row_at(run, speeds)
         for out, column in ((oscillation, OSCILLATION), (torque, TORQUE)):
-            out[inside] = np.maximum(out[inside], np.interp(speeds[inside], run[:, OMEGA], run[:, column]))
-        motions[inside] += 1
+            out[inside] = np.maximum(out[inside], rows[inside, column])
+        new = inside.copy()
+        for other in counted:  # a run-down along the motions of the run-up
+            new &= ~(np.abs(rows[:, OSCILLATION] - other) < SAME * other)
+        counted.append(np.where(inside, rows[:, OSCILLATION], np.nan))
+        motions[new] += 1
         subharmonic[inside] |= slower
     for low, high in own.doubled:
         subharmonic |= (speeds >= low) & (speeds <= high)
@@ -217,7 +225,7 @@ def _all_motions(
     return found
 
 
-def _lines(cases: list[Case], found: list[UnderLoad], orders: tuple[int, ...]) -> list[CampbellLine]:
+def _lines(cases: list[Case], found: list[UnderLoad], orders: tuple[float, ...]) -> list[CampbellLine]:
     """Lines of the Campbell diagram under every load, up to the largest oscillation that any stable motion has."""
     sizes = [float(np.max(run[:, OSCILLATION])) for own in found for run, _ in own.runs]
     largest = max(sizes, default=0.0)
@@ -309,7 +317,7 @@ def _remarks(
         said.append("motions apart from the main curve were not looked for")
     met = {line.order for line in lines if np.any((line.speed >= span[0]) & (line.speed <= span[1]))}
     if idle := sorted({line.order for line in lines} - met):
-        some = ", ".join(map(str, idle))
+        some = ", ".join(f"{order:g}" for order in idle)
         said.append(f"orders that meet no resonance in this range: {some}")
     slow = max(own.quasi_static for own in found)
     if rules.limit is not None and rules.limit < slow:

@@ -22,6 +22,7 @@ from .rules import Span, gaps
 from .search import Found, Settling, search
 
 APART = 0.025  # relative distance of the speeds of the search
+TOO_LIGHT = "the damping is so light that trajectories do not settle: motions apart from the main curve may be missing"
 
 
 class Case(NamedTuple):
@@ -121,7 +122,7 @@ def extended(
     found: Found = search(case, own.curves, speeds, seeds, span)
     whole = UnderLoad(
         own.load, (*own.curves, *found.curves), own.quasi_static, own.jumps, own.doubled, (*own.loose, *found.loose),
-        own.remarks,
+        own.remarks if found.settled else (*own.remarks, TOO_LIGHT),
     )  # fmt: skip
     return whole, found.seeds
 
