@@ -1,10 +1,12 @@
 """One instance of every class of results that can be saved, small enough for the interpreter; import costs nothing."""
 
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
 import strainwave as sw
+from strainwave.files.reading import from_text
 from strainwave.study.analysis.drive_response import of_equation
 from strainwave.study.response.response import ExactResponse
 
@@ -41,6 +43,15 @@ def move():
     return sw.move(train, part, gear=gear, bands=[(1.0, 9.0)], tail=1e-3, method=sw.Dopri5(rtol=1e-4, atol=1e-6))
 
 
+def axis():
+    text = (
+        "gear: {ratio: 50, law: {type: linear, K: 1e5 N*m/rad}}\nmotor: {inertia: 4.5 kg*cm^2}\n"
+        "load: {inertia: 1.3 kg*m^2}\ndamping: {ratio: 3 %}\nspeed: {from: 100 rad/s, to: 180 rad/s, shaft: motor}\n"
+        "excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}\n"
+    )
+    return from_text(text, Path("axis.yaml"))
+
+
 RESULTS = {
     "Trajectory": lambda: sw.simulate(DUFFING, (0.1, 0.0), np.linspace(0.0, 3.0, 11)),
     "Orbit": lambda: branch().folds[0],
@@ -62,6 +73,7 @@ RESULTS = {
     "Bode": lambda: sw.bode(sw.HDC_40_050.train(control=sw.PositionLoop(50.0, 0.5)), np.geomspace(1.0, 1e3, 7)),
     "StateSpace": lambda: sw.state_space(LOOPED),
     "Margins": lambda: sw.margins(LOOPED),
+    "SpeedMap": lambda: sw.speed_map(axis(), speeds=(100.0, 180.0), loads=[-20.0, 0.0], search=False),
     "Exceedance": lambda: sw.Exceedance(1e-4, {"load.inertia": NUMBERS}, 1e-4 * NUMBERS, 90.0 * NUMBERS, 1, None, ()),
 }
 WITHOUT_FIGURE = (

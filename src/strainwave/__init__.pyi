@@ -119,6 +119,12 @@ from .study.response.validity_results import ValidityMap as ValidityMap
 from .study.response.general_validity import validity_in_general as validity_in_general
 from .study.response.validity_results import GeneralValidity as GeneralValidity
 
+# Studies: speed map
+from .study.speed_map.speed_map import speed_map as speed_map
+from .study.speed_map.result import SpeedMap as SpeedMap
+from .study.speed_map.campbell import CampbellLine as CampbellLine
+from .study.speed_map.vendor import VendorRule as VendorRule
+
 # Studies: kinematic error
 from .study.kinematic_error.scan import error_scan as error_scan
 from .study.kinematic_error.scan_results import ErrorScan as ErrorScan
@@ -185,6 +191,7 @@ from .files.project_text import project_text as project_text
 from .files.variants.replaced import replaced as replaced
 from .files.variants.scatter import Exceedance as Exceedance
 from .files.variants.scatter import exceedance as exceedance
+from .files.variants.scatter import scattered as scattered
 from .files.variants.project_sweep import sweep_project as sweep_project
 from .files.move.profile_file import read_profile as read_profile
 from .files.scan_file import ScanFile as ScanFile

@@ -108,9 +108,15 @@ def write(result: Any, labelled: Any, path: Path) -> None:
     data = labelled.copy()
     for name, array in arrays.items():
         if names[name] == own[name] and array.size:
-            data[own[name]] = ([f"{size} of {name}" if size > 1 else "1" for size in array.shape], array)
+            data[own[name]] = (_dimensions(name, array.shape), array)
     with atomic(path) as part:
         WRITERS[path.suffix](_plain(data.assign_attrs({MARK: json.dumps(about)})), part)
+
+
+def _dimensions(name: str, shape: tuple[int, ...]) -> list[str]:
+    """Names of the dimensions of an array that has none of its own, each another one."""
+    plain = [f"{size} of {name}" if size > 1 else "1" for size in shape]
+    return [one if plain.index(one) == i else f"{one}, axis {i}" for i, one in enumerate(plain)]
 
 
 def load(path: str | os.PathLike[str]) -> Any:

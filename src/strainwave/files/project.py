@@ -222,12 +222,30 @@ class Project:
 
     def _under(self, torque: float) -> tuple[Oscillator | VaryingOscillator, DriveTrain | None]:
         """Error equation and whole train under a constant torque [N*m] of the load in place of its range."""
-        excitation, train = with_mean(self.load_torque, torque), self.train
-        if train is not None:
-            train = without_gravity(train)
-            end = train.load.end()
-            train = train._replace(load=train.load.with_end(end._replace(excitation=excitation)))
-        return replace(self, load_torque=excitation, train=train).system(reduced=True), train
+        own = self.under(torque)
+        return own.system(reduced=True), own.train
+
+    def under(self, torque: float) -> "Project":
+        """The project with a constant torque [N*m] of the load in place of its range and of torques of its angle."""
+        excitation = with_mean(self.load_torque, torque)
+
+        def loaded(train: DriveTrain) -> DriveTrain:
+            plain = without_gravity(train)
+            end = plain.load.end()
+            return plain._replace(load=plain.load.with_end(end._replace(excitation=excitation)))
+
+        train, whole = self.train and loaded(self.train), self.whole and loaded(self.whole)
+        return replace(self, load_torque=excitation, mean_range=None, train=train, whole=whole)
+
+    def with_load_inertia(self, J_l: float) -> "Project":
+        """The project with another inertia [kg*m^2] of the load behind all couplings; B and the loop stay."""
+
+        def moved(train: DriveTrain) -> DriveTrain:
+            return train._replace(load=train.load.with_end(train.load.end()._replace(J=J_l)))
+
+        before = 0.0 if self.whole is None else self.drive.J_l - self.whole.load.end().J
+        train, whole = self.train and moved(self.train), self.whole and moved(self.whole)
+        return replace(self, drive=self.drive._replace(J_l=before + J_l), train=train, whole=whole)
 
     def response(self, harmonics: int | None = None) -> DriveResponse:
         """Steady motions of the whole drive through its speeds, with jumps; the pointing error of the load leads.

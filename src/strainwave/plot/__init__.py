@@ -14,3 +14,4 @@ from .ensembles import draw_orbit_diagram as draw_orbit_diagram
 from .ensembles import draw_variability as draw_variability
 from .maps import draw_general_validity as draw_general_validity
 from .maps import draw_validity as draw_validity
+from .speed_maps import draw_speed_map as draw_speed_map

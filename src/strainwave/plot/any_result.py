@@ -10,6 +10,7 @@ from ..study.analysis.drive_response import DriveResponse
 from ..study.move.result import Move
 from ..study.response.response import ExactResponse
 from ..study.response.validity_results import GeneralValidity, ValidityMap
+from ..study.speed_map.result import SpeedMap
 from ..study.train.bode import Bode
 from ..study.train.run import DriveRun
 from ..study.variability.result import Variability
@@ -27,12 +28,14 @@ from .curves import (
 )
 from .ensembles import draw_basins, draw_orbit_diagram, draw_variability
 from .maps import draw_general_validity, draw_validity
+from .speed_maps import draw_speed_map
 
 DRAWN: dict[type, Any] = {
     Branch: draw_branch, Orbit: draw_orbit, Trajectory: draw_trajectory, ExactResponse: draw_response,
     DriveResponse: draw_drive, DriveRun: draw_run, Move: draw_move, SlowResponse: draw_slow_response, Bode: draw_bode,
     Basins: draw_basins, OrbitDiagram: draw_orbit_diagram, Variability: draw_variability,
     ValidityMap: draw_validity, GeneralValidity: draw_general_validity,
+    SpeedMap: draw_speed_map,
 }  # fmt: skip
 
 

@@ -155,6 +155,28 @@ def variability(project: Path, count: int, seed: int, limit: str | None, as_json
     show(project, count, seed, limit, as_json)
 
 
+@cli.command("speed-map")
+@click.argument("project", type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", type=folder_type, required=True,
+    help="Folder for cells.csv, bands.csv, campbell.csv and speed-map.svg.",
+)  # fmt: skip
+@click.option("--loads", help='Mean torques on the load, "LOW:HIGH:COUNT" or "V1,V2": "-60 N*m:0 N*m:9".')
+@click.option("--load-inertias", "inertias", help='Inertias of the load in place of torques: "1 kg*m^2:3 kg*m^2:9".')
+@click.option("--speeds", help='Range of the motor speed, "LOW:HIGH": "500 rpm:4000 rpm". Default: that of the file.')
+@click.option("--limit", help='Largest oscillation, for example "60 arcsec". Default: limit.oscillation of the file.')
+@click.option("--amplification", type=float, help="Largest oscillation relative to that of quasi-static rotation.")
+@click.option("--margin", type=float, help="Separation margin from every resonance, 0.1 for 10 %.")
+@click.option("--units", type=click.IntRange(0, 5000), default=0, help="Drives drawn by the scatter of the file.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of these drives.")
+@json_option
+def speed_map(project: Path, output: Path, **given: Any) -> None:
+    """Say which motor speeds are allowed under every load, from all stable motions of the drive."""
+    from .speed_map import show
+
+    show(project, output, **given)
+
+
 @cli.command()
 @click.argument("project", type=click.Path(path_type=Path))
 @click.argument("profile", nargs=-1)

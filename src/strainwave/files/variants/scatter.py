@@ -1,6 +1,6 @@
 """`exceedance`: how probable it is that a drive whose numbers scatter exceeds its limit somewhere in its speeds."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -155,16 +155,11 @@ def exceedance(
         raise ValueError(f"{project.path.name} has no limit; write for example 'limit: {{oscillation: 60 arcsec}}'")
     if project.train is not None:
         refuse_free(project.train)
-    content: Any = read(project.text).content
-    nominal = {name: nominal_of(content, project.gear, name) for name, _ in project.scatter}
     factors = drawn(project.scatter, count, seed)
     found, at, errors = np.full(count, np.nan), np.full(count, np.nan), dict[str, None]()
-    for i in range(count):
-        values = {
-            name: f"{float(value * factors[name][i])!r} {unit}".rstrip() for name, (value, unit) in nominal.items()
-        }
+    for i, drive in enumerate(_drives(project, factors)):
         try:
-            response = replaced(project, values).response()
+            response = drive.response()
         except SolveError as error:
             errors[str(error)] = None
         else:
@@ -174,6 +169,40 @@ def exceedance(
         progress(i + 1, count)
     rank = None if np.any(np.isnan(found)) else ranking(factors, found, np.random.default_rng(seed))
     return Exceedance(allowed, factors, found, at, seed, rank, tuple(errors))
+
+
+def scattered(project: Project, count: int = 64, seed: int = 0) -> Iterator[Project]:
+    """Draw drives by the scatter of a project file, as `exceedance` does.
+
+    Parameters
+    ----------
+    project : Project
+        With `scatter`.
+    count : int
+        Number of drives; more begin with the same ones.
+    seed : int
+        The same seed gives the same drives.
+
+    Raises
+    ------
+    ValueError
+        If the project has no scatter.
+    """
+    count = positive_count("count", count)
+    if not project.scatter:
+        raise ValueError(f"{project.path.name} has no scatter; write for example 'scatter: {{load.inertia: 5 %}}'")
+    return _drives(project, drawn(project.scatter, count, seed))
+
+
+def _drives(project: Project, factors: dict[str, Floats]) -> Iterator[Project]:
+    """The project with its numbers times the factors (drives,) of each."""
+    content: Any = read(project.text).content
+    nominal = {name: nominal_of(content, project.gear, name) for name in factors}
+    for i in range(len(next(iter(factors.values())))):
+        yield replaced(
+            project,
+            {name: f"{float(value * factors[name][i])!r} {unit}".rstrip() for name, (value, unit) in nominal.items()},
+        )
 
 
 def drawn(scatter: tuple[tuple[str, float], ...], count: int, seed: int) -> dict[str, Floats]:

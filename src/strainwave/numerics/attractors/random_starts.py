@@ -64,10 +64,10 @@ class Search:
 def settled_motions(problem: Any, omegas: Floats) -> Search:
     """Integrate random starts of a harmonic-balance problem's system at each frequency [rad/s] until they settle."""
     system = problem.system
-    boxes = [_box(problem, float(omega)) for omega in omegas]
+    boxes = [box_at(problem, float(omega)) for omega in omegas]
     rng = np.random.default_rng(SEED)
     draws = rng.uniform(size=(4, STARTS))  # the same at every frequency: no result depends on which others there are
-    start = np.concatenate([_starts(box, draws) for box in boxes], axis=1)
+    start = np.concatenate([starts_in(box, draws) for box in boxes], axis=1)
     rate = 0.5 * system.B / system.J
     needed = DECAY * np.max(omegas) / (2.0 * np.pi * rate) if rate > 0.0 else MOST_TURNS
     longest = int(np.clip(needed, LEAST_TURNS, MOST_TURNS))
@@ -103,7 +103,7 @@ def _apart(system: Any, ends: Settled, lanes: Any) -> list[Motion]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Box:
+class Box:
     """Range of x and largest speed of the starts, and the rests (n,) in it with the frequencies (n,) about them."""
 
     low: float
@@ -114,10 +114,11 @@ class _Box:
 
     @property
     def size(self) -> float:
+        """Half of its width [rad]."""
         return 0.5 * (self.high - self.low)
 
 
-def _box(problem: Any, omega: float) -> _Box:
+def box_at(problem: Any, omega: float) -> Box:
     """Where starts at one frequency are drawn from."""
     system, law, mean = problem.system, problem.system.law, float(problem.tau[0])
     middle = carried(law, mean)
@@ -150,7 +151,7 @@ def _box(problem: Any, omega: float) -> _Box:
     calm = about[:-1] > 0.0
     if not np.any(calm):
         rests, about, calm = np.array([middle]), np.array([omega, 0.0]), np.array([True])
-    return _Box(low, high, max(speed, omega * 0.5 * (high - low)), rests[calm], about[:-1][calm])
+    return Box(low, high, max(speed, omega * 0.5 * (high - low)), rests[calm], about[:-1][calm])
 
 
 def _roots(x: Floats, pull: Floats) -> Floats:
@@ -161,7 +162,7 @@ def _roots(x: Floats, pull: Floats) -> Floats:
     return np.unique(x[at] + share * (x[at + 1] - x[at]))
 
 
-def _starts(box: _Box, draws: Floats) -> Floats:
+def starts_in(box: Box, draws: Floats) -> Floats:
     """States (2, starts) from numbers between 0 and 1."""
     half = draws.shape[1] // 2
     even = np.stack([box.low + draws[0] * (box.high - box.low), (2.0 * draws[1] - 1.0) * box.speed])

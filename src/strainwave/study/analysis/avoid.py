@@ -154,7 +154,7 @@ def speeds_to_avoid(
     sweep, curve = response.sweep, response.curve
     forth = Motions(curve.omega[visited], oscillations(curve)[visited], np.diff(visited) == 1)
     at = int(np.argmax(forth.sizes))
-    slow = _slow(system, point)
+    slow = quasi_static(system, point)
     every = [forth]
     if response.back is not None:
         omega = response.back.omega
@@ -201,7 +201,7 @@ def _peaks(every: list[Motions], least: float) -> list[tuple[Motions, int]]:
     return found
 
 
-def _slow(system: Any, point: OperatingPoint) -> float:
+def quasi_static(system: Any, point: OperatingPoint) -> float:
     """Oscillation [rad] of a drive that follows its excitation without inertia."""
     angles = 2.0 * np.pi * np.arange(2048) / 2048
     torque = np.broadcast_to(system.excitation.torque(angles), angles.shape) - point.mean_torque

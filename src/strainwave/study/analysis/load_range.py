@@ -122,7 +122,7 @@ def over_all(avoid: Avoid | None, cases: tuple[LoadCase, ...]) -> Avoid | None:
         return None
     bands = [band for found in every for band in found.bands]
     for a, b in pairwise(cases):
-        bands += _between(a.bands, b.bands)
+        bands += hulls_between(a.bands, b.bands)
     worst = max(every, key=lambda found: found.largest)
     return replace(every[0], bands=merged(bands), largest=worst.largest, at=worst.at, peaks=worst.peaks)
 
@@ -161,7 +161,7 @@ def searched(law: Any) -> bool:
     return depends(law) == 1 and bool(law.stiffness(0.0) > 0.0)
 
 
-def _between(first: tuple[Speeds, ...], second: tuple[Speeds, ...]) -> Iterator[Speeds]:
+def hulls_between(first: tuple[Speeds, ...], second: tuple[Speeds, ...]) -> Iterator[Speeds]:
     """Hulls of the bands of two torques that belong together: each with the nearest of the other torque."""
     for here, there in ((first, second), (second, first)):
         for band in here:

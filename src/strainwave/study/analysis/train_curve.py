@@ -64,7 +64,7 @@ def train_curve(
     coexisting : bool
         Whether motions that do not join the curve are looked for at the ends of the range.
     """
-    system = _at_load(train)
+    system = at_load(train)
     if train.motor.free and system.linear_part() is None:
         return None
     problem, found, tail, origin = traced_train(system, speeds, POINTS, harmonics, coexisting)
@@ -79,13 +79,13 @@ def train_curve(
     except ValueError:  # nothing stable to follow
         return None
     flow, orbits, times = problem.disturbed(points)
-    strain = _strain(system, orbits[:, -1], flow.series(orbits), 2.0 * np.pi / times)
+    strain = strain_of(system, orbits[:, -1], flow.series(orbits), 2.0 * np.pi / times)
     return DriveResponse(response, *strain, not train.motor.free, follows_its_angle(train))
 
 
 def has_curve(train: DriveTrain) -> bool:
     """Whether a train has a curve and needs one: the error equation serves a free motor with gear and rigid load."""
-    return not train.motor.free or (bool(left_out(train)) and _at_load(train).linear_part() is not None)
+    return not train.motor.free or (bool(left_out(train)) and at_load(train).linear_part() is not None)
 
 
 def refuse_free(train: DriveTrain) -> None:
@@ -98,7 +98,8 @@ def refuse_free(train: DriveTrain) -> None:
         )
 
 
-def _at_load(train: DriveTrain) -> AtLoad:
+def at_load(train: DriveTrain) -> AtLoad:
+    """The train without gravity, in coordinates of the load."""
     return AtLoad(without_gravity(train), train.omega)
 
 
@@ -109,7 +110,7 @@ def largest_oscillation(
 
     Without `coexisting` motions that do not join the curve are not looked for.
     """
-    system = _at_load(train)
+    system = at_load(train)
     problem, found, _, _ = traced_train(system, speeds, FEW, harmonics, coexisting)
     if not len(found.points):
         return None
@@ -199,7 +200,7 @@ def _over_a_turn(problem: FirstOrder, found: Trace, g: int) -> tuple[FirstOrder,
     return whole, with_changes(found, points=np.array(points).reshape(-1, whole.size() + 1), elsewhere=elsewhere)
 
 
-def _strain(system: AtLoad, omega: Floats, series: Floats, turn: float) -> tuple[Floats, Floats, Floats]:
+def strain_of(system: AtLoad, omega: Floats, series: Floats, turn: float) -> tuple[Floats, Floats, Floats]:
     """What motions ask of the gear: the largest |x| across it [rad], the largest torque and its cubic mean [N*m].
 
     They repeat after `turn` [rad].

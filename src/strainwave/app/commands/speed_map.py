@@ -1,0 +1,155 @@
+"""`strainwave speed-map`: allowed and forbidden motor speeds of a project under its loads, as tables and a figure."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from ...files.project import Project
+from ...files.reading import read_project
+from ...files.variants.scatter import scattered
+from ...quantities import parse
+from ...study.speed_map.result import SpeedMap
+from ...study.speed_map.speed_map import speed_map
+from ...units import ARCSEC, RPM
+from ..console import WHAT_X_IS, Progress, number, to_json
+from ..figures import speed_map as figures
+from ..figures.svg import figure
+from ..output import staged, write_csv
+
+
+def show(
+    path: Path, output: Path, loads: str | None, inertias: str | None, speeds: str | None, limit: str | None,
+    amplification: float | None, margin: float | None, units: int, seed: int, as_json: bool,
+) -> None:  # fmt: skip
+    """Map a project, write the tables and the figure into a folder, and print the bands.
+
+    Raises
+    ------
+    ProjectError
+        If the project file is invalid.
+    ValueError, SolveError
+        As `speed_map`.
+    click.BadParameter
+        If an option is no quantity.
+    """
+    project = read_project(path)
+    given = {
+        "loads": _range("--loads", loads, "N*m"),
+        "load_inertias": _range("--load-inertias", inertias, "kg*m**2"),
+        "limit": None if limit is None else _quantity("--limit", limit, "rad"),
+    }
+    span = None if speeds is None else tuple(_quantity("--speeds", part, "rad/s") for part in speeds.split(":"))
+    with Progress(project.title) as progress:
+        drives = scattered(project, units, seed) if units else ()
+        found = speed_map(
+            project, speeds=span, amplification=amplification, margin=margin, units=drives, progress=progress.show,
+            **given,
+        )  # fmt: skip
+        progress.show("writing", 1.0)
+        write(found, output)
+    click.echo(to_json(report(project, found)) if as_json else summary(project, found, output))
+
+
+def write(found: SpeedMap, folder: Path) -> None:
+    """Write cells, bands, lines and the figure; the files appear when they are complete."""
+    load, speed = (axis.ravel() for axis in np.meshgrid(found.loads, found.speeds, indexing="ij"))
+    of_load = "load_N_m" if found.load_name == "load torque" else "load_kg_m2"
+    cells = [
+        (of_load, load), ("motor_speed_rpm", speed / RPM), ("oscillation_rad", found.oscillation.ravel()),
+        ("gear_torque_N_m", found.torque.ravel()), ("stable_motions", found.motions.ravel()),
+        ("subharmonic", found.subharmonic.ravel()),
+    ]  # fmt: skip
+    bands = np.array(
+        [(found.loads[i], kind, low / RPM, high / RPM)
+         for kind, every in enumerate((found.forbidden, found.allowed)) for i, some in enumerate(every)
+         for low, high in some]
+    ).reshape(-1, 4)  # fmt: skip
+    lines = [
+        (line.load, line.order, line.mode, a, w / RPM)
+        for line in found.lines
+        for a, w in zip(line.amplitude, line.speed, strict=True)
+    ]
+    table = np.array(lines).reshape(-1, 5)
+    names = (of_load, "order", "resonance", "torsion_amplitude_rad", "motor_speed_rpm")
+    with staged(folder) as part:
+        write_csv(part / "cells.csv", cells)
+        write_csv(part / "bands.csv", list(zip((of_load, "allowed", "from_rpm", "to_rpm"), bands.T, strict=True)))
+        write_csv(part / "campbell.csv", list(zip(names, table.T, strict=True)))
+        panels = figures.panels(found)
+        panels[-1].caption = [f"{found.rule.capitalize()}.", f"{WHAT_X_IS}.", *found.remarks]
+        text = figure([[panel] for panel in panels], figures.HEIGHT, "forbidden speeds, oscillation, Campbell diagram")
+        (part / "speed-map.svg").write_text(text + "\n", encoding="utf-8")
+
+
+def report(project: Project, found: SpeedMap) -> dict[str, Any]:
+    """Return the numbers of the command."""
+    rules = found.rules
+
+    def rpm(bands: Any) -> Any:
+        return bands / RPM
+
+    loads = [
+        {
+            found.load_name.replace(" ", "_"): float(load), "forbidden_rpm": rpm(found.forbidden[i]),
+            "allowed_rpm": rpm(found.allowed[i]), "largest_oscillation_arcsec": np.max(found.oscillation[i]) / ARCSEC,
+            "largest_gear_torque_N_m": np.max(found.torque[i]), "most_stable_motions": int(np.max(found.motions[i])),
+            "subharmonics": bool(np.any(found.subharmonic[i])),
+            "jumps": [{"rpm": j.speed / RPM, "run": "up" if j.up else "down"} for j in found.jumps if j.load == i],
+        }
+        for i, load in enumerate(found.loads)
+    ]  # fmt: skip
+    vendor = [
+        {
+            "f_n_Hz": rule.frequency, "speed_rpm": rule.speed / RPM, "safe_rpm": rpm(rule.safe),
+            "needless_rpm": rpm(rule.needless), "misleading_rpm": rpm(rule.misleading), "sentence": rule.sentence,
+            "meets": rule.meets,
+        }
+        for rule in found.vendor
+    ]  # fmt: skip
+    return {
+        "title": project.title, "shaft": "motor", "load_unit": found.load_unit, "rule": found.rule,
+        "limit_rad": rules.limit, "amplification": rules.amplification, "margin": rules.margin,
+        "allowed_under_every_load_rpm": rpm(found.windows), "loads": loads, "vendor": vendor,
+        "units": None if found.scatter is None else found.scatter.units, "remarks": found.remarks,
+    }  # fmt: skip
+
+
+def summary(project: Project, found: SpeedMap, folder: Path) -> str:
+    """Return the bands as text."""
+    lines = [f"{project.title}: speeds of the motor, {found.rule}"]
+    for i, bands in enumerate(found.forbidden):
+        text = _listed(bands) or "none"
+        jumps = ", ".join(f"{number(j.speed / RPM, 5)} {'up' if j.up else 'down'}" for j in found.jumps if j.load == i)
+        lines.append(
+            f"  {figures.load_text(found, i)}: forbidden {text}" + (f"; jumps at {jumps} rpm" if jumps else "")
+        )
+    lines.append(f"  allowed under every load: {_listed(found.windows) or 'no speed'}")
+    lines += [f"  {sentence}" for sentence in dict.fromkeys(rule.sentence for rule in found.vendor[:1])]
+    lines += [f"  note: {remark}" for remark in found.remarks]
+    return "\n".join([*lines, f"  written: {folder}"])
+
+
+def _listed(bands: Any) -> str:
+    return ", ".join(f"{number(low / RPM, 5)} to {number(high / RPM, 5)} rpm" for low, high in bands)
+
+
+def _quantity(option: str, text: str, unit: str) -> float:
+    try:
+        return parse(text, unit)
+    except ValueError as error:
+        raise click.BadParameter(f"{option}: {error}") from None
+
+
+def _range(option: str, text: str | None, unit: str) -> Any:
+    """Values of LOW:HIGH:COUNT or V1,V2,..., with their unit; None of none."""
+    if text is None:
+        return None
+    if ":" not in text:
+        return [_quantity(option, part, unit) for part in text.split(",")]
+    low, _, rest = text.partition(":")
+    high, _, count = rest.partition(":")
+    if not count.strip().isdigit() or int(count) < 1:
+        raise click.BadParameter(f'{option}: {text!r} has no number of values; write for example "-60 N*m:0 N*m:9"')
+    return np.linspace(_quantity(option, low, unit), _quantity(option, high, unit), int(count))

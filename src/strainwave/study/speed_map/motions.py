@@ -1,0 +1,172 @@
+"""Every stable steady motion of a drive under one load: curves, and how large the error is on them.
+
+A curve is cut into runs of stable motions along which the speed rises or falls only; between its points it is the
+monotonic cubic (PCHIP) over the length of the curve, so that no peak is higher than the points that harmonic balance
+found.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from ...numerics.balance.fourier import synthesis, to_blocks
+from ...results import Branch, Floats
+from ...series import oscillation
+
+SLIGHT = 1e-3  # share of a motion by which it repeats later than what drives it
+FINER = 8  # places on a curve between two of its points
+PER_HARMONIC, FEWEST = 8, 64  # samples of a turn for the extremes of the error
+OMEGA, OSCILLATION, TORQUE, LOW, HIGH = range(5)  # columns of a run
+
+
+class Loose(NamedTuple):
+    """Where a trajectory settled on a motion that no curve has: speed [rad/s], oscillation [rad] and torque [N*m]."""
+
+    omega: float
+    oscillation: float
+    torque: float
+    turns: int
+
+
+@dataclass(frozen=True, eq=False)
+class Motions:
+    """One curve of steady motions.
+
+    Attributes
+    ----------
+    branch : Branch
+        Its points, with stability.
+    torque : (n,) array
+        Largest torque [N*m, output side] in the gear.
+    isolated : bool
+        Whether it is apart from the curve that joins both ends of the range.
+    every : int
+        How often in a turn of the motor all that drives the motions repeats.
+    """
+
+    branch: Branch
+    torque: Floats
+    isolated: bool = False
+    every: int = 1
+
+    @cached_property
+    def subharmonic(self) -> bool:
+        """Whether its motions take longer to repeat than what drives them."""
+        h = self.branch.coefficients.shape[1] // 2
+        waves = np.hypot(self.branch.coefficients[:, 1::2], self.branch.coefficients[:, 2::2])
+        rest = np.arange(1, h + 1) % (self.turns * self.every) > 0
+        return bool(np.max(np.linalg.norm(waves[:, rest], axis=1)) > SLIGHT * np.max(np.linalg.norm(waves, axis=1)))
+
+    @property
+    def turns(self) -> int:
+        """Turns of the motor that a motion takes."""
+        return int(self.branch.period)
+
+    @cached_property
+    def table(self) -> Floats:
+        """Speed, oscillation, torque, least and largest error (n, 5) of every point."""
+        low, high = extremes(self.branch.coefficients)
+        own = self.branch.omega, oscillation(self.branch.coefficients), self.torque, low, high
+        return np.column_stack(own)
+
+    @cached_property
+    def runs(self) -> tuple[Floats, ...]:
+        """Tables (m, 5) of the stable runs of the curve, each with rising speed."""
+        return tuple(finer(self.table[run]) for run in stable_runs(self.branch))
+
+    def at(self, omega: float) -> list[Floats]:
+        """Rows (5,) of the stable motions of this curve at a speed [rad/s]."""
+        return [row_at(run, omega) for run in self.runs if run[0, OMEGA] <= omega <= run[-1, OMEGA]]
+
+
+@dataclass(frozen=True, eq=False)
+class UnderLoad:
+    """What a drive does under one load, over the range of speeds.
+
+    Attributes
+    ----------
+    load : float
+        The load: torque [N*m] or inertia [kg*m^2].
+    curves : tuple of Motions
+        The main curve first.
+    quasi_static : float
+        Oscillation [rad] of a drive that turns slowly.
+    jumps : tuple of (float, bool)
+        Speed [rad/s] of every jump of a slow run-up or run-down, and whether it is of the run-up.
+    doubled : tuple of (float, float)
+        Speeds [rad/s] between which the main curve repeats after more than one turn.
+    loose : tuple of Loose
+        Motions on which trajectories settled and that no curve has.
+    remarks : tuple of str
+        What a reader must know, in sentences.
+    """
+
+    load: float
+    curves: tuple[Motions, ...]
+    quasi_static: float
+    jumps: tuple[tuple[float, bool], ...] = ()
+    doubled: tuple[tuple[float, float], ...] = ()
+    loose: tuple[Loose, ...] = ()
+    remarks: tuple[str, ...] = field(default=())
+
+    @cached_property
+    def runs(self) -> list[tuple[Floats, bool]]:
+        """Every stable run, and whether its motions are subharmonic."""
+        return [(run, curve.subharmonic) for curve in self.curves for run in curve.runs]
+
+    def at(self, omega: float) -> list[Floats]:
+        """Rows of all stable motions at a speed [rad/s]."""
+        return [row for curve in self.curves for row in curve.at(omega)]
+
+
+def extremes(coefficients: Floats) -> tuple[Floats, Floats]:
+    """Least and largest value (n,) over a period of series (n, 2H+1), among samples."""
+    h = coefficients.shape[1] // 2
+    waves = to_blocks(coefficients.T).T @ synthesis(h, max(FEWEST, PER_HARMONIC * h))
+    return np.min(waves, axis=1), np.max(waves, axis=1)
+
+
+def stable_runs(branch: Branch) -> list[NDArray[np.int64]]:
+    """Runs of points of a branch that are stable, their speeds rising; special points may end a run."""
+    special = {o.value for some in (branch.folds, branch.doublings, branch.branch_points) for o in some}
+    marginal = np.array([v in special for v in branch.values], bool)
+    stable, omega = np.asarray(branch.stable, bool), branch.omega
+    runs: list[list[int]] = []
+    heading = 0.0
+    for i in range(len(omega) - 1):
+        step = float(np.sign(omega[i + 1] - omega[i]))
+        whole = (stable[i] or marginal[i]) and (stable[i + 1] or marginal[i + 1]) and (stable[i] or stable[i + 1])
+        if not whole or step == 0.0:
+            heading = 0.0
+            continue
+        if step != heading:
+            runs.append([i])
+        runs[-1].append(i + 1)
+        heading = step
+    return [np.array(run if omega[run[-1]] > omega[run[0]] else run[::-1]) for run in runs]
+
+
+def finer(table: Floats) -> Floats:
+    """A run with more places on it, over the length of the curve."""
+    if len(table) < 3:
+        return table
+    scaled = table / np.maximum(np.ptp(table, axis=0), 1e-300)
+    steps = np.linalg.norm(np.diff(scaled[:, :TORQUE], axis=0), axis=1)
+    kept = np.concatenate([[True], steps > 1e-12])
+    table, steps = table[kept], steps[kept[1:]]
+    if len(table) < 3:
+        return table
+    length = np.concatenate([[0.0], np.cumsum(steps)])
+    places = np.interp(np.arange(FINER * (len(table) - 1) + 1) / FINER, np.arange(len(table)), length)
+    out = np.asarray(PchipInterpolator(length, table)(places))
+    out[0], out[-1] = table[0], table[-1]
+    return out
+
+
+def row_at(run: Floats, omega: Any) -> Floats:
+    """Row (5,) of a run at a speed, or rows (n, 5) at speeds."""
+    return np.stack([np.interp(omega, run[:, OMEGA], run[:, j]) for j in range(run.shape[1])], axis=-1)

@@ -1,0 +1,186 @@
+"""`SpeedMap`: what `speed_map` returns."""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ...records import Labelled, Result
+from ...results import Floats
+from ...sentences import on_screen
+from ...units import ARCSEC, RPM
+from .campbell import CampbellLine
+from .rules import Rules
+from .vendor import VendorRule
+
+
+class JumpSpeed(NamedTuple):
+    """Where a slow run-up (`up`) or run-down jumps: number of the load, and speed of the motor [rad/s]."""
+
+    load: int
+    speed: float
+    up: bool
+
+
+class Scatter(NamedTuple):
+    """The map over units of a drive that scatter.
+
+    Attributes
+    ----------
+    shares : (quantiles,) array
+        Shares of the units.
+    oscillation : (quantiles, loads, speeds) array
+        Quantiles of the largest oscillation [rad]; inf where that share has no stable motion.
+    worst : (loads, speeds) array
+        Largest oscillation [rad] of all units.
+    forbidden : (loads, speeds) array
+        Share of the units for which a speed is forbidden.
+    units : int
+        Number of units.
+    """
+
+    shares: Floats
+    oscillation: Floats
+    worst: Floats
+    forbidden: Floats
+    units: int
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedMap(Result):
+    """Which speeds a drive may run at under each load, from all its stable steady motions.
+
+    The error is the pointing error of the load, its oscillation the largest distance from its mean. Bands are computed
+    from the curves, not from the cells.
+
+    Attributes
+    ----------
+    speeds : (m,) array
+        Speeds of the motor [rad/s] of the cells.
+    loads : (n,) array
+        Mean torques on the load [N*m, a resisting one is negative], or its inertias [kg*m^2].
+    load_name : {"load torque", "load inertia"}
+        Which of the two.
+    oscillation, torque : (n, m) arrays
+        Largest oscillation of the error [rad] and largest torque in the gear [N*m] of all stable motions; inf where
+        none is known.
+    motions : (n, m) int array
+        How many stable motions there are.
+    subharmonic : (n, m) bool array
+        Whether one of them may repeat after more than one turn, or not at all.
+    forbidden, allowed : tuple of (k, 2) arrays
+        For each load, intervals (low, high) of the motor speed [rad/s].
+    windows : (k, 2) array
+        Speeds [rad/s] that are allowed under all loads and those between them.
+    jumps : tuple of JumpSpeed
+        Where slow run-ups and run-downs jump.
+    lines : tuple of CampbellLine
+        Where orders meet resonances, against amplitude.
+    vendor : tuple of VendorRule
+        The vendors' rule under each load; empty where the gear has no stiffness at rest.
+    rules : Rules
+        What forbids a speed.
+    quasi_static : (n,) array
+        Oscillation [rad] when the drive turns slowly.
+    scatter : Scatter or None
+        Quantiles over units, where these were given.
+    remarks : tuple of str
+        What a reader must know.
+    """
+
+    speeds: Floats
+    loads: Floats
+    load_name: str
+    oscillation: Floats
+    torque: Floats
+    motions: NDArray[np.int64]
+    subharmonic: NDArray[np.bool_]
+    forbidden: tuple[Floats, ...]
+    allowed: tuple[Floats, ...]
+    windows: Floats
+    jumps: tuple[JumpSpeed, ...]
+    lines: tuple[CampbellLine, ...]
+    vendor: tuple[VendorRule, ...]
+    rules: Rules
+    quasi_static: Floats
+    scatter: Scatter | None = None
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def load_unit(self) -> str:
+        """Unit of the loads."""
+        return "N*m" if self.load_name == "load torque" else "kg*m^2"
+
+    def is_allowed(self, speed: float, load: float) -> bool:
+        """Whether a motor speed [rad/s] is allowed under a load; between two loads of the map, under both."""
+        near = np.searchsorted(self.loads, load)
+        at = {int(np.clip(near, 0, len(self.loads) - 1)), int(np.clip(near - 1, 0, len(self.loads) - 1))}
+        some = [i for i in at if self.loads[i] == load] or sorted(at)
+        return all(bool(np.any((self.allowed[i][:, 0] <= speed) & (speed <= self.allowed[i][:, 1]))) for i in some)
+
+    def coordinates(self) -> Labelled:
+        """Loads and speeds."""
+        return {"load": ("load", self.loads, self.load_unit), "speed": ("speed", self.speeds, "rad/s")}
+
+    def variables(self) -> Labelled:
+        """Cells, bands, jumps and lines."""
+        grid = ("load", "speed")
+        found: dict[str, Any] = {
+            "oscillation": (grid, self.oscillation, "rad"), "torque": (grid, self.torque, "N*m"),
+            "motions": (grid, self.motions, ""), "subharmonic": (grid, self.subharmonic, ""),
+            "quasi_static": ("load", self.quasi_static, "rad"),
+        }  # fmt: skip
+        for name, some in (("forbidden", self.forbidden), ("allowed", self.allowed)):
+            counts = [len(bands) for bands in some]
+            found[f"{name}_load"] = (name, np.repeat(self.loads, counts), self.load_unit)
+            for j, end in enumerate(("low", "high")):
+                found[f"{name}_{end}"] = (name, np.concatenate(some)[:, j], "rad/s")
+        found["jump_load"] = ("jump", np.array([self.loads[j.load] for j in self.jumps]), self.load_unit)
+        found["jump_speed"] = ("jump", np.array([j.speed for j in self.jumps]), "rad/s")
+        found["jump_up"] = ("jump", np.array([j.up for j in self.jumps], bool), "")
+        if self.scatter is not None:
+            found["quantile"] = (("share", *grid), self.scatter.oscillation, "rad")
+            found["worst"] = (grid, self.scatter.worst, "rad")
+            found["forbidden_share"] = (grid, self.scatter.forbidden, "")
+        return found
+
+    def to_xarray(self) -> xr.Dataset:
+        """Cells over load and speed; bands, jumps, each a table of its own; units in `attrs["units"]`."""
+        found = super().to_xarray()
+        return found if self.scatter is None else found.assign_coords(share=self.scatter.shares)
+
+    def __str__(self) -> str:
+        top = np.unravel_index(
+            np.argmax(np.where(np.isfinite(self.oscillation), self.oscillation, 0.0)), self.motions.shape
+        )
+        lines = [
+            f"SpeedMap: {len(self.loads)} x {len(self.speeds)} cells of {self.load_name} and motor speed, "
+            f"{self.speeds[0]:.6g} to {self.speeds[-1]:.6g} rad/s; {self.rule}",
+            f"  largest oscillation {self.oscillation[top]:.6g} rad at {self.speeds[top[1]]:.6g} rad/s under "
+            f"{self.loads[top[0]]:.6g} {self.load_unit}; up to {self.motions.max()} stable motions",
+            "  allowed under every load: " + (listed_spans(self.windows) or "no speed"),
+        ]
+        lines += [f"  {rule.sentence}" for rule in self.vendor[:1]]
+        return on_screen("\n".join([*lines, *(f"  {remark}" for remark in self.remarks)]))
+
+    __repr__ = __str__
+
+    @property
+    def rule(self) -> str:
+        """What forbids a speed, in words."""
+        rules = self.rules
+        said = []
+        if rules.limit is not None:
+            said.append(f"oscillation above {rules.limit / ARCSEC:.4g} arcsec")
+        if rules.amplification is not None:
+            said.append(f"oscillation above {rules.amplification:g} times that of quasi-static rotation")
+        if rules.margin is not None:
+            said.append(f"nearer than {100.0 * rules.margin:g} % to a resonance")
+        return "forbidden: " + " or ".join(said)
+
+
+def listed_spans(intervals: Floats) -> str:
+    """Intervals of the motor speed in rpm."""
+    return ", ".join(f"{low / RPM:.5g} to {high / RPM:.5g} rpm" for low, high in intervals)

@@ -1,0 +1,292 @@
+"""Motions that do not join the main curve: random starts at speeds spread over the range settle on them.
+
+What a trajectory settles on and no curve has is followed by harmonic balance through the range; where that fails, it is
+kept as it is. Starts at the states of the motions that a neighbouring load has find them again.
+"""
+
+from dataclasses import dataclass
+from math import ceil
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...law import breakpoints_of
+from ...model.oscillator import Oscillator
+from ...model.train.train_forms import AtLoad, own_state, turning
+from ...numerics.attractors.random_starts import box_at, starts_in
+from ...numerics.attractors.settle import SEEN
+from ...numerics.balance.choice import balance_of
+from ...numerics.balance.fourier import from_blocks
+from ...numerics.balance.harmonics import MOST, highest_order
+from ...numerics.balance.one_harmonic import one_harmonic
+from ...numerics.balance.second_order import second_order
+from ...numerics.balance.truncation import tail_along
+from ...numerics.continuation.describe import describe
+from ...numerics.continuation.trace import solve
+from ...numerics.curves.parameter_response import both_ways
+from ...numerics.ensemble.ensemble import lanes_run
+from ...numerics.ensemble.measures import Extremes, Final
+from ...numerics.integration.methods import Dopri5
+from ...numerics.integration.simulate import simulate
+from ...results import Branch, Floats
+from ...tree import leaf_of
+from ..analysis.train_curve import strain_of
+from ..response.resonances import active_orders
+from .motions import HIGH, LOW, OMEGA, OSCILLATION, Loose, Motions, extremes
+
+RANDOM, PHASES, SEED = 4, 4, 14  # random starts at every speed, and phases of every free vibration
+TURNS, FREE = (1, 2, 3), 49  # periods of a line that a free vibration may take, and amplitudes of the backbone
+SAME = 0.03  # of the reach of a motion, by which the ends of one motion differ at most
+DECAY, LEAST_TURNS, MOST_TURNS = 20.0, 64, 3000  # transients die by exp(-20) in the longest time
+STAGES = 4  # shares of that time after which those on known motions end
+ROUGH = 1e-5  # tolerance of the integration: what it leads to is solved again
+POINTS = 60  # about so many of a curve
+ELSEWHERE = 0.1  # of the reach of a trajectory, beyond which harmonic balance has found another motion
+FOLLOWED = 12  # curves at most under one load
+
+
+class Settling(NamedTuple):
+    """A motion to start from: speed [rad/s], state at base angle 0, and its turns."""
+
+    omega: float
+    state: tuple[float, ...]
+    turns: int
+
+
+class Found(NamedTuple):
+    """What a search adds: curves, motions that no curve has, whether all had time to settle, states that led there."""
+
+    curves: tuple[Motions, ...]
+    loose: tuple[Loose, ...]
+    settled: bool
+    seeds: tuple[Settling, ...]
+
+
+def search(
+    case: Any, known: tuple[Motions, ...], speeds: Floats, seeds: tuple[Settling, ...], span: tuple[float, float]
+) -> Found:
+    """Look for stable motions that no known curve has, and follow them.
+
+    Parameters
+    ----------
+    case : Case
+        The drive under its load.
+    known : tuple of Motions
+        Curves that are known.
+    speeds : (n,) array
+        Speeds [rad/s] at which starts are integrated; may be empty.
+    seeds : tuple of Settling
+        Further starts.
+    span : (float, float)
+        Range of speeds [rad/s].
+    """
+    system = case.system
+    omega, start = starts_at(case, speeds) if len(speeds) else (np.empty(0), np.empty((0, 0)))
+    if seeds:
+        given = np.array([seed.state for seed in seeds]).T
+        omega = np.append(omega, [seed.omega for seed in seeds])
+        start = np.concatenate([start.reshape(len(given), -1), given], axis=1)
+    if not len(omega):
+        return Found((), (), True, ())
+    ends, whole = _settle(system, omega, start, known)
+    curves, kept, new = known, list[Loose](), list[Settling]()
+    while len(rest := _unknown(curves, omega, ends)):
+        lane = rest[0]
+        low, high = float(ends.lowest[lane]), float(ends.highest[lane])
+        seed = Settling(float(omega[lane]), tuple(ends.state[:, lane].tolist()), int(ends.period[lane]))
+        orbit = solved(system, seed, curves[0].branch) if seed.turns and len(new) < FOLLOWED else None
+        if orbit is not None and not _on(curves, orbit):
+            curves, new = (*curves, follow(system, orbit, span, known[0].every)), [*new, seed]
+        elif orbit is None and whole:
+            kept.append(Loose(seed.omega, 0.5 * (high - low), _largest_torque(system, seed), seed.turns))
+        same = np.abs(ends.lowest - low) + np.abs(ends.highest - high) < SAME * (high - low)
+        ends.lost[same & (omega == seed.omega)] = True  # looked at once
+    return Found(curves[len(known) :], tuple(kept), whole, tuple(new))
+
+
+class Start(NamedTuple):
+    """A point of a balance problem from which a curve is followed, and the extremes of the error there [rad]."""
+
+    problem: Any
+    point: Floats
+    low: float
+    high: float
+
+
+def solved(system: Any, seed: Settling, main: Branch) -> Start | None:
+    """The orbit on which a trajectory settled, by harmonic balance; None where that finds another or none."""
+    leaf, turns = leaf_of(system, "omega"), seed.turns
+    here = system._replace(omega=seed.omega)
+    h = min(MOST, turns * (main.coefficients.shape[1] // 2))
+    if h < turns * highest_order(system):
+        return None
+    problem: Any = balance_of(here, leaf, leaf, h, turns, folded=False)
+    angles = problem.angles
+    run = simulate(here, seed.state, np.append(angles, 2.0 * angles[-1] - angles[-2]) / seed.omega)
+    if not run.status:
+        return None
+    point = solve(problem, problem.sampled(run.y[:, : len(angles)], seed.omega))
+    if point is None:
+        return None
+    lows, highs = extremes(from_blocks(problem.displacements(point[None]).T).T)
+    x = run.y[0]
+    apart = max(abs(float(np.min(x)) - lows[0]), abs(float(np.max(x)) - highs[0]))
+    return None if apart > ELSEWHERE * float(np.ptp(x)) else Start(problem, point, float(lows[0]), float(highs[0]))
+
+
+def follow(system: Any, start: Start, span: tuple[float, float], every: int) -> Motions:
+    """The curve through a solved motion, inside the range."""
+    found = both_ways(start.problem, start.point, *span, 4.0 / POINTS)
+    tail = tail_along(start.problem, found.points)
+    branch = describe(start.problem, "omega", found, tail, "settled on", locate=False)
+    return Motions(branch, _torque(system, start.problem, branch, found.points), True, every)
+
+
+def _on(curves: tuple[Motions, ...], start: Start) -> bool:
+    """Whether a solved motion is on one of the curves, stable there or not."""
+    omega, least = float(start.point[-1]), SAME * (start.high - start.low)
+    for curve in curves:
+        side = curve.table[:, OMEGA] - omega
+        for i in np.flatnonzero(side[1:] * side[:-1] <= 0.0):
+            share = side[i] / (side[i] - side[i + 1]) if side[i] != side[i + 1] else 0.0
+            row = curve.table[i] + share * (curve.table[i + 1] - curve.table[i])
+            if max(abs(row[LOW] - start.low), abs(row[HIGH] - start.high)) <= least:
+                return True
+    return False
+
+
+def _torque(system: Any, problem: Any, branch: Branch, points: Floats) -> Floats:
+    """Largest torque (n,) [N*m] in the gear on a curve of motions of several turns."""
+    if isinstance(system, AtLoad):
+        flow, orbits, times = problem.disturbed(np.ascontiguousarray(points))
+        turn = 2.0 * np.pi * branch.period / times
+        return strain_of(system, orbits[:, -1], flow.series(orbits), turn)[1]
+    # T + B u' = tau - J x'' of the error equation
+    h = branch.coefficients.shape[1] // 2
+    theta = 2.0 * np.pi * branch.period * np.arange(32 * h) / (32 * h)
+    k = np.arange(1, h + 1) / branch.period
+    waves = np.stack([np.cos(np.outer(k, theta)), np.sin(np.outer(k, theta))], axis=1).reshape(2 * h, -1)
+    bends = -np.repeat(k * k, 2)[:, None] * waves
+    inertia = system.J * branch.omega[:, None] ** 2 * (branch.coefficients[:, 1:] @ bends)
+    return np.asarray(np.max(np.abs(system.excitation.torque(theta) - inertia), axis=1))
+
+
+def starts_at(case: Any, speeds: Floats) -> tuple[Floats, Floats]:
+    """Speeds (lanes,) and states (states, lanes): free vibrations that an order may keep up, and random starts."""
+    equation, system = case.equation, case.system
+    leaf = leaf_of(equation, "omega")
+    problem = second_order(equation, leaf, leaf, highest_order(equation))
+    rng = np.random.default_rng(SEED)
+    draws, phases = rng.random((4, RANDOM)), 2.0 * np.pi * (np.arange(PHASES) + 0.3) / PHASES
+    free = _free(
+        equation, case.point.mean_torque, max((box_at(problem, float(w)).size for w in speeds[[0, -1]]), default=0.0)
+    )
+    orders = active_orders(equation)
+    lanes, some = [], []
+    for omega in speeds.tolist():
+        two = [starts_in(box_at(problem, omega), draws)]
+        for nu in sorted({k * omega / q for k in orders for q in TURNS}):
+            for a in _crossings(free, nu):
+                two.append(np.array([case.point.x + a * np.cos(phases), -a * nu * np.sin(phases)]))
+        both = np.concatenate(two, axis=1)
+        some.append(both)
+        lanes.append(np.full(both.shape[1], omega))
+    states = 2 if isinstance(system, Oscillator) else len(system.train.state_names())
+    start = np.concatenate([np.empty((2, 0)), *some], axis=1)
+    start = np.concatenate([start, np.zeros((states - 2, start.shape[1]))])
+    return np.concatenate([np.empty(0), *lanes]), start
+
+
+def _free(equation: Oscillator, mean: float, reach: float) -> tuple[Floats, Floats]:
+    """Amplitudes [rad] and frequencies [rad/s] of the free vibration by one harmonic, up to the largest of a start."""
+    amplitude = reach * np.geomspace(1e-3, 1.0, FREE)
+    stiffness = one_harmonic(equation.law, mean, amplitude)[1]
+    return amplitude, np.sqrt(np.maximum(stiffness, 0.0) / equation.J)
+
+
+def _crossings(free: tuple[Floats, Floats], nu: float) -> list[float]:
+    """Amplitudes [rad] of the free vibration at a frequency [rad/s]."""
+    amplitude, side = free[0], free[1] - nu
+    at = np.flatnonzero(side[1:] * side[:-1] < 0.0)
+    share = side[at] / (side[at] - side[at + 1])
+    return list((amplitude[at] + share * (amplitude[at + 1] - amplitude[at])).tolist())
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """What became of trajectories: of the last 8 turns."""
+
+    state: Floats
+    period: NDArray[np.int64]
+    lost: NDArray[np.bool_]
+    lowest: Floats
+    highest: Floats
+
+
+def _settle(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Ends, bool]:
+    """March the starts until each is on a known motion, or its transients have died; whether they had the time."""
+    B, J = (system.B, system.J) if isinstance(system, Oscillator) else (system.train.B, system.train.load.end().J)
+    turns = 2.0 * J / B * float(np.max(omega)) / (2.0 * np.pi) if B > 0.0 else MOST_TURNS
+    longest = int(np.clip(ceil(DECAY * turns), LEAST_TURNS, MOST_TURNS))
+    sizes = [float(np.median(curve.table[:, OSCILLATION])) for curve in curves]
+    method = Dopri5(rtol=ROUGH, atol=ROUGH * min(sizes)) if not _smooth(system) else None
+    count = len(omega)
+    ends = Ends(start.copy(), np.zeros(count, np.int64), np.zeros(count, bool), np.zeros(count), np.zeros(count))
+    places, done, now = np.arange(count), 0, longest // STAGES
+    while len(places) and done < longest:
+        found, _ = lanes_run(
+            system, {"omega": omega[places]}, tuple(ends.state[:, places]), periods=SEEN, settle=now,
+            measures=(Extremes(), Final()), method=method, threads=1,
+        )  # fmt: skip
+        ends.state[:, places], ends.period[places] = found["final"].values, found["period"].values
+        ends.lost[places] = found["status"].values != 0
+        ends.lowest[places], ends.highest[places] = found["lowest"].values, found["highest"].values
+        places = places[~ends.lost[places] & ~_matches(curves, omega, ends)[places]]
+        done += now + SEEN
+        now = done
+    return ends, longest >= DECAY * turns
+
+
+def _smooth(system: Any) -> bool:
+    return isinstance(system, Oscillator) and not breakpoints_of(system.law)
+
+
+def _unknown(curves: tuple[Motions, ...], omega: Floats, ends: Ends) -> Any:
+    """Lanes on motions that no curve has: those that settled, and others that reach beyond all known motions."""
+    good = ~ends.lost & ~_matches(curves, omega, ends)
+    rest = [lane for lane in np.flatnonzero(good).tolist() if ends.period[lane] or _beyond(curves, omega, ends, lane)]
+    return np.array(rest, int)
+
+
+def _matches(curves: tuple[Motions, ...], omega: Floats, ends: Ends) -> Any:
+    """Whether each lane is on a motion of these curves."""
+    found = np.zeros(len(omega), bool)
+    for w in np.unique(omega):
+        here = np.flatnonzero(omega == w)
+        for row in (row for curve in curves for row in curve.at(float(w))):
+            apart = np.maximum(np.abs(ends.lowest[here] - row[LOW]), np.abs(ends.highest[here] - row[HIGH]))
+            found[here] |= apart <= SAME * (row[HIGH] - row[LOW])
+    return found
+
+
+def _beyond(curves: tuple[Motions, ...], omega: Floats, ends: Ends, lane: int) -> bool:
+    """Whether a lane that did not settle reaches beyond the largest motion at its speed."""
+    rows = [row for curve in curves for row in curve.at(float(omega[lane]))]
+    if not rows:
+        return True
+    low, high = min(row[LOW] for row in rows), max(row[HIGH] for row in rows)
+    margin = SAME * (high - low)
+    return bool(ends.lowest[lane] < low - margin or ends.highest[lane] > high + margin)
+
+
+def _largest_torque(system: Any, seed: Settling) -> float:
+    """Largest torque [N*m] in the gear over eight turns from a state."""
+    here = system._replace(omega=seed.omega)
+    angles = 2.0 * np.pi * np.arange(8 * 64 + 1) / 64
+    run = simulate(here, seed.state, angles / seed.omega)
+    if not run.status:
+        return float("inf")
+    if isinstance(here, Oscillator):
+        return float(np.max(np.abs(here.excitation.torque(angles) - here.J * np.gradient(run.y[1], run.t))))
+    return float(np.max(np.abs(turning(here).torque(angles, own_state(here, tuple(run.y))))))

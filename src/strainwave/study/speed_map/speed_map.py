@@ -1,0 +1,332 @@
+"""`speed_map`: which motor speeds are allowed under every load, from the nonlinear response of the whole drive."""
+
+import os
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...protocols import lacking
+from ...quantities import interval, number, numbers, positive_count, shown
+from ...results import Floats
+from ...units import ARCSEC
+from ..analysis.avoid import merged
+from ..analysis.load_range import hulls_between
+from ..analysis.runup import silent
+from .campbell import CampbellLine, campbell
+from .motions import OMEGA, OSCILLATION, TORQUE, UnderLoad, row_at
+from .result import JumpSpeed, Scatter, SpeedMap
+from .rules import Bands, Rules, Span, bands_of, clipped, complement, holds, rules_of
+from .under_load import APART, Case, case_of, extended, under_load
+from .vendor import VendorRule, vendor_rule
+
+CELLS, LOADS = 500, 9  # speeds of a range, and loads of one
+QUANTILES = (0.05, 0.5, 0.95)
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # spreads the speeds of the search from load to load
+SAME = 0.01  # relative difference of the oscillations of one motion
+NEAR = 0.1  # relative distance at which a peak belongs to a line of the Campbell diagram
+
+Cells = tuple[Floats, Floats, Any, Any]  # oscillation, torque, motions, subharmonic of one load
+
+
+def speed_map(
+    project: Any,
+    *,
+    speeds: ArrayLike | None = None,
+    loads: ArrayLike | None = None,
+    load_inertias: ArrayLike | None = None,
+    limit: float | None = None,
+    amplification: float | None = None,
+    margin: float | None = None,
+    orders: Sequence[float] = (),
+    units: Iterable[Any] = (),
+    search: bool = True,
+    threads: int | None = None,
+    progress: Callable[[str, float], None] = silent,
+) -> SpeedMap:
+    """Map a drive over motor speed and load: the error, the torque, the motions, and the speeds to keep away from.
+
+    Under each load every stable steady motion is followed through the range: the curve of the whole drive by harmonic
+    balance, and motions apart from it, subharmonics among them, on which random starts settle. A speed is forbidden
+    where the largest of them breaks a rule, and where no stable motion is known.
+
+    Parameters
+    ----------
+    project : Project
+        From `read_project`.
+    speeds : (low, high) or (m,) array_like, optional
+        Range of the motor speed [rad/s], or the cells themselves, ascending. Default: the project's range.
+    loads : (n,) array_like, optional
+        Mean torques on the load [N*m]; a resisting one is negative. Default: 9 over the project's range of loads, or
+        its own one.
+    load_inertias : (n,) array_like, optional
+        Inertias of the load [kg*m^2] in place of torques, as along a robot's reach.
+    limit : float, optional
+        Largest oscillation of the error [rad]. Default, where no rule is given: the project's limit, or else an
+        `amplification` of 2.
+    amplification : float, optional
+        Largest oscillation relative to that of quasi-static rotation.
+    margin : float, optional
+        Separation margin from every resonance as a share of the speed: 0.1 is the 10 % usual for torsional trains.
+    orders : sequence of float
+        Further orders on the motor's turn that the Campbell diagram shows, as those of `order_map`: 1/N of the output's
+        turn, 2 N + 2 of the tooth mesh.
+    units : iterable of Project
+        Drives that scatter about this one (`scattered`), for the worst case and quantiles. They are followed along
+        their main curve alone.
+    search : bool
+        Whether motions apart from the main curve are looked for.
+    threads : int, optional
+        Default: as many as there are processors.
+    progress : callable
+        Told what is done, and which share of all.
+
+    Returns
+    -------
+    SpeedMap
+
+    Raises
+    ------
+    ValueError
+        If a range has no width, a limit is one that no speed meets, or a number is out of range.
+    SolveError
+        If the law cannot carry a load, or no periodic motion is found.
+    TypeError
+        If `project` is none.
+
+    References
+    ----------
+    Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2-4; Nayfeh & Mook 1979, Nonlinear
+    Oscillations, sec. 4.1.1 (jumps).
+    """
+    if lacking(project, "system", "under", "with_load_inertia"):
+        raise TypeError(f"project is {shown(project)}; give what read_project returns")
+    cells, span = _speeds(project, speeds)
+    rules = rules_of(limit, amplification, margin, project.limit)
+    values, name, variants = _loads(project, loads, load_inertias)
+    count = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
+    cases = [case_of(variant, value, span) for variant, value in zip(variants, values.tolist(), strict=True)]
+    found = _all_motions(cases, span, search, count, progress)
+    lines = _lines(cases, found, tuple(number("order", k, positive=True) for k in orders))
+    apart = _apart(len(cases))
+    bands = [
+        bands_of(own, rules, span, _resonances(own, [line for line in lines if line.load == own.load]), apart)
+        for own in found
+    ]
+    _refuse_unreachable(rules, found, bands)
+    table = [cells_of(own, cells) for own in found]
+    oscillation, torque, motions, subharmonic = (np.array([row[i] for row in table]) for i in range(4))
+    return SpeedMap(
+        speeds=cells,
+        loads=values,
+        load_name=name,
+        oscillation=oscillation,
+        torque=torque,
+        motions=motions,
+        subharmonic=subharmonic,
+        forbidden=tuple(one.forbidden for one in bands),
+        allowed=tuple(one.allowed for one in bands),
+        windows=_windows([one.forbidden for one in bands], span),
+        jumps=tuple(JumpSpeed(i, *jump) for i, own in enumerate(found) for jump in own.jumps),
+        lines=tuple(lines),
+        vendor=tuple(_vendor_rules(variants, values, bands, span)),
+        rules=rules,
+        quasi_static=np.array([own.quasi_static for own in found]),
+        scatter=_scatter(units, values, name, cells, span, rules, progress),
+        remarks=_remarks(cases, found, lines, span, rules, search),
+    )
+
+
+def cells_of(own: UnderLoad, speeds: Floats) -> Cells:
+    """Largest oscillation and torque, number of stable motions and flag of subharmonics (m,) at speeds."""
+    oscillation, torque = np.full(len(speeds), -np.inf), np.full(len(speeds), -np.inf)
+    motions, subharmonic = np.zeros(len(speeds), np.int64), np.zeros(len(speeds), bool)
+    counted: list[Floats] = []
+    for run, slower in own.runs:
+        inside = (speeds >= run[0, OMEGA]) & (speeds <= run[-1, OMEGA])
+        rows = row_at(run, speeds)
+        for out, column in ((oscillation, OSCILLATION), (torque, TORQUE)):
+            out[inside] = np.maximum(out[inside], rows[inside, column])
+        new = inside.copy()
+        for other in counted:  # a run-down along the motions of the run-up
+            new &= ~(np.abs(rows[:, OSCILLATION] - other) < SAME * other)
+        counted.append(np.where(inside, rows[:, OSCILLATION], np.nan))
+        motions[new] += 1
+        subharmonic[inside] |= slower
+    for low, high in own.doubled:
+        subharmonic |= (speeds >= low) & (speeds <= high)
+    for omega, size, strain, turns in own.loose:
+        here = int(np.argmin(np.abs(speeds - omega)))
+        oscillation[here], torque[here] = max(oscillation[here], size), max(torque[here], strain)
+        motions[here] += 1
+        subharmonic[here] |= turns != 1
+    unknown = motions == 0
+    return np.where(unknown, np.inf, oscillation), np.where(unknown, np.inf, torque), motions, subharmonic
+
+
+def _speeds(project: Any, speeds: ArrayLike | None) -> tuple[Floats, Span]:
+    """Cells (m,) and range [rad/s]."""
+    given = np.array(project.speeds.limits if speeds is None else speeds, object)
+    if given.shape == (2,):
+        low, high = interval("the range of speeds [rad/s]", tuple(given), positive=True)
+        return np.linspace(low, high, CELLS), (low, high)
+    cells = numbers("speeds [rad/s]", speeds)
+    if len(cells) < 2 or not (np.all(np.diff(cells) > 0.0) and cells[0] > 0.0):
+        raise ValueError(f"speeds are {shown(speeds)}; they must be positive and ascend, or be (low, high)")
+    return cells, interval("the range of speeds [rad/s]", (float(cells[0]), float(cells[-1])), positive=True)
+
+
+def _loads(
+    project: Any, loads: ArrayLike | None, load_inertias: ArrayLike | None
+) -> tuple[Floats, str, list[Any]]:  # fmt: skip
+    """Loads (n,), what they are, and the project under each."""
+    if loads is not None and load_inertias is not None:
+        raise ValueError("loads and load_inertias are both given; give one of them")
+    if load_inertias is not None:
+        values = np.unique(numbers("load_inertias [kg*m^2]", load_inertias))
+        if not values[0] > 0.0:
+            raise ValueError(f"load_inertias are {shown(load_inertias)}; inertias must be positive")
+        mean = project.mean_load_torque
+        return values, "load inertia", [project.with_load_inertia(J).under(mean) for J in values.tolist()]
+    if loads is None:
+        low, high = project.load_torques
+        loads = np.linspace(low, high, LOADS) if low < high else [low]
+    values = np.unique(numbers("loads [N*m]", loads))
+    return values, "load torque", [project.under(torque) for torque in values.tolist()]
+
+
+def _apart(loads: int) -> float:
+    """Relative distance of the speeds of the search: up to twice as large where neighbouring loads have others."""
+    return APART * min(2.0, max(1.0, 0.25 * loads))
+
+
+def _all_motions(
+    cases: list[Case], span: Span, search: bool, threads: int, progress: Callable[[str, float], None]
+) -> list[UnderLoad]:
+    """Motions under every load; those apart from the main curve are tried under the neighbouring loads too."""
+    apart = _apart(len(cases)) if search else None
+
+    def one(i: int) -> Any:
+        result = under_load(cases[i], span, apart, (GOLDEN * i) % 1.0)
+        progress("motions", (i + 1.0) / len(cases))
+        return result
+
+    with ThreadPoolExecutor(threads) as pool:  # the first compiles, where that is still to do, before threads start
+        both = [one(0), *pool.map(one, range(1, len(cases)))]
+    found, seeds = [own for own, _ in both], [some for _, some in both]
+    for way in (range(len(cases)), range(len(cases) - 1, -1, -1)):
+        for before, here in pairwise(way):
+            if seeds[before]:
+                found[here], new = extended(found[here], cases[here], span, np.empty(0), seeds[before])
+                seeds[here] = (*seeds[here], *new)
+    return found
+
+
+def _lines(cases: list[Case], found: list[UnderLoad], orders: tuple[float, ...]) -> list[CampbellLine]:
+    """Lines of the Campbell diagram under every load, up to the largest oscillation that any stable motion has."""
+    sizes = [float(np.max(run[:, OSCILLATION])) for own in found for run, _ in own.runs]
+    largest = max(sizes, default=0.0)
+    return [line for case in cases for line in campbell(case, largest, orders)]
+
+
+def _resonances(own: UnderLoad, lines: list[CampbellLine]) -> list[Span]:
+    """Speeds over which every excited resonance bends: from small amplitudes to the peaks that lie on its line."""
+    tops = []
+    for run, _ in own.runs:
+        at = int(np.argmax(run[:, OSCILLATION]))
+        tops += [run[at]] if run[at, OSCILLATION] > 2.0 * own.quasi_static else []
+    found = []
+    for line in lines:
+        if line.excited:
+            near = [float(top[OMEGA]) for top in tops if abs(top[OMEGA] / line.at(top[OSCILLATION]) - 1.0) < NEAR]
+            found.append((min([float(line.speed[0]), *near]), max([float(line.speed[0]), *near])))
+    return found
+
+
+def _refuse_unreachable(rules: Rules, found: list[UnderLoad], bands: list[Bands]) -> None:
+    """Refuse a limit that no speed meets under any load (ValueError)."""
+    if rules.limit is None or any(len(one.allowed) for one in bands):
+        return
+    least = min(float(np.min(run[:, OSCILLATION])) for own in found for run, _ in own.runs)
+    slow = max(own.quasi_static for own in found)
+    raise ValueError(
+        f"the limit of {rules.limit / ARCSEC:.4g} arcsec is met at no speed: the drive oscillates by at least "
+        f"{least / ARCSEC:.4g} arcsec in the range, and by {slow / ARCSEC:.4g} arcsec where it turns slowly; "
+        "raise the limit, or reduce the kinematic error"
+    )
+
+
+def _windows(forbidden: list[Floats], span: Span) -> Floats:
+    """Speeds allowed under all loads, and between them: what bands of neighbouring loads enclose is forbidden."""
+    every = [tuple((float(a), float(b)) for a, b in bands) for bands in forbidden]
+    spans = [band for bands in every for band in bands]
+    for first, second in pairwise(every):
+        spans += hulls_between(first, second)
+    return complement(clipped(list(merged(spans)), span), span)
+
+
+def _vendor_rules(variants: list[Any], values: Floats, bands: list[Bands], span: Span) -> list[VendorRule]:
+    found = []
+    for variant, value, own in zip(variants, values.tolist(), bands, strict=True):
+        drive = variant.drive
+        K1 = drive.J_l * drive.omega_0_held**2 if variant.gear is None else float(variant.gear.law.stiffness(0.0))
+        if K1 > 0.0:
+            found.append(vendor_rule(value, K1, drive.J_l, own, span))
+    return found
+
+
+def _scatter(
+    units: Iterable[Any], values: Floats, name: str, cells: Floats, span: Span, rules: Rules,
+    progress: Callable[[str, float], None],
+) -> Scatter | None:  # fmt: skip
+    """Quantiles over units, each followed along its main curve."""
+    drives = list(units)
+    if not drives:
+        return None
+    sizes, forbidden = [], []
+    for i, drive in enumerate(drives):
+        inertias = name == "load inertia"
+        variants = _loads(drive, None if inertias else values, values if inertias else None)[2]
+        rows = [
+            _of_unit(case_of(one, load, span), cells, span, rules) for one, load in zip(variants, values, strict=True)
+        ]
+        sizes.append([size for size, _ in rows])
+        forbidden.append([bad for _, bad in rows])
+        progress("units", (i + 1.0) / len(drives))
+    table, shares = np.array(sizes), np.array(QUANTILES)
+    quantiles = np.quantile(table, shares, axis=0, method="higher")
+    return Scatter(shares, quantiles, np.max(table, axis=0), np.mean(np.array(forbidden, float), axis=0), len(drives))
+
+
+def _of_unit(case: Case, cells: Floats, span: Span, rules: Rules) -> tuple[Floats, Any]:
+    """Largest oscillation (m,) [rad] of one unit under a load by its main curve, and where it is forbidden."""
+    own, _ = under_load(case, span, None)
+    lines = [] if rules.margin is None else _lines([case], [own], ())
+    return cells_of(own, cells)[0], holds(bands_of(own, rules, span, _resonances(own, lines), 0.0).forbidden, cells)
+
+
+def _remarks(
+    cases: list[Case], found: list[UnderLoad], lines: list[CampbellLine], span: Span, rules: Rules, search: bool
+) -> tuple[str, ...]:
+    """What a reader must know, each once."""
+    said = [remark for own in found for remark in own.remarks]
+    if not search or not all(case.searched for case in cases):
+        said.append("motions apart from the main curve were not looked for")
+    met = {line.order for line in lines if np.any((line.speed >= span[0]) & (line.speed <= span[1]))}
+    if idle := sorted({line.order for line in lines} - met):
+        some = ", ".join(f"{order:g}" for order in idle)
+        said.append(f"orders that meet no resonance in this range: {some}")
+    slow = max(own.quasi_static for own in found)
+    if rules.limit is not None and rules.limit < slow:
+        said.append(
+            f"the limit of {rules.limit / ARCSEC:.4g} arcsec is below the error of quasi-static rotation, "
+            f"{slow / ARCSEC:.4g} arcsec: it can be met above the resonances only"
+        )
+    if any(own.loose for own in found):
+        said.append(
+            "some trajectories settled on motions that could not be followed; speeds next to them count as they do"
+        )
+    return tuple(dict.fromkeys(said))

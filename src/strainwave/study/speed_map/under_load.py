@@ -1,0 +1,146 @@
+"""A drive under one load of the map, and all its stable steady motions through the range of speeds."""
+
+from math import gcd
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...law import depends, is_spring
+from ...model.oscillator import Oscillator
+from ...model.train.drive_train import DriveTrain
+from ...model.train.train_forms import AtLoad
+from ...results import Floats, SolveError
+from ..analysis.avoid import quasi_static
+from ..analysis.drive_response import DriveResponse, of_equation
+from ..analysis.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
+from ..response.by_integration import response_through
+from ..response.resonances import OperatingPoint, active_orders, operating_point
+from ..response.response import ExactResponse
+from ..train.reductions import left_out
+from .motions import OMEGA, Motions, UnderLoad
+from .rules import Span, gaps
+from .search import Found, Settling, search
+
+APART = 0.025  # relative distance of the speeds of the search
+TOO_LIGHT = "the damping is so light that trajectories do not settle: motions apart from the main curve may be missing"
+
+
+class Case(NamedTuple):
+    """A drive under one load: the load, its error equation with its operating point, and the whole train or None."""
+
+    load: float
+    equation: Any
+    point: OperatingPoint
+    train: DriveTrain | None
+
+    @property
+    def system(self) -> Any:
+        """What is integrated: the error equation where that is the drive, or the whole train."""
+        if self.train is None or (self.train.motor.held and not left_out(self.train)):
+            return self.equation
+        return AtLoad(self.train, self.train.omega)
+
+    @property
+    def searched(self) -> bool:
+        """Whether other motions are looked for: springs alone, at constant damping and stiffness."""
+        return isinstance(self.equation, Oscillator) and is_spring(self.equation)
+
+
+def case_of(project: Any, load: float, span: Span) -> Case:
+    """The drive of a project as it is, whose load is what the map calls `load`.
+
+    Raises
+    ------
+    ValueError
+        If the motor is free and the drive has parts that the error equation leaves out.
+    SolveError
+        If the law cannot carry the mean torque.
+    """
+    equation = project.system(0.5 * (span[0] + span[1]), reduced=True)
+    point = operating_point(equation)
+    train = project.train
+    if train is not None:
+        refuse_free(train)
+    elif depends(equation.law) == 1:
+        train = project.whole
+    if train is not None:
+        train = without_gravity(train)._replace(omega=equation.omega) if has_curve(train) else None
+    return Case(load, equation, point, train)
+
+
+def main_curve(case: Case, span: Span) -> DriveResponse:
+    """The curve of the drive from one end of the range to the other.
+
+    Raises
+    ------
+    SolveError
+        If no periodic motion is found.
+    """
+    if case.train is not None:
+        found = train_curve(case.train, span, coexisting=False)
+        if found is None:
+            raise SolveError(NO_MOTION)
+        return found
+    exact = response_through(case.equation, span)
+    if not len(exact.curve):
+        raise SolveError(exact.curve.message)
+    return of_equation(case.equation, exact)
+
+
+def under_load(
+    case: Case, span: Span, apart: float | None = APART, shift: float = 0.0
+) -> tuple[UnderLoad, tuple[Settling, ...]]:
+    """All stable motions under a load; and the states that led to those apart from the main curve.
+
+    The speeds of the search are `apart`, relative to each; None leaves it out. `shift` moves them by a share of that
+    distance, so that those of many loads differ.
+    """
+    found = main_curve(case, span)
+    every = gcd(*active_orders(case.equation)) or 1
+    curves = [Motions(found.curve, found.torque, False, every)]
+    if found.response.back is not None:
+        back = found.response.back
+        torque = np.max(np.abs(ExactResponse(back, None).torque(case.equation)), axis=1)
+        curves.append(Motions(back, torque, False, every))
+    sweep = found.response.sweep
+    jumps = () if sweep is None else tuple(
+        (float(jump.value), up) for some, up in ((sweep.on_run_up, True), (sweep.on_run_down, False)) for jump in some
+    )  # fmt: skip
+    said = () if found.status else (str(found.message),)
+    own = UnderLoad(
+        case.load, tuple(curves), quasi_static(case.equation, case.point), jumps, doubled(found.curve), (), said
+    )  # fmt: skip
+    if apart is None or not case.searched:
+        return own, ()
+    return extended(own, case, span, searched_at(own, span, apart, shift), ())
+
+
+def extended(
+    own: UnderLoad, case: Case, span: Span, speeds: Floats, seeds: tuple[Settling, ...]
+) -> tuple[UnderLoad, tuple[Settling, ...]]:
+    """The motions with those to which random starts at some speeds, and others, lead."""
+    found: Found = search(case, own.curves, speeds, seeds, span)
+    whole = UnderLoad(
+        own.load, (*own.curves, *found.curves), own.quasi_static, own.jumps, own.doubled, (*own.loose, *found.loose),
+        own.remarks if found.settled else (*own.remarks, TOO_LIGHT),
+    )  # fmt: skip
+    return whole, found.seeds
+
+
+def searched_at(own: UnderLoad, span: Span, apart: float, shift: float) -> Floats:
+    """Speeds (n,) of the search: spread over the range, both ends, and where no stable motion is known."""
+    steps = np.arange(np.log(span[1] / span[0]) / apart - shift)
+    empty = [0.5 * (a + b) for a, b in gaps([(run[0, OMEGA], run[-1, OMEGA]) for run, _ in own.runs], span)]
+    return np.unique(np.concatenate([span, span[0] * np.exp(apart * (steps + shift)), empty]))
+
+
+def doubled(curve: Any) -> tuple[Span, ...]:
+    """Speeds between which a motion of the curve is unstable by a multiplier below -1."""
+    if not curve.multipliers.size:
+        return ()
+    largest = curve.multipliers[np.arange(len(curve.omega)), np.argmax(np.abs(curve.multipliers), axis=1)]
+    lost = ~np.asarray(curve.stable, bool) & (largest.real < -1.0) & (np.abs(largest.imag) < 1e-9)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], lost, [False]])))
+    return tuple(
+        (float(np.min(curve.omega[a:b])), float(np.max(curve.omega[a:b]))) for a, b in edges.reshape(-1, 2)
+    )  # fmt: skip

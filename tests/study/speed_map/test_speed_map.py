@@ -1,0 +1,272 @@
+"""Speed maps against closed forms, SciPy's integrator and the verbs that they are built of."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
+
+import strainwave as sw
+from strainwave.app.commands import cli as command
+from strainwave.study.speed_map.rules import common, complement
+
+ARCSEC, RPM = np.pi / 648_000.0, np.pi / 30.0
+EDGE = 5e-4  # accuracy of the ends of bands between points of a curve
+J, K, RATIO = 1.3, 1e5, 0.03
+OMEGA_0 = np.sqrt(K / J)
+B = 2.0 * RATIO * J * OMEGA_0
+A = 23.0 * ARCSEC
+
+TEXT = """
+title: axis
+gear: {{ratio: 50, law: {law}}}
+motor: {{inertia: 4.5 kg*cm^2, mode: held}}
+load: {{inertia: 1.3 kg*m^2}}
+damping: {{ratio: 3 %}}
+speed: {{from: 40 rad/s, to: 300 rad/s, shaft: motor}}
+{more}
+excitation:
+  kinematic_error: [{{order: 2, amplitude: 23 arcsec}}]
+  load_torque: {torque}
+"""
+LINEAR = "{type: linear, K: 1e5 N*m/rad}"
+CUBIC = "{type: cubic, K: 1e5 N*m/rad, alpha: 2e5 1/rad^2}"
+
+
+def project(tmp_path, law=LINEAR, more="", torque="{mean: -50 N*m}"):
+    path = tmp_path / "axis.yaml"
+    path.write_text(TEXT.format(law=law, more=more, torque=torque), encoding="utf-8")
+    return sw.read_project(path)
+
+
+def linear_oscillation(omega, stiffness=K, inertia=J, damping=B):
+    """|x| of J x'' + B (x' - e') + K (x - e) = 0, e = A cos(2 omega t)."""
+    w = 2.0 * omega
+    through = stiffness + 1j * w * damping
+    return A * abs(through / (through - inertia * w * w))
+
+
+def test_a_linear_drive_has_the_closed_form_everywhere(tmp_path):
+    limit = 3.0 * A
+    found = sw.speed_map(project(tmp_path), limit=limit, loads=[-50.0, 0.0], search=False)
+    exact = np.array([linear_oscillation(w) for w in found.speeds])
+    np.testing.assert_allclose(found.oscillation, np.stack([exact, exact]), rtol=3e-3)
+    torque = J * (2.0 * found.speeds) ** 2 * exact  # the gear carries the load's inertia and its mean torque
+    np.testing.assert_allclose(found.torque[1], torque, rtol=3e-3)
+    np.testing.assert_allclose(found.torque[0], torque + 50.0, rtol=3e-3)
+    assert np.all(found.motions == 1)
+    assert not found.subharmonic.any()
+    half = 0.5 * OMEGA_0
+    edges = [brentq(lambda w: linear_oscillation(w) - limit, *ends) for ends in ((40.0, half), (half, 300.0))]
+    for bands in found.forbidden:
+        np.testing.assert_allclose(bands, [edges], rtol=EDGE)
+    np.testing.assert_allclose(found.windows, [[40.0, edges[0]], [edges[1], 300.0]], rtol=EDGE)
+
+
+def test_amplification_and_margin_are_the_same_bands_by_other_names(tmp_path):
+    drive = project(tmp_path)
+    by_limit = sw.speed_map(drive, limit=3.0 * A, search=False)
+    by_amplification = sw.speed_map(drive, amplification=3.0, search=False)
+    np.testing.assert_allclose(by_amplification.forbidden[0], by_limit.forbidden[0], rtol=1e-9)
+    assert by_limit.quasi_static == pytest.approx(A, rel=1e-6)
+    (band,) = sw.speed_map(drive, margin=0.1, search=False).forbidden[0]
+    peak = max(np.linspace(130.0, 145.0, 3001), key=linear_oscillation)
+    np.testing.assert_allclose(band, [0.9 * min(peak, 0.5 * OMEGA_0), 1.1 * max(peak, 0.5 * OMEGA_0)], rtol=1e-3)
+
+
+def test_inertias_move_the_band_as_their_square_root(tmp_path):
+    inertias = np.array([0.9, 1.3, 2.0])
+    found = sw.speed_map(project(tmp_path), load_inertias=inertias, limit=3.0 * A, search=False)
+    assert found.load_name == "load inertia"
+    for inertia, row, rule in zip(inertias, found.oscillation, found.vendor, strict=True):
+        exact = [linear_oscillation(w, inertia=inertia) for w in found.speeds]
+        np.testing.assert_allclose(row, exact, rtol=3e-3)
+        assert rule.speed == pytest.approx(0.5 * np.sqrt(K / inertia), rel=1e-12)  # 30 f_n rpm
+
+
+def settled(omega, alpha, y0, turns=120):
+    """Oscillation [rad] on which the equation written out here settles, by DOP853."""
+
+    def rhs(t, y):
+        phase = 2.0 * omega * t
+        u, du = y[0] - A * np.cos(phase), y[1] + 2.0 * omega * A * np.sin(phase)
+        return [y[1], -(B * du + K * (u + alpha * u**3)) / J]
+
+    period = np.pi / omega
+    t = np.linspace(0.0, 2.0 * period, 257) + turns * period
+    y = solve_ivp(rhs, (0.0, t[-1]), y0, method="DOP853", t_eval=t, rtol=1e-9, atol=1e-13).y[0]
+    return np.max(np.abs(y - np.mean(y[:-1])))
+
+
+@pytest.mark.slow
+def test_both_motions_of_a_hysteresis_are_in_the_map_and_the_limit_forbids_by_the_larger(tmp_path):
+    drive = project(tmp_path, CUBIC, torque="{mean: 0 N*m}")
+    found = sw.speed_map(drive, limit=1e-3, speeds=np.linspace(100.0, 250.0, 601))
+    curve = sw.frequency_response(drive.system(), (100.0, 250.0))
+    told = sw.jumps(curve)
+    assert {j.up: j.speed for j in found.jumps} == pytest.approx(
+        {True: told.on_run_up[0].value, False: told.on_run_down[0].value}, rel=1e-4
+    )
+    inside = (found.speeds > told.jump_up) & (found.speeds < told.jump_down)
+    assert np.all(found.motions[0, inside] == 2)
+    middle = 0.5 * (told.jump_up + told.jump_down)
+    at = int(np.argmin(np.abs(found.speeds - middle)))
+    omega, starts = found.speeds[at], [(0.0, 0.0), (3.5e-3, 0.0), (-3.5e-3, 0.0), (0.0, 1.0), (2e-3, -0.8)]
+    reached = [settled(omega, 2e5, y0) for y0 in starts]
+    assert max(reached) > 2.0 * min(reached)
+    assert found.oscillation[0, at] == pytest.approx(max(reached), rel=2e-3)
+    assert not found.is_allowed(omega, 0.0)
+    ((low, high),) = found.forbidden[0]
+    assert high == pytest.approx(told.jump_down, rel=EDGE) if told.jump_down > told.jump_up else True
+    assert settled(1.005 * high, 2e5, (3.5e-3, 0.0)) < 1e-3
+    assert settled(0.995 * low, 2e5, (0.0, 0.0)) < 1e-3 < settled(1.005 * low, 2e5, (0.0, 0.0))
+
+
+@pytest.mark.slow
+def test_an_isolated_subharmonic_is_found_and_flagged(tmp_path):
+    """Order 2 drives a vibration of order 1 near twice the resonance, apart from the main curve."""
+    path = tmp_path / "axis.yaml"
+    path.write_text(
+        "gear: SHG-25-100\nload: {inertia: 1.2774 kg*m^2}\ndamping: {B: 7.798 N*m*s/rad}\n"
+        "speed: {from: 120 rad/s, to: 200 rad/s, shaft: motor}\n"
+        "excitation: {kinematic_error: [{order: 2, amplitude: 16.39 arcsec}], load_torque: {mean: -10.31 N*m}}\n",
+        encoding="utf-8",
+    )
+    drive = sw.read_project(path)
+    found = sw.speed_map(drive, limit=2e-4)
+    alone = sw.speed_map(drive, limit=2e-4, search=False)
+    at = int(np.argmin(np.abs(found.speeds - 165.0)))
+    assert (alone.motions[0, at], found.motions[0, at]) == (1, 2)
+    assert found.subharmonic[0, at]
+    assert not found.subharmonic[0, 0]
+    assert alone.is_allowed(165.0, -10.31)
+    assert not found.is_allowed(165.0, -10.31)
+    law, omega, amplitude = sw.catalogue.gear("SHG-25-100").law, found.speeds[at], 16.39 * ARCSEC
+
+    def rhs(t, y):
+        phase = 2.0 * omega * t
+        u, du = y[0] - amplitude * np.cos(phase), y[1] + 2.0 * omega * amplitude * np.sin(phase)
+        return [y[1], (10.31 - 7.798 * du - law.torque(u)) / 1.2774]
+
+    best = 0.0
+    for angle in np.arange(0.0, 2.0 * np.pi, np.pi / 4.0):
+        y0 = [10.31 / law.K1 + 4e-4 * np.cos(angle), 4e-4 * omega * np.sin(angle)]
+        period = 2.0 * np.pi / omega
+        t = (80.0 + np.linspace(0.0, 1.0, 257)) * period
+        y = solve_ivp(rhs, (0.0, t[-1]), y0, method="DOP853", t_eval=t, rtol=1e-8, atol=1e-12).y[0]
+        best = max(best, np.max(np.abs(y - np.mean(y[:-1]))))
+    assert found.oscillation[0, at] == pytest.approx(best, rel=5e-3)
+
+
+def test_a_campbell_line_is_the_exact_period_of_the_duffing_spring(tmp_path):
+    found = sw.speed_map(project(tmp_path, CUBIC, torque="{mean: 0 N*m}"), search=False, orders=(3,))
+    two, three = found.lines
+    assert (two.order, two.excited, three.order, three.excited) == (2, True, 3, False)
+    assert two.speed[0] == pytest.approx(0.5 * OMEGA_0, rel=1e-9)
+    np.testing.assert_allclose(3.0 * three.speed, 2.0 * two.speed, rtol=1e-12)
+    alpha, i = 2e5, len(two.amplitude) // 2
+    quiet = sw.Oscillator(J, 0.0, sw.Cubic(K, alpha), sw.Harmonic(0.0), 1.0)
+    peak = float(sw.backbone(quiet, [two.amplitude[i]]).peak[0])
+
+    def slowness(s):  # 1/speed over the angle x = peak sin s, from the energy
+        return 1.0 / np.sqrt(K / J * (1.0 + 0.5 * alpha * peak**2 * (1.0 + np.sin(s) ** 2)))
+
+    period = 4.0 * quad(slowness, 0.0, 0.5 * np.pi, epsabs=0.0, epsrel=1e-12)[0]
+    assert two.speed[i] == pytest.approx(0.5 * 2.0 * np.pi / period, rel=1e-6)
+
+
+def test_lines_of_a_train_with_a_loop_are_its_modes(tmp_path):
+    text = TEXT.replace("mode: held", "loop: {{type: position_loop, K_p: 60 N*m/rad, K_d: 0.05 N*m*s/rad}}")
+    path = tmp_path / "axis.yaml"
+    path.write_text(text.format(law=LINEAR, more="", torque="{mean: 0 N*m}"), encoding="utf-8")
+    found = sw.speed_map(sw.read_project(path), search=False)
+    J_m, N, K_p, K_d = 4.5e-4, 50.0, 60.0, 0.05
+    M = np.diag([J_m, J])
+    C = np.array([[K_d + B / N**2, -B / N], [-B / N, B]])
+    S = np.array([[K_p + K / N**2, -K / N], [-K / N, K]])
+    A_ = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(M, S), -np.linalg.solve(M, C)]])
+    poles = np.linalg.eigvals(A_)
+    modes = np.sort([abs(p) for p in poles if p.imag > 0.0 and -p.real < 0.5 * abs(p)])
+    assert [line.mode for line in found.lines] == list(range(1, len(modes) + 1))
+    np.testing.assert_allclose([2.0 * line.speed[0] for line in found.lines], modes, rtol=1e-6)
+
+
+def test_the_lists_of_the_vendor_rule_and_its_band_part_the_range(tmp_path):
+    found = sw.speed_map(project(tmp_path, CUBIC), limit=3.0 * A, search=False)
+    (rule,), span = found.vendor, (40.0, 300.0)
+    assert rule.frequency == pytest.approx(OMEGA_0 / (2.0 * np.pi), rel=1e-12)
+    right = common(found.forbidden[0], np.array([rule.band]))
+    lists = [rule.safe, rule.needless, rule.misleading, right]
+    assert sum(float(np.sum(np.diff(some))) for some in lists) == pytest.approx(260.0, rel=1e-9)
+    for omega in np.linspace(41.0, 299.0, 173):
+        by_rule, by_map = not rule.band[0] <= omega <= rule.band[1], found.is_allowed(omega, -50.0)
+        name = {(True, True): 0, (False, True): 1, (True, False): 2, (False, False): 3}[by_rule, by_map]
+        assert [bool(np.any((some[:, 0] <= omega) & (omega <= some[:, 1]))) for some in lists].index(True) == name
+    np.testing.assert_allclose(found.allowed[0], complement(found.forbidden[0], span))
+    assert len(rule.misleading)  # the mean torque stiffens the spring: the resonance lies above the rule's
+
+
+def test_scatter_gives_the_quantiles_of_the_units(tmp_path):
+    drive = project(tmp_path, more="scatter: {load.inertia: 10 %}\n")
+    units = list(sw.scattered(drive, 9, seed=1))
+    found = sw.speed_map(drive, units=units, speeds=np.linspace(60.0, 280.0, 12), limit=3.0 * A, search=False)
+    own = [(one.drive.J_l, one.drive.B) for one in units]  # the ratio of the file gives each its own B
+    each = np.array([[linear_oscillation(w, K, inertia, damping) for w in found.speeds] for inertia, damping in own])
+    np.testing.assert_allclose(found.scatter.worst[0], each.max(axis=0), rtol=3e-3)
+    np.testing.assert_allclose(found.scatter.oscillation[1, 0], np.median(each, axis=0), rtol=3e-3)
+    np.testing.assert_allclose(found.scatter.forbidden[0], np.mean(each > 3.0 * A, axis=0), atol=1e-12)
+    assert found.to_xarray()["quantile"].dims == ("share", "load", "speed")
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"speeds": (100.0, 100.0)}, "low < high"),
+        ({"speeds": (300.0, 100.0)}, "low < high"),
+        ({"limit": 1e-9}, "is met at no speed"),
+        ({"limit": -1.0}, "limit"),
+        ({"margin": 1.0}, "less than 1"),
+        ({"loads": [-5.0], "load_inertias": [1.0]}, "give one of them"),
+        ({"load_inertias": [0.0]}, "must be positive"),
+    ],
+)
+def test_bad_input_gets_one_sentence(tmp_path, options, said):
+    with pytest.raises(ValueError, match=said) as told:
+        sw.speed_map(project(tmp_path), search=False, **options)
+    assert "\n" not in str(told.value)
+
+
+def test_remarks_tell_of_orders_that_meet_nothing_and_of_a_limit_below_the_static_error(tmp_path):
+    found = sw.speed_map(project(tmp_path), limit=0.5 * A, orders=(40,), search=False)
+    assert any("orders that meet no resonance in this range: 40" in remark for remark in found.remarks)
+    assert any("below the error of quasi-static rotation" in remark for remark in found.remarks)
+    (band,) = found.forbidden[0]
+    assert band[0] == 40.0
+
+
+def test_a_map_has_its_arrays_in_xarray(tmp_path):
+    found = sw.speed_map(project(tmp_path), loads=[-50.0, 0.0], search=False)
+    data = found.to_xarray()
+    assert dict(data.sizes)["load"] == 2
+    assert data["oscillation"].attrs["units"] == "rad"
+    np.testing.assert_array_equal(data["forbidden_low"].values, np.concatenate(found.forbidden)[:, 0])
+
+
+def test_the_command_writes_tables_and_the_figure(tmp_path):
+    drive = project(tmp_path, more="limit: {oscillation: 69 arcsec}\n")
+    result = CliRunner().invoke(
+        command.cli, ["speed-map", str(drive.path), "-o", str(tmp_path / "out"), "--loads", "-50 N*m:0 N*m:2", "--json"]
+    )
+    assert result.exit_code == 0, result.stderr
+    told = json.loads(result.stdout)
+    half = 0.5 * OMEGA_0
+    low, high = (brentq(lambda w: linear_oscillation(w) - 3.0 * A, *ends) for ends in ((40.0, half), (half, 300.0)))
+    np.testing.assert_allclose(told["loads"][0]["forbidden_rpm"], [[low / RPM, high / RPM]], rtol=1e-3)
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == [
+        "bands.csv", "campbell.csv", "cells.csv", "speed-map.svg"
+    ]  # fmt: skip
+    cells = np.genfromtxt(tmp_path / "out" / "cells.csv", delimiter=",", names=True)
+    exact = [linear_oscillation(w * RPM) for w in cells["motor_speed_rpm"]]
+    np.testing.assert_allclose(cells["oscillation_rad"], exact, rtol=3e-3)
