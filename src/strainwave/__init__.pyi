@@ -182,8 +182,19 @@ from .study.variability.result import Variability as Variability
 from .study.article.validate import Comparison as Comparison
 from .study.article.validate import compare as compare
 
+# Studies: design
+from .study.design.design import design as design
+from .study.design.result import Candidate as Candidate
+from .study.design.result import Design as Design
+from .study.design.result import Sensitivity as Sensitivity
+from .study.design.specification import Segment as Segment
+from .study.design.specification import Specification as Specification
+from .model.train.loops import Tuning as Tuning
+
 # Files
 from .files.entries import project_entry as project_entry
+from .files.design.design_project import design_text as design_text
+from .files.design.specification_file import read_specification as read_specification
 from .files.own_gears import read_gears as read_gears
 from .files.project import Project as Project
 from .files.reading import read_project as read_project

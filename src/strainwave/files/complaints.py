@@ -1,7 +1,7 @@
 """Sentences for what pydantic finds wrong with a project: fact, value, remedy, at the right line and column."""
 
 import difflib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pydantic import ValidationError
@@ -87,20 +87,25 @@ EXAMPLES = {
 }
 
 
-def complaints(error: ValidationError, located: Located) -> Iterator[Problem]:
-    """Turn every error of a validation into a `Problem`; fields that are empty were reported when they were read."""
+def complaints(
+    error: ValidationError, located: Located, examples: Mapping[str, str] = EXAMPLES
+) -> Iterator[Problem]:  # fmt: skip
+    """Turn every error of a validation into a `Problem`; fields that are empty were reported when they were read.
+
+    `examples` has every field of the file by its name without list positions.
+    """
     for item in error.errors(include_url=False):
         keys, value = _follow(item["loc"], located.content)
         context = item.get("ctx", {})
         if item["type"] == "missing":
             field = (*keys, str(item["loc"][-1]))
-            yield Problem(*located.place(keys), name(field), f"is missing; {_write(field)}")
+            yield Problem(*located.place(keys), name(field), f"is missing; {_write(field, examples)}")
         elif item["type"] == "extra_forbidden":
-            yield Problem(*located.keys[keys], name(keys), _unknown(keys))
+            yield Problem(*located.keys[keys], name(keys), _unknown(keys, examples))
         elif item["type"] == "at":
             yield from _below(keys, context["problems"], located)
         elif value is not None or not keys:
-            yield _about_value(item, keys, value, located)
+            yield _about_value(item, keys, value, located, examples)
 
 
 def _below(keys: Keys, problems: tuple[Wrong, ...], located: Located) -> Iterator[Problem]:
@@ -112,7 +117,7 @@ def _below(keys: Keys, problems: tuple[Wrong, ...], located: Located) -> Iterato
             yield Problem(*place, name(below), wrong.sentence)
 
 
-def _about_value(item: Any, keys: Keys, value: Any, located: Located) -> Problem:
+def _about_value(item: Any, keys: Keys, value: Any, located: Located, examples: Mapping[str, str]) -> Problem:
     kind, context = item["type"], item.get("ctx", {})
     if kind == "value_error":
         sentence = str(context["error"])
@@ -122,10 +127,11 @@ def _about_value(item: Any, keys: Keys, value: Any, located: Located) -> Problem
         limit = context.get("min_length", context.get("max_length"))
         sentence = f"has {len(value)} items; write at {'least' if kind == 'too_short' else 'most'} {limit}"
     elif not keys:
-        sentence = f"holds {shown(value)}, not fields; begin with a line such as 'gear: CSG-40-50'"
+        first = next(field for field in examples if field != "title")
+        sentence = f"holds {shown(value)}, not fields; begin with a line such as '{first}: {examples[first]}'"
     else:
-        wanted = {"list_type": "a list", "string_type": "a text"}.get(kind, "a group of fields")
-        sentence = f"{shown(value)} is not {wanted}; {_write(keys)}"
+        wanted = {"list_type": "a list", "tuple_type": "a list", "string_type": "a text"}.get(kind, "a group of fields")
+        sentence = f"{shown(value)} is not {wanted}; {_write(keys, examples)}"
     return Problem(*located.place(keys), name(keys), sentence)
 
 
@@ -148,22 +154,22 @@ def _pattern(keys: Keys) -> str:
     return "".join("[]" if isinstance(key, int) else f".{key}" for key in keys).removeprefix(".")
 
 
-def _write(keys: Keys) -> str:
-    text = EXAMPLES.get(_pattern(keys))
+def _write(keys: Keys, examples: Mapping[str, str]) -> str:
+    text = examples.get(_pattern(keys))
     return f"write for example '{keys[-1]}: {text}'" if isinstance(keys[-1], str) else f"write for example {text}"
 
 
-def _siblings(keys: Keys) -> list[str]:
+def _siblings(keys: Keys, examples: Mapping[str, str]) -> list[str]:
     """Return the fields that may stand beside the last of `keys`."""
     group = _pattern(keys[:-1])
     start = f"{group}." if group else ""
-    rest = (field.removeprefix(start) for field in EXAMPLES if field.startswith(start))
+    rest = (field.removeprefix(start) for field in examples if field.startswith(start))
     return [field for field in rest if "." not in field and "[" not in field]
 
 
-def _unknown(keys: Keys) -> str:
+def _unknown(keys: Keys, examples: Mapping[str, str]) -> str:
     """Sentence for a field that nobody knows: the nearest field here, else the nearest at the top, else all of them."""
-    here, top = _siblings(keys), _siblings(("",))
+    here, top = _siblings(keys, examples), _siblings(("",), examples)
     word = str(keys[-1]).lower()
     spelt = {field.lower(): field for field in (*top, *here)}
     near = difflib.get_close_matches(word, list(spelt), n=1)

@@ -45,7 +45,8 @@ def _order(value: Any) -> int:
     return order
 
 
-def _title(value: Any) -> Any:
+def read_title(value: Any) -> Any:
+    """Read a title of one line (ValueError)."""
     if isinstance(value, str) and (len(value) > 200 or "\n" in value.strip()):
         raise ValueError("is longer than one line of 200 characters; shorten it")
     return value.strip() if isinstance(value, str) else value
@@ -57,18 +58,19 @@ def _file_name(value: Any) -> Any:
     return value
 
 
-def _quantity(unit: str, sign: str = "any") -> BeforeValidator:
+def quantity(unit: str, sign: str = "any") -> BeforeValidator:
+    """Reader of a number in a unit, with a sign as `number` takes it."""
     return BeforeValidator(partial(number, unit=unit, sign=sign))
 
 
 Ripples = Annotated[Any, BeforeValidator(read_ripples)]
 
 
-Inertia = Annotated[float, _quantity("kg*m**2", "positive")]
-Speed = Annotated[float, _quantity("rad/s", "positive")]
-SpeedOrRest = Annotated[float, _quantity("rad/s", "not negative")]
+Inertia = Annotated[float, quantity("kg*m**2", "positive")]
+Speed = Annotated[float, quantity("rad/s", "positive")]
+SpeedOrRest = Annotated[float, quantity("rad/s", "not negative")]
 Phase = Annotated[float, BeforeValidator(phase)]
-Torque = Annotated[float, _quantity("N*m")]
+Torque = Annotated[float, quantity("N*m")]
 Order = Annotated[int, BeforeValidator(_order)]
 
 
@@ -83,7 +85,7 @@ class ExplicitGear(Spec):
 
     ratio: Annotated[float, BeforeValidator(_ratio)]
     law: GearLaw
-    rated_torque: Annotated[float, _quantity("N*m", "positive")] | None = None
+    rated_torque: Annotated[float, quantity("N*m", "positive")] | None = None
 
 
 class OwnGear(Spec):
@@ -121,7 +123,7 @@ def _gear_kind(value: Any) -> str:
 class BacklashSpec(Spec):
     """Play in series with the gear's law."""
 
-    half_gap: Annotated[float, _quantity("rad", "positive")]
+    half_gap: Annotated[float, quantity("rad", "positive")]
 
 
 class MotorSpec(Spec):
@@ -151,7 +153,7 @@ class CouplingSpec(Spec):
     """What lies between the gear and the load: the inertia on the gear's side, then a law and its damping."""
 
     inertia: Inertia
-    B: Annotated[float, _quantity("N*m*s/rad", "not negative")] = 0.0
+    B: Annotated[float, quantity("N*m*s/rad", "not negative")] = 0.0
     law: GearLaw
 
 
@@ -178,15 +180,15 @@ class LoadSpec(Spec):
 class DampingSpec(Spec):
     """Damping across the spring, given in one of three ways, and how it varies: the fields of `GearDamping`."""
 
-    B: Annotated[float, _quantity("N*m*s/rad", "not negative")] | None = None
-    ratio: Annotated[float, _quantity("", "not negative")] | None = None
-    quality: Annotated[float, _quantity("", "positive")] | None = None
+    B: Annotated[float, quantity("N*m*s/rad", "not negative")] | None = None
+    ratio: Annotated[float, quantity("", "not negative")] | None = None
+    quality: Annotated[float, quantity("", "positive")] | None = None
 
     ripples: Ripples | None = None
-    warming: Annotated[float, _quantity("K")] = 0.0
-    per_kelvin: Annotated[float, _quantity("1/K")] = GearDamping._field_defaults["per_kelvin"]
-    fast: Annotated[float, _quantity("", "not negative")] = 1.0
-    v_fast: Annotated[float, _quantity("rad/s", "positive")] = 1.0
+    warming: Annotated[float, quantity("K")] = 0.0
+    per_kelvin: Annotated[float, quantity("1/K")] = GearDamping._field_defaults["per_kelvin"]
+    fast: Annotated[float, quantity("", "not negative")] = 1.0
+    v_fast: Annotated[float, quantity("rad/s", "positive")] = 1.0
 
     @property
     def varies(self) -> bool:
@@ -241,7 +243,7 @@ class ErrorLine(Spec):
     """One line of the kinematic error."""
 
     order: Order
-    amplitude: Annotated[float, _quantity("rad", "not negative")]
+    amplitude: Annotated[float, quantity("rad", "not negative")]
     phase: Phase = 0.0
 
 
@@ -249,7 +251,7 @@ class TorqueLine(Spec):
     """One line of a torque."""
 
     order: Order
-    amplitude: Annotated[float, _quantity("N*m", "not negative")]
+    amplitude: Annotated[float, quantity("N*m", "not negative")]
     phase: Phase = 0.0
 
 
@@ -291,14 +293,15 @@ def _load_friction(value: Any) -> Any:
     return checked(LoadFriction(mu)).mu
 
 
-def _accuracy(value: Any) -> Any:
+def read_accuracy(value: Any) -> Any:
+    """Read an accuracy [rad], or the word for that of the catalogue (ValueError)."""
     return value if value == CATALOGUE else number(value, "rad", "positive")
 
 
 class ExcitationSpec(Spec):
     """What drives the error; `accuracy` in place of lines is the gear's accuracy class, peak-to-peak."""
 
-    accuracy: Annotated[float | Literal["catalogue"] | None, BeforeValidator(_accuracy)] = None
+    accuracy: Annotated[float | Literal["catalogue"] | None, BeforeValidator(read_accuracy)] = None
     kinematic_error: Annotated[list[ErrorLine], Field(max_length=MOST_LINES)] = []
     motor_torque: TorqueSpec | None = None
     load_torque: LoadTorqueSpec | None = None
@@ -307,7 +310,7 @@ class ExcitationSpec(Spec):
 class LimitSpec(Spec):
     """What the drive may have at most."""
 
-    oscillation: Annotated[float, _quantity("rad", "positive")]
+    oscillation: Annotated[float, quantity("rad", "positive")]
 
 
 class MoveSpec(Spec):
@@ -332,7 +335,7 @@ Deviation = Annotated[float, BeforeValidator(_deviation)]
 class ProjectSpec(Spec):
     """The whole project file."""
 
-    title: Annotated[str, BeforeValidator(_title)] = ""
+    title: Annotated[str, BeforeValidator(read_title)] = ""
     gear: Annotated[
         Annotated[str, BeforeValidator(_known_gear), Tag("name")]
         | Annotated[ExplicitGear, Tag("explicit")]

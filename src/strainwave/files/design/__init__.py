@@ -1,0 +1,1 @@
+"""Specifications of a design in files, and designs as project files."""

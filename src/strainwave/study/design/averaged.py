@@ -1,0 +1,261 @@
+"""The largest oscillation of many drives with one gear at once, by averaging of first order.
+
+The motion of the torsion is u = u0 + a cos(k omega t + phase); the gear's law stands for its equivalent stiffness K(a),
+about the torsion u0(a) that carries the mean torque (Gelb & Vander Velde 1968, Multiple-Input Describing Functions,
+sec. 6.1). Everything linear is exact: with s = i k omega, motor M(s) = J_m s^2 + C(s) of loop stiffness C(s), and
+1/Z = 1/(J_l s^2) + 1/(N^2 M),
+
+    (Z + B s + K(a)) u = -Z d,    pointing error of the load = -(K(a) + B s) u/(J_l s^2),
+
+for each line e of the kinematic error, d = e (1 - i k T_0/(N M)) with the mean torque T_0, which the changing ratio
+brings to the motor. An ideally held motor is the limit Z = J_l s^2, d = e. The largest amplitude over a
+range of speeds is the largest root of a = h(K(a)), h(K) being the largest |Z d/(Z + B s + K)| over the range: it is a
+root at the speed of that maximum, and no other speed has a larger one, because a > h(K(a)) beyond it.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...model.excitation import KinematicError
+from ...model.train.controls import Lagged, PositionLoop, SpeedLoop
+from ...numerics.balance.one_harmonic import one_harmonic
+from ...results import Floats
+
+FINEST, COARSEST, MOST = 1e-3, 0.01, 1000  # relative distance of speeds, and most of them
+AMPLITUDES, SMALLEST = 96, 1e-3  # of the table of K(a); of the lines' largest: the first amplitude
+SLOPES = 64  # samples of the slope over a vibration
+TURN, PLACES = 24, 16  # samples per period of the highest line, and speeds where the whole motion is looked at
+
+
+class Drives(NamedTuple):
+    """Drives with one gear, under one mean torque and through one range of speeds; arrays have one entry a drive.
+
+    Attributes
+    ----------
+    law : law
+        Torsion law of the gear.
+    N : float
+        Its ratio.
+    torque : float
+        Mean torque [N*m].
+    error : KinematicError
+        Its kinematic error.
+    speeds : (float, float)
+        Range of the motor's speed [rad/s].
+    J_m, J_l, B : (n,) arrays
+        Inertias [kg*m^2] of motor, on its side, and load, and damping across the spring [N*m*s/rad].
+    loop : control or None
+        Loop of the motor; None where it is ideally held.
+    gain : (n,) array or float
+        Factor on the torque of the loop.
+    """
+
+    law: Any
+    N: float
+    torque: float
+    error: KinematicError
+    speeds: tuple[float, float]
+    J_m: Floats
+    J_l: Floats
+    B: Floats
+    loop: Any = None
+    gain: Any = 1.0
+
+
+class Largest(NamedTuple):
+    """Largest oscillation of each drive (n,): its size [rad], the motor's speed [rad/s], and the motion there.
+
+    `low` and `high` [rad] enclose the size: see `_enclosed`. `order` is the line that drives it, `amplitude` [rad] that
+    of the torsion, `mass` and `damping` those of one oscillator with the same impedance at k omega [kg*m^2, N*m*s/rad].
+    """
+
+    oscillation: Floats
+    low: Floats
+    high: Floats
+    omega: Floats
+    order: Any
+    amplitude: Floats
+    mass: Floats
+    damping: Floats
+
+
+class Springs(NamedTuple):
+    """What the law makes of vibrations with amplitudes [rad] about the mean torque: stiffnesses [N*m/rad].
+
+    The equivalent one, the smallest and largest slope on the way, and the slope's harmonic at the vibration's
+    frequency.
+    """
+
+    amplitude: Floats
+    equivalent: Floats
+    softest: Floats
+    stiffest: Floats
+    swing: Floats
+
+
+def largest(drives: Drives) -> Largest:
+    """Largest oscillation of the pointing error of every drive over its range of speeds."""
+    lines = [line for line in drives.error.lines if line.amplitude > 0.0]
+    springs = _springs(drives, max(line.amplitude for line in lines))
+    best = [_driven(drives, springs, line) for line in lines]
+    first = np.argmax([found.oscillation for found in best], axis=0)
+
+    def of(name: str) -> Any:
+        each = np.array([getattr(found, name) for found in best])
+        return np.max(each, axis=0) if name in ("low", "high") else np.take_along_axis(each, first[None], 0)[0]
+
+    return Largest(*(of(name) for name in Largest._fields))
+
+
+def loop_stiffness(loop: Any, s: Any) -> Any:
+    """Torque of a loop over the deviation of the motor [N*m/rad] at s = i omega [1/s]."""
+    if isinstance(loop, Lagged):
+        return loop_stiffness(loop.loop, s) / (1.0 + loop.lag * s)
+    if isinstance(loop, PositionLoop):
+        return loop.K_p + loop.K_d * s
+    if isinstance(loop, SpeedLoop):
+        return loop.K_i + loop.K_p * s + loop.K_d * s * s
+    raise TypeError(f"{type(loop).__name__} is no loop of a design; take a PositionLoop or a SpeedLoop, or no loop")
+
+
+def impedance(drives: Drives, s: Any) -> Any:
+    """Z [N*m/rad] of motor and load as the torsion meets them, at s = i omega (n, m) [1/s]."""
+    load = drives.J_l[:, None] * s * s
+    if drives.loop is None:
+        return load
+    motor = drives.N**2 * _motor(drives, s)
+    return load * motor / (load + motor)
+
+
+def _motor(drives: Drives, s: Any) -> Any:
+    """M [N*m/rad] of a motor in its loop."""
+    return drives.J_m[:, None] * s * s + np.reshape(drives.gain, (-1, 1)) * loop_stiffness(drives.loop, s)
+
+
+def _deviation(drives: Drives, line: Any, s: Any) -> Any:
+    """Amplitude d [rad] of a line, complex."""
+    e = line.amplitude * np.exp(1j * line.phase)
+    if drives.loop is None:
+        return e
+    return e * (1.0 - 1j * line.order * drives.torque / (drives.N * _motor(drives, s)))
+
+
+def _springs(drives: Drives, line: float) -> Springs:
+    """The law over amplitudes up to more than the damping allows."""
+    low, high = drives.speeds
+    s = 1j * np.geomspace(low, high * max(k.order for k in drives.error.lines), 64)
+    Z = impedance(drives, s[None])
+    resistance = Z.imag + np.outer(drives.B, s.imag)
+    most = float(np.max(np.abs(Z) / np.maximum(resistance, 1e-300))) * line
+    sizes = np.geomspace(SMALLEST * line, max(2.0 * line, 1.2 * most), AMPLITUDES)
+    mean, equivalent = one_harmonic(drives.law, drives.torque, sizes)
+    wave = np.cos(2.0 * np.pi * np.arange(SLOPES) / SLOPES)
+    slopes = drives.law.stiffness(mean[:, None] + sizes[:, None] * wave) + 0.0 * wave
+    swing = np.abs(2.0 * (slopes @ wave) / SLOPES)
+    return Springs(sizes, equivalent, slopes.min(axis=1), slopes.max(axis=1), swing)
+
+
+def _frequencies(drives: Drives, order: int) -> Floats:
+    """Frequencies of a line over the range, as dense as its resonances are sharp."""
+    low, high = drives.speeds
+    step = 0.25 * float(np.min(drives.B / np.sqrt(drives.J_l * drives.law.stiffness(0.0))))
+    count = math.ceil(math.log(high / low) / min(max(step, FINEST), COARSEST)) + 2
+    return order * np.geomspace(low, high, min(count, MOST))
+
+
+def _driven(drives: Drives, springs: Springs, line: Any) -> Largest:
+    """What one line drives at its largest."""
+    sizes, stiffness = springs.amplitude, springs.equivalent
+    w = _frequencies(drives, line.order)
+    s = 1j * w[None]
+    Z = impedance(drives, s)
+    square = np.abs(Z * _deviation(drives, line, s)) ** 2
+    # (amplitude/u)^2 = alone + K (cross + K only): its least value over the speeds
+    alone, cross, only = np.abs(Z + drives.B[:, None] * s) ** 2 / square, 2.0 * Z.real / square, 1.0 / square
+
+    def top(K: Any) -> tuple[Floats, Floats]:
+        """Largest amplitude [rad] over the range at stiffnesses (n,), and its frequency."""
+        inverse = alone + K[:, None] * (cross + K[:, None] * only)
+        return _parabola(np.log(w), inverse, np.argmin(inverse, axis=1))
+
+    beyond = np.array([top(np.full(len(Z), K))[0] for K in stiffness]) - sizes[:, None]  # (amplitudes, n)
+    above = beyond > 0.0
+    last = len(sizes) - 1 - np.argmax(above[::-1], axis=0)  # the last amplitude that is still exceeded
+    last = np.where(np.any(above, axis=0), np.minimum(last, len(sizes) - 2), 0)
+    here, there = beyond[last, np.arange(len(Z))], beyond[last + 1, np.arange(len(Z))]
+    share = np.clip(here / (here - there), 0.0, 1.0)
+
+    def at_root(table: Floats) -> Floats:
+        return np.asarray(table[last] + share * (table[last + 1] - table[last]))
+
+    def whole(K: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Largest oscillation over the range with one stiffness, its speed, torsion and frequency."""
+        amplitude, frequency = top(K)
+        omega = np.column_stack([frequency / line.order, *(np.full(len(Z), v) for v in places)])
+        sizes = _oscillation(drives, omega, K)
+        most = np.argmax(sizes, axis=1)
+        rows = np.arange(len(Z))
+        return sizes[rows, most], omega[rows, most], amplitude, frequency
+
+    places = np.geomspace(*drives.speeds, PLACES)
+    size, omega, amplitude, frequency = whole(at_root(springs.equivalent))
+    Z = impedance(drives, 1j * frequency[:, None])[:, 0]
+    coupling = _coupling(drives, line, at_root(springs.swing), at_root(springs.equivalent), frequency, Z)
+    others = [whole(at_root(table))[0] for table in (springs.softest, springs.stiffest)]
+    low, high = _enclosed(np.array([size, *others]), coupling)
+    mass, damping = -Z.real / frequency**2, drives.B + Z.imag / frequency
+    return Largest(size, low, high, omega, np.full(len(Z), line.order), amplitude, mass, damping)
+
+
+def _enclosed(sizes: Floats, coupling: Floats) -> tuple[Floats, Floats]:
+    """Bounds [rad]: linear drives with the softest and the stiffest slope on the way, and the coupling of harmonics."""
+    with np.errstate(divide="ignore"):
+        more = np.where(coupling < 1.0, 1.0 / np.maximum(1.0 - coupling, 1e-300), np.inf)
+    return np.min(sizes, axis=0) / more, np.max(sizes, axis=0) * more
+
+
+def _coupling(drives: Drives, line: Any, swing: Floats, K: Floats, frequency: Floats, Z: Any) -> Floats:
+    """Torque that a line of twice the order makes at a line's own frequency, over the torque of that line.
+
+    The swing of the slope under the vibration turns the motion of 2 k omega into a torque at k omega: at the resonance
+    that is parametric amplification (Nayfeh & Mook 1979, sec. 5.7), which a single harmonic does not know.
+    """
+    twice = sum(other.amplitude for other in drives.error.lines if other.order == 2 * line.order)
+    s = 2j * frequency
+    there = impedance(drives, s[:, None])[:, 0]
+    motion = twice * np.abs(there / (there + drives.B * s + K))
+    return np.asarray(0.5 * swing * motion / (np.abs(Z) * line.amplitude))
+
+
+def _parabola(x: Floats, inverse: Floats, at: Any) -> tuple[Floats, Floats]:
+    """1/sqrt of the least value by a parabola through the least sample and its neighbours, and exp(x) there."""
+    inner = np.clip(at, 1, len(x) - 2)
+    rows = np.arange(len(inverse))
+    before, here, after = (inverse[rows, inner + d] for d in (-1, 0, 1))
+    bend, slope = before - 2.0 * here + after, 0.5 * (after - before)
+    shift = np.where((bend > 0.0) & (at == inner), -slope / np.where(bend > 0.0, bend, 1.0), 0.0)
+    shift = np.clip(shift, -0.5, 0.5)
+    least = np.where(at == inner, here + shift * (slope + 0.5 * bend * shift), inverse[rows, at])
+    place = np.where(at == inner, x[inner] + shift * (x[1] - x[0]), x[at])
+    # samples of a parabola that dips below what damping allows have no minimum of their own
+    least = np.where(least > 0.0, least, here)
+    return 1.0 / np.sqrt(least), np.exp(place)
+
+
+def _oscillation(drives: Drives, omega: Floats, K: Floats) -> Floats:
+    """Largest |error - mean| [rad] of the whole motion at motor speeds (n, m), the law having stiffnesses (n,)."""
+    orders = [line.order for line in drives.error.lines]
+    angle = 2.0 * np.pi * np.arange(TURN * max(orders)) / (TURN * max(orders))
+    total = np.zeros((*omega.shape, len(angle)))
+    for line in drives.error.lines:
+        s = 1j * line.order * omega
+        Z, spring = impedance(drives, s), K[:, None] + drives.B[:, None] * s
+        x = spring * Z * _deviation(drives, line, s) / ((Z + spring) * drives.J_l[:, None] * s * s)
+        total += (x[..., None] * np.exp(1j * line.order * angle)).real
+    size = np.abs(total)
+    at = np.argmax(size, axis=2)[..., None] + np.array([-1, 0, 1])  # the largest sample, and those beside it
+    before, here, after = np.moveaxis(np.take_along_axis(size, at % len(angle), axis=2), 2, 0)
+    bend = np.maximum(2.0 * here - before - after, 1e-300)
+    return np.asarray(here + 0.125 * (after - before) ** 2 / bend)

@@ -1,0 +1,71 @@
+"""What a closed form is worth, by the certificate of its slow flow, and the same design by harmonic balance."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...model.excitation import Harmonic
+from ...model.oscillator import Oscillator
+from ...model.train.drive_train import DriveTrain
+from ...model.train.train_forms import AtLoad
+from ...numerics.balance.fourier import from_blocks
+from ...numerics.continuation.crests import with_crests
+from ...results import SolveError
+from ...series import oscillation
+from ...theory.slow_flow.multiple_scales import slow_flow
+from ...theory.slow_flow.resonance import Resonance
+from ..analysis.train_curve import FEW, traced_train
+from .averaged import Drives, Largest
+
+UNKNOWN = math.inf
+
+
+class Worth(NamedTuple):
+    """Relative error of a closed form."""
+
+    size: float
+
+
+def worth(drives: Drives, found: Largest, at: int) -> Worth:
+    """Relative error of averaging by the certificate of the first-order slow flow, at one drive's largest oscillation.
+
+    Near k omega the drive is one oscillator with its own mass and damping. The certificate is about the component at
+    k omega and counts with its share of the oscillation, at most all. Of a motor in a loop the closed form also leaves
+    out what the changing ratio does to the motor: N e' of its speed, which is added.
+    """
+    mass, order = float(found.mass[at]), int(found.order[at])
+    slope = sum(line.order * line.amplitude for line in drives.error.lines)
+    ripple = 0.0 if drives.loop is None else drives.N * slope
+    if not mass > 0.0:
+        return Worth(UNKNOWN)
+    near = Oscillator(
+        mass, float(found.damping[at]), drives.law, Harmonic(0.0, mean=drives.torque), float(found.omega[at]),
+        drives.error,
+    )  # fmt: skip
+    try:
+        seen = slow_flow(near, Resonance(order, 1)).certificate()
+    except (SolveError, ValueError):
+        return Worth(UNKNOWN)
+    share = min(1.0, float(found.amplitude[at] / found.oscillation[at]))
+    size = max(seen.amplitude, seen.waveform) * share
+    return Worth(size + ripple if math.isfinite(size) else UNKNOWN)
+
+
+class Balanced(NamedTuple):
+    """Largest oscillation [rad] by harmonic balance, the motor's speed [rad/s] there, and its relative error."""
+
+    oscillation: float
+    omega: float
+    error: float
+
+
+def balanced(train: DriveTrain, speeds: tuple[float, float]) -> Balanced | None:
+    """Largest oscillation of a whole drive train over a range of motor speeds [rad/s]; None where none is found."""
+    system: Any = AtLoad(train, train.omega)
+    problem, found, tail, _ = traced_train(system, speeds, FEW)
+    if not len(found.points) or tail is None:
+        return None
+    points, _ = with_crests(problem, found.points, found.labels)
+    sizes = oscillation(from_blocks(problem.displacements(points).T).T)
+    return Balanced(float(np.max(sizes)), float(points[np.argmax(sizes), -1]), float(tail.share))

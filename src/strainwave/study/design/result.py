@@ -1,0 +1,170 @@
+"""What the search answers: designs that serve, the best of them, and why the other gears do not."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from ...records import Labelled, Result
+from ...sentences import on_screen
+from ...units import ARCSEC, RPM
+from .specification import Specification
+
+SHOWN = 6
+UNITS = {
+    "ratio": "1", "size": "", "mass": "kg", "motor_inertia": "kg*m**2", "reflected_inertia": "kg*m**2",
+    "load_inertia": "kg*m**2", "B": "N*m*s/rad", "oscillation": "rad", "speed": "rad/s", "error": "1", "life": "h",
+    "margin": "1",
+}  # fmt: skip
+
+
+class Candidate(NamedTuple):
+    """A gear with a motor.
+
+    Attributes
+    ----------
+    gear, ratio, size : str, int, int
+        Name in the catalogue, its ratio and size.
+    mass : float
+        Mass of the gear [kg]; nan where no source gives it.
+    motor_inertia : float
+        Inertia of the motor alone [kg*m^2].
+    reflected_inertia : float
+        That of motor and wave generator at the load, N^2 J_m [kg*m^2].
+    load_inertia : float
+        The one of the specification's under which the oscillation is largest [kg*m^2].
+    B : float
+        Damping across the spring there [N*m*s/rad].
+    oscillation : float
+        Largest oscillation of the pointing error over the speeds [rad].
+    speed : float
+        Speed of the motor there [rad/s].
+    error : float
+        Estimated relative error of the oscillation.
+    method : str
+        "averaging" (first order) or "harmonic balance" of the whole drive: what gave the oscillation.
+    life : float
+        L10 life [h]; inf where nothing loads the gear.
+    margin : float
+        Share of the allowance that is left of the constraint that binds.
+    binding : str
+        That constraint.
+    """
+
+    gear: str
+    ratio: int
+    size: int
+    mass: float
+    motor_inertia: float
+    reflected_inertia: float
+    load_inertia: float
+    B: float
+    oscillation: float
+    speed: float
+    error: float
+    method: str
+    life: float
+    margin: float
+    binding: str
+
+
+class Sensitivity(NamedTuple):
+    """How the largest oscillation of a design answers to a number of it.
+
+    `slope` is the relative change of the oscillation over the relative change of the number, by averaging.
+    """
+
+    gear: str
+    motor_inertia: float
+    parameter: str
+    slope: float
+
+
+@dataclass(frozen=True, eq=False)
+class Design(Result):
+    """The answer to a specification.
+
+    Attributes
+    ----------
+    specification : Specification
+        What was asked.
+    feasible : tuple of Candidate
+        Every gear with every motor that meets it, by ascending oscillation.
+    pareto : tuple of Candidate
+        Those of them that no other beats in oscillation, size and reflected inertia at once; all by harmonic balance.
+    rejected : dict of str to str
+        Why each other gear does not serve: the constraint that it misses most, and by how much, by its name.
+    nearest : str
+        Where nothing serves: the gear that misses least, and its constraint; empty otherwise.
+    sensitivities : tuple of Sensitivity
+        Of the best designs.
+    drives, balanced : int
+        Drives looked at by averaging (gear, motor and load), and designs by harmonic balance.
+    remarks : tuple of str
+        What a reader must know about the numbers.
+    """
+
+    specification: Specification
+    feasible: tuple[Candidate, ...]
+    pareto: tuple[Candidate, ...]
+    rejected: Mapping[str, str]
+    nearest: str
+    sensitivities: tuple[Sensitivity, ...]
+    drives: int
+    balanced: int
+    remarks: tuple[str, ...] = ()
+
+    rows: ClassVar[str] = "design"
+
+    def variables(self) -> Labelled:
+        """Every number of the designs, and whether one is on the front."""
+        found: dict[str, tuple[str, object, str]] = {
+            name: ("design", np.array([getattr(c, name) for c in self.feasible], float), unit)
+            for name, unit in UNITS.items()
+        }
+        found["pareto"] = ("design", np.array([c in self.pareto for c in self.feasible], bool), "")
+        return found
+
+    def coordinates(self) -> Labelled:
+        """Gear, method and binding constraint of every design."""
+        words = ("gear", "method", "binding")
+        return {name: ("design", [getattr(c, name) for c in self.feasible], "") for name in words}
+
+    def __str__(self) -> str:
+        spec = self.specification
+        title = f" {spec.title!r}" if spec.title else ""
+        gears = len({c.gear for c in self.feasible})
+        lines = [
+            f"Design{title}: {len(self.feasible)} designs of {gears} gears serve, {len(self.rejected)} gears do not",
+            f"  oscillation of at most {spec.limit / ARCSEC:.4g} arcsec at {spec.speeds[0] / RPM:.4g} to "
+            f"{spec.speeds[1] / RPM:.4g} rpm of the load",
+        ]
+        for c in self.pareto[:SHOWN]:
+            lines.append(
+                f"  {c.gear}, motor {c.motor_inertia:.3g} kg*m^2: {c.oscillation / ARCSEC:.4g} arcsec at "
+                f"{c.speed / RPM:.4g} rpm of the motor, {c.reflected_inertia:.3g} kg*m^2 at the load, "
+                f"margin {100.0 * c.margin:.3g} % ({c.binding})"
+            )
+        more = len(self.pareto) - SHOWN
+        lines += [f"  and {more} more on the front; `feasible` has all"] if more > 0 else []
+        for s in self.sensitivities[:SHOWN]:
+            if s[:2] == self.sensitivities[0][:2]:
+                lines.append(f"  {s.gear}: 1 % more {s.parameter} changes the oscillation by {s.slope:+.2g} %")
+        lines += [f"  {self.nearest}"] if self.nearest else []
+        return on_screen("\n".join([*lines, *(f"  {remark}" for remark in self.remarks)]))
+
+    __repr__ = __str__
+
+
+def front(candidates: list[Candidate]) -> list[Candidate]:
+    """Those that no other beats in oscillation, size and reflected inertia at once, by ascending oscillation."""
+
+    def goals(c: Candidate) -> tuple[float, float, float]:
+        return c.oscillation, float(c.size), c.reflected_inertia
+
+    best: list[Candidate] = []
+    for c in sorted(candidates, key=goals):  # whatever beats another comes before it
+        if not any(all(a <= b for a, b in zip(goals(other), goals(c), strict=True)) for other in best):
+            best.append(c)
+    return best

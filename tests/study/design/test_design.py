@@ -1,0 +1,152 @@
+"""The search: what it calls feasible serves, what it turns away does not, and the front is one."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+from strainwave.study.design.result import front
+from strainwave.units import ARCSEC, RPM
+
+SPEC = sw.Specification(
+    title="joint",
+    load_inertias=(0.8, 1.3),
+    speeds=(5.0 * RPM, 30.0 * RPM),
+    limit=90.0 * ARCSEC,
+    motor_inertias=(5e-5, 5e-4),
+    damping_ratio=0.03,
+    duty=(sw.Segment(60.0, 20.0 * RPM, 2.0), sw.Segment(30.0, 10.0 * RPM, 3.0)),
+    life=10_000.0,
+    loop=sw.Tuning(60.0 * math.pi),
+)
+GEARS = [sw.catalogue.gear(name) for name in ("CSG-20-100", "CSG-25-50", "CSG-32-50", "CSG-40-50", "CSG-40-100")]
+
+
+@pytest.fixture(scope="module")
+def found():
+    return sw.design(SPEC, gears=GEARS)
+
+
+def projects(found, tmp_path):
+    for c in found.feasible:
+        path = tmp_path / "design.yaml"
+        path.write_text(sw.design_text(found.specification, c))
+        yield c, sw.read_project(path)
+
+
+def test_feasible_designs_serve_when_their_project_is_computed(found, tmp_path):
+    assert found.feasible
+    for c, project in projects(found, tmp_path):
+        response = project.response()
+        largest = float(np.max(response.oscillation))
+        assert largest <= SPEC.limit * (1.0 + c.error)
+        assert c.oscillation == pytest.approx(largest, rel=1e-6 if c.method == "harmonic balance" else c.error)
+        assert project.gear.ratio**2 * project.drive.J_m == pytest.approx(c.reflected_inertia)
+
+
+def test_every_gear_is_either_feasible_or_rejected(found):
+    served = {c.gear for c in found.feasible}
+    assert served | set(found.rejected) == {gear.name for gear in GEARS}
+    assert not served & set(found.rejected)
+    for name, said in found.rejected.items():
+        assert name in said
+        assert said.endswith("times the allowance.")
+
+
+def test_the_front_is_not_beaten_and_is_by_harmonic_balance(found):
+    goals = [(c.oscillation, c.size, c.reflected_inertia) for c in found.feasible]
+    for c in found.pareto:
+        mine = c.oscillation, c.size, c.reflected_inertia
+        assert c.method == "harmonic balance"
+        assert not any(other != mine and all(a <= b for a, b in zip(other, mine, strict=True)) for other in goals)
+
+
+def test_front_of_a_few_worked_by_hand():
+    c = sw.Candidate("A", 50, 40, 1.0, 1e-4, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, "averaging", 1.0, 0.5, "life")
+    small, quiet, both = c._replace(size=20, oscillation=2.0), c._replace(oscillation=0.5), c._replace(oscillation=3.0)
+    assert front([c, small, quiet, both]) == [quiet, small]
+    assert front([c, c]) == [c]
+    assert front([]) == []
+
+
+def test_a_rejected_gear_does_not_serve_by_harmonic_balance(tmp_path):
+    # with any motor and under the load that averaging calls the worst
+    spec = replace(SPEC, limit=55.0 * ARCSEC)
+    found = sw.design(spec, gears=GEARS)
+    by_error = [name for name, said in found.rejected.items() if "oscillates" in said]
+    assert by_error
+    loose = {(c.gear, c.motor_inertia): c for c in sw.design(replace(SPEC, limit=1.0), gears=GEARS).feasible}
+    for (gear, _), c in loose.items():
+        if gear in by_error:
+            path = tmp_path / "design.yaml"
+            path.write_text(sw.design_text(spec, c))
+            assert np.max(sw.read_project(path).response().oscillation) > spec.limit
+
+
+def test_a_held_motor_makes_the_error_independent_of_its_inertia():
+    found = sw.design(replace(SPEC, loop=None, limit=1.0), gears=GEARS[2:3])
+    first, second = found.feasible
+    assert first.oscillation == pytest.approx(second.oscillation, rel=1e-9)
+    assert {first.motor_inertia, second.motor_inertia} == set(SPEC.motor_inertias)
+    assert len(found.pareto) == 1
+
+
+def test_without_a_design_the_nearest_miss_is_named_with_its_constraint():
+    found = sw.design(replace(SPEC, limit=5.0 * ARCSEC), gears=GEARS)
+    assert found.feasible == ()
+    assert found.pareto == ()
+    assert found.nearest.startswith("No gear serves. The nearest is CSG-")
+    assert "above the limit of 5 arcsec" in found.nearest
+    least = min(float(s.rsplit(": ", 1)[1].split()[0]) for s in found.rejected.values() if "oscillates" in s)
+    assert f"{least:.4g} times the allowance." in found.nearest
+    assert "No gear serves" in str(found)
+
+
+def test_where_the_sources_lack_a_number_of_every_gear_the_answer_says_so():
+    found = sw.design(SPEC, gears=[sw.catalogue.gear("CSF-20-50")])
+    assert found.nearest.startswith("No gear serves: the sources leave out")
+    assert found.rejected["CSF-20-50"].startswith("No source gives")
+
+
+def test_sensitivities_of_a_linear_amplitude_are_one_in_the_kinematic_error(found):
+    slopes = {(s.gear, s.parameter): s.slope for s in found.sensitivities}
+    name = found.pareto[0].gear
+    assert slopes[name, "kinematic error"] == pytest.approx(1.0, abs=0.1)
+    assert slopes[name, "damping of the gear"] <= 0.0
+
+
+def test_the_table_has_every_design(found):
+    table = found.to_dataframe()
+    assert len(table) == len(found.feasible)
+    assert table["oscillation"].tolist() == [c.oscillation for c in found.feasible]
+    assert table["pareto"].sum() == len(found.pareto)
+    assert len(str(found).splitlines()) <= 24
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"load_inertias": ()}, "load_inertias are"),
+        ({"motor_inertias": (math.nan,)}, "one of motor_inertias"),
+        ({"speeds": (1.0, 1.0)}, r"low < high"),
+        ({"limit": -1.0}, "limit is -1.0"),
+        ({"damping_ratio": 0.0}, "damping_ratio is 0.0"),
+        ({"duty": (sw.Segment(1.0, 0.0, 1.0),)}, "nothing turns"),
+        ({"duty": (sw.Segment(1.0, 1.0, -1.0),)}, r"duty\[0\].duration"),
+        ({"mean_torque": 1.0}, "a duty cycle and a mean"),
+        ({"duty": (), "mean_torque": 1.0}, "go together"),
+        ({"duty": (), "mean_torque": 2.0, "peak_torque": 1.0}, "above peak_torque"),
+        ({"accuracy": 1e-4, "kinematic_error": sw.KinematicError((sw.Line(2, 1e-4),))}, "give one of them"),
+        ({"life": math.inf}, "life is inf"),
+    ],
+)
+def test_a_wrong_specification_is_refused_in_one_sentence(change, said):
+    with pytest.raises(ValueError, match=said):
+        sw.design(replace(SPEC, **change), gears=GEARS)
+
+
+def test_what_is_no_specification_is_refused():
+    with pytest.raises(TypeError, match="read_specification"):
+        sw.design("joint.yaml")
