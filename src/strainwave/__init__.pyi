@@ -187,7 +187,7 @@ from .study.design.design import design as design
 from .study.design.result import Candidate as Candidate
 from .study.design.result import Design as Design
 from .study.design.result import Sensitivity as Sensitivity
-from .study.design.specification import Segment as Segment
+from .study.design.specification import DutySegment as DutySegment
 from .study.design.specification import Specification as Specification
 from .model.train.loops import Tuning as Tuning
 

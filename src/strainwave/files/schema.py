@@ -133,8 +133,8 @@ class MotorSpec(Spec):
     mode: Literal["free", "held"] = "held"
     loop: Loop | None = None
     drag: Drag | None = None
-    max_torque: Annotated[float, _quantity("N*m", "positive")] | None = None
-    max_speed: Annotated[float, _quantity("rad/s", "positive")] | None = None
+    max_torque: Annotated[float, quantity("N*m", "positive")] | None = None
+    max_speed: Annotated[float, quantity("rad/s", "positive")] | None = None
 
     @property
     def limits(self) -> MotorLimits | None:
@@ -317,9 +317,9 @@ class MoveSpec(Spec):
     """A move of the load: its profile part by part."""
 
     profile: Annotated[list[ReadPart], Field(min_length=1, max_length=1000)]
-    start: Annotated[float, _quantity("rad")] | None = None
+    start: Annotated[float, quantity("rad")] | None = None
     payload: ReadPayload | None = None
-    window: Annotated[float, _quantity("rad", "positive")] | None = None
+    window: Annotated[float, quantity("rad", "positive")] | None = None
 
 
 def _deviation(value: Any) -> float:

@@ -36,7 +36,7 @@ def test_the_fastest_input_is_compared_with_its_limit():
 
 def test_the_mean_input_speed_goes_by_the_time():
     # 70 rpm for 3 s and 40 rpm for 1 s are 62.5 rpm, 3125 rpm of the input; the datasheet allows 3000
-    duty = (sw.Segment(0.0, 70.0 * RPM, 3.0), sw.Segment(0.0, -40.0 * RPM, 1.0))
+    duty = (sw.DutySegment(0.0, 70.0 * RPM, 3.0), sw.DutySegment(0.0, -40.0 * RPM, 1.0))
     found = violated(replace(SPEC, duty=duty))
     assert list(found) == ["average_rpm"]
     assert found["average_rpm"].use == pytest.approx(3125.0 / 3000.0)
@@ -44,7 +44,7 @@ def test_the_mean_input_speed_goes_by_the_time():
 
 def test_the_mean_torque_is_cubic_and_goes_by_turns():
     # (300^3 * 20 * 2 + 100^3 * 10 * 1)/(20 * 2 + 10 * 1), cube root 278.6 N m; the datasheet allows 255
-    duty = (sw.Segment(300.0, 20.0 * RPM, 2.0), sw.Segment(-100.0, 10.0 * RPM, 1.0))
+    duty = (sw.DutySegment(300.0, 20.0 * RPM, 2.0), sw.DutySegment(-100.0, 10.0 * RPM, 1.0))
     mean = ((300.0**3 * 40.0 + 100.0**3 * 10.0) / 50.0) ** (1.0 / 3.0)
     found = violated(replace(SPEC, duty=duty))
     assert list(found) == ["average_torque"]

@@ -9,7 +9,7 @@ from pydantic import model_validator as check_model
 
 from ...model.excitation import KinematicError, Line
 from ...model.gears import catalogue
-from ...study.design.specification import Segment, Specification
+from ...study.design.specification import DutySegment, Specification
 from ..complaints import complaints
 from ..entries import Wrong, refusal, whole
 from ..loop_fields import EXAMPLE_LOOP, Loop
@@ -243,7 +243,7 @@ def _resolved(spec: SpecificationSpec, path: Path) -> Specification:
         motor_inertias=tuple(spec.motor.inertias),
         loop=spec.motor.loop,
         damping_ratio=spec.damping.ratio,
-        duty=tuple(Segment(part.torque, part.speed, part.duration) for part in spec.duty),
+        duty=tuple(DutySegment(part.torque, part.speed, part.duration) for part in spec.duty),
         mean_torque=spec.torque.mean,
         peak_torque=spec.torque.peak,
         momentary_torque=spec.torque.momentary,

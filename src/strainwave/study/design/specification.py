@@ -15,7 +15,7 @@ from ...quantities import checked, interval, number, shown
 LOOP_EXAMPLE = "Tuning(2 * pi * 30) for a position loop of 30 Hz, or None for an ideally held motor"
 
 
-class Segment(NamedTuple):
+class DutySegment(NamedTuple):
     """A stretch of a duty cycle: torque [N*m] and speed [rad/s] of the load, and how long [s]."""
 
     torque: float
@@ -39,7 +39,7 @@ class Specification:
         Inertias of the motors to choose from [kg*m^2, motor side], without the wave generator, which is added.
     damping_ratio : float
         Of the gear on the held load: B = 2 zeta sqrt(K1 J_l).
-    duty : tuple of Segment
+    duty : tuple of DutySegment
         The duty cycle; from it follow the four numbers below, where they are not given.
     mean_torque : float
         Cubic mean of the torque, weighted by turns [N*m]: the life and the operating point go by it.
@@ -72,7 +72,7 @@ class Specification:
     limit: float
     motor_inertias: tuple[float, ...]
     damping_ratio: float
-    duty: tuple[Segment, ...] = ()
+    duty: tuple[DutySegment, ...] = ()
     mean_torque: float | None = None
     peak_torque: float | None = None
     average_speed: float | None = None
@@ -116,8 +116,8 @@ class Specification:
     def _check_duty(self) -> None:
         for i, part in enumerate(self.duty):
             if len(part) != 3:
-                raise ValueError(f"duty[{i}] is {shown(part)}; it must be a Segment(torque, speed, duration)")
-            for name, value in zip(Segment._fields, part, strict=True):
+                raise ValueError(f"duty[{i}] is {shown(part)}; it must be a DutySegment(torque, speed, duration)")
+            for name, value in zip(DutySegment._fields, part, strict=True):
                 number(f"duty[{i}].{name}", value, positive=name == "duration")
         if self.duty and not any(part[1] for part in self.duty):
             raise ValueError("nothing turns in the duty cycle; give the speed of at least one segment [rad/s]")
