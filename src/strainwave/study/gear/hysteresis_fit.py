@@ -10,6 +10,7 @@ from ...model.laws.springs import PiecewiseLinear
 from ...numerics.loading import RTOL
 from ...quantities import checked, number, shown
 from ...results import Floats, SolveError
+from ...tree import mapped
 from .hysteresis import SMALL_LOOP, hysteresis_loop
 
 RTOL_OF_FIT = 1e-7
@@ -39,7 +40,8 @@ class HysteresisFit:
 
     def __str__(self) -> str:
         parts = ", ".join(f"{name} {100.0 * value:+.2g} %" for name, value in self.misfit.items())
-        return f"{self.law}\n  off the datasheet by: {parts}"
+        law = mapped(lambda value: float(f"{value:.6g}"), self.law)
+        return f"{law}\n  off the datasheet by: {parts}"
 
 
 def fit_hysteresis(
