@@ -180,7 +180,7 @@ class Orbit(Result):
     stable : bool
         Whether every multiplier lies inside the unit circle.
     tail : float
-        Share of the first state that the harmonics left out hold, estimated from the torque: the error of truncation.
+        Share of the first state that the harmonics left out hold, estimated from the torque; no error of the peak.
     status : Status
         `Status.OK`; `Status.TRUNCATED` where `tail` is above 1e-3; or why there is no orbit.
     message : str

@@ -142,7 +142,7 @@ def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str
     if not data["hysteresis_bands"]:
         lines.append("  hysteresis: none")
     share = number(data["left_out_relative"], 2)
-    lines.append(f"  {data['harmonics']} harmonics; more of them would change the error by about {share} of its size")
+    lines.append(f"  {data['harmonics']} harmonics; share of those left out {share} (truncation, not accuracy)")
     lines += [f"  {WHAT_X_IS}"]
     lines += [f"  note: {remark}" for remark in data["remarks"]]
     return "\n".join(lines if output is None else [*lines, f"  written: {output}"])

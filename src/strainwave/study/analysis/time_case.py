@@ -29,7 +29,7 @@ WINDOW = 5.0  # in units of 1/mu
 PER_CYCLE = 24  # samples per fastest cycle of a transient
 MOST = 60_000  # samples of a transient
 CASES = 4  # resonances shown in time, besides a speed away from all of them
-AWAY = "farthest from the resonances of small oscillations"
+AWAY, MIDDLE = "farthest from the resonances in the range", "middle of the range"
 PRIORITY = ("primary", "superharmonic 3:1", "superharmonic 2:1", "subharmonic 1:3", "subharmonic 1:2")
 
 
@@ -218,7 +218,7 @@ def speeds_in_time(
     inside = [regime for regime in found if regime.inside]
     inside.sort(key=lambda regime: (PRIORITY.index(regime.name), regime.order))
     away = _away(inside, limits)
-    chosen: list[tuple[str, float, Regime | None]] = [(AWAY, away, None)]
+    chosen: list[tuple[str, float, Regime | None]] = [(AWAY if inside else MIDDLE, away, None)]
     chosen += [(regime.label, regime.place, regime) for regime in inside[:CASES]]
     if not inside:
         chosen.append(("largest error of the run-up", sweep.worst().omega, None))
