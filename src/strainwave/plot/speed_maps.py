@@ -7,6 +7,9 @@ import numpy as np
 from ..study.speed_map.result import SpeedMap
 from ..units import ARCSEC, RPM
 
+LIGHT = 2.0  # of the range of sizes: where the darkest shade would be
+INK = "#8c2d04"  # of what is forbidden
+
 
 def draw_speed_map(axes: Any, found: SpeedMap) -> None:
     """Draw the largest oscillation in shades of grey, forbidden speeds hatched, and the vendors' resonance speed.
@@ -23,7 +26,9 @@ def draw_speed_map(axes: Any, found: SpeedMap) -> None:
     across = found.speeds / RPM
     middle = np.concatenate([across[:1], 0.5 * (across[1:] + across[:-1]), across[-1:]])
     size = np.log10(np.where(np.isfinite(found.oscillation), found.oscillation, np.nan) / ARCSEC)
-    drawn = axes.pcolormesh(middle, edges, size, cmap="Greys", shading="flat", rasterized=True)
+    low, high = float(np.nanmin(size)), float(np.nanmax(size))
+    shades = {"cmap": "Greys", "vmin": low, "vmax": low + LIGHT * (high - low)}  # the hatching stands out from all
+    drawn = axes.pcolormesh(middle, edges, size, shading="flat", rasterized=True, **shades)
     axes.figure.colorbar(drawn, ax=axes, label="largest oscillation (log10 of arcsec)")
     for load, bands in zip(found.loads.tolist(), found.forbidden, strict=True):
         for low, high in bands / RPM:
@@ -35,7 +40,7 @@ def draw_speed_map(axes: Any, found: SpeedMap) -> None:
                 hatch="///",
                 lw=0.8,
             )
-    axes.broken_barh([], (0, 0), facecolor="none", edgecolor="#D55E00", hatch="///", label="forbidden")
+    axes.broken_barh([], (0, 0), facecolor="none", edgecolor=INK, hatch="///", label="forbidden")
     if found.vendor:
         speeds = [rule.speed / RPM for rule in found.vendor]
         axes.plot(speeds, [rule.load for rule in found.vendor], "k--", lw=1.5, label="vendors' rule, 30 f_n")

@@ -270,3 +270,23 @@ def test_the_command_writes_tables_and_the_figure(tmp_path):
     cells = np.genfromtxt(tmp_path / "out" / "cells.csv", delimiter=",", names=True)
     exact = [linear_oscillation(w * RPM) for w in cells["motor_speed_rpm"]]
     np.testing.assert_allclose(cells["oscillation_rad"], exact, rtol=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "said"),
+    [
+        (["--limit", "0.001 arcsec"], 1, "is met at no speed"),
+        (["--limit", "3 kg"], 2, "--limit"),
+        (["--loads", "-60 N*m:0 N*m"], 2, "has no number of values"),
+        (["--speeds", "300 rpm:300 rpm"], 1, "low < high"),
+        (["--units", "8"], 1, "has no scatter"),
+    ],
+)
+def test_the_command_refuses_in_one_sentence_and_writes_nothing(tmp_path, options, code, said):
+    drive = project(tmp_path)
+    out = tmp_path / "out"
+    result = CliRunner().invoke(command.cli, ["speed-map", str(drive.path), "-o", str(out), *options])
+    assert result.exit_code == code, result.output
+    assert said in result.stderr
+    assert "Traceback" not in result.stderr
+    assert not out.exists()

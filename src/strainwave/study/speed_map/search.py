@@ -92,7 +92,7 @@ def search(
     ends, whole = _settle(system, omega, start, known)
     curves, kept, new = known, list[Loose](), list[Settling]()
     while len(rest := _unknown(curves, omega, ends)):
-        lane = rest[0]
+        lane = int(max(rest, key=lambda i: ends.highest[i] - ends.lowest[i]))
         low, high = float(ends.lowest[lane]), float(ends.highest[lane])
         seed = Settling(float(omega[lane]), tuple(ends.state[:, lane].tolist()), int(ends.period[lane]))
         orbit = solved(system, seed, curves[0].branch) if seed.turns and len(new) < FOLLOWED else None
@@ -101,6 +101,8 @@ def search(
         elif orbit is None and whole:
             kept.append(Loose(seed.omega, 0.5 * (high - low), _largest_torque(system, seed), seed.turns))
         same = np.abs(ends.lowest - low) + np.abs(ends.highest - high) < SAME * (high - low)
+        if not seed.turns:  # the largest of those that did not settle stands for all at its speed
+            same |= ends.period == 0
         ends.lost[same & (omega == seed.omega)] = True  # looked at once
     return Found(curves[len(known) :], tuple(kept), whole, tuple(new))
 
