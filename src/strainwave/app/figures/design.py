@@ -5,7 +5,7 @@ import numpy as np
 from ...results import Floats
 from ...study.design.result import Candidate, Design
 from ..units import angle_unit
-from .plots import BLACK, BLUE, GREY, ORANGE
+from .plots import BLACK, BLUE, ORANGE
 from .svg import Note, Panel, figure
 
 WIDTH, HEIGHT = 430.0, 360.0  # narrow, so that its text is read on a telephone too
@@ -23,8 +23,6 @@ def design_figure(found: Design) -> str:
         face = "#ffffff" if (i // len(MARKERS)) % 2 == 0 else colour
         chosen = [c for c in found.feasible if c.size == size]
         panel.points(*_places(chosen, unit.factor), colour, f"size {size}", marker, face)
-    best = sorted(found.pareto, key=lambda c: c.reflected_inertia)
-    panel.line(*_places(best, unit.factor), GREY, "front: nothing better in all three", "4 3", 1.2)
     limit = unit.factor * found.specification.limit
     x, y = _places(list(found.feasible), unit.factor)
     panel.xlog = bool(x.max() > 5.0 * x.min())
@@ -33,10 +31,11 @@ def design_figure(found: Design) -> str:
     low = y.min()
     panel.ylim = (low - 0.15 * (limit - low) - 1e-9 * limit, limit + 0.1 * (limit - low) + 1e-9 * limit)
     named: set[str] = set()
-    for c in best:
+    for c in found.pareto:
         if c.gear not in named:
             panel.notes.append(Note(c.reflected_inertia, unit.factor * c.oscillation, c.gear))
             named.add(c.gear)
+    panel.caption = ["Named: no other is better in oscillation, size and inertia at once."]
     return figure([[panel]], HEIGHT, "designs that serve, oscillation over inertia", WIDTH)
 
 
