@@ -52,6 +52,14 @@ def axis():
     return from_text(text, Path("axis.yaml"))
 
 
+@cache
+def design():
+    spec = sw.Specification(
+        load_inertias=(1.3,), speeds=(1.0, 3.0), limit=1e-3, motor_inertias=(1e-4, 1e-3), damping_ratio=0.03
+    )
+    return sw.design(spec, gears=[sw.catalogue.gear("CSG-40-50"), sw.catalogue.gear("CSG-20-100")])
+
+
 RESULTS = {
     "Trajectory": lambda: sw.simulate(DUFFING, (0.1, 0.0), np.linspace(0.0, 3.0, 11)),
     "Orbit": lambda: branch().folds[0],
@@ -74,6 +82,8 @@ RESULTS = {
     "StateSpace": lambda: sw.state_space(LOOPED),
     "Margins": lambda: sw.margins(LOOPED),
     "SpeedMap": lambda: sw.speed_map(axis(), speeds=(100.0, 180.0), loads=[-20.0, 0.0], search=False),
+    "Design": design,
+    "ProjectComparison": lambda: sw.compare_projects([axis(), axis()]),
     "Exceedance": lambda: sw.Exceedance(1e-4, {"load.inertia": NUMBERS}, 1e-4 * NUMBERS, 90.0 * NUMBERS, 1, None, ()),
 }
 WITHOUT_FIGURE = (
@@ -86,4 +96,5 @@ WITHOUT_FIGURE = (
     "StateSpace",
     "Margins",
     "Exceedance",
+    "ProjectComparison",
 )

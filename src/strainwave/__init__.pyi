@@ -200,6 +200,8 @@ from .files.project import Project as Project
 from .files.reading import read_project as read_project
 from .files.project_text import project_text as project_text
 from .files.variants.replaced import replaced as replaced
+from .files.variants.comparison import ProjectComparison as ProjectComparison
+from .files.variants.comparison import compare_projects as compare_projects
 from .files.variants.scatter import Exceedance as Exceedance
 from .files.variants.scatter import exceedance as exceedance
 from .files.variants.scatter import scattered as scattered

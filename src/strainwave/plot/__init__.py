@@ -9,6 +9,7 @@ from .curves import draw_response as draw_response
 from .curves import draw_run as draw_run
 from .curves import draw_slow_response as draw_slow_response
 from .curves import draw_trajectory as draw_trajectory
+from .designs import draw_design as draw_design
 from .ensembles import draw_basins as draw_basins
 from .ensembles import draw_orbit_diagram as draw_orbit_diagram
 from .ensembles import draw_variability as draw_variability

@@ -7,6 +7,7 @@ from ..numerics.attractors.poincare import OrbitDiagram
 from ..quantities import shown
 from ..results import Branch, Orbit, Trajectory
 from ..study.analysis.drive_response import DriveResponse
+from ..study.design.result import Design
 from ..study.move.result import Move
 from ..study.response.response import ExactResponse
 from ..study.response.validity_results import GeneralValidity, ValidityMap
@@ -26,6 +27,7 @@ from .curves import (
     draw_slow_response,
     draw_trajectory,
 )
+from .designs import draw_design
 from .ensembles import draw_basins, draw_orbit_diagram, draw_variability
 from .maps import draw_general_validity, draw_validity
 from .speed_maps import draw_speed_map
@@ -35,7 +37,7 @@ DRAWN: dict[type, Any] = {
     DriveResponse: draw_drive, DriveRun: draw_run, Move: draw_move, SlowResponse: draw_slow_response, Bode: draw_bode,
     Basins: draw_basins, OrbitDiagram: draw_orbit_diagram, Variability: draw_variability,
     ValidityMap: draw_validity, GeneralValidity: draw_general_validity,
-    SpeedMap: draw_speed_map,
+    SpeedMap: draw_speed_map, Design: draw_design,
 }  # fmt: skip
 
 

@@ -50,17 +50,18 @@ def test_of_a_linear_gear_the_peak_is_the_closed_form():
     assert found.high == pytest.approx(found.oscillation)
 
 
-def test_the_peak_is_that_of_the_first_order_slow_flow_with_the_exact_linear_part():
-    # at the peak the slow flow has a = (2 omega)^2 A/(omega_0 mu), the exact linear part a = 2 omega A/mu
-    drives = held(torque=60.0, error=sw.KinematicError((sw.Line(2, 3e-5),)))
+def test_the_peak_lies_on_the_backbone_of_the_slow_flow():
+    # its backbone is omega_0 + (K(a)/J - omega_0^2)/(2 omega_0); the exact linear part has the peak at sqrt(K(a)/J),
+    # where damping alone holds the amplitude: B Omega a = J Omega^2 A
+    drives = held(error=sw.KinematicError((sw.Line(2, 3e-5),)))
     found = largest(drives)
     for i in range(3):
-        omega, B = found.omega[i], drives.B[i]
-        system = sw.Oscillator(J_L[i], B, GEAR.law, sw.Harmonic(0.0, mean=60.0), omega, drives.error)
+        J, B, a = J_L[i], drives.B[i], found.amplitude[i]
+        system = sw.Oscillator(J, B, GEAR.law, sw.Harmonic(0.0), found.omega[i], drives.error)
         flow = sw.slow_flow(system, sw.Resonance(2, 1))
-        at, amplitude = flow.response((0.9 * omega, 1.1 * omega)).peak
-        assert found.amplitude[i] == pytest.approx(amplitude * flow.omega_0 / (2.0 * at), rel=5e-3)
-        assert omega == pytest.approx(at, rel=5e-3)
+        square = flow.omega_0**2 + 2.0 * flow.omega_0 * (float(flow.backbone(a)) - flow.omega_0)
+        assert found.omega[i] == pytest.approx(0.5 * np.sqrt(square), rel=2e-3)
+        assert a == pytest.approx(np.sqrt(square) * 3e-5 * J / B, rel=2e-3)
 
 
 def test_a_stiff_loop_is_a_held_motor():

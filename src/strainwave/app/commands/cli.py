@@ -207,6 +207,31 @@ def move(
 
 
 @cli.command()
+@click.argument("specification", type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", type=folder_type, required=True,
+    help="Folder for designs.csv, rejected.csv, designs.svg, design.json and the best designs as project files.",
+)  # fmt: skip
+@json_option
+def design(specification: Path, output: Path, as_json: bool) -> None:
+    """Search the catalogue for the gears and motors that do what SPECIFICATION asks of an axis."""
+    from .design.design import show
+
+    show(specification, output, as_json)
+
+
+@cli.command()
+@click.argument("projects", type=click.Path(path_type=Path), nargs=-1, required=True)
+@click.option("-o", "--output", type=folder_type, required=True, help="Folder for comparison.csv and comparison.svg.")
+@json_option
+def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
+    """Put the response of several project files side by side: one table, one figure."""
+    from .design.compare import show
+
+    show(projects, output, as_json)
+
+
+@cli.command()
 @json_option
 def reproduce(as_json: bool) -> None:
     """Compute the article's Tables 3 and 4 again and compare every number."""

@@ -15,7 +15,7 @@ from ...results import SolveError
 from ...series import oscillation
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.resonance import Resonance
-from ..analysis.train_curve import FEW, traced_train
+from ..analysis.train_curve import POINTS, traced_train
 from .averaged import Drives, Largest
 
 UNKNOWN = math.inf
@@ -63,7 +63,7 @@ class Balanced(NamedTuple):
 def balanced(train: DriveTrain, speeds: tuple[float, float]) -> Balanced | None:
     """Largest oscillation of a whole drive train over a range of motor speeds [rad/s]; None where none is found."""
     system: Any = AtLoad(train, train.omega)
-    problem, found, tail, _ = traced_train(system, speeds, FEW)
+    problem, found, tail, _ = traced_train(system, speeds, POINTS)
     if not len(found.points) or tail is None:
         return None
     points, _ = with_crests(problem, found.points, found.labels)

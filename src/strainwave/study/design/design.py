@@ -174,7 +174,8 @@ class _Search:
             if near is None or distance[row] < near[0]:
                 near = float(distance[row]), drives, found, int(row * len(loads) + worst[row])
         assert near is not None
-        return [_bounded(option, worth(*near[1:])) for option in options]
+        certified = worth(*near[1:])
+        return [_bounded(option, certified) for option in options]
 
     def _decide(self, options: list[Option]) -> None:
         """Sort options into those that serve and those that do not; what averaging leaves open goes to the balance."""

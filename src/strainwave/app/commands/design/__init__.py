@@ -1,0 +1,1 @@
+"""Commands that decide: the gear for a specification, and drives side by side."""

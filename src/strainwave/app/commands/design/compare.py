@@ -1,0 +1,72 @@
+"""`strainwave compare`: several project files side by side, in one table and one figure."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from ....files.reading import read_project
+from ....files.variants.comparison import ProjectComparison, compare_projects
+from ....units import ARCSEC, RPM
+from ...console import Progress, number, print_table, to_json
+from ...figures.comparison import comparison_figure
+from ...output import staged
+from .design import as_csv
+
+CSV, SVG = "comparison.csv", "comparison.svg"
+
+
+def show(paths: tuple[Path, ...], output: Path, as_json: bool) -> None:
+    """Follow the response of every project, write table and figure into a folder, and print the table.
+
+    Raises
+    ------
+    ProjectError
+        If a project file is invalid.
+    ValueError
+        If there are fewer than two, or their speeds are of different shafts.
+    SolveError
+        If no periodic motion is found.
+    """
+    projects = [read_project(path) for path in paths]
+    if len({project.speeds.by_motor for project in projects}) > 1:
+        raise ValueError("some projects have speeds of a forcing, others of a shaft; compare one kind at a time")
+    with Progress("comparison") as progress:
+        found = compare_projects(projects, progress=progress.show)
+        progress.show("writing", 0.95)
+        rows = _rows(found, [path.name for path in paths])
+        with staged(output) as folder:
+            text = as_csv(list(rows[0]), [row.values() for row in rows])
+            (folder / CSV).write_text(text, encoding="utf-8", newline="\n")
+            figure = comparison_figure(found, projects[0].speeds)
+            (folder / SVG).write_text(figure + "\n", encoding="utf-8")
+    if as_json:
+        click.echo(to_json({"drives": rows}))
+        return
+    columns = ("file", "gear", "oscillation arcsec", "at rpm", "torque N·m", "ω₀ rad/s", "folds", "limit arcsec")
+    cells = [
+        (row["file"], row["gear"], row["oscillation_arcsec"], row["speed_rpm"], row["torque_N_m"],
+         row["omega_0_rad_per_s"], number(row["folds"]), row["limit_arcsec"])
+        for row in sorted(rows, key=lambda row: row["oscillation_arcsec"])
+    ]  # fmt: skip
+    print_table("drives by their largest oscillation", columns, cells, "speeds are those of the motor or the forcing")
+    click.echo(f"written: {output / CSV}, {output / SVG}")
+
+
+def _rows(found: ProjectComparison, files: list[str]) -> list[dict[str, Any]]:
+    def known(value: float) -> float | None:
+        return float(value) if np.isfinite(value) else None
+
+    return [
+        {
+            "file": files[i], "title": found.titles[i], "gear": found.gears[i],
+            "oscillation_arcsec": float(found.oscillation[i]) / ARCSEC, "speed_rpm": float(found.speed[i]) / RPM,
+            "torque_N_m": float(found.torque[i]), "omega_0_rad_per_s": float(found.omega_0[i]),
+            "damping_ratio": known(found.damping_ratio[i]),
+            "reflected_inertia_kg_m2": float(found.reflected_inertia[i]),
+            "load_inertia_kg_m2": float(found.load_inertia[i]), "folds": int(found.jumps[i]),
+            "limit_arcsec": known(found.limit[i] / ARCSEC),
+        }
+        for i in range(len(files))
+    ]  # fmt: skip

@@ -1,0 +1,33 @@
+"""The figure of a comparison: the oscillation of every drive over the speed, each with its own line."""
+
+import numpy as np
+
+from ...files.variants.comparison import ProjectComparison
+from ...speeds import Speeds
+from ..units import angle_unit
+from .curves import draw_motions
+from .plots import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE
+from .svg import Panel, figure
+
+WIDTH, HEIGHT = 430.0, 360.0  # narrow, so that its text is read on a telephone too
+COLOURS, STYLES = (BLUE, ORANGE, BLACK, GREY), ("", DASHES, DOT_DASH, "2 3")
+THIN, THICK = 0.9, 2.0  # of unstable and stable motions
+LONGEST = 44  # letters of a title in the legend
+
+
+def comparison_figure(found: ProjectComparison, speeds: Speeds) -> str:
+    """Draw the responses of several drives as SVG."""
+    unit = angle_unit(float(np.max(found.oscillation)))
+    panel = Panel("largest oscillation of the error", f"{speeds.name} ({speeds.unit})", unit.name)
+    for i, (title, response) in enumerate(zip(found.titles, found.responses, strict=True)):
+        colour = COLOURS[i % len(COLOURS)]
+        dash = STYLES[(i + i // len(COLOURS)) % len(STYLES)]
+        x, y = speeds.scale * response.omega, unit.factor * response.oscillation
+        name = f"{i + 1}: {title}"
+        name = name if len(name) <= LONGEST else name[: LONGEST - 3] + "..."
+        draw_motions(panel, x, y, response.stable, colour, name, dash, THICK)
+        draw_motions(panel, x, y, ~response.stable, colour, "", dash, THIN)
+    heights = np.concatenate([curve.y for curve in panel.curves])
+    panel.log = bool(heights.min() > 0.0 and heights.max() > 30.0 * heights.min())
+    panel.ylim = None if panel.log else (0.0, 1.08 * float(heights.max()))
+    return figure([[panel]], HEIGHT, "oscillation of several drives over the speed", WIDTH)

@@ -1,0 +1,92 @@
+"""`strainwave design` and `strainwave compare`: what they print and write, and their complaints."""
+
+import csv
+import json
+
+import pytest
+from click.testing import CliRunner
+
+import strainwave as sw
+from strainwave.app.commands import cli as command
+
+SPECIFICATION = """\
+title: Joint
+load: {inertia: 1.3 kg*m^2}
+speed: {from: 10 rpm, to: 30 rpm}
+limit: {oscillation: 200 arcsec}
+motor: {inertias: [1 kg*cm^2, 5 kg*cm^2], loop: {bandwidth: 30 Hz}}
+damping: {ratio: 3 %}
+largest: {size: 40}
+ratios: [50]
+series: [CSG]
+"""
+
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / "joint.yaml"
+    path.write_text(SPECIFICATION)
+    return path
+
+
+def invoke(*given):
+    return CliRunner().invoke(command.cli, list(map(str, given)))
+
+
+def rows(path):
+    with path.open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_the_answer_is_written_and_its_projects_are_compared(path, tmp_path):
+    out = tmp_path / "out"
+    run = invoke("design", path, "-o", out, "--json")
+    assert run.exit_code == 0, run.output
+    data, found = json.loads(run.stdout), sw.design(sw.read_specification(path))
+    assert [d["gear"] for d in data["feasible"]] == [c.gear for c in found.feasible]
+    assert data["rejected"] == found.rejected
+    assert json.loads((out / "design.json").read_text()) == data
+    assert [row["gear"] for row in rows(out / "designs.csv")] == [c.gear for c in found.feasible]
+    assert {row["gear"] for row in rows(out / "rejected.csv")} == set(found.rejected)
+    assert (out / "designs.svg").read_text().startswith("<svg")
+    projects = sorted(out.glob("0*.yaml"))
+    assert len(projects) == len(found.pareto) >= 2
+    for file, c in zip(projects, found.pareto, strict=True):
+        assert sw.read_project(file).gear.name == c.gear
+
+    run = invoke("compare", *projects, "-o", tmp_path / "compared", "--json")
+    assert run.exit_code == 0, run.output
+    drives = json.loads(run.stdout)["drives"]
+    for drive, c in zip(drives, data["feasible"][:0] or found.pareto, strict=True):
+        assert drive["oscillation_arcsec"] == pytest.approx(c.oscillation * 648000.0 / 3.141592653589793, rel=1e-3)
+    assert len(rows(tmp_path / "compared" / "comparison.csv")) == len(projects)
+    assert "CSG" in (tmp_path / "compared" / "comparison.svg").read_text()
+
+
+def test_without_a_design_the_summary_names_the_nearest(path, tmp_path):
+    path.write_text(SPECIFICATION.replace("200 arcsec", "1 arcsec"))
+    run = invoke("design", path, "-o", tmp_path / "out")
+    assert run.exit_code == 0, run.output
+    assert "No gear serves. The nearest is CSG-" in run.stdout
+    assert not (tmp_path / "out" / "designs.svg").exists()
+
+
+def test_a_wrong_specification_ends_with_its_place(path, tmp_path):
+    path.write_text(SPECIFICATION.replace("200 arcsec", "200"))
+    run = invoke("design", path, "-o", tmp_path / "out")
+    assert run.exit_code == command.INVALID_PROJECT
+    assert "joint.yaml:4:22: limit.oscillation: " in run.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_one_project_is_none_to_compare(tmp_path):
+    file = tmp_path / "axis.yaml"
+    file.write_text(
+        "gear: CSG-40-50\nload: {inertia: 1.3 kg*m^2}\ndamping: {ratio: 3 %}\n"
+        "speed: {from: 1000 rpm, to: 3000 rpm, shaft: motor}\nexcitation: {accuracy: catalogue}\n"
+    )
+    run = invoke("compare", file, "-o", tmp_path / "out")
+    assert run.exit_code == command.FAILED
+    assert "there are 1 projects; give 2 to 20 to compare" in run.stderr
+    with pytest.raises(TypeError, match="give a list"):
+        sw.compare_projects("axis.yaml")
