@@ -7,7 +7,8 @@ The check draws drives at random (ratio, stiffness, mean torque, damping, orders
 loop for every third one) and a limit for each, and points of speed and load. At every point 16 starts of its own are
 integrated until their transients have died, with the ensemble integrator; the largest oscillation of what they reach
 says whether the point is safe. Points within 0.5 % of an edge of a band are left out. A speed is unsafe where any
-start reaches an oscillation above the limit.
+start reaches an oscillation above the limit. A motion that few states lead to, as the far end of a high branch, is
+stable and forbids its speed: where no start reaches it, the point counts as safe and called unsafe.
 
     python benchmarks/speed_map.py [--rounds 3] [--drives 10] [--points 30]
 """
