@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from two_inertias import TwoInertias
 
 import strainwave as sw
 
@@ -54,6 +55,43 @@ def test_example_amplification():
     assert torsion == pytest.approx(0.00236525454, rel=6e-6)
     assert len(plt.get_fignums()) == 1
     assert torsion / 1.1e-4 == pytest.approx(21.5, abs=0.05)
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_example_antenna_axis():
+    # Independent: SciPy's DOP853 on equations by hand, with the gear's slopes from the catalogue's table.
+    module = example("antenna_axis")
+    number, found = module.main()
+    assert len(plt.get_fignums()) == 1
+    B = 2.0 * 0.04 * math.sqrt(25e4 * 60.0)
+    lines = ((1, 8.0), (2, 10.0), (4, 3.0))
+    axis = TwoInertias(20e-4, 60.0, 160.0, (25e4, 40e4, 44e4), (108.0, 382.0), B, lines, bandwidth=30.0)
+    rule = 30.0 * math.sqrt(25e4 / 60.0) / (2.0 * math.pi)
+    for rpm, wind, allowed in ((600.0, 0.0, False), (400.0, -400.0, False), (490.0, 0.0, True), (490.0, -400.0, True)):
+        size = axis.oscillation(rpm, lambda _, wind=wind: wind, settle=50, turns=52)
+        assert not 0.9 * rule <= rpm <= 1.1 * rule
+        assert (size <= 40.0) is allowed is found.is_allowed(rpm * module.RPM, wind)
+        if rpm == 600.0:
+            assert number == pytest.approx(size, rel=1e-3)
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_example_robot_joint():
+    # Independent: as for the antenna's axis; then an arm that gravity pulls by its own angle, over all of its range.
+    module = example("robot_joint")
+    number, found = module.main()
+    assert len(plt.get_fignums()) == 1
+    B = 2.0 * 0.04 * math.sqrt(3.1e4 * 2.1)
+    lines = ((2, 15.0), (4, 3.0))
+    joint = TwoInertias(2e-4, 2.1, 100.0, (3.1e4, 5e4, 5.7e4), (14.0, 48.0), B, lines, bandwidth=40.0)
+    rule = 30.0 * math.sqrt(3.1e4 / 2.1) / (2.0 * math.pi)
+    assert number == pytest.approx(joint.oscillation(rule, lambda _: -50.0, settle=40, turns=42), rel=1e-3)
+    for rpm, allowed in ((rule, True), (720.0, False)):
+        size = joint.oscillation(rpm, lambda angle: -80.0 * math.cos(angle - math.radians(62.0)), settle=3, turns=31)
+        assert (size <= 70.0) is allowed
+        assert all(found.is_allowed(rpm * module.RPM, load) is allowed for load in found.loads)
 
 
 @pytest.mark.compiled
