@@ -418,3 +418,10 @@ def test_example_hardening():
             break
         largest = max(largest, size)
     assert higher == pytest.approx(100.0 * (largest / linear - 1.0), abs=0.6)
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_example_design():
+    # the example itself confirms the best design by the response of its project
+    assert 0.0 < example("design").main() < 90.0
