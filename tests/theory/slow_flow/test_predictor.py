@@ -288,7 +288,7 @@ REFUSED = [
     (DUFFING, sw.PRIMARY, {"sample": math.nan}, "sample"),
     (DUFFING, sw.PRIMARY, {"sample": 50.0}, "too long"),
     (DUFFING, sw.PRIMARY, {"speeds": (1.1, 1.0)}, "range of speeds"),
-    (DUFFING, sw.PRIMARY, {"amplitudes": (1.0, 0.5)}, "amplitudes are"),
+    (DUFFING, sw.PRIMARY, {"amplitudes": (1.0, 0.5)}, "two finite numbers"),
     (DUFFING, sw.PRIMARY, {"amplitudes": (0.0, 400.0), "speeds": (1.5, 1.6)}, "no steady state of this range is valid"),
     (FIFTH._replace(omega=0.2), sw.NONRESONANT, {}, "without resonance a predictor is there for a cubic"),
 ]
