@@ -224,6 +224,7 @@ def test_first_order_is_refused_where_its_certificate_refuses_and_says_what_to_d
         ({"rate": float("nan")}, "rate .* must be one or more finite numbers"),
         ({"rate": [1e-3] * 201}, "201 rates; give at most 200"),
         ({"rate": 0.5}, "within one period: integrate instead"),
+        ({"rate": 1e-10}, "its steady states, and rounding"),
         ({"band": (1.1, 1.6)}, "does not contain the resonance"),
         ({"band": (1.1, 1.1)}, "two different positive speeds"),
         ({"band": (0.0, 1.1)}, "two different positive speeds"),
@@ -244,3 +245,10 @@ def test_a_band_with_the_resonance_of_another_line_is_refused():
     system = DRIVE._replace(error=sw.KinematicError((sw.Line(2, 1.1e-4), sw.Line(3, 1e-5))))
     with pytest.raises(ValueError, match=r"the line of order 3 meets omega_0 .* narrow the band"):
         sw.passage(system, sw.Resonance(2, 1), (0.3 * OMEGA_0, 0.75 * OMEGA_0), 100.0)
+
+
+def test_the_slowest_passage_meets_the_steady_peak():
+    system = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.05), 1.0)
+    found = sw.passage(system, sw.PRIMARY, (0.9, 1.4), 2e-8)
+    steady = sw.slow_flow(system, sw.PRIMARY, order=2).response((0.9, 1.4))
+    assert found.largest == pytest.approx(steady.peak[1], rel=5e-4)

@@ -35,6 +35,7 @@ TRUSTED = 0.03  # largest estimated error of a valid passage
 BESIDE, APART = 0.1, 0.15  # of a rate, and of the largest amplitude: it may change so much at rates so near
 HURRY = {1: 2.0, 2: 0.8}  # error of a linear passage over a power of Omega'/Omega^2: 1/2 at first order, 1 at second
 FASTEST = 0.3  # rate/omega_0^2 beyond which an amplitude that changes slowly is no description
+LEAST = 1e-8  # rate/omega_0^2: there rounding is 3e-4 of the amplitude, and it grows as the rate falls
 SLOWEST, FACTOR, PARTS = (
     -3,
     4.0,
@@ -84,7 +85,7 @@ def passage(
     first, last = _checked_band(band)
     flow = slow_flow(system._replace(omega=first), resonance, order=order)
     way = _way(flow, first, last)
-    _refuse_haste(flow, rates)
+    _refuse_rates(flow, rates)
     every = _passages(flow, way, rates)
     return every[0] if isinstance(rate, Real) else Passages(tuple(every), _rate_without_jump(way))
 
@@ -140,13 +141,19 @@ def _way(flow: SlowFlow, first: float, last: float) -> Way:
     return Way(flow._flow, quick, steady, tuple(folds_ahead(quick, steady, first, last)), first, last, start)
 
 
-def _refuse_haste(flow: SlowFlow, rates: Floats) -> None:
+def _refuse_rates(flow: SlowFlow, rates: Floats) -> None:
     ratio = float(flow.resonance.ratio or 1)
     most = FASTEST * flow.omega_0**2 / ratio
     if np.max(rates) > most:
         raise ValueError(
             f"rate is {np.max(rates):.6g} rad/s^2; above {FASTEST} q omega_0^2/p = {most:.6g} rad/s^2 the speed passes "
             "the resonance within one period: integrate instead"
+        )
+    least = LEAST * flow.omega_0**2
+    if np.min(rates) < least:
+        raise ValueError(
+            f"rate is {np.min(rates):.6g} rad/s^2; below {LEAST:g} omega_0^2 = {least:.6g} rad/s^2 the drive follows "
+            "its steady states, and rounding would show: SlowFlow.response has them, and its folds are the jumps"
         )
 
 
