@@ -60,7 +60,8 @@ def _oscillation(view: View) -> Sentence:
     text = Sentence("the error oscillates with up to {} at {}, {}", Angle(largest.peak), where, against)
     if avoid.limit is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > avoid.limit:
         text += Sentence(" (in the run-up with up to {})", Angle(avoid.largest_passed[1]))
-    return text
+    sweep = analysis.response.sweep
+    return text if sweep is None or not sweep.jumping else text + ", and the motion jumps"
 
 
 def _torque(view: View, verdict: Verdict) -> str:
@@ -107,7 +108,8 @@ def _remedy(view: View, verdict: Verdict) -> str:
     if verdict.exceeded:
         said.append(Sentence("What passes a limit of the gear needs less load or speed, or a larger gear."))
     if verdict.answer is Answer.BUT:
-        said.append(Sentence("Without a change: keep to {}.", _ranges(verdict.allowed)))
+        keep = "Without a change: keep to {}." if said else "Keep to {}."
+        said.append(Sentence(keep, _ranges(verdict.allowed)))
     elif over and not verdict.allowed:
         said.append(Sentence("No speed of the range is without it."))
     return Sentence(" ").join(said)
@@ -122,7 +124,7 @@ def _after(view: View) -> float:
 
 
 def _ranges(bands: tuple[tuple[float, float], ...]) -> Sentence:
-    return listed(Speed(*band, digits=4, between=" to ", bare=True) for band in bands) + " " + Speed()
+    return listed(Sentence("{}", Speed(*band, digits=4, between=" to ", bare=True)) for band in bands) + " " + Speed()
 
 
 def _band(view: View, low: float, high: float) -> dict[str, Any]:
