@@ -1,4 +1,4 @@
-"""Whether a drive is all right: one that is, one that a change cures, one that nothing cures, and limits of the gear."""
+"""Whether a drive is all right: one that is, one that a change cures, one that nothing cures, limits of the gear."""
 
 from types import SimpleNamespace
 
