@@ -26,6 +26,7 @@ from .runup import RunUp
 from .time_case import TimeCase
 from .train_study import Ramp, TrainStudy
 from .usage import Usage
+from .verdict import Verdict
 
 LESS = 1.001  # relative difference of two largest errors below which the steady one is named
 
@@ -90,6 +91,8 @@ class Analysis(Result):
         has a range of torques they are for the torque with the largest oscillation.
     not_tried : tuple of str
         What else would have been tried, and why it was not.
+    verdict : Verdict
+        Whether the drive is all right at its speeds, and the smallest change that brings it under its limit.
     remarks : tuple of str
         Why a part is missing.
     doubts : tuple of str
@@ -116,6 +119,7 @@ class Analysis(Result):
     avoid: Avoid | None
     remedies: tuple[Remedy, ...]
     not_tried: tuple[str, ...]
+    verdict: Verdict
     remarks: tuple[str, ...]
     doubts: tuple[str, ...] = ()
 

@@ -32,6 +32,7 @@ from .time_case import TimeCase, speeds_in_time, time_case
 from .train_curve import has_curve, refuse_free, train_curve
 from .train_study import TrainStudy, train_study
 from .usage import Usage, limit_findings, most_used, usage
+from .verdict import smallest_change, verdict_of
 
 Told = Callable[[str, float], None]
 
@@ -119,11 +120,13 @@ def analyze(
     helps, not_tried = what_helps(
         subject, drive, avoid, by_load, load, used, lambda what: progress(f"what would help: {what}", 0.9)
     )  # fmt: skip
+    findings = () if gear is None else limit_findings(gear, used, speeds.given[-1] if speeds.by_motor else None)
+    change = smallest_change(subject, drive, avoid, by_load, load, used.peak_torque, helps)
+    curves = tuple(case.drive for case in by_load) or (drive,)
     return Analysis(
-        system, limits, point, stability, found, exact, close, sweep, cases, drive, by_load, others, used,
-        () if gear is None else limit_findings(gear, used, speeds.given[-1] if speeds.by_motor else None),
-        loop, parametric, study, avoid, helps, not_tried, (*no_loop, *not_searched),
-        tuple(implausible(gear, rated_torque, loop, used)),
+        system, limits, point, stability, found, exact, close, sweep, cases, drive, by_load, others, used, findings,
+        loop, parametric, study, avoid, helps, not_tried, verdict_of(limits, curves, avoid, used, findings, change),
+        (*no_loop, *not_searched), tuple(implausible(gear, rated_torque, loop, used)),
     )  # fmt: skip
 
 

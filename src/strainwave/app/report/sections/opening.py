@@ -1,4 +1,4 @@
-"""What the report is of, and the key numbers that it begins with."""
+"""What the report is of, the verdict, and the key numbers that it begins with."""
 
 import math
 from typing import Any
@@ -10,6 +10,7 @@ from ....study.analysis.analysis import Largest
 from ...console import WHAT_X_IS, number, percent
 from ...units import sizes
 from ...view import View
+from ..verdict import verdict_data
 from .whole_train import modes, parts, under_load
 
 CONVENTIONS = (
@@ -22,12 +23,12 @@ OSCILLATES = 0.5  # damping ratio below which a mode of the train is a key numbe
 
 
 class Opening:
-    """Title, key numbers, and what they are of."""
+    """Title, verdict, key numbers, and what they are of."""
 
     heading = ""
 
     def data(self, view: View) -> dict[str, Any]:
-        """Conventions, natural frequencies, the largest error and torque, and the limits of the gear."""
+        """The verdict, conventions, natural frequencies, the largest error and torque, and the limits of the gear."""
         project, worst = view.project, view.analysis.largest()
         return {
             "strainwave": __version__,
@@ -35,6 +36,7 @@ class Opening:
             "project": project.text,
             "motor": project.motor,
             "base_angle": project.speeds.base_angle,
+            "verdict": verdict_data(view),
             "conventions": CONVENTIONS,
             "speed_range_rad_per_s": list(view.analysis.speeds),
             "natural_frequencies": natural_frequencies(view),
@@ -46,8 +48,10 @@ class Opening:
         }
 
     def lines(self, view: View, data: dict[str, Any]) -> list[str]:
-        """The key numbers, below each other."""
-        return [f"{value:>15}  {what}" for value, what, _ in self.key_numbers(view, data)]
+        """The verdict, and the key numbers below each other."""
+        verdict = data["verdict"]
+        said = [verdict[key] for key in ("sentence", "what_to_do") if verdict[key]]
+        return said + [f"{value:>15}  {what}" for value, what, _ in self.key_numbers(view, data)]
 
     def about(self, view: View) -> str:
         """What the drive is, in words."""

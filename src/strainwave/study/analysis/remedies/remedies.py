@@ -4,7 +4,7 @@ A thing is changed by 10 %, and by 30 % where that changes the oscillation by le
 that helps is kept. A line that is cancelled and another gear of the catalogue are changes of their own.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import chain
 from time import thread_time
@@ -82,13 +82,25 @@ def what_helps(
     """Remedies of a drive that has speeds to avoid: under the load torque of the largest oscillation."""
     if avoid is None or not avoid.bands:
         return (), ()
-    if load is not None and (worst := worst_of(cases)) is not None:
-        system, train = load.at(worst.torque)
-        drive, avoid = worst.drive, worst.avoid or avoid
-        train = None if subject.train is None else train
-        system = system._replace(omega=subject.system.omega)
-        subject = subject._replace(system=system, train=train, load_torque=worst.torque)
+    subject, drive, avoid = at_worst(subject, drive, avoid, cases, load)
     return remedies(subject, drive.response, avoid, used.peak_torque, progress)
+
+
+def at_worst(
+    subject: Subject, drive: DriveResponse, avoid: Avoid, cases: tuple[LoadCase, ...], load: LoadRange | None
+) -> tuple[Subject, DriveResponse, Avoid]:
+    """The drive under the load torque of the largest oscillation; as it is where the load has one torque."""
+    worst = worst_of(cases)
+    if load is None or worst is None:
+        return subject, drive, avoid
+    return under(subject, load, worst.torque), worst.drive, worst.avoid or avoid
+
+
+def under(subject: Subject, load: LoadRange, torque: float) -> Subject:
+    """The drive under one constant torque [N*m] of its load."""
+    system, train = load.at(torque)
+    system = system._replace(omega=subject.system.omega)
+    return subject._replace(system=system, train=None if subject.train is None else train, load_torque=torque)
 
 
 def remedies(
@@ -122,12 +134,11 @@ def remedies(
         What was left out, and why.
     """
     begun = thread_time()
-    trial = _Trial.of(subject, response, avoid, begun + 0.5 * seconds)
+    trial = Trial.of(subject, response, avoid, begun + 0.5 * seconds)
     if trial is None:
         return (), ("what would help: the peak is not found again in the time for it",)
-    at = response.visited()[np.argmax(oscillations(response.curve)[response.visited()])]
     found, left, late, longest = [], [], [], thread_time() - begun
-    for knob in chain(knobs(subject, response.curve.coefficients[at], torque), other_gears(subject)):
+    for knob in every_knob(subject, response, torque):
         start = thread_time()
         if start - begun + longest >= seconds:
             late.append(knob.what)
@@ -143,8 +154,14 @@ def remedies(
     return tuple(sorted(found, key=lambda remedy: remedy.ratio)), tuple(left)
 
 
+def every_knob(subject: Subject, response: ExactResponse, torque: float) -> Iterator[Knob]:
+    """Everything that can be turned or exchanged on a drive with that curve and largest torque [N*m] in the gear."""
+    at = response.visited()[np.argmax(oscillations(response.curve)[response.visited()])]
+    return chain(knobs(subject, response.curve.coefficients[at], torque), other_gears(subject))
+
+
 @dataclass(frozen=True)
-class _Trial:
+class Trial:
     """How changed drives are followed, and the largest oscillation without a change."""
 
     speeds: tuple[float, float]
@@ -153,7 +170,7 @@ class _Trial:
     avoid: Avoid
 
     @classmethod
-    def of(cls, subject: Subject, response: ExactResponse, avoid: Avoid, end: float) -> "_Trial | None":
+    def of(cls, subject: Subject, response: ExactResponse, avoid: Avoid, end: float) -> "Trial | None":
         """Follow a drive without a change; None where that finds no motion, or goes on after a time [s]."""
         speeds = subject.speeds
         if subject.has_memory:
@@ -179,7 +196,7 @@ class _Trial:
                 if isinstance(changed, str):
                     why = changed
                     break
-                remedy = self._of(knob, share, changed)
+                remedy = self.remedy(knob, share, changed)
                 if remedy is None:
                     why = "no steady motion was found with the change"
                     break
@@ -190,7 +207,8 @@ class _Trial:
                 break
         return min(tried, key=lambda remedy: remedy.ratio, default=None), why
 
-    def _of(self, knob: Knob, share: float, changed: Subject) -> Remedy | None:
+    def remedy(self, knob: Knob, share: float, changed: Subject) -> Remedy | None:
+        """What a change of one thing by a share does; None where no steady motion is found with it."""
         try:
             after = largest(changed if share == 0.0 else changed._replace(speeds=self.speeds), *self.how)
         except SolveError:  # its law cannot carry the mean torque

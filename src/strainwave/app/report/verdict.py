@@ -1,0 +1,132 @@
+"""Whether the drive is all right at its speeds and, if not, the smallest change, as data and in words."""
+
+from typing import Any
+
+from ...model.gears.limits import Finding
+from ...sentences import Angle, Sentence, Speed, listed
+from ...study.analysis.usage import gravest
+from ...study.analysis.verdict import Answer, Verdict
+from ..console import number
+from ..units import sizes
+from ..view import View
+from .remedies import more
+from .sections.whole_train import under_load
+
+REST = ("max_rpm", "average_rpm", "average_torque")  # limits that are named only where they are passed
+
+
+def verdict_data(view: View) -> dict[str, Any]:
+    """The answer, its sentence, what to do, and the speeds and the change in numbers."""
+    verdict, change = view.analysis.verdict, view.analysis.verdict.change
+    row = None
+    if change is not None:
+        row = {"change": more(change), "from": change.before, "to": change.gear or change.after, "unit": change.unit}
+        row |= {**sizes(_after(view), "oscillation"), "at_rad_per_s": change.at}
+    return {
+        "answer": str(verdict.answer),
+        "sentence": _sentence(view, verdict),
+        "what_to_do": _remedy(view, verdict),
+        "speeds_to_keep_out_of": [_band(view, *band) for band in verdict.speeds],
+        "allowed_speeds": [_band(view, *band) for band in verdict.allowed],
+        "smallest_change": row,
+    }
+
+
+def _sentence(view: View, verdict: Verdict) -> Sentence:
+    """The answer, with the largest oscillation and torque against their limits."""
+    begin: str = "All right at all speeds"
+    if verdict.answer is Answer.BUT:
+        begin = "All right but for " + _ranges(verdict.speeds)
+    elif verdict.answer is Answer.NOT:
+        begin = "Not all right"
+    return Sentence("{}: {}; {}.", begin, _oscillation(view), _torque(view, verdict))
+
+
+def _oscillation(view: View) -> Sentence:
+    """The largest oscillation against its limit."""
+    analysis, avoid = view.analysis, view.analysis.avoid
+    if avoid is None:
+        return Sentence("no steady motion of the range is stable")
+    largest = analysis.largest_oscillation()
+    where = Speed(largest.omega, digits=5) + under_load(largest.torque)
+    if avoid.limit is not None:
+        how = "above" if largest.peak > avoid.limit else "within"
+        against = Sentence("{} the limit of {}", how, Angle(avoid.limit))
+    elif avoid.slow > 0.0:
+        against = Sentence("{} times that of quasi-static rotation", number(largest.peak / avoid.slow, 2))
+        against += ", and the file has no limit of it"
+    else:
+        against = Sentence("and the file has no limit of it")
+    text = Sentence("the error oscillates with up to {} at {}, {}", Angle(largest.peak), where, against)
+    if avoid.limit is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > avoid.limit:
+        text += Sentence(" (in the run-up with up to {})", Angle(avoid.largest_passed[1]))
+    sweep = analysis.response.sweep
+    return text if sweep is None or not sweep.jumping else text + ", and the motion jumps"
+
+
+def _torque(view: View, verdict: Verdict) -> str:
+    """The largest torque against the rating, and every limit of the gear that is passed."""
+    used, exceeded = view.analysis.usage, gravest(verdict.exceeded)
+    size = f"the torque through the gear reaches {number(used.peak_torque)} N·m"
+    torques = [finding for finding in view.analysis.limits if finding.limit not in REST]
+    if not torques:
+        said = f"{size}, and no rating of it is known"
+    elif passed := [finding for finding in exceeded if finding.limit not in REST]:
+        said = f"{size}, above {_named(passed[0])}"
+    else:
+        said = f"{size}, within {_named(min(torques, key=lambda finding: finding.bound))}"
+    for finding in exceeded:
+        if finding.limit in REST:
+            said += f"; {number(finding.value)} {_unit(finding)} are above {_named(finding)}"
+    return said
+
+
+def _named(finding: Finding) -> str:
+    name = finding.limit.replace("max_rpm", "largest input speed").replace("average_rpm", "average input speed")
+    return f"the {name.replace('_', ' ')} of {number(finding.bound)} {_unit(finding)}"
+
+
+def _unit(finding: Finding) -> str:
+    return finding.unit.replace("*", "·")
+
+
+def _remedy(view: View, verdict: Verdict) -> str:
+    """The smallest change that suffices, or what the best one leaves; and the speeds that need none."""
+    if verdict.answer is Answer.ALL_RIGHT:
+        return ""
+    avoid, said = view.analysis.avoid, []
+    over = avoid is not None and avoid.limit is not None and avoid.largest > avoid.limit
+    if verdict.change is not None:
+        text = "Smallest change that was found to bring the oscillation within its limit: {}; it leaves {} at {}."
+        said.append(Sentence(text, more(verdict.change), Angle(_after(view)), Speed(verdict.change.at, digits=5)))
+    elif over and avoid is not None and view.analysis.remedies:
+        best = view.analysis.remedies[0]
+        text = "No change of one thing was found that brings the oscillation within its limit; the best, {}, leaves {}."
+        said.append(Sentence(text, more(best), Angle(best.ratio * avoid.largest)))
+    elif over:
+        said.append(Sentence("No change was tried that could bring the oscillation within its limit."))
+    if verdict.exceeded:
+        said.append(Sentence("What passes a limit of the gear needs less load or speed, or a larger gear."))
+    if verdict.answer is Answer.BUT:
+        keep = "Without a change: keep to {}." if said else "Keep to {}."
+        said.append(Sentence(keep, _ranges(verdict.allowed)))
+    elif over and not verdict.allowed:
+        said.append(Sentence("No speed of the range is without it."))
+    return Sentence(" ").join(said)
+
+
+def _after(view: View) -> float:
+    """Largest oscillation [rad] after the smallest change."""
+    change, avoid = view.analysis.verdict.change, view.analysis.avoid
+    assert change is not None
+    assert avoid is not None
+    return change.ratio * avoid.largest
+
+
+def _ranges(bands: tuple[tuple[float, float], ...]) -> Sentence:
+    return listed(Sentence("{}", Speed(*band, digits=4, between=" to ", bare=True)) for band in bands) + " " + Speed()
+
+
+def _band(view: View, low: float, high: float) -> dict[str, Any]:
+    ends = {"from_rad_per_s": low, "to_rad_per_s": high}
+    return ends | {"from_rpm": view.speeds.rpm(low), "to_rpm": view.speeds.rpm(high)}

@@ -1,0 +1,110 @@
+"""Whether a drive is all right: one that is, one that a change cures, one that nothing cures, limits of the gear."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+from strainwave.model.gears.limits import Finding
+from strainwave.study.analysis.avoid import Avoid
+from strainwave.study.analysis.usage import Usage
+from strainwave.study.analysis.verdict import Answer, verdict_of
+from strainwave.units import ARCSEC, RPM
+
+AXIS = """
+limit: {{oscillation: {limit} arcsec}}
+gear: CSG-40-50
+motor: {{inertia: 4.5 kg*cm^2, mode: held}}
+load: {{inertia: 1.3 kg*m^2}}
+damping: {{ratio: {damping} %}}
+speed: {{from: 1000 rpm, to: 3000 rpm, shaft: motor}}
+excitation:
+  {excitation}
+"""
+ERROR = "kinematic_error: [{{order: 2, amplitude: {} arcsec}}]"
+RIPPLE = "load_torque: {lines: [{order: 2, amplitude: 5 N*m}]}"
+
+
+def project(folder, limit, excitation, damping=3.0):
+    path = folder / "axis.yaml"
+    path.write_text(AXIS.format(limit=limit, excitation=excitation, damping=damping), encoding="utf-8")
+    return sw.read_project(path)
+
+
+def largest(drive):
+    """Largest oscillation [arcsec] of any motion of the drive's own response."""
+    return float(np.max(drive.response().oscillation)) / ARCSEC
+
+
+@pytest.mark.slow
+def test_a_drive_below_its_limit_is_all_right_and_needs_no_change(tmp_path):
+    drive = project(tmp_path, 900, ERROR.format(23), damping=15.0)
+    verdict = drive.analyze().verdict
+    assert largest(drive) < 900
+    assert verdict.answer is Answer.ALL_RIGHT
+    assert verdict.speeds == verdict.exceeded == ()
+    assert verdict.allowed == (drive.speeds.limits,)
+    assert verdict.change is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("limit", "what"), [(385, "kinematic error of order 2"), (300, "damping of the gear")])
+def test_the_named_step_cures_the_drive_and_most_of_it_does_not(tmp_path, limit, what):
+    def changed(share):
+        if what.startswith("kinematic"):
+            return largest(project(tmp_path, limit, ERROR.format(23 * (1 + share))))
+        return largest(project(tmp_path, limit, ERROR.format(23), 3 * (1 + share)))
+
+    verdict = project(tmp_path, limit, ERROR.format(23)).analyze().verdict
+    assert verdict.answer is Answer.BUT
+    assert verdict.change.what == what
+    assert not verdict.change.exceeds
+    assert changed(0.0) > limit
+    assert changed(0.9 * verdict.change.share) > limit > changed(verdict.change.share)
+    assert changed(verdict.change.share) == pytest.approx(verdict.change.ratio * changed(0.0), rel=0.01)
+
+
+@pytest.mark.slow
+def test_where_nothing_suffices_no_change_is_named_and_no_speed_is_allowed(tmp_path):
+    found = project(tmp_path, 0.1, RIPPLE).analyze()
+    assert found.remedies
+    assert all(remedy.exceeds for remedy in found.remedies)
+    assert found.verdict.change is None
+    assert found.verdict.answer is Answer.NOT
+    assert found.verdict.allowed == ()
+
+
+OMEGA = np.linspace(100.0, 200.0, 101)
+TORQUE = 100.0 - np.abs(OMEGA - 150.0)  # a tent of 100 N*m at 150 rad/s
+CURVE = SimpleNamespace(omega=OMEGA, torque=TORQUE, mean_torque=0.5 * TORQUE, visited=lambda: np.arange(101))
+QUIET = Avoid((), 1e-5, 150.0, 1e-5, limit=1e-4)
+
+
+def judged(*limits, used=None):
+    used = used or Usage(100.0, 150.0, 50.0, 150.0)
+    return verdict_of((100.0, 200.0), (CURVE,), QUIET, used, limits)
+
+
+def test_a_torque_beyond_its_rating_at_some_speeds_leaves_the_others():
+    verdict = judged(Finding("repeated_peak_torque", 100.0, 89.5, "N*m", ""))
+    assert verdict.answer is Answer.BUT
+    np.testing.assert_allclose(verdict.speeds, [(139.5, 160.5)], rtol=1e-12)
+    np.testing.assert_allclose(verdict.allowed, [(100.0, 139.5), (160.5, 200.0)], rtol=1e-12)
+    mean = judged(Finding("average_torque", 50.0, 44.75, "N*m", ""))
+    np.testing.assert_allclose(mean.speeds, verdict.speeds, rtol=1e-12)
+
+
+def test_a_torque_that_no_curve_shows_is_not_cured_by_keeping_out_of_speeds():
+    run = Usage(120.0, 110.0, 50.0, 150.0)
+    assert judged(Finding("momentary_torque", 120.0, 110.0, "N*m", ""), used=run).answer is Answer.NOT
+
+
+def test_an_input_speed_beyond_its_limit_ends_the_allowed_speeds():
+    verdict = judged(Finding("max_rpm", 200.0 / RPM, 180.0 / RPM, "rpm", ""))
+    assert verdict.answer is Answer.BUT
+    np.testing.assert_allclose(verdict.allowed, [(100.0, 180.0)], rtol=1e-12)
+
+
+def test_limits_that_are_kept_change_nothing():
+    assert judged(Finding("repeated_peak_torque", 100.0, 101.0, "N*m", "")).answer is Answer.ALL_RIGHT
