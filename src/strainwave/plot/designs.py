@@ -31,7 +31,10 @@ def draw_design(axes: Any, found: Design) -> None:
         axes.plot(x, y, marker, mfc="none", mec="C0", label=f"size {size}")
         axes.plot(x[filled], y[filled], marker, mfc="C0", mec="C0")
     for c in found.pareto:
-        axes.annotate(f" {c.gear}", (c.reflected_inertia, c.oscillation / ARCSEC), fontsize=8)
+        place = c.reflected_inertia, c.oscillation / ARCSEC
+        axes.annotate(c.gear, place, (0, -8), textcoords="offset points", fontsize=8, ha="center", va="top")
     axes.axhline(found.specification.limit / ARCSEC, color="0.4", ls="--", lw=1.0, label="limit")
     axes.set(xlabel="motor and wave generator at the load (kg m²)", ylabel="oscillation (arcsec)")
-    axes.legend(fontsize=8, frameon=False, title="filled: Pareto front", title_fontsize=8)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low - 0.06 * (high - low), high + 0.06 * (high - low))
+    axes.legend(fontsize=8, title="filled: Pareto front", title_fontsize=8)
