@@ -304,3 +304,20 @@ def test_without_arguments_it_serves_around_the_speed_of_the_system():
     predictor = sw.slow_flow(DUFFING, sw.PRIMARY).predictor()
     assert predictor.speeds == (0.5 * DUFFING.omega, 1.5 * DUFFING.omega)
     assert predictor.sample == pytest.approx(2.0 * math.pi / (32.0 * 1.5 * DUFFING.omega))
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("omega", [123.0, 124.0])
+def test_a_loaded_gear_with_kinks_settles_on_the_steady_state_beside_its_peak(omega):
+    gear = sw.catalogue.gear("CSG-32-100")
+    error = sw.KinematicError((sw.Line(2, 9.696e-5),))
+    B = 0.06 * (gear.law.K2 * 1.6) ** 0.5
+    system = sw.Oscillator(1.6, B, gear.law, sw.Harmonic(0.0, mean=40.0), omega, error)
+    flow = sw.slow_flow(system, sw.Resonance(2, 1), order=2)
+    predictor = flow.predictor(1e-3, speeds=(105.0, 150.0))
+    state = max((s for s in flow.steady_states() if s.stable), key=lambda s: s.amplitude)
+    now = predictor.start(omega, 1.0, state.z)
+    for _ in range(2500):
+        found = predictor.update(omega, 1.0, now)
+        now = found.state
+    assert found.amplitude == pytest.approx(state.amplitude, rel=0.01)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ....law import breakpoints_of
 from ....quantities import floated, interval, number
 from .. import response as response_curve
 from ..averaging import AveragedFlow
@@ -24,7 +25,7 @@ from .samples import SLOTS, FirstOrderSamples, SecondOrderSamples
 PER_PERIOD = 32  # samples per period of the fastest component, where the caller names no sample
 TURN, MOST_STEPS = 0.05, 8  # of the slow state in one step [rad], and steps in a sample
 SPEEDS = 9  # at which forced motions are certified
-FEWEST, MOST_POINTS = 16, {1: 64, 2: 24}  # sample points along the motion, by the order
+FEWEST, MOST_POINTS, KINKED = 16, {1: 64, 2: 24}, 48  # sample points along the motion, by the order; with kinks
 ACCURATE, ACCEPTED = 1e-10, 0.01  # relative error of the rates by samples: where to stop, and what is refused
 CERTIFIED = 24  # steady states, evenly among all by the size of their torsion
 OVERSHOOT = 2.0  # the excitation at which validity is sought, over the largest of the range
@@ -127,7 +128,8 @@ def _sampled(flow: Flow, drive: LinearDrive, order: int, probes: Probes, amplitu
     s = flow.setting
     p, q = s.resonance
     fast, top = p // _base(s), max(p // _base(s), *_places(s))
-    best, error, points, most = None, math.inf, FEWEST * top, MOST_POINTS[order] * top
+    best, error, points = None, math.inf, FEWEST * top
+    most = top * (max(KINKED, MOST_POINTS[order]) if breakpoints_of(s.system.law) else MOST_POINTS[order])
     while True:
         angle, share = 2.0 * math.pi / points, _base(s) / q
         common = (floated(s.system.law), s.system.J, points, math.cos(angle), math.sin(angle), fast, share)
