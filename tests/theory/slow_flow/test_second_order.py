@@ -250,3 +250,14 @@ def test_orders_that_need_too_many_samples_are_refused() -> None:
     )
     with pytest.raises(ValueError, match=r"2000 harmonics of their common period.*take order=1"):
         sw.slow_flow(system, sw.PRIMARY, order=2)
+
+
+@pytest.mark.interpreted
+def test_a_stable_subharmonic_is_stable_though_the_fast_duplicate_of_its_motion_is_not():
+    # the multipliers of the true orbit have the size .9645; DOP853 stays on it for 180 periods of the forcing
+    law = sw.Polynomial((0.0, 1.0, 0.0, 0.08359100781854155, 0.0, 0.030775370095585154))
+    torque = sw.Harmonic(2.9164640023532273, mean=0.9159086888861673)
+    system = sw.Oscillator(1.0, 0.01599702477791857, law, torque, 4.173223153619007)
+    state = sw.slow_flow(system, sw.SUBHARMONIC, order=2).steady_states()[0]
+    assert state.amplitude == pytest.approx(2.1378, rel=1e-3)
+    assert state.stable
