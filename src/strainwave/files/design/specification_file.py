@@ -10,6 +10,7 @@ from pydantic import model_validator as check_model
 from ...model.excitation import KinematicError, Line
 from ...model.gears import catalogue
 from ...study.design.specification import DutySegment, Specification
+from ..complaints import EXAMPLES as OF_PROJECTS
 from ..complaints import complaints
 from ..entries import Wrong, refusal, whole
 from ..loop_fields import EXAMPLE_LOOP, Loop
@@ -68,12 +69,10 @@ EXAMPLES = {
     "series": "[CSG]",
     "series[]": "CSG",
     "excitation": "{accuracy: catalogue}",
-    "excitation.accuracy": "1 arcmin",
-    "excitation.kinematic_error": "[{order: 2, amplitude: 23 arcsec}]",
-    "excitation.kinematic_error[]": "{order: 2, amplitude: 23 arcsec}",
-    "excitation.kinematic_error[].order": "2",
-    "excitation.kinematic_error[].amplitude": "23 arcsec",
-    "excitation.kinematic_error[].phase": "90 deg",
+} | {
+    field: text
+    for field, text in OF_PROJECTS.items()
+    if field.startswith(("excitation.accuracy", "excitation.kinematic_error"))
 }
 
 
