@@ -11,6 +11,7 @@ import strainwave as sw
 import strainwave.model
 from strainwave.maths import exp, sign, sqrt
 from strainwave.model.oscillator import Powers
+from strainwave.model.train.controls import Commanded
 from strainwave.model.train.train_forms import AtLoad, Metered
 from strainwave.quantities import Angle, TorsionalStiffness
 from strainwave.tree import is_model
@@ -149,6 +150,7 @@ TRAINS = {
         motor=sw.Motor(0.2, EXCITATIONS["Harmonics"], DISSIPATIVE["Stribeck"], sw.PositionLoop(2.0, 0.3)),
         reference=REFERENCES["SpeedProfile"],
     ),
+    "commanded": PLAIN_TRAIN._replace(motor=sw.Motor(0.2, control=Commanded())),
     "loop with a lag": PLAIN_TRAIN._replace(
         motor=sw.Motor(0.2, control=sw.Lagged(sw.SpeedLoop(0.3, 0.2, 0.05), 0.1)), reference=REFERENCES["SpeedProfile"]
     ),

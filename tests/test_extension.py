@@ -11,10 +11,10 @@ from scipy.integrate import solve_ivp
 import strainwave as sw
 from strainwave.app.figures.svg import Panel, figure
 from strainwave.app.report.report import together
+from strainwave.choices import larger
 from strainwave.compile.jit import as_python
 from strainwave.maths import cos, sign, tanh
 from strainwave.model.train.train_forms import AtLoad
-from strainwave.numerics.choices import larger
 from strainwave.sentences import Angle, Speed
 
 DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)

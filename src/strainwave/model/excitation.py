@@ -195,6 +195,14 @@ class KinematicError(NamedTuple):
             total = total - line.amplitude * line.order * sin(line.order * angle + line.phase)
         return total
 
+    def curvature(self, angle: Any) -> Any:
+        """Second derivative of e [rad/rad^2] at the base angle [rad]."""
+        total = 0.0 * angle
+        for i in range(len(self.lines)):
+            line = self.lines[i]
+            total = total - line.amplitude * line.order * line.order * cos(line.order * angle + line.phase)
+        return total
+
     def orders(self) -> tuple[int, ...]:
         """The orders of all lines."""
         return tuple(line.order for line in self.lines)
@@ -213,4 +221,8 @@ class NoError(NamedTuple):
 
     def slope(self, angle: Any) -> Any:
         """Derivative de/dangle = 0."""
+        return 0.0 * angle
+
+    def curvature(self, angle: Any) -> Any:
+        """Second derivative 0."""
         return 0.0 * angle

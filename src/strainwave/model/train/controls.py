@@ -29,6 +29,28 @@ class Held(NamedTuple):
     """An ideal speed loop: the motor follows its reference motion whatever torque that takes."""
 
 
+class Commanded(NamedTuple):
+    """A torque from outside: it is the internal state z [N*m] itself, which a sampled controller overwrites.
+
+    Between two samples it stays as it is.
+    """
+
+    def states(self) -> int:
+        """Number of internal states."""
+        return 1
+
+    def torque(self, x: Any, v: Any, z: Any) -> Any:
+        """Torque [N*m] against the deviation: the commanded torque pushes along the motion."""
+        return -z[0]
+
+    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+        """Rate of the held torque: 0."""
+        return (0.0 * z[0],)
+
+
+COMMANDED = Commanded()
+
+
 class PositionLoop(NamedTuple):
     """PD position loop on the motor: torque -K_p (theta_m - reference) - K_d (theta_m' - reference').
 

@@ -12,10 +12,10 @@ Hairer, Norsett & Wanner I, sec. II.4 (error norm); Hairer & Wanner II, sec. IV.
 import math
 from typing import Any
 
+from ...choices import larger, select, smaller
 from ...compile.jit import borrowed, chosen, kernel, kernel_as
 from ...compile.lanes import lane, load, store
 from ...tree import count
-from ..choices import larger, select, smaller
 from .fixed_step import every_lane, strobe
 from .pieces import Piece, Whole, about_log2, about_one_over, about_two_to, extreme_between, updated
 

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...choices import larger, smaller
 from ...maths import cos, sin
-from ..choices import larger, smaller
 from .pieces import harmonic_integrals, integral
 
 

@@ -6,12 +6,12 @@
 import math
 from typing import Any
 
+from ...choices import smaller
 from ...compile.jit import chosen, kernel, routine
 from ...compile.tuples import axpy, times
 from ...law import has
 from ...protocols import omega_of
 from ...results import Trajectory
-from ..choices import smaller
 
 DIFFERENCE = 1e-5  # step of the differences that give the rates of what is watched, in units of 1 s and of 1/omega
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ..compile.jit import kernel, kernel_as
+from .compile.jit import kernel, kernel_as
 
 
 @kernel_as(lambda condition, a, b: a if condition else b, inline=True)

@@ -1,0 +1,16 @@
+"""Sampled controllers of the motor, what they measure, and the loop that they close around a drive train."""
+
+from .adaptive import AdaptiveCancellation as AdaptiveCancellation
+from .closed_loop import ClosedLoop as ClosedLoop
+from .closed_loop import Sampling as Sampling
+from .feedforward import AngleFeedforward as AngleFeedforward
+from .feedforward import InverseDynamics as InverseDynamics
+from .feedforward import TorqueTable as TorqueTable
+from .gandhi_ghorbel import GandhiGhorbel as GandhiGhorbel
+from .loops import Cascade as Cascade
+from .loops import LoadIntegral as LoadIntegral
+from .loops import SampledPD as SampledPD
+from .measurement import Measurement as Measurement
+from .notch import Notch as Notch
+from .notch import notch as notch
+from .observer import DisturbanceObserver as DisturbanceObserver

@@ -1,0 +1,192 @@
+"""A drive train with its sampled controller: what is measured, when, and how its torque comes to the motor."""
+
+from math import nan
+from typing import Any, NamedTuple
+
+from ...choices import larger, select, smaller
+from ...compile.jit import kernel
+from ...noise import even, noise
+from ...protocols import need
+from ...quantities import Angle, Ratio, Time, Torque
+from ..excitation import NoError
+from ..train.controls import Commanded
+from ..train.drive_train import motor_motion
+from .loops import is_controller
+from .measurement import Measurement, moved
+
+NO_ERROR = NoError()
+ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to a whole number
+LONGEST = 3.0  # samples of delay
+JUST = 1e-9  # of a period: rounding of a delay
+LOST = 20.0  # samples without a motor's angle after which the torque is 0 until it is back
+
+
+class Sampling(NamedTuple):
+    """Samples every `period`; a torque acts `delay` later and is at most `limit`; what the encoders give.
+
+    An angle is rounded to the encoder's step `quantum`, 0 for none, after noise of a standard deviation. `load_encoder`
+    is 1 where the load's angle is measured, 0 where not. A share `loss` of the motor's samples is lost, a NaN; `seed`
+    fixes noise and losses.
+    """
+
+    period: Time = 250e-6
+    delay: Time = 250e-6
+    limit: Torque = 1e9
+    motor_quantum: Angle = 0.0
+    motor_noise: Angle = 0.0
+    load_quantum: Angle = 0.0
+    load_noise: Angle = 0.0
+    loss: Ratio = 0.0
+    load_encoder: int = 1
+    seed: int = 1
+
+    @property
+    def lead(self) -> float:
+        """Time [s] from a sample to the middle of the time in which its torque acts."""
+        return self.delay + 0.5 * self.period
+
+    def check(self) -> None:
+        """Refuse times, limits and encoders that are none (ValueError)."""
+        for name in ("period", "limit"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"Sampling.{name} is {getattr(self, name):g}; it must be positive")
+        for name in ("delay", "motor_quantum", "motor_noise", "load_quantum", "load_noise"):
+            if not getattr(self, name) >= 0.0:
+                raise ValueError(f"Sampling.{name} is {getattr(self, name):g}; it must be zero or more")
+        if not self.delay <= LONGEST * self.period:
+            raise ValueError(
+                f"Sampling.delay is {self.delay:g} s; it must be at most {LONGEST:g} periods, "
+                f"{LONGEST * self.period:g} s"
+            )
+        if not 0.0 <= self.loss < 1.0:
+            raise ValueError(f"Sampling.loss is {self.loss:g}; it is a share, from 0 to below 1")
+
+
+class Driven(NamedTuple):
+    """A controller with a torque [N*m] added to its own, and an angle [rad] to what its motor follows."""
+
+    loop: Any
+    torque: Torque
+    angle: Angle
+
+    def start(self) -> Any:
+        """Memory before the first sample."""
+        return self.loop.start()
+
+    def update(self, state: Any, m: Any) -> Any:
+        """Memory after a sample, and the torque [N*m]."""
+        state, torque = self.loop.update(state, moved(m, self.angle, 0.0, 0.0))
+        return state, torque + self.torque
+
+
+class Memory(NamedTuple):
+    """What a closed loop remembers between samples, beside the state of its train.
+
+    `state` is the controller's; then the last four torques, newest first; the last good deviation of the motor and how
+    many samples it is old; counts of samples that were limited and lost.
+    """
+
+    state: Any
+    torques: Any
+    deviation: Any
+    age: Any
+    limited: Any
+    lost: Any
+
+
+@kernel
+def rounded(angle: Any, quantum: Any) -> Any:
+    """An angle in whole steps of an encoder; as it is where the step is 0."""
+    step = select(quantum > 0.0, quantum, 1.0)
+    return select(quantum > 0.0, ((angle / step + ROUND) - ROUND) * step, angle)
+
+
+@kernel
+def whole(sampling: Any) -> int:
+    """Whole periods in the delay."""
+    return int(sampling.delay / sampling.period + JUST)
+
+
+class ClosedLoop(NamedTuple):
+    """A drive train whose motor a sampled controller drives; the motor's control is `Commanded()`."""
+
+    train: Any
+    controller: Any
+    sampling: Sampling
+
+    def start(self) -> Memory:
+        """Memory before the first sample."""
+        return Memory(self.controller.start(), (0.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
+
+    def measured(self, t: Any, y: Any, memory: Any, lane: int, sample: int) -> Any:
+        """What the controller is given at a time [s]: a lost angle of the motor is the last good one, moved along.
+
+        Returns the measurement, whether the motor's angle was lost, its deviation, and its age in samples.
+        """
+        s, train = self.sampling, self.train
+        phase, omega = train.omega * t, train.omega
+        motor = motor_motion(train, phase, y)[0]
+        load = motor / train.N - train.load_error(y)
+        reference = train.reference.value(phase)
+        fast, quick = omega * train.reference.slope(phase), omega * omega * train.reference.curvature(phase)
+        angle = rounded(motor + s.motor_noise * noise(s.seed, lane, sample, 0), s.motor_quantum)
+        output = rounded(load + s.load_noise * noise(s.seed, lane, sample, 1), s.load_quantum)
+        lost = select((even(s.seed, lane, sample, 2) < s.loss) | (angle != angle), 1.0, 0.0)
+        deviation = select(lost > 0.0, memory.deviation, angle - reference)
+        age = select(lost > 0.0, memory.age + 1.0, 0.0)
+        seen = select(s.load_encoder == 1, output, nan)
+        m = Measurement(reference, fast, quick, reference + deviation, seen, memory.torques[0])
+        return m, lost, deviation, age
+
+    def update(self, t: Any, y: Any, memory: Any, lane: int, sample: int) -> Any:
+        """Memory after the sample at a time [s]."""
+        m, lost, deviation, age = self.measured(t, y, memory, lane, sample)
+        state, asked = self.controller.update(memory.state, m)
+        asked = select((asked == asked) & (age <= LOST), asked, 0.0)
+        torque = larger(smaller(asked, self.sampling.limit), -self.sampling.limit)
+        limited = memory.limited + 1.0 * (torque != asked)
+        q = memory.torques
+        return Memory(state, (torque, q[0], q[1], q[2]), deviation, age, limited, memory.lost + lost)
+
+    def commanded(self, y: Any, memory: Any, later: int) -> Any:
+        """State of the train with the torque that acts in the first part of a sample (later = 0) or in the second."""
+        torque = memory.torques[whole(self.sampling) + 1 - later]
+        return (y[0], y[1], y[2], y[3], torque, *y[5:])
+
+    def waits(self) -> Any:
+        """Time [s] after a sample until another torque acts; the delay's whole periods are left out."""
+        s = self.sampling
+        left = s.delay - whole(s) * s.period
+        return select(left > JUST * s.period, left, 0.0)
+
+    def watched(self, phase: Any, y: Any) -> Any:
+        """Pointing error [rad] of the load, and torque [N*m] in the gear."""
+        return self.train.pointing_error(y), self.train.torque(phase, y)
+
+    def period(self) -> Any:
+        """Time [s] from one sample to the next."""
+        return self.sampling.period
+
+    def plant(self) -> Any:
+        """What is integrated between samples."""
+        return self.train
+
+    def check(self) -> None:
+        """Refuse a train without `Commanded()`, without motion of its motor, and a controller that is none."""
+        need("ClosedLoop.train", self.train, "pointing_error")
+        if not isinstance(self.train.motor.control, Commanded):
+            raise ValueError(
+                "ClosedLoop.train has a motor that is not commanded; give the train with "
+                "motor._replace(control=Commanded())"
+            )
+        is_controller("ClosedLoop.controller", self.controller)
+
+    def quiet(self) -> "ClosedLoop":
+        """The loop with ideal encoders, without kinematic error and limit: what is linear of it."""
+        s = self.sampling
+        ideal = Sampling(s.period, s.delay, load_encoder=s.load_encoder)
+        return ClosedLoop(self.train._replace(error=NO_ERROR), self.controller, ideal)
+
+    def with_inputs(self, torque: Any, angle: Any) -> "ClosedLoop":
+        """The loop with a torque [N*m] added to its controller's, and an angle [rad] to what the motor follows."""
+        return self._replace(controller=Driven(self.controller, torque, angle))

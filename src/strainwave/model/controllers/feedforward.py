@@ -1,0 +1,135 @@
+"""What is known of the error is taken away before it appears: at the angle, at the torque, or by the whole inverse."""
+
+from typing import Any, NamedTuple
+
+from ...compile.jit import kernel
+from ...law import depends, torque_of
+from ...protocols import need
+from ...quantities import Inertia, Ratio, Time
+from .loops import is_controller
+from .measurement import moved
+
+ROUNDS = 4  # of the fixed point theta_m = N (theta_l + u + e(theta_m)): it contracts by N e', below 1e-2
+
+
+class AngleFeedforward(NamedTuple):
+    """The motor is to follow N (theta_ref + e): the rigid gear then turns its output as it should.
+
+    `error` is e [rad, output side] as a function of the motor's angle, here of its reference. With the inertia `J` of
+    the motor, the torque that moves it along e is added, taken `lead` seconds ahead: with a loop that has no other
+    error, this is the linear inverse of the drive. The load then feels no torque, whatever the gear's stiffness is.
+    """
+
+    loop: Any
+    error: Any
+    N: Ratio
+    lead: Time = 0.0
+    J: Inertia = 0.0
+
+    def start(self) -> Any:
+        """Memory before the first sample."""
+        return self.loop.start()
+
+    def update(self, state: Any, m: Any) -> Any:
+        """Memory after a sample, and the torque [N*m]."""
+        now, ahead = m.reference, m.reference + self.lead * m.speed
+        shift = self.N * self.error.value(now)
+        rate = self.N * self.error.slope(now) * m.speed
+        acceleration = self.N * (
+            self.error.curvature(ahead) * m.speed * m.speed + self.error.slope(ahead) * m.acceleration
+        )
+        state, torque = self.loop.update(state, moved(m, shift, rate, 0.0))
+        return state, torque + self.J * acceleration
+
+    def check(self) -> None:
+        """Refuse a loop or an error that is none (TypeError)."""
+        is_controller("AngleFeedforward.loop", self.loop)
+        for method in ("value", "slope", "curvature"):
+            need("AngleFeedforward.error", self.error, method)
+
+
+class TorqueTable(NamedTuple):
+    """A torque [N*m] over the motor's angle is added to that of `loop`: lines by order, at the reference's angle.
+
+    `table` is a `Harmonic` or `Harmonics`; it is taken `lead` seconds ahead.
+    """
+
+    loop: Any
+    table: Any
+    lead: Time = 0.0
+
+    def start(self) -> Any:
+        """Memory before the first sample."""
+        return self.loop.start()
+
+    def update(self, state: Any, m: Any) -> Any:
+        """Memory after a sample, and the torque [N*m]."""
+        state, torque = self.loop.update(state, m)
+        return state, torque + self.table.torque(m.reference + self.lead * m.speed)
+
+    def check(self) -> None:
+        """Refuse a loop or a torque that is none (TypeError)."""
+        is_controller("TorqueTable.loop", self.loop)
+        need("TorqueTable.table", self.table, "torque")
+
+
+class InverseDynamics(NamedTuple):
+    """The nonlinear inverse of a drive train: the motion and the torque of the motor with which the load is on course.
+
+    On course the load needs the torque T = J_l theta'' + drag - T_l, which twists the gear by u(T), and the motor
+    stands at theta_m = N (theta_ref + u + e(theta_m)). Its torque is J_m theta_m'' + drag + (1/N - e') T. The twist is
+    taken to change slowly. `train` is the model of the drive, its load without couplings and its laws without memory.
+    """
+
+    loop: Any
+    train: Any
+    lead: Time = 0.0
+
+    def start(self) -> Any:
+        """Memory before the first sample."""
+        return self.loop.start()
+
+    def update(self, state: Any, m: Any) -> Any:
+        """Memory after a sample, and the torque [N*m]."""
+        now = inverse(self.train, m.reference, m.speed, m.acceleration)
+        ahead = inverse(
+            self.train, m.reference + self.lead * m.speed, m.speed + self.lead * m.acceleration, m.acceleration
+        )
+        state, torque = self.loop.update(state, moved(m, now[0] - m.reference, now[1] - m.speed, 0.0))
+        return state, torque + ahead[2]
+
+    def check(self) -> None:
+        """Refuse a loop that is none (TypeError), and a train that it cannot invert (ValueError)."""
+        is_controller("InverseDynamics.loop", self.loop)
+        need("InverseDynamics.train", self.train, "pointing_error")
+        end = self.train.load.end()
+        if end is not self.train.load or any(depends(law) == 3 for law in (self.train.law, end.drag)):
+            raise ValueError(
+                "InverseDynamics.train has couplings or laws with memory, of which there is no inverse in closed form; "
+                "give the train without them, what is left is the loop's"
+            )
+
+
+@kernel
+def inverse(train: Any, angle: Any, speed: Any, acceleration: Any) -> Any:
+    """Angle [rad], speed [rad/s] and torque [N*m] of the motor with which the load is at (angle, ...)/N."""
+    load, N = train.load, train.N
+    torque = load.J * acceleration / N - load.excitation.torque(angle)
+    torque = torque + drag_of(load.drag, angle / N, speed / N)
+    twist = torque / train.law.stiffness(0.0 * torque)
+    for _ in range(ROUNDS):
+        twist = twist - (train.law.torque(twist) - torque) / train.law.stiffness(twist)
+    motor = angle + N * twist
+    for _ in range(ROUNDS):
+        motor = angle + N * (twist + train.error.value(motor))
+    slope = train.error.slope(motor)
+    fast = speed / (1.0 - N * slope)
+    quick = (acceleration + N * train.error.curvature(motor) * fast * fast) / (1.0 - N * slope)
+    drag = drag_of(train.motor.drag, motor, fast)
+    return motor, fast, train.motor.J * quick + drag + (1.0 / N - slope) * torque
+
+
+@kernel
+def drag_of(drag: Any, angle: Any, speed: Any) -> Any:
+    """Torque [N*m] of a drag without memory."""
+    return torque_of(drag, angle, speed, ())

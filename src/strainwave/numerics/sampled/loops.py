@@ -1,0 +1,217 @@
+"""`run_loop` and `loop_ensemble`: one sampled loop in time, and thousands with what is measured of each."""
+
+import math
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...compile.jit import run
+from ...compile.lanes import LANES
+from ...protocols import need
+from ...quantities import checked, number, numbers, positive_count
+from ...results import Floats
+from ...tree import leaf_of, leaves
+from .march import SUMS, march_loops, march_one
+from .result import LoopEnsemble, LoopRun
+
+FINE = 0.15  # a step times the fastest rate: its error is below 1e-6 of what moves so fast
+MOST_STEPS = 1000  # of a sample
+LANES_OF_JOB = 32
+GROWN = 1.5  # of the rms from one half of what is measured to the other
+BOUND = 1e3  # rad: a larger error is none of a drive's
+
+
+def run_loop(
+    loop: Any, duration: float, *, y0: ArrayLike | None = None, every: int = 1, steps: int | None = None, unit: int = 0
+) -> LoopRun:
+    """Run one sampled loop.
+
+    Between two samples its plant is integrated by steps of fourth order, which end at every sample and wherever the
+    torque changes.
+
+    Parameters
+    ----------
+    loop : ClosedLoop
+        A plant with a sampled controller.
+    duration : float
+        Time [s].
+    y0 : (states,) array_like, optional
+        State of the plant at time 0. Default: zeros.
+    every : int
+        Keep one in so many samples.
+    steps : int, optional
+        Steps of each part between two samples. Default: enough for the fastest motion of the plant.
+    unit : int
+        Number of the unit, which its noise belongs to.
+
+    Returns
+    -------
+    LoopRun
+
+    Raises
+    ------
+    TypeError
+        If it is no loop.
+    ValueError
+        If a number is out of range, or the samples are too slow for the loop (`steps`).
+    """
+    loop, y, steps = _ready(loop, y0, steps)
+    samples, every = _samples(loop, duration), positive_count("every", every)
+    kept = -(-samples // every)
+    states, out = np.full((len(y), kept), np.nan), np.full((4, kept), np.nan)
+    with np.errstate(all="ignore"):
+        _, memory = run(march_one, loop, y, loop.start(), unit, 0, samples, every, steps, states, out)
+    t, torque, error, gear_torque = out
+    return LoopRun(t, error, torque, gear_torque, states, memory, steps)
+
+
+def loop_ensemble(
+    loop: Any,
+    varied: Mapping[str, ArrayLike],
+    duration: float,
+    *,
+    settle: float,
+    orders: ArrayLike = (),
+    y0: ArrayLike | None = None,
+    steps: int | None = None,
+    threads: int | None = None,
+    progress: Callable[[str, float], None] = lambda _what, _share: None,
+) -> LoopEnsemble:
+    """Run many sampled loops that differ in some of their numbers.
+
+    Parameters
+    ----------
+    loop : ClosedLoop
+        The loop that they are variants of.
+    varied : dict of str to (lanes,) array_like
+        What differs, by its path: ``{"train.law.K1": ...}``.
+    duration, settle : float
+        Time [s] of each, and the time before anything is measured.
+    orders : (orders,) array_like
+        Orders of the reference angle that amplitudes of the error are taken of.
+    y0 : (states,) or (states, lanes) array_like, optional
+        States at time 0. Default: zeros.
+    steps : int, optional
+        Steps of each part between two samples. Default: enough for the fastest motion of the first lane's plant.
+    threads : int, optional
+        Default: as many as there are processors.
+    progress : callable
+        Told what is done, and which share of all.
+
+    Returns
+    -------
+    LoopEnsemble
+
+    Raises
+    ------
+    TypeError
+        If it is no loop.
+    ValueError
+        If a path names no number, arrays differ in length, or a number is out of range.
+    """
+    columns = {path: numbers(path, values) for path, values in varied.items()}
+    lengths = {len(values) for values in columns.values()} or {1}
+    if len(lengths) > 1:
+        raise ValueError(
+            "the arrays of varied have "
+            + ", ".join(f"{len(values)} ({path})" for path, values in columns.items())
+            + " numbers; give each the same number of loops"
+        )
+    (lanes,) = lengths
+    first = y0 if y0 is None or np.ndim(y0) == 1 else np.asarray(y0)[:, 0]
+    loop, y, steps = _ready(loop, first, steps)
+    samples, before = _samples(loop, duration), round(number("settle [s]", settle) / loop.period())
+    if not 0 <= before < samples:
+        raise ValueError(f"settle is {settle:g} s; it must be from 0 to below the duration, {duration:g} s")
+    table = np.repeat(np.array(leaves(loop), float)[:, None], lanes, axis=1)
+    for path, values in columns.items():
+        table[leaf_of(loop, path)] = values
+    starts = np.broadcast_to(np.array(y if y0 is None else y0, float).reshape(len(y), -1), (len(y), lanes))
+    table = np.concatenate([table, starts])
+    wanted = numbers("orders", orders) if np.size(orders) else np.zeros(0)
+    jobs = [(i, min(i + LANES_OF_JOB, lanes)) for i in range(0, lanes, LANES_OF_JOB)]
+    sums = np.zeros((SUMS + 2 * len(wanted), lanes))
+
+    def job(span: tuple[int, int]) -> None:
+        low, high = span
+        rows, out = np.zeros((len(table), LANES)), np.zeros((len(sums), LANES))
+        rows[:, : high - low] = table[:, low:high]
+        with np.errstate(all="ignore"):
+            run(march_loops, loop, y, rows, low, high - low, samples, before, steps, wanted, out)
+        sums[:, low:high] = out[:, : high - low]
+
+    workers = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
+    job(jobs[0])  # compiles
+    with ThreadPoolExecutor(workers) as pool:
+        try:
+            for i, _ in enumerate(pool.map(job, jobs[1:])):
+                progress(f"{jobs[i + 1][1]} of {lanes} loops", jobs[i + 1][1] / lanes)
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+    return _measured(sums, wanted, samples, steps)
+
+
+def _measured(sums: Floats, orders: Floats, samples: int, steps: int) -> LoopEnsemble:
+    with np.errstate(all="ignore"):
+        n = sums[0]
+        mean = sums[1] / n
+        rms = np.sqrt(np.maximum(sums[2] / n - mean * mean, 0.0))
+        cosine, sine = 2.0 * sums[SUMS::2] / n, 2.0 * sums[SUMS + 1 :: 2] / n
+        early, late = (sums[2] - sums[9]) / (n - sums[10]), sums[9] / sums[10]
+        stable = np.isfinite(sums[2]) & (sums[3] < BOUND) & ~(late > GROWN * GROWN * early)
+    return LoopEnsemble(
+        mean=mean,
+        rms=rms,
+        peak=sums[3],
+        torque_rms=np.sqrt(sums[4] / n),
+        torque_peak=sums[5],
+        gear_torque=sums[6],
+        limited=sums[7] / samples,
+        lost=sums[8] / samples,
+        amplitude=np.hypot(cosine, sine),
+        phase=np.arctan2(-sine, cosine),
+        orders=orders,
+        stable=stable,
+        steps=steps,
+    )
+
+
+def _ready(loop: Any, y0: ArrayLike | None, steps: int | None) -> tuple[Any, tuple[float, ...], int]:
+    """The loop with floats in its fields, its first state, and the steps between two samples."""
+    for method in ("plant", "update", "commanded", "watched"):
+        need("loop", loop, method)
+    loop = checked(loop)
+    names = loop.plant().state_names()
+    y = np.zeros(len(names)) if y0 is None else numbers("y0", y0)
+    if len(y) != len(names):
+        raise ValueError(f"y0 has {len(y)} numbers; the plant has {len(names)} states: {', '.join(names)}")
+    if steps is not None:
+        return loop, tuple(y.tolist()), positive_count("steps", steps)
+    needed = math.ceil(loop.period() * fastest(loop.plant(), y) / FINE)
+    if needed > MOST_STEPS:
+        raise ValueError(
+            f"samples every {loop.period():g} s are too slow for the plant, which needs {needed} steps between two: "
+            "sample faster, or give the steps"
+        )
+    return loop, tuple(y.tolist()), max(1, needed)
+
+
+def fastest(plant: Any, y: Floats) -> float:
+    """Largest eigenvalue [1/s] of a plant's motion near a state, by differences."""
+    step = 1e-7
+    with np.errstate(all="ignore"):
+        columns = [
+            np.subtract(plant.rhs(0.0, tuple(y + d)), plant.rhs(0.0, tuple(y - d))) / (2.0 * step)
+            for d in step * np.eye(len(y))
+        ]
+    found = np.linalg.eigvals(np.nan_to_num(np.array(columns, float).T))
+    return float(np.max(np.abs(found)))
+
+
+def _samples(loop: Any, duration: float) -> int:
+    return max(1, round(float(number("duration [s]", duration, positive=True) / loop.period())))

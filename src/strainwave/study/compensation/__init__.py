@@ -1,0 +1,1 @@
+"""Cancelling the error: controllers designed on a drive, and what each leaves of it."""
