@@ -163,6 +163,26 @@ from .study.train.operating_point import operating_state as operating_state
 from .study.train.reductions import Reductions as Reductions
 from .study.train.reductions import compare_reductions as compare_reductions
 
+# Sampled controllers, and what they leave of the error
+from .model import controllers as controllers
+from .model.controllers import *
+from .numerics.sampled.linear import LoopResponse as LoopResponse
+from .numerics.sampled.linear import loop_response as loop_response
+from .numerics.sampled.loops import loop_ensemble as loop_ensemble
+from .numerics.sampled.loops import run_loop as run_loop
+from .numerics.sampled.result import LoopEnsemble as LoopEnsemble
+from .numerics.sampled.result import LoopRun as LoopRun
+from .study.compensation.compensate import compensate as compensate
+from .study.compensation.compensate import compensation_bench as compensation_bench
+from .study.compensation.designs import COMPENSATORS as COMPENSATORS
+from .study.compensation.designs import Compensator as Compensator
+from .study.compensation.result import Compensation as Compensation
+from .study.compensation.result import CompensationBench as CompensationBench
+from .study.compensation.result import Residual as Residual
+from .study.compensation.result import Robustness as Robustness
+from .study.compensation.result import TorqueUse as TorqueUse
+from .study.compensation.result import Units as Units
+
 # Studies: a move
 from .study.move.move import move as move
 from .study.move.result import Move as Move

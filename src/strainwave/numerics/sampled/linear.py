@@ -4,6 +4,7 @@ The map is taken from the loop itself by central differences: the plant's integr
 that of small motions, of encoders without steps and noise, and of a torque below its limit.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -80,7 +81,14 @@ class LoopResponse(Result):
     __repr__ = __str__
 
 
-def loop_response(loop: Any, omega: ArrayLike, *, at: ArrayLike | None = None, steps: int = 4) -> LoopResponse:
+def loop_response(
+    loop: Any,
+    omega: ArrayLike,
+    *,
+    at: ArrayLike | None = None,
+    steps: int = 4,
+    output: Callable[[Any], Any] | None = None,
+) -> LoopResponse:
     """Linearise a sampled loop about a steady motion.
 
     Parameters
@@ -94,6 +102,8 @@ def loop_response(loop: Any, omega: ArrayLike, *, at: ArrayLike | None = None, s
         State of the plant about which it is linear. Default: zeros.
     steps : int
         Steps of the integration between two samples.
+    output : callable, optional
+        What is taken for the error, a function of the plant's state. Default: what the loop watches first.
 
     Returns
     -------
@@ -126,7 +136,8 @@ def loop_response(loop: Any, omega: ArrayLike, *, at: ArrayLike | None = None, s
         return np.array([*new[0], *leaves(new[1][:-COUNTS])], float)
 
     def error(z: Floats) -> float:
-        return float(quiet.watched(0.0, tuple(z[:states].tolist()))[0])
+        state = tuple(z[:states].tolist())
+        return float(output(state) if output else quiet.watched(0.0, state)[0])
 
     def slope(function: Any, column: int, size: int) -> Any:
         d = STEP * np.eye(size)[column]

@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -71,7 +71,7 @@ def run_loop(
 
 def loop_ensemble(
     loop: Any,
-    varied: Mapping[str, ArrayLike],
+    varied: Mapping[str, ArrayLike] | Sequence[Any],
     duration: float,
     *,
     settle: float,
@@ -87,8 +87,8 @@ def loop_ensemble(
     ----------
     loop : ClosedLoop
         The loop that they are variants of.
-    varied : dict of str to (lanes,) array_like
-        What differs, by its path: ``{"train.law.K1": ...}``.
+    varied : dict of str to (lanes,) array_like, or sequence of loops
+        What differs, by its path: ``{"train.law.K1": ...}``; or the variants themselves, of the same classes.
     duration, settle : float
         Time [s] of each, and the time before anything is measured.
     orders : (orders,) array_like
@@ -113,23 +113,13 @@ def loop_ensemble(
     ValueError
         If a path names no number, arrays differ in length, or a number is out of range.
     """
-    columns = {path: numbers(path, values) for path, values in varied.items()}
-    lengths = {len(values) for values in columns.values()} or {1}
-    if len(lengths) > 1:
-        raise ValueError(
-            "the arrays of varied have "
-            + ", ".join(f"{len(values)} ({path})" for path, values in columns.items())
-            + " numbers; give each the same number of loops"
-        )
-    (lanes,) = lengths
     first = y0 if y0 is None or np.ndim(y0) == 1 else np.asarray(y0)[:, 0]
     loop, y, steps = _ready(loop, first, steps)
     samples, before = _samples(loop, duration), round(number("settle [s]", settle) / loop.period())
     if not 0 <= before < samples:
         raise ValueError(f"settle is {settle:g} s; it must be from 0 to below the duration, {duration:g} s")
-    table = np.repeat(np.array(leaves(loop), float)[:, None], lanes, axis=1)
-    for path, values in columns.items():
-        table[leaf_of(loop, path)] = values
+    table = _table(loop, varied)
+    lanes = table.shape[1]
     starts = np.broadcast_to(np.array(y if y0 is None else y0, float).reshape(len(y), -1), (len(y), lanes))
     table = np.concatenate([table, starts])
     wanted = numbers("orders", orders) if np.size(orders) else np.zeros(0)
@@ -154,6 +144,27 @@ def loop_ensemble(
             pool.shutdown(cancel_futures=True)
             raise
     return _measured(sums, wanted, samples, steps)
+
+
+def _table(loop: Any, varied: Any) -> Floats:
+    """Numbers (floats, lanes) of all variants of a loop."""
+    if not isinstance(varied, Mapping):
+        members = [leaves(checked(member)) for member in varied]
+        if not members or any(len(member) != len(leaves(loop)) for member in members):
+            raise ValueError("varied has loops that differ in more than their numbers; give variants of one loop")
+        return np.array(members, float).T
+    columns = {path: numbers(path, values) for path, values in varied.items()}
+    lengths = {len(values) for values in columns.values()} or {1}
+    if len(lengths) > 1:
+        raise ValueError(
+            "the arrays of varied have "
+            + ", ".join(f"{len(values)} ({path})" for path, values in columns.items())
+            + " numbers; give each the same number of loops"
+        )
+    table = np.repeat(np.array(leaves(loop), float)[:, None], lengths.pop(), axis=1)
+    for path, values in columns.items():
+        table[leaf_of(loop, path)] = values
+    return table
 
 
 def _measured(sums: Floats, orders: Floats, samples: int, steps: int) -> LoopEnsemble:

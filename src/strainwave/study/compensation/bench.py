@@ -1,0 +1,179 @@
+"""The bench of a drive: its train under a sampled loop, what is known of it, and what may differ."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...law import depends
+from ...model.controllers.closed_loop import ClosedLoop, Sampling
+from ...model.controllers.loops import SampledPD
+from ...model.gears.gear import Gear
+from ...model.train.controls import Commanded, Lagged, PositionLoop, SpeedLoop
+from ...model.train.drive_train import DriveTrain
+from ...model.train.loops import USUAL, from_bandwidth
+from ...model.train.motion import Steady
+from ...numerics.sampled.linear import LoopResponse, loop_response
+from ...protocols import lacking, lines_of
+from ...quantities import checked, shown
+from ...results import Floats, SolveError
+from ..analysis.remedies.knobs import stiffer
+from ..train.operating_point import operating_state
+
+USUAL_LIMIT = 10.0  # torques that the reference motion and the error ask for: where no limit of the motor is known
+COMMANDED = Commanded()
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A drive under a sampled loop.
+
+    Attributes
+    ----------
+    model : DriveTrain
+        What is known of the drive: controllers are designed on it.
+    plant : DriveTrain
+        The drive that is run.
+    loop : controller
+        The loop that keeps the motor on its reference: what everything is compared with.
+    sampling : Sampling
+        Period, delay, limit and encoders.
+    gear : Gear or None
+        Record whose largest torque the gear is compared with.
+    remarks : tuple of str
+        What was assumed, as sentences.
+    """
+
+    model: DriveTrain
+    plant: DriveTrain
+    loop: Any
+    sampling: Sampling
+    gear: Gear | None = None
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def orders(self) -> tuple[int, ...]:
+        """Orders of the lines of the kinematic error, in ascending order."""
+        return tuple(sorted({line.order for line in lines_of(self.model.error) if line.amplitude}))
+
+    def closed(self, controller: Any, speed: float, *, model: bool = False) -> ClosedLoop:
+        """The drive, or its model, at a motor speed [rad/s] under a controller."""
+        train = self.model if model else self.plant
+        return ClosedLoop(train._replace(omega=float(speed), reference=Steady()), controller, self.sampling)
+
+    def response(self, speed: float, orders: Any = None, output: Any = None) -> LoopResponse:
+        """Response of the model under the plain loop at orders of a motor speed [rad/s]."""
+        loop = self.closed(self.loop, speed, model=True)
+        frequencies = speed * np.array(self.orders if orders is None else orders, float)
+        return loop_response(loop, frequencies, at=self.start(speed, model=True), output=output)
+
+    def start(self, speed: float, *, model: bool = False) -> Floats:
+        """State (states,) in which the mean torques hold the drive; zeros where none is found."""
+        train = self.model if model else self.plant
+        names = train.state_names()
+        gains = self.loop
+        if not isinstance(gains, SampledPD) or not gains.K_p:
+            return np.zeros(len(names))
+        held = train._replace(motor=train.motor._replace(control=PositionLoop(gains.K_p, gains.K_d)))
+        try:
+            state = operating_state(held, float(speed))
+        except (SolveError, ValueError):
+            return np.zeros(len(names))
+        return np.concatenate([state[:4], [gains.K_p * -state[2]], state[4:]])
+
+    def with_stiffness(self, share: float) -> "Bench":
+        """The bench with a drive whose gear is stiffer by a share than the model says."""
+        law = stiffer(self.plant.law, share)
+        if law is None:
+            raise ValueError(
+                f"the stiffness of {type(self.plant.law).__name__} cannot be scaled by its numbers; give `plant`, the "
+                "train that differs from the model"
+            )
+        return replace(self, plant=self.plant._replace(law=law))
+
+
+def bench_of(
+    project: Any, sampling: Sampling | None = None, loop: Any = None, plant: DriveTrain | None = None
+) -> Bench:
+    """The bench of a project, or of a train itself, with the gains of its loop sampled.
+
+    Raises
+    ------
+    TypeError
+        If it is neither.
+    ValueError
+        If it has no whole train, no kinematic error, or a loop that cannot be sampled.
+    """
+    remarks: list[str] = []
+    train, inertia = _train(project)
+    gear = getattr(project, "gear", None)
+    if not any(line.amplitude for line in lines_of(train.error)):
+        raise ValueError(
+            "this drive has no kinematic error, so that there is nothing to cancel; give excitation: {kinematic_error: "
+            "...} in the project file"
+        )
+    own = _sampling(project, sampling, remarks)
+    control, lag = train.motor.control, 0.0
+    if isinstance(control, Lagged):
+        control, lag = control.loop, control.lag
+        own = own._replace(delay=own.delay + lag)
+        remarks.append(
+            f"The lag of the current loop, {1e3 * lag:.3g} ms, counts as delay: the torque acts "
+            f"{1e3 * own.delay:.3g} ms after its sample."
+        )
+    if loop is None:
+        loop = _sampled(control, inertia, own, remarks)
+    else:
+        for method in ("start", "update"):
+            if lacking(loop, method):
+                raise TypeError(f"loop is {shown(loop)}; give a controller, such as SampledPD(K_p, K_d, period)")
+    motor = train.motor._replace(control=COMMANDED)
+    model = checked(train._replace(motor=motor, reference=Steady()))
+    other = model if plant is None else plant._replace(motor=plant.motor._replace(control=COMMANDED))
+    return Bench(model, checked(other), checked(loop), checked(own), gear, tuple(remarks))
+
+
+def _train(project: Any) -> tuple[DriveTrain, float]:
+    if isinstance(project, DriveTrain):
+        end = project.load.end().J + sum(J for J, _, _ in project.load.chain())
+        return checked(project), project.motor.J + end / project.N**2
+    if lacking(project, "motors"):
+        raise TypeError(f"give a Project or a DriveTrain, not {shown(project)}; read_project gives a project")
+    trains = project.motors()
+    if not trains:
+        raise ValueError(
+            "this project has no whole drive train, as its damping or stiffness varies or its speeds are those of a "
+            "forcing; compensation needs one: leave the variation out, and give the speeds of the motor or the load"
+        )
+    return list(trains.values())[-1], project.loop_inertia
+
+
+def _sampling(project: Any, sampling: Sampling | None, remarks: list[str]) -> Sampling:
+    if sampling is not None:
+        if not isinstance(sampling, Sampling):
+            raise TypeError(f"sampling is {shown(sampling)}; give Sampling(period, delay, limit, ...)")
+        own: Sampling = checked(sampling)
+        return own
+    limits = getattr(project, "motor_limits", None)
+    limit = getattr(limits, "torque", None)
+    remarks.append(
+        "Samples are assumed every 250 us, one period of delay, a motor's encoder of 16 bits and a load's of 24 bits"
+        + (f", and the motor's limit of {limit:.4g} N*m." if limit else ", and no limit of the motor's torque.")
+    )
+    turn = 2.0 * np.pi
+    return Sampling(limit=limit or 1e9, motor_quantum=turn / 2**16, load_quantum=turn / 2**24)
+
+
+def _sampled(control: Any, inertia: float, sampling: Sampling, remarks: list[str]) -> Any:
+    period = sampling.period
+    if isinstance(control, PositionLoop):
+        return SampledPD(control.K_p, control.K_d, period)
+    if isinstance(control, SpeedLoop):
+        if control.K_d:
+            remarks.append("The gain K_d of the speed loop, which acts as inertia, is left out of the sampled loop.")
+        return SampledPD(control.K_i, control.K_p, period)
+    if depends(control) == 1 and not lacking(control, "torque"):
+        remarks.append(f"The drive's own motor is {type(control).__name__}; a loop is needed to sample.")
+    loop = from_bandwidth(USUAL.bandwidth, inertia)
+    remarks.append("The project names no loop of its motor; a position loop of 30 Hz with damping 0.7 is taken.")
+    return SampledPD(loop.K_p, loop.K_d, period)

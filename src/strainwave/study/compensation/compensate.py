@@ -1,0 +1,285 @@
+"""`compensate`: a controller on a drive against its plain loop, and a bench of several at several speeds."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...model.controllers.closed_loop import Sampling
+from ...model.train.drive_train import DriveTrain
+from ...numerics.sampled.loops import loop_ensemble
+from ...numerics.sampled.result import LoopEnsemble
+from ...protocols import lacking, lines_of
+from ...quantities import number, numbers, shown
+from ...sentences import Sentence
+from ...units import ARCSEC, RPM
+from ..analysis.remedies.knobs import stiffer
+from .bench import Bench, bench_of
+from .designs import COMPENSATORS, Compensator, rate_of, times_of
+from .result import Compensation, CompensationBench, Residual, Robustness, TorqueUse
+from .units import units_of
+
+SHARES = (-0.2, 0.2)  # by which the stiffness of a gear may differ from the model
+WORSE = 1.02
+COARSE = 8.0  # samples in a period of the highest order: below, what is fed forward comes too coarse
+
+
+def silent(_what: str, _share: float) -> None:
+    """Tell nobody."""
+
+
+def compensate(
+    project: Any,
+    controller: Any = "adaptive-inverse",
+    *,
+    speed: float | None = None,
+    sampling: Sampling | None = None,
+    loop: Any = None,
+    plant: DriveTrain | None = None,
+    robust: bool = True,
+    units: int = 0,
+    seed: int = 1,
+    progress: Callable[[str, float], None] = silent,
+) -> Compensation:
+    """Run a drive in closed loop with a controller, and with its plain loop, at a constant speed.
+
+    The whole train is integrated under the sampled controller: period, delay, limit of the torque, encoders. Errors are
+    those of the load, over a whole number of turns of the motor after all transients.
+
+    Parameters
+    ----------
+    project : Project or DriveTrain
+        The drive, with its kinematic error.
+    controller : str or controller
+        Name of a design (`sw.COMPENSATORS`), which is then designed on the drive's model; or a controller itself.
+    speed : float, optional
+        Speed of the motor [rad/s]. Default: where the drive's largest order meets its resonance, within its range.
+    sampling : Sampling, optional
+        Period, delay, limit, encoders. Default: every 250 us, one period of delay, 16 bits on the motor, 24 on the
+        load, the motor's limit of the project.
+    loop : controller, optional
+        The plain loop. Default: that of the project, sampled; where it names none, a PD loop of 30 Hz.
+    plant : DriveTrain, optional
+        The drive that is run, where it differs from the project, on which the controller is designed.
+    robust : bool
+        Whether the controller is also run on gears that are 20 % softer and stiffer than the model.
+    units : int
+        Number of units of the type that are run: stiffness within 15 %, kinematic error within 50 %, any phase.
+    seed : int
+        The same seed gives the same units.
+    progress : callable
+        Told what is done, and which share of all.
+
+    Returns
+    -------
+    Compensation
+
+    Raises
+    ------
+    ValueError
+        If samples are too slow for the orders, the plain loop is unstable, or a number is out of range.
+    TypeError
+        If an argument is of another kind.
+    """
+    bench = bench_of(project, sampling, loop, plant)
+    motor_speed = _speed(bench, project, speed)
+    design = _design(controller)
+    return _one(bench, design, motor_speed, robust, _count(units), seed, progress)
+
+
+def compensation_bench(
+    project: Any,
+    controllers: Sequence[Any] = tuple(COMPENSATORS),
+    *,
+    speeds: ArrayLike,
+    sampling: Sampling | None = None,
+    loop: Any = None,
+    plant: DriveTrain | None = None,
+    robust: bool = False,
+    progress: Callable[[str, float], None] = silent,
+) -> CompensationBench:
+    """Run several controllers on one drive at several speeds; parameters and errors as of `compensate`.
+
+    Parameters
+    ----------
+    project : Project or DriveTrain
+        The drive.
+    controllers : sequence of str or controller
+        Names of designs, or controllers.
+    speeds : (n,) array_like
+        Speeds of the motor [rad/s].
+    sampling, loop, plant, robust, progress
+        As of `compensate`.
+
+    Returns
+    -------
+    CompensationBench
+    """
+    bench = bench_of(project, sampling, loop, plant)
+    grid = numbers("speeds [rad/s]", speeds)
+    designs = [_design(controller) for controller in controllers]
+    if not len(grid) or not designs:
+        raise ValueError("there is nothing to run; give at least one controller and one speed")
+    for speed in grid:
+        _refuse_slow(bench, float(speed))
+    results, done = [], 0
+    for design in designs:
+        row = []
+        for speed in grid.tolist():
+            row.append(_one(bench, design, speed, robust, 0, 0, silent))
+            done += 1
+            progress(f"{design.name} at {speed / RPM:.4g} rpm", done / (len(designs) * len(grid)))
+        results.append(tuple(row))
+    return CompensationBench(grid, tuple(design.name for design in designs), tuple(results))
+
+
+def _design(controller: Any) -> Compensator:
+    if isinstance(controller, str):
+        if controller not in COMPENSATORS:
+            raise ValueError(f"there is no controller {shown(controller)}; there are {', '.join(COMPENSATORS)}")
+        return COMPENSATORS[controller]
+    if lacking(controller, "start", "update"):
+        raise TypeError(
+            f"controller is {shown(controller)}; give a name such as 'adaptive', or a NamedTuple with start() and "
+            "update(state, measurement)"
+        )
+    name = type(controller).__name__
+    adapts = "AdaptiveCancellation" in repr(controller)
+    return Compensator(name, name, lambda _bench, _speed: controller, True, "Its stability is not known here.", adapts)
+
+
+def _count(units: Any) -> int:
+    if not isinstance(units, int) or isinstance(units, bool) or units < 0:
+        raise ValueError(f"units is {shown(units)}; give how many units are run, 0 or more")
+    return units
+
+
+def _speed(bench: Bench, project: Any, speed: float | None) -> float:
+    if speed is None:
+        line = max(lines_of(bench.model.error), key=lambda line: line.amplitude)
+        end = bench.model.load.end()
+        resonance = float(np.sqrt(bench.model.law.stiffness(0.0) / end.J)) / line.order
+        speeds = getattr(project, "speeds", None)
+        if speeds is not None and getattr(speeds, "limits", None):
+            low, high = speeds.limits
+            resonance = min(max(resonance, low), high)
+        speed = resonance
+    speed = number("speed [rad/s]", speed, positive=True)
+    _refuse_slow(bench, speed)
+    return speed
+
+
+def _refuse_slow(bench: Bench, speed: float) -> None:
+    number("speed [rad/s]", speed, positive=True)
+    highest = max(bench.orders)
+    most = 2.0 * np.pi / (COARSE * bench.sampling.period * highest)
+    if speed > most:
+        raise ValueError(
+            Sentence(
+                "samples every {:.4g} us are too slow for order {} at {:.4g} rpm, as a period of it needs {:g} of them:"
+                " sample at least every {:.3g} us, or stay below {:.4g} rpm",
+                1e6 * bench.sampling.period,
+                highest,
+                speed / RPM,
+                COARSE,
+                1e6 * bench.sampling.period * most / speed,
+                most / RPM,
+            )
+        )
+
+
+def _one(
+    bench: Bench, design: Compensator, speed: float, robust: bool, units: int, seed: int, progress: Any
+) -> Compensation:
+    """One controller at one speed."""
+    rate = rate_of(bench, speed)
+    settle, end = times_of(bench, speed, rate if design.adapts else 0.0)
+    controller = design.build(bench, speed)
+    before = _run(bench, bench.loop, speed, settle, end)
+    after = _run(bench, controller, speed, settle, end)
+    progress("the drive", 0.3 if robust or units else 1.0)
+    robustness = _robustness(bench, design, speed, settle, end) if robust else ()
+    many = units_of(bench, controller, speed, settle, end, units, seed) if units else None
+    progress("units of the type", 1.0)
+    excluded = _excluded(bench, after)
+    return Compensation(
+        name=design.name,
+        title=design.title,
+        speed=speed,
+        before=_residual(before),
+        after=_residual(after),
+        torque=_torque(after),
+        torque_before=_torque(before),
+        gear_torque=float(after.gear_torque[0]),
+        orders=after.orders,
+        amplitude_before=before.amplitude[:, 0],
+        amplitude_after=after.amplitude[:, 0],
+        robustness=robustness,
+        stable=bool(after.stable[0]),
+        condition=design.stable,
+        load_encoder=design.load_encoder,
+        excluded=excluded,
+        units=many,
+        controller=controller,
+        warnings=tuple(_warnings(design, speed, before, after, robustness)),
+        remarks=bench.remarks,
+    )
+
+
+def _run(bench: Bench, controller: Any, speed: float, settle: float, end: float) -> LoopEnsemble:
+    orders = np.array(bench.orders, float)
+    return loop_ensemble(bench.closed(controller, speed), {}, end, settle=settle, orders=orders, y0=bench.start(speed))
+
+
+def _residual(found: LoopEnsemble) -> Residual:
+    rms, mean = float(found.rms[0]), float(found.mean[0])
+    return Residual(rms, float(found.peak[0]), 3.0 * rms, mean)
+
+
+def _torque(found: LoopEnsemble) -> TorqueUse:
+    return TorqueUse(float(found.torque_rms[0]), float(found.torque_peak[0]), float(found.limited[0]))
+
+
+def _robustness(bench: Bench, design: Compensator, speed: float, settle: float, end: float) -> tuple[Robustness, ...]:
+    found = []
+    for share in SHARES:
+        if stiffer(bench.plant.law, share) is None:
+            return ()
+        other = bench.with_stiffness(share)
+        before = _run(other, bench.loop, speed, settle, end)
+        after = _run(other, design.build(other, speed), speed, settle, end)
+        rms = float(after.rms[0]) if after.stable[0] else float("inf")
+        found.append(Robustness(share, float(before.rms[0]), rms))
+    return tuple(found)
+
+
+def _excluded(bench: Bench, after: LoopEnsemble) -> str:
+    if after.limited[0] > 0.0:
+        return (
+            f"the motor's limit of {bench.sampling.limit:.4g} N*m is met in {100.0 * after.limited[0]:.3g} % of samples"
+        )
+    most = getattr(bench.gear, "repeated_peak_torque", None)
+    if most and after.gear_torque[0] > most:
+        return (
+            f"the gear carries {after.gear_torque[0]:.4g} N*m, above its limit for repeated peak torque, {most:.4g} N*m"
+        )
+    return ""
+
+
+def _warnings(design: Compensator, speed: float, before: LoopEnsemble, after: LoopEnsemble, robustness: Any) -> Any:
+    if not after.stable[0]:
+        yield f"{design.name}: the error grows at {speed / RPM:.4g} rpm; the controller is unstable on this drive."
+    elif after.rms[0] > WORSE * before.rms[0]:
+        yield (
+            f"{design.name}: the error is {after.rms[0] / before.rms[0]:.3g} times that of the plain loop at "
+            f"{speed / RPM:.4g} rpm; do not use it there."
+        )
+    for r in robustness:
+        if r.after > WORSE * r.before:
+            how = "softer" if r.stiffness < 0.0 else "stiffer"
+            yield (
+                f"{design.name}: on a gear {abs(100.0 * r.stiffness):.0f} % {how} than the model the "
+                f"error grows from {r.before / ARCSEC:.3g} to {r.after / ARCSEC:.3g} arcsec at {speed / RPM:.4g} rpm; "
+                "measure the stiffness, or let the controller adapt."
+            )

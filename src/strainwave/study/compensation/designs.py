@@ -1,0 +1,264 @@
+"""Controllers designed on a bench: each by its name, with what it needs and the condition under which it is stable.
+
+A new one is a function of a bench and a motor speed that returns a controller, with an entry in `COMPENSATORS`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from ...model.controllers.adaptive import AdaptiveCancellation
+from ...model.controllers.feedforward import AngleFeedforward, InverseDynamics, TorqueTable
+from ...model.controllers.gandhi_ghorbel import GandhiGhorbel
+from ...model.controllers.loops import LoadIntegral, SampledPD
+from ...model.controllers.notch import notch
+from ...model.controllers.observer import DisturbanceObserver
+from ...model.excitation import Harmonic, Harmonics
+from ...model.train.controls import motor_states
+from ...numerics.sampled.loops import loop_ensemble
+from .bench import Bench
+
+QUICK = 0.3  # of the inverse time constant of the loop: rate of what adapts, slow beside all that it adapts
+SAMPLES_A_TURN = 8.0  # of the highest order: below, a feedforward acts too late to be one
+OBSERVER = 2.0  # bandwidth of the observer, in those of the loop
+SLOW = 0.1  # of the inverse time constant: gain of the integral on the load
+
+
+@dataclass(frozen=True)
+class Compensator:
+    """A way to cancel the error.
+
+    Attributes
+    ----------
+    name, title : str
+        As it is called on the command line, and in words.
+    build : callable
+        Of a bench and a motor speed [rad/s]: the controller.
+    load_encoder : bool
+        Whether it measures the load's angle.
+    stable : str
+        The condition under which it is stable, as a sentence.
+    adapts : bool
+        Whether it takes time to converge.
+    """
+
+    name: str
+    title: str
+    build: Callable[[Bench, float], Any]
+    load_encoder: bool
+    stable: str
+    adapts: bool = False
+
+
+def rate_of(bench: Bench, speed: float) -> float:
+    """Rate [1/s] at which something may adapt on a loop: slow beside its slowest motion and the turn."""
+    response = bench.response(speed)
+    slowest = response.slowest
+    if not response.stable:
+        raise ValueError(
+            f"the plain loop is unstable with samples every {1e6 * bench.sampling.period:.4g} us and "
+            f"{1e6 * bench.sampling.delay:.4g} us of delay; lower its bandwidth or sample faster"
+        )
+    return min(QUICK / slowest, 0.1 * abs(speed) * min(bench.orders, default=1))
+
+
+def _plain(bench: Bench, _speed: float) -> Any:
+    return bench.loop
+
+
+def _angle(bench: Bench, _speed: float) -> Any:
+    return AngleFeedforward(bench.loop, bench.model.error, bench.model.N, bench.sampling.lead)
+
+
+def _inverse(bench: Bench, _speed: float) -> Any:
+    model = bench.model
+    return AngleFeedforward(bench.loop, model.error, model.N, bench.sampling.lead, model.motor.J)
+
+
+def _nonlinear(bench: Bench, _speed: float) -> Any:
+    return InverseDynamics(bench.loop, bench.model, bench.sampling.lead)
+
+
+def table_against(bench: Bench, speed: float, amplitudes: Any) -> Harmonics:
+    """Torque lines [N*m] that cancel complex amplitudes [rad] of the error at the bench's orders, by its model."""
+    G = bench.response(speed).error_of_torque
+    torque = -np.asarray(amplitudes) / G
+    lines = zip(bench.orders, torque, strict=True)
+    return Harmonics(tuple(Harmonic(float(abs(t)), k, float(np.angle(t))) for k, t in lines))
+
+
+def amplitudes_of(bench: Bench, speed: float, *, model: bool) -> Any:
+    """Complex amplitudes [rad] of the error under the plain loop: run on the model, or measured on the plant."""
+    loop = bench.closed(bench.loop, speed, model=model)
+    settle, duration = times_of(bench, speed)
+    found = loop_ensemble(
+        loop, {}, duration, settle=settle, orders=np.array(bench.orders, float), y0=bench.start(speed, model=model)
+    )
+    return (found.amplitude * np.exp(1j * found.phase))[:, 0]
+
+
+def times_of(bench: Bench, speed: float, rate: float = 0.0) -> tuple[float, float]:
+    """Times [s] after which transients have died, and at which a run ends, a whole number of turns later."""
+    slowest = bench.response(speed).slowest
+    settle = 10.0 * slowest + (10.0 / rate if rate else 0.0)
+    turn = 2.0 * pi / abs(speed)
+    turns = max(4, int(np.ceil(0.5 / turn)))
+    return settle, settle + turns * turn
+
+
+def _predicted(bench: Bench, speed: float) -> Any:
+    table = table_against(bench, speed, amplitudes_of(bench, speed, model=True))
+    return TorqueTable(bench.loop, table)
+
+
+def _measured(bench: Bench, speed: float) -> Any:
+    table = table_against(bench, speed, amplitudes_of(bench, speed, model=False))
+    return TorqueTable(bench.loop, table)
+
+
+def _adaptive(bench: Bench, speed: float) -> Any:
+    return adaptive(bench, speed, bench.loop)
+
+
+def _adaptive_inverse(bench: Bench, speed: float) -> Any:
+    return adaptive(bench, speed, _inverse(bench, speed))
+
+
+def adaptive(bench: Bench, speed: float, loop: Any) -> Any:
+    """Adaptive cancellation of every order around a loop, with the model's phase."""
+    G, rate = bench.response(speed).error_of_torque, rate_of(bench, speed)
+    for k, g in zip(bench.orders, G, strict=True):
+        gain = 2.0 * rate / float(abs(g))
+        most = min(bench.sampling.limit, 1e6)
+        phase = float(np.angle(g))
+        loop = AdaptiveCancellation(loop, bench.model.N, gain, phase, most, bench.sampling.period, order=k)
+    return loop
+
+
+def _adaptive_motor(bench: Bench, speed: float) -> Any:
+    model = bench.model
+
+    def behind(y: Any) -> Any:
+        return -motor_states(model.motor.control, y)[0][0] / model.N
+
+    G, rate, loop = bench.response(speed, output=behind).error_of_torque, rate_of(bench, speed), bench.loop
+    for k, g in zip(bench.orders, G, strict=True):
+        gain, most = 2.0 * rate / float(abs(g)), min(bench.sampling.limit, 1e6)
+        loop = AdaptiveCancellation(
+            loop, model.N, gain, float(np.angle(g)), most, bench.sampling.period, order=k, on_load=0
+        )
+    return loop
+
+
+def _observer(bench: Bench, _speed: float) -> Any:
+    inertia = bench.model.motor.J
+    gains = bench.loop
+    bandwidth = np.sqrt(gains.K_p / inertia) if isinstance(gains, SampledPD) else 0.1 / bench.sampling.period
+    most = 0.2 / (bench.sampling.period + bench.sampling.delay)
+    return DisturbanceObserver(gains, inertia, float(min(OBSERVER * bandwidth, most)), bench.sampling.period)
+
+
+def _notch(bench: Bench, _speed: float) -> Any:
+    """Notch at the resonance of the free train: there the loop excites it most."""
+    train = bench.model
+    load = train.load.end().J + sum(J for J, _, _ in train.load.chain())
+    stiffness = float(train.law.stiffness(bench.start(_speed, model=True)[0]))
+    frequency = np.sqrt(stiffness * (1.0 / load + 1.0 / (train.N**2 * train.motor.J)))
+    return notch(bench.loop, float(min(frequency, 0.9 * pi / bench.sampling.period)), bench.sampling.period)
+
+
+def _gandhi_ghorbel(bench: Bench, _speed: float) -> Any:
+    model, gains = bench.model, bench.loop
+    if not isinstance(gains, SampledPD):
+        raise ValueError("gandhi-ghorbel takes its gains from a PD loop; give loop=SampledPD(K_p, K_d, period)")
+    N = model.N
+    load = model.load.end().J + sum(J for J, _, _ in model.load.chain())
+    # The law's torque is Psi K_p e_l with e_l the error over N: on the motor's side K_p/N^2
+    return GandhiGhorbel(
+        model.error, N, model.motor.J, load, gains.K_p * N * N, gains.K_d * N * N, bench.sampling.period
+    )
+
+
+def _load_integral(bench: Bench, speed: float) -> Any:
+    gain = SLOW / bench.response(speed).slowest
+    return LoadIntegral(bench.loop, bench.model.N, gain, bench.sampling.period)
+
+
+POSITIVE = "It is stable where the plain loop is: a torque that does not depend on what is measured moves no pole."
+COMPENSATORS = {
+    design.name: design
+    for design in (
+        Compensator(
+            "loop", "the plain loop", _plain, False, "All poles of the sampled loop lie inside the unit circle."
+        ),
+        Compensator("angle", "angle feedforward N (theta_ref + e)", _angle, False, POSITIVE),
+        Compensator("inverse", "linear inverse: angle feedforward with the motor's inertia", _inverse, False, POSITIVE),
+        Compensator("nonlinear-inverse", "nonlinear inverse of the model", _nonlinear, False, POSITIVE),
+        Compensator(
+            "predicted-table", "torque table of the error that the model predicts", _predicted, False, POSITIVE
+        ),
+        Compensator(
+            "measured-table",
+            "torque table of the measured error, by the inverse of the model",
+            _measured,
+            True,
+            POSITIVE + " It lowers the error where the model's response is right within 60 degrees.",
+        ),
+        Compensator(
+            "adaptive",
+            "adaptive cancellation of the load's error",
+            _adaptive,
+            True,
+            "It converges for a small gain where the model's phase is right within 90 degrees at every order.",
+            True,
+        ),
+        Compensator(
+            "adaptive-inverse",
+            "linear inverse, its rest adapted to the load's error",
+            _adaptive_inverse,
+            True,
+            "It converges for a small gain where the model's phase is right within 90 degrees at every order.",
+            True,
+        ),
+        Compensator(
+            "adaptive-motor",
+            "adaptive cancellation of the motor's deviation",
+            _adaptive_motor,
+            False,
+            "It converges for a small gain where the model's phase is right within 90 degrees at every order. The load "
+            "keeps the error of a held motor.",
+            True,
+        ),
+        Compensator(
+            "observer",
+            "disturbance observer on the motor",
+            _observer,
+            False,
+            "Its bandwidth is below a fifth of the inverse of delay and period.",
+        ),
+        Compensator(
+            "notch",
+            "notch at the resonance of the free train",
+            _notch,
+            False,
+            "Its phase lag is within the loop's margin.",
+        ),
+        Compensator(
+            "gandhi-ghorbel",
+            "law of Gandhi and Ghorbel",
+            _gandhi_ghorbel,
+            False,
+            "On a rigid gear its energy decays for positive gains.",
+        ),
+        Compensator(
+            "load-integral",
+            "slow integral of the load's error",
+            _load_integral,
+            True,
+            "Its gain is a tenth of the rate of the loop's slowest motion.",
+        ),
+    )
+}

@@ -1,0 +1,258 @@
+"""Result of a compensation: the error before and after, what it costs, and what a wrong model does to it."""
+
+from dataclasses import dataclass
+from math import log10
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from ...numerics.sampled.result import LoopEnsemble
+from ...records import Labelled, Result
+from ...results import Floats
+from ...sentences import on_screen
+from ...units import ARCSEC, RPM
+
+
+class Residual(NamedTuple):
+    """Pointing error of the load about its mean: rms, largest size and 3 sigma [rad]; its mean [rad]."""
+
+    rms: float
+    peak: float
+    three_sigma: float
+    mean: float
+
+
+class TorqueUse(NamedTuple):
+    """Torque of the motor [N*m]: rms, largest size, and the share of samples at its limit."""
+
+    rms: float
+    peak: float
+    limited: float
+
+
+class Robustness(NamedTuple):
+    """What a gear leaves whose stiffness differs by a share from the model: rms [rad] before and after."""
+
+    stiffness: float
+    before: float
+    after: float
+
+
+@dataclass(frozen=True, eq=False)
+class Units(Result):
+    """Residuals of many units of one type under one controller.
+
+    Attributes
+    ----------
+    before, after : LoopEnsemble
+        Of every unit, under the plain loop and under the controller.
+    stiffness, amplitude : (units,) arrays
+        Factors of the gear's stiffness and of the kinematic error.
+    unstable : tuple of (int, str)
+        Units whose error grew, and the cause as a sentence.
+    """
+
+    rows: ClassVar[str] = "lane"
+
+    before: LoopEnsemble
+    after: LoopEnsemble
+    stiffness: Floats
+    amplitude: Floats
+    unstable: tuple[tuple[int, str], ...]
+
+    def quantiles(self, shares: tuple[float, ...] = (0.05, 0.5, 0.95)) -> tuple[float, ...]:
+        """Quantiles of the rms of the residual [rad]."""
+        return tuple(np.quantile(self.after.rms, shares).tolist())
+
+    def variables(self) -> Labelled:
+        """Residuals by unit."""
+        return {
+            "before": ("lane", self.before.rms, "rad"),
+            "after": ("lane", self.after.rms, "rad"),
+            "stiffness": ("lane", self.stiffness, ""),
+            "amplitude": ("lane", self.amplitude, ""),
+        }
+
+    def __str__(self) -> str:
+        low, middle, high = (value / ARCSEC for value in self.quantiles())
+        return on_screen(
+            f"Units: {len(self.after.rms)}, {len(self.unstable)} unstable; rms of the residual {middle:.3g} arcsec "
+            f"(5 to 95 %: {low:.3g} to {high:.3g}), before {np.median(self.before.rms) / ARCSEC:.3g} arcsec"
+        )
+
+    __repr__ = __str__
+
+
+@dataclass(frozen=True, eq=False)
+class Compensation(Result):
+    """A controller against the plain loop, at one motor speed.
+
+    Attributes
+    ----------
+    name, title : str
+        Of the controller, and in words.
+    speed : float
+        Speed of the motor [rad/s].
+    before, after : Residual
+        Pointing error of the load under the plain loop and under the controller.
+    torque, torque_before : TorqueUse
+        Of the motor, under the controller and under the plain loop.
+    gear_torque : float
+        Largest torque in the gear [N*m] under the controller.
+    orders : (orders,) array
+        Orders of the kinematic error.
+    amplitude_before, amplitude_after : (orders,) arrays
+        0-to-peak amplitudes of the pointing error [rad].
+    robustness : tuple of Robustness
+        The same controller on gears of another stiffness.
+    stable : bool
+        Whether the error stayed bounded and did not grow.
+    condition : str
+        Condition under which the controller is stable, as a sentence.
+    load_encoder : bool
+        Whether the controller measures the load's angle.
+    excluded : str
+        Why the speed does not count: a limit of torque or gear; empty where it does.
+    units : Units or None
+        Many units of the type, where they were asked for.
+    controller : NamedTuple
+        The controller itself, with all its numbers.
+    warnings, remarks : tuple of str
+        What is wrong, and what was assumed, as sentences.
+    """
+
+    rows: ClassVar[str] = "order"
+
+    name: str
+    title: str
+    speed: float
+    before: Residual
+    after: Residual
+    torque: TorqueUse
+    torque_before: TorqueUse
+    gear_torque: float
+    orders: Floats
+    amplitude_before: Floats
+    amplitude_after: Floats
+    robustness: tuple[Robustness, ...]
+    stable: bool
+    condition: str
+    load_encoder: bool
+    excluded: str
+    units: Units | None
+    controller: Any
+    warnings: tuple[str, ...]
+    remarks: tuple[str, ...]
+
+    @property
+    def reduction(self) -> float:
+        """Reduction of the rms [dB]; negative where the error grew."""
+        return 20.0 * log10(self.before.rms / self.after.rms) if self.after.rms > 0.0 else float("inf")
+
+    def coordinates(self) -> Labelled:
+        """Orders of the kinematic error."""
+        return {"order": ("order", self.orders, "")}
+
+    def variables(self) -> Labelled:
+        """Amplitudes of the pointing error before and after."""
+        return {
+            "amplitude_before": ("order", self.amplitude_before, "rad"),
+            "amplitude_after": ("order", self.amplitude_after, "rad"),
+        }
+
+    def __str__(self) -> str:
+        lines = [
+            f"Compensation: {self.title}, motor at {self.speed / RPM:.4g} rpm",
+            f"  pointing error, rms: {self.before.rms / ARCSEC:.4g} arcsec before, {self.after.rms / ARCSEC:.4g} after "
+            f"({self.reduction:.1f} dB)",
+            f"  largest: {self.before.peak / ARCSEC:.4g} arcsec before, {self.after.peak / ARCSEC:.4g} after; "
+            f"3 sigma after: {self.after.three_sigma / ARCSEC:.4g} arcsec",
+            f"  torque of the motor: rms {self.torque.rms:.3g} N*m, largest {self.torque.peak:.3g} N*m, at its limit "
+            f"in {100.0 * self.torque.limited:.3g} % of the samples; in the gear up to {self.gear_torque:.4g} N*m",
+        ]
+        for r in self.robustness:
+            gear = f"{abs(100.0 * r.stiffness):.0f} % {'softer' if r.stiffness < 0.0 else 'stiffer'}"
+            lines.append(f"  gear {gear}: {r.before / ARCSEC:.4g} arcsec before, {r.after / ARCSEC:.4g} after")
+        lines.append(f"  {self.condition}")
+        if self.units is not None:
+            lines.append(f"  {self.units}")
+        if self.excluded:
+            lines.append(f"  This speed does not count: {self.excluded}")
+        lines += [f"  Warning: {text}" for text in self.warnings] + [f"  {text}" for text in self.remarks]
+        return on_screen("\n".join(lines))
+
+    __repr__ = __str__
+
+
+@dataclass(frozen=True, eq=False)
+class CompensationBench(Result):
+    """Controllers against the plain loop, at several motor speeds.
+
+    Attributes
+    ----------
+    speeds : (n,) array
+        Speeds of the motor [rad/s].
+    names : tuple of str
+        Of the controllers.
+    results : tuple of tuple of Compensation
+        For every controller one result a speed.
+    """
+
+    rows: ClassVar[str] = "speed"
+
+    speeds: Floats
+    names: tuple[str, ...]
+    results: tuple[tuple[Compensation, ...], ...]
+
+    @property
+    def reduction(self) -> Floats:
+        """Reductions (controllers, speeds) of the rms [dB]."""
+        return np.array([[one.reduction for one in row] for row in self.results])
+
+    def best(self, *, load_encoder: bool = True) -> tuple[Compensation, ...]:
+        """The best controller at every speed, with a load's encoder or without one."""
+        from .designs import COMPENSATORS
+
+        rows = [
+            row
+            for row in self.results
+            if load_encoder or not (COMPENSATORS.get(row[0].name) and COMPENSATORS[row[0].name].load_encoder)
+        ]
+        return tuple(min(column, key=lambda one: one.after.rms) for column in zip(*rows, strict=True))
+
+    def coordinates(self) -> Labelled:
+        """Speeds and names of the controllers."""
+        return {"speed": ("speed", self.speeds, "rad/s"), "controller": ("controller", list(self.names), "")}
+
+    def variables(self) -> Labelled:
+        """Residuals and torques."""
+
+        def table(value: Any) -> Floats:
+            return np.array([[value(one) for one in row] for row in self.results])
+
+        dims = ("controller", "speed")
+        return {
+            "before": (dims, table(lambda one: one.before.rms), "rad"),
+            "after": (dims, table(lambda one: one.after.rms), "rad"),
+            "peak": (dims, table(lambda one: one.after.peak), "rad"),
+            "torque": (dims, table(lambda one: one.torque.peak), "N*m"),
+            "stable": (dims, table(lambda one: one.stable), ""),
+        }
+
+    def __str__(self) -> str:
+        width = max(map(len, self.names))
+        head = "  ".join(f"{speed / RPM:8.1f}" for speed in self.speeds)
+        lines = [
+            "CompensationBench: rms of the pointing error about its mean [arcsec]; x: a limit was met, !: it grew",
+            f"  {'motor speed [rpm]':{width}}  {head}",
+        ]
+        for name, row in zip(self.names, self.results, strict=True):
+            marks = ("!" if not one.stable else "x" if one.excluded else " " for one in row)
+            values = "  ".join(f"{one.after.rms / ARCSEC:7.3g}{mark}" for one, mark in zip(row, marks, strict=True))
+            lines.append(f"  {name:{max(width, 17)}}  {values}")
+        notes = dict.fromkeys(text for row in self.results for one in row for text in (*one.warnings, *one.remarks))
+        out = [one for row in self.results for one in row if one.excluded]
+        excluded = dict.fromkeys(f"At {one.speed / RPM:.4g} rpm {one.name}: {one.excluded}" for one in out)
+        return on_screen("\n".join([*lines, *(f"  {text}" for text in (*excluded, *notes))]))
+
+    __repr__ = __str__
