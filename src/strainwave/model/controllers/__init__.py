@@ -14,3 +14,6 @@ from .measurement import Measurement as Measurement
 from .notch import Notch as Notch
 from .notch import notch as notch
 from .observer import DisturbanceObserver as DisturbanceObserver
+from .repetitive import Repetitive as Repetitive
+from .shaping import Shaped as Shaped
+from .shaping import shaped as shaped

@@ -145,7 +145,7 @@ def _design(controller: Any) -> Compensator:
             "update(state, measurement)"
         )
     name = type(controller).__name__
-    adapts = "AdaptiveCancellation" in repr(controller)
+    adapts = rate_of if "AdaptiveCancellation" in repr(controller) else None
     return Compensator(name, name, lambda _bench, _speed: controller, True, "Its stability is not known here.", adapts)
 
 
@@ -193,8 +193,8 @@ def _one(
     bench: Bench, design: Compensator, speed: float, robust: bool, units: int, seed: int, progress: Any
 ) -> Compensation:
     """One controller at one speed."""
-    rate = rate_of(bench, speed)
-    settle, end = times_of(bench, speed, rate if design.adapts else 0.0)
+    rate_of(bench, speed)  # an unstable loop is refused
+    settle, end = times_of(bench, speed, design.adapts(bench, speed) if design.adapts else 0.0)
     controller = design.build(bench, speed)
     before = _run(bench, bench.loop, speed, settle, end)
     after = _run(bench, controller, speed, settle, end)

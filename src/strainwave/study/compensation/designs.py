@@ -16,13 +16,16 @@ from ...model.controllers.gandhi_ghorbel import GandhiGhorbel
 from ...model.controllers.loops import LoadIntegral, SampledPD
 from ...model.controllers.notch import notch
 from ...model.controllers.observer import DisturbanceObserver
+from ...model.controllers.repetitive import CELLS, Repetitive
 from ...model.excitation import Harmonic, Harmonics
 from ...model.train.controls import motor_states
 from ...numerics.sampled.loops import loop_ensemble
 from .bench import Bench
 
 QUICK = 0.3  # of the inverse time constant of the loop: rate of what adapts, slow beside all that it adapts
-SAMPLES_A_TURN = 8.0  # of the highest order: below, a feedforward acts too late to be one
+SMOOTH = 1e-4  # decay of a cell's fine structure that repetitive control has at least, in its rate of convergence
+MARGIN = 1.5  # of the smoothing that an order needs
+LEADS = 721  # leads that are tried
 OBSERVER = 2.0  # bandwidth of the observer, in those of the loop
 SLOW = 0.1  # of the inverse time constant: gain of the integral on the load
 
@@ -41,8 +44,8 @@ class Compensator:
         Whether it measures the load's angle.
     stable : str
         The condition under which it is stable, as a sentence.
-    adapts : bool
-        Whether it takes time to converge.
+    adapts : callable or None
+        Of a bench and a speed: the rate [1/s] at which it converges; None where it does not adapt.
     """
 
     name: str
@@ -50,7 +53,7 @@ class Compensator:
     build: Callable[[Bench, float], Any]
     load_encoder: bool
     stable: str
-    adapts: bool = False
+    adapts: Callable[[Bench, float], float] | None = None
 
 
 def rate_of(bench: Bench, speed: float) -> float:
@@ -138,6 +141,44 @@ def adaptive(bench: Bench, speed: float, loop: Any) -> Any:
     return loop
 
 
+def _repetitive(bench: Bench, speed: float) -> Any:
+    lead, smooth, rate = repetitive_gains(bench, speed)
+    size = float(np.max(np.abs(bench.response(speed).error_of_torque)))
+    period, most = bench.sampling.period, min(bench.sampling.limit, 1e6)
+    return Repetitive(bench.loop, bench.model.N, CELLS * rate / size, lead, smooth, most, period)
+
+
+def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float]:
+    """Lead [rad] that leaves least of the error, smoothing that every other order needs, and rate [1/s].
+
+    At order k the table grows with r_k = Re(-G_k e^(i k lead)), relative to the largest of the orders of the error, and
+    decays with s c_k, c_k = 1 - cos(2 pi k/M): the error keeps s c_k/(r_k + s c_k) of itself. In a turn no order
+    changes by more than half of itself.
+    """
+    period, own = bench.sampling.period, np.array(bench.orders)
+    turn = 2.0 * pi / abs(speed)
+    k = np.arange(int(min(CELLS // 2, 0.9 * pi / period / abs(speed))) + 1)
+    G = -bench.response(speed, k).error_of_torque / np.max(np.abs(bench.response(speed).error_of_torque))
+    c = 1.0 - np.cos(2.0 * pi * k / CELLS)
+    best: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    for lead in np.linspace(-pi, pi, LEADS) / min(own):
+        r = np.real(G * np.exp(1j * k * lead))
+        s = MARGIN * float(np.max(-r[1:] / c[1:], initial=SMOOTH))
+        if r[0] > 0.0 and np.all(r[own] > 0.0):
+            kept = float(np.max(s * c[own] / (r[own] + s * c[own])))
+            best = min(best, (kept, float(lead), s))
+    kept, lead, s = best
+    if kept == 1.0:
+        raise ValueError("repetitive control has no lead at which every order of the error converges; use 'adaptive'")
+    largest = float(np.max(np.abs(G) + s * c))
+    rate = min(rate_of(bench, speed) / largest, 0.5 / (turn * largest), 0.5 / (s * period * CELLS))
+    return lead, s * rate * period * CELLS, rate
+
+
+def _repetitive_rate(bench: Bench, speed: float) -> float:
+    return repetitive_gains(bench, speed)[2]
+
+
 def _adaptive_motor(bench: Bench, speed: float) -> Any:
     model = bench.model
 
@@ -213,7 +254,7 @@ COMPENSATORS = {
             _adaptive,
             True,
             "It converges for a small gain where the model's phase is right within 90 degrees at every order.",
-            True,
+            rate_of,
         ),
         Compensator(
             "adaptive-inverse",
@@ -221,7 +262,7 @@ COMPENSATORS = {
             _adaptive_inverse,
             True,
             "It converges for a small gain where the model's phase is right within 90 degrees at every order.",
-            True,
+            rate_of,
         ),
         Compensator(
             "adaptive-motor",
@@ -230,7 +271,16 @@ COMPENSATORS = {
             False,
             "It converges for a small gain where the model's phase is right within 90 degrees at every order. The load "
             "keeps the error of a held motor.",
+            rate_of,
+        ),
+        Compensator(
+            "repetitive",
+            "repetitive control over the motor's turn",
+            _repetitive,
             True,
+            "It converges for a small gain where the plant's phase and the lead are within 90 degrees at every order "
+            "that the smoothing leaves.",
+            _repetitive_rate,
         ),
         Compensator(
             "observer",
