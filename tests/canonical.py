@@ -134,6 +134,7 @@ REFERENCES = {
     "AtRest": sw.AtRest(),
     "SpeedProfile": sw.SpeedProfile((-2.0, 1.0, 3.0), (0.5, 2.0, -1.0)),
     "Segment": sw.Segment(-1.0, 0.3, 0.5, -0.4, 0.2),
+    "Shaped": sw.shaped(sw.SpeedProfile((-2.0, 1.0, 3.0), (0.5, 2.0, -1.0)), 2.0, 0.1),
 }
 
 PROFILES = {"TorqueProfile": sw.TorqueProfile((-2.0, 1.0, 3.0), (0.5, 2.0, -1.0))}

@@ -36,8 +36,8 @@ class Repetitive(NamedTuple):
     """A torque over the turn of the motor is added to that of `loop`, and learned from turn to turn.
 
     The turn has 64 cells. In every sample the cell of the reference's angle grows by g y over the period, y the
-    pointing error of the load theta_ref/N - theta_l, and moves by the share `smooth` towards the mean of its neighbours, which
-    takes away what is too fine. The torque is that of the angle `lead` [rad] ahead.
+    pointing error of the load theta_ref/N - theta_l, and moves by the share `smooth` towards the mean of its
+    neighbours, which takes away what is too fine. The torque is that of the angle `lead` [rad] ahead.
 
     G is the plant from the torque to y at the frequency k theta'. At an order k of M cells the table converges, for a
     small gain, where g Re(-G e^(i k lead)) + smooth (1 - cos(2 pi k/M))/period is positive (Hara, Yamamoto, Omata &

@@ -22,6 +22,7 @@ FINE = 0.15  # a step times the fastest rate: its error is below 1e-6 of what mo
 MOST_STEPS = 1000  # of a sample
 LANES_OF_JOB = 32
 GROWN = 1.5  # of the rms from one half of what is measured to the other
+SMALL = 0.05  # of the largest error of a run: what is below has decayed
 BOUND = 1e3  # rad: a larger error is none of a drive's
 
 
@@ -174,7 +175,9 @@ def _measured(sums: Floats, orders: Floats, samples: int, steps: int) -> LoopEns
         rms = np.sqrt(np.maximum(sums[2] / n - mean * mean, 0.0))
         cosine, sine = 2.0 * sums[SUMS::2] / n, 2.0 * sums[SUMS + 1 :: 2] / n
         early, late = (sums[2] - sums[9]) / (n - sums[10]), sums[9] / sums[10]
-        stable = np.isfinite(sums[2]) & (sums[3] < BOUND) & ~(late > GROWN * GROWN * early)
+        stable = (
+            np.isfinite(sums[2]) & (sums[3] < BOUND) & ~((late > GROWN**2 * early) & (late > (SMALL * sums[11]) ** 2))
+        )
     return LoopEnsemble(
         mean=mean,
         rms=rms,

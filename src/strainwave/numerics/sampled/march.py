@@ -15,7 +15,7 @@ from ...compile.lanes import lane
 from ...tree import count
 from ..integration.steps import rk4_step
 
-SUMS = 11  # of a lane, before those of the orders: see `add`
+SUMS = 12  # of a lane, before those of the orders: see `add`
 
 
 @kernel
@@ -43,7 +43,7 @@ def add(loop: Any, t: float, y: Any, memory: Any, late: float, orders: Any, out:
 
     These are the number of samples, the sum of the error, of its square, its largest size, the sum of the torque's
     square, its largest size, the largest torque watched; after two that are filled at the end, the sum of the error's
-    square in the second half and its samples; then, for each order, of error times cosine and sine.
+    square in the second half and its samples, and its largest size in the whole run; then, for each order, of error times cosine and sine.
     """
     phase = loop.plant().omega * t
     error, torque = loop.watched(phase, y)
@@ -81,6 +81,7 @@ def march_loops(
             memory = loop.update(t, y, memory, first + j, k)
             if k >= settle:
                 add(loop, t, y, memory, 1.0 * (2 * k >= samples + settle), orders, out, j)
+            out[11, j] = larger(abs(loop.watched(loop.plant().omega * t, y)[0]), out[11, j])
             y = between(loop, t, y, memory, steps)
         out[7, j], out[8, j] = memory.limited, memory.lost
 

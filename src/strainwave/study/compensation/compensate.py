@@ -12,7 +12,6 @@ from ...numerics.sampled.loops import loop_ensemble
 from ...numerics.sampled.result import LoopEnsemble
 from ...protocols import lacking, lines_of
 from ...quantities import number, numbers, shown
-from ...sentences import Sentence
 from ...units import ARCSEC, RPM
 from ..analysis.remedies.knobs import stiffer
 from .bench import Bench, bench_of
@@ -176,16 +175,9 @@ def _refuse_slow(bench: Bench, speed: float) -> None:
     most = 2.0 * np.pi / (COARSE * bench.sampling.period * highest)
     if speed > most:
         raise ValueError(
-            Sentence(
-                "samples every {:.4g} us are too slow for order {} at {:.4g} rpm, as a period of it needs {:g} of them:"
-                " sample at least every {:.3g} us, or stay below {:.4g} rpm",
-                1e6 * bench.sampling.period,
-                highest,
-                speed / RPM,
-                COARSE,
-                1e6 * bench.sampling.period * most / speed,
-                most / RPM,
-            )
+            f"samples every {1e6 * bench.sampling.period:.4g} us are too slow for order {highest} at "
+            f"{speed / RPM:.4g} rpm, as a period of it needs {COARSE:g} of them: sample at least every "
+            f"{1e6 * bench.sampling.period * most / speed:.3g} us, or stay below {most / RPM:.4g} rpm"
         )
 
 

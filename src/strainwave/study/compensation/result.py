@@ -49,7 +49,7 @@ class Units(Result):
     stiffness, amplitude : (units,) arrays
         Factors of the gear's stiffness and of the kinematic error.
     unstable : tuple of (int, str)
-        Units whose error grew, and the cause as a sentence.
+        Units whose error grew or is not smaller than 0.9 times that before, and the cause as a sentence.
     """
 
     rows: ClassVar[str] = "lane"
@@ -76,7 +76,7 @@ class Units(Result):
     def __str__(self) -> str:
         low, middle, high = (value / ARCSEC for value in self.quantiles())
         return on_screen(
-            f"Units: {len(self.after.rms)}, {len(self.unstable)} unstable; rms of the residual {middle:.3g} arcsec "
+            f"Units: {len(self.after.rms)}, {len(self.unstable)} not compensated; rms of the residual {middle:.3g} arcsec "
             f"(5 to 95 %: {low:.3g} to {high:.3g}), before {np.median(self.before.rms) / ARCSEC:.3g} arcsec"
         )
 

@@ -14,6 +14,7 @@ from ..analysis.remedies.knobs import stiffer
 from .bench import Bench
 from .result import Units
 
+GIVEN_UP = 0.9  # of the error before: a guard has tripped, or nothing is gained
 SCATTER = (0.15, 0.5)  # of stiffness and kinematic error from unit to unit, as shares; the phase is any
 
 
@@ -32,7 +33,8 @@ def units_of(bench: Bench, controller: Any, speed: float, settle: float, end: fl
         loops = [bench.closed(one, speed)._replace(train=plant._replace(omega=speed)) for plant in plants]
         found.append(loop_ensemble(loops[0], loops, end, settle=settle, orders=orders, y0=y0))
     before, after = found
-    unstable = tuple((int(i), _cause(bench, controller, speed, plants[i])) for i in np.flatnonzero(~after.stable))
+    lost = ~after.stable | (after.rms > GIVEN_UP * before.rms)
+    unstable = tuple((int(i), _cause(bench, controller, speed, plants[i])) for i in np.flatnonzero(lost))
     return Units(before, after, stiffness, amplitude, unstable)
 
 
@@ -62,4 +64,4 @@ def _cause(bench: Bench, controller: Any, speed: float, plant: DriveTrain) -> st
         if abs(off) > 90.0:
             return f"the plant's phase at order {inner.order} is {off:.0f} degrees off the model's, beyond 90"
         inner = inner.loop
-    return "its error grew although its phases are within 90 degrees of the model's"
+    return "the controller takes nothing away on it, although its phases are within 90 degrees of the model's"

@@ -1,0 +1,262 @@
+"""Each controller on measurements: what it must do by its closed form, with lost samples, compiled as in Python."""
+
+import math
+
+import numpy as np
+import pytest
+from one_bench import DRIVE, ERROR, J_L, J_M, LOOP, PD, PERIOD, N
+
+import strainwave as sw
+from strainwave.compile.jit import kernel, run
+from strainwave.model.controllers.closed_loop import rounded
+from strainwave.model.controllers.feedforward import inverse
+from strainwave.noise import even, noise
+from strainwave.quantities import checked
+from strainwave.tree import leaves
+from strainwave.units import ARCSEC
+
+OPEN = DRIVE._replace(motor=DRIVE.motor._replace(control=sw.Commanded()))
+CONTROLLERS = {
+    "SampledPD": sw.SampledPD(3.0, 0.1, PERIOD, 1e-3, 2e-3),
+    "Cascade": sw.Cascade(40.0, 0.5, 20.0, PERIOD, 1e-3, 2e-3),
+    "LoadIntegral": sw.LoadIntegral(PD, N, 3.0, PERIOD),
+    "AngleFeedforward": sw.AngleFeedforward(PD, ERROR, N, 3e-4, J_M),
+    "TorqueTable": sw.TorqueTable(PD, sw.Harmonics((sw.Harmonic(0.2, 2, 0.4), sw.Harmonic(0.1, 4))), 3e-4),
+    "InverseDynamics": sw.InverseDynamics(PD, OPEN, 3e-4),
+    "AdaptiveCancellation": sw.AdaptiveCancellation(PD, N, 500.0, 0.7, 2.0, PERIOD, order=2),
+    "AdaptiveCancellation, motor": sw.AdaptiveCancellation(PD, N, 500.0, 0.7, 2.0, PERIOD, order=2, on_load=0),
+    "Repetitive": sw.Repetitive(PD, N, 500.0, 0.3, 1e-3, 2.0, PERIOD),
+    "DisturbanceObserver": sw.DisturbanceObserver(PD, J_M, 300.0, PERIOD),
+    "Notch": sw.notch(PD, 194.0, PERIOD),
+    "GandhiGhorbel": sw.GandhiGhorbel(ERROR, N, J_M, J_L, 3e4, 400.0, PERIOD),
+}
+each = pytest.mark.parametrize("controller", CONTROLLERS.values(), ids=CONTROLLERS.keys())
+
+
+def measurements(count=200, lost=()):
+    """A slow run-up with noise on both encoders."""
+    rng, rows = np.random.default_rng(5), []
+    for k in range(count):
+        t = k * PERIOD
+        angle, speed = 40.0 * t + 10.0 * t * t, 40.0 + 20.0 * t
+        motor, load = angle + 1e-3 * rng.standard_normal(), angle / N + 1e-4 * rng.standard_normal()
+        rows.append(
+            sw.Measurement(angle, speed, 20.0, motor, math.nan if k in lost else load, 0.3 * rng.standard_normal())
+        )
+    return rows
+
+
+@kernel
+def replay(controller, table, out):
+    state = controller.start()
+    for k in range(len(out)):
+        m = sw.Measurement(table[k, 0], table[k, 1], table[k, 2], table[k, 3], table[k, 4], table[k, 5])
+        state, out[k] = controller.update(state, m)
+
+
+@each
+@pytest.mark.compiled
+def test_compiled_code_does_what_python_does(controller):
+    table = np.array(measurements(lost=(7, 8)), float)
+    compiled, python = np.zeros(len(table)), np.zeros(len(table))
+    run(replay, controller, table, compiled)
+    replay(controller, table, python)
+    np.testing.assert_allclose(compiled, python, rtol=1e-12, atol=1e-12 * np.max(np.abs(python)))
+
+
+@each
+def test_a_lost_angle_of_the_load_leaves_the_torque_finite(controller):
+    state = controller.start()
+    for m in measurements(60, lost=range(20, 40)):
+        state, torque = controller.update(state, m)
+        assert math.isfinite(torque)
+    assert np.all(np.isfinite(leaves(state)))
+
+
+def test_the_pd_loop_is_its_formula():
+    state = CONTROLLERS["SampledPD"].start()
+    _, first = CONTROLLERS["SampledPD"].update(state, sw.Measurement(1.0, 2.0, 5.0, 1.01, 0.0, 0.0))
+    assert first == pytest.approx(2e-3 * 5.0 - 3.0 * 0.01)
+    state, _ = CONTROLLERS["SampledPD"].update(state, sw.Measurement(1.0, 2.0, 5.0, 1.01, 0.0, 0.0))
+    _, second = CONTROLLERS["SampledPD"].update(state, sw.Measurement(1.2, 2.0, 5.0, 1.23, 0.0, 0.0))
+    rate = 0.02 / PERIOD * PERIOD / (PERIOD + 1e-3)
+    assert second == pytest.approx(2e-3 * 5.0 - 3.0 * 0.03 - 0.1 * rate)
+
+
+def test_an_integral_gives_back_what_the_limit_took():
+    """A load that a limited torque cannot carry for a second, then lets go: the integral must not have wound up."""
+    cascade = sw.Cascade(40.0, 0.5, 20.0, PERIOD)
+
+    def overshoot(gives_back):
+        state, angle, speed, applied, worst, asked = cascade.start(), 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(8000):
+            known = applied if gives_back else asked
+            state, asked = cascade.update(state, sw.Measurement(0.0, 0.0, 0.0, angle, 0.0, known))
+            applied = min(max(asked, -1.0), 1.0)
+            against = 2.0 if k < 4000 else 0.0
+            speed = max(speed + PERIOD * (applied - against - 0.5 * speed) / 5e-3, -0.5)
+            angle += PERIOD * speed
+            worst = max(worst, angle)
+        return worst
+
+    assert overshoot(True) < 0.2 * overshoot(False)
+
+
+@pytest.mark.parametrize(("frequency", "gain"), [(200.0, 0.0), (20.0, 1.0), (2000.0, 1.0)])
+def test_the_notch_has_its_gain_at_its_frequency_and_one_far_away(frequency, gain):
+    plain = sw.SampledPD(-1.0, 0.0, PERIOD)  # gives back the deviation
+    controller, torques = sw.notch(plain, 200.0, PERIOD, width=0.3), []
+    state = controller.start()
+    for k in range(40000):
+        state, torque = controller.update(state, sw.Measurement(0.0, 0.0, 0.0, math.sin(frequency * k * PERIOD), 0, 0))
+        torques.append(torque)
+    assert np.max(np.abs(torques[30000:])) == pytest.approx(gain, abs=5e-3)
+
+
+def test_the_observer_finds_a_constant_torque_with_its_bandwidth():
+    """J theta'' = tau + d, tau what is applied: the estimate is d (1 - exp(-g t))."""
+    still = sw.SampledPD(0.0, 0.0, PERIOD)
+    controller, speed, angle, applied, found = sw.DisturbanceObserver(still, 2e-3, 100.0, PERIOD), 0.0, 0.0, 0.0, []
+    state = controller.start()
+    for _ in range(400):
+        state, asked = controller.update(state, sw.Measurement(0.0, 0.0, 0.0, angle, 0.0, applied))
+        found.append(-asked)
+        angle += PERIOD * (speed + 0.5 * PERIOD * (asked + 0.7) / 2e-3)
+        speed += PERIOD * (asked + 0.7) / 2e-3
+        applied = asked
+    t = PERIOD * np.arange(400)
+    np.testing.assert_allclose(found[20:], 0.7 * (1.0 - np.exp(-100.0 * t[20:])), atol=0.7 * 3 * 100.0 * PERIOD)
+    assert found[-1] == pytest.approx(0.7, rel=1e-3)
+
+
+def test_the_inverse_keeps_the_load_on_course():
+    """With the motion and torque of the inverse, the train's own equations accelerate neither load nor deviation."""
+    train = OPEN._replace(
+        motor=OPEN.motor._replace(drag=sw.Coulomb(0.02, 0.5)), error=sw.KinematicError((sw.Line(2, 1e-4, 0.7),)),
+        load=sw.Load(J_L, sw.Harmonic(0.0, mean=-70.0), sw.Viscous(3.0)), omega=80.0,
+    )  # fmt: skip
+    angle, h = 2.3, 1e-5
+    motor, fast, torque = inverse(train, angle, 80.0, 0.0)
+    early, later = (inverse(train, angle + d, 80.0, 0.0)[0] for d in (-80.0 * h, 80.0 * h))
+    assert (later - early) / (2.0 * h) == pytest.approx(fast, rel=1e-6)  # its speed is that of its angle
+    x, v = motor / N - angle / N, fast / N - 80.0 / N
+    rates = train.rhs(angle, (x, v, motor - angle, fast - 80.0, torque))
+    load = rates[3] / N - rates[1]  # acceleration of the load, the motor's over N less x''
+    assert abs(load) * J_L < 1e-9 * 70.0 + abs(train.B * (v - train.error.slope(motor) * fast)) + 1e-9
+    before = inverse(train, angle - 80.0 * h, 80.0, 0.0)[1]
+    after = inverse(train, angle + 80.0 * h, 80.0, 0.0)[1]
+    assert rates[3] == pytest.approx((after - before) / (2.0 * h), rel=1e-4)
+
+
+def test_gandhi_ghorbel_decays_on_a_rigid_gear():
+    """The rigid gear of its derivation, integrated by small steps: its energy falls, and the load follows."""
+    law = sw.GandhiGhorbel(sw.KinematicError((sw.Line(2, 2e-3),)), N, J_M, J_L, 4e4, 900.0, PERIOD)
+    state, motor, speed, fine = law.start(), 0.4, 0.0, 5
+    energies = []
+    e = law.error
+    for k in range(4000):
+        reference = 20.0 * k * PERIOD
+        state, torque = law.update(state, sw.Measurement(reference, 20.0, 0.0, motor, math.nan, 0.0))
+        for _ in range(fine):
+            psi, bend = 1.0 / N - e.slope(motor), -e.curvature(motor)
+            acceleration = (torque - J_L * psi * bend * speed * speed) / (J_M + J_L * psi * psi)
+            motor, speed = motor + PERIOD / fine * speed, speed + PERIOD / fine * acceleration
+        psi = 1.0 / N - e.slope(motor)
+        off = (reference + 20.0 * PERIOD - motor) / N + e.value(motor)
+        rate = 20.0 / N - psi * speed
+        energies.append(0.5 * (J_M / psi**2 + J_L) * rate**2 + 0.5 * law.K_p * off**2)
+    quarter = np.array(energies).reshape(8, -1).max(axis=1)
+    assert np.all(np.diff(quarter[:4]) < 0.0)
+    assert abs(off) < 0.5 * ARCSEC
+
+
+def test_shaping_leaves_no_vibration():
+    """The residual of a linear vibration in closed form: the sum of the weights times exp(s t) at its pole is 0."""
+    motion = sw.SpeedProfile((0.0, 0.1, 0.2, 0.3), (0.0, 5.0, 5.0, 0.0))
+    for kind, orders in (("ZV", 1), ("ZVD", 2)):
+        shaped = sw.shaped(motion, 60.0, 0.05, kind=kind)
+        pole = 60.0 * (-0.05 + 1j * math.sqrt(1.0 - 0.05**2))
+        left = [
+            sum(w * t**n * np.exp(-pole * t) for w, t in zip(shaped.weights, shaped.times, strict=True))
+            for n in range(orders)
+        ]
+        assert np.max(np.abs(left)) < 1e-12
+        assert shaped.value(1.0) == pytest.approx(motion.value(1.0))
+        h = 1e-6
+        assert (shaped.value(0.15 + h) - shaped.value(0.15 - h)) / (2 * h) == pytest.approx(shaped.slope(0.15))
+
+
+def test_an_angle_is_in_whole_steps_of_its_encoder():
+    assert rounded(0.26, 0.1) == pytest.approx(0.3)
+    assert rounded(-0.26, 0.1) == pytest.approx(-0.3)
+    assert rounded(0.26, 0.0) == 0.26
+
+
+def test_noise_is_white_and_the_same_in_every_run():
+    values = np.array([noise(1, 3, k, 0) for k in range(20000)])
+    assert np.mean(values) == pytest.approx(0.0, abs=0.03)
+    assert np.std(values) == pytest.approx(1.0, rel=0.02)
+    assert abs(np.mean(values[1:] * values[:-1])) < 0.03
+    other = np.array([noise(1, 4, k, 0) for k in range(2000)])
+    assert abs(np.mean(values[:2000] * other)) < 0.08
+    assert noise(1, 3, 17, 0) == noise(1, 3, 17, 0)
+    shares = np.array([even(2, 0, k, 2) for k in range(20000)])
+    np.testing.assert_allclose(np.histogram(shares, 10, (0.0, 1.0))[0], 2000, atol=200)
+
+
+@pytest.mark.compiled
+def test_compiled_noise_is_that_of_python():
+    @kernel
+    def fill(out):
+        for k in range(len(out)):
+            out[k] = noise(7, 12, k, 1) + even(7, 12, k, 2)
+
+    compiled, python = np.zeros(500), np.zeros(500)
+    run(fill, compiled)
+    fill(python)
+    np.testing.assert_allclose(compiled, python, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: sw.SampledPD(-1.0, 0.1, PERIOD), r"SampledPD.K_p is -1; give its size"),
+        (lambda: sw.SampledPD(1.0, 0.1, 0.0), r"SampledPD.period is 0 s; a sample takes a positive time"),
+        (lambda: sw.Cascade(1.0, 0.0, 1.0, PERIOD), r"Cascade.K_p is 0"),
+        (lambda: sw.LoadIntegral(PD, N, 5000.0, PERIOD), r"must be above 0 and below 4000 1/s"),
+        (lambda: sw.DisturbanceObserver(PD, J_M, 5000.0, PERIOD), r"below 4000 rad/s, once a sample"),
+        (lambda: sw.AdaptiveCancellation(PD, N, -1.0, 0.0, 1.0, PERIOD), r"AdaptiveCancellation.gain is -1"),
+        (lambda: sw.AdaptiveCancellation(PD, N, 1.0, 0.0, 1.0, PERIOD, order=0), r"order is 0; it must be at least 1"),
+        (lambda: sw.Repetitive(PD, N, 1.0, 0.0, 1.5, 1.0, PERIOD), r"smooth is 1.5; it is a share"),
+        (lambda: sw.Sampling(delay=1e-3), r"delay is 0.001 s; it must be at most 3 periods, 0.00075 s"),
+        (lambda: sw.Sampling(period=0.0), r"Sampling.period is 0; it must be positive"),
+        (lambda: sw.Sampling(loss=1.0), r"Sampling.loss is 1; it is a share"),
+        (lambda: sw.Shaped(sw.AtRest(), (0.0,), (0.5,)), r"weights that add up to 0.5"),
+        (
+            lambda: sw.InverseDynamics(PD, OPEN._replace(law=sw.BoucWen(1e5, 0.3, 1e-4))),
+            r"couplings or laws with memory",
+        ),
+    ],
+)
+def test_numbers_out_of_range_get_a_sentence(make, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        checked(make())
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: sw.notch(PD, 2e4, PERIOD), "carry none above 12566.4 rad/s"),
+        (lambda: sw.notch(PD, 200.0, PERIOD, depth=2.0), "depth is 2; it must be from 0 to 1"),
+        (lambda: sw.shaped(sw.AtRest(), 50.0, 1.0), "damping is 1; it must be from 0 to below 1"),
+        (lambda: sw.shaped(sw.AtRest(), 50.0, kind="EI"), "it must be 'ZV' or 'ZVD'"),
+    ],
+)
+def test_makers_refuse_what_they_cannot_make(make, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        make()
+
+
+def test_a_loop_that_is_none_is_refused():
+    with pytest.raises(TypeError, match=r"LoadIntegral.loop"):
+        checked(sw.LoadIntegral(LOOP, N, 3.0, PERIOD))

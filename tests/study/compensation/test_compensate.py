@@ -1,0 +1,186 @@
+"""Compensation: the bench of a CSG-40-50, laws of residuals, wrong models, wrong signs, units, and what is refused."""
+
+import math
+
+import numpy as np
+import pytest
+from one_bench import DRIVE, ERROR, OMEGA_A, PD, PERIOD, SAMPLING, loop
+
+import strainwave as sw
+from strainwave.study.compensation.bench import bench_of
+from strainwave.units import ARCSEC
+
+SPEEDS = [share * OMEGA_A / 2.0 for share in (0.3, 0.9, 1.0, 1.1, 3.0)]
+IDEAL = sw.Sampling(PERIOD, PERIOD)
+LINEAR = DRIVE._replace(law=sw.Linear(1e5))
+compiled = pytest.mark.compiled
+
+
+def run(controller, speed=50.0, **changes):
+    """Residual of a controller on the drive, in steady state."""
+    found = sw.loop_ensemble(loop(controller, speed, **changes), {}, 6.0, settle=4.0, orders=[2])
+    return found.amplitude[0, 0] * np.exp(1j * found.phase[0, 0])
+
+
+@compiled
+def test_with_a_load_encoder_twenty_decibels_at_every_speed():
+    """Below, on and above the resonance; without one the linear inverse does it by the model."""
+    bench = sw.compensation_bench(DRIVE, ("inverse", "adaptive", "adaptive-inverse"), speeds=SPEEDS, sampling=SAMPLING)
+    best = [one.reduction for one in bench.best()]
+    assert min(best) > 20.0
+    assert np.all(bench.reduction[0] > 30.0)  # without a load's encoder
+    assert not any(one.excluded for row in bench.results for one in row)
+    assert all(one.torque.peak < 3.0 for row in bench.results for one in row)
+
+
+@compiled
+@pytest.mark.parametrize(("g", "phi"), [(0.8, 0.0), (1.0, 0.3), (1.2, -0.5), (0.5, 1.5)])
+@pytest.mark.parametrize("speed", [15.0, 55.0])
+def test_a_feedforward_off_by_gain_and_phase_leaves_what_it_must(g, phi, speed):
+    """Of the exact inverse, times g and turned by phi, |1 - g e^(i phi)| of the error is left."""
+    line = ERROR.lines[0]
+    wrong = sw.KinematicError((sw.Line(2, g * line.amplitude, phi),))
+    controller = sw.AngleFeedforward(PD, wrong, DRIVE.N, IDEAL.lead, DRIVE.motor.J)
+    changes = {"sampling": IDEAL, "law": sw.Linear(1e5)}
+    left = abs(run(controller, speed, **changes)) / abs(run(PD, speed, **changes))
+    assert left == pytest.approx(abs(1.0 - g * np.exp(1j * phi)), rel=0.02)
+
+
+@compiled
+def test_a_torque_table_leaves_what_the_wrong_stiffness_makes_of_it():
+    """Residual of a measured error against an inverse plant G: |1 - G'/G|, G' of the drive that is 20 % softer."""
+    soft = LINEAR._replace(law=sw.Linear(0.8e5))
+    for speed in (15.0, 42.0, 55.0):
+        found = sw.compensate(LINEAR, "measured-table", speed=speed, sampling=IDEAL, plant=soft, robust=False)
+        G, real = (bench_of(train, IDEAL).response(speed).error_of_torque[0] for train in (LINEAR, soft))
+        expected = abs(1.0 - real / G)
+        left = found.amplitude_after[0] / found.amplitude_before[0]
+        assert left == pytest.approx(expected, rel=0.02, abs=0.01)
+
+
+@compiled
+def test_a_table_by_a_wrong_model_is_flagged_and_adaptation_recovers():
+    soft = LINEAR._replace(law=sw.Linear(0.8e5))
+    table = sw.compensate(LINEAR, "measured-table", speed=42.0, sampling=SAMPLING, plant=soft, robust=False)
+    assert table.after.rms > 1.2 * table.before.rms
+    assert any("do not use it there" in text for text in table.warnings)
+    nominal = sw.compensate(LINEAR, "measured-table", speed=42.0, sampling=SAMPLING)
+    assert any("20 % softer than the model the error grows" in text for text in nominal.warnings)
+    adaptive = sw.compensate(LINEAR, "adaptive-inverse", speed=42.0, sampling=SAMPLING, plant=soft, robust=False)
+    assert adaptive.reduction > 20.0
+
+
+@compiled
+def test_adaptation_converges_with_its_rate():
+    """The amplitude's distance from its end decays with g |G|/2."""
+    bench, speed = bench_of(LINEAR, IDEAL), 30.0
+    G = bench.response(speed).error_of_torque[0]
+    rate = 0.6
+    adaptive = sw.AdaptiveCancellation(
+        PD, DRIVE.N, 2.0 * rate / abs(G), float(np.angle(G)), 10.0, PERIOD, order=2
+    )  # fmt: skip
+    own = loop(adaptive, speed, sampling=IDEAL, law=sw.Linear(1e5))
+    found = sw.run_loop(own, 6.0)
+    turn = round(2.0 * math.pi / speed / PERIOD)
+
+    def size(t):
+        k = round(t / PERIOD)
+        part = slice(k, k + turn)
+        return abs(2.0 * np.mean(found.error[part] * np.exp(-2j * speed * found.time[part])))
+
+    assert np.log(size(2.0) / size(4.0)) / 2.0 == pytest.approx(rate, rel=0.05)
+
+
+@compiled
+def test_a_wrong_sign_trips_the_guard_and_the_plain_loop_is_left():
+    bench = bench_of(LINEAR, IDEAL)
+    right = sw.COMPENSATORS["adaptive"].build(bench, 50.0)
+    wrong = right._replace(phase=right.phase + math.pi, most=0.5)
+    own = sw.run_loop(loop(wrong, sampling=IDEAL, law=sw.Linear(1e5)), 12.0)
+    plain = sw.run_loop(loop(PD, sampling=IDEAL, law=sw.Linear(1e5)), 12.0)
+    assert own.memory.state[3] == 1.0
+    assert own.rms(10.0) == pytest.approx(plain.rms(10.0), rel=0.05)
+
+
+@compiled
+def test_repetitive_control_learns_every_order():
+    error = sw.KinematicError((sw.Line(2, 23.0 * ARCSEC), sw.Line(4, 5.0 * ARCSEC, 0.7)))
+    found = sw.compensate(LINEAR._replace(error=error), "repetitive", speed=15.0, sampling=SAMPLING, robust=False)
+    assert np.all(found.amplitude_after < 0.2 * found.amplitude_before)
+
+
+@compiled
+def test_units_that_grow_are_named_with_their_cause():
+    found = sw.compensate(DRIVE, "adaptive", speed=45.0, sampling=SAMPLING, robust=False, units=60)
+    units = found.units
+    assert units.quantiles((0.5,))[0] < 0.01 * np.median(units.before.rms)
+    assert units.unstable  # softer or stiffer by 15 %, the resonance has moved past the speed
+    for unit, cause in units.unstable:
+        assert units.after.rms[unit] > 0.9 * units.before.rms[unit]
+        assert "degrees off the model's, beyond 90" in cause
+
+
+@compiled
+def test_units_are_drawn_as_they_are_said_to_be():
+    units = sw.compensate(DRIVE, "inverse", speed=20.0, sampling=SAMPLING, robust=False, units=40).units
+    assert np.all(np.abs(units.stiffness - 1.0) <= 0.15)
+    assert np.all(np.abs(units.amplitude - 1.0) <= 0.5)
+    assert np.ptp(units.before.phase) > 4.0
+    again = sw.compensate(DRIVE, "inverse", speed=20.0, sampling=SAMPLING, robust=False, units=40).units
+    np.testing.assert_array_equal(units.after.rms, again.after.rms)
+
+
+@compiled
+def test_a_motor_that_is_too_weak_excludes_the_speed():
+    weak = SAMPLING._replace(limit=0.4)
+    found = sw.compensate(DRIVE, "inverse", speed=50.0, sampling=weak, robust=False)
+    assert "limit of 0.4 N*m is met" in found.excluded
+    assert 0.0 < found.torque.limited < 1.0
+
+
+@compiled
+def test_a_drive_with_gravity_hysteresis_and_friction():
+    """Not the ideal case: the linear inverse still takes most of it away, and the nonlinear one is refused."""
+    law = sw.Parallel(sw.BoucWen(4e4, 0.0, 8e-5), sw.Linear(8e4))
+    load = sw.Load(10.0, drag=sw.AngleTorque(40.0))
+    motor = DRIVE.motor._replace(drag=sw.Coulomb(0.05, 1.0))
+    drive = DRIVE._replace(law=law, load=load, motor=motor)
+    found = sw.compensate(drive, "inverse", speed=20.0, sampling=SAMPLING, robust=False)
+    assert found.amplitude_after[0] < 0.1 * found.amplitude_before[0]
+    with pytest.raises(ValueError, match="laws with memory, of which there is no inverse"):
+        sw.compensate(drive, "nonlinear-inverse", speed=20.0, sampling=SAMPLING)
+
+
+def test_what_was_assumed_is_said():
+    text = " ".join(bench_of(DRIVE._replace(motor=DRIVE.motor._replace(control=sw.Held()))).remarks)
+    assert "every 250 us" in text
+    assert "position loop of 30 Hz" in text
+    lagged = DRIVE._replace(motor=DRIVE.motor._replace(control=sw.Lagged(DRIVE.motor.control, 2e-4)))
+    bench = bench_of(lagged, SAMPLING)
+    assert bench.sampling.delay == pytest.approx(4.5e-4)
+    assert "counts as delay" in bench.remarks[0]
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "sentence"),
+    [
+        (lambda: sw.compensate(DRIVE, "magic", speed=50.0), ValueError, "no controller 'magic'; there are loop, angle"),
+        (lambda: sw.compensate(DRIVE, 5, speed=50.0), TypeError, "give a name such as 'adaptive'"),
+        (lambda: sw.compensate(5), TypeError, "give a Project or a DriveTrain, not 5"),
+        (lambda: sw.compensate(DRIVE._replace(error=sw.NoError())), ValueError, "nothing to cancel"),
+        (lambda: sw.compensate(DRIVE, speed=-1.0), ValueError, r"speed \[rad/s\] is -1"),
+        (lambda: sw.compensate(DRIVE, speed=5000.0), ValueError, "250 us are too slow for order 2 at"),
+        (lambda: sw.compensate(DRIVE, speed=50.0, units=-1), ValueError, "units is -1"),
+        (lambda: sw.compensate(DRIVE, speed=50.0, sampling=3), TypeError, "sampling is 3; give Sampling"),
+        (lambda: sw.compensate(DRIVE, speed=50.0, loop=3), TypeError, "loop is 3; give a controller"),
+        (
+            lambda: sw.compensate(DRIVE, speed=5.0, sampling=sw.Sampling(1e-2, 1e-2)),
+            ValueError,
+            "plain loop is unstable with samples every 1e",
+        ),
+        (lambda: sw.compensation_bench(DRIVE, (), speeds=[1.0]), ValueError, "nothing to run"),
+    ],
+)
+def test_what_cannot_be_compensated_gets_a_sentence(call, error, sentence):
+    with pytest.raises(error, match=sentence):
+        call()
