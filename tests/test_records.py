@@ -13,6 +13,8 @@ from all_results import DUFFING, RESULTS, branch, run
 import strainwave as sw
 from strainwave import archive
 
+pytestmark = pytest.mark.interpreted
+
 ENDINGS = (".nc", ".zarr", ".npz")
 
 
