@@ -1,5 +1,6 @@
 """Settings shared by all tests."""
 
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -9,14 +10,24 @@ from hypothesis import settings
 settings.register_profile("strainwave", derandomize=True, deadline=None)
 settings.load_profile("strainwave")
 
-TESTS = Path(__file__).parent
-# Files, sentences and figures: what they say does not depend on compiled code.
-UNCOMPILED = {TESTS / room for room in ("app", "files", "plot")}
+# Whose fast tests would compile nothing, or only what others test: files, sentences, figures, drives, theory in Python.
+UNCOMPILED = (
+    "app",
+    "files",
+    "model/gears",
+    "plot",
+    "study/analysis",
+    "theory/slow_flow/test_predictor.py",
+    "theory/slow_flow/test_response.py",
+)
 
 
 def pytest_collection_modifyitems(items):
-    """Mark the fast tests of the uncompiled rooms `interpreted`: they would only compile what others test."""
+    """Mark those `interpreted`, and begin with the files of many slow tests: xdist shares out files in this order."""
+    slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
+    alone = {Path(__file__).parent / place for place in UNCOMPILED}
     for item in items:
-        fast = not any(item.iter_markers("slow")) and not any(item.iter_markers("compiled"))
-        if fast and UNCOMPILED & set(item.path.parents):
+        marked = item.get_closest_marker("slow") or item.get_closest_marker("compiled")
+        if not marked and alone & {item.path, *item.path.parents}:
             item.add_marker(pytest.mark.interpreted)
+    items.sort(key=lambda item: -slow[item.path])
