@@ -10,13 +10,14 @@ from hypothesis import settings
 settings.register_profile("strainwave", derandomize=True, deadline=None)
 settings.load_profile("strainwave")
 
-# Whose fast tests would compile nothing, or only what others test: files, sentences, figures, drives, theory in Python.
+# Whose fast tests would compile nothing, or only what others test: examples, documentation and slow tests run compiled.
 UNCOMPILED = (
     "app",
     "files",
     "model/gears",
     "plot",
-    "study/analysis",
+    "study",
+    "test_records.py",
     "theory/slow_flow/test_predictor.py",
     "theory/slow_flow/test_response.py",
 )

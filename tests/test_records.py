@@ -13,8 +13,6 @@ from all_results import DUFFING, RESULTS, branch, run
 import strainwave as sw
 from strainwave import archive
 
-pytestmark = pytest.mark.interpreted
-
 ENDINGS = (".nc", ".zarr", ".npz")
 
 
