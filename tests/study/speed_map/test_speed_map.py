@@ -254,6 +254,7 @@ def test_a_map_has_its_arrays_in_xarray(tmp_path):
     np.testing.assert_array_equal(data["forbidden_low"].values, np.concatenate(found.forbidden)[:, 0])
 
 
+@pytest.mark.slow
 def test_the_command_writes_tables_and_the_figure(tmp_path):
     drive = project(tmp_path, more="limit: {oscillation: 69 arcsec}\n")
     result = CliRunner().invoke(
