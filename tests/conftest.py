@@ -20,6 +20,7 @@ UNCOMPILED = (
     "test_records.py",
     "theory/slow_flow/test_predictor.py",
     "theory/slow_flow/test_response.py",
+    "theory/slow_flow/test_second_order.py",
 )
 
 
