@@ -1,7 +1,35 @@
 """Settings shared by all tests."""
 
+from collections import Counter
+from pathlib import Path
+
+import pytest
 from hypothesis import settings
 
 # The same examples on every run, and no deadline: the first call of a compiled kernel takes seconds.
 settings.register_profile("strainwave", derandomize=True, deadline=None)
 settings.load_profile("strainwave")
+
+# Whose fast tests would compile nothing, or only what others test: examples, documentation and slow tests run compiled.
+UNCOMPILED = (
+    "app",
+    "files",
+    "model/gears",
+    "plot",
+    "study",
+    "test_records.py",
+    "theory/slow_flow/test_predictor.py",
+    "theory/slow_flow/test_response.py",
+    "theory/slow_flow/test_second_order.py",
+)
+
+
+def pytest_collection_modifyitems(items):
+    """Mark those `interpreted`, and begin with the files of many slow tests: xdist shares out files in this order."""
+    slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
+    alone = {Path(__file__).parent / place for place in UNCOMPILED}
+    for item in items:
+        marked = item.get_closest_marker("slow") or item.get_closest_marker("compiled")
+        if not marked and alone & {item.path, *item.path.parents}:
+            item.add_marker(pytest.mark.interpreted)
+    items.sort(key=lambda item: -slow[item.path])

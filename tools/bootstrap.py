@@ -26,7 +26,7 @@ SCRIPTS = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = SCRIPTS / ("python.exe" if os.name == "nt" else "python")
 STAMP = VENV / "installed.stamp"
 OLDEST, NEWEST = (3, 11), (3, 13)
-PYTEST = ["pytest", "-q", "-n", "auto", "--dist", "loadfile"]
+PYTEST = ["pytest", "-q", "-n", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
 INTERPRETED = [*PYTEST, "-m", "not compiled and (interpreted or not slow)"]
 COMPILED = [*PYTEST, "-m", "not interpreted"]
 SINGLE = {"OPENBLAS_NUM_THREADS": "1"}  # each test process has a core: threads of its own would take that of others

@@ -59,6 +59,7 @@ def test_what_is_no_grid_is_refused(text, said):
         axis(text)
 
 
+@pytest.mark.slow
 def test_the_largest_error_is_that_of_the_response_of_each_file(drive):
     result = invoke(drive, "--grid", "load.inertia=1 kg*m^2:2 kg*m^2:2", "--grid", "damping.ratio=3 %,4 %", "--json")
     assert result.exit_code == 0, result.stderr

@@ -39,6 +39,7 @@ def test_every_point_has_the_largest_error_of_the_closed_form(project):
             assert (float(here["jumps"]), float(here["truncated"])) == (0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_names_are_an_axis_and_a_store_goes_on(tmp_path):
     catalogue = from_text(PROJECTS["catalogue gear, motor not named"], tmp_path / "drive.yaml")
     grid = {"gear": ["CSG-40-50", "SHG-40-50"]}

@@ -107,6 +107,7 @@ def test_no_motion_of_a_hardening_spring_is_lost_near_the_upper_fold(span, omega
     none_lost(HARDENING, span, omega, rates, 3.0, 90)
 
 
+@pytest.mark.slow
 def test_no_motion_is_lost_where_three_lines_excite_a_gear():
     J, B, K, alpha = 94.77774888530446, 10925.82863829914, 39917587.08021615, 26833.206572168852
     lines = (
@@ -149,6 +150,7 @@ def test_no_motion_of_a_varying_stiffness_is_lost(omega):
     none_lost(sw.VaryingOscillator(1.0, *parts), (omega, 2.5), omega, rates, 4.0, 80)
 
 
+@pytest.mark.slow
 def test_no_motion_without_the_symmetry_of_its_system_is_lost():
     # curves of symmetric motions pass by those without the symmetry, which begin on them at other strengths
     lines = (3, 0.14109204523148583, 1.42000551944892), (5, 0.10785390313782177, -0.4373281041459611)

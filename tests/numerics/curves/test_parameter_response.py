@@ -82,6 +82,7 @@ def test_a_start_outside_the_range_is_refused():
         sw.parameter_response(DUFFING, "law.alpha", (0.2, 0.3), start=orbit)
 
 
+@pytest.mark.interpreted
 def test_a_resonance_without_damping_is_said_to_have_no_response():
     resonant = sw.Oscillator(1.0, 0.0, sw.Linear(1.0), sw.Harmonic(0.1), 1.0)
     branch = sw.parameter_response(resonant, "excitation.amplitude", (0.1, 0.3), harmonics=1, points=20)

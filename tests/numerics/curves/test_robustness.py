@@ -32,6 +32,7 @@ def test_without_damping_the_linear_resonance_is_said_to_have_no_bound():
         sw.frequency_response(oscillator(sw.Linear(1.0), B=0.0), (0.6, 1.5), harmonics=5, points=100, throw=True)
 
 
+@pytest.mark.slow
 def test_without_damping_a_hardening_curve_reaches_both_ends():
     branch = response(oscillator(sw.Cubic(1.0, 0.1), B=0.0))
     assert branch.status

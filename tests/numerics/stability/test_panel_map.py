@@ -68,6 +68,7 @@ def by_hand(law, coupling, series, gains):
     return rates
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("control", "gains", "law", "coupling"),
     [

@@ -72,6 +72,7 @@ def test_a_stiff_loop_is_a_held_motor():
     assert np.allclose(impedance(stiff, s), impedance(drives, s), rtol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loop", [None, 190.0, 50.0])
 @pytest.mark.parametrize("torque", [0.0, 90.0])
 def test_harmonic_balance_of_the_whole_drive_lies_within_the_bounds(loop, torque):
@@ -94,6 +95,7 @@ def test_a_line_of_twice_the_order_widens_the_bounds():
     assert spread[1] > 1.2 * spread[0]
 
 
+@pytest.mark.slow
 def test_the_response_of_a_project_has_the_same_oscillation(tmp_path):
     path = tmp_path / "drive.yaml"
     path.write_text(

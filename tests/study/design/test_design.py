@@ -36,6 +36,7 @@ def projects(found, tmp_path):
         yield c, sw.read_project(path)
 
 
+@pytest.mark.slow
 def test_feasible_designs_serve_when_their_project_is_computed(found, tmp_path):
     assert found.feasible
     for c, project in projects(found, tmp_path):
@@ -71,6 +72,7 @@ def test_front_of_a_few_worked_by_hand():
     assert front([]) == []
 
 
+@pytest.mark.slow
 def test_a_rejected_gear_does_not_serve_by_harmonic_balance(tmp_path):
     # with any motor and under the load that averaging calls the worst
     spec = replace(SPEC, limit=55.0 * ARCSEC)

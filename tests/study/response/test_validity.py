@@ -140,6 +140,7 @@ def test_subharmonic_motion_and_its_absence_are_both_judged():
     assert found.error[0, 0, 0] < 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("A", "error"), [(0.002, 0.0030), (0.005, 0.0180), (0.01, 0.0646), (0.02, 0.196)])
 def test_general_map_gives_the_errors_of_the_peak_against_converged_balance(A, error):
     """OSCILATE's Duffing oscillator, zeta = 0.005, alpha = 0.2: errors of first order's peak; at its true amplitude."""

@@ -101,6 +101,7 @@ def settled(omega, alpha, y0, turns=120):
 
 
 @pytest.mark.slow
+@pytest.mark.interpreted
 def test_both_motions_of_a_hysteresis_are_in_the_map_and_the_limit_forbids_by_the_larger(tmp_path):
     drive = project(tmp_path, CUBIC, torque="{mean: 0 N*m}")
     found = sw.speed_map(drive, limit=1e-3, speeds=np.linspace(100.0, 250.0, 601))
@@ -254,6 +255,7 @@ def test_a_map_has_its_arrays_in_xarray(tmp_path):
     np.testing.assert_array_equal(data["forbidden_low"].values, np.concatenate(found.forbidden)[:, 0])
 
 
+@pytest.mark.slow
 def test_the_command_writes_tables_and_the_figure(tmp_path):
     drive = project(tmp_path, more="limit: {oscillation: 69 arcsec}\n")
     result = CliRunner().invoke(

@@ -133,7 +133,7 @@ def test_a_gear_with_kinks_is_predicted_within_its_accuracy():
         flow = sw.slow_flow(GEAR, sw.Resonance(2, 1), order=order)
         predictor = flow.predictor(1e-4, speeds=(200.0, 210.0))
         state = flow.steady_states()[0]
-        path = followed(predictor, predictor.start(205.0, 1.0, state.z), [205.0] * 20000)
+        path = followed(predictor, predictor.start(205.0, 1.0, state.z), [205.0] * 10000)
         assert path[-1].amplitude == pytest.approx(state.amplitude, rel=0.01)
         assert path[-1].flag == OK
 
