@@ -43,7 +43,8 @@ def add(loop: Any, t: float, y: Any, memory: Any, late: float, orders: Any, out:
 
     These are the number of samples, the sum of the error, of its square, its largest size, the sum of the torque's
     square, its largest size, the largest torque watched; after two that are filled at the end, the sum of the error's
-    square in the second half and its samples, and its largest size in the whole run; then, for each order, of error times cosine and sine.
+    square in the second half and its samples, and its largest size in the whole run; then, for each order, the sums of
+    error times cosine and sine.
     """
     phase = loop.plant().omega * t
     error, torque = loop.watched(phase, y)

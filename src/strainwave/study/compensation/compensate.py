@@ -15,7 +15,7 @@ from ...quantities import number, numbers, shown
 from ...units import ARCSEC, RPM
 from ..analysis.remedies.knobs import stiffer
 from .bench import Bench, bench_of
-from .designs import COMPENSATORS, Compensator, rate_of, times_of
+from .designs import COMPENSATORS, Compensator, rate_of, refuse_unstable, times_of
 from .result import Compensation, CompensationBench, Residual, Robustness, TorqueUse
 from .units import units_of
 
@@ -185,7 +185,7 @@ def _one(
     bench: Bench, design: Compensator, speed: float, robust: bool, units: int, seed: int, progress: Any
 ) -> Compensation:
     """One controller at one speed."""
-    rate_of(bench, speed)  # an unstable loop is refused
+    refuse_unstable(bench, speed)
     settle, end = times_of(bench, speed, design.adapts(bench, speed) if design.adapts else 0.0)
     controller = design.build(bench, speed)
     before = _run(bench, bench.loop, speed, settle, end)

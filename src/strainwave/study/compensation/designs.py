@@ -19,9 +19,13 @@ from ...model.controllers.observer import DisturbanceObserver
 from ...model.controllers.repetitive import CELLS, Repetitive
 from ...model.excitation import Harmonic, Harmonics
 from ...model.train.controls import motor_states
+from ...numerics.sampled.linear import LoopResponse
 from ...numerics.sampled.loops import loop_ensemble
 from .bench import Bench
 
+DISTANCE = 0.6  # of the loop of an adaptation from the critical point: a resonance may move, a gain grow by two
+HALVINGS, GRID = 20, 300
+NEARBY = 1.0 + np.concatenate([-np.geomspace(1e-4, 0.3, 25), np.geomspace(1e-4, 0.3, 25)])
 QUICK = 0.3  # of the inverse time constant of the loop: rate of what adapts, slow beside all that it adapts
 SMOOTH = 1e-4  # decay of a cell's fine structure that repetitive control has at least, in its rate of convergence
 MARGIN = 1.5  # of the smoothing that an order needs
@@ -56,16 +60,47 @@ class Compensator:
     adapts: Callable[[Bench, float], float] | None = None
 
 
-def rate_of(bench: Bench, speed: float) -> float:
-    """Rate [1/s] at which something may adapt on a loop: slow beside its slowest motion and the turn."""
+def refuse_unstable(bench: Bench, speed: float) -> LoopResponse:
+    """Response of the model under the plain loop at the bench's orders; one that is unstable is refused (ValueError)."""
     response = bench.response(speed)
-    slowest = response.slowest
     if not response.stable:
         raise ValueError(
             f"the plain loop is unstable with samples every {1e6 * bench.sampling.period:.4g} us and "
             f"{1e6 * bench.sampling.delay:.4g} us of delay; lower its bandwidth or sample faster"
         )
-    return min(QUICK / slowest, 0.1 * abs(speed) * min(bench.orders, default=1))
+    return response
+
+
+def rate_of(bench: Bench, speed: float) -> float:
+    """Rate [1/s] at which every order may adapt on a loop, slow beside its slowest motion and the turn.
+
+    With angle-wise adaptation at constant speed the controller is a linear filter with its poles at the orders
+    (Bodson, Sacks & Khosla, Harmonic generation in adaptive feedforward cancellation schemes, IEEE Trans. Autom. Control
+    39(9), 1994, 1939-1944): its loop stays `DISTANCE` away from the critical point.
+    """
+    response = refuse_unstable(bench, speed)
+    rate = min(QUICK / response.slowest, 0.1 * abs(speed) * min(bench.orders))
+    for _ in range(HALVINGS):
+        if distance(bench, speed, rate) >= DISTANCE:
+            break
+        rate *= 0.5
+    return rate
+
+
+def distance(bench: Bench, speed: float, rate: float, real: Bench | None = None) -> float:
+    """Least |1 - C G| over the frequencies: C adapts on the bench's model with a rate, G is that of a real drive."""
+    period, orders = bench.sampling.period, np.array(bench.orders, float)
+    most = 0.9 * pi / (abs(speed) * period)
+    grid = np.unique(np.concatenate([np.geomspace(1e-2, most, GRID), *(k * NEARBY for k in orders)]))
+    grid = grid[(grid < most) & np.all(np.abs(grid[:, None] - orders) > 1e-9, axis=1)]
+    G = (real or bench).response(speed, grid).error_of_torque
+    z = np.exp(1j * speed * period * grid)
+    C = np.zeros(len(grid), complex)
+    for k, g in zip(orders, bench.response(speed).error_of_torque, strict=True):
+        turn = np.exp(1j * speed * period * k)
+        gain, side = 2.0 * rate / abs(g) * period, np.exp(-1j * np.angle(g))
+        C -= 0.5 * gain * (side * turn / (z - turn) + np.conj(side * turn) / (z - np.conj(turn)))
+    return float(np.min(np.abs(1.0 - C * G)))
 
 
 def _plain(bench: Bench, _speed: float) -> Any:

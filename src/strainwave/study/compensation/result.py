@@ -76,7 +76,7 @@ class Units(Result):
     def __str__(self) -> str:
         low, middle, high = (value / ARCSEC for value in self.quantiles())
         return on_screen(
-            f"Units: {len(self.after.rms)}, {len(self.unstable)} not compensated; rms of the residual {middle:.3g} arcsec "
+            f"Units: {len(self.after.rms)}, {len(self.unstable)} not compensated; rms after {middle:.3g} arcsec "
             f"(5 to 95 %: {low:.3g} to {high:.3g}), before {np.median(self.before.rms) / ARCSEC:.3g} arcsec"
         )
 

@@ -12,6 +12,7 @@ from ...numerics.sampled.loops import loop_ensemble
 from ...protocols import lines_of
 from ..analysis.remedies.knobs import stiffer
 from .bench import Bench
+from .designs import DISTANCE, distance, rate_of
 from .result import Units
 
 GIVEN_UP = 0.9  # of the error before: a guard has tripped, or nothing is gained
@@ -64,4 +65,7 @@ def _cause(bench: Bench, controller: Any, speed: float, plant: DriveTrain) -> st
         if abs(off) > 90.0:
             return f"the plant's phase at order {inner.order} is {off:.0f} degrees off the model's, beyond 90"
         inner = inner.loop
+    near = distance(bench, speed, rate_of(bench, speed), unit)
+    if inner is not controller and near < DISTANCE / 2.0:
+        return f"the adaptation is only {near:.2g} away from instability on it, as its resonance lies elsewhere"
     return "the controller takes nothing away on it, although its phases are within 90 degrees of the model's"
