@@ -121,8 +121,8 @@ class OrderFormat(ABC):
         high = () if highest is None else tuple(order for order in table.orders if order > highest)
         if high and not drop:
             raise ValueError(
-                f"order {high[-1]} of the table is above {highest}, which {self.title} can "
-                f"hold ({self.why_highest(table)}); leave it out with keep(...) or drop"
+                f"order {high[-1]} of the table is above {highest}, the highest that {self.title} "
+                f"holds ({self.why_highest(table)}); leave it out with keep(...) or drop"
             )
         return high
 
@@ -145,7 +145,7 @@ def encoded(form: OrderFormat, table: OrderContent, drop: bool = False) -> tuple
     if left.table > 0.0 and not left.rms < left.table:
         raise ValueError(
             f"{form.title} would leave {left.rms:.3g} {left.unit} rms of a table of {left.table:.3g} {left.unit} "
-            f"rms and so correct nothing (its step is {left.quantum:.3g} {left.unit}); take a finer format or more points"
+            f"rms and so correct nothing (its step is {left.quantum:.3g} {left.unit}); take a finer format"
         )
     return form.text(kept, held, remarks(form.name, kept, left.sentences(), form.options())), left
 

@@ -167,7 +167,7 @@ class OrderTable(OrderContent):
             If an option is missing or wrong.
         """
         path = as_path(path)
-        text = read_text(path, "order table", LARGEST)
+        text = read_text(path, "table of orders", LARGEST)
         if isinstance(text, Problem):
             raise FileError(complaint(path, [text]))
         text = text.replace("\r\n", "\n")

@@ -99,8 +99,8 @@ def motion(points: Points, zero: float) -> Callable[[Floats, bool], Floats]:
 
 
 def highest_order(points: int, turns: int = 1) -> int:
-    """Highest order that so many points over so many turns can hold: more than two points a period."""
-    return (points - 1) // (2 * turns)
+    """Highest order that so many points over so many turns can hold: two points a period."""
+    return points // (2 * turns)
 
 
 def interpolation_loss(order: int, points_per_turn: float) -> float:

@@ -10,7 +10,7 @@ from ...results import Floats
 from .content import OrderContent
 from .points import Points, motion
 
-OVERSAMPLING = 16  # of the points, and of the period of the highest order
+OVERSAMPLING = 15  # of the points, and of the period of the highest order; odd: halfway between points too
 MOST_SAMPLES = 1_000_000
 
 Motion = Callable[[Floats, bool], Floats]  # values at angles of the shaft [rad], in backward motion or not
@@ -107,11 +107,11 @@ def residual_of(
     for backward in (False, True) if whole.backward is not None or whole.direction != "both" else (False,):
         table, kept = (one.one_direction(angle, backward) for one in (whole, fitted))
         stored, exact = held.stored(angle, backward), held.exact(angle, backward)
-        left = table - stored
+        rows = np.array([table - stored, table, stored - exact, kept - exact])
         if not with_mean:
-            left, table = left - np.mean(left), table - np.mean(table)
-        parts.append((_rms(left), float(np.max(np.abs(left))), _rms(table), _rms(stored - exact), _rms(kept - exact)))
-    rms, peak, size, rounding, straight = np.max(np.array(parts), axis=0).tolist()
+            rows -= np.mean(rows, axis=1, keepdims=True)
+        parts.append((*np.sqrt(np.mean(rows * rows, axis=1)).tolist(), float(np.max(np.abs(rows[0])))))
+    rms, size, rounding, straight, peak = np.max(np.array(parts), axis=0).tolist()
     lost = whole.keep(dropped) if dropped else None
     return TableResidual(
         whole.unit, rms, peak, size, held.quantum, rounding, straight, held.points, dropped,
@@ -129,7 +129,3 @@ def lookup_remark(table: OrderContent, points: Points) -> str:
 def _lines_rms(table: OrderContent) -> float:
     sets = (table.lines, table.backward or ())
     return max(math.hypot(*(line.amplitude / math.sqrt(2.0) for line in lines)) for lines in sets)
-
-
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(values * values)))

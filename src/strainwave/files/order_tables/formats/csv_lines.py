@@ -11,6 +11,7 @@ from ..header import MARK, Unfit, float_in, said_by, whole_in
 from ..residual import Held
 
 COLUMNS = "direction,order,amplitude,phase"
+END = "# end"
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class CsvLines(OrderFormat):
             if lines is not None:
                 rows.append(f"{name},0,{mean!r},0.0")
                 rows += [f"{name},{line.order},{line.amplitude!r},{line.phase!r}" for line in lines]
-        return "\n".join(rows) + "\n"
+        return "\n".join([*rows, END]) + "\n"
 
     def parse(self, text: str) -> OrderContent:
         """Read the rows."""
@@ -62,6 +63,8 @@ class CsvLines(OrderFormat):
                 means[cells[0]] = size
             else:
                 lines.append(Line(order, size, phase))
+        if f"{MARK}: {self.name}\n" in text and not text.rstrip().endswith(END):
+            raise Unfit(text.count("\n") + 1, "file", f"does not end with {END!r}; it is cut off, save the table again")
         if not sets:
             raise Unfit(1, "file", "has no rows; it may be cut off, save the table again")
         return _content(fields, sets, means)

@@ -42,7 +42,7 @@ class CsvPoints(OrderFormat):
         return self.points or points_for(table, MOST_POINTS)
 
     def highest(self, table: OrderContent) -> int:
-        """More than two points a period."""
+        """Two points a period."""
         return highest_order(self.count(table))
 
     def why_highest(self, table: OrderContent) -> str:

@@ -103,7 +103,7 @@ class HalComponent(OrderFormat):
         for side in sets:
             if len(sets[side]) != wanted[side] or side not in means:
                 raise Unfit(1, side, f"has {len(sets[side])} lines where it names {wanted[side]}; it may be cut off")
-        if "forward" not in sets or not text.rstrip().endswith("}"):
+        if "forward" not in sets or "\ncorrection = " not in text:
             raise Unfit(1, "file", "is no whole component; it may be cut off, write it again")
         kept = {side: tuple(line for line in lines if line.order > 0) for side, lines in sets.items()}
         return OrderContent(

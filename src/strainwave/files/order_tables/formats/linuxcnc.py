@@ -68,7 +68,7 @@ class LinuxCnc(OrderFormat):
         return (self.points or points_for(table, MOST - 1, self._turns(table)) + 1) - 1
 
     def highest(self, table: OrderContent) -> int:
-        """More than two steps a period."""
+        """Two steps a period."""
         return highest_order(self.count(table), self._turns(table))
 
     def why_highest(self, table: OrderContent) -> str:

@@ -45,7 +45,7 @@ class Moteus(OrderFormat):
         number("torque_constant", self.torque_constant, positive=True)
 
     def highest(self, table: OrderContent) -> int:
-        """More than two of the points a period."""
+        """Two of the points a period."""
         return highest_order(POINTS)
 
     def why_highest(self, table: OrderContent) -> str:
@@ -60,8 +60,6 @@ class Moteus(OrderFormat):
         if not largest <= float(np.finfo(np.float32).max):
             raise ValueError(f"the table asks for {largest:.3g} A, beyond 32 bits; check torque_constant")
         scale = float(np.float32(largest / MOST)) or 1.0
-        if scale * MOST < largest:
-            scale = float(np.nextafter(np.float32(scale), np.float32(np.inf)))
         values = np.clip(np.round(current / scale), -MOST, MOST)
         points = Points(values * (scale * self.torque_constant))
         stored = motion(points, table.zero)

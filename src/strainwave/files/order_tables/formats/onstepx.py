@@ -93,7 +93,7 @@ class OnStepX(OrderFormat):
     def store(self, table: OrderContent) -> Held:
         """Round the sum of the steps, so that no error adds up, and take its differences."""
         exact = sampled(table, self.seconds(table.ratio))
-        sums = np.round(self._steps * exact.forward)
+        sums = np.round(self._steps * (exact.forward - exact.forward[0]))  # whole steps stay so at another constant
         entries = np.roll(sums, -1) - sums  # steps in the second that begins here
         most = min(LARGEST, math.floor(self.steps_per_degree / 240.0))
         if np.max(np.abs(entries)) > most:

@@ -69,7 +69,7 @@ class Sinumerik(OrderFormat):
         return (self.points or points_for(table, self.capacity - 1) + 1) - 1
 
     def highest(self, table: OrderContent) -> int:
-        """More than two steps a period."""
+        """Two steps a period."""
         return highest_order(self.count(table))
 
     def why_highest(self, table: OrderContent) -> str:

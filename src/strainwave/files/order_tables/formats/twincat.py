@@ -57,7 +57,7 @@ class TwinCat(OrderFormat):
         return self.points - 1 if self.points else points_for(table, MOST_POINTS - 1)
 
     def highest(self, table: OrderContent) -> int:
-        """More than two steps a period."""
+        """Two steps a period."""
         return highest_order(self.count(table))
 
     def why_highest(self, table: OrderContent) -> str:
