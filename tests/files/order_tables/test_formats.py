@@ -255,7 +255,7 @@ REFUSED = [
     ("points", ANGLE, {"points": 7}, "order 4 of the table is above 3, .* 7 points a period; give more points"),
     ("c", ANGLE, {"points": 7}, "7 points of its lookup a period"),
     ("st", ANGLE, {"points": 7}, "7 points of its lookup a period"),
-    ("st", ANGLE, {"points": 40_000}, "points is 40000; it must be at most 30000"),
+    ("st", ANGLE, {"points": 40_000}, "points is 40000; it must be at most 20000"),
     ("c", ANGLE, {"prefix": "2bad"}, "prefix is '2bad'; give a name of C"),
     ("c", ANGLE, {"point": 8}, "a C header has no option 'point'; it has prefix, points"),
     ("hal", ANGLE, {"component": "Up"}, "give a name of small letters"),

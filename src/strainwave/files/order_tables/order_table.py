@@ -219,8 +219,13 @@ def _format(form: str | OrderFormat, options: dict[str, Any]) -> OrderFormat:
     return with_options(named(form), options)
 
 
+def _whole(order: Any) -> Any:
+    """An order that a fit gives as a float."""
+    return int(order) if isinstance(order, float) and order.is_integer() else order
+
+
 def _lines_of(thing: Any) -> tuple[Line, ...]:
     lines = thing if isinstance(thing, Sequence) and not hasattr(thing, "lines") else getattr(thing, "lines", None)
     if lines is None or not all(hasattr(line, "order") for line in lines):
         raise TypeError(f"{shown(thing)} has no lines of orders; give a KinematicError, an ErrorScan, or lines")
-    return positive([Line(line.order, float(line.amplitude), float(line.phase)) for line in lines])
+    return positive([Line(_whole(line.order), float(line.amplitude), float(line.phase)) for line in lines])

@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...model.excitation import Line
+from ...model.excitation import HIGHEST, Line
 from ...results import Floats
 from .content import OrderContent
 
 PER_PERIOD = 32  # points a period of the highest order, unless the caller says otherwise: 0.5 % lost between them
 FEWEST = 64
-MOST_POINTS = 400_000
+MOST_POINTS = 2 * HIGHEST  # two points a period of the highest order of a table
 ROUNDING = 1e-13  # of the largest value: below it an amplitude is that of the computer's arithmetic
 
 

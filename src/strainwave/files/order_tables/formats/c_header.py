@@ -17,7 +17,7 @@ from ..residual import Held, lookup_remark
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,60}")
 ARRAY = re.compile(
-    r"static const double (\w{1,80})_(forward|backward)_(order|amplitude|phase)\[\] = \{([^}]{0,2000000})\};"
+    r"static const double (\w{1,80})_(forward|backward)_(order|amplitude|phase)\[\] = \{([0-9eE+\-., \n]*)\};"
 )
 SCALAR = re.compile(r"static const double (\w{1,80})_(forward|backward)_mean = ([^;]{1,60});")
 COUNT = re.compile(r"static const int (\w{1,80})_(forward|backward)_lines = ([0-9]{1,6});")
@@ -38,8 +38,8 @@ static inline double NAME_value(double angle, double speed)
 {
     const double led = angle + NAME_delay * speed;
     if (speed < 0.0)
-        return BACKWARD;
-    return FORWARD;
+        return @BACKWARD@;
+    return @FORWARD@;
 }
 
 /* The same from the points, with straight lines between them. */
@@ -117,7 +117,7 @@ class CHeader(OrderFormat):
         other = "forward" if table.backward is None else "backward"
         forward = "0.0" if table.direction == "backward" else self._sum("forward")
         backward = "0.0" if table.direction == "forward" else self._sum(other)
-        functions = FUNCTIONS.replace("BACKWARD", backward).replace("FORWARD", forward).replace("NAME", name)
+        functions = FUNCTIONS.replace("NAME", name).replace("@BACKWARD@", backward).replace("@FORWARD@", forward)
         return "\n".join([*rows, functions.rstrip("\n"), "", f"#endif /* {guard} */"]) + "\n"
 
     def _set(self, way: str, mean: float, lines: tuple[Line, ...]) -> list[str]:

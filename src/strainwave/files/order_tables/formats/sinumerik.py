@@ -4,8 +4,9 @@ Confirmed by Siemens' Function Manuals (Extended Functions, K3: Compensations, 0
 808D, 01/2017): $AA_ENC_COMP[e,N,AXi] value of point N, 8 bytes; _STEP, _MIN and _MAX in the unit of the axis; with
 _IS_MODULO 1 the table repeats, 0 to 360 degrees with both ends given; straight lines between the points; the value is
 added to the actual position, a positive one moves the axis in the negative direction, so it is the negative of our
-correction. The 808D holds 200 points, others MD38000 $MA_MM_ENC_COMP_MAX_POINTS. Values are written while MD32700
-$MA_ENC_COMP_ENABLE is 0, and act with 1 on a referenced axis. They act alike in both directions.
+correction, and the axis jumps by the value at its reference point when the table begins to act. The 808D holds 200
+points, others MD38000 $MA_MM_ENC_COMP_MAX_POINTS. Values are written while MD32700 $MA_ENC_COMP_ENABLE is 0, and act
+with 1 on a referenced axis, alike in both directions.
 """
 
 import re
@@ -19,7 +20,7 @@ from ....quantities import positive_count, shown
 from ..content import OrderContent
 from ..format import OrderFormat, marked
 from ..header import Unfit, float_in, said_by, whole_in
-from ..points import Points, content_of, highest_order, motion, points_for, sampled
+from ..points import MOST_POINTS, Points, content_of, highest_order, motion, points_for, sampled
 from ..residual import Held
 
 DIGITS, DEGREE = 9, pi / 180.0
@@ -27,7 +28,7 @@ AXIS = re.compile(r"[A-Z][A-Z0-9_]{0,31}")
 ASSIGNED = re.compile(
     r"\$AA_ENC_COMP(_STEP|_MIN|_MAX|_IS_MODULO)?\[([01]),(?:([0-9]{1,6}),)?([A-Z][A-Z0-9_]*)\] *= *(\S+)"
 )
-MOST = 100_000
+MOST = MOST_POINTS + 1
 
 
 @dataclass(frozen=True)

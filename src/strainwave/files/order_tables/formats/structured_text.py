@@ -13,10 +13,9 @@ from ..points import MOST_POINTS, Points, highest_order, points_for, sampled
 from ..residual import Held, lookup_remark
 from .twincat import st_real
 
-MOST_LOOKUP = 30_000
 ARRAY = re.compile(
     r"(order|amplitude|phase|mean)(Forward|Backward) : (?:LREAL|ARRAY\[1\.\.([0-9]{1,6})\] OF LREAL) := "
-    r"([^;]{1,2000000});"
+    r"([0-9eE+\-., \n\[\]]+);"
 )
 
 VALUE = """
@@ -82,7 +81,7 @@ class StructuredText(OrderFormat):
     function : str
         Name of the function.
     points : int, optional
-        Points of the lookup a turn. Default: 32 a period of the highest order, from 64 to 30 000.
+        Points of the lookup a turn. Default: 32 a period of the highest order, from 64 to 20 000.
     """
 
     function: str = "F_OrderTable"
@@ -97,11 +96,11 @@ class StructuredText(OrderFormat):
         if not isinstance(self.function, str) or not re.fullmatch(r"[A-Za-z]\w{0,50}", self.function, re.ASCII):
             raise ValueError(f"function is {shown(self.function)}; give a name of letters and digits")
         if self.points is not None:
-            positive_count("points", self.points, MOST_LOOKUP)
+            positive_count("points", self.points, MOST_POINTS)
 
     def count(self, table: OrderContent) -> int:
         """Points a turn."""
-        return self.points or points_for(table, min(MOST_LOOKUP, MOST_POINTS))
+        return self.points or points_for(table, MOST_POINTS)
 
     def highest(self, table: OrderContent) -> int:
         """Two points a period."""
@@ -109,7 +108,7 @@ class StructuredText(OrderFormat):
 
     def why_highest(self, table: OrderContent) -> str:
         """The number of points."""
-        return f"two of the {self.count(table)} points of its lookup a period; give more points, at most {MOST_LOOKUP}"
+        return f"two of the {self.count(table)} points of its lookup a period; give more points, at most {MOST_POINTS}"
 
     def store(self, table: OrderContent) -> Held:
         """Keep everything as it is."""

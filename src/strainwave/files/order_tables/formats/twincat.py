@@ -49,12 +49,12 @@ class TwinCat(OrderFormat):
     def __post_init__(self) -> None:
         if not isinstance(self.variable, str) or not re.fullmatch(r"[A-Za-z]\w{0,50}", self.variable, re.ASCII):
             raise ValueError(f"variable is {shown(self.variable)}; give a name of letters and digits")
-        if self.points is not None and positive_count("points", self.points, MOST_POINTS) < 3:
+        if self.points is not None and positive_count("points", self.points, MOST_POINTS + 1) < 3:
             raise ValueError(f"points is {self.points}; a table needs 3 at least")
 
     def count(self, table: OrderContent) -> int:
         """Steps a turn."""
-        return self.points - 1 if self.points else points_for(table, MOST_POINTS - 1)
+        return self.points - 1 if self.points else points_for(table, MOST_POINTS)
 
     def highest(self, table: OrderContent) -> int:
         """Two steps a period."""
