@@ -109,6 +109,18 @@ def test_the_code_of_the_hal_component_compiles_and_equals_value(tmp_path, name)
     assert np.max(np.abs(got - table.value(angle, speed))) <= 1e-11 * max(table.rms, 1e-12)
 
 
+@needs_compiler
+def test_any_name_of_c_may_be_the_prefix(tmp_path):
+    prefix = "MY_NAME_FORWARD_BACKWARD"
+    TWO_WAYS.write(tmp_path / "a.h", prefix=prefix)
+    source = (
+        f'#include "a.h"\ndouble value(double a, double s) {{ return {prefix}_value(a, s) + {prefix}_lookup(a, s); }}\n'
+    )
+    (value,) = compiled(tmp_path, source, ["value"])
+    assert value(0.3, -1.0) == pytest.approx(2.0 * TWO_WAYS.value(0.3, -1.0), rel=0.02)
+    assert sw.OrderTable.read(tmp_path / "a.h") == TWO_WAYS
+
+
 def translated(text, name):
     """A function of structured text as a function of Python: the few statements that the writer uses."""
     body = re.search(rf"FUNCTION {name} : LREAL\n(.*?)END_FUNCTION", text, re.DOTALL).group(1)

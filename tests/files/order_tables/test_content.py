@@ -147,6 +147,7 @@ LINE = sw.Line(2, 1e-4, 0.0)
         ({"mean_backward": 1.0}, "has mean_backward and no backward lines"),
         ({"backward": (LINE,), "direction": "forward"}, "with backward lines has the direction 'forward'"),
         ({"source": 3}, "source of an order table is 3; write it as text"),
+        ({"source": "x" * 2001}, "source of an order table has 2001 letters; it may have 2000"),
         ({"zero": "0"}, "zero of an order table is '0'; it must be a finite number"),
     ],
 )

@@ -135,6 +135,7 @@ HOSTILE = [
     ("beckhoff", "0x32CB:07 UINT32 300 2C010000\n", "subindex 07: is 300; it must be from 0 to 200"),
     ("beckhoff", "0x32CB:09 REAL32 1.0 00000000\n", "subindex 09: is 1 and its bytes are 00000000; write both alike"),
     ("beckhoff", "0x32CB:07 UINT32 3 03000000\n", "coefficient 0: is not whole in the list; it may be cut off"),
+    ("beckhoff", "0x32CB:07 UINT32 3 03000000\n" * 2, "subindex 07: is there twice; leave one out"),
     ("beckhoff", "0x32CB:FF REAL32 1.0 0000803F\n", "subindex FF"),
     ("linuxcnc", "0 0 0\n1 1 1\n1 2 2\n", "nominal: '1' does not increase; LinuxCNC refuses it"),
     ("linuxcnc", "0 0 0\n1 1 1\n", "begins with 2 lines of three numbers"),

@@ -311,7 +311,7 @@ def error_scan(
     "--option", "options", multiple=True, metavar="KEY=VALUE", help="Option of OUT, as points=360; repeatable."
 )
 @click.option("--from-option", "known", multiple=True, metavar="KEY=VALUE", help="Option of IN; repeatable.")
-@click.option("--ratio", type=float, help="Ratio of the gear, where the table has none.")
+@click.option("--ratio", type=float, help="Ratio of the gear, in place of the table's.")
 @click.option("--speed", help='Speed of the table\'s shaft at which its delay becomes phase, as "300 rpm".')
 @click.option(
     "--one-way", type=click.Choice(("forward", "backward", "mean")),

@@ -27,6 +27,7 @@ CHOICES = {
     "sign": ("correction", "error"),
     "direction": ("both", "forward", "backward"),
 }
+MOST_SOURCE = 2000  # letters
 NEARLY = 1e-9  # how far an order may be from a whole number
 
 
@@ -74,6 +75,8 @@ class OrderContent:
             given["speeds"] = _checked_speeds(self.speeds)
         if not isinstance(self.source, str):
             raise TypeError(f"source of an order table is {shown(self.source)}; write it as text")
+        if len(self.source) > MOST_SOURCE:
+            raise ValueError(f"source of an order table has {len(self.source)} letters; it may have {MOST_SOURCE}")
         for name, value in given.items():
             object.__setattr__(self, name, value)
 
@@ -294,6 +297,8 @@ def _counted(lines: Sequence[Line], factor: float, turn: str, ratio: float) -> t
                 "it out with keep(...)"
             )
         if round(order) > HIGHEST:
-            raise ValueError(f"order {line.order} is {order:.6g} on the {turn} turn; it must be at most {HIGHEST}")
+            raise ValueError(
+                f"order {line.order} is {order:.6g} on the {turn} turn, above {HIGHEST}; leave it out with keep(...)"
+            )
         found.append(line._replace(order=round(order)))
     return tuple(found)

@@ -14,8 +14,7 @@ from .content import CHOICES, OrderContent
 
 MARK = "strainwave order table"
 KEYS = ("unit", "turn", "ratio", "zero", "sign", "direction", "delay", "speeds", "load", "source")
-LINE = re.compile(r"\s*(?:#|//|;|\(\*)\s*(\w+(?: \w+)?) = (.{0,4000})")
-MOST_TEXT = 2000  # letters of a source
+LINE = re.compile(r"\s*(?:#|//|;|\(\*)\s*(\w+(?: \w+)?) = (.{0,30000})")
 
 
 class Unfit(ValueError):
@@ -40,7 +39,7 @@ def _written(value: Any) -> str:
     if isinstance(value, tuple):
         return " ".join(map(repr, value))
     if isinstance(value, str) and value not in [word for words in CHOICES.values() for word in words]:
-        return json.dumps(value[:MOST_TEXT]).replace("*", "\\u002a").replace("/", "\\u002f")
+        return json.dumps(value).replace("*", "\\u002a").replace("/", "\\u002f")
     return value if isinstance(value, str) else repr(value)
 
 

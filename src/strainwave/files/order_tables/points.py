@@ -103,11 +103,6 @@ def highest_order(points: int, turns: int = 1) -> int:
     return points // (2 * turns)
 
 
-def interpolation_loss(order: int, points_per_turn: float) -> float:
-    """Share of an order's amplitude that straight lines between the points miss at most: 1 - cos(pi n/P)."""
-    return 1.0 - math.cos(math.pi * order / points_per_turn)
-
-
 def content_of(points: Points, fields: dict[str, Any]) -> OrderContent:
     """Order table of points that were read, with the other fields as far as they are known."""
     if fields.get("direction", "both") != "both":

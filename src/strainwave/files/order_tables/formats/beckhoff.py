@@ -107,6 +107,8 @@ class Beckhoff(OrderFormat):
                     number, "file", f"{shown(line[:60])} is no row of 0x32CB; write index:subindex type value data"
                 )
             _, sub, kind, value, data = match.groups()
+            if int(sub, 16) in found:
+                raise Unfit(number, f"subindex {sub}", "is there twice; leave one out")
             found[int(sub, 16)] = _checked(number, int(sub, 16), kind.upper(), value, data)
         gain = found.get(2, 1.0)
         numbers = []
