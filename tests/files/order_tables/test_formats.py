@@ -193,6 +193,22 @@ def test_rounding_to_a_quantum_leaves_a_twelfth_of_its_square():
     assert left.rms == pytest.approx(math.hypot(left.quantisation, left.interpolation), rel=0.02)
 
 
+@pytest.mark.parametrize("name", ["linuxcnc", "sinumerik"])
+def test_a_table_of_few_quanta_shows_the_rounding_that_is_predicted(tmp_path, name):
+    quantum = 1e-9 * DEGREE
+    table = sw.OrderTable((sw.Line(1, 30.0 * quantum, 0.7),), turn="output")
+    options = {"linuxcnc": {"span": (0.0, 360.0), "points": 256}, "sinumerik": {"points": 2001, "capacity": 2001}}[name]
+    left = table.write(tmp_path / "a.txt", name, **options)
+    text = (tmp_path / "a.txt").read_text()
+    degrees = TURN / DEGREE
+    added = machines.linuxcnc(text, degrees, 1.0) if name == "linuxcnc" else -machines.sinumerik(text, degrees)
+    missing = added * DEGREE - table.value(TURN)
+    assert np.sqrt(np.mean(missing**2)) == pytest.approx(left.rms, rel=0.02)
+    # equal chances of every rounding, and straight lines between the points: q^2/12 of which two thirds are left
+    assert left.quantisation == pytest.approx(quantum * math.sqrt(2.0 / 36.0), rel=0.15)
+    assert left.quantum == pytest.approx(quantum)
+
+
 def test_orders_left_out_are_named_and_counted(tmp_path):
     many = sw.OrderTable(tuple(sw.Line(k, 1e-3 / k, 0.1 * k) for k in range(1, 12)), unit="N*m")
     left = many.write(tmp_path / "a.txt", "beckhoff", drop=True)
