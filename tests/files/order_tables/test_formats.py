@@ -276,6 +276,7 @@ REFUSED = [
     ("hal", ANGLE, {"component": "Up"}, "give a name of small letters"),
     ("st", ANGLE, {"function": "a b"}, "give a name of letters"),
     ("twincat", ANGLE, {"variable": "x;y"}, "give a name of letters"),
+    ("twincat", ANGLE, {"added_to": "both"}, "added_to is 'both'; it must be 'command' or 'actual'"),
     ("sinumerik", ANGLE, {"axis": "a b"}, "name of a machine axis"),
     ("beckhoff", TORQUE, {"wave": "tan"}, "take A or B, and cos or sin"),
     ("moteus", TORQUE, {"torque_constant": 0.0}, "torque_constant is 0.0; it must be a positive"),
@@ -342,6 +343,13 @@ class Halved(sw.OrderFormat):
     @classmethod
     def recognises(cls, text):
         return text == "halved"
+
+
+def test_an_axis_that_adds_to_the_actual_position_gets_the_opposite_sign(tmp_path):
+    both = [written(tmp_path, "twincat", points=2001, added_to=which)[0] for which in ("command", "actual")]
+    assert read_back(tmp_path, "twincat").on_turn("motor").keep([2]).lines[0].phase == pytest.approx(0.3, abs=1e-9)
+    command, actual = (machines.twincat(text, TURN / DEGREE) for text in both)
+    assert np.array_equal(command, -actual)
 
 
 def test_a_users_own_format_is_one_class(tmp_path):

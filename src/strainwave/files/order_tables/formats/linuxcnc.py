@@ -1,10 +1,11 @@
 """LinuxCNC: compensation file of a joint, lines `nominal forward reverse` for COMP_FILE with COMP_FILE_TYPE = 0.
 
-Confirmed by LinuxCNC's sources (emc/motion: usrmotintf.cc, command.c, control.c, motion.h): at most 256 points, nominal
-positions strictly increasing; nominal - forward is added to the commanded position while the joint moves up, nominal
-- reverse while it moves down, the last one at rest; straight lines between the points, constant beyond the ends;
-corrections are kept in 32 bits; a compensation file replaces BACKLASH. Reading stops at the first line that is not
-three numbers, so the remarks stand at the end. The file covers the travel of the joint, not a turn that repeats.
+Confirmed by LinuxCNC's sources (emc/motion: usrmotintf.cc, command.c, control.c, motion.h): at most 256 points,
+nominal positions strictly increasing; nominal - forward is added to the command of the motor while the joint moves
+up, nominal - reverse while it moves down, the last one at rest, and followed within the joint's velocity and
+acceleration; straight lines between the points, constant beyond the ends; corrections are kept in 32 bits; a
+compensation file replaces BACKLASH. Reading stops at the first line that is not three numbers, so the remarks stand
+at the end. The file covers the travel of the joint, not a turn that repeats.
 """
 
 import math

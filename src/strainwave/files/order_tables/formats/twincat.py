@@ -2,14 +2,18 @@
 
 Confirmed by Beckhoff's Information System (tcplclib_tc2_mc2): ST_PositionCompensationTableElement {Position:
 uncorrected position, for example the set position; Compensation: additive}, both LREAL; equidistant and increasing;
-ST_PositionCompensationTableParameter {MinPosition, MaxPosition, NoOfTableElements, Direction, Modulo}; E_WorkDirection
-WorkDirectionBoth, WorkDirectionPositive, WorkDirectionNegative. Not said there: whether the last position of a modulo
-table repeats the first (here it does, 0 and 360), and what the block does between positions (here: straight lines).
+ST_PositionCompensationTableParameter {MinPosition, MaxPosition, NoOfTableElements, Direction, Modulo};
+E_WorkDirection WorkDirectionBoth, WorkDirectionPositive, WorkDirectionNegative. Not said there: whether the last
+position of a modulo table repeats the first (here it does, 0 and 360), and what the block does between positions
+(here: straight lines). On what a position correction is added to, its pages differ: the target position (NC, Other
+Settings), or the actual position (MC_PositionCorrectionLimiter), where a positive value moves the axis in the
+negative direction.
 """
 
 import re
 from dataclasses import dataclass
 from math import pi
+from types import MappingProxyType
 from typing import ClassVar
 
 import numpy as np
@@ -22,6 +26,7 @@ from ..points import MOST_POINTS, Points, content_of, highest_order, motion, poi
 from ..residual import Held
 
 DEGREE = pi / 180.0
+SIGNS = MappingProxyType({"command": 1.0, "actual": -1.0})
 ELEMENT = re.compile(r"\( *Position *:= *([^,]{1,60}), *Compensation *:= *([^)]{1,60})\),?")
 ARRAY = re.compile(r"(\w+) *: *ARRAY *\[0\.\.([0-9]{1,6})\] *OF *ST_PositionCompensationTableElement *:= *\[")
 
@@ -36,10 +41,13 @@ class TwinCat(OrderFormat):
         Elements of the array, both ends included. Default: 32 a period of the highest order, at least 65.
     variable : str
         Name of the array; its parameters are called the same with `Parameter`.
+    added_to : str
+        What the axis adds a compensation to: "command" (default), or "actual", for which the values change their sign.
     """
 
     points: int | None = None
     variable: str = "OrderTable"
+    added_to: str = "command"
     name: ClassVar[str] = "twincat"
     title: ClassVar[str] = "TwinCAT's position compensation"
     unit: ClassVar[str | None] = "rad"
@@ -49,6 +57,8 @@ class TwinCat(OrderFormat):
     def __post_init__(self) -> None:
         if not isinstance(self.variable, str) or not re.fullmatch(r"[A-Za-z]\w{0,50}", self.variable, re.ASCII):
             raise ValueError(f"variable is {shown(self.variable)}; give a name of letters and digits")
+        if self.added_to not in SIGNS:
+            raise ValueError(f"added_to is {shown(self.added_to)}; it must be 'command' or 'actual'")
         if self.points is not None and positive_count("points", self.points, MOST_POINTS + 1) < 3:
             raise ValueError(f"points is {self.points}; a table needs 3 at least")
 
@@ -68,7 +78,7 @@ class TwinCat(OrderFormat):
         """Sample the table in degrees; nothing is rounded."""
         exact = sampled(table, self.count(table))
         held = motion(exact, table.zero)
-        return Held(held, held, exact.scaled(1.0 / DEGREE), points=self.count(table) + 1)
+        return Held(held, held, exact.scaled(SIGNS[self.added_to] / DEGREE), points=self.count(table) + 1)
 
     def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
         """Write one array, or one for each direction of motion."""
@@ -116,7 +126,10 @@ class TwinCat(OrderFormat):
                 raise Unfit(number, name[:40] or "file", f"{shown(plain[:60])} is no element of a table; correct it")
         for name, elements in arrays.items():
             _check(name[:40], elements, wanted[name])
-        sides = [DEGREE * np.array([value for _, value in elements[:-1]]) for elements in arrays.values()]
+        sides = [
+            SIGNS[self.added_to] * DEGREE * np.array([value for _, value in elements[:-1]])
+            for elements in arrays.values()
+        ]
         if len(sides) not in (1, 2) or (len(sides) == 2 and len(sides[0]) != len(sides[1])):
             raise Unfit(1, "file", f"has {len(sides)} tables; one, or two of one size, can be read")
         if len(sides) == 2 and not next(iter(arrays)).endswith("Positive"):
