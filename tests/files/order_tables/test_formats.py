@@ -415,6 +415,7 @@ anything = st.builds(
 
 
 @pytest.mark.parametrize("name", ["json", "csv"])
+@settings(max_examples=40)
 @given(table=anything)
 def test_canonical_files_are_exact_for_any_table(tmp_path_factory, name, table):
     path = tmp_path_factory.mktemp("exact") / "table"

@@ -96,7 +96,7 @@ def test_other_encodings_and_line_ends(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", OPTIONS)
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(text=st.text(max_size=300), place=st.integers(0, 100_000), length=st.integers(0, 40))
 def test_any_change_of_a_file_gives_a_table_or_a_sentence(tmp_path_factory, name, text, place, length):
     folder = tmp_path_factory.mktemp("hostile")

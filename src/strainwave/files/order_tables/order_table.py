@@ -63,7 +63,8 @@ class OrderTable(OrderContent):
         ----------
         error, backward : KinematicError, ErrorScan, or sequence of Line
             What has `lines` with order, amplitude and phase, or such lines; `backward` where backward motion differs.
-            Negative amplitudes become half a turn of phase, lines of one order are added.
+            Negative amplitudes become half a turn of phase, lines of one order are added. A delay that a fit has found
+            is that of its measurement and is not taken over.
         **fields
             The other attributes: unit, turn, ratio, zero, ... An error in rad by default; a kinematic error is its own
             correction, theta_m = N (theta_reference + e).

@@ -49,7 +49,8 @@ class TableResidual(NamedTuple):
     unit : str
         Of all that follows: rad on the output side, or N*m at the motor.
     rms, peak : float
-        Of table minus file over a turn, in the direction where it is larger.
+        Of table minus file over a turn, in the direction where it is larger; without their means where a constant part
+        has no effect on the machine.
     table : float
         Root mean square of the table itself.
     quantum : float
@@ -61,7 +62,7 @@ class TableResidual(NamedTuple):
     points : int or None
         Points in the file, where there are such.
     dropped : tuple of int
-        Orders that were left out.
+        Orders that were left out, as the format counts them.
     dropped_rms : float
         Root mean square of these.
     """
