@@ -89,6 +89,29 @@ def test_a_kinematic_error_goes_in_and_comes_out():
         sw.OrderTable.of(3.0)
 
 
+def test_a_torque_over_the_angle_goes_in_and_comes_out():
+    torque = sw.Harmonics((sw.Harmonic(0.02, 2, 0.3, mean=0.1), sw.Harmonic(-0.01, 12, 1.0)))
+    table = sw.OrderTable.of(torque, delay=1e-3)
+    assert table.unit == "N*m"
+    assert np.allclose(table.value(ANGLES), torque.torque(ANGLES), rtol=0.0, atol=1e-16)
+    assert sw.OrderTable.of(torque.terms[0]).lines == (sw.Line(2, 0.02, 0.3),)
+    # as a controller adds it: at the angle that the motor reaches a lead later
+    loop = sw.SampledPD(1.0, 0.1, 1e-3)
+    controller = sw.TorqueTable(loop, table.torque(), table.delay)
+    for speed in (200.0, -200.0):
+        sample = sw.Measurement(0.7, speed, 0.0, 0.69, math.nan, 0.0)
+        added = controller.update(controller.start(), sample)[1] - loop.update(loop.start(), sample)[1]
+        assert added == pytest.approx(table.value(0.7, speed), abs=1e-15)
+    disturbance = dataclasses.replace(table, sign="error")
+    assert np.allclose(disturbance.torque().torque(ANGLES), -torque.torque(ANGLES), rtol=0.0, atol=1e-16)
+    with pytest.raises(ValueError, match="the table is an angle in rad, no torque"):
+        ANGLE.torque()
+    with pytest.raises(ValueError, match="has no lines, a torque over an angle needs one"):
+        sw.OrderTable((), unit="N*m").torque()
+    with pytest.raises(ValueError, match="a torque over an angle does not; choose with one_way"):
+        dataclasses.replace(TORQUE, direction="forward").torque()
+
+
 def test_error_scans_of_two_directions_make_a_table():
     angle = np.linspace(0.0, 4.0 * math.pi, 720, endpoint=False)
     scans = [sw.error_scan(angle, TWO_WAYS.value(angle, way), orders=[2, 3]) for way in (1.0, -1.0)]

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from ...archive import as_file, atomic
-from ...model.excitation import KinematicError, Line
+from ...model.excitation import Harmonic, Harmonics, KinematicError, Line
 from ...quantities import shown
 from ...sentences import on_screen
 from ..yaml_text import FileError, Problem, as_path, complaint, read_text
@@ -57,17 +57,17 @@ class OrderTable(OrderContent):
 
     @classmethod
     def of(cls, error: Any, *, backward: Any = None, **fields: Any) -> Self:
-        """Order table of a kinematic error, of an error scan, or of any lines.
+        """Order table of a kinematic error, an error scan, a torque over an angle, or any lines.
 
         Parameters
         ----------
-        error, backward : KinematicError, ErrorScan, or sequence of Line
-            What has `lines` with order, amplitude and phase, or such lines; `backward` where backward motion differs.
-            Negative amplitudes become half a turn of phase, lines of one order are added. A delay that a fit has found
-            is that of its measurement and is not taken over.
+        error, backward : KinematicError, ErrorScan, Harmonic, Harmonics, or sequence of Line
+            What has `lines` with order, amplitude and phase, such lines, or a torque; `backward` where backward motion
+            differs. Negative amplitudes become half a turn of phase, lines of one order are added. A delay that a fit
+            has found is that of its measurement and is not taken over.
         **fields
-            The other attributes: unit, turn, ratio, zero, ... An error in rad by default; a kinematic error is its own
-            correction, theta_m = N (theta_reference + e).
+            The other attributes: unit, turn, ratio, zero, ... In rad by default, a torque in N*m; a kinematic error is
+            its own correction, theta_m = N (theta_reference + e).
 
         Returns
         -------
@@ -78,9 +78,27 @@ class OrderTable(OrderContent):
         TypeError, ValueError
             If there are no lines, or a field is wrong.
         """
-        given = {"unit": "rad"} | fields
-        back = None if backward is None else _lines_of(backward)
-        return cls(lines=_lines_of(error), backward=back, **given)
+        is_torque = isinstance(error, Harmonic | Harmonics)
+        given: dict[str, Any] = {"unit": "N*m" if is_torque else "rad", "mean": _mean_of(error)}
+        if backward is not None:
+            given |= {"backward": _lines_of(backward), "mean_backward": _mean_of(backward)}
+        return cls(**given | {"lines": _lines_of(error)} | fields)
+
+    def torque(self) -> Harmonics:
+        """The correction as a torque over the angle of the table, as `TorqueTable` adds it `delay` ahead.
+
+        Raises
+        ------
+        ValueError
+            If the table is an angle, has no lines, or differs between the directions of motion.
+        """
+        if self.unit != "N*m":
+            raise ValueError("the table is an angle in rad, no torque; only a table in N*m is one")
+        lines, mean = self._alike("a torque over an angle"), self.mean
+        terms = [Harmonic(line.amplitude, line.order, line.phase) for line in lines]
+        sign = 1.0 if self.sign == "correction" else -1.0
+        terms[0] = terms[0]._replace(mean=mean)
+        return Harmonics(tuple(term._replace(amplitude=sign * term.amplitude, mean=sign * term.mean) for term in terms))
 
     def kinematic_error(self) -> KinematicError:
         """The lines as a kinematic error on the turn of the table; a constant part has no effect there.
@@ -92,13 +110,17 @@ class OrderTable(OrderContent):
         """
         if self.unit != "rad":
             raise ValueError("the table is a torque in N*m, no kinematic error; only a table in rad is one")
+        return KinematicError(self._alike("a kinematic error"))
+
+    def _alike(self, what: str) -> tuple[Line, ...]:
+        """The lines, if there are any and they are those of both directions."""
         if self.backward is not None or self.direction != "both":
             raise ValueError(
-                "the table differs between forward and backward motion, a kinematic error does not; choose with one_way"
+                f"the table differs between forward and backward motion, {what} does not; choose with one_way"
             )
         if not self.lines:
-            raise ValueError("the table has no lines; use NoError()")
-        return KinematicError(self.lines)
+            raise ValueError(f"the table has no lines, {what} needs one; leave it out")
+        return self.lines
 
     def residual(self, format: str | OrderFormat, *, drop: bool = False, **options: Any) -> TableResidual:
         """What a format leaves of the table, without writing a file; arguments as of `write`."""
@@ -225,8 +247,22 @@ def _whole(order: Any) -> Any:
     return int(order) if isinstance(order, float) and order.is_integer() else order
 
 
+def _terms_of(thing: Any) -> Any:
+    """What has order, amplitude and phase in an error, a torque or a sequence; None where there is nothing such."""
+    if isinstance(thing, Harmonic):
+        return (thing,)
+    if isinstance(thing, Harmonics):
+        return thing.terms
+    return thing if isinstance(thing, Sequence) and not hasattr(thing, "lines") else getattr(thing, "lines", None)
+
+
+def _mean_of(thing: Any) -> float:
+    """Constant part of a torque; that of an error has no effect."""
+    return float(sum(term.mean for term in _terms_of(thing))) if isinstance(thing, Harmonic | Harmonics) else 0.0
+
+
 def _lines_of(thing: Any) -> tuple[Line, ...]:
-    lines = thing if isinstance(thing, Sequence) and not hasattr(thing, "lines") else getattr(thing, "lines", None)
+    lines = _terms_of(thing)
     if lines is None or not all(hasattr(line, "order") for line in lines):
         raise TypeError(f"{shown(thing)} has no lines of orders; give a KinematicError, an ErrorScan, or lines")
     return positive([Line(_whole(line.order), float(line.amplitude), float(line.phase)) for line in lines])
