@@ -227,6 +227,9 @@ from .files.variants.scatter import exceedance as exceedance
 from .files.variants.scatter import scattered as scattered
 from .files.variants.project_sweep import sweep_project as sweep_project
 from .files.move.profile_file import read_profile as read_profile
+from .files.order_tables.order_table import OrderTable as OrderTable
+from .files.order_tables.format import OrderFormat as OrderFormat
+from .files.order_tables.residual import TableResidual as TableResidual
 from .files.scan_file import ScanFile as ScanFile
 from .files.scan_file import read_scan as read_scan
 

@@ -299,6 +299,36 @@ def error_scan(
     show(file, back, columns, (shaft, turn, ratio), search, as_json)
 
 
+@cli.command("order-table")
+@click.argument("source", metavar="IN", type=click.Path(path_type=Path))
+@click.argument("target", metavar="OUT", type=click.Path(dir_okay=False, path_type=Path))
+@click.option(
+    "--format", "form", required=True,
+    help="Format of OUT: json, csv, points, c, st, beckhoff, moteus, linuxcnc, hal, twincat, sinumerik, onstepx.",
+)  # fmt: skip
+@click.option("--from", "origin", help="Format of IN. Default: recognised by its content.")
+@click.option(
+    "--option", "options", multiple=True, metavar="KEY=VALUE", help="Option of OUT, as points=360; repeatable."
+)
+@click.option("--from-option", "known", multiple=True, metavar="KEY=VALUE", help="Option of IN; repeatable.")
+@click.option("--ratio", type=float, help="Ratio of the gear, in place of the table's.")
+@click.option("--speed", help='Speed of the table\'s shaft at which its delay becomes phase, as "300 rpm".')
+@click.option(
+    "--one-way", type=click.Choice(("forward", "backward", "mean")),
+    help="One set of lines for both directions of motion.",
+)  # fmt: skip
+@click.option("--drop", is_flag=True, help="Leave out orders that OUT cannot hold, the weakest first.")
+@json_option
+def order_table(
+    source: Path, target: Path, form: str, origin: str | None, options: tuple[str, ...], known: tuple[str, ...],
+    as_json: bool, **changes: Any,
+) -> None:  # fmt: skip
+    """Write the order table IN as OUT in a format of drives and controls, and say what is lost."""
+    from .order_tables.convert import show
+
+    show(source, target, (origin, form), (known, options), changes, as_json)
+
+
 @cli.command()
 @json_option
 def doctor(as_json: bool) -> None:

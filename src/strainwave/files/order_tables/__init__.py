@@ -1,0 +1,1 @@
+"""Order tables: what cancels an error order by order, and the files in which drives and controls read it."""

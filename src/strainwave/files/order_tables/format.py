@@ -1,0 +1,181 @@
+"""What a file format of order tables must say and do; a new format is one class and one line in `registry`.
+
+A format's fields are its options: `table.write(path, format="moteus", torque_constant=0.05)`.
+"""
+
+import dataclasses
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, ClassVar, get_type_hints
+
+from ...quantities import shown
+from .content import OrderContent
+from .header import MARK, remarks
+from .residual import Held, TableResidual, residual_of
+
+QUANTITY = {"rad": "an angle in rad", "N*m": "a torque in N*m"}
+
+
+@dataclass(frozen=True)
+class OrderFormat(ABC):
+    """A file format of order tables.
+
+    Attributes
+    ----------
+    name, title : str
+        As callers write it, and in words.
+    unit, turn : str or None
+        The quantity it holds and the turn that its orders count on, where it has one alone.
+    own_sign : bool
+        Whether the file says what its sign is; other formats hold corrections.
+    both_ways : bool
+        Whether it can hold other lines, or none, for backward motion.
+    with_delay, with_mean : bool
+        Whether it can hold a delay and a constant part; where a constant has no effect, `needs_mean` is false.
+    most_lines : int or None
+        How many orders it holds at most.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    unit: ClassVar[str | None] = None
+    turn: ClassVar[str | None] = None
+    own_sign: ClassVar[bool] = False
+    both_ways: ClassVar[bool] = False
+    with_delay: ClassVar[bool] = False
+    with_mean: ClassVar[bool] = True
+    needs_mean: ClassVar[bool] = True
+    most_lines: ClassVar[int | None] = None
+
+    @abstractmethod
+    def store(self, table: OrderContent) -> Held:
+        """Round a fitted table to the numbers of the file."""
+
+    @abstractmethod
+    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+        """Write the file, with remarks where the format has any."""
+
+    @abstractmethod
+    def parse(self, text: str) -> OrderContent:
+        """Read a file back (Unfit, ValueError)."""
+
+    @classmethod
+    @abstractmethod
+    def recognises(cls, text: str) -> bool:
+        """Whether a text looks like a file of this format."""
+
+    def highest(self, table: OrderContent) -> int | None:
+        """Highest order that the file can hold, if there is a limit."""
+        return None
+
+    def why_highest(self, table: OrderContent) -> str:
+        """What sets this limit."""
+        return "the format's limit"
+
+    def fitted(self, table: OrderContent, drop: bool) -> tuple[OrderContent, OrderContent, tuple[int, ...]]:
+        """The table as this format counts it, what of it the file will hold, and the orders that are left out.
+
+        Raises
+        ------
+        ValueError
+            If the format cannot hold it.
+        """
+        if self.unit is not None and table.unit != self.unit:
+            raise ValueError(
+                f"the table is {QUANTITY[table.unit]} and {self.title} holds {QUANTITY[self.unit]}; "
+                f"take a format for {'angles' if table.unit == 'rad' else 'torques'}"
+            )
+        if not self.both_ways and (table.backward is not None or table.direction != "both"):
+            raise ValueError(
+                f"the table differs between forward and backward motion and {self.title} holds one set; choose it with "
+                "one_way('forward'), one_way('backward') or one_way('mean')"
+            )
+        if not self.with_delay and table.delay != 0.0:
+            raise ValueError(
+                f"the table has a delay of {table.delay:g} s, whose phase depends on the speed, and {self.title} knows "
+                "no speed; choose one with at_speed(...)"
+            )
+        whole = table if self.own_sign else table.correction()
+        if self.turn is not None:
+            whole = whole.on_turn(self.turn)  # type: ignore[arg-type]
+        if self.needs_mean and not self.with_mean and (whole.mean or whole.mean_backward):
+            raise ValueError(
+                f"the table has a constant part of {whole.mean:g} {whole.unit} and {self.title} holds none; "
+                "set mean to 0 and add it to the command elsewhere"
+            )
+        dropped = self._too_high(whole, drop)
+        kept = whole.keep(set(whole.orders) - set(dropped))
+        if self.most_lines is not None and len(kept.orders) > self.most_lines:
+            if not drop:
+                raise ValueError(
+                    f"the table has {len(kept.orders)} orders and {self.title} holds {self.most_lines}; take "
+                    f"strongest({self.most_lines}), or let the weakest be left out with drop"
+                )
+            strongest = kept.strongest(self.most_lines)
+            dropped += tuple(set(kept.orders) - set(strongest.orders))
+            kept = strongest
+        return whole, kept, tuple(sorted(dropped))
+
+    def _too_high(self, table: OrderContent, drop: bool) -> tuple[int, ...]:
+        highest = self.highest(table)
+        high = () if highest is None else tuple(order for order in table.orders if order > highest)
+        if high and not drop:
+            raise ValueError(
+                f"order {high[-1]} of the table is above {highest}, the highest that {self.title} "
+                f"holds ({self.why_highest(table)}); leave it out with keep(...) or drop"
+            )
+        return high
+
+    def options(self) -> dict[str, Any]:
+        """The options that are set, by name."""
+        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if getattr(self, f.name) is not None}
+
+
+def encoded(form: OrderFormat, table: OrderContent, drop: bool = False) -> tuple[str, TableResidual]:
+    """Text of a file and the residual that it leaves.
+
+    Raises
+    ------
+    ValueError
+        If the format cannot hold the table, or nothing of it would be left.
+    """
+    whole, kept, dropped = form.fitted(table, drop)
+    held = form.store(kept)
+    left = residual_of(whole, kept, held, dropped, form.needs_mean)
+    if left.table > 0.0 and not left.rms < left.table:
+        raise ValueError(
+            f"{form.title} would leave {left.rms:.3g} {left.unit} rms of a table of {left.table:.3g} {left.unit} "
+            f"rms and so correct nothing (its step is {left.quantum:.3g} {left.unit}); take a finer format"
+        )
+    return form.text(kept, held, remarks(form.name, kept, left.sentences(), form.options())), left
+
+
+def marked(text: str, name: str) -> bool:
+    """Whether a file says at its head, or at its end, that it is of a format of this name."""
+    pattern = f"{MARK}: {name}\n"
+    return pattern in text[:4000] or pattern in text[-4000:]
+
+
+def with_options(cls: type[OrderFormat], given: dict[str, Any]) -> OrderFormat:
+    """A format with its options, of which texts are read as what they must be (ValueError)."""
+    known = [f.name for f in dataclasses.fields(cls)]
+    hints = get_type_hints(cls)
+    for name, value in given.items():
+        if name not in known:
+            said = ", ".join(known) if known else "none"
+            raise ValueError(f"{cls.title} has no option {shown(name)}; it has {said}")
+        if isinstance(value, str) and hints[name] is not str:
+            given = given | {name: _read(name, value, str(hints[name]))}
+    needed = [f.name for f in dataclasses.fields(cls) if f.default is dataclasses.MISSING and f.name not in given]
+    if needed:
+        raise ValueError(f"{cls.title} needs the option {needed[0]}; give it")
+    return cls(**given)
+
+
+def _read(name: str, text: str, hint: str) -> Any:
+    try:
+        if "tuple" in hint:
+            return tuple(float(part) for part in text.replace(",", " ").split())
+        return int(text) if "int" in hint and "float" not in hint else float(text)
+    except ValueError:
+        raise ValueError(f"option {name} is {shown(text)}; write a number") from None

@@ -1,0 +1,150 @@
+"""Beckhoff AX8000 and AMP8000: start-up list of the EtherCAT object 0x32CB, cogging compensation of the motor.
+
+Confirmed by the object pages of Beckhoff's Information System (infosys.beckhoff.com, ax8xxx_object, amp8000_object):
+0x32CB (channel A) and 0x36CB (B); :01 control, INT16, 3 for the parameters of the start-up list; :02 gain, REAL32, 0 to
+2; coefficient k: :(07+3k) n, UINT32, 0 to 200; :(08+3k) phi, REAL32, 0 to 360 degrees; :(09+3k) r, REAL32, from 0, in
+N*m. Some listings name k = 9 too. Not said in public: whether the torque is r cos or r sin(n angle + phi), from where
+and in which sense the angle counts, and the sign; 3241:0C shows the torque that the drive adds, compare it with the
+table at a slow turn. No public text format of a start-up list is known: the file is a table to be entered or scripted.
+"""
+
+import math
+import re
+import struct
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ....model.excitation import Line
+from ....quantities import shown
+from ..content import OrderContent, positive, shifted
+from ..format import OrderFormat, marked
+from ..header import Unfit, float_in, said_by, whole_in
+from ..residual import Held
+
+HIGHEST_ORDER, COEFFICIENTS, FIRST = 200, 9, 7
+INDEX = {"A": 0x32CB, "B": 0x36CB}
+ROW = re.compile(r"0x(32CB|36CB):([0-9A-F]{2}) +(INT16|UINT32|REAL32) +(\S+) +([0-9A-F]+)", re.IGNORECASE)
+LARGEST32 = float(np.finfo(np.float32).max)
+PACKING = {"INT16": "<h", "UINT32": "<I", "REAL32": "<f"}
+
+
+@dataclass(frozen=True)
+class Beckhoff(OrderFormat):
+    """Start-up list of object 0x32CB.
+
+    Attributes
+    ----------
+    channel : str
+        "A" or "B" of the drive.
+    wave : str
+        "cos" (default) or "sin": what the drive takes of n angle + phi.
+    """
+
+    channel: str = "A"
+    wave: str = "cos"
+    name: ClassVar[str] = "beckhoff"
+    title: ClassVar[str] = "Beckhoff 0x32CB"
+    unit: ClassVar[str | None] = "N*m"
+    turn: ClassVar[str | None] = "motor"
+    with_mean: ClassVar[bool] = False
+    most_lines: ClassVar[int | None] = COEFFICIENTS
+
+    def __post_init__(self) -> None:
+        if self.channel not in INDEX or self.wave not in ("cos", "sin"):
+            raise ValueError(
+                f"channel is {shown(self.channel)} and wave {shown(self.wave)}; take A or B, and cos or sin"
+            )
+
+    def highest(self, table: OrderContent) -> int:
+        """The largest n."""
+        return HIGHEST_ORDER
+
+    def why_highest(self, table: OrderContent) -> str:
+        """What limits n."""
+        return "n goes from 0 to 200"
+
+    def store(self, table: OrderContent) -> Held:
+        """Round phases [degrees] and amplitudes to 32 bits."""
+        offset = 0.5 * math.pi if self.wave == "sin" else 0.0
+        numbers = []
+        for line in shifted(table.lines, table.zero):
+            if line.amplitude > LARGEST32:
+                raise ValueError(f"order {line.order} has {line.amplitude:g} N*m; REAL32 ends at {LARGEST32:.3g}")
+            phi = np.float32(math.degrees(math.fmod(line.phase + offset, 2.0 * math.pi)) % 360.0)
+            numbers.append((line.order, float(phi) % 360.0, float(np.float32(line.amplitude))))
+        stored = OrderContent(_lines(numbers, offset, table.zero), unit="N*m")
+        quantum = max((float(np.spacing(np.float32(line.amplitude))) for line in table.lines), default=0.0)
+        return Held(stored.one_direction, table.one_direction, numbers, quantum)
+
+    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+        """Write index:subindex, type, value, the bytes in the order of the bus, and what it is."""
+        numbers = held.numbers
+        assert isinstance(numbers, list)
+        rows = [self._row(1, "INT16", 3, "control: use the start-up list"), self._row(2, "REAL32", 1.0, "gain")]
+        for k, (n, phi, r) in enumerate([*numbers, *[(0, 0.0, 0.0)] * (COEFFICIENTS - len(numbers))]):
+            for offset, (kind, value, what) in enumerate(
+                (("UINT32", n, "n"), ("REAL32", phi, "phi, degrees"), ("REAL32", r, "r, N*m"))
+            ):
+                rows.append(self._row(FIRST + 3 * k + offset, kind, value, f"coefficient {k} {what}"))
+        return "\n".join([*(f"# {line}" for line in said), *rows]) + "\n"
+
+    def _row(self, sub: int, kind: str, value: float, what: str) -> str:
+        data = struct.pack(PACKING[kind], value).hex().upper()
+        return f"0x{INDEX[self.channel]:04X}:{sub:02X} {kind:<6} {value!r:<24} {data:<8} # {what}"
+
+    def parse(self, text: str) -> OrderContent:
+        """Read the rows; a coefficient with r = 0 is none."""
+        fields, _ = said_by(text)
+        found: dict[int, float] = {}
+        for number, line in enumerate(text.splitlines(), start=1):
+            if not line.strip() or line.lstrip().startswith("#"):
+                continue
+            match = ROW.match(line)
+            if match is None:
+                raise Unfit(
+                    number, "file", f"{shown(line[:60])} is no row of 0x32CB; write index:subindex type value data"
+                )
+            _, sub, kind, value, data = match.groups()
+            if int(sub, 16) in found:
+                raise Unfit(number, f"subindex {sub}", "is there twice; leave one out")
+            found[int(sub, 16)] = _checked(number, int(sub, 16), kind.upper(), value, data)
+        gain = found.get(2, 1.0)
+        numbers = []
+        for k in range(COEFFICIENTS + 1):
+            one = [found.get(FIRST + 3 * k + i) for i in range(3)]
+            if any(value is None for value in one):
+                if k < COEFFICIENTS:
+                    raise Unfit(1, f"coefficient {k}", "is not whole in the list; it may be cut off")
+                continue
+            n, phi, r = (float(value) for value in one if value is not None)
+            if r > 0.0:
+                numbers.append((int(n), phi, gain * r))
+        zero = fields.get("zero", 0.0)
+        offset = 0.5 * math.pi if self.wave == "sin" else 0.0
+        constant = sum(r * math.cos(math.radians(phi) - offset) for n, phi, r in numbers if n == 0)
+        lines = _lines([one for one in numbers if one[0] > 0], offset, zero)
+        return OrderContent(**{"unit": "N*m"} | fields, lines=lines, mean=constant)
+
+    @classmethod
+    def recognises(cls, text: str) -> bool:
+        """Whether it says so, or begins with a row of the object."""
+        return marked(text, cls.name) or re.match(r"\s*0x3[26]CB:", text) is not None
+
+
+def _lines(numbers: list[tuple[int, float, float]], offset: float, zero: float) -> tuple[Line, ...]:
+    return shifted(positive([Line(n, r, math.radians(phi) - offset) for n, phi, r in numbers]), -zero)
+
+
+def _checked(line: int, sub: int, kind: str, value: str, data: str) -> float:
+    """Value of a row, which its bytes must repeat."""
+    number = float(whole_in(line, "value", value, 0, 10**9)) if kind != "REAL32" else float_in(line, "value", value)
+    place = (sub - FIRST) % 3 if sub >= FIRST else -1
+    low, high = {0: (0.0, 200.0), 1: (0.0, 360.0), 2: (0.0, LARGEST32)}.get(place, (0.0, 4.0 if sub == 1 else 2.0))
+    if not (low <= number <= high and 1 <= sub <= FIRST + 3 * (COEFFICIENTS + 1) - 1):
+        raise Unfit(line, f"subindex {sub:02X}", f"is {number:g}; it must be from {low:g} to {high:g}")
+    packed = struct.pack(PACKING[kind], int(number) if kind != "REAL32" else number).hex()
+    if packed != data.lower():
+        raise Unfit(line, f"subindex {sub:02X}", f"is {number:g} and its bytes are {data}; write both alike")
+    return number

@@ -1,0 +1,126 @@
+"""LinuxCNC: a component for HAL (source for halcompile), for tables that the compensation file cannot hold.
+
+Confirmed by LinuxCNC's documentation of halcompile: `component NAME`, `pin in float`, `pin out float`, `function _`,
+`license`, `;;`, C below; the name of the file is that of the component. The component reads position [degrees] and
+velocity [degrees/s] of the joint and gives the correction [degrees], which a sum2 of HAL adds to the motor's command;
+that connection is the integrator's, and joint.N.motor-pos-fb must lose it again.
+"""
+
+import re
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ....model.excitation import HIGHEST, Line
+from ....quantities import shown
+from ..content import OrderContent
+from ..format import OrderFormat, marked
+from ..header import Unfit, float_in, said_by, whole_in
+from ..residual import Held
+
+LINE = re.compile(r"\{([0-9.]{1,12}), ([^,{}]{1,60}), ([^,{}]{1,60})\},?")
+SET = re.compile(r"static const double (forward|backward)\[([0-9]{1,6})\]\[3\] = \{")
+MEAN = re.compile(r"static const double mean_(forward|backward) = ([^;]{1,60});")
+
+BODY = """
+double angle = position * 0.017453292519943295 * per_turn + zero + delay * velocity * 0.017453292519943295 * per_turn;
+double total = 0.0;
+int i;
+if (velocity < 0.0) {
+BACK} else {
+AHEAD}
+correction = total * 57.29577951308232;
+"""
+SUM = """    total = mean_WAY;
+    for (i = 0; i < COUNT; i++)
+        total += WAY[i][1] * cos(WAY[i][0] * angle + WAY[i][2]);
+"""
+
+
+@dataclass(frozen=True)
+class HalComponent(OrderFormat):
+    """Source of a component for LinuxCNC's HAL.
+
+    Attributes
+    ----------
+    component : str
+        Name of the component, and of the file before `.comp`.
+    """
+
+    component: str = "order_table"
+    name: ClassVar[str] = "hal"
+    title: ClassVar[str] = "a HAL component"
+    unit: ClassVar[str | None] = "rad"
+    both_ways: ClassVar[bool] = True
+    with_delay: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.component, str) or not re.fullmatch(r"[a-z][a-z0-9_]{0,40}", self.component):
+            raise ValueError(f"component is {shown(self.component)}; give a name of small letters and digits")
+
+    def store(self, table: OrderContent) -> Held:
+        """Keep everything as it is; the ratio of the gear must be known where orders count on the motor."""
+        if table.turn == "motor" and table.ratio is None:
+            raise ValueError("the orders count on the motor turn and the joint is the output; give the table its ratio")
+        return Held(table.one_direction, table.one_direction, table)
+
+    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+        """Write the declarations and the code."""
+        per_turn = table.ratio if table.turn == "motor" else 1.0
+        rows = [
+            *(f"// {line}" for line in said),
+            f'component {self.component} "Correction of a joint by orders of its drive, from strainwave";',
+            'pin in float position "position of the joint, degrees";',
+            'pin in float velocity "velocity of the joint, degrees/s";',
+            'pin out float correction "to be added to the command, degrees";',
+            "option period no;", "function _;", 'license "GPL";', "include <rtapi_math.h>;", ";;",
+            f"static const double per_turn = {per_turn!r};  // turns of the table's shaft per turn of the joint",
+            f"static const double zero = {table.zero!r};", f"static const double delay = {table.delay!r};",
+            *_set("forward", table.mean, table.lines),
+            *([] if table.backward is None else _set("backward", table.mean_backward, table.backward)),
+            "FUNCTION(_) {",
+        ]  # fmt: skip
+        way, lines = ("forward", table.lines) if table.backward is None else ("backward", table.backward)
+        back = "" if table.direction == "forward" else SUM.replace("WAY", way).replace("COUNT", str(len(lines)))
+        ahead = SUM.replace("WAY", "forward").replace("COUNT", str(len(table.lines)))
+        body = BODY.replace("BACK", back).replace("AHEAD", "" if table.direction == "backward" else ahead)
+        return "\n".join(rows) + body + "}\n"
+
+    def parse(self, text: str) -> OrderContent:
+        """Read the lines of the component."""
+        fields, _ = said_by(text)
+        sets: dict[str, list[Line]] = {}
+        wanted: dict[str, int] = {}
+        way = ""
+        for number, row in enumerate(text.splitlines(), start=1):
+            plain = row.strip()
+            if (found := SET.fullmatch(plain)) is not None:
+                way = found.group(1)
+                sets[way], wanted[way] = [], int(found.group(2))
+            elif (found := LINE.fullmatch(plain)) is not None and way:
+                order, amplitude, phase = (float_in(number, way, part) for part in found.groups())
+                sets[way].append(Line(whole_in(number, "order", f"{order:.0f}", 0, HIGHEST), amplitude, phase))
+        means = {side: float_in(1, f"mean_{side}", value) for side, value in MEAN.findall(text)}
+        for side in sets:
+            if len(sets[side]) != wanted[side] or side not in means:
+                raise Unfit(1, side, f"has {len(sets[side])} lines where it names {wanted[side]}; it may be cut off")
+        if "forward" not in sets or "\ncorrection = " not in text:
+            raise Unfit(1, "file", "is no whole component; it may be cut off, write it again")
+        kept = {side: tuple(line for line in lines if line.order > 0) for side, lines in sets.items()}
+        return OrderContent(
+            **{"unit": "rad"} | fields, lines=kept["forward"], mean=means["forward"], backward=kept.get("backward"),
+            mean_backward=means.get("backward", 0.0),
+        )  # fmt: skip
+
+    @classmethod
+    def recognises(cls, text: str) -> bool:
+        """Whether it says so."""
+        return marked(text, cls.name)
+
+
+def _set(way: str, mean: float, lines: tuple[Line, ...]) -> list[str]:
+    shown_lines = lines or (Line(0, 0.0, 0.0),)  # C has no empty arrays
+    rows = [f"    {{{float(line.order)!r}, {line.amplitude!r}, {line.phase!r}}}," for line in shown_lines]
+    return [
+        f"static const double mean_{way} = {mean!r};", f"static const double {way}[{len(shown_lines)}][3] = {{", *rows,
+        "};",
+    ]  # fmt: skip

@@ -1,0 +1,160 @@
+"""LinuxCNC: compensation file of a joint, lines `nominal forward reverse` for COMP_FILE with COMP_FILE_TYPE = 0.
+
+Confirmed by LinuxCNC's sources (emc/motion: usrmotintf.cc, command.c, control.c, motion.h): at most 256 points,
+nominal positions strictly increasing; nominal - forward is added to the command of the motor while the joint moves
+up, nominal - reverse while it moves down, the last one at rest, and followed within the joint's velocity and
+acceleration; straight lines between the points, constant beyond the ends; corrections are kept in 32 bits; a
+compensation file replaces BACKLASH. Reading stops at the first line that is not three numbers, so the remarks stand
+at the end. The file covers the travel of the joint, not a turn that repeats.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ....quantities import interval, positive_count, shown
+from ..content import OrderContent
+from ..format import OrderFormat, marked
+from ..header import Unfit, float_in, said_by
+from ..points import Points, content_of, highest_order, motion, points_for, sampled
+from ..residual import Held
+
+MOST, DIGITS = 256, 9
+DEGREE = math.pi / 180.0
+QUANTUM = 10.0**-DIGITS * DEGREE  # rad
+
+
+@dataclass(frozen=True)
+class LinuxCnc(OrderFormat):
+    """Compensation file of a rotary joint in degrees.
+
+    Attributes
+    ----------
+    span : (float, float)
+        First and last position of the joint [degrees], whole turns of the table's shaft apart.
+    points : int, optional
+        Lines of the file, at most 256. Default: 32 a period of the highest order, as far as 256 go.
+    """
+
+    span: tuple[float, float] = (0.0, 360.0)
+    points: int | None = None
+    name: ClassVar[str] = "linuxcnc"
+    title: ClassVar[str] = "LinuxCNC's COMP_FILE"
+    unit: ClassVar[str | None] = "rad"
+    both_ways: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        interval("span", self.span)
+        if self.points is not None:
+            count = positive_count("points", self.points)
+            if not 3 <= count <= MOST:
+                raise ValueError(
+                    f"points is {count}; LinuxCNC's COMP_FILE holds 3 to {MOST}, beyond that write the format hal"
+                )
+
+    def _turns(self, table: OrderContent) -> int:
+        """Whole turns of the table's shaft over the span."""
+        turns = (self.span[1] - self.span[0]) / 360.0 * _ratio(table)
+        if abs(turns - round(turns)) > 1e-6 or round(turns) < 1:
+            raise ValueError(
+                f"the span of {self.span[0]:g} .. {self.span[1]:g} degrees is {turns:.6g} turns of the {table.turn}; "
+                f"take whole ones, {360.0 / _ratio(table):.6g} degrees each"
+            )
+        return round(turns)
+
+    def count(self, table: OrderContent) -> int:
+        """Steps between the lines."""
+        return (self.points or points_for(table, MOST - 1, self._turns(table)) + 1) - 1
+
+    def highest(self, table: OrderContent) -> int:
+        """Two steps a period."""
+        return highest_order(self.count(table), self._turns(table))
+
+    def why_highest(self, table: OrderContent) -> str:
+        """The number of points."""
+        return f"two of its {self.count(table) + 1} points a period; take a shorter span, or write the format hal"
+
+    def store(self, table: OrderContent) -> Held:
+        """Round positions to a billionth of a degree, corrections to 32 bits."""
+        turns = self._turns(table)
+        exact = sampled(table, self.count(table), turns=turns, start=self.span[0] * DEGREE * _ratio(table))
+        degrees = exact.scaled(1.0 / DEGREE).rounded(10.0**-DIGITS)
+        stored = motion(_in_single(degrees).scaled(DEGREE), table.zero)
+        return Held(stored, motion(exact, table.zero), degrees, QUANTUM, self.count(table) + 1, turns)
+
+    def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
+        """Write nominal, forward and reverse, and the remarks below them."""
+        points = held.numbers
+        assert isinstance(points, Points)
+        reverse = points.forward if points.backward is None else points.backward
+        count = len(points.forward)
+        low, high = self.span
+        rows = []
+        for i in range(count + 1):
+            nominal = round(low + (high - low) * i / count, DIGITS)
+            ends = (nominal - float(side[i % count]) for side in (points.forward, reverse))
+            rows.append(" ".join(f"{value:.{DIGITS}f}" for value in (nominal, *ends)))
+        return "\n".join([*rows, "", *(f"# {line}" for line in said)]) + "\n"
+
+    def parse(self, text: str) -> OrderContent:
+        """Read the lines up to the first that is not three numbers."""
+        fields, _ = said_by(text)
+        rows: list[list[float]] = []
+        for number, line in enumerate(text.splitlines(), start=1):
+            cells = line.split()
+            if len(cells) != 3 or cells[0].startswith("#"):
+                break
+            rows.append([float_in(number, "position", cell) for cell in cells])
+            if len(rows) > MOST:
+                raise Unfit(number, "file", f"has more than {MOST} points; LinuxCNC takes no more, leave some out")
+            if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
+                raise Unfit(number, "nominal", f"{shown(cells[0])} does not increase; LinuxCNC refuses it")
+        if len(rows) < 3:
+            raise Unfit(1, "file", f"begins with {len(rows)} lines of three numbers; it may be cut off")
+        table = np.array(rows)
+        return content_of(_points(table, fields), {"unit": "rad", "turn": "output"} | fields)
+
+    @classmethod
+    def recognises(cls, text: str) -> bool:
+        """Whether its mark stands at the end."""
+        return marked(text, cls.name)
+
+
+def _ratio(table: OrderContent) -> float:
+    """Turns of the table's shaft per turn of the joint."""
+    if table.turn == "output":
+        return 1.0
+    if table.ratio is None:
+        raise ValueError("the orders count on the motor turn and the joint is the output; give the table its ratio")
+    return table.ratio
+
+
+def _in_single(points: Points) -> Points:
+    """Corrections as the controller keeps them, in 32 bits."""
+    both = (
+        None if side is None else side.astype(np.float32).astype(float) for side in (points.forward, points.backward)
+    )
+    forward, backward = both
+    assert forward is not None
+    return points._replace(forward=forward, backward=backward)
+
+
+def _points(table: Any, fields: dict[str, Any]) -> Points:
+    """Points in rad of lines that are equidistant over whole turns."""
+    nominal = table[:, 0]
+    steps = np.diff(nominal)
+    step = (nominal[-1] - nominal[0]) / len(steps)
+    if np.max(np.abs(steps - step)) > 1e-6 * step + 2.0 * 10.0**-DIGITS:
+        raise Unfit(1, "nominal", "is not equidistant; strainwave reads equidistant tables")
+    ratio = fields.get("ratio", 1.0) if fields.get("turn", "output") == "motor" else 1.0
+    turns = (nominal[-1] - nominal[0]) / 360.0 * ratio
+    if abs(turns - round(turns)) > 1e-6 * max(1.0, turns) or round(turns) < 1:
+        raise Unfit(len(nominal), "nominal", f"ends after {turns:.6g} turns; only whole turns can be read as orders")
+    trims = (nominal[:, None] - table[:, 1:]) * DEGREE
+    if np.max(np.abs(trims[0] - trims[-1])) > 3.0 * QUANTUM:
+        raise Unfit(len(nominal), "file", "ends with another correction than it begins with, whole turns apart")
+    same = np.array_equal(trims[:-1, 0], trims[:-1, 1])
+    start = float(nominal[0]) * DEGREE * ratio
+    return Points(trims[:-1, 0], None if same else trims[:-1, 1], round(turns), start)

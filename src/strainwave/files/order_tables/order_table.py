@@ -1,0 +1,268 @@
+"""`OrderTable`: the one canonical form of what cancels an error order by order, with its files."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Self
+
+from ...archive import as_file, atomic
+from ...model.excitation import Harmonic, Harmonics, KinematicError, Line
+from ...quantities import shown
+from ...sentences import on_screen
+from ..yaml_text import FileError, Problem, as_path, complaint, read_text
+from .content import OrderContent, positive
+from .format import OrderFormat, encoded, with_options
+from .header import Unfit, said_by
+from .registry import BY_ENDING, FORMATS, named, recognised
+from .residual import TableResidual
+
+LARGEST = 16 * 1024 * 1024
+
+
+class OrderTable(OrderContent):
+    """Orders that cancel an error, with all that a machine must know to add them rightly; read and written as files.
+
+    Attributes
+    ----------
+    lines : tuple of Line
+        Order (from 1, each once), amplitude (0-to-peak, not negative) and phase [rad]: those of both directions, or of
+        forward motion where there are lines of backward motion too.
+    unit : {"rad", "N*m"}
+        An angle on the output side, or a torque at the motor.
+    turn : {"motor", "output"}
+        Shaft on whose turn the orders count: the motor's is that of the wave generator.
+    ratio : float or None
+        Turns of the motor per turn of the output; needed to change the turn.
+    zero : float
+        Angle of that shaft [rad] at the encoder's index: the encoder reads angle - zero.
+    sign : {"correction", "error"}
+        A correction is added to the commanded angle of the output or to the torque of the motor. An error is what the
+        gear does: theta_m/N - theta_l, whose correction is the same number; or a disturbing torque at the motor, whose
+        correction is its negative.
+    direction : {"both", "forward", "backward"}
+        Directions of motion in which the table holds; in the other it gives 0.
+    backward : tuple of Line or None
+        Lines of backward motion where they are other ones.
+    mean, mean_backward : float
+        Constant part, in the unit of the table.
+    delay : float
+        Time [s] between reading the angle and the effect, not negative: the table is read at angle + speed delay.
+    speeds : (float, float) or None
+        Speeds of the motor [rad/s] for which the table holds, lowest and highest of the absolute value.
+    load : float or None
+        Torque on the load [N*m] for which it holds.
+    source : str
+        Where the numbers come from.
+    """
+
+    @classmethod
+    def of(cls, error: Any, *, backward: Any = None, **fields: Any) -> Self:
+        """Order table of a kinematic error, an error scan, a torque over an angle, or any lines.
+
+        Parameters
+        ----------
+        error, backward : KinematicError, ErrorScan, Harmonic, Harmonics, or sequence of Line
+            What has `lines` with order, amplitude and phase, such lines, or a torque; `backward` where backward motion
+            differs. Negative amplitudes become half a turn of phase, lines of one order are added. A delay that a fit
+            has found is that of its measurement and is not taken over.
+        **fields
+            The other attributes: unit, turn, ratio, zero, ... In rad by default, a torque in N*m; a kinematic error is
+            its own correction, theta_m = N (theta_reference + e).
+
+        Returns
+        -------
+        OrderTable
+
+        Raises
+        ------
+        TypeError, ValueError
+            If there are no lines, or a field is wrong.
+        """
+        is_torque = isinstance(error, Harmonic | Harmonics)
+        given: dict[str, Any] = {"unit": "N*m" if is_torque else "rad", "mean": _mean_of(error)}
+        if backward is not None:
+            given |= {"backward": _lines_of(backward), "mean_backward": _mean_of(backward)}
+        return cls(**given | {"lines": _lines_of(error)} | fields)
+
+    def torque(self) -> Harmonics:
+        """The correction as a torque over the angle of the table, as `TorqueTable` adds it `delay` ahead.
+
+        Raises
+        ------
+        ValueError
+            If the table is an angle, has no lines, or differs between the directions of motion.
+        """
+        if self.unit != "N*m":
+            raise ValueError("the table is an angle in rad, no torque; only a table in N*m is one")
+        lines, mean = self._alike("a torque over an angle"), self.mean
+        terms = [Harmonic(line.amplitude, line.order, line.phase) for line in lines]
+        sign = 1.0 if self.sign == "correction" else -1.0
+        terms[0] = terms[0]._replace(mean=mean)
+        return Harmonics(tuple(term._replace(amplitude=sign * term.amplitude, mean=sign * term.mean) for term in terms))
+
+    def kinematic_error(self) -> KinematicError:
+        """The lines as a kinematic error on the turn of the table; a constant part has no effect there.
+
+        Raises
+        ------
+        ValueError
+            If the table is a torque, has no lines, or differs between the directions of motion.
+        """
+        if self.unit != "rad":
+            raise ValueError("the table is a torque in N*m, no kinematic error; only a table in rad is one")
+        return KinematicError(self._alike("a kinematic error"))
+
+    def _alike(self, what: str) -> tuple[Line, ...]:
+        """The lines, if there are any and they are those of both directions."""
+        if self.backward is not None or self.direction != "both":
+            raise ValueError(
+                f"the table differs between forward and backward motion, {what} does not; choose with one_way"
+            )
+        if not self.lines:
+            raise ValueError(f"the table has no lines, {what} needs one; leave it out")
+        return self.lines
+
+    def residual(self, format: str | OrderFormat, *, drop: bool = False, **options: Any) -> TableResidual:
+        """What a format leaves of the table, without writing a file; arguments as of `write`."""
+        return encoded(_format(format, options), self, drop)[1]
+
+    def write(
+        self, path: str | os.PathLike[str], format: str | OrderFormat | None = None, *, drop: bool = False,
+        **options: Any,
+    ) -> TableResidual:  # fmt: skip
+        """Write the table for a machine and say what the file leaves of it; it appears when it is complete.
+
+        Parameters
+        ----------
+        path : str or path
+            File.
+        format : str or OrderFormat, optional
+            json, csv, points, c, st, beckhoff, moteus, linuxcnc, hal, twincat, sinumerik, onstepx. Default: by the
+            ending .json, .csv (lines) or .h (C).
+        drop : bool
+            Whether orders that the format cannot hold are left out, the weakest first, in place of a refusal.
+        **options
+            Of the format: `points`, `torque_constant`, `axis`, ...
+
+        Returns
+        -------
+        TableResidual
+            Of the very numbers in the file: rounding, straight lines between points, orders left out.
+
+        Raises
+        ------
+        ValueError
+            If the format cannot hold the table, or is not known.
+        FileNotFoundError
+            If there is no such folder.
+        """
+        path = as_file(path)
+        if format is None:
+            format = BY_ENDING.get(path.suffix)
+            if format is None:
+                raise ValueError(f"{path.name!r} does not tell the format; give format, one of {', '.join(FORMATS)}")
+        text, left = encoded(_format(format, options), self, drop)
+        with atomic(path) as part:
+            Path(part).write_text(text, encoding="utf-8", newline="\n")
+        return left
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str], format: str | OrderFormat | None = None, **options: Any) -> Self:
+        """Read a table from any of the formats.
+
+        Points become lines by a discrete Fourier series, which gives every point back; `keep` and `strongest` leave the
+        rounding out.
+
+        Parameters
+        ----------
+        path : str or path
+            File of at most 16 MiB.
+        format : str or OrderFormat, optional
+            Default: recognised by the content.
+        **options
+            Of the format, where the file itself does not tell them.
+
+        Raises
+        ------
+        FileError
+            If the file is no table; a ValueError with one line, `file:line:column: field: fact, value, remedy`.
+        ValueError
+            If an option is missing or wrong.
+        """
+        path = as_path(path)
+        text = read_text(path, "table of orders", LARGEST)
+        if isinstance(text, Problem):
+            raise FileError(complaint(path, [text]))
+        text = text.replace("\r\n", "\n")
+        if format is None:
+            found = recognised(text)
+            if found is None:
+                said = f"is no order table that is recognised; give format, one of {', '.join(FORMATS)}"
+                raise FileError(complaint(path, [Problem(1, 1, "file", said)]))
+            format = found.name
+        try:
+            if isinstance(format, str):
+                told = {name: value for name, value in said_by(text)[1].items() if name not in options}
+                format = _format(format, told | options)
+            return cls(**vars(format.parse(text)))
+        except Unfit as unfit:
+            raise FileError(complaint(path, [unfit.args[0]])) from None
+        except (ValueError, TypeError) as error:
+            raise FileError(complaint(path, [Problem(1, 1, "file", str(error))])) from None
+
+    def __str__(self) -> str:
+        what = "kinematic error" if (self.sign, self.unit) == ("error", "rad") else self.sign
+        rows = [
+            f"Order table: {what} in {self.unit}, orders per turn of the {self.turn}"
+            + ("" if self.ratio is None else f", ratio {self.ratio:g}")
+        ]
+        for name, mean, lines in (("forward", self.mean, self.lines), ("backward", self.mean_backward, self.backward)):
+            if lines is None:
+                continue
+            head = name if self.backward is not None else f"direction {self.direction}"
+            rows.append(f"  {head}: " + (f"constant part {mean:.4g}, " if mean else "") + f"{len(lines)} orders")
+            rows += [f"{line.order:>8}  {line.amplitude:<12.4g} at {line.phase:.4f} rad" for line in lines]
+        rows.append(f"  encoder's index at {self.zero:.6g} rad, delay {self.delay:.4g} s")
+        if self.speeds is not None or self.load is not None:
+            low, high = self.speeds or (0.0, float("inf"))
+            load = "" if self.load is None else f", {self.load:g} N*m on the load"
+            rows.append(f"  holds for {low:.6g} .. {high:.6g} rad/s of the motor{load}")
+        return on_screen("\n".join([*rows, *([f"  source: {self.source}"] if self.source else [])]))
+
+    __repr__ = __str__
+
+
+def _format(form: str | OrderFormat, options: dict[str, Any]) -> OrderFormat:
+    if isinstance(form, OrderFormat):
+        if options:
+            raise ValueError(f"{form.title} is given with its options already; leave out {', '.join(options)}")
+        return form
+    if not isinstance(form, str):
+        raise TypeError(f"format is {shown(form)}; give one of {', '.join(FORMATS)}, or an OrderFormat")
+    return with_options(named(form), options)
+
+
+def _whole(order: Any) -> Any:
+    """An order that a fit gives as a float."""
+    return int(order) if isinstance(order, float) and order.is_integer() else order
+
+
+def _terms_of(thing: Any) -> Any:
+    """What has order, amplitude and phase in an error, a torque or a sequence; None where there is nothing such."""
+    if isinstance(thing, Harmonic):
+        return (thing,)
+    if isinstance(thing, Harmonics):
+        return thing.terms
+    return thing if isinstance(thing, Sequence) and not hasattr(thing, "lines") else getattr(thing, "lines", None)
+
+
+def _mean_of(thing: Any) -> float:
+    """Constant part of a torque; that of an error has no effect."""
+    return float(sum(term.mean for term in _terms_of(thing))) if isinstance(thing, Harmonic | Harmonics) else 0.0
+
+
+def _lines_of(thing: Any) -> tuple[Line, ...]:
+    lines = _terms_of(thing)
+    if lines is None or not all(hasattr(line, "order") for line in lines):
+        raise TypeError(f"{shown(thing)} has no lines of orders; give a KinematicError, an ErrorScan, or lines")
+    return positive([Line(_whole(line.order), float(line.amplitude), float(line.phase)) for line in lines])

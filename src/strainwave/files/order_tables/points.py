@@ -1,0 +1,112 @@
+"""Equidistant points over whole turns, joined by straight lines: what most machines hold of an order table.
+
+The angle is the encoder's, the shaft's less the zero mark. A line of order n between P points a turn is read up to
+1 - cos(pi n/P), nearly (pi n/P)^2/2, of its amplitude too small halfway between two points.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...model.excitation import HIGHEST, Line
+from ...results import Floats
+from .content import OrderContent
+
+PER_PERIOD = 32  # points a period of the highest order, unless the caller says otherwise: 0.5 % lost between them
+FEWEST = 64
+MOST_POINTS = 2 * HIGHEST  # two points a period of the highest order of a table
+ROUNDING = 1e-13  # of the largest value: below it an amplitude is that of the computer's arithmetic
+
+
+class Points(NamedTuple):
+    """Values at angles start + 2 pi turns i/P of the encoder, i = 0 .. P - 1, repeating after so many turns.
+
+    `backward` holds those of backward motion where they are other ones.
+    """
+
+    forward: Floats
+    backward: Floats | None = None
+    turns: int = 1
+    start: float = 0.0
+
+    @property
+    def per_turn(self) -> float:
+        """Points a turn."""
+        return len(self.forward) / self.turns
+
+    def angles(self) -> Floats:
+        """Angles of the encoder [rad], (P,)."""
+        return self.start + 2.0 * math.pi * self.turns * np.arange(len(self.forward)) / len(self.forward)
+
+    def value(self, angle: Floats, backward: bool) -> Floats:
+        """Value between the points at angles of the encoder [rad]."""
+        values = self.forward if self.backward is None or not backward else self.backward
+        place = np.mod((angle - self.start) / (2.0 * math.pi * self.turns), 1.0) * len(values)
+        return np.asarray(np.interp(place, np.arange(len(values) + 1), np.append(values, values[0])))
+
+    def rounded(self, quantum: float) -> "Points":
+        """The points as whole multiples of a quantum."""
+        back = None if self.backward is None else quantum * np.round(self.backward / quantum)
+        return self._replace(forward=quantum * np.round(self.forward / quantum), backward=back)
+
+    def scaled(self, factor: float) -> "Points":
+        """The points in another unit."""
+        back = None if self.backward is None else factor * self.backward
+        return self._replace(forward=factor * self.forward, backward=back)
+
+    def lines(self, zero: float) -> tuple[tuple[Line, ...], float, tuple[Line, ...] | None, float]:
+        """Lines and mean of the points, and the same backward; `zero` is the shaft's angle at the encoder's index."""
+        lines, mean = self._of(self.forward, zero)
+        if self.backward is None:
+            return lines, mean, None, 0.0
+        return lines, mean, *self._of(self.backward, zero)
+
+    def _of(self, values: Floats, zero: float) -> tuple[tuple[Line, ...], float]:
+        """Lines through all points: a discrete Fourier series, of which whole orders of one turn are kept."""
+        count = len(values)
+        c = np.fft.rfft(values) / count
+        least = ROUNDING * float(np.max(np.abs(values), initial=0.0))
+        found = []
+        for bin_ in range(self.turns, count // 2 + 1, self.turns):
+            size = (1.0 if 2 * bin_ == count else 2.0) * abs(c[bin_])
+            if size > least:
+                order = bin_ // self.turns
+                phase = float(np.angle(c[bin_])) - order * (self.start + zero)
+                found.append(Line(order, float(size), math.remainder(phase, 2.0 * math.pi)))
+        mean = float(c[0].real)
+        return tuple(found), mean if abs(mean) > least else 0.0
+
+
+def sampled(table: OrderContent, count: int, *, turns: int = 1, start: float = 0.0) -> Points:
+    """The table at `count` angles of the encoder over so many turns, backward apart where it differs."""
+    angle = table.zero + start + 2.0 * math.pi * turns * np.arange(count) / count
+    two = table.backward is not None or table.direction != "both"
+    back = table.one_direction(angle, True) if two else None
+    return Points(table.one_direction(angle, False), back, turns, start)
+
+
+def points_for(table: OrderContent, capacity: int, turns: int = 1) -> int:
+    """How many points over so many turns the highest order needs, at most `capacity`."""
+    highest = max(table.orders, default=1)
+    return min(capacity, max(FEWEST, PER_PERIOD * highest * turns))
+
+
+def motion(points: Points, zero: float) -> Callable[[Floats, bool], Floats]:
+    """Value of points by angle of the shaft [rad] and direction."""
+    return lambda angle, backward: points.value(angle - zero, backward)
+
+
+def highest_order(points: int, turns: int = 1) -> int:
+    """Highest order that so many points over so many turns can hold: two points a period."""
+    return points // (2 * turns)
+
+
+def content_of(points: Points, fields: dict[str, Any]) -> OrderContent:
+    """Order table of points that were read, with the other fields as far as they are known."""
+    if fields.get("direction", "both") != "both":
+        one = points.backward if fields["direction"] == "backward" and points.backward is not None else points.forward
+        points = points._replace(forward=one, backward=None)
+    lines, mean, back, mean_back = points.lines(fields.get("zero", 0.0))
+    return OrderContent(**{**fields, "lines": lines, "mean": mean, "backward": back, "mean_backward": mean_back})
