@@ -108,7 +108,13 @@ def test_without_a_design_the_nearest_miss_is_named_with_its_constraint():
 
 def test_where_the_sources_lack_a_number_of_every_gear_the_answer_says_so():
     found = sw.design(SPEC, gears=[sw.catalogue.gear("CSF-20-50")])
-    assert found.nearest.startswith("No gear serves: the sources leave out")
+    assert found.nearest == (
+        "No gear serves: no source gives the largest input speed of 1 gear, which the specification needs; leave out "
+        "what needs it."
+    )
+    both = sw.design(replace(SPEC, largest_mass=8.0), gears=[sw.catalogue.gear(n) for n in ("CSG-25-50", "SHG-25-50")])
+    assert "no source gives the mass of 1 gear and the accuracy of 1 gear, which" in both.nearest
+    assert both.nearest.endswith("leave out what needs it or give excitation.accuracy.")
     assert found.rejected["CSF-20-50"].startswith("No source gives")
 
 

@@ -194,6 +194,16 @@ def test_lines_of_a_train_with_a_loop_are_its_modes(tmp_path):
     np.testing.assert_allclose([2.0 * line.speed[0] for line in found.lines], modes, rtol=1e-6)
 
 
+def test_cogging_of_a_motor_with_a_loop_is_an_order_of_the_map(tmp_path):
+    drag = "loop: {{bandwidth: 30 Hz}}, drag: {{type: angle_torque, amplitude: 0.05 N*m, order: 3}}"
+    path = tmp_path / "axis.yaml"
+    path.write_text(
+        TEXT.replace("mode: held", drag).format(law=LINEAR, more="", torque="{mean: 0 N*m}"), encoding="utf-8"
+    )
+    found = sw.speed_map(sw.read_project(path), search=False)
+    assert {line.order for line in found.lines if line.excited} == {2, 3}
+
+
 def test_the_lists_of_the_vendor_rule_and_its_band_part_the_range(tmp_path):
     found = sw.speed_map(project(tmp_path, CUBIC), limit=3.0 * A, search=False)
     (rule,), span = found.vendor, (40.0, 300.0)

@@ -6,6 +6,7 @@ the whole drive.
 """
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
@@ -20,11 +21,12 @@ from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
 from ...quantities import shown
 from ...results import SolveError
+from ...sentences import listed
 from ...units import ARCSEC, RPM
 from .averaged import Drives, Largest, largest
 from .checked import Balanced, Worth, balanced, worth
 from .result import Candidate, Design, front
-from .rules import SURE, Check, checks, life
+from .rules import SURE, WORDS, Check, checks, life
 from .sensitivity import sensitivities
 from .specification import Specification
 
@@ -292,7 +294,7 @@ class _Search:
             if best is None or check.use < best[1].use:
                 best = gear.name, check
         if best is None:
-            return "No gear serves: the sources leave out a number of every gear that the specification needs."
+            return _lacking([self.misses[gear.name].name for gear in gears])
         return f"No gear serves. The nearest is {best[0]}: {_told(best[1])}"
 
     def _remarks(self) -> list[str]:
@@ -325,3 +327,11 @@ def _told(check: Check) -> str:
     if not math.isfinite(check.use):
         return check.sentence
     return f"{check.sentence[:-1]}: {check.use:.4g} times the allowance."
+
+
+def _lacking(names: list[str]) -> str:
+    """What no source gives, where every gear lacks a number that the specification needs."""
+    counts = Counter(WORDS.get(name, name.replace("_", " ")) for name in names)
+    said = listed(f"the {name} of {count} gear{'s' * (count > 1)}" for name, count in counts.most_common())
+    ways = ["leave out what needs it"] + ["give excitation.accuracy"] * ("accuracy" in names)
+    return f"No gear serves: no source gives {said}, which the specification needs; {' or '.join(ways)}."

@@ -15,7 +15,6 @@ from .campbell import CampbellLine
 from .rules import Rules, common
 from .vendor import VendorRule, vendor_sentence
 
-
 UNITS = {"load torque": "N*m", "load inertia": "kg*m^2"}
 
 
@@ -123,7 +122,7 @@ class SpeedMap(Result):
 
     @property
     def unit_windows(self) -> Floats:
-        """Speeds (k, 2) [rad/s], to the nearest cell, that neither the map nor any unit forbids; empty without units."""
+        """Speeds (k, 2) [rad/s] that neither the map nor any unit forbids, to the nearest cell."""
         if self.scatter is None:
             return np.empty((0, 2))
         good = np.concatenate([[False], np.all(self.scatter.forbidden == 0.0, axis=0), [False]])
