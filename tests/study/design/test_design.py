@@ -53,7 +53,8 @@ def test_every_gear_is_either_feasible_or_rejected(found):
     assert not served & set(found.rejected)
     for name, said in found.rejected.items():
         assert name in said
-        assert said.endswith("times the allowance.")
+        assert said.endswith("times too short." if "L10 life" in said else "times the allowance.")
+        assert "inf" not in said
 
 
 def test_the_front_is_not_beaten_and_is_by_harmonic_balance(found):
@@ -93,6 +94,23 @@ def test_a_held_motor_makes_the_error_independent_of_its_inertia():
     assert first.oscillation == pytest.approx(second.oscillation, rel=1e-9)
     assert {first.motor_inertia, second.motor_inertia} == set(SPEC.motor_inertias)
     assert len(found.pareto) == 1
+
+
+def test_a_life_is_too_short():
+    short = sw.design(replace(SPEC, life=1e9), gears=GEARS)
+    assert all(said.endswith("times too short.") for said in short.rejected.values() if "L10 life" in said)
+    assert any("L10 life" in said for said in short.rejected.values())
+
+
+def test_an_estimate_without_an_upper_bound_has_its_lower_one():
+    spec = sw.Specification(
+        load_inertias=(0.9, 2.2), speeds=(1.0, 4.0), limit=45.0 * ARCSEC, motor_inertias=(1e-4,),
+        damping_ratio=0.025, loop=sw.Tuning(70.0 * math.pi, 0.8),
+        duty=(sw.DutySegment(90.0, 20.0 * RPM, 0.8), sw.DutySegment(50.0, 35.0 * RPM, 1.2)),
+    )  # fmt: skip
+    said = sw.design(spec, gears=[sw.catalogue.gear("CSG-45-100")]).rejected["CSG-45-100"]
+    assert "(averaging, at least 1" in said
+    assert "inf" not in said
 
 
 def test_without_a_design_the_nearest_miss_is_named_with_its_constraint():

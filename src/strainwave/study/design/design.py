@@ -253,7 +253,9 @@ class _Search:
     def _miss(self, option: Option) -> None:
         """Note what a gear misses: of its motors the one with the smallest oscillation counts."""
         spec, c = self.spec, self._candidate(option)
-        sure = "" if option.balanced else f", within {option.low / ARCSEC:.4g} and {option.high / ARCSEC:.4g} arcsec"
+        sure = "" if option.balanced else f", at least {option.low / ARCSEC:.4g} arcsec"
+        if not option.balanced and math.isfinite(option.high):
+            sure = f", between {option.low / ARCSEC:.4g} and {option.high / ARCSEC:.4g} arcsec"
         said = (
             f"The pointing error of {c.gear} oscillates by {c.oscillation / ARCSEC:.4g} arcsec at "
             f"{c.speed / RPM:.4g} rpm of the motor with {c.motor_inertia:.3g} kg*m^2 ({c.method}{sure}), above the "
@@ -326,7 +328,7 @@ def _told(check: Check) -> str:
     """Sentence of a constraint with by how much it is missed."""
     if not math.isfinite(check.use):
         return check.sentence
-    return f"{check.sentence[:-1]}: {check.use:.4g} times the allowance."
+    return f"{check.sentence[:-1]}: {check.use:.4g} times {'too short' if check.name == 'life' else 'the allowance'}."
 
 
 def _lacking(names: list[str]) -> str:
