@@ -496,6 +496,17 @@ WRONG = [
 ]
 
 
+def test_a_motor_torque_beside_a_loop_is_told_where_cogging_goes(written):
+    text = GOOD.replace("load_torque: {mean: -50 N*m}", "motor_torque: {lines: [{order: 12, amplitude: 0.1 N*m}]}")
+    motor = next(line for line in GOOD.splitlines() if line.startswith("motor:"))
+    (line,) = complaint(written(text.replace(motor, "motor: {inertia: 4.5 kg*cm^2, loop: {bandwidth: 30 Hz}}")))
+    assert "excitation.motor_torque: stands beside motor.loop" in line
+    drag = "drag: {type: angle_torque, amplitude: 0.02 N*m, order: 12}"
+    assert drag in line
+    train = sw.read_project(written(GOOD.replace(motor, f"motor: {{loop: {{bandwidth: 30 Hz}}, {drag}}}"))).train
+    assert (train.motor.drag.order, train.motor.drag.amplitude) == (12, 0.02)
+
+
 @pytest.mark.parametrize(("old", "new", "place", "field", "sentence"), WRONG, ids=lambda v: str(v)[:30])
 def test_what_a_person_gets_wrong_is_one_line_with_place_and_remedy(written, old, new, place, field, sentence):
     assert old in GOOD

@@ -93,6 +93,11 @@ def _excitation(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, st
     driven = spec.excitation
     if spec.motor is not None and spec.motor.mode == "held" and driven.motor_torque is not None:
         sentence = "a held motor keeps its speed whatever its torque; remove it or write 'mode: free' under motor"
+        if spec.motor.loop is not None:
+            sentence = (
+                "stands beside motor.loop, and a file takes it of a free motor alone; write cogging as motor: {drag: "
+                "{type: angle_torque, amplitude: 0.02 N*m, order: 12}}, or build the train in Python"
+            )
         yield ("excitation", "motor_torque"), sentence
     torques = [t for t in (driven.motor_torque, driven.load_torque) if t is not None]
     amplitudes = [line.amplitude for line in driven.kinematic_error]

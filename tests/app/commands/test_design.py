@@ -62,6 +62,13 @@ def test_the_answer_is_written_and_its_projects_are_compared(path, tmp_path):
         assert drive["oscillation_arcsec"] == pytest.approx(c.oscillation * 648000.0 / 3.141592653589793, rel=1e-3)
     assert len(rows(tmp_path / "compared" / "comparison.csv")) == len(projects)
     assert "CSG" in (tmp_path / "compared" / "comparison.svg").read_text()
+    page = (tmp_path / "compared" / "comparison.html").read_text(encoding="utf-8")
+    assert (tmp_path / "compared" / "comparison.svg").read_text(encoding="utf-8").strip() in page
+    least = min(drives, key=lambda drive: drive["oscillation_arcsec"])
+    first = page.split("<tbody>")[1].split("</tr>")[0]
+    assert f"<td>{drives.index(least) + 1}: {least['title']}</td><td>{least['gear']}</td>" in first
+    assert ">limit</text>" in page
+    assert f"{len(drives)} of {len(drives)} drives with a limit keep to it" in page
 
 
 @pytest.mark.slow

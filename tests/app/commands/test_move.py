@@ -65,6 +65,12 @@ def test_the_command_writes_and_prints_the_numbers_of_the_library(path, tmp_path
     text = invoke(path, *profile, "-o", out, "--band", "1000 rpm", "1300 rpm").stdout
     assert "in speeds to avoid, 1000 to 1300 rpm" in text
     assert "balance closed to" in text
+    assert "settling time after each of 2 motions, to " in text
+    told = [line for line in text.splitlines() if line.startswith("  order 2 passes")]
+    assert len(told) == len({p.speed for p in move.passes})
+    worst = max((p for p in move.passes if p.speed == move.passes[0].speed), key=lambda p: p.largest)
+    times = sum(p.speed == worst.speed for p in move.passes)
+    assert any(f"{times} times: at most" in line and f"from {worst.time:.4g} s on" in line for line in told)
 
 
 @pytest.mark.interpreted

@@ -53,7 +53,8 @@ def test_every_gear_is_either_feasible_or_rejected(found):
     assert not served & set(found.rejected)
     for name, said in found.rejected.items():
         assert name in said
-        assert said.endswith("times the allowance.")
+        assert said.endswith("times too short." if "L10 life" in said else "times the allowance.")
+        assert "inf" not in said
 
 
 def test_the_front_is_not_beaten_and_is_by_harmonic_balance(found):
@@ -95,6 +96,23 @@ def test_a_held_motor_makes_the_error_independent_of_its_inertia():
     assert len(found.pareto) == 1
 
 
+def test_a_life_is_too_short():
+    short = sw.design(replace(SPEC, life=1e9), gears=GEARS)
+    assert all(said.endswith("times too short.") for said in short.rejected.values() if "L10 life" in said)
+    assert any("L10 life" in said for said in short.rejected.values())
+
+
+def test_an_estimate_without_an_upper_bound_has_its_lower_one():
+    spec = sw.Specification(
+        load_inertias=(0.9, 2.2), speeds=(1.0, 4.0), limit=45.0 * ARCSEC, motor_inertias=(1e-4,),
+        damping_ratio=0.025, loop=sw.Tuning(70.0 * math.pi, 0.8),
+        duty=(sw.DutySegment(90.0, 20.0 * RPM, 0.8), sw.DutySegment(50.0, 35.0 * RPM, 1.2)),
+    )  # fmt: skip
+    said = sw.design(spec, gears=[sw.catalogue.gear("CSG-45-100")]).rejected["CSG-45-100"]
+    assert "(averaging, at least 1" in said
+    assert "inf" not in said
+
+
 def test_without_a_design_the_nearest_miss_is_named_with_its_constraint():
     found = sw.design(replace(SPEC, limit=5.0 * ARCSEC), gears=GEARS)
     assert found.feasible == ()
@@ -108,7 +126,13 @@ def test_without_a_design_the_nearest_miss_is_named_with_its_constraint():
 
 def test_where_the_sources_lack_a_number_of_every_gear_the_answer_says_so():
     found = sw.design(SPEC, gears=[sw.catalogue.gear("CSF-20-50")])
-    assert found.nearest.startswith("No gear serves: the sources leave out")
+    assert found.nearest == (
+        "No gear serves: no source gives the largest input speed of 1 gear, which the specification needs; leave out "
+        "what needs it."
+    )
+    both = sw.design(replace(SPEC, largest_mass=8.0), gears=[sw.catalogue.gear(n) for n in ("CSG-25-50", "SHG-25-50")])
+    assert "no source gives the mass of 1 gear and the accuracy of 1 gear, which" in both.nearest
+    assert both.nearest.endswith("leave out what needs it or give excitation.accuracy.")
     assert found.rejected["CSF-20-50"].startswith("No source gives")
 
 

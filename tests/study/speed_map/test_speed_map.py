@@ -194,6 +194,16 @@ def test_lines_of_a_train_with_a_loop_are_its_modes(tmp_path):
     np.testing.assert_allclose([2.0 * line.speed[0] for line in found.lines], modes, rtol=1e-6)
 
 
+def test_cogging_of_a_motor_with_a_loop_is_an_order_of_the_map(tmp_path):
+    drag = "loop: {{bandwidth: 30 Hz}}, drag: {{type: angle_torque, amplitude: 0.05 N*m, order: 3}}"
+    path = tmp_path / "axis.yaml"
+    path.write_text(
+        TEXT.replace("mode: held", drag).format(law=LINEAR, more="", torque="{mean: 0 N*m}"), encoding="utf-8"
+    )
+    found = sw.speed_map(sw.read_project(path), search=False)
+    assert {line.order for line in found.lines if line.excited} == {2, 3}
+
+
 def test_the_lists_of_the_vendor_rule_and_its_band_part_the_range(tmp_path):
     found = sw.speed_map(project(tmp_path, CUBIC), limit=3.0 * A, search=False)
     (rule,), span = found.vendor, (40.0, 300.0)
@@ -209,6 +219,32 @@ def test_the_lists_of_the_vendor_rule_and_its_band_part_the_range(tmp_path):
     assert len(rule.misleading)  # the mean torque stiffens the spring: the resonance lies above the rule's
 
 
+def test_the_sentence_about_the_vendor_rule_is_about_every_load(tmp_path):
+    found = sw.speed_map(project(tmp_path, CUBIC), limit=3.0 * A, loads=[-400.0, -50.0, 0.0], search=False)
+    sets = [(len(rule.needless), len(rule.misleading)) for rule in found.vendor]
+    needless, misleading = (sum(bool(one[i]) for one in sets) for i in (0, 1))
+    assert f"needlessly under {needless} of 3 loads" in found.vendor_sentence
+    assert f"which the map forbids under {misleading} of 3 loads" in found.vendor_sentence
+    assert found.vendor_sentence in " ".join(str(found).split())
+    one = sw.speed_map(project(tmp_path, CUBIC), limit=3.0 * A, search=False)
+    assert one.vendor_sentence == one.vendor[0].sentence
+    inertias = sw.speed_map(project(tmp_path), limit=3.0 * A, load_inertias=[1.0, 4.0], search=False)
+    f_n = np.sqrt(K / np.array([4.0, 1.0])) / (2.0 * np.pi)
+    assert f"f_n = {f_n[0]:.4g} to {f_n[1]:.4g} Hz" in inertias.vendor_sentence
+
+
+def test_a_torque_beyond_the_ratings_of_the_gear_is_a_remark(tmp_path):
+    path = tmp_path / "small.yaml"
+    text = TEXT.format(law=LINEAR, more="", torque="{mean: -50 N*m}").replace("1.3 kg", "0.2 kg")
+    path.write_text(text.replace("{ratio: 50, law: " + LINEAR + "}", "CSG-20-50"), encoding="utf-8")
+    drive, gear = sw.read_project(path), sw.catalogue.gear("CSG-20-50")
+    beyond = sw.speed_map(drive, loads=[-1.1 * gear.repeated_peak_torque], search=False)
+    assert any("above the repeated peak torque of CSG-20-50" in remark for remark in beyond.remarks)
+    within = sw.speed_map(drive, loads=[-10.0], search=False)
+    assert within.torque.max() < gear.repeated_peak_torque
+    assert not any("torque of CSG" in remark for remark in within.remarks)
+
+
 def test_scatter_gives_the_quantiles_of_the_units(tmp_path):
     drive = project(tmp_path, more="scatter: {load.inertia: 10 %}\n")
     units = list(sw.scattered(drive, 9, seed=1))
@@ -219,6 +255,10 @@ def test_scatter_gives_the_quantiles_of_the_units(tmp_path):
     np.testing.assert_allclose(found.scatter.oscillation[1, 0], np.median(each, axis=0), rtol=3e-3)
     np.testing.assert_allclose(found.scatter.forbidden[0], np.mean(each > 3.0 * A, axis=0), atol=1e-12)
     assert found.to_xarray()["quantile"].dims == ("share", "load", "speed")
+    free = [not np.any(each[:, i] > 3.0 * A) for i in range(12)]
+    windows = found.unit_windows
+    assert [bool(np.any((windows[:, 0] <= w) & (w <= windows[:, 1]))) for w in found.speeds] == free
+    assert f"{each.max() / ARCSEC:.3g}"[:3] in found.units_sentence.split("at most ")[1]
 
 
 @pytest.mark.parametrize(
@@ -270,8 +310,23 @@ def test_the_command_writes_tables_and_the_figure(tmp_path):
         "bands.csv", "campbell.csv", "cells.csv", "speed-map.svg"
     ]  # fmt: skip
     cells = np.genfromtxt(tmp_path / "out" / "cells.csv", delimiter=",", names=True)
+    text = (tmp_path / "out" / "speed-map.svg").read_text(encoding="utf-8")
+    assert 'viewBox="0 0 430 ' in text  # read on a telephone
     exact = [linear_oscillation(w * RPM) for w in cells["motor_speed_rpm"]]
     np.testing.assert_allclose(cells["oscillation_rad"], exact, rtol=3e-3)
+
+
+def test_the_command_writes_the_units_that_scatter(tmp_path):
+    drive = project(tmp_path, more="limit: {oscillation: 69 arcsec}\nscatter: {load.inertia: 10 %}\n")
+    result = CliRunner().invoke(
+        command.cli, ["speed-map", str(drive.path), "-o", str(tmp_path / "out"), "--units", "3"]
+    )  # fmt: skip
+    assert result.exit_code == 0, result.stderr
+    assert "allowed for all 3 units under every load" in result.stdout
+    cells = np.genfromtxt(tmp_path / "out" / "cells.csv", delimiter=",", names=True)
+    worst, share = cells["oscillation_worst_unit_rad"], cells["share_of_units_forbidden"]
+    np.testing.assert_array_equal(worst > 69 * ARCSEC, share > 0.0)
+    np.testing.assert_array_equal(cells["oscillation_95_percent_of_units_rad"], worst)
 
 
 @pytest.mark.parametrize(

@@ -222,7 +222,7 @@ def design(specification: Path, output: Path, as_json: bool) -> None:
 
 @cli.command()
 @click.argument("projects", type=click.Path(path_type=Path), nargs=-1, required=True)
-@click.option("-o", "--output", type=folder_type, required=True, help="Folder for comparison.csv and comparison.svg.")
+@click.option("-o", "--output", type=folder_type, required=True, help="Folder for comparison.html, .csv and .svg.")
 @json_option
 def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
     """Put the response of several project files side by side: one table, one figure."""

@@ -156,10 +156,11 @@ def _data(project: Project, found: Move) -> dict[str, Any]:
 def _summary(project: Project, found: Move, output: Path) -> str:
     unit = angle_unit(found.peak_error)
     window, rest = unit.text(found.window), unit.text(found.rest_error)
-    settled = "is not reached in the run" if found.settling_time is None else f"{number(found.settling_time)} s"
+    settled = ", ".join("not within the run" if t is None else f"{number(t)} s" for t in found.settling_times)
+    each = f" after each of {len(found.settling_times)} motions" if len(found.settling_times) > 1 else ""
     lines = [
         f"{project.title}: a move of {number(found.duration)} s",
-        f"  settling time, to {window} about the error at rest: {settled}",
+        f"  settling time{each}, to {window} about the error at rest: {settled}",
         f"  pointing error: at most {unit.text(found.peak_error)}, rms {unit.text(found.rms_error)}, at the end of the "
         f"motion {unit.text(found.end_error)}, at rest {rest}",
         f"  motor: at most {number(found.peak_motor_torque)} N·m, rms {number(found.rms_motor_torque)} N·m, up to "
@@ -172,14 +173,17 @@ def _summary(project: Project, found: Move, output: Path) -> str:
     for (low, high), time in zip(found.bands, found.time_in_bands, strict=True):
         ends = f"{number(low / RPM)} to {number(high / RPM)} rpm"
         lines.append(f"  in speeds to avoid, {ends}: {number(time)} s ({percent(time / found.duration, 3)})")
-    for p in found.passes:
+    for speed in dict.fromkeys((p.order, p.speed) for p in found.passes):
+        every = [p for p in found.passes if (p.order, p.speed) == speed]
+        p = max(every, key=lambda one: one.largest)
+        times = f" {len(every)} times" if len(every) > 1 else ""
         lines.append(
-            f"  at {number(p.time)} s order {p.order} passes {number(p.frequency / (2.0 * np.pi))} Hz at "
-            f"{number(p.speed / RPM)} rpm: {unit.text(p.largest)} of error, {number(p.amplification, 3)} times that "
-            "of a slow move"
+            f"  order {p.order} passes {number(p.frequency / (2.0 * np.pi))} Hz at {number(p.speed / RPM)} rpm{times}: "
+            f"at most {unit.text(p.largest)} of error, from {number(p.time)} s on, {number(p.amplification, 3)} times "
+            "that of a slow move"
         )
     lines.append(
-        f"  work of the motor {number(found.motor_work)} J, heat {number(found.dissipated)} J, stored "
+        f"  net work of the motor {number(found.motor_work)} J, heat {number(found.dissipated)} J, stored "
         f"{number(found.stored)} J; balance closed to {number(found.imbalance, 1)}"
     )
     lines += [f"  warning: {warning}" for warning in found.warnings]

@@ -61,6 +61,15 @@ def write(found: SpeedMap, folder: Path) -> None:
         ("gear_torque_N_m", found.torque.ravel()), ("stable_motions", found.motions.ravel()),
         ("subharmonic", found.subharmonic.ravel()),
     ]  # fmt: skip
+    if found.scatter is not None:
+        cells += [
+            (f"oscillation_{100.0 * share:.0f}_percent_of_units_rad", rows.ravel())
+            for share, rows in zip(found.scatter.shares, found.scatter.oscillation, strict=True)
+        ]
+        cells += [
+            ("oscillation_worst_unit_rad", found.scatter.worst.ravel()),
+            ("share_of_units_forbidden", found.scatter.forbidden.ravel()),
+        ]
     bands = np.array(
         [(found.loads[i], kind, low / RPM, high / RPM)
          for kind, every in enumerate((found.forbidden, found.allowed)) for i, some in enumerate(every)
@@ -78,8 +87,9 @@ def write(found: SpeedMap, folder: Path) -> None:
         write_csv(part / "bands.csv", list(zip((of_load, "allowed", "from_rpm", "to_rpm"), bands.T, strict=True)))
         write_csv(part / "campbell.csv", list(zip(names, table.T, strict=True)))
         panels = figures.panels(found)
-        panels[-1].caption = [f"{found.rule.capitalize()}.", f"{WHAT_X_IS}.", *found.remarks]
-        text = figure([[panel] for panel in panels], figures.HEIGHT, "forbidden speeds, oscillation, Campbell diagram")
+        panels[-1].caption = [_sentence(text) for text in (found.rule, WHAT_X_IS, *found.remarks)]
+        rows = [[panel] for panel in panels]
+        text = figure(rows, figures.HEIGHT, "forbidden speeds, oscillation, Campbell diagram", figures.WIDTH)
         (part / "speed-map.svg").write_text(text + "\n", encoding="utf-8")
 
 
@@ -112,7 +122,10 @@ def report(project: Project, found: SpeedMap) -> dict[str, Any]:
         "title": project.title, "shaft": "motor", "load_unit": found.load_unit, "rule": found.rule,
         "limit_rad": rules.limit, "amplification": rules.amplification, "margin": rules.margin,
         "allowed_under_every_load_rpm": rpm(found.windows), "loads": loads, "vendor": vendor,
-        "units": None if found.scatter is None else found.scatter.units, "remarks": found.remarks,
+        "units": None if found.scatter is None else found.scatter.units,
+        "allowed_for_every_unit_rpm": rpm(found.unit_windows),
+        "worst_unit_arcsec": None if found.scatter is None else float(np.max(found.scatter.worst)) / ARCSEC,
+        "vendor_sentence": found.vendor_sentence, "remarks": found.remarks,
     }  # fmt: skip
 
 
@@ -126,9 +139,14 @@ def summary(project: Project, found: SpeedMap, folder: Path) -> str:
             f"  {figures.load_text(found, i)}: forbidden {text}" + (f"; jumps at {jumps} rpm" if jumps else "")
         )
     lines.append(f"  allowed under every load: {_listed(found.windows) or 'no speed'}")
-    lines += [f"  {sentence}" for sentence in dict.fromkeys(rule.sentence for rule in found.vendor[:1])]
+    lines += [f"  {sentence}" for sentence in (found.units_sentence, found.vendor_sentence) if sentence]
     lines += [f"  note: {remark}" for remark in found.remarks]
     return "\n".join([*lines, f"  written: {folder}"])
+
+
+def _sentence(text: str) -> str:
+    """A text as a sentence."""
+    return text[0].upper() + text[1:].removesuffix(".") + "."
 
 
 def _listed(bands: Any) -> str:

@@ -27,6 +27,9 @@ def comparison_figure(found: ProjectComparison, speeds: Speeds) -> str:
         name = name if len(name) <= LONGEST else name[: LONGEST - 3] + "..."
         draw_motions(panel, x, y, response.stable, colour, name, dash, THICK)
         draw_motions(panel, x, y, ~response.stable, colour, "", dash, THIN)
+    limits = set(found.limit[np.isfinite(found.limit)].tolist())
+    if len(limits) == 1:
+        panel.line([-np.inf, np.inf], [unit.factor * limits.pop()] * 2, GREY, "limit", "8 4", 1.2)
     heights = np.concatenate([curve.y for curve in panel.curves])
     panel.log = bool(heights.min() > 0.0 and heights.max() > 30.0 * heights.min())
     panel.ylim = None if panel.log else (0.0, 1.08 * float(heights.max()))

@@ -10,7 +10,9 @@ ROW, GAP = 12.0, 9.0  # height of the text, and its distance from the point [px]
 STEP = 2.0  # between the points at which a line is looked at [px]
 
 
-def beside(u: float, v: float, width: float, lines: Sequence[tuple[Floats, Floats]]) -> tuple[float, float, str]:
+def beside(
+    u: float, v: float, width: float, lines: Sequence[tuple[Floats, Floats]], panel: float = np.inf
+) -> tuple[float, float, str]:  # fmt: skip
     """Place [px] and anchor of a text of a width [px] beside the point (u, v), on the emptiest of four sides.
 
     Parameters
@@ -21,6 +23,8 @@ def beside(u: float, v: float, width: float, lines: Sequence[tuple[Floats, Float
         Of the text [px].
     lines : sequence of (x, y)
         Polylines of the panel [px].
+    panel : float
+        Width of the panel [px], which a text leaves only if it fits on no side.
     """
     middle = v + ROW / 3.0
     places = (
@@ -30,7 +34,12 @@ def beside(u: float, v: float, width: float, lines: Sequence[tuple[Floats, Float
         (u, v + GAP + ROW, "middle"),
     )
     shift = {"start": 0.0, "end": -width, "middle": -width / 2.0}
-    return min(places, key=lambda place: _crossed(place[0] + shift[place[2]], place[1], width, lines))
+
+    def costs(place: tuple[float, float, str]) -> tuple[bool, int]:
+        left = place[0] + shift[place[2]]
+        return left < 0.0 or left + width > panel, _crossed(left, place[1], width, lines)
+
+    return min(places, key=costs)
 
 
 def _crossed(left: float, base: float, width: float, lines: Sequence[tuple[Floats, Floats]]) -> int:

@@ -9,7 +9,7 @@ from ..console import number
 from ..units import angle_unit
 from .svg import Note, Panel
 
-HEIGHT = 300.0
+WIDTH, HEIGHT = 430.0, 260.0  # narrow, so that its text is read on a telephone too
 BAND, WORST, LIMIT = "#8c2d04", "#222222", "#D55E00"
 LOADS = ("#0072B2", "#009E73", "#CC79A7")
 DASHES = ("", "7 3", "2 3")  # of the loads shown: told apart without colour, too
@@ -72,7 +72,11 @@ def oscillation(found: SpeedMap, ends: tuple[float, float]) -> Panel:
         share = found.scatter.shares[-1]
         some = np.max(found.scatter.oscillation[-1], axis=0)
         panel.line(
-            rpm, np.where(np.isfinite(some), some, worst) * unit.factor, LIMIT, f"{100 * share:.0f} % of units", "1 3"
+            rpm,
+            np.where(np.isfinite(some), some, worst) * unit.factor,
+            LIMIT,
+            f"{100 * share:.0f} % of units are below",
+            "8 2 2 2",
         )
     if found.rules.limit is not None:
         level = found.rules.limit * unit.factor

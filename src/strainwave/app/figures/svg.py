@@ -189,7 +189,8 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float) -> str
     grid = "".join(f"M{v:.1f} 0V{h:.1f}" for v in px) + "".join(f"M0 {v:.1f}H{w:.1f}" for v in py)
     out = [f'<g transform="translate({x + LEFT:.1f} {y + TOP:.1f})"><path d="{grid}" stroke="{GRID}"/>']
     out.append(f'<path d="M0 0V{h:.1f}H{w:.1f}" fill="none" stroke="{INK}"/>')
-    out += [_text(v, h + 16.0, name, "middle") for v, name in zip(px, names, strict=True)]
+    for v, name in zip(px, names, strict=True):  # the last one ends within the figure
+        out.append(_text(min(v, w + RIGHT - 0.5 * LETTER * len(name)), h + 16.0, name, "middle"))
     out += [_text(-6.0, v + 4.0, name, "end") for v, name in zip(py, heights, strict=True)]
     out.append(_text(0.0, -9.0, panel.title, "start"))
     out.append(_text(w / 2.0, h + 35.0, panel.xlabel, "middle"))
@@ -216,14 +217,15 @@ def _notes(panel: Panel, across: Scale, up: Scale, size: tuple[float, float]) ->
     w, h = size
     lines = [(across(c.x), up(c.y)) for c in panel.curves if not c.marker and np.all(np.isfinite(c.x))]
     lines += [(across([a.x, a.x]), up([a.start, a.end])) for a in panel.arrows]
-    lines.append((np.array([0.0, w, w, 0.0, 0.0]), np.array([0.0, 0.0, h, h, 0.0])))
+    edge = np.array([0.0, w, w, 0.0, 0.0]), np.array([0.0, 0.0, h, h, 0.0])
+    lines.append(edge)
     out = []
     for note in panel.notes:
         at = float(across(note.x))
         if note.above:
             out.append(_text(at, -4.0 - 13.0 * note.y, note.text, "middle"))
         elif -1.0 < at < w + 1.0:
-            u, v, anchor = beside(at, float(up(note.y)), LETTER * len(note.text), lines)
+            u, v, anchor = beside(at, float(up(note.y)), LETTER * len(note.text), lines, w)
             out.append(_text(u, v, note.text, anchor, halo=True))
     return out
 

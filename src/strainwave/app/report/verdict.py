@@ -101,8 +101,11 @@ def _remedy(view: View, verdict: Verdict) -> str:
         said.append(Sentence(text, more(verdict.change), Angle(_after(view)), Speed(verdict.change.at, digits=5)))
     elif over and avoid is not None and view.analysis.remedies:
         best = view.analysis.remedies[0]
-        text = "No change of one thing was found that brings the oscillation within its limit; the best, {}, leaves {}."
-        said.append(Sentence(text, more(best), Angle(best.ratio * avoid.largest)))
+        under = " under every load torque" if best.exceeds is False else ""
+        text = "No change of one thing was found that brings the oscillation within its limit{}; the best, {}, "
+        text += "leaves {}{}."
+        there = " at the torque of the largest oscillation" if under else ""
+        said.append(Sentence(text, under, more(best), Angle(best.ratio * avoid.largest), there))
     elif over:
         said.append(Sentence("No change was tried that could bring the oscillation within its limit."))
     if verdict.exceeded:

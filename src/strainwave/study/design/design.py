@@ -6,6 +6,7 @@ the whole drive.
 """
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
@@ -20,11 +21,12 @@ from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
 from ...quantities import shown
 from ...results import SolveError
+from ...sentences import listed
 from ...units import ARCSEC, RPM
 from .averaged import Drives, Largest, largest
 from .checked import Balanced, Worth, balanced, worth
 from .result import Candidate, Design, front
-from .rules import SURE, Check, checks, life
+from .rules import SURE, WORDS, Check, checks, life
 from .sensitivity import sensitivities
 from .specification import Specification
 
@@ -251,7 +253,9 @@ class _Search:
     def _miss(self, option: Option) -> None:
         """Note what a gear misses: of its motors the one with the smallest oscillation counts."""
         spec, c = self.spec, self._candidate(option)
-        sure = "" if option.balanced else f", within {option.low / ARCSEC:.4g} and {option.high / ARCSEC:.4g} arcsec"
+        sure = "" if option.balanced else f", at least {option.low / ARCSEC:.4g} arcsec"
+        if not option.balanced and math.isfinite(option.high):
+            sure = f", between {option.low / ARCSEC:.4g} and {option.high / ARCSEC:.4g} arcsec"
         said = (
             f"The pointing error of {c.gear} oscillates by {c.oscillation / ARCSEC:.4g} arcsec at "
             f"{c.speed / RPM:.4g} rpm of the motor with {c.motor_inertia:.3g} kg*m^2 ({c.method}{sure}), above the "
@@ -292,7 +296,7 @@ class _Search:
             if best is None or check.use < best[1].use:
                 best = gear.name, check
         if best is None:
-            return "No gear serves: the sources leave out a number of every gear that the specification needs."
+            return _lacking([self.misses[gear.name].name for gear in gears])
         return f"No gear serves. The nearest is {best[0]}: {_told(best[1])}"
 
     def _remarks(self) -> list[str]:
@@ -324,4 +328,12 @@ def _told(check: Check) -> str:
     """Sentence of a constraint with by how much it is missed."""
     if not math.isfinite(check.use):
         return check.sentence
-    return f"{check.sentence[:-1]}: {check.use:.4g} times the allowance."
+    return f"{check.sentence[:-1]}: {check.use:.4g} times {'too short' if check.name == 'life' else 'the allowance'}."
+
+
+def _lacking(names: list[str]) -> str:
+    """What no source gives, where every gear lacks a number that the specification needs."""
+    counts = Counter(WORDS.get(name, name.replace("_", " ")) for name in names)
+    said = listed(f"the {name} of {count} gear{'s' * (count > 1)}" for name, count in counts.most_common())
+    ways = ["leave out what needs it"] + ["give excitation.accuracy"] * ("accuracy" in names)
+    return f"No gear serves: no source gives {said}, which the specification needs; {' or '.join(ways)}."

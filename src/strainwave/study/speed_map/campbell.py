@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...law import depends
+from ...law import depends, states_of, torque_of
 from ...model.excitation import Harmonic, NoError
 from ...model.laws.springs import Linear
 from ...numerics.curves.backbone import backbone
@@ -72,10 +72,13 @@ def orders_of_drive(case: Case) -> tuple[int, ...]:
     some = set(active_orders(case.equation))
     if case.train is not None and not case.train.motor.held:
         angles = 2.0 * pi * np.arange(512) / 512
-        torque = case.train.motor.excitation
+        torque, drag = case.train.motor.excitation, case.train.motor.drag
         size = np.abs(np.fft.rfft(torque.torque(angles) + 0.0 * angles))
         alive = size > 1e-12 * max(float(np.max(size)), 1e-300)
         some |= {k for k in torque.orders() if k > 0 and (k > 256 or alive[k])}
+        resting = (0.0 * angles,) * states_of(drag)
+        cogging = np.abs(np.fft.rfft(torque_of(drag, angles, case.train.omega, resting) + 0.0 * angles))
+        some |= set((1 + np.flatnonzero(cogging[1:] > 1e-9 * max(float(np.max(cogging)), 1e-300))).tolist())
     return tuple(sorted(some))
 
 

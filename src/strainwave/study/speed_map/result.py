@@ -12,8 +12,10 @@ from ...results import Floats
 from ...sentences import on_screen
 from ...units import ARCSEC, RPM
 from .campbell import CampbellLine
-from .rules import Rules
-from .vendor import VendorRule
+from .rules import Rules, common
+from .vendor import VendorRule, vendor_sentence
+
+UNITS = {"load torque": "N*m", "load inertia": "kg*m^2"}
 
 
 class JumpSpeed(NamedTuple):
@@ -111,7 +113,21 @@ class SpeedMap(Result):
     @property
     def load_unit(self) -> str:
         """Unit of the loads."""
-        return "N*m" if self.load_name == "load torque" else "kg*m^2"
+        return UNITS[self.load_name]
+
+    @property
+    def vendor_sentence(self) -> str:
+        """What the vendors' rule is worth over all loads; empty where it has no frequency."""
+        return vendor_sentence(self.vendor)
+
+    @property
+    def unit_windows(self) -> Floats:
+        """Speeds (k, 2) [rad/s] that neither the map nor any unit forbids, to the nearest cell."""
+        if self.scatter is None:
+            return np.empty((0, 2))
+        good = np.concatenate([[False], np.all(self.scatter.forbidden == 0.0, axis=0), [False]])
+        ends = np.flatnonzero(good[1:] != good[:-1]).reshape(-1, 2)
+        return common(np.column_stack([self.speeds[ends[:, 0]], self.speeds[ends[:, 1] - 1]]), self.windows)
 
     def is_allowed(self, speed: float, load: float) -> bool:
         """Whether a motor speed [rad/s] is allowed under a load; between two loads of the map, under both."""
@@ -162,10 +178,24 @@ class SpeedMap(Result):
             f"{self.loads[top[0]]:.6g} {self.load_unit}; up to {self.motions.max()} stable motions",
             "  allowed under every load: " + (listed_spans(self.windows) or "no speed"),
         ]
-        lines += [f"  {rule.sentence}" for rule in self.vendor[:1]]
+        if self.scatter is not None:
+            lines.append(f"  {self.units_sentence}")
+        lines += [f"  {self.vendor_sentence}"] * bool(self.vendor)
         return on_screen("\n".join([*lines, *(f"  {remark}" for remark in self.remarks)]))
 
     __repr__ = __str__
+
+    @property
+    def units_sentence(self) -> str:
+        """What the units that scatter make of the map, in one sentence."""
+        if self.scatter is None:
+            return ""
+        spans, worst = listed_spans(self.unit_windows) or "no speed", float(np.max(self.scatter.worst))
+        size = f"at most {worst / ARCSEC:.4g} arcsec" if np.isfinite(worst) else "unknown at some speeds"
+        return (
+            f"allowed for all {self.scatter.units} units under every load, by their main curves: {spans}; their "
+            f"oscillation is {size}"
+        )
 
     @property
     def rule(self) -> str:

@@ -18,7 +18,8 @@ from ..analysis.load_range import hulls_between
 from ..analysis.runup import silent
 from .campbell import CampbellLine, campbell
 from .motions import OMEGA, OSCILLATION, TORQUE, UnderLoad, row_at
-from .result import JumpSpeed, Scatter, SpeedMap
+from .ratings import beyond_ratings
+from .result import UNITS, JumpSpeed, Scatter, SpeedMap
 from .rules import Bands, Rules, Span, bands_of, clipped, complement, holds, rules_of
 from .under_load import APART, Case, case_of, extended, under_load
 from .vendor import VendorRule, vendor_rule
@@ -136,7 +137,10 @@ def speed_map(
         rules=rules,
         quasi_static=np.array([own.quasi_static for own in found]),
         scatter=_scatter(units, values, name, cells, span, rules, progress),
-        remarks=_remarks(cases, found, lines, span, rules, search),
+        remarks=(
+            *_remarks(cases, found, lines, span, rules, search),
+            *beyond_ratings(project.gear, cells, values, torque, UNITS[name]),
+        ),
     )
 
 

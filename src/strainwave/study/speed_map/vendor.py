@@ -5,6 +5,7 @@ The rule gives a speed and no width; here it forbids 10 % on either side, the se
 trains. Required f_n by application are the vendor's advice for dimensioning.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi, sqrt
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from ...results import Floats
 from ...units import RPM
+from ..analysis.avoid import merged
 from .rules import MARGIN, Bands, Span, clipped, common, complement
 
 # f_n [Hz] that the vendor's selection procedure asks for, and where
@@ -63,6 +65,29 @@ class VendorRule:
         said = [f"forbids {_listed(self.needless)} needlessly"] * bool(len(self.needless))
         said += [f"allows {_listed(self.misleading)} although the map forbids it"] * bool(len(self.misleading))
         return f"The vendors' rule ({speed}) " + (" and ".join(said) if said else "agrees with the map") + "."
+
+
+def vendor_sentence(rules: Sequence[VendorRule]) -> str:
+    """What the rule is worth over all loads, in one sentence; empty without a rule."""
+    if len(rules) < 2:
+        return rules[0].sentence if rules else ""
+    ends = [min(rules, key=lambda rule: rule.speed), max(rules, key=lambda rule: rule.speed)]
+    f_n, speed = (
+        " to ".join(dict.fromkeys(f"{value:.{digits}g}" for value in values))
+        for values, digits in (([rule.frequency for rule in ends], 4), ([rule.speed / RPM for rule in ends], 5))
+    )
+    said = []
+    for name, text in (
+        ("needless", "forbids {} needlessly under {} of {} loads"),
+        ("misleading", "allows {}, which the map forbids under {} of {} loads"),
+    ):
+        some = [getattr(rule, name) for rule in rules if len(getattr(rule, name))]
+        if some:
+            spans = merged((float(low), float(high)) for low, high in np.concatenate(some))
+            said.append(text.format(_listed(np.array(spans)), len(some), len(rules)))
+    return f"The vendors' rule (f_n = {f_n} Hz, {speed} rpm) " + (
+        ", and ".join(said) + "." if said else "agrees with the map under every load."
+    )
 
 
 def vendor_rule(load: float, K1: float, J_l: float, bands: Bands, span: Span) -> VendorRule:

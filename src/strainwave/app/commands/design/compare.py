@@ -12,13 +12,14 @@ from ....units import ARCSEC, RPM
 from ...console import Progress, number, print_table, to_json
 from ...figures.comparison import comparison_figure
 from ...output import staged
+from ...report.comparison_page import comparison_page
 from .design import as_csv
 
-CSV, SVG = "comparison.csv", "comparison.svg"
+CSV, SVG, HTML = "comparison.csv", "comparison.svg", "comparison.html"
 
 
 def show(paths: tuple[Path, ...], output: Path, as_json: bool) -> None:
-    """Follow the response of every project, write table and figure into a folder, and print the table.
+    """Follow the response of every project, write page, table and figure into a folder, and print the table.
 
     Raises
     ------
@@ -41,6 +42,7 @@ def show(paths: tuple[Path, ...], output: Path, as_json: bool) -> None:
             (folder / CSV).write_text(text, encoding="utf-8", newline="\n")
             figure = comparison_figure(found, projects[0].speeds)
             (folder / SVG).write_text(figure + "\n", encoding="utf-8")
+            (folder / HTML).write_text(comparison_page(rows, figure), encoding="utf-8", newline="\n")
     if as_json:
         click.echo(to_json({"drives": rows}))
         return
@@ -51,7 +53,7 @@ def show(paths: tuple[Path, ...], output: Path, as_json: bool) -> None:
         for row in sorted(rows, key=lambda row: row["oscillation_arcsec"])
     ]  # fmt: skip
     print_table("drives by their largest oscillation", columns, cells, "speeds are those of the motor or the forcing")
-    click.echo(f"written: {output / CSV}, {output / SVG}")
+    click.echo(f"written: {', '.join(str(output / name) for name in (HTML, CSV, SVG))}")
 
 
 def _rows(found: ProjectComparison, files: list[str]) -> list[dict[str, Any]]:

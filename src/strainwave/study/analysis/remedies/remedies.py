@@ -7,7 +7,6 @@ that helps is kept. A line that is cancelled and another gear of the catalogue a
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import chain
-from time import thread_time
 
 import numpy as np
 
@@ -26,7 +25,7 @@ from .subject import Subject
 
 LITTLE = 0.01  # relative change of the oscillation below which the larger change is tried
 NEAR = 0.25  # of the speed of the peak: how far laws with memory are followed about it
-BUDGET = 4.0  # seconds of computing for all of them
+MOST, WITH_MEMORY = 60, 12  # changed drives that are followed, and those whose law has memory, which take longer
 LOST = 0.99  # of the largest oscillation: less than this without coexisting motions, and they are looked for
 
 
@@ -109,7 +108,7 @@ def remedies(
     avoid: Avoid,
     torque: float,
     progress: Callable[[str], None] = silent,
-    seconds: float = BUDGET,
+    most: int | None = None,
 ) -> tuple[tuple[Remedy, ...], tuple[str, ...]]:
     """Compute the peak again with one thing changed at a time.
 
@@ -123,8 +122,9 @@ def remedies(
         Largest torque in the gear [N*m]; 10 % of it is the change of the preload.
     progress : callable
         Told every change before it is tried.
-    seconds : float
-        Computing time for all of them [s]; what would take longer is left out and named.
+    most : int, optional
+        Changed drives after which nothing more is begun; what is left out is named. Default: `MOST`, or `WITH_MEMORY`
+        where the law has memory.
 
     Returns
     -------
@@ -133,24 +133,22 @@ def remedies(
     tuple of str
         What was left out, and why.
     """
-    begun = thread_time()
-    trial = Trial.of(subject, response, avoid, begun + 0.5 * seconds)
+    trial = Trial.of(subject, response, avoid)
     if trial is None:
-        return (), ("what would help: the peak is not found again in the time for it",)
-    found, left, late, longest = [], [], [], thread_time() - begun
+        return (), ("what would help: the peak is not found again",)
+    allowance = Allowance.of(subject, most)
+    found, left, late = [], [], []
     for knob in every_knob(subject, response, torque):
-        start = thread_time()
-        if start - begun + longest >= seconds:
+        if allowance.left <= 0:
             late.append(knob.what)
             continue
-        best, why = trial.best(knob, progress)
-        longest = max(longest, thread_time() - start)
+        best, why = trial.best(knob, progress, allowance)
         if best is None:
             left.append(f"{knob.what}: {why}")
         else:
             found.append(best)
     if late:
-        left.append(f"{listed(dict.fromkeys(late))}: all remedies together have {seconds:g} s of computing")
+        left.append(f"{listed(dict.fromkeys(late))}: left out after {allowance.most} changed drives")
     return tuple(sorted(found, key=lambda remedy: remedy.ratio)), tuple(left)
 
 
@@ -158,6 +156,25 @@ def every_knob(subject: Subject, response: ExactResponse, torque: float) -> Iter
     """Everything that can be turned or exchanged on a drive with that curve and largest torque [N*m] in the gear."""
     at = response.visited()[np.argmax(oscillations(response.curve)[response.visited()])]
     return chain(knobs(subject, response.curve.coefficients[at], torque), other_gears(subject))
+
+
+@dataclass
+class Allowance:
+    """How many changed drives may be followed: a count, so that every machine finds the same."""
+
+    most: int
+    left: int
+
+    @classmethod
+    def of(cls, subject: Subject, most: int | None = None) -> "Allowance":
+        """That of a drive, or a given one."""
+        most = (WITH_MEMORY if subject.has_memory else MOST) if most is None else most
+        return cls(most, most)
+
+    def take(self) -> bool:
+        """Use one up, and say whether there was one."""
+        self.left -= 1
+        return self.left >= 0
 
 
 @dataclass(frozen=True)
@@ -170,8 +187,8 @@ class Trial:
     avoid: Avoid
 
     @classmethod
-    def of(cls, subject: Subject, response: ExactResponse, avoid: Avoid, end: float) -> "Trial | None":
-        """Follow a drive without a change; None where that finds no motion, or goes on after a time [s]."""
+    def of(cls, subject: Subject, response: ExactResponse, avoid: Avoid) -> "Trial | None":
+        """Follow a drive without a change; None where that finds no motion."""
         speeds = subject.speeds
         if subject.has_memory:
             speeds = max(speeds[0], (1.0 - NEAR) * avoid.at), min(speeds[1], (1.0 + NEAR) * avoid.at)
@@ -179,14 +196,14 @@ class Trial:
         same = subject._replace(speeds=speeds)
         for coexisting in (bool(response.curve.elsewhere), True):
             before = largest(same, harmonics, coexisting)
-            if thread_time() > end:
-                return None
             if before is not None and (coexisting or before[1] > LOST * avoid.largest):
                 return cls(speeds, (harmonics, coexisting), before, avoid)
         return None
 
-    def best(self, knob: Knob, progress: Callable[[str], None]) -> tuple[Remedy | None, str]:
-        """The most helpful change of one thing; without one, why."""
+    def best(
+        self, knob: Knob, progress: Callable[[str], None], allowance: Allowance
+    ) -> tuple[Remedy | None, str]:  # fmt: skip
+        """The most helpful change of one thing, which is finished once it is begun; without one, why."""
         tried, why = [], ""
         for sign in knob.signs:
             for size in knob.changes:
@@ -196,6 +213,7 @@ class Trial:
                 if isinstance(changed, str):
                     why = changed
                     break
+                allowance.take()
                 remedy = self.remedy(knob, share, changed)
                 if remedy is None:
                     why = "no steady motion was found with the change"

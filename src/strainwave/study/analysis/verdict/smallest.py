@@ -6,7 +6,6 @@ suffices, what can only be exchanged is taken if it does: a line that is cancell
 
 from math import ceil, copysign, exp, log1p
 from math import log as ln
-from time import thread_time
 
 from ....results import SolveError
 from ..avoid import Avoid
@@ -14,14 +13,13 @@ from ..drive_response import DriveResponse
 from ..load_range import LoadCase, LoadRange
 from ..remedies.knobs import Knob
 from ..remedies.peak import largest
-from ..remedies.remedies import Remedy, Trial, at_worst, every_knob, under
+from ..remedies.remedies import Allowance, Remedy, Trial, at_worst, every_knob, under
 from ..remedies.subject import Subject
 
 MARGIN = 0.99  # of the limit, which a change has to reach: the short curve that judges it is within 1 %
 HELPS = 0.99  # relative oscillation below which a thing is followed further
 THINGS, STEPS = 3, 3  # things of which the step is searched, and steps of each
 LEAST, MOST = -0.5, 1.0  # relative changes beyond which none is searched
-SECONDS = 0.8  # of computing for all of them
 
 
 def smallest_change(
@@ -50,9 +48,9 @@ def smallest_change(
     """
     if avoid is None or avoid.limit is None or avoid.largest <= avoid.limit or not tried:
         return None
-    end, limit = thread_time() + SECONDS, MARGIN * avoid.limit
+    allowance, limit = Allowance.of(subject), MARGIN * avoid.limit
     worst, curve, avoid = at_worst(subject, drive, avoid, cases, load)
-    trial = Trial.of(worst, curve.response, avoid, end)
+    trial = Trial.of(worst, curve.response, avoid)
     if trial is None:
         return None
     ratio = limit / avoid.largest
@@ -60,37 +58,38 @@ def smallest_change(
     helpful = [remedy for remedy in tried if _stepwise(remedy) and remedy.ratio < HELPS]
     found: list[Remedy] = []
     for remedy in sorted(helpful, key=lambda remedy: _size(_needed(remedy, ratio)))[:THINGS]:
-        found += _steps(trial, _knob_of(remedy, known), remedy, ratio, end)
+        found += _steps(trial, _knob_of(remedy, known), remedy, ratio, allowance)
     found.sort(key=lambda remedy: _size(remedy.share))
     found += [remedy for remedy in tried if not _stepwise(remedy) and remedy.ratio <= ratio]
     others = [] if load is None else [under(subject, load, t) for c in cases if (t := c.torque) != worst.load_torque]
     other_knobs = [list(every_knob(other, curve.response, torque)) for other in others]
     for remedy in found:
-        if all(_within(limit, trial, _knob_of(remedy, knobs), remedy.share, end) for knobs in other_knobs):
+        if all(_within(limit, trial, _knob_of(remedy, knobs), remedy.share, allowance) for knobs in other_knobs):
             return remedy
     return None
 
 
-def _steps(trial: Trial, knob: Knob, tried: Remedy, ratio: float, end: float) -> list[Remedy]:
-    """Computed steps of one thing that reach a relative oscillation, until a time [s]."""
+def _steps(trial: Trial, knob: Knob, tried: Remedy, ratio: float, allowance: Allowance) -> list[Remedy]:
+    """Computed steps of one thing that reach a relative oscillation, as long as drives may be followed."""
     every = [tried]
     for _ in range(STEPS):
         share = _needed(every[-1], ratio)
-        late = thread_time() > end
-        if late or not LEAST <= share <= MOST or any(share == remedy.share for remedy in every):
+        if not LEAST <= share <= MOST or any(share == remedy.share for remedy in every):
             break
         changed = knob.turned(share)
-        after = None if isinstance(changed, str) else trial.remedy(knob, share, changed)
+        if isinstance(changed, str) or not allowance.take():
+            break
+        after = trial.remedy(knob, share, changed)
         if after is None or after.ratio >= HELPS:
             break
         every.append(after)
     return [remedy for remedy in every if remedy.ratio <= ratio]
 
 
-def _within(limit: float, trial: Trial, knob: Knob, share: float, end: float) -> bool:
-    """Whether a change keeps the oscillation [rad] under another load torque within a limit; not after a time [s]."""
+def _within(limit: float, trial: Trial, knob: Knob, share: float, allowance: Allowance) -> bool:
+    """Whether a change keeps the oscillation [rad] under another load torque within a limit."""
     changed = knob.turned(share)
-    if isinstance(changed, str) or thread_time() > end:
+    if isinstance(changed, str) or not allowance.take():
         return False
     try:
         top = largest(changed, *trial.how)

@@ -1,0 +1,75 @@
+"""The page of a comparison: one table and one figure of several drives, in a file that needs nothing else."""
+
+from collections.abc import Sequence
+from html import escape
+from typing import Any
+
+from ... import __version__
+from ..console import WHAT_X_IS, number
+
+STYLE = """
+body { margin: 0 auto; max-width: 62rem; padding: 1.2rem; color: #1d2430;
+  font: 15px/1.55 "Segoe UI", "Helvetica Neue", Arial, "DejaVu Sans", sans-serif; }
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; font-size: .88rem; font-variant-numeric: tabular-nums; }
+th, td { padding: .3rem .6rem; text-align: left; vertical-align: top; border-bottom: 1px solid #d9dee5; }
+.n { text-align: right; } tr.over td { background: #fff7f1; } figure { margin: 1rem 0; max-width: 30rem; }
+td:nth-child(2) { white-space: nowrap; }
+svg { width: 100%; height: auto; } .note { color: #5b6675; font-size: .87rem; }
+"""
+# keys of a row, and what stands above them
+COLUMNS = (
+    ("title", "drive"), ("gear", "gear"), ("oscillation_arcsec", "largest oscillation (arcsec)"),
+    ("limit_arcsec", "limit (arcsec)"), ("speed_rpm", "at (rpm)"), ("torque_N_m", "torque in the gear (N·m)"),
+    ("omega_0_rad_per_s", "natural frequency ω₀ (rad/s)"), ("damping_ratio", "damping ratio"),
+    ("reflected_inertia_kg_m2", "motor inertia at the load (kg·m²)"), ("load_inertia_kg_m2", "load inertia (kg·m²)"),
+    ("folds", "folds"),
+)  # fmt: skip
+TEXTS = ("title", "gear")
+NOTE = (
+    "Oscillation is the largest distance of the error from its mean, of all stable motions of a curve. "
+    f"{WHAT_X_IS[0].upper()}{WHAT_X_IS[1:]}. Speeds are those of the motor or of the forcing. Natural frequency and "
+    "damping ratio are those at rest, in the motor mode of the file, without its loop. A shaded row is above its limit."
+)
+
+
+def comparison_page(rows: Sequence[dict[str, Any]], figure: str) -> str:
+    """Write the HTML page of rows of `strainwave compare` and its figure (SVG), the smallest oscillation first."""
+    numbered = [row | {"title": f"{i}: {row['title']}"} for i, row in enumerate(rows, 1)]  # as the figure has them
+    ordered = sorted(numbered, key=lambda row: row["oscillation_arcsec"])
+    head = "".join(f"<th{'' if key in TEXTS else ' class=n'}>{escape(name)}</th>" for key, name in COLUMNS)
+    body = "\n".join(_row(row) for row in ordered)
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>Comparison of {len(rows)} drives</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
+        f"<h1>Comparison of {len(rows)} drives</h1>\n<p>{escape(summary(ordered))}</p>\n"
+        f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>\n'
+        f'<figure>{figure}</figure>\n<p class="note">{escape(NOTE)}</p>\n'
+        f'<p class="note">strainwave {escape(__version__)}</p>\n</body>\n</html>\n'
+    )
+
+
+def summary(ordered: Sequence[dict[str, Any]]) -> str:
+    """Which drive oscillates least, and how many keep to their limits, in sentences."""
+    best = ordered[0]
+    said = f"The smallest oscillation, {number(best['oscillation_arcsec'])} arcsec, is that of drive {best['title']}."
+    limited = [row for row in ordered if row["limit_arcsec"] is not None]
+    if limited:
+        kept = sum(not _over(row) for row in limited)
+        said += f" {kept} of {len(limited)} drives with a limit keep to it at all their speeds."
+    return said
+
+
+def _over(row: dict[str, Any]) -> bool:
+    return row["limit_arcsec"] is not None and row["oscillation_arcsec"] > row["limit_arcsec"]
+
+
+def _row(row: dict[str, Any]) -> str:
+    cells = "".join(
+        f"<td>{escape(row[key])}</td>"
+        if key in TEXTS
+        else f'<td class="n">{"–" if row[key] is None else escape(number(row[key]))}</td>'
+        for key, _ in COLUMNS
+    )
+    return f"<tr{' class=over' if _over(row) else ''}>{cells}</tr>"
