@@ -25,6 +25,7 @@ from .bench import Bench
 
 DISTANCE = 0.6  # of the loop of an adaptation from the critical point: a resonance may move, a gain grow by two
 HALVINGS, GRID = 20, 300
+GUARD = 5.0
 NEARBY = 1.0 + np.concatenate([-np.geomspace(1e-4, 0.3, 25), np.geomspace(1e-4, 0.3, 25)])
 QUICK = 0.3  # of the inverse time constant of the loop: rate of what adapts, slow beside all that it adapts
 SMOOTH = 1e-4  # decay of a cell's fine structure that repetitive control has at least, in its rate of convergence
@@ -61,7 +62,7 @@ class Compensator:
 
 
 def refuse_unstable(bench: Bench, speed: float) -> LoopResponse:
-    """Response of the model under the plain loop at the bench's orders; one that is unstable is refused (ValueError)."""
+    """Response of the model under the plain loop at the bench's orders; an unstable one is refused (ValueError)."""
     response = bench.response(speed)
     if not response.stable:
         raise ValueError(
@@ -75,8 +76,8 @@ def rate_of(bench: Bench, speed: float) -> float:
     """Rate [1/s] at which every order may adapt on a loop, slow beside its slowest motion and the turn.
 
     With angle-wise adaptation at constant speed the controller is a linear filter with its poles at the orders
-    (Bodson, Sacks & Khosla, Harmonic generation in adaptive feedforward cancellation schemes, IEEE Trans. Autom. Control
-    39(9), 1994, 1939-1944): its loop stays `DISTANCE` away from the critical point.
+    (Bodson, Sacks & Khosla, Harmonic generation in adaptive feedforward cancellation schemes, IEEE Trans. Autom.
+    Control 39(9), 1994, 1939-1944): its loop stays `DISTANCE` away from the critical point.
     """
     response = refuse_unstable(bench, speed)
     rate = min(QUICK / response.slowest, 0.1 * abs(speed) * min(bench.orders))
@@ -167,19 +168,23 @@ def _adaptive_inverse(bench: Bench, speed: float) -> Any:
 
 def adaptive(bench: Bench, speed: float, loop: Any) -> Any:
     """Adaptive cancellation of every order around a loop, with the model's phase."""
-    G, rate = bench.response(speed).error_of_torque, rate_of(bench, speed)
+    G, rate, most = bench.response(speed).error_of_torque, rate_of(bench, speed), guard(bench, speed)
     for k, g in zip(bench.orders, G, strict=True):
-        gain = 2.0 * rate / float(abs(g))
-        most = min(bench.sampling.limit, 1e6)
-        phase = float(np.angle(g))
+        gain, phase = 2.0 * rate / float(abs(g)), float(np.angle(g))
         loop = AdaptiveCancellation(loop, bench.model.N, gain, phase, most, bench.sampling.period, order=k)
     return loop
+
+
+def guard(bench: Bench, speed: float) -> float:
+    """Torque [N*m] that no adaptation needs: five times what cancels the error of the model against its own loop."""
+    G = bench.response(speed).error_of_torque
+    return GUARD * float(np.max(np.abs(amplitudes_of(bench, speed, model=True) / G)))
 
 
 def _repetitive(bench: Bench, speed: float) -> Any:
     lead, smooth, rate = repetitive_gains(bench, speed)
     size = float(np.max(np.abs(bench.response(speed).error_of_torque)))
-    period, most = bench.sampling.period, min(bench.sampling.limit, 1e6)
+    period, most = bench.sampling.period, guard(bench, speed)
     return Repetitive(bench.loop, bench.model.N, CELLS * rate / size, lead, smooth, most, period)
 
 
@@ -222,7 +227,7 @@ def _adaptive_motor(bench: Bench, speed: float) -> Any:
 
     G, rate, loop = bench.response(speed, output=behind).error_of_torque, rate_of(bench, speed), bench.loop
     for k, g in zip(bench.orders, G, strict=True):
-        gain, most = 2.0 * rate / float(abs(g)), min(bench.sampling.limit, 1e6)
+        gain, most = 2.0 * rate / float(abs(g)), GUARD * bench.sampling.limit
         loop = AdaptiveCancellation(
             loop, model.N, gain, float(np.angle(g)), most, bench.sampling.period, order=k, on_load=0
         )

@@ -35,7 +35,9 @@ def units_of(bench: Bench, controller: Any, speed: float, settle: float, end: fl
         found.append(loop_ensemble(loops[0], loops, end, settle=settle, orders=orders, y0=y0))
     before, after = found
     lost = ~after.stable | (after.rms > GIVEN_UP * before.rms)
-    unstable = tuple((int(i), _cause(bench, controller, speed, plants[i])) for i in np.flatnonzero(lost))
+    unstable = tuple(
+        (int(i), _cause(bench, controller, speed, plants[i], float(after.limited[i]))) for i in np.flatnonzero(lost)
+    )
     return Units(before, after, stiffness, amplitude, unstable)
 
 
@@ -53,7 +55,7 @@ def unit_of(plant: DriveTrain, stiffness: float, amplitude: float, phases: Seque
     return plant._replace(law=law, error=KinematicError(lines))
 
 
-def _cause(bench: Bench, controller: Any, speed: float, plant: DriveTrain) -> str:
+def _cause(bench: Bench, controller: Any, speed: float, plant: DriveTrain, limited: float) -> str:
     """Why the error of a unit grew: the plant's phase at an order that adapts, or its poles."""
     unit = Bench(plant, plant, bench.loop, bench.sampling)
     response = unit.response(speed, bench.orders)
@@ -65,6 +67,8 @@ def _cause(bench: Bench, controller: Any, speed: float, plant: DriveTrain) -> st
         if abs(off) > 90.0:
             return f"the plant's phase at order {inner.order} is {off:.0f} degrees off the model's, beyond 90"
         inner = inner.loop
+    if limited > 0.0:
+        return f"the torque meets its limit of {bench.sampling.limit:.4g} N*m in {100.0 * limited:.3g} % of the samples"
     near = distance(bench, speed, rate_of(bench, speed), unit)
     if inner is not controller and near < DISTANCE / 2.0:
         return f"the adaptation is only {near:.2g} away from instability on it, as its resonance lies elsewhere"
