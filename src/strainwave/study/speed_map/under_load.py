@@ -77,7 +77,7 @@ def main_curve(case: Case, span: Span) -> DriveResponse:
         If no periodic motion is found.
     """
     if case.train is not None:
-        found = train_curve(case.train, span, coexisting=False)
+        found = train_curve(case.train, span, coexisting=False, locate=True)
         if found is None:
             raise SolveError(NO_MOTION)
         return found
