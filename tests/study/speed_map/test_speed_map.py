@@ -335,7 +335,11 @@ def test_the_command_writes_the_units_that_scatter(tmp_path):
         (["--limit", "0.001 arcsec"], 1, "is met at no speed"),
         (["--limit", "3 kg"], 2, "--limit"),
         (["--loads", "-60 N*m:0 N*m"], 2, "has no number of values"),
-        (["--speeds", "300 rpm:300 rpm"], 1, "low < high"),
+        (["--speeds", "300 rpm:300 rpm"], 2, "--speeds: '300 rpm' to '300 rpm' is no range"),
+        (["--speeds", "300 rpm:400 rpm:500 rpm"], 2, "is no range; write a smaller and a larger value"),
+        (["--speeds", "300 rpm"], 2, "is no range"),
+        (["--loads", "-60 N*m:0 N*m:\u00b2"], 2, "has no number of values, 1 to 1000"),
+        (["--loads", "-60 N*m:0 N*m:1000000000"], 2, "has no number of values, 1 to 1000"),
         (["--units", "8"], 1, "has no scatter"),
     ],
 )
@@ -347,6 +351,30 @@ def test_the_command_refuses_in_one_sentence_and_writes_nothing(tmp_path, option
     assert said in result.stderr
     assert "Traceback" not in result.stderr
     assert not out.exists()
+
+
+def test_a_speed_that_a_band_passes_between_two_inertias_is_not_allowed_between_them(tmp_path):
+    limit = 3.0 * A
+    found = sw.speed_map(project(tmp_path), load_inertias=[0.9, 2.0], limit=limit, search=False)
+    (light,), (heavy,) = found.forbidden
+    assert heavy[1] < light[0]
+    inertias = np.linspace(0.9, 2.0, 45)
+    for omega in np.linspace(45.0, 295.0, 101):
+        exact = [linear_oscillation(omega, inertia=inertia) <= limit for inertia in inertias]
+        mapped = [found.is_allowed(omega, inertia) for inertia in inertias]
+        assert all(safe or not allowed for safe, allowed in zip(exact, mapped, strict=True))
+    assert not found.is_allowed(0.5 * (heavy[1] + light[0]), 1.4)
+    assert found.is_allowed(0.5 * (heavy[1] + light[0]), 0.9)
+    assert found.is_allowed(50.0, 1.4)
+    for beyond in ((50.0, 0.89), (50.0, 2.01), (39.9, 1.4), (300.1, 1.4)):
+        assert not found.is_allowed(*beyond)
+
+
+def test_no_motion_is_searched_where_a_light_load_only_follows_the_error(tmp_path):
+    found = sw.speed_map(project(tmp_path), load_inertias=[1e-9], limit=3.0 * A)
+    np.testing.assert_allclose(found.oscillation, A, rtol=1e-6)
+    assert np.all(found.motions == 1)
+    assert not found.forbidden[0].size
 
 
 ACROSS = """

@@ -13,14 +13,12 @@ from ...protocols import lacking
 from ...quantities import interval, number, numbers, positive_count, shown
 from ...results import Floats
 from ...units import ARCSEC
-from ..analysis.avoid import merged
-from ..analysis.load_range import hulls_between
 from ..analysis.runup import silent
 from .campbell import CampbellLine, campbell
 from .motions import OMEGA, OSCILLATION, TORQUE, UnderLoad, row_at
 from .ratings import beyond_ratings
 from .result import UNITS, JumpSpeed, Scatter, SpeedMap
-from .rules import Bands, Rules, Span, bands_of, clipped, complement, holds, rules_of
+from .rules import Bands, Rules, Span, bands_of, clipped, complement, holds, rules_of, swept
 from .under_load import APART, Case, case_of, extended, under_load
 from .vendor import VendorRule, vendor_rule
 
@@ -265,11 +263,8 @@ def _refuse_unreachable(rules: Rules, found: list[UnderLoad], bands: list[Bands]
 
 def _windows(forbidden: list[Floats], span: Span) -> Floats:
     """Speeds allowed under all loads, and between them: what bands of neighbouring loads enclose is forbidden."""
-    every = [tuple((float(a), float(b)) for a, b in bands) for bands in forbidden]
-    spans = [band for bands in every for band in bands]
-    for first, second in pairwise(every):
-        spans += hulls_between(first, second)
-    return complement(clipped(list(merged(spans)), span), span)
+    spans = [band for first, second in pairwise([*forbidden[:1], *forbidden]) for band in swept(first, second)]
+    return complement(clipped(spans, span), span)
 
 
 def _vendor_rules(variants: list[Any], values: Floats, bands: list[Bands], span: Span) -> list[VendorRule]:

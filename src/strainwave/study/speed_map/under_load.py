@@ -1,6 +1,6 @@
 """A drive under one load of the map, and all its stable steady motions through the range of speeds."""
 
-from math import gcd
+from math import gcd, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +22,7 @@ from .rules import Span, gaps
 from .search import Found, Settling, search
 
 APART = 0.025  # relative distance of the speeds of the search
+HIGHEST = 100  # harmonic of an order that may still meet a resonance
 TOO_LIGHT = "the damping is so light that trajectories do not settle: motions apart from the main curve may be missing"
 
 
@@ -44,6 +45,12 @@ class Case(NamedTuple):
     def searched(self) -> bool:
         """Whether other motions are looked for: springs alone, at constant damping and stiffness."""
         return isinstance(self.equation, Oscillator) and is_spring(self.equation)
+
+
+def slowest(case: Case) -> float:
+    """Speed [rad/s] below which the drive follows its excitation: no harmonic up to `HIGHEST` meets its resonance."""
+    natural = sqrt(max(case.point.stiffness, 0.0) / case.equation.J)
+    return natural / (HIGHEST * max(active_orders(case.equation), default=1))
 
 
 def case_of(project: Any, load: float, span: Span) -> Case:
@@ -112,7 +119,8 @@ def under_load(
     )  # fmt: skip
     if apart is None or not case.searched:
         return own, ()
-    return extended(own, case, span, searched_at(own, span, apart, shift), ())
+    speeds = searched_at(own, span, apart, shift)
+    return extended(own, case, span, speeds[speeds >= slowest(case)], ())
 
 
 def extended(
