@@ -377,6 +377,30 @@ def test_no_motion_is_searched_where_a_light_load_only_follows_the_error(tmp_pat
     assert not found.forbidden[0].size
 
 
+def test_a_load_without_a_known_motion_is_forbidden_and_the_others_keep_their_bands(tmp_path):
+    path = tmp_path / "loose.yaml"
+    path.write_text(
+        """
+gear: {ratio: 100, law: {type: backlash, K: 3e4 N*m/rad, half_gap: 1e-4 rad}}
+motor: {inertia: 3e-4 kg*m^2, mode: held}
+load: {inertia: 0.5 kg*m^2}
+damping: {B: 10 N*m*s/rad}
+speed: {from: 50 rad/s, to: 400 rad/s, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 20 arcsec}]}
+""",
+        encoding="utf-8",
+    )
+    drive = sw.read_project(path)
+    found = sw.speed_map(drive, loads=[-10.0, 0.0, 10.0], limit=3e-4, search=False)
+    np.testing.assert_allclose(found.forbidden[1], [[50.0, 400.0]])
+    np.testing.assert_allclose(found.forbidden[0], found.forbidden[2], rtol=1e-6)  # the law is odd
+    assert found.allowed[0].size
+    assert not found.windows.size
+    assert "with a load torque of 0" in " ".join(found.remarks)
+    with pytest.raises(sw.SolveError, match="no stable steady motion"):
+        sw.speed_map(drive, loads=[0.0], limit=3e-4, search=False)
+
+
 ACROSS = """
 title: corner
 gear: {ratio: 100, law: {type: piecewise_linear, K1: 31e3 N*m/rad, K2: 50e3 N*m/rad, K3: 57e3 N*m/rad,

@@ -100,9 +100,13 @@ def under_load(
     """All stable motions under a load; and the states that led to those apart from the main curve.
 
     The speeds of the search are `apart`, relative to each; None leaves it out. `shift` moves them by a share of that
-    distance, so that those of many loads differ.
+    distance, so that those of many loads differ. Where no motion is found there are no curves, and `remarks` says why.
     """
-    found = main_curve(case, span)
+    slow = quasi_static(case.equation, case.point)
+    try:
+        found = main_curve(case, span)
+    except SolveError as error:
+        return UnderLoad(case.load, (), slow, remarks=(str(error),)), ()
     every = gcd(*active_orders(case.equation)) or 1
     curves = [Motions(found.curve, found.torque, False, every)]
     if found.response.back is not None:
@@ -115,7 +119,7 @@ def under_load(
     )  # fmt: skip
     said = () if found.status else (str(found.message),)
     own = UnderLoad(
-        case.load, tuple(curves), quasi_static(case.equation, case.point), jumps, doubled(found.curve), (), said
+        case.load, tuple(curves), slow, jumps, doubled(found.curve), (), said
     )  # fmt: skip
     if apart is None or not case.searched:
         return own, ()
