@@ -401,6 +401,26 @@ excitation: {kinematic_error: [{order: 2, amplitude: 20 arcsec}]}
         sw.speed_map(drive, loads=[0.0], limit=3e-4, search=False)
 
 
+def test_a_mode_that_is_a_resonance_at_some_amplitudes_alone_does_not_stop_the_map(tmp_path):
+    path = tmp_path / "loop.yaml"
+    path.write_text(
+        """
+gear: CSG-40-50
+motor: {inertia: 4.5 kg*cm^2, loop: {bandwidth: 30 Hz}}
+load: {inertia: 1.3 kg*m^2}
+damping: {ratio: 3 %}
+speed: {from: 1000 rpm, to: 3000 rpm, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
+""",
+        encoding="utf-8",
+    )
+    found = sw.speed_map(sw.read_project(path), loads=np.linspace(-60.0, 0.0, 9), search=False)
+    assert {line.load for line in found.lines} == set(found.loads)
+    for line in found.lines:
+        assert np.all(np.isfinite(line.speed))
+        assert line.speed.shape == line.amplitude.shape
+
+
 ACROSS = """
 title: corner
 gear: {ratio: 100, law: {type: piecewise_linear, K1: 31e3 N*m/rad, K2: 50e3 N*m/rad, K3: 57e3 N*m/rad,
