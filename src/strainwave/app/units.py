@@ -2,6 +2,9 @@
 
 from typing import Any, NamedTuple
 
+import click
+
+from ..quantities import parse
 from ..speeds import Speeds
 from ..units import ARCSEC
 from .console import number
@@ -36,3 +39,20 @@ def place(speeds: Speeds, omega: float) -> dict[str, Any]:
 def sizes(rad: float | None, name: str = "peak") -> dict[str, Any]:
     """An angle [rad] in radians and in arcsec."""
     return {f"{name}_rad": rad, f"{name}_arcsec": None if rad is None else rad / ARCSEC}
+
+
+def quantity(option: str, text: str, unit: str) -> float:
+    """Read a quantity that an option of the command line gives, in a unit of SI, or refuse it (click.BadParameter)."""
+    try:
+        return parse(text, unit)
+    except ValueError as error:
+        raise click.BadParameter(f"{option}: {error}") from None
+
+
+def span(option: str, ends: list[str] | tuple[str, ...], unit: str, example: str) -> tuple[float, float]:
+    """Read a range that an option gives by its two ends, or refuse it (click.BadParameter)."""
+    values = [quantity(option, end, unit) for end in ends]
+    if len(values) != 2 or not values[0] < values[1]:
+        said = " to ".join(repr(end) for end in ends)
+        raise click.BadParameter(f"{option}: {said} is no range; write a smaller and a larger value, {example}")
+    return values[0], values[1]

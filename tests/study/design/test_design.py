@@ -88,6 +88,20 @@ def test_a_rejected_gear_does_not_serve_by_harmonic_balance(tmp_path):
             assert np.max(sw.read_project(path).response().oscillation) > spec.limit
 
 
+def test_the_mean_torque_of_a_design_has_the_sign_with_the_larger_oscillation(found, tmp_path):
+    path = tmp_path / "design.yaml"
+    differ = []
+    for c in found.pareto:
+        text = sw.design_text(found.specification, c)
+        mean = f"mean: {c.load_torque!r} N*m"
+        assert mean in text
+        path.write_text(text.replace(mean, f"mean: {-c.load_torque!r} N*m"))
+        other = float(np.max(sw.read_project(path).response().oscillation))
+        assert other <= c.oscillation * (1.0 + 1e-6)
+        differ.append(1.0 - other / c.oscillation)
+    assert max(differ) > 0.01
+
+
 def test_a_held_motor_makes_the_error_independent_of_its_inertia():
     found = sw.design(replace(SPEC, loop=None, limit=1.0), gears=GEARS[2:3])
     first, second = found.feasible

@@ -335,7 +335,11 @@ def test_the_command_writes_the_units_that_scatter(tmp_path):
         (["--limit", "0.001 arcsec"], 1, "is met at no speed"),
         (["--limit", "3 kg"], 2, "--limit"),
         (["--loads", "-60 N*m:0 N*m"], 2, "has no number of values"),
-        (["--speeds", "300 rpm:300 rpm"], 1, "low < high"),
+        (["--speeds", "300 rpm:300 rpm"], 2, "--speeds: '300 rpm' to '300 rpm' is no range"),
+        (["--speeds", "300 rpm:400 rpm:500 rpm"], 2, "is no range; write a smaller and a larger value"),
+        (["--speeds", "300 rpm"], 2, "is no range"),
+        (["--loads", "-60 N*m:0 N*m:\u00b2"], 2, "has no number of values, 1 to 1000"),
+        (["--loads", "-60 N*m:0 N*m:1000000000"], 2, "has no number of values, 1 to 1000"),
         (["--units", "8"], 1, "has no scatter"),
     ],
 )
@@ -347,3 +351,116 @@ def test_the_command_refuses_in_one_sentence_and_writes_nothing(tmp_path, option
     assert said in result.stderr
     assert "Traceback" not in result.stderr
     assert not out.exists()
+
+
+def test_a_speed_that_a_band_passes_between_two_inertias_is_not_allowed_between_them(tmp_path):
+    limit = 3.0 * A
+    found = sw.speed_map(project(tmp_path), load_inertias=[0.9, 2.0], limit=limit, search=False)
+    (light,), (heavy,) = found.forbidden
+    assert heavy[1] < light[0]
+    inertias = np.linspace(0.9, 2.0, 45)
+    for omega in np.linspace(45.0, 295.0, 101):
+        exact = [linear_oscillation(omega, inertia=inertia) <= limit for inertia in inertias]
+        mapped = [found.is_allowed(omega, inertia) for inertia in inertias]
+        assert all(safe or not allowed for safe, allowed in zip(exact, mapped, strict=True))
+    assert not found.is_allowed(0.5 * (heavy[1] + light[0]), 1.4)
+    assert found.is_allowed(0.5 * (heavy[1] + light[0]), 0.9)
+    assert found.is_allowed(50.0, 1.4)
+    for beyond in ((50.0, 0.89), (50.0, 2.01), (39.9, 1.4), (300.1, 1.4)):
+        assert not found.is_allowed(*beyond)
+
+
+def test_no_motion_is_searched_where_a_light_load_only_follows_the_error(tmp_path):
+    found = sw.speed_map(project(tmp_path), load_inertias=[1e-9], limit=3.0 * A)
+    np.testing.assert_allclose(found.oscillation, A, rtol=1e-6)
+    assert np.all(found.motions == 1)
+    assert not found.forbidden[0].size
+
+
+def test_a_load_without_a_known_motion_is_forbidden_and_the_others_keep_their_bands(tmp_path):
+    path = tmp_path / "loose.yaml"
+    path.write_text(
+        """
+gear: {ratio: 100, law: {type: backlash, K: 3e4 N*m/rad, half_gap: 1e-4 rad}}
+motor: {inertia: 3e-4 kg*m^2, mode: held}
+load: {inertia: 0.5 kg*m^2}
+damping: {B: 10 N*m*s/rad}
+speed: {from: 50 rad/s, to: 400 rad/s, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 20 arcsec}]}
+""",
+        encoding="utf-8",
+    )
+    drive = sw.read_project(path)
+    found = sw.speed_map(drive, loads=[-10.0, 0.0, 10.0], limit=3e-4, search=False)
+    np.testing.assert_allclose(found.forbidden[1], [[50.0, 400.0]])
+    np.testing.assert_allclose(found.forbidden[0], found.forbidden[2], rtol=1e-6)  # the law is odd
+    assert found.allowed[0].size
+    assert not found.windows.size
+    assert "with a load torque of 0" in " ".join(found.remarks)
+    with pytest.raises(sw.SolveError, match="no stable steady motion"):
+        sw.speed_map(drive, loads=[0.0], limit=3e-4, search=False)
+
+
+def test_a_mode_that_is_a_resonance_at_some_amplitudes_alone_does_not_stop_the_map(tmp_path):
+    path = tmp_path / "loop.yaml"
+    path.write_text(
+        """
+gear: CSG-40-50
+motor: {inertia: 4.5 kg*cm^2, loop: {bandwidth: 30 Hz}}
+load: {inertia: 1.3 kg*m^2}
+damping: {ratio: 3 %}
+speed: {from: 1000 rpm, to: 3000 rpm, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
+""",
+        encoding="utf-8",
+    )
+    found = sw.speed_map(sw.read_project(path), loads=np.linspace(-60.0, 0.0, 9), search=False)
+    assert {line.load for line in found.lines} == set(found.loads)
+    for line in found.lines:
+        assert np.all(np.isfinite(line.speed))
+        assert line.speed.shape == line.amplitude.shape
+
+
+ACROSS = """
+title: corner
+gear: {ratio: 100, law: {type: piecewise_linear, K1: 31e3 N*m/rad, K2: 50e3 N*m/rad, K3: 57e3 N*m/rad,
+                         T1: 14 N*m, T2: 48 N*m}}
+motor: {inertia: 3e-4 kg*m^2, mode: held}
+load: {inertia: 0.437 kg*m^2}
+damping: {B: 8.76 N*m*s/rad}
+speed: {from: 200 rad/s, to: 345 rad/s, shaft: motor}
+excitation:
+  load_torque: {mean: 11.5 N*m}
+  kinematic_error:
+    - {order: 2, amplitude: 22.9 arcsec, phase: 2.8 rad}
+    - {order: 4, amplitude: 4.2 arcsec, phase: 4.56 rad}
+"""
+
+
+def repeats_after_half_a_turn(omega):
+    """Whether the drive `ACROSS`, written out here, settles on a motion as short as its excitation, by DOP853."""
+    lines = ((2, 22.9 * ARCSEC, 2.8), (4, 4.2 * ARCSEC, 4.56))
+
+    def torque(u):
+        at, x1, x2 = abs(u), 14.0 / 31e3, 14.0 / 31e3 + 34.0 / 50e3
+        return np.sign(u) * (31e3 * min(at, x1) + 50e3 * (min(max(at, x1), x2) - x1) + 57e3 * (max(at, x2) - x2))
+
+    def rhs(t, y):
+        e = sum(a * np.cos(k * omega * t + p) for k, a, p in lines)
+        de = -sum(k * omega * a * np.sin(k * omega * t + p) for k, a, p in lines)
+        return [y[1], (-11.5 - 8.76 * (y[1] - de) - torque(y[0] - e)) / 0.437]
+
+    half = np.pi / omega
+    t = 200.0 * half + np.linspace(0.0, 2.0 * half, 129)
+    y0 = [-11.5 / 31e3 + 1e-6, 0.0]
+    y = solve_ivp(rhs, (0.0, t[-1]), y0, method="DOP853", t_eval=t, rtol=1e-8, atol=1e-12, max_step=half / 16).y[0]
+    return bool(np.max(np.abs(y[:65] - y[64:])) < 0.02 * np.ptp(y))
+
+
+@pytest.mark.slow
+def test_a_stable_motion_ends_where_its_stability_does_not_at_the_last_point_of_a_curve(tmp_path):
+    path = tmp_path / "corner.yaml"
+    path.write_text(ACROSS, encoding="utf-8")
+    speeds = np.array([200.0, 269.0, 280.0, 295.0, 315.0, 345.0])
+    found = sw.speed_map(sw.read_project(path), speeds=speeds, limit=1e-3, search=False)
+    assert (found.motions[0] > 0).tolist() == [repeats_after_half_a_turn(w) for w in speeds]

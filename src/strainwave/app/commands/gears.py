@@ -8,9 +8,9 @@ import click
 from ...files.own_gears import read_gears
 from ...model.gears import catalogue
 from ...model.gears.gear import NUMBERS, Gear
-from ...quantities import parse
 from ...units import ARCSEC
 from ..console import number, print_table, to_json
+from ..units import quantity
 
 
 def show(
@@ -29,21 +29,23 @@ def show(
     Raises
     ------
     ValueError
-        If the gear is unknown, a quantity is none, the file is wrong, or nothing passes the filters.
+        If the gear is unknown, the file is wrong, or nothing passes the filters.
+    click.BadParameter
+        If an option is no quantity.
     """
     own = None if file is None else read_gears(file)
     if name is not None:
         _one(catalogue.gear(name) if own is None else _own(own, name, file), as_json)
         return
+    units = {"torque": "N*m", "stiffness": "N*m/rad", "speed": "rad/s"}
+    asked = {of: quantity(f"--{of}", text, units[of]) for of, text in least.items() if text is not None}
     gears = list(own.values()) if own is not None else catalogue.select()
     chosen = catalogue.select(
         gears,
         series=series,
         size=size,
         ratio=ratio,
-        torque=_quantity("--torque", least.get("torque"), "N*m"),
-        stiffness=_quantity("--stiffness", least.get("stiffness"), "N*m/rad"),
-        speed=_quantity("--speed", least.get("speed"), "rad/s"),
+        **asked,
     )
     if not chosen:
         known = ", ".join(sorted({g.series for g in gears} - {""})) or "none"
@@ -56,13 +58,6 @@ def show(
     rows = [(g.name, g.ratio, g.K1, g.K2, g.K3, g.T1, g.T2, g.rated_torque, g.max_rpm, g.input_inertia) for g in chosen]
     caption = "input speeds with grease; – is not tabulated; `strainwave catalogue NAME` shows the rest"
     print_table("1 gear" if len(chosen) == 1 else f"{len(chosen)} gears", columns, rows, caption)
-
-
-def _quantity(option: str, text: str | None, unit: str) -> float | None:
-    try:
-        return None if text is None else parse(text, unit)
-    except ValueError as error:
-        raise ValueError(f"{option}: {error}") from None
 
 
 def _own(gears: dict[str, Gear], name: str, file: Path | None) -> Gear:

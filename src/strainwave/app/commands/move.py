@@ -12,7 +12,6 @@ from ...files.move.profile_file import read_profile
 from ...files.project import Project
 from ...files.reading import read_project
 from ...files.yaml_text import name, read
-from ...quantities import parse
 from ...study.move.demands import MotorLimits
 from ...study.move.move import move
 from ...study.move.result import Move
@@ -20,7 +19,7 @@ from ...units import RPM
 from ..console import Progress, number, percent, to_json
 from ..figures.move import move_figure
 from ..output import staged, write_csv
-from ..units import angle_unit
+from ..units import angle_unit, quantity, span
 
 CSV, SVG, JSON = "move.csv", "move.svg", "move.json"
 
@@ -52,16 +51,18 @@ def show(
         If the project file or a profile is invalid.
     ValueError
         If the drive cannot follow the profile.
+    click.BadParameter
+        If an option is no quantity, or a part of the profile has wrong fields.
     """
     project = read_project(path)
     parts = [_part(text, table) for text in profile]
     given: dict[str, Any] = {}
     for option in ("start", "window"):
         if options[option] is not None:
-            given[option] = parse(options[option], "rad")
+            given[option] = quantity(f"--{option}", options[option], "rad")
     if options["payload"] is not None:
         given["payload"] = _read(options["payload"], f"{{{options['payload']}}}", read_payload, "payload")
-    bands = [(parse(low, "rad/s"), parse(high, "rad/s")) for low, high in options["bands"]]
+    bands = [span("--band", ends, "rad/s", 'for example "500 rpm" "700 rpm"') for ends in options["bands"]]
     with Progress(project.title) as progress:
         if options["avoid"]:
             avoid = project.analyze(progress.show).avoid
@@ -82,7 +83,7 @@ def _part(text: str, table: dict[str, str]) -> Any:
 
 
 def _read(text: str, fields: str, reader: Any, what: str) -> Any:
-    """Read fields as a project file has them, or say in one sentence what is wrong with a text (ValueError)."""
+    """Read fields as a project file has them, or say in one sentence what is wrong with a text."""
     located = read(f"{what}: {fields}")
     try:
         problems = [(problem.field, problem.sentence) for problem in located.problems]
@@ -90,8 +91,8 @@ def _read(text: str, fields: str, reader: Any, what: str) -> Any:
             return reader(located.content[what])
     except PydanticCustomError as error:
         problems = [(name(p.keys), p.sentence) for p in (error.context or {})["problems"] if p.sentence]
-    said = "; ".join(f"{field}: {sentence}" for field, sentence in problems)
-    raise ValueError(f"the {what} {text!r} is wrong: {said}")
+    said = "; ".join(sentence if field == "file" else f"{field}: {sentence}" for field, sentence in problems)
+    raise click.BadParameter(f"the {what} {text!r} is wrong: {said}")
 
 
 def _write(project: Project, found: Move, data: dict[str, Any], output: Path) -> None:

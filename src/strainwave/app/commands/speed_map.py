@@ -9,7 +9,6 @@ import numpy as np
 from ...files.project import Project
 from ...files.reading import read_project
 from ...files.variants.scatter import scattered
-from ...quantities import parse
 from ...study.speed_map.result import SpeedMap
 from ...study.speed_map.speed_map import speed_map
 from ...units import ARCSEC, RPM
@@ -17,6 +16,9 @@ from ..console import WHAT_X_IS, Progress, number, to_json
 from ..figures import speed_map as figures
 from ..figures.svg import figure
 from ..output import staged, write_csv
+from ..units import quantity, span
+
+MOST_LOADS = 1000  # of a range
 
 
 def show(
@@ -38,13 +40,13 @@ def show(
     given = {
         "loads": _range("--loads", loads, "N*m"),
         "load_inertias": _range("--load-inertias", inertias, "kg*m**2"),
-        "limit": None if limit is None else _quantity("--limit", limit, "rad"),
+        "limit": None if limit is None else quantity("--limit", limit, "rad"),
     }
-    span = None if speeds is None else tuple(_quantity("--speeds", part, "rad/s") for part in speeds.split(":"))
+    ends = None if speeds is None else span("--speeds", speeds.split(":"), "rad/s", 'for example "500 rpm:4000 rpm"')
     with Progress(project.title) as progress:
         drives = scattered(project, units, seed) if units else ()
         found = speed_map(
-            project, speeds=span, amplification=amplification, margin=margin, units=drives, progress=progress.show,
+            project, speeds=ends, amplification=amplification, margin=margin, units=drives, progress=progress.show,
             **given,
         )  # fmt: skip
         progress.show("writing", 1.0)
@@ -153,21 +155,15 @@ def _listed(bands: Any) -> str:
     return ", ".join(f"{number(low / RPM, 5)} to {number(high / RPM, 5)} rpm" for low, high in bands)
 
 
-def _quantity(option: str, text: str, unit: str) -> float:
-    try:
-        return parse(text, unit)
-    except ValueError as error:
-        raise click.BadParameter(f"{option}: {error}") from None
-
-
 def _range(option: str, text: str | None, unit: str) -> Any:
     """Values of LOW:HIGH:COUNT or V1,V2,..., with their unit; None of none."""
     if text is None:
         return None
     if ":" not in text:
-        return [_quantity(option, part, unit) for part in text.split(",")]
+        return [quantity(option, part, unit) for part in text.split(",")]
     low, _, rest = text.partition(":")
     high, _, count = rest.partition(":")
-    if not count.strip().isdigit() or int(count) < 1:
-        raise click.BadParameter(f'{option}: {text!r} has no number of values; write for example "-60 N*m:0 N*m:9"')
-    return np.linspace(_quantity(option, low, unit), _quantity(option, high, unit), int(count))
+    if not count.strip().isdecimal() or not 1 <= int(count) <= MOST_LOADS:
+        said = f"{text!r} has no number of values, 1 to {MOST_LOADS}"
+        raise click.BadParameter(f'{option}: {said}; write for example "-60 N*m:0 N*m:9"')
+    return np.linspace(quantity(option, low, unit), quantity(option, high, unit), int(count))

@@ -6,9 +6,9 @@ import click
 
 from ...files.reading import read_project
 from ...files.variants.scatter import Exceedance, exceedance
-from ...quantities import convert, parse
+from ...quantities import convert
 from ..console import Progress, number, percent, to_json
-from ..units import sign
+from ..units import quantity, sign
 
 MOST_ERRORS = 3
 
@@ -26,10 +26,7 @@ def show(path: Path, count: int, seed: int, limit: str | None, as_json: bool) ->
         If the limit is not an angle.
     """
     project = read_project(path)
-    try:
-        allowed = None if limit is None else parse(limit, "rad")
-    except ValueError as error:
-        raise click.BadParameter(f"--limit: {error}") from None
+    allowed = None if limit is None else quantity("--limit", limit, "rad")
     with Progress(project.title) as progress:
         found = exceedance(
             project, count=count, seed=seed, limit=allowed,

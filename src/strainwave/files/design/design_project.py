@@ -33,7 +33,7 @@ def design_text(specification: Specification, candidate: Candidate) -> str:
     title = f"{spec.title}: {c.gear}" if spec.title else c.gear
     motor = c.motor_inertia + (catalogue.gear(c.gear).input_inertia or 0.0)
     low, high = spec.speeds
-    torque = f", load_torque: {{mean: {-spec.average_load!r} N*m}}" if spec.average_load else ""
+    torque = f", load_torque: {{mean: {c.load_torque!r} N*m}}" if c.load_torque else ""
     return (
         f"title: {json.dumps(title, ensure_ascii=False)}\n"
         f"gear: {c.gear}\n"

@@ -22,6 +22,7 @@ from ...numerics.continuation.describe import describe
 from ...numerics.continuation.trace import Trace
 from ...numerics.curves.elsewhere import with_others
 from ...numerics.curves.response import traced
+from ...numerics.stability.first_order import with_special_points
 from ...numerics.stability.second_order import displacement_peaks
 from ...protocols import Balance
 from ...results import Floats
@@ -46,7 +47,8 @@ NO_MOTION = (
 
 
 def train_curve(
-    train: DriveTrain, speeds: tuple[float, float], harmonics: int | None = None, *, coexisting: bool = True
+    train: DriveTrain, speeds: tuple[float, float], harmonics: int | None = None, *, coexisting: bool = True,
+    locate: bool = False,
 ) -> DriveResponse | None:  # fmt: skip
     """Follow the steady motions of a train; None where none is found.
 
@@ -63,6 +65,8 @@ def train_curve(
         Highest harmonic of the base angle. Default: grown until those left out are negligible.
     coexisting : bool
         Whether motions that do not join the curve are looked for at the ends of the range.
+    locate : bool
+        Whether the speeds where stability changes are located between points of the curve.
     """
     system = at_load(train)
     if train.motor.free and system.linear_part() is None:
@@ -73,6 +77,10 @@ def train_curve(
     points, labels = with_crests(problem, found.points, found.labels)
     found = with_changes(found, points=points, labels=labels)
     curve = describe(problem, "omega", found, tail, origin, locate=False)
+    if locate and np.any(np.diff(curve.stable)):
+        points, labels, _ = with_special_points(problem, points, labels, curve.multipliers)
+        found = with_changes(found, points=points, labels=labels)
+        curve = describe(problem, "omega", found, tail, origin, locate=False)
     curve = with_others(problem, curve, found.elsewhere, [])
     try:
         response = ExactResponse(curve, jumps(curve))

@@ -54,6 +54,7 @@ class Option(NamedTuple):
     high: float
     speed: float
     error: float
+    torque: float
     balanced: bool = False
 
 
@@ -100,7 +101,7 @@ class _Search:
         self.spec, self.progress = spec, progress
         self.misses: dict[str, Check] = {}  # of each gear the constraint that it misses most
         self.good: list[Option] = []
-        self.known: dict[Any, Balanced | None] = {}
+        self.known: dict[Any, tuple[Balanced, float] | None] = {}
         self.drives = 0
 
     def run(self, gears: list[Gear]) -> Design:
@@ -170,7 +171,7 @@ class _Search:
             for row, column in zip(rows.tolist(), worst.tolist(), strict=True):
                 bounds = float(low[row].max()), float(high[row].max())
                 there = float(size[row, column]), *bounds, float(speed[row, column])
-                options.append(Option(gear, rules, motors[row], loads[column], *there, error=0.0))
+                options.append(Option(gear, rules, motors[row], loads[column], *there, 0.0, -spec.average_load))
             distance = np.abs(np.log(size[rows, worst] / spec.limit))
             row = int(np.argmin(distance))
             if near is None or distance[row] < near[0]:
@@ -226,25 +227,43 @@ class _Search:
         if key not in self.known:
             if len(self.known) >= MOST_BALANCED:
                 return option
-            train, speeds = self._train(option), self._drives(option.gear, [option.motor], [option.load]).speeds
-            try:
-                self.known[key] = balanced(train, speeds)
-            except SolveError:
-                self.known[key] = None
+            self.known[key] = self._worst(option)
         found = self.known[key]
         if found is None:
             return option
-        size, speed, error = found
-        return option._replace(size=size, speed=speed, error=error, low=size, high=size, balanced=True)
+        (size, speed, error), torque = found
+        return option._replace(
+            size=size, speed=speed, error=error, low=size, high=size, torque=torque, balanced=True
+        )  # fmt: skip
 
-    def _train(self, option: Option) -> DriveTrain:
-        """The whole drive of an option, under the mean torque."""
+    def _worst(self, option: Option) -> tuple[Balanced, float] | None:
+        """Largest oscillation of an option, and the mean torque [N*m] under which it occurs; None where one fails.
+
+        The torque has either sign. With the motor held both are alike where a shift of the angle turns the error into
+        its negative: where the orders of its lines have the same power of 2.
+        """
+        speeds = self._drives(option.gear, [option.motor], [option.load]).speeds
+        lines = _error(option.gear, self.spec).lines
+        alike = self.spec.loop is None and len({line.order & -line.order for line in lines if line.amplitude}) < 2
+        found = []
+        for torque in (option.torque,) if alike or not option.torque else (option.torque, -option.torque):
+            try:
+                one = balanced(self._train(option, torque), speeds)
+            except SolveError:
+                return None
+            if one is None:
+                return None
+            found.append((one, torque))
+        return max(found, key=lambda both: both[0].oscillation)
+
+    def _train(self, option: Option, torque: float) -> DriveTrain:
+        """The whole drive of an option, under a mean torque [N*m] on its load."""
         gear, spec, ratio = option.gear, self.spec, float(option.gear.ratio)
         J_m = option.motor + (gear.input_inertia or 0.0)
         drive = Drive(J_m, option.load, ratio, float(spec.damping(gear.law.K1, option.load)), gear.law)
         control = spec.control(J_m + option.load / ratio**2)
         return drive.train(
-            load_torque=Harmonics((Harmonic(0.0, mean=-spec.average_load),)),
+            load_torque=Harmonics((Harmonic(0.0, mean=torque),)),
             kinematic_error=_error(gear, spec),
             omega=ratio * math.sqrt(spec.speeds[0] * spec.speeds[1]),
             control=Held() if control is None else control,
@@ -275,6 +294,7 @@ class _Search:
             gear.name, gear.ratio, gear.size or 0, math.nan if gear.mass is None else gear.mass, option.motor,
             gear.ratio**2 * J_m, option.load, float(spec.damping(gear.law.K1, option.load)), option.size, option.speed,
             option.error, BALANCE if option.balanced else AVERAGING, life(gear, spec), 1.0 - binding[1], binding[0],
+            option.torque,
         )  # fmt: skip
 
     def _nearest(self, gears: list[Gear]) -> str:

@@ -15,7 +15,7 @@ SHOWN = 6
 UNITS = {
     "ratio": "1", "size": "", "mass": "kg", "motor_inertia": "kg*m**2", "reflected_inertia": "kg*m**2",
     "load_inertia": "kg*m**2", "B": "N*m*s/rad", "oscillation": "rad", "speed": "rad/s", "error": "1", "life": "h",
-    "margin": "1",
+    "margin": "1", "load_torque": "N*m",
 }  # fmt: skip
 
 
@@ -50,6 +50,9 @@ class Candidate(NamedTuple):
         Share of the allowance that is left of the constraint that binds.
     binding : str
         That constraint.
+    load_torque : float
+        Mean torque on the load [N*m], of either sign, under which the oscillation is largest; a resisting one is
+        negative.
     """
 
     gear: str
@@ -67,6 +70,7 @@ class Candidate(NamedTuple):
     life: float
     margin: float
     binding: str
+    load_torque: float = 0.0
 
 
 class Sensitivity(NamedTuple):

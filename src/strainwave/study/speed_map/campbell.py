@@ -59,7 +59,12 @@ def campbell(case: Case, largest: float, orders: tuple[float, ...]) -> list[Camp
     """Lines of every order that is excited, and of further `orders`, up to a largest amplitude [rad]."""
     excited = orders_of_drive(case)
     amplitude, stiffness = stiffnesses(case, largest)
-    modes = np.array([frequencies(case, k) for k in stiffness.tolist()]).T  # (modes, amplitudes)
+    some = [resonances(case, k) for k in stiffness.tolist()]
+    amplitude, some = amplitude[[found.size > 0 for found in some]], [found for found in some if found.size]
+    if not some:
+        return []
+    count = min(found.shape[1] for found in some)  # a mode may be a resonance at some amplitudes alone
+    modes = np.array([np.sort(found[0, np.argsort(found[1])[:count]]) for found in some]).T  # (modes, amplitudes)
     return [
         CampbellLine(case.load, order, 1 + mode, amplitude, speeds / order, order in excited)
         for order in sorted({*excited, *orders})
@@ -98,12 +103,12 @@ def stiffnesses(case: Case, largest: float) -> tuple[Floats, Floats]:
     return np.append(start[0], found.amplitude), np.append(start[1], own)
 
 
-def frequencies(case: Case, stiffness: float) -> Floats:
-    """Natural frequencies (modes,) [rad/s], ascending, with a stiffness [N*m/rad] in the place of the gear's law."""
+def resonances(case: Case, stiffness: float) -> Floats:
+    """Natural frequencies [rad/s] and damping ratios (2, modes) with a stiffness [N*m/rad] as the gear's law."""
     own = np.sqrt(max(stiffness, 0.0) / case.equation.J)
     if case.train is None or case.system is case.equation:
-        return np.array([own])
+        return np.array([[own], [0.0]])
     linear = case.train._replace(law=Linear(stiffness))
     poles = state_space(linear, speed=case.train.omega).poles
-    resonant = (poles.imag > LEAST * own) & (-poles.real < MOST_DAMPED * np.abs(poles))
-    return np.sort(np.abs(poles[resonant]))
+    resonant = poles[(poles.imag > LEAST * own) & (-poles.real < MOST_DAMPED * np.abs(poles))]
+    return np.array([np.abs(resonant), -resonant.real / np.abs(resonant)])

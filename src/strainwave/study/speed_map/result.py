@@ -12,7 +12,7 @@ from ...results import Floats
 from ...sentences import on_screen
 from ...units import ARCSEC, RPM
 from .campbell import CampbellLine
-from .rules import Rules, common
+from .rules import Rules, common, swept
 from .vendor import VendorRule, vendor_sentence
 
 UNITS = {"load torque": "N*m", "load inertia": "kg*m^2"}
@@ -130,11 +130,16 @@ class SpeedMap(Result):
         return common(np.column_stack([self.speeds[ends[:, 0]], self.speeds[ends[:, 1] - 1]]), self.windows)
 
     def is_allowed(self, speed: float, load: float) -> bool:
-        """Whether a motor speed [rad/s] is allowed under a load; between two loads of the map, under both."""
-        near = np.searchsorted(self.loads, load)
-        at = {int(np.clip(near, 0, len(self.loads) - 1)), int(np.clip(near - 1, 0, len(self.loads) - 1))}
-        some = [i for i in at if self.loads[i] == load] or sorted(at)
-        return all(bool(np.any((self.allowed[i][:, 0] <= speed) & (speed <= self.allowed[i][:, 1]))) for i in some)
+        """Whether a motor speed [rad/s] is allowed under a load.
+
+        Between two loads of the map it is where neither of them forbids it and no band passes it from one to the
+        other. What the map does not cover is not allowed: speeds and loads beyond its ranges.
+        """
+        if not (self.loads[0] <= load <= self.loads[-1] and self.speeds[0] <= speed <= self.speeds[-1]):
+            return False
+        above = int(np.searchsorted(self.loads, load))
+        below = above if self.loads[above] == load else above - 1
+        return not any(low < speed < high for low, high in swept(self.forbidden[below], self.forbidden[above]))
 
     def coordinates(self) -> Labelled:
         """Loads and speeds."""

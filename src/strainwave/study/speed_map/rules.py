@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...quantities import number
 from ...results import Floats
 from ..analysis.avoid import AMPLIFIED, merged
+from ..analysis.load_range import hulls_between
 from .motions import OMEGA, OSCILLATION, UnderLoad
 
 MARGIN = 0.1  # separation margin of torsional trains: 10 % (API 617 after Wang, Feese & Pettinato 2012)
@@ -104,6 +105,12 @@ def above(run: Floats, level: float) -> list[Span]:
             high += (omega[after] - high) * over[after - 1] / (over[after - 1] - over[after])
         found.append((float(low), float(high)))
     return found
+
+
+def swept(first: Floats, second: Floats) -> list[Span]:
+    """Bands of two loads, and what those that belong together pass between the loads."""
+    one, other = (tuple((float(low), float(high)) for low, high in bands) for bands in (first, second))
+    return [*one, *other, *hulls_between(one, other)]
 
 
 def gaps(spans: list[Span], within: Span) -> list[Span]:

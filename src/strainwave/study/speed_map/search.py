@@ -227,7 +227,25 @@ class Ends:
 
 
 def _settle(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Ends, bool]:
-    """March the starts until each is on a known motion, or its transients have died; whether they had the time."""
+    """March the starts until each is on a known motion, or its transients have died; whether they had the time.
+
+    Transients take a time, not a number of turns: only speeds of one decade are marched together.
+    """
+    decade = np.floor(np.log10(omega / np.min(omega)))
+    groups = [np.flatnonzero(decade == k) for k in np.unique(decade)]
+    each = [_settled(system, omega[own], start[:, own], curves) for own in groups]
+    order = np.argsort(np.concatenate(groups))
+    whole = Ends(
+        *(
+            np.concatenate([getattr(ends, name) for ends, _ in each], axis=-1)[..., order]
+            for name in ("state", "period", "lost", "lowest", "highest")
+        )
+    )
+    return whole, all(enough for _, enough in each)
+
+
+def _settled(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Ends, bool]:
+    """`_settle` of starts at speeds that are near each other."""
     B, J = (system.B, system.J) if isinstance(system, Oscillator) else (system.train.B, system.train.load.end().J)
     turns = 2.0 * J / B * float(np.max(omega)) / (2.0 * np.pi) if B > 0.0 else MOST_TURNS
     longest = int(np.clip(ceil(DECAY * turns), LEAST_TURNS, MOST_TURNS))

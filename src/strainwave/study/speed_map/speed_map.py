@@ -11,16 +11,14 @@ from numpy.typing import ArrayLike
 
 from ...protocols import lacking
 from ...quantities import interval, number, numbers, positive_count, shown
-from ...results import Floats
+from ...results import Floats, SolveError
 from ...units import ARCSEC
-from ..analysis.avoid import merged
-from ..analysis.load_range import hulls_between
 from ..analysis.runup import silent
 from .campbell import CampbellLine, campbell
 from .motions import OMEGA, OSCILLATION, TORQUE, UnderLoad, row_at
 from .ratings import beyond_ratings
 from .result import UNITS, JumpSpeed, Scatter, SpeedMap
-from .rules import Bands, Rules, Span, bands_of, clipped, complement, holds, rules_of
+from .rules import Bands, Rules, Span, bands_of, clipped, complement, holds, rules_of, swept
 from .under_load import APART, Case, case_of, extended, under_load
 from .vendor import VendorRule, vendor_rule
 
@@ -94,7 +92,7 @@ def speed_map(
     ValueError
         If a range has no width, a limit is one that no speed meets, or a number is out of range.
     SolveError
-        If the law cannot carry a load, or no periodic motion is found.
+        If the law cannot carry a load, or no periodic motion is found under any.
     TypeError
         If `project` is none.
 
@@ -111,6 +109,8 @@ def speed_map(
     count = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     cases = [case_of(variant, value, span) for variant, value in zip(variants, values.tolist(), strict=True)]
     found = _all_motions(cases, span, search, count, progress)
+    if not any(own.curves for own in found):
+        raise SolveError(found[0].remarks[0])
     lines = _lines(cases, found, tuple(number("order", k, positive=True) for k in orders))
     apart = _apart(len(cases))
     bands = [
@@ -138,7 +138,7 @@ def speed_map(
         quasi_static=np.array([own.quasi_static for own in found]),
         scatter=_scatter(units, values, name, cells, span, rules, progress),
         remarks=(
-            *_remarks(cases, found, lines, span, rules, search),
+            *_remarks(cases, found, name, lines, span, rules, search),
             *beyond_ratings(project.gear, cells, values, torque, UNITS[name]),
         ),
     )
@@ -223,7 +223,7 @@ def _all_motions(
     found, seeds = [own for own, _ in both], [some for _, some in both]
     for way in (range(len(cases)), range(len(cases) - 1, -1, -1)):
         for before, here in pairwise(way):
-            if seeds[before]:
+            if seeds[before] and found[here].curves:
                 found[here], new = extended(found[here], cases[here], span, np.empty(0), seeds[before])
                 seeds[here] = (*seeds[here], *new)
     return found
@@ -252,7 +252,7 @@ def _resonances(own: UnderLoad, lines: list[CampbellLine]) -> list[Span]:
 
 def _refuse_unreachable(rules: Rules, found: list[UnderLoad], bands: list[Bands]) -> None:
     """Refuse a limit that no speed meets under any load (ValueError)."""
-    if rules.limit is None or any(len(one.allowed) for one in bands):
+    if rules.limit is None or any(len(one.allowed) for one in bands) or not any(own.runs for own in found):
         return
     least = min(float(np.min(run[:, OSCILLATION])) for own in found for run, _ in own.runs)
     slow = max(own.quasi_static for own in found)
@@ -265,11 +265,8 @@ def _refuse_unreachable(rules: Rules, found: list[UnderLoad], bands: list[Bands]
 
 def _windows(forbidden: list[Floats], span: Span) -> Floats:
     """Speeds allowed under all loads, and between them: what bands of neighbouring loads enclose is forbidden."""
-    every = [tuple((float(a), float(b)) for a, b in bands) for bands in forbidden]
-    spans = [band for bands in every for band in bands]
-    for first, second in pairwise(every):
-        spans += hulls_between(first, second)
-    return complement(clipped(list(merged(spans)), span), span)
+    spans = [band for first, second in pairwise([*forbidden[:1], *forbidden]) for band in swept(first, second)]
+    return complement(clipped(spans, span), span)
 
 
 def _vendor_rules(variants: list[Any], values: Floats, bands: list[Bands], span: Span) -> list[VendorRule]:
@@ -313,10 +310,14 @@ def _of_unit(case: Case, cells: Floats, span: Span, rules: Rules) -> tuple[Float
 
 
 def _remarks(
-    cases: list[Case], found: list[UnderLoad], lines: list[CampbellLine], span: Span, rules: Rules, search: bool
-) -> tuple[str, ...]:
+    cases: list[Case], found: list[UnderLoad], name: str, lines: list[CampbellLine], span: Span, rules: Rules,
+    search: bool,
+) -> tuple[str, ...]:  # fmt: skip
     """What a reader must know, each once."""
-    said = [remark for own in found for remark in own.remarks]
+    said = [remark for own in found if own.curves for remark in own.remarks]
+    if still := [f"{own.load:g}" for own in found if not own.curves]:
+        some = ", ".join(still)
+        said.append(f"no stable steady motion that repeats with every turn is known with a {name} of {some}")
     if not search or not all(case.searched for case in cases):
         said.append("motions apart from the main curve were not looked for")
     met = {line.order for line in lines if np.any((line.speed >= span[0]) & (line.speed <= span[1]))}

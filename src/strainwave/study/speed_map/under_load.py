@@ -1,6 +1,6 @@
 """A drive under one load of the map, and all its stable steady motions through the range of speeds."""
 
-from math import gcd
+from math import gcd, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +22,7 @@ from .rules import Span, gaps
 from .search import Found, Settling, search
 
 APART = 0.025  # relative distance of the speeds of the search
+HIGHEST = 100  # harmonic of an order that may still meet a resonance
 TOO_LIGHT = "the damping is so light that trajectories do not settle: motions apart from the main curve may be missing"
 
 
@@ -44,6 +45,12 @@ class Case(NamedTuple):
     def searched(self) -> bool:
         """Whether other motions are looked for: springs alone, at constant damping and stiffness."""
         return isinstance(self.equation, Oscillator) and is_spring(self.equation)
+
+
+def slowest(case: Case) -> float:
+    """Speed [rad/s] below which the drive follows its excitation: no harmonic up to `HIGHEST` meets its resonance."""
+    natural = sqrt(max(case.point.stiffness, 0.0) / case.equation.J)
+    return natural / (HIGHEST * max(active_orders(case.equation), default=1))
 
 
 def case_of(project: Any, load: float, span: Span) -> Case:
@@ -77,7 +84,7 @@ def main_curve(case: Case, span: Span) -> DriveResponse:
         If no periodic motion is found.
     """
     if case.train is not None:
-        found = train_curve(case.train, span, coexisting=False)
+        found = train_curve(case.train, span, coexisting=False, locate=True)
         if found is None:
             raise SolveError(NO_MOTION)
         return found
@@ -93,9 +100,13 @@ def under_load(
     """All stable motions under a load; and the states that led to those apart from the main curve.
 
     The speeds of the search are `apart`, relative to each; None leaves it out. `shift` moves them by a share of that
-    distance, so that those of many loads differ.
+    distance, so that those of many loads differ. Where no motion is found there are no curves, and `remarks` says why.
     """
-    found = main_curve(case, span)
+    slow = quasi_static(case.equation, case.point)
+    try:
+        found = main_curve(case, span)
+    except SolveError as error:
+        return UnderLoad(case.load, (), slow, remarks=(str(error),)), ()
     every = gcd(*active_orders(case.equation)) or 1
     curves = [Motions(found.curve, found.torque, False, every)]
     if found.response.back is not None:
@@ -108,11 +119,12 @@ def under_load(
     )  # fmt: skip
     said = () if found.status else (str(found.message),)
     own = UnderLoad(
-        case.load, tuple(curves), quasi_static(case.equation, case.point), jumps, doubled(found.curve), (), said
+        case.load, tuple(curves), slow, jumps, doubled(found.curve), (), said
     )  # fmt: skip
     if apart is None or not case.searched:
         return own, ()
-    return extended(own, case, span, searched_at(own, span, apart, shift), ())
+    speeds = searched_at(own, span, apart, shift)
+    return extended(own, case, span, speeds[speeds >= slowest(case)], ())
 
 
 def extended(

@@ -64,6 +64,7 @@ def _numbers(c: Candidate, best: bool) -> dict[str, Any]:
     return {
         "gear": c.gear, "ratio": c.ratio, "size": c.size, "mass_kg": c.mass, "motor_inertia_kg_m2": c.motor_inertia,
         "reflected_inertia_kg_m2": c.reflected_inertia, "load_inertia_kg_m2": c.load_inertia,
+        "load_torque_N_m": c.load_torque,
         "oscillation_arcsec": c.oscillation / ARCSEC, "motor_speed_rpm": c.speed / RPM, "method": c.method,
         "relative_error": c.error, "life_h": c.life, "margin": c.margin, "binding": c.binding, "pareto": best,
     }  # fmt: skip
