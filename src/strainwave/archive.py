@@ -1,4 +1,4 @@
-"""Results as files that read back equal to the bit: NetCDF, Zarr, NumPy.
+"""Results as files that read back equal to the bit: NetCDF, Zarr, NumPy, MATLAB.
 
 A file holds the arrays of `to_xarray` under their names, so that xarray alone reads it too, and in the attribute
 `strainwave` everything that the result consists of, as JSON that refers to arrays by name. Complex arrays are split
@@ -20,11 +20,12 @@ from uuid import uuid4
 
 import numpy as np
 
+from .mat_file import read_mat, write_mat
 from .tree import is_model
 from .units import shown
 
 FORMAT, MARK = 1, "strainwave"
-ENDINGS = (".nc", ".zarr", ".npz")
+ENDINGS = (".nc", ".zarr", ".npz", ".mat")
 STORED = {"b": np.dtype(np.int8), "i": np.dtype(np.int32), "u": np.dtype(np.int32), "f": np.dtype(np.float64)}
 PARTS = ("_real", "_imag")
 
@@ -59,6 +60,8 @@ class atomic:
     def __exit__(self, kind: object, value: object, trace: object) -> None:
         if kind is not None:
             _remove(self.part)
+            if isinstance(value, OSError) and value.filename == self.part:  # the user knows the other name
+                value.filename = str(self.path)
         elif self.path.is_dir():  # a folder takes no other's place
             old = self.part.with_name(self.part.name + ".old")
             os.replace(self.path, old)
@@ -125,7 +128,7 @@ def load(path: str | os.PathLike[str]) -> Any:
     Parameters
     ----------
     path : str or path
-        NetCDF (`.nc`), Zarr (`.zarr`) or NumPy (`.npz`).
+        NetCDF (`.nc`), Zarr (`.zarr`), NumPy (`.npz`) or MATLAB (`.mat`).
 
     Returns
     -------
@@ -346,5 +349,13 @@ def _read_npz(path: Path) -> tuple[Arrays, Arrays]:
     return stored, stored
 
 
-WRITERS = dict(zip(ENDINGS, (_write_netcdf, _write_zarr, _write_npz), strict=True))
-READERS = dict(zip(ENDINGS, (_read_netcdf, _read_zarr, _read_npz), strict=True))
+def _write_mat(data: Any, path: str) -> None:
+    write_mat(data, path, PARTS)
+
+
+def _read_mat(path: Path) -> tuple[Arrays, Arrays]:
+    return read_mat(path, PARTS)
+
+
+WRITERS = dict(zip(ENDINGS, (_write_netcdf, _write_zarr, _write_npz, _write_mat), strict=True))
+READERS = dict(zip(ENDINGS, (_read_netcdf, _read_zarr, _read_npz, _read_mat), strict=True))

@@ -46,7 +46,7 @@ def controller_code(controller: Any, measurement: Any, name: str) -> CCode:
     update = f"double {name}_update({name}_state *state, const {name}_inputs *in)"
     header = guarded(
         name, top, struct(f"{name}_state", list(start) or ["none"]), struct(f"{name}_inputs", measurement._fields),
-        ["/* Start. */", f"{init};"], ["/* Torque [N*m] for a measurement; the state becomes the next one. */", f"{update};"],
+        ["/* Start. */", f"{init};"], ["/* Torque [N*m] for a measurement; changes the state. */", f"{update};"],
     )  # fmt: skip
     begun = Recording.stored([f"state->{field}" for field in start], tuple(start.values())) or ["state->none = 0.0;"]
     body = _updated(controller, measurement, tuple(start))
