@@ -60,7 +60,7 @@ class atomic:
     def __exit__(self, kind: object, value: object, trace: object) -> None:
         if kind is not None:
             _remove(self.part)
-            if isinstance(value, OSError) and value.filename == self.part:  # the user knows the other name
+            if isinstance(value, OSError) and str(value.filename) == str(self.part):  # the user knows the other name
                 value.filename = str(self.path)
         elif self.path.is_dir():  # a folder takes no other's place
             old = self.part.with_name(self.part.name + ".old")
