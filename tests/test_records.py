@@ -13,7 +13,7 @@ from all_results import DUFFING, RESULTS, branch, run
 from scipy.io import loadmat, savemat, whosmat
 
 import strainwave as sw
-from strainwave import archive
+from strainwave.archive import archive
 
 ENDINGS = (".nc", ".zarr", ".npz", ".mat")
 

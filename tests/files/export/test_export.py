@@ -47,7 +47,7 @@ def test_what_is_no_drive_is_refused(tmp_path):
 
 
 def test_a_folder_that_cannot_be_written_is_named_and_nothing_is_left(tmp_path, monkeypatch):
-    def refused(self, *args, **kwargs):
+    def refused(self, *_args, **_options):
         raise PermissionError(13, "Permission denied", str(self))
 
     monkeypatch.setattr("pathlib.Path.write_text", refused)

@@ -1,6 +1,7 @@
 """Functional mock-up units, simulated by FMPy, against the Python plant: its `validate` alone would not load them."""
 
 import math
+import shutil
 import zipfile
 from functools import cache
 
@@ -161,3 +162,11 @@ def test_without_a_compiler_the_unit_holds_the_sources_and_says_so(kind, tmp_pat
         names = unit.namelist()
     assert {"modelDescription.xml", "sources/plant.c", f"sources/fmi{kind[-1]}.c"} < set(names)
     assert not [name for name in names if name.startswith("binaries")]
+
+
+def test_a_compiler_that_fails_is_quoted_and_nothing_is_written(tmp_path, monkeypatch):
+    failing = shutil.which("false")
+    monkeypatch.setattr(fmu.shutil, "which", lambda _: failing)
+    with pytest.raises(RuntimeError, match=r"could not build the unit: no reason given; export to C and build it"):
+        sw.export(TRAIN, tmp_path / "joint.fmu", to="fmu2")
+    assert list(tmp_path.iterdir()) == []

@@ -55,7 +55,8 @@ def test_what_the_format_cannot_carry_is_named(to, tmp_path):
     _, text = written(TRAIN, tmp_path / f"elbow.{ending}", to)
     for lost in (
         "- the kinematic error", "- the torsion law Cubic but its slope at rest", "- the control loop of the motor",
-        "- the friction of the meshing", "- AngleTorque drag of the load", "- LuGre friction but its T_c and sigma_2 of",
+        "- the friction of the meshing", "- AngleTorque drag of the load",
+        "- LuGre friction but its T_c and sigma_2 of the load",
     ):  # fmt: skip
         assert lost in text
     hysteretic = PLAIN._replace(law=sw.Parallel(sw.Linear(1e5), sw.BoucWen(2e4, 0.0, 8e-5)))

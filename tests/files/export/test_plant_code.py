@@ -156,6 +156,12 @@ def test_steps_that_are_too_long_for_the_train_are_refused():
     assert plant_of(train).step == pytest.approx(2 * math.pi / fastest / 16, rel=1e-6)
 
 
+def test_the_step_counts_with_couplings_that_have_come_through_their_play():
+    coupling = sw.Elastic(0.4, 0.0, sw.Play(1e-5, sw.Linear(3e6)), sw.Load(0.9))
+    touching = GEAR._replace(B=0.0).train()._replace(load=coupling._replace(law=sw.Linear(3e6)))
+    assert plant_of(touching._replace(load=coupling)).step == pytest.approx(plant_of(touching).step, rel=1e-6)
+
+
 def test_outputs_are_those_of_the_train():
     train = CASES["coupling"]
     plant = plant_of(train, step=1e-5)

@@ -1,7 +1,6 @@
 """A sampled controller in C: one update a sample, recorded from the controller's own method.
 
-A controller is a NamedTuple with `start()`, its first state, a tuple of floats or of such tuples, and `update(state,
-measurement)`, which returns the next state and the torque [N*m]; a measurement is a NamedTuple of floats.
+`model.controllers.measurement` says what a controller is. A measurement is any NamedTuple of floats.
 """
 
 from typing import Any

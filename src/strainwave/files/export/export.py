@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from ...archive import atomic
+from ...model.controllers.measurement import Measurement
 from ...model.drive import Drive
 from ...model.train.drive_train import DriveTrain
 from ...numerics.integration.methods import FixedStep
@@ -20,6 +21,7 @@ from .plant import plant_code, plant_of
 
 Target = Literal["c", "fmu2", "fmu3", "mjcf", "urdf"]
 ENDINGS = {"c": ".c", "fmu2": ".fmu", "fmu3": ".fmu", "mjcf": ".xml", "urdf": ".urdf"}
+SAMPLE = Measurement(*[0.0] * len(Measurement._fields))
 SOURCES_ALONE = "there is no compiler cc here: the unit holds the sources alone, build them where it runs"
 
 
@@ -51,7 +53,7 @@ def export(
     to: Target,
     step: float | None = None,
     method: FixedStep | None = None,
-    measurement: Any = None,
+    measurement: Any = SAMPLE,
 ) -> Exported:
     """Write a drive train or a controller for another program.
 
@@ -71,7 +73,7 @@ def export(
     method : FixedStep, optional
         Of C and FMI: `Rk4()`, `Dop8()` or any other scheme of fixed steps. Default: `Dop8()`.
     measurement : NamedTuple, optional
-        Of a controller: any measurement, whose fields become the inputs.
+        Of a controller: any measurement, whose fields become the inputs. Default: that of the library's controllers.
 
     Returns
     -------

@@ -122,10 +122,18 @@ def plant_of(train: Any, step: Any = None, method: Any = None) -> Plant:
 
 
 def _fastest(train: DriveTrain) -> float:
-    """Size [1/s] of the fastest pole of the train, at rest and where its law is stiffer."""
-    places = [0.0, *(BEYOND * place for place in breakpoints_of(train.law))]
-    states = [np.append(place, np.zeros(len(train.state_names()) - 1)) for place in places]
-    return max(float(np.max(np.abs(state_space(train, at=state).poles))) for state in states)
+    """Size [1/s] of the fastest pole of the train, at rest and where its laws are stiffest."""
+    rest = np.zeros(len(train.state_names()))
+    stiff = rest.copy()
+    for at, law in ((0, train.law), *zip(train.twists(), train.load.couplings(), strict=True)):
+        stiff[at] = _stiffest(law)
+    return max(float(np.max(np.abs(state_space(train, at=state).poles))) for state in (rest, stiff))
+
+
+def _stiffest(law: Any) -> float:
+    """Twist [rad] behind a breakpoint of a law where it is stiffest; 0 where that is none."""
+    places: list[float] = [0.0, *(BEYOND * place for place in breakpoints_of(law))]
+    return max(places, key=lambda place: float(law.stiffness(place)) if len(places) > 1 else 0.0)
 
 
 class Stepped:

@@ -100,6 +100,8 @@ class Traced:
         self.recording, self.text, self.line = recording, text, line
 
     def _recorded(self, name: str, *arguments: Any) -> Any:
+        if any(isinstance(argument, np.ndarray) and argument.ndim for argument in arguments):
+            _refuse("puts a value into an array")
         if not all(isinstance(argument, Traced | Real | np.bool_) for argument in arguments):
             return NotImplemented
         known = _known(name, arguments)
