@@ -173,6 +173,11 @@ def test_every_controller_of_the_library_is_the_same_in_c(name, tmp_path):
     assert np.all(np.isfinite(ours))
 
 
+def test_no_controller_of_the_library_is_left_out():
+    found = {name for name, thing in vars(own).items() if hasattr(thing, "start") and hasattr(thing, "update")}
+    assert found - {"ClosedLoop"} == set(OWN)
+
+
 @needs_cc
 def test_the_guard_of_the_adaptive_law_trips_in_c_too(tmp_path):
     eager = OWN["AdaptiveCancellation"]._replace(gain=1e5)

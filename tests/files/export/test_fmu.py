@@ -130,6 +130,15 @@ def test_a_state_can_be_set_saved_and_restored(kind, tmp_path):
 
 @needs_cc
 @pytest.mark.parametrize("kind", KINDS)
+def test_a_unit_begins_with_the_given_state(kind, tmp_path):
+    path = sw.export(TRAIN, tmp_path / "joint.fmu", to=kind, start=(2e-4, -0.1, 3.0, 7.0)).path
+    assert simulated(path)[[0, 1, 4], 0] == pytest.approx((3.0, 7.0, 2e-4), rel=1e-15)
+    starts = {v.name: v.start for v in fmpy.read_model_description(str(path)).modelVariables}
+    assert float(starts["state x'"]) == -0.1
+
+
+@needs_cc
+@pytest.mark.parametrize("kind", KINDS)
 def test_the_description_is_valid_and_names_what_it_depends_on(kind, tmp_path):
     path = sw.export(TRAIN, tmp_path / "joint.fmu", to=kind, step=1e-4).path
     assert fmpy.validation.validate_fmu(str(path)) == []

@@ -107,6 +107,23 @@ def test_c_follows_the_equations_of_motion_as_scipy_integrates_them(tmp_path):
     np.testing.assert_allclose(found[:, :4], run.y[[0, 1, 2, 3]].T, rtol=1e-8)
 
 
+@needs_cc
+def test_a_plant_that_begins_in_balance_stays_there(tmp_path):
+    """Gravity of 12 N*m at 90 degrees twists the gear; 12/50 N*m of the motor hold it."""
+    angle = 0.5 * math.pi
+    train = GEAR._replace(law=STIFFENING).train(load_drag=sw.AngleTorque(12.0))
+    twist = 5.0 / 1e5 + 7.0 / 1.4e5
+    plant = plant_of(train, step=1e-4, start=(twist, 0.0, 50.0 * (angle + twist), 0.0))
+    found = by_c(tmp_path, plant, (np.full(500, 12.0 / 50.0), np.zeros(500)))
+    np.testing.assert_allclose(found[-1, [0, 2, 4, 5]], (50.0 * (angle + twist), angle, twist, 12.0), rtol=1e-9)
+    np.testing.assert_allclose(found[-1, [1, 3]], 0.0, atol=1e-9)
+
+
+def test_a_start_with_another_number_of_states_is_refused():
+    with pytest.raises(ValueError, match=r"start is \(0\.1, 0\.0\); it must be 4 finite numbers"):
+        plant_of(GEAR.train(), start=(0.1, 0.0))
+
+
 @pytest.mark.parametrize("name", LAWS)
 def test_every_law_can_be_recorded(name):
     code = plant_code(plant_of(GEAR._replace(law=LAWS[name]).train(), step=1e-6), "joint")

@@ -51,7 +51,7 @@ def variables(plant: Plant) -> Variables:
     states, rates = [], []
     for i, (name, unit) in enumerate(plant.states()):
         state, of_rate = f"state {name}", {"rad": "rad/s", "rad/s": "rad/s2"}.get(unit, "")
-        states.append(Variable(state, str(FIRST_STATE + i), "local", "exact", unit, "", "0.0"))
+        states.append(Variable(state, str(FIRST_STATE + i), "local", "exact", unit, "", repr(plant.start[i])))
         reference = str(FIRST_RATE + i)
         rates.append(Variable(f"der({state})", reference, "local", "calculated", of_rate, "", "", states[-1].reference))
     return Variables(inputs, outputs, states, rates)

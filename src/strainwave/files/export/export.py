@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
+from numpy.typing import ArrayLike
+
 from ...archive import atomic
 from ...model.controllers.measurement import Measurement
 from ...model.drive import Drive
@@ -53,6 +55,7 @@ def export(
     to: Target,
     step: float | None = None,
     method: FixedStep | None = None,
+    start: ArrayLike | None = None,
     measurement: Any = SAMPLE,
 ) -> Exported:
     """Write a drive train or a controller for another program.
@@ -72,6 +75,9 @@ def export(
         Of C and FMI: length of a step [s]. Default: as many steps of the method per shortest time scale as it has.
     method : FixedStep, optional
         Of C and FMI: `Rk4()`, `Dop8()` or any other scheme of fixed steps. Default: `Dop8()`.
+    start : (states,) array_like, optional
+        Of C and FMI: state to begin with, as `state_names()` of the train with a free motor lists it; for instance
+        `operating_state`. Default: zeros.
     measurement : NamedTuple, optional
         Of a controller: any measurement, whose fields become the inputs. Default: that of the library's controllers.
 
@@ -83,7 +89,8 @@ def export(
     Raises
     ------
     ValueError
-        If the format or the ending is another, the stem is not a name in C, or the step is too long for the train.
+        If the format or the ending is another, the stem is not a name in C, the step is too long for the train, or
+        `start` has another number of states.
     TypeError
         If the source is of another kind, or a law or a controller branches on a value.
     OSError
@@ -101,7 +108,7 @@ def export(
         with atomic(path) as part:
             Path(part).write_text((mjcf if to == "mjcf" else urdf)(checked(train), name), encoding="utf-8")
         return Exported(path)
-    plant = plant_of(train, step, method)
+    plant = plant_of(train, step, method, start)
     if to == "c":
         return Exported(plant_code(plant, name).write(path))
     built = write_fmu(plant, path, name, int(to[-1]))

@@ -15,7 +15,7 @@ from ...model.train.drive_train import DriveTrain, motor_motion
 from ...model.train.motion import AtRest
 from ...numerics.integration.methods import Dop8, FixedStep
 from ...protocols import with_parts
-from ...quantities import checked, number, shown
+from ...quantities import checked, number, numbers, shown
 from ...study.train.state_space import state_space
 from .c_code import CCode, as_name, function, guarded, opening, struct, text_of
 from .traced import Recording
@@ -58,11 +58,14 @@ class Plant:
         Length of a step [s].
     method : FixedStep
         Its scheme takes the steps.
+    start : tuple of float
+        State to begin with.
     """
 
     train: DriveTrain
     step: float
     method: FixedStep
+    start: tuple[float, ...]
 
     def under(self, motor_torque: Any, load_torque: Any) -> DriveTrain:
         """Return the train under torques [N*m] on its shafts."""
@@ -83,7 +86,7 @@ class Plant:
         return tuple((name, _unit(name)) for name in names)
 
 
-def plant_of(train: Any, step: Any = None, method: Any = None) -> Plant:
+def plant_of(train: Any, step: Any = None, method: Any = None, start: Any = None) -> Plant:
     """Plant of a drive train: its control, its reference and the torques of its own are left out.
 
     Parameters
@@ -94,20 +97,24 @@ def plant_of(train: Any, step: Any = None, method: Any = None) -> Plant:
         Length of a step [s]. Default: as many steps of the method per shortest time scale as it has.
     method : FixedStep, optional
         Default: `Dop8()`.
+    start : (states,) array_like, optional
+        State to begin with, as of the train with a free motor. Default: zeros.
 
     Raises
     ------
     TypeError
         If the train or the method is of another kind.
     ValueError
-        If the step is too long for the fastest motion of the train.
+        If the step is too long for the fastest motion of the train, or `start` has another number of states.
     """
     train = checked(with_parts("export", train, "power_names"))
     method = Dop8() if method is None else method
     if not isinstance(method, FixedStep):
         raise TypeError(f"method is {shown(method)}; C code takes fixed steps: give Rk4(), Dop8() or FixedStep(scheme)")
     train = train._replace(motor=train.motor._replace(control=FREE), reference=AtRest(), omega=1.0)
-    plant = Plant(Plant(train, 0.0, method).under(0.0, 0.0), 0.0, method)
+    states = len(train.state_names())
+    begun = (0.0,) * states if start is None else tuple(numbers("start", start, count=states).tolist())
+    without = Plant(train, 0.0, method, begun).under(0.0, 0.0)
     fastest = _fastest(train)
     longest = LARGEST_STEP / fastest if fastest else math.inf
     if step is None:
@@ -118,7 +125,7 @@ def plant_of(train: Any, step: Any = None, method: Any = None) -> Plant:
             f"the step is {step:g} s and the fastest motion of the train takes steps up to {longest:.3g} s; give a "
             "shorter one"
         )
-    return Plant(plant.train, step, method)
+    return Plant(without, step, method, begun)
 
 
 def _fastest(train: DriveTrain) -> float:
@@ -171,7 +178,7 @@ def _declared(plant: Plant, name: str) -> list[list[str]]:
     states = plant.states()
     listed = ", ".join(f"{i} {state} [{unit or '-'}]" for i, (state, unit) in enumerate(states))
     called = [
-        f"/* Start at rest. */\nvoid {name}_init({name}_state *state);",
+        f"/* The state to begin with. */\nvoid {name}_init({name}_state *state);",
         f"/* One step of {name.upper()}_STEP seconds: state and outputs after it. */\n"
         f"void {name}_step({name}_state *state, const {name}_inputs *in, {name}_outputs *out);",
         f"/* One step of h seconds, at most {name.upper()}_STEP. */\n"
@@ -196,12 +203,10 @@ def _defined(plant: Plant, name: str) -> list[list[str]]:
     state = f"{name}_state *state"
     kept = f"const {state}"
     inside = f"const {name}_inputs *in"
-    count = f"{name.upper()}_STATES"
-    each = f"for (int i = 0; i < {count}; i++)"
     return [
         [f'#include "{name}.h"', "#include <math.h>"],
         function(f"static void rates({inside}, const double y[], double dy[])", _rates(plant, n)),
-        function(f"void {name}_init({state})", [f"{each} state->y[i] = 0.0;"]),
+        function(f"void {name}_init({state})", Recording.stored([f"state->y[{i}]" for i in range(n)], plant.start)),
         function(f"void {name}_rates({inside}, {kept}, {name}_state *rate)", ["rates(in, state->y, rate->y);"]),
         function(
             f"void {name}_read({kept}, {name}_outputs *out)", ["const double *y = state->y;", *_outputs(plant, n)]
