@@ -124,6 +124,7 @@ OWN = {
     "AngleFeedforward": own.AngleFeedforward(PD, ERROR, 50.0, 3e-4, 5e-4),
     "TorqueTable": own.TorqueTable(PD, sw.Harmonics((sw.Harmonic(0.1, 2, 0.4), sw.Harmonic(0.02, 4))), 3e-4),
     "InverseDynamics": own.InverseDynamics(PD, PLANT, 3e-4),
+    "Repetitive": own.Repetitive(PD, 50.0, 50.0, 0.3, 0.05, 0.4, PERIOD),
     "AdaptiveCancellation": own.AdaptiveCancellation(PD, 50.0, 50.0, 0.6, 0.02, PERIOD),
 }
 
@@ -131,7 +132,7 @@ OWN = {
 def by_c(folder, controller, record, measurement=NOTHING):
     library = compiled(controller_code(controller, measurement, "loop").write(folder / "loop.c"))
     library.loop_update.restype = type(doubles(0.0))._type_
-    state = doubles(*[9.0] * 16)
+    state = doubles(*[9.0] * 80)
     library.loop_init(state)
     return np.array([library.loop_update(state, doubles(*row)) for row in record])
 

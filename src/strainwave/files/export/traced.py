@@ -66,6 +66,15 @@ class Recording:
             self._known[expression] = Traced(self, name, name)
         return self._known[expression]
 
+    def table(self, items: tuple[Any, ...]) -> "Traced":
+        """C array of numbers."""
+        values = ", ".join(map(literal, items))
+        if values not in self._known:
+            name = f"t{len(self.lines)}"
+            self.lines[name] = Line(f"const double {name}[] = {{{values}}};", _names(items))
+            self._known[values] = Traced(self, name, name)
+        return self._known[values]
+
     def called(self, function: str, arguments: tuple[Any, ...], count: int) -> tuple["Traced", ...]:
         """As many numbers as a C function gives: its text has a {0} for the arguments and a {1} for the results."""
         name = f"k{len(self.lines)}"
@@ -120,6 +129,14 @@ class Traced:
             _refuse(f"calls numpy.{function.__name__}, which C code does not have")
         condition, a, b = arguments
         return self._recorded("where", *arguments) if isinstance(condition, Traced) else (a if condition else b)
+
+    def entry(self, items: tuple[Any, ...]) -> Any:
+        """Number at this place in a tuple."""
+        return self.recording.value("{}[(int){}]", self.recording.table(items), self)
+
+    def with_entry(self, items: tuple[Any, ...], value: Any) -> tuple[Any, ...]:
+        """The tuple with another number at this place."""
+        return tuple(self._recorded("where", self == float(k), value, item) for k, item in enumerate(items))
 
     def __add__(self, other: Any) -> Any:
         return self._recorded("add", self, other)
