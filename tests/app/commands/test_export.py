@@ -52,6 +52,36 @@ def test_the_response_of_the_project_is_a_mat_file(path, tmp_path):
     np.testing.assert_array_equal(found.oscillation, own.oscillation)
 
 
+LAW = """\
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+
+class Bent(NamedTuple):
+    K: Annotated[float, "N*m/rad"]
+
+    def torque(self, x):
+        return np.array([self.torque(u) for u in x]) if isinstance(x, np.ndarray) else self.K * max(x, 0.5 * x)
+
+    def stiffness(self, x):
+        return self.K * (0.75 + 0.25 * np.sign(x))
+"""
+
+
+def test_a_law_of_the_project_that_branches_is_one_sentence(tmp_path):
+    (tmp_path / "own.py").write_text(LAW)
+    (tmp_path / "axis.yaml").write_text(PROJECT.replace("{type: linear,", '{python: "own.py:Bent",'))
+    before = sorted(os.listdir(tmp_path))
+    run = invoke(tmp_path / "axis.yaml", "--to", "fmu2", "-o", tmp_path / "axis.fmu")
+    assert run.exit_code == 1
+    assert run.stderr.startswith(
+        "strainwave: Bent.torque branches on a value (if, and, or, min or max) in line 10: it is"
+    )
+    assert run.stderr.count("\n") == 1
+    assert sorted(os.listdir(tmp_path)) == before
+
+
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
