@@ -3,8 +3,7 @@
 #include "instance.h"
 
 typedef int status;
-enum { OK = 0, DISCARD = 2, ERROR = 3 };
-enum { MODEL_EXCHANGE = 0 };
+enum { OK = 0, ERROR = 3 };
 
 typedef void *component;
 typedef void (*logger)(void *, const char *, status, const char *, const char *, ...);
@@ -24,7 +23,6 @@ typedef struct {
 
 typedef struct {
     kept my;
-    double start;
     const callbacks *functions;
     char name[64];
 } instance;
@@ -72,11 +70,10 @@ FMI(void, fmi2FreeInstance)(component c)
 
 FMI(status, fmi2SetupExperiment)(component c, int has_tolerance, double tolerance, double start, int has_stop, double stop)
 {
-    instance *one = c;
-    if (!one) {
+    if (!c) {
         return ERROR;
     }
-    one->start = one->my.time = start;
+    ((instance *)c)->my.time = start;
     return OK;
 }
 
