@@ -50,11 +50,8 @@ def _sentence(error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename or 'a file'}: {error.strerror.lower()}"
     text = " ".join(str(error).split()) or type(error).__name__
-    return (
-        text
-        if type(error).__name__ in EXPECTED
-        else f"{type(error).__name__}: {text} (this is unexpected; --debug shows where)"
-    )
+    name = type(error).__name__
+    return text if name in EXPECTED else f"{name}: {text} (this is unexpected; --debug shows where)"
 
 
 def _known_suffix(_context: click.Context, _option: click.Parameter, output: Path | None) -> Path | None:
