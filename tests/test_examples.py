@@ -7,6 +7,7 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 import pytest
+from c_compiler import needs_cc
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from two_inertias import TwoInertias
@@ -111,6 +112,24 @@ def test_example_closed_form():
     differences = example("closed_form").main()
     assert differences.keys() == bars.keys()
     assert all(0.0 < differences[name] <= bar for name, bar in bars.items())
+    assert len(plt.get_fignums()) == 1
+
+
+@needs_cc
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_example_export_to_c():
+    # Independent: SciPy's DOP853 on equations by hand.
+    def rhs(_, y):
+        a, w, b, v = y
+        x, rate = a / 50 - b - 1.1e-4 * math.cos(2 * a), w / 50 - v + 2.2e-4 * math.sin(2 * a) * w
+        torque = np.interp(abs(x), *KNOTS) * np.sign(x) + 40.0 * rate
+        return w, (0.35 - (0.02 + 2.2e-4 * math.sin(2 * a)) * torque) / 4.5e-4, v, torque / 1.3
+
+    KNOTS = (0.0, 2e-4, 2e-4 + 60 / 1.4e5, 1.0), (0.0, 20.0, 80.0, 80.0 + 1.8e5 * (1.0 - 2e-4 - 60 / 1.4e5))
+    run = solve_ivp(rhs, (0.0, 0.8), np.zeros(4), "DOP853", 1e-4 * np.arange(8001), rtol=1e-9, max_step=5e-5)
+    largest = np.max(np.abs(run.y[0] / 50 - run.y[2])) * 648_000.0 / math.pi
+    assert example("export_to_c").main() == pytest.approx(largest, rel=1e-5)  # steps across the corners: second order
     assert len(plt.get_fignums()) == 1
 
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from dataclasses import fields, is_dataclass, replace
 from typing import NamedTuple
 
@@ -9,11 +10,12 @@ import numpy as np
 import pytest
 import xarray as xr
 from all_results import DUFFING, RESULTS, branch, run
+from scipy.io import loadmat, savemat, whosmat
 
 import strainwave as sw
-from strainwave import archive
+from strainwave.archive import archive
 
-ENDINGS = (".nc", ".zarr", ".npz")
+ENDINGS = (".nc", ".zarr", ".npz", ".mat")
 
 
 class Doubled(NamedTuple):
@@ -71,6 +73,8 @@ def test_every_result_comes_back_equal_to_the_bit(name, ending, tmp_path):
     assert type(back) is type(result)
     assert differences(result, back) == []
     assert str(back) == str(result)
+    if ending == ".mat":
+        assert all(re.fullmatch(r"[A-Za-z]\w{0,62}", name, re.ASCII) for name, _, _ in whosmat(path))
     assert result.save(path) == path  # in the place of the old one
     assert os.listdir(tmp_path) == [f"found{ending}"]
 
@@ -109,6 +113,15 @@ def test_a_saved_branch_is_a_dataset_for_xarray_too(ending, tmp_path):
         np.testing.assert_array_equal(data["amplitude"].sel(harmonic=3).values, branch().amplitude(3))
         assert data.attrs["result"] == "Branch"
         assert data.attrs["version"] == sw.__version__
+
+
+def test_in_matlab_every_array_is_a_struct_with_its_unit(tmp_path):
+    found = loadmat(branch().save(tmp_path / "curve.mat"), squeeze_me=True, struct_as_record=False)
+    np.testing.assert_array_equal(found["omega"].value, branch().omega)
+    np.testing.assert_array_equal(found["amplitude"].value[:, 2], branch().amplitude(3))
+    np.testing.assert_array_equal(found["multipliers"].value, branch().multipliers)
+    assert (found["omega"].unit, found["amplitude"].dimensions) == ("rad/s", "point, harmonic")
+    assert (found["result"], found["tail"]) == ("Branch", branch().tail)
 
 
 def test_a_dataset_has_dimensions_units_and_single_numbers():
@@ -191,6 +204,7 @@ def test_files_of_others_are_told_apart(tmp_path):
     data.to_netcdf(tmp_path / "other.nc", engine="scipy")
     data.to_zarr(tmp_path / "other.zarr", consolidated=False)
     np.savez(tmp_path / "other.npz", a=1.0)
+    savemat(tmp_path / "other.mat", {"a": 1.0, "strain": "wave"})
     for ending in ENDINGS:
         with pytest.raises(ValueError, match="holds no result of strainwave; `save` of a result writes one"):
             sw.load(tmp_path / f"other{ending}")
@@ -238,7 +252,9 @@ def test_what_no_file_gives_back_is_refused_before_anything_is_written(tmp_path)
     mine = sw.drive_run(train, (1e-4, 0.0), (0.0, 1e-3), method=sw.Dopri5(rtol=1e-3))
     with pytest.raises(ValueError, match=r"train\.law is a Doubled of your own .*; pickle the result, or save its"):
         mine.save(tmp_path / "run.nc")
-    with pytest.raises(ValueError, match=r"cannot save a Branch as 'b\.csv'; use a name that ends in \.nc, \.zarr or "):
+    with pytest.raises(
+        ValueError, match=r"cannot save a Branch as 'b\.csv'; use a name that ends in \.nc, \.zarr, \.npz or \.mat"
+    ):
         branch().save(tmp_path / "b.csv")
     (tmp_path / "folder.zarr").mkdir()
     with pytest.raises(ValueError, match=r"folder\.zarr is a folder and no Zarr store; give another name"):

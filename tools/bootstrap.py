@@ -171,8 +171,8 @@ def bench(rest: list[str]) -> list[str]:
 
 TASKS: dict[str, tuple[Callable[[list[str]], list[str]], tuple[str, ...]]] = {
     "demo": (demo, ("report",)),
-    "test": (test, ("plot", "report", "sym", "cluster", "dev")),
-    "coverage": (coverage, ("plot", "report", "sym", "cluster", "dev")),
+    "test": (test, ("plot", "report", "sym", "cluster", "control", "fmi", "dev")),
+    "coverage": (coverage, ("plot", "report", "sym", "cluster", "control", "fmi", "dev")),
     "docs": (docs, ("plot", "report", "sym", "docs")),
     "lint": (lint, ("plot", "report", "sym", "cluster", "dev")),
     "bench": (bench, ("plot", "report", "sym", "cluster", "dev")),

@@ -230,6 +230,8 @@ from .files.move.profile_file import read_profile as read_profile
 from .files.order_tables.order_table import OrderTable as OrderTable
 from .files.order_tables.format import OrderFormat as OrderFormat
 from .files.order_tables.residual import TableResidual as TableResidual
+from .files.export.export import Exported as Exported
+from .files.export.export import export as export
 from .files.scan_file import ScanFile as ScanFile
 from .files.scan_file import read_scan as read_scan
 

@@ -1,8 +1,8 @@
 """Elementary functions that a law or an excitation may call on floats, arrays and symbols alike.
 
-Each function asks the library its argument comes from (math, NumPy, SymPy); compiled kernels get vector code (see
-`maths_kernels`). Like compiled code, a float outside the domain gives NaN and one too large gives infinity. `abs` of
-the language works everywhere and needs no entry here.
+Each function asks the library its argument comes from (math, NumPy, SymPy), NumPy also for what its functions take;
+compiled kernels get vector code (see `maths_kernels`). Like compiled code, a float outside the domain gives NaN and one
+too large gives infinity. `abs` of the language works everywhere and needs no entry here.
 """
 
 import math
@@ -14,7 +14,8 @@ from typing import Any
 def _library(x: Any) -> ModuleType:
     if isinstance(x, float | int):
         return math
-    return sys.modules[type(x).__module__.partition(".")[0]]
+    own = "numpy" if hasattr(type(x), "__array_ufunc__") else type(x).__module__.partition(".")[0]
+    return sys.modules[own]
 
 
 def _apply(name: str, x: Any) -> Any:

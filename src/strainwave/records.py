@@ -64,9 +64,10 @@ class Result:
         return pd.DataFrame(columns, index=index)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything as NetCDF (`.nc`), Zarr (`.zarr`) or NumPy (`.npz`), which `load` reads back to the bit.
+        """Write everything as NetCDF (`.nc`), Zarr (`.zarr`), NumPy (`.npz`) or MATLAB (`.mat`) for `load`.
 
-        The file appears only when it is complete. xarray reads `.nc` and `.zarr` as they are.
+        `load` reads it back to the bit. The file appears only when it is complete. xarray reads `.nc` and `.zarr` as
+        they are; in MATLAB every array is a struct with `value`, `unit` and `dimensions`.
 
         Raises
         ------

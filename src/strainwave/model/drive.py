@@ -151,6 +151,10 @@ class Drive(NamedTuple):
         train = DriveTrain(motor, self.N, self.B, self.law, load, omega, error, reference, friction)
         return train if _symbolic(train) else checked(train)
 
+    def to_control(self, **options: Any) -> Any:
+        """Linear train with a free motor as a `control.StateSpace` of python-control; see `study.train.to_control`."""
+        return self.train().to_control(**options)
+
     def check(self) -> None:
         """Refuse inertias and a ratio that are not positive (ValueError)."""
         for name in ("J_m", "J_l", "N"):

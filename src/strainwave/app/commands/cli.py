@@ -14,6 +14,9 @@ import click
 from ... import __version__
 
 FAILED, INVALID_PROJECT, INTERRUPTED = 1, 3, 130
+EXPECTED = (
+    "SolveError", "ValueError", "TypeError", "RuntimeError", "ModuleNotFoundError", "FileNotFoundError", "Unrecordable",
+)  # fmt: skip
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 folder_type = click.Path(file_okay=False, path_type=Path)
@@ -47,8 +50,8 @@ def _sentence(error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename or 'a file'}: {error.strerror.lower()}"
     text = " ".join(str(error).split()) or type(error).__name__
-    expected = type(error).__name__ in ("SolveError", "ValueError", "TypeError", "RuntimeError", "ModuleNotFoundError")
-    return text if expected else f"{type(error).__name__}: {text} (this is unexpected; --debug shows where)"
+    name = type(error).__name__
+    return text if name in EXPECTED else f"{name}: {text} (this is unexpected; --debug shows where)"
 
 
 def _known_suffix(_context: click.Context, _option: click.Parameter, output: Path | None) -> Path | None:
@@ -229,6 +232,25 @@ def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
     from .design.compare import show
 
     show(projects, output, as_json)
+
+
+@cli.command()
+@click.argument("project", type=click.Path(path_type=Path))
+@click.option(
+    "--to", type=click.Choice(("c", "fmu2", "fmu3", "mjcf", "urdf", "mat")), required=True,
+    help="C99; FMU of FMI 2.0 or 3.0; a joint for MuJoCo or in URDF; the computed response for MATLAB.",
+)  # fmt: skip
+@click.option(
+    "-o", "--output", type=click.Path(dir_okay=False, path_type=Path), required=True,
+    help="File: .c (and .h beside it), .fmu, .xml, .urdf or .mat.",
+)  # fmt: skip
+@click.option("--step", help='Length of a step of C and FMU, as "250 us". Default: 16 in the shortest time scale.')
+@json_option
+def export(project: Path, to: str, output: Path, step: str | None, as_json: bool) -> None:
+    """Take the motor, the gear and the load of a project to another program."""
+    from .exchange.export import show
+
+    show(project, to, output, step, as_json)
 
 
 @cli.command()

@@ -21,6 +21,8 @@ EXTRAS = {
     "report": ("jinja2",),
     "sym": ("sympy",),
     "cluster": ("distributed",),
+    "control": ("control",),
+    "fmi": ("fmpy",),
     "cuda": ("numba_cuda",),
     "docs": ("sphinx", "myst_parser", "sphinx_gallery", "furo"),
     "dev": ("pytest", "hypothesis", "ruff", "mypy"),

@@ -3,10 +3,9 @@
 from math import pi
 from typing import Any, NamedTuple
 
-from ...choices import select
+from ...choices import entry, select, with_entry
 from ...compile.jit import kernel
 from ...quantities import Angle, Ratio, Time, Torque
-from ...tree import with_leaf
 from .loops import is_controller
 from .measurement import known
 
@@ -27,9 +26,22 @@ def place(angle: Any) -> Any:
 def straight(cells: Any, where: Any) -> Any:
     """Value of a table over the turn at a place, straight between the middles of its cells."""
     shifted = where + (CELLS - 0.5)
-    low = int(shifted)
-    share = shifted - low
-    return (1.0 - share) * cells[low % CELLS] + share * cells[(low + 1) % CELLS]
+    low = whole(shifted)
+    share, left = shifted - low, around(low)
+    return (1.0 - share) * entry(cells, left) + share * entry(cells, around(left + 1.0))
+
+
+@kernel
+def whole(x: Any) -> Any:
+    """Largest whole number that is not above x."""
+    nearest = (x + ROUND) - ROUND
+    return nearest - select(nearest > x, 1.0, 0.0)
+
+
+@kernel
+def around(cell: Any) -> Any:
+    """A cell of this turn or the next one, as one of this turn."""
+    return select(cell >= CELLS, cell - CELLS, cell)
 
 
 class Repetitive(NamedTuple):
@@ -65,12 +77,13 @@ class Repetitive(NamedTuple):
         inner, cells, tripped = state
         inner, torque = self.loop.update(inner, m)
         added = (1.0 - tripped) * straight(cells, place(m.reference + self.lead))
-        i = int(place(m.reference))
+        i = whole(place(m.reference))
         seen = known(m.reference / self.N - m.load)
-        middle = 0.5 * (cells[(i + 1) % CELLS] + cells[(i + CELLS - 1) % CELLS])
-        value = cells[i] + self.smooth * (middle - cells[i]) + self.period * self.gain * seen
+        middle = 0.5 * (entry(cells, around(i + 1.0)) + entry(cells, around(i + (CELLS - 1.0))))
+        own = entry(cells, i)
+        value = own + self.smooth * (middle - own) + self.period * self.gain * seen
         tripped = select(abs(value) > self.most, 1.0, tripped)
-        return (inner, with_leaf(cells, i, value), tripped), torque + added
+        return (inner, with_entry(cells, i, value), tripped), torque + added
 
     def check(self) -> None:
         """Refuse a loop that is none (TypeError), and numbers out of range (ValueError)."""

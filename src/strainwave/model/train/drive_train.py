@@ -6,6 +6,7 @@ nothing dropped. T_f is the friction of the meshing, a share of |T|. The state h
 motor's deviation from its reference instead of theta_m, so that no small twist is the difference of large angles.
 """
 
+from importlib import import_module
 from typing import Any, NamedTuple
 
 from ...compile.jit import kernel
@@ -211,6 +212,11 @@ class DriveTrain(NamedTuple):
     def linear_part(self) -> Any:
         """What is linear around its laws, at constant mean speed; None where laws have memory or drags friction."""
         return linear_part(self)
+
+    def to_control(self, **options: Any) -> Any:
+        """Linear train as a `control.StateSpace` of python-control; see `study.train.to_control`."""
+        # `strainwave.study` stands above: it is loaded by its name, as the package loads its own names
+        return import_module("strainwave.study.train.to_control").to_control(self, **options)
 
     def check(self) -> None:
         """Refuse no ratio, damping that drives (ValueError) and parts without the methods needed (TypeError)."""

@@ -1,9 +1,7 @@
-"""Results as files that read back equal to the bit: NetCDF, Zarr, NumPy.
+"""Results as files that read back equal to the bit: NetCDF, Zarr, NumPy, MATLAB.
 
 A file holds the arrays of `to_xarray` under their names, so that xarray alone reads it too, and in the attribute
-`strainwave` everything that the result consists of, as JSON that refers to arrays by name. Complex arrays are split
-into `_real` and `_imag`; truth values and whole numbers are stored as small integers, which NetCDF 3 knows, and words
-along a dimension as an attribute.
+`strainwave` everything that the result consists of, as JSON that refers to arrays by name.
 """
 
 import hashlib
@@ -20,15 +18,11 @@ from uuid import uuid4
 
 import numpy as np
 
-from .tree import is_model
-from .units import shown
+from ..tree import is_model
+from ..units import shown
+from .formats import ENDINGS, MARK, PARTS, READERS, WRITERS, Arrays, plain
 
-FORMAT, MARK = 1, "strainwave"
-ENDINGS = (".nc", ".zarr", ".npz")
-STORED = {"b": np.dtype(np.int8), "i": np.dtype(np.int32), "u": np.dtype(np.int32), "f": np.dtype(np.float64)}
-PARTS = ("_real", "_imag")
-
-Arrays = dict[str, Any]
+FORMAT = 1
 
 
 def version() -> str:
@@ -59,6 +53,8 @@ class atomic:
     def __exit__(self, kind: object, value: object, trace: object) -> None:
         if kind is not None:
             _remove(self.part)
+            if isinstance(value, OSError) and str(value.filename) == str(self.part):  # the user knows the other name
+                value.filename = str(self.path)
         elif self.path.is_dir():  # a folder takes no other's place
             old = self.part.with_name(self.part.name + ".old")
             os.replace(self.path, old)
@@ -110,7 +106,7 @@ def write(result: Any, labelled: Any, path: Path) -> None:
         if names[name] == own[name] and array.size:
             data[own[name]] = (_dimensions(name, array.shape), array)
     with atomic(path) as part:
-        WRITERS[path.suffix](_plain(data.assign_attrs({MARK: json.dumps(about)})), part)
+        WRITERS[path.suffix](plain(data.assign_attrs({MARK: json.dumps(about)})), part)
 
 
 def _dimensions(name: str, shape: tuple[int, ...]) -> list[str]:
@@ -125,7 +121,7 @@ def load(path: str | os.PathLike[str]) -> Any:
     Parameters
     ----------
     path : str or path
-        NetCDF (`.nc`), Zarr (`.zarr`) or NumPy (`.npz`).
+        NetCDF (`.nc`), Zarr (`.zarr`), NumPy (`.npz`) or MATLAB (`.mat`).
 
     Returns
     -------
@@ -275,25 +271,6 @@ def _digest(content: str, arrays: Arrays) -> str:
     return said.hexdigest()
 
 
-def _plain(data: Any) -> Any:
-    """Dataset with the kinds of arrays alone that every format knows, and without the empty ones."""
-    for name in list(data.variables):
-        variable = data[name]
-        if not variable.size:
-            data = data.drop_vars(name)
-        elif variable.dtype.kind in "UO":  # words along a dimension, which not every format has as an array
-            data = data.drop_vars(name).assign_attrs({name: ", ".join(map(str, variable.values))})
-        elif variable.dtype.kind == "c":
-            parts = zip(PARTS, (variable.real, variable.imag), strict=True)
-            data = data.drop_vars(name).assign({f"{name}{part}": value for part, value in parts})
-        elif variable.dtype.kind in STORED:
-            stored = variable.astype(STORED[variable.dtype.kind])
-            if not np.array_equal(stored, variable, equal_nan=variable.dtype.kind == "f"):
-                raise ValueError(f"{name} has whole numbers beyond 32 bits, which NetCDF does not hold")
-            data[name] = stored
-    return data
-
-
 def _restored(stored: Mapping[str, Any], name: str, dtype: str, shape: list[int]) -> Any:
     kind = np.dtype(dtype)
     if 0 in shape:
@@ -303,48 +280,3 @@ def _restored(stored: Mapping[str, Any], name: str, dtype: str, shape: list[int]
     out = np.empty(shape, kind)
     out.real, out.imag = (np.asarray(stored[name + part]).reshape(shape) for part in PARTS)
     return out
-
-
-def _write_netcdf(data: Any, path: str) -> None:
-    data.to_netcdf(path, engine="scipy", encoding=_unfilled(data))
-
-
-def _write_zarr(data: Any, path: str) -> None:
-    data.to_zarr(path, zarr_format=3, consolidated=False, encoding=_unfilled(data))
-
-
-def _unfilled(data: Any) -> dict[str, dict[str, None]]:
-    return {str(name): {"_FillValue": None} for name, value in data.variables.items() if value.dtype.kind in STORED}
-
-
-def _write_npz(data: Any, path: str) -> None:
-    arrays = {str(name): value.values for name, value in data.variables.items()}
-    with open(path, "wb") as stream:
-        attributes = {str(name): np.array(value) for name, value in data.attrs.items()}
-        np.savez(stream, allow_pickle=False, **arrays, **attributes)
-
-
-def _read_netcdf(path: Path) -> tuple[Arrays, Arrays]:
-    from scipy.io import netcdf_file
-
-    with open(path, "rb") as stream:
-        file = netcdf_file(stream, mmap=False)
-        stored = {name: np.array(variable[:]) for name, variable in file.variables.items()}
-        return stored, {MARK: vars(file)[MARK].decode()} if MARK in vars(file) else {}
-
-
-def _read_zarr(path: Path) -> tuple[Arrays, Arrays]:
-    import xarray as xr  # half a second
-
-    with xr.open_zarr(path, decode_cf=False, consolidated=False) as data:
-        return {str(name): value.values for name, value in data.variables.items()}, dict(data.attrs)
-
-
-def _read_npz(path: Path) -> tuple[Arrays, Arrays]:
-    with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as data:
-        stored = {name: data[name] for name in data.files}
-    return stored, stored
-
-
-WRITERS = dict(zip(ENDINGS, (_write_netcdf, _write_zarr, _write_npz), strict=True))
-READERS = dict(zip(ENDINGS, (_read_netcdf, _read_zarr, _read_npz), strict=True))

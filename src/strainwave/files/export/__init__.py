@@ -1,0 +1,1 @@
+"""The plant and its controller elsewhere: C, functional mock-up units, joints of robot simulators."""

@@ -1,0 +1,82 @@
+"""A sampled controller in C: one update a sample, recorded from the controller's own method.
+
+`model.controllers.measurement` says what a controller is. A measurement is any NamedTuple of floats.
+"""
+
+from typing import Any
+
+from ...protocols import need
+from ...quantities import shown
+from ...tree import is_model, leaves, mapped, numbers
+from .c_code import CCode, as_name, function, guarded, opening, struct, text_of
+from .traced import Recording, literal
+
+
+def controller_code(controller: Any, measurement: Any, name: str) -> CCode:
+    """C code of a controller.
+
+    Parameters
+    ----------
+    controller : NamedTuple
+        With `start()` and `update(state, measurement) -> (state, torque)`, without branches.
+    measurement : NamedTuple
+        Any measurement; only the names of its fields count.
+    name : str
+        Beginning of the names in C.
+
+    Raises
+    ------
+    Unrecordable
+        If `update` branches on a value.
+    TypeError
+        If the controller, its state or the measurement is of another kind.
+    ValueError
+        If `name` is no name in C.
+    """
+    name = as_name(name)
+    need("the controller", controller, "start", "update")
+    if not is_model(measurement) or not all(isinstance(value, float) for value in measurement):
+        raise TypeError(f"the measurement is {shown(measurement)}; it must be a NamedTuple of floats")
+    start = _started(controller)
+    top = opening(
+        f"{name}: {type(controller).__name__}, one update a sample.", ["In SI units and radians."], controller
+    )
+    init = f"void {name}_init({name}_state *state)"
+    update = f"double {name}_update({name}_state *state, const {name}_inputs *in)"
+    header = guarded(
+        name, top, struct(f"{name}_state", list(start) or ["none"]), struct(f"{name}_inputs", measurement._fields),
+        ["/* Start. */", f"{init};"], ["/* Torque [N*m] for a measurement; changes the state. */", f"{update};"],
+    )  # fmt: skip
+    begun = Recording.stored([f"state->{field}" for field in start], tuple(start.values())) or ["state->none = 0.0;"]
+    body = _updated(controller, measurement, tuple(start))
+    opened = [f'#include "{name}.h"', "#include <math.h>"]
+    return CCode(name, header, text_of(top, opened, function(init, begun), function(update, body)))
+
+
+def _started(controller: Any) -> dict[str, float]:
+    """First state of a controller: numbers by their names in C."""
+    state, who = controller.start(), type(controller).__name__
+    if not isinstance(state, tuple):
+        raise TypeError(f"{who}.start() is {shown(state)}; it must be a tuple of floats")
+    found = {}
+    for path, _, _, value in numbers(state):
+        if not isinstance(value, float):
+            raise TypeError(f"{who}.start() has the whole number {value} at {path}; a state is a tuple of floats")
+        found[as_name("_".join(part if part.isidentifier() else f"s{part}" for part in path.split(".")))] = value
+    return found
+
+
+def _updated(controller: Any, measurement: Any, fields: tuple[str, ...]) -> list[str]:
+    """Body of the function that updates the state."""
+    recording = Recording()
+    before = iter([recording.value(f"state->{field}") for field in fields])  # read before any of them is written
+    state = mapped(lambda _: next(before), controller.start())
+    measured = type(measurement)(*[recording.given(f"in->{field}") for field in measurement._fields])
+    state, torque = controller.update(state, measured)
+    after = tuple(leaves(state))
+    if len(after) != len(fields):
+        who = type(controller).__name__
+        raise TypeError(f"{who}.update returns {len(after)} numbers as the state and start() has {len(fields)}")
+    unused = ["(void)state;"] * (not fields) + ["(void)in;"]
+    stored = recording.stored([f"state->{field}" for field in fields], after)
+    return [*unused, *recording.code((*after, torque)), *stored, f"return {literal(torque)};"]

@@ -1,0 +1,250 @@
+"""The plant in C: motor, gear and load of a drive train under the torques on its two shafts, in fixed steps.
+
+The code has no equation of its own: `DriveTrain.rhs` and the step of the integration method are recorded.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...law import breakpoints_of
+from ...model.train.controls import FREE
+from ...model.train.drive_train import DriveTrain, motor_motion
+from ...model.train.motion import AtRest
+from ...numerics.integration.methods import Dop8, FixedStep
+from ...protocols import with_parts
+from ...quantities import checked, number, numbers, shown
+from ...study.train.state_space import state_space
+from .c_code import CCode, as_name, function, guarded, opening, struct, text_of
+from .traced import Recording
+
+INPUTS = (
+    ("motor_torque", "N*m", "torque on the motor, held over the step"),
+    ("load_torque", "N*m", "torque on the load along its motion; one that resists is negative"),
+)
+OUTPUTS = (
+    ("motor_angle", "rad", "angle of the motor"),
+    ("motor_speed", "rad/s", "speed of the motor"),
+    ("load_angle", "rad", "angle of the load"),
+    ("load_speed", "rad/s", "speed of the load"),
+    ("pointing_error", "rad", "motor_angle/N - load_angle"),
+    ("gear_torque", "N*m", "torque that the gear transmits, output side"),
+)
+LARGEST_STEP = 1.0  # in units of the fastest pole: beyond it explicit methods are inaccurate, and soon unstable
+BEYOND = 1.01  # times a breakpoint: the slope behind it
+
+
+class Input(NamedTuple):
+    """A torque that comes from outside."""
+
+    value: Any
+
+    def torque(self, angle: Any) -> Any:
+        """Torque [N*m] at any base angle."""
+        return self.value
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A drive train without its control loop, in fixed steps.
+
+    Attributes
+    ----------
+    train : DriveTrain
+        The train with a free motor at rest, without torques of its own.
+    step : float
+        Length of a step [s].
+    method : FixedStep
+        Its scheme takes the steps.
+    start : tuple of float
+        State to begin with.
+    """
+
+    train: DriveTrain
+    step: float
+    method: FixedStep
+    start: tuple[float, ...]
+
+    def under(self, motor_torque: Any, load_torque: Any) -> DriveTrain:
+        """Return the train under torques [N*m] on its shafts."""
+        end = self.train.load.end()._replace(excitation=Input(load_torque))
+        motor = self.train.motor._replace(excitation=Input(motor_torque))
+        return self.train._replace(motor=motor, load=self.train.load.with_end(end))
+
+    def outputs(self, y: Any) -> tuple[Any, ...]:
+        """Values of `OUTPUTS` in a state."""
+        train = self.train
+        angle, speed = motor_motion(train, 0.0, y)
+        error = train.load_error(y)
+        return angle, speed, angle / train.N - error, train.load_speed(0.0, y), error, train.torque(0.0, y)
+
+    def states(self) -> tuple[tuple[str, str], ...]:
+        """Name and unit of every state."""
+        names = tuple(name.replace("motor deviation", "motor angle") for name in self.train.state_names())
+        return tuple((name, _unit(name)) for name in names)
+
+
+def plant_of(train: Any, step: Any = None, method: Any = None, start: Any = None) -> Plant:
+    """Plant of a drive train: its control, its reference and the torques of its own are left out.
+
+    Parameters
+    ----------
+    train : DriveTrain
+        Motor, gear and load.
+    step : float, optional
+        Length of a step [s]. Default: as many steps of the method per shortest time scale as it has.
+    method : FixedStep, optional
+        Default: `Dop8()`.
+    start : (states,) array_like, optional
+        State to begin with, as of the train with a free motor. Default: zeros.
+
+    Raises
+    ------
+    TypeError
+        If the train or the method is of another kind.
+    ValueError
+        If the step is too long for the fastest motion of the train, or `start` has another number of states.
+    """
+    train = checked(with_parts("export", train, "power_names"))
+    method = Dop8() if method is None else method
+    if not isinstance(method, FixedStep):
+        raise TypeError(f"method is {shown(method)}; C code takes fixed steps: give Rk4(), Dop8() or FixedStep(scheme)")
+    train = train._replace(motor=train.motor._replace(control=FREE), reference=AtRest(), omega=1.0)
+    states = len(train.state_names())
+    begun = (0.0,) * states if start is None else tuple(numbers("start", start, count=states).tolist())
+    without = Plant(train, 0.0, method, begun).under(0.0, 0.0)
+    fastest = _fastest(train)
+    longest = LARGEST_STEP / fastest if fastest else math.inf
+    if step is None:
+        step = 2.0 * math.pi * longest / method.steps if fastest else 1e-3
+    step = number("step [s]", step, positive=True)
+    if step > longest:
+        raise ValueError(
+            f"the step is {step:g} s and the fastest motion of the train takes steps up to {longest:.3g} s; give a "
+            "shorter one"
+        )
+    return Plant(without, step, method, begun)
+
+
+def _fastest(train: DriveTrain) -> float:
+    """Size [1/s] of the fastest pole of the train, at rest and where its laws are stiffest."""
+    rest = np.zeros(len(train.state_names()))
+    stiff = rest.copy()
+    for at, law in ((0, train.law), *zip(train.twists(), train.load.couplings(), strict=True)):
+        stiff[at] = _stiffest(law)
+    return max(float(np.max(np.abs(state_space(train, at=state).poles))) for state in (rest, stiff))
+
+
+def _stiffest(law: Any) -> float:
+    """Twist [rad] behind a breakpoint of a law where it is stiffest; 0 where that is none."""
+    places: list[float] = [0.0, *(BEYOND * place for place in breakpoints_of(law))]
+    return max(places, key=lambda place: float(law.stiffness(place)) if len(places) > 1 else 0.0)
+
+
+class Stepped:
+    """What a scheme takes steps of, while they are recorded: its rates are those of the C function."""
+
+    def __init__(self, recording: Recording, count: int) -> None:
+        self.recording, self.count = recording, count
+
+    def rhs(self, _phase: Any, y: Any) -> Any:
+        """Rates of the state."""
+        return self.recording.called("rates(in, {0}, {1})", y, self.count)
+
+
+def plant_code(plant: Plant, name: str) -> CCode:
+    """C code of a plant.
+
+    Raises
+    ------
+    Unrecordable
+        If a law of the train branches on a value.
+    ValueError
+        If `name` is no name in C.
+    """
+    name = as_name(name)
+    facts = [
+        f"Steps of {plant.step!r} s by {type(plant.method.scheme).__name__}; in SI units and radians.",
+        "The control loop of the train is left out: its torque is the input motor_torque.",
+        "It computes what Python does, to the last bits where products and sums are not fused (-ffp-contract=off).",
+    ]
+    top = opening(f"{name}: motor, strain wave gear and load under torques on both shafts.", facts, plant.train)
+    return CCode(name, guarded(name, top, *_declared(plant, name)), text_of(top, *_defined(plant, name)))
+
+
+def _declared(plant: Plant, name: str) -> list[list[str]]:
+    states = plant.states()
+    listed = ", ".join(f"{i} {state} [{unit or '-'}]" for i, (state, unit) in enumerate(states))
+    called = [
+        f"/* The state to begin with. */\nvoid {name}_init({name}_state *state);",
+        f"/* One step of {name.upper()}_STEP seconds: state and outputs after it. */\n"
+        f"void {name}_step({name}_state *state, const {name}_inputs *in, {name}_outputs *out);",
+        f"/* One step of h seconds, at most {name.upper()}_STEP. */\n"
+        f"void {name}_advance({name}_state *state, const {name}_inputs *in, double h);",
+        f"/* Time derivatives of a state. */\n"
+        f"void {name}_rates(const {name}_inputs *in, const {name}_state *state, {name}_state *rate);",
+        f"/* Outputs in a state. */\nvoid {name}_read(const {name}_state *state, {name}_outputs *out);",
+    ]
+    return [
+        [f"#define {name.upper()}_STATES {len(states)}", f"#define {name.upper()}_STEP {plant.step!r}"],
+        struct(f"{name}_state", [f"y[{len(states)}]"], [listed]),
+        *(
+            struct(f"{name}_{kind}", [field for field, _, _ in given], [f"[{unit}] {what}" for _, unit, what in given])
+            for kind, given in (("inputs", INPUTS), ("outputs", OUTPUTS))
+        ),
+        *([text] for text in called),
+    ]
+
+
+def _defined(plant: Plant, name: str) -> list[list[str]]:
+    n = len(plant.states())
+    state = f"{name}_state *state"
+    kept = f"const {state}"
+    inside = f"const {name}_inputs *in"
+    return [
+        [f'#include "{name}.h"', "#include <math.h>"],
+        function(f"static void rates({inside}, const double y[], double dy[])", _rates(plant, n)),
+        function(f"void {name}_init({state})", Recording.stored([f"state->y[{i}]" for i in range(n)], plant.start)),
+        function(f"void {name}_rates({inside}, {kept}, {name}_state *rate)", ["rates(in, state->y, rate->y);"]),
+        function(
+            f"void {name}_read({kept}, {name}_outputs *out)", ["const double *y = state->y;", *_outputs(plant, n)]
+        ),
+        function(f"void {name}_advance({state}, {inside}, double h)", ["double *y = state->y;", *_step(plant, n)]),
+        function(
+            f"void {name}_step({state}, {inside}, {name}_outputs *out)",
+            [f"{name}_advance(state, in, {name.upper()}_STEP);", f"{name}_read(state, out);"],
+        ),
+    ]
+
+
+def _given_state(recording: Recording, n: int) -> tuple[Any, ...]:
+    return tuple(recording.given(f"y[{i}]") for i in range(n))
+
+
+def _rates(plant: Plant, n: int) -> list[str]:
+    recording = Recording()
+    torques = (recording.given(f"in->{field}") for field, _, _ in INPUTS)
+    rates = plant.under(*torques).rhs(0.0, _given_state(recording, n))
+    return recording.code(rates) + recording.stored([f"dy[{i}]" for i in range(n)], rates)
+
+
+def _outputs(plant: Plant, n: int) -> list[str]:
+    recording = Recording()
+    values = plant.outputs(_given_state(recording, n))
+    fields = [f"out->{field}" for field, _, _ in OUTPUTS]
+    return recording.code(values) + recording.stored(fields, values)
+
+
+def _step(plant: Plant, n: int) -> list[str]:
+    recording = Recording()
+    y, h = _given_state(recording, n), recording.given("h")
+    after = plant.method.scheme.step(Stepped(recording, n), 0.0, h, y, h)
+    return recording.code(after) + recording.stored([f"y[{i}]" for i in range(n)], after)
+
+
+def _unit(name: str) -> str:
+    if " z" in name:
+        return ""
+    return "rad/s" if name.endswith("'") else "rad"

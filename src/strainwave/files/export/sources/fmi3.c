@@ -1,0 +1,231 @@
+/* The interface FMI 3.0 (co-simulation) to the plant in plant.c, without headers of others. */
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include "instance.h"
+
+typedef int status;
+enum { OK = 0, ERROR = 3 };
+
+typedef void *component;
+typedef void (*logger)(void *, status, const char *, const char *);
+
+typedef struct {
+    kept my;
+    void *environment;
+    logger log;
+} instance;
+
+#ifdef FMI3_FUNCTION_PREFIX
+#define JOINED(a, b) a##b
+#define PREFIXED(a, b) JOINED(a, b)
+#define FMI(type, name) EXPORTED type PREFIXED(FMI3_FUNCTION_PREFIX, name)
+#else
+#define FMI(type, name) EXPORTED type name
+#endif
+
+static status failed(const instance *one, const char *message)
+{
+    if (one && one->log) {
+        one->log(one->environment, ERROR, "logStatusError", message);
+    }
+    return ERROR;
+}
+
+FMI(const char *, fmi3GetVersion)(void) { return "3.0"; }
+
+FMI(component, fmi3InstantiateCoSimulation)(const char *name, const char *token, const char *resources, bool visible,
+                                            bool logging, bool event_mode, bool early_return,
+                                            const unsigned intermediate[], size_t intermediates, void *environment,
+                                            logger log, void *intermediate_update)
+{
+    if (!token || strcmp(token, TOKEN)) {
+        return NULL;
+    }
+    instance *one = calloc(1, sizeof(instance));
+    if (one) {
+        begin(&one->my, 0.0);
+        one->environment = environment;
+        one->log = log;
+    }
+    return one;
+}
+
+FMI(component, fmi3InstantiateModelExchange)(const char *name, const char *token, const char *resources, bool visible,
+                                             bool logging, void *environment, logger log)
+{
+    return NULL;
+}
+
+FMI(component, fmi3InstantiateScheduledExecution)(const char *name, const char *token, const char *resources,
+                                                  bool visible, bool logging, void *environment, logger log,
+                                                  void *clock_update, void *lock, void *unlock)
+{
+    return NULL;
+}
+
+FMI(void, fmi3FreeInstance)(component c) { free(c); }
+
+FMI(status, fmi3EnterInitializationMode)(component c, bool has_tolerance, double tolerance, double start, bool has_stop,
+                                         double stop)
+{
+    if (!c) {
+        return ERROR;
+    }
+    ((instance *)c)->my.time = start;
+    return OK;
+}
+
+FMI(status, fmi3Reset)(component c)
+{
+    if (!c) {
+        return ERROR;
+    }
+    begin(&((instance *)c)->my, 0.0);
+    return OK;
+}
+
+FMI(status, fmi3GetFloat64)(component c, const unsigned references[], size_t count, double values[], size_t n)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (!c || n != count || !get_value(&((instance *)c)->my, references[i], &values[i])) {
+            return failed(c, "there is no variable of this value reference");
+        }
+    }
+    return OK;
+}
+
+FMI(status, fmi3SetFloat64)(component c, const unsigned references[], size_t count, const double values[], size_t n)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (!c || n != count || !set_value(&((instance *)c)->my, references[i], values[i])) {
+            return failed(c, "only inputs and states can be set, to finite values");
+        }
+    }
+    return OK;
+}
+
+FMI(status, fmi3DoStep)(component c, double time, double span, bool no_way_back, bool *event, bool *terminate,
+                        bool *early, double *last)
+{
+    instance *one = c;
+    if (!one) {
+        return ERROR;
+    }
+    *event = *terminate = *early = false;
+    one->my.time = time;
+    const int well = advance(&one->my, span);
+    *last = one->my.time;
+    return well ? OK : failed(one, "the step is not positive, or the solution left every bound");
+}
+
+FMI(status, fmi3GetFMUState)(component c, void **state)
+{
+    if (!c || (!*state && !(*state = malloc(sizeof(kept))))) {
+        return ERROR;
+    }
+    memcpy(*state, &((instance *)c)->my, sizeof(kept));
+    return OK;
+}
+
+FMI(status, fmi3SetFMUState)(component c, void *state)
+{
+    if (!c || !state) {
+        return ERROR;
+    }
+    memcpy(&((instance *)c)->my, state, sizeof(kept));
+    return OK;
+}
+
+FMI(status, fmi3FreeFMUState)(component c, void **state)
+{
+    if (state) {
+        free(*state);
+        *state = NULL;
+    }
+    return c ? OK : ERROR;
+}
+
+/* Other kinds of variables: none. */
+#define NO_VARIABLES(kind, type)                                                                                      \
+    FMI(status, fmi3Get##kind)(component c, const unsigned references[], size_t count, type values[], size_t n)       \
+    {                                                                                                                 \
+        return count ? failed(c, "all variables are of the type Float64") : OK;                                       \
+    }                                                                                                                 \
+    FMI(status, fmi3Set##kind)(component c, const unsigned references[], size_t count, const type values[], size_t n) \
+    {                                                                                                                 \
+        return count ? failed(c, "all variables are of the type Float64") : OK;                                       \
+    }
+NO_VARIABLES(Float32, float)
+NO_VARIABLES(Int8, int8_t)
+NO_VARIABLES(UInt8, uint8_t)
+NO_VARIABLES(Int16, int16_t)
+NO_VARIABLES(UInt16, uint16_t)
+NO_VARIABLES(Int32, int32_t)
+NO_VARIABLES(UInt32, uint32_t)
+NO_VARIABLES(Int64, int64_t)
+NO_VARIABLES(UInt64, uint64_t)
+NO_VARIABLES(Boolean, bool)
+NO_VARIABLES(String, char *)
+
+/* Calls that change nothing here. */
+#define NOTHING(name, ...)                                                                                            \
+    FMI(status, name)(__VA_ARGS__) { return c ? OK : ERROR; }
+NOTHING(fmi3SetDebugLogging, component c, bool on, size_t count, const char *const categories[])
+NOTHING(fmi3ExitInitializationMode, component c)
+NOTHING(fmi3EnterStepMode, component c)
+NOTHING(fmi3Terminate, component c)
+
+/* What the model description says that this unit cannot do. */
+#define REFUSED(name, ...)                                                                                            \
+    FMI(status, name)(__VA_ARGS__) { return failed(c, #name " is not supported"); }
+REFUSED(fmi3GetBinary, component c, const unsigned references[], size_t count, size_t sizes[], const uint8_t *values[],
+        size_t n)
+REFUSED(fmi3SetBinary, component c, const unsigned references[], size_t count, const size_t sizes[],
+        const uint8_t *const values[], size_t n)
+REFUSED(fmi3GetClock, component c, const unsigned references[], size_t count, bool values[])
+REFUSED(fmi3SetClock, component c, const unsigned references[], size_t count, const bool values[])
+REFUSED(fmi3GetNumberOfVariableDependencies, component c, unsigned reference, size_t *count)
+REFUSED(fmi3GetVariableDependencies, component c, unsigned dependent, size_t elements[], unsigned independents[],
+        size_t others[], int kinds[], size_t count)
+REFUSED(fmi3SerializedFMUStateSize, component c, void *state, size_t *size)
+REFUSED(fmi3SerializeFMUState, component c, void *state, uint8_t bytes[], size_t size)
+REFUSED(fmi3DeserializeFMUState, component c, const uint8_t bytes[], size_t size, void **state)
+REFUSED(fmi3GetDirectionalDerivative, component c, const unsigned unknown[], size_t unknowns, const unsigned known[],
+        size_t knowns, const double seed[], size_t seeds, double found[], size_t n)
+REFUSED(fmi3GetAdjointDerivative, component c, const unsigned unknown[], size_t unknowns, const unsigned known[],
+        size_t knowns, const double seed[], size_t seeds, double found[], size_t n)
+REFUSED(fmi3GetOutputDerivatives, component c, const unsigned references[], size_t count, const int32_t orders[],
+        double values[], size_t n)
+REFUSED(fmi3EnterConfigurationMode, component c)
+REFUSED(fmi3ExitConfigurationMode, component c)
+REFUSED(fmi3EnterEventMode, component c)
+REFUSED(fmi3UpdateDiscreteStates, component c, bool *again, bool *terminate, bool *nominals, bool *values,
+        bool *defined, double *time)
+REFUSED(fmi3EvaluateDiscreteStates, component c)
+REFUSED(fmi3GetIntervalDecimal, component c, const unsigned references[], size_t count, double intervals[],
+        int qualifiers[])
+REFUSED(fmi3GetIntervalFraction, component c, const unsigned references[], size_t count, uint64_t counters[],
+        uint64_t resolutions[], int qualifiers[])
+REFUSED(fmi3GetShiftDecimal, component c, const unsigned references[], size_t count, double shifts[])
+REFUSED(fmi3GetShiftFraction, component c, const unsigned references[], size_t count, uint64_t counters[],
+        uint64_t resolutions[])
+REFUSED(fmi3SetIntervalDecimal, component c, const unsigned references[], size_t count, const double intervals[])
+REFUSED(fmi3SetIntervalFraction, component c, const unsigned references[], size_t count, const uint64_t counters[],
+        const uint64_t resolutions[])
+REFUSED(fmi3SetShiftDecimal, component c, const unsigned references[], size_t count, const double shifts[])
+REFUSED(fmi3SetShiftFraction, component c, const unsigned references[], size_t count, const uint64_t counters[],
+        const uint64_t resolutions[])
+REFUSED(fmi3EnterContinuousTimeMode, component c)
+REFUSED(fmi3CompletedIntegratorStep, component c, bool no_way_back, bool *event, bool *terminate)
+REFUSED(fmi3SetTime, component c, double time)
+REFUSED(fmi3SetContinuousStates, component c, const double x[], size_t n)
+REFUSED(fmi3GetContinuousStates, component c, double x[], size_t n)
+REFUSED(fmi3GetContinuousStateDerivatives, component c, double rates[], size_t n)
+REFUSED(fmi3GetEventIndicators, component c, double indicators[], size_t n)
+REFUSED(fmi3GetNominalsOfContinuousStates, component c, double nominals[], size_t n)
+REFUSED(fmi3GetNumberOfEventIndicators, component c, size_t *count)
+REFUSED(fmi3GetNumberOfContinuousStates, component c, size_t *count)
+REFUSED(fmi3ActivateModelPartition, component c, unsigned clock, double time)

@@ -1,0 +1,102 @@
+/* An instance of the plant: its state, its inputs, its time, and the variables of the model description. */
+
+#ifndef INSTANCE_H
+#define INSTANCE_H
+
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "plant.h"
+#include "token.h"
+
+#if defined(_WIN32)
+#define EXPORTED __declspec(dllexport)
+#else
+#define EXPORTED __attribute__((visibility("default")))
+#endif
+
+#define STATES PLANT_STATES
+#define OUTPUTS ((int)(sizeof(plant_outputs) / sizeof(double)))
+#define INPUTS ((int)(sizeof(plant_inputs) / sizeof(double)))
+
+/* Value references: inputs from 1, outputs from 11, states from 101, their rates from 10001; the time is 0. */
+enum { TIME = 0, FIRST_INPUT = 1, FIRST_OUTPUT = 11, FIRST_STATE = 101, FIRST_RATE = 10001 };
+
+typedef struct {
+    plant_state state;
+    plant_inputs in;
+    double time;
+} kept;
+
+static int within(unsigned reference, int first, int count)
+{
+    return reference >= (unsigned)first && reference < (unsigned)(first + count);
+}
+
+/* Read a variable; 0 if there is none of this reference. */
+static int get_value(const kept *my, unsigned reference, double *value)
+{
+    if (reference == TIME) {
+        *value = my->time;
+    } else if (within(reference, FIRST_INPUT, INPUTS)) {
+        *value = ((const double *)&my->in)[reference - FIRST_INPUT];
+    } else if (within(reference, FIRST_OUTPUT, OUTPUTS)) {
+        plant_outputs out;
+        plant_read(&my->state, &out);
+        *value = ((const double *)&out)[reference - FIRST_OUTPUT];
+    } else if (within(reference, FIRST_STATE, STATES)) {
+        *value = my->state.y[reference - FIRST_STATE];
+    } else if (within(reference, FIRST_RATE, STATES)) {
+        plant_state rate;
+        plant_rates(&my->in, &my->state, &rate);
+        *value = rate.y[reference - FIRST_RATE];
+    } else {
+        return 0;
+    }
+    return 1;
+}
+
+/* Set an input or a state; 0 if there is none of this reference, or the value is not finite. */
+static int set_value(kept *my, unsigned reference, double value)
+{
+    if (!isfinite(value)) {
+        return 0;
+    }
+    if (within(reference, FIRST_INPUT, INPUTS)) {
+        ((double *)&my->in)[reference - FIRST_INPUT] = value;
+    } else if (within(reference, FIRST_STATE, STATES)) {
+        my->state.y[reference - FIRST_STATE] = value;
+    } else {
+        return 0;
+    }
+    return 1;
+}
+
+static void begin(kept *my, double time)
+{
+    memset(my, 0, sizeof *my);
+    plant_init(&my->state);
+    my->time = time;
+}
+
+/* Go on by a time, in equal steps of at most PLANT_STEP; 0 if the time is not positive or a state is not finite. */
+static int advance(kept *my, double span)
+{
+    if (!(span > 0.0) || !isfinite(span)) {
+        return 0;
+    }
+    const double count = fmax(ceil(span / PLANT_STEP * (1.0 - 1e-9)), 1.0);
+    for (double done = 0.0; done < count; done += 1.0) {
+        plant_advance(&my->state, &my->in, span / count);
+    }
+    my->time += span;
+    for (int i = 0; i < STATES; i++) {
+        if (!isfinite(my->state.y[i])) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+#endif /* INSTANCE_H */

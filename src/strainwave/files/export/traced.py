@@ -1,0 +1,261 @@
+"""Numbers that record what is done to them: a model's methods, run once with these, give their operations in C.
+
+The methods stay the only place where an equation is written. Arithmetic, `abs`, comparisons (0 or 1) and the functions
+of `strainwave.maths` and NumPy record one line each, in order; equal lines are recorded once, and what a result does
+not need is left out. Products with 0 and 1 and sums with 0 are not recorded. A branch on a value is refused.
+"""
+
+import math
+import sys
+from numbers import Real
+from typing import Any, NamedTuple, NoReturn
+
+import numpy as np
+
+FUNCTIONS = {
+    "sin": "sin", "cos": "cos", "tan": "tan", "exp": "exp", "expm1": "expm1", "log": "log", "log1p": "log1p",
+    "tanh": "tanh", "sinh": "sinh", "cosh": "cosh", "sqrt": "sqrt", "cbrt": "cbrt", "absolute": "fabs", "fabs": "fabs",
+    "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2", "hypot": "hypot", "power": "pow",
+    "floor": "floor", "ceil": "ceil", "rint": "rint", "trunc": "trunc", "copysign": "copysign", "fmod": "fmod",
+}  # fmt: skip
+FORMS = {
+    "add": "{} + {}", "subtract": "{} - {}", "multiply": "{} * {}", "divide": "{} / {}", "negative": "-{}",
+    "sign": "(double)(({0} > 0.0) - ({0} < 0.0))", "square": "{0} * {0}",
+    "less": "(double)({} < {})", "less_equal": "(double)({} <= {})", "greater": "(double)({} > {})",
+    "greater_equal": "(double)({} >= {})", "equal": "(double)({} == {})", "not_equal": "(double)({} != {})",
+    "logical_and": "(double)({} != 0.0 && {} != 0.0)", "logical_or": "(double)({} != 0.0 || {} != 0.0)",
+    "logical_not": "(double)({} == 0.0)", "isnan": "(double)({0} != {0})",
+    "maximum": "({0} >= {1} || {0} != {0}) ? {0} : {1}", "minimum": "({0} <= {1} || {0} != {0}) ? {0} : {1}",
+    "where": "({} != 0.0) ? {} : {}",
+} | {name: f"{c}({{}}, {{}})" if name in ("arctan2", "hypot", "power", "copysign", "fmod") else f"{c}({{}})"
+     for name, c in FUNCTIONS.items()}  # fmt: skip
+REMEDY = (
+    "it is run once to record its operations; write it without branches, with abs, comparisons times numbers and the "
+    "functions of strainwave.maths"
+)
+
+
+class Unrecordable(TypeError):
+    """An operation that cannot be recorded; the message says which and where."""
+
+
+class Line(NamedTuple):
+    """A recorded line: C text with the name it defines, and the names that it needs."""
+
+    text: str
+    needs: tuple[str, ...]
+
+
+class Recording:
+    """Operations in order, each by the name of its result."""
+
+    def __init__(self) -> None:
+        self.lines: dict[str, Line] = {}
+        self._known: dict[str, Traced] = {}
+
+    def given(self, text: str) -> "Traced":
+        """Number that the C code has under a name, or as an expression, already."""
+        return Traced(self, text, "")
+
+    def value(self, form: str, *arguments: Any) -> "Traced":
+        """Number that a C expression of others gives; the same one for the same expression."""
+        expression = form.format(*map(literal, arguments))
+        if expression not in self._known:
+            name = f"a{len(self.lines)}"
+            self.lines[name] = Line(f"const double {name} = {expression};", _names(arguments))
+            self._known[expression] = Traced(self, name, name)
+        return self._known[expression]
+
+    def table(self, items: tuple[Any, ...]) -> "Traced":
+        """C array of numbers."""
+        values = ", ".join(map(literal, items))
+        if values not in self._known:
+            name = f"t{len(self.lines)}"
+            self.lines[name] = Line(f"const double {name}[] = {{{values}}};", _names(items))
+            self._known[values] = Traced(self, name, name)
+        return self._known[values]
+
+    def called(self, function: str, arguments: tuple[Any, ...], count: int) -> tuple["Traced", ...]:
+        """As many numbers as a C function gives: its text has a {0} for the arguments and a {1} for the results."""
+        name = f"k{len(self.lines)}"
+        values = f"(const double[]){{{', '.join(map(literal, arguments))}}}"
+        text = f"double {name}[{count}];\n{function.format(values, name)};"
+        self.lines[name] = Line(text, _names(arguments))
+        return tuple(Traced(self, f"{name}[{i}]", name) for i in range(count))
+
+    def code(self, results: tuple[Any, ...]) -> list[str]:
+        """Lines of C that the results need, in order."""
+        needed, waiting = set[str](), list(_names(results))
+        while waiting:
+            name = waiting.pop()
+            if name not in needed:
+                needed.add(name)
+                waiting += self.lines[name].needs
+        return [part for name, line in self.lines.items() if name in needed for part in line.text.split("\n")]
+
+    @staticmethod
+    def stored(places: list[str], values: tuple[Any, ...]) -> list[str]:
+        """Lines of C that store values in places."""
+        return [f"{place} = {literal(value)};" for place, value in zip(places, values, strict=True)]
+
+
+class Traced:
+    """A recorded number: its name in C, and the line that defines it."""
+
+    __slots__ = ("line", "recording", "text")
+    __hash__ = object.__hash__
+
+    def __init__(self, recording: Recording, text: str, line: str) -> None:
+        self.recording, self.text, self.line = recording, text, line
+
+    def _recorded(self, name: str, *arguments: Any) -> Any:
+        if any(isinstance(argument, np.ndarray) and argument.ndim for argument in arguments):
+            _refuse("puts a value into an array")
+        if not all(isinstance(argument, Traced | Real | np.bool_) for argument in arguments):
+            return NotImplemented
+        known = _known(name, arguments)
+        return self.recording.value(FORMS[name], *arguments) if known is None else known
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *arguments: Any, **options: Any) -> Any:
+        """Record a function of NumPy."""
+        arguments = tuple(a.item() if isinstance(a, np.ndarray) and a.ndim == 0 else a for a in arguments)
+        if method != "__call__" or options or ufunc.__name__ not in FORMS:
+            _refuse(f"calls numpy.{ufunc.__name__}, which C code does not have")
+        return self._recorded(ufunc.__name__, *arguments)
+
+    def __array_function__(self, function: Any, _types: Any, arguments: Any, options: Any) -> Any:
+        """Record the choice of `numpy.where`."""
+        if function is not np.where or len(arguments) != 3 or options:
+            _refuse(f"calls numpy.{function.__name__}, which C code does not have")
+        condition, a, b = arguments
+        return self._recorded("where", *arguments) if isinstance(condition, Traced) else (a if condition else b)
+
+    def entry(self, items: tuple[Any, ...]) -> Any:
+        """Number at this place in a tuple."""
+        return self.recording.value("{}[(int){}]", self.recording.table(items), self)
+
+    def with_entry(self, items: tuple[Any, ...], value: Any) -> tuple[Any, ...]:
+        """The tuple with another number at this place."""
+        return tuple(self._recorded("where", self == float(k), value, item) for k, item in enumerate(items))
+
+    def __add__(self, other: Any) -> Any:
+        return self._recorded("add", self, other)
+
+    def __radd__(self, other: Any) -> Any:
+        return self._recorded("add", other, self)
+
+    def __sub__(self, other: Any) -> Any:
+        return self._recorded("subtract", self, other)
+
+    def __rsub__(self, other: Any) -> Any:
+        return self._recorded("subtract", other, self)
+
+    def __mul__(self, other: Any) -> Any:
+        return self._recorded("multiply", self, other)
+
+    def __rmul__(self, other: Any) -> Any:
+        return self._recorded("multiply", other, self)
+
+    def __truediv__(self, other: Any) -> Any:
+        return self._recorded("divide", self, other)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return self._recorded("divide", other, self)
+
+    def __pow__(self, other: Any) -> Any:
+        return self._recorded("power", self, other)
+
+    def __rpow__(self, other: Any) -> Any:
+        return self._recorded("power", other, self)
+
+    def __neg__(self) -> Any:
+        return self._recorded("negative", self)
+
+    def __pos__(self) -> Any:
+        return self
+
+    def __abs__(self) -> Any:
+        return self._recorded("absolute", self)
+
+    def __lt__(self, other: Any) -> Any:
+        return self._recorded("less", self, other)
+
+    def __le__(self, other: Any) -> Any:
+        return self._recorded("less_equal", self, other)
+
+    def __gt__(self, other: Any) -> Any:
+        return self._recorded("greater", self, other)
+
+    def __ge__(self, other: Any) -> Any:
+        return self._recorded("greater_equal", self, other)
+
+    def __eq__(self, other: object) -> Any:
+        return self._recorded("equal", self, other)
+
+    def __ne__(self, other: object) -> Any:
+        return self._recorded("not_equal", self, other)
+
+    def __and__(self, other: Any) -> Any:
+        return self._recorded("logical_and", self, other)
+
+    def __or__(self, other: Any) -> Any:
+        return self._recorded("logical_or", self, other)
+
+    def __invert__(self) -> Any:
+        return self._recorded("logical_not", self)
+
+    def __bool__(self) -> bool:
+        _refuse("branches on a value (if, and, or, min or max)")
+
+    def __float__(self) -> float:
+        _refuse("turns a value into a float (float or the module math)")
+
+    def __mod__(self, other: Any) -> Any:
+        _refuse("takes a remainder")
+
+    __rmod__ = __floordiv__ = __rfloordiv__ = __mod__
+
+    def __index__(self) -> int:
+        _refuse("takes a value as a whole number")
+
+    def __repr__(self) -> str:
+        return f"Traced({self.text})"
+
+
+def _refuse(what: str) -> NoReturn:
+    """Refuse an operation of the function that called this module."""
+    frame = sys._getframe(1)
+    while frame.f_globals.get("__name__") == __name__ and frame.f_back is not None:
+        frame = frame.f_back
+    raise Unrecordable(f"{frame.f_code.co_qualname} {what} in line {frame.f_lineno}: {REMEDY}")
+
+
+def _known(name: str, arguments: tuple[Any, ...]) -> Any:
+    """Result of an operation with 0 or 1 that leaves nothing to compute, or None."""
+    a, b = arguments[0], arguments[-1]
+    nothing, one = [not isinstance(n, Traced) and n == 0.0 for n in (a, b)], not isinstance(b, Traced) and b == 1.0
+    if name == "multiply":
+        if any(nothing):
+            return 0.0
+        return b if not isinstance(a, Traced) and a == 1.0 else (a if one else None)
+    if name == "add" and any(nothing):
+        return b if nothing[0] else a
+    if name == "subtract" and nothing[1]:
+        return a
+    if name == "divide" and (one or nothing[0]):
+        return a if one else 0.0
+    return None
+
+
+def _names(arguments: tuple[Any, ...]) -> tuple[str, ...]:
+    return tuple(a.line for a in arguments if isinstance(a, Traced) and a.line)
+
+
+def literal(value: Any) -> str:
+    """C text of a number, equal to the bit."""
+    if isinstance(value, Traced):
+        return value.text
+    number = float(value)
+    if not math.isfinite(number):
+        return "NAN" if math.isnan(number) else f"{'-' if number < 0.0 else ''}INFINITY"
+    return repr(number) if math.copysign(1.0, number) > 0.0 else f"({number!r})"

@@ -1,0 +1,71 @@
+"""Joints of robot simulators: XML that parses, values in SI on the output side, and what is left out."""
+
+from xml.etree import ElementTree as Xml
+
+import pytest
+
+import strainwave as sw
+
+DRIVE = sw.Drive(J_m=4.5e-4, J_l=1.3, N=50.0, B=40.0, law=sw.Cubic(1e5, 6.9e4))
+TRAIN = DRIVE.train(
+    kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)),
+    motor_drag=sw.Parallel(sw.Coulomb(0.03, 0.05), sw.Viscous(2e-4)),
+    load_drag=sw.Parallel(sw.LuGre(300.0, 1.0, 0.7, 2.0, 3.0, 0.1), sw.AngleTorque(12.0)),
+    friction=sw.LoadFriction(0.08),
+    control=sw.PositionLoop(40.0, 0.4),
+)
+PLAIN = DRIVE._replace(law=sw.Linear(1e5)).train()
+
+
+def written(train, path, to):
+    sw.export(train, path, to=to)
+    return Xml.parse(path).getroot(), " ".join(path.read_text(encoding="utf-8").split())
+
+
+def values(element, *names):
+    return tuple(float(element.get(name)) for name in names)
+
+
+def test_mjcf_has_motor_and_load_and_the_gear_between_them(tmp_path):
+    root, _ = written(TRAIN, tmp_path / "elbow.xml", "mjcf")
+    motor, load = (root.find(f"worldbody/body[@name='elbow_{shaft}']") for shaft in ("motor", "load"))
+    joint = motor.find("joint")
+    assert values(joint, "armature", "damping", "frictionloss") == pytest.approx((1.125, 0.5, 1.5), rel=1e-12)
+    assert values(load.find("joint"), "armature", "damping", "frictionloss") == (0.0, 0.7, 2.0)
+    assert load.find("inertial").get("diaginertia") == "1.3 1.3 1.3"
+    gear = root.find("tendon/fixed")
+    assert values(gear, "stiffness", "damping", "springlength") == (1e5, 40.0, 0.0)
+    assert {j.get("joint"): j.get("coef") for j in gear} == {"elbow_motor": "1", "elbow_load": "-1"}
+    assert values(root.find("actuator/motor"), "gear") == (50.0,)
+
+
+def test_urdf_has_the_rigid_joint_with_its_friction_and_ratio(tmp_path):
+    root, text = written(TRAIN, tmp_path / "elbow.urdf", "urdf")
+    assert values(root.find("joint/dynamics"), "damping", "friction") == pytest.approx((1.2, 3.5), rel=1e-12)
+    assert values(root.find("link[@name='elbow_load']/inertial/inertia"), "ixx", "iyy", "izz") == (1.3, 1.3, 1.3)
+    assert float(root.find("transmission/actuator/mechanicalReduction").text) == 50.0
+    assert (root.find("joint/parent").get("link"), root.find("joint/child").get("link")) == ("elbow_base", "elbow_load")
+    assert "the inertia of the motor, 1.125 kg*m^2 on the output side" in text
+    assert "the stiffness of the gear, 100000 N*m/rad, and its damping, 40 N*m*s/rad" in text
+
+
+@pytest.mark.parametrize("to", ["mjcf", "urdf"])
+def test_what_the_format_cannot_carry_is_named(to, tmp_path):
+    ending = {"mjcf": "xml", "urdf": "urdf"}[to]
+    _, text = written(TRAIN, tmp_path / f"elbow.{ending}", to)
+    for lost in (
+        "- the kinematic error", "- the torsion law Cubic but its slope at rest", "- the control loop of the motor",
+        "- the friction of the meshing", "- AngleTorque drag of the load",
+        "- LuGre friction but its T_c and sigma_2 of the load",
+    ):  # fmt: skip
+        assert lost in text
+    hysteretic = PLAIN._replace(law=sw.Parallel(sw.Linear(1e5), sw.BoucWen(2e4, 0.0, 8e-5)))
+    assert "- the hysteresis of the gear" in written(hysteretic, tmp_path / f"h.{ending}", to)[1]
+    assert "kinematic" not in written(PLAIN, tmp_path / f"p.{ending}", to)[1]
+
+
+def test_inertias_of_rigid_couplings_add_up(tmp_path):
+    train = PLAIN._replace(load=sw.Elastic(0.4, 3.0, sw.Linear(3e5), sw.Load(0.9)))
+    root, text = written(train, tmp_path / "axis.xml", "mjcf")
+    assert root.find("worldbody/body[@name='axis_load']/inertial").get("diaginertia") == "1.3 1.3 1.3"
+    assert "- the couplings behind the gear, which are taken as rigid" in text

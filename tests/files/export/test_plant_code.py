@@ -1,0 +1,195 @@
+"""The plant in C against Python: every law, kinematic error, friction, gravity, couplings, on recorded torques."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from c_compiler import compiled, doubles, needs_cc
+from canonical import LAWS
+from scipy.integrate import solve_ivp
+
+import strainwave as sw
+from strainwave.files.export.plant import OUTPUTS, plant_code, plant_of
+from strainwave.files.export.traced import Unrecordable
+
+GEAR = sw.Drive(J_m=4.5e-4, J_l=1.3, N=50.0, B=40.0, law=sw.Linear(1e5))
+LINES = sw.KinematicError((sw.Line(2, 1.1e-4), sw.Line(4, 3e-5, 0.7), sw.Line(100, 4e-6, -1.2)))
+STIFFENING = sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 5.0, 20.0)
+RESONANCE = math.sqrt(1e5 * (1 / 1.3 + 1 / (2500 * 4.5e-4)))  # rad/s, of small motions of a free motor
+CASES = {
+    "linear": GEAR.train(),
+    "cubic": GEAR._replace(law=sw.Cubic(1e5, 6.9e4)).train(kinematic_error=LINES),
+    "three slopes": GEAR._replace(law=STIFFENING).train(kinematic_error=LINES, friction=sw.LoadFriction(0.08)),
+    "backlash": GEAR._replace(law=sw.Backlash(1e5, 1e-5)).train(kinematic_error=LINES),
+    "hysteresis": GEAR._replace(law=sw.Parallel(STIFFENING, sw.BoucWen(2e4, 0.0, 8e-5, n=2))).train(
+        kinematic_error=LINES, load_drag=sw.AngleTorque(12.0), motor_drag=sw.LuGre(3.0, 0.02, 1e-3, 0.03, 0.05, 0.3)
+    ),
+    "friction": GEAR.train(
+        control=sw.SpeedLoop(0.5, 20.0), kinematic_error=LINES,
+        load_drag=sw.Parallel(sw.AngleTorque(12.0, phase=0.4), sw.Stribeck(2.0, 3.0, 0.1, 0.02)),
+        motor_drag=sw.Viscous(1e-3, warming=10.0),
+    ),
+    "coupling": GEAR.train(kinematic_error=LINES)._replace(
+        load=sw.Elastic(0.4, 3.0, sw.Play(1e-5, sw.Cubic(3e5, 1e4)), sw.Load(0.9, drag=sw.Coulomb(1.0, 0.01)))
+    ),
+}  # fmt: skip
+METHODS = {"Rk4": sw.Rk4(), "Dop8": sw.Dop8(), "Heun": sw.FixedStep(sw.runge_kutta([[], [1.0]], [0.5, 0.5]))}
+
+
+def assert_equal_to_1e_12(theirs, ours):
+    """Each column, relative to its largest size."""
+    assert np.max(np.abs(theirs - ours) / np.max(np.abs(ours), axis=0)) <= 1e-12
+
+
+def recorded_torques(n=2500, every=7):
+    """Torque steps on both shafts, new ones every few steps, that take the train up through its resonance."""
+    rng = np.random.default_rng(15)
+    steps = rng.uniform(-1.0, 1.0, (2, -(-n // every))).repeat(every, axis=1)[:, :n]
+    return 1.6 + 0.8 * steps[0], -8.0 + 10.0 * steps[1]
+
+
+def by_python(plant, torques, scheme):
+    """Outputs (n, 6) that the library's own step gives."""
+    y, found = (0.0,) * len(plant.states()), []
+    for motor, load in zip(*torques, strict=True):
+        y = scheme.step(plant.under(float(motor), float(load)), 0.0, plant.step, y, plant.step)
+        found.append(plant.outputs(y))
+    return np.array(found, float)
+
+
+def by_c(folder, plant, torques):
+    """Outputs (n, 6) that the compiled code gives."""
+    library = compiled(plant_code(plant, "joint").write(folder / "joint.c"))
+    state, out, found = doubles(*[math.nan] * len(plant.states())), doubles(*[0.0] * 6), []
+    library.joint_init(state)
+    for pair in zip(*torques, strict=True):
+        library.joint_step(state, doubles(*pair), out)
+        found.append(list(out))
+    return np.array(found)
+
+
+@needs_cc
+@pytest.mark.parametrize("name", CASES)
+def test_c_gives_what_python_gives_on_recorded_torques(name, tmp_path):
+    plant = plant_of(CASES[name], step=1e-4)
+    torques = recorded_torques()
+    ours, theirs = by_python(plant, torques, sw.Dop8().scheme), by_c(tmp_path, plant, torques)
+    assert 2.0 * ours[-1, 1] > RESONANCE > 100.0 * ours[0, 1]  # orders 2, 4 and 100 have gone through it
+    assert_equal_to_1e_12(theirs, ours)
+
+
+@needs_cc
+@pytest.mark.parametrize("name", METHODS)
+def test_c_takes_the_steps_of_any_scheme(name, tmp_path):
+    plant = plant_of(CASES["three slopes"], step=1e-4, method=METHODS[name])
+    torques = recorded_torques(200)
+    ours, theirs = by_python(plant, torques, METHODS[name].scheme), by_c(tmp_path, plant, torques)
+    assert_equal_to_1e_12(theirs, ours)
+
+
+@needs_cc
+def test_c_follows_the_equations_of_motion_as_scipy_integrates_them(tmp_path):
+    """J_m theta_m'' = T_m - (1/N - e') T, J_l theta_l'' = T_l + T, T = K u (1 + alpha u^2) + B u', written out here."""
+    law = sw.Cubic(1e5, 6.9e4)
+    plant = plant_of(GEAR._replace(law=law).train(kinematic_error=sw.KinematicError((sw.Line(2, 1.1e-4),))), step=1e-4)
+
+    def rhs(_, y):
+        a, w, b, v = y
+        e, slope = 1.1e-4 * math.cos(2 * a), -2.2e-4 * math.sin(2 * a)
+        u, rate = a / 50 - b - e, w / 50 - v - slope * w
+        torque = 1e5 * u * (1 + 6.9e4 * u * u) + 40.0 * rate
+        return w, (0.9 - (1 / 50 - slope) * torque) / 4.5e-4, v, (torque - 5.0) / 1.3
+
+    start = (0.0, 0.0, 0.0, 0.0)
+    run = solve_ivp(rhs, (0.0, 0.2), start, "DOP853", t_eval=[0.1, 0.2], rtol=1e-12, atol=1e-14)
+    found = by_c(tmp_path, plant, (np.full(2000, 0.9), np.full(2000, -5.0)))[[999, 1999]]
+    np.testing.assert_allclose(found[:, :4], run.y[[0, 1, 2, 3]].T, rtol=1e-8)
+
+
+@needs_cc
+def test_a_plant_that_begins_in_balance_stays_there(tmp_path):
+    """Gravity of 12 N*m at 90 degrees twists the gear; 12/50 N*m of the motor hold it."""
+    angle = 0.5 * math.pi
+    train = GEAR._replace(law=STIFFENING).train(load_drag=sw.AngleTorque(12.0))
+    twist = 5.0 / 1e5 + 7.0 / 1.4e5
+    plant = plant_of(train, step=1e-4, start=(twist, 0.0, 50.0 * (angle + twist), 0.0))
+    found = by_c(tmp_path, plant, (np.full(500, 12.0 / 50.0), np.zeros(500)))
+    np.testing.assert_allclose(found[-1, [0, 2, 4, 5]], (50.0 * (angle + twist), angle, twist, 12.0), rtol=1e-9)
+    np.testing.assert_allclose(found[-1, [1, 3]], 0.0, atol=1e-9)
+
+
+def test_a_start_with_another_number_of_states_is_refused():
+    with pytest.raises(ValueError, match=r"start is \(0\.1, 0\.0\); it must be 4 finite numbers"):
+        plant_of(GEAR.train(), start=(0.1, 0.0))
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_every_law_can_be_recorded(name):
+    code = plant_code(plant_of(GEAR._replace(law=LAWS[name]).train(), step=1e-6), "joint")
+    assert "static void rates" in code.source
+    assert "Traced" not in code.source
+
+
+class Bent(NamedTuple):
+    """A user's law with a branch."""
+
+    K: float
+
+    def torque(self, x):
+        return self.K * x if x > 0.0 else 0.5 * self.K * x
+
+    def stiffness(self, x):
+        return self.K if x > 0.0 else 0.5 * self.K
+
+
+class Folded(NamedTuple):
+    """A user's law that takes a remainder."""
+
+    K: float
+
+    def torque(self, x):
+        return self.K * (x % 1e-3)
+
+
+def test_a_law_with_a_branch_is_refused_with_its_place():
+    with pytest.raises(
+        Unrecordable, match=r"Bent\.torque branches on a value .* line \d+: .*write it without branches"
+    ):
+        plant_code(plant_of(GEAR._replace(law=Bent(1e5)).train(), step=1e-6), "joint")
+
+
+def test_an_operation_that_c_does_not_have_is_refused():
+    with pytest.raises(Unrecordable, match=r"Folded\.torque takes a remainder in line \d+: it is run once"):
+        plant_code(plant_of(GEAR._replace(law=Folded(1e5)).train(), step=1e-6), "joint")
+
+
+def test_steps_that_are_too_long_for_the_train_are_refused():
+    fastest = math.sqrt(1.8e5 * (1 / 1.3 + 1 / (2500 * 4.5e-4)))  # in the third range of the law, which is the stiffest
+    train = GEAR._replace(law=STIFFENING, B=0.0).train()
+    assert plant_of(train, step=0.99 / fastest).step == 0.99 / fastest
+    with pytest.raises(ValueError, match=r"the step is 0\.1 s and the fastest motion of the train takes steps up to"):
+        plant_of(train, step=0.1)
+    assert plant_of(train).step == pytest.approx(2 * math.pi / fastest / 16, rel=1e-6)
+
+
+def test_the_step_counts_with_couplings_that_have_come_through_their_play():
+    coupling = sw.Elastic(0.4, 0.0, sw.Play(1e-5, sw.Linear(3e6)), sw.Load(0.9))
+    touching = GEAR._replace(B=0.0).train()._replace(load=coupling._replace(law=sw.Linear(3e6)))
+    assert plant_of(touching._replace(load=coupling)).step == pytest.approx(plant_of(touching).step, rel=1e-6)
+
+
+def test_outputs_are_those_of_the_train():
+    train = CASES["coupling"]
+    plant = plant_of(train, step=1e-5)
+    y = tuple(np.random.default_rng(3).normal(size=len(plant.states())) * 1e-3)
+    values = dict(zip((name for name, _, _ in OUTPUTS), plant.outputs(y), strict=True))
+    assert values["load_angle"] == pytest.approx(y[2] / 50 - y[0] - y[4], rel=1e-13)
+    assert values["pointing_error"] == pytest.approx(values["motor_angle"] / 50 - values["load_angle"], rel=1e-12)
+    assert values["load_speed"] == pytest.approx(y[3] / 50 - y[1] - y[5], rel=1e-13)
+
+
+@pytest.mark.parametrize("name", ["2nd", "my joint", "double", ""])
+def test_names_that_c_does_not_know_are_refused(name):
+    with pytest.raises(ValueError, match="is not a name in C"):
+        plant_code(plant_of(GEAR.train(), step=1e-4), name)
