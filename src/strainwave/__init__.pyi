@@ -174,6 +174,9 @@ from .numerics.sampled.result import LoopEnsemble as LoopEnsemble
 from .numerics.sampled.result import LoopRun as LoopRun
 from .study.compensation.compensate import compensate as compensate
 from .study.compensation.compensate import compensation_bench as compensation_bench
+from .study.compensation.moves import CompensatedMove as CompensatedMove
+from .study.compensation.moves import MoveScore as MoveScore
+from .study.compensation.moves import compensated_move as compensated_move
 from .study.compensation.designs import COMPENSATORS as COMPENSATORS
 from .study.compensation.designs import Compensator as Compensator
 from .study.compensation.result import Compensation as Compensation

@@ -83,7 +83,7 @@ def compensate(
     """
     bench = bench_of(project, sampling, loop, plant)
     motor_speed = _speed(bench, project, speed)
-    design = _design(controller)
+    design = compensator_of(controller)
     return _one(bench, design, motor_speed, robust, _count(units), seed, progress)
 
 
@@ -117,7 +117,7 @@ def compensation_bench(
     """
     bench = bench_of(project, sampling, loop, plant)
     grid = numbers("speeds [rad/s]", speeds)
-    designs = [_design(controller) for controller in controllers]
+    designs = [compensator_of(controller) for controller in controllers]
     if not len(grid) or not designs:
         raise ValueError("there is nothing to run; give at least one controller and one speed")
     for speed in grid:
@@ -133,7 +133,8 @@ def compensation_bench(
     return CompensationBench(grid, tuple(design.name for design in designs), tuple(results))
 
 
-def _design(controller: Any) -> Compensator:
+def compensator_of(controller: Any) -> Compensator:
+    """A design by its name, or one that gives a controller as it is."""
     if isinstance(controller, str):
         if controller not in COMPENSATORS:
             raise ValueError(f"there is no controller {shown(controller)}; there are {', '.join(COMPENSATORS)}")

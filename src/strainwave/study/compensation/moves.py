@@ -1,0 +1,233 @@
+"""`compensated_move`: what controllers and input shaping make of a move from rest to rest."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...model.controllers.closed_loop import ClosedLoop, Sampling
+from ...model.controllers.shaping import shaped
+from ...model.train.drive_train import DriveTrain
+from ...model.train.motion import MOST, SpeedProfile
+from ...numerics.sampled.linear import loop_response
+from ...numerics.sampled.loops import run_loop
+from ...quantities import number, shown
+from ...records import Labelled, Result
+from ...results import Floats
+from ...sentences import on_screen
+from ...units import ARCSEC
+from ..move.profiles import path_of
+from .bench import Bench, bench_of
+from .compensate import compensator_of
+from .designs import Compensator
+
+ON_MOVES = ("loop", "angle", "inverse", "nonlinear-inverse", "gandhi-ghorbel", "observer", "load-integral")
+DECAY = 8.0  # time constants of the slowest motion that are run after the end
+WINDOW = 60.0 * ARCSEC
+SLOW = 1.0  # rad/s of the motor, at which a controller is designed that does not depend on the speed
+
+
+@dataclass(frozen=True)
+class MoveScore:
+    """What one controller makes of a move.
+
+    Attributes
+    ----------
+    name : str
+        Of the controller, with the shaping of the reference.
+    settling_time : float or None
+        Time [s] after the end of the profile from which on the load stays within the window of where it rests; None if
+        it does not within the run.
+    rms, peak : float
+        Of the distance of the load from the profile [rad], over the profile.
+    rest_error : float
+        Distance from the profile's end where the load rests [rad].
+    torque : float
+        Largest torque of the motor [N*m].
+    limited : float
+        Share of the samples at the limit of the torque.
+    """
+
+    name: str
+    settling_time: float | None
+    rms: float
+    peak: float
+    rest_error: float
+    torque: float
+    limited: float
+
+
+@dataclass(frozen=True, eq=False)
+class CompensatedMove(Result):
+    """Controllers on a move.
+
+    Attributes
+    ----------
+    time : (n,) array
+        Times [s] of the samples.
+    error : (controllers, n) array
+        Angle of the load in the profile minus its angle [rad].
+    torque : (controllers, n) array
+        Torque of the motor [N*m].
+    scores : tuple of MoveScore
+        Of each controller.
+    duration : float
+        End of the profile [s].
+    window : float
+        Of settling [rad].
+    remarks : tuple of str
+        What was assumed, as sentences.
+    """
+
+    rows: ClassVar[str] = "time"
+
+    time: Floats
+    error: Floats
+    torque: Floats
+    scores: tuple[MoveScore, ...]
+    duration: float
+    window: float
+    remarks: tuple[str, ...]
+
+    def coordinates(self) -> Labelled:
+        """Times, and names of the controllers."""
+        names = [score.name for score in self.scores]
+        return {"time": ("time", self.time, "s"), "controller": ("controller", names, "")}
+
+    def variables(self) -> Labelled:
+        """Errors and torques."""
+        dims = ("controller", "time")
+        return {"error": (dims, self.error, "rad"), "torque": (dims, self.torque, "N*m")}
+
+    def __str__(self) -> str:
+        width = max(len(score.name) for score in self.scores)
+        lines = [
+            f"CompensatedMove: {self.duration:.4g} s, settled within {self.window / ARCSEC:.4g} arcsec",
+            f"  {'':{width}}  settling [s]  rms [arcsec]  peak [arcsec]  torque [N*m]",
+        ]
+        for s in self.scores:
+            settled = "not settled" if s.settling_time is None else f"{s.settling_time:.4g}"
+            lines.append(
+                f"  {s.name:{width}}  {settled:>12}  {s.rms / ARCSEC:12.4g}  {s.peak / ARCSEC:13.4g}  {s.torque:12.3g}"
+            )
+        return on_screen("\n".join([*lines, *(f"  {text}" for text in self.remarks)]))
+
+    __repr__ = __str__
+
+
+def compensated_move(
+    project: Any,
+    profile: Any,
+    controllers: Sequence[Any] = ("loop", "inverse", "nonlinear-inverse"),
+    *,
+    shaping: Sequence[str] = (),
+    sampling: Sampling | None = None,
+    loop: Any = None,
+    plant: DriveTrain | None = None,
+    window: float = WINDOW,
+    tail: float | None = None,
+) -> CompensatedMove:
+    """Run a move in closed loop, from rest at angle 0, under each controller and with each shaping of its reference.
+
+    Parameters
+    ----------
+    project : Project or DriveTrain
+        The drive.
+    profile : Trapezoid, Dwell, or a list of them
+        Angle of the load over time; its acceleration is constant from knot to knot. Where it jumps, the nonlinear
+        inverse asks for a torque without limit: the load's torque, and with it the twist, would have to jump.
+    controllers : sequence of str or controller
+        Names of designs that do not depend on the speed (`ON_MOVES`), or controllers.
+    shaping : sequence of str
+        "ZV" or "ZVD": the plain loop is also run on a reference that leaves the slowest vibration at rest.
+    sampling, loop, plant
+        As of `compensate`.
+    window : float
+        Largest distance from where the load rests [rad], of one that has settled.
+    tail : float, optional
+        Time [s] that is run after the end. Default: until the slowest motion of the loop has decayed to 0.03 %.
+
+    Returns
+    -------
+    CompensatedMove
+
+    Raises
+    ------
+    ValueError
+        If the acceleration is not constant from knot to knot, a controller depends on the speed, or a number is out of
+        range.
+    TypeError
+        If an argument is of another kind.
+    """
+    bench = bench_of(project, sampling, loop, plant)
+    motion, duration = _motion(profile, bench.model.N)
+    window = number("window [rad]", window, positive=True)
+    closed = bench.closed(bench.loop, SLOW, model=True)
+    response = loop_response(closed, [SLOW], at=bench.start(SLOW, model=True))
+    tail = DECAY * response.slowest if tail is None else number("tail [s]", tail, positive=True)
+    references: list[tuple[str, Any, Any]] = [
+        (design.name, design.build(bench, SLOW), motion) for design in map(_design, controllers)
+    ]
+    pole = response.poles[int(np.argmax(np.abs(response.poles) * (np.abs(response.poles.imag) > 0.0)))]
+    s = np.log(complex(pole)) / response.period
+    references += [
+        (f"loop, {kind}", bench.loop, shaped(motion, abs(s), -s.real / abs(s), kind=kind)) for kind in shaping
+    ]
+    if not references:
+        raise ValueError("there is nothing to run; give at least one controller")
+    runs = [_run(bench, controller, reference, duration + tail) for _, controller, reference in references]
+    time = runs[0].time
+    aside = [motion.value(time) - reference.value(time) for _, _, reference in references]
+    error = np.array([run.error for run in runs]) + np.array(aside) / bench.model.N
+    scores = tuple(
+        _score(name, time, e, run, duration, window)
+        for (name, _, _), e, run in zip(references, error, runs, strict=True)
+    )
+    return CompensatedMove(time, error, np.array([run.torque for run in runs]), scores, duration, window, bench.remarks)
+
+
+def _design(controller: Any) -> Compensator:
+    if isinstance(controller, str) and controller not in ON_MOVES:
+        raise ValueError(
+            f"controller {shown(controller)} is designed for one speed, or is none; on a move there are "
+            f"{', '.join(ON_MOVES)}"
+        )
+    return compensator_of(controller)
+
+
+def _motion(profile: Any, N: float) -> tuple[SpeedProfile, float]:
+    """Speed of the motor over time, and the end of the profile [s]."""
+    path = path_of(profile, 0.0)
+    if np.any(path.jerk != 0.0):
+        raise ValueError("the profile has parts whose acceleration is not constant; give a Trapezoid, or several")
+    if len(path.knots) > MOST:
+        raise ValueError(
+            f"the profile has {len(path.knots)} knots; a sampled loop takes up to {MOST}: give fewer parts"
+        )
+    ends = np.append(path.speed, 0.0)
+    jumps = np.abs(path.speed + path.acceleration * np.diff(path.knots) - ends[1:])
+    if np.any(jumps > 1e-9 * np.max(np.abs(ends), initial=1e-300)):
+        raise ValueError("the profile has a speed that jumps; give parts that begin and end at rest")
+    return SpeedProfile(tuple(path.knots.tolist()), tuple((N * ends).tolist())), path.duration
+
+
+def _run(bench: Bench, controller: Any, motion: Any, duration: float) -> Any:
+    closed = ClosedLoop(bench.plant._replace(omega=1.0, reference=motion), controller, bench.sampling)
+    return run_loop(closed, duration, y0=bench.start(0.0))
+
+
+def _score(name: str, time: Floats, error: Floats, run: Any, duration: float, window: float) -> MoveScore:
+    moving, last = time <= duration, time >= time[-1] - 0.1 * (time[-1] - duration)
+    rest = float(np.mean(error[last]))
+    outside = np.flatnonzero((np.abs(error - rest) > window) & ~moving)
+    settled: float | None = 0.0
+    if len(outside):
+        i = int(outside[-1])
+        settled = None if i + 1 >= len(time) else float(time[i + 1] - duration)
+    off = error[moving]
+    limited = float(run.memory.limited) / len(time)
+    return MoveScore(
+        name, settled, float(np.sqrt(np.mean(off * off))), float(np.max(np.abs(off))), rest,
+        float(np.max(np.abs(run.torque))), limited,
+    )  # fmt: skip
