@@ -174,6 +174,8 @@ from .numerics.sampled.result import LoopEnsemble as LoopEnsemble
 from .numerics.sampled.result import LoopRun as LoopRun
 from .study.compensation.compensate import compensate as compensate
 from .study.compensation.compensate import compensation_bench as compensation_bench
+from .study.compensation.runup import CompensatedRunup as CompensatedRunup
+from .study.compensation.runup import compensated_runup as compensated_runup
 from .study.compensation.moves import CompensatedMove as CompensatedMove
 from .study.compensation.moves import MoveScore as MoveScore
 from .study.compensation.moves import compensated_move as compensated_move

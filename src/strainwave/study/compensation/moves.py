@@ -20,7 +20,6 @@ from ...units import ARCSEC
 from ..move.profiles import path_of
 from .bench import Bench, bench_of
 from .compensate import compensator_of
-from .designs import Compensator
 
 ON_MOVES = ("loop", "angle", "inverse", "nonlinear-inverse", "gandhi-ghorbel", "observer", "load-integral")
 DECAY = 8.0  # time constants of the slowest motion that are run after the end
@@ -166,16 +165,12 @@ def compensated_move(
     closed = bench.closed(bench.loop, SLOW, model=True)
     response = loop_response(closed, [SLOW], at=bench.start(SLOW, model=True))
     tail = DECAY * response.slowest if tail is None else number("tail [s]", tail, positive=True)
-    references: list[tuple[str, Any, Any]] = [
-        (design.name, design.build(bench, SLOW), motion) for design in map(_design, controllers)
-    ]
+    references: list[tuple[str, Any, Any]] = [(*chosen, motion) for chosen in on_the_way(bench, controllers)]
     pole = response.poles[int(np.argmax(np.abs(response.poles) * (np.abs(response.poles.imag) > 0.0)))]
     s = np.log(complex(pole)) / response.period
     references += [
         (f"loop, {kind}", bench.loop, shaped(motion, abs(s), -s.real / abs(s), kind=kind)) for kind in shaping
     ]
-    if not references:
-        raise ValueError("there is nothing to run; give at least one controller")
     runs = [_run(bench, controller, reference, duration + tail) for _, controller, reference in references]
     time = runs[0].time
     aside = [motion.value(time) - reference.value(time) for _, _, reference in references]
@@ -187,20 +182,25 @@ def compensated_move(
     return CompensatedMove(time, error, np.array([run.torque for run in runs]), scores, duration, window, bench.remarks)
 
 
-def _design(controller: Any) -> Compensator:
-    if isinstance(controller, str) and controller not in ON_MOVES:
-        raise ValueError(
-            f"controller {shown(controller)} is designed for one speed, or is none; on a move there are "
-            f"{', '.join(ON_MOVES)}"
-        )
-    return compensator_of(controller)
+def on_the_way(bench: Bench, controllers: Sequence[Any]) -> list[tuple[str, Any]]:
+    """Names and controllers, of which none is designed for one speed (ValueError)."""
+    for controller in controllers:
+        if isinstance(controller, str) and controller not in ON_MOVES:
+            raise ValueError(
+                f"controller {shown(controller)} is designed for one speed, or is none; on a way through many there "
+                f"are {', '.join(ON_MOVES)}"
+            )
+    designs = [compensator_of(controller) for controller in controllers]
+    if not designs:
+        raise ValueError("there is nothing to run; give at least one controller")
+    return [(design.name, design.build(bench, SLOW)) for design in designs]
 
 
 def _motion(profile: Any, N: float) -> tuple[SpeedProfile, float]:
     """Speed of the motor over time, and the end of the profile [s]."""
     path = path_of(profile, 0.0)
     if np.any(path.jerk != 0.0):
-        raise ValueError("the profile has parts whose acceleration is not constant; give a Trapezoid, or several")
+        raise ValueError("the profile has parts whose acceleration is not constant; give one Trapezoid or several")
     if len(path.knots) > MOST:
         raise ValueError(
             f"the profile has {len(path.knots)} knots; a sampled loop takes up to {MOST}: give fewer parts"

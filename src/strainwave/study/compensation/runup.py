@@ -1,0 +1,195 @@
+"""`compensated_runup`: controllers through a range of speeds, up and down, and whether a jump is left."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...model.controllers.closed_loop import ClosedLoop, Sampling
+from ...model.train.drive_train import DriveTrain
+from ...model.train.motion import SpeedProfile
+from ...numerics.sampled.loops import run_loop
+from ...quantities import interval, number
+from ...records import Labelled, Result
+from ...results import Floats
+from ...sentences import on_screen
+from ...units import ARCSEC, RPM
+from .bench import Bench, bench_of
+from .moves import on_the_way
+
+CELLS = 200  # of the range of speeds
+APART = 1.2  # times the error of the other way at one speed: motions of their own, if they stay
+CALM = 0.05  # of the largest error of the plain loop: differences below are no jump
+TRIED = 5  # speeds at which a run stops and waits, spread over those where both ways differ
+SAME, LONGER = 0.02, 7  # rms of a settled run, and how often the wait is doubled for it
+WAITS = 12.0  # time constants of the loop's slowest motion
+
+
+@dataclass(frozen=True, eq=False)
+class CompensatedRunup(Result):
+    """Controllers on a run-up and the run-down after it.
+
+    Attributes
+    ----------
+    speed : (n,) array
+        Speeds of the motor [rad/s], middles of the cells of the range.
+    up, down : (controllers, n) arrays
+        Largest pointing error [rad] about its mean in each cell, on the way up and down.
+    names : tuple of str
+        Of the controllers.
+    jump : (controllers,) array
+        Speed [rad/s] at which a run-up and a run-down that stop there stay on motions of their own; NaN where none
+        was found.
+    acceleration : float
+        Of the motor [rad/s^2].
+    remarks : tuple of str
+        What was assumed, as sentences.
+    """
+
+    rows: ClassVar[str] = "speed"
+
+    speed: Floats
+    up: Floats
+    down: Floats
+    names: tuple[str, ...]
+    jump: Floats
+    acceleration: float
+    remarks: tuple[str, ...]
+
+    def coordinates(self) -> Labelled:
+        """Speeds, and names of the controllers."""
+        return {"speed": ("speed", self.speed, "rad/s"), "controller": ("controller", list(self.names), "")}
+
+    def variables(self) -> Labelled:
+        """Errors up and down."""
+        dims = ("controller", "speed")
+        return {"up": (dims, self.up, "rad"), "down": (dims, self.down, "rad")}
+
+    def __str__(self) -> str:
+        width = max(map(len, self.names))
+        lines = [
+            f"CompensatedRunup: {self.speed[0] / RPM:.4g} to {self.speed[-1] / RPM:.4g} rpm and back, "
+            f"{self.acceleration / RPM:.3g} rpm/s; largest pointing error [arcsec]"
+        ]
+        for name, up, down, jump in zip(self.names, self.up, self.down, self.jump, strict=True):
+            how = "no jump" if np.isnan(jump) else f"two motions at {jump / RPM:.4g} rpm: it jumps"
+            lines.append(f"  {name:{width}}  up {np.max(up) / ARCSEC:.4g}, down {np.max(down) / ARCSEC:.4g}; {how}")
+        return on_screen("\n".join([*lines, *(f"  {text}" for text in self.remarks)]))
+
+    __repr__ = __str__
+
+
+def compensated_runup(
+    project: Any,
+    speeds: tuple[float, float],
+    time: float,
+    controllers: Sequence[Any] = ("loop", "inverse"),
+    *,
+    sampling: Sampling | None = None,
+    loop: Any = None,
+    plant: DriveTrain | None = None,
+) -> CompensatedRunup:
+    """Run a drive through a range of speeds, up and then down, under each controller.
+
+    Both ways differ also where a resonance is passed quickly. Where they do, runs of both ways stop at a few of these
+    speeds and wait: what then still differs are two motions, between which the drive jumps.
+
+    Parameters
+    ----------
+    project : Project or DriveTrain
+        The drive.
+    speeds : (low, high)
+        Speeds of the motor [rad/s].
+    time : float
+        Time [s] of each of the two runs.
+    controllers : sequence of str or controller
+        Names of designs that do not depend on the speed, or controllers.
+    sampling, loop, plant
+        As of `compensate`.
+
+    Returns
+    -------
+    CompensatedRunup
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range, or a controller is designed for one speed.
+    TypeError
+        If an argument is of another kind.
+    """
+    bench = bench_of(project, sampling, loop, plant)
+    low, high = interval("speeds [rad/s]", speeds, positive=True)
+    time = number("time [s]", time, positive=True)
+    chosen = on_the_way(bench, controllers)
+    edges = np.linspace(low, high, CELLS + 1)
+    up, down = (
+        np.array([_cells(_run(bench, c, ends, time), ends, time, edges) for _, c in chosen])
+        for ends in ((low, high), (high, low))
+    )
+    calm = CALM * float(np.max(np.maximum(up, down)))
+    jumps = [_jump(bench, c, edges, time, a, b, calm) for (_, c), a, b in zip(chosen, up, down, strict=True)]
+    return CompensatedRunup(
+        speed=0.5 * (edges[1:] + edges[:-1]),
+        up=up,
+        down=down,
+        names=tuple(name for name, _ in chosen),
+        jump=np.array(jumps),
+        acceleration=(high - low) / time,
+        remarks=bench.remarks,
+    )
+
+
+def _run(bench: Bench, controller: Any, ends: tuple[float, float], time: float, waits: float = 0.0) -> Any:
+    """Run from one speed to another, and wait there; transients of the start have a tenth of the time before it."""
+    lead = 0.1 * time
+    motion = SpeedProfile((0.0, lead, lead + time), (ends[0], *ends))
+    closed = ClosedLoop(bench.plant._replace(omega=1.0, reference=motion), controller, bench.sampling)
+    return run_loop(closed, lead + time + waits, y0=bench.start(ends[0]))
+
+
+def _cells(run: Any, ends: tuple[float, float], time: float, edges: Floats) -> Floats:
+    """Largest error (n,) about its mean in each cell of speeds."""
+    after = run.time >= 0.1 * time
+    speed = ends[0] + (ends[1] - ends[0]) * (run.time[after] / time - 0.1)
+    which = np.clip(np.searchsorted(edges, speed) - 1, 0, len(edges) - 2)
+    high, low = np.full(len(edges) - 1, -np.inf), np.full(len(edges) - 1, np.inf)
+    np.maximum.at(high, which, run.error[after])
+    np.minimum.at(low, which, run.error[after])
+    return np.asarray(0.5 * (high - low))
+
+
+def _jump(bench: Bench, controller: Any, edges: Floats, time: float, up: Floats, down: Floats, calm: float) -> float:
+    """Speed at which runs of both ways that stop there stay apart; NaN where none does."""
+    differ = np.flatnonzero(np.maximum(up, down) > APART * np.maximum(np.minimum(up, down), calm))
+    if not len(differ):
+        return float("nan")
+    speeds = 0.5 * (edges[1:] + edges[:-1])
+    ratio = np.maximum(up, down) / np.maximum(np.minimum(up, down), calm)
+    tried = {
+        int(differ[np.argmax(ratio[differ])]),
+        *differ[np.linspace(0, len(differ) - 1, TRIED).astype(int)].tolist(),
+    }
+    for i in sorted(tried, key=lambda i: -ratio[i]):
+        speed, left = float(speeds[i]), []
+        waits = WAITS * bench.response(speed).slowest
+        for end in (edges[0], edges[-1]):
+            part = time * abs(speed - end) / (edges[-1] - edges[0])
+            left.append(_at_last(bench, controller, (float(end), speed), part, waits))
+        if max(left) > APART * min(left) and max(left) > calm:
+            return speed
+    return float("nan")
+
+
+def _at_last(bench: Bench, controller: Any, ends: tuple[float, float], time: float, waits: float) -> float:
+    """Rms [rad] of the error about its mean where a run that waits has settled: near a fold that takes long."""
+    for _ in range(LONGER):
+        run = _run(bench, controller, ends, time, waits)
+        early, late = (
+            float(np.std(run.error[np.abs(run.time - run.time[-1] + at * waits) < 0.1 * waits])) for at in (0.3, 0.1)
+        )
+        if abs(late - early) <= SAME * late:
+            break
+        waits *= 2.0
+    return late
