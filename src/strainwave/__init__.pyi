@@ -174,6 +174,11 @@ from .numerics.sampled.result import LoopEnsemble as LoopEnsemble
 from .numerics.sampled.result import LoopRun as LoopRun
 from .study.compensation.compensate import compensate as compensate
 from .study.compensation.compensate import compensation_bench as compensation_bench
+from .study.compensation.monitoring import Monitored as Monitored
+from .study.compensation.monitoring import monitor as monitor
+from .study.compensation.prediction import PredictionTable as PredictionTable
+from .study.compensation.prediction import prediction_table as prediction_table
+from .study.compensation.prediction import speed_table as speed_table
 from .study.compensation.runup import CompensatedRunup as CompensatedRunup
 from .study.compensation.runup import compensated_runup as compensated_runup
 from .study.compensation.moves import CompensatedMove as CompensatedMove

@@ -257,5 +257,5 @@ def test_the_command_filters_by_quantities_with_units():
     assert {g["size"] for g in found} == {40}
     assert all(g["rated_torque"] >= 300.0 and g["max_rpm"] >= 4000.0 for g in found)
     wrong = run(cli, ["catalogue", "--stiffness", "1e5 N*m"])
-    assert (wrong.exit_code, wrong.stdout) == (1, "")
+    assert (wrong.exit_code, wrong.stdout) == (2, "")
     assert "--stiffness: '1e5 N*m' is not per radian" in wrong.stderr

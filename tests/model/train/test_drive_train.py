@@ -311,7 +311,7 @@ def test_bad_numbers_are_refused_in_one_sentence(train, sentence):
     [
         (PLAIN_TRAIN._replace(load=3.0), "DriveTrain.load is 3.0; it must be a Load or an Elastic"),
         (PLAIN_TRAIN._replace(law=3.0), "DriveTrain.law is 3.0; it must be an object with a method torque"),
-        (PLAIN_TRAIN._replace(reference=sw.NoError()), "it must be an object with a method curvature"),
+        (PLAIN_TRAIN._replace(reference=sw.Harmonic(0.1)), "it must be an object with a method curvature"),
         (PLAIN_TRAIN._replace(motor=sw.Motor(1.0, control="PD")), "Motor.control is 'PD'; it must be Free"),
         (
             PLAIN_TRAIN._replace(motor=sw.Motor(1.0, drag=0.3)),

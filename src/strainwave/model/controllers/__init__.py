@@ -11,9 +11,13 @@ from .loops import Cascade as Cascade
 from .loops import LoadIntegral as LoadIntegral
 from .loops import SampledPD as SampledPD
 from .measurement import Measurement as Measurement
+from .monitor import Average as Average
+from .monitor import Demodulator as Demodulator
+from .monitor import Tracker as Tracker
 from .notch import Notch as Notch
 from .notch import notch as notch
 from .observer import DisturbanceObserver as DisturbanceObserver
 from .repetitive import Repetitive as Repetitive
 from .shaping import Shaped as Shaped
 from .shaping import shaped as shaped
+from .speed_table import SpeedTable as SpeedTable

@@ -1,0 +1,240 @@
+"""`monitor`: amplitude and phase of orders over a record, at a known angle or without one."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...compile.jit import borrowed, kernel, run
+from ...model.controllers.monitor import Average, Demodulator, Tracker
+from ...quantities import checked, interval, number, shown
+from ...records import Labelled, Result
+from ...results import Floats
+from ...sentences import on_screen
+
+SETTLED = 0.01  # share of the first error that is left of a settled estimate
+EVEN = 0.01  # of the period: samples further apart than this are not even
+TURNS = 3.0  # that the rate of a demodulator takes by default, of the lowest order
+
+
+@dataclass(frozen=True, eq=False)
+class Monitored(Result):
+    """Orders of a signal over time.
+
+    Attributes
+    ----------
+    time : (n,) array
+        Times [s].
+    orders : (orders,) array
+        Orders of the angle; 1 where the angle was not known.
+    amplitude, phase : (orders, n) arrays
+        Amplitude cos(order angle + phase), in units of the signal and rad; where the angle was not known, the phase is
+        that of the line itself.
+    mean : (n,) array
+        Mean of the signal.
+    frequency : (n,) array
+        Of the lowest order [rad/s].
+    settled_from : float
+        Time [s] from which on less than 1 % of the first error is left.
+    standard_error : float
+        Of an amplitude, in units of the signal, from what is left of the signal once the estimate has settled.
+    lost : int
+        Samples that are NaN: over them the estimate stays as it is.
+    """
+
+    rows: ClassVar[str] = "time"
+
+    time: Floats
+    orders: Floats
+    amplitude: Floats
+    phase: Floats
+    mean: Floats
+    frequency: Floats
+    settled_from: float
+    standard_error: float
+    lost: int
+
+    def coordinates(self) -> Labelled:
+        """Times and orders."""
+        return {"time": ("time", self.time, "s"), "order": ("order", self.orders, "")}
+
+    def variables(self) -> Labelled:
+        """Amplitudes, phases, mean and frequency."""
+        dims = ("order", "time")
+        return {
+            "amplitude": (dims, self.amplitude, ""),
+            "phase": (dims, self.phase, "rad"),
+            "mean": ("time", self.mean, ""),
+            "frequency": ("time", self.frequency, "rad/s"),
+        }
+
+    def __str__(self) -> str:
+        lines = [
+            f"Monitored: {len(self.time)} samples, settled from {self.settled_from:.4g} s; at the end, in units of the "
+            f"signal (standard error {self.standard_error:.2g}):"
+        ]
+        for k, a, p in zip(self.orders, self.amplitude[:, -1], self.phase[:, -1], strict=True):
+            lines.append(f"  order {k:g}: amplitude {a:.4g}, phase {np.degrees(p):.4g} deg")
+        lines.append(
+            f"  frequency of order {self.orders[0]:g}: {self.frequency[-1]:.4g} rad/s; mean {self.mean[-1]:.4g}"
+        )
+        if self.lost:
+            lines.append(f"  {self.lost} samples are NaN; the estimate stays as it is over them")
+        return on_screen("\n".join(lines))
+
+    __repr__ = __str__
+
+
+def monitor(
+    time: ArrayLike,
+    signal: ArrayLike,
+    *,
+    angle: ArrayLike | None = None,
+    orders: Sequence[int] = (2,),
+    bandwidth: float | None = None,
+    frequencies: tuple[float, float] | None = None,
+) -> Monitored:
+    """Follow the amplitude and phase of orders in a record, as a controller does it from sample to sample.
+
+    Parameters
+    ----------
+    time : (n,) array_like
+        Times [s] of even samples.
+    signal : (n,) array_like
+        The signal; NaN where a sample is lost.
+    angle : (n,) array_like, optional
+        Angle [rad] that the orders count on. Without it the strongest line within `frequencies` is tracked.
+    orders : sequence of int
+        Orders of the angle.
+    bandwidth : float, optional
+        Rate [1/s] of the estimates: they settle as exp(-bandwidth t). Default: a third of the lowest order's turns per
+        second; without an angle, a twentieth of the lowest frequency.
+    frequencies : (low, high), optional
+        Range [rad/s] of the line that is tracked where the angle is not known.
+
+    Returns
+    -------
+    Monitored
+
+    Raises
+    ------
+    ValueError
+        If arrays differ in length, samples are not even or too slow for an order, the angle does not move, or neither
+        an angle nor a range of frequencies is given.
+    """
+    t, y = (np.asarray(thing, float) for thing in (time, signal))
+    if t.ndim != 1 or t.shape != y.shape or len(t) < 4:
+        raise ValueError(f"time has the shape {t.shape} and signal {y.shape}; give as many numbers of both, at least 4")
+    if not np.all(np.isfinite(t)):
+        raise ValueError("time has numbers that are not finite; leave these samples out, or give their times")
+    steps = np.diff(t)
+    period = float(np.median(steps))
+    if not period > 0.0 or np.any(np.abs(steps - period) > EVEN * period):
+        raise ValueError("the samples are not even in time; put them on an even grid, NaN where there is none")
+    if np.any(np.isinf(y)):
+        raise ValueError("signal has infinite numbers; give NaN where a sample is lost")
+    if angle is None:
+        return _tracked(t, y, period, frequencies, bandwidth)
+    return _demodulated(t, y, period, np.asarray(angle, float), orders, bandwidth)
+
+
+def _demodulated(
+    t: Floats, y: Floats, period: float, angle: Floats, orders: Sequence[int], bandwidth: float | None
+) -> Monitored:
+    if angle.shape != t.shape or not np.all(np.isfinite(angle)):
+        raise ValueError(f"angle has the shape {angle.shape}; give a finite angle for each of the {len(t)} samples")
+    if not orders or any(not isinstance(k, int | np.integer) or isinstance(k, bool) or k < 1 for k in orders):
+        raise ValueError(f"orders is {shown(orders)}; give integers of at least 1")
+    if len(set(orders)) < len(orders):
+        raise ValueError(f"orders is {shown(orders)}; give each order once")
+    speed = np.abs(np.gradient(angle, period))
+    fastest = float(np.max(speed))
+    if not fastest > 0.0:
+        raise ValueError(
+            "the angle does not move, so that it has no orders; give `frequencies` to track a line in time"
+        )
+    if fastest * max(orders) * period > 0.5 * np.pi:
+        raise ValueError(
+            f"samples every {period:.4g} s are too slow for order {max(orders)} at {fastest:.4g} rad/s; sample at "
+            f"least every {0.5 * np.pi / fastest / max(orders):.3g} s"
+        )
+    usual = float(np.mean(speed)) * min(orders) / (2.0 * np.pi) / TURNS
+    rate = usual if bandwidth is None else number("bandwidth [1/s]", bandwidth, positive=True)
+    chain: Any = Average(rate, period)
+    ordered = sorted(int(k) for k in orders)
+    for k in ordered:
+        chain = Demodulator(chain, rate, period, order=k)
+    chain = checked(chain)
+    out, left = np.zeros((1 + 2 * len(ordered), len(t))), np.zeros(len(t))
+    run(demodulate, chain, angle, y, out, left)
+    amplitudes = out[1::2] - 1j * out[2::2]
+    settle = chain.settling(SETTLED)
+    return Monitored(
+        time=t,
+        orders=np.array(ordered, float),
+        amplitude=np.abs(amplitudes),
+        phase=np.angle(amplitudes),
+        mean=out[0],
+        frequency=np.gradient(angle, period) * ordered[0],
+        settled_from=float(t[0] + settle),
+        standard_error=_error(t, left, settle, chain.noise_gain()),
+        lost=int(np.sum(np.isnan(y))),
+    )
+
+
+def _tracked(
+    t: Floats, y: Floats, period: float, frequencies: tuple[float, float] | None, bandwidth: float | None
+) -> Monitored:
+    if frequencies is None:
+        raise ValueError(
+            "there is neither an angle nor a range of frequencies; give angle=..., or frequencies=(low, high)"
+        )
+    low, high = interval("frequencies [rad/s]", frequencies, positive=True)
+    rate = 0.05 * low if bandwidth is None else number("bandwidth [1/s]", bandwidth, positive=True)
+    tracker = checked(Tracker(low, high, rate, period))
+    out, left = np.zeros((4, len(t))), np.zeros(len(t))
+    run(track, tracker, y, out, left)
+    settle = -np.log(SETTLED) / rate
+    return Monitored(
+        time=t,
+        orders=np.ones(1),
+        amplitude=np.hypot(out[0], out[1])[None],
+        phase=np.arctan2(out[1], out[0])[None],
+        mean=out[2],
+        frequency=out[3],
+        settled_from=float(t[0] + settle),
+        standard_error=_error(t, left, settle, tracker.gain * low * period),
+        lost=int(np.sum(np.isnan(y))),
+    )
+
+
+def _error(t: Floats, left: Floats, settle: float, gain: float) -> float:
+    """Standard error of an amplitude from what is left of the signal; NaN where nothing has settled."""
+    late = left[t >= t[0] + settle]
+    late = late[np.isfinite(late)]
+    return float(np.std(late) * np.sqrt(gain)) if len(late) > 1 else float("nan")
+
+
+@kernel
+def demodulate(chain: Any, angle: Any, signal: Any, out: Any, left: Any) -> None:
+    """Run nested demodulators over a record; write their numbers, and what was not expected."""
+    angle, signal, out, left = borrowed((angle, signal, out, left))
+    state = chain.start()
+    for k in range(len(signal)):
+        left[k] = signal[k] - chain.value(state, angle[k])
+        state = chain.update(state, angle[k], signal[k])
+        chain.written(state, out, k)
+
+
+@kernel
+def track(tracker: Any, signal: Any, out: Any, left: Any) -> None:
+    """Run a tracker over a record; write its numbers, and what was not expected."""
+    signal, out, left = borrowed((signal, out, left))
+    state = tracker.start()
+    for k in range(len(signal)):
+        state = tracker.update(state, signal[k])
+        left[k] = signal[k] - state[0] - state[2]
+        for i in range(4):
+            out[i, k] = state[i]

@@ -1,0 +1,103 @@
+"""Monitors on signals whose amplitude, phase and frequency are known."""
+
+import math
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+from strainwave.quantities import checked
+
+PERIOD, RATE = 2.5e-4, 3.0
+CHAIN = sw.Demodulator(sw.Demodulator(sw.Average(RATE, PERIOD), RATE, PERIOD, order=4), RATE, PERIOD, order=2)
+
+
+def followed(chain, angle, signal):
+    """Cosine and sine amplitudes (2, n) of the outermost order."""
+    state, found = chain.start(), []
+    for a, y in zip(angle.tolist(), signal.tolist(), strict=True):
+        state = chain.update(state, a, y)
+        found.append(state[1:])
+    return np.array(found).T
+
+
+def test_orders_and_mean_are_found_without_leakage():
+    t = PERIOD * np.arange(16000)
+    angle = 60.0 * t
+    signal = 0.7 + 2.0 * np.cos(2 * angle + 0.5) + 0.8 * np.cos(4 * angle - 1.0)
+    found = followed(CHAIN, angle, signal)
+    assert found[:, -1] == pytest.approx([2.0 * math.cos(0.5), -2.0 * math.sin(0.5)], rel=1e-4)
+
+
+def test_an_estimate_settles_with_its_rate():
+    t = PERIOD * np.arange(4000)
+    found = followed(sw.Demodulator(sw.Average(1e-9, PERIOD), RATE, PERIOD), 200.0 * t, np.cos(400.0 * t))
+    off = 1.0 - found[0]
+    assert np.log(off[1000] / off[3000]) / 0.5 == pytest.approx(RATE, rel=0.02)
+    assert CHAIN.settling(0.01) == pytest.approx(math.log(100.0) / RATE)
+
+
+def test_noise_comes_through_with_its_gain():
+    rng, t = np.random.default_rng(3), PERIOD * np.arange(200000)
+    single = sw.Demodulator(sw.Average(RATE, PERIOD), RATE, PERIOD)
+    found = followed(single, 60.0 * t, 0.5 * rng.standard_normal(len(t)))
+    assert np.var(found[:, 20000:]) == pytest.approx(single.noise_gain() * 0.25, rel=0.15)
+
+
+def test_an_amplitude_that_grows_lags_by_its_rate_over_the_bandwidth():
+    t = PERIOD * np.arange(20000)
+    angle = 60.0 * t + 4.0 * t * t  # a run-up
+    found = followed(sw.Demodulator(sw.Average(RATE, PERIOD), RATE, PERIOD), angle, 0.4 * t * np.cos(2 * angle))
+    assert 0.4 * t[-1] - found[0, -1] == pytest.approx(0.4 / RATE, rel=0.03)
+
+
+def test_lost_samples_leave_the_estimate_as_it_is():
+    t = PERIOD * np.arange(8000)
+    signal = np.cos(120.0 * t)
+    signal[4000:4400] = np.nan
+    found = followed(CHAIN, 60.0 * t, signal)
+    assert np.all(found[:, 4000:4400] == found[:, 3999:4000])
+    assert np.all(np.isfinite(found))
+
+
+@pytest.mark.parametrize("omega", [70.0, 100.0, 140.0])
+def test_the_tracker_finds_frequency_amplitude_and_phase(omega):
+    tracker = sw.Tracker(50.0, 160.0, 5.0, PERIOD)
+    state = tracker.start()
+    for k in range(16000):
+        state = tracker.update(state, 0.7 + 2.0 * math.cos(omega * k * PERIOD + 0.3))
+    assert state[3] == pytest.approx(omega, rel=1e-4)
+    assert tracker.amplitude(state) == pytest.approx(2.0, rel=1e-3)
+    off = math.atan2(state[1], state[0]) - (omega * 15999 * PERIOD + 0.3)
+    assert math.remainder(off, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-3)
+    assert state[2] == pytest.approx(0.7, rel=1e-3)
+
+
+def test_the_tracker_follows_a_frequency_with_its_rate():
+    """After a small step of the frequency its distance decays as the slower root of s^2 + (g w/2) (s + r)."""
+    tracker, phase, off = sw.Tracker(50.0, 160.0, 0.8, PERIOD), 0.0, []
+    state = tracker.start()
+    for k in range(22000):
+        omega = 105.0 if k < 16000 else 107.0
+        phase += omega * PERIOD
+        state = tracker.update(state, math.cos(phase))
+        off.append(107.0 - state[3])
+    half = 0.3 * 106.0 / 4.0
+    expected = half - math.sqrt(half * half - 2.0 * half * 0.8)
+    assert math.log(off[17600] / off[20600]) / (3000 * PERIOD) == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: CHAIN._replace(bandwidth=4000.0), "below half the rate of samples, 2000 1/s"),
+        (lambda: CHAIN._replace(order=0), "Demodulator.order is 0"),
+        (lambda: sw.Tracker(50.0, 40.0, 5.0, PERIOD), "give low below high"),
+        (lambda: sw.Tracker(50.0, 5000.0, 5.0, PERIOD), "follow up to 4000 rad/s"),
+        (lambda: sw.SpeedTable(sw.SampledPD(1.0, 0.1, PERIOD), (1.0,), (1.0,), (1.0,)), "SpeedTable has 1 speeds"),
+        (lambda: sw.SpeedTable(sw.SampledPD(1.0, 0.1, PERIOD), (2.0, 1.0), (1.0, 0.0), (0.0, 1.0)), "do not increase"),
+    ],
+)
+def test_numbers_out_of_range_get_a_sentence(make, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        checked(make())
