@@ -1,0 +1,154 @@
+"""Figures of a compensation: the error in time, controllers over the speed, orders before and after, many units.
+
+They are narrow, so that their text is read on a telephone too; what colour tells apart, dashes or markers do too.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...numerics.sampled.loops import run_loop
+from ...results import Floats
+from ...study.compensation.bench import Bench
+from ...study.compensation.designs import COMPENSATORS, times_of
+from ...study.compensation.result import Compensation, CompensationBench, Units
+from ...units import RPM
+from ..console import number
+from ..units import angle_unit
+from .plots import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE
+from .svg import Panel, figure
+
+WIDTH, HEIGHT = 430.0, 240.0  # of a figure and of a panel [px]
+TALL = 300.0  # of a panel with many curves [px]
+TURNS = 2  # of the motor that are shown
+GREEN, PINK = "#009E73", "#CC79A7"
+LOOKS = (
+    (BLUE, ""), (ORANGE, DASHES), (GREEN, "2 2"), (PINK, "10 3"), (GREY, ""), (BLUE, "2 2"), (ORANGE, DOT_DASH),
+    (GREEN, ""), (PINK, DASHES), (GREY, "2 2"),
+)  # fmt: skip
+PLAIN = "loop"
+AFTER = ((BLUE, "", 1.8), (BLACK, DOT_DASH, 1.3), (GREEN, "2 2", 1.3))  # of the controllers of one figure
+PARTED = 0.07  # of an order: distance of the stems of one order
+
+
+class Motion(NamedTuple):
+    """Pointing error [rad] about its mean over turns of the motor, and what made it, in words."""
+
+    name: str
+    turns: Floats
+    error: Floats
+
+
+def motion(bench: Bench, found: Compensation | None, speed: float, name: str) -> Motion:
+    """The last turns of a controller on a bench, of the plain loop where there is none, at a motor speed [rad/s]."""
+    design = COMPENSATORS.get(found.name) if found else None
+    rate = design.adapts(bench, speed) if design and design.adapts else 0.0
+    settle, _ = times_of(bench, speed, rate)
+    turn = 2.0 * np.pi / abs(speed)
+    loop = bench.closed(found.controller if found else bench.loop, speed)
+    run = run_loop(loop, settle + TURNS * turn, y0=bench.start(speed))
+    late = run.time >= run.time[-1] - TURNS * turn
+    time, error = run.time[late], run.error[late]
+    return Motion(name, (time - time[0]) / turn, error - np.mean(error))
+
+
+def error_panels(before: Motion, after: Sequence[Motion]) -> list[Panel]:
+    """The error before and after on one scale, and what is left on its own."""
+    unit = angle_unit(float(np.max(np.abs(before.error))))
+    fine = angle_unit(max(float(np.max(np.abs(one.error))) for one in after))
+    above = Panel("pointing error of the load about its mean", "", unit.name, xlim=(0.0, float(TURNS)))
+    below = Panel("what is left of it", "turns of the motor", fine.name, xlim=(0.0, float(TURNS)))
+    above.line(before.turns, before.error * unit.factor, ORANGE, before.name, DASHES, 1.6)
+    for one, (colour, dash, width) in zip(after, AFTER, strict=False):
+        above.line(one.turns, one.error * unit.factor, colour, one.name, dash, width)
+        below.line(one.turns, one.error * fine.factor, colour, one.name, dash, width)
+    return [above, below]
+
+
+def error_figure(before: Motion, after: Sequence[Motion]) -> str:
+    """The error over turns of the motor as SVG."""
+    rows = [[panel] for panel in error_panels(before, after)]
+    return figure(rows, HEIGHT, "pointing error before and after", WIDTH)
+
+
+def speed_panel(found: CompensationBench, *, load_encoder: bool) -> Panel | None:
+    """Residual rms over the speed, of controllers with or without an encoder on the load; None where there is none."""
+    every = [[one for one in row if np.isfinite(one.after.rms) and one.after.rms > 0.0] for row in found.results]
+    rows = [row for row in every if row and row[0].load_encoder == load_encoder and row[0].name != PLAIN]
+    if not rows:
+        return None
+    plain = found.results[0]
+    unit = angle_unit(max(one.before.rms for one in plain))
+    title = "with an encoder on the load" if load_encoder else "without an encoder on the load"
+    panel = Panel(title, "motor speed (rpm)", f"rms of the error ({unit.name})", log=True, xlog=True)
+    panel.xlim = (0.9 * float(np.min(found.speeds)) / RPM, float(np.max(found.speeds)) / RPM / 0.9)
+    panel.line(found.speeds / RPM, [one.before.rms * unit.factor for one in plain], BLACK, "plain loop", "", 2.6)
+    for i, row in enumerate(rows):
+        colour, dash = LOOKS[i % len(LOOKS)]
+        rpm, size = [_rpm(one) for one in row], [one.after.rms * unit.factor for one in row]
+        panel.line(rpm, size, colour, row[0].name, dash)
+        panel.points(rpm, size, colour, "", "o", "#ffffff")
+    out = [one for row in rows for one in row if one.excluded or not one.stable]
+    if out:
+        sizes = [one.after.rms * unit.factor for one in out]
+        panel.points([_rpm(one) for one in out], sizes, BLACK, "a limit was met, or the error grew", "v", BLACK)
+    return panel
+
+
+def _rpm(one: Compensation) -> float:
+    return one.speed / RPM
+
+
+def speed_figure(found: CompensationBench, *, load_encoder: bool) -> str:
+    """Controllers over the speed as SVG; empty where there is none of them."""
+    panel = speed_panel(found, load_encoder=load_encoder)
+    return "" if panel is None else figure([[panel]], TALL, "residual error over the speed", WIDTH)
+
+
+def order_panel(found: Sequence[Compensation]) -> Panel:
+    """Amplitudes of the error by order of the motor's angle, before and after."""
+    first = found[0]
+    every = [first.amplitude_before, *(one.amplitude_after for one in found)]
+    good = np.concatenate([sizes[sizes > 0.0] for sizes in every])
+    unit = angle_unit(float(np.max(good)))
+    low, high = 0.5 * float(np.min(good)) * unit.factor, 2.0 * float(np.max(good)) * unit.factor
+    panel = Panel(
+        f"amplitudes of the error at {number(first.speed / RPM)} rpm", "order of the motor's angle", unit.name, log=True,
+        xlim=(0.0, float(np.max(first.orders)) + 1.0), ylim=(low, high),
+    )  # fmt: skip
+    looks = [("plain loop", ORANGE, DASHES, 2.2, "o")]
+    looks += [(one.name, colour, dash, 2.2, "^") for one, (colour, dash, _) in zip(found, AFTER, strict=False)]
+    for i, ((name, colour, dash, width, marker), sizes) in enumerate(zip(looks, every, strict=True)):
+        at = first.orders + PARTED * np.max(first.orders) * (i - 0.5 * (len(looks) - 1))
+        for x, size in zip(at.tolist(), (sizes * unit.factor).tolist(), strict=True):
+            if size > 0.0:
+                panel.line([x, x], [low, size], colour, name, dash, width)
+                panel.points([x], [size], colour, "", marker, colour)
+    return panel
+
+
+def order_figure(found: Sequence[Compensation]) -> str:
+    """Amplitudes by order as SVG."""
+    return figure([[order_panel(found)]], HEIGHT, "amplitudes by order before and after", WIDTH)
+
+
+def units_panel(units: Units, name: str) -> Panel:
+    """Shares of the units whose rms is below a value, before and after."""
+    both = np.concatenate([units.before.rms, units.after.rms])
+    unit = angle_unit(float(np.max(both[np.isfinite(both)])))
+    panel = Panel(
+        f"{len(units.after.rms)} units", f"rms of the error ({unit.name})", "share of the units (%)", xlog=True
+    )
+    for ensemble, said, colour, dash in ((units.before, "plain loop", ORANGE, DASHES), (units.after, name, BLUE, "")):
+        rms = np.sort(ensemble.rms[np.isfinite(ensemble.rms)]) * unit.factor
+        share = 100.0 * np.arange(1, len(rms) + 1) / len(ensemble.rms)
+        panel.line(np.repeat(rms, 2), [0.0, *np.repeat(share, 2)[:-1]], colour, said, dash, 1.8)
+    panel.ylim = (0.0, 103.0)
+    panel.xlim = (0.8 * float(np.min(both)) * unit.factor, 1.25 * float(np.nanmax(both)) * unit.factor)
+    return panel
+
+
+def units_figure(units: Units, name: str) -> str:
+    """Residuals of many units as SVG."""
+    return figure([[units_panel(units, name)]], HEIGHT, "residual errors of many units", WIDTH)
