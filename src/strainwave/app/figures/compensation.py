@@ -40,14 +40,12 @@ class Motion(NamedTuple):
     error: Floats
 
 
-def motion(bench: Bench, found: Compensation | None, speed: float, name: str) -> Motion:
-    """The last turns of a controller on a bench, of the plain loop where there is none, at a motor speed [rad/s]."""
-    design = COMPENSATORS.get(found.name) if found else None
-    rate = design.adapts(bench, speed) if design and design.adapts else 0.0
-    settle, _ = times_of(bench, speed, rate)
+def motion(bench: Bench, controller: str, speed: float, name: str) -> Motion:
+    """The last turns under a controller, by its name in `COMPENSATORS`, at a motor speed [rad/s]."""
+    design = COMPENSATORS[controller]
+    settle, _ = times_of(bench, speed, design.adapts(bench, speed) if design.adapts else 0.0)
     turn = 2.0 * np.pi / abs(speed)
-    loop = bench.closed(found.controller if found else bench.loop, speed)
-    run = run_loop(loop, settle + TURNS * turn, y0=bench.start(speed))
+    run = run_loop(bench.closed(design.build(bench, speed), speed), settle + TURNS * turn, y0=bench.start(speed))
     late = run.time >= run.time[-1] - TURNS * turn
     time, error = run.time[late], run.error[late]
     return Motion(name, (time - time[0]) / turn, error - np.mean(error))
@@ -66,10 +64,13 @@ def error_panels(before: Motion, after: Sequence[Motion]) -> list[Panel]:
     return [above, below]
 
 
-def error_figure(before: Motion, after: Sequence[Motion]) -> str:
-    """The error over turns of the motor as SVG."""
-    rows = [[panel] for panel in error_panels(before, after)]
-    return figure(rows, HEIGHT, "pointing error before and after", WIDTH)
+def error_figure(before: Motion, after: Sequence[Motion], *, wide: bool = False) -> str:
+    """The error over turns of the motor as SVG; wide is for a page, its panels side by side."""
+    panels, label = error_panels(before, after), "pointing error before and after"
+    if wide:
+        panels[0].xlabel = panels[1].xlabel
+        return figure([panels], HEIGHT, label)
+    return figure([[panel] for panel in panels], HEIGHT, label, WIDTH)
 
 
 def speed_panel(found: CompensationBench, *, load_encoder: bool) -> Panel | None:
@@ -92,7 +93,7 @@ def speed_panel(found: CompensationBench, *, load_encoder: bool) -> Panel | None
     out = [one for row in rows for one in row if one.excluded or not one.stable]
     if out:
         sizes = [one.after.rms * unit.factor for one in out]
-        panel.points([_rpm(one) for one in out], sizes, BLACK, "a limit was met, or the error grew", "v", BLACK)
+        panel.points([_rpm(one) for one in out], sizes, BLACK, "limit met, or error grew", "v", BLACK)
     return panel
 
 
@@ -113,10 +114,9 @@ def order_panel(found: Sequence[Compensation]) -> Panel:
     good = np.concatenate([sizes[sizes > 0.0] for sizes in every])
     unit = angle_unit(float(np.max(good)))
     low, high = 0.5 * float(np.min(good)) * unit.factor, 2.0 * float(np.max(good)) * unit.factor
-    panel = Panel(
-        f"amplitudes of the error at {number(first.speed / RPM)} rpm", "order of the motor's angle", unit.name, log=True,
-        xlim=(0.0, float(np.max(first.orders)) + 1.0), ylim=(low, high),
-    )  # fmt: skip
+    title = f"amplitudes of the error at {number(first.speed / RPM)} rpm"
+    panel = Panel(title, "order of the motor's angle", unit.name, log=True, ylim=(low, high))
+    panel.xlim = (0.0, float(np.max(first.orders)) + 1.0)
     looks = [("plain loop", ORANGE, DASHES, 2.2, "o")]
     looks += [(one.name, colour, dash, 2.2, "^") for one, (colour, dash, _) in zip(found, AFTER, strict=False)]
     for i, ((name, colour, dash, width, marker), sizes) in enumerate(zip(looks, every, strict=True)):

@@ -186,8 +186,8 @@ def _figures(run: Run) -> dict[str, str]:
     shown = list({one.name: one for one in (run.best, run.without) if one is not None}.values())
     if shown:
         speed = shown[0].speed
-        before = figures.motion(run.bench, None, speed, f"plain loop, {speed / RPM:.4g} rpm")
-        after = [figures.motion(run.bench, one, speed, one.name) for one in shown]
+        before = figures.motion(run.bench, "loop", speed, f"plain loop, {speed / RPM:.4g} rpm")
+        after = [figures.motion(run.bench, one.name, speed, one.name) for one in shown]
         drawn["error"] = figures.error_figure(before, after)
         drawn["orders"] = figures.order_figure(shown)
     if run.detail is not None and run.detail.units is not None:
