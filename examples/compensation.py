@@ -3,12 +3,12 @@ How much of the error can the motor take away?
 ==============================================
 
 A CSG-40-50 turns a heavy axis of 10 kg m². Its 23 arcsec of kinematic error, twice a turn of the motor, meet the
-resonance of the gear, so that the load is off by several times as much under a position loop of 30 Hz. The loop samples
-4000 times a second, with one sample of delay and encoders of 16 and 24 bits; the motor gives 3 N m.
+resonance of the gear, so that the load is off by several times as much under a position loop of 30 Hz. The loop
+samples 4000 times a second, with one sample of delay and encoders of 16 and 24 bits; the motor gives 3 N m.
 
-The controllers are designed on a model whose kinematic error is a fifth too small and off by 0.3 rad. What is fed forward
-leaves a third of the error, as the rule |1 - g exp(i phi)| says. A controller that also adapts to an encoder on the load
-finds the rest by itself.
+The controllers are designed on a model whose kinematic error is a fifth too small and off by 0.3 rad. What is fed
+forward leaves a third of the error, as the rule |1 - g exp(i phi)| says. A controller that also adapts to an encoder
+on the load finds the rest by itself.
 
 The number: the part of the error's rms that feedforward leaves, at 1.1 times the speed of the resonance.
 """
