@@ -33,7 +33,7 @@ def draw_compensation(axes: Any, found: Compensation) -> None:
         axes.plot(found.orders + aside, amplitude / size, marker, color=colour, label=name)
         axes.vlines(found.orders + aside, 0.0, amplitude / size, color=colour)
     axes.set(xlabel="order of the motor's angle", ylabel=f"amplitude of the error ({unit})", yscale="log")
-    axes.set(title=f"{found.speed / RPM:.4g} rpm")
+    axes.set(xlim=(0.0, float(np.max(found.orders)) + 1.0), xticks=found.orders, title=f"{found.speed / RPM:.4g} rpm")
     axes.legend(fontsize=8, frameon=False)
 
 

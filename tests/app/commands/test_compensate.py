@@ -11,6 +11,8 @@ from click.testing import CliRunner
 import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.app.commands.compensation import compensate as module
+from strainwave.app.commands.compensation.order_tables import tables_of
+from strainwave.study.compensation.designs import amplitudes_of
 
 RPM, ARCSEC = math.pi / 30.0, math.pi / 648_000.0
 PROJECT = """\
@@ -61,6 +63,11 @@ def test_the_command_writes_and_prints_the_numbers_of_the_library(path, tmp_path
     assert float(table[1]["rms_after_arcsec"]) == pytest.approx(row["rms_after_arcsec"], rel=1e-6)
     for name in ("speeds", "error", "orders", "units"):
         assert (out / f"{name}.svg").read_text().startswith("<svg")
+    written = sw.OrderTable.read(out / "order-table-angle.json")  # what `inverse` adds is the error itself
+    assert [(line.order, line.amplitude) for line in written.lines] == [
+        (1, pytest.approx(2.0 * ARCSEC)), (2, pytest.approx(20.0 * ARCSEC)),
+    ]  # fmt: skip
+    assert written.unit == "rad"
     assert not (out / "speeds-load-encoder.svg").exists()  # no controller of these measures the load
 
 
@@ -131,6 +138,22 @@ def test_a_run_that_is_stopped_keeps_the_controllers_that_are_finished(path, tmp
     assert run.exit_code == 130
     assert "interrupted; nothing was finished" in run.stderr
     assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_the_order_table_of_what_adapts_is_the_torque_that_cancels_the_error(path):
+    project, speed = sw.read_project(path), 600.0 * RPM
+    bench = module.bench_of(project)
+    found = sw.compensate(project, "adaptive", speed=speed, robust=False)
+    assert found.reduction > 20.0
+    table = tables_of(bench, found)["torque"]
+    assert table.speeds == (speed, speed)
+    # Independent of any adaptation: the measured error over the loop's linear response
+    lines = -amplitudes_of(bench, speed, model=True) / bench.response(speed).error_of_torque
+    assert [line.order for line in table.lines] == [1, 2]
+    for line, torque in zip(table.lines, lines, strict=True):
+        assert line.amplitude * np.exp(1j * line.phase) == pytest.approx(torque, rel=0.02)
 
 
 WRONG = [

@@ -22,6 +22,7 @@ from ...figures import compensation as figures
 from ...output import staged
 from ..design.design import as_csv
 from . import tables
+from .order_tables import tables_of
 
 ALL = "all"
 SHARES = (0.3, 0.9, 1.0, 1.1, 3.0)  # of the speed at which the largest order meets the resonance of the held motor
@@ -157,8 +158,21 @@ def _run(
 def _joined(project: Project, bench: Bench, rows: Sequence[CompensationBench], said: Sequence[str]) -> Run:
     results = tuple(row for one in rows for row in one.results)
     found = CompensationBench(rows[0].speeds, tuple(row[0].name for row in results), results)
-    worst = int(np.argmax([one.before.rms for one in results[0]]))
-    return Run(project, bench, found, tuple(said), best_at(found, worst), best_at(found, worst, load_encoder=False))
+    i = worst(found)
+    return Run(project, bench, found, tuple(said), best_at(found, i), best_at(found, i, load_encoder=False))
+
+
+def tabled(run: Run) -> Compensation | None:
+    """The best controller whose angle or torque an order table holds, where the plain loop has the largest error."""
+    i = worst(run.found)
+    column = sorted((row[i] for row in run.found.results), key=lambda one: one.after.rms)
+    good = (one for one in column if one.stable and not one.excluded)
+    return next((one for one in good if tables_of(run.bench, one)), None)
+
+
+def worst(found: CompensationBench) -> int:
+    """Number of the speed at which the plain loop has the largest error."""
+    return int(np.argmax([one.before.rms for one in found.results[0]]))
 
 
 def best_at(found: CompensationBench, i: int, *, load_encoder: bool = True) -> Compensation | None:
@@ -176,6 +190,9 @@ def _write(run: Run, output: Path, *, figured: bool) -> None:
         (folder / JSON).write_text(to_json(tables.data(run)) + "\n", encoding="utf-8")
         for name, drawn in _figures(run).items() if figured else ():
             (folder / f"{name}.svg").write_text(drawn + "\n", encoding="utf-8")
+        one = tabled(run) if figured else None
+        for name, table in (tables_of(run.bench, one) if one else {}).items():
+            table.write(folder / f"order-table-{name}.json")
 
 
 def _figures(run: Run) -> dict[str, str]:
