@@ -53,9 +53,11 @@ def test_the_command_writes_and_prints_the_numbers_of_the_library(path, tmp_path
     assert row["rms_after_arcsec"] * ARCSEC == pytest.approx(one.after.rms, rel=1e-9)
     assert row["reduction_dB"] == pytest.approx(20.0 * math.log10(one.before.rms / one.after.rms), rel=1e-9)
     assert row["motor_torque_peak_N_m"] == pytest.approx(one.torque.peak, rel=1e-9)
-    gears = [(r["stiffness"], r["rms_after_arcsec"] * ARCSEC) for r in data["other_gears"]]
+    gears = [(r["stiffness"], r["rms_after_arcsec"] * ARCSEC) for r in data["details"][0]["other_gears"]]
     assert gears == [(r.stiffness, pytest.approx(r.after, rel=1e-9)) for r in one.robustness]
-    assert data["units"]["rms_after_arcsec"][1] * ARCSEC == pytest.approx(np.median(one.units.after.rms), rel=1e-9)
+    assert data["details"][0]["units"]["rms_after_arcsec"][1] * ARCSEC == pytest.approx(
+        np.median(one.units.after.rms), rel=1e-9
+    )
     assert data["sampling"]["torque_limit_N_m"] == 5.0
     assert json.loads((out / "compensation.json").read_text()) == data
     table = list(csv.DictReader((out / "compensation.csv").read_text().splitlines()))

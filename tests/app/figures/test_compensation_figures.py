@@ -72,9 +72,9 @@ def test_amplitudes_stand_at_their_orders_before_and_after():
 
 def test_the_share_of_units_reaches_all_of_them():
     units = RESULTS["Units"]()
-    panel = figures.units_panel(units, "adaptive")
+    panel = figures.units_panel({"adaptive": units})
     curve = named(panel, "adaptive")
     assert curve.y[-1] == pytest.approx(100.0)
     assert curve.x[-1] * ARCSEC == pytest.approx(np.max(units.after.rms), rel=1e-12)
     assert panel.xlog
-    assert figures.units_figure(units, "adaptive").startswith("<svg")
+    assert figures.units_figure({"adaptive": units}).startswith("<svg")

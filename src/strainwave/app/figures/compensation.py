@@ -3,7 +3,7 @@
 They are narrow, so that their text is read on a telephone too; what colour tells apart, dashes or markers do too.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -133,22 +133,24 @@ def order_figure(found: Sequence[Compensation]) -> str:
     return figure([[order_panel(found)]], HEIGHT, "amplitudes by order before and after", WIDTH)
 
 
-def units_panel(units: Units, name: str) -> Panel:
-    """Shares of the units whose rms is below a value, before and after."""
-    both = np.concatenate([units.before.rms, units.after.rms])
-    unit = angle_unit(float(np.max(both[np.isfinite(both)])))
-    panel = Panel(
-        f"{len(units.after.rms)} units", f"rms of the error ({unit.name})", "share of the units (%)", xlog=True
-    )
-    for ensemble, said, colour, dash in ((units.before, "plain loop", ORANGE, DASHES), (units.after, name, BLUE, "")):
-        rms = np.sort(ensemble.rms[np.isfinite(ensemble.rms)]) * unit.factor
-        share = 100.0 * np.arange(1, len(rms) + 1) / len(ensemble.rms)
-        panel.line(np.repeat(rms, 2), [0.0, *np.repeat(share, 2)[:-1]], colour, said, dash, 1.8)
+def units_panel(found: Mapping[str, Units]) -> Panel:
+    """Shares of the units whose rms is below a value, under the plain loop and under controllers, by name."""
+    first = next(iter(found.values()))
+    rows = {"plain loop": first.before.rms} | {name: units.after.rms for name, units in found.items()}
+    every = np.concatenate([rms[np.isfinite(rms)] for rms in rows.values()])
+    unit = angle_unit(float(np.max(every)))
+    title = f"{len(first.after.rms)} units"
+    panel = Panel(title, f"rms of the error ({unit.name})", "share of the units (%)", xlog=True)
+    looks = ((ORANGE, DASHES), *((colour, dash) for colour, dash, _ in AFTER))
+    for (name, rms), (colour, dash) in zip(rows.items(), looks, strict=False):
+        good = np.sort(rms[np.isfinite(rms)]) * unit.factor
+        share = 100.0 * np.arange(1, len(good) + 1) / len(rms)
+        panel.line(np.repeat(good, 2), [0.0, *np.repeat(share, 2)[:-1]], colour, name, dash, 1.8)
     panel.ylim = (0.0, 103.0)
-    panel.xlim = (0.8 * float(np.min(both)) * unit.factor, 1.25 * float(np.nanmax(both)) * unit.factor)
+    panel.xlim = (0.8 * float(np.min(every)) * unit.factor, 1.25 * float(np.max(every)) * unit.factor)
     return panel
 
 
-def units_figure(units: Units, name: str) -> str:
+def units_figure(found: Mapping[str, Units]) -> str:
     """Residuals of many units as SVG."""
-    return figure([[units_panel(units, name)]], HEIGHT, "residual errors of many units", WIDTH)
+    return figure([[units_panel(found)]], HEIGHT, "residual errors of many units", WIDTH)

@@ -30,19 +30,18 @@ CSV, JSON = "compensation.csv", "compensation.json"
 
 
 class Run(NamedTuple):
-    """What a command found: the bench, controllers at all speeds, the best of them in detail, sentences about others.
+    """What a command found: the bench, controllers at all speeds, sentences about those left out, the best in detail.
 
-    `best` and `without` are the best with any encoder and the best without one on the load, at the speed where the
-    plain loop has the largest error; `detail` is the former on other gears and units, None where it was not reached.
+    `best` are the best that measures the load and the best that does not, where there are such, at the speed where the
+    plain loop has the largest error; `details` are the same on other gears and units, as far as it came.
     """
 
     project: Project
     bench: Bench
     found: CompensationBench
     left_out: tuple[str, ...]
-    best: Compensation | None = None
-    without: Compensation | None = None
-    detail: Compensation | None = None
+    best: tuple[Compensation, ...] = ()
+    details: tuple[Compensation, ...] = ()
 
 
 def show(
@@ -143,13 +142,12 @@ def _run(
                     raise
                 said.append(f"Left out: {name}, as {error}.")
         run = _joined(project, bench, rows, said)
-        if run.best is not None:
-            progress("the best on other gears", 0.85)
+        for one in run.best if units or plant is None else ():
+            progress(f"{one.name} on other gears", 0.85)
             detail = compensate(
-                project, run.best.name, speed=run.best.speed, plant=plant, units=units, seed=seed,
-                progress=lambda what, share: progress(what, 0.85 + 0.1 * share),
-            )  # fmt: skip
-            run = run._replace(detail=detail)
+                project, one.name, speed=one.speed, plant=plant, robust=plant is None, units=units, seed=seed
+            )
+            run = run._replace(details=(*run.details, detail))
     except KeyboardInterrupt:
         return run or (_joined(project, bench, rows, said) if rows else None), True
     return run, False
@@ -158,8 +156,8 @@ def _run(
 def _joined(project: Project, bench: Bench, rows: Sequence[CompensationBench], said: Sequence[str]) -> Run:
     results = tuple(row for one in rows for row in one.results)
     found = CompensationBench(rows[0].speeds, tuple(row[0].name for row in results), results)
-    i = worst(found)
-    return Run(project, bench, found, tuple(said), best_at(found, i), best_at(found, i, load_encoder=False))
+    best = (best_at(found, worst(found), load_encoder=seeing) for seeing in (True, False))
+    return Run(project, bench, found, tuple(said), tuple(one for one in best if one is not None))
 
 
 def tabled(run: Run) -> Compensation | None:
@@ -175,10 +173,10 @@ def worst(found: CompensationBench) -> int:
     return int(np.argmax([one.before.rms for one in found.results[0]]))
 
 
-def best_at(found: CompensationBench, i: int, *, load_encoder: bool = True) -> Compensation | None:
-    """The best controller at a speed: of those that are stable and within all limits; None where there is none."""
-    column = [row[i] for row in found.results if load_encoder or not row[i].load_encoder]
-    good = [one for one in column if one.stable and not one.excluded and one.name != "loop"]
+def best_at(found: CompensationBench, i: int, *, load_encoder: bool) -> Compensation | None:
+    """The best controller at a speed that measures the load, or that does not: stable and within all limits."""
+    column = [row[i] for row in found.results if row[i].load_encoder == load_encoder and row[i].name != "loop"]
+    good = [one for one in column if one.stable and not one.excluded]
     return min(good, key=lambda one: one.after.rms, default=None)
 
 
@@ -200,13 +198,12 @@ def _figures(run: Run) -> dict[str, str]:
         "speeds": figures.speed_figure(run.found, load_encoder=False),
         "speeds-load-encoder": figures.speed_figure(run.found, load_encoder=True),
     }
-    shown = list({one.name: one for one in (run.best, run.without) if one is not None}.values())
-    if shown:
-        speed = shown[0].speed
+    if run.best:
+        speed = run.best[0].speed
         before = figures.motion(run.bench, "loop", speed, f"plain loop, {speed / RPM:.4g} rpm")
-        after = [figures.motion(run.bench, one.name, speed, one.name) for one in shown]
+        after = [figures.motion(run.bench, one.name, speed, one.name) for one in run.best]
         drawn["error"] = figures.error_figure(before, after)
-        drawn["orders"] = figures.order_figure(shown)
-    if run.detail is not None and run.detail.units is not None:
-        drawn["units"] = figures.units_figure(run.detail.units, run.detail.name)
+        drawn["orders"] = figures.order_figure(run.best)
+    if any(one.units for one in run.details):
+        drawn["units"] = figures.units_figure({one.name: one.units for one in run.details if one.units is not None})
     return {name: text for name, text in drawn.items() if text}

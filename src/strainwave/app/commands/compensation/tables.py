@@ -1,11 +1,12 @@
 """What `strainwave compensate` prints: tables of 80 columns, and the same as plain data."""
 
+import re
+from collections import Counter
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ....study.compensation.designs import COMPENSATORS
 from ....study.compensation.result import Compensation, Units
 from ....units import ARCSEC, RPM
 from ...console import number
@@ -57,32 +58,36 @@ def data(run: "Run") -> dict[str, Any]:
             for name, row in zip(run.found.names, run.found.results, strict=True)
         ],
         "results": rows(run),
-        "best": None if run.best is None else _row(run.best),
-        "best_without_load_encoder": None if run.without is None else _row(run.without),
-        "other_gears": [] if run.detail is None else [
-            {"stiffness": r.stiffness, "rms_before_arcsec": r.before / ARCSEC, "rms_after_arcsec": r.after / ARCSEC}
-            for r in run.detail.robustness
-        ],
-        "units": None if run.detail is None or run.detail.units is None else _units(run.detail.units),
+        "best": [_row(one) for one in run.best],
+        "details": [_detail(one) for one in run.details],
         "warnings": warnings(run),
         "remarks": remarks(run),
     }  # fmt: skip
 
 
+def _detail(one: Compensation) -> dict[str, Any]:
+    gears = [
+        {"stiffness": r.stiffness, "rms_before_arcsec": r.before / ARCSEC, "rms_after_arcsec": r.after / ARCSEC}
+        for r in one.robustness
+    ]
+    units = None if one.units is None else _units(one.units)
+    return {"controller": one.name, "motor_speed_rpm": one.speed / RPM, "other_gears": gears, "units": units}
+
+
 def _units(units: Units) -> dict[str, Any]:
     return {
         "count": len(units.after.rms),
+        "quantiles": SHARES,
         "rms_before_arcsec": (np.quantile(units.before.rms, SHARES) / ARCSEC).tolist(),
         "rms_after_arcsec": [value / ARCSEC for value in units.quantiles(SHARES)],
-        "quantiles": SHARES,
-        "unstable": [{"unit": i, "cause": cause} for i, cause in units.unstable],
+        "not_compensated": [{"unit": i, "cause": cause} for i, cause in units.unstable],
     }
 
 
 def warnings(run: "Run") -> list[str]:
     """Every warning once."""
     every = [text for row in run.found.results for one in row for text in one.warnings]
-    return list(dict.fromkeys([*every, *(() if run.detail is None else run.detail.warnings)]))
+    return list(dict.fromkeys([*every, *(text for one in run.details for text in one.warnings)]))
 
 
 def remarks(run: "Run") -> list[str]:
@@ -94,18 +99,11 @@ def summary(run: "Run") -> str:
     """Return the tables as text."""
     lines = [f"{run.project.title}: rms of the load's pointing error about its mean, arcsec"]
     lines += _residuals(run)
-    if run.best is not None:
+    if run.best:
         lines += ["", "best that is stable and within all limits", *_best(run)]
-    if run.detail is not None:
-        lines += [""]
-        for r in run.detail.robustness:
-            gear = f"{abs(100.0 * r.stiffness):.0f} % {'softer' if r.stiffness < 0.0 else 'stiffer'} than the model"
-            lines.append(
-                f"  {run.detail.name} on a gear {gear}: {number(r.before / ARCSEC, 3)} → {number(r.after / ARCSEC, 3)}"
-            )
-        if run.detail.units is not None:
-            lines += _units_text(run.detail.units, run.detail.name)
-    lines += [f"  warning: {text}" for text in warnings(run)]
+    for one in run.details:
+        lines += ["", *_on_others(one)]
+    lines += [f"  warning: {text}" for text in _worse(run)]
     lines += [f"  note: {text}" for text in remarks(run)]
     return "\n".join(part for line in lines for part in _folded(line))
 
@@ -133,33 +131,50 @@ def _residuals(run: "Run") -> list[str]:
 
 
 def _best(run: "Run") -> list[str]:
-    """The best at every speed with its numbers, and the best without an encoder on the load."""
+    """The best at every speed with its numbers: that which measures the load, and that which does not."""
     from .compensate import best_at
 
     lines = [f"  {'motor rpm':>9}  {'controller':{NAME}}{'arcsec':>16}{'dB':>7}{'N·m rms':>9}{'largest':>9}"]
-    for i, speed in enumerate(run.found.speeds):
-        named = dict.fromkeys(
-            one.name for one in (best_at(run.found, i), best_at(run.found, i, load_encoder=False)) if one is not None
-        )
-        for name in named:
-            one = run.found.results[run.found.names.index(name)][i]
-            change = f"{number(one.before.rms / ARCSEC, 3)} → {number(one.after.rms / ARCSEC, 3)}"
-            mark = "*" if COMPENSATORS[name].load_encoder else ""
-            lines.append(
-                f"  {speed / RPM:9.5g}  {name + mark:{NAME}}{change:>16}{one.reduction:7.1f}{one.torque.rms:9.3g}"
-                f"{one.torque.peak:9.3g}"
-            )
+    for i in range(len(run.found.speeds)):
+        for one in (best_at(run.found, i, load_encoder=seeing) for seeing in (True, False)):
+            if one is not None:
+                change = f"{number(one.before.rms / ARCSEC, 3)} → {number(one.after.rms / ARCSEC, 3)}"
+                name = one.name + "*" * one.load_encoder
+                lines.append(
+                    f"  {one.speed / RPM:9.5g}  {name:{NAME}}{change:>16}{one.reduction:7.1f}{one.torque.rms:9.3g}"
+                    f"{one.torque.peak:9.3g}"
+                )
     starred = any("*" in line for line in lines)
     return [*lines, "  * measures the angle of the load"] if starred else lines
 
 
-def _units_text(units: Units, name: str) -> list[str]:
-    low, middle, high = (number(value / ARCSEC, 3) for value in units.quantiles(SHARES))
-    lines = [
-        f"  {name} on {len(units.after.rms)} units: median {middle}, 5 to 95 %: {low} to {high} (plain loop: median "
-        f"{number(float(np.median(units.before.rms)) / ARCSEC, 3)}); {len(units.unstable)} unstable"
-    ]
-    causes: dict[str, int] = {}
-    for _, cause in units.unstable:
-        causes[cause] = causes.get(cause, 0) + 1
-    return lines + [f"    {count} of them: {cause}" for cause, count in causes.items()]
+def _on_others(one: Compensation) -> list[str]:
+    """A controller on gears and units that differ from the model."""
+    lines = [f"{one.name} at {number(one.speed / RPM)} rpm, arcsec"]
+    for r in one.robustness:
+        gear = f"{abs(100.0 * r.stiffness):.0f} % {'softer' if r.stiffness < 0.0 else 'stiffer'} than the model"
+        lines.append(f"  on a gear {gear}: {number(r.before / ARCSEC, 3)} → {number(r.after / ARCSEC, 3)}")
+    if one.units is not None:
+        low, middle, high = (number(value / ARCSEC, 3) for value in one.units.quantiles(SHARES))
+        before = number(float(np.median(one.units.before.rms)) / ARCSEC, 3)
+        lines.append(
+            f"  on {len(one.units.after.rms)} units: median {before} → {middle}, 5 to 95 %: {low} to {high}; "
+            f"{len(one.units.unstable)} not compensated"
+        )
+        causes = Counter(re.sub(r" in [0-9.e+-]+ % of the samples", "", cause) for _, cause in one.units.unstable)
+        lines += [f"    {count} of them: {cause}" for cause, count in causes.most_common()]
+    return lines
+
+
+def _worse(run: "Run") -> list[str]:
+    """Where controllers do harm, a sentence for each of them; then what is wrong on other gears."""
+    said = []
+    for name, row in zip(run.found.names, run.found.results, strict=True):
+        for what, bad in (
+            ("the error grows", [one for one in row if not one.stable]),
+            ("the error is larger than under the plain loop", [one for one in row if one.stable and one.warnings]),
+        ):
+            if bad:
+                said.append(f"{name}: {what} at {', '.join(number(one.speed / RPM) for one in bad)} rpm")
+    told = {text for row in run.found.results for one in row for text in one.warnings}
+    return said + [text for one in run.details for text in one.warnings if text not in told]
