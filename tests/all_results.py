@@ -60,6 +60,34 @@ def design():
     return sw.design(spec, gears=[sw.catalogue.gear("CSG-40-50"), sw.catalogue.gear("CSG-20-100")])
 
 
+CLOSED = sw.ClosedLoop(
+    sw.HDC_40_050.train(control=sw.Commanded(), kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)), omega=150.0),
+    sw.SampledPD(10.0, 0.1, 1e-3),
+    sw.Sampling(1e-3, 1e-3),
+)
+
+
+@cache
+def loops():
+    return sw.loop_ensemble(CLOSED, {"controller.K_p": [10.0, 20.0]}, 0.01, settle=4e-3, orders=[2.0])
+
+
+@cache
+def compensation():
+    one = sw.Residual(1e-4, 2e-4, 3e-4, 1e-5)
+    return sw.Compensation(
+        name="adaptive", title="adaptive cancellation", speed=150.0, before=one, after=one._replace(rms=1e-6),
+        torque=sw.TorqueUse(0.1, 0.3, 0.0), torque_before=sw.TorqueUse(0.1, 0.2, 0.0), gear_torque=20.0,
+        orders=np.array([2.0, 4.0]), amplitude_before=np.array([1e-4, 1e-5]), amplitude_after=np.array([1e-6, 2e-6]),
+        robustness=(sw.Robustness(-0.2, 1e-4, 2e-6),), stable=True, condition="It converges.", load_encoder=True,
+        excluded="", units=units(), controller=CLOSED.controller, warnings=(), remarks=("Assumed.",),
+    )  # fmt: skip
+
+
+def units():
+    return sw.Units(loops(), loops(), np.array([0.9, 1.1]), np.array([1.2, 0.8]), ((1, "its phase is off"),))
+
+
 RESULTS = {
     name: cache(make)  # each is computed once
     for name, make in {
@@ -89,6 +117,12 @@ RESULTS = {
         "Exceedance": lambda: sw.Exceedance(
             1e-4, {"load.inertia": NUMBERS}, 1e-4 * NUMBERS, 90.0 * NUMBERS, 1, None, ()
         ),
+        "LoopRun": lambda: sw.run_loop(CLOSED, 0.01),
+        "LoopEnsemble": loops,
+        "LoopResponse": lambda: sw.loop_response(CLOSED, [10.0, 20.0, 40.0]),
+        "Units": units,
+        "Compensation": compensation,
+        "CompensationBench": lambda: sw.CompensationBench(np.array([150.0]), ("adaptive",), ((compensation(),),)),
     }.items()
 }
 WITHOUT_FIGURE = (

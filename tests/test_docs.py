@@ -114,6 +114,11 @@ def test_every_field_of_a_project_file_is_on_its_page():
     assert not_on("project-file.md", fields | laws | set(law_types())) == []
 
 
+def test_every_controller_is_on_the_page_of_compensation():
+    rows = re.findall(r"^\| `([a-z-]+)` \|", page("compensation.md"), re.MULTILINE)
+    assert rows == list(sw.COMPENSATORS)
+
+
 def test_units_of_the_project_page_are_known():
     measured = {"angle": "rad", "angular speed": "rad/s", "torque": "N*m", "stiffness": "N*m/rad", "inertia": "kg*m**2"}
     for kind, unit in measured.items():

@@ -184,6 +184,16 @@ def test_example_damping():
 
 @pytest.mark.compiled
 @pytest.mark.slow
+def test_example_compensation():
+    # What is fed forward with gain g and phase phi leaves |1 - g exp(i phi)| of a linear drive's error.
+    blind, seeing = example("compensation").main()
+    assert blind == pytest.approx(abs(1.0 - 0.8 * np.exp(0.3j)), rel=0.02)
+    assert seeing < 0.01
+    assert len(plt.get_fignums()) == 1
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
 def test_example_move():
     # Independent: SciPy's DOP853 on the same train whose reference is a polygon of the speed, part by part.
     module = example("move")

@@ -6,6 +6,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from .controller.fields import EXAMPLE as EXAMPLE_CONTROLLER
 from .entries import RIPPLES, Wrong, near
 from .law_fields import EXAMPLE_DRAG, EXAMPLE_HYSTERESIS
 from .loop_fields import EXAMPLE_LOOP
@@ -32,6 +33,12 @@ EXAMPLES = {
     "motor.loop.damping": "0.7",
     "motor.loop.lag": "0.5 ms",
     "motor.drag": EXAMPLE_DRAG,
+    "controller": EXAMPLE_CONTROLLER,
+    "controller.period": "250 us",
+    "controller.delay": "250 us",
+    "controller.motor_encoder": "16 bit",
+    "controller.load_encoder": "24 bit",
+    "controller.loss": "0.1 %",
     "load": "{inertia: 1.3 kg*m^2}",
     "load.inertia": "1.3 kg*m^2",
     "load.drag": "{type: angle_torque, amplitude: 40 N*m}",

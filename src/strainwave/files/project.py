@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from ..law import depends
+from ..model.controllers.closed_loop import Sampling
 from ..model.drive import Drive
 from ..model.excitation import Harmonic, Harmonics, KinematicError
 from ..model.gears.gear import Gear
@@ -85,6 +86,8 @@ class Project:
         Largest torque [N*m] and speed [rad/s] of the motor, where the file gives them.
     move : Task or None
         What the file asks of a move (`strainwave.move`).
+    sampling : Sampling or None
+        Samples and encoders of the drive's own controller, with the motor's largest torque (`strainwave.compensate`).
     """
 
     title: str
@@ -109,6 +112,7 @@ class Project:
     scatter: tuple[tuple[str, float], ...] = ()
     motor_limits: MotorLimits | None = None
     move: Task | None = None
+    sampling: Sampling | None = None
 
     def __str__(self) -> str:
         low, high = self.speeds.given[0], self.speeds.given[-1]

@@ -18,6 +18,7 @@ from ..model.varying import Variation
 from ..quantities import checked, interval, number, shown
 from ..speeds import Speeds
 from ..study.move.demands import MotorLimits
+from .controller.fields import controller_text
 from .entries import project_entry
 from .move.fields import task_text
 from .project import Project
@@ -134,6 +135,7 @@ def _parts(project: Project) -> dict[str, str]:
         "title": json.dumps(project.title, ensure_ascii=False),
         "load_friction": _friction(train.friction),
         "motor": _motor(motor, mode, project.motor_limits),
+        "controller": "" if project.sampling is None else controller_text(project.sampling),
         "load": _load(train.load),
         "damping": _damping(project),
         "stiffness": "" if project.stiffness is None else f"{{ripples: {_ripples(project.stiffness)}}}",

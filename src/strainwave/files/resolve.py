@@ -15,6 +15,7 @@ from ..model.train.shafts import NO_DRAG, Elastic
 from ..quantities import checked, convert
 from ..speeds import Speeds
 from .contradictions import train_fields
+from .controller.fields import limited
 from .loop_fields import control_of, loop_inertia
 from .notes import notes
 from .project import Project
@@ -59,6 +60,7 @@ def resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str)
         whole=whole,
         motor_named=spec.motor.named,
         motor_limits=spec.motor.limits,
+        sampling=limited(spec.controller, spec.motor.limits),
         scatter=tuple((spec.scatter or {}).items()),
     )
     said = tuple(notes(project))

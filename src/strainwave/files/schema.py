@@ -18,6 +18,7 @@ from ..model.laws.springs import Play
 from ..model.varying import GearDamping
 from ..quantities import checked
 from ..study.move.demands import MotorLimits
+from .controller.fields import Controller
 from .entries import Wrong, about, number, phase, read_ripples, refusal, whole
 from .law_fields import Drag, GearLaw, Hysteresis
 from .loop_fields import Loop
@@ -347,6 +348,7 @@ class ProjectSpec(Spec):
     backlash: BacklashSpec | None = None
     load_friction: Annotated[float | Literal["catalogue"] | None, BeforeValidator(_load_friction)] = None
     motor: MotorSpec = MotorSpec()
+    controller: Controller | None = None
     load: LoadSpec
     damping: DampingSpec
     stiffness: StiffnessSpec | None = None

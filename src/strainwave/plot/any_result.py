@@ -4,9 +4,12 @@ from typing import Any
 
 from ..numerics.attractors.basins import Basins
 from ..numerics.attractors.poincare import OrbitDiagram
+from ..numerics.sampled.linear import LoopResponse
+from ..numerics.sampled.result import LoopEnsemble, LoopRun
 from ..quantities import shown
 from ..results import Branch, Orbit, Trajectory
 from ..study.analysis.drive_response import DriveResponse
+from ..study.compensation.result import Compensation, CompensationBench, Units
 from ..study.design.result import Design
 from ..study.move.result import Move
 from ..study.response.response import ExactResponse
@@ -16,6 +19,14 @@ from ..study.train.bode import Bode
 from ..study.train.run import DriveRun
 from ..study.variability.result import Variability
 from ..theory.slow_flow.results import SlowResponse
+from .compensation import (
+    draw_compensation,
+    draw_compensation_bench,
+    draw_loop,
+    draw_loop_response,
+    draw_loops,
+    draw_units,
+)
 from .curves import (
     draw_bode,
     draw_branch,
@@ -38,6 +49,8 @@ DRAWN: dict[type, Any] = {
     Basins: draw_basins, OrbitDiagram: draw_orbit_diagram, Variability: draw_variability,
     ValidityMap: draw_validity, GeneralValidity: draw_general_validity,
     SpeedMap: draw_speed_map, Design: draw_design,
+    Compensation: draw_compensation, CompensationBench: draw_compensation_bench, Units: draw_units,
+    LoopRun: draw_loop, LoopEnsemble: draw_loops, LoopResponse: draw_loop_response,
 }  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from ...compile.lanes import LANES
 from ...protocols import need
 from ...quantities import checked, number, numbers, positive_count
 from ...results import Floats
-from ...tree import leaf_of, leaves
+from ...tree import leaf_of, leaves, mapped
 from .march import SUMS, march_loops, march_one
 from .result import LoopEnsemble, LoopRun
 
@@ -67,7 +67,7 @@ def run_loop(
     with np.errstate(all="ignore"):
         _, memory = run(march_one, loop, y, loop.start(), unit, 0, samples, every, steps, states, out)
     t, torque, error, gear_torque = out
-    return LoopRun(t, error, torque, gear_torque, states, memory, steps)
+    return LoopRun(t, error, torque, gear_torque, states, mapped(float, memory), steps)
 
 
 def loop_ensemble(

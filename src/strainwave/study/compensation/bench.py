@@ -154,6 +154,9 @@ def _sampling(project: Any, sampling: Sampling | None, remarks: list[str]) -> Sa
             raise TypeError(f"sampling is {shown(sampling)}; give Sampling(period, delay, limit, ...)")
         own: Sampling = checked(sampling)
         return own
+    named: Sampling | None = getattr(project, "sampling", None)
+    if named is not None:
+        return named
     limits = getattr(project, "motor_limits", None)
     limit = getattr(limits, "torque", None)
     remarks.append(

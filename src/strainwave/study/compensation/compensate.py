@@ -55,8 +55,8 @@ def compensate(
     speed : float, optional
         Speed of the motor [rad/s]. Default: where the drive's largest order meets its resonance, within its range.
     sampling : Sampling, optional
-        Period, delay, limit, encoders. Default: every 250 us, one period of delay, 16 bits on the motor, 24 on the
-        load, the motor's limit of the project.
+        Period, delay, limit, encoders. Default: those of the project's file (`controller`); without them every 250 us,
+        one period of delay, 16 bits on the motor, 24 on the load, the motor's limit of the project.
     loop : controller, optional
         The plain loop. Default: that of the project, sampled; where it names none, a PD loop of 30 Hz.
     plant : DriveTrain, optional

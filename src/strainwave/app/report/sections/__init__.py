@@ -2,6 +2,7 @@
 
 from ..section import Section
 from .advice import SpeedsToAvoid
+from .compensation import Compensation
 from .derived import DerivedQuantities
 from .hysteresis import Hysteresis
 from .motors import Motors
@@ -21,6 +22,7 @@ SECTIONS: tuple[Section, ...] = (
     SpeedsToAvoid(),
     SpeedRange(),
     WholeTrain(),
+    Compensation(),
     Hysteresis(),
     ParametricResonances(),
     Resonances(),

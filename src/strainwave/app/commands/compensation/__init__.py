@@ -1,0 +1,1 @@
+"""`strainwave compensate` and what it prints."""

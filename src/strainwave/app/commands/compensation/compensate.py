@@ -1,0 +1,209 @@
+"""`strainwave compensate`: controllers that cancel a project's error, each in closed loop against the plain loop."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import click
+import numpy as np
+
+from ....files.project import Project
+from ....files.reading import read_project
+from ....model.train.drive_train import DriveTrain
+from ....quantities import parse
+from ....results import Floats
+from ....study.compensation.bench import Bench, bench_of
+from ....study.compensation.compensate import compensate, compensation_bench
+from ....study.compensation.designs import COMPENSATORS
+from ....study.compensation.result import Compensation, CompensationBench
+from ....units import RPM
+from ...console import Progress, to_json
+from ...figures import compensation as figures
+from ...output import staged
+from ..design.design import as_csv
+from . import tables
+from .order_tables import tables_of
+
+ALL = "all"
+SHARES = (0.3, 0.9, 1.0, 1.1, 3.0)  # of the speed at which the largest order meets the resonance of the held motor
+CSV, JSON = "compensation.csv", "compensation.json"
+
+
+class Run(NamedTuple):
+    """What a command found: the bench, controllers at all speeds, sentences about those left out, the best in detail.
+
+    `best` are the best that measures the load and the best that does not, where there are such, at the speed where the
+    plain loop has the largest error; `details` are the same on other gears and units, as far as it came.
+    """
+
+    project: Project
+    bench: Bench
+    found: CompensationBench
+    left_out: tuple[str, ...]
+    best: tuple[Compensation, ...] = ()
+    details: tuple[Compensation, ...] = ()
+
+
+def show(
+    path: Path, controllers: tuple[str, ...], speeds: tuple[str, ...], units: int, seed: int, plant: Path | None,
+    softer: str | None, output: Path | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Compare controllers on a project, write the results into a folder where one is given, and print the tables.
+
+    Raises
+    ------
+    ProjectError
+        If a project file is invalid.
+    ValueError
+        If samples are too slow, the plain loop is unstable, or a name or a number is none.
+    KeyboardInterrupt
+        With what was kept, if the user stops it.
+    """
+    project = read_project(path)
+    other = _plant(project, plant, softer)
+    bench = bench_of(project, plant=other)
+    grid = speeds_of(project, speeds)
+    names, left_out = names_of(bench, controllers or (ALL,))
+    with Progress(project.title) as progress:
+        run, stopped = _run(project, bench, other, names, grid, left_out, units, seed, progress.show)
+        if run is not None and output is not None:
+            progress.show("writing", 0.97)
+            _write(run, output, figured=not stopped)
+    if run is not None:
+        click.echo(to_json(tables.data(run)) if as_json else tables.summary(run))
+        if output is not None and not as_json:
+            click.echo(f"  written: {output}")
+    if stopped:
+        kept = "nothing was finished" if run is None else f"kept: {', '.join(run.found.names)}"
+        raise KeyboardInterrupt(f"interrupted; {kept}")
+
+
+def speeds_of(project: Project, given: Sequence[str] = ()) -> Floats:
+    """Speeds of the motor [rad/s]: those given as text, or five about the resonance, within the project's range."""
+    if given:
+        return np.unique([parse(text, "rad/s") for text in given])
+    lines = project.kinematic_error.lines if project.kinematic_error else ()
+    if not lines or not project.drive.omega_0_held:
+        raise ValueError("this drive has no resonance at rest to take speeds about; give --speed '450 rpm'")
+    order = max(lines, key=lambda line: line.amplitude).order
+    return np.unique(np.clip(np.multiply(SHARES, project.drive.omega_0_held / order), *project.speeds.limits))
+
+
+def names_of(bench: Bench, wanted: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
+    """Names of the controllers, the plain loop first; and sentences about those that need an encoder there is not."""
+    for name in wanted:
+        if name != ALL and name not in COMPENSATORS:
+            raise ValueError(f"there is no controller {name!r}; there are {', '.join(COMPENSATORS)}, and {ALL}")
+    names = list(COMPENSATORS if ALL in wanted else dict.fromkeys(["loop", *wanted]))
+    blind = [name for name in names if COMPENSATORS[name].load_encoder] if not bench.sampling.load_encoder else []
+    if blind and ALL not in wanted:
+        raise ValueError(
+            f"{', '.join(blind)} measures the angle of the load, and the project has no encoder there; write "
+            "'load_encoder: 24 bit' into its group 'controller'"
+        )
+    said = f"Left out, as there is no encoder on the load: {', '.join(blind)}." if blind else ""
+    return [name for name in names if name not in blind], ((said,) if said else ())
+
+
+def _plant(project: Project, plant: Path | None, softer: str | None) -> DriveTrain | None:
+    """The drive that is run, where it is not the one that the controllers are designed on."""
+    if plant is not None:
+        if softer is not None:
+            raise click.UsageError("--plant and --softer both say which drive is run; give one of them")
+        return read_plant(read_project(plant))
+    if softer is None:
+        return None
+    share = parse(softer, "")
+    if not -1.0 < share < 1.0:
+        raise click.BadParameter(f"{softer!r} is not between -100 % and 100 %", param_hint="--softer")
+    return bench_of(project).with_stiffness(-share).plant
+
+
+def read_plant(project: Project) -> DriveTrain:
+    """The whole train of a project that is run in place of another."""
+    return bench_of(project).plant
+
+
+def _run(
+    project: Project, bench: Bench, plant: DriveTrain | None, names: Sequence[str], grid: Floats,
+    left_out: tuple[str, ...], units: int, seed: int, progress: Callable[[str, float], None],
+) -> tuple[Run | None, bool]:  # fmt: skip
+    """Everything, and whether the user stopped it; None where he did so before the first controller was finished."""
+    rows: list[CompensationBench] = []
+    said = list(left_out)
+    run = None
+    try:
+        for i, name in enumerate(names):
+            progress(name, 0.8 * i / len(names))
+            try:
+                rows.append(compensation_bench(project, [name], speeds=grid, plant=plant))
+            except ValueError as error:
+                if not rows:
+                    raise
+                said.append(f"Left out: {name}, as {error}.")
+        run = _joined(project, bench, rows, said)
+        for one in run.best if units or plant is None else ():
+            progress(f"{one.name} on other gears", 0.85)
+            detail = compensate(
+                project, one.name, speed=one.speed, plant=plant, robust=plant is None, units=units, seed=seed
+            )
+            run = run._replace(details=(*run.details, detail))
+    except KeyboardInterrupt:
+        return run or (_joined(project, bench, rows, said) if rows else None), True
+    return run, False
+
+
+def _joined(project: Project, bench: Bench, rows: Sequence[CompensationBench], said: Sequence[str]) -> Run:
+    results = tuple(row for one in rows for row in one.results)
+    found = CompensationBench(rows[0].speeds, tuple(row[0].name for row in results), results)
+    best = (best_at(found, worst(found), load_encoder=seeing) for seeing in (True, False))
+    return Run(project, bench, found, tuple(said), tuple(one for one in best if one is not None))
+
+
+def tabled(run: Run) -> Compensation | None:
+    """The best controller whose angle or torque an order table holds, where the plain loop has the largest error."""
+    i = worst(run.found)
+    column = sorted((row[i] for row in run.found.results), key=lambda one: one.after.rms)
+    good = (one for one in column if one.stable and not one.excluded)
+    return next((one for one in good if tables_of(run.bench, one)), None)
+
+
+def worst(found: CompensationBench) -> int:
+    """Number of the speed at which the plain loop has the largest error."""
+    return int(np.argmax([one.before.rms for one in found.results[0]]))
+
+
+def best_at(found: CompensationBench, i: int, *, load_encoder: bool) -> Compensation | None:
+    """The best controller at a speed that measures the load, or that does not: stable and within all limits."""
+    column = [row[i] for row in found.results if row[i].load_encoder == load_encoder and row[i].name != "loop"]
+    good = [one for one in column if one.stable and not one.excluded]
+    return min(good, key=lambda one: one.after.rms, default=None)
+
+
+def _write(run: Run, output: Path, *, figured: bool) -> None:
+    header = list(tables.rows(run)[0])
+    with staged(output) as folder:
+        text = as_csv(header, [row.values() for row in tables.rows(run)])
+        (folder / CSV).write_text(text, encoding="utf-8", newline="\n")
+        (folder / JSON).write_text(to_json(tables.data(run)) + "\n", encoding="utf-8")
+        for name, drawn in _figures(run).items() if figured else ():
+            (folder / f"{name}.svg").write_text(drawn + "\n", encoding="utf-8")
+        one = tabled(run) if figured else None
+        for name, table in (tables_of(run.bench, one) if one else {}).items():
+            table.write(folder / f"order-table-{name}.json")
+
+
+def _figures(run: Run) -> dict[str, str]:
+    drawn = {
+        "speeds": figures.speed_figure(run.found, load_encoder=False),
+        "speeds-load-encoder": figures.speed_figure(run.found, load_encoder=True),
+    }
+    if run.best:
+        speed = run.best[0].speed
+        before = figures.motion(run.bench, "loop", speed, f"plain loop, {speed / RPM:.4g} rpm")
+        after = [figures.motion(run.bench, one.name, speed, one.name) for one in run.best]
+        drawn["error"] = figures.error_figure(before, after)
+        drawn["orders"] = figures.order_figure(run.best)
+    if any(one.units for one in run.details):
+        drawn["units"] = figures.units_figure({one.name: one.units for one in run.details if one.units is not None})
+    return {name: text for name, text in drawn.items() if text}

@@ -1,0 +1,80 @@
+"""What a controller can take away of the error, where the project file has a controller."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from ....study.compensation.bench import bench_of
+from ....study.compensation.compensate import compensate
+from ....study.compensation.result import Compensation as Found
+from ....units import RPM
+from ...console import number
+from ...figures.compensation import error_figure, motion
+from ...units import sizes
+from ...view import View
+
+BLIND, SEEING = "inverse", "adaptive-inverse"  # without and with an encoder on the load
+
+
+class Compensation:
+    """The plain loop, the linear inverse, and one that also adapts to the load's encoder, at the resonance."""
+
+    heading = "What a controller can take away"
+
+    def data(self, view: View) -> dict[str, Any]:
+        """Errors before and after, torque, and the same on other gears; None without a group `controller`."""
+        if view.project.sampling is None:
+            return {"compensation": None}
+        try:
+            found = [compensate(view.project, name) for name in _names(view)]
+        except ValueError as error:
+            return {"compensation": {"not_computed": str(error), "controllers": [], "remarks": []}}
+        controllers = [_row(one) for one in found]
+        first = found[0]
+        place = {"motor_speed_rpm": first.speed / RPM, **sizes(first.before.rms, "rms_before")}
+        remarks = list(dict.fromkeys(text for one in found for text in (*one.warnings, *one.remarks)))
+        return {"compensation": {"not_computed": "", **place, "controllers": controllers, "remarks": remarks}}
+
+    def figures(self, view: View) -> list[str]:
+        """The error over two turns of the motor, before and after."""
+        if view.project.sampling is None:
+            return []
+        try:
+            bench, speed = bench_of(view.project), compensate(view.project, BLIND, robust=False).speed
+        except ValueError:
+            return []
+        before, *after = (motion(bench, name, speed, name) for name in ("loop", *_names(view)))
+        return [error_figure(before._replace(name="plain loop"), after, wide=True)]
+
+    def lines(self, _view: View, data: dict[str, Any]) -> Iterable[str]:
+        """One line for each controller."""
+        found = data["compensation"]
+        if not found:
+            return
+        if found["not_computed"]:
+            yield f"compensation was not computed: {found['not_computed']}"
+        for c in found["controllers"]:
+            yield (
+                f"controller {c['name']} at {number(found['motor_speed_rpm'])} rpm: rms of the pointing error "
+                f"{number(found['rms_before_arcsec'], 3)} → {number(c['rms_after_arcsec'], 3)} arcsec"
+            )
+
+
+def _names(view: View) -> tuple[str, ...]:
+    seeing = view.project.sampling is not None and view.project.sampling.load_encoder
+    return (BLIND, SEEING) if seeing else (BLIND,)
+
+
+def _row(one: Found) -> dict[str, Any]:
+    return {
+        "name": one.name,
+        "title": one.title,
+        **sizes(one.after.rms, "rms_after"),
+        "reduction_dB": one.reduction,
+        "peak_torque_Nm": one.torque.peak,
+        "stable": one.stable,
+        "excluded": one.excluded,
+        "other_gears": [
+            {"stiffness": r.stiffness, **sizes(r.before, "rms_before"), **sizes(r.after, "rms_after")}
+            for r in one.robustness
+        ],
+    }

@@ -1,0 +1,1 @@
+"""The group `controller` of a project file."""

@@ -1,0 +1,188 @@
+"""`strainwave compensate`: the numbers of the library as tables, files and JSON; speeds, names, and being stopped."""
+
+import csv
+import json
+import math
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import strainwave as sw
+from strainwave.app.commands import cli as command
+from strainwave.app.commands.compensation import compensate as module
+from strainwave.app.commands.compensation.order_tables import tables_of
+from strainwave.study.compensation.designs import amplitudes_of
+
+RPM, ARCSEC = math.pi / 30.0, math.pi / 648_000.0
+PROJECT = """\
+title: Turntable
+gear: {ratio: 50, law: {type: linear, K: 2e4 N*m/rad}}
+motor: {inertia: 2 kg*cm^2, loop: {bandwidth: 25 Hz}, max_torque: 5 N*m}
+controller: {period: 2 ms, delay: 0.5 ms, motor_encoder: 20 bit, load_encoder: 26 bit}
+load: {inertia: 0.8 kg*m^2}
+damping: {ratio: 25 %}
+speed: {from: 300 rpm, to: 1200 rpm, shaft: motor}
+excitation: {kinematic_error: [{order: 1, amplitude: 2 arcsec}, {order: 2, amplitude: 20 arcsec}]}
+"""
+
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / "table.yaml"
+    path.write_text(PROJECT)
+    return path
+
+
+def invoke(*given):
+    return CliRunner().invoke(command.cli, ["compensate", *map(str, given)])
+
+
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_the_command_writes_and_prints_the_numbers_of_the_library(path, tmp_path):
+    out = tmp_path / "out"
+    run = invoke(path, "--controller", "inverse", "--speed", "600 rpm", "--units", 2, "-o", out, "--json")
+    assert run.exit_code == 0, run.output
+    data = json.loads(run.stdout)
+    one = sw.compensate(sw.read_project(path), "inverse", speed=600.0 * RPM, units=2)
+    row = data["results"][1]
+    assert row["controller"] == "inverse"
+    assert row["motor_speed_rpm"] == pytest.approx(600.0)
+    assert row["rms_before_arcsec"] * ARCSEC == pytest.approx(one.before.rms, rel=1e-9)
+    assert row["rms_after_arcsec"] * ARCSEC == pytest.approx(one.after.rms, rel=1e-9)
+    assert row["reduction_dB"] == pytest.approx(20.0 * math.log10(one.before.rms / one.after.rms), rel=1e-9)
+    assert row["motor_torque_peak_N_m"] == pytest.approx(one.torque.peak, rel=1e-9)
+    gears = [(r["stiffness"], r["rms_after_arcsec"] * ARCSEC) for r in data["details"][0]["other_gears"]]
+    assert gears == [(r.stiffness, pytest.approx(r.after, rel=1e-9)) for r in one.robustness]
+    assert data["details"][0]["units"]["rms_after_arcsec"][1] * ARCSEC == pytest.approx(
+        np.median(one.units.after.rms), rel=1e-9
+    )
+    assert data["sampling"]["torque_limit_N_m"] == 5.0
+    assert json.loads((out / "compensation.json").read_text()) == data
+    table = list(csv.DictReader((out / "compensation.csv").read_text().splitlines()))
+    assert [line["controller"] for line in table] == ["loop", "inverse"]
+    assert float(table[1]["rms_after_arcsec"]) == pytest.approx(row["rms_after_arcsec"], rel=1e-6)
+    for name in ("speeds", "error", "orders", "units"):
+        assert (out / f"{name}.svg").read_text().startswith("<svg")
+    written = sw.OrderTable.read(out / "order-table-angle.json")  # what `inverse` adds is the error itself
+    assert [(line.order, line.amplitude) for line in written.lines] == [
+        (1, pytest.approx(2.0 * ARCSEC)), (2, pytest.approx(20.0 * ARCSEC)),
+    ]  # fmt: skip
+    assert written.unit == "rad"
+    assert not (out / "speeds-load-encoder.svg").exists()  # no controller of these measures the load
+
+
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_the_tables_fit_a_terminal_of_80_columns_and_name_the_best(path):
+    run = invoke(path, "--controller", "inverse", "--controller", "angle", "--speed", "600 rpm", "--softer", "20 %")
+    assert run.exit_code == 0, run.output
+    lines = run.stdout.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert lines[0] == "Turntable: rms of the load's pointing error about its mean, arcsec"
+    assert [line.split()[0] for line in lines[1:5]] == ["motor", "loop", "inverse", "angle"]
+    assert any(line.split()[:2] == ["600", "inverse"] for line in lines)
+    assert "table.yaml" not in run.stderr
+    assert "Turntable: inverse" in run.stderr  # progress
+
+
+def test_five_speeds_are_about_the_resonance_and_within_those_of_the_file(path):
+    project = sw.read_project(path)
+    resonance = math.sqrt(2e4 / 0.8) / 2.0  # order 2, motor held
+    wanted = np.array([0.9, 1.0, 1.1]) * resonance
+    np.testing.assert_allclose(module.speeds_of(project), [300.0 * RPM, *wanted, 1200.0 * RPM], rtol=1e-12)
+    np.testing.assert_allclose(module.speeds_of(project, ["9 rad/s", "60 rpm"]), [60.0 * RPM, 9.0], rtol=1e-12)
+
+
+def test_without_an_encoder_on_the_load_its_controllers_are_left_out(path):
+    project = sw.read_project(path)
+    bench = module.bench_of(project, sampling=project.sampling._replace(load_encoder=0))
+    names, said = module.names_of(bench, ["all"])
+    assert names == [name for name, design in sw.COMPENSATORS.items() if not design.load_encoder]
+    assert said == (
+        "Left out, as there is no encoder on the load: measured-table, adaptive, adaptive-inverse, repetitive, "
+        "load-integral.",
+    )
+    with pytest.raises(ValueError, match=r"adaptive measures the angle of the load, and the project has no encoder"):
+        module.names_of(bench, ["adaptive"])
+    assert module.names_of(bench, ["inverse", "inverse"]) == (["loop", "inverse"], ())
+
+
+def test_a_softer_drive_has_less_torque_at_every_torsion(path):
+    plant = module._plant(sw.read_project(path), None, "20 %")
+    assert plant.law == sw.Linear(pytest.approx(1.6e4, rel=1e-12))
+    assert module._plant(sw.read_project(path), path, None).law == sw.Linear(2e4)
+
+
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_a_run_that_is_stopped_keeps_the_controllers_that_are_finished(path, tmp_path, monkeypatch):
+    done = []
+
+    def stopped(project, names, **given):
+        if names == ["inverse"]:
+            raise KeyboardInterrupt
+        done.append(names[0])
+        return sw.compensation_bench(project, names, **given)
+
+    monkeypatch.setattr(module, "compensation_bench", stopped)
+    out = tmp_path / "out"
+    asked = ("--controller", "angle", "--controller", "inverse", "--speed", "600 rpm")
+    run = invoke(path, *asked, "-o", out)
+    assert run.exit_code == 130
+    assert done == ["loop", "angle"]
+    assert "interrupted; kept: loop, angle" in run.stderr
+    rows = csv.DictReader((out / "compensation.csv").read_text().splitlines())
+    assert [row["controller"] for row in rows] == ["loop", "angle"]
+    monkeypatch.setattr(module, "compensation_bench", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
+    run = invoke(path, *asked, "-o", tmp_path / "none")
+    assert run.exit_code == 130
+    assert "interrupted; nothing was finished" in run.stderr
+    assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_the_order_table_of_what_adapts_is_the_torque_that_cancels_the_error(path):
+    project, speed = sw.read_project(path), 600.0 * RPM
+    bench = module.bench_of(project)
+    found = sw.compensate(project, "adaptive", speed=speed, robust=False)
+    assert found.reduction > 20.0
+    table = tables_of(bench, found)["torque"]
+    assert table.speeds == (speed, speed)
+    # Independent of any adaptation: the measured error over the loop's linear response
+    lines = -amplitudes_of(bench, speed, model=True) / bench.response(speed).error_of_torque
+    assert [line.order for line in table.lines] == [1, 2]
+    for line, torque in zip(table.lines, lines, strict=True):
+        assert line.amplitude * np.exp(1j * line.phase) == pytest.approx(torque, rel=0.02)
+
+
+WRONG = [
+    (("--controller", "magic"), 1, "there is no controller 'magic'; there are loop, angle, inverse"),
+    (("--speed", "450"), 1, "'450' has no unit"),
+    (("--speed", "8000 rpm"), 1, "samples every 2000 us are too slow for order 2 at 8000 rpm"),
+    (("--softer", "120 %"), 2, "is not between -100 % and 100 %"),
+    (("--softer", "20 %", "--plant", "table.yaml"), 2, "give one of them"),
+    (("--plant", "gone.yaml"), 3, "gone.yaml:1:1: file: does not exist"),
+    (("--units", "-1"), 2, "--units"),
+]
+
+
+@pytest.mark.parametrize(("given", "code", "said"), WRONG)
+def test_a_wrong_command_ends_with_one_sentence_and_writes_nothing(path, tmp_path, monkeypatch, given, code, said):
+    monkeypatch.chdir(tmp_path)
+    run = invoke(path, *given, "-o", tmp_path / "out")
+    assert run.exit_code == code
+    assert said in " ".join(run.stderr.replace("│", " ").split())
+    assert "Traceback" not in run.output
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_drive_without_kinematic_error_is_refused(tmp_path):
+    path = tmp_path / "plain.yaml"
+    begin = PROJECT[: PROJECT.index("excitation")]
+    path.write_text(begin + "excitation: {load_torque: {lines: [{order: 2, amplitude: 1 N*m}]}}\n")
+    run = invoke(path)
+    assert run.exit_code == 1
+    assert "this drive has no kinematic error, so that there is nothing to cancel" in run.stderr

@@ -1,0 +1,80 @@
+"""Figures of a compensation show the numbers of the results, in units that are said."""
+
+import math
+
+import numpy as np
+import pytest
+from all_results import RESULTS, compensation
+
+import strainwave as sw
+from strainwave.app.figures import compensation as figures
+from strainwave.study.compensation.bench import bench_of
+
+ARCSEC, RPM = math.pi / 648_000.0, math.pi / 30.0
+
+
+def named(panel, label):
+    return next(curve for curve in panel.curves if curve.label == label)
+
+
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_the_error_in_time_has_the_size_that_the_ensemble_measures():
+    error = sw.KinematicError((sw.Line(2, 20.0 * ARCSEC),))
+    drive = sw.Drive(J_m=2e-4, J_l=0.8, N=50.0, B=60.0, law=sw.Linear(2e4))
+    loop = sw.from_bandwidth(150.0, 2e-4 + 0.8 / 2500.0, 0.7)
+    train = drive.train(kinematic_error=error, control=loop, omega=60.0)
+    sampling = sw.Sampling(2e-3, 5e-4, motor_quantum=1e-7)
+    bench = bench_of(train, sampling=sampling)
+    found = sw.compensate(train, "angle", speed=60.0, sampling=sampling, robust=False)
+    before, after = (figures.motion(bench, name, 60.0, name) for name in ("loop", "angle"))
+    assert before.turns[0] == 0.0
+    assert before.turns[-1] == pytest.approx(figures.TURNS, rel=0.02)
+    for motion, residual in ((before, found.before), (after, found.after)):
+        assert np.sqrt(np.mean(motion.error**2)) == pytest.approx(residual.rms, rel=0.02)
+    above, below = figures.error_panels(before, [after])
+    np.testing.assert_allclose(named(above, "loop").y * ARCSEC, before.error, rtol=1e-12)
+    np.testing.assert_allclose(named(below, "angle").y * ARCSEC, after.error, rtol=1e-12)
+    assert (above.ylabel, below.xlabel) == ("arcsec", "turns of the motor")
+
+
+def test_controllers_stand_beside_the_plain_loop_by_the_encoder_that_they_need():
+    one = compensation()
+    other = RESULTS["CompensationBench"]()
+    results = tuple(
+        tuple(type(one)(**{**vars(one), "name": name, "speed": speed, "load_encoder": seeing, "stable": name != "b"})
+              for speed in (15.0, 150.0))
+        for name, seeing in (("loop", False), ("a", False), ("b", True))
+    )  # fmt: skip
+    found = type(other)(np.array([15.0, 150.0]), ("loop", "a", "b"), results)
+    blind, seeing = (figures.speed_panel(found, load_encoder=side) for side in (False, True))
+    np.testing.assert_allclose(named(blind, "plain loop").y * ARCSEC, [1e-4, 1e-4], rtol=1e-12)
+    np.testing.assert_allclose(named(blind, "a").y * ARCSEC, [1e-6, 1e-6], rtol=1e-12)
+    np.testing.assert_allclose(named(seeing, "b").x * RPM, [15.0, 150.0], rtol=1e-12)
+    assert {curve.label for curve in blind.curves} == {"plain loop", "a", ""}
+    assert "limit met, or error grew" in {curve.label for curve in seeing.curves}
+    assert blind.log
+    assert blind.xlog
+    assert 'viewBox="0 0 430 ' in figures.speed_figure(found, load_encoder=True)
+    alone = type(other)(np.array([15.0, 150.0]), ("loop",), results[:1])
+    assert figures.speed_figure(alone, load_encoder=False) == ""
+
+
+def test_amplitudes_stand_at_their_orders_before_and_after():
+    found = compensation()
+    panel = figures.order_panel([found])
+    rings = {marker: [curve for curve in panel.curves if curve.marker == marker] for marker in ("o", "^")}
+    for marker, amplitudes in (("o", found.amplitude_before), ("^", found.amplitude_after)):
+        np.testing.assert_allclose([curve.y[0] * ARCSEC for curve in rings[marker]], amplitudes, rtol=1e-12)
+        assert [round(float(curve.x[0])) for curve in rings[marker]] == [2, 4]
+    assert figures.order_figure([found]).startswith("<svg")
+
+
+def test_the_share_of_units_reaches_all_of_them():
+    units = RESULTS["Units"]()
+    panel = figures.units_panel({"adaptive": units})
+    curve = named(panel, "adaptive")
+    assert curve.y[-1] == pytest.approx(100.0)
+    assert curve.x[-1] * ARCSEC == pytest.approx(np.max(units.after.rms), rel=1e-12)
+    assert panel.xlog
+    assert figures.units_figure({"adaptive": units}).startswith("<svg")
