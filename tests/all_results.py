@@ -88,6 +88,11 @@ def units():
     return sw.Units(loops(), loops(), np.array([0.9, 1.1]), np.array([1.2, 0.8]), ((1, "its phase is off"),))
 
 
+def compensated_move():
+    score = sw.MoveScore("loop", 0.1, 1e-4, 2e-4, 1e-6, 0.4, 0.0)
+    return sw.CompensatedMove(NUMBERS, 1e-4 * NUMBERS[None], NUMBERS[None], (score,), 1.0, 1e-5, ("Assumed.",))
+
+
 RESULTS = {
     name: cache(make)  # each is computed once
     for name, make in {
@@ -122,6 +127,16 @@ RESULTS = {
         "LoopResponse": lambda: sw.loop_response(CLOSED, [10.0, 20.0, 40.0]),
         "Units": units,
         "Compensation": compensation,
+        "CompensatedMove": compensated_move,
+        "CompensatedRunup": lambda: sw.CompensatedRunup(
+            NUMBERS, NUMBERS[None] * 1e-4, NUMBERS[None] * 2e-4, ("loop",), np.array([1.0]), 2.0, ("Assumed.",)
+        ),
+        "Monitored": lambda: sw.monitor(
+            0.01 * np.arange(50), np.cos(2.0 * 0.1 * np.arange(50)), angle=0.1 * np.arange(50), bandwidth=20.0
+        ),
+        "PredictionTable": lambda: sw.PredictionTable(
+            NUMBERS, np.array([2, 4]), np.array([NUMBERS, 0.5j * NUMBERS]) * 1e-4, NUMBERS < 1.05
+        ),
         "CompensationBench": lambda: sw.CompensationBench(np.array([150.0]), ("adaptive",), ((compensation(),),)),
     }.items()
 }

@@ -9,7 +9,11 @@ from ..numerics.sampled.result import LoopEnsemble, LoopRun
 from ..quantities import shown
 from ..results import Branch, Orbit, Trajectory
 from ..study.analysis.drive_response import DriveResponse
+from ..study.compensation.monitoring import Monitored
+from ..study.compensation.moves import CompensatedMove
+from ..study.compensation.prediction import PredictionTable
 from ..study.compensation.result import Compensation, CompensationBench, Units
+from ..study.compensation.runup import CompensatedRunup
 from ..study.design.result import Design
 from ..study.move.result import Move
 from ..study.response.response import ExactResponse
@@ -42,6 +46,7 @@ from .designs import draw_design
 from .ensembles import draw_basins, draw_orbit_diagram, draw_variability
 from .maps import draw_general_validity, draw_validity
 from .speed_maps import draw_speed_map
+from .ways import draw_compensated_move, draw_compensated_runup, draw_monitored, draw_predictions
 
 DRAWN: dict[type, Any] = {
     Branch: draw_branch, Orbit: draw_orbit, Trajectory: draw_trajectory, ExactResponse: draw_response,
@@ -50,6 +55,8 @@ DRAWN: dict[type, Any] = {
     ValidityMap: draw_validity, GeneralValidity: draw_general_validity,
     SpeedMap: draw_speed_map, Design: draw_design,
     Compensation: draw_compensation, CompensationBench: draw_compensation_bench, Units: draw_units,
+    CompensatedMove: draw_compensated_move, CompensatedRunup: draw_compensated_runup,
+    Monitored: draw_monitored, PredictionTable: draw_predictions,
     LoopRun: draw_loop, LoopEnsemble: draw_loops, LoopResponse: draw_loop_response,
 }  # fmt: skip
 

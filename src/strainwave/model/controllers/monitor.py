@@ -22,7 +22,7 @@ class Average(NamedTuple):
         """Memory before the first sample: the mean."""
         return (0.0,)
 
-    def value(self, state: Any, _angle: Any) -> Any:
+    def expected(self, state: Any, _angle: Any) -> Any:
         """What the signal is expected to be at an angle [rad]."""
         return state[0]
 
@@ -57,10 +57,10 @@ class Demodulator(NamedTuple):
         """Memory before the first sample: that of `below`, c and s."""
         return self.below.start(), 0.0, 0.0
 
-    def value(self, state: Any, angle: Any) -> Any:
+    def expected(self, state: Any, angle: Any) -> Any:
         """What the signal is expected to be at an angle [rad]."""
         turn = self.order * angle
-        return self.below.value(state[0], angle) + state[1] * cos(turn) + state[2] * sin(turn)
+        return self.below.expected(state[0], angle) + state[1] * cos(turn) + state[2] * sin(turn)
 
     def corrected(self, state: Any, angle: Any, innovation: Any) -> Any:
         """Memory after a sample that is off what was expected."""
@@ -70,7 +70,7 @@ class Demodulator(NamedTuple):
 
     def update(self, state: Any, angle: Any, signal: Any) -> Any:
         """Memory after a sample at an angle [rad]; a NaN leaves it as it is."""
-        return self.corrected(state, angle, known(signal - self.value(state, angle)))
+        return self.corrected(state, angle, known(signal - self.expected(state, angle)))
 
     def written(self, state: Any, out: Any, k: Any) -> Any:
         """Write what is below, c and s to column k, row by row; return the next row."""
@@ -106,7 +106,8 @@ class Tracker(NamedTuple):
     (Rodriguez, Luna, Candela, Mujal, Teodorescu & Blaabjerg, Multiresonant frequency-locked loop for grid
     synchronization of power converters under distorted grid conditions, IEEE Trans. Ind. Electron. 58(1), 2011,
     127-138). With the gain g the amplitude converges with the rate g w/2, and the frequency with the slower root of
-    s^2 + (g w/2)(s + r), which is the rate r where r is well below g w/8. w stays between `low` and `high` [rad/s]: start it within g w of the true one.
+    s^2 + (g w/2)(s + r), which is the rate r where r is well below g w/8. w stays between `low`
+    and `high` [rad/s]; it finds a line within that range.
     """
 
     low: AngularSpeed

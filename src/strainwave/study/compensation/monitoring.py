@@ -223,7 +223,7 @@ def demodulate(chain: Any, angle: Any, signal: Any, out: Any, left: Any) -> None
     angle, signal, out, left = borrowed((angle, signal, out, left))
     state = chain.start()
     for k in range(len(signal)):
-        left[k] = signal[k] - chain.value(state, angle[k])
+        left[k] = signal[k] - chain.expected(state, angle[k])
         state = chain.update(state, angle[k], signal[k])
         chain.written(state, out, k)
 
