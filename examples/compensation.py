@@ -39,15 +39,13 @@ def main():
     _, axes = plt.subplots(figsize=(7, 4), layout="constrained")
     before = np.array([one.before.rms for one in bench.results[0]])
     axes.plot(SPEEDS / RPM, before / ARCSEC, "k-o", label="plain loop")
-    axes.plot(
-        SPEEDS / RPM, abs(1.0 - 0.8 * np.exp(0.3j)) * before / ARCSEC, "C1", lw=6, alpha=0.4, label="rule for that"
-    )
+    axes.plot(SPEEDS / RPM, abs(1.0 - 0.8 * np.exp(0.3j)) * before / ARCSEC, "C1", lw=6, alpha=0.4, label="the rule")
     for row, name, look in zip(
         bench.results, ("inverse, fed forward", "with adaptation"), ("C1--s", "C0-^"), strict=True
     ):
         axes.plot(SPEEDS / RPM, [one.after.rms / ARCSEC for one in row], look, label=name)
     axes.set(xlabel="motor speed (rpm)", ylabel="rms of the pointing error (arcsec)", xscale="log", yscale="log")
-    axes.legend(loc=(0.56, 0.26))
+    axes.legend(loc=(0.42, 0.24))
     return tuple(row[3].after.rms / row[3].before.rms for row in bench.results)
 
 

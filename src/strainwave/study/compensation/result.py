@@ -218,7 +218,7 @@ class CompensationBench(Result):
             for row in self.results
             if load_encoder or not (COMPENSATORS.get(row[0].name) and COMPENSATORS[row[0].name].load_encoder)
         ]
-        return tuple(min(column, key=lambda one: one.after.rms) for column in zip(*rows, strict=True))
+        return tuple(min(column, key=_rank) for column in zip(*rows, strict=True))
 
     def coordinates(self) -> Labelled:
         """Speeds and names of the controllers."""
@@ -256,3 +256,8 @@ class CompensationBench(Result):
         return on_screen("\n".join([*lines, *(f"  {text}" for text in (*excluded, *notes))]))
 
     __repr__ = __str__
+
+
+def _rank(one: Compensation) -> tuple[bool, bool, float]:
+    """Stable ones first, then those within the limits, then by the rms of what they leave."""
+    return not one.stable, bool(one.excluded), one.after.rms
