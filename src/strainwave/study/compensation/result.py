@@ -211,13 +211,7 @@ class CompensationBench(Result):
 
     def best(self, *, load_encoder: bool = True) -> tuple[Compensation, ...]:
         """The best controller at every speed, with a load's encoder or without one."""
-        from .designs import COMPENSATORS
-
-        rows = [
-            row
-            for row in self.results
-            if load_encoder or not (COMPENSATORS.get(row[0].name) and COMPENSATORS[row[0].name].load_encoder)
-        ]
+        rows = [row for row in self.results if load_encoder or not row[0].load_encoder]
         return tuple(min(column, key=_rank) for column in zip(*rows, strict=True))
 
     def coordinates(self) -> Labelled:
