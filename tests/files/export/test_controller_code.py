@@ -107,7 +107,7 @@ RECORD = np.random.default_rng(4).normal(size=(400, 3))
 NOTHING = Seen(0.0, 0.0, 0.0)
 
 
-SAMPLE = own.Measurement(*[0.0] * 6)
+SAMPLE = own.Measurement(*[0.0] * 7)
 PERIOD = 250e-6
 ERROR = sw.KinematicError((sw.Line(2, 1.1e-4), sw.Line(4, 3e-5, 0.7)))
 PLANT = sw.Drive(J_m=5e-4, J_l=1.3, N=50.0, B=40.0, law=sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 5.0, 20.0)).train(
@@ -161,7 +161,7 @@ def recorded_samples(n=400):
     reference = 100.0 * t + 150.0 * t * t
     motor = reference + 1e-3 * rng.normal(size=n)
     load = np.where(rng.random(n) < 0.1, np.nan, motor / 50.0 + 1e-4 * rng.normal(size=n))
-    return np.column_stack([reference, speed, acceleration, motor, load, 0.1 * rng.normal(size=n)])
+    return np.column_stack([reference, speed, acceleration, motor, load, *0.1 * rng.normal(size=(2, n))])
 
 
 @needs_cc
@@ -205,7 +205,8 @@ def test_plant_and_controller_in_c_close_the_loop_as_python_does(tmp_path):
     error, torques = np.zeros(n), [0.0]
     for k in range(n):
         error[k] = 150.0 * k * PERIOD / 50.0 - out[2]
-        torques.append(loop.loop_update(memory, doubles(150.0 * k * PERIOD, 150.0, 0.0, out[0], out[2], torques[-1])))
+        sample = doubles(150.0 * k * PERIOD, 150.0, 0.0, out[0], out[2], torques[-1], 0.0)
+        torques.append(loop.loop_update(memory, sample))
         for _ in range(steps):
             joint.joint_step(state, doubles(torques[-2], 0.0), out)
     assert np.max(np.abs(torques[1:] - run.torque)) < 1e-9 * np.max(np.abs(run.torque))
@@ -239,3 +240,25 @@ def test_what_is_no_controller_is_refused():
         controller_code(NOTHING, NOTHING, "loop")
     with pytest.raises(TypeError, match=r"the measurement is 3; it must be a NamedTuple of floats"):
         controller_code(Proportional(1.0), 3, "loop")
+
+
+@needs_cc
+@pytest.mark.parametrize("name", OWN)
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e300])
+def test_a_measurement_that_is_none_leaves_the_state_and_holds_the_torque(name, bad, tmp_path):
+    """Never NaN, and what follows is as if the sample had not been; after 20 of them the torque is 0."""
+    record = recorded_samples(60)
+    lost = record.copy()
+    lost[20, 3] = bad
+    lost[30, :] = np.nan
+    torques = by_c(tmp_path, OWN[name], lost, SAMPLE)
+    assert np.all(np.isfinite(torques))
+    if not np.isfinite(bad):
+        assert torques[20] == torques[19]
+        assert torques[30] == torques[29]
+        without = by_c(tmp_path, OWN[name], np.delete(record, [20, 30], axis=0), SAMPLE)
+        np.testing.assert_array_equal(np.delete(torques, [20, 30]), without)
+    gone = np.where(np.arange(60)[:, None] >= 30, np.nan, record)
+    silent = by_c(tmp_path, OWN[name], gone, SAMPLE)
+    assert np.all(silent[30:50] == silent[29])
+    assert np.all(silent[50:] == 0.0)

@@ -90,8 +90,8 @@ def test_an_integral_gives_back_what_the_limit_took():
     def overshoot(gives_back):
         state, angle, speed, applied, worst, asked = cascade.start(), 0.0, 0.0, 0.0, 0.0, 0.0
         for k in range(8000):
-            known = applied if gives_back else asked
-            state, asked = cascade.update(state, sw.Measurement(0.0, 0.0, 0.0, angle, 0.0, known))
+            cut = applied - asked if gives_back else 0.0
+            state, asked = cascade.update(state, sw.Measurement(0.0, 0.0, 0.0, angle, 0.0, applied, cut))
             applied = min(max(asked, -1.0), 1.0)
             against = 2.0 if k < 4000 else 0.0
             speed = max(speed + PERIOD * (applied - against - 0.5 * speed) / 5e-3, -0.5)

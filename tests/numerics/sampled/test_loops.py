@@ -186,7 +186,10 @@ def test_steps_between_samples_follow_the_fastest_motion():
         (lambda: sw.run_loop(loop(), -1.0), r"duration \[s\] is -1"),
         (lambda: sw.run_loop(loop(), 1.0, y0=[0.0]), r"y0 has 1 numbers; the plant has 5 states: x, x', motor"),
         (lambda: sw.run_loop(loop(), 1.0, every=0), r"every"),
-        (lambda: sw.run_loop(loop(sampling=sw.Sampling(10.0, 0.0)), 20.0), r"too slow for the plant"),
+        (
+            lambda: sw.run_loop(loop(PD._replace(period=10.0), sampling=sw.Sampling(10.0, 0.0)), 20.0),
+            r"too slow for the plant",
+        ),
         (lambda: sw.loop_ensemble(loop(), {}, 1.0, settle=1.0), r"settle is 1 s; it must be from 0 to below"),
         (lambda: sw.loop_ensemble(loop(), {"train.J": [1.0]}, 1.0, settle=0.5), r"train.J"),
         (

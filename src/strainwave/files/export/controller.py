@@ -5,11 +5,17 @@
 
 from typing import Any
 
+from ...model.controllers.closed_loop import LOST
 from ...protocols import need
 from ...quantities import shown
 from ...tree import is_model, leaves, mapped, numbers
 from .c_code import CCode, as_name, function, guarded, opening, struct, text_of
 from .traced import Recording, literal
+
+HELD = ("hold_torque", "hold_count")
+SAID = f"""/* Torque [N*m] for a measurement; changes the state.
+ * Where a number would not be finite, the state stays, the last torque is given again, and hold_count counts;
+ * after {LOST:g} of them in a row the torque is 0. */"""
 
 
 def controller_code(controller: Any, measurement: Any, name: str) -> CCode:
@@ -44,10 +50,14 @@ def controller_code(controller: Any, measurement: Any, name: str) -> CCode:
     init = f"void {name}_init({name}_state *state)"
     update = f"double {name}_update({name}_state *state, const {name}_inputs *in)"
     header = guarded(
-        name, top, struct(f"{name}_state", list(start) or ["none"]), struct(f"{name}_inputs", measurement._fields),
-        ["/* Start. */", f"{init};"], ["/* Torque [N*m] for a measurement; changes the state. */", f"{update};"],
+        name, top, struct(f"{name}_state", [*start, *HELD]), struct(f"{name}_inputs", measurement._fields),
+        ["/* Start. */", f"{init};"], [SAID, f"{update};"],
     )  # fmt: skip
-    begun = Recording.stored([f"state->{field}" for field in start], tuple(start.values())) or ["state->none = 0.0;"]
+    held = dict.fromkeys(HELD, 0.0)
+    if not held.keys().isdisjoint(start):
+        raise TypeError(f"{type(controller).__name__}.start() has a field {' or '.join(HELD)}; give it another name")
+    started = start | held
+    begun = Recording.stored([f"state->{field}" for field in started], tuple(started.values()))
     body = _updated(controller, measurement, tuple(start))
     opened = [f'#include "{name}.h"', "#include <math.h>"]
     return CCode(name, header, text_of(top, opened, function(init, begun), function(update, body)))
@@ -77,6 +87,20 @@ def _updated(controller: Any, measurement: Any, fields: tuple[str, ...]) -> list
     if len(after) != len(fields):
         who = type(controller).__name__
         raise TypeError(f"{who}.update returns {len(after)} numbers as the state and start() has {len(fields)}")
-    unused = ["(void)state;"] * (not fields) + ["(void)in;"]
-    stored = recording.stored([f"state->{field}" for field in fields], after)
-    return [*unused, *recording.code((*after, torque)), *stored, f"return {literal(torque)};"]
+    new = ", ".join(map(literal, (torque, *after)))
+    return [
+        "(void)in;",
+        *recording.code((*after, torque)),
+        f"const double found[] = {{{new}}};",
+        "double off = 0.0; /* NaN where a number is not finite */",
+        f"for (int i = 0; i < {len(after) + 1}; i++) {{",
+        "    off += found[i] - found[i];",
+        "}",
+        "if (off != 0.0) {",
+        "    state->hold_count += 1.0;",
+        f"    return state->hold_count <= {LOST} ? state->hold_torque : 0.0;",
+        "}",
+        *recording.stored([f"state->{field}" for field in fields], after),
+        *recording.stored(["state->hold_torque", "state->hold_count"], (torque, 0.0)),
+        "return state->hold_torque;",
+    ]

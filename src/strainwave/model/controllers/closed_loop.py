@@ -8,6 +8,7 @@ from ...compile.jit import kernel
 from ...noise import even, noise
 from ...protocols import need
 from ...quantities import Angle, Ratio, Time, Torque
+from ...tree import numbers
 from ..excitation import NoError
 from ..train.controls import Commanded
 from ..train.drive_train import motor_motion
@@ -60,6 +61,10 @@ class Sampling(NamedTuple):
             )
         if not 0.0 <= self.loss < 1.0:
             raise ValueError(f"Sampling.loss is {self.loss:g}; it is a share, from 0 to below 1")
+        if self.load_encoder not in (0, 1):
+            raise ValueError(
+                f"Sampling.load_encoder is {self.load_encoder}; it must be 1 with an encoder on the load, or 0 without"
+            )
 
 
 class Driven(NamedTuple):
@@ -82,12 +87,13 @@ class Driven(NamedTuple):
 class Memory(NamedTuple):
     """What a closed loop remembers between samples, beside the state of its train.
 
-    `state` is the controller's; then the last four torques, newest first; the last good deviation of the motor and how
-    many samples it is old; counts of samples that were limited and lost.
+    `state` is the controller's; then the last four torques, newest first; what the limit did to the last one; the last
+    good deviation of the motor and how many samples it is old; counts of samples that were limited and lost.
     """
 
     state: Any
     torques: Any
+    cut: Any
     deviation: Any
     age: Any
     limited: Any
@@ -116,7 +122,7 @@ class ClosedLoop(NamedTuple):
 
     def start(self) -> Memory:
         """Memory before the first sample."""
-        return Memory(self.controller.start(), (0.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
+        return Memory(self.controller.start(), (0.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def measured(self, t: Any, y: Any, memory: Any, lane: int, sample: int) -> Any:
         """What the controller is given at a time [s]: a lost angle of the motor is the last good one, moved along.
@@ -135,18 +141,19 @@ class ClosedLoop(NamedTuple):
         deviation = select(lost > 0.0, memory.deviation, angle - reference)
         age = select(lost > 0.0, memory.age + 1.0, 0.0)
         seen = select(s.load_encoder == 1, output, nan)
-        m = Measurement(reference, fast, quick, reference + deviation, seen, memory.torques[0])
+        m = Measurement(reference, fast, quick, reference + deviation, seen, memory.torques[0], memory.cut)
         return m, lost, deviation, age
 
     def update(self, t: Any, y: Any, memory: Any, lane: int, sample: int) -> Any:
         """Memory after the sample at a time [s]."""
         m, lost, deviation, age = self.measured(t, y, memory, lane, sample)
         state, asked = self.controller.update(memory.state, m)
-        asked = select((asked == asked) & (age <= LOST), asked, 0.0)
-        torque = larger(smaller(asked, self.sampling.limit), -self.sampling.limit)
-        limited = memory.limited + 1.0 * (torque != asked)
+        asked = select(asked == asked, asked, 0.0)
+        given = select(age <= LOST, asked, 0.0)
+        torque = larger(smaller(given, self.sampling.limit), -self.sampling.limit)
+        limited = memory.limited + 1.0 * (torque != given)
         q = memory.torques
-        return Memory(state, (torque, q[0], q[1], q[2]), deviation, age, limited, memory.lost + lost)
+        return Memory(state, (torque, q[0], q[1], q[2]), torque - asked, deviation, age, limited, memory.lost + lost)
 
     def commanded(self, y: Any, memory: Any, later: int) -> Any:
         """State of the train with the torque that acts in the first part of a sample (later = 0) or in the second."""
@@ -180,6 +187,12 @@ class ClosedLoop(NamedTuple):
                 "motor._replace(control=Commanded())"
             )
         is_controller("ClosedLoop.controller", self.controller)
+        for path, owner, name, value in numbers(self.controller):
+            if name == "period" and abs(value - self.sampling.period) > JUST * self.sampling.period:
+                raise ValueError(
+                    f"ClosedLoop.controller.{path} of {type(owner).__name__} is {value:g} s and Sampling.period is "
+                    f"{self.sampling.period:g} s; give both the same"
+                )
 
     def quiet(self) -> "ClosedLoop":
         """The loop with ideal encoders, without kinematic error and limit: what is linear of it."""

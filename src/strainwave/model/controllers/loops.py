@@ -43,8 +43,8 @@ class Cascade(NamedTuple):
 
     Speed to follow: K_v (reference - motor) + its speed. Where the motor's torque was limited, the integral gives back
     what was not applied with its own time constant K_p/K_i (back-calculation; Astrom & Hagglund, PID Controllers, 2nd
-    ed. 1995, sec. 3.5). Its memory is the last deviation, the filtered rate, whether there was a sample, the integral
-    and the last torque asked for.
+    ed. 1995, sec. 3.5): not what a controller around it added. Its memory is the last deviation, the filtered rate,
+    whether there was a sample, and the integral.
     """
 
     K_v: Any
@@ -56,19 +56,18 @@ class Cascade(NamedTuple):
 
     def start(self) -> Any:
         """Memory before the first sample."""
-        return 0.0, 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0
 
     def update(self, state: Any, m: Any) -> Any:
         """Memory after a sample, and the torque [N*m]."""
-        last, slow, begun, integral, asked = state
+        last, slow, begun, integral = state
         deviation = m.motor - m.reference
         raw = begun * (deviation - last) / self.period
         rate = slow + (raw - slow) * (self.period / (self.period + self.filter))
         lag = -self.K_v * deviation - rate
-        lost = begun * (m.applied - asked)
-        integral = integral + self.period * (self.K_i * lag + self.K_i / self.K_p * lost)
+        integral = integral + self.period * (self.K_i * lag + self.K_i / self.K_p * m.cut)
         torque = self.J * m.acceleration + self.K_p * lag + integral
-        return (deviation, rate, 1.0 + 0.0 * begun, integral, torque), torque
+        return (deviation, rate, 1.0 + 0.0 * begun, integral), torque
 
     def check(self) -> None:
         """Refuse gains that are negative and a period that is not positive (ValueError)."""

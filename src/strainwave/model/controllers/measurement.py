@@ -19,7 +19,8 @@ from ...quantities import Angle, AngularAcceleration, AngularSpeed, Torque
 class Measurement(NamedTuple):
     """One sample: the motor's reference motion, the measured angles, and the torque after the last one's limit.
 
-    `load` is the angle of the load on its own shaft; it is NaN where no encoder measures it.
+    `load` is the angle of the load on its own shaft; it is NaN where no encoder measures it. `cut` is what the limit
+    did to the last torque: `applied` less the whole torque that was asked for, by all controllers around each other.
     """
 
     reference: Angle
@@ -28,13 +29,15 @@ class Measurement(NamedTuple):
     motor: Angle
     load: Angle
     applied: Torque
+    cut: Torque = 0.0
 
 
 @kernel
 def moved(m: Any, angle: Any, speed: Any, acceleration: Any) -> Any:
     """The same sample with another motion to follow: the reference and what is added to it."""
     return Measurement(
-        m.reference + angle, m.speed + speed, m.acceleration + acceleration, m.motor, m.load, m.applied
+        m.reference + angle, m.speed + speed, m.acceleration + acceleration, m.motor, m.load, m.applied,
+        m.cut,
     )  # fmt: skip
 
 

@@ -19,7 +19,7 @@ def place(angle: Any) -> Any:
     turns = angle * (0.5 / pi)
     share = turns - ((turns + ROUND) - ROUND)
     share = select(share < 0.0, share + 1.0, share)
-    return CELLS * select(share < 1.0, share, 0.0)
+    return CELLS * select((share >= 0.0) & (share < 1.0), share, 0.0)  # 0 of an angle that is none, or beyond counting
 
 
 @kernel

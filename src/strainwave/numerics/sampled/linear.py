@@ -11,16 +11,18 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...quantities import numbers
+from ...quantities import numbers, positive_count
 from ...records import Labelled, Result
 from ...results import Floats
 from ...sentences import on_screen
 from ...tree import leaves, mapped
+from .loops import steps_of
 from .march import between
 
 COUNTS = 3  # the last fields of a loop's memory: age of a measurement, samples limited and lost
 Complexes = NDArray[np.complex128]
 
+FEWEST = 4  # steps between two samples
 STEP = 1e-6  # of the states, the memory and the inputs: a torque of 0.1 N*m in the stiffest gear
 
 
@@ -86,7 +88,7 @@ def loop_response(
     omega: ArrayLike,
     *,
     at: ArrayLike | None = None,
-    steps: int = 4,
+    steps: int | None = None,
     output: Callable[[Any], Any] | None = None,
 ) -> LoopResponse:
     """Linearise a sampled loop about a steady motion.
@@ -100,8 +102,8 @@ def loop_response(
         Frequencies [rad/s], below pi over the period.
     at : (states,) array_like, optional
         State of the plant about which it is linear. Default: zeros.
-    steps : int
-        Steps of the integration between two samples.
+    steps : int, optional
+        Steps of each part between two samples. Default: enough for the fastest motion of the plant, at least 4.
     output : callable, optional
         What is taken for the error, a function of the plant's state. Default: what the loop watches first.
 
@@ -112,7 +114,7 @@ def loop_response(
     Raises
     ------
     ValueError
-        If a frequency is beyond what the samples carry.
+        If a frequency is beyond what the samples carry, or the samples are too slow for the plant (`steps`).
     """
     grid = numbers("omega [rad/s]", omega)
     quiet = loop.quiet()
@@ -123,6 +125,7 @@ def loop_response(
             f"{np.pi / quiet.period():.4g} rad/s: sample faster"
         )
     start, y0 = quiet.start(), np.zeros(len(quiet.plant().state_names())) if at is None else numbers("at", at)
+    steps = max(FEWEST, steps_of(quiet, y0)) if steps is None else positive_count("steps", steps)
     # A first sample, from which on the controller's differences count
     y, memory = after(quiet, tuple(y0.tolist()), start, 0.0, 0.0, steps)
     moving, counts = memory[:-COUNTS], memory[-COUNTS:]

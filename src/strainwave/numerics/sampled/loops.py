@@ -20,6 +20,7 @@ from .result import LoopEnsemble, LoopRun
 
 FINE = 0.15  # a step times the fastest rate: its error is below 1e-6 of what moves so fast
 MOST_STEPS = 1000  # of a sample
+MOST_SAMPLES = 100_000_000  # of a loop: minutes
 LANES_OF_JOB = 32
 GROWN = 1.5  # of the rms from one half of what is measured to the other
 SMALL = 0.05  # of the largest error of a run: what is below has decayed
@@ -206,13 +207,18 @@ def _ready(loop: Any, y0: ArrayLike | None, steps: int | None) -> tuple[Any, tup
         raise ValueError(f"y0 has {len(y)} numbers; the plant has {len(names)} states: {', '.join(names)}")
     if steps is not None:
         return loop, tuple(y.tolist()), positive_count("steps", steps)
-    needed = math.ceil(loop.period() * fastest(loop.plant(), y) / FINE)
+    return loop, tuple(y.tolist()), steps_of(loop, y)
+
+
+def steps_of(loop: Any, y: Floats) -> int:
+    """Steps between two samples that the fastest motion of a plant needs near a state; too many are refused."""
+    needed: int = math.ceil(loop.period() * fastest(loop.plant(), y) / FINE)
     if needed > MOST_STEPS:
         raise ValueError(
             f"samples every {loop.period():g} s are too slow for the plant, which needs {needed} steps between two: "
             "sample faster, or give the steps"
         )
-    return loop, tuple(y.tolist()), max(1, needed)
+    return max(1, needed)
 
 
 def fastest(plant: Any, y: Floats) -> float:
@@ -228,4 +234,12 @@ def fastest(plant: Any, y: Floats) -> float:
 
 
 def _samples(loop: Any, duration: float) -> int:
-    return max(1, round(float(number("duration [s]", duration, positive=True) / loop.period())))
+    """Samples in a time [s]; more than can be run are refused (ValueError)."""
+    length, period = number("duration [s]", duration, positive=True), loop.period()
+    if length > MOST_SAMPLES * period:
+        raise ValueError(
+            f"duration is {length:g} s, {length / period:.3g} samples every {period:g} s; a loop is run for at most "
+            f"{MOST_SAMPLES:g}: run it for at most {MOST_SAMPLES * period:g} s, or sample more slowly"
+        )
+    samples: int = max(1, round(length / period))
+    return samples

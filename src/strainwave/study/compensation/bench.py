@@ -127,6 +127,8 @@ def bench_of(
         for method in ("start", "update"):
             if lacking(loop, method):
                 raise TypeError(f"loop is {shown(loop)}; give a controller, such as SampledPD(K_p, K_d, period)")
+    if plant is not None and not isinstance(plant, DriveTrain):
+        raise TypeError(f"plant is {shown(plant)}; give a DriveTrain, such as the model's with another law")
     motor = train.motor._replace(control=COMMANDED)
     model = checked(train._replace(motor=motor, reference=Steady()))
     other = model if plant is None else plant._replace(motor=plant.motor._replace(control=COMMANDED))

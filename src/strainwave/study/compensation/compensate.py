@@ -8,19 +8,21 @@ from numpy.typing import ArrayLike
 
 from ...model.controllers.closed_loop import Sampling
 from ...model.train.drive_train import DriveTrain
-from ...numerics.sampled.loops import loop_ensemble
+from ...numerics.sampled.loops import MOST_SAMPLES, loop_ensemble, run_loop
 from ...numerics.sampled.result import LoopEnsemble
 from ...protocols import lacking, lines_of
 from ...quantities import number, numbers, shown
 from ...units import ARCSEC, RPM
 from ..analysis.remedies.knobs import stiffer
 from .bench import Bench, bench_of
-from .designs import COMPENSATORS, Compensator, rate_of, refuse_unstable, times_of
+from .designs import COMPENSATORS, TURNS, Compensator, refuse_unstable, times_of
+from .given import given, tripped
 from .result import Compensation, CompensationBench, Residual, Robustness, TorqueUse
 from .units import units_of
 
 SHARES = (-0.2, 0.2)  # by which the stiffness of a gear may differ from the model
 WORSE = 1.02
+LITTLE = 0.1  # of the error before: with more left, the guards are looked at
 COARSE = 8.0  # samples in a period of the highest order: below, what is fed forward comes too coarse
 
 
@@ -84,7 +86,7 @@ def compensate(
     bench = bench_of(project, sampling, loop, plant)
     motor_speed = _speed(bench, project, speed)
     design = compensator_of(controller)
-    return _one(bench, design, motor_speed, robust, _count(units), seed, progress)
+    return _one(bench, design, motor_speed, robust, _whole("units", units), _whole("seed", seed), progress)
 
 
 def compensation_bench(
@@ -116,6 +118,7 @@ def compensation_bench(
     CompensationBench
     """
     bench = bench_of(project, sampling, loop, plant)
+    controllers = (controllers,) if isinstance(controllers, str) else controllers
     grid = numbers("speeds [rad/s]", speeds)
     designs = [compensator_of(controller) for controller in controllers]
     if not len(grid) or not designs:
@@ -144,15 +147,13 @@ def compensator_of(controller: Any) -> Compensator:
             f"controller is {shown(controller)}; give a name such as 'adaptive', or a NamedTuple with start() and "
             "update(state, measurement)"
         )
-    name = type(controller).__name__
-    adapts = rate_of if "AdaptiveCancellation" in repr(controller) else None
-    return Compensator(name, name, lambda _bench, _speed: controller, True, "Its stability is not known here.", adapts)
+    return given(controller)
 
 
-def _count(units: Any) -> int:
-    if not isinstance(units, int) or isinstance(units, bool) or units < 0:
-        raise ValueError(f"units is {shown(units)}; give how many units are run, 0 or more")
-    return units
+def _whole(name: str, value: Any) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+        raise ValueError(f"{name} is {shown(value)}; give a whole number, 0 or more")
+    return value
 
 
 def _speed(bench: Bench, project: Any, speed: float | None) -> float:
@@ -180,6 +181,12 @@ def _refuse_slow(bench: Bench, speed: float) -> None:
             f"{speed / RPM:.4g} rpm, as a period of it needs {COARSE:g} of them: sample at least every "
             f"{1e6 * bench.sampling.period * most / speed:.3g} us, or stay below {most / RPM:.4g} rpm"
         )
+    least = TURNS * 2.0 * np.pi / (MOST_SAMPLES * bench.sampling.period)
+    if speed < least:
+        raise ValueError(
+            f"{TURNS} turns at {speed / RPM:.4g} rpm are more than the {MOST_SAMPLES:g} samples that are run every "
+            f"{1e6 * bench.sampling.period:.4g} us; stay above {least / RPM:.3g} rpm, or sample more slowly"
+        )
 
 
 def _one(
@@ -188,7 +195,7 @@ def _one(
     """One controller at one speed."""
     refuse_unstable(bench, speed)
     settle, end = times_of(bench, speed, design.adapts(bench, speed) if design.adapts else 0.0)
-    controller = design.build(bench, speed)
+    controller = design.on(bench, speed)
     before = _run(bench, bench.loop, speed, settle, end)
     after = _run(bench, controller, speed, settle, end)
     progress("the drive", 0.3 if robust or units else 1.0)
@@ -215,7 +222,10 @@ def _one(
         excluded=excluded,
         units=many,
         controller=controller,
-        warnings=tuple(_warnings(design, speed, before, after, robustness)),
+        warnings=(
+            *_given_up(bench, design, controller, speed, end, before, after),
+            *_warnings(design, speed, before, after, robustness),
+        ),
         remarks=bench.remarks,
     )
 
@@ -241,14 +251,14 @@ def _robustness(bench: Bench, design: Compensator, speed: float, settle: float, 
             return ()
         other = bench.with_stiffness(share)
         before = _run(other, bench.loop, speed, settle, end)
-        after = _run(other, design.build(other, speed), speed, settle, end)
+        after = _run(other, design.on(other, speed), speed, settle, end)
         rms = float(after.rms[0]) if after.stable[0] else float("inf")
         found.append(Robustness(share, float(before.rms[0]), rms))
     return tuple(found)
 
 
 def _excluded(bench: Bench, after: LoopEnsemble) -> str:
-    if after.limited[0] > 0.0:
+    if after.limited[0] > 0.0 and after.torque_peak[0] >= bench.sampling.limit:  # not while it settled alone
         return (
             f"the motor's limit of {bench.sampling.limit:.4g} N*m is met in {100.0 * after.limited[0]:.3g} % of samples"
         )
@@ -258,6 +268,20 @@ def _excluded(bench: Bench, after: LoopEnsemble) -> str:
             f"the gear carries {after.gear_torque[0]:.4g} N*m, above its limit for repeated peak torque, {most:.4g} N*m"
         )
     return ""
+
+
+def _given_up(
+    bench: Bench, design: Compensator, controller: Any, speed: float, end: float, before: Any, after: Any
+) -> Any:
+    """Whether the guard of a controller that takes little away has dropped its torque, as a sentence."""
+    if not design.adapts or after.rms[0] <= LITTLE * before.rms[0]:
+        return
+    run = run_loop(bench.closed(controller, speed), end, y0=bench.start(speed), every=MOST_SAMPLES)
+    if tripped(controller, run.memory.state):
+        yield (
+            f"{design.name}: its guard has dropped its torque at {speed / RPM:.4g} rpm, as that grew beyond what the "
+            "error of the model needs; compare the sign and the phase of the model with the drive."
+        )
 
 
 def _warnings(design: Compensator, speed: float, before: LoopEnsemble, after: LoopEnsemble, robustness: Any) -> Any:

@@ -21,17 +21,21 @@ from ...model.excitation import Harmonic, Harmonics
 from ...model.train.controls import motor_states
 from ...numerics.sampled.linear import LoopResponse
 from ...numerics.sampled.loops import loop_ensemble
+from ...numerics.sampled.result import LoopEnsemble
 from .bench import Bench
 
 DISTANCE = 0.6  # of the loop of an adaptation from the critical point: a resonance may move, a gain grow by two
 HALVINGS, GRID = 20, 300
 GUARD = 5.0
+DRIFT = 1e-6  # of a pole beyond 1: rounding of the differences
 NEARBY = 1.0 + np.concatenate([-np.geomspace(1e-4, 0.3, 25), np.geomspace(1e-4, 0.3, 25)])
 QUICK = 0.3  # of the inverse time constant of the loop: rate of what adapts, slow beside all that it adapts
 SMOOTH = 1e-4  # decay of a cell's fine structure that repetitive control has at least, in its rate of convergence
 MARGIN = 1.5  # of the smoothing that an order needs
 LEADS = 721  # leads that are tried
+STANDING = 1e-3  # of the response at its orders: a table moves the mean where the response is larger there
 OBSERVER = 2.0  # bandwidth of the observer, in those of the loop
+TURNS = 4  # of the motor that are measured at least
 SLOW = 0.1  # of the inverse time constant: gain of the integral on the load
 
 
@@ -60,10 +64,25 @@ class Compensator:
     stable: str
     adapts: Callable[[Bench, float], float] | None = None
 
+    def on(self, bench: Bench, speed: float) -> Any:
+        """The controller for a bench and a motor speed [rad/s]; refused where it is blind (ValueError)."""
+        if self.load_encoder and not bench.sampling.load_encoder:
+            raise ValueError(
+                f"{self.name} measures the load's angle and load_encoder of the sampling is 0; set it to 1, or take a "
+                "controller without one, such as 'inverse'"
+            )
+        return self.build(bench, speed)
+
 
 def refuse_unstable(bench: Bench, speed: float) -> LoopResponse:
     """Response of the model under the plain loop at the bench's orders; an unstable one is refused (ValueError)."""
     response = bench.response(speed)
+    largest = float(np.max(np.abs(response.poles)))
+    if 1.0 <= largest < 1.0 + DRIFT:
+        raise ValueError(
+            "under the plain loop a motion neither decays nor grows, as the loop has no stiffness against the motor's "
+            "angle or the gear none about its mean torque; give a loop with a position gain, or a load off the backlash"
+        )
     if not response.stable:
         raise ValueError(
             f"the plain loop is unstable with samples every {1e6 * bench.sampling.period:.4g} us and "
@@ -131,12 +150,17 @@ def table_against(bench: Bench, speed: float, amplitudes: Any) -> Harmonics:
 
 def amplitudes_of(bench: Bench, speed: float, *, model: bool) -> Any:
     """Complex amplitudes [rad] of the error under the plain loop: run on the model, or measured on the plant."""
+    found = plain_run(bench, speed, model=model)
+    return (found.amplitude * np.exp(1j * found.phase))[:, 0]
+
+
+def plain_run(bench: Bench, speed: float, *, model: bool) -> LoopEnsemble:
+    """The model or the plant under the plain loop, in steady state."""
     loop = bench.closed(bench.loop, speed, model=model)
     settle, duration = times_of(bench, speed)
-    found = loop_ensemble(
+    return loop_ensemble(
         loop, {}, duration, settle=settle, orders=np.array(bench.orders, float), y0=bench.start(speed, model=model)
     )
-    return (found.amplitude * np.exp(1j * found.phase))[:, 0]
 
 
 def times_of(bench: Bench, speed: float, rate: float = 0.0) -> tuple[float, float]:
@@ -144,7 +168,7 @@ def times_of(bench: Bench, speed: float, rate: float = 0.0) -> tuple[float, floa
     slowest = bench.response(speed).slowest
     settle = 10.0 * slowest + (10.0 / rate if rate else 0.0)
     turn = 2.0 * pi / abs(speed)
-    turns = max(4, int(np.ceil(0.5 / turn)))
+    turns = max(TURNS, int(np.ceil(0.5 / turn)))
     return settle, settle + turns * turn
 
 
@@ -175,16 +199,22 @@ def adaptive(bench: Bench, speed: float, loop: Any) -> Any:
     return loop
 
 
-def guard(bench: Bench, speed: float) -> float:
-    """Torque [N*m] that no adaptation needs: five times what cancels the error of the model against its own loop."""
-    G = bench.response(speed).error_of_torque
-    return GUARD * float(np.max(np.abs(amplitudes_of(bench, speed, model=True) / G)))
+def guard(bench: Bench, speed: float, *, mean: bool = False) -> float:
+    """Torque [N*m] that no adaptation needs: five times what cancels the error of the model against its own loop.
+
+    With `mean` what cancels its mean is in it.
+    """
+    found = plain_run(bench, speed, model=True)
+    most = float(np.max(found.amplitude[:, 0] / np.abs(bench.response(speed).error_of_torque)))
+    if mean:
+        most += abs(float(found.mean[0]) / float(abs(bench.response(speed, [0.0]).error_of_torque[0])))
+    return GUARD * most
 
 
 def _repetitive(bench: Bench, speed: float) -> Any:
     lead, smooth, rate = repetitive_gains(bench, speed)
     size = float(np.max(np.abs(bench.response(speed).error_of_torque)))
-    period, most = bench.sampling.period, guard(bench, speed)
+    period, most = bench.sampling.period, guard(bench, speed, mean=True)
     return Repetitive(bench.loop, bench.model.N, CELLS * rate / size, lead, smooth, most, period)
 
 
@@ -204,12 +234,15 @@ def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float]:
     for lead in np.linspace(-pi, pi, LEADS) / min(own):
         r = np.real(G * np.exp(1j * k * lead))
         s = MARGIN * float(np.max(-r[1:] / c[1:], initial=SMOOTH))
-        if r[0] > 0.0 and np.all(r[own] > 0.0):
+        if r[0] > STANDING and np.all(r[own] > 0.0):
             kept = float(np.max(s * c[own] / (r[own] + s * c[own])))
             best = min(best, (kept, float(lead), s))
     kept, lead, s = best
     if kept == 1.0:
-        raise ValueError("repetitive control has no lead at which every order of the error converges; use 'adaptive'")
+        raise ValueError(
+            "repetitive control has no lead at which the mean and every order of the error converge, as with an "
+            "integral in the plain loop; use 'adaptive'"
+        )
     largest = float(np.max(np.abs(G) + s * c))
     rate = min(rate_of(bench, speed) / largest, 0.5 / (turn * largest), 0.5 / (s * period * CELLS))
     return lead, s * rate * period * CELLS, rate
@@ -221,17 +254,19 @@ def _repetitive_rate(bench: Bench, speed: float) -> float:
 
 def _adaptive_motor(bench: Bench, speed: float) -> Any:
     model = bench.model
-
-    def behind(y: Any) -> Any:
-        return -motor_states(model.motor.control, y)[0][0] / model.N
-
-    G, rate, loop = bench.response(speed, output=behind).error_of_torque, rate_of(bench, speed), bench.loop
+    G, rate, loop = bench.response(speed, output=behind_of(bench)).error_of_torque, rate_of(bench, speed), bench.loop
     for k, g in zip(bench.orders, G, strict=True):
         gain, most = 2.0 * rate / float(abs(g)), GUARD * bench.sampling.limit
         loop = AdaptiveCancellation(
             loop, model.N, gain, float(np.angle(g)), most, bench.sampling.period, order=k, on_load=0
         )
     return loop
+
+
+def behind_of(bench: Bench) -> Callable[[Any], Any]:
+    """How far the motor is behind its reference, over N [rad], by the state of the train."""
+    model = bench.model
+    return lambda y: -motor_states(model.motor.control, y)[0][0] / model.N
 
 
 def _observer(bench: Bench, _speed: float) -> Any:
@@ -264,8 +299,11 @@ def _gandhi_ghorbel(bench: Bench, _speed: float) -> Any:
 
 
 def _load_integral(bench: Bench, speed: float) -> Any:
-    gain = SLOW / bench.response(speed).slowest
-    return LoadIntegral(bench.loop, bench.model.N, gain, bench.sampling.period)
+    return LoadIntegral(bench.loop, bench.model.N, _load_rate(bench, speed), bench.sampling.period)
+
+
+def _load_rate(bench: Bench, speed: float) -> float:
+    return SLOW / bench.response(speed).slowest
 
 
 POSITIVE = "It is stable where the plain loop is: a torque that does not depend on what is measured moves no pole."
@@ -349,6 +387,7 @@ COMPENSATORS = {
             _load_integral,
             True,
             "Its gain is a tenth of the rate of the loop's slowest motion.",
+            _load_rate,
         ),
     )
 }

@@ -193,7 +193,7 @@ def on_the_way(bench: Bench, controllers: Sequence[Any]) -> list[tuple[str, Any]
     designs = [compensator_of(controller) for controller in controllers]
     if not designs:
         raise ValueError("there is nothing to run; give at least one controller")
-    return [(design.name, design.build(bench, SLOW)) for design in designs]
+    return [(design.name, design.on(bench, SLOW)) for design in designs]
 
 
 def _motion(profile: Any, N: float) -> tuple[SpeedProfile, float]:

@@ -1,0 +1,58 @@
+"""Controllers that are given, not designed: what they measure, how fast they learn, and whether they gave up."""
+
+from typing import Any
+
+import numpy as np
+
+from ...model.controllers.adaptive import AdaptiveCancellation
+from ...model.controllers.loops import LoadIntegral
+from ...model.controllers.measurement import Measurement
+from ...model.controllers.repetitive import CELLS, Repetitive
+from ...tree import leaves
+from .bench import Bench
+from .designs import Compensator, behind_of
+
+
+def given(controller: Any) -> Compensator:
+    """A design that gives a controller as it is."""
+    name = type(controller).__name__
+    return Compensator(
+        name,
+        name,
+        lambda _bench, _speed: controller,
+        sees_load(controller),
+        "Its stability is not known here.",
+        lambda bench, speed: own_rate(bench, speed, controller),
+    )
+
+
+def sees_load(controller: Any) -> bool:
+    """Whether what a controller does depends on the load's angle."""
+    seen = [Measurement(0.3, 0.0, 0.0, 0.3, load, 0.0) for load in (0.0, 1e-3)]
+    one, other = (leaves(controller.update(controller.start(), m)) for m in seen)
+    return bool(one != other)
+
+
+def own_rate(bench: Bench, speed: float, controller: Any) -> float:
+    """Slowest rate [1/s] at which a given controller learns on a bench, by its own gains; 0 where it does not."""
+    rates, inner = [], controller
+    while inner is not None:
+        if isinstance(inner, AdaptiveCancellation):
+            output = None if inner.on_load else behind_of(bench)
+            rates.append(0.5 * inner.gain * abs(bench.response(speed, [inner.order], output).error_of_torque[0]))
+        elif isinstance(inner, Repetitive):
+            rates.append(inner.gain / CELLS * float(np.min(np.abs(bench.response(speed).error_of_torque))))
+        elif isinstance(inner, LoadIntegral):
+            rates.append(inner.gain)
+        inner = getattr(inner, "loop", None)
+    return float(min(rates, default=0.0))
+
+
+def tripped(controller: Any, state: Any) -> bool:
+    """Whether a guard in a controller has dropped its torque, by its memory."""
+    while hasattr(controller, "loop"):
+        if isinstance(controller, AdaptiveCancellation | Repetitive) and state[-1]:
+            return True
+        holds = controller.start() != controller.loop.start()  # its memory beside that of its loop
+        controller, state = controller.loop, state[0] if holds else state
+    return False

@@ -1,0 +1,136 @@
+"""Benches that are easily got wrong: blind controllers, slow learners, stiff plants, loops that drift, wrong kinds."""
+
+import math
+
+import numpy as np
+import pytest
+from one_bench import DRIVE, GEAR, J_M, LOOP, PD, PERIOD, SAMPLING, loop
+
+import strainwave as sw
+from strainwave.study.compensation.bench import bench_of
+from strainwave.units import ARCSEC
+
+compiled = pytest.mark.compiled
+LINEAR = DRIVE._replace(law=sw.Linear(1e5))
+BLIND = SAMPLING._replace(load_encoder=0)
+LOADED = DRIVE._replace(load=sw.Load(10.0, sw.Harmonic(0.0, 1, 0.0, -30.0)))
+
+
+def compensated(train=DRIVE, controller="adaptive", speed=45.0, **given):
+    return sw.compensate(train, controller, **{"speed": speed, "sampling": SAMPLING, "robust": False} | given)
+
+
+@pytest.mark.parametrize("name", ["adaptive", "adaptive-inverse", "repetitive", "measured-table", "load-integral"])
+def test_what_measures_the_load_needs_its_encoder(name):
+    """Without one these controllers did nothing, and the bench said 0 dB."""
+    with pytest.raises(ValueError, match=f"{name} measures the load's angle and load_encoder of the sampling is 0"):
+        compensated(controller=name, sampling=BLIND)
+    given = sw.AdaptiveCancellation(PD, 50.0, 1.0, 0.0, 1.0, PERIOD)
+    with pytest.raises(ValueError, match="AdaptiveCancellation measures the load's angle"):
+        compensated(controller=given, sampling=BLIND)
+
+
+@compiled
+def test_controllers_without_the_load_run_without_its_encoder():
+    assert compensated(controller=PD, sampling=BLIND).load_encoder is False
+    assert compensated(controller="inverse", sampling=BLIND).reduction > 30.0
+
+
+@compiled
+def test_the_integral_on_the_load_is_judged_when_it_has_settled():
+    """Its mean decays with its own gain, a tenth of the loop's rate; the bench once looked after one time constant."""
+    found = compensated(LOADED, "load-integral")
+    assert abs(found.before.mean) > 60.0 * ARCSEC
+    assert abs(found.after.mean) < 0.01 * abs(found.before.mean)
+
+
+@compiled
+def test_a_given_controller_is_judged_by_its_own_slow_gain():
+    """A tenth of the designed gain takes ten times as long, and leaves as little."""
+    quick = sw.COMPENSATORS["adaptive"].build(bench_of(LINEAR, sw.Sampling(PERIOD, PERIOD)), 45.0)
+    slow = quick._replace(gain=0.1 * quick.gain)
+    for controller in (quick, slow):
+        found = compensated(LINEAR, controller, sampling=sw.Sampling(PERIOD, PERIOD))
+        assert found.amplitude_after[0] < 1e-3 * found.amplitude_before[0]
+
+
+@compiled
+def test_repetitive_control_carries_the_mean_torque_of_the_load():
+    """Its guard knows of the mean: under a load at the corner of the law it once dropped its torque without a word."""
+    corner = DRIVE._replace(load=sw.Load(10.0, sw.Harmonic(0.0, 1, 0.0, -GEAR.law.T1)))
+    found = compensated(corner, "repetitive")
+    assert found.reduction > 20.0
+
+
+@compiled
+def test_a_guard_that_has_dropped_its_torque_is_said():
+    right = sw.COMPENSATORS["adaptive"].build(bench_of(LINEAR, SAMPLING), 50.0)
+    wrong = right._replace(phase=right.phase + math.pi)
+    for controller in (wrong, sw.TorqueTable(wrong, sw.Harmonic(0.0, 2))):
+        found = compensated(LINEAR, controller, speed=50.0)
+        assert any("its guard has dropped its torque at 477.5 rpm" in text for text in found.warnings)
+    assert not compensated(LINEAR, right, speed=50.0).warnings
+
+
+@compiled
+def test_a_limit_that_is_met_while_a_loop_settles_does_not_exclude_the_speed():
+    found = compensated(LOADED, "nonlinear-inverse")
+    assert found.torque.limited > 0.0
+    assert found.torque.peak < SAMPLING.limit
+    assert found.excluded == ""
+
+
+def test_a_stiff_plant_is_not_taken_for_an_unstable_loop():
+    """Of a gear with much damping four steps a sample were unstable themselves."""
+    drive = LINEAR._replace(B=4e5)
+    found = bench_of(drive, SAMPLING).response(45.0)
+    assert found.stable
+    motor = drive.motor._replace(control=sw.Commanded())
+    own = loop(sampling=sw.Sampling(PERIOD, PERIOD))._replace(train=drive._replace(motor=motor, omega=45.0))
+    fine = sw.loop_response(own, found.omega, steps=1000)
+    np.testing.assert_allclose(found.error_of_torque, fine.error_of_torque, rtol=1e-4)
+    with pytest.raises(ValueError, match="too slow for the plant, which needs"):
+        bench_of(LINEAR._replace(B=1e8), SAMPLING).response(45.0)
+
+
+def test_a_loop_without_stiffness_is_named():
+    loose = LINEAR._replace(motor=LINEAR.motor._replace(control=sw.SpeedLoop(0.4)))
+    for drive in (loose, LINEAR._replace(law=sw.Backlash(1e5, 2e-4))):
+        with pytest.raises(ValueError, match="give a loop with a position gain, or a load off the backlash"):
+            compensated(drive)
+
+
+def test_repetitive_control_is_refused_around_an_integral():
+    """The table's mean and the integral of the loop would grow for ever, one against the other."""
+    cascade = sw.Cascade(40.0, 0.4, 8.0, PERIOD, J=J_M)
+    with pytest.raises(ValueError, match="as with an integral in the plain loop; use 'adaptive'"):
+        compensated(controller="repetitive", loop=cascade)
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "sentence"),
+    [
+        ({"speed": 1e-12}, ValueError, "4 turns at 9.549e-12 rpm are more than the 1e[+]08 samples"),
+        ({"loop": sw.SampledPD(LOOP.K_p, LOOP.K_d, 1e-3)}, ValueError, "is 0.001 s and Sampling[.]period is 0.00025 s"),
+        ({"sampling": SAMPLING._replace(load_encoder=2)}, ValueError, "load_encoder is 2; it must be 1"),
+        ({"seed": "a"}, ValueError, "seed is 'a'; give a whole number"),
+        ({"seed": -1}, ValueError, "seed is -1; give a whole number"),
+        ({"plant": "x"}, TypeError, "plant is 'x'; give a DriveTrain"),
+        ({"plant": sw.HDC_40_050}, TypeError, "plant is Drive"),
+    ],
+)
+def test_numbers_and_kinds_get_a_sentence(given, error, sentence):
+    with pytest.raises(error, match=sentence):
+        compensated(controller="inverse", **given)
+
+
+def test_a_run_of_too_many_samples_is_refused():
+    with pytest.raises(ValueError, match=r"a loop is run for at most 1e\+08: run it for at most 25000 s"):
+        sw.run_loop(loop(), 1e6)
+    with pytest.raises(ValueError, match=r"duration is 1e\+12 s"):
+        sw.loop_ensemble(loop(), {}, 1e12, settle=0.0)
+
+
+def test_one_controller_may_be_named_alone():
+    with pytest.raises(ValueError, match="there is no controller 'magic'"):
+        sw.compensation_bench(DRIVE, "magic", speeds=[45.0])
