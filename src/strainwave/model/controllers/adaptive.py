@@ -14,8 +14,8 @@ class AdaptiveCancellation(NamedTuple):
 
     They follow the measured error y: a' = -g y cos(k theta + phi), b' = -g y sin(k theta + phi), with the gain g
     [N*m/(rad s)] and the phase phi of the plant from this torque to y at the frequency k theta'. y is the pointing
-    error of the load, theta_ref/N - theta_l, where `on_load` is 1, or the motor's deviation over N where it is 0. The
-    amplitude converges with the rate g |G| cos(phi_G - phi)/2: it diverges where the phase is more than 90 deg off
+    error of the load, theta_ref/N - theta_l, where `on_load` is 1, or the motor's deviation over N where it is 0. In
+    backward motion the plant's phase counts the other way along the angle, -phi. The amplitude converges with the rate g |G| cos(phi_G - phi)/2: it diverges where the phase is more than 90 deg off
     (Sacks, Bodson & Khosla, Experimental results of adaptive periodic disturbance cancellation in a high performance
     magnetic disk drive, J. Dyn. Sys. Meas. Control 118(3), 1996, 416-424).
 
@@ -45,8 +45,8 @@ class AdaptiveCancellation(NamedTuple):
         seen = self.on_load * known(m.reference / self.N - m.load) + (1 - self.on_load) * (
             (m.reference - m.motor) / self.N
         )
-        step = self.period * self.gain * seen
-        a, b = a - step * cos(angle + self.phase), b - step * sin(angle + self.phase)
+        step, late = self.period * self.gain * seen, angle + select(m.speed < 0.0, -self.phase, self.phase)
+        a, b = a - step * cos(late), b - step * sin(late)
         tripped = select(sqrt(a * a + b * b) > self.most, 1.0, tripped)
         return (inner, (1.0 - tripped) * a, (1.0 - tripped) * b, tripped), torque + added
 

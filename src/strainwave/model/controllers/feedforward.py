@@ -51,7 +51,8 @@ class AngleFeedforward(NamedTuple):
 class TorqueTable(NamedTuple):
     """A torque [N*m] over the motor's angle is added to that of `loop`: lines by order, at the reference's angle.
 
-    `table` is a `Harmonic` or `Harmonics`; it is taken `lead` seconds ahead.
+    `table` is a `Harmonic` or `Harmonics`; it is taken `lead` seconds ahead. One that was found by a plant's phase in
+    forward motion is wrong backward, by twice that phase.
     """
 
     loop: Any

@@ -49,7 +49,7 @@ class Repetitive(NamedTuple):
 
     The turn has 64 cells. In every sample the cell of the reference's angle grows by g y over the period, y the
     pointing error of the load theta_ref/N - theta_l, and moves by the share `smooth` towards the mean of its
-    neighbours, which takes away what is too fine. The torque is that of the angle `lead` [rad] ahead.
+    neighbours, which takes away what is too fine. The torque is that of the angle `lead` [rad] ahead of the motion.
 
     G is the plant from the torque to y at the frequency k theta'. At an order k of M cells the table converges, for a
     small gain, where g Re(-G e^(i k lead)) + smooth (1 - cos(2 pi k/M))/period is positive (Hara, Yamamoto, Omata &
@@ -76,7 +76,7 @@ class Repetitive(NamedTuple):
         """Memory after a sample, and the torque [N*m]."""
         inner, cells, tripped = state
         inner, torque = self.loop.update(inner, m)
-        added = (1.0 - tripped) * straight(cells, place(m.reference + self.lead))
+        added = (1.0 - tripped) * straight(cells, place(m.reference + select(m.speed < 0.0, -self.lead, self.lead)))
         i = whole(place(m.reference))
         seen = known(m.reference / self.N - m.load)
         middle = 0.5 * (entry(cells, around(i + 1.0)) + entry(cells, around(i + (CELLS - 1.0))))
