@@ -73,7 +73,7 @@ WRONG = {
     "{period: 0 s}": ["3:22: controller.period: '0 s' is not positive"],
     "{period: 250}": ["3:22: controller.period: '250' has no unit"],
     "{dela: 250 us}": ["3:14: controller.dela: unknown field; known: period, delay, motor_encoder, load_encoder, loss"],
-    "{delay: 1 ms}": ["3:21: controller.delay: is 0.001 s; it must be at most 3 periods, 0.00075 s"],
+    "{delay: 2 ms}": ["3:21: controller.delay: is 0.002 s; it must be at most 7 periods, 0.00175 s"],
     "{loss: 2}": ["3:20: controller.loss: is 2; it is a share, from 0 to below 1"],
     "{motor_encoder: 16}": ["3:29: controller.motor_encoder: '16' is not an encoder; write 16 bit, or {steps: 65536, "],
     "{motor_encoder: none}": ["3:29: controller.motor_encoder: 'none' is not an encoder"],

@@ -228,7 +228,7 @@ def test_compiled_noise_is_that_of_python():
         (lambda: sw.AdaptiveCancellation(PD, N, -1.0, 0.0, 1.0, PERIOD), r"AdaptiveCancellation.gain is -1"),
         (lambda: sw.AdaptiveCancellation(PD, N, 1.0, 0.0, 1.0, PERIOD, order=0), r"order is 0; it must be at least 1"),
         (lambda: sw.Repetitive(PD, N, 1.0, 0.0, 1.5, 1.0, PERIOD), r"smooth is 1.5; it is a share"),
-        (lambda: sw.Sampling(delay=1e-3), r"delay is 0.001 s; it must be at most 3 periods, 0.00075 s"),
+        (lambda: sw.Sampling(delay=2e-3), r"delay is 0.002 s; it must be at most 7 periods, 0.00175 s"),
         (lambda: sw.Sampling(period=0.0), r"Sampling.period is 0; it must be positive"),
         (lambda: sw.Sampling(loss=1.0), r"Sampling.loss is 1; it is a share"),
         (lambda: sw.Shaped(sw.AtRest(), (0.0,), (0.5,)), r"weights that add up to 0.5"),

@@ -17,7 +17,7 @@ from .measurement import Measurement, moved
 
 NO_ERROR = NoError()
 ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to a whole number
-LONGEST = 3.0  # samples of delay
+LONGEST = 7.0  # samples of delay
 JUST = 1e-9  # of a period: rounding of a delay
 LOST = 20.0  # samples without a motor's angle after which the torque is 0 until it is back
 
@@ -87,7 +87,7 @@ class Driven(NamedTuple):
 class Memory(NamedTuple):
     """What a closed loop remembers between samples, beside the state of its train.
 
-    `state` is the controller's; then the last four torques, newest first; what the limit did to the last one; the last
+    `state` is the controller's; then the last eight torques, newest first; what the limit did to the last one; the last
     good deviation of the motor and how many samples it is old; counts of samples that were limited and lost.
     """
 
@@ -122,7 +122,7 @@ class ClosedLoop(NamedTuple):
 
     def start(self) -> Memory:
         """Memory before the first sample."""
-        return Memory(self.controller.start(), (0.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0, 0.0)
+        return Memory(self.controller.start(), (0.0,) * 8, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def measured(self, t: Any, y: Any, memory: Any, lane: int, sample: int) -> Any:
         """What the controller is given at a time [s]: a lost angle of the motor is the last good one, moved along.
@@ -153,7 +153,7 @@ class ClosedLoop(NamedTuple):
         torque = larger(smaller(given, self.sampling.limit), -self.sampling.limit)
         limited = memory.limited + 1.0 * (torque != given)
         q = memory.torques
-        return Memory(state, (torque, q[0], q[1], q[2]), torque - asked, deviation, age, limited, memory.lost + lost)
+        return Memory(state, (torque, *q[:-1]), torque - asked, deviation, age, limited, memory.lost + lost)
 
     def commanded(self, y: Any, memory: Any, later: int) -> Any:
         """State of the train with the torque that acts in the first part of a sample (later = 0) or in the second."""

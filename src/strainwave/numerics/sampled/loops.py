@@ -173,9 +173,12 @@ def _measured(sums: Floats, orders: Floats, samples: int, steps: int) -> LoopEns
     with np.errstate(all="ignore"):
         n = sums[0]
         mean = sums[1] / n
-        rms = np.sqrt(np.maximum(sums[2] / n - mean * mean, 0.0))
+        trend = 12.0 * sums[13] / (n * np.maximum(n * n - 1.0, 1.0))  # of a sample; the samples have (n^2 - 1)/12
+        rms = np.sqrt(np.maximum(sums[2] / n - mean * mean - trend * sums[13] / n, 0.0))
         cosine, sine = 2.0 * sums[SUMS::2] / n, 2.0 * sums[SUMS + 1 :: 2] / n
-        early, late = (sums[2] - sums[9]) / (n - sums[10]), sums[9] / sums[10]
+        first, second = n - sums[10], sums[10]
+        early = (sums[2] - sums[9]) / first - ((sums[1] - sums[12]) / first) ** 2
+        late = sums[9] / second - (sums[12] / second) ** 2
         stable = (
             np.isfinite(sums[2]) & (sums[3] < BOUND) & ~((late > GROWN**2 * early) & (late > (SMALL * sums[11]) ** 2))
         )

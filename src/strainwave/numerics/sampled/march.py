@@ -15,7 +15,7 @@ from ...compile.lanes import lane
 from ...tree import count
 from ..integration.steps import rk4_step
 
-SUMS = 12  # of a lane, before those of the orders: see `add`
+SUMS = 14  # of a lane, before those of the orders: see `add`
 
 
 @kernel
@@ -38,13 +38,15 @@ def between(loop: Any, t: float, y: Any, memory: Any, steps: int) -> Any:
 
 
 @kernel
-def add(loop: Any, t: float, y: Any, memory: Any, late: float, orders: Any, out: Any, j: int) -> None:
+def add(
+    loop: Any, t: float, y: Any, memory: Any, late: float, aside: float, orders: Any, out: Any, j: int
+) -> None:  # fmt: skip
     """Add a sample to the sums of lane j.
 
     These are the number of samples, the sum of the error, of its square, its largest size, the sum of the torque's
     square, its largest size, the largest torque watched; after two that are filled at the end, the sum of the error's
-    square in the second half and its samples, and its largest size in the whole run; then, for each order, the sums of
-    error times cosine and sine.
+    square in the second half and its samples, its largest size in the whole run, its sum in the second half, and the
+    sum of the error times the samples `aside` from the middle; then, for each order, of error times cosine and sine.
     """
     phase = loop.plant().omega * t
     error, torque = loop.watched(phase, y)
@@ -58,6 +60,8 @@ def add(loop: Any, t: float, y: Any, memory: Any, late: float, orders: Any, out:
     out[6, j] = larger(abs(torque), out[6, j])
     out[9, j] += late * error * error
     out[10, j] += late
+    out[12, j] += late * error
+    out[13, j] += aside * error
     angle = loop.plant().reference.value(phase)
     for i in range(len(orders)):
         out[SUMS + 2 * i, j] += error * math.cos(orders[i] * angle)
@@ -81,7 +85,17 @@ def march_loops(
             t = k * loop.period()
             memory = loop.update(t, y, memory, first + j, k)
             if k >= settle:
-                add(loop, t, y, memory, 1.0 * (2 * k >= samples + settle), orders, out, j)
+                add(
+                    loop,
+                    t,
+                    y,
+                    memory,
+                    1.0 * (2 * k >= samples + settle),
+                    k - 0.5 * (settle + samples - 1),
+                    orders,
+                    out,
+                    j,
+                )
             out[11, j] = larger(abs(loop.watched(loop.plant().omega * t, y)[0]), out[11, j])
             y = between(loop, t, y, memory, steps)
         out[7, j], out[8, j] = memory.limited, memory.lost

@@ -78,7 +78,7 @@ class LoopEnsemble(Result):
     Attributes
     ----------
     mean, rms, peak : (lanes,) arrays
-        Mean of the error [rad], root mean square about it, and largest size.
+        Mean of the error [rad], root mean square about it and about its trend, a straight line, and largest size.
     torque_rms, torque_peak : (lanes,) arrays
         Of the controller's torque [N*m] after its limit.
     gear_torque : (lanes,) array

@@ -14,7 +14,7 @@ from ...units import ARCSEC, RPM
 
 
 class Residual(NamedTuple):
-    """Pointing error of the load about its mean: rms, largest size and 3 sigma [rad]; its mean [rad]."""
+    """Pointing error of the load: rms about its mean and slow trend, largest size, 3 sigma, and its mean [rad]."""
 
     rms: float
     peak: float
