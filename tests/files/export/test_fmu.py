@@ -179,3 +179,34 @@ def test_a_compiler_that_fails_is_quoted_and_nothing_is_written(tmp_path, monkey
     with pytest.raises(RuntimeError, match=r"could not build the unit: no reason given; export to C and build it"):
         sw.export(TRAIN, tmp_path / "joint.fmu", to="fmu2")
     assert list(tmp_path.iterdir()) == []
+
+
+@needs_cc
+@pytest.mark.parametrize("kind", KINDS)
+def test_two_instances_do_not_touch_each_other_and_an_endless_step_is_refused(kind, tmp_path):
+    path = sw.export(TRAIN, tmp_path / "joint.fmu", to=kind, step=1e-4).path
+    folder, description = fmpy.extract(str(path)), fmpy.read_model_description(str(path))
+    units = [fmpy.instantiate_fmu(folder, description, fmi_type="CoSimulation") for _ in range(2)]
+    for unit in units:
+        if kind == "fmu2":
+            unit.setupExperiment(startTime=0.0)
+        unit.enterInitializationMode()
+        unit.exitInitializationMode()
+
+    def calls(unit):
+        return (unit.getReal, unit.setReal) if kind == "fmu2" else (unit.getFloat64, unit.setFloat64)
+
+    (driven, put), (still, _) = map(calls, units)
+    begun = driven([11, 12, 13])
+    put([1], [MOTOR])
+    units[0].doStep(currentCommunicationPoint=0.0, communicationStepSize=0.01)
+    moved = driven([11, 12, 13])
+    assert still([11, 12, 13]) == begun != moved
+    for span in (1e300, math.inf, math.nan, 0.0, -0.01):
+        with pytest.raises(Exception, match=r"fmi\dDoStep"):
+            units[0].doStep(currentCommunicationPoint=0.01, communicationStepSize=span)
+    assert driven([11, 12, 13]) == moved
+    units[0].reset()
+    assert driven([11, 12, 13]) == begun
+    for unit in units:
+        unit.freeInstance()

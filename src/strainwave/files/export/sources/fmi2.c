@@ -188,7 +188,7 @@ FMI(status, fmi2DoStep)(component c, double time, double span, int no_way_back)
         return ERROR;
     }
     one->my.time = time;
-    return advance(&one->my, span) ? OK : failed(one, "the step is not positive, or the solution left every bound");
+    return advance(&one->my, span) ? OK : failed(one, BAD_STEP);
 }
 
 FMI(status, fmi2NewDiscreteStates)(component c, event_info *info)

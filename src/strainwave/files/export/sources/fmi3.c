@@ -118,7 +118,7 @@ FMI(status, fmi3DoStep)(component c, double time, double span, bool no_way_back,
     one->my.time = time;
     const int well = advance(&one->my, span);
     *last = one->my.time;
-    return well ? OK : failed(one, "the step is not positive, or the solution left every bound");
+    return well ? OK : failed(one, BAD_STEP);
 }
 
 FMI(status, fmi3GetFMUState)(component c, void **state)

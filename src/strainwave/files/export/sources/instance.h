@@ -23,6 +23,9 @@
 /* Value references: inputs from 1, outputs from 11, states from 101, their rates from 10001; the time is 0. */
 enum { TIME = 0, FIRST_INPUT = 1, FIRST_OUTPUT = 11, FIRST_STATE = 101, FIRST_RATE = 10001 };
 
+#define MOST_STEPS 1e9
+#define BAD_STEP "the step is not positive or above 1e9 steps of this unit, or the solution left every bound"
+
 typedef struct {
     plant_state state;
     plant_inputs in;
@@ -80,10 +83,10 @@ static void begin(kept *my, double time)
     my->time = time;
 }
 
-/* Go on by a time, in equal steps of at most PLANT_STEP; 0 if the time is not positive or a state is not finite. */
+/* Go on by a time, in equal steps of at most PLANT_STEP; 0 if it is not positive or too long, or a state not finite. */
 static int advance(kept *my, double span)
 {
-    if (!(span > 0.0) || !isfinite(span)) {
+    if (!(span > 0.0) || !(span <= MOST_STEPS * PLANT_STEP)) {
         return 0;
     }
     const double count = fmax(ceil(span / PLANT_STEP * (1.0 - 1e-9)), 1.0);
