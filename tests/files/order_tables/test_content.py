@@ -99,7 +99,7 @@ def test_a_torque_over_the_angle_goes_in_and_comes_out():
     loop = sw.SampledPD(1.0, 0.1, 1e-3)
     controller = sw.TorqueTable(loop, table.torque(), table.delay)
     for speed in (200.0, -200.0):
-        sample = sw.Measurement(0.7, speed, 0.0, 0.69, math.nan, 0.0)
+        sample = sw.Measurement(0.7, speed, 0.0, 0.69, math.nan, 0.0, 0.0)
         added = controller.update(controller.start(), sample)[1] - loop.update(loop.start(), sample)[1]
         assert added == pytest.approx(table.value(0.7, speed), abs=1e-15)
     disturbance = dataclasses.replace(table, sign="error")

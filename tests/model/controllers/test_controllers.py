@@ -41,7 +41,7 @@ def measurements(count=200, lost=()):
         angle, speed = 40.0 * t + 10.0 * t * t, 40.0 + 20.0 * t
         motor, load = angle + 1e-3 * rng.standard_normal(), angle / N + 1e-4 * rng.standard_normal()
         rows.append(
-            sw.Measurement(angle, speed, 20.0, motor, math.nan if k in lost else load, 0.3 * rng.standard_normal())
+            sw.Measurement(angle, speed, 20.0, motor, math.nan if k in lost else load, 0.3 * rng.standard_normal(), 0.0)
         )
     return rows
 
@@ -50,7 +50,7 @@ def measurements(count=200, lost=()):
 def replay(controller, table, out):
     state = controller.start()
     for k in range(len(out)):
-        m = sw.Measurement(table[k, 0], table[k, 1], table[k, 2], table[k, 3], table[k, 4], table[k, 5])
+        m = sw.Measurement(table[k, 0], table[k, 1], table[k, 2], table[k, 3], table[k, 4], table[k, 5], 0.0)
         state, out[k] = controller.update(state, m)
 
 
@@ -75,10 +75,10 @@ def test_a_lost_angle_of_the_load_leaves_the_torque_finite(controller):
 
 def test_the_pd_loop_is_its_formula():
     state = CONTROLLERS["SampledPD"].start()
-    _, first = CONTROLLERS["SampledPD"].update(state, sw.Measurement(1.0, 2.0, 5.0, 1.01, 0.0, 0.0))
+    _, first = CONTROLLERS["SampledPD"].update(state, sw.Measurement(1.0, 2.0, 5.0, 1.01, 0.0, 0.0, 0.0))
     assert first == pytest.approx(2e-3 * 5.0 - 3.0 * 0.01)
-    state, _ = CONTROLLERS["SampledPD"].update(state, sw.Measurement(1.0, 2.0, 5.0, 1.01, 0.0, 0.0))
-    _, second = CONTROLLERS["SampledPD"].update(state, sw.Measurement(1.2, 2.0, 5.0, 1.23, 0.0, 0.0))
+    state, _ = CONTROLLERS["SampledPD"].update(state, sw.Measurement(1.0, 2.0, 5.0, 1.01, 0.0, 0.0, 0.0))
+    _, second = CONTROLLERS["SampledPD"].update(state, sw.Measurement(1.2, 2.0, 5.0, 1.23, 0.0, 0.0, 0.0))
     rate = 0.02 / PERIOD * PERIOD / (PERIOD + 1e-3)
     assert second == pytest.approx(2e-3 * 5.0 - 3.0 * 0.03 - 0.1 * rate)
 
@@ -108,7 +108,9 @@ def test_the_notch_has_its_gain_at_its_frequency_and_one_far_away(frequency, gai
     controller, torques = sw.notch(plain, 200.0, PERIOD, width=0.3), []
     state = controller.start()
     for k in range(40000):
-        state, torque = controller.update(state, sw.Measurement(0.0, 0.0, 0.0, math.sin(frequency * k * PERIOD), 0, 0))
+        state, torque = controller.update(
+            state, sw.Measurement(0.0, 0.0, 0.0, math.sin(frequency * k * PERIOD), 0, 0, 0)
+        )
         torques.append(torque)
     assert np.max(np.abs(torques[30000:])) == pytest.approx(gain, abs=5e-3)
 
@@ -119,7 +121,7 @@ def test_the_observer_finds_a_constant_torque_with_its_bandwidth():
     controller, speed, angle, applied, found = sw.DisturbanceObserver(still, 2e-3, 100.0, PERIOD), 0.0, 0.0, 0.0, []
     state = controller.start()
     for _ in range(400):
-        state, asked = controller.update(state, sw.Measurement(0.0, 0.0, 0.0, angle, 0.0, applied))
+        state, asked = controller.update(state, sw.Measurement(0.0, 0.0, 0.0, angle, 0.0, applied, 0.0))
         found.append(-asked)
         angle += PERIOD * (speed + 0.5 * PERIOD * (asked + 0.7) / 2e-3)
         speed += PERIOD * (asked + 0.7) / 2e-3
@@ -156,7 +158,7 @@ def test_gandhi_ghorbel_decays_on_a_rigid_gear():
     e = law.error
     for k in range(4000):
         reference = 20.0 * k * PERIOD
-        state, torque = law.update(state, sw.Measurement(reference, 20.0, 0.0, motor, math.nan, 0.0))
+        state, torque = law.update(state, sw.Measurement(reference, 20.0, 0.0, motor, math.nan, 0.0, 0.0))
         for _ in range(fine):
             psi, bend = 1.0 / N - e.slope(motor), -e.curvature(motor)
             acceleration = (torque - J_L * psi * bend * speed * speed) / (J_M + J_L * psi * psi)

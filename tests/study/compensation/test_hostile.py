@@ -147,3 +147,12 @@ def test_what_learns_forward_learns_backward_too(name):
     for way in (1.0, -1.0):
         left, before = (sw.run_loop(bench.closed(one, way * speed), 14.0).rms(12.0) for one in (controller, PD))
         assert left < 0.05 * before
+
+
+@compiled
+def test_an_integral_takes_away_a_torque_that_is_added_around_it():
+    """Its anti-windup counts what the limit took, not what a controller around it adds: that once leaked it away."""
+    cascade, ideal = sw.Cascade(40.0, 0.4, 8.0, PERIOD, J=J_M), sw.Sampling(PERIOD, PERIOD)
+    around = sw.TorqueTable(cascade, sw.Harmonic(0.0, 1, 0.0, 0.5))
+    late = [sw.run_loop(loop(one, sampling=ideal, law=sw.Linear(1e5)), 6.0).error[20000:] for one in (cascade, around)]
+    assert np.mean(late[1]) == pytest.approx(np.mean(late[0]), abs=1e-6 * 0.5 / (40.0 * 0.4))

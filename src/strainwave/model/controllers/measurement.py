@@ -29,7 +29,7 @@ class Measurement(NamedTuple):
     motor: Angle
     load: Angle
     applied: Torque
-    cut: Torque = 0.0
+    cut: Torque
 
 
 @kernel
