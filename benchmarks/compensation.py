@@ -35,7 +35,7 @@ def updates(controller, state, calls):
     for i in range(calls):
         angle += 0.0125
         off = 1e-4 * (i % 7 - 3)
-        m = Measurement(angle, 50.0, 0.0, angle + off, angle / 50.0 + 0.01 * off, 0.1 * off)
+        m = Measurement(angle, 50.0, 0.0, angle + off, angle / 50.0 + 0.01 * off, 0.1 * off, 0.0)
         state, torque = controller.update(state, m)
         total += torque
     return total
@@ -47,7 +47,7 @@ def empty(_controller, _state, calls):
     for i in range(calls):
         angle += 0.0125
         off = 1e-4 * (i % 7 - 3)
-        m = Measurement(angle, 50.0, 0.0, angle + off, angle / 50.0 + 0.01 * off, 0.1 * off)
+        m = Measurement(angle, 50.0, 0.0, angle + off, angle / 50.0 + 0.01 * off, 0.1 * off, 0.0)
         total += m.reference + m.motor + m.load + m.applied
     return total
 

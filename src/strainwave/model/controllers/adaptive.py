@@ -16,8 +16,9 @@ class AdaptiveCancellation(NamedTuple):
     [N*m/(rad s)] and the phase phi of the plant from this torque to y at the frequency k theta'. y is the pointing
     error of the load, theta_ref/N - theta_l, where `on_load` is 1, or the motor's deviation over N where it is 0. In
     backward motion the plant's phase counts the other way along the angle, -phi. The amplitude converges with the rate
-    g |G| cos(phi_G - phi)/2: it diverges where the phase is more than 90 deg off (Sacks, Bodson & Khosla, Experimental results of adaptive periodic disturbance cancellation in a high performance
-    magnetic disk drive, J. Dyn. Sys. Meas. Control 118(3), 1996, 416-424).
+    g |G| cos(phi_G - phi)/2: it diverges where the phase is more than 90 deg off (Sacks, Bodson & Khosla, Experimental
+    results of adaptive periodic disturbance cancellation in a high performance magnetic disk drive, J. Dyn. Sys. Meas.
+    Control 118(3), 1996, 416-424).
 
     Its guard: where the amplitude passes `most`, the torque is dropped for good, and `tripped` of its memory is 1. Its
     memory is that of the loop, a, b and `tripped`.
