@@ -27,7 +27,7 @@ from .bench import Bench
 DISTANCE = 0.6  # of the loop of an adaptation from the critical point: a resonance may move, a gain grow by two
 HALVINGS, GRID = 20, 300
 GUARD = 5.0
-DRIFT = 1e-6  # of a pole beyond 1: rounding of the differences
+DRIFT = 1e-7  # of a pole from 1: rounding of the differences
 NEARBY = 1.0 + np.concatenate([-np.geomspace(1e-4, 0.3, 25), np.geomspace(1e-4, 0.3, 25)])
 QUICK = 0.3  # of the inverse time constant of the loop: rate of what adapts, slow beside all that it adapts
 SMOOTH = 1e-4  # decay of a cell's fine structure that repetitive control has at least, in its rate of convergence
@@ -78,7 +78,7 @@ def refuse_unstable(bench: Bench, speed: float) -> LoopResponse:
     """Response of the model under the plain loop at the bench's orders; an unstable one is refused (ValueError)."""
     response = bench.response(speed)
     largest = float(np.max(np.abs(response.poles)))
-    if 1.0 <= largest < 1.0 + DRIFT:
+    if abs(largest - 1.0) < DRIFT:
         raise ValueError(
             "under the plain loop a motion neither decays nor grows, as the loop has no stiffness against the motor's "
             "angle or the gear none about its mean torque; give a loop with a position gain, or a load off the backlash"
