@@ -90,7 +90,8 @@ def test_the_tracker_follows_a_frequency_with_its_rate():
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: CHAIN._replace(bandwidth=4000.0), "below half the rate of samples, 2000 1/s"),
+        (lambda: CHAIN._replace(bandwidth=2000.0), "together below the rate of samples, 4000 1/s"),
+        (lambda: CHAIN._replace(bandwidth=0.0), "Demodulator.bandwidth is 0 1/s"),
         (lambda: CHAIN._replace(order=0), "Demodulator.order is 0"),
         (lambda: sw.Tracker(50.0, 40.0, 5.0, PERIOD), "give low below high"),
         (lambda: sw.Tracker(50.0, 5000.0, 5.0, PERIOD), "follow up to 4000 rad/s"),

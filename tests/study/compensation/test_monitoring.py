@@ -56,6 +56,22 @@ def test_a_run_of_a_loop_is_monitored_in_one_line():
     assert found.phase[0, -1] == pytest.approx(steady.phase[0, 0], abs=5e-3)
 
 
+def test_the_standard_error_of_a_tracked_line_is_that_of_many_records():
+    rng, line = np.random.default_rng(6), 2.0 * np.cos(120.0 * T)
+    ends = [
+        sw.monitor(T, line + 0.5 * rng.standard_normal(len(T)), frequencies=(110.0, 130.0), bandwidth=2.0)
+        for _ in range(12)
+    ]
+    sizes = np.concatenate([one.amplitude[0, 6000::400] for one in ends])
+    assert ends[0].standard_error == pytest.approx(float(np.std(sizes)), rel=0.25)
+
+
+def test_an_angle_may_be_given_within_one_turn():
+    whole = sw.monitor(T, SIGNAL, angle=60.0 * T)
+    wrapped = sw.monitor(T, SIGNAL, angle=np.mod(60.0 * T, 2.0 * np.pi))
+    np.testing.assert_allclose(whole.amplitude, wrapped.amplitude, atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
@@ -68,6 +84,7 @@ def test_a_run_of_a_loop_is_monitored_in_one_line():
         (lambda: sw.monitor(T, SIGNAL, angle=T, orders=(2, 2)), "give each order once"),
         (lambda: sw.monitor(T, SIGNAL, angle=T, orders=(0,)), "integers of at least 1"),
         (lambda: sw.monitor(T, SIGNAL * np.inf, angle=T), "infinite numbers"),
+        (lambda: sw.monitor(T, SIGNAL * np.nan, angle=T), "nothing to follow"),
     ],
 )
 def test_what_cannot_be_monitored_gets_a_sentence(call, sentence):

@@ -89,10 +89,14 @@ class Demodulator(NamedTuple):
 
     def check(self) -> None:
         """Refuse a rate that is not positive or too quick for the samples, and an order below 1 (ValueError)."""
-        if not 0.0 < self.bandwidth * self.period < 0.5:
+        together, inner = 2.0 * self.bandwidth, self.below
+        while not isinstance(inner, Average):
+            together, inner = together + 2.0 * inner.bandwidth, inner.below
+        together += inner.bandwidth
+        if not self.bandwidth > 0.0 or not together * self.period < 1.0:
             raise ValueError(
-                f"Demodulator.bandwidth is {self.bandwidth:g} 1/s; it must be above 0 and below half the rate "
-                f"of samples, {0.5 / self.period:g} 1/s"
+                f"Demodulator.bandwidth is {self.bandwidth:g} 1/s, with all orders {together:g} 1/s; it must be above "
+                f"0 and together below the rate of samples, {1.0 / self.period:g} 1/s"
             )
         if self.order < 1:
             raise ValueError(f"Demodulator.order is {self.order}; it must be at least 1")

@@ -23,6 +23,7 @@ COUNTS = 3  # the last fields of a loop's memory: age of a measurement, samples 
 Complexes = NDArray[np.complex128]
 
 FEWEST = 4  # steps between two samples
+STILL = 1e-8  # of a pole from 1: what decays slower than in hours does not decay
 STEP = 1e-6  # of the states, the memory and the inputs: a torque of 0.1 N*m in the stiffest gear
 
 
@@ -55,13 +56,13 @@ class LoopResponse(Result):
     @property
     def stable(self) -> bool:
         """Whether every motion decays from sample to sample."""
-        return bool(np.all(np.abs(self.poles) < 1.0))
+        return bool(np.all(np.abs(self.poles) < 1.0 - STILL))
 
     @property
     def slowest(self) -> float:
         """Time constant [s] of the slowest motion; infinite where it does not decay."""
         size = float(np.max(np.abs(self.poles), initial=0.0))
-        return float("inf") if size >= 1.0 else (0.0 if size == 0.0 else -self.period / float(np.log(size)))
+        return float("inf") if size >= 1.0 - STILL else (0.0 if size == 0.0 else -self.period / float(np.log(size)))
 
     def coordinates(self) -> Labelled:
         """Frequencies."""

@@ -80,6 +80,10 @@ class Monitored(Result):
         lines.append(
             f"  frequency of order {self.orders[0]:g}: {self.frequency[-1]:.4g} rad/s; mean {self.mean[-1]:.4g}"
         )
+        if self.settled_from > self.time[-1]:
+            lines.append(
+                "  the record ends before the estimate has settled: raise the bandwidth, or take a longer record"
+            )
         if self.lost:
             lines.append(f"  {self.lost} samples are NaN; the estimate stays as it is over them")
         return on_screen("\n".join(lines))
@@ -133,11 +137,13 @@ def monitor(
     period = float(np.median(steps))
     if not period > 0.0 or np.any(np.abs(steps - period) > EVEN * period):
         raise ValueError("the samples are not even in time; put them on an even grid, NaN where there is none")
+    if np.all(np.isnan(y)):
+        raise ValueError("signal has no number that is not NaN; there is nothing to follow")
     if np.any(np.isinf(y)):
         raise ValueError("signal has infinite numbers; give NaN where a sample is lost")
     if angle is None:
         return _tracked(t, y, period, frequencies, bandwidth)
-    return _demodulated(t, y, period, np.asarray(angle, float), orders, bandwidth)
+    return _demodulated(t, y, period, np.unwrap(np.asarray(angle, float)), orders, bandwidth)
 
 
 def _demodulated(
@@ -205,7 +211,7 @@ def _tracked(
         mean=out[2],
         frequency=out[3],
         settled_from=float(t[0] + settle),
-        standard_error=_error(t, left, settle, tracker.gain * low * period),
+        standard_error=_error(t, left, settle, 0.5 * tracker.gain * float(np.mean(out[3])) * period),
         lost=int(np.sum(np.isnan(y))),
     )
 

@@ -118,6 +118,8 @@ def prediction_table(project: Any, orders: tuple[int, ...] | None = None) -> Pre
     ------
     TypeError
         If it is no project.
+    ValueError
+        If an order is none of the response's harmonics.
     SolveError
         If no periodic motion is found.
     """
@@ -127,8 +129,10 @@ def prediction_table(project: Any, orders: tuple[int, ...] | None = None) -> Pre
     curve = project.response().curve
     x = curve.coefficients
     way = slice(None, None, 1 if curve.omega[0] <= curve.omega[-1] else -1)
-    none = np.zeros(len(x))
-    rows = [x[:, 2 * k - 1] - 1j * x[:, 2 * k] if 2 * k < x.shape[1] else none for k in own]
+    most = x.shape[1] // 2
+    if not own or any(not isinstance(k, int) or isinstance(k, bool) or not 1 <= k <= most for k in own):
+        raise ValueError(f"orders is {shown(orders)}; give integers from 1 to {most}, the harmonics of this response")
+    rows = [x[:, 2 * k - 1] - 1j * x[:, 2 * k] for k in own]
     return PredictionTable(curve.omega[way], np.array(own), np.array(rows, complex)[:, way], curve.stable[way])
 
 
