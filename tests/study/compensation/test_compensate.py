@@ -161,6 +161,13 @@ def test_a_drive_with_gravity_hysteresis_and_friction():
         sw.compensate(drive, "nonlinear-inverse", speed=20.0, sampling=SAMPLING)
 
 
+@compiled
+@pytest.mark.parametrize(("speed", "beyond"), [(80.0, False), (150.0, True)])
+def test_a_correction_beyond_the_bandwidth_of_the_loop_is_said(speed, beyond):
+    found = sw.compensate(DRIVE, "angle", speed=speed, sampling=SAMPLING, robust=False)
+    assert any("beyond the loop's bandwidth of 30 Hz" in text for text in found.warnings) == beyond
+
+
 def test_what_was_assumed_is_said():
     text = " ".join(bench_of(DRIVE._replace(motor=DRIVE.motor._replace(control=sw.Held()))).remarks)
     assert "every 250 us" in text

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...model.controllers.closed_loop import Sampling
+from ...model.controllers.loops import SampledPD
 from ...model.train.drive_train import DriveTrain
 from ...numerics.sampled.loops import MOST_SAMPLES, loop_ensemble, run_loop
 from ...numerics.sampled.result import LoopEnsemble
@@ -21,6 +22,7 @@ from .result import Compensation, CompensationBench, Residual, Robustness, Torqu
 from .units import units_of
 
 SHARES = (-0.2, 0.2)  # by which the stiffness of a gear may differ from the model
+HERTZ = 2.0 * np.pi
 WORSE = 1.02
 LITTLE = 0.1  # of the error before: with more left, the guards are looked at
 COARSE = 8.0  # samples in a period of the highest order: below, what is fed forward comes too coarse
@@ -224,6 +226,7 @@ def _one(
         controller=controller,
         warnings=(
             *_given_up(bench, design, controller, speed, end, before, after),
+            *_beyond(bench, design, speed),
             *_warnings(design, speed, before, after, robustness),
         ),
         remarks=bench.remarks,
@@ -281,6 +284,21 @@ def _given_up(
         yield (
             f"{design.name}: its guard has dropped its torque at {speed / RPM:.4g} rpm, as that grew beyond what the "
             "error of the model needs; compare the sign and the phase of the model with the drive."
+        )
+
+
+def _beyond(bench: Bench, design: Compensator, speed: float) -> Any:
+    """A warning where an order lies beyond the bandwidth of the loop that a corrected angle has to go through."""
+    train, gains = bench.model, bench.loop
+    if design.name != "angle" or not isinstance(gains, SampledPD):
+        return
+    load = train.load.end().J + sum(J for J, _, _ in train.load.chain())
+    bandwidth, order = float(np.sqrt(gains.K_p / (train.motor.J + load / train.N**2))), max(bench.orders)
+    if order * speed > bandwidth:
+        yield (
+            f"{design.name}: order {order} at {speed / RPM:.4g} rpm is {order * speed / HERTZ:.3g} Hz, beyond the "
+            f"loop's bandwidth of {bandwidth / HERTZ:.3g} Hz, so that the motor follows the correction only in part; "
+            "'inverse' adds the torque that it lacks."
         )
 
 
