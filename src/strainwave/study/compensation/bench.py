@@ -143,16 +143,16 @@ def steady_bench_of(
 ) -> Bench:
     """The bench of steady motions: as `bench_of`, with gravity held at its largest torque on the load.
 
-    Gravity follows the load's angle, which turns N times slower than the motor: to the vibration it is a constant torque.
-    Left as it is, its slow twist of the gear would be counted as an error that no order explains.
+    Gravity follows the load's angle, which turns N times slower than the motor: to the vibration it is a constant
+    torque. Left as it is, its slow twist of the gear would be counted as an error that no order explains.
     """
     bench = bench_of(project, sampling, loop, plant)
     if not (follows_its_angle(bench.model) or follows_its_angle(bench.plant)):
         return bench
     plain, torque = _at_rest(bench.plant)
     said = (
-        f"Gravity changes {bench.plant.N:g} times more slowly than the motor turns: it is held at its largest torque on "
-        f"the load, {torque:.4g} N*m. For another torque leave it out and give the load's torque that mean."
+        f"Gravity changes {bench.plant.N:g} times more slowly than the motor turns: it is held at its largest torque "
+        f"on the load, {torque:.4g} N*m. For another torque leave it out and give the load's torque that mean."
     )
     return replace(bench, model=_at_rest(bench.model)[0], plant=plain, remarks=(*bench.remarks, said))
 
