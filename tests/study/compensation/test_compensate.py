@@ -7,7 +7,7 @@ import pytest
 from one_bench import DRIVE, ERROR, OMEGA_A, PD, PERIOD, SAMPLING, loop
 
 import strainwave as sw
-from strainwave.study.compensation.bench import bench_of
+from strainwave.study.compensation.bench import bench_of, steady_bench_of
 from strainwave.units import ARCSEC
 
 SPEEDS = [share * OMEGA_A / 2.0 for share in (0.3, 0.9, 1.0, 1.1, 3.0)]
@@ -31,6 +31,42 @@ def test_with_a_load_encoder_twenty_decibels_at_every_speed():
     assert np.all(bench.reduction > 30.0)  # the linear inverse without a load's encoder
     assert not any(one.excluded for row in bench.results for one in row)
     assert all(one.torque.peak < 3.0 for row in bench.results for one in row)
+
+
+FRICTION = sw.Coulomb(1.0, 0.1)
+
+
+def lifted(mean):
+    """The drive with a weight of 40 N*m on its load, and friction beside it."""
+    drag = sw.Parallel(sw.AngleTorque(40.0, phase=0.3), FRICTION)
+    return LINEAR._replace(load=sw.Load(DRIVE.load.J, sw.Harmonic(0.0, mean=mean), drag))
+
+
+@pytest.mark.parametrize(("mean", "held"), [(0.0, 40.0), (-5.0, 45.0), (5.0, 45.0)])
+def test_gravity_is_held_at_its_largest_torque(mean, held):
+    """In every steady run; moves and run-ups keep it as it is. Friction stays."""
+    bench = steady_bench_of(lifted(mean), SAMPLING)
+    for train in (bench.model, bench.plant):
+        assert abs(train.load.excitation.mean) == pytest.approx(held, rel=1e-4)
+        assert train.load.drag.second == FRICTION
+        assert not isinstance(train.load.drag.first, sw.AngleTorque)
+    assert any("Gravity changes 50 times more slowly" in text for text in bench.remarks)
+    assert steady_bench_of(LINEAR, SAMPLING) == bench_of(LINEAR, SAMPLING)
+    assert bench_of(lifted(mean), SAMPLING).plant.load.drag == lifted(mean).load.drag
+
+
+@compiled
+def test_the_slow_twist_of_gravity_is_no_residual():
+    """On a linear gear a weight changes neither the plain loop's error nor what is left by a controller that adapts.
+
+    Its twist would drift by 80 arcsec either way.
+    """
+    weight = LINEAR._replace(load=sw.Load(DRIVE.load.J, drag=sw.AngleTorque(40.0)))
+    plain, lifting = (
+        sw.compensate(train, "adaptive", speed=60.0, sampling=SAMPLING, robust=False) for train in (LINEAR, weight)
+    )
+    assert lifting.before.rms == pytest.approx(plain.before.rms, rel=1e-2)
+    assert lifting.after.rms == pytest.approx(plain.after.rms, rel=0.05, abs=0.05 * ARCSEC)
 
 
 @compiled

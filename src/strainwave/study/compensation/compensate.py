@@ -15,7 +15,7 @@ from ...protocols import lacking, lines_of
 from ...quantities import number, numbers, shown
 from ...units import ARCSEC, RPM
 from ..analysis.remedies.knobs import stiffer
-from .bench import Bench, bench_of
+from .bench import Bench, steady_bench_of
 from .designs import COMPENSATORS, TURNS, Compensator, refuse_unstable, times_of
 from .given import given, tripped
 from .result import Compensation, CompensationBench, Residual, Robustness, TorqueUse
@@ -85,7 +85,7 @@ def compensate(
     TypeError
         If an argument is of another kind.
     """
-    bench = bench_of(project, sampling, loop, plant)
+    bench = steady_bench_of(project, sampling, loop, plant)
     motor_speed = _speed(bench, project, speed)
     design = compensator_of(controller)
     return _one(bench, design, motor_speed, robust, _whole("units", units), _whole("seed", seed), progress)
@@ -119,7 +119,7 @@ def compensation_bench(
     -------
     CompensationBench
     """
-    bench = bench_of(project, sampling, loop, plant)
+    bench = steady_bench_of(project, sampling, loop, plant)
     controllers = (controllers,) if isinstance(controllers, str) else controllers
     grid = numbers("speeds [rad/s]", speeds)
     designs = [compensator_of(controller) for controller in controllers]

@@ -12,7 +12,7 @@ from ....files.reading import read_project
 from ....model.train.drive_train import DriveTrain
 from ....quantities import parse
 from ....results import Floats
-from ....study.compensation.bench import Bench, bench_of
+from ....study.compensation.bench import Bench, bench_of, steady_bench_of
 from ....study.compensation.compensate import compensate, compensation_bench
 from ....study.compensation.designs import COMPENSATORS
 from ....study.compensation.result import Compensation, CompensationBench
@@ -61,7 +61,7 @@ def show(
     """
     project = read_project(path)
     other = _plant(project, plant, softer)
-    bench = bench_of(project, plant=other)
+    bench = steady_bench_of(project, plant=other)
     grid = speeds_of(project, speeds)
     names, left_out = names_of(bench, controllers or (ALL,))
     with Progress(project.title) as progress:

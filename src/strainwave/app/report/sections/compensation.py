@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
-from ....study.compensation.bench import bench_of
+from ....study.compensation.bench import steady_bench_of
 from ....study.compensation.compensate import compensate
 from ....study.compensation.result import Compensation as Found
 from ....units import RPM
@@ -39,7 +39,7 @@ class Compensation:
         if view.project.sampling is None:
             return []
         try:
-            bench, speed = bench_of(view.project), compensate(view.project, BLIND, robust=False).speed
+            bench, speed = steady_bench_of(view.project), compensate(view.project, BLIND, robust=False).speed
         except ValueError:
             return []
         before, *after = (motion(bench, name, speed, name) for name in ("loop", *_names(view)))
