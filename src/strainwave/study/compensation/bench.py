@@ -10,18 +10,18 @@ from ...model.controllers.closed_loop import ClosedLoop, Sampling
 from ...model.controllers.loops import SampledPD
 from ...model.excitation import Harmonic, Harmonics
 from ...model.gears.gear import Gear
+from ...model.laws.hysteresis import Parallel
 from ...model.train.controls import Commanded, Lagged, PositionLoop, SpeedLoop
 from ...model.train.drive_train import DriveTrain
 from ...model.train.loops import USUAL, from_bandwidth
-from ...model.train.motion import Steady
+from ...model.train.motion import AngleTorque, Steady
 from ...numerics.sampled.linear import LoopResponse, loop_response
 from ...protocols import lacking, lines_of, terms_of
 from ...quantities import checked, shown
 from ...results import Floats, SolveError
-from ..analysis.load_range import torques_of_angle
 from ..analysis.remedies.knobs import stiffer
 from ..analysis.train_curve import follows_its_angle, without_gravity
-from ..train.operating_point import mean_torque, operating_state
+from ..train.operating_point import operating_state
 
 USUAL_LIMIT = 10.0  # torques that the reference motion and the error ask for: where no limit of the motor is known
 COMMANDED = Commanded()
@@ -141,7 +141,7 @@ def bench_of(
 def steady_bench_of(
     project: Any, sampling: Sampling | None = None, loop: Any = None, plant: DriveTrain | None = None
 ) -> Bench:
-    """The bench of steady motions: as `bench_of`, with gravity held at its largest torque on the load.
+    """The bench of steady motions: as `bench_of`, with gravity held at its torque at the load's angle 0.
 
     Gravity follows the load's angle, which turns N times slower than the motor: to the vibration it is a constant
     torque. Left as it is, its slow twist of the gear would be counted as an error that no order explains.
@@ -151,17 +151,18 @@ def steady_bench_of(
         return bench
     plain, torque = _at_rest(bench.plant)
     said = (
-        f"Gravity changes {bench.plant.N:g} times more slowly than the motor turns: it is held at its largest torque "
-        f"on the load, {torque:.4g} N*m. For another torque leave it out and give the load's torque that mean."
+        f"Gravity changes {bench.plant.N:g} times more slowly than the motor turns: it is held at its torque at the "
+        f"load's angle 0, {torque:.4g} N*m. Another phase of it is another attitude."
     )
     return replace(bench, model=_at_rest(bench.model)[0], plant=plain, remarks=(*bench.remarks, said))
 
 
 def _at_rest(train: DriveTrain) -> tuple[DriveTrain, float]:
-    """The train with a constant torque [N*m] in place of gravity, the largest with the mean of its load."""
+    """The train with a constant torque [N*m] in place of gravity, that of the load's angle 0."""
     end = train.load.end()
-    mean, own = mean_torque(end.excitation).mean, end.excitation
-    torque = max(torques_of_angle(end.drag), key=lambda one: abs(mean + one))
+    own, law = end.excitation, end.drag
+    parts = law if isinstance(law, Parallel) else (law,)
+    torque = -sum(float(part.torque(0.0)) for part in parts if isinstance(part, AngleTorque))
     plain = without_gravity(train)
     if isinstance(own, Harmonic):
         excitation: Any = own._replace(mean=own.mean + torque)
