@@ -162,7 +162,7 @@ def _at_rest(train: DriveTrain) -> tuple[DriveTrain, float]:
     end = train.load.end()
     own, law = end.excitation, end.drag
     parts = law if isinstance(law, Parallel) else (law,)
-    torque = -sum(float(part.torque(0.0)) for part in parts if isinstance(part, AngleTorque))
+    torque = 0.0 - sum(float(part.torque(0.0)) for part in parts if isinstance(part, AngleTorque))
     plain = without_gravity(train)
     if isinstance(own, Harmonic):
         excitation: Any = own._replace(mean=own.mean + torque)
