@@ -26,6 +26,7 @@ CONTROLLERS = {
     "AdaptiveCancellation": sw.AdaptiveCancellation(PD, N, 500.0, 0.7, 2.0, PERIOD, order=2),
     "AdaptiveCancellation, motor": sw.AdaptiveCancellation(PD, N, 500.0, 0.7, 2.0, PERIOD, order=2, on_load=0),
     "Repetitive": sw.Repetitive(PD, N, 500.0, 0.3, 1e-3, 2.0, PERIOD),
+    "SpeedTable": sw.SpeedTable(PD, (20.0, 45.0, 90.0), (0.1, -0.2, 0.3), (0.0, 0.1, 0.2), order=2, lead=3e-4),
     "DisturbanceObserver": sw.DisturbanceObserver(PD, J_M, 300.0, PERIOD),
     "Notch": sw.notch(PD, 194.0, PERIOD),
     "GandhiGhorbel": sw.GandhiGhorbel(ERROR, N, J_M, J_L, 3e4, 400.0, PERIOD),
