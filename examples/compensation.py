@@ -7,8 +7,8 @@ resonance of the gear, so that the load is off by several times as much under a 
 samples 4000 times a second, with one sample of delay and encoders of 16 and 24 bits; the motor gives 3 N m.
 
 The controllers are designed on a model whose kinematic error is a fifth too small and off by 0.3 rad. What is fed
-forward leaves a third of the error, as the rule |1 - g exp(i phi)| says. A controller that also adapts to an encoder
-on the load finds the rest by itself.
+forward leaves a third of the error, as the rule ``|1 - g exp(i phi)|`` says. A controller that also adapts to an
+encoder on the load finds the rest by itself.
 
 The number: the part of the error's rms that feedforward leaves, at 1.1 times the speed of the resonance.
 """
