@@ -1,0 +1,1 @@
+"""From measurements to laws: parameters with intervals that cover."""

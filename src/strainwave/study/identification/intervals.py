@@ -1,0 +1,203 @@
+"""Intervals that cover: the scatter of least squares whose residuals are coloured.
+
+Least squares give d = (J'J)^-1 J'r, whose covariance is the sandwich (J'J)^-1 S (J'J)^-1 with S that of the sum of the
+scores J_i r_i. Residuals of measurements are coloured: neighbours say the same, and S is not s^2 J'J. The residual is
+therefore whitened, r = e/A(q), and the filter goes over to the jacobian, J'r = (J/A(1/q))'e. S is the sum of squares of
+these whitened scores, so that it allows for residuals that grow with the motion, and what correlation they keep comes
+in by Bartlett's kernel with Andrews' bandwidth.
+
+White 1980, Econometrica 48; Andrews 1991, Econometrica 59, eqs. (6.2), (6.4); Andrews & Monahan 1992, Econometrica 60
+(whitening first); MacKinnon & White 1985, J. Econometrics 29 (HC3, small samples); Morelli & Klein 1997, J. Aircraft 34
+(coloured residuals of measured motion). Degrees of freedom are those of a variance with the same scatter (Satterthwaite
+1946, Biometrics Bull. 2).
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.special import stdtrit
+
+from ...quantities import number, positive_count
+from ...results import Floats
+from .coloured import backwards, relative_variance, slices, whitened, whitener
+
+RANK = 1e-10  # of the largest singular value of the jacobian with columns of length 1: a smaller one is none
+HIGHEST_LEVERAGE = 0.9
+
+
+class Interval(NamedTuple):
+    """Where a value lies, with the probability that was asked for."""
+
+    low: float
+    high: float
+
+
+class Spread(NamedTuple):
+    """Scatter of the parameters of a least-squares fit.
+
+    Attributes
+    ----------
+    covariance : (p, p) array
+        Of the parameters.
+    freedom : (p,) array
+        Degrees of freedom of its diagonal: how few a column's own rows are, and how well the colour is known there.
+    whitener : (order,) array
+        Coefficients a of the residual's autoregression r_i = a_1 r_(i-1) + a_2 r_(i-2) + ... + e_i.
+    """
+
+    covariance: Floats
+    freedom: float
+    whitener: Floats
+
+
+def interval(value: float, deviation: float, freedom: float = math.inf, level: float = 0.95) -> Interval:
+    """Interval of Student's t around a value.
+
+    Parameters
+    ----------
+    value, deviation : float
+        Estimate and its standard deviation.
+    freedom : float
+        Degrees of freedom of the deviation; infinite: of the normal distribution.
+    level : float
+        Probability of covering the true value, between 0 and 1.
+
+    Raises
+    ------
+    ValueError
+        If the level is not between 0 and 1.
+    """
+    level = number("level", level)
+    if not 0.0 < level < 1.0:
+        raise ValueError(f"level is {level:g}; it is the probability of covering, between 0 and 1, such as 0.95")
+    reach = float(stdtrit(min(freedom, 1e9), 0.5 + 0.5 * level)) * deviation
+    return Interval(value - reach, value + reach)
+
+
+def sandwich(jacobian: Floats, residual: Floats, records: Any = None) -> Floats:
+    """Covariance (p, p) of least squares with coloured residuals, see `spread`."""
+    return spread(jacobian, residual, records).covariance
+
+
+def spread(jacobian: Floats, residual: Floats, records: Any = None) -> Spread:
+    """Scatter of the parameters of least squares with coloured residuals.
+
+    Parameters
+    ----------
+    jacobian : (n, p) array
+        Derivatives of the model's values, or of the residual, by the parameters, at the solution.
+    residual : (n,) array
+        Measured less computed, at the solution.
+    records : sequence of int or of slice, optional
+        Rows of each record: residuals of different records are independent. Default: all rows are one record.
+
+    Returns
+    -------
+    Spread
+
+    Raises
+    ------
+    ValueError
+        If the arrays do not fit, or the jacobian has columns that depend on each other.
+    """
+    jacobian, residual = _fitting(jacobian, residual)
+    parts, rows = slices(records, len(residual)), len(residual)
+    basis, back = _basis(jacobian)
+    a = whitener(residual, parts)
+    innovation = whitened(residual, a, parts)
+    leverage = np.minimum(np.vecdot(basis, basis), HIGHEST_LEVERAGE)
+    weights = backwards(basis, a, parts)
+    scores = weights * (innovation / (1.0 - leverage))[:, None]
+    scores -= np.mean(scores, axis=0)
+    middle = long_run(scores, parts) * rows / max(rows - len(a), 1)
+    influence = weights @ back.T
+    square = influence * influence
+    own = np.sum(square * square, axis=0) / np.sum(square, axis=0) ** 2 * rows / max(rows - jacobian.shape[1], 1)
+    freedom = 2.0 / (2.0 * own + relative_variance(influence, a, parts, rows))
+    return Spread(back @ middle @ back.T, np.maximum(freedom, 1.0), a)
+
+
+def _fitting(jacobian: Any, residual: Any) -> tuple[Floats, Floats]:
+    jacobian, residual = np.asarray(jacobian, float), np.asarray(residual, float)
+    if jacobian.ndim != 2 or residual.shape != jacobian.shape[:1] or len(residual) <= jacobian.shape[1]:
+        raise ValueError(
+            f"the jacobian has the shape {jacobian.shape} and the residual {residual.shape}; they must be (n, p) and "
+            "(n,) with more rows n than parameters p"
+        )
+    if not (np.all(np.isfinite(jacobian)) and np.all(np.isfinite(residual))):
+        raise ValueError("the jacobian or the residual has values that are not finite; fit a model that stays finite")
+    return jacobian, residual
+
+
+def _basis(jacobian: Floats) -> tuple[Floats, Floats]:
+    """Orthonormal columns (n, p) of the jacobian, and the matrix (p, p) that takes their coefficients to parameters."""
+    sizes = np.linalg.norm(jacobian, axis=0)
+    gram = jacobian / np.where(sizes > 0.0, sizes, 1.0)
+    basis, triangle = np.linalg.qr(gram)
+    singular = np.linalg.svd(triangle, compute_uv=False)
+    if not singular[-1] > RANK * singular[0]:
+        raise ValueError("columns of the jacobian depend on each other; fix a parameter (see `unidentifiable`)")
+    return basis, np.linalg.inv(triangle) / sizes[:, None]
+
+
+def long_run(scores: Floats, records: Any = None) -> Floats:
+    """Covariance (p, p) of the sum of scores (n, p) by Bartlett's kernel, never across records.
+
+    Its bandwidth is Andrews' for first-order autoregressions, with equal weights of the scores divided by their size.
+    """
+    parts, rows = slices(records, len(scores)), len(scores)
+    total = scores.T @ scores
+    power = np.diag(total)
+    moving = power > 0.0
+    if not np.any(moving) or rows < 4:
+        return total
+    neighbours = sum(np.einsum("ij,ij->j", scores[p][1:], scores[p][:-1]) for p in parts)
+    rho = np.clip(neighbours[moving] / power[moving], -0.97, 0.97)
+    alpha = np.mean(4.0 * rho**2 / ((1.0 - rho) ** 2 * (1.0 + rho) ** 2))
+    bandwidth = 1.1447 * (alpha * rows) ** (1.0 / 3.0)
+    for lag in range(1, min(math.ceil(bandwidth), rows // 4)):
+        pairs = sum(scores[p][lag:].T @ scores[p][:-lag] for p in parts if p.stop - p.start > lag)
+        total = total + (1.0 - lag / bandwidth) * (pairs + np.transpose(pairs))
+    return np.asarray(total)
+
+
+def bootstrap(
+    jacobian: Floats, residual: Floats, records: Any = None, *, block: int | None = None, draws: int = 1000,
+    seed: int = 0,
+) -> Floats:  # fmt: skip
+    """Draw changes (draws, p) of the parameters by putting the data together anew, linearised at the solution.
+
+    Each draw takes as many records as there are, with repetition; or blocks of neighbouring rows, which start anywhere
+    in a record. It assumes nothing on colour inside what is drawn whole, and is honest from about 20 of them on.
+
+    Parameters
+    ----------
+    jacobian, residual, records
+        As for `spread`.
+    block : int, optional
+        Rows of a block. Default: whole records are drawn.
+    draws, seed : int
+        Number of draws, and the seed of the generator.
+
+    References
+    ----------
+    Efron & Tibshirani 1993, An Introduction to the Bootstrap, sec. 8.6 (moving blocks); Künsch 1989, Ann. Stat. 17.
+    """
+    jacobian, residual = _fitting(jacobian, residual)
+    parts, rng = slices(records, len(residual)), np.random.default_rng(seed)
+    if block is None and len(parts) < 2:
+        raise ValueError("there is one record; a bootstrap of records needs several, or give the rows of a block")
+    if block is not None:
+        size = positive_count("block", block)
+        parts = [slice(i, i + size) for p in parts for i in range(p.start, p.stop - size + 1)]
+        if not parts:
+            raise ValueError(f"block is {size} rows; the longest record has fewer")
+    basis, back = _basis(jacobian)
+    count = len(residual) / np.mean([p.stop - p.start for p in parts])
+    grams = np.array([basis[p].T @ basis[p] for p in parts])
+    scores = np.array([basis[p].T @ residual[p] for p in parts])
+    scores -= scores.mean(axis=0)  # blocks do not take all rows equally often
+    times = rng.multinomial(round(count), np.full(len(parts), 1.0 / len(parts)), size=positive_count("draws", draws))
+    changes = np.linalg.solve(np.tensordot(times, grams, 1), (times @ scores)[:, :, None])[:, :, 0]
+    return np.asarray(changes @ back.T)
