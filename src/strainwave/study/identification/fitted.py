@@ -1,0 +1,104 @@
+"""What fits of a system have in common: values and intervals of its free parameters by path."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...quantities import shown
+from ...records import Result
+from ...results import Floats
+from ...tree import leaf_of, numbers, with_leaf
+from .discrepancy import Discrepancy
+from .identifiability import unidentifiable
+from .intervals import Interval, interval
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted(Result):
+    """A system whose free parameters were found from a measurement.
+
+    Attributes
+    ----------
+    system : Oscillator
+        The system with the values found.
+    names : tuple of str
+        Paths of the free parameters.
+    values : (p,) array
+        Their values, in SI.
+    covariance : (p, p) array
+        Of the values; it allows for coloured residuals.
+    freedom : (p,) array
+        Degrees of freedom of its diagonal.
+    discrepancy : Discrepancy
+        What the system does not explain.
+    """
+
+    system: Any
+    names: tuple[str, ...]
+    values: Floats
+    covariance: Floats
+    freedom: Floats
+    discrepancy: Discrepancy
+
+    def _place(self, path: str) -> int:
+        if path not in self.names:
+            raise ValueError(f"{shown(path)} was not fitted; the free parameters are {', '.join(self.names) or 'none'}")
+        return self.names.index(path)
+
+    def value(self, path: str) -> float:
+        """Value of a free parameter, in SI."""
+        return float(self.values[self._place(path)])
+
+    def deviation(self, path: str) -> float:
+        """Standard deviation of a free parameter, in SI."""
+        at = self._place(path)
+        return float(np.sqrt(self.covariance[at, at]))
+
+    def interval(self, path: str, level: float = 0.95) -> Interval:
+        """Interval in which a free parameter lies with a probability."""
+        return interval(self.value(path), self.deviation(path), float(self.freedom[self._place(path)]), level)
+
+    def lines(self) -> list[str]:
+        """One line for each free parameter: value and 95 % interval."""
+        bounds = [self.interval(name) for name in self.names]
+        return [
+            f"  {name} = {value:.6g} ({low:.6g} .. {high:.6g})"
+            for name, value, (low, high) in zip(self.names, self.values, bounds, strict=True)
+        ]
+
+
+def free_leaves(system: Any, free: Sequence[str]) -> list[int]:
+    """Places of the free parameters among the leaves of a system.
+
+    Raises
+    ------
+    ValueError
+        If a path names no float of the system, or is there twice.
+    """
+    if isinstance(free, str):
+        raise ValueError(f"free is {shown(free)}; write the paths of the free parameters as a tuple, ({shown(free)},)")
+    if len(set(free)) < len(free):
+        raise ValueError(f"free is {shown(tuple(free))}; name every parameter once")
+    return [leaf_of(system, path) for path in free]
+
+
+def with_values(system: Any, leaves: Sequence[int], values: Any) -> Any:
+    """The system with other numbers at these leaves."""
+    for leaf, value in zip(leaves, values, strict=True):
+        system = with_leaf(system, leaf, float(value))
+    return system
+
+
+def scales(system: Any, free: Sequence[str]) -> Floats:
+    """Sizes (p,) by which free parameters are measured: their start values, or 1 where these are 0."""
+    start = {path: value for path, _, _, value in numbers(system)}
+    return np.array([abs(start[path]) or 1.0 for path in free])
+
+
+def refuse_unidentifiable(jacobian: Floats, names: Sequence[str], values: Floats) -> None:
+    """Refuse free parameters that the data do not tell (ValueError)."""
+    said = unidentifiable(jacobian, names, values)
+    if said is not None:
+        raise ValueError(said)
