@@ -85,6 +85,7 @@ SMOOTH = {name for name in LAWS if name not in ("PiecewiseLinear", "Backlash", "
 DISSIPATIVE = {
     "Viscous": sw.Viscous(0.05, warming=20.0, load=3.0, per_torque=0.02),
     "Coulomb": sw.Coulomb(0.02, 0.05),
+    "QuadraticDamping": sw.QuadraticDamping(0.3),
     "Stribeck": sw.Stribeck(0.02, 0.03, 0.3, 0.05),
     "LuGre": sw.LuGre(3.0, 0.1, 0.1, 0.03, 0.05, 0.3),
     "BoucWen": sw.BoucWen(1.0, 0.3, 0.4, 1.0, 0.6, 0.4, 1),

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from c_compiler import needs_cc
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 from two_inertias import TwoInertias
 
@@ -469,3 +470,36 @@ def test_example_hardening():
 def test_example_design():
     # the example itself confirms the best design by the response of its project
     assert 0.0 < example("design").main() < 90.0
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_example_silverbox(tmp_path):
+    # A record of the same kind, from the equation by DOP853 with an input that is linear between samples: the numbers
+    # are those of the equation, and a free run leaves little more than what the input does between samples.
+    silverbox = example("silverbox")
+    assert silverbox.main() is None
+    rng = np.random.default_rng(4)
+    k = np.arange(2001)
+    t = np.arange(4000) / silverbox.RATE
+    u = np.fft.irfft(np.where((k > 0) & (k < 600), np.exp(2j * np.pi * rng.random(2001)), 0.0), 4000)
+    u *= 0.02 / np.std(u)
+    fine = CubicSpline(np.arange(4000 * 16 + 1) / (16 * silverbox.RATE), np.append(fourier(u, 16), u[0]))
+
+    def rhs(s, y):
+        return y[1], (fine(s) - 2.2e-4 * y[1] - 1e-7 * abs(y[1]) * y[1] - y[0] - 4.0 * y[0] ** 3) / 5.4e-6
+
+    x = solve_ivp(rhs, (0.0, t[-1]), (0.0, 0.0), "DOP853", t, rtol=1e-9, atol=1e-11, max_step=1.0 / silverbox.RATE).y[0]
+    path = tmp_path / "record.csv"
+    np.savetxt(path, np.c_[u, x], delimiter=",", header="V1,V2", comments="")
+    found = silverbox.fit(path, slice(0, 3000))
+    assert found.value("J") == pytest.approx(5.4e-6, rel=2e-4)
+    assert found.value("law.second.D") == pytest.approx(1e-7, rel=0.1)
+    run = silverbox.free_run(found, u[3000:], x[3000:3050])
+    assert np.std(run - x[3000:]) < 5e-3 * np.std(x)
+
+
+def fourier(u, times):
+    """A periodic signal at `times` as many samples."""
+    spectrum = np.fft.rfft(u)
+    return np.fft.irfft(np.append(spectrum, np.zeros(len(u) * (times - 1) // 2)), len(u) * times) * times

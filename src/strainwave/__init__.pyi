@@ -192,6 +192,10 @@ from .study.compensation.result import Residual as Residual
 from .study.compensation.result import Robustness as Robustness
 from .study.compensation.result import TorqueUse as TorqueUse
 from .study.compensation.result import Units as Units
+from .study.identification.compare_laws import LawComparison as LawComparison
+from .study.identification.compare_laws import compare_laws as compare_laws
+from .study.identification.identify import Identified as Identified
+from .study.identification.identify import identify as identify
 
 # Studies: a move
 from .study.move.move import move as move

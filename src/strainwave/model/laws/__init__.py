@@ -14,6 +14,7 @@ from .hysteresis import BoucWen as BoucWen
 from .hysteresis import Parallel as Parallel
 from .friction import Coulomb as Coulomb
 from .friction import LuGre as LuGre
+from .friction import QuadraticDamping as QuadraticDamping
 from .friction import Stribeck as Stribeck
 from .friction import Viscous as Viscous
 from .meshing import LoadFriction as LoadFriction

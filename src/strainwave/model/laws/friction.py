@@ -14,6 +14,7 @@ from ...quantities import AngularSpeed, Damping, Torque, TorsionalStiffness
 PerKelvin = Annotated[float, "1/K"]
 PerTorque = Annotated[float, "1/(N*m)"]
 Kelvin = Annotated[float, "K"]
+QuadraticCoefficient = Annotated[float, "N*m*s**2/rad**2"]
 
 HOTTEST = 20.0  # exponent of the viscosity: 570 K for oil
 
@@ -114,6 +115,24 @@ class Coulomb(NamedTuple):
         """Refuse friction that drives, and no width (ValueError)."""
         _not_negative(self, "T_c")
         positive(self, "width")
+
+
+class QuadraticDamping(NamedTuple):
+    """Damping T = D |v| v: the drag of what churns, and losses that grow with the motion. Odd; C1."""
+
+    D: QuadraticCoefficient
+
+    def torque(self, x: Any, v: Any) -> Any:
+        """Torque [N*m] at the speed v [rad/s]."""
+        return self.D * abs(v) * v
+
+    def stiffness(self, x: Any) -> Any:
+        """No stiffness: 0."""
+        return 0.0 * x
+
+    def check(self) -> None:
+        """Refuse damping that drives (ValueError)."""
+        _not_negative(self, "D")
 
 
 class Stribeck(NamedTuple):

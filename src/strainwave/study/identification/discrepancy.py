@@ -1,18 +1,19 @@
 """What a fitted model does not explain: colour of its residual, a line in it, terms that are missing."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.ndimage import median_filter
-from scipy.special import gammaincc, stdtr
+from scipy.special import gammaincc
 
 from ...quantities import number
 from ...results import Floats
 from ...sentences import listed
-from .coloured import slices, whitened
-from .intervals import spread
+from .coloured import backwards, slices, whitened, whitener
+from .intervals import long_run
 
 LAGS = 20  # of the portmanteau test
 RARE = 0.05  # probability up to which chance is not believed
@@ -114,13 +115,13 @@ def discrepancy(
     """
     residual, interval = np.asarray(residual, float), number("interval [s]", interval, positive=True)
     parts = slices(records, len(residual))
-    found = spread(jacobian, residual, records)
-    left = whitened(residual, found.whitener, parts)
+    a = whitener(residual, parts)
+    left = whitened(residual, a, parts)
     power = float(residual @ residual)
     coloured = max(0.0, 1.0 - float(left @ left) / power) if power > 0.0 else 0.0
     longest = max(parts, key=lambda part: part.stop - part.start)
     line = _line(residual[longest], interval)
-    missing = {name: _missing(column, jacobian, residual, records) for name, column in (candidates or {}).items()}
+    missing = _missing(candidates or {}, jacobian, residual, a, parts)
     rms = float(np.sqrt(power / len(residual)))
     return Discrepancy(rms, _white(residual, parts), coloured, *line, missing)
 
@@ -150,16 +151,30 @@ def _line(residual: Floats, interval: float) -> tuple[float, float, float]:
     return (k + 1) / (n * interval), float(amplitude), float(chance)
 
 
-def _missing(column: Any, jacobian: Floats, residual: Floats, records: Any) -> MissingTerm:
-    column = np.asarray(column, float)
-    sizes = np.linalg.norm(jacobian, axis=0)
-    own = column - jacobian @ (np.linalg.lstsq(jacobian / sizes, column, rcond=None)[0] / sizes)
-    size = float(np.linalg.norm(own))
-    if not size > SAME * float(np.linalg.norm(column)):
-        return MissingTerm(0.0, np.inf, 1.0, 0.0)
-    power = float(residual @ residual)
-    coefficient = float(own @ residual) / size**2
-    found = spread(own[:, None], residual - coefficient * own, records)
-    deviation = float(np.sqrt(found.covariance[0, 0]))
-    chance = 2.0 * float(stdtr(found.freedom[0], -abs(coefficient) / deviation)) if deviation > 0.0 else 0.0
-    return MissingTerm(coefficient, deviation, chance, (coefficient * size) ** 2 / power if power > 0.0 else 0.0)
+def _missing(
+    candidates: Mapping[str, Any], jacobian: Floats, residual: Floats, a: Floats, parts: list[slice]
+) -> dict[str, MissingTerm]:  # fmt: skip
+    """Score tests of all candidates, each beside the parameters alone, with the filter of the residual."""
+    names = list(candidates)
+    columns = np.array([np.asarray(candidates[name], float) for name in names]).reshape(len(names), len(residual)).T
+    sizes = np.linalg.norm(columns, axis=0)
+    columns = columns / np.where(sizes > 0.0, sizes, 1.0)
+    basis = np.linalg.qr(jacobian / np.linalg.norm(jacobian, axis=0))[0]
+    own = columns - basis @ (basis.T @ columns)
+    lengths = np.linalg.norm(own, axis=0)
+    there = lengths > SAME
+    coefficients = residual @ own / np.where(there, lengths, 1.0) ** 2
+    left = np.array([whitened(residual - c * one, a, parts) for c, one in zip(coefficients, own.T, strict=True)]).T
+    scores = backwards(own, a, parts) * left
+    power, found = float(residual @ residual), {}
+    for i, name in enumerate(names):
+        if not (there[i] and power > 0.0):
+            found[name] = MissingTerm(0.0, np.inf, 1.0, 0.0)
+            continue
+        coefficient = float(coefficients[i])
+        score = float(long_run(scores[:, i : i + 1], parts)[0, 0])
+        deviation = math.sqrt(score) / float(lengths[i]) ** 2
+        chance = math.erfc(abs(coefficient) / deviation / math.sqrt(2.0)) if deviation > 0.0 else 0.0
+        share = (coefficient * lengths[i]) ** 2 / power
+        found[name] = MissingTerm(coefficient / float(sizes[i]), deviation / float(sizes[i]), chance, float(share))
+    return found

@@ -1,0 +1,1 @@
+"""Systems driven by measured signals, run freely in lanes."""

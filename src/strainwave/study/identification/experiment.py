@@ -1,0 +1,241 @@
+"""What is identified from which signals: a system with measured inputs inside, and what of its motion was measured."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...numerics.driven.march import Lanes, lanes_of
+from ...numerics.driven.signal import Between, Signal, pieces, places_of, resampled
+from ...protocols import names_of, omega_of
+from ...quantities import checked, shown
+from ...results import Floats
+from ...tree import leaf_of, leaves, numbers, replaced, with_leaf
+
+OF_OUTPUT = {"gain": 1.0, "offset": 0.0, "delay": 0.0}
+OF_INPUT = ("gain", "offset", "delay")
+NEAR_START = 7  # samples that the first rate of a measured state is taken from
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A system, its measured inputs and outputs, and which of its numbers are free.
+
+    Attributes
+    ----------
+    system : NamedTuple
+        As it was given.
+    driven : NamedTuple
+        The same with a `Signal` at the place of every input.
+    inputs, outputs : dict of str to str
+        Channel of every input's path and of every output's state.
+    free : tuple of str
+        Paths of the free numbers: of `driven`, or a state's name with gain, offset or delay.
+    between : {"band-limited", "linear", "held"}
+        What the inputs do between samples.
+    """
+
+    system: Any
+    driven: Any
+    inputs: dict[str, str]
+    outputs: dict[str, str]
+    free: tuple[str, ...]
+    between: Between
+
+    def states(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return names_of(self.driven)
+
+    def seen(self) -> Any:
+        """Places of the measured states."""
+        return np.array([self.states().index(name) for name in self.outputs], int)
+
+    def first(self) -> Floats:
+        """Values (free,) that the given system has."""
+        return np.array([self._value(path) for path in self.free])
+
+    def _value(self, path: str) -> float:
+        if (own := self._of_output(path)) is not None:
+            return OF_OUTPUT[own[1]]
+        return float(leaves(self.driven)[leaf_of(self.driven, path)])
+
+    def _of_output(self, path: str) -> tuple[int, str] | None:
+        name, _, what = path.rpartition(".")
+        return (list(self.outputs).index(name), what) if name in self.outputs and what in OF_OUTPUT else None
+
+    def model(self, values: Floats, step: float, parts: int, delays: Floats | None = None) -> Any:
+        """The driven system with these values of the free numbers; delays of signals are those beyond `delays`."""
+        model = self.driven
+        for path, value in zip(self.free, values, strict=True):
+            if self._of_output(path) is None:
+                model = with_leaf(model, leaf_of(model, path), float(value))
+        own = {"per_omega": 1.0 / float(omega_of(model)), "per_length": parts / step}
+        for i, path in enumerate(self.inputs):
+            signal = _at(model, path)
+            less = 0.0 if delays is None else float(delays[i])
+            model = replaced(model, path, signal._replace(**own, delay=signal.delay - less))
+        return model
+
+    def found(self, values: Floats) -> Any:
+        """The system as it was given, with these values of its free numbers."""
+        model = self.driven
+        for path, value in zip(self.free, values, strict=True):
+            if self._of_output(path) is None:
+                model = with_leaf(model, leaf_of(model, path), float(value))
+        for path in self.inputs:
+            model = replaced(model, path, _at(self.system, path))
+        return model
+
+    def delays(self, values: Floats) -> Floats:
+        """Delays (inputs,) [s] of the inputs."""
+        return np.array([self._given(f"{path}.delay", values, 0.0) for path in self.inputs])
+
+    def _given(self, path: str, values: Floats, otherwise: float) -> float:
+        return float(values[self.free.index(path)]) if path in self.free else otherwise
+
+    def of_outputs(self, values: Floats) -> dict[str, Floats]:
+        """Gain, offset and delay (outputs,) of what was measured: measured(t) = offset + gain state(t - delay)."""
+        return {
+            what: np.array([self._given(f"{name}.{what}", values, first) for name in self.outputs])
+            for what, first in OF_OUTPUT.items()
+        }
+
+    def lanes(self, variants: Sequence[Floats], step: float, parts: int) -> Lanes:
+        """Variants of the system, one a set of values; the first one's delays are in the pieces."""
+        delays = self.delays(variants[0])
+        return lanes_of([self.model(values, step, parts, delays) for values in variants])
+
+    def columns(self) -> list[tuple[int, tuple[int, str] | None]]:
+        """Of every free number, its place and, of a number of an output, which output and what."""
+        return [(i, self._of_output(path)) for i, path in enumerate(self.free)]
+
+
+def experiment(
+    system: Any, inputs: Mapping[str, str], outputs: Mapping[str, str], free: Sequence[str], between: Between
+) -> Experiment:
+    """Check what is asked for and put a signal at the place of every input.
+
+    Raises
+    ------
+    ValueError
+        If a path or a state does not exist, or nothing is free or measured.
+    TypeError
+        If the system does not name its states.
+    """
+    if between not in ("band-limited", "linear", "held"):
+        raise ValueError(f"between is {shown(between)}; it must be 'band-limited', 'linear' or 'held'")
+    system = checked(system)
+    driven = system
+    for path in inputs:
+        if not isinstance(_at(system, path), tuple):
+            raise ValueError(
+                f"the input {shown(path)} is a number of the model; name the torque or the motion that it belongs to, "
+                f"such as {shown(path.rpartition('.')[0] or 'excitation')}"
+            )
+        driven = replaced(driven, path, Signal())
+    states = names_of(driven)
+    if not states:
+        raise TypeError(f"{type(system).__name__} has no state_names; identify needs to know which state was measured")
+    if not outputs:
+        raise ValueError("no output is given; say which state was measured, for example outputs={'x': 'torsion'}")
+    for name in outputs:
+        if name not in states:
+            raise ValueError(f"the output {shown(name)} is no state of the system; it has {', '.join(states)}")
+    if isinstance(free, str) or not free:
+        raise ValueError(f"free is {shown(free)}; give the paths of one number at least, for example ('law.K', 'B')")
+    ready = Experiment(system, driven, dict(inputs), dict(outputs), tuple(free), between)
+    places = places_of(driven)
+    if len(set(ready.free)) < len(ready.free):
+        raise ValueError(f"free names a number twice: {', '.join(ready.free)}")
+    for path in ready.free:
+        if ready._of_output(path) is not None:
+            continue
+        leaf = leaf_of(driven, path)
+        inside = [leaf - at for at in places if at <= leaf < at + len(Signal())]
+        if inside and inside[0] >= len(OF_INPUT):
+            raise ValueError(f"{shown(path)} is measured; of an input gain, offset and delay may be free")
+        if path == "omega" and inputs:
+            raise ValueError("omega is free, but the inputs are measured in time; fix the speed of the base angle")
+        if path.endswith(".delay") and inside and between == "held":
+            raise ValueError(
+                f"{shown(path)} is free, but a held input is no smooth function of a delay; take 'band-limited'"
+            )
+    return ready
+
+
+def _at(model: Any, path: str) -> Any:
+    """The part of a model at a path."""
+    for key in path.split("."):
+        names = model._fields if hasattr(model, "_fields") else [str(i) for i in range(len(model))]
+        if key not in names:
+            paths = ", ".join(name for name, *_ in numbers(model))
+            raise ValueError(f"the input {shown(path)} is no part of the model; its numbers are {paths}")
+        model = model[list(names).index(key)]
+    return model
+
+
+@dataclass(frozen=True)
+class Record:
+    """Signals of one uninterrupted measurement.
+
+    `inputs` is (inputs, n), `outputs` (outputs, n) with NaN where nothing was measured, `step` [s] between samples.
+    """
+
+    inputs: Floats
+    outputs: Floats
+    step: float
+
+    def __len__(self) -> int:
+        return int(self.outputs.shape[1])
+
+    def first(self, samples: int) -> "Record":
+        """The first so many samples."""
+        return Record(self.inputs[:, :samples], self.outputs[:, :samples], self.step)
+
+    def pieces(self, of: Experiment, values: Floats, parts: int) -> Floats:
+        """Polynomials (inputs, pieces, 6) of the inputs, delayed."""
+        delays = of.delays(values) / self.step
+        many = parts * (len(self) - 1)
+        made = [pieces(u, parts, of.between, d) for u, d in zip(self.inputs, delays, strict=True)]
+        return np.array(made).reshape(len(made), many, 6)
+
+    def shifted(self, delays: Floats) -> tuple[Floats, Floats]:
+        """Outputs (outputs, n) at a later time, and their rates."""
+        values, rates = self.outputs.copy(), np.zeros(self.outputs.shape)
+        for i, delay in enumerate(delays / self.step):
+            if delay != 0.0 or delays.size:
+                values[i], rate, _ = resampled(self.outputs[i], 1, -delay) if delay else _as_it_is(self.outputs[i])
+                rates[i] = rate / self.step
+        return values, rates
+
+
+def _as_it_is(values: Floats) -> tuple[Floats, Floats, None]:
+    return values, np.gradient(values), None
+
+
+def start_states(of: Experiment, outputs: Floats, at: int, step: float) -> Floats:
+    """States (states,) near a sample of the outputs: those measured, rates by a straight line, and 0 for others."""
+    names = of.states()
+    start = np.zeros(len(names))
+    for name, row in zip(of.outputs, outputs, strict=True):
+        near = row[at : at + NEAR_START]
+        good = np.isfinite(near)
+        if not np.any(good):
+            continue
+        line = np.polyfit(np.flatnonzero(good), near[good], min(1, int(np.sum(good)) - 1))
+        start[names.index(name)] = line[-1]
+        if f"{name}'" in names and len(line) == 2:
+            start[names.index(f"{name}'")] = line[0] / step
+    return start
+
+
+def sizes_of(of: Experiment, record: Record) -> Floats:
+    """How large the states (states,) are: of a measured one its standard deviation, of its rate that of its steps."""
+    sizes = np.zeros(len(of.states()))
+    for name, row in zip(of.outputs, record.outputs, strict=True):
+        sizes[of.states().index(name)] = np.nanstd(row)
+        if f"{name}'" in of.states():
+            sizes[of.states().index(f"{name}'")] = np.nanstd(np.diff(row)) / record.step
+    largest = np.max(sizes)
+    return np.where(sizes > 0.0, sizes, largest if largest > 0.0 else 1.0)

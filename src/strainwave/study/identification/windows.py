@@ -1,0 +1,254 @@
+"""Windows of records, each with a start of its own, and least squares over them by variations of the system.
+
+The derivatives of what a system does by its numbers and its start are differences of lanes: the system as it is and
+variants that differ by so little that the outputs change by `EFFECT` of their size.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from ...numerics.driven.march import Lanes
+from ...results import Floats
+from .experiment import Experiment, Record, sizes_of, start_states
+
+EFFECT = 1e-6  # of the outputs' size: what a variation of a number changes
+FIRST_STEP = 1e-6  # of a number, before its effect is known
+DAMPED = 1e-3  # Levenberg's first factor
+LARGEST_DAMPING = 1e8
+CONVERGED = 1e-3  # of a number's standard deviation, were the residual white
+
+
+@dataclass(frozen=True)
+class Window:
+    """Samples `first` up to `stop` of a record."""
+
+    record: Record
+    first: int
+    stop: int
+
+    def __len__(self) -> int:
+        return self.stop - self.first
+
+
+@dataclass(frozen=True)
+class Point:
+    """Values, starts of all windows, and what follows: residuals and derivatives of each window, in units of noise."""
+
+    values: Floats
+    starts: list[Floats]
+    residuals: list[Floats]
+    by_value: list[Floats]
+    by_start: list[Floats]
+
+    def cost(self) -> float:
+        """Sum of the squares of the residuals; infinite for a motion that left every bound."""
+        total = float(sum(np.sum(r * r) for r in self.residuals))
+        return total if np.isfinite(total) else np.inf
+
+    def reduced(self) -> tuple[Floats, Floats]:
+        """Derivatives (n, free) and residuals (n,) with what the starts can do taken out."""
+        columns, rest = [], []
+        for r, j, s in zip(self.residuals, self.by_value, self.by_start, strict=True):
+            columns.append(cleared(j, s))
+            rest.append(cleared(r[:, None], s)[:, 0])
+        return np.concatenate(columns), np.concatenate(rest)
+
+
+@dataclass
+class LeastSquares:
+    """Least squares of an experiment over windows; it learns how far to vary a number.
+
+    Attributes
+    ----------
+    of : Experiment
+        The experiment.
+    windows : list of Window
+        Samples that are compared, each window from a start of its own.
+    noise : (outputs,) array
+        Size of the noise of each output.
+    parts : int
+        Steps between two samples.
+    """
+
+    of: Experiment
+    windows: list[Window]
+    noise: Floats
+    parts: int
+    variations: Floats = field(default_factory=lambda: np.zeros(0))
+    kept: dict[Any, Any] = field(default_factory=dict)
+
+    def begin(self, values: Floats) -> Point:
+        """Values with starts from the measured outputs."""
+        of = self.of.of_outputs(values)
+        starts = []
+        for window in self.windows:
+            outputs = (window.record.outputs - of["offset"][:, None]) / of["gain"][:, None]
+            starts.append(start_states(self.of, outputs, window.first, window.record.step))
+        return self.at(values, starts)
+
+    def at(self, values: Floats, starts: Sequence[Floats]) -> Point:
+        """Residuals and derivatives at values and starts."""
+        if not len(self.variations):
+            self.variations = np.where(values != 0.0, FIRST_STEP * np.abs(values), FIRST_STEP)
+            for _ in range(3):
+                self._learn(values, starts[0])
+        delta = self.variations
+        variants = [values, *(values + delta[i] * np.eye(len(values))[i] for i in range(len(values)))]
+        step = self.windows[0].record.step
+        lanes = self.of.lanes(variants + [values] * len(starts[0]), step, self.parts)
+        found = [
+            self._window(w, self._ready(w.record, values), lanes, values, start)
+            for w, start in zip(self.windows, starts, strict=True)
+        ]
+        residuals, by_value, by_start = (list(items) for items in zip(*found, strict=True))
+        return Point(values, list(starts), residuals, by_value, by_start)
+
+    def _ready(self, record: Record, values: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Pieces of the inputs, outputs as they are compared, their rates, and sizes of the states."""
+        delays = self.of.delays(values), self.of.of_outputs(values)["delay"]
+        key = id(record), tuple(np.concatenate(delays).tolist())
+        if key not in self.kept:
+            self.kept = {old: ready for old, ready in self.kept.items() if old[0] != id(record)}
+            pieces = record.pieces(self.of, values, self.parts)
+            self.kept[key] = pieces, *record.shifted(delays[1]), sizes_of(self.of, record)
+        pieces, outputs, rates, sizes = self.kept[key]
+        return pieces, outputs, rates, sizes
+
+    def _run(self, w: Window, pieces: Floats, lanes: Lanes, starts: Floats) -> Floats:
+        some = pieces[:, w.first * self.parts : (w.stop - 1) * self.parts]
+        return lanes.run(starts, np.ascontiguousarray(some), self.of.seen(), len(w), self.parts, w.record.step)
+
+    def _learn(self, values: Floats, start: Floats) -> None:
+        """Set the variations so that each changes the outputs of the first window by `EFFECT` of their size."""
+        w, free = self.windows[0], len(values)
+        w = Window(w.record, w.first, min(w.stop, w.first + 4000))
+        variants = [values, *(values + self.variations[i] * np.eye(free)[i] for i in range(free))]
+        lanes = self.of.lanes(variants, w.record.step, self.parts)
+        pieces = self._ready(w.record, values)[0]
+        seen = self._run(w, pieces, lanes, np.repeat(start[:, None], len(variants), axis=1))
+        size = np.sqrt(np.mean(seen[:, :, :1] ** 2, axis=1, keepdims=True)) + 1e-300
+        change = np.sqrt(np.max(np.mean(((seen[:, :, 1:] - seen[:, :, :1]) / size) ** 2, axis=1), axis=0))
+        good = np.isfinite(change) & (change > 0.0)
+        factor = np.where(good, np.clip(EFFECT / np.where(good, change, 1.0), 1e-4, 1e4), 1.0)
+        self.variations = self.variations * factor
+
+    def differences(self, w: Window, values: Floats, lanes: Lanes, start: Floats, by_start: Floats) -> Floats:
+        """What lanes (n, lanes - 1) differ by from the first one in a window, in units of noise, the start cleared."""
+        pieces, measured, *_ = self._ready(w.record, values)
+        seen = self._run(w, pieces, lanes, np.repeat(start[:, None], lanes.table.shape[1], axis=1))
+        scale = self.of.of_outputs(values)["gain"] / self.noise
+        change = scale[:, None, None] * (seen[:, :, 1:] - seen[:, :, :1])
+        return cleared(change[np.isfinite(measured[:, w.first : w.stop])], by_start)
+
+    def _window(
+        self, w: Window, ready: Any, lanes: Lanes, values: Floats, start: Floats
+    ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
+        """Residuals (n,) and derivatives by the values (n, free) and the start (n, states) of a window."""
+        pieces, measured, rates, sizes = ready
+        free, states = len(values), len(start)
+        outputs = self.of.of_outputs(values)
+        starts = np.repeat(start[:, None], 1 + free + states, axis=1)
+        delta = EFFECT * sizes
+        starts[np.arange(states), 1 + free + np.arange(states)] += delta
+        seen = self._run(w, pieces, lanes, starts)
+        at = slice(w.first, w.stop)
+        gain, noise = outputs["gain"][:, None], self.noise[:, None]
+        residual = (outputs["offset"][:, None] + gain * seen[:, :, 0] - measured[:, at]) / noise
+        by_lane = gain[:, :, None] * (seen[:, :, 1:] - seen[:, :, :1]) / noise[:, :, None]
+        by_value, by_start = by_lane[:, :, :free] / self.variations, by_lane[:, :, free:] / delta
+        for i, own in self.of.columns():
+            if own is None:
+                continue
+            by_value[:, :, i] = 0.0
+            change = {"gain": seen[own[0], :, 0], "offset": 1.0, "delay": -rates[own[0], at]}[own[1]]
+            by_value[own[0], :, i] = change / self.noise[own[0]]
+        good = np.isfinite(residual) | ~np.isfinite(seen[:, :, 0])  # what was not measured tells nothing
+        return residual[good], by_value[good], by_start[good]
+
+
+def cleared(columns: Floats, by_start: Floats) -> Floats:
+    """Columns (n, m) with what a change of the start can do taken out."""
+    basis = np.linalg.qr(by_start / np.maximum(np.linalg.norm(by_start, axis=0), 1e-300))[0]
+    return columns - basis @ (basis.T @ columns)
+
+
+def solve(
+    problem: LeastSquares, point: Point, most: int, told: Callable[[int, float], None] = lambda _i, _c: None
+) -> tuple[Point, bool]:  # fmt: skip
+    """Minimise the sum of squares from a point by Levenberg and Marquardt's method; and whether it converged.
+
+    Moré 1978, Lecture Notes in Mathematics 630, 105-116 (scaling by the columns' sizes).
+    """
+    damping = DAMPED
+    for i in range(most):
+        told(i, point.cost())
+        columns, rest = point.reduced()
+        size = np.linalg.norm(columns, axis=0)
+        size = np.where(size > 0.0, size, 1.0)
+        while True:
+            stacked = np.concatenate([columns / size, np.sqrt(damping) * np.eye(len(size))])
+            wanted = np.concatenate([-rest, np.zeros(len(size))])
+            change = np.linalg.lstsq(stacked, wanted, rcond=None)[0] / size
+            trial = _tried(problem, point, change)
+            if trial is not None and trial.cost() < point.cost():
+                break
+            damping *= 10.0
+            if damping > LARGEST_DAMPING:
+                return point, _small(columns, rest, change)
+        damping = max(damping / 10.0, 1e-12)
+        small = _small(columns, rest, change)
+        point = trial
+        if small:
+            return point, True
+    return point, False
+
+
+def _small(columns: Floats, rest: Floats, change: Floats) -> bool:
+    """Whether a change is small beside the standard deviations that white residuals would give."""
+    singular = np.linalg.svd(columns, compute_uv=True, full_matrices=False)
+    spread = singular[2].T / np.where(singular[1] > 0.0, singular[1], np.inf)
+    deviation = np.sqrt(np.sum(rest * rest) / len(rest) * np.sum(spread * spread, axis=1))
+    return bool(np.all(np.abs(change) <= CONVERGED * deviation + 1e-14))
+
+
+def _tried(problem: LeastSquares, point: Point, change: Floats) -> Point | None:
+    """The point after a change of the values, and the best change of the starts with it; None outside the model."""
+    starts = []
+    for r, j, s, start in zip(point.residuals, point.by_value, point.by_start, point.starts, strict=True):
+        size = np.maximum(np.linalg.norm(s, axis=0), 1e-300)
+        starts.append(start - np.linalg.lstsq(s / size, r + j @ change, rcond=1e-10)[0] / size)
+    try:
+        return problem.at(point.values + change, starts)
+    except ValueError:  # a value that the model refuses
+        return None
+
+
+def windows_of(records: Sequence[Record], length: int) -> list[Window]:
+    """All windows of so many samples of all records."""
+    return [
+        Window(record, first, min(first + length, len(record)))
+        for record in records
+        for first in range(0, max(len(record) - length // 2, 1), length)
+    ]
+
+
+def reweighted(problem: LeastSquares, point: Point) -> LeastSquares:
+    """The problem with the noise of each output from its residuals."""
+    count = len(problem.noise)
+    if count == 1:
+        return problem
+    return replace(problem, noise=problem.noise * _sizes(problem, point))
+
+
+def _sizes(problem: LeastSquares, point: Point) -> Floats:
+    total, many = np.zeros(len(problem.noise)), np.zeros(len(problem.noise))
+    for w, r in zip(problem.windows, point.residuals, strict=True):
+        good = np.isfinite(w.record.outputs[:, w.first : w.stop])
+        at = 0
+        for i, n in enumerate(np.sum(good, axis=1)):
+            total[i], many[i] = total[i] + np.sum(r[at : at + n] ** 2), many[i] + n
+            at += n
+    return np.sqrt(total / np.maximum(many, 1))
