@@ -3,8 +3,8 @@ What law does a measured Duffing oscillator have?
 =================================================
 
 The Silverbox, an electronic mass, spring and damper, is the benchmark of nonlinear identification (Wigren & Schoukens
-2013; nonlinearbenchmark.org). Its record is not shipped: `python examples/silverbox.py SNLS80mV.csv`. `compare_laws`
-chose the law, on the training part alone: stiffness, hardening, damping, and damping that grows with the rate.
+2013; nonlinearbenchmark.org). Its record is not shipped: ``python examples/silverbox.py SNLS80mV.csv``. The law was
+chosen by ``compare_laws`` on the training part alone.
 
 The number: the root mean square of the error in mV of a free run over each of the three test records.
 """
@@ -21,7 +21,7 @@ RATE = 1e7 / 2**14
 TRAIN = slice(40_650, 105_711)
 TESTS = {"multisine": slice(105_712, 127_399), "arrow": slice(100, 40_574), "its first 32 000": slice(100, 32_099)}
 FREE = ("J", "B", "law.first.K", "law.first.alpha", "law.second.D", "excitation.offset", "x.offset")
-K, RESONANCE, DAMPING = 1.0, 2.0 * math.pi * 68.0, 0.05  # first guess: gain 1 at rest, a resonance near 68 Hz
+K, RESONANCE, DAMPING = 1.0, 2.0 * math.pi * 68.0, 0.05  # first guess: gain 1 at rest, resonance near 68 Hz
 
 
 def read(path):
@@ -48,11 +48,10 @@ def main(path=None):
     for name, rows in TESTS.items():
         error = V2[rows] - free_run(found, V1[rows], V2[rows][:50])
         errors[name] = 1e3 * math.sqrt(np.mean(error[50:] ** 2))
-        label = f"{name}: {errors[name]:.3f} mV"
-        print(label)
+        print(label := f"{name}: {errors[name]:.3f} mV")
         axes.plot(np.arange(50, len(error)) / RATE, 1e3 * error[50:], lw=0.3, label=label)
-    axes.set(xlabel="time from the start of the record (s)", ylabel="measured less computed (mV)")
-    axes.legend(title="free runs")
+    axes.set(xlabel="time from the start of the record (s)", ylabel="measured less computed (mV)", title="free runs")
+    axes.legend()
     return errors
 
 
