@@ -196,6 +196,10 @@ from .study.identification.compare_laws import LawComparison as LawComparison
 from .study.identification.compare_laws import compare_laws as compare_laws
 from .study.identification.identify import Identified as Identified
 from .study.identification.identify import identify as identify
+from .study.identification.order_result import OrderLine as OrderLine
+from .study.identification.order_result import OrderScan as OrderScan
+from .study.identification.order_scan import order_scan as order_scan
+from .study.identification.run import Run as Run
 
 # Studies: a move
 from .study.move.move import move as move

@@ -130,7 +130,7 @@ class Floor:
         return math.sqrt(float(np.median(mean * freedom * (single ** (-1.0 / freedom) - 1.0))))
 
 
-def noise_floor(runs: Sequence[Any], highest: int, lines: Sequence[int], least: float) -> Floor:
+def noise_floor(runs: Sequence[Any], highest: int, lines: Sequence[float], least: float) -> Floor:
     """Estimate the noise around the orders 1 to `highest` from residuals in which `lines` were fitted.
 
     `least` is the variance of rounding, below which nothing is noise or line.

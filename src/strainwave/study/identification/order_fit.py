@@ -1,0 +1,200 @@
+"""Amplitudes of orders in runs at several speeds: each run for itself, then all with one delay.
+
+A line is A cos(k theta(t - delay) + phase), the real part of c exp(i k theta(t - delay)), c = A exp(i phase). In a run
+at the speed w a delay that is d longer turns c by exp(-i k w d).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...results import Floats
+from ..kinematic_error.line_noise import Floor, noise_floor
+from .run import Run
+
+SLOW = 12  # waves over the travel, at most, that friction and drift along it may have
+LONGEST = 0.02  # s: the largest delay that is looked for
+FINE = 0.3  # rad: of the fastest change of phase between two delays that are tried
+ROUNDS = 4
+WORST = 1e3  # condition of the columns of a run
+
+
+@dataclass(frozen=True)
+class RunFit:
+    """Lines of one run.
+
+    Attributes
+    ----------
+    values : (lines,) complex array
+        c of each line.
+    spreads : (lines, 2, 2) array
+        Covariance of its real and imaginary parts.
+    residual : (n,) array
+        What is left.
+    floor : Floor
+        Noise around the orders.
+    """
+
+    values: Floats
+    spreads: Floats
+    residual: Floats
+    floor: Floor
+
+
+def slow_columns(run: Run, lowest: float) -> Floats:
+    """Columns (n, m): mean, drift and slow waves along the travel, all slower than half of the lowest order."""
+    s = (run.angle - run.angle[0]) / run.travel
+    many = int(np.clip(0.5 * lowest * run.turns, 0, SLOW))
+    waves = [np.cos(np.pi * m * s) for m in range(2, many + 1)]
+    return np.column_stack([np.ones_like(s), s - 0.5, *waves])
+
+
+def without(columns: Floats, values: Floats) -> Floats:
+    """Values less what the columns say of them."""
+    basis = np.linalg.qr(columns)[0]
+    return np.asarray(values - basis @ (basis.T @ values))
+
+
+def fit_run(run: Run, orders: Sequence[float], delay: float, highest: float) -> RunFit:
+    """Lines of these orders in one run, and the noise around them."""
+    theta = run.angle_before(delay)
+    waves = [part for k in orders for part in (np.cos(k * theta), -np.sin(k * theta))]
+    slow = slow_columns(run, min(orders, default=highest))
+    columns = np.column_stack([slow, *waves])
+    u, s, vt = np.linalg.svd(columns / np.linalg.norm(columns, axis=0), full_matrices=False)
+    if s[0] > WORST * s[-1]:
+        raise ValueError(
+            f"a run over {run.turns:.3g} turns does not tell the orders {', '.join(f'{k:g}' for k in orders)} apart; "
+            "take longer runs, or orders further apart"
+        )
+    back = (vt.T / s) / np.linalg.norm(columns, axis=0)[:, None]
+    found = back @ (u.T @ run.value)
+    residual = run.value - columns @ found
+    ascending = np.sign(run.travel) * run.angle
+    floor = noise_floor([(ascending, residual)], int(np.ceil(highest)), orders, rounding(run.value))
+    inverse = back @ back.T
+    at = slow.shape[1]
+    values, spreads = [], []
+    for i, k in enumerate(orders):
+        place = slice(at + 2 * i, at + 2 * i + 2)
+        values.append(complex(*found[place]))
+        spreads.append(floor.variance(k) * inverse[place, place])
+    return RunFit(np.array(values), np.array(spreads).reshape(len(values), 2, 2), residual, floor)
+
+
+def rounding(values: Floats) -> float:
+    """Variance of rounding to steps, the smallest difference of two values being one."""
+    distinct = np.unique(values)
+    step = float(np.min(np.diff(distinct), initial=np.inf)) if len(distinct) > 1 else 0.0
+    return (step if np.isfinite(step) else 0.0) ** 2 / 12.0
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Lines of all runs with one delay.
+
+    Attributes
+    ----------
+    values : (lines,) complex array
+        c of each line.
+    covariance : (2 lines + 1, 2 lines + 1) array
+        Of real and imaginary parts, line by line, and last the delay [s].
+    delay : float
+        [s].
+    misfit : float
+        Sum of the squares of what single runs differ by, in deviations.
+    freedom : int
+        How many numbers are behind it.
+    """
+
+    values: Floats
+    covariance: Floats
+    delay: float
+    misfit: float
+    freedom: int
+
+
+def together(orders: Floats, speeds: Floats, fits: Sequence[RunFit], delay: float, *, delayed: bool) -> Joint:
+    """Lines and the delay behind the lines of several runs, which were fitted with a first delay [s].
+
+    Parameters
+    ----------
+    orders : (lines,) array
+        Orders.
+    speeds : (runs,) array
+        Mean speeds [rad/s].
+    fits : sequence of RunFit
+        Of the runs.
+    delay : float
+        With which they were fitted.
+    delayed : bool
+        Whether more or less delay is looked for.
+    """
+    values = np.array([fit.values for fit in fits])  # (runs, lines)
+    roots = np.array([[_root(spread) for spread in fit.spreads] for fit in fits])  # (runs, lines, 2, 2)
+    d = _delay(orders, speeds, values, roots) if delayed else 0.0
+    for _ in range(20):
+        jacobian, rest, means = _linear(orders, speeds, values, roots, d, delayed)
+        change = np.linalg.lstsq(jacobian, rest, rcond=None)[0]
+        if delayed:
+            d += float(change[-1])
+        if not delayed or abs(change[-1]) < 1e-12 + 1e-6 * abs(d):
+            break
+    jacobian, rest, means = _linear(orders, speeds, values, roots, d, delayed)
+    lines = 2 * len(orders)
+    covariance = np.full((lines + 1, lines + 1), np.inf)
+    covariance[: jacobian.shape[1], : jacobian.shape[1]] = np.linalg.pinv(jacobian.T @ jacobian)
+    return Joint(means, covariance, delay + d, float(rest @ rest), len(rest) - jacobian.shape[1])
+
+
+def _root(spread: Floats) -> Floats:
+    """Matrix that turns a deviation with this covariance into one of unit size."""
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(spread)))
+
+
+def _means(orders: Floats, speeds: Floats, values: Floats, roots: Floats, d: float) -> Floats:
+    """The lines (lines,) that are nearest to those of the runs, these turned by a longer delay."""
+    turn = np.exp(-1j * orders[None, :] * speeds[:, None] * d)
+    found = np.empty(len(orders), complex)
+    for i in range(len(orders)):
+        rows = [root @ _rotation(t) for root, t in zip(roots[:, i], turn[:, i], strict=True)]
+        wanted = [root @ (c.real, c.imag) for root, c in zip(roots[:, i], values[:, i], strict=True)]
+        a, b = np.linalg.lstsq(np.concatenate(rows), np.concatenate(wanted), rcond=None)[0]
+        found[i] = complex(a, b)
+    return found
+
+
+def _rotation(turn: complex) -> Floats:
+    return np.array([[turn.real, -turn.imag], [turn.imag, turn.real]])
+
+
+def _linear(
+    orders: Floats, speeds: Floats, values: Floats, roots: Floats, d: float, delayed: bool
+) -> tuple[Floats, Floats, Floats]:  # fmt: skip
+    """Derivatives by (lines, delay) and differences, in deviations, at the nearest lines of a delay."""
+    means = _means(orders, speeds, values, roots, d)
+    runs, lines = values.shape
+    jacobian, rest = np.zeros((2 * runs * lines, 2 * lines + delayed)), np.empty(2 * runs * lines)
+    for r in range(runs):
+        for i in range(lines):
+            row = slice(2 * (r * lines + i), 2 * (r * lines + i) + 2)
+            turn = np.exp(-1j * orders[i] * speeds[r] * d)
+            model = means[i] * turn
+            jacobian[row, 2 * i : 2 * i + 2] = roots[r, i] @ _rotation(turn)
+            if delayed:
+                slope = -1j * orders[i] * speeds[r] * model
+                jacobian[row, -1] = roots[r, i] @ (slope.real, slope.imag)
+            left = values[r, i] - model
+            rest[row] = roots[r, i] @ (left.real, left.imag)
+    return jacobian, rest, means
+
+
+def _delay(orders: Floats, speeds: Floats, values: Floats, roots: Floats) -> float:
+    """The longer delay [s] with the smallest differences, among many."""
+    weights = np.array([[np.linalg.norm(root) ** 2 / 2.0 for root in row] for row in roots])
+    fastest = float(np.max(np.abs(np.subtract.outer(speeds, speeds)))) * float(np.max(orders))
+    tried = np.linspace(-LONGEST, LONGEST, 2 * int(min(LONGEST * fastest / FINE, 5000)) + 3)
+    turned = values[None] * np.exp(1j * tried[:, None, None] * orders[None, None] * speeds[None, :, None])
+    total = np.sum(np.abs(np.sum(weights * turned, axis=1)) ** 2 / np.sum(weights, axis=0), axis=1)
+    return float(tried[np.argmax(total)])

@@ -1,0 +1,340 @@
+"""Orders of a measured quantity from runs over any part of a turn, at one speed or several."""
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.special import gammaincc
+
+from ...quantities import number, numbers, shown
+from ...results import Floats
+from .order_fit import LONGEST, ROUNDS, Joint, RunFit, fit_run, together
+from .order_result import OrderLine, OrderScan
+from .order_search import FoundLine, found_lines
+from .run import Run
+
+HIGHEST = 1000.0  # order that is looked for
+SHARE = 0.4  # of the samples per turn: the highest order that they show
+LOWEST = 4.0  # periods of an order that a run must hold to be looked for
+APART = 1.3  # resolutions: lines that are nearer are one
+RATIOS = (30, 50, 80, 100, 120, 160)  # of strain wave gears: multiples of them are looked for first
+AS_GOOD = 0.18  # resolutions beside its peak a line has 90 % of its power
+DIFFERENT = 5.0  # deviations by which runs may differ before it is said
+SAME_SPEED = 0.02  # relative difference of two speeds that counts as none
+RARE = 0.05
+
+
+def order_scan(
+    runs: Sequence[Run],
+    orders: Sequence[float] | None = None,
+    *,
+    highest: float | None = None,
+    false_alarm: float = 0.01,
+) -> OrderScan:
+    """Find the lines of a quantity that was measured while a shaft turned.
+
+    Each run has its own mean and slow part; amplitude and phase of each line are those of all runs together, and so is
+    one delay, by which the value lags behind the angle. Their errors follow from the noise around each line, and are
+    larger where runs differ by more.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        Stretches in which the shaft turns one way, over any part of a turn, at one speed or several. Angles of all runs
+        count from one zero.
+    orders : sequence of float, optional
+        Orders to fit. Default: those found.
+    highest : float, optional
+        Highest order looked for. Default: 1000, or less where the samples do not show it.
+    false_alarm : float
+        Probability that noise alone gives a line.
+
+    Returns
+    -------
+    OrderScan
+
+    Raises
+    ------
+    ValueError
+        If there is no run, the runs have different units, or they do not tell the orders apart.
+
+    References
+    ----------
+    Lomb 1976, Astrophys. Space Sci. 39, 447-462; Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20(5), 591-598; Birge
+    1932, Phys. Rev. 40, 207-227 (errors of values that differ by more than theirs).
+    """
+    runs = _checked(runs)
+    false_alarm = number("false_alarm", false_alarm, positive=True)
+    if not false_alarm < 1.0:
+        raise ValueError(f"false_alarm is {false_alarm:g}; it is a probability between 0 and 1, for example 0.01")
+    limit = min(SHARE * len(run.time) / run.turns for run in runs)
+    speeds = np.array([run.speed for run in runs])
+    spread = float(np.ptp(np.abs(speeds))) / float(np.max(np.abs(speeds)))
+    several = spread > SAME_SPEED or len({bool(s > 0.0) for s in speeds}) > 1
+    notes, base = [], 0.0
+    if orders is None:
+        top = min(HIGHEST, limit) if highest is None else number("highest", highest, positive=True)
+        if top > limit:
+            raise ValueError(f"highest is {top:g}; these samples show orders below {limit:.4g}")
+        lowest = LOWEST / min(run.turns for run in runs)
+        if lowest >= top:
+            raise ValueError(
+                f"the shortest run travels {LOWEST / lowest:.3g} turns and its samples show orders below {top:.4g}; "
+                "take longer runs or more samples to find orders, or give them"
+            )
+        sharp = _merged(found_lines(runs, lowest, top, false_alarm), runs)
+        base = _base([_widened(line, _resolution(line, runs)) for line in sharp])
+        placed = [_whole(line, base, _resolution(line, runs)) for line in sharp]
+        found = [_widened(line, _resolution(line, runs)) for line in placed]
+    else:
+        found = [FoundLine(k, 0.0, "order", math.inf, 0.0) for k in _given(orders, limit)]
+    over_angle = sorted((line for line in found if line.kind != "frequency"), key=lambda line: line.place)
+    chosen = np.array([line.place for line in over_angle])
+    fits, joint = _fitted(runs, chosen, limit, several)
+    delayed = several and len(chosen) > 0 and abs(joint.delay) <= LONGEST
+    if abs(joint.delay) > LONGEST:
+        notes.append(f"no delay up to {1e3 * LONGEST:g} ms fits the runs; none is taken")
+        fits, joint = _fitted(runs, chosen, limit, delayed)
+    lines = _lines(over_angle, fits, joint, several)
+    lines += [_frequency_line(line, runs) for line in found if line.kind == "frequency"]
+    if not several:
+        notes.append(
+            "all runs have one speed, which tells no delay from a phase, no order from a frequency: measure at a second"
+        )
+    ways: dict[bool, tuple[OrderLine, ...]] = {True: (), False: ()}
+    if np.any(speeds > 0.0) and np.any(speeds < 0.0) and len(chosen):
+        for way in ways:
+            some = [i for i, s in enumerate(speeds) if (s > 0.0) == way]
+            part = [fits[i] for i in some]
+            one = together(chosen, speeds[some], part, joint.delay, delayed=False)
+            ways[way] = tuple(_lines(over_angle, part, one, several))
+    notes += _growth(lines, speeds)
+    if _birge(joint) > DIFFERENT:
+        notes.append(
+            f"the runs differ by {_birge(joint):.3g} times their noise: give runs of one shaft, with one zero of angle"
+        )
+    left = np.concatenate([fit.residual for fit in fits])
+    return OrderScan(
+        tuple(sorted(lines, key=lambda line: line.order)),
+        joint.delay if delayed else 0.0,
+        _deviation(joint, -1) if delayed else math.inf,
+        speeds,
+        float(np.sqrt(np.mean(left * left))),
+        base,
+        tuple(notes),
+        runs[0].unit,
+        float(max(joint.freedom, 1)),
+        ways[True],
+        ways[False],
+    )
+
+
+def _checked(given: Any) -> list[Run]:
+    if not isinstance(given, Run | Iterable):
+        raise TypeError(f"runs is {shown(given)}; give a list of Run")
+    runs: list[Run] = [given] if isinstance(given, Run) else list(given)
+    if not runs:
+        raise ValueError("runs is empty; give one run at least")
+    for run in runs:
+        if not isinstance(run, Run):
+            raise TypeError(f"{shown(run)} is no Run; make one by Run(time, angle, value)")
+    units = sorted({run.unit for run in runs})
+    if len(units) > 1:
+        raise ValueError(f"the runs have values in {' and '.join(map(repr, units))}; give one quantity in one unit")
+    return runs
+
+
+def _given(orders: Any, limit: float) -> list[float]:
+    chosen = sorted(float(k) for k in numbers("orders", list(orders) if isinstance(orders, Iterable) else orders))
+    if not chosen or not chosen[0] > 0.0 or len(set(chosen)) < len(chosen):
+        raise ValueError(f"orders are {shown(orders)}; give positive ones, none twice")
+    if chosen[-1] > limit:
+        raise ValueError(f"order {chosen[-1]:g} is too high; these samples show orders below {limit:.4g}")
+    return chosen
+
+
+def _fitted(runs: list[Run], orders: Floats, limit: float, several: bool) -> tuple[list[RunFit], Joint]:
+    """Fits of all runs and of all together, the delay found again until it stays."""
+    delay, rounds = 0.0, ROUNDS if several and len(orders) else 1
+    speeds = np.array([run.speed for run in runs])
+    top = min(limit, float(np.max(orders, initial=1.0)) * 1.2 + 20.0 / min(run.turns for run in runs))
+    for i in range(rounds):
+        fits = [fit_run(run, list(orders), delay, top) for run in runs]
+        if not len(orders):
+            return fits, Joint(np.zeros(0), np.zeros((1, 1)), 0.0, 0.0, 0)
+        joint = together(orders, speeds, fits, delay, delayed=several)
+        if abs(joint.delay - delay) < 1e-7 or i + 1 == rounds:
+            break
+        delay = joint.delay
+    return fits, joint
+
+
+def _deviation(joint: Joint, i: int) -> float:
+    """Standard deviation, larger where runs differ by more than their noise says."""
+    return math.sqrt(max(joint.covariance[i, i], 0.0)) * _birge(joint)
+
+
+def _birge(joint: Joint) -> float:
+    return math.sqrt(max(1.0, joint.misfit / joint.freedom)) if joint.freedom > 0 else 1.0
+
+
+def _lines(
+    found: Sequence[FoundLine], fits: Sequence[RunFit], joint: Joint, several: bool
+) -> list[OrderLine]:  # fmt: skip
+    made = []
+    for i, (line, c) in enumerate(zip(found, joint.values, strict=True)):
+        place = slice(2 * i, 2 * i + 2)
+        covariance = joint.covariance[place, place] * _birge(joint) ** 2
+        amplitude = abs(c)
+        along = np.array([c.real, c.imag]) / amplitude if amplitude > 0.0 else np.array([1.0, 0.0])
+        across = np.array([-along[1], along[0]])
+        own = np.array([abs(fit.values[i]) for fit in fits])
+        errors = np.array([math.sqrt(0.5 * float(np.trace(fit.spreads[i]))) for fit in fits])
+        made.append(
+            OrderLine(
+                order=line.place,
+                order_error=line.error,
+                amplitude=amplitude,
+                amplitude_error=math.sqrt(float(along @ covariance @ along)),
+                phase=math.atan2(c.imag, c.real),
+                phase_error=math.sqrt(float(across @ covariance @ across)) / amplitude if amplitude else math.pi,
+                kind=line.kind,
+                why=_why(line, several=several),
+                false_alarm=line.false_alarm,
+                frequency=math.nan,
+                by_run=own,
+                by_run_error=errors,
+                same=_same(own, errors)[0],
+                freedom=float(max(joint.freedom, 1)) if joint.misfit > joint.freedom > 0 else math.inf,
+            )
+        )
+    return made
+
+
+def _same(values: Floats, errors: Floats) -> tuple[float, float, float]:
+    """Probability that values with these deviations are one, their mean, and the sum of squared differences."""
+    mean = float(np.sum(values / errors**2) / np.sum(1.0 / errors**2))
+    excess = float(np.sum(((values - mean) / errors) ** 2))
+    return float(gammaincc(0.5 * (len(values) - 1), 0.5 * excess)) if len(values) > 1 else 1.0, mean, excess
+
+
+def _why(line: FoundLine, *, several: bool) -> str:
+    if math.isinf(line.difference):
+        return "its order was given"
+    odds = f"e^{abs(line.difference):.0f} to 1"
+    if line.kind == "order":
+        return f"it stays with the angle, {odds}"
+    if line.kind == "frequency":
+        return f"it stays with the time, {odds}"
+    if not several:
+        return "one speed cannot tell whether it is an order or a frequency"
+    return "the runs do not tell whether it is an order or a frequency"
+
+
+def _frequency_line(line: FoundLine, runs: Sequence[Run]) -> OrderLine:
+    """A line that stays with the time: its amplitude is the mean of those in the runs."""
+    own, errors = [], []
+    for run in runs:
+        over_time = Run(run.time, 2.0 * np.pi * run.time, run.value)
+        fit = fit_run(over_time, [line.place], 0.0, 2.0 * line.place + 20.0 / over_time.turns)
+        own.append(abs(fit.values[0]))
+        errors.append(math.sqrt(0.5 * float(np.trace(fit.spreads[0]))))
+    a, s = np.array(own), np.array(errors)
+    same, mean, excess = _same(a, s)
+    error = math.sqrt(max(1.0, excess / max(len(a) - 1, 1)) / float(np.sum(1.0 / s**2)))
+    at = 2.0 * math.pi / abs(runs[0].speed)
+    return OrderLine(
+        order=line.place * at,
+        order_error=line.error * at,
+        amplitude=mean,
+        amplitude_error=error,
+        phase=0.0,
+        phase_error=math.pi,
+        kind="frequency",
+        why=_why(line, several=True),
+        false_alarm=line.false_alarm,
+        frequency=line.place,
+        by_run=a,
+        by_run_error=s,
+        same=same,
+        freedom=float(max(len(a) - 1, 1)),
+    )
+
+
+def _merged(found: Sequence[FoundLine], runs: Sequence[Run]) -> list[FoundLine]:
+    """Lines that the runs resolve: nearer ones are one, at the place of the stronger."""
+    kept: list[FoundLine] = []
+    for line in found:  # the strongest first
+        width = _resolution(line, runs)
+        near = [
+            i
+            for i, other in enumerate(kept)
+            if (other.kind == "frequency") == (line.kind == "frequency")
+            and abs(other.place - line.place) < APART * width
+        ]
+        if near:
+            old = kept[near[0]]
+            kept[near[0]] = old._replace(reach=max(old.reach, abs(line.place - old.place)))
+        else:
+            kept.append(line)
+    return kept
+
+
+def _resolution(line: FoundLine, runs: Sequence[Run]) -> float:
+    """Distance of two lines that the longest run tells apart: in orders, or in Hz."""
+    if line.kind == "frequency":
+        return 1.0 / max(float(run.time[-1] - run.time[0]) for run in runs)
+    return 1.0 / max(run.turns for run in runs)
+
+
+def _base(found: Sequence[FoundLine]) -> float:
+    """Largest whole number of which most lines may be multiples, three at least, and not by chance; 0 without one."""
+    over_angle = [line for line in found if line.kind != "frequency"]
+    for bases in (RATIOS, range(10, 501)):
+        for base in sorted(bases, reverse=True):
+            chance = [min(1.0, 2.0 * line.error / base) for line in over_angle]
+            hits = [abs(line.place - base * max(1, round(line.place / base))) <= line.error for line in over_angle]
+            many = sum(hits)
+            if many >= max(3, 0.5 * len(over_angle)) and _by_chance(chance, many) * len(bases) < RARE:
+                return float(base)
+    return 0.0
+
+
+def _by_chance(chances: Sequence[float], many: int) -> float:
+    """Probability that so many of independent events happen."""
+    counts = np.array([1.0])
+    for p in chances:
+        counts = np.convolve(counts, [1.0 - p, p])
+    return float(np.sum(counts[many:]))
+
+
+def _whole(line: FoundLine, base: float, resolution: float) -> FoundLine:
+    """The line at a multiple of the base or at a whole order, where that is as good a place."""
+    if line.kind == "frequency":
+        return line
+    for step in (base, 1.0 if resolution < 1.0 else 0.0):
+        nearest = step * round(line.place / step) if step else 0.0
+        if nearest > 0.0 and abs(line.place - nearest) <= 2.0 * line.error + AS_GOOD * resolution:
+            return line._replace(place=nearest)
+    return line
+
+
+def _widened(line: FoundLine, resolution: float) -> FoundLine:
+    """The line with what its place may be off by: of two that are not told apart it shows their middle, or one."""
+    return line._replace(error=2.0 * line.error + max(0.5 * APART * resolution, line.reach))
+
+
+def _growth(lines: Sequence[OrderLine], speeds: Floats) -> list[str]:
+    """Sentences on lines whose amplitude is not that of all runs: where they are largest."""
+    told = []
+    for line in lines:
+        if line.kind != "frequency" and len(line.by_run) > 1 and line.same < RARE / len(lines):
+            i = int(np.argmax(line.by_run))
+            if line.by_run[i] > 1.5 * float(np.median(line.by_run)):
+                told.append(
+                    f"order {line.order:g} has {line.by_run[i]:.4g} at {speeds[i]:.4g} rad/s and "
+                    f"{float(np.median(line.by_run)):.4g} in the middle of all runs: a resonance may lie near "
+                    f"{line.order * abs(speeds[i]) / (2.0 * math.pi):.4g} Hz"
+                )
+    return told

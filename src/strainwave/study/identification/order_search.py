@@ -1,0 +1,180 @@
+"""Lines in runs that nobody has named: over the angle and over the time, one strength after the other.
+
+The power of a line over the noise around it is exponentially distributed where there is no line, and adds up over runs.
+An order stands at one place over the angle in every run, a frequency at one place over the time. Runs at different
+speeds, or one whose speed changes, have one sum above the other.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
+
+import numpy as np
+from scipy.special import gammaincc
+
+from ...results import Floats
+from ..kinematic_error.line_noise import Floor
+from .order_fit import rounding, slow_columns, without
+from .run import Run
+
+Kind = Literal["order", "frequency", "undecided"]
+OVERSAMPLED = 6  # orders tried for each that is independent
+DECIDED = 9.0  # difference of the sums from which on one of both is believed: e^9 to 1
+MOST_LINES = 24
+CELL = 0.1  # rad: of the highest order, over which samples are counted as one place
+TURN = 2.0 * math.pi
+
+
+class FoundLine(NamedTuple):
+    """A line that stands out.
+
+    Attributes
+    ----------
+    place : float
+        Order, or frequency [Hz] of kind "frequency".
+    error : float
+        Its standard deviation.
+    kind : {"order", "frequency", "undecided"}
+        What keeps it in place; "undecided" is given as an order.
+    difference : float
+        Sum over the angle less that over the time, in logarithms of the likelihood.
+    false_alarm : float
+        Probability that noise has a line as strong anywhere.
+    reach : float
+        Distance of another line that is not told apart from it.
+    """
+
+    place: float
+    error: float
+    kind: Kind
+    difference: float
+    false_alarm: float
+    reach: float = 0.0
+
+
+def found_lines(runs: Sequence[Run], lowest: float, highest: float, false_alarm: float) -> list[FoundLine]:
+    """Lines between two orders, the strongest first."""
+    rest = [without(slow_columns(run, lowest), run.value) for run in runs]
+    speeds = np.array([abs(run.speed) for run in runs])
+    least = [rounding(run.value) for run in runs]
+    angles = [Coordinate(np.abs(run.angle - run.angle[0]), highest, v) for run, v in zip(runs, least, strict=True)]
+    times = [
+        Coordinate(TURN * (run.time - run.time[0]), highest * speed / TURN, v)
+        for run, speed, v in zip(runs, speeds, least, strict=True)
+    ]
+    over_angle, over_time = Spectrum(angles, lowest), Spectrum(times, lowest * float(np.min(speeds)) / TURN)
+    found: list[FoundLine] = []
+    kind: Kind
+    for _ in range(MOST_LINES):
+        by_angle, by_time = over_angle.sums(rest), over_time.sums(rest)
+        order, frequency = over_angle.largest(by_angle), over_time.largest(by_time)
+        here = over_angle.sum_at(by_angle, order), over_time.largest_of(by_time, order * speeds / TURN)
+        there = over_angle.largest_of(by_angle, frequency * TURN / speeds), over_time.sum_at(by_time, frequency)
+        if here[0] - here[1] > DECIDED or max(here) >= max(there):
+            both, kind = here, "order" if here[0] - here[1] > DECIDED else "undecided"
+        else:
+            both, kind = there, "undecided"
+        if kind == "undecided" and there[1] - there[0] > DECIDED:
+            both, kind = there, "frequency"
+        spectrum, place = (over_time, frequency) if kind == "frequency" else (over_angle, order)
+        alarm = spectrum.false_alarm(max(both))
+        if not alarm < false_alarm:
+            break
+        found.append(FoundLine(place, spectrum.error(place, rest), kind, both[0] - both[1], alarm))
+        rest = [without(np.column_stack(c.wave(place)), r) for c, r in zip(spectrum.over, rest, strict=True)]
+    return found
+
+
+class Coordinate(NamedTuple):
+    """What a run is looked at over, the angle travelled [rad] or 2 pi times the time [s], and its highest place."""
+
+    x: Floats
+    highest: float
+    least: float
+    """Variance of rounding."""
+
+    @property
+    def reach(self) -> float:
+        """How far it goes."""
+        return float(np.max(self.x))
+
+    def wave(self, place: float) -> tuple[Floats, Floats]:
+        """Cosine and sine (n,) of a line."""
+        return np.cos(place * self.x), np.sin(place * self.x)
+
+
+class Spectrum:
+    """Power over noise at places from a lowest one on, added up over the runs."""
+
+    def __init__(self, over: list[Coordinate], lowest: float) -> None:
+        self.over = over
+        highest, self.spacing = max(c.highest for c in over), TURN / max(c.reach for c in over)
+        step = self.spacing / OVERSAMPLED
+        self.first = max(1, math.ceil(lowest / step))
+        count = max(2, math.ceil(highest / step) - self.first)
+        self.places: Floats = step * (self.first + np.arange(count, dtype=float))
+        self.trials = max(1.0, float(self.places[-1] - self.places[0]) / self.spacing)
+        self.parts = 1 << math.ceil(math.log2(TURN / step / (CELL / highest)))
+        self.cell = TURN / step / self.parts
+
+    def ratios(self, rest: Sequence[Floats]) -> Floats:
+        """Power over noise (runs, places), as sure as if the noise were known; 1 above the highest place of a run.
+
+        With noise from so many others the power has Fisher's distribution, (1 + z/f)^-f in the place of exp(-z).
+        """
+        found = np.ones((len(self.over), len(self.places)))
+        for i, (c, r) in enumerate(zip(self.over, rest, strict=True)):
+            cells = np.bincount(np.rint(c.x / self.cell).astype(int), r)
+            sums = np.fft.rfft(cells, self.parts)[self.first : self.first + len(self.places)]
+            power = np.abs(2.0 / len(r) * sums) ** 2
+            noise, freedom = self._noise(c, power, len(r))
+            inside = self.places <= c.highest
+            found[i, inside] = (freedom * np.log1p(power / noise / freedom))[inside]
+        return found
+
+    def _noise(self, c: Coordinate, power: Floats, samples: int) -> tuple[Floats, Floats]:
+        """Mean power (places,) of the noise, and how many values it is from: those that are independent in the run."""
+        some = self.places[:: max(1, round(TURN / c.reach / (self.spacing / OVERSAMPLED)))]
+        at = some[some <= c.highest]
+        powers = np.interp(at, self.places, power)
+        floor = Floor(at, powers, TURN / c.reach, math.ceil(c.highest), samples, 4.0 * c.least / samples)
+        means, freedoms = floor.estimates(at)
+        return np.exp(np.interp(self.places, at, np.log(means))), np.interp(self.places, at, freedoms)
+
+    def sums(self, rest: Sequence[Floats]) -> Floats:
+        """`ratios` added up."""
+        return np.asarray(np.sum(self.ratios(rest), axis=0))
+
+    def largest(self, sums: Floats) -> float:
+        """Place of the largest sum, between the places that were looked at."""
+        i = int(np.clip(np.argmax(sums), 1, len(sums) - 2))
+        below, top, above = np.log(np.maximum(sums[i - 1 : i + 2], 1e-300))
+        bend = below - 2.0 * top + above
+        return float(
+            self.places[i] + (0.5 * (below - above) / bend if bend < 0.0 else 0.0) * self.spacing / OVERSAMPLED
+        )
+
+    def sum_at(self, sums: Floats, place: float) -> float:
+        """Largest sum within the width of a line around a place; 0 outside of all places."""
+        near = np.abs(self.places - place) <= self.spacing
+        return float(np.max(sums[near], initial=0.0))
+
+    def largest_of(self, sums: Floats, places: Floats) -> float:
+        """Largest `sum_at` of several places."""
+        return max(self.sum_at(sums, place) for place in places)
+
+    def false_alarm(self, total: float) -> float:
+        """Probability that noise reaches a sum anywhere, over the angle or the time.
+
+        Between independent places it crosses the sum as often as Davies 1987, Biometrika 74, 33-43, says.
+        """
+        single = float(gammaincc(len(self.over), total))
+        trials = 2.0 * self.trials * max(1.0, math.sqrt(math.pi * total / 3.0))
+        return -math.expm1(trials * math.log1p(-min(single, 1.0 - 1e-16)))
+
+    def error(self, place: float, rest: Sequence[Floats]) -> float:
+        """Standard deviation of a place (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20(5), 591-598)."""
+        i = int(np.argmin(np.abs(self.places - place)))
+        sums = self.ratios(rest)[:, i]
+        told = sum(max(z, 0.0) * c.reach**2 / 6.0 for z, c in zip(sums, self.over, strict=True))
+        return 1.0 / math.sqrt(told) if told > 0.0 else math.inf

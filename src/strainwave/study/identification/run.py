@@ -1,0 +1,100 @@
+"""One stretch of a measurement in which a shaft turns one way: a quantity over time and angle."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...quantities import LARGEST, shown
+from ...results import Floats
+
+FEWEST = 32
+STILL = 1e-9  # rad
+SMOOTHED = 0.05  # of the travel: over which a speed is a mean
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A quantity measured while a shaft turns one way.
+
+    Attributes
+    ----------
+    time : (n,) array
+        Times [s], ascending.
+    angle : (n,) array
+        Angle [rad] of the shaft whose turns orders count, unwrapped; any part of a turn does.
+    value : (n,) array
+        What was measured: an angle, a torque, a current, a speed.
+    unit : str
+        Its unit.
+
+    Raises
+    ------
+    ValueError
+        If the arrays do not fit, hold what is no number, the time does not ascend, or the shaft does not turn one way.
+    """
+
+    time: Floats
+    angle: Floats
+    value: Floats
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        columns = {}
+        for name in ("time", "angle", "value"):
+            try:
+                columns[name] = np.array(getattr(self, name), float)
+            except (TypeError, ValueError):
+                raise ValueError(f"{name} is {shown(getattr(self, name))}; it must be an array of numbers") from None
+        shapes = {name: column.shape for name, column in columns.items()}
+        if len(set(shapes.values())) > 1 or columns["time"].ndim != 1:
+            told = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+            raise ValueError(f"a run has arrays of the shapes {told}; give one length")
+        if len(columns["time"]) < FEWEST:
+            raise ValueError(f"a run has {len(columns['time'])} samples; give {FEWEST} at least")
+        for name, column in columns.items():
+            good = np.abs(column) <= LARGEST
+            if not np.all(good):
+                i = int(np.flatnonzero(~good)[0])
+                raise ValueError(f"{name} of sample {i} is {column[i]}; remove the sample")
+            object.__setattr__(self, name, column)
+        if not np.all(np.diff(self.time) > 0.0):
+            i = int(np.flatnonzero(np.diff(self.time) <= 0.0)[0])
+            raise ValueError(
+                f"time {self.time[i + 1]:.9g} s of sample {i + 1} stands after {self.time[i]:.9g} s; times must ascend"
+            )
+        way = np.sign(self.travel) * np.diff(self.angle)
+        back = -float(np.sum(way[way < 0.0]))
+        if not abs(self.travel) > STILL:
+            raise ValueError(f"the angle stays at {self.angle[0]:.6g} rad; a run needs a shaft that turns")
+        if back > 0.2 * abs(self.travel):
+            raise ValueError(
+                f"the angle goes back by {back:.4g} rad in all while it travels {abs(self.travel):.4g} rad; give the "
+                "way there and the way back as two runs"
+            )
+
+    @property
+    def travel(self) -> float:
+        """Angle travelled [rad], negative backward."""
+        return float(self.angle[-1] - self.angle[0])
+
+    @property
+    def speed(self) -> float:
+        """Mean speed [rad/s], negative backward."""
+        return self.travel / float(self.time[-1] - self.time[0])
+
+    @property
+    def turns(self) -> float:
+        """Turns travelled."""
+        return abs(self.travel) / (2.0 * np.pi)
+
+    def angle_before(self, delay: float) -> Floats:
+        """Angle (n,) [rad] a time [s] before each sample; beyond the ends at the mean speed there."""
+        at = self.time - delay
+        found = np.interp(at, self.time, self.angle)
+        many = max(2, len(self.time) // 50)
+        for end, near in ((0, slice(0, many)), (-1, slice(-many, None))):
+            t, a = self.time[near], self.angle[near]
+            rate = float(a[-1] - a[0]) / float(t[-1] - t[0])
+            out = at < self.time[0] if end == 0 else at > self.time[-1]
+            found[out] = self.angle[end] + rate * (at[out] - self.time[end])
+        return np.asarray(found)
