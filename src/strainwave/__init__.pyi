@@ -196,6 +196,10 @@ from .study.identification.compare_laws import LawComparison as LawComparison
 from .study.identification.compare_laws import compare_laws as compare_laws
 from .study.identification.identify import Identified as Identified
 from .study.identification.identify import identify as identify
+from .study.identification.log import Gap as Gap
+from .study.identification.log import Log as Log
+from .study.identification.motion import Segment as Segment
+from .study.identification.run import Run as Run
 
 # Studies: a move
 from .study.move.move import move as move
@@ -246,6 +250,7 @@ from .files.order_tables.format import OrderFormat as OrderFormat
 from .files.order_tables.residual import TableResidual as TableResidual
 from .files.export.export import Exported as Exported
 from .files.export.export import export as export
+from .files.logs.read import read_log as read_log
 from .files.scan_file import ScanFile as ScanFile
 from .files.scan_file import read_scan as read_scan
 
