@@ -1,16 +1,18 @@
 """What is done to raw channels before they are a log: each step adds a note where it changes anything."""
 
+from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
 
 from ...results import Floats
 from ...study.identification.log import Log
+from ...study.identification.motion import Segment
 from .names import TURN
 from .table import Column, refuse
 
 SPARSE = 0.2  # share of missing values from which a channel has times of its own
-STEADY, TRANSIENT = 0.7, 0.2  # shares of a log: of its one constant speed at least, of what comes before it at most
+TRANSIENT = 0.2  # share of a log that may come before the constant speed with which it ends
 
 Channels = dict[str, Floats]
 
@@ -168,19 +170,20 @@ def trimmed(log: Log, trim: float | tuple[float, float] | None, notes: list[str]
     if not any(f"{shaft}_{kind}" in log.channels for shaft in ("motor", "load") for kind in ("angle", "speed")):
         return log
     parts = log.segments()
-    whole = log.time[-1] - log.time[0]
-    main = max(parts, key=lambda part: part.stop - part.start)
-    before = [part for part in parts if part.stop <= main.start]
-    steady = main.kind == "constant speed" and main.stop - main.start >= STEADY * whole
-    if not (steady and before and any(part.kind == "other" for part in before)):
-        return log
-    if main.start - log.time[0] > TRANSIENT * whole:
+    steady = list(takewhile(lambda part: _continues(part, parts[-1]), reversed(parts)))
+    main = steady[-1] if steady else parts[0]
+    if main is parts[0] or main.start - log.time[0] > TRANSIENT * (log.time[-1] - log.time[0]):
         return log
     notes.append(
-        f"the first {main.start - log.time[0]:.3g} s, before the speed is constant, are a transient and were left out; "
+        f"the first {main.start - log.time[0]:.3g} s, before the constant speed, are a transient and were left out; "
         "trim=0 keeps them"
     )
     return log.cut(start=main.start)
+
+
+def _continues(part: Segment, last: Segment) -> bool:
+    """Whether a stretch and the last one are the same constant speed."""
+    return part.kind == last.kind == "constant speed" and abs(part.speed - last.speed) < 0.1 * abs(last.speed)
 
 
 def regular(log: Log, notes: list[str]) -> None:

@@ -5,6 +5,7 @@ refused: a German table must not become a wrong one.
 """
 
 import csv
+import math
 import re
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -12,12 +13,11 @@ from typing import NamedTuple
 DELIMITERS = (";", "\t", ",", " ")
 NAMES = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "blanks"}
 SIGNS = {".": "a point", ",": "a comma"}
-MISSING = (
+_MISSING = frozenset((
     "", "nan", "NaN", "NAN", "-nan", "inf", "-inf", "+inf", "Inf", "-Inf", "+Inf", "INF", "-INF", "infinity",
     "Infinity", "-Infinity", "NA", "N/A", "null", "NULL", "None", "#N/A", "1.#INF", "-1.#INF", "1.#QNAN", "-1.#IND",
     "1,#INF", "-1,#INF", "1,#QNAN", "-1,#IND",
-)  # fmt: skip
-_MISSING = frozenset(MISSING)
+))  # fmt: skip
 MOST_TRIED = 4000  # lines on which dialects are tried; of more lines, evenly chosen ones
 
 
@@ -68,6 +68,15 @@ def is_number(cell: str, decimal: str, thousands: bool = True) -> bool:
     return plain or (thousands and GROUPED[decimal].fullmatch(cell) is not None)
 
 
+def number(cell: str, dialect: Dialect) -> float:
+    """Value of a cell that is a number, NaN where it says that there is none."""
+    if cell in _MISSING:
+        return math.nan
+    # both signs stand for nothing but themselves in a cell that has passed `is_number`
+    plain = cell if PLAIN[dialect.decimal].fullmatch(cell) else cell.replace("," if dialect.decimal == "." else ".", "")
+    return float(plain.replace(dialect.decimal, "."))
+
+
 def is_row(line: str, delimiter: str, decimal: str) -> bool:
     """Whether all cells of a line are numbers, and one at least has a digit."""
     cells = split(line, delimiter)
@@ -105,18 +114,21 @@ def find(
         if d != s
     ]
     found = [(d, s, start) for d, s in pairs if (start := _first(lines, d, s)) is not None]
-    found = [one for one in found if _fits(_sample(lines[one[2] :]), *one[:2])]
-    if not found:
+    # only names stand above the numbers: what reads the more lines is right
+    earliest = min((start for _, _, start in found), default=0)
+    body = _sample(lines[earliest:])
+    for tried in (body, body[: max(1, min(50, len(body) // 2))]):  # reading will say which of the other lines is wrong
+        fits = [one for one in found if one[2] == earliest and _fits(tried, *one[:2])]
+        if fits:
+            break
+    if not fits:
         raise Unclear(
             "has no table of numbers whose lines have equally many cells; give delimiter and decimal as it is written, "
             "and remove or comment (#) lines of text between the numbers"
         )
-    # what reads the more lines as numbers is right: only names stand above them
-    earliest = min(start for _, _, start in found)
-    found = [one for one in found if one[2] == earliest]
     ways: dict[tuple[tuple[str, ...], ...], tuple[str, str, int]] = {}
-    for one in sorted(found, key=lambda one: _columns(lines[earliest], one[0]) == 1):
-        ways.setdefault(_read(_sample(lines[earliest:]), *one[:2]), one)
+    for one in sorted(fits, key=lambda one: _columns(lines[earliest], one[0]) == 1):
+        ways.setdefault(_read(tried, *one[:2]), one)
     if len(ways) > 1:
         ways = {table: one for table, one in ways.items() if _agrees(table, lines, one, count)} or ways
     if len(ways) > 1:
@@ -171,13 +183,6 @@ def _is_grouped(cell: str, decimal: str) -> bool:
 
 
 def _read(lines: list[str], delimiter: str, decimal: str) -> tuple[tuple[str, ...], ...]:
-    """Cells as plain numbers: equal for dialects that read the same table."""
-    other = "," if decimal == "." else "."
-    return tuple(
-        tuple(
-            cell.replace(other, "").replace(decimal, ".") if PLAIN[decimal].fullmatch(cell) is None else
-            cell.replace(decimal, ".")
-            for cell in split(line, delimiter)
-        )
-        for line in lines
-    )  # fmt: skip
+    """Cells as they are read: equal for dialects that read the same table."""
+    way = Dialect(delimiter, decimal)
+    return tuple(tuple(repr(number(cell, way)) for cell in split(line, delimiter)) for line in lines)

@@ -9,7 +9,7 @@ from ...results import Floats
 from ...study.identification.log import Log
 
 AGREES = 0.2  # relative: angle and integral of the speed
-CLOSE = 0.08  # relative: to a factor between units
+CLOSE = 0.03  # relative: to a factor between units
 STILL = 1e-5  # rad: less is no motion
 CLIPPED, LONGEST = 0.005, 3  # share of the samples at an extreme value, samples in a row there
 # What an angle grows relative to the integral of the speed when one of them is in another unit than was read.

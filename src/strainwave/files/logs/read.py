@@ -47,8 +47,8 @@ def read_log(
     ratio : float, optional
         Ratio of the gear: a log of motor and load angles of another gear is refused.
     trim : float or (float, float), optional
-        Seconds to leave out at the begin, or at both ends. Default: a transient before a long stretch of constant
-        speed; 0 keeps all.
+        Seconds to leave out at the begin, or at both ends. Default: in a log that ends at constant speed what comes
+        before it, up to a fifth of the log; 0 keeps all.
     unwrap : bool
         Whether angles that jump by a turn are made continuous.
     delimiter, decimal : str, optional

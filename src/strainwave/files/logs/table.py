@@ -1,16 +1,15 @@
 """A text table of numbers: CSV in any dialect, with or without names above the columns."""
 
-import io
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from ...results import Floats
 from ..yaml_text import FileError, Problem, complaint, read_text, shown
-from .dialect import MISSING, Dialect, Unclear, find, is_number, split
+from .dialect import Dialect, Unclear, find, is_number, number, split
 from .names import header_cells, unit_row
 
 LARGEST = 1024 * 1024 * 1024  # of a text file [bytes]
@@ -130,29 +129,20 @@ def _numbers(path: Path, lines: Lines, start: int, dialect: Dialect, notes: list
     if len(body) > 1 and _wrong_cell(body[-1], dialect, width):
         notes.append(f"the last line ({lines.numbers[-1]}) is cut off and was left out")
         body = body[:-1]
-    # pandas fills short lines and cuts long ones without a word, and takes any point between thousands
-    for i, line in enumerate(body):
-        count = line.count(d) + 1 if d != " " and '"' not in line else len(split(line, d))
-        if count != width or dialect.thousands:
-            _check(path, lines, start + i, dialect, width)
-    options = {"sep": r"\s+" if d == " " else d, "decimal": dialect.decimal, "thousands": dialect.thousands or None}
-    try:
-        table = pd.read_csv(
-            io.StringIO("\n".join(body)), header=None, names=range(width), dtype=float, na_values=list(MISSING),
-            index_col=False, skipinitialspace=True, skip_blank_lines=False, float_precision="round_trip", **options,
-        )  # fmt: skip
-    except (ValueError, pd.errors.ParserError):
-        for i in range(len(body)):
-            _check(path, lines, start + i, dialect, width)
-        raise refuse(path, f"is no table with {dialect}; give delimiter and decimal") from None
-    return np.ascontiguousarray(table.to_numpy(float))
+    if not dialect.thousands and (dialect.decimal == "." or not any("." in line for line in body)):
+        text = body if dialect.decimal == "." else [line.replace(",", ".") for line in body]
+        with suppress(ValueError):  # a value is missing, or a line is wrong
+            return np.loadtxt(text, delimiter=None if d == " " else d, comments=None, quotechar='"', ndmin=2)
+    return np.array([_row(path, lines, start + i, dialect, width) for i in range(len(body))])
 
 
-def _check(path: Path, lines: Lines, place: int, dialect: Dialect, width: int) -> None:
-    """Refuse a line that is no row of the table."""
-    wrong = _wrong_cell(lines.text[place], dialect, width)
+def _row(path: Path, lines: Lines, place: int, dialect: Dialect, width: int) -> list[float]:
+    """Numbers of one line, NaN where there is none."""
+    line = lines.text[place]
+    wrong = _wrong_cell(line, dialect, width)
     if wrong is not None:
         raise refuse(path, wrong[1], lines.numbers[place], wrong[0])
+    return [number(cell, dialect) for cell in split(line, dialect.delimiter)]
 
 
 def _wrong_cell(line: str, dialect: Dialect, width: int) -> tuple[int, str] | None:

@@ -2,12 +2,11 @@
 
 from dataclasses import dataclass
 
-from ...records import Labelled, Result
 from ...results import Floats
 
 
 @dataclass(frozen=True, eq=False)
-class Run(Result):
+class Run:
     """A measured quantity over time and angle.
 
     Attributes
@@ -24,13 +23,3 @@ class Run(Result):
     angle: Floats
     value: Floats
     unit: str = ""
-
-    rows = "time"
-
-    def coordinates(self) -> Labelled:
-        """Times and angles of the samples."""
-        return {"time": ("time", self.time, "s"), "angle": ("time", self.angle, "rad")}
-
-    def variables(self) -> Labelled:
-        """The quantity over the time."""
-        return {"value": ("time", self.value, self.unit)}
