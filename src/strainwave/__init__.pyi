@@ -196,9 +196,9 @@ from .study.identification.compare_laws import LawComparison as LawComparison
 from .study.identification.compare_laws import compare_laws as compare_laws
 from .study.identification.identify import Identified as Identified
 from .study.identification.identify import identify as identify
-from .study.identification.log import Gap as Gap
-from .study.identification.log import Log as Log
-from .study.identification.motion import Segment as Segment
+from .study.identification.logs.log import Gap as Gap
+from .study.identification.logs.log import Log as Log
+from .study.identification.logs.motion import LogSegment as LogSegment
 from .study.identification.run import Run as Run
 
 # Studies: a move

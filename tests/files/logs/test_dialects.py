@@ -124,7 +124,8 @@ def test_a_decimal_comma_between_commas_is_refused(tmp_path):
     [
         ("time_ms,velocity_rad_per_s", "load_speed"), ("t [ms],speed [rad/s]", "load_speed"),
         ("Zeit / ms,theta_l (rad)", "load_angle"), ("timestamp_ms,motorPosition [rad]", "motor_angle"),
-        ("time (ms),omega_m", "motor_speed"), ("# time [ms],tau [N*m]", "torque"), ("time_ms,torque_l_Nm", "load_torque"),
+        ("time (ms),omega_m", "motor_speed"), ("# time [ms],tau [N*m]", "torque"),
+        ("time_ms,torque_l_Nm", "load_torque"),
         ("time_ms,V1", "V1"), ("time_ms,current_A", "current"), ("time,joint position\nms,rad", "load_angle"),
         ("a recorder, version 3\ntime,twist\n[ms],[rad]", "torsion"),
     ],

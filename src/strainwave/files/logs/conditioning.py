@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from ...results import Floats
-from ...study.identification.log import Log
-from ...study.identification.motion import Segment
+from ...study.identification.logs.log import Log
+from ...study.identification.logs.motion import LogSegment
 from .names import TURN
 from .table import Column, refuse
 
@@ -167,7 +167,7 @@ def trimmed(log: Log, trim: float | tuple[float, float] | None, notes: list[str]
     if trim is not None:
         head, tail = trim if isinstance(trim, tuple) else (trim, 0.0)
         return log.cut(log.time[0] + head, log.time[-1] - tail) if head or tail else log
-    if not any(f"{shaft}_{kind}" in log.channels for shaft in ("motor", "load") for kind in ("angle", "speed")):
+    if not log.moving:
         return log
     parts = log.segments()
     steady = list(takewhile(lambda part: _continues(part, parts[-1]), reversed(parts)))
@@ -181,7 +181,7 @@ def trimmed(log: Log, trim: float | tuple[float, float] | None, notes: list[str]
     return log.cut(start=main.start)
 
 
-def _continues(part: Segment, last: Segment) -> bool:
+def _continues(part: LogSegment, last: LogSegment) -> bool:
     """Whether a stretch and the last one are the same constant speed."""
     return part.kind == last.kind == "constant speed" and abs(part.speed - last.speed) < 0.1 * abs(last.speed)
 

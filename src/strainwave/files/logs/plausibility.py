@@ -6,7 +6,7 @@ from math import isclose, pi
 import numpy as np
 
 from ...results import Floats
-from ...study.identification.log import Log
+from ...study.identification.logs.log import Log
 
 AGREES = 0.2  # relative: angle and integral of the speed
 CLOSE = 0.03  # relative: to a factor between units

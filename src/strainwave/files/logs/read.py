@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ...study.identification.log import Log
+from ...study.identification.logs.log import Log
 from ..yaml_text import as_path
 from .binary import BINARY
 from .choice import Columns, Units, chosen, in_si

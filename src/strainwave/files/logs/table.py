@@ -91,13 +91,13 @@ def _lines(text: str) -> Lines:
     kept: list[str] = []
     numbers: list[int] = []
     comments: list[tuple[int, str]] = []
-    for number, line in enumerate(text.splitlines(), 1):
+    for place, line in enumerate(text.splitlines(), 1):
         bare = line.strip()
         if bare.startswith(COMMENTS):
-            comments.append((number, bare.lstrip("#%/").strip()))
+            comments.append((place, bare.lstrip("#%/").strip()))
         elif bare:
             kept.append(line.strip("\r\n "))
-            numbers.append(number)
+            numbers.append(place)
     return Lines(kept, numbers, comments)
 
 

@@ -8,17 +8,18 @@ import math
 import os
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from ...archive import ENDINGS, as_file, atomic, listed
-from ...records import Labelled, Result
-from ...results import Floats
-from ...sentences import on_screen
-from .motion import Segment, segments
-from .run import Run
+from ....archive import ENDINGS, as_file, atomic, listed
+from ....records import Labelled, Result
+from ....results import Floats
+from ....sentences import on_screen
+from ..run import Run
+from .motion import LogSegment, segments
 
 CANONICAL = {
     "motor_angle": "rad", "load_angle": "rad", "motor_speed": "rad/s", "load_speed": "rad/s", "motor_torque": "N*m",
@@ -113,6 +114,16 @@ class Log(Result):
                 return float(abs(np.dot(far, motor - np.mean(motor) * (kind == "angle")) / np.dot(far, far)))
         return None
 
+    @property
+    def moving(self) -> bool:
+        """Whether the log has the angle or the speed of a shaft, which `segments` needs."""
+        return any(f"{shaft}_{kind}" in self.channels for shaft in ("motor", "load") for kind in ("angle", "speed"))
+
+    def unbroken(self) -> tuple[slice, ...]:
+        """Samples from gap to gap."""
+        edges = [0, *(int(i) for i in np.searchsorted(self.time, [gap.stop for gap in self.gaps])), len(self.time)]
+        return tuple(slice(a, b) for a, b in pairwise(edges))
+
     def channel(self, name: str) -> Floats:
         """Values (n,) of a channel.
 
@@ -152,7 +163,7 @@ class Log(Result):
         there = ", ".join(self.channels) or "none"
         raise ValueError(f"segments need the angle or the speed of a shaft, as load_angle; the channels are {there}")
 
-    def segments(self, tolerance: float = 0.1) -> tuple[Segment, ...]:
+    def segments(self, tolerance: float = 0.1) -> tuple[LogSegment, ...]:
         """Stretches of rest, of constant speed, of run-up and run-down.
 
         The speed, averaged over a hundredth of the log, is followed by straight lines within the tolerance. The load's
@@ -165,7 +176,7 @@ class Log(Result):
 
         Returns
         -------
-        tuple of Segment
+        tuple of LogSegment
             In the order of time, without overlap; a stretch of less than a hundredth of the log, and of what is none of
             the four kinds, is "other".
 
@@ -177,9 +188,9 @@ class Log(Result):
         if not 0.0 < tolerance < 1.0:
             raise ValueError(f"the tolerance is {tolerance}; give a fraction of the largest speed, as 0.1")
         speed, angle = self._motion
-        return segments(self.time, speed, angle, [gap.start for gap in self.gaps], tolerance)
+        return segments(self.time, speed, angle, self.unbroken(), tolerance)
 
-    def run(self, channel: str, angle: str | None = None, *, part: Segment | None = None) -> Run:
+    def run(self, channel: str, angle: str | None = None, *, part: LogSegment | None = None) -> Run:
         """One channel over the angle of a shaft, for `order_scan`.
 
         Parameters
@@ -188,7 +199,7 @@ class Log(Result):
             The quantity.
         angle : str, optional
             Channel of the angle. Default: `load_angle`, else `motor_angle`.
-        part : Segment, optional
+        part : LogSegment, optional
             Stretch of the log. Default: the whole log.
 
         Returns

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from ...results import Floats
+from ....results import Floats
 
 SHORTEST = 0.01  # of the log: a shorter stretch is "other"
 SMOOTHED = 0.01  # of the log: over it the speed is averaged
@@ -15,7 +15,7 @@ POINTS = 400  # of the averaged speed, through which straight lines are laid
 RESTING_ANGLE, RESTING_SPEED = 1e-4, 1e-4  # [rad], [rad/s]: the whole log is at rest below one of them
 
 
-class Segment(NamedTuple):
+class LogSegment(NamedTuple):
     """A stretch of a log.
 
     Attributes
@@ -39,8 +39,8 @@ class Segment(NamedTuple):
 
 
 def segments(
-    time: Floats, speed: Floats, angle: Floats | None, breaks: Iterable[float], tolerance: float
-) -> tuple[Segment, ...]:
+    time: Floats, speed: Floats, angle: Floats | None, pieces: Iterable[slice], tolerance: float
+) -> tuple[LogSegment, ...]:
     """Cut a motion into stretches.
 
     Parameters
@@ -49,29 +49,28 @@ def segments(
         Times [s] and speeds [rad/s].
     angle : (n,) array or None
         Angle [rad], which shows whether anything moves at all.
-    breaks : iterable of float
-        Times after which samples are missing [s]: no stretch goes across.
+    pieces : iterable of slice
+        Samples between which none are missing: no stretch goes across.
     tolerance : float
         Deviation from a straight line, relative to the largest speed.
 
     Returns
     -------
-    tuple of Segment
+    tuple of LogSegment
         In the order of time.
     """
     width = max(1, int(SMOOTHED * len(time)))
-    edges = [0, *(int(i) for i in np.searchsorted(time, list(breaks), side="right")), len(time)]
-    parts = [slice(a, b) for a, b in pairwise(edges) if b - a > 1]
+    parts = [piece for piece in pieces if piece.stop - piece.start > 1]
     smooth = {part.start: uniform_filter1d(speed[part], width, mode="nearest") for part in parts}
     largest = max((float(np.max(np.abs(v))) for v in smooth.values()), default=0.0)
     rests = largest < RESTING_SPEED or (angle is not None and float(np.ptp(angle)) < RESTING_ANGLE)
     if rests:
         return tuple(_segment("still", part, time, speed) for part in parts)
     shortest = SHORTEST * (time[-1] - time[0])
-    found: list[Segment] = []
+    found: list[LogSegment] = []
     for part in parts:
-        pieces = _pieces(time[part], smooth[part.start], tolerance * largest)
-        rows = [(kind, slice(part.start + a, part.start + b)) for kind, a, b in pieces]
+        straight = _pieces(time[part], smooth[part.start], tolerance * largest)
+        rows = [(kind, slice(part.start + a, part.start + b)) for kind, a, b in straight]
         found += [_segment(kind, where, time, speed) for kind, where in _joined(rows, time, shortest)]
     return tuple(found)
 
@@ -128,8 +127,8 @@ def _neighbours(rows: list[tuple[str, slice]]) -> list[tuple[str, slice]]:
     return found
 
 
-def _segment(kind: str, rows: slice, time: Floats, speed: Floats) -> Segment:
+def _segment(kind: str, rows: slice, time: Floats, speed: Floats) -> LogSegment:
     t, v = time[rows], speed[rows]
     far = t - np.mean(t)
     slope = float(np.dot(far, v) / np.dot(far, far)) if len(t) > 1 else 0.0
-    return Segment(kind, float(t[0]), float(t[-1]), rows, float(np.mean(v)), slope)
+    return LogSegment(kind, float(t[0]), float(t[-1]), rows, float(np.mean(v)), slope)
