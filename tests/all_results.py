@@ -122,6 +122,13 @@ RESULTS = {
         "Exceedance": lambda: sw.Exceedance(
             1e-4, {"load.inertia": NUMBERS}, 1e-4 * NUMBERS, 90.0 * NUMBERS, 1, None, ()
         ),
+        "Log": lambda: sw.Log(
+            0.01 * np.arange(50),
+            {"load_angle": np.sin(0.1 * np.arange(50)), "hall": np.arange(50.0)},
+            {"hall": "V"},
+            ("Read.",),
+            ("Strange.",),
+        ),
         "LoopRun": lambda: sw.run_loop(CLOSED, 0.01),
         "LoopEnsemble": loops,
         "LoopResponse": lambda: sw.loop_response(CLOSED, [10.0, 20.0, 40.0]),

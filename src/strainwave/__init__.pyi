@@ -199,6 +199,9 @@ from .study.identification.identify import identify as identify
 from .study.identification.order_result import OrderLine as OrderLine
 from .study.identification.order_result import OrderScan as OrderScan
 from .study.identification.order_scan import order_scan as order_scan
+from .study.identification.logs.log import Gap as Gap
+from .study.identification.logs.log import Log as Log
+from .study.identification.logs.motion import LogSegment as LogSegment
 from .study.identification.run import Run as Run
 
 # Studies: a move
@@ -250,6 +253,7 @@ from .files.order_tables.format import OrderFormat as OrderFormat
 from .files.order_tables.residual import TableResidual as TableResidual
 from .files.export.export import Exported as Exported
 from .files.export.export import export as export
+from .files.logs.read import read_log as read_log
 from .files.scan_file import ScanFile as ScanFile
 from .files.scan_file import read_scan as read_scan
 

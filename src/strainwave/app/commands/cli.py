@@ -12,6 +12,8 @@ from typing import Any
 import click
 
 from ... import __version__
+from .identification.log import log
+from .identification.texts import orders
 
 FAILED, INVALID_PROJECT, INTERRUPTED = 1, 3, 130
 EXPECTED = (
@@ -73,9 +75,8 @@ def cli(debug: bool) -> None:
 
 @cli.command()
 @click.option(
-    "-o", "--output", type=folder_type, default=Path("strainwave-demo"), show_default=True,
-    help="Folder for the reports.",
-)  # fmt: skip
+    "-o", "--output", type=folder_type, default=Path("strainwave-demo"), show_default=True, help="Folder for reports."
+)
 @json_option
 def demo(output: Path, as_json: bool) -> None:
     """Analyse the article's drive and a real catalogue drive."""
@@ -301,16 +302,6 @@ def catalogue(torque: str | None, stiffness: str | None, speed: str | None, **gi
     show(least={"torque": torque, "stiffness": stiffness, "speed": speed}, **given)
 
 
-def _orders(_context: click.Context, _option: click.Parameter, text: str | None) -> list[int] | None:
-    """Read orders such as 1,2,4."""
-    if text is None:
-        return None
-    parts = [part.strip() for part in text.split(",")]
-    if not all(part.isascii() and part.isdigit() for part in parts):
-        raise click.BadParameter(f"{text!r} is no list of orders; write for example 1,2,4")
-    return [int(part) for part in parts]
-
-
 SHAFTS = click.Choice(("motor", "output"))
 
 
@@ -320,7 +311,7 @@ SHAFTS = click.Choice(("motor", "output"))
 @click.option("--shaft", type=SHAFTS, default="motor", show_default=True, help="Shaft of the file's angle.")
 @click.option("--turn", type=SHAFTS, help="Shaft whose turn the orders count on; the same by default.")
 @click.option("--ratio", type=int, help="Ratio of the gear, where --shaft and --turn differ.")
-@click.option("--orders", callback=_orders, help="Fit these orders, as 1,2,4, in place of a search.")
+@click.option("--orders", callback=orders, help="Fit these orders, as 1,2,4, in place of a search.")
 @click.option("--highest", type=int, help="Highest order sought.")
 @click.option("--false-alarm", type=float, default=0.01, show_default=True, help="Probability that noise gives a line.")
 @click.option("--angle", default="angle", show_default=True, help='Column of the angle, as "Winkel [deg]".')
@@ -388,6 +379,9 @@ def derive(latex: bool, as_json: bool) -> None:
     from .derive import show
 
     show(latex, as_json)
+
+
+cli.add_command(log)
 
 
 def main() -> None:

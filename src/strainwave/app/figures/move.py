@@ -15,12 +15,11 @@ from ..console import number
 from ..units import angle_unit
 from .curves import upright
 from .drive import NEAR
-from .plots import BLACK, BLUE, DOT_DASH, GREY, ORANGE
+from .plots import BLACK, BLUE, DOT_DASH, GREY, ORANGE, thin
 from .svg import Curve, Panel, figure
 
 WIDTH, HEIGHT = 430.0, 215.0  # of the figure and of a panel [px]
 AFTER = 0.4  # durations of the profile shown after its end, and twice the time to settle
-BINS = 1500  # across a panel: of more samples the smallest and the largest in each bin are drawn
 END, SHADE = "2 2", "#909090"  # line of the end of the profile; bands, which are drawn half transparent
 
 
@@ -56,7 +55,7 @@ def _speed(found: Move, t: Floats, shown: NDArray[np.bool_], gear: Gear | None, 
             name = "speeds to avoid" if i == 0 and side == sides[0] else ""
             ends = (np.full(2, side * level / RPM) for level in (low, high))
             panel.curves.append(Curve(t[[0, -1]], next(ends), SHADE, name, upper=next(ends)))
-    panel.line(*_thin(t, speed), BLUE, width=1.8)
+    panel.line(*thin(t, speed), BLUE, width=1.8)
     if found.passes:
         at = np.array([crossing.time for crossing in found.passes])
         panel.points(at, np.interp(at, t, speed), BLACK, "resonance passed", "o", "#ffffff")
@@ -75,13 +74,13 @@ def _error(found: Move, t: Floats, shown: NDArray[np.bool_]) -> Panel:
     after = np.array([found.duration, t[-1]])
     low, high = (np.full(2, unit.factor * (found.rest_error + side * found.window)) for side in (-1.0, 1.0))
     panel.curves.append(Curve(after, low, SHADE, "window of a settled load", upper=high))
-    panel.line(*_thin(t, unit.factor * found.pointing_error[shown]), BLUE, width=1.5)
+    panel.line(*thin(t, unit.factor * found.pointing_error[shown]), BLUE, width=1.5)
     return panel
 
 
 def _motor_torque(found: Move, t: Floats, shown: NDArray[np.bool_], limits: MotorLimits) -> Panel:
     panel = Panel(f"torque of the motor, rms {number(found.rms_motor_torque, 3)} N·m", "", "N·m")
-    panel.line(*_thin(t, found.motor_torque[shown]), BLUE, width=1.5)
+    panel.line(*thin(t, found.motor_torque[shown]), BLUE, width=1.5)
     sides = _sides(found.motor_torque[shown])
     _limit(panel, limits.torque, found.peak_motor_torque, sides, "largest torque of the motor", DOT_DASH)
     return panel
@@ -90,7 +89,7 @@ def _motor_torque(found: Move, t: Floats, shown: NDArray[np.bool_], limits: Moto
 def _gear_torque(found: Move, t: Floats, shown: NDArray[np.bool_], gear: Gear | None) -> Panel:
     panel = Panel(f"torque in the gear, cubic mean {number(found.average_gear_torque, 3)} N·m", "", "N·m")
     torque = found.gear_torque[shown]
-    panel.line(*_thin(t, torque), BLUE, width=1.5)
+    panel.line(*thin(t, torque), BLUE, width=1.5)
     sides = _sides(torque)
     names = {"rated_torque": "4 2", "repeated_peak_torque": "8 3", "momentary_torque": "2 3"}
     for name, dash in names.items():
@@ -114,16 +113,3 @@ def _limit(panel: Panel, bound: float, top: float, sides: list[float], name: str
     if _near(bound, top):
         for i, side in enumerate(sides):
             panel.line([-np.inf, np.inf], [side * bound] * 2, ORANGE, name if i == 0 else "", dash, 1.4)
-
-
-def _thin(t: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """The samples, or of many the smallest and the largest of each bin."""
-    if len(t) <= 4 * BINS:
-        return t, y
-    each = -(-len(t) // BINS)
-    bins = -(-len(t) // each)
-    rows = np.append(y, np.full(bins * each - len(y), y[-1])).reshape(bins, each)
-    first = each * np.arange(bins)
-    keep = np.unique(np.concatenate([first + np.argmin(rows, 1), first + np.argmax(rows, 1), [len(t) - 1]]))
-    keep = keep[keep < len(t)]
-    return t[keep], y[keep]

@@ -15,6 +15,7 @@ from .svg import Curve, Panel, figure
 BLUE, ORANGE, BLACK, GREY = "#0072B2", "#D55E00", "#222222", "#777777"
 DASHES, DOT_DASH = "6 3", "8 3 2 3"
 BINS, MOST_CYCLES = 350, 40
+ACROSS = 1500  # bins across a panel: of more samples the smallest and the largest in each are drawn
 
 
 def time_figure(case: TimeCase, angle: AngleUnit) -> str:
@@ -98,3 +99,16 @@ def envelope(t: Floats, x: Floats, starts: NDArray[np.int64]) -> tuple[Floats, F
     at = np.add.reduceat(t, starts) / np.diff([*starts, len(t)])
     at[0], at[-1] = t[0], t[-1]
     return low, high, at
+
+
+def thin(t: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """The samples, or of many the smallest and the largest of each bin."""
+    if len(t) <= 4 * ACROSS:
+        return t, y
+    each = -(-len(t) // ACROSS)
+    bins = -(-len(t) // each)
+    rows = np.append(y, np.full(bins * each - len(y), y[-1])).reshape(bins, each)
+    first = each * np.arange(bins)
+    keep = np.unique(np.concatenate([first + np.argmin(rows, 1), first + np.argmax(rows, 1), [len(t) - 1]]))
+    keep = keep[keep < len(t)]
+    return t[keep], y[keep]

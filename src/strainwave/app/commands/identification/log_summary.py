@@ -1,0 +1,111 @@
+"""`strainwave log`: the channels of a log as a table, a figure, and CSV in SI."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from ....files.logs.read import read_log
+from ....study.identification.logs.log import Log
+from ....study.identification.logs.motion import LogSegment
+from ...console import number, print_table, to_json
+from ...figures.log import log_figure
+from ...output import staged
+
+CSV, SVG = "log.csv", "log.svg"
+
+
+def show(file: Path, output: Path | None, given: dict[str, Any], as_json: bool) -> None:
+    """Read a log, print what is in it, and write it into a folder.
+
+    Parameters
+    ----------
+    file : Path
+        The log.
+    output : Path or None
+        Folder for log.csv (in SI) and log.svg.
+    given : dict
+        Arguments of `read_log`; `names`, text with all columns in their order, or None.
+    as_json : bool
+        Whether to print JSON.
+
+    Raises
+    ------
+    FileError
+        If the file is no log.
+    click.UsageError
+        If columns are given in two ways.
+    """
+    names, columns = given.pop("names"), given.pop("columns")
+    if names is not None and columns:
+        raise click.UsageError("--columns names all columns and --column some of them; give one of the two")
+    listed = None if names is None else [None if n.strip() == "-" else n.strip() for n in names.split(",")]
+    placed = {channel: int(column) if column.isdecimal() else column for channel, column in columns.items()}
+    log = read_log(file, listed or placed or None, **given)
+    parts = log.segments() if log.moving else ()
+    if output is not None:
+        with staged(output) as folder:
+            log.save(folder / CSV)
+            (folder / SVG).write_text(log_figure(log, parts) + "\n", encoding="utf-8")
+    if as_json:
+        click.echo(to_json(_data(file, log, parts)))
+        return
+    _print(file, log, parts)
+    if output is not None:
+        click.echo(f"written: {output / CSV}, {output / SVG}")
+
+
+def _rms(values: Any) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _data(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> dict[str, Any]:
+    return {
+        "file": file.name,
+        "samples": len(log),
+        "start_s": log.time[0],
+        "stop_s": log.time[-1],
+        "rate_hz": log.rate,
+        "jitter_s": log.jitter,
+        "ratio": log.ratio,
+        "channels": {
+            name: {
+                "unit": log.units[name], "least": np.min(v), "largest": np.max(v), "mean": np.mean(v), "rms": _rms(v),
+            }
+            for name, v in log.channels.items()
+        },
+        "gaps": [gap._asdict() for gap in log.gaps],
+        "segments": [
+            {
+                "kind": part.kind, "start_s": part.start, "stop_s": part.stop, "speed_rad_per_s": part.speed,
+                "acceleration_rad_per_s2": part.acceleration,
+            }
+            for part in parts
+        ],
+        "notes": list(log.notes),
+        "doubts": list(log.doubts),
+    }  # fmt: skip
+
+
+def _print(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> None:
+    rows = [
+        (name, log.units[name].replace("*", "·") or "–", *map(float, (np.min(v), np.max(v), np.mean(v))), _rms(v))
+        for name, v in log.channels.items()
+    ]
+    title = f"{file.name}: {len(log)} samples, {log.time[0]:.6g} to {log.time[-1]:.6g} s, {number(log.rate, 6)} Hz"
+    print_table(title, ("channel", "unit", "least", "largest", "mean", "rms"), rows)
+    if parts:
+        body = [(part.kind, part.start, part.stop, part.speed, part.acceleration) for part in parts]
+        columns = ("segment", "from (s)", "to (s)", "speed (rad/s)", "acceleration (rad/s²)")
+        print_table("", columns, body)
+    if log.ratio is not None:
+        click.echo(f"the motor turns {number(log.ratio, 6)} times as far as the load")
+    for gap in log.gaps[:5]:
+        click.echo(f"gap: {gap.start:.6g} to {gap.stop:.6g} s")
+    if len(log.gaps) > 5:
+        click.echo(f"gap: {len(log.gaps) - 5} more")
+    for note in log.notes:
+        click.echo(f"note: {note}")
+    for doubt in log.doubts:
+        click.echo(f"doubt: {doubt}")

@@ -1,0 +1,1 @@
+"""Logs: measured channels from CSV and binary files."""

@@ -1,0 +1,128 @@
+"""Logs in binary files: NumPy, MATLAB, Parquet and MDF 4."""
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.io import loadmat
+
+from ...results import Floats
+from .names import canonical, named
+from .table import Column, refuse
+
+Read = tuple[list[Column], list[str]]
+
+
+def read_npz(path: Path) -> Read:
+    """Arrays of a NumPy file."""
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            arrays = {name: stored[name] for name in stored.files if stored[name].dtype.kind in "iufb"}
+    except Exception as error:
+        raise _unreadable(path, error, ".npz") from None
+    return _columns(path, arrays), []
+
+
+def read_mat(path: Path) -> Read:
+    """Variables and fields of structs of a MATLAB file."""
+    try:
+        content = loadmat(path, squeeze_me=True, struct_as_record=False)
+    except NotImplementedError:
+        raise refuse(path, "is a MATLAB file of version 7.3; save it with -v7") from None
+    except Exception as error:
+        raise _unreadable(path, error, ".mat") from None
+    arrays: dict[str, Any] = {}
+    for name, value in content.items():
+        if not name.startswith("__"):
+            _flattened(name, value, arrays)
+    return _columns(path, arrays), []
+
+
+def _flattened(name: str, value: Any, arrays: dict[str, Any]) -> None:
+    for field in getattr(value, "_fieldnames", ()):
+        _flattened(f"{name}.{field}", getattr(value, field), arrays)
+    if isinstance(value, np.ndarray) and value.dtype.kind in "iufb":
+        arrays[name] = value
+
+
+def _columns(path: Path, arrays: dict[str, Any]) -> list[Column]:
+    """Vectors as columns; each goes with the vector of the time that has its length, or its own, `NAME_time`."""
+    plain = {
+        name: np.ravel(a).astype(float) for name, a in arrays.items() if np.ndim(np.squeeze(a)) == 1 and a.size > 1
+    }
+    if not plain:
+        raise refuse(path, "has no vectors of numbers; save one for each channel, and `time`")
+    own = {name: _own_time(name, plain) for name in plain}
+    used = {time for time in own.values() if time is not None}
+    return [
+        Column(name, "", values, None if own[name] is None else _seconds(str(own[name]), plain))
+        for name, values in plain.items()
+        if name not in used
+    ]
+
+
+def _own_time(name: str, arrays: dict[str, Floats]) -> str | None:
+    plain = named(name).name
+    for other, values in arrays.items():
+        if named(other).name in (f"{plain}_time", f"time_{plain}", f"t_{plain}", f"{plain}_t") and values is not None:
+            return other
+    return None
+
+
+def _seconds(name: str, arrays: dict[str, Floats]) -> Floats:
+    unit = named(name).unit
+    return arrays[name] * {"ms": 1e-3, "us": 1e-6}.get(unit, 1.0)
+
+
+def read_parquet(path: Path) -> Read:
+    """Columns of numbers of a Parquet file."""
+    pandas = import_module("pandas")
+    try:
+        frame = pandas.read_parquet(path)
+    except ImportError:
+        raise ModuleNotFoundError("Parquet needs the extra `logs`: pip install 'strainwave[logs]'") from None
+    except Exception as error:
+        raise _unreadable(path, error, ".parquet") from None
+    index = frame.index
+    if index.name is not None and canonical(named(str(index.name)).name) == "time":
+        frame = frame.reset_index()
+    numbers = frame.select_dtypes("number")
+    if numbers.empty:
+        raise refuse(path, "has no columns of numbers; save one for each channel, and `time`")
+    return [Column(str(name), "", numbers[name].to_numpy(float)) for name in numbers], []
+
+
+def read_mdf(path: Path) -> Read:
+    """Channels of an MDF file with the times and units that it gives them."""
+    try:
+        asammdf = import_module("asammdf")
+    except ImportError:
+        raise ModuleNotFoundError("MDF needs the extra `logs`: pip install 'strainwave[logs]'") from None
+    try:
+        with asammdf.MDF(str(path)) as file:
+            signals = [signal for signal in file.iter_channels() if np.asarray(signal.samples).dtype.kind in "iufb"]
+    except Exception as error:
+        raise _unreadable(path, error, "MDF") from None
+    found = [
+        Column(str(s.name), str(s.unit or ""), np.asarray(s.samples, float), np.asarray(s.timestamps, float))
+        for s in signals
+        if np.ndim(s.samples) == 1 and len(s.samples) > 1
+    ]
+    found = [column for column in found if canonical(column.name) != "time"]
+    if not found:
+        raise refuse(path, "has no channels of numbers; record one for each quantity")
+    return found, []
+
+
+def _unreadable(path: Path, error: Exception, kind: str) -> ValueError:
+    if isinstance(error, FileNotFoundError):
+        return refuse(path, "does not exist; check the name and the folder")
+    said = " ".join(str(error).split())[:120]
+    return refuse(path, f"is no whole {kind} file ({said}); save it again")
+
+
+BINARY: dict[str, Callable[[Path], Read]] = {
+    ".npz": read_npz, ".mat": read_mat, ".parquet": read_parquet, ".mf4": read_mdf, ".mdf": read_mdf,
+}  # fmt: skip

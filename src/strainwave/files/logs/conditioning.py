@@ -1,0 +1,197 @@
+"""What is done to raw channels before they are a log: each step adds a note where it changes anything."""
+
+from itertools import takewhile
+from pathlib import Path
+
+import numpy as np
+
+from ...results import Floats
+from ...study.identification.logs.log import Log
+from ...study.identification.logs.motion import LogSegment
+from .names import TURN
+from .table import Column, refuse
+
+SPARSE = 0.2  # share of missing values from which a channel has times of its own
+TRANSIENT = 0.2  # share of a log that may come before the constant speed with which it ends
+
+Channels = dict[str, Floats]
+
+
+def aligned(path: Path, columns: dict[str, Column], rate: float | None, notes: list[str]) -> tuple[Floats, Channels]:
+    """Time and channels of one length, finite: rows with missing values dropped, other times interpolated.
+
+    Raises
+    ------
+    FileError
+        If there is no time, time runs backwards, or nothing is left.
+    """
+    columns = dict(columns)
+    base = _time(path, columns, rate)
+    parts: dict[str, tuple[Floats | None, Floats]] = {}
+    for name, column in columns.items():
+        finite = np.isfinite(column.values)
+        if not np.any(finite):
+            notes.append(f"{name} has no finite value and was left out")
+            continue
+        own = column.time
+        if own is None and base is not None and len(base) != len(finite):
+            raise refuse(path, f"{name} has {len(finite)} values and the time {len(base)}; give it a time of its own")
+        if own is None and base is not None and np.mean(~finite) > SPARSE:
+            keep = finite & np.isfinite(base)
+            own, values = base[keep], column.values[keep]
+        else:
+            values = column.values
+        parts[name] = own, values
+    together = {name: values for name, (own, values) in parts.items() if own is None}
+    apart = {name: _ordered(path, name, own, values) for name, (own, values) in parts.items() if own is not None}
+    if together and base is not None:
+        time, together = _finite(base, together, notes)
+    elif apart:
+        time, _ = max(apart.values(), key=lambda one: len(one[0]))
+    else:
+        raise refuse(path, "has no channel with finite values beside the time; is it the right file?")
+    _ascends(path, "time", time)
+    return _interpolated(path, time, together, apart, notes)
+
+
+def _time(path: Path, columns: dict[str, Column], rate: float | None) -> Floats | None:
+    """Times that columns share [s]; the column of the time is taken out."""
+    column = columns.pop("time", None)
+    if rate is not None:
+        if column is not None:
+            raise ValueError("the file has a time and rate is given; leave out rate, or the column of the time")
+        if not (np.isfinite(rate) and rate > 0.0):
+            raise ValueError(f"rate is {rate}; give the samples per second, as 1000.0")
+        lengths = [len(c.values) for c in columns.values() if c.time is None]
+        return np.arange(max(lengths, default=0)) / rate
+    if column is not None:
+        return column.values
+    if not columns or any(c.time is None for c in columns.values()):
+        there = ", ".join(columns) or "none"
+        raise refuse(
+            path, f"has no column of the time; the channels are {there}: give columns={{'time': ...}}, or rate"
+        )
+    return None
+
+
+def _finite(time: Floats, channels: Channels, notes: list[str]) -> tuple[Floats, Channels]:
+    good = np.isfinite(time)
+    for values in channels.values():
+        good &= np.isfinite(values)
+    bad = len(good) - np.count_nonzero(good)
+    if bad:
+        notes.append(f"{bad} of {len(good)} rows hold inf or NaN and were left out")
+    return time[good], {name: values[good] for name, values in channels.items()}
+
+
+def _ordered(path: Path, name: str, time: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Times and values of one channel that has times of its own."""
+    good = np.isfinite(time) & np.isfinite(values)
+    time, values = time[good], values[good]
+    _ascends(path, name, time)
+    keep = np.append(True, np.diff(time) > 0.0)
+    return time[keep], values[keep]
+
+
+def _ascends(path: Path, name: str, time: Floats) -> None:
+    if len(time) < 2:
+        raise refuse(path, f"has {len(time)} samples; a log has two or more", what=name)
+    back = np.flatnonzero(np.diff(time) < 0.0)
+    if len(back):
+        i = int(back[0])
+        raise refuse(
+            path,
+            f"runs backwards, from {time[i]:.9g} to {time[i + 1]:.9g} s after sample {i + 1}; sort the lines, or make "
+            "a file of each run",
+            what="time",
+        )
+    if time[-1] == time[0]:
+        raise refuse(path, f"stands still at {time[0]:.9g} s; is it the right column?", what="time")
+
+
+def _interpolated(
+    path: Path, time: Floats, together: Channels, apart: dict[str, tuple[Floats, Floats]], notes: list[str]
+) -> tuple[Floats, Channels]:
+    """All channels at the times of `time` that they have in common."""
+    low = max([time[0], *(t[0] for t, _ in apart.values())])
+    high = min([time[-1], *(t[-1] for t, _ in apart.values())])
+    inside = (time >= low) & (time <= high)
+    if np.count_nonzero(inside) < 2:
+        raise refuse(path, "has channels that have no time in common; read them as logs of their own")
+    found = {name: values[inside] for name, values in together.items()}
+    time = time[inside]
+    moved = []
+    for name, (t, values) in apart.items():
+        if len(t) == len(time) and np.array_equal(t, time):
+            found[name] = values
+        else:
+            found[name] = np.interp(time, t, values)
+            moved.append(name)
+    if moved:
+        notes.append(f"{', '.join(moved)} had times of their own and were interpolated linearly to those of the log")
+    return time, found
+
+
+def unwrapped(channels: Channels, units: dict[str, str], notes: list[str]) -> Channels:
+    """Angles without jumps of a whole turn."""
+    found = dict(channels)
+    for name, values in channels.items():
+        steps = np.diff(values)
+        jumps = np.abs(steps) > 0.5 * TURN
+        if units.get(name) != "rad" or not np.any(jumps):
+            continue
+        left = np.abs(steps[jumps]) - TURN * np.round(np.abs(steps[jumps]) / TURN)
+        if np.max(np.abs(left)) < 1.0 and np.all(np.round(np.abs(steps[jumps]) / TURN) == 1.0):
+            found[name] = np.unwrap(values)
+            notes.append(f"{name} wraps at a whole turn and was unwrapped, {np.count_nonzero(jumps)} times")
+    return found
+
+
+def averaged(time: Floats, channels: Channels, notes: list[str]) -> tuple[Floats, Channels]:
+    """Samples at equal times as one, their mean."""
+    times, place, count = np.unique(time, return_inverse=True, return_counts=True)
+    if len(times) == len(time):
+        return time, channels
+    notes.append(f"{len(time) - len(times)} samples repeat the time of the one before and were averaged with it")
+    return times, {name: np.bincount(place, values) / count for name, values in channels.items()}
+
+
+def trimmed(log: Log, trim: float | tuple[float, float] | None, notes: list[str]) -> Log:
+    """The log without the transients at its ends.
+
+    Raises
+    ------
+    ValueError
+        If `trim` leaves nothing.
+    """
+    if trim is not None:
+        head, tail = trim if isinstance(trim, tuple) else (trim, 0.0)
+        return log.cut(log.time[0] + head, log.time[-1] - tail) if head or tail else log
+    if not log.moving:
+        return log
+    parts = log.segments()
+    steady = list(takewhile(lambda part: _continues(part, parts[-1]), reversed(parts)))
+    main = steady[-1] if steady else parts[0]
+    if main is parts[0] or main.start - log.time[0] > TRANSIENT * (log.time[-1] - log.time[0]):
+        return log
+    notes.append(
+        f"the first {main.start - log.time[0]:.3g} s, before the constant speed, are a transient and were left out; "
+        "trim=0 keeps them"
+    )
+    return log.cut(start=main.start)
+
+
+def _continues(part: LogSegment, last: LogSegment) -> bool:
+    """Whether a stretch and the last one are the same constant speed."""
+    return part.kind == last.kind == "constant speed" and abs(part.speed - last.speed) < 0.1 * abs(last.speed)
+
+
+def regular(log: Log, notes: list[str]) -> None:
+    """Say where samples are missing, and how much the steps of time vary."""
+    gaps = log.gaps
+    if gaps:
+        longest = max(gap.stop - gap.start for gap in gaps)
+        first = gaps[0].start
+        notes.append(f"{len(gaps)} gaps, the longest of {longest:.4g} s, the first at {first:.6g} s")
+    if log.jitter > 0.01 * log.step:
+        notes.append(f"steps of the time vary by {100.0 * log.jitter / log.step:.2g} % (one standard deviation)")

@@ -1,0 +1,140 @@
+"""Names of columns: the unit in them, and the canonical channel that a name stands for."""
+
+import re
+from contextlib import suppress
+from math import pi
+from typing import NamedTuple
+
+from ...results import Floats
+from ...study.identification.logs.log import CANONICAL
+from ...units import NUMBER, convert, parse
+from .dialect import split
+
+KINDS = ("rad", "rad/s", "rad/s**2", "N*m", "s", "A", "V", "Hz", "K", "m", "N")  # SI units of channels
+_QUANTITIES = {
+    "angle": ("angle", "position", "pos", "theta", "q", "winkel"),
+    "speed": ("speed", "velocity", "vel", "omega", "dq", "qd", "drehzahl"),
+    "torque": ("torque", "tau", "moment", "drehmoment"),
+}
+_SHAFTS = {"motor": ("motor", "m"), "load": ("load", "l", "output", "joint", "link", "")}
+_OWN = {
+    "time": ("time", "t", "timestamp", "zeit"),
+    "current": ("current", "motor_current", "strom"),
+    "torsion": ("torsion", "twist"),
+    "input": ("input",),
+    "output": ("output",),
+}
+# In a name without brackets these endings are units; a single m is the motor.
+_ENDINGS = {
+    "s": "s", "ms": "ms", "us": "us", "rad": "rad", "mrad": "mrad", "deg": "deg", "arcmin": "arcmin",
+    "arcsec": "arcsec", "rev": "rev", "turns": "rev", "rad_per_s": "rad/s", "rad_s": "rad/s", "rads": "rad/s",
+    "deg_per_s": "deg/s", "deg_s": "deg/s", "rpm": "rpm", "rev_per_s": "rev/s", "nm": "N*m", "n_m": "N*m",
+    "mnm": "mN*m", "ncm": "N*cm", "a": "A", "ma": "mA", "v": "V", "mv": "mV", "hz": "Hz",
+}  # fmt: skip
+_SPELT = {
+    "grad": "deg",
+    "°/s": "deg/s",
+    "1/min": "rpm",
+    "min-1": "rpm",
+    "min^-1": "rpm",
+    "u/min": "rpm",
+    "rps": "rev/s",
+}
+
+
+class Named(NamedTuple):
+    """A column's name without its unit, and the unit, "" without one."""
+
+    name: str
+    unit: str
+
+
+def header_cells(line: str, delimiter: str) -> list[str]:
+    """Cells of a line of names; blanks part them outside of brackets only."""
+    if delimiter != " ":
+        return split(line, delimiter)
+    return re.findall(r"[^\s\[(]+(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?", line)
+
+
+def unit_row(cells: list[str]) -> bool:
+    """Whether a line below the names holds units: some, and nothing else."""
+    bare = [cell.strip("[]() ") for cell in cells]
+    return any(bare) and all(not cell or cell == "-" or si_unit(cell) is not None for cell in bare)
+
+
+def named(cell: str) -> Named:
+    """Name and unit of "speed [rpm]", "pos (deg)", "Zeit / s", "velocity_rad_per_s"."""
+    text = cell.strip().strip('"')
+    for pattern in (r"(.+?)\s*\[([^\[\]]*)\]", r"(.+?)\s*\(([^()]*)\)", r"(.+?)\s+/\s+(\S+)", r"(.+?)\s+in\s+(\S+)"):
+        match = re.fullmatch(pattern, text)
+        if match and (pattern.endswith("]") or si_unit(match.group(2)) is not None):
+            return Named(match.group(1).strip(), match.group(2).strip())
+    parts = text.split("_")
+    for count in (3, 2, 1):
+        ending = "_".join(parts[-count:]).lower()
+        if len(parts) > count and ending in _ENDINGS:
+            return Named("_".join(parts[:-count]), _ENDINGS[ending])
+    return Named(text, "")
+
+
+def canonical(name: str) -> str | None:
+    """Canonical channel, or "time", that a column's name stands for."""
+    words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name.strip())
+    plain = re.sub(r"[^a-z0-9]+", "_", words.lower()).strip("_")
+    for channel, names in _OWN.items():
+        if plain in names:
+            return channel
+    parts = plain.split("_")
+    for quantity, names in _QUANTITIES.items():
+        if sum(part in names for part in parts) == 1 and len(parts) <= 2:
+            rest = "".join(part for part in parts if part not in names)
+            shaft = next((shaft for shaft, called in _SHAFTS.items() if rest in called), None)
+            if shaft is None:
+                continue
+            return "torque" if quantity == "torque" and not rest else f"{shaft}_{quantity}"
+    return None
+
+
+def si_unit(unit: str) -> str | None:
+    """SI unit of what a unit measures, or None if it is not known."""
+    for kind in KINDS:
+        with suppress(ValueError):
+            convert(1.0, _spelt(unit), kind)
+            return kind
+    return None
+
+
+def converted(values: Floats, unit: str | float, kind: str) -> Floats:
+    """Values in SI.
+
+    Parameters
+    ----------
+    values : (n,) array
+        As they stand in the file.
+    unit : str or float
+        Their unit; or the size of 1, "0.088 deg" or a number in SI.
+    kind : str
+        The SI unit.
+
+    Raises
+    ------
+    ValueError
+        If the unit is not known or measures something else.
+    """
+    if isinstance(unit, str):
+        text = unit.strip()
+        sized = NUMBER.match(text) is not None and _spelt(text) == text and not text.startswith("1/")
+        return values * parse(text, kind) if sized else convert(values, _spelt(text), kind)
+    return values * float(unit)
+
+
+def expected(channel: str) -> str:
+    """SI unit of a canonical channel or the time, "" of others."""
+    return "s" if channel == "time" else CANONICAL.get(channel, "")
+
+
+def _spelt(unit: str) -> str:
+    return _SPELT.get(unit.strip().lower(), unit.strip())
+
+
+TURN = 2.0 * pi

@@ -1,0 +1,1 @@
+"""Logs: measured channels over one time, and the stretches of their motion."""

@@ -1,0 +1,76 @@
+"""`strainwave log`: what was read as a table, as JSON, as CSV and as a figure; its complaints."""
+
+import json
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+from click.testing import CliRunner
+
+import strainwave as sw
+from strainwave.app.commands import cli as command
+
+JOINT = Path(__file__).parents[2] / "measured/kinova_gen3/joint_5.csv"
+
+
+def invoke(*given):
+    return CliRunner().invoke(command.cli, ["log", *map(str, given)])
+
+
+def test_the_command_tells_channels_segments_and_notes_and_writes_what_it_read(tmp_path):
+    run = invoke(JOINT, "-o", tmp_path / "out", "--column", "torque=torque_from_current_Nm")
+    assert run.exit_code == 0, run.output
+    for text in (
+        "5854 samples, 0 to 5.853 s, 1000 Hz",
+        "load_speed",
+        "N·m",
+        "constant speed",
+        "run-down",
+        "note: channels",
+    ):
+        assert text in run.stdout
+    log = sw.read_log(JOINT, {"torque": "torque_from_current_Nm"})
+    again = sw.read_log(tmp_path / "out/log.csv")
+    assert all(np.array_equal(again.channels[name], values) for name, values in log.channels.items())
+    figure = ET.parse(tmp_path / "out/log.svg").getroot()
+    texts = ["".join(node.itertext()) for node in figure.iter() if node.tag.endswith("text")]
+    for text in ("load angle", "(rad)", "torque", "time (s)", "run-up", "constant speed, 0.366 rad/s"):
+        assert text in texts
+    bands = [node for node in figure.iter() if node.get("fill-opacity") and node.tag.endswith("path")]
+    assert len(bands) == 2 * len(log.channels)  # run-up and run-down in every panel
+
+
+def test_json_has_the_same():
+    data = json.loads(invoke(JOINT, "--json", "--trim", 0.5).stdout)
+    log = sw.read_log(JOINT, trim=0.5)
+    assert data["samples"] == len(log)
+    assert data["start_s"] == 0.5
+    assert data["channels"]["current"]["rms"] == np.sqrt(np.mean(log.channels["current"] ** 2))
+    assert [part["kind"] for part in data["segments"]] == [part.kind for part in log.segments()]
+    assert data["notes"] == list(log.notes)
+    assert data["doubts"] == data["gaps"] == []
+
+
+def test_columns_and_units_without_names_in_the_file(tmp_path):
+    path = tmp_path / "run.txt"
+    np.savetxt(path, np.column_stack([np.arange(50.0), 3.0 * np.arange(50.0), np.ones(50)]))
+    options = ("--columns", "torque,load_angle,-", "--unit", "load_angle=deg", "--rate", 100)
+    data = json.loads(invoke(path, *options, "--json").stdout)
+    assert list(data["channels"]) == ["torque", "load_angle"]
+    assert data["channels"]["load_angle"]["largest"] == np.radians(147.0)
+    assert data["stop_s"] == 0.49
+
+
+def test_complaints_are_one_sentence_and_nothing_is_written(tmp_path):
+    (tmp_path / "log.csv").write_text("time;current\n1.234;5.678\n2.345;6.789\n3.456;7.891\n")
+    run = invoke(tmp_path / "log.csv", "-o", tmp_path / "out")
+    assert run.exit_code == 3
+    assert run.stderr.count("\n") == 1
+    assert "can be read in two ways" in run.stderr
+    assert not (tmp_path / "out").exists()
+    run = invoke(JOINT, "--unit", "load_angle")
+    assert run.exit_code == 2
+    assert "'load_angle' is not CHANNEL=UNIT" in run.stderr
+    run = invoke(JOINT, "--columns", "a,b,c,d,e", "--column", "a=1")
+    assert run.exit_code == 2
+    assert "give one of the two" in run.stderr
