@@ -150,6 +150,11 @@ from .study.gear.energy import energy_balance as energy_balance
 from .study.gear.parametric import ParametricResonance as ParametricResonance
 from .study.gear.parametric import parametric_resonances as parametric_resonances
 
+# Studies: identification
+from .study.identification.loop_fit import fit_loop as fit_loop
+from .study.identification.loop_result import LoopCandidate as LoopCandidate
+from .study.identification.loop_result import LoopFit as LoopFit
+
 # Studies: drive train
 from .study.train.bode import Bode as Bode
 from .study.train.bode import bode as bode
