@@ -9,13 +9,14 @@ from ...model.laws.hysteresis import BoucWen, Parallel
 from ...model.laws.springs import Backlash, Linear, PiecewiseLinear, Play
 from ...quantities import checked, number
 from ...results import Floats
-from .loop_errors import sandwich
+from .loop_errors import scatter
 from .loop_measures import SMALL_LOOP, loop_sizes
 from .loop_model import Shape
 from .loop_model import torque as torque_along
 from .loop_path import Loop, closed_energy, read_loop
 from .loop_result import LoopCandidate, LoopFit
 from .loop_solve import Solution, left_out, solve, started
+from .restricted import derived_freedom
 
 ELEMENTS = ((0, False), (1, False), (1, True), (2, False), (2, True))  # exponent of Bouc-Wen, whether beta is fitted
 BEYOND = 12  # samples that a slope needs
@@ -125,8 +126,7 @@ def _untold(loop: Loop, fit: Solution) -> str:
         return f"the torque reaches {reached:.4g} N*m and no corner lies below it; the law continues with {inner}"
     if np.count_nonzero(way < p["x1"]) < BEYOND:
         return f"fewer than {BEYOND} samples lie below the first corner; the law continues with {inner}"
-    covariance = _covariance(fit)
-    names = fit.shape.names()
+    covariance, names = scatter(loop, fit).covariance, fit.shape.names()
     i, j, k = (names.index(name) for name in (inner, outer, corner))
     apart = covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j]
     if not abs(p[outer] - p[inner]) > CLEAR * float(np.sqrt(max(apart, 0.0))):
@@ -137,16 +137,6 @@ def _untold(loop: Loop, fit: Solution) -> str:
     if not p[corner] > CLEAR * float(np.sqrt(covariance[k, k])):
         return f"the corner at {p[corner]:.3g} rad is as uncertain as that; the law continues with {inner}"
     return ""
-
-
-def _covariance(fit: Solution) -> Floats:
-    """Covariance (p, p) of the unknowns; 0 for those that stand at a bound."""
-    scale = np.sqrt(np.sum(fit.jacobian**2, axis=0))
-    free = scale > 0.0
-    J = fit.jacobian[:, free] / scale[free]
-    found = np.zeros((len(scale), len(scale)))
-    found[np.ix_(free, free)] = sandwich(J, fit.residual) / np.outer(scale[free], scale[free])
-    return found
 
 
 def _compare(loop: Loop, fits: list[Solution]) -> tuple[Solution, tuple[LoopCandidate, ...], str]:
@@ -220,7 +210,7 @@ def _result(
     loop: Loop, fit: Solution, unidentified: dict[str, str], comparison: tuple[LoopCandidate, ...], reason: str,
     rated: float, remarks: tuple[str, ...], ratio: float | None,
 ) -> LoopFit:  # fmt: skip
-    covariance = _covariance(fit)
+    covariance, known, _ = scatter(loop, fit)
     values = _numbers(fit, fit.p, rated)
     deviations = np.sqrt(np.diag(covariance))
     rates = np.zeros((len(values), len(fit.p)))
@@ -229,10 +219,11 @@ def _result(
             h = 0.05 * deviation * (np.arange(len(deviations)) == i)
             low, high = (np.array([*_numbers(fit, p, rated).values()]) for p in (fit.p - h, fit.p + h))
             rates[:, i] = (high - low) / (0.1 * deviation)
+    freedom = derived_freedom(rates, covariance, known)
     found = torque_along(fit.shape, fit.p, loop.path, loop.torsion)
     reached = float(np.max(np.abs(loop.torque - fit.p[-1])))
     return LoopFit(
-        _law(fit, reached), values, rates @ covariance @ rates.T, float(len(loop.torque) - len(fit.p)), unidentified,
+        _law(fit, reached), values, rates @ covariance @ rates.T, freedom, unidentified,
         comparison, reason, rated, loop.cycles, closed_energy(loop.torsion, loop.torque, loop.path),
         float(np.sqrt(np.mean((loop.torque - found.value) ** 2))), loop.torsion, loop.torque, found.value, remarks,
         ratio,

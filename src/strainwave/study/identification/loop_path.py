@@ -15,6 +15,9 @@ FEWEST = 40
 STEADY = 10.0  # times the noise: a torsion that goes back by more has reversed
 LEAST_WAY = 0.01  # of the range: the same
 DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])  # of noise on a smooth path; the path's own is of fourth order
+NEAR = 8.0  # times the noise: samples around a reversal that are read together
+TENT = 0.8  # of the parabola's squares: from there on the reversal is a corner
+MIDDLE = 1.9  # standard deviation of the top of a parabola through n values, over that of one / sqrt(n); measured
 NORMAL = 0.6745  # median of |normal|
 STUCK = 0.05  # of the range: a torsion that goes on by more at one torque is that of a saturated torque
 MOST_TORSION = 0.04  # rad, 2.3 deg: catalogue gears twist by 0.6 to 2.4 mrad at their rated torque
@@ -24,13 +27,14 @@ UNITS = {"degrees": 180.0 / math.pi, "arcmin": 10800.0 / math.pi, "arcsec": 6480
 
 
 class Loop(NamedTuple):
-    """Samples (n,) of a loop with its path, and the noise of both axes [rad], [N*m]."""
+    """Samples (n,) of a loop with its path; noise [rad], [N*m] of both axes and [rad] of where branches begin."""
 
     torsion: Floats
     torque: Floats
     path: Path
     torsion_noise: float
     torque_noise: float
+    begin_noise: Floats
 
     @property
     def cycles(self) -> float:
@@ -65,9 +69,9 @@ def read_loop(torsion: Any, torque: Any, check_units: bool = True) -> Loop:
     _refuse_saturated(x, t, noise[0])
     if check_units:
         _refuse_units(x, t)
-    path = _path(x, turns, noise[0])
+    path, begin_noise = _path(x, turns, noise[0])
     _refuse_backward(x, t, path)
-    return Loop(x, t, path, *noise)
+    return Loop(x, t, path, *noise, begin_noise)
 
 
 def _column(name: str, values: Any) -> Floats:
@@ -116,7 +120,7 @@ def reversals(x: Floats, threshold: float) -> list[int]:
     return [i for i in found if 0 < i < len(x) - 1]
 
 
-def _path(x: Floats, turns: list[int], noise: float) -> Path:
+def _path(x: Floats, turns: list[int], noise: float) -> tuple[Path, Floats]:
     """Branches between reversals; where a branch begins is read off the samples around the reversal."""
     branch = np.zeros(len(x), np.int64)
     for turn in turns:
@@ -124,23 +128,39 @@ def _path(x: Floats, turns: list[int], noise: float) -> Path:
     ends = [0, *turns, len(x) - 1]
     # Of the whole branch: its first samples may be noise.
     direction = np.array([np.sign(x[b] - x[a]) for a, b in pairwise(ends)])
-    begin = np.array([x[0], *(_extreme(x, turn, noise) for turn in turns)])
-    return Path(branch, direction, begin)
+    begin, spread = np.array([(float(x[0]), noise), *(_extreme(x, turn, noise) for turn in turns)]).T
+    return Path(branch, direction, begin), spread
 
 
-def _extreme(x: Floats, turn: int, noise: float) -> float:
-    """Torsion [rad] at a reversal: the extreme sample, or a parabola through the noise around it."""
-    close = np.abs(x - x[turn]) < 8.0 * noise
+def _extreme(x: Floats, turn: int, noise: float) -> tuple[float, float]:
+    """Torsion [rad] at a reversal and its noise: the extreme sample, or a parabola or a tent through the noise."""
+    close = np.abs(x - x[turn]) < NEAR * noise
     low, high = turn, turn
     while low > 0 and close[low - 1]:
         low -= 1
     while high < len(x) - 1 and close[high + 1]:
         high += 1
     if high - low < 6:
-        return float(x[turn])
-    place = np.arange(low, high + 1) - turn
-    fitted = np.polyval(np.polyfit(place, x[low : high + 1], 2), place)
-    return float(np.max(fitted) if x[turn] > np.mean(x[low : high + 1]) else np.min(fitted))
+        return float(x[turn]), noise
+    for _ in range(2):  # the first window ends where the noise lets it; the second one is centred
+        place = np.arange(low, high + 1, dtype=float)
+        values = x[low : high + 1]
+        bend, slope, level = np.polyfit(place - turn, values, 2)
+        if bend * (x[turn] - np.mean(values)) >= 0.0:
+            break
+        middle = min(max(turn - 0.5 * slope / bend, low), high)
+        half = max(math.sqrt(0.8 * NEAR * noise / abs(bend)), 3.0)
+        low, high = max(int(middle - half), 0), min(int(middle + half) + 1, len(x) - 1)
+    parabola = level - 0.25 * slope**2 / bend if bend else level
+    miss = float(np.sum((np.polyval([bend, slope, level], place - turn) - values) ** 2))
+    tents = []
+    for tip in place[1:-1]:
+        columns = np.column_stack([np.ones_like(place), np.minimum(place - tip, 0.0), np.maximum(place - tip, 0.0)])
+        solved = np.linalg.lstsq(columns, values, rcond=None)[0]
+        tents.append((float(np.sum((columns @ solved - values) ** 2)), float(solved[0])))
+    least, tip_value = min(tents)
+    best = tip_value if least < TENT * miss else float(parabola)
+    return best, MIDDLE * noise / math.sqrt(len(place))
 
 
 def _refuse_saturated(x: Floats, t: Floats, noise: float) -> None:

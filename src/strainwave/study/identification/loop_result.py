@@ -12,7 +12,7 @@ from ...records import Labelled, Result
 from ...results import Floats
 from ...sentences import on_screen
 from ...units import ARCSEC
-from .loop_errors import Interval, interval
+from .intervals import Interval, interval
 
 SPRING_UNIT, TORQUE_UNIT, ANGLE_UNIT = "N*m/rad", "N*m", "rad"
 UNITS = {
@@ -54,7 +54,7 @@ class LoopFit(Result):
         "torsion_offset", "torque_offset", "lost_motion" and "hysteresis_loss" [rad].
     covariance : (m, m) array
         Of these numbers, in their order.
-    freedom : float
+    freedom : (m,) array
         Degrees of freedom of their intervals.
     unidentified : dict of str to str
         What the loop does not tell, by its path, each with a sentence.
@@ -81,7 +81,7 @@ class LoopFit(Result):
     law: Any
     values: dict[str, float]
     covariance: Floats
-    freedom: float
+    freedom: Floats
     unidentified: dict[str, str]
     comparison: tuple[LoopCandidate, ...]
     reason: str
@@ -124,7 +124,8 @@ class LoopFit(Result):
 
     def interval(self, path: str, level: float = 0.95) -> Interval:
         """Interval (low, high) in SI that holds a number with the probability `level`; errors as `value`."""
-        return interval(self.value(path), self.deviation(path), self.freedom, level)
+        freedom = float(self.freedom[list(self.values).index(self._name(path))])
+        return interval(self.value(path), self.deviation(path), freedom, level)
 
     def _name(self, path: str) -> str:
         name = str(path).rpartition(".")[2]
