@@ -211,7 +211,8 @@ def closed_energy(x: Floats, t: Floats, path: Path) -> float:
 
 
 def _triples(ends: list[int]) -> list[tuple[int, int, int]]:
-    return [(a, b, c) for a, b, c in zip(ends, ends[1:], ends[2:], strict=False) if b - a > 3 and c - b > 3]
+    """Cycles one after the other: where they begin, turn and end."""
+    return [(a, b, c) for a, b, c in zip(ends[::2], ends[1::2], ends[2::2], strict=False) if b - a > 3 and c - b > 3]
 
 
 def _over(grid: Floats, x: Floats, t: Floats) -> NDArray[np.float64]:

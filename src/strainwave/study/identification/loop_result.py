@@ -159,7 +159,7 @@ class LoopFit(Result):
             "residual": ("sample", self.torque - self.fitted, "N*m"),
         }
 
-    def rows_of(self) -> list[tuple[str, float, float, float, str]]:
+    def table(self) -> list[tuple[str, float, float, float, str]]:
         """Rows (name, value, low, high, unit) of the numbers, angles in arcmin."""
         found = []
         for name, value in self.values.items():
@@ -173,7 +173,7 @@ class LoopFit(Result):
             f"Fit of a loop: {len(self.torque)} samples, {self.cycles:.3g} cycles, up to "
             f"{np.max(np.abs(self.torque)):.4g} N*m; residual {self.residual_rms:.3g} N*m rms"
         ]
-        for name, value, low, high, unit in self.rows_of():
+        for name, value, low, high, unit in self.table():
             lines.append(f"  {name:<26}{value:>12.5g}  ({low:.5g} .. {high:.5g}) {unit}")
         lines += [
             f"  {sentence}" for sentence in (*dict.fromkeys(self.unidentified.values()), self.reason, *self.remarks)

@@ -70,7 +70,8 @@ def _colour(basis: Floats, residual: Floats) -> float:
         white = _white(residual, phi)
         miss = white - Q @ (Q.T @ white)
         size = 2.0 * float(np.sum(np.log(np.abs(np.diag(triangle)) + NONE)))
-        return (n - p) * math.log(float(miss @ miss) + NONE) - math.log(1.0 - phi * phi) + size
+        power = math.log(float(miss @ miss) + NONE)
+        return float((n - p) * power - math.log(1.0 - phi * phi) + size)
 
     best = int(np.argmin([cost(phi) for phi in COLOURS.tolist()]))
     ends = COLOURS[max(best - 1, 0)], COLOURS[min(best + 1, len(COLOURS) - 1)]

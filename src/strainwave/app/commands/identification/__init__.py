@@ -1,0 +1,1 @@
+"""Commands that read measurements: loops of torque over torsion."""
