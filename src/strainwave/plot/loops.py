@@ -8,14 +8,14 @@ from ..study.identification.friction_result import FrictionFit
 from ..study.identification.loop_result import LoopFit
 from ..units import ARCSEC
 
-BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#999999"
+BLUE, ORANGE, PALE = "#0072B2", "#D55E00", "#c0c0c0"
 
 
 def draw_loop_fit(axes: Any, found: LoopFit) -> None:
     """Draw measured and fitted torque over the torsion."""
     x = found.torsion / (60.0 * ARCSEC)
-    axes.plot(x, found.torque, color=GREY, linewidth=3.0, label="measured")
-    axes.plot(x, found.fitted, color=BLUE, linewidth=1.2, linestyle="--", label="fitted")
+    axes.plot(x, found.torque, color=PALE, linewidth=4.0, label="measured")
+    axes.plot(x, found.fitted, color=BLUE, linewidth=1.0, label="fitted")
     axes.set(xlabel="torsion (arcmin)", ylabel="torque (N m)")
     axes.legend(frameon=False)
 

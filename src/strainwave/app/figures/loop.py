@@ -5,11 +5,11 @@ import numpy as np
 from ...study.identification.loop_result import LoopFit
 from ...units import ARCSEC
 from ..console import number
-from .plots import BLUE, GREY, ORANGE
+from .plots import BLUE, ORANGE
 from .svg import Panel, figure
 
 MOST = 4000  # samples drawn
-DASHES = "5 3"
+PALE = "#c0c0c0"
 WIDTH, HEIGHT = 560.0, 300.0  # of the figure and of a panel [px]
 
 
@@ -23,10 +23,10 @@ def panels(found: LoopFit) -> list[Panel]:
     take = np.unique(np.linspace(0, len(found.torque) - 1, MOST).astype(int))
     x = found.torsion[take] / (60.0 * ARCSEC)
     loop = Panel("torque over torsion", "", "torque (N·m)")
-    loop.line(x, found.torque[take], GREY, "measured", width=3.2)
-    loop.line(x, found.fitted[take], BLUE, "fitted", DASHES, 1.4)
+    loop.line(x, found.torque[take], PALE, "measured", width=4.5)
+    loop.line(x, found.fitted[take], BLUE, "fitted", width=1.0)
     rest = Panel(
         f"measured minus fitted torque, {number(found.residual_rms, 3)} N·m rms", "torsion (arcmin)", "residual (N·m)"
     )
-    rest.line(x, (found.torque - found.fitted)[take], ORANGE, "residual", width=0.8)
+    rest.line(x, (found.torque - found.fitted)[take], ORANGE, "residual", width=0.6)
     return [loop, rest]

@@ -19,6 +19,8 @@ from .restricted import Scatter, restricted
 BINS = 24  # of the torsion's range, over which residuals of two cycles are compared
 ALIKE = 0.02  # of the range: branches that begin as close together do the same
 SURE = 2.0  # standard deviations from which on a correlation is one
+LEAST_TOLD = ("start", "kappa", "torsion_offset", "half_gap")  # left out first where columns depend on each other
+RANK = 1e-9
 BOUND = 1e6  # degrees of freedom of what stands at a bound
 
 
@@ -26,12 +28,21 @@ def scatter(loop: Loop, fit: Solution) -> Scatter:
     """Scatter of the unknowns of a fit; 0 for those that stand at a bound."""
     told = np.sum(fit.jacobian**2, axis=0) > 0.0
     told &= ~np.isin(fit.shape.names(), ["half_gap", "kappa"]) | (fit.p > 0.0)
+    for name in LEAST_TOLD:
+        if not _apart(fit.jacobian[:, told]):
+            told &= np.array(fit.shape.names()) != name
     J = fit.jacobian[:, told]
     found = restricted(J, fit.residual)
     covariance = found.covariance * repetition(loop, fit.residual) + _of_begins(loop, fit, J)
     whole, freedom = np.zeros((len(told), len(told))), BOUND * np.ones(len(told))
     whole[np.ix_(told, told)], freedom[told] = covariance, found.freedom
     return Scatter(whole, freedom, found.phi)
+
+
+def _apart(J: Floats) -> bool:
+    """Whether the samples tell the columns (n, p) apart."""
+    singular = np.linalg.svd(J / np.linalg.norm(J, axis=0), compute_uv=False)
+    return bool(singular[-1] > RANK * singular[0])
 
 
 def _of_begins(loop: Loop, fit: Solution, J: Floats) -> Floats:

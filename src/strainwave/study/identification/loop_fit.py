@@ -85,7 +85,8 @@ def _candidates(loop: Loop) -> tuple[list[Solution], dict[str, str]]:
     while True:
         fits = _with_slopes(loop, slopes)
         if slopes == 1:
-            return fits, unidentified
+            offset = "torsion_offset is not identifiable: a straight line tells torque_offset - K1 torsion_offset alone"
+            return fits, unidentified | {"torsion_offset": offset}
         best = min(fits, key=lambda fit: fit.cost)
         why = _untold(loop, best)
         if not why:
@@ -109,7 +110,7 @@ def _with_slopes(loop: Loop, slopes: int) -> list[Solution]:
             if n:
                 reach = 0.5 * float(np.ptp(loop.torsion))
                 more = given | {"kappa": 0.2, "half_gap": 0.01 * reach}
-                start = np.array([more[name] for name in shape.names()])
+                start = np.array([more.get(name, 0.0) for name in shape.names()])
             else:
                 start = started(loop, shape)
             fits.append(solve(loop, shape, start))
@@ -120,7 +121,7 @@ def _untold(loop: Loop, fit: Solution) -> str:
     """Why the outermost corner of a fit is not told by the samples; empty where it is."""
     p = dict(zip(fit.shape.names(), fit.p.tolist(), strict=True))
     corner, inner, outer = ("x2", "K2", "K3") if fit.shape.slopes == 3 else ("x1", "K1", "K2")
-    way = np.abs(fit.torsion - p["torsion_offset"]) - p.get("half_gap", 0.0)
+    way = np.abs(fit.torsion - p.get("torsion_offset", 0.0)) - p.get("half_gap", 0.0)
     reached = float(np.max(np.abs(loop.torque - p["torque_offset"])))
     if np.count_nonzero(way > p[corner]) < BEYOND:
         return f"the torque reaches {reached:.4g} N*m and no corner lies below it; the law continues with {inner}"
@@ -200,7 +201,7 @@ def _numbers(fit: Solution, p: Floats, rated: float) -> dict[str, float]:
     found |= {name: given[name] for name in ("half_gap", "K", "yield_twist") if name in given}
     if "kappa" in given:
         found |= {"beta": 0.5 * (1.0 + given["kappa"]), "gamma": 0.5 * (1.0 - given["kappa"])}
-    found |= {name: given[name] for name in ("torsion_offset", "torque_offset")}
+    found |= {name: given[name] for name in ("torsion_offset", "torque_offset") if name in given}
     found["lost_motion"] = loop_sizes(fit.shape, p, SMALL_LOOP * rated)[1]
     found["hysteresis_loss"] = loop_sizes(fit.shape, p, rated)[0]
     return found

@@ -31,7 +31,10 @@ class Shape(NamedTuple):
         """Names of the unknowns, in the order of a vector of them."""
         spring = {1: ("K1",), 2: ("K1", "K2", "x1"), 3: SPRING}[self.slopes]
         element = ("K", "yield_twist", *(("kappa",) if self.free_beta else ()), "start") if self.n else ()
-        return (*spring, *(("half_gap",) if self.gap else ()), *element, "torsion_offset", "torque_offset")
+        gap = ("half_gap",) if self.gap else ()
+        # a straight line does not tell the offsets of both axes apart
+        offsets = ("torque_offset",) if self.slopes == 1 and not self.gap else ("torsion_offset", "torque_offset")
+        return (*spring, *gap, *element, *offsets)
 
     def __str__(self) -> str:
         spring = {1: "one slope", 2: "two slopes", 3: "three slopes"}[self.slopes]
@@ -91,7 +94,7 @@ def torque(shape: Shape, p: Floats, path: Path, torsion: Floats) -> Torque:
     """Torque of a candidate law with the unknowns p (p,) along a path, at torsions (n,) [rad]."""
     given = dict(zip(shape.names(), p.tolist(), strict=True))
     columns: dict[str, Floats] = {}
-    value, slope = _spring(shape, given, torsion - given["torsion_offset"], columns)
+    value, slope = _spring(shape, given, torsion - given.get("torsion_offset", 0.0), columns)
     columns["torsion_offset"] = -slope
     columns["torque_offset"] = np.ones_like(torsion)
     if shape.n:

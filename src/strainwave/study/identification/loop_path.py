@@ -21,7 +21,7 @@ MIDDLE = 1.9  # standard deviation of the top of a parabola through n values, ov
 NORMAL = 0.6745  # median of |normal|
 STUCK = 0.05  # of the range: a torsion that goes on by more at one torque is that of a saturated torque
 MOST_TORSION = 0.04  # rad, 2.3 deg: catalogue gears twist by 0.6 to 2.4 mrad at their rated torque
-LIKELY = (3e-5, 1e-2)  # rad
+LIKELY = 1.5e-3  # rad: half the range of a usual loop
 STIFFNESS = (20.0, 5e7)  # N*m/rad: of gears from size 3 to size 100, with an arm behind them
 UNITS = {"degrees": 180.0 / math.pi, "arcmin": 10800.0 / math.pi, "arcsec": 648000.0 / math.pi, "mrad": 1e3}
 
@@ -180,12 +180,11 @@ def _refuse_saturated(x: Floats, t: Floats, noise: float) -> None:
 def _refuse_units(x: Floats, t: Floats) -> None:
     """Refuse a torsion or a stiffness that no gear has, with the unit that would explain it (ValueError)."""
     reach, slope = 0.5 * float(np.ptp(x)), abs(float(np.polyfit(x, t, 1)[0]))
-    fitting = [unit for unit, factor in UNITS.items() if LIKELY[0] <= reach / factor <= LIKELY[1]]
     if reach > MOST_TORSION:
-        unit = f"; in {' or '.join(fitting)} it would be one" if fitting else ""
+        unit = min(UNITS, key=lambda unit: abs(math.log(reach / UNITS[unit] / LIKELY)))
         raise ValueError(
             f"the torsion reaches {reach:.4g} rad to either side, with {slope:.4g} N*m/rad on average, which no gear "
-            f"does{unit}: convert to radians, or say check_units=False if it is meant"
+            f"does; it is likely in {unit}: convert to radians, or say check_units=False if it is meant"
         )
     if not STIFFNESS[0] <= slope <= STIFFNESS[1]:
         raise ValueError(

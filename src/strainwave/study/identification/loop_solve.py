@@ -134,7 +134,8 @@ def started(loop: Loop, shape: Shape) -> Floats:
                         p[place[name]] = value
                 if "start" in place:
                     p[place["start"]] = 0.0
-                p[place["torsion_offset"]] = offset
+                if "torsion_offset" in place:
+                    p[place["torsion_offset"]] = offset
                 columns = torque(shape, p, path, x).jacobian[:, linear]
                 values, *_ = np.linalg.lstsq(columns, t, rcond=None)
                 p[linear] = values
