@@ -3,8 +3,8 @@
     python benchmarks/coverage_loops.py [loop|friction] [white|coloured|quantised] [COUNT]
 
 Loops are integrated by SciPy with equations of their own (tests/loop_machines.py): three cycles of an SHG-25-100 with
-hysteresis, 1200 samples, noise of 0.3 N*m. White: also 1e-6 rad (0.2 arcsec) on the torsion. Coloured: a first-order
-autoregression with phi = 0.8. Quantised: white noise, torque in steps of 0.5 N*m, torsion in steps of 2e-6 rad. Friction:
+hysteresis, 1200 samples, noise of 0.3 N*m. White: also 1e-6 rad (0.2 arcsec) on the torsion. Coloured: first-order
+autoregression with phi = 0.8. Quantised: white noise, torque in steps of 0.5 N*m, torsion of 2e-6 rad. Friction:
 48 runs at 12 speeds in both directions with two loads, noise of 1e-3 N*m; coloured: 200 samples a run with phi = 0.9,
 averaged; quantised in steps of 2e-3 N*m. Wrong candidates that were taken count as misses where the number is missing.
 """

@@ -15,8 +15,8 @@ from ..study.compensation.prediction import PredictionTable
 from ..study.compensation.result import Compensation, CompensationBench, Units
 from ..study.compensation.runup import CompensatedRunup
 from ..study.design.result import Design
-from ..study.identification.friction_result import FrictionFit
-from ..study.identification.loop_result import LoopFit
+from ..study.identification.friction.friction_result import FrictionFit
+from ..study.identification.loops.loop_result import LoopFit
 from ..study.move.result import Move
 from ..study.response.response import ExactResponse
 from ..study.response.validity_results import GeneralValidity, ValidityMap

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from ..study.identification.friction_result import FrictionFit
-from ..study.identification.loop_result import LoopFit
+from ..study.identification.friction.friction_result import FrictionFit
+from ..study.identification.loops.loop_result import LoopFit
 from ..units import ARCSEC
 
 BLUE, ORANGE, PALE = "#0072B2", "#D55E00", "#c0c0c0"

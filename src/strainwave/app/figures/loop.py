@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...study.identification.loop_result import LoopFit
+from ...study.identification.loops.loop_result import LoopFit
 from ...units import ARCSEC
 from ..console import number
 from .plots import BLUE, ORANGE

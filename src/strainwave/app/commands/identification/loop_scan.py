@@ -10,8 +10,8 @@ from ....files.scan_file import Column, check_signs, from_header, name_and_unit,
 from ....files.yaml_text import FileError, Problem, complaint, read_text
 from ....quantities import convert
 from ....results import Floats
-from ....study.identification.loop_fit import fit_loop
-from ....study.identification.loop_result import LoopFit
+from ....study.identification.loops.loop_fit import fit_loop
+from ....study.identification.loops.loop_result import LoopFit
 from ...console import number, print_table, to_json
 from ...figures.loop import loop_figure
 from ...output import staged, write_csv

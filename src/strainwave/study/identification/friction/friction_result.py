@@ -6,10 +6,10 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ...records import Labelled, Result
-from ...results import Floats
-from ...sentences import on_screen
-from .intervals import Interval, interval
+from ....records import Labelled, Result
+from ....results import Floats
+from ....sentences import on_screen
+from ..intervals import Interval, interval
 
 UNITS = {
     "T_c": "N*m", "T_s": "N*m", "v_s": "rad/s", "B": "N*m*s/rad", "mu": "", "offset": "N*m", "sigma_0": "N*m/rad",

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from ...results import Floats
+from ....results import Floats
 
 GRID = 25  # Stribeck speeds tried
 FINEST = 1e-10

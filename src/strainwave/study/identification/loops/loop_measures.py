@@ -5,7 +5,7 @@ import math
 import numpy as np
 from scipy.optimize import brentq
 
-from ...results import Floats
+from ....results import Floats
 from .loop_model import FULL, Path, Shape, torque, ways
 
 SMALL_LOOP = 0.04  # of the rated torque

@@ -6,13 +6,13 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ...model.laws.hysteresis import Parallel
-from ...model.laws.springs import Play
-from ...records import Labelled, Result
-from ...results import Floats
-from ...sentences import on_screen
-from ...units import ARCSEC
-from .intervals import Interval, interval
+from ....model.laws.hysteresis import Parallel
+from ....model.laws.springs import Play
+from ....records import Labelled, Result
+from ....results import Floats
+from ....sentences import on_screen
+from ....units import ARCSEC
+from ..intervals import Interval, interval
 
 SPRING_UNIT, TORQUE_UNIT, ANGLE_UNIT = "N*m/rad", "N*m", "rad"
 UNITS = {

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...results import Floats
+from ....results import Floats
 from .loop_model import FULL, Shape, torque
 from .loop_path import Loop
 

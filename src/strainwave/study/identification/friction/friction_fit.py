@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...model.laws.friction import Coulomb, LuGre, Stribeck, Viscous
-from ...model.laws.hysteresis import Parallel
-from ...model.laws.meshing import LoadFriction
-from ...quantities import LARGEST, checked, number, shown
-from ...results import Floats
+from ....model.laws.friction import Coulomb, LuGre, Stribeck, Viscous
+from ....model.laws.hysteresis import Parallel
+from ....model.laws.meshing import LoadFriction
+from ....quantities import LARGEST, checked, number, shown
+from ....results import Floats
+from ..intervals import spread
+from ..restricted import Scatter, derived_freedom, restricted
 from .friction_model import FrictionSolution, Runs, Terms, predicted, solve_terms
 from .friction_result import FrictionCandidate, FrictionFit
-from .intervals import spread
 from .presliding import Presliding, presliding_stiffness
-from .restricted import Scatter, derived_freedom, restricted
 
 FEWEST = 6
 FOLDS = 12
