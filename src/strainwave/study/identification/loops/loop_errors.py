@@ -19,7 +19,8 @@ from .loop_solve import Solution
 BINS = 24  # of the torsion's range, over which residuals of two cycles are compared
 ALIKE = 0.02  # of the range: branches that begin as close together do the same
 SURE = 2.0  # standard deviations from which on a correlation is one
-LEAST_TOLD = ("start", "kappa", "torsion_offset", "half_gap")  # left out first where columns depend on each other
+LEAST_TOLD = ("start", "kappa", "torsion_offset", "half_gap", "yield_twist", "K")  # first left out of dependent columns
+UNTOLD = 1e3  # times its value: standard deviation of an unknown that was left out
 RANK = 1e-9
 BOUND = 1e6  # degrees of freedom of what stands at a bound
 
@@ -28,13 +29,15 @@ def scatter(loop: Loop, fit: Solution) -> Scatter:
     """Scatter of the unknowns of a fit; 0 for those that stand at a bound."""
     told = np.sum(fit.jacobian**2, axis=0) > 0.0
     told &= ~np.isin(fit.shape.names(), ["half_gap", "kappa"]) | (fit.p > 0.0)
+    bound, names = ~told, np.array(fit.shape.names())
     for name in LEAST_TOLD:
         if not _apart(fit.jacobian[:, told]):
-            told &= np.array(fit.shape.names()) != name
+            told &= names != name
     J = fit.jacobian[:, told]
     found = restricted(J, fit.residual)
     covariance = found.covariance * repetition(loop, fit.residual) + _of_begins(loop, fit, J)
     whole, freedom = np.zeros((len(told), len(told))), BOUND * np.ones(len(told))
+    whole[np.diag_indices(len(told))] = np.where(bound, 0.0, (UNTOLD * fit.p) ** 2)
     whole[np.ix_(told, told)], freedom[told] = covariance, found.freedom
     return Scatter(whole, freedom, found.phi)
 

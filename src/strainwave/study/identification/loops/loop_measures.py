@@ -2,11 +2,10 @@
 
 import math
 
-import numpy as np
 from scipy.optimize import brentq
 
 from ....results import Floats
-from .loop_model import FULL, Path, Shape, torque, ways
+from .loop_model import FULL, Shape, way_of_one
 
 SMALL_LOOP = 0.04  # of the rated torque
 FARTHEST = 60
@@ -17,21 +16,28 @@ class Twisted:
 
     def __init__(self, shape: Shape, p: Floats) -> None:
         self.shape, self.given = shape, dict(zip(shape.names(), p.tolist(), strict=True))
-        still = {"torsion_offset": 0.0, "torque_offset": 0.0, "start": 0.0}
-        self.spring = shape._replace(n=0, free_beta=False)
-        self.p = np.array([(self.given | still)[name] for name in self.spring.names()])
         self.x = self.a = 0.0
 
     def _at(self, x: float, direction: float) -> tuple[float, float]:
         """Torque [N*m] at a torsion that is reached in one direction, and the state there."""
-        one = Path(np.zeros(1, np.int64), np.ones(1), np.zeros(1))
-        value = float(torque(self.spring, self.p, one, np.array([x])).value[0])
+        value = self._spring(x)
         if not self.shape.n:
             return value, 0.0
         twist = self.given["yield_twist"]
         way = max(direction * (x - self.x), 0.0) / twist
-        a = direction * float(ways(direction * self.a, way, self.shape.n, self.given.get("kappa", 0.0)))
+        a = direction * way_of_one(direction * self.a, way, self.shape.n, self.given.get("kappa", 0.0))
         return value + self.given["K"] * twist * a, a
+
+    def _spring(self, x: float) -> float:
+        p = self.given
+        way = max(abs(x) - p.get("half_gap", 0.0), 0.0)
+        x1, x2 = p.get("x1", math.inf), p.get("x2", math.inf)
+        value = p["K1"] * min(way, x1)
+        if way > x1:
+            value += p["K2"] * (min(way, x2) - x1)
+        if way > x2:
+            value += p["K3"] * (way - x2)
+        return math.copysign(value, x)
 
     def to(self, target: float, direction: float, *, stay: bool = True) -> float:
         """Torsion [rad] at which the torque [N*m] is the target, in one direction; the law stays there if wanted."""

@@ -69,6 +69,24 @@ def ways(a: Any, s: Any, n: int, kappa: float) -> Any:
     return np.where(s < to_zero, rising, settled)
 
 
+def way_of_one(a: float, s: float, n: int, kappa: float) -> float:
+    """`ways` of one number, without arrays."""
+    if a < 0.0:
+        root = math.sqrt(kappa)
+        if kappa < STEP:
+            to_zero = -a
+        else:
+            to_zero = math.log1p(-kappa * a) / kappa if n == 1 else -math.atan(root * a) / root
+        if s < to_zero:
+            if kappa < STEP:
+                return a + s
+            if n == 1:
+                return (1.0 - (1.0 - kappa * a) * math.exp(-kappa * s)) / kappa
+            return math.tan(root * s + math.atan(root * a)) / root
+        a, s = 0.0, s - to_zero
+    return 1.0 - (1.0 - a) * math.exp(-s) if n == 1 else math.tanh(s + math.atanh(min(a, FULL)))
+
+
 def states(path: Path, torsion: Floats, n: int, twist: float, kappa: float, start: float) -> Floats:
     """State z/yield_twist (n,) of the element at every sample, along the positive torsion."""
     at, begins = start, np.empty(len(path.direction))
@@ -76,7 +94,7 @@ def states(path: Path, torsion: Floats, n: int, twist: float, kappa: float, star
         begins[j] = direction * at
         if j + 1 < len(begins):
             way = direction * (path.begin[j + 1] - path.begin[j]) / twist
-            at = direction * min(float(ways(begins[j], max(way, 0.0), n, kappa)), FULL)
+            at = direction * min(way_of_one(float(begins[j]), max(float(way), 0.0), n, kappa), FULL)
     direction = path.direction[path.branch]
     way = np.maximum(direction * (torsion - path.begin[path.branch]), 0.0) / twist
     return np.asarray(direction * ways(begins[path.branch], way, n, kappa))

@@ -17,7 +17,7 @@ from .loop_model import FULL, Shape, torque
 from .loop_path import Loop
 
 MOST_STEPS = 60
-SMALL_STEP = 1e-9  # of the standard deviations that the residual gives
+SMALL_GAIN = 1e-8  # of the cost, from which on a step is the last
 BLOCKS = 12
 THINNED = 400  # samples of a start
 TWISTS = (0.01, 0.03, 0.1, 0.3)  # of the largest torsion: yield twists tried at a start
@@ -82,7 +82,7 @@ def solve(loop: Loop, shape: Shape, p: Floats) -> Solution:
         gain = now.cost - tried.cost
         damping *= 0.1
         now = linearised(loop, shape, tried.p, corrected(loop, tried))
-        if gain <= SMALL_STEP * now.cost:
+        if gain <= SMALL_GAIN * now.cost:
             break
     return now
 
