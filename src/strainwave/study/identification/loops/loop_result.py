@@ -170,7 +170,7 @@ class LoopFit(Result):
 
     def __str__(self) -> str:
         lines = [
-            f"Fit of a loop: {len(self.torque)} samples, {self.cycles:.3g} cycles, up to "
+            f"Fit of a loop: {len(self.torque)} samples, {self.cycles:.3g} cycle{'s' * (self.cycles != 1.0)}, up to "
             f"{np.max(np.abs(self.torque)):.4g} N*m; residual {self.residual_rms:.3g} N*m rms"
         ]
         for name, value, low, high, unit in self.table():
