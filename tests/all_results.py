@@ -93,6 +93,18 @@ def compensated_move():
     return sw.CompensatedMove(NUMBERS, 1e-4 * NUMBERS[None], NUMBERS[None], (score,), 1.0, 1e-5, ("Assumed.",))
 
 
+@cache
+def loop_fit():
+    way = 2e-3 * np.sin(np.linspace(0.0, 4.0 * np.pi, 200))
+    return sw.fit_loop(way, sw.PiecewiseLinear(3e4, 5e4, 6e4, 14.0, 48.0).torque(way), rated_torque=90.0)
+
+
+@cache
+def friction_fit():
+    speed = np.array([-20.0, -10.0, -5.0, -2.0, 2.0, 5.0, 10.0, 20.0])
+    return sw.fit_friction(speed, 0.05 * np.sign(speed) + 1e-3 * speed + 1e-4 * np.cos(7.0 * speed))
+
+
 RESULTS = {
     name: cache(make)  # each is computed once
     for name, make in {
@@ -111,6 +123,8 @@ RESULTS = {
         "Passage": lambda: sw.passage(DUFFING, sw.PRIMARY, (0.6, 1.8), 0.01),
         "Passages": lambda: sw.passage(DUFFING, sw.PRIMARY, (0.6, 1.8), [0.01, 0.02]),
         "SlowBasins": lambda: sw.slow_flow(DUFFING, sw.PRIMARY).basins(points=5),
+        "LoopFit": loop_fit,
+        "FrictionFit": friction_fit,
         "DriveRun": run,
         "Move": move,
         "Bode": lambda: sw.bode(sw.HDC_40_050.train(control=sw.PositionLoop(50.0, 0.5)), np.geomspace(1.0, 1e3, 7)),

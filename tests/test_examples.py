@@ -503,3 +503,14 @@ def fourier(u, times):
     """A periodic signal at `times` as many samples."""
     spectrum = np.fft.rfft(u)
     return np.fft.irfft(np.append(spectrum, np.zeros(len(u) * (times - 1) // 2)), len(u) * times) * times
+
+
+def test_example_loop_scan():
+    # Closed form of the true law's small loop, +-3.48 N*m: the torque stays below T1 and the element does not saturate.
+    lost_motion, fit = example("loop_scan").main()
+    true = sw.lost_motion(example("loop_scan").TRUE, 87.0) * 10800.0 / math.pi
+    assert true == pytest.approx(0.4974, abs=5e-5)
+    low, high = (end * 10800.0 / math.pi for end in fit.interval("lost_motion", 0.99))
+    assert low < true < high
+    assert lost_motion == pytest.approx(true, abs=0.015)
+    assert len(plt.get_fignums()) == 1

@@ -150,6 +150,14 @@ from .study.gear.energy import energy_balance as energy_balance
 from .study.gear.parametric import ParametricResonance as ParametricResonance
 from .study.gear.parametric import parametric_resonances as parametric_resonances
 
+# Studies: identification
+from .study.identification.friction.friction_fit import fit_friction as fit_friction
+from .study.identification.friction.friction_result import FrictionCandidate as FrictionCandidate
+from .study.identification.friction.friction_result import FrictionFit as FrictionFit
+from .study.identification.loops.loop_fit import fit_loop as fit_loop
+from .study.identification.loops.loop_result import LoopCandidate as LoopCandidate
+from .study.identification.loops.loop_result import LoopFit as LoopFit
+
 # Studies: drive train
 from .study.train.bode import Bode as Bode
 from .study.train.bode import bode as bode

@@ -16,6 +16,8 @@ from ..study.compensation.result import Compensation, CompensationBench, Units
 from ..study.compensation.runup import CompensatedRunup
 from ..study.design.result import Design
 from ..study.identification.logs.log import Log
+from ..study.identification.friction.friction_result import FrictionFit
+from ..study.identification.loops.loop_result import LoopFit
 from ..study.move.result import Move
 from ..study.response.response import ExactResponse
 from ..study.response.validity_results import GeneralValidity, ValidityMap
@@ -46,6 +48,7 @@ from .curves import (
 from .designs import draw_design
 from .ensembles import draw_basins, draw_orbit_diagram, draw_variability
 from .logs import draw_log
+from .loops import draw_friction_fit, draw_loop_fit
 from .maps import draw_general_validity, draw_validity
 from .speed_maps import draw_speed_map
 from .ways import draw_compensated_move, draw_compensated_runup, draw_monitored, draw_predictions
@@ -59,7 +62,8 @@ DRAWN: dict[type, Any] = {
     Compensation: draw_compensation, CompensationBench: draw_compensation_bench, Units: draw_units,
     CompensatedMove: draw_compensated_move, CompensatedRunup: draw_compensated_runup,
     Monitored: draw_monitored, PredictionTable: draw_predictions,
-    Log: draw_log, LoopRun: draw_loop, LoopEnsemble: draw_loops, LoopResponse: draw_loop_response,
+    Log: draw_log, LoopFit: draw_loop_fit, FrictionFit: draw_friction_fit,
+    LoopRun: draw_loop, LoopEnsemble: draw_loops, LoopResponse: draw_loop_response,
 }  # fmt: skip
 
 

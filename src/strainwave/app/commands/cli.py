@@ -14,6 +14,7 @@ import click
 from ... import __version__
 from .identification.log import log
 from .identification.texts import orders
+from .identification.commands import loop_scan
 
 FAILED, INVALID_PROJECT, INTERRUPTED = 1, 3, 130
 EXPECTED = (
@@ -330,6 +331,9 @@ def error_scan(
 
     search = {"orders": orders, "highest": highest, "false_alarm": false_alarm}
     show(file, back, columns, (shaft, turn, ratio), search, as_json)
+
+
+cli.add_command(loop_scan)
 
 
 @cli.command("order-table")

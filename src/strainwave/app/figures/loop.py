@@ -1,0 +1,32 @@
+"""The figure of a fitted loop: measured and fitted torque over the torsion, the residual below."""
+
+import numpy as np
+
+from ...study.identification.loops.loop_result import LoopFit
+from ...units import ARCSEC
+from ..console import number
+from .plots import BLUE, ORANGE
+from .svg import Panel, figure
+
+MOST = 4000  # samples drawn
+PALE = "#c0c0c0"
+WIDTH, HEIGHT = 560.0, 300.0  # of the figure and of a panel [px]
+
+
+def loop_figure(found: LoopFit) -> str:
+    """Draw a fitted loop as SVG."""
+    return figure([[panel] for panel in panels(found)], HEIGHT, "a measured loop and its law", WIDTH)
+
+
+def panels(found: LoopFit) -> list[Panel]:
+    """Two panels over the same torsion [arcmin]."""
+    take = np.unique(np.linspace(0, len(found.torque) - 1, MOST).astype(int))
+    x = found.torsion[take] / (60.0 * ARCSEC)
+    loop = Panel("torque over torsion", "", "torque (N·m)")
+    loop.line(x, found.torque[take], PALE, "measured", width=4.5)
+    loop.line(x, found.fitted[take], BLUE, "fitted", width=1.0)
+    rest = Panel(
+        f"measured minus fitted torque, {number(found.residual_rms, 3)} N·m rms", "torsion (arcmin)", "residual (N·m)"
+    )
+    rest.line(x, (found.torque - found.fitted)[take], ORANGE, "residual", width=0.6)
+    return [loop, rest]

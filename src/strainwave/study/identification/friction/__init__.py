@@ -1,0 +1,1 @@
+"""Friction from constant-speed runs, break-away and presliding."""

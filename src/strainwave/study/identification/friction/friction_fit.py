@@ -1,0 +1,259 @@
+"""Friction identified from constant-speed runs, break-away torques and a presliding loop, with intervals that cover."""
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ....model.laws.friction import Coulomb, LuGre, Stribeck, Viscous
+from ....model.laws.hysteresis import Parallel
+from ....model.laws.meshing import LoadFriction
+from ....quantities import LARGEST, checked, number, shown
+from ....results import Floats
+from ..intervals import spread
+from ..restricted import Scatter, derived_freedom, restricted
+from .friction_model import FrictionSolution, Runs, Terms, predicted, solve_terms
+from .friction_result import FrictionCandidate, FrictionFit
+from .presliding import Presliding, presliding_stiffness
+
+FEWEST = 6
+FOLDS = 12
+SHARP = 0.01  # of the lowest speed: over which the sign of dry friction is smoothed
+FASTEST = 3000.0  # rad/s, 29 000 rpm
+APART = 1e-3  # of the largest: speeds or loads that differ by less are one
+
+
+def fit_friction(
+    speed: ArrayLike, torque: Any, load: ArrayLike | None = None, *, deviation: ArrayLike | None = None,
+    breakaway: ArrayLike | None = None, presliding: tuple[ArrayLike, ArrayLike] | None = None,
+    width: float | None = None,
+) -> FrictionFit:  # fmt: skip
+    """Identify friction from runs at constant speed: Coulomb, viscous, Stribeck, load-proportional, sides.
+
+    Every combination of terms is fitted, and compared by the error of runs that were left out; the simplest within a
+    standard error of the best is taken. All quantities belong to one shaft.
+
+    Parameters
+    ----------
+    speed : (n,) array
+        Speed of each run [rad/s], negative in the other direction.
+    torque : (n,) array, or sequence of n arrays
+        Mean torque [N*m] that keeps the speed, of the speed's sign; or the samples of each run.
+    load : (n,) array, optional
+        Torque [N*m] that the gear transmits in each run, on the same shaft. Default: none.
+    deviation : (n,) array, optional
+        Standard errors [N*m] of the mean torques. Default: those of the samples, or all equal.
+    breakaway : (m,) array, optional
+        Torques [N*m] at which the shaft breaks away, negative in the other direction.
+    presliding : pair of arrays, optional
+        Angle [rad] and torque [N*m] of a loop below break-away, for the stiffness sigma_0 of LuGre's bristles.
+    width : float, optional
+        Speed [rad/s] over which the law smooths the sign of dry friction. Default: 1 % of the lowest speed.
+
+    Returns
+    -------
+    FrictionFit
+
+    Raises
+    ------
+    ValueError
+        If the runs are too few, not finite or at one speed, or the torque drives the shaft.
+
+    References
+    ----------
+    Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30(7), 1083-1138 (terms of friction); Canudas de Wit,
+    Olsson, Astrom & Lischinsky 1995, IEEE Trans. Automatic Control 40(3), 419-425, eqs. (3)-(6) (LuGre).
+    """
+    runs, unidentified = _runs(speed, torque, load, deviation, breakaway)
+    sliding = np.abs(runs.speed[runs.speed != 0.0])
+    smooth = SHARP * float(np.min(sliding)) if width is None else number("width [rad/s]", width, positive=True)
+    fits = [fit for terms in _candidates(runs, load is not None) if (fit := _fitted(terms, runs)) is not None]
+    if not fits:
+        raise ValueError(
+            "no friction law fits these runs: the torque falls with the speed or drives the shaft; check the signs of "
+            "speed and torque"
+        )
+    chosen, comparison, reason = _compare(runs, fits)
+    known = restricted(chosen.jacobian, chosen.residual)
+    stiffness = None
+    if presliding is not None:
+        p = dict(zip(chosen.terms.names(), chosen.p.tolist(), strict=True))
+        stiffness = presliding_stiffness(*presliding, p["T_c"] + p.get("rise", 0.0))
+    return _result(runs, chosen, known, unidentified, comparison, reason, smooth, stiffness)
+
+
+def _column(name: str, values: Any, count: int | None = None) -> Floats:
+    try:
+        column = np.asarray(values, float)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} is {shown(values)}; it must be an array of numbers") from None
+    if column.ndim != 1 or (count is not None and len(column) != count):
+        raise ValueError(f"{name} has the shape {column.shape}; give one number for each of the {count or ''} runs")
+    good = np.abs(column) <= LARGEST
+    if not np.all(good):
+        i = int(np.flatnonzero(~good)[0])
+        raise ValueError(f"{name} of run {i} is {column[i]}; remove the run")
+    return column
+
+
+def _runs(speed: Any, torque: Any, load: Any, deviation: Any, breakaway: Any) -> tuple[Runs, dict[str, str]]:
+    v = _column("speed [rad/s]", speed)
+    if len(v) < FEWEST:
+        raise ValueError(f"there are {len(v)} runs; measure at least {FEWEST}, at several speeds in both directions")
+    if not np.all(v != 0.0):
+        raise ValueError(
+            f"run {int(np.flatnonzero(v == 0.0)[0])} stands still; give torques at which the shaft breaks away as "
+            "breakaway"
+        )
+    if float(np.max(np.abs(v))) > FASTEST:
+        raise ValueError(f"the speed reaches {np.max(np.abs(v)):.4g} rad/s, beyond any motor; is it in rpm? convert it")
+    if float(np.ptp(np.abs(v))) < APART * float(np.max(np.abs(v))):
+        raise ValueError(
+            f"all runs are at {abs(v[0]):.4g} rad/s: Coulomb and viscous friction cannot be told apart, only T_c + "
+            f"{abs(v[0]):.4g} B is identifiable; measure at several speeds"
+        )
+    t, own = _means(torque, len(v))
+    size = np.zeros(len(v)) if load is None else np.abs(_column("load [N*m]", load, len(v)))
+    spreads = own if deviation is None else _column("deviation [N*m]", deviation, len(v))
+    if not np.all(spreads > 0.0):
+        raise ValueError("a deviation is not positive; give the standard error of every mean torque, or none")
+    if float(t @ np.sign(v)) < 0.0:
+        raise ValueError(
+            "the torque has the opposite sign of the speed: friction would drive the shaft; turn the sign of one"
+        )
+    unidentified = {}
+    if load is not None and float(np.ptp(size)) <= APART * float(np.max(size)):
+        unidentified["mu"] = (
+            f"mu is not identifiable: the load is {size[0]:.4g} N*m in every run, so that only T_c + {size[0]:.4g} mu "
+            "is; measure with several loads"
+        )
+    if np.all(v > 0.0) or np.all(v < 0.0):
+        unidentified["offset"] = "the difference of the sides is not identifiable: all runs go in one direction"
+    runs = Runs(v, np.sign(v), t, size, 1.0 / spreads)
+    if breakaway is not None:
+        b = np.atleast_1d(_column("breakaway [N*m]", np.atleast_1d(breakaway)))
+        more = Runs(np.zeros(len(b)), np.sign(b), b, np.zeros(len(b)), np.full(len(b), float(np.median(runs.weight))))
+        runs = Runs(*(np.concatenate(both) for both in zip(runs, more, strict=True)))
+    return runs, unidentified
+
+
+def _means(torque: Any, count: int) -> tuple[Floats, Floats]:
+    """Mean torques (n,) and their standard errors (all 1 where they are not known)."""
+    if not (isinstance(torque, Sequence) and torque and np.ndim(torque[0]) == 1):
+        return _column("torque [N*m]", torque, count), np.ones(count)
+    if len(torque) != count:
+        raise ValueError(f"there are {count} speeds and the torques of {len(torque)} runs; give one run a speed")
+    means, errors = np.empty(count), np.empty(count)
+    for i, samples in enumerate(torque):
+        run = _column(f"torque of run {i} [N*m], sample", samples)
+        if len(run) < FEWEST:
+            raise ValueError(f"run {i} has {len(run)} samples; give at least {FEWEST}, or the mean torques")
+        means[i] = np.mean(run)
+        error = float(spread(np.ones((len(run), 1)), run - means[i]).covariance[0, 0])
+        errors[i] = max(error, 1e-12 * max(float(means[i] ** 2), 1e-30)) ** 0.5
+    return means, errors
+
+
+def _candidates(runs: Runs, loaded: bool) -> Iterator[Terms]:
+    sides = bool(np.any(runs.speed > 0.0) and np.any(runs.speed < 0.0))
+    varied = loaded and float(np.ptp(runs.load)) > APART * float(np.max(runs.load))
+    levels = len(np.unique(np.round(np.abs(runs.speed) / np.max(np.abs(runs.speed)) / APART)))
+    for viscous, stribeck, load in product((False, True), (False, levels >= 4), (False, varied)):
+        for offset, both in ((False, False), (sides, False), (sides, sides and viscous)):
+            terms = Terms(viscous, stribeck, load, offset, both)
+            yield terms
+
+
+def _fitted(terms: Terms, runs: Runs) -> FrictionSolution | None:
+    """A candidate, None where its numbers are no friction."""
+    if len(runs.speed) <= len(terms.names()) + 1:
+        return None
+    fit = solve_terms(terms, runs)
+    p = dict(zip(terms.names(), fit.p.tolist(), strict=True))
+    good = p["T_c"] >= 0.0 and p.get("B", 0.0) >= abs(p.get("B_asymmetry", 0.0)) and p.get("rise", 0.0) >= 0.0
+    return fit if good and 0.0 <= p.get("mu", 0.0) < 1.0 else None
+
+
+def _compare(runs: Runs, fits: list[FrictionSolution]) -> tuple[FrictionSolution, tuple[FrictionCandidate, ...], str]:
+    """The simplest candidate within a standard error of the best on runs left out, the table, and the reason."""
+    fits = list({fit.terms: fit for fit in fits}.values())
+    count = len(runs.speed)
+    fold = np.arange(count) % min(FOLDS, count)
+    errors = np.array([_left_out(runs, fit, fold) for fit in fits])
+    means = errors.mean(axis=1)
+    best = int(np.argmin(means))
+    difference = errors - errors[best]
+    spreads = np.std(difference, axis=1, ddof=1) / np.sqrt(count)
+    worse = np.divide(difference.mean(axis=1), spreads, out=np.zeros(len(fits)), where=spreads > 0.0)
+    taken = min(np.flatnonzero(worse <= 1.0), key=lambda i: (len(fits[i].p), means[i]))
+    unit = 1.0 / float(np.median(runs.weight))
+    rows = tuple(
+        FrictionCandidate(
+            str(fits[i].terms), len(fits[i].p), unit * float(means[i]) ** 0.5, float(worse[i]), bool(i == taken)
+        )
+        for i in np.argsort(means, kind="stable")
+    )
+    said = f"{fits[taken].terms}: error {unit * means[taken] ** 0.5:.3g} N*m on runs left out"
+    if taken == best:
+        return fits[taken], rows, f"{said}, the smallest of {len(fits)} candidates"
+    more = f"{unit * means[best] ** 0.5:.3g} N*m, of {fits[best].terms}"
+    return fits[taken], rows, f"{said}, within a standard error of the smallest, {more}"
+
+
+def _left_out(runs: Runs, fit: FrictionSolution, fold: Any) -> Floats:
+    """Squared weighted error (n,) of every run under the fit to the other folds."""
+    found = np.empty(len(fold))
+    for k in range(int(np.max(fold)) + 1):
+        out = fold == k
+        p = solve_terms(fit.terms, runs.some(~out)).p
+        there = runs.some(out)
+        found[out] = (there.weight * (there.torque - predicted(fit.terms, p, there))) ** 2
+    return found
+
+
+def _law(p: dict[str, float], width: float, lowest: float, stiffness: Presliding | None) -> Any:
+    T_c, T_s, B = p["T_c"], p["T_c"] + p.get("rise", 0.0), p.get("B", 0.0)
+    if stiffness is not None:
+        return checked(LuGre(stiffness.sigma_0, 0.0, B, T_c, T_s, p.get("v_s", lowest)))
+    dry = Stribeck(T_c, T_s, p["v_s"], min(width, 0.5 * p["v_s"])) if "v_s" in p else Coulomb(T_c, width)
+    return checked(Parallel(dry, Viscous(B)) if B > 0.0 else dry)
+
+
+def _result(
+    runs: Runs, fit: FrictionSolution, known: Scatter, unidentified: dict[str, str],
+    comparison: tuple[FrictionCandidate, ...], reason: str, width: float, stiffness: Presliding | None,
+) -> FrictionFit:  # fmt: skip
+    names = list(fit.terms.names())
+    p = dict(zip(names, fit.p.tolist(), strict=True))
+    rows = {name: (np.arange(len(names)) == names.index(name)).astype(float) for name in names}
+    wanted = {"T_c": rows["T_c"]}
+    if "rise" in p:
+        wanted |= {"T_s": rows["T_c"] + rows["rise"], "v_s": rows["v_s"]}
+    wanted |= {name: rows[name] for name in ("B", "mu", "offset", "B_asymmetry") if name in p}
+    if "offset" in p:
+        wanted |= {"T_c_forward": rows["T_c"] + rows["offset"], "T_c_backward": rows["T_c"] - rows["offset"]}
+    R = np.array([*wanted.values()])
+    freedom = derived_freedom(R, known.covariance, known.freedom)
+    values, covariance = dict(zip(wanted, (R @ fit.p).tolist(), strict=True)), R @ known.covariance @ R.T
+    remarks = []
+    if stiffness is not None:
+        values["sigma_0"] = stiffness.sigma_0
+        covariance = np.pad(covariance, (0, 1))
+        covariance[-1, -1] = stiffness.deviation**2
+        freedom = np.append(freedom, stiffness.freedom)
+        remarks.append("sigma_1 is 0: a slow loop does not tell the damping of the bristles")
+    if "offset" in p:
+        remarks.append(
+            f"the law holds the mean of both directions; Coulomb friction is {values['T_c_forward']:.4g} N*m forward "
+            f"and {values['T_c_backward']:.4g} N*m backward"
+        )
+    lowest = float(np.min(np.abs(runs.speed[runs.speed != 0.0])))
+    load_law = checked(LoadFriction(p["mu"], width)) if "mu" in p else None
+    fitted = predicted(fit.terms, fit.p, runs)
+    return FrictionFit(
+        _law(p, width, lowest, stiffness), load_law, values, covariance, freedom, unidentified,
+        comparison, reason, float(np.sqrt(np.mean((runs.torque - fitted) ** 2))), runs.speed, runs.torque, fitted,
+        tuple(remarks),
+    )  # fmt: skip

@@ -1,0 +1,135 @@
+"""What fitted friction gives: the law, its numbers with their intervals, the candidates compared, the runs."""
+
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from ....records import Labelled, Result
+from ....results import Floats
+from ....sentences import on_screen
+from ..intervals import Interval, interval
+
+UNITS = {
+    "T_c": "N*m", "T_s": "N*m", "v_s": "rad/s", "B": "N*m*s/rad", "mu": "", "offset": "N*m", "sigma_0": "N*m/rad",
+    "B_asymmetry": "N*m*s/rad", "T_c_forward": "N*m", "T_c_backward": "N*m",
+}  # fmt: skip
+BY_LOGARITHM = ("v_s", "sigma_0")  # scales: their interval is one of the logarithm
+
+
+class FrictionCandidate(NamedTuple):
+    """A candidate: its terms, its unknowns, and its error on runs that were left out.
+
+    `error` is the root mean square [N*m], `worse` the mean difference of its square from the best candidate's in
+    standard errors of that difference.
+    """
+
+    name: str
+    unknowns: int
+    error: float
+    worse: float
+    chosen: bool
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionFit(Result):
+    """Friction identified from constant-speed runs.
+
+    Attributes
+    ----------
+    law : NamedTuple
+        Drag without load: `Coulomb` or `Stribeck`, with `Viscous`; `LuGre` where a presliding loop was given.
+    load_friction : LoadFriction or None
+        What is proportional to the transmitted torque, where the runs support it.
+    values : dict of str to float
+        Numbers by their path, as found: "T_c", "T_s", "v_s", "B", "mu", "sigma_0", "offset", "B_asymmetry",
+        "T_c_forward", "T_c_backward".
+    covariance : (m, m) array
+        Of these numbers, in their order.
+    freedom : (m,) array
+        Degrees of freedom of their intervals.
+    unidentified : dict of str to str
+        What the runs do not tell, by its path, each with a sentence.
+    comparison : tuple of FrictionCandidate
+        The candidates by their error on runs left out, smallest first.
+    reason : str
+        Why this candidate was chosen.
+    residual_rms : float
+        Root mean square [N*m] of measured minus fitted torque.
+    speed, torque, fitted : (n,) arrays
+        Runs [rad/s], [N*m] and the fitted torque [N*m]; break-away at speed 0.
+    remarks : tuple of str
+        What limits the result.
+    """
+
+    law: Any
+    load_friction: Any
+    values: dict[str, float]
+    covariance: Floats
+    freedom: Floats
+    unidentified: dict[str, str]
+    comparison: tuple[FrictionCandidate, ...]
+    reason: str
+    residual_rms: float
+    speed: Floats
+    torque: Floats
+    fitted: Floats
+    remarks: tuple[str, ...]
+
+    rows: ClassVar[str] = "run"
+
+    def value(self, path: str) -> float:
+        """Value of a number in SI, by its name or its path in the law: "T_c", "first.T_c".
+
+        Raises
+        ------
+        ValueError
+            If there is no such number, or the runs do not tell it.
+        """
+        return self.values[self._name(path)]
+
+    def deviation(self, path: str) -> float:
+        """Standard deviation of a number in SI; errors as `value`."""
+        i = list(self.values).index(self._name(path))
+        return float(np.sqrt(self.covariance[i, i]))
+
+    def interval(self, path: str, level: float = 0.95) -> Interval:
+        """Interval (low, high) in SI that holds a number with the probability `level`; errors as `value`."""
+        name = self._name(path)
+        value, freedom = self.values[name], float(self.freedom[list(self.values).index(name)])
+        if name in BY_LOGARITHM:
+            low, high = interval(math.log(value), self.deviation(name) / value, freedom, level)
+            return Interval(math.exp(max(low, -600.0)), math.exp(min(high, 600.0)))
+        return interval(value, self.deviation(name), freedom, level)
+
+    def _name(self, path: str) -> str:
+        name = str(path).rpartition(".")[2]
+        name = {"sigma_2": "B"}.get(name, name)
+        if name in self.unidentified:
+            raise ValueError(self.unidentified[name])
+        if name not in self.values:
+            raise ValueError(f"the fit has no {path!r}; it has {', '.join(self.values)}")
+        return name
+
+    def coordinates(self) -> Labelled:
+        """Speed of every run."""
+        return {"speed": ("run", self.speed, "rad/s")}
+
+    def variables(self) -> Labelled:
+        """Measured and fitted torque and their difference."""
+        return {
+            "torque": ("run", self.torque, "N*m"),
+            "fitted": ("run", self.fitted, "N*m"),
+            "residual": ("run", self.torque - self.fitted, "N*m"),
+        }
+
+    def __str__(self) -> str:
+        lines = [f"Fit of friction: {len(self.speed)} runs; residual {self.residual_rms:.3g} N*m rms"]
+        for name, value in self.values.items():
+            low, high = self.interval(name)
+            lines.append(f"  {name:<14}{value:>12.5g}  ({low:.5g} .. {high:.5g}) {UNITS[name]}".rstrip())
+        lines += [f"  {sentence}" for sentence in (*self.unidentified.values(), self.reason, *self.remarks)]
+        return on_screen("\n".join(lines))
+
+    __repr__ = __str__

@@ -1,0 +1,1 @@
+"""A torsion law from a measured loop of torque over torsion."""

@@ -1,0 +1,165 @@
+"""Torque along a measured path of torsion: three slopes behind a gap beside Bouc-Wen, in closed form, with derivatives.
+
+Between two reversals the element of Bouc-Wen (A = 1, beta + gamma = 1) depends on the way since the reversal alone.
+With a = z/yield_twist along the motion and the way s in yield twists its equation is da/ds = 1 - a^n for a > 0 and
+1 + kappa |a|^n for a < 0, kappa = beta - gamma, which n = 1 and n = 2 solve by exponentials and by (hyperbolic)
+tangents. The spring has the slope K1 up to the torsion x1 behind the gap, K2 up to x2 and K3 beyond.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....results import Floats
+
+SPRING = ("K1", "K2", "K3", "x1", "x2")
+STEP = 1e-6  # of a central difference, relative
+FULL = 1.0 - 1e-12  # of the yield twist: the largest state at a start
+
+
+class Shape(NamedTuple):
+    """What a candidate law has: slopes of the spring, a gap, exponent of Bouc-Wen (0: none), whether beta is free."""
+
+    slopes: int
+    gap: bool
+    n: int
+    free_beta: bool
+
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns, in the order of a vector of them."""
+        spring = {1: ("K1",), 2: ("K1", "K2", "x1"), 3: SPRING}[self.slopes]
+        element = ("K", "yield_twist", *(("kappa",) if self.free_beta else ()), "start") if self.n else ()
+        gap = ("half_gap",) if self.gap else ()
+        # a straight line does not tell the offsets of both axes apart
+        offsets = ("torque_offset",) if self.slopes == 1 and not self.gap else ("torsion_offset", "torque_offset")
+        return (*spring, *gap, *element, *offsets)
+
+    def __str__(self) -> str:
+        spring = {1: "one slope", 2: "two slopes", 3: "three slopes"}[self.slopes]
+        beta = "beta fitted" if self.free_beta else "beta = gamma"
+        element = f", Bouc-Wen n = {self.n}, {beta}" if self.n else ""
+        return spring + (", backlash" if self.gap else "") + element
+
+
+class Path(NamedTuple):
+    """Way of the torsion: for every sample its branch; of every branch its direction and where it begins [rad]."""
+
+    branch: NDArray[np.int64]
+    direction: Floats
+    begin: Floats
+
+
+def ways(a: Any, s: Any, n: int, kappa: float) -> Any:
+    """State a(s) after a way s (...) in yield twists from the state a (...) along the motion."""
+    root = math.sqrt(kappa)
+    below = np.minimum(a, 0.0)
+    if n == 1:
+        to_zero = -below if kappa < STEP else np.log1p(-kappa * below) / kappa
+        beyond = np.maximum(s - to_zero, 0.0)
+        rising = below + s if kappa < STEP else (1.0 - (1.0 - kappa * below) * np.exp(-kappa * s)) / kappa
+        settled = 1.0 - (1.0 - np.maximum(a, 0.0)) * np.exp(-beyond)
+    else:
+        to_zero = -below if kappa < STEP else -np.arctan(root * below) / root
+        beyond = np.maximum(s - to_zero, 0.0)
+        short = np.minimum(s, to_zero)
+        rising = below + s if kappa < STEP else np.tan(root * short + np.arctan(root * below)) / root
+        settled = np.tanh(beyond + np.arctanh(np.minimum(np.maximum(a, 0.0), FULL)))
+    return np.where(s < to_zero, rising, settled)
+
+
+def way_of_one(a: float, s: float, n: int, kappa: float) -> float:
+    """`ways` of one number, without arrays."""
+    if a < 0.0:
+        root = math.sqrt(kappa)
+        if kappa < STEP:
+            to_zero = -a
+        else:
+            to_zero = math.log1p(-kappa * a) / kappa if n == 1 else -math.atan(root * a) / root
+        if s < to_zero:
+            if kappa < STEP:
+                return a + s
+            if n == 1:
+                return (1.0 - (1.0 - kappa * a) * math.exp(-kappa * s)) / kappa
+            return math.tan(root * s + math.atan(root * a)) / root
+        a, s = 0.0, s - to_zero
+    return 1.0 - (1.0 - a) * math.exp(-s) if n == 1 else math.tanh(s + math.atanh(min(a, FULL)))
+
+
+def states(path: Path, torsion: Floats, n: int, twist: float, kappa: float, start: float) -> Floats:
+    """State z/yield_twist (n,) of the element at every sample, along the positive torsion."""
+    at, begins = start, np.empty(len(path.direction))
+    for j, direction in enumerate(path.direction):
+        begins[j] = direction * at
+        if j + 1 < len(begins):
+            way = direction * (path.begin[j + 1] - path.begin[j]) / twist
+            at = direction * min(way_of_one(float(begins[j]), max(float(way), 0.0), n, kappa), FULL)
+    direction = path.direction[path.branch]
+    way = np.maximum(direction * (torsion - path.begin[path.branch]), 0.0) / twist
+    return np.asarray(direction * ways(begins[path.branch], way, n, kappa))
+
+
+class Torque(NamedTuple):
+    """Torque (n,) [N*m] of a law along a path, its slope over the torsion (n,), and its derivatives (n, p)."""
+
+    value: Floats
+    slope: Floats
+    jacobian: Floats
+
+
+def torque(shape: Shape, p: Floats, path: Path, torsion: Floats) -> Torque:
+    """Torque of a candidate law with the unknowns p (p,) along a path, at torsions (n,) [rad]."""
+    given = dict(zip(shape.names(), p.tolist(), strict=True))
+    columns: dict[str, Floats] = {}
+    value, slope = _spring(shape, given, torsion - given.get("torsion_offset", 0.0), columns)
+    columns["torsion_offset"] = -slope
+    columns["torque_offset"] = np.ones_like(torsion)
+    if shape.n:
+        element, rise = _element(shape, given, path, torsion, columns)
+        value, slope = value + element, slope + rise
+    value = value + given["torque_offset"]
+    return Torque(value, slope, np.column_stack([columns[name] for name in shape.names()]))
+
+
+def _spring(shape: Shape, p: dict[str, float], x: Floats, columns: dict[str, Floats]) -> tuple[Floats, Floats]:
+    """Torque and slope of the spring behind its gap, and its derivatives."""
+    K1, K2, K3 = p["K1"], p.get("K2", p["K1"]), p.get("K3", p.get("K2", p["K1"]))
+    x1, x2 = p.get("x1", math.inf), p.get("x2", math.inf)
+    side, way = np.sign(x), np.abs(x) - p.get("half_gap", 0.0)
+    touching = way > 0.0 if shape.gap else np.ones(len(x), bool)
+    way = np.maximum(way, 0.0)
+    first, second, third = np.minimum(way, x1), np.clip(way - x1, 0.0, x2 - x1), np.maximum(way - x2, 0.0)
+    slope = np.asarray(np.where(way > x2, K3, np.where(way > x1, K2, K1)) * touching, float)
+    if shape.slopes == 1:
+        second = third = np.zeros_like(way)
+    columns |= {"K1": side * first, "K2": side * second, "K3": side * third, "half_gap": -side * slope}
+    columns |= {"x1": side * (K1 - K2) * (way > x1), "x2": side * (K2 - K3) * (way > x2)}
+    if shape.slopes == 2:
+        columns["K2"] = side * np.maximum(way - x1, 0.0)
+        return side * (K1 * first) + K2 * columns["K2"], slope
+    return side * (K1 * first + K2 * second + K3 * third), slope
+
+
+def _element(
+    shape: Shape, p: dict[str, float], path: Path, x: Floats, columns: dict[str, Floats]
+) -> tuple[Floats, Floats]:
+    """Torque and slope of Bouc-Wen, and its derivatives: of yield twist, beta and start by central differences."""
+    K, twist, kappa, start = p["K"], p["yield_twist"], p.get("kappa", 0.0), p["start"]
+
+    def z(twist: float, kappa: float, start: float) -> Floats:
+        return twist * states(path, x, shape.n, twist, kappa, start)
+
+    here = z(twist, kappa, start)
+    h = STEP * twist
+    columns["K"] = here
+    columns["yield_twist"] = K * (z(twist + h, kappa, start) - z(twist - h, kappa, start)) / (2.0 * h)
+    low, high = max(start - STEP, -FULL), min(start + STEP, FULL)
+    first = path.branch <= 3  # later branches have forgotten the start, or differ by less than rounding
+    columns["start"] = np.where(first, K * (z(twist, kappa, high) - z(twist, kappa, low)) / (high - low), 0.0)
+    if shape.free_beta:
+        low, high = max(kappa - 1e-4, 0.0), kappa + 1e-4
+        columns["kappa"] = K * (z(twist, high, start) - z(twist, low, start)) / (high - low)
+    along = path.direction[path.branch] * here / twist
+    slope = K * np.where(along > 0.0, 1.0 - along**shape.n, 1.0 + kappa * np.abs(along) ** shape.n)
+    return K * here, np.maximum(slope, 0.0)

@@ -1,0 +1,237 @@
+"""A measured loop as it is fitted: samples in the order of time, reversals, noise of both axes, plausible units."""
+
+import math
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....quantities import LARGEST, shown
+from ....results import Floats
+from .loop_model import Path
+
+FEWEST = 40
+STEADY = 10.0  # times the noise: a torsion that goes back by more has reversed
+LEAST_WAY = 0.01  # of the range: the same
+DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])  # of noise on a smooth path; the path's own is of fourth order
+NEAR = 8.0  # times the noise: samples around a reversal that are read together
+TENT = 0.8  # of the parabola's squares: from there on the reversal is a corner
+MIDDLE = 1.9  # standard deviation of the top of a parabola through n values, over that of one / sqrt(n); measured
+NORMAL = 0.6745  # median of |normal|
+STUCK = 0.05  # of the range: a torsion that goes on by more at one torque is that of a saturated torque
+MOST_TORSION = 0.04  # rad, 2.3 deg: catalogue gears twist by 0.6 to 2.4 mrad at their rated torque
+LIKELY = 1.5e-3  # rad: half the range of a usual loop
+STIFFNESS = (20.0, 5e7)  # N*m/rad: of gears from size 3 to size 100, with an arm behind them
+UNITS = {"degrees": 180.0 / math.pi, "arcmin": 10800.0 / math.pi, "arcsec": 648000.0 / math.pi, "mrad": 1e3}
+
+
+class Loop(NamedTuple):
+    """Samples (n,) of a loop with its path; noise [rad], [N*m] of both axes and [rad] of where branches begin."""
+
+    torsion: Floats
+    torque: Floats
+    path: Path
+    torsion_noise: float
+    torque_noise: float
+    begin_noise: Floats
+
+    @property
+    def cycles(self) -> float:
+        """Number of cycles: two reversals each."""
+        return 0.5 * (len(self.path.direction) - 1)
+
+
+def read_loop(torsion: Any, torque: Any, check_units: bool = True) -> Loop:
+    """Check the samples of a loop and find its reversals.
+
+    Raises
+    ------
+    ValueError
+        If they are too few or not finite, one axis does not move, nothing reverses, the torque is saturated, or the
+        loop runs the wrong way round.
+    """
+    x, t = (_column(name, values) for name, values in (("torsion [rad]", torsion), ("torque [N*m]", torque)))
+    if len(x) != len(t):
+        raise ValueError(f"torsion has {len(x)} samples and torque {len(t)}; give one torque for every torsion")
+    for name, unit, values in (("torsion", "rad", x), ("torque", "N*m", t)):
+        if float(np.ptp(values)) <= 1e-12 * float(np.max(np.abs(values))):
+            raise ValueError(
+                f"the {name} is constant at {values[0]:.4g} {unit}; a loop needs both axes to move, check the channel"
+            )
+    noise = _noise(x), _noise(t)
+    turns = reversals(x, max(STEADY * noise[0], LEAST_WAY * float(np.ptp(x))))
+    if not turns:
+        raise ValueError(
+            f"the torsion runs from {x[0]:.4g} to {x[-1]:.4g} rad and never reverses; a loop needs at least one "
+            "reversal, measure up and down"
+        )
+    _refuse_saturated(x, t, noise[0])
+    if check_units:
+        _refuse_units(x, t)
+    path, begin_noise = _path(x, turns, noise[0])
+    _refuse_backward(x, t, path)
+    return Loop(x, t, path, *noise, begin_noise)
+
+
+def _column(name: str, values: Any) -> Floats:
+    try:
+        column = np.asarray(values, float)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} is {shown(values)}; it must be an array of numbers") from None
+    if column.ndim != 1 or len(column) < FEWEST:
+        raise ValueError(f"{name} has the shape {column.shape}; give one column of at least {FEWEST} samples")
+    good = np.abs(column) <= LARGEST
+    if not np.all(good):
+        i = int(np.flatnonzero(~good)[0])
+        raise ValueError(f"{name} of sample {i} is {column[i]}; remove the sample")
+    return column
+
+
+def _noise(values: Floats) -> float:
+    """Standard deviation of the noise around a smooth path; at least that of the steps of a quantised axis."""
+    differences = np.abs(np.convolve(values, DIFFERENCE, "valid"))
+    spread = float(np.median(differences)) / NORMAL / math.sqrt(float(DIFFERENCE @ DIFFERENCE))
+    levels = np.unique(values)
+    step = float(np.min(np.diff(levels))) if len(levels) < 0.5 * len(values) else 0.0
+    return max(spread, step / math.sqrt(12.0))
+
+
+def reversals(x: Floats, threshold: float) -> list[int]:
+    """Samples at which a path has its extremes before it goes back by more than a threshold."""
+    found: list[int] = []
+    low = high = 0
+    direction = 0
+    for i, value in enumerate(x.tolist()):
+        if value > x[high]:
+            high = i
+        if value < x[low]:
+            low = i
+        if direction >= 0 and x[high] - value > threshold:
+            if direction > 0 or high > 0:
+                found.append(high)
+            direction, low = -1, i
+            high = i
+        elif direction <= 0 and value - x[low] > threshold:
+            if direction < 0 or low > 0:
+                found.append(low)
+            direction, high = 1, i
+            low = i
+    return [i for i in found if 0 < i < len(x) - 1]
+
+
+def _path(x: Floats, turns: list[int], noise: float) -> tuple[Path, Floats]:
+    """Branches between reversals; where a branch begins is read off the samples around the reversal."""
+    branch = np.zeros(len(x), np.int64)
+    for turn in turns:
+        branch[turn + 1 :] += 1
+    ends = [0, *turns, len(x) - 1]
+    # Of the whole branch: its first samples may be noise.
+    direction = np.array([np.sign(x[b] - x[a]) for a, b in pairwise(ends)])
+    begin, spread = np.array([(float(x[0]), noise), *(_extreme(x, turn, noise) for turn in turns)]).T
+    return Path(branch, direction, begin), spread
+
+
+def _extreme(x: Floats, turn: int, noise: float) -> tuple[float, float]:
+    """Torsion [rad] at a reversal and its noise: the extreme sample, or a parabola or a tent through the noise."""
+    close = np.abs(x - x[turn]) < NEAR * noise
+    low, high = turn, turn
+    while low > 0 and close[low - 1]:
+        low -= 1
+    while high < len(x) - 1 and close[high + 1]:
+        high += 1
+    if high - low < 6:
+        return float(x[turn]), noise
+    for _ in range(2):  # the first window ends where the noise lets it; the second one is centred
+        place = np.arange(low, high + 1, dtype=float)
+        values = x[low : high + 1]
+        bend, slope, level = np.polyfit(place - turn, values, 2)
+        if bend * (x[turn] - np.mean(values)) >= 0.0:
+            break
+        middle = min(max(turn - 0.5 * slope / bend, low), high)
+        half = max(math.sqrt(0.8 * NEAR * noise / abs(bend)), 3.0)
+        low, high = max(int(middle - half), 0), min(int(middle + half) + 1, len(x) - 1)
+    parabola = level - 0.25 * slope**2 / bend if bend else level
+    miss = float(np.sum((np.polyval([bend, slope, level], place - turn) - values) ** 2))
+    tents = []
+    for tip in place[1:-1]:
+        columns = np.column_stack([np.ones_like(place), np.minimum(place - tip, 0.0), np.maximum(place - tip, 0.0)])
+        solved = np.linalg.lstsq(columns, values, rcond=None)[0]
+        tents.append((float(np.sum((columns @ solved - values) ** 2)), float(solved[0])))
+    least, tip_value = min(tents)
+    best = tip_value if least < TENT * miss else float(parabola)
+    return best, MIDDLE * noise / math.sqrt(len(place))
+
+
+def _refuse_saturated(x: Floats, t: Floats, noise: float) -> None:
+    """Refuse a torque that stands still at its largest value while the torsion goes on (ValueError)."""
+    levels, counts = np.unique(t, return_counts=True)
+    slope = float(np.ptp(t)) / float(np.ptp(x))
+    for side, place, next_one in (("largest", -1, -2), ("smallest", 0, 1)):
+        moved = float(np.ptp(x[t == levels[place]]))
+        usual = STUCK * float(np.ptp(x)) + 6.0 * noise + 4.0 * abs(levels[place] - levels[next_one]) / slope
+        if counts[place] > 5 and moved > usual:
+            raise ValueError(
+                f"{counts[place]} of {len(t)} samples have the {side} torque, {levels[place]:.6g} N*m, while the "
+                f"torsion moves by {moved:.3g} rad: the torque is saturated; remove them, or take more range"
+            )
+
+
+def _refuse_units(x: Floats, t: Floats) -> None:
+    """Refuse a torsion or a stiffness that no gear has, with the unit that would explain it (ValueError)."""
+    reach, slope = 0.5 * float(np.ptp(x)), abs(float(np.polyfit(x, t, 1)[0]))
+    if reach > MOST_TORSION:
+        unit = min(UNITS, key=lambda unit: abs(math.log(reach / UNITS[unit] / LIKELY)))
+        raise ValueError(
+            f"the torsion reaches {reach:.4g} rad to either side, with {slope:.4g} N*m/rad on average, which no gear "
+            f"does; it is likely in {unit}: convert to radians, or say check_units=False if it is meant"
+        )
+    if not STIFFNESS[0] <= slope <= STIFFNESS[1]:
+        raise ValueError(
+            f"the torque rises by {slope:.4g} N*m/rad on average and gears by {STIFFNESS[0]:g} to {STIFFNESS[1]:g}; "
+            "check that the torque is in N*m and the torsion in rad on the output side, or say check_units=False"
+        )
+
+
+def closed_energy(x: Floats, t: Floats, path: Path) -> float:
+    """Energy [J] dissipated between the first reversal and the last at the same torsion; 0 where no cycle closes."""
+    firsts = np.flatnonzero(np.diff(path.branch)) + 1
+    if len(firsts) < 2:
+        return 0.0
+    total = 0.0
+    for a, b, c in _triples([*firsts.tolist(), len(x)]):
+        up, down = slice(a, b), slice(b, c)
+        low = max(float(np.min(x[up])), float(np.min(x[down])))
+        high = min(float(np.max(x[up])), float(np.max(x[down])))
+        grid = np.linspace(low, high, 200)
+        sign = 1.0 if x[b - 1] > x[a] else -1.0
+        total += sign * float(np.mean(_over(grid, x[up], t[up]) - _over(grid, x[down], t[down]))) * (high - low)
+    return total
+
+
+def _triples(ends: list[int]) -> list[tuple[int, int, int]]:
+    """Cycles one after the other: where they begin, turn and end."""
+    return [(a, b, c) for a, b, c in zip(ends[::2], ends[1::2], ends[2::2], strict=False) if b - a > 3 and c - b > 3]
+
+
+def _over(grid: Floats, x: Floats, t: Floats) -> NDArray[np.float64]:
+    order = np.argsort(x)
+    return np.interp(grid, x[order], t[order])
+
+
+def _refuse_backward(x: Floats, t: Floats, path: Path) -> None:
+    """Refuse a loop whose torque falls with the torsion or that gives energy (ValueError)."""
+    slope = float(np.polyfit(x, t, 1)[0])
+    if slope < 0.0:
+        raise ValueError(
+            f"the torque falls with the torsion, by {-slope:.4g} N*m/rad on average; the sign of one of the axes is "
+            "swapped, turn it"
+        )
+    energy = closed_energy(x, t, path)
+    scale = float(np.ptp(x) * np.ptp(t))
+    noise = 4.0 * (_noise(t) + slope * _noise(x)) * float(np.ptp(x)) / math.sqrt(len(x))
+    if energy < -max(1e-3 * scale, noise):
+        raise ValueError(
+            f"the loop gives {-energy:.3g} J where a gear loses energy: it runs the wrong way round; torsion and "
+            "torque are swapped, the samples stand in reverse order, or one axis lags behind the other"
+        )

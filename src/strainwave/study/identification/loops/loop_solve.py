@@ -1,0 +1,175 @@
+"""Least squares of a loop with noise on both axes: start values, Levenberg-Marquardt, and blocks left out.
+
+The residual of a sample is the distance of the measured torque from the law's at the corrected torsion, weighted by the
+noise of both axes through the local slope; the derivatives are taken at the corrected torsion, so that noise of the
+torsion does not pull the slopes down (orthogonal distance regression: Boggs, Byrd & Schnabel 1987, SIAM J. Sci. Stat.
+Comput. 8(6), 1052-1078).
+"""
+
+import math
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from ....results import Floats
+from .loop_model import FULL, Shape, torque
+from .loop_path import Loop
+
+MOST_STEPS = 60
+SMALL_GAIN = 1e-8  # of the cost, from which on a step is the last
+BLOCKS = 12
+THINNED = 400  # samples of a start
+TWISTS = (0.01, 0.03, 0.1, 0.3)  # of the largest torsion: yield twists tried at a start
+CORNERS = (0.08, 0.15, 0.25, 0.35, 0.5, 0.65, 0.8)  # of the largest torsion: x1 and x2 tried at a start
+POSITIVE = ("K1", "K2", "K3", "x1", "x2", "K", "yield_twist")
+
+
+class Solution(NamedTuple):
+    """A candidate fitted: unknowns p (p,), weighted residual (n,) and Jacobian (n, p), torque and corrected torsion."""
+
+    shape: Shape
+    p: Floats
+    residual: Floats
+    jacobian: Floats
+    torsion: Floats
+    weight: Floats
+
+    @property
+    def cost(self) -> float:
+        """Sum of the squared weighted residuals."""
+        return float(self.residual @ self.residual)
+
+
+def linearised(loop: Loop, shape: Shape, p: Floats, torsion: Floats | None = None) -> Solution:
+    """Residual and Jacobian at the unknowns, with the torsion corrected by the residual's share."""
+    at = loop.torsion if torsion is None else torsion
+    found = torque(shape, p, loop.path, at)
+    variance = loop.torque_noise**2 + (found.slope * loop.torsion_noise) ** 2
+    weight = 1.0 / np.sqrt(np.maximum(variance, 1e-30 * float(np.ptp(loop.torque)) ** 2))
+    miss = loop.torque - found.value - found.slope * (loop.torsion - at)
+    return Solution(shape, p, weight * miss, weight[:, None] * found.jacobian, at, weight)
+
+
+def corrected(loop: Loop, solution: Solution) -> Floats:
+    """Torsion (n,) [rad] on the law's curve nearest to the sample, in units of the noise of the axes."""
+    if loop.torsion_noise == 0.0:
+        return loop.torsion
+    found = torque(solution.shape, solution.p, loop.path, solution.torsion)
+    miss = loop.torque - found.value - found.slope * (loop.torsion - solution.torsion)
+    share = found.slope * loop.torsion_noise**2 * solution.weight**2
+    return np.asarray(loop.torsion + share * miss)
+
+
+def solve(loop: Loop, shape: Shape, p: Floats) -> Solution:
+    """Fit a candidate from start values (p,)."""
+    now = linearised(loop, shape, _inside(shape, p))
+    damping = 1e-3
+    for _ in range(MOST_STEPS):
+        scale = np.sqrt(np.sum(now.jacobian**2, axis=0)) + 1e-300
+        J = now.jacobian / scale
+        gradient = J.T @ now.residual
+        J = J * _free(shape, now.p, gradient)
+        gram, gradient = J.T @ J, J.T @ now.residual
+        for _ in range(12):
+            step = np.linalg.solve(gram + damping * np.eye(len(p)), gradient) / scale
+            tried = linearised(loop, shape, _inside(shape, now.p + step), now.torsion)
+            if tried.cost <= now.cost:
+                break
+            damping = max(damping * 8.0, 1e-12)
+        else:
+            break
+        gain = now.cost - tried.cost
+        damping *= 0.1
+        now = linearised(loop, shape, tried.p, corrected(loop, tried))
+        if gain <= SMALL_GAIN * now.cost:
+            break
+    return now
+
+
+def _free(shape: Shape, p: Floats, gradient: Floats) -> Floats:
+    """1 for every unknown that may move, 0 where it stands at its bound and would leave it."""
+    held = {"half_gap": 0.0, "kappa": 0.0}
+    stuck = [
+        held.get(name) == value and pull < 0.0 for name, value, pull in zip(shape.names(), p, gradient, strict=True)
+    ]
+    return 1.0 - np.array(stuck, float)
+
+
+def _inside(shape: Shape, p: Floats) -> Floats:
+    """Unknowns moved to where the law is one."""
+    names, p = shape.names(), p.copy()
+    place = {name: i for i, name in enumerate(names)}
+    for name in POSITIVE:
+        if name in place:
+            p[place[name]] = max(p[place[name]], 1e-12)
+    if "x2" in place:
+        p[place["x2"]] = max(p[place["x2"]], 1.001 * p[place["x1"]])
+    for name, low, high in (("half_gap", 0.0, math.inf), ("kappa", 0.0, 20.0), ("start", -FULL, FULL)):
+        if name in place:
+            p[place[name]] = min(max(p[place[name]], low), high)
+    return p
+
+
+def started(loop: Loop, shape: Shape) -> Floats:
+    """Start values (p,): the best of a grid of corners, yield twists and offsets, slopes by linear least squares."""
+    take = np.unique(np.linspace(0, len(loop.torsion) - 1, THINNED).astype(int))
+    x, t = loop.torsion[take], loop.torque[take]
+    path = loop.path._replace(branch=loop.path.branch[take])
+    names = shape.names()
+    place = {name: i for i, name in enumerate(names)}
+    linear = [i for i, name in enumerate(names) if name in ("K1", "K2", "K3", "K", "torque_offset")]
+    middle = 0.5 * float(np.max(x) + np.min(x))
+    reach = 0.5 * float(np.ptp(x))
+    corners: list[tuple[float, ...]] = list(combinations(CORNERS, shape.slopes - 1))
+    best, least = np.zeros(len(names)), math.inf
+    for offset in dict.fromkeys((0.0, middle)):
+        for corner in corners:
+            for twist in TWISTS if shape.n else (0.1,):
+                p = np.ones(len(names))
+                for name, share in zip(("x1", "x2"), corner, strict=False):
+                    p[place[name]] = share * reach
+                for name, value in (("half_gap", 0.02 * reach), ("yield_twist", twist * reach), ("kappa", 0.1)):
+                    if name in place:
+                        p[place[name]] = value
+                if "start" in place:
+                    p[place["start"]] = 0.0
+                if "torsion_offset" in place:
+                    p[place["torsion_offset"]] = offset
+                columns = torque(shape, p, path, x).jacobian[:, linear]
+                values, *_ = np.linalg.lstsq(columns, t, rcond=None)
+                p[linear] = values
+                miss = t - columns @ values
+                cost = float(miss @ miss)
+                if cost < least and np.all(values[:-1] > 0.0):
+                    best, least = p, cost
+    if not math.isfinite(least):
+        slope = float(np.polyfit(x, t, 1)[0])
+        best = p
+        best[linear] = slope
+        best[place["torque_offset"]] = float(np.mean(t - slope * x))
+        if shape.n:
+            best[place["K"]] = 0.1 * slope
+    return best
+
+
+def left_out(loop: Loop, solution: Solution) -> Floats:
+    """Mean squared weighted error (blocks,) of the samples of each block under the fit to the others.
+
+    The fit to the others is one step of Gauss and Newton from the fit to all, exact where the law is linear.
+    """
+    # the start is told by the first samples alone: it is no part of what is predicted
+    keep = np.array([name != "start" for name in solution.shape.names()], float)
+    J, r = solution.jacobian * keep, solution.residual
+    scale = np.sqrt(np.sum(J**2, axis=0)) + 1e-300
+    J = J / scale
+    gram = J.T @ J
+    found = []
+    for block in np.array_split(np.arange(len(r)), BLOCKS):
+        own = J[block]
+        rest = gram - own.T @ own + 1e-12 * np.eye(gram.shape[0])
+        step = -np.linalg.solve(rest, own.T @ r[block]) / scale
+        p = _inside(solution.shape, solution.p + step)
+        miss = linearised(loop, solution.shape, p, solution.torsion).residual[block]
+        found.append(float(np.mean(miss**2)))
+    return np.array(found)
