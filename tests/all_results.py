@@ -53,6 +53,20 @@ def axis():
 
 
 @cache
+def decay():
+    t = 0.1 * np.arange(600)
+    return sw.fit_decay(t, np.exp(-0.01 * t) * np.cos(t), DUFFING._replace(law=sw.Linear(1.1)))
+
+
+@cache
+def response_fit():
+    curve = branch()
+    first = curve.coefficients[:, 1, 0] - 1j * curve.coefficients[:, 2, 0]
+    below = slice(0, int(np.flatnonzero(curve.omega > 1.0)[0]))
+    return sw.fit_response(curve.omega[below], first[below], DUFFING, free=("B", "law.K"), harmonics=5)
+
+
+@cache
 def design():
     spec = sw.Specification(
         load_inertias=(1.3,), speeds=(1.0, 3.0), limit=1e-3, motor_inertias=(1e-4, 1e-3), damping_ratio=0.03
@@ -158,6 +172,8 @@ RESULTS = {
         "PredictionTable": lambda: sw.PredictionTable(
             NUMBERS, np.array([2, 4]), np.array([NUMBERS, 0.5j * NUMBERS]) * 1e-4, NUMBERS < 1.05
         ),
+        "DecayFit": decay,
+        "ResponseFit": response_fit,
         "CompensationBench": lambda: sw.CompensationBench(np.array([150.0]), ("adaptive",), ((compensation(),),)),
     }.items()
 }

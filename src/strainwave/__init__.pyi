@@ -211,6 +211,18 @@ from .study.identification.logs.log import Gap as Gap
 from .study.identification.logs.log import Log as Log
 from .study.identification.logs.motion import LogSegment as LogSegment
 from .study.identification.run import Run as Run
+from .study.identification.free_decay.decay import DecayFit as DecayFit
+from .study.identification.free_decay.decay import fit_decay as fit_decay
+from .study.identification.discrepancy import Discrepancy as Discrepancy
+from .study.identification.discrepancy import MissingTerm as MissingTerm
+from .study.identification.discrepancy import discrepancy as discrepancy
+from .study.identification.response_curve.response_fit import ResponseFit as ResponseFit
+from .study.identification.response_curve.response_fit import fit_response as fit_response
+from .study.identification.identifiability import unidentifiable as unidentifiable
+from .study.identification.intervals import Interval as Interval
+from .study.identification.intervals import bootstrap as bootstrap
+from .study.identification.intervals import sandwich as sandwich
+from .study.identification.intervals import spread as spread
 
 # Studies: a move
 from .study.move.move import move as move

@@ -18,6 +18,8 @@ from ..study.design.result import Design
 from ..study.identification.logs.log import Log
 from ..study.identification.friction.friction_result import FrictionFit
 from ..study.identification.loops.loop_result import LoopFit
+from ..study.identification.free_decay.decay import DecayFit
+from ..study.identification.response_curve.response_fit import ResponseFit
 from ..study.move.result import Move
 from ..study.response.response import ExactResponse
 from ..study.response.validity_results import GeneralValidity, ValidityMap
@@ -49,6 +51,7 @@ from .designs import draw_design
 from .ensembles import draw_basins, draw_orbit_diagram, draw_variability
 from .logs import draw_log
 from .loops import draw_friction_fit, draw_loop_fit
+from .fits import draw_decay, draw_response_fit
 from .maps import draw_general_validity, draw_validity
 from .speed_maps import draw_speed_map
 from .ways import draw_compensated_move, draw_compensated_runup, draw_monitored, draw_predictions
@@ -58,7 +61,8 @@ DRAWN: dict[type, Any] = {
     DriveResponse: draw_drive, DriveRun: draw_run, Move: draw_move, SlowResponse: draw_slow_response, Bode: draw_bode,
     Basins: draw_basins, OrbitDiagram: draw_orbit_diagram, Variability: draw_variability,
     ValidityMap: draw_validity, GeneralValidity: draw_general_validity,
-    SpeedMap: draw_speed_map, Design: draw_design,
+    SpeedMap: draw_speed_map, Design: draw_design, DecayFit: draw_decay,
+    ResponseFit: draw_response_fit,
     Compensation: draw_compensation, CompensationBench: draw_compensation_bench, Units: draw_units,
     CompensatedMove: draw_compensated_move, CompensatedRunup: draw_compensated_runup,
     Monitored: draw_monitored, PredictionTable: draw_predictions,

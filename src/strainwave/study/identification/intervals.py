@@ -47,7 +47,7 @@ class Spread(NamedTuple):
     """
 
     covariance: Floats
-    freedom: float
+    freedom: Floats
     whitener: Floats
 
 

@@ -1,0 +1,71 @@
+"""Fits to measurements on axes of matplotlib: what was measured with its deviations, and the system that was fitted."""
+
+from typing import Any
+
+import numpy as np
+
+from ..study.identification.free_decay.decay import DecayFit
+from ..study.identification.response_curve.response_fit import ResponseFit
+
+MEASURED, FITTED = "#0072B2", "#D55E00"
+
+
+def draw_decay(axes: Any, found: DecayFit) -> None:
+    """Draw the frequency of a free decay against its amplitude, with 95 % bars, and that of the fitted system.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+        Where to draw; matplotlib is in the extra `plot`.
+    found : DecayFit
+        The decay; the damping ratio is drawn on an axis to the right.
+    """
+    reach = 1.96
+    order = np.argsort(found.amplitude)
+    bars = {"fmt": "o", "ms": 4, "lw": 1.0}
+    axes.errorbar(
+        found.amplitude, found.omega, reach * found.omega_deviation, color=MEASURED, label="frequency", **bars
+    )
+    axes.plot(found.amplitude[order], found.fitted_omega[order], color=MEASURED, label="fitted")
+    right = axes.twinx()
+    ratio, fitted = 100.0 * found.rate / found.omega, 100.0 * found.fitted_rate / found.fitted_omega
+    right.errorbar(
+        found.amplitude, ratio, 100.0 * reach * found.rate_deviation / found.omega, color=FITTED, mfc="none",
+        label="damping ratio", **bars,
+    )  # fmt: skip
+    right.plot(found.amplitude[order], fitted[order], "--", color=FITTED, label="fitted")
+    right.set_ylabel("damping ratio (%)", color=FITTED)
+    right.set_ylim(0.0, 2.0 * float(np.max(fitted)))
+    axes.set_xlabel("amplitude of the first harmonic (rad)")
+    axes.set_ylabel("frequency (rad/s)", color=MEASURED)
+    lines = [*axes.get_legend_handles_labels()[0], *right.get_legend_handles_labels()[0]]
+    axes.legend(handles=lines, fontsize=8, frameon=False)
+
+
+def draw_response_fit(axes: Any, found: ResponseFit) -> None:
+    """Draw the measured first harmonics, up and down, and the curve of the fitted system with its folds.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+        Where to draw; matplotlib is in the extra `plot`.
+    found : ResponseFit
+        The fit; unstable parts of the curve are dashed.
+    """
+    curve = found.curve()
+    size = curve.amplitude(1)
+    for stable, dashes in ((True, "-"), (False, "--")):
+        kept = np.where(curve.stable == stable, size, np.nan)
+        axes.plot(curve.omega, kept, dashes, color="0.3", lw=1.2, label="fitted" if stable else "fitted, unstable")
+    for up, mark, colour in ((True, "^", MEASURED), (False, "v", FITTED)):
+        chosen = found.up == up
+        if np.any(chosen):
+            way = "up" if up else "down"
+            shown = found.omega[chosen], np.abs(found.measured[chosen])
+            axes.plot(*shown, mark, color=colour, ms=4, mfc="none", label=f"measured, sweep {way}")
+    for low, high in found.jumps:
+        axes.axvspan(low, high, color="0.88", lw=0.0)
+    folds = curve.folds
+    axes.plot([o.omega for o in folds], [o.amplitude(1) for o in folds], "ko", ms=5, label="folds")
+    axes.set(xlabel="omega (rad/s)", ylabel="amplitude of the first harmonic (rad)")
+    axes.legend(fontsize=8, frameon=False)

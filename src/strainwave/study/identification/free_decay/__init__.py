@@ -1,0 +1,1 @@
+"""A free decay: its windows, its computation by averaging, and the fit."""

@@ -1,0 +1,239 @@
+"""`fit_decay`: a measured free decay to frequency and damping against amplitude, and to the law behind them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.optimize import least_squares
+
+from ....law import depends, has, states_of
+from ....protocols import with_parts
+from ....records import Labelled
+from ....results import Floats, SolveError
+from ....sentences import on_screen
+from ....tree import leaves as numbers_in
+from ..discrepancy import discrepancy
+from ..fitted import Fitted, free_leaves, refuse_unidentifiable, scales, with_values
+from ..intervals import spread
+from .free_vibration import decay, vibrations
+from .waves import ASIDE, Waves, checked_record, decaying_waves
+
+STEP = 1e-6  # of a parameter, for derivatives
+SMALLEST = 0.6  # of the smallest amplitude measured: where the table of vibrations begins
+FLOOR = 1e-4  # of the frequency: no window is believed more than that, the law is only near
+FAR = 1.0  # of its size: what a parameter may be off its start
+NO_START = 0.01  # of its size 1: where a parameter that is 0 begins
+NUISANCES = 3  # logarithm of the first extreme, first phase, offset
+
+
+@dataclass(frozen=True, eq=False)
+class DecayFit(Fitted):
+    """A free decay: backbone and damping against amplitude as measured, and the system that was fitted.
+
+    Attributes
+    ----------
+    system, names, values, covariance, freedom, discrepancy
+        As of `Fitted`.
+    time : (m,) array
+        Middles of the windows [s].
+    amplitude, amplitude_deviation : (m,) arrays
+        Amplitude of the first harmonic, 0-to-peak [rad], and its standard deviation.
+    omega, omega_deviation : (m,) arrays
+        Angular frequency of the vibration [rad/s].
+    rate, rate_deviation : (m,) arrays
+        Decay rate -(d amplitude/dt)/amplitude [1/s]; over omega it is the damping ratio.
+    fitted_omega, fitted_rate : (m,) arrays
+        Those of the system at the same amplitudes.
+    """
+
+    time: Floats
+    amplitude: Floats
+    amplitude_deviation: Floats
+    omega: Floats
+    omega_deviation: Floats
+    rate: Floats
+    rate_deviation: Floats
+    fitted_omega: Floats
+    fitted_rate: Floats
+
+    rows: ClassVar[str] = "window"
+
+    def variables(self) -> Labelled:
+        """Amplitude, frequency and decay rate in every window, with deviations, and what the system has there."""
+        units = {"amplitude": "rad", "omega": "rad/s", "rate": "1/s"}
+        measured = {name: ("window", getattr(self, name), unit) for name, unit in units.items()}
+        spreads = {f"{name}_deviation": getattr(self, f"{name}_deviation") for name in units}
+        rest = {name: ("window", values, units[name.removesuffix("_deviation")]) for name, values in spreads.items()}
+        fitted = {
+            "fitted_omega": ("window", self.fitted_omega, "rad/s"),
+            "fitted_rate": ("window", self.fitted_rate, "1/s"),
+        }
+        return {"time": ("window", self.time, "s"), **measured, **rest, **fitted}
+
+    def __str__(self) -> str:
+        first, last = self.amplitude[0], self.amplitude[-1]
+        lines = [
+            f"Free decay: amplitude {first:.4g} to {last:.4g} rad in {len(self.time)} windows",
+            f"  frequency {self.omega[0]:.6g} to {self.omega[-1]:.6g} rad/s, damping ratio "
+            f"{self.rate[0] / self.omega[0]:.4g} to {self.rate[-1] / self.omega[-1]:.4g}",
+            *self.lines(),
+            f"  {self.discrepancy}",
+        ]
+        return on_screen("\n".join(lines))
+
+    __repr__ = __str__
+
+
+def fit_decay(time: Any, value: Any, system: Any, *, free: Sequence[str] = ("B", "law.K")) -> DecayFit:
+    """Find the frequency and the damping of a free decay against its amplitude, and the law that has them.
+
+    First windows of three cycles give amplitude, frequency and decay rate without any law. Then the free parameters
+    are fitted to them, and with these as a start to all samples: by the vibrations of the undamped system, which the
+    damping leads down (averaging). That is right for damping ratios up to some per cent: its frequency is off by about
+    the square of the damping ratio, and friction's own harmonics are left out.
+
+    Parameters
+    ----------
+    time : (n,) array_like
+        Rising times [s]; they may be uneven.
+    value : (n,) array_like
+        Torsion or dynamic error [rad], free of excitation from the first sample on. An offset is allowed for.
+    system : Oscillator
+        The system with start values within a factor of about 2; springs, and friction in parallel with them, whose
+        torque has no memory. Excitation, omega and error are left out. A free vibration tells no torque: J, B and the
+        law are known up to a common factor, so fix one of them, usually J.
+    free : sequence of str
+        Paths of the parameters to find, such as ("B", "law.K", "law.alpha").
+
+    Returns
+    -------
+    DecayFit
+
+    Raises
+    ------
+    ValueError
+        If there is no decaying vibration of one frequency in the record, a path does not exist, or the decay does not
+        tell a parameter: the sentence says which combination it tells.
+    TypeError
+        If the law has memory.
+    SolveError
+        If no values of the parameters vibrate as was measured.
+    """
+    system = _vibrating(system)
+    t, y = checked_record(time, value)
+    leaves, sizes = free_leaves(system, free), scales(system, free)
+    waves = decaying_waves(t, y)
+    origin, t, y = t[0], t[: waves.end] - t[0], y[: waves.end]
+    waves = waves._replace(time=waves.time - origin)
+    start = _fitted_to_windows(system, leaves, sizes, waves)
+    model = _Model(system, leaves, sizes, SMALLEST * float(np.min(waves.amplitude)), t)
+    first = _nuisances(model, start, waves)
+    found = least_squares(lambda p: model.motion(p) - y, first, x_scale=model.steps(first), method="lm", xtol=1e-12)
+    residual = y - model.motion(found.x)
+    left = float(residual @ residual) / float(np.sum((y - np.mean(y)) ** 2))
+    if not left < ASIDE:
+        raise SolveError(
+            f"the fitted system leaves {100.0 * left:.2g} % of the motion's power: its law is another one, or two "
+            "frequencies beat; free more parameters, change the law, or filter one mode out"
+        )
+    jacobian = model.jacobian(found.x)
+    refuse_unidentifiable(jacobian, [*free, "amplitude", "phase", "offset"], np.append(found.x[:-NUISANCES], [1, 1, 1]))
+    scatter, p = spread(jacobian, residual), len(leaves)
+    units = np.outer(sizes, sizes)
+    system = with_values(system, leaves, found.x[:p] * sizes)
+    fitted_omega, fitted_rate = _curves(system, waves.amplitude)
+    return DecayFit(
+        system, tuple(free), found.x[:p] * sizes, scatter.covariance[:p, :p] * units, scatter.freedom[:p],
+        discrepancy(residual, jacobian, interval=float(np.mean(np.diff(t)))), waves.time + origin,
+        waves.amplitude, waves.amplitude_deviation, waves.omega, waves.omega_deviation, waves.rate,
+        waves.rate_deviation, fitted_omega, fitted_rate,
+    )  # fmt: skip
+
+
+def _vibrating(system: Any) -> Any:
+    """Checked system whose law has an energy and no memory (TypeError)."""
+    system = with_parts("fit_decay", system, "J", "B", "law")
+    law = system.law
+    if states_of(law) or not (has(law, "energy") and depends(law) in (1, 3)):
+        raise TypeError(
+            f"fit_decay takes springs with energy(x), alone or in Parallel with friction; {type(law).__name__} "
+            f"{'has memory' if states_of(law) else 'stores no energy'}"
+        )
+    return system
+
+
+class _Model:
+    """Motion at the samples as a function of (parameters over their sizes, log of first extreme, phase, offset)."""
+
+    def __init__(self, system: Any, leaves: list[int], sizes: Floats, least: float, t: Floats) -> None:
+        self.system, self.leaves, self.sizes, self.least, self.t = system, leaves, sizes, least, t
+
+    def at(self, p: Floats) -> Any:
+        """The system with these parameters."""
+        return with_values(self.system, self.leaves, p[:-NUISANCES] * self.sizes)
+
+    def motion(self, p: Floats) -> Floats:
+        """Motion (n,) [rad]."""
+        try:
+            with np.errstate(all="ignore"):
+                x = decay(self.at(p), float(np.exp(p[-3])), float(p[-2]), self.least).motion(self.t) + p[-1]
+        except ValueError:
+            x = np.full(len(self.t), np.inf)
+        return np.asarray(np.where(np.isfinite(x), x, 1e6 * np.exp(p[-3])))
+
+    def steps(self, p: Floats) -> Floats:
+        """Sizes of the unknowns for the solver."""
+        return np.append(np.maximum(np.abs(p[:-NUISANCES]), 0.1), [1.0, 1.0, np.exp(p[-3])])
+
+    def jacobian(self, p: Floats) -> Floats:
+        """Derivatives (n, unknowns) by central differences."""
+        columns = []
+        for i, step in enumerate(STEP * self.steps(p)):
+            d = np.zeros(len(p))
+            d[i] = step
+            columns.append((self.motion(p + d) - self.motion(p - d)) / (2.0 * step))
+        return np.array(columns).T
+
+
+def _curves(system: Any, amplitude: Floats) -> tuple[Floats, Floats]:
+    """Frequency [rad/s] and decay rate [1/s] of the first harmonic at its amplitudes (m,)."""
+    extreme = amplitude
+    for _ in range(6):
+        found = vibrations(system, extreme)
+        extreme = extreme * amplitude / np.abs(found.coefficients[1])
+    table = vibrations(system, np.geomspace(0.8 * extreme.min(), 1.2 * extreme.max(), 40))
+    at, size = np.log(table.extreme), np.log(np.abs(table.coefficients[1]))
+    growth = CubicSpline(at, size).derivative()(np.log(extreme))
+    return found.omega, found.rate * growth
+
+
+def _fitted_to_windows(system: Any, leaves: list[int], sizes: Floats, waves: Waves) -> Floats:
+    """Parameters over their sizes, from frequencies and decay rates; near the start values where these do not tell."""
+
+    def off(p: Floats) -> Floats:
+        try:
+            with np.errstate(all="ignore"):
+                omega, rate = _curves(with_values(system, leaves, p * sizes), waves.amplitude)
+            both = np.concatenate([(omega - waves.omega) / omega_error, (rate - waves.rate) / rate_error])
+        except ValueError:
+            both = np.full(2 * len(waves.time), np.inf)
+        return np.append(np.where(np.isfinite(both), both, 1e6), (p - start) / FAR)
+
+    omega_error = np.maximum(waves.omega_deviation, FLOOR * waves.omega)
+    rate_error = np.maximum(waves.rate_deviation, FLOOR * waves.omega)
+    values = np.array(numbers_in(system))[leaves]
+    start = np.where(values == 0.0, NO_START, np.sign(values))
+    return np.asarray(least_squares(off, start, x_scale="jac", max_nfev=200).x)
+
+
+def _nuisances(model: _Model, start: Floats, waves: Waves) -> Floats:
+    """All unknowns: the first extreme and phase such that the first window is met."""
+    p = np.append(start, [np.log(waves.amplitude[0]), 0.0, waves.offset])
+    for _ in range(8):
+        motion = decay(model.at(p), float(np.exp(p[-3])), float(p[-2]), model.least)
+        first = np.abs(motion.shape(motion.size(waves.time[:1]))[0, 1])
+        p[-3] += np.log(waves.amplitude[0] / first)
+        p[-2] += waves.phase[0] - float(motion.phase(waves.time[0]))
+    return p

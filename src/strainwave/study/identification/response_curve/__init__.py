@@ -1,0 +1,1 @@
+"""A measured response curve: computed points with sensitivities, and the fit."""
