@@ -3,9 +3,9 @@ Which order vibrates, and how fast, while the speed rises?
 ==========================================================
 
 A CSG-40-50 with a load of 10 kg m² runs up from 20 to 80 rad/s of the motor in 30 s, through the speed at which order 2
-of its kinematic error meets the resonance, and beyond it jumps. Where the motor's angle is known, demodulation gives the
-amplitude of each order; where it is not, a tracker finds the frequency of the vibration itself. In a run-up a tracker of
-the rate r lags by a/r where the frequency rises by a.
+of its kinematic error meets the resonance, and beyond it jumps. Where the motor's angle is known, demodulation gives
+the amplitude of each order; where it is not, a tracker finds the frequency of the vibration itself. In a run-up a
+tracker of the rate r lags by a/r where the frequency rises by a.
 
 The number: how far the tracked frequency is behind that of order 2 at the end, in rad/s.
 """

@@ -113,9 +113,10 @@ class Tracker(NamedTuple):
     s^2 + b (s + r), which is the rate r where r is well below b/4. w stays between `low` and `high` [rad/s]; it finds a
     line within that range.
 
-    In a run-up, whose frequency grows by a [rad/s^2], the phase lags by a/(r b) and the frequency by a/r: with the phase
-    error d and the frequency error f, d' = f - b d and f' = a - r b d. White noise of variance s^2 in the signal gives
-    the amplitude A the variance `noise_gain` s^2 = b h s^2, h the period, and the frequency r^2 b h s^2/A^2.
+    In a run-up, whose frequency grows by a [rad/s^2], the phase lags by a/(r b) and the frequency by a/r: with the
+    phase error d and the frequency error f, d' = f - b d and f' = a - r b d. White noise of variance s^2 in the
+    signal gives the amplitude A the variance `noise_gain` s^2 = b h s^2, h the period, and the frequency r^2 b h
+    s^2/A^2.
     """
 
     low: AngularSpeed
@@ -152,11 +153,11 @@ class Tracker(NamedTuple):
         if omega is None:
             return max(self.settling(share, self.low), self.settling(share, self.high))
         b = 0.5 * self.gain * omega
-        return -log(share) / (0.5 * (b - sqrt(larger(b * b - 4.0 * b * self.rate, 0.0))))
+        return -2.0 * log(share) / float(b - sqrt(larger(b * b - 4.0 * b * self.rate, 0.0)))
 
     def noise_gain(self, omega: float) -> float:
-        """Variance of the amplitude of a line of the frequency `omega` [rad/s] over that of white noise in the signal."""
-        return 0.5 * self.gain * omega * self.period
+        """Variance of the amplitude over that of white noise in the signal, at the line's frequency `omega` [rad/s]."""
+        return float(0.5 * self.gain * omega * self.period)
 
     def check(self) -> None:
         """Refuse a range without width, and samples too slow for it (ValueError)."""
