@@ -170,7 +170,15 @@ RESULTS = {
             0.01 * np.arange(50), np.cos(2.0 * 0.1 * np.arange(50)), angle=0.1 * np.arange(50), bandwidth=20.0
         ),
         "PredictionTable": lambda: sw.PredictionTable(
-            NUMBERS, np.array([2, 4]), np.array([NUMBERS, 0.5j * NUMBERS]) * 1e-4, NUMBERS < 1.05
+            NUMBERS,
+            np.array([2, 4]),
+            np.array([NUMBERS, 0.5j * NUMBERS]) * 1e-4,
+            NUMBERS < 1.05,
+            (1.0,),
+            (0.9,),
+            np.array([NUMBERS, 0.4j * NUMBERS]) * 1e-4,
+            NUMBERS < 1.02,
+            ("Assumed.",),
         ),
         "DecayFit": decay,
         "ResponseFit": response_fit,

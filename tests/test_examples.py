@@ -195,6 +195,14 @@ def test_example_compensation():
 
 @pytest.mark.compiled
 @pytest.mark.slow
+def test_example_monitoring():
+    # Order 2 rises by 4 rad/s in a second, and a tracker of the rate 3/s lags by 4/3 rad/s.
+    assert example("monitoring").main() == pytest.approx(4.0 / 3.0, rel=0.01)
+    assert len(plt.get_fignums()) == 1
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
 def test_example_move():
     # Independent: SciPy's DOP853 on the same train whose reference is a polygon of the speed, part by part.
     module = example("move")

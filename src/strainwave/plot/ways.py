@@ -49,7 +49,10 @@ def draw_monitored(axes: Any, found: Monitored) -> None:
 
 
 def draw_predictions(axes: Any, found: PredictionTable) -> None:
-    """Draw the amplitudes of the orders over the speed, full where the motion is stable and dotted where not."""
+    """Draw the amplitudes of the orders over the speed, full where the motion is stable and dotted where not.
+
+    Valid closed forms are dots.
+    """
     size, unit = angle_unit(np.abs(found.amplitudes))
     for i, (order, row) in enumerate(zip(found.orders, np.abs(found.amplitudes) / size, strict=True)):
         colour = STRONG[i % len(STRONG)]
@@ -57,5 +60,8 @@ def draw_predictions(axes: Any, found: PredictionTable) -> None:
         for a, b in found.runs():
             label = f"order {order}" if a == found.runs()[0][0] else None
             axes.plot(found.omega[a:b] / RPM, row[a:b], "-", color=colour, lw=1.4, label=label)
+        if found.closed is not None and found.valid is not None:
+            at = found.valid
+            axes.plot(found.omega[at] / RPM, np.abs(found.closed[i, at]) / size, ".", color=colour, ms=3.0)
     axes.set(xlabel="motor speed (rpm)", ylabel=f"amplitude of the error ({unit})", yscale="log")
     axes.legend(fontsize=8, frameon=False)

@@ -144,15 +144,24 @@ def test_a_run_that_is_stopped_keeps_the_controllers_that_are_finished(path, tmp
 
 @pytest.mark.compiled
 @pytest.mark.slow
-def test_the_order_table_of_what_adapts_is_the_torque_that_cancels_the_error(path):
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_the_order_table_of_what_adapts_is_the_torque_that_cancels_the_error(path, tmp_path, way):
+    path.write_text(PROJECT.replace("excitation: {", "excitation: {load_torque: {mean: -3 N*m}, "))
     project, speed = sw.read_project(path), 600.0 * RPM
     bench = module.bench_of(project)
-    found = sw.compensate(project, "adaptive", speed=speed, robust=False)
+    found = sw.compensate(project, "adaptive", speed=way * speed, robust=False)
     assert found.reduction > 20.0
-    table = tables_of(bench, found)["torque"]
+    tables_of(bench, found)["torque"].write(tmp_path / "torque.json")
+    table = sw.OrderTable.read(tmp_path / "torque.json")
     assert table.speeds == (speed, speed)
-    # Independent of any adaptation: the measured error over the loop's linear response
-    lines = -amplitudes_of(bench, speed, model=True) / bench.response(speed).error_of_torque
+    assert table.direction == ("forward" if way > 0 else "backward")
+    assert table.load == -3.0
+    # Independent of any adaptation: the measured error over the loop's linear response, which turns the other way round
+    # along the angle in backward motion
+    G = bench.response(way * speed).error_of_torque
+    lines = -amplitudes_of(bench, way * speed, model=True) / (G if way > 0 else G.conj())
+    back = table.value(np.array([0.1, 0.7]), -way * speed)
+    assert np.all(back == 0.0)
     assert [line.order for line in table.lines] == [1, 2]
     for line, torque in zip(table.lines, lines, strict=True):
         assert line.amplitude * np.exp(1j * line.phase) == pytest.approx(torque, rel=0.02)

@@ -87,6 +87,51 @@ def test_the_tracker_follows_a_frequency_with_its_rate():
     assert math.log(off[17600] / off[20600]) / (3000 * PERIOD) == pytest.approx(expected, rel=0.05)
 
 
+def tracked(tracker, signal):
+    """Numbers (4, n) of a tracker over a signal."""
+    state, found = tracker.start(), []
+    for y in signal.tolist():
+        state = tracker.update(state, y)
+        found.append(state)
+    return np.array(found).T
+
+
+@pytest.mark.parametrize("rate", [0.8, 2.0, 20.0])
+def test_a_tracker_has_settled_when_it_says_so(rate):
+    """After a small step of the frequency: nothing above 1 % is left, and at half of that time more than that is."""
+    tracker = sw.Tracker(60.0, 160.0, rate, PERIOD)
+    begin, time = 24000, tracker.settling(0.01, 106.0)
+    after = int(time / PERIOD)
+    phase = PERIOD * np.cumsum(np.where(np.arange(begin + 2 * after) < begin, 105.0, 107.0))
+    off = np.abs(107.0 - tracked(tracker, np.cos(phase))[3])
+    assert np.max(off[begin + int(1.2 * after) :]) < 0.01 * 2.0
+    assert np.max(off[begin + after // 2 :]) > 0.01 * 2.0
+    assert tracker.settling(0.01) >= time
+    assert tracker.settling(0.01) == max(tracker.settling(0.01, w) for w in np.linspace(60.0, 160.0, 9).tolist())
+
+
+@pytest.mark.parametrize(("acceleration", "rate"), [(4.0, 2.0), (10.0, 4.0), (-6.0, 3.0)])
+def test_in_a_run_up_a_tracker_lags_as_its_formula_says(acceleration, rate):
+    """The frequency by a/r, the phase by 2 a/(r g w)."""
+    tracker, gain = sw.Tracker(40.0, 200.0, rate, PERIOD), 0.3
+    t = PERIOD * np.arange(24000)
+    begin = 120.0 - 0.5 * acceleration * t[-1]
+    omega, phase = begin + acceleration * t, (begin + 0.5 * acceleration * t) * t
+    v, q, _, w = tracked(tracker, 1.5 * np.cos(phase))[:, -4000:]
+    omega, phase = omega[-4000:], phase[-4000:]
+    late = np.remainder(phase - np.arctan2(q, v) + math.pi, 2.0 * math.pi) - math.pi
+    assert np.mean(omega - w) == pytest.approx(acceleration / rate, rel=0.02)
+    assert np.mean(late * omega) == pytest.approx(2.0 * acceleration / (rate * gain), rel=0.03)
+
+
+def test_noise_comes_through_a_tracker_with_its_gain():
+    rng, t, omega, rate = np.random.default_rng(5), PERIOD * np.arange(240000), 120.0, 2.0
+    tracker = sw.Tracker(60.0, 160.0, rate, PERIOD)
+    v, q, _, w = tracked(tracker, 2.0 * np.cos(omega * t) + 0.5 * rng.standard_normal(len(t)))[:, 20000:]
+    assert np.var(np.hypot(v, q)) == pytest.approx(0.25 * tracker.noise_gain(omega), rel=0.15)
+    assert np.var(w) == pytest.approx((rate * 0.5 / 2.0) ** 2 * tracker.noise_gain(omega), rel=0.15)
+
+
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [

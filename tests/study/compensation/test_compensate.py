@@ -184,6 +184,84 @@ def test_a_motor_that_is_too_weak_excludes_the_speed():
     assert 0.0 < found.torque.limited < 1.0
 
 
+SMOOTH = sw.Sampling(PERIOD, PERIOD)
+
+
+def turning(sign):
+    """A drive without odd symmetry, or its mirror image, which does backward what the drive does forward."""
+    lines = (sw.Line(2, 23.0 * ARCSEC, 0.3), sw.Line(3, 6.0 * ARCSEC, 1.0))
+    if sign < 0:  # the error of the mirror image is -e(-theta)
+        lines = tuple(line._replace(phase=math.pi - line.phase) for line in lines)
+    motor = DRIVE.motor._replace(drag=sw.Coulomb(0.05, 1.0))
+    return DRIVE._replace(
+        error=sw.KinematicError(lines), motor=motor, load=sw.Load(10.0, sw.Harmonic(0.0, mean=sign * 9.0))
+    )
+
+
+@compiled
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sw.COMPENSATORS)
+def test_backward_motion_is_that_of_the_mirrored_drive(name):
+    forward, backward = (
+        sw.compensate(turning(sign), name, speed=sign * 40.0, sampling=SMOOTH, robust=False) for sign in (1, -1)
+    )
+    assert backward.after.rms == pytest.approx(forward.after.rms, rel=1e-4, abs=1e-4 * forward.before.rms)
+    assert backward.before.rms == pytest.approx(forward.before.rms, rel=1e-6)
+    assert backward.amplitude_before == pytest.approx(forward.amplitude_before, rel=1e-6)
+    assert backward.after.mean == pytest.approx(-forward.after.mean, rel=1e-4, abs=1e-4 * forward.before.rms)
+    assert backward.gains == forward.gains
+
+
+@compiled
+def test_the_guard_of_the_motors_adaptation_needs_no_limit_of_the_torque():
+    """It is a few times the torque with which the motor keeps its reference: that of the gear over N."""
+    design = sw.COMPENSATORS["adaptive-motor"]
+    found = [design.build(bench_of(LINEAR, SMOOTH._replace(limit=limit)), 45.0).most for limit in (1e9, 3.0)]
+    assert found[0] == found[1]
+    K, B, J, e, w = 1e5, DRIVE.B, 10.0, 23.0 * ARCSEC, 2.0 * 45.0
+    u = -e * J * w * w / (J * w * w - K - 1j * B * w)  # twist of the gear on a held motor
+    assert found[0] == pytest.approx(5.0 * abs((K + 1j * B * w) * u) / 50.0, rel=0.03)
+    good = design.build(bench_of(LINEAR, SMOOTH), 45.0)
+    wrong = good._replace(phase=good.phase + math.pi)
+    given = sw.compensate(LINEAR, wrong, speed=45.0, sampling=SMOOTH, robust=False)
+    assert any("its guard has dropped its torque" in text for text in given.warnings)
+
+
+@compiled
+def test_the_worst_of_several_attitudes_is_reported():
+    """A gear that stiffens with its torque meets another resonance where gravity twists it."""
+    weight = DRIVE._replace(load=sw.Load(DRIVE.load.J, drag=sw.AngleTorque(60.0)))
+    angles = (0.0, 0.5 * math.pi, 1.0)
+    alone = {
+        a: sw.compensate(weight, "angle", speed=45.0, sampling=SAMPLING, robust=False, load_angles=(a,)) for a in angles
+    }
+    worst = max(angles, key=lambda a: alone[a].after.rms)
+    found = sw.compensate(weight, "angle", speed=45.0, sampling=SAMPLING, robust=False, load_angles=angles)
+    assert found.load_angle == worst
+    assert found.after == alone[worst].after
+    assert any(f"Of 3 load angles that of {math.degrees(worst):.4g} deg is the worst" in text for text in found.remarks)
+    row = sw.compensation_bench(weight, ["angle"], speeds=[45.0], sampling=SAMPLING, load_angles=angles).results[0]
+    assert row[0].after == found.after
+    assert found.after.rms > 1.1 * min(one.after.rms for one in alone.values())
+
+
+@compiled
+def test_a_table_that_takes_nothing_away_is_said_to_make_no_gain():
+    """The inverse of a model whose resonance lies elsewhere leaves as much as there was."""
+    plant = LINEAR._replace(law=sw.Linear(8e4))
+    shares = {}
+    for speed in np.linspace(38.0, 44.0, 13).tolist():
+        one = sw.compensate(LINEAR, "measured-table", speed=speed, sampling=SAMPLING, plant=plant, robust=False)
+        share = shares[speed] = one.after.rms / one.before.rms
+        said = " ".join(one.warnings)
+        assert ("no gain" in said) == (0.98 <= share <= 1.02)
+        assert ("do not use it there" in said) == (share > 1.02)
+        assert one.gains == (share < 0.98)
+    assert min(shares.values()) < 0.98
+    assert max(shares.values()) > 1.02
+    assert not sw.compensate(LINEAR, "loop", speed=40.0, sampling=SAMPLING, robust=False).warnings
+
+
 @compiled
 def test_a_drive_with_gravity_hysteresis_and_friction():
     """Not the ideal case: the linear inverse still takes most of it away, and the nonlinear one is refused."""
@@ -221,7 +299,7 @@ def test_what_was_assumed_is_said():
         (lambda: sw.compensate(DRIVE, 5, speed=50.0), TypeError, "give a name such as 'adaptive'"),
         (lambda: sw.compensate(5), TypeError, "give a Project or a DriveTrain, not 5"),
         (lambda: sw.compensate(DRIVE._replace(error=sw.NoError())), ValueError, "nothing to cancel"),
-        (lambda: sw.compensate(DRIVE, speed=-1.0), ValueError, r"speed \[rad/s\] is -1"),
+        (lambda: sw.compensate(DRIVE, speed=-5000.0), ValueError, "250 us are too slow for order 2 at"),
         (lambda: sw.compensate(DRIVE, speed=5000.0), ValueError, "250 us are too slow for order 2 at"),
         (lambda: sw.compensate(DRIVE, speed=50.0, units=-1), ValueError, "units is -1"),
         (lambda: sw.compensate(DRIVE, speed=50.0, sampling=3), TypeError, "sampling is 3; give Sampling"),

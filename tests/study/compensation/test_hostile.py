@@ -100,6 +100,17 @@ def test_a_loop_without_stiffness_is_named():
             compensated(drive)
 
 
+def test_a_hysteresis_that_cannot_carry_the_load_is_named():
+    """It yields without end; one that carries the load is run, though its internal state stays where it is left."""
+    weight = sw.Load(10.0, drag=sw.AngleTorque(40.0, phase=0.5 * math.pi))
+    with pytest.raises(ValueError, match=r"as .*BoucWen.* 3[.]2 N[*]m"):
+        compensated(DRIVE._replace(law=sw.BoucWen(4e4, 0.0, 8e-5), load=weight))
+    carries = bench_of(DRIVE._replace(law=sw.Parallel(sw.BoucWen(4e4, 0.0, 8e-5), sw.Linear(8e4)), load=weight))
+    assert carries.memory == 1
+    assert carries.response(45.0).stable
+    assert carries.response(45.0).slowest < 1.0
+
+
 def test_repetitive_control_is_refused_around_an_integral():
     """The table's mean and the integral of the loop would grow for ever, one against the other."""
     cascade = sw.Cascade(40.0, 0.4, 8.0, PERIOD, J=J_M)
@@ -110,6 +121,9 @@ def test_repetitive_control_is_refused_around_an_integral():
 @pytest.mark.parametrize(
     ("given", "error", "sentence"),
     [
+        ({"speed": 0.0}, ValueError, "a drive at rest has no orders"),
+        ({"load_angles": (0.5,)}, ValueError, "no torque on this load follows its angle"),
+        ({"load_angles": ()}, ValueError, "load_angles"),
         ({"speed": 1e-12}, ValueError, "4 turns at 9.549e-12 rpm are more than the 1e[+]08 samples"),
         ({"loop": sw.SampledPD(LOOP.K_p, LOOP.K_d, 1e-3)}, ValueError, "is 0.001 s and Sampling[.]period is 0.00025 s"),
         ({"sampling": SAMPLING._replace(load_encoder=2)}, ValueError, "load_encoder is 2; it must be 1"),

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import strainwave as sw
 from strainwave.files.reading import from_text
@@ -18,6 +19,14 @@ load: {inertia: 10 kg*m^2}
 damping: {ratio: 3 %}
 speed: {from: 20 rad/s, to: 70 rad/s, shaft: motor}
 excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}, {order: 4, amplitude: 6 arcsec, phase: 40 deg}]}
+"""
+HARDENING = """
+gear: {ratio: 50, law: {type: cubic, K: 1e5 N*m/rad, alpha: 2e4 1/rad^2}}
+motor: {inertia: 14.5 kg*cm^2}
+load: {inertia: 10 kg*m^2}
+damping: {ratio: 2 %}
+speed: {from: 20 rad/s, to: 30 rad/s, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
 """
 QUICK = sw.Sampling(2e-5, 0.0)
 
@@ -49,6 +58,76 @@ def test_a_table_over_speed_cancels_a_run_up():
     assert better.rms(2.0) < 0.15 * plain.rms(2.0)
 
 
+def hardening(omega, start):
+    """Amplitude of order 2 of the load's error that SciPy finds on the way from a speed to another, and its end."""
+    J, K, alpha, B, e = 10.0, 1e5, 2e4, 2.0 * 0.02 * np.sqrt(1e5 * 10.0), 23.0 * np.pi / 648000.0
+    ramp, wait = 24.0, 8.0
+
+    def rhs(t, y):
+        s = min(t / ramp, 1.0)
+        speed = start + (omega - start) * s
+        angle = start * t + (omega - start) * (0.5 * min(t, ramp) * s + max(t - ramp, 0.0))
+        u, du = y[0] - e * np.cos(2 * angle), y[1] + 2 * speed * e * np.sin(2 * angle)
+        return [y[1], -(K * (u + alpha * u**3) + B * du) / J]
+
+    end = ramp + wait
+    t = end - np.arange(64)[::-1] / 64 * 2.0 * np.pi / omega
+    x = solve_ivp(rhs, (0.0, end), [0.0, 0.0], method="DOP853", t_eval=t, rtol=1e-9, atol=1e-13).y[0]
+    angle = 0.5 * (start + omega) * ramp + omega * (t - ramp)
+    return 2.0 / 64.0 * np.sum(x * np.exp(-2j * angle))
+
+
+def test_both_motions_of_a_hardening_gear_are_those_of_scipy():
+    table = sw.prediction_table(from_text(HARDENING, Path("axis.yaml")), speeds=(40.0, 60.0))
+    (up,), (down,) = table.jumps_up, table.jumps_down
+    for direction, start, (a, b) in zip((1, -1), (46.0, 58.0), table.runs(), strict=True):
+        point = float(table.omega[a + np.argmin(np.abs(table.omega[a:b] - 0.5 * (up + down)))])
+        assert down < point < up
+        exact = hardening(point, start)
+        for closed, error in ((False, 1e-4), (True, 1e-3)):
+            amplitudes, flag = table.at(point, direction, closed=closed)
+            assert flag == ""
+            assert abs(amplitudes[0] - exact) < error * abs(exact)
+        across = up + 0.15 if direction > 0 else down - 0.15
+        other = table.at(across, direction)[0][0]
+        assert abs(hardening(across, start) - other) < 5e-3 * abs(other)
+        assert (abs(other) < abs(exact)) == (direction > 0)
+
+
+def test_a_run_reaches_the_fold():
+    table = sw.prediction_table(from_text(HARDENING, Path("axis.yaml")), speeds=(40.0, 60.0), closed=False)
+    (first, last), (other, _) = table.runs()
+    assert table.omega[last - 1] == table.jumps_up[0]
+    assert table.omega[other] == table.jumps_down[0]
+    up, down = table.jumps_up[0], table.jumps_down[0]
+    assert abs(table.at(up)[0][0]) > 3.0 * abs(table.at(up + 1e-6)[0][0])
+    assert abs(table.at(down - 1e-6, -1)[0][0]) > 1.5 * abs(table.at(down, -1)[0][0])
+    assert first == 0
+    assert table.closed is None
+
+
+def test_a_closed_form_is_flagged_where_the_vibration_is_beyond_it():
+    """A gear whose cubic torque comes near its linear one, beyond what second order holds."""
+    stiff = HARDENING.replace("2e4 1/rad^2", "1e6 1/rad^2").replace("23 arcsec", "200 arcsec").replace("2 %", "10 %")
+    table = sw.prediction_table(from_text(stiff, Path("axis.yaml")), speeds=(30.0, 75.0))
+    beyond = np.isfinite(table.closed[0]) & ~table.valid
+    assert np.any(beyond)
+    assert np.any(table.valid)
+    assert np.max(np.abs(table.amplitudes[0, table.valid])) < np.max(np.abs(table.amplitudes[0, beyond]))
+    assert any("the closed form is not valid: the vibration is larger" in text for text in table.remarks)
+    speed = float(table.omega[np.flatnonzero(beyond & table.stable)[-1]])
+    assert "not valid at this speed" in table.at(speed, closed=True)[1]
+
+
+def test_closed_forms_are_those_of_a_held_motor():
+    table = sw.prediction_table(project(), speeds=(45.0, 65.0))
+    assert any("of a held motor" in text for text in table.remarks)
+    u, e = 65.0 * 2.0, 23.0 * np.pi / 648000.0
+    c = 2.0 * 0.03 * 100.0
+    exact = e * (1e4 + 1j * c * u) / (1e4 - u * u + 1j * c * u)  # of x'' + c (x - e)' + 1e4 (x - e) = 0
+    assert abs(table.closed[0, -1] - exact) < 1e-6 * abs(exact)
+
+
 def test_each_direction_stays_on_its_motion_until_it_ends():
     """A hardening curve: up to 5, back to 3 unstable, on from 3."""
     omega = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 4.5, 4.0, 3.5, 3.0, 4.0, 5.0, 6.0])
@@ -72,5 +151,8 @@ def test_what_has_no_prediction_gets_a_sentence():
         with pytest.raises(ValueError, match="give integers from 1 to"):
             sw.prediction_table(project(), orders)
     table = PredictionTable(np.array([30.0, 40.0]), np.array([2]), np.ones((1, 2), complex), np.ones(2, bool))
+    assert "has no closed forms" in table.at(35.0, closed=True)[1]
+    with pytest.raises(ValueError, match=r"speeds \[rad/s\]"):
+        sw.prediction_table(project(), speeds=(50.0, 40.0))
     with pytest.raises(ValueError, match="no prediction at"):
         sw.speed_table(project(), (30.0, 50.0), table=table)

@@ -11,7 +11,8 @@ import numpy as np
 from ...numerics.sampled.loops import run_loop
 from ...results import Floats
 from ...study.compensation.bench import Bench
-from ...study.compensation.designs import COMPENSATORS, times_of
+from ...study.compensation.designs import COMPENSATORS
+from ...study.compensation.gains import times_of
 from ...study.compensation.result import Compensation, CompensationBench, Units
 from ...units import RPM
 from ..console import number

@@ -109,9 +109,14 @@ class Tracker(NamedTuple):
     by g w e, and w by -r g w e q/(v^2 + q^2): a second-order generalised integrator with a frequency-locked loop
     (Rodriguez, Luna, Candela, Mujal, Teodorescu & Blaabjerg, Multiresonant frequency-locked loop for grid
     synchronization of power converters under distorted grid conditions, IEEE Trans. Ind. Electron. 58(1), 2011,
-    127-138). With the gain g the amplitude converges with the rate g w/2, and the frequency with the slower root of
-    s^2 + (g w/2)(s + r), which is the rate r where r is well below g w/8. w stays between `low`
-    and `high` [rad/s]; it finds a line within that range.
+    127-138). With the gain g the amplitude converges with the rate b = g w/2, and the frequency with the slower root of
+    s^2 + b (s + r), which is the rate r where r is well below b/4. w stays between `low` and `high` [rad/s]; it finds a
+    line within that range.
+
+    In a run-up, whose frequency grows by a [rad/s^2], the phase lags by a/(r b) and the frequency by a/r: with the
+    phase error d and the frequency error f, d' = f - b d and f' = a - r b d. White noise of variance s^2 in the
+    signal gives the amplitude A the variance `noise_gain` s^2 = b h s^2, h the period, and the frequency r^2 b h
+    s^2/A^2.
     """
 
     low: AngularSpeed
@@ -139,6 +144,20 @@ class Tracker(NamedTuple):
     def amplitude(self, state: Any) -> Any:
         """Amplitude, 0 to peak, of the line."""
         return sqrt(state[0] * state[0] + state[1] * state[1])
+
+    def settling(self, share: float = 0.01, omega: float | None = None) -> float:
+        """Time [s] after which a share of a small first error of frequency and amplitude is left.
+
+        `omega` is the frequency of the line [rad/s]; by default that end of the range where it takes longer.
+        """
+        if omega is None:
+            return max(self.settling(share, self.low), self.settling(share, self.high))
+        b = 0.5 * self.gain * omega
+        return -2.0 * log(share) / float(b - sqrt(larger(b * b - 4.0 * b * self.rate, 0.0)))
+
+    def noise_gain(self, omega: float) -> float:
+        """Variance of the amplitude over that of white noise in the signal, at the line's frequency `omega` [rad/s]."""
+        return float(0.5 * self.gain * omega * self.period)
 
     def check(self) -> None:
         """Refuse a range without width, and samples too slow for it (ValueError)."""

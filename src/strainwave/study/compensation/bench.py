@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ...law import depends
+from ...law import depends, states_of
 from ...model.controllers.closed_loop import ClosedLoop, Sampling
 from ...model.controllers.loops import SampledPD
 from ...model.excitation import Harmonic, Harmonics
@@ -25,6 +25,7 @@ from ..train.operating_point import operating_state
 
 USUAL_LIMIT = 10.0  # torques that the reference motion and the error ask for: where no limit of the motor is known
 COMMANDED = Commanded()
+STAYS = 1e-5  # of a pole from 1: that of a law's memory, and what rounding makes of it
 
 
 @dataclass(frozen=True)
@@ -59,29 +60,46 @@ class Bench:
         """Orders of the lines of the kinematic error, in ascending order."""
         return tuple(sorted({line.order for line in lines_of(self.model.error) if line.amplitude}))
 
+    @property
+    def memory(self) -> int:
+        """Internal states of the model's laws with memory: of the gear and of couplings."""
+        laws = (self.model.law, *self.model.load.couplings())
+        return sum(states_of(law) for law in laws if not lacking(law, "torque"))
+
     def closed(self, controller: Any, speed: float, *, model: bool = False) -> ClosedLoop:
         """The drive, or its model, at a motor speed [rad/s] under a controller."""
         train = self.model if model else self.plant
         return ClosedLoop(train._replace(omega=float(speed), reference=Steady()), controller, self.sampling)
 
     def response(self, speed: float, orders: Any = None, output: Any = None) -> LoopResponse:
-        """Response of the model under the plain loop at orders of a motor speed [rad/s]."""
+        """Response of the model under the plain loop at orders of a motor speed [rad/s], at positive frequencies.
+
+        A law with memory stays where it is left: its pole at 1, one for each internal state, is no motion of the loop.
+        """
         loop = self.closed(self.loop, speed, model=True)
-        frequencies = speed * np.array(self.orders if orders is None else orders, float)
-        return loop_response(loop, frequencies, at=self.start(speed, model=True), output=output)
+        frequencies = abs(speed) * np.array(self.orders if orders is None else orders, float)
+        found = loop_response(loop, frequencies, at=self.start(speed, model=True), output=output)
+        own = sum(
+            states_of(law) for law in (self.model.law, *self.model.load.couplings()) if not lacking(law, "torque")
+        )
+        still = np.argsort(np.abs(found.poles - 1.0))[:own]
+        still = still[np.abs(found.poles[still] - 1.0) < STAYS]
+        return replace(found, poles=np.delete(found.poles, still))
 
     def start(self, speed: float, *, model: bool = False) -> Floats:
         """State (states,) in which the mean torques hold the drive; zeros where none is found."""
-        train = self.model if model else self.plant
-        names = train.state_names()
-        gains = self.loop
-        if not isinstance(gains, SampledPD) or not gains.K_p:
-            return np.zeros(len(names))
-        held = train._replace(motor=train.motor._replace(control=PositionLoop(gains.K_p, gains.K_d)))
         try:
-            state = operating_state(held, float(speed))
+            return self.held(speed, model=model)
         except (SolveError, ValueError):
-            return np.zeros(len(names))
+            return np.zeros(len((self.model if model else self.plant).state_names()))
+
+    def held(self, speed: float, *, model: bool = False) -> Floats:
+        """As `start`, but SolveError says why none is found; zeros where the plain loop is not a `SampledPD`."""
+        train, gains = self.model if model else self.plant, self.loop
+        if not isinstance(gains, SampledPD) or not gains.K_p:
+            return np.zeros(len(train.state_names()))
+        held = train._replace(motor=train.motor._replace(control=PositionLoop(gains.K_p, gains.K_d)))
+        state = operating_state(held, float(speed))
         return np.concatenate([state[:4], [gains.K_p * -state[2]], state[4:]])
 
     def with_stiffness(self, share: float) -> "Bench":
@@ -139,30 +157,36 @@ def bench_of(
 
 
 def steady_bench_of(
-    project: Any, sampling: Sampling | None = None, loop: Any = None, plant: DriveTrain | None = None
+    project: Any,
+    sampling: Sampling | None = None,
+    loop: Any = None,
+    plant: DriveTrain | None = None,
+    load_angle: float = 0.0,
 ) -> Bench:
-    """The bench of steady motions: as `bench_of`, with gravity held at its torque at the load's angle 0.
+    """The bench of steady motions: as `bench_of`, with gravity held at its torque at an angle of the load [rad].
 
     Gravity follows the load's angle, which turns N times slower than the motor: to the vibration it is a constant
     torque. Left as it is, its slow twist of the gear would be counted as an error that no order explains.
     """
     bench = bench_of(project, sampling, loop, plant)
     if not (follows_its_angle(bench.model) or follows_its_angle(bench.plant)):
+        if load_angle:
+            raise ValueError("no torque on this load follows its angle; leave load_angles out")
         return bench
-    plain, torque = _at_rest(bench.plant)
+    plain, torque = _at_rest(bench.plant, load_angle)
     said = (
         f"Gravity changes {bench.plant.N:g} times more slowly than the motor turns: it is held at its torque at the "
-        f"load's angle 0, {torque:.4g} N*m. Another phase of it is another attitude."
+        f"load's angle {np.degrees(load_angle):.4g} deg, {torque:.4g} N*m. `load_angles` takes others."
     )
-    return replace(bench, model=_at_rest(bench.model)[0], plant=plain, remarks=(*bench.remarks, said))
+    return replace(bench, model=_at_rest(bench.model, load_angle)[0], plant=plain, remarks=(*bench.remarks, said))
 
 
-def _at_rest(train: DriveTrain) -> tuple[DriveTrain, float]:
-    """The train with a constant torque [N*m] in place of gravity, that of the load's angle 0."""
+def _at_rest(train: DriveTrain, load_angle: float) -> tuple[DriveTrain, float]:
+    """The train with a constant torque [N*m] in place of gravity, that of an angle of the load [rad]."""
     end = train.load.end()
     own, law = end.excitation, end.drag
     parts = law if isinstance(law, Parallel) else (law,)
-    torque = 0.0 - sum(float(part.torque(0.0)) for part in parts if isinstance(part, AngleTorque))
+    torque = 0.0 - sum(float(part.torque(load_angle)) for part in parts if isinstance(part, AngleTorque))
     plain = without_gravity(train)
     if isinstance(own, Harmonic):
         excitation: Any = own._replace(mean=own.mean + torque)

@@ -1,6 +1,7 @@
 """`compensate`: a controller on a drive against its plain loop, and a bench of several at several speeds."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,14 +17,15 @@ from ...quantities import number, numbers, shown
 from ...units import ARCSEC, RPM
 from ..analysis.remedies.knobs import stiffer
 from .bench import Bench, steady_bench_of
-from .designs import COMPENSATORS, TURNS, Compensator, refuse_unstable, times_of
+from .designs import COMPENSATORS, Compensator
+from .gains import TURNS, refuse_unstable, times_of
 from .given import given, tripped
-from .result import Compensation, CompensationBench, Residual, Robustness, TorqueUse
+from .result import DIFFER, Compensation, CompensationBench, Residual, Robustness, TorqueUse, gains, grows
 from .units import units_of
 
 SHARES = (-0.2, 0.2)  # by which the stiffness of a gear may differ from the model
 HERTZ = 2.0 * np.pi
-WORSE = 1.02
+PLAIN = "loop"  # name of the design that everything is compared with
 LITTLE = 0.1  # of the error before: with more left, the guards are looked at
 COARSE = 8.0  # samples in a period of the highest order: below, what is fed forward comes too coarse
 
@@ -43,6 +45,7 @@ def compensate(
     robust: bool = True,
     units: int = 0,
     seed: int = 1,
+    load_angles: ArrayLike = (0.0,),
     progress: Callable[[str, float], None] = silent,
 ) -> Compensation:
     """Run a drive in closed loop with a controller, and with its plain loop, at a constant speed.
@@ -57,7 +60,8 @@ def compensate(
     controller : str or controller
         Name of a design (`sw.COMPENSATORS`), which is then designed on the drive's model; or a controller itself.
     speed : float, optional
-        Speed of the motor [rad/s]. Default: where the drive's largest order meets its resonance, within its range.
+        Speed of the motor [rad/s], negative in backward motion. Default: where the drive's largest order meets its
+        resonance, within its range.
     sampling : Sampling, optional
         Period, delay, limit, encoders. Default: those of the project's file (`controller`); without them every 250 us,
         one period of delay, 16 bits on the motor, 24 on the load, the motor's limit of the project.
@@ -71,6 +75,9 @@ def compensate(
         Number of units of the type that are run: stiffness within 15 %, kinematic error within 50 %, any phase.
     seed : int
         The same seed gives the same units.
+    load_angles : (n,) array_like
+        Angles of the load [rad] at which gravity is held, for each of which the controller is designed and run: the
+        result is that of the angle at which it leaves most.
     progress : callable
         Told what is done, and which share of all.
 
@@ -85,10 +92,10 @@ def compensate(
     TypeError
         If an argument is of another kind.
     """
-    bench = steady_bench_of(project, sampling, loop, plant)
-    motor_speed = _speed(bench, project, speed)
+    benches = _attitudes(project, sampling, loop, plant, load_angles)
+    motor_speed = _speed(next(iter(benches.values())), project, speed)
     design = compensator_of(controller)
-    return _one(bench, design, motor_speed, robust, _whole("units", units), _whole("seed", seed), progress)
+    return _worst(benches, design, motor_speed, robust, _whole("units", units), _whole("seed", seed), progress)
 
 
 def compensation_bench(
@@ -100,6 +107,7 @@ def compensation_bench(
     loop: Any = None,
     plant: DriveTrain | None = None,
     robust: bool = False,
+    load_angles: ArrayLike = (0.0,),
     progress: Callable[[str, float], None] = silent,
 ) -> CompensationBench:
     """Run several controllers on one drive at several speeds; parameters and errors as of `compensate`.
@@ -111,31 +119,59 @@ def compensation_bench(
     controllers : sequence of str or controller
         Names of designs, or controllers.
     speeds : (n,) array_like
-        Speeds of the motor [rad/s].
-    sampling, loop, plant, robust, progress
+        Speeds of the motor [rad/s], negative in backward motion.
+    sampling, loop, plant, robust, load_angles, progress
         As of `compensate`.
 
     Returns
     -------
     CompensationBench
     """
-    bench = steady_bench_of(project, sampling, loop, plant)
+    benches = _attitudes(project, sampling, loop, plant, load_angles)
     controllers = (controllers,) if isinstance(controllers, str) else controllers
     grid = numbers("speeds [rad/s]", speeds)
     designs = [compensator_of(controller) for controller in controllers]
     if not len(grid) or not designs:
         raise ValueError("there is nothing to run; give at least one controller and one speed")
     for speed in grid:
-        _refuse_slow(bench, float(speed))
+        _refuse_slow(next(iter(benches.values())), float(speed))
     results, done = [], 0
     for design in designs:
         row = []
         for speed in grid.tolist():
-            row.append(_one(bench, design, speed, robust, 0, 0, silent))
+            row.append(_worst(benches, design, speed, robust, 0, 0, silent))
             done += 1
             progress(f"{design.name} at {speed / RPM:.4g} rpm", done / (len(designs) * len(grid)))
         results.append(tuple(row))
     return CompensationBench(grid, tuple(design.name for design in designs), tuple(results))
+
+
+def _attitudes(
+    project: Any, sampling: Sampling | None, loop: Any, plant: DriveTrain | None, load_angles: ArrayLike
+) -> dict[float, Bench]:
+    """A bench for each angle of the load [rad]."""
+    angles = numbers("load_angles [rad]", load_angles)
+    if not len(angles):
+        raise ValueError("load_angles has no angle; give at least one, such as (0.0,)")
+    return {angle: steady_bench_of(project, sampling, loop, plant, angle) for angle in angles.tolist()}
+
+
+def _worst(
+    benches: dict[float, Bench], design: Compensator, speed: float, robust: bool, units: int, seed: int, progress: Any
+) -> Compensation:
+    """One controller at one speed, at the angle of the load where it leaves most."""
+    if len(benches) == 1:
+        ((angle, bench),) = benches.items()
+        return replace(_one(bench, design, speed, robust, units, seed, progress), load_angle=angle)
+    found = {angle: _one(bench, design, speed, False, 0, 0, silent) for angle, bench in benches.items()}
+    angle = max(found, key=lambda angle: (not found[angle].stable, found[angle].after.rms))
+    least, most = (f(one.after.rms for one in found.values()) / ARCSEC for f in (min, max))
+    one = _one(benches[angle], design, speed, robust, units, seed, progress) if robust or units else found[angle]
+    said = (
+        f"Of {len(found)} load angles that of {np.degrees(angle):.4g} deg is the worst: {design.name} leaves "
+        f"{most:.3g} arcsec there, {least:.3g} at the best."
+    )
+    return replace(one, load_angle=angle, remarks=(*one.remarks, said))
 
 
 def compensator_of(controller: Any) -> Compensator:
@@ -168,13 +204,14 @@ def _speed(bench: Bench, project: Any, speed: float | None) -> float:
             low, high = speeds.limits
             resonance = min(max(resonance, low), high)
         speed = resonance
-    speed = number("speed [rad/s]", speed, positive=True)
-    _refuse_slow(bench, speed)
-    return speed
+    _refuse_slow(bench, number("speed [rad/s]", speed))
+    return float(speed)
 
 
-def _refuse_slow(bench: Bench, speed: float) -> None:
-    number("speed [rad/s]", speed, positive=True)
+def _refuse_slow(bench: Bench, signed: float) -> None:
+    speed = abs(signed)
+    if not speed:
+        raise ValueError("speed [rad/s] is 0, and a drive at rest has no orders; give the speed of the motor")
     highest = max(bench.orders)
     most = 2.0 * np.pi / (COARSE * bench.sampling.period * highest)
     if speed > most:
@@ -205,7 +242,7 @@ def _one(
     many = units_of(bench, controller, speed, settle, end, units, seed) if units else None
     progress("units of the type", 1.0)
     excluded = _excluded(bench, after)
-    return Compensation(
+    found = Compensation(
         name=design.name,
         title=design.title,
         speed=speed,
@@ -224,13 +261,11 @@ def _one(
         excluded=excluded,
         units=many,
         controller=controller,
-        warnings=(
-            *_given_up(bench, design, controller, speed, end, before, after),
-            *_beyond(bench, design, speed),
-            *_warnings(design, speed, before, after, robustness),
-        ),
+        warnings=(),
         remarks=bench.remarks,
     )
+    own = (*_given_up(bench, design, controller, speed, end, before, after), *_beyond(bench, design, speed))
+    return replace(found, warnings=(*own, *_warnings(design, found)))
 
 
 def _run(bench: Bench, controller: Any, speed: float, settle: float, end: float) -> LoopEnsemble:
@@ -294,27 +329,33 @@ def _beyond(bench: Bench, design: Compensator, speed: float) -> Any:
         return
     load = train.load.end().J + sum(J for J, _, _ in train.load.chain())
     bandwidth, order = float(np.sqrt(gains.K_p / (train.motor.J + load / train.N**2))), max(bench.orders)
-    if order * speed > bandwidth:
+    if order * abs(speed) > bandwidth:
         yield (
-            f"{design.name}: order {order} at {speed / RPM:.4g} rpm is {order * speed / HERTZ:.3g} Hz, beyond the "
+            f"{design.name}: order {order} at {speed / RPM:.4g} rpm is {order * abs(speed) / HERTZ:.3g} Hz, beyond the "
             f"loop's bandwidth of {bandwidth / HERTZ:.3g} Hz, so that the motor follows the correction only in part; "
             "'inverse' adds the torque that it lacks."
         )
 
 
-def _warnings(design: Compensator, speed: float, before: LoopEnsemble, after: LoopEnsemble, robustness: Any) -> Any:
-    if not after.stable[0]:
-        yield f"{design.name}: the error grows at {speed / RPM:.4g} rpm; the controller is unstable on this drive."
-    elif after.rms[0] > WORSE * before.rms[0]:
+def _warnings(design: Compensator, found: Compensation) -> Any:
+    """What is wrong with a result, on the drive and on other gears, as sentences."""
+    at, share = f"at {found.speed / RPM:.4g} rpm", found.after.rms / found.before.rms
+    if not found.stable:
+        yield f"{design.name}: the error grows {at}; the controller is unstable on this drive."
+    elif grows(found.before.rms, found.after.rms):
+        yield f"{design.name}: the error is {share:.3g} times that of the plain loop {at}; do not use it there."
+    elif not found.gains and design.name != PLAIN:
         yield (
-            f"{design.name}: the error is {after.rms[0] / before.rms[0]:.3g} times that of the plain loop at "
-            f"{speed / RPM:.4g} rpm; do not use it there."
+            f"{design.name}: no gain {at}: {100.0 * share:.3g} % of the error is left, and two runs differ by up to "
+            f"{100.0 * DIFFER:.0f} %; compare the model with the drive, or let the controller adapt."
         )
-    for r in robustness:
-        if r.after > WORSE * r.before:
-            how = "softer" if r.stiffness < 0.0 else "stiffer"
+    for r in found.robustness if design.name != PLAIN else ():
+        gear = f"on a gear {abs(100.0 * r.stiffness):.0f} % {'softer' if r.stiffness < 0.0 else 'stiffer'}"
+        change = f"{r.before / ARCSEC:.3g} to {r.after / ARCSEC:.3g} arcsec"
+        if grows(r.before, r.after):
             yield (
-                f"{design.name}: on a gear {abs(100.0 * r.stiffness):.0f} % {how} than the model the "
-                f"error grows from {r.before / ARCSEC:.3g} to {r.after / ARCSEC:.3g} arcsec at {speed / RPM:.4g} rpm; "
-                "measure the stiffness, or let the controller adapt."
+                f"{design.name}: {gear} than the model the error grows from {change} {at}; measure the stiffness, or "
+                "let the controller adapt."
             )
+        elif not gains(r.before, r.after) and found.gains:
+            yield f"{design.name}: no gain {gear} than the model, from {change} {at}."

@@ -10,7 +10,8 @@ from ...model.controllers.measurement import Measurement
 from ...model.controllers.repetitive import CELLS, Repetitive
 from ...tree import leaves
 from .bench import Bench
-from .designs import Compensator, behind_of
+from .designs import Compensator
+from .gains import behind_of
 
 
 def given(controller: Any) -> Compensator:

@@ -202,7 +202,7 @@ def _tracked(
     tracker = checked(Tracker(low, high, rate, period))
     out, left = np.zeros((4, len(t))), np.zeros(len(t))
     run(track, tracker, y, out, left)
-    settle = -np.log(SETTLED) / rate
+    settle = tracker.settling(SETTLED)
     return Monitored(
         time=t,
         orders=np.ones(1),
@@ -211,7 +211,7 @@ def _tracked(
         mean=out[2],
         frequency=out[3],
         settled_from=float(t[0] + settle),
-        standard_error=_error(t, left, settle, 0.5 * tracker.gain * float(np.mean(out[3])) * period),
+        standard_error=_error(t, left, settle, tracker.noise_gain(float(np.mean(out[3])))),
         lost=int(np.sum(np.isnan(y))),
     )
 

@@ -1,6 +1,7 @@
-"""Prediction: the pointing error over speed by harmonic balance of the whole drive, branch by branch."""
+"""Prediction: the pointing error over speed by harmonic balance of the whole drive, and by closed forms beside it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,6 +16,7 @@ from ...results import Floats
 from ...sentences import on_screen
 from ...units import ARCSEC, RPM
 from .bench import Bench, bench_of
+from .closed_form import Motions, closed_form
 
 Complexes = NDArray[np.complex128]
 
@@ -32,7 +34,16 @@ class PredictionTable(Result):
     amplitudes : (orders, n) complex array
         A e^(i phi) [rad] of A cos(order angle + phi).
     stable : (n,) bool array
-        Whether the motion is stable.
+        Whether the motion is stable; the fold at which a stable stretch ends counts as stable.
+    jumps_up, jumps_down : tuple of float
+        Speeds [rad/s] at which a slow run-up and a slow run-down jump.
+    closed : (orders, n) complex array, or None
+        The same amplitudes by the closed forms of second order of the drive's error equation; NaN where these have no
+        such motion.
+    valid : (n,) bool array, or None
+        Whether the predictor of the closed forms holds its motion valid.
+    remarks : tuple of str
+        What was assumed, and why closed forms are not valid or missing, as sentences.
     """
 
     rows: ClassVar[str] = "point"
@@ -41,37 +52,47 @@ class PredictionTable(Result):
     orders: Any
     amplitudes: Complexes
     stable: NDArray[np.bool_]
+    jumps_up: tuple[float, ...] = ()
+    jumps_down: tuple[float, ...] = ()
+    closed: Complexes | None = None
+    valid: NDArray[np.bool_] | None = None
+    remarks: tuple[str, ...] = ()
 
     def runs(self) -> list[tuple[int, int]]:
-        """First and last point of each stretch of stable motions whose speed grows or falls throughout."""
-        forward = np.diff(self.omega) > 0.0
-        edges = [0]
-        for i in range(1, len(self.omega)):
-            turns = i > 1 and forward[i - 1] != forward[i - 2]
-            if self.stable[i] != self.stable[i - 1] or turns:
-                edges.append(i)
-        spans = [(a, b) for a, b in zip(edges, [*edges[1:], len(self.omega)], strict=True) if b - a > 1]
-        return [(a, b) for a, b in spans if self.stable[a]]
+        """First and last point, this excluded, of each stretch of stable motions whose speed grows or falls.
 
-    def at(self, speed: float, direction: int = 1) -> tuple[Complexes, str]:
+        A stretch that ends at a fold has the fold in it.
+        """
+        way = np.sign(np.diff(self.omega)) * (self.stable[:-1] & self.stable[1:])
+        edges = [0, *(np.flatnonzero(np.diff(way)) + 1).tolist(), len(way)]
+        return [(a, b + 1) for a, b in pairwise(edges) if b > a and way[a] != 0.0]
+
+    def at(self, speed: float, direction: int = 1, *, closed: bool = False) -> tuple[Complexes, str]:
         """Amplitudes (orders,) at a speed [rad/s] that is reached from below (1) or from above (-1), and a flag.
 
         Where several motions are stable a run-up stays on the one that it is on until that ends. The flag is empty
-        where the prediction holds, else a sentence; the amplitudes are then NaN.
+        where the prediction holds, else a sentence; where there is no prediction the amplitudes are NaN. With `closed`
+        they are those of the closed forms, which are also given where they are not valid.
         """
         speed = number("speed [rad/s]", speed)
         if direction not in (1, -1):
             raise ValueError(f"direction is {shown(direction)}; it must be 1, from below, or -1, from above")
-        low, high = float(np.min(self.omega)), float(np.max(self.omega))
+        rows, valid = (self.closed, self.valid) if closed else (self.amplitudes, self.stable)
         nothing = np.full(len(self.orders), np.nan + 0.0j)
+        if rows is None or valid is None:
+            return nothing, "this table has no closed forms"
+        low, high = float(np.min(self.omega)), float(np.max(self.omega))
         if not low <= speed <= high:
             return nothing, f"the speed is outside of the table, {low / RPM:.4g} to {high / RPM:.4g} rpm"
         runs = self.runs()
         for a, b in runs if direction > 0 else reversed(runs):
-            x, y = self.omega[a:b], self.amplitudes[:, a:b]
+            x = self.omega[a:b]
             if min(x[0], x[-1]) <= speed <= max(x[0], x[-1]):
                 way = slice(None, None, 1 if x[-1] > x[0] else -1)
-                return np.array([np.interp(speed, x[way], row[way]) for row in y]), ""
+                i = min(max(int(np.searchsorted(x[way], speed)), 1), b - a - 1)
+                held = bool(np.all(valid[a:b][way][i - 1 : i + 1]))
+                found = np.array([np.interp(speed, x[way], row[a:b][way]) for row in rows])
+                return found, "" if held else "the closed form is not valid at this speed"
         return nothing, "no stable motion that repeats with every turn is known at this speed"
 
     def coordinates(self) -> Labelled:
@@ -79,12 +100,20 @@ class PredictionTable(Result):
         return {"omega": ("point", self.omega, "rad/s"), "order": ("order", self.orders, "")}
 
     def variables(self) -> Labelled:
-        """Amplitudes, phases and stability."""
+        """Amplitudes, phases and stability; those of the closed forms and their validity."""
         dims = ("order", "point")
-        return {
+        found: Labelled = {
             "amplitude": (dims, np.abs(self.amplitudes), "rad"),
             "phase": (dims, np.angle(self.amplitudes), "rad"),
             "stable": ("point", self.stable, ""),
+        }
+        if self.closed is None or self.valid is None:
+            return found
+        return {
+            **found,
+            "closed_amplitude": (dims, np.abs(self.closed), "rad"),
+            "closed_phase": (dims, np.angle(self.closed), "rad"),
+            "closed_valid": ("point", self.valid, ""),
         }
 
     def __str__(self) -> str:
@@ -95,13 +124,31 @@ class PredictionTable(Result):
         for k, row in zip(self.orders, np.abs(self.amplitudes), strict=True):
             top = int(np.argmax(row))
             lines.append(f"  order {k}: up to {row[top] / ARCSEC:.4g} arcsec, at {self.omega[top] / RPM:.4g} rpm")
-        return on_screen("\n".join(lines))
+        for way, jumps in (("run-up", self.jumps_up), ("run-down", self.jumps_down)):
+            if jumps:
+                lines.append(f"  a slow {way} jumps at {', '.join(f'{w / RPM:.5g}' for w in jumps)} rpm")
+        if self.closed is not None and self.valid is not None:
+            lines.append(f"  closed forms: valid at {np.sum(self.valid)} of {len(self.omega)} motions")
+            if np.any(self.valid):
+                off = np.linalg.norm(self.closed - self.amplitudes, axis=0)[self.valid]
+                share = float(np.max(off) / np.max(np.linalg.norm(self.amplitudes, axis=0)))
+                lines[-1] += f", where they differ by up to {100.0 * share:.2g} % of the largest error"
+        return on_screen("\n".join([*lines, *(f"  {text}" for text in self.remarks)]))
 
     __repr__ = __str__
 
 
-def prediction_table(project: Any, orders: tuple[int, ...] | None = None) -> PredictionTable:
-    """Predict the pointing error of a drive over its range of speeds, order by order.
+def prediction_table(
+    project: Any,
+    orders: tuple[int, ...] | None = None,
+    *,
+    speeds: tuple[float, float] | None = None,
+    closed: bool = True,
+) -> PredictionTable:
+    """Predict the pointing error of a drive over a range of speeds, order by order.
+
+    Harmonic balance takes the whole drive. The closed forms beside it are those of the drive's error equation, with an
+    ideally held motor (or a free one, where the project says so).
 
     Parameters
     ----------
@@ -109,6 +156,10 @@ def prediction_table(project: Any, orders: tuple[int, ...] | None = None) -> Pre
         From `read_project`.
     orders : tuple of int, optional
         Orders of the motor's angle. Default: those of the kinematic error.
+    speeds : (low, high), optional
+        Speeds of the motor [rad/s]. Default: the range of the project.
+    closed : bool
+        Whether the closed forms are there too.
 
     Returns
     -------
@@ -119,21 +170,39 @@ def prediction_table(project: Any, orders: tuple[int, ...] | None = None) -> Pre
     TypeError
         If it is no project.
     ValueError
-        If an order is none of the response's harmonics.
+        If an order is none of the response's harmonics, or the speeds are no range.
     SolveError
         If no periodic motion is found.
     """
     if lacking(project, "response", "motors"):
         raise TypeError(f"project is {shown(project)}; give what read_project returns")
     own = bench_of(project).orders if orders is None else tuple(orders)
-    curve = project.response().curve
+    if speeds is not None:
+        limits = interval("speeds [rad/s]", speeds, positive=True)
+        project = replace(project, speeds=replace(project.speeds, limits=limits, single=()))
+    response = project.response()
+    curve, sweep = response.curve, response.response.sweep
     x = curve.coefficients
     way = slice(None, None, 1 if curve.omega[0] <= curve.omega[-1] else -1)
     most = x.shape[1] // 2
     if not own or any(not isinstance(k, int) or isinstance(k, bool) or not 1 <= k <= most for k in own):
         raise ValueError(f"orders is {shown(orders)}; give integers from 1 to {most}, the harmonics of this response")
-    rows = [x[:, 2 * k - 1] - 1j * x[:, 2 * k] for k in own]
-    return PredictionTable(curve.omega[way], np.array(own), np.array(rows, complex)[:, way], curve.stable[way])
+    omega, rows = curve.omega[way], np.array([x[way, 2 * k - 1] - 1j * x[way, 2 * k] for k in own], complex)
+    stable = curve.stable[way] | np.isin(omega, [fold.omega for fold in curve.folds])
+    table = PredictionTable(
+        omega=omega,
+        orders=np.array(own),
+        amplitudes=rows,
+        stable=stable,
+        jumps_up=() if sweep is None else tuple(jump.value for jump in sweep.on_run_up),
+        jumps_down=() if sweep is None else tuple(jump.value for jump in sweep.on_run_down),
+    )
+    if not closed:
+        return table
+    found = closed_form(project.system(reduced=True), Motions(omega, table.orders, rows, stable))
+    beside = f"The closed forms are those of a {project.motor} motor, the gear and a rigid load alone."
+    remarks = (beside, *found.remarks) if project.train is not None else found.remarks
+    return replace(table, closed=found.amplitudes, valid=found.valid, remarks=remarks)
 
 
 def speed_table(
@@ -164,7 +233,7 @@ def speed_table(
     """
     low, high = interval("speeds [rad/s]", speeds, positive=True)
     own: Bench = bench_of(project, bench.get("sampling"), bench.get("loop"))
-    predicted = prediction_table(project) if table is None else table
+    predicted = prediction_table(project, closed=False) if table is None else table
     grid = np.linspace(low, high, MOST)
     torque = np.empty((len(predicted.orders), MOST), complex)
     for i, speed in enumerate(grid.tolist()):

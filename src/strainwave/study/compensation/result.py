@@ -12,6 +12,8 @@ from ...results import Floats
 from ...sentences import on_screen
 from ...units import ARCSEC, RPM
 
+DIFFER = 0.02  # of an rms: runs of the same loop with other samples, noise and places of the encoders differ by less
+
 
 class Residual(NamedTuple):
     """Pointing error of the load: rms about its mean and slow trend, largest size, 3 sigma, and its mean [rad]."""
@@ -20,6 +22,16 @@ class Residual(NamedTuple):
     peak: float
     three_sigma: float
     mean: float
+
+
+def grows(before: float, after: float) -> bool:
+    """Whether an rms is larger than before by more than two runs differ."""
+    return after > (1.0 + DIFFER) * before
+
+
+def gains(before: float, after: float) -> bool:
+    """Whether an rms is smaller than before by more than two runs differ."""
+    return after < (1.0 - DIFFER) * before
 
 
 class TorqueUse(NamedTuple):
@@ -92,7 +104,7 @@ class Compensation(Result):
     name, title : str
         Of the controller, and in words.
     speed : float
-        Speed of the motor [rad/s].
+        Speed of the motor [rad/s], negative in backward motion.
     before, after : Residual
         Pointing error of the load under the plain loop and under the controller.
     torque, torque_before : TorqueUse
@@ -119,6 +131,8 @@ class Compensation(Result):
         The controller itself, with all its numbers.
     warnings, remarks : tuple of str
         What is wrong, and what was assumed, as sentences.
+    load_angle : float
+        Angle of the load [rad] at which gravity is held.
     """
 
     rows: ClassVar[str] = "order"
@@ -143,6 +157,13 @@ class Compensation(Result):
     controller: Any
     warnings: tuple[str, ...]
     remarks: tuple[str, ...]
+    load_angle: float = 0.0
+
+    @property
+    def gains(self) -> bool:
+        """Whether the rms of the error, or its mean, is smaller than under the plain loop by more than runs differ."""
+        mean = abs(self.before.mean) - abs(self.after.mean)
+        return self.stable and (gains(self.before.rms, self.after.rms) or mean > DIFFER * self.before.rms)
 
     @property
     def reduction(self) -> float:

@@ -12,7 +12,7 @@ from ...numerics.sampled.loops import loop_ensemble
 from ...protocols import lines_of
 from ..analysis.remedies.knobs import stiffer
 from .bench import Bench
-from .designs import DISTANCE, distance, rate_of
+from .gains import DISTANCE, distance, rate_of
 from .result import Units
 
 GIVEN_UP = 0.9  # of the error before: a guard has tripped, or nothing is gained

@@ -9,20 +9,23 @@ from ....model.controllers.feedforward import AngleFeedforward, TorqueTable
 from ....model.excitation import Line
 from ....numerics.sampled.loops import run_loop
 from ....study.compensation.bench import Bench
-from ....study.compensation.designs import COMPENSATORS, times_of
+from ....study.compensation.designs import COMPENSATORS
+from ....study.compensation.gains import times_of
 from ....study.compensation.result import Compensation
+from ....theory.lyapunov import mean_torque
 from ....units import RPM
 
 
 def tables_of(bench: Bench, found: Compensation) -> dict[str, OrderTable]:
     """Tables of a controller by what they are added to, "angle" or "torque"; of one that adapts, what it has found.
 
-    A torque holds at the speed of the result alone.
+    A torque holds at the speed of the result alone, in its direction and under the mean torque on its load.
     """
-    about = {
-        "ratio": bench.model.N,
-        "speeds": (found.speed, found.speed),
-        "source": f"{found.name} at {found.speed / RPM:.4g} rpm",
+    about: dict[str, Any] = {"ratio": bench.model.N, "source": f"{found.name} at {found.speed / RPM:.4g} rpm"}
+    held = about | {
+        "speeds": (abs(found.speed), abs(found.speed)),
+        "direction": "forward" if found.speed > 0.0 else "backward",
+        "load": mean_torque(bench.plant.load.end().excitation),
     }
     tables: dict[str, OrderTable] = {}
     controller, lines = found.controller, list[Line]()
@@ -32,11 +35,11 @@ def tables_of(bench: Bench, found: Compensation) -> dict[str, OrderTable]:
         lines.append(Line(controller.order, hypot(a, b), atan2(-b, a)))
         controller = controller.loop
     if isinstance(controller, AngleFeedforward):
-        tables["angle"] = OrderTable.of(controller.error, **(about | {"speeds": None}))
+        tables["angle"] = OrderTable.of(controller.error, **about)
     if isinstance(controller, TorqueTable):
-        tables["torque"] = OrderTable.of(controller.table, delay=controller.lead, **about)
+        tables["torque"] = OrderTable.of(controller.table, delay=controller.lead, **held)
     elif lines:
-        tables["torque"] = OrderTable.of(lines[::-1], unit="N*m", **about)
+        tables["torque"] = OrderTable.of(lines[::-1], unit="N*m", **held)
     return tables
 
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ....study.compensation.result import Compensation, Units
+from ....study.compensation.compensate import PLAIN
+from ....study.compensation.result import Compensation, Units, grows
 from ....units import ARCSEC, RPM
 from ...console import number
 
@@ -166,15 +167,21 @@ def _on_others(one: Compensation) -> list[str]:
     return lines
 
 
+def _grows(one: Compensation) -> bool:
+    return grows(one.before.rms, one.after.rms)
+
+
 def _worse(run: "Run") -> list[str]:
     """Where controllers do harm, a sentence for each of them; then what is wrong on other gears."""
     said = []
     for name, row in zip(run.found.names, run.found.results, strict=True):
         for what, bad in (
             ("the error grows", [one for one in row if not one.stable]),
-            ("the error is larger than under the plain loop", [one for one in row if one.stable and one.warnings]),
+            ("the error is larger than under the plain loop", [one for one in row if one.stable and _grows(one)]),
+            ("no gain", [one for one in row if one.stable and not one.gains and not _grows(one) and name != PLAIN]),
         ):
             if bad:
                 said.append(f"{name}: {what} at {', '.join(number(one.speed / RPM) for one in bad)} rpm")
+    said += [text for row in run.found.results for one in row for text in one.warnings if one.gains]
     told = {text for row in run.found.results for one in row for text in one.warnings}
     return said + [text for one in run.details for text in one.warnings if text not in told]

@@ -1,0 +1,163 @@
+"""Gains of controllers from the model of a bench: rates that stay stable, guards, and times in which runs settle."""
+
+from collections.abc import Callable
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from ...model.controllers.repetitive import CELLS
+from ...model.train.controls import motor_states
+from ...numerics.sampled.linear import LoopResponse
+from ...numerics.sampled.loops import loop_ensemble, run_loop
+from ...numerics.sampled.result import LoopEnsemble
+from ...results import SolveError
+from .bench import Bench
+
+DISTANCE = 0.6  # of the loop of an adaptation from the critical point: a resonance may move, a gain grow by two
+HALVINGS, GRID = 20, 300
+GUARD = 5.0
+DRIFT = 1e-7  # of a pole from 1: rounding of the differences
+NEARBY = 1.0 + np.concatenate([-np.geomspace(1e-4, 0.3, 25), np.geomspace(1e-4, 0.3, 25)])
+QUICK = 0.3  # of the inverse time constant of the loop: rate of what adapts, slow beside all that it adapts
+SMOOTH = 1e-4  # decay of a cell's fine structure that repetitive control has at least, in its rate of convergence
+MARGIN = 1.5  # of the smoothing that an order needs
+LEADS = 721  # leads that are tried
+STANDING = 1e-3  # of the response at its orders: a table moves the mean where the response is larger there
+TURNS = 4  # of the motor that are measured at least
+
+
+def refuse_unstable(bench: Bench, speed: float) -> LoopResponse:
+    """Response of the model under the plain loop at the bench's orders; an unstable one is refused (ValueError)."""
+    response = bench.response(speed)
+    largest = float(np.max(np.abs(response.poles)))
+    if bench.memory or abs(largest - 1.0) < DRIFT:
+        _refuse_overloaded(bench, speed)
+    if abs(largest - 1.0) < DRIFT:
+        raise ValueError(
+            "under the plain loop a motion neither decays nor grows, as the loop has no stiffness against the motor's "
+            "angle or the gear none about its mean torque; give a loop with a position gain, or a load off the backlash"
+        )
+    if not response.stable:
+        raise ValueError(
+            f"the plain loop is unstable with samples every {1e6 * bench.sampling.period:.4g} us and "
+            f"{1e6 * bench.sampling.delay:.4g} us of delay; lower its bandwidth or sample faster"
+        )
+    return response
+
+
+def _refuse_overloaded(bench: Bench, speed: float) -> None:
+    """Refuse a law that cannot carry the mean torque, as a hysteresis that has yielded (ValueError)."""
+    try:
+        bench.held(speed, model=True)
+    except SolveError as error:
+        raise ValueError(f"the plain loop has no steady motion to be designed about, as {error}") from None
+
+
+def times_of(bench: Bench, speed: float, rate: float = 0.0) -> tuple[float, float]:
+    """Times [s] after which transients have died, and at which a run ends, a whole number of turns later."""
+    slowest = bench.response(speed).slowest
+    settle = 10.0 * slowest + (10.0 / rate if rate else 0.0)
+    turn = 2.0 * pi / abs(speed)
+    turns = max(TURNS, int(np.ceil(0.5 / turn)))
+    return settle, settle + turns * turn
+
+
+def plain_run(bench: Bench, speed: float, *, model: bool) -> LoopEnsemble:
+    """The model or the plant under the plain loop, in steady state."""
+    loop = bench.closed(bench.loop, speed, model=model)
+    settle, duration = times_of(bench, speed)
+    return loop_ensemble(
+        loop, {}, duration, settle=settle, orders=np.array(bench.orders, float), y0=bench.start(speed, model=model)
+    )
+
+
+def rate_of(bench: Bench, speed: float) -> float:
+    """Rate [1/s] at which every order may adapt on a loop, slow beside its slowest motion and the turn.
+
+    With angle-wise adaptation at constant speed the controller is a linear filter with its poles at the orders
+    (Bodson, Sacks & Khosla, Harmonic generation in adaptive feedforward cancellation schemes, IEEE Trans. Autom.
+    Control 39(9), 1994, 1939-1944): its loop stays `DISTANCE` away from the critical point.
+    """
+    response = refuse_unstable(bench, speed)
+    rate = min(QUICK / response.slowest, 0.1 * abs(speed) * min(bench.orders))
+    for _ in range(HALVINGS):
+        if distance(bench, speed, rate) >= DISTANCE:
+            break
+        rate *= 0.5
+    return rate
+
+
+def distance(bench: Bench, speed: float, rate: float, real: Bench | None = None) -> float:
+    """Least |1 - C G| over the frequencies: C adapts on the bench's model with a rate, G is that of a real drive."""
+    period, orders, turning = bench.sampling.period, np.array(bench.orders, float), abs(speed)
+    most = 0.9 * pi / (turning * period)
+    grid = np.unique(np.concatenate([np.geomspace(1e-2, most, GRID), *(k * NEARBY for k in orders)]))
+    grid = grid[(grid < most) & np.all(np.abs(grid[:, None] - orders) > 1e-9, axis=1)]
+    G = (real or bench).response(speed, grid).error_of_torque
+    z = np.exp(1j * turning * period * grid)
+    C = np.zeros(len(grid), complex)
+    for k, g in zip(orders, bench.response(speed).error_of_torque, strict=True):
+        turn = np.exp(1j * turning * period * k)
+        gain, side = 2.0 * rate / abs(g) * period, np.exp(-1j * np.angle(g))
+        C -= 0.5 * gain * (side * turn / (z - turn) + np.conj(side * turn) / (z - np.conj(turn)))
+    return float(np.min(np.abs(1.0 - C * G)))
+
+
+def guard(bench: Bench, speed: float, *, mean: bool = False) -> float:
+    """Torque [N*m] that no adaptation needs: five times what cancels the error of the model against its own loop.
+
+    With `mean` what cancels its mean is in it.
+    """
+    found = plain_run(bench, speed, model=True)
+    most = float(np.max(found.amplitude[:, 0] / np.abs(bench.response(speed).error_of_torque)))
+    if mean:
+        most += abs(float(found.mean[0]) / float(abs(bench.response(speed, [0.0]).error_of_torque[0])))
+    return GUARD * most
+
+
+def motor_guard(bench: Bench, speed: float) -> float:
+    """Torque [N*m] that no adaptation to the motor needs: five times what keeps the model's motor on its reference."""
+    settle, end = times_of(bench, speed)
+    run = run_loop(bench.closed(bench.loop, speed, model=True), end, y0=bench.start(speed, model=True))
+    late = run.time >= settle
+    behind = behind_of(bench)
+    turn = np.exp(-1j * np.outer(bench.orders, speed * run.time[late]))
+    amplitude = 2.0 * np.abs(turn @ behind(run.states[:, late])) / np.sum(late)
+    return GUARD * float(np.max(amplitude / np.abs(bench.response(speed, output=behind).error_of_torque)))
+
+
+def behind_of(bench: Bench) -> Callable[[Any], Any]:
+    """How far the motor is behind its reference, over N [rad], by the state of the train."""
+    model = bench.model
+    return lambda y: -motor_states(model.motor.control, y)[0][0] / model.N
+
+
+def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float]:
+    """Lead [rad] that leaves least of the error, smoothing that every other order needs, and rate [1/s].
+
+    At order k the table grows with r_k = Re(-G_k e^(i k lead)), relative to the largest of the orders of the error, and
+    decays with s c_k, c_k = 1 - cos(2 pi k/M): the error keeps s c_k/(r_k + s c_k) of itself. In a turn no order
+    changes by more than half of itself.
+    """
+    period, own = bench.sampling.period, np.array(bench.orders)
+    turn = 2.0 * pi / abs(speed)
+    k = np.arange(int(min(CELLS // 2, 0.9 * pi / period / abs(speed))) + 1)
+    G = -bench.response(speed, k).error_of_torque / np.max(np.abs(bench.response(speed).error_of_torque))
+    c = 1.0 - np.cos(2.0 * pi * k / CELLS)
+    best: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    for lead in np.linspace(-pi, pi, LEADS) / min(own):
+        r = np.real(G * np.exp(1j * k * lead))
+        s = MARGIN * float(np.max(-r[1:] / c[1:], initial=SMOOTH))
+        if r[0] > STANDING and np.all(r[own] > 0.0):
+            kept = float(np.max(s * c[own] / (r[own] + s * c[own])))
+            best = min(best, (kept, float(lead), s))
+    kept, lead, s = best
+    if kept == 1.0:
+        raise ValueError(
+            "repetitive control has no lead at which the mean and every order of the error converge, as with an "
+            "integral in the plain loop; use 'adaptive'"
+        )
+    largest = float(np.max(np.abs(G) + s * c))
+    rate = min(rate_of(bench, speed) / largest, 0.5 / (turn * largest), 0.5 / (s * period * CELLS))
+    return lead, s * rate * period * CELLS, rate
