@@ -1,6 +1,6 @@
 """How often the 95 % intervals of `identify` cover the truth, over synthetic records with several kinds of noise.
 
-A Duffing oscillator, J x'' + B x' + K (x + alpha x^3) = u + offset, driven by a random multisine, 800 samples at 200 Hz.
+A Duffing oscillator, J x'' + B x' + K (x + alpha x^3) = u + offset, has a random multisine, 800 samples at 200 Hz.
 Clean records are DOP853's. Noise of 2 % of the motion: white, coloured (a first-order autoregression with .9; a second
 one with a resonance), and quantisation into 40 steps. The last line has |x'| x' in the truth and not in the model: the
 interval of alpha covers, or the term is flagged.

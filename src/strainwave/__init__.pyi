@@ -202,11 +202,11 @@ from .study.compensation.result import TorqueUse as TorqueUse
 from .study.compensation.result import Units as Units
 from .study.identification.compare_laws import LawComparison as LawComparison
 from .study.identification.compare_laws import compare_laws as compare_laws
-from .study.identification.identify import Identified as Identified
+from .study.identification.identified import Identified as Identified
 from .study.identification.identify import identify as identify
-from .study.identification.order_result import OrderLine as OrderLine
-from .study.identification.order_result import OrderScan as OrderScan
-from .study.identification.order_scan import order_scan as order_scan
+from .study.identification.orders.order_result import OrderLine as OrderLine
+from .study.identification.orders.order_result import OrderScan as OrderScan
+from .study.identification.orders.order_scan import order_scan as order_scan
 from .study.identification.logs.log import Gap as Gap
 from .study.identification.logs.log import Log as Log
 from .study.identification.logs.motion import LogSegment as LogSegment

@@ -13,9 +13,9 @@ from .designs import draw_design as draw_design
 from .ensembles import draw_basins as draw_basins
 from .ensembles import draw_orbit_diagram as draw_orbit_diagram
 from .ensembles import draw_variability as draw_variability
-from .logs import draw_log as draw_log
 from .fits import draw_decay as draw_decay
 from .fits import draw_response_fit as draw_response_fit
+from .logs import draw_log as draw_log
 from .maps import draw_general_validity as draw_general_validity
 from .maps import draw_validity as draw_validity
 from .speed_maps import draw_speed_map as draw_speed_map

@@ -15,10 +15,10 @@ from ..study.compensation.prediction import PredictionTable
 from ..study.compensation.result import Compensation, CompensationBench, Units
 from ..study.compensation.runup import CompensatedRunup
 from ..study.design.result import Design
-from ..study.identification.logs.log import Log
-from ..study.identification.friction.friction_result import FrictionFit
-from ..study.identification.loops.loop_result import LoopFit
 from ..study.identification.free_decay.decay import DecayFit
+from ..study.identification.friction.friction_result import FrictionFit
+from ..study.identification.logs.log import Log
+from ..study.identification.loops.loop_result import LoopFit
 from ..study.identification.response_curve.response_fit import ResponseFit
 from ..study.move.result import Move
 from ..study.response.response import ExactResponse
@@ -49,9 +49,9 @@ from .curves import (
 )
 from .designs import draw_design
 from .ensembles import draw_basins, draw_orbit_diagram, draw_variability
+from .fits import draw_decay, draw_response_fit
 from .logs import draw_log
 from .loops import draw_friction_fit, draw_loop_fit
-from .fits import draw_decay, draw_response_fit
 from .maps import draw_general_validity, draw_validity
 from .speed_maps import draw_speed_map
 from .ways import draw_compensated_move, draw_compensated_runup, draw_monitored, draw_predictions

@@ -12,9 +12,9 @@ from typing import Any
 import click
 
 from ... import __version__
+from .identification.commands import loop_scan
 from .identification.log import log
 from .identification.texts import orders
-from .identification.commands import loop_scan
 
 FAILED, INVALID_PROJECT, INTERRUPTED = 1, 3, 130
 EXPECTED = (

@@ -10,7 +10,9 @@ from ...quantities import number, shown
 from ...records import Labelled, Result
 from ...results import Floats
 from ...sentences import on_screen
-from .identify import MOST_OF_START, Identified, channels_of, identify
+from .channels import channels_of
+from .identified import MOST_OF_START, Identified
+from .identify import identify
 
 
 @dataclass(frozen=True, eq=False)

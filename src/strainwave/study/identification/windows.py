@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...numerics.driven.march import Lanes
-from ...results import Floats
+from ...results import Floats, SolveError
 from .experiment import Experiment, Record, sizes_of, start_states
 
 EFFECT = 1e-6  # of the outputs' size: what a variation of a number changes
@@ -252,3 +252,28 @@ def _sizes(problem: LeastSquares, point: Point) -> Floats:
             total[i], many[i] = total[i] + np.sum(r[at : at + n] ** 2), many[i] + n
             at += n
     return np.sqrt(total / np.maximum(many, 1))
+
+
+def finite(point: Point) -> Point:
+    """The point, unless its motion left every bound (SolveError)."""
+    if not np.isfinite(point.cost()):
+        raise SolveError(
+            "the motion left every bound from the numbers given; start from others, for example with more damping"
+        )
+    return point
+
+
+def fitted_start(of: Experiment, values: Floats, record: Record, samples: int, parts: int) -> Floats:
+    """State at the first sample from so many measured ones."""
+    noise = np.nanstd(record.outputs, axis=1)
+    noise = np.where(noise > 0.0, noise, 1.0)
+    problem = LeastSquares(of, [Window(record, 0, samples)], noise, parts)
+    point = finite(problem.begin(values))
+    for _ in range(10):
+        size = np.maximum(np.linalg.norm(point.by_start[0], axis=0), 1e-300)
+        change = np.linalg.lstsq(point.by_start[0] / size, point.residuals[0], rcond=1e-8)[0] / size
+        trial = problem.at(values, [point.starts[0] - change])
+        if not trial.cost() < point.cost():
+            break
+        point = trial
+    return point.starts[0]

@@ -7,22 +7,17 @@ from typing import Any
 import numpy as np
 from scipy.special import gammaincc
 
-from ...quantities import number, numbers, shown
-from ...results import Floats
+from ....quantities import number, numbers, shown
+from ....results import Floats
+from ..run import Run
 from .order_fit import LONGEST, ROUNDS, Joint, RunFit, fit_run, together
 from .order_result import OrderLine, OrderScan
-from .order_search import FoundLine, found_lines
-from .run import Run
+from .order_search import FoundLine
+from .places import RARE, placed_lines
 
-HIGHEST = 1000.0  # order that is looked for
 SHARE = 0.4  # of the samples per turn: the highest order that they show
-LOWEST = 4.0  # periods of an order that a run must hold to be looked for
-APART = 1.3  # resolutions: lines that are nearer are one
-RATIOS = (30, 50, 80, 100, 120, 160)  # of strain wave gears: multiples of them are looked for first
-AS_GOOD = 0.18  # resolutions beside its peak a line has 90 % of its power
 DIFFERENT = 5.0  # deviations by which runs may differ before it is said
 SAME_SPEED = 0.02  # relative difference of two speeds that counts as none
-RARE = 0.05
 
 
 def order_scan(
@@ -72,48 +67,20 @@ def order_scan(
     speeds = np.array([run.speed for run in runs])
     spread = float(np.ptp(np.abs(speeds))) / float(np.max(np.abs(speeds)))
     several = spread > SAME_SPEED or len({bool(s > 0.0) for s in speeds}) > 1
-    notes, base = [], 0.0
     if orders is None:
-        top = min(HIGHEST, limit) if highest is None else number("highest", highest, positive=True)
-        if top > limit:
-            raise ValueError(f"highest is {top:g}; these samples show orders below {limit:.4g}")
-        lowest = LOWEST / min(run.turns for run in runs)
-        if lowest >= top:
-            raise ValueError(
-                f"the shortest run travels {LOWEST / lowest:.3g} turns and its samples show orders below {top:.4g}; "
-                "take longer runs or more samples to find orders, or give them"
-            )
-        sharp = _merged(found_lines(runs, lowest, top, false_alarm), runs)
-        base = _base([_widened(line, _resolution(line, runs)) for line in sharp])
-        placed = [_whole(line, base, _resolution(line, runs)) for line in sharp]
-        found = [_widened(line, _resolution(line, runs)) for line in placed]
+        found, base = placed_lines(runs, limit, highest, false_alarm)
     else:
-        found = [FoundLine(k, 0.0, "order", math.inf, 0.0) for k in _given(orders, limit)]
+        found, base = [FoundLine(k, 0.0, "order", math.inf, 0.0) for k in _given(orders, limit)], 0.0
     over_angle = sorted((line for line in found if line.kind != "frequency"), key=lambda line: line.place)
     chosen = np.array([line.place for line in over_angle])
     fits, joint = _fitted(runs, chosen, limit, several)
     delayed = several and len(chosen) > 0 and abs(joint.delay) <= LONGEST
-    if abs(joint.delay) > LONGEST:
-        notes.append(f"no delay up to {1e3 * LONGEST:g} ms fits the runs; none is taken")
+    beyond = abs(joint.delay) > LONGEST
+    if beyond:
         fits, joint = _fitted(runs, chosen, limit, delayed)
     lines = _lines(over_angle, fits, joint, several)
     lines += [_frequency_line(line, runs) for line in found if line.kind == "frequency"]
-    if not several:
-        notes.append(
-            "all runs have one speed, which tells no delay from a phase, no order from a frequency: measure at a second"
-        )
-    ways: dict[bool, tuple[OrderLine, ...]] = {True: (), False: ()}
-    if np.any(speeds > 0.0) and np.any(speeds < 0.0) and len(chosen):
-        for way in ways:
-            some = [i for i, s in enumerate(speeds) if (s > 0.0) == way]
-            part = [fits[i] for i in some]
-            one = together(chosen, speeds[some], part, joint.delay, delayed=False)
-            ways[way] = tuple(_lines(over_angle, part, one, several))
-    notes += _growth(lines, speeds)
-    if _birge(joint) > DIFFERENT:
-        notes.append(
-            f"the runs differ by {_birge(joint):.3g} times their noise: give runs of one shaft, with one zero of angle"
-        )
+    forward, backward = _ways(over_angle, speeds, fits, joint, several)
     left = np.concatenate([fit.residual for fit in fits])
     return OrderScan(
         tuple(sorted(lines, key=lambda line: line.order)),
@@ -122,12 +89,45 @@ def order_scan(
         speeds,
         float(np.sqrt(np.mean(left * left))),
         base,
-        tuple(notes),
+        _notes(lines, joint, speeds, several, beyond),
         runs[0].unit,
         float(max(joint.freedom, 1)),
-        ways[True],
-        ways[False],
+        forward,
+        backward,
     )
+
+
+def _ways(
+    found: Sequence[FoundLine], speeds: Floats, fits: Sequence[RunFit], joint: Joint, several: bool
+) -> tuple[tuple[OrderLine, ...], tuple[OrderLine, ...]]:  # fmt: skip
+    """Lines of the runs forward and of those backward, with the delay of all; none where there is one direction."""
+    if not (np.any(speeds > 0.0) and np.any(speeds < 0.0) and found):
+        return (), ()
+    orders, ways = np.array([line.place for line in found]), []
+    for way in (1.0, -1.0):
+        some = [i for i, speed in enumerate(speeds) if speed * way > 0.0]
+        part = [fits[i] for i in some]
+        one = together(orders, speeds[some], part, joint.delay, delayed=False)
+        ways.append(tuple(_lines(found, part, one, several)))
+    return ways[0], ways[1]
+
+
+def _notes(
+    lines: Sequence[OrderLine], joint: Joint, speeds: Floats, several: bool, beyond: bool
+) -> tuple[str, ...]:  # fmt: skip
+    """What the runs cannot tell, and where an amplitude grows."""
+    notes = []
+    if beyond:
+        notes.append(f"no delay up to {1e3 * LONGEST:g} ms fits the runs; none is taken")
+    if not several:
+        notes.append(
+            "all runs have one speed, which tells no delay from a phase, no order from a frequency: measure at a second"
+        )
+    if _birge(joint) > DIFFERENT:
+        notes.append(
+            f"the runs differ by {_birge(joint):.3g} times their noise: give runs of one shaft, with one zero of angle"
+        )
+    return (*notes, *_growth(lines, speeds))
 
 
 def _checked(given: Any) -> list[Run]:
@@ -260,69 +260,6 @@ def _frequency_line(line: FoundLine, runs: Sequence[Run]) -> OrderLine:
         same=same,
         freedom=float(max(len(a) - 1, 1)),
     )
-
-
-def _merged(found: Sequence[FoundLine], runs: Sequence[Run]) -> list[FoundLine]:
-    """Lines that the runs resolve: nearer ones are one, at the place of the stronger."""
-    kept: list[FoundLine] = []
-    for line in found:  # the strongest first
-        width = _resolution(line, runs)
-        near = [
-            i
-            for i, other in enumerate(kept)
-            if (other.kind == "frequency") == (line.kind == "frequency")
-            and abs(other.place - line.place) < APART * width
-        ]
-        if near:
-            old = kept[near[0]]
-            kept[near[0]] = old._replace(reach=max(old.reach, abs(line.place - old.place)))
-        else:
-            kept.append(line)
-    return kept
-
-
-def _resolution(line: FoundLine, runs: Sequence[Run]) -> float:
-    """Distance of two lines that the longest run tells apart: in orders, or in Hz."""
-    if line.kind == "frequency":
-        return 1.0 / max(float(run.time[-1] - run.time[0]) for run in runs)
-    return 1.0 / max(run.turns for run in runs)
-
-
-def _base(found: Sequence[FoundLine]) -> float:
-    """Largest whole number of which most lines may be multiples, three at least, and not by chance; 0 without one."""
-    over_angle = [line for line in found if line.kind != "frequency"]
-    for bases in (RATIOS, range(10, 501)):
-        for base in sorted(bases, reverse=True):
-            chance = [min(1.0, 2.0 * line.error / base) for line in over_angle]
-            hits = [abs(line.place - base * max(1, round(line.place / base))) <= line.error for line in over_angle]
-            many = sum(hits)
-            if many >= max(3, 0.5 * len(over_angle)) and _by_chance(chance, many) * len(bases) < RARE:
-                return float(base)
-    return 0.0
-
-
-def _by_chance(chances: Sequence[float], many: int) -> float:
-    """Probability that so many of independent events happen."""
-    counts = np.array([1.0])
-    for p in chances:
-        counts = np.convolve(counts, [1.0 - p, p])
-    return float(np.sum(counts[many:]))
-
-
-def _whole(line: FoundLine, base: float, resolution: float) -> FoundLine:
-    """The line at a multiple of the base or at a whole order, where that is as good a place."""
-    if line.kind == "frequency":
-        return line
-    for step in (base, 1.0 if resolution < 1.0 else 0.0):
-        nearest = step * round(line.place / step) if step else 0.0
-        if nearest > 0.0 and abs(line.place - nearest) <= 2.0 * line.error + AS_GOOD * resolution:
-            return line._replace(place=nearest)
-    return line
-
-
-def _widened(line: FoundLine, resolution: float) -> FoundLine:
-    """The line with what its place may be off by: of two that are not told apart it shows their middle, or one."""
-    return line._replace(error=2.0 * line.error + max(0.5 * APART * resolution, line.reach))
 
 
 def _growth(lines: Sequence[OrderLine], speeds: Floats) -> list[str]:

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...results import Floats
-from ..kinematic_error.line_noise import Floor, noise_floor
-from .run import Run
+from ....results import Floats
+from ...kinematic_error.line_noise import Floor, noise_floor
+from ..run import Run
 
 SLOW = 12  # waves over the travel, at most, that friction and drift along it may have
 LONGEST = 0.02  # s: the largest delay that is looked for

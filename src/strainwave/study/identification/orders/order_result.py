@@ -7,13 +7,13 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...quantities import numbers, shown
-from ...records import Labelled, Result
-from ...results import Floats
-from ...sentences import on_screen
-from .intervals import Interval, interval
+from ....quantities import numbers, shown
+from ....records import Labelled, Result
+from ....results import Floats
+from ....sentences import on_screen
+from ..intervals import Interval, interval
+from ..run import Run
 from .order_search import Kind
-from .run import Run
 
 
 @dataclass(frozen=True)

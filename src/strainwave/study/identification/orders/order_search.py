@@ -12,10 +12,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 from scipy.special import gammaincc
 
-from ...results import Floats
-from ..kinematic_error.line_noise import Floor
+from ....results import Floats
+from ...kinematic_error.line_noise import Floor
+from ..run import Run
 from .order_fit import rounding, slow_columns, without
-from .run import Run
 
 Kind = Literal["order", "frequency", "undecided"]
 OVERSAMPLED = 6  # orders tried for each that is independent

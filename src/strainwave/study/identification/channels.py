@@ -1,0 +1,65 @@
+"""Channels of a log, or of a dictionary, as the records that an experiment needs."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...quantities import numbers, shown
+from ...results import Floats
+from .experiment import Experiment, Record
+
+FEWEST = 16  # samples of a record
+UNEVEN = 0.05  # of a step: what a time may be off by
+
+
+def channels_of(log: Any) -> dict[str, Any]:
+    """Time and channels of a log, or of a dictionary of arrays."""
+    if isinstance(log, Mapping):
+        return dict(log)
+    if not hasattr(log, "channels"):
+        raise TypeError(f"log is {shown(log)}; give a Log (see read_log) or a dictionary of arrays by channel")
+    return {"time": log.time, **log.channels}
+
+
+def record_of(of: Experiment, channels: Mapping[str, Any], number_of: int | None) -> Record:
+    """Record of the channels that an experiment needs."""
+    where = "log" if number_of is None else f"log {number_of}"
+    for name in ("time", *of.inputs.values(), *of.outputs.values()):
+        if name not in channels:
+            raise ValueError(f"{where} has no channel {name!r}; it has {', '.join(channels)}")
+    time = numbers(f"{where}: time", channels["time"])
+    if len(time) < FEWEST:
+        raise ValueError(f"{where} has {len(time)} samples; give {FEWEST} at least")
+    steps = np.diff(time)
+    step = float(np.median(steps))
+    if not np.all(steps > 0.0):
+        i = int(np.flatnonzero(steps <= 0.0)[0])
+        raise ValueError(f"{where}: time {time[i + 1]:g} s of sample {i + 1} stands after {time[i]:g} s; let it ascend")
+    if np.max(np.abs(time - time[0] - step_of(time) * np.arange(len(time)))) > UNEVEN * step:
+        raise ValueError(
+            f"{where}: time has steps from {np.min(steps):g} to {np.max(steps):g} s; resample to equal steps"
+        )
+    rows = {}
+    for name in (*of.inputs.values(), *of.outputs.values()):
+        rows[name] = np.asarray(channels[name], float)
+        if rows[name].shape != time.shape:
+            raise ValueError(f"{where}: {name} has {len(rows[name])} samples and time {len(time)}; give equally many")
+    for name in of.inputs.values():
+        if not np.all(np.isfinite(rows[name])):
+            i = int(np.flatnonzero(~np.isfinite(rows[name]))[0])
+            raise ValueError(f"{where}: {name} is {rows[name][i]} at sample {i}; an input must be known at all samples")
+    for name in of.outputs.values():
+        if not np.nanstd(rows[name]) > 0.0:
+            raise ValueError(
+                f"{where}: {name} is {rows[name][0]:g} throughout; nothing moves: give a record with motion"
+            )
+    inputs = np.array([rows[name] for name in of.inputs.values()]).reshape(len(of.inputs), len(time))
+    outputs = np.array([rows[name] for name in of.outputs.values()])
+    outputs[~np.isfinite(outputs)] = np.nan
+    return Record(inputs, outputs, step_of(time))
+
+
+def step_of(time: Floats) -> float:
+    """Mean step [s]."""
+    return float(time[-1] - time[0]) / (len(time) - 1)

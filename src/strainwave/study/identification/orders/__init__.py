@@ -1,0 +1,1 @@
+"""Orders from runs over any part of a turn."""

@@ -1,0 +1,98 @@
+"""Where the lines that were found stand: what is not told apart, whole orders, multiples of a ratio."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ....quantities import number
+from ..run import Run
+from .order_search import FoundLine, found_lines
+
+HIGHEST = 1000.0  # order that is looked for
+LOWEST = 4.0  # periods of an order that a run must hold to be looked for
+APART = 1.3  # resolutions: lines that are nearer are one
+RATIOS = (30, 50, 80, 100, 120, 160)  # of strain wave gears: multiples of them are looked for first
+AS_GOOD = 0.18  # resolutions beside its peak a line has 90 % of its power
+RARE = 0.05
+
+
+def placed_lines(
+    runs: Sequence[Run], limit: float, highest: float | None, false_alarm: float
+) -> tuple[list[FoundLine], float]:  # fmt: skip
+    """Lines of runs whose samples show orders up to a limit, and the number that most are multiples of (0: none)."""
+    top = min(HIGHEST, limit) if highest is None else number("highest", highest, positive=True)
+    if top > limit:
+        raise ValueError(f"highest is {top:g}; these samples show orders below {limit:.4g}")
+    lowest = LOWEST / min(run.turns for run in runs)
+    if lowest >= top:
+        raise ValueError(
+            f"the shortest run travels {LOWEST / lowest:.3g} turns and its samples show orders below {top:.4g}; "
+            "take longer runs or more samples to find orders, or give them"
+        )
+    sharp = _merged(found_lines(runs, lowest, top, false_alarm), runs)
+    base = _base([_widened(line, _resolution(line, runs)) for line in sharp])
+    placed = [_whole(line, base, _resolution(line, runs)) for line in sharp]
+    return [_widened(line, _resolution(line, runs)) for line in placed], base
+
+
+def _merged(found: Sequence[FoundLine], runs: Sequence[Run]) -> list[FoundLine]:
+    """Lines that the runs resolve: nearer ones are one, at the place of the stronger."""
+    kept: list[FoundLine] = []
+    for line in found:  # the strongest first
+        width = _resolution(line, runs)
+        near = [
+            i
+            for i, other in enumerate(kept)
+            if (other.kind == "frequency") == (line.kind == "frequency")
+            and abs(other.place - line.place) < APART * width
+        ]
+        if near:
+            old = kept[near[0]]
+            kept[near[0]] = old._replace(reach=max(old.reach, abs(line.place - old.place)))
+        else:
+            kept.append(line)
+    return kept
+
+
+def _resolution(line: FoundLine, runs: Sequence[Run]) -> float:
+    """Distance of two lines that the longest run tells apart: in orders, or in Hz."""
+    if line.kind == "frequency":
+        return 1.0 / max(float(run.time[-1] - run.time[0]) for run in runs)
+    return 1.0 / max(run.turns for run in runs)
+
+
+def _base(found: Sequence[FoundLine]) -> float:
+    """Largest whole number of which most lines may be multiples, three at least, and not by chance; 0 without one."""
+    over_angle = [line for line in found if line.kind != "frequency"]
+    for bases in (RATIOS, range(10, 501)):
+        for base in sorted(bases, reverse=True):
+            chance = [min(1.0, 2.0 * line.error / base) for line in over_angle]
+            hits = [abs(line.place - base * max(1, round(line.place / base))) <= line.error for line in over_angle]
+            many = sum(hits)
+            if many >= max(3, 0.5 * len(over_angle)) and _by_chance(chance, many) * len(bases) < RARE:
+                return float(base)
+    return 0.0
+
+
+def _by_chance(chances: Sequence[float], many: int) -> float:
+    """Probability that so many of independent events happen."""
+    counts = np.array([1.0])
+    for p in chances:
+        counts = np.convolve(counts, [1.0 - p, p])
+    return float(np.sum(counts[many:]))
+
+
+def _whole(line: FoundLine, base: float, resolution: float) -> FoundLine:
+    """The line at a multiple of the base or at a whole order, where that is as good a place."""
+    if line.kind == "frequency":
+        return line
+    for step in (base, 1.0 if resolution < 1.0 else 0.0):
+        nearest = step * round(line.place / step) if step else 0.0
+        if nearest > 0.0 and abs(line.place - nearest) <= 2.0 * line.error + AS_GOOD * resolution:
+            return line._replace(place=nearest)
+    return line
+
+
+def _widened(line: FoundLine, resolution: float) -> FoundLine:
+    """The line with what its place may be off by: of two that are not told apart it shows their middle, or one."""
+    return line._replace(error=2.0 * line.error + max(0.5 * APART * resolution, line.reach))
