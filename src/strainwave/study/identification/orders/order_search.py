@@ -20,7 +20,6 @@ from .order_fit import rounding, slow_columns, without
 Kind = Literal["order", "frequency", "undecided"]
 OVERSAMPLED = 6  # orders tried for each that is independent
 DECIDED = 9.0  # difference of the sums from which on one of both is believed: e^9 to 1
-MOST_LINES = 24
 CELL = 0.1  # rad: of the highest order, over which samples are counted as one place
 TURN = 2.0 * math.pi
 
@@ -52,37 +51,56 @@ class FoundLine(NamedTuple):
     reach: float = 0.0
 
 
-def found_lines(runs: Sequence[Run], lowest: float, highest: float, false_alarm: float) -> list[FoundLine]:
-    """Lines between two orders, the strongest first."""
-    rest = [without(slow_columns(run, lowest), run.value) for run in runs]
-    speeds = np.array([abs(run.speed) for run in runs])
-    least = [rounding(run.value) for run in runs]
-    angles = [Coordinate(np.abs(run.angle - run.angle[0]), highest, v) for run, v in zip(runs, least, strict=True)]
-    times = [
-        Coordinate(TURN * (run.time - run.time[0]), highest * speed / TURN, v)
-        for run, speed, v in zip(runs, speeds, least, strict=True)
-    ]
-    over_angle, over_time = Spectrum(angles, lowest), Spectrum(times, lowest * float(np.min(speeds)) / TURN)
-    found: list[FoundLine] = []
-    kind: Kind
-    for _ in range(MOST_LINES):
-        by_angle, by_time = over_angle.sums(rest), over_time.sums(rest)
-        order, frequency = over_angle.largest(by_angle), over_time.largest(by_time)
-        here = over_angle.sum_at(by_angle, order), over_time.largest_of(by_time, order * speeds / TURN)
-        there = over_angle.largest_of(by_angle, frequency * TURN / speeds), over_time.sum_at(by_time, frequency)
-        if here[0] - here[1] > DECIDED or max(here) >= max(there):
-            both, kind = here, "order" if here[0] - here[1] > DECIDED else "undecided"
-        else:
-            both, kind = there, "undecided"
-        if kind == "undecided" and there[1] - there[0] > DECIDED:
-            both, kind = there, "frequency"
-        spectrum, place = (over_time, frequency) if kind == "frequency" else (over_angle, order)
-        alarm = spectrum.false_alarm(max(both))
-        if not alarm < false_alarm:
-            break
-        found.append(FoundLine(place, spectrum.error(place, rest), kind, both[0] - both[1], alarm))
-        rest = [without(np.column_stack(c.wave(place)), r) for c, r in zip(spectrum.over, rest, strict=True)]
-    return found
+class Search:
+    """What is left of runs while lines are found in them and taken out."""
+
+    def __init__(self, runs: Sequence[Run], lowest: float, highest: float) -> None:
+        least, self.speeds = [rounding(run.value) for run in runs], np.array([abs(run.speed) for run in runs])
+        self.rest = [without(slow_columns(run, lowest), run.value) for run in runs]
+        angles = [Coordinate(np.abs(run.angle - run.angle[0]), highest, v) for run, v in zip(runs, least, strict=True)]
+        times = [
+            Coordinate(TURN * (run.time - run.time[0]), highest * speed / TURN, v)
+            for run, speed, v in zip(runs, self.speeds, least, strict=True)
+        ]
+        self.angle = Spectrum(angles, lowest)
+        self.time = Spectrum(times, lowest * float(np.min(self.speeds)) / TURN)
+
+    def strongest(self, false_alarm: float) -> FoundLine | None:
+        """The line that stands out most, taken out; None where noise may have it."""
+        sums = self.angle.sums(self.rest), self.time.sums(self.rest)
+        order, frequency = self.angle.largest(sums[0]), self.time.largest(sums[1])
+        here, there = self._both(sums, order), self._both_of_time(sums, frequency)
+        by_time = there[1] - there[0] > DECIDED and max(there) > max(here) - DECIDED and here[0] - here[1] <= DECIDED
+        spectrum, place, both = (self.time, frequency, there) if by_time else (self.angle, order, here)
+        alarm = spectrum.false_alarm(max(both), 2.0 * spectrum.trials)
+        return self._taken(spectrum, place, both, alarm) if alarm < false_alarm else None
+
+    def near(self, order: float, trials: int, false_alarm: float) -> FoundLine | None:
+        """A line around an order, one of so many that are looked at; None where noise may have it."""
+        sums = self.angle.sums(self.rest), self.time.sums(self.rest)
+        around = np.abs(self.angle.places - order) <= self.angle.spacing
+        if not np.any(around):
+            return None
+        place = float(self.angle.places[around][np.argmax(sums[0][around])])
+        both = self._both(sums, place)
+        alarm = self.angle.false_alarm(both[0], 2.0 * trials)
+        return self._taken(self.angle, place, both, alarm) if alarm < false_alarm else None
+
+    def _both(self, sums: tuple[Floats, Floats], order: float) -> tuple[float, float]:
+        """Sums at an order, and at the best frequency that a run has there."""
+        return self.angle.sum_at(sums[0], order), self.time.largest_of(sums[1], order * self.speeds / TURN)
+
+    def _both_of_time(self, sums: tuple[Floats, Floats], frequency: float) -> tuple[float, float]:
+        return self.angle.largest_of(sums[0], frequency * TURN / self.speeds), self.time.sum_at(sums[1], frequency)
+
+    def _taken(self, spectrum: "Spectrum", place: float, both: tuple[float, float], alarm: float) -> FoundLine:
+        difference = both[0] - both[1]
+        kind: Kind = "order" if difference > DECIDED else "frequency" if difference < -DECIDED else "undecided"
+        if spectrum is self.angle and kind == "frequency":
+            kind = "undecided"  # it has another place over the time, which is found for itself
+        found = FoundLine(place, spectrum.error(place, self.rest), kind, difference, alarm)
+        self.rest = [without(np.column_stack(c.wave(place)), r) for c, r in zip(spectrum.over, self.rest, strict=True)]
+        return found
 
 
 class Coordinate(NamedTuple):
@@ -163,13 +181,13 @@ class Spectrum:
         """Largest `sum_at` of several places."""
         return max(self.sum_at(sums, place) for place in places)
 
-    def false_alarm(self, total: float) -> float:
-        """Probability that noise reaches a sum anywhere, over the angle or the time.
+    def false_alarm(self, total: float, trials: float) -> float:
+        """Probability that noise reaches a sum at so many independent places or between them.
 
         Between independent places it crosses the sum as often as Davies 1987, Biometrika 74, 33-43, says.
         """
         single = float(gammaincc(len(self.over), total))
-        trials = 2.0 * self.trials * max(1.0, math.sqrt(math.pi * total / 3.0))
+        trials *= max(1.0, math.sqrt(math.pi * total / 3.0))
         return -math.expm1(trials * math.log1p(-min(single, 1.0 - 1e-16)))
 
     def error(self, place: float, rest: Sequence[Floats]) -> float:

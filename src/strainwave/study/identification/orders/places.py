@@ -6,7 +6,7 @@ import numpy as np
 
 from ....quantities import number
 from ..run import Run
-from .order_search import FoundLine, found_lines
+from .order_search import FoundLine, Search
 
 HIGHEST = 1000.0  # order that is looked for
 LOWEST = 4.0  # periods of an order that a run must hold to be looked for
@@ -14,6 +14,7 @@ APART = 1.3  # resolutions: lines that are nearer are one
 RATIOS = (30, 50, 80, 100, 120, 160)  # of strain wave gears: multiples of them are looked for first
 AS_GOOD = 0.18  # resolutions beside its peak a line has 90 % of its power
 RARE = 0.05
+MOST_LINES = 24
 
 
 def placed_lines(
@@ -29,8 +30,16 @@ def placed_lines(
             f"the shortest run travels {LOWEST / lowest:.3g} turns and its samples show orders below {top:.4g}; "
             "take longer runs or more samples to find orders, or give them"
         )
-    sharp = _merged(found_lines(runs, lowest, top, false_alarm), runs)
+    search = Search(runs, lowest, top)
+    strong: list[FoundLine] = []
+    while len(strong) < MOST_LINES and (line := search.strongest(false_alarm)) is not None:
+        strong.append(line)
+    sharp = _merged(strong, runs)
     base = _base([_widened(line, _resolution(line, runs)) for line in sharp])
+    if base:
+        multiples = [k for k in np.arange(base, top, base) if k >= lowest]
+        weak = [search.near(k, len(multiples), false_alarm) for k in multiples]
+        sharp = _merged([*sharp, *(line for line in weak if line is not None)], runs)
     placed = [_whole(line, base, _resolution(line, runs)) for line in sharp]
     return [_widened(line, _resolution(line, runs)) for line in placed], base
 
