@@ -23,7 +23,7 @@ def draw_log(axes: Any, found: Log) -> None:
     each = height / len(found.channels)
     parts = found.segments() if found.moving else ()
     for i, (name, values) in enumerate(found.channels.items()):
-        place = (left, bottom + height - (i + 1) * each, width, 0.86 * each)
+        place = (left, bottom + height - (i + 1) * each, width, 0.74 * each)
         below = axes if i == 0 else figure.add_axes(place, sharex=axes)
         if i == 0:
             figure.set_layout_engine("none")
@@ -33,14 +33,15 @@ def draw_log(axes: Any, found: Log) -> None:
                 below.axvspan(part.start, part.stop, color=SHADES[part.kind], lw=0.0)
         for rows in found.unbroken():
             below.plot(found.time[rows], values[rows], color=STRONG[0], lw=0.8)
-        unit = found.units[name].replace("*", "·")
-        below.set_ylabel(name.replace("_", " ") + (f"\n({unit})" if unit else ""), fontsize=8)
-        below.tick_params(labelbottom=i + 1 == len(found.channels), labelsize=8)
-    below.set(xlabel="t (s)", xlim=(found.time[0], found.time[-1]))
+        below.set_title(name.replace("_", " "), loc="left", fontsize=8, pad=2.0)
+        below.set(xlabel="t (s)", ylabel=found.units[name].replace("*", "·") or "–", xlim=found.time[[0, -1]])
+        last = i + 1 == len(found.channels)
+        below.tick_params(labelbottom=last, labelsize=8)
+        below.xaxis.label.set_visible(last)
     named: set[str] = set()
     for part in parts:
         if part.kind in SHADES and part.kind not in named:
             named.add(part.kind)
             axes.fill_between([], [], color=SHADES[part.kind], label=part.kind)
     if named:
-        axes.legend(fontsize=7, frameon=False, ncols=len(named), loc="lower center", bbox_to_anchor=(0.5, 1.0))
+        axes.legend(fontsize=7, frameon=False, ncols=len(named), loc="lower right", bbox_to_anchor=(1.0, 1.0))

@@ -195,7 +195,17 @@ def test_columns_and_units_that_are_not_there_are_named(tmp_path):
     assert "none at the place 7" in refused(tmp_path, text, columns={"torque": 7})
     assert "has 2 columns, and columns names 1" in refused(tmp_path, text, columns=["time"], decimal=".")
     assert "cannot convert" in refused(tmp_path, text, units={"current": "rpm"})
+    for signs in ({"decimal": ";"}, {"delimiter": ";;"}, {"delimiter": ",", "decimal": ","}):
+        assert "the delimiter is one sign, the decimal sign a point or a comma, and they differ" in refused(
+            tmp_path, text, **signs
+        )
+    two = "time,hall,hall\n0,1.5,2\n1,2.5,3\n"
+    assert "has two columns 'hall'; name them by place, columns={'hall': 1, 'hall 2': 2}" in refused(tmp_path, two)
     path = tmp_path / "log.csv"
+    assert list(sw.read_log(path, {"hall": 1, "hall 2": 2}).channels) == ["hall", "hall 2"]
+    with pytest.raises(ValueError, match="units has 'furlong' for 'hall', which is no unit of a channel"):
+        sw.read_log(path, {"hall": 1, "hall 2": 2}, {"hall": "furlong"})
+    path.write_text(text)
     with pytest.raises(ValueError, match="units has 'torque', and the channels are time, current"):
         sw.read_log(path, units={"torque": "N*m"})
     with pytest.raises(ValueError, match="leave out rate"):

@@ -147,6 +147,7 @@ def trapezoid(t):
         (180 / np.pi, 1.0, 1.0, "load_angle is probably in deg, units={'load_angle': 'deg'}"),
         (1.0, 180 / np.pi, 1.0, "load_speed is probably in deg/s, units={'load_speed': 'deg/s'}"),
         (1.0, 30 / np.pi, 1.0, "load_speed is probably in rpm, units={'load_speed': 'rpm'}"),
+        (1.0, np.pi / 30, 1.0, "load_speed is probably in rad/s"),
         (0.5 / np.pi, 1.0, 1.0, "load_angle is probably in rev"),
         (1.0, 0.5 / np.pi, 1.0, "load_speed is probably in rev/s"),
         (180 / np.pi, 30 / np.pi, 1.0, "load_angle is probably in deg"),

@@ -23,6 +23,7 @@ EXTRAS = {
     "cluster": ("distributed",),
     "control": ("control",),
     "fmi": ("fmpy",),
+    "logs": ("pyarrow", "asammdf"),
     "cuda": ("numba_cuda",),
     "docs": ("sphinx", "myst_parser", "sphinx_gallery", "furo"),
     "dev": ("pytest", "hypothesis", "ruff", "mypy"),

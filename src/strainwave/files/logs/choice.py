@@ -44,7 +44,8 @@ def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[
         if channel in places:
             channel = file[i].name
         if channel in places:
-            raise refuse(path, f"has two columns {shown(channel)}; name them by place, columns={{{channel!r}: {i}}}")
+            said = f"columns={{{channel!r}: {places[channel]}, {channel + ' 2'!r}: {i}}}"
+            raise refuse(path, f"has two columns {shown(channel)}; name them by place, {said}")
         places[channel] = i
         if channel != name:
             told.append(f"{channel} is {file[i].name!r}")
@@ -114,6 +115,8 @@ def in_si(
             continue
         if not kind and isinstance(unit, str):
             kind = si_unit(unit) or ""
+            if not kind and channel in units:
+                raise ValueError(f"units has {unit!r} for {channel!r}, which is no unit of a channel; leave it out")
             if not kind:
                 notes.append(f"{channel} is in {unit!r}, which is left as it is")
                 found[channel], si[channel] = column, unit

@@ -107,6 +107,12 @@ def find(
     Unclear
         If no dialect reads the lines, or two read different tables.
     """
+    single = delimiter is None or (isinstance(delimiter, str) and len(delimiter) == 1)
+    if not single or decimal not in (None, *SIGNS) or (delimiter == decimal and decimal is not None):
+        raise Unclear(
+            f"cannot be read with the delimiter {delimiter!r} and the decimal sign {decimal!r}; the delimiter is one "
+            "sign, the decimal sign a point or a comma, and they differ"
+        )
     pairs = [
         (d, s)
         for d in (DELIMITERS if delimiter is None else (delimiter,))
@@ -124,7 +130,7 @@ def find(
     if not fits:
         raise Unclear(
             "has no table of numbers whose lines have equally many cells; give delimiter and decimal as it is written, "
-            "and remove or comment (#) lines of text between the numbers"
+            "and remove columns of text and lines of text between the numbers"
         )
     ways: dict[tuple[tuple[str, ...], ...], tuple[str, str, int]] = {}
     for one in sorted(fits, key=lambda one: _columns(lines[earliest], one[0]) == 1):
@@ -139,7 +145,8 @@ def find(
         )
     d, s, start = next(iter(ways.values()))
     other = "," if s == "." else "."
-    grouped = any(_is_grouped(cell, s) for line in lines[start:] if other in line for cell in split(line, d))
+    apart = [line for line in lines[start:] if (other in line if other != d else '"' in line)]
+    grouped = any(_is_grouped(cell, s) for line in apart for cell in split(line, d))
     return Dialect(d, s, other if grouped else ""), start
 
 

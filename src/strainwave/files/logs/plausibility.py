@@ -17,6 +17,7 @@ FACTORS = (
     (180.0 / pi, "angle", "deg"),
     (pi / 180.0, "speed", "deg/s"),
     (pi / 30.0, "speed", "rpm"),
+    (30.0 / pi, "speed", "rad/s"),
     (1.0 / (2.0 * pi), "angle", "rev"),
     (2.0 * pi, "speed", "rev/s"),
     (6.0, "angle", "deg"),  # and the speed in rpm
@@ -61,7 +62,7 @@ def _grows(log: Log, shaft: str, angle: Floats, speed: Floats) -> list[str]:
         return [f"{said}: their directions differ"]
     large = max(abs(factor), 1.0 / abs(factor)) if factor else 0.0
     if 20.0 < large < 400.0 and abs(large - round(large)) < 0.02 * large:
-        return [f"{said}: they may be on the two sides of a gear of ratio {large:.4g}"]
+        return [f"{said}: they may be on the two sides of a gear of ratio {round(large)}"]
     return [f"{said}: check their units and columns"]
 
 
