@@ -13,7 +13,7 @@ from ....model.laws.meshing import LoadFriction
 from ....quantities import LARGEST, checked, number, shown
 from ....results import Floats
 from ..intervals import spread
-from ..restricted import Scatter, derived_freedom, restricted
+from ..loops.restricted import Scatter, derived_freedom, restricted
 from .friction_model import FrictionSolution, Runs, Terms, predicted, solve_terms
 from .friction_result import FrictionCandidate, FrictionFit
 from .presliding import Presliding, presliding_stiffness

@@ -9,7 +9,6 @@ from ....model.laws.hysteresis import BoucWen, Parallel
 from ....model.laws.springs import Backlash, Linear, PiecewiseLinear, Play
 from ....quantities import checked, number
 from ....results import Floats
-from ..restricted import derived_freedom
 from .loop_errors import scatter
 from .loop_measures import SMALL_LOOP, loop_sizes
 from .loop_model import Shape
@@ -17,6 +16,7 @@ from .loop_model import torque as torque_along
 from .loop_path import Loop, closed_energy, read_loop
 from .loop_result import LoopCandidate, LoopFit
 from .loop_solve import Solution, left_out, solve, started
+from .restricted import derived_freedom
 
 ELEMENTS = ((0, False), (1, False), (1, True), (2, False), (2, True))  # exponent of Bouc-Wen, whether beta is fitted
 BEYOND = 12  # samples that a slope needs
