@@ -1,12 +1,14 @@
 """Hysteresis fitted to a datasheet: a law whose stiffness, hysteresis loss and lost motion are the datasheet's."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from ...model.laws.hysteresis import BoucWen, Parallel
-from ...model.laws.springs import PiecewiseLinear
+from ...model.laws.springs import PiecewiseLinear, Play
 from ...numerics.loading import RTOL
 from ...quantities import checked, number, shown
 from ...results import Floats, SolveError
@@ -53,8 +55,10 @@ def fit_hysteresis(
     In parallel with the gear's spring (whose slopes stay) an element with ratio = 0, A = 1, beta = gamma = 1/2 carries
     at most the torque T_h; its two unknowns, T_h and the yield twist, are set by hysteresis loss and lost motion. The
     torsions between are those of the spring but near its corners T1 and T2, which the element rounds: `misfit` tells by
-    how much. Replacing the spring, a `BoucWen` of unknown K, ratio and yield twist meets the torsions too; it can only
-    soften, so that gears whose K3 is well above K1 are refused.
+    how much. An element beside the spring only lowers the lost motion: a larger one is met with a gap in series with
+    the spring (`Play`), then the unknowns are T_h and the gap, and the torsions grow by half of it. Replacing the
+    spring, a `BoucWen` of unknown K, ratio and yield twist meets the torsions too; it can only soften, so that gears
+    whose K3 is well above K1 are refused.
 
     Parameters
     ----------
@@ -104,25 +108,21 @@ def fit_hysteresis(
     full = rated if load is None else number("load [N*m]", load, positive=True)
     loss, target = wanted["hysteresis loss"], _Target(spring, wanted, full, SMALL_LOOP * rated)
 
-    def law_of(p: Floats) -> Any:
-        if replace_spring:
-            K, twist = (float(value) for value in np.exp(p[:2]))
-            return BoucWen(K, float(1.0 / (1.0 + np.exp(-p[2]))), twist, 1.0, 0.5, 0.5, n)
-        limit, twist = float(np.exp(p[0])), float(np.exp(p[1])) if len(p) > 1 else YIELD * loss
-        return Parallel(spring, BoucWen(limit / twist, 0.0, twist, 1.0, 0.5, 0.5, n))
+    def fitted(gap: bool) -> tuple[Any, dict[str, float], str]:
+        """Best law with or without a gap, its misfit, and the name of the worst number."""
+        p0, counted, law_of = target.unknowns(replace_spring, gap, n)
 
-    if replace_spring:
-        p0, counted = np.array([np.log(spring.K1), np.log(loss), 1.0]), None
-    else:
-        p0, counted = np.log([float(spring.torque(0.5 * loss)), YIELD * loss][: len(wanted)]), len(wanted)
-    from scipy.optimize import least_squares
+        def misfit(p: Floats) -> Floats:
+            return np.array([*target.misfit(law_of(p), RTOL_OF_FIT).values()][:counted])
 
-    def misfit(p: Floats) -> Floats:
-        return np.array([*target.misfit(law_of(p), RTOL_OF_FIT).values()][:counted])
+        found = law_of(least_squares(misfit, p0, bounds=(p0 - 12.0, p0 + 12.0), xtol=1e-6, diff_step=1e-3).x)
+        off = target.misfit(found, RTOL)
+        return found, off, max([*off][:counted], key=lambda name: abs(off[name]))
 
-    law = law_of(least_squares(misfit, p0, bounds=(p0 - 12.0, p0 + 12.0), xtol=1e-6, diff_step=1e-3).x)
-    off = target.misfit(law, RTOL)
-    worst = max([*off][:counted], key=lambda name: abs(off[name]))
+    gap = not replace_spring and target.beyond_spring()
+    law, off, worst = fitted(gap)
+    if abs(off[worst]) > tolerance and not gap and not replace_spring and off.get("lost motion", 0.0) < 0.0:
+        law, off, worst = fitted(True)
     if abs(off[worst]) > tolerance:
         why = target.why(replace_spring)
         raise SolveError(f"no such law meets the datasheet: {worst} is off by {100.0 * off[worst]:+.3g} %; {why}")
@@ -150,6 +150,39 @@ class _Target(NamedTuple):
                 off[f"torsion at {T:g} N*m"] = loop.middle(T) / _torsion(self.spring, T) - 1.0
         return off
 
+    def unknowns(self, replace_spring: bool, gap: bool, n: int) -> tuple[Floats, int | None, Callable[[Floats], Any]]:
+        """Start values (logarithms), the count of numbers to meet (None: all), and the law of the unknowns."""
+        spring, loss = self.spring, self.wanted["hysteresis loss"]
+
+        def one(p: Floats) -> Any:
+            K, twist = (float(value) for value in np.exp(p[:2]))
+            return BoucWen(K, float(1.0 / (1.0 + np.exp(-p[2]))), twist, 1.0, 0.5, 0.5, n)
+
+        def beside(p: Floats) -> Any:
+            limit, twist = float(np.exp(p[0])), float(np.exp(p[1])) if len(p) > 1 else YIELD * loss
+            return Parallel(spring, BoucWen(limit / twist, 0.0, twist, 1.0, 0.5, 0.5, n))
+
+        def behind_gap(p: Floats) -> Any:  # the element yields over a quarter of the loss, as without a lost motion
+            limit, half_gap = (float(value) for value in np.exp(p))
+            twist = YIELD * loss
+            return Parallel(Play(half_gap, spring), BoucWen(limit / twist, 0.0, twist, 1.0, 0.5, 0.5, n))
+
+        if replace_spring:
+            return np.array([np.log(spring.K1), np.log(loss), 1.0]), None, one
+        if gap:
+            missing = max(self.wanted["lost motion"] - self.elastic(), 0.0)
+            return np.log([0.5 * self.small, 0.5 * missing + YIELD * loss]), 2, behind_gap
+        count = len(self.wanted)
+        return np.log([float(spring.torque(0.5 * loss)), YIELD * loss][:count]), count, beside
+
+    def elastic(self) -> float:
+        """Lost motion [rad] of the spring alone."""
+        return 2.0 * _torsion(self.spring, self.small)
+
+    def beyond_spring(self) -> bool:
+        """Whether the lost motion is more than that of the spring, which hysteresis beside it can only lower."""
+        return self.wanted.get("lost motion", 0.0) >= self.elastic()
+
     def why(self, replace_spring: bool) -> str:
         """Why a law may not exist, and what to do."""
         if replace_spring:
@@ -163,11 +196,10 @@ class _Target(NamedTuple):
                 f"a loop to {self.full:g} N*m and back is {largest:.3g} rad wide with the spring alone, and the "
                 "hysteresis loss is wider; give more load or less loss"
             )
-        elastic = 2.0 * _torsion(self.spring, self.small)
         return (
-            f"with this spring the lost motion is below {elastic:.3g} rad (the spring alone), and hysteresis beside it "
-            "only lowers it: a datasheet's 'less than' is a limit and not a value, leave lost_motion out, give a "
-            "smaller one, a softer spring, or Play"
+            f"the spring alone has a lost motion of {self.elastic():.3g} rad, hysteresis beside it lowers that, and a "
+            "gap raises the hysteresis loss as well: a datasheet's 'less than' is a limit and not a value, leave "
+            "lost_motion out or give one that is nearer to the hysteresis loss"
         )
 
 

@@ -1,15 +1,15 @@
 """`strainwave loop-scan`: a measured loop of torque over torsion as a torsion law with its intervals."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 
-from ....files.scan_file import Column, check_signs, from_header, name_and_unit, read_numbers, read_rows
-from ....files.yaml_text import FileError, Problem, complaint, read_text
-from ....quantities import convert
-from ....results import Floats
+from ....files.logs.read import read_log
+from ....files.scan_file import name_and_unit
+from ....files.yaml_text import FileError, Problem, complaint
+from ....study.identification.logs.log import Log
 from ....study.identification.loops.loop_fit import fit_loop
 from ....study.identification.loops.loop_result import LoopFit
 from ...console import number, print_table, to_json
@@ -17,14 +17,10 @@ from ...figures.loop import loop_figure
 from ...output import staged, write_csv
 from ...units import quantity, sign
 
-LARGEST = 64 * 1024 * 1024
-UNITS = {"torsion": "rad", "torque": "N*m"}
-HINT = "name the columns with their units: torsion [arcmin], torque [N*m]"
-
 
 def show(
-    file: Path, rated_torque: str | None, ratio: float | None, torsion: str, torque: str, delimiter: str, decimal: str,
-    output: Path | None, as_json: bool,
+    file: Path, rated_torque: str | None, ratio: float | None, torsion: str, torque: str, delimiter: str | None,
+    decimal: str | None, output: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Read a loop, fit a law, write what is asked for and print the numbers.
 
@@ -36,50 +32,29 @@ def show(
         If an option is no quantity.
     """
     rated = None if rated_torque is None else quantity("--rated-torque", rated_torque, "N*m")
-    x, t, last = read_loop_file(file, {"torsion": torsion, "torque": torque}, delimiter, decimal)
+    log = read_loop_file(file, {"torsion": torsion, "torque": torque}, delimiter, decimal)
     try:
-        found = fit_loop(x, t, rated_torque=rated, ratio=ratio)
+        found = fit_loop(log.channels["torsion"], log.channels["torque"], rated_torque=rated, ratio=ratio)
     except ValueError as error:
-        raise FileError(complaint(file, [Problem(last, 1, "loop", str(error))])) from None
+        raise FileError(complaint(file, [Problem(1, 1, "loop", str(error))])) from None
+    found = replace(found, remarks=(*log.notes, *found.remarks))
     if output is not None:
         write(file, found, output)
     click.echo(to_json({"file": file.name} | data(found))) if as_json else _print(file, found, output)
 
 
-def read_loop_file(path: Path, wanted: dict[str, str], delimiter: str, decimal: str) -> tuple[Floats, Floats, int]:
-    """Torsion (n,) [rad], torque (n,) [N*m] and the line of the last sample of a CSV file; errors as `read_scan`."""
-    check_signs(delimiter, decimal)
-    text = read_text(path, "loop file", LARGEST)
-    if isinstance(text, Problem):
-        raise FileError(complaint(path, [text]))
-    problems: list[Problem] = []
-    rows = from_header(list(read_rows(text, delimiter, problems)), wanted["torsion"])
-    if not problems and len(rows) < 2:
-        problems.append(Problem(1, 1, "file", f"has no samples; {HINT}, and give one line per sample"))
-    columns = [] if problems else [_column(field, name, *rows[0], problems) for field, name in wanted.items()]
-    told = [column for column in columns if column is not None]
-    table = np.zeros((0, 2)) if problems else read_numbers(rows, told, decimal, problems)
-    if problems:
-        raise FileError(complaint(path, problems))
-    return told[0].factor * table[:, 0], told[1].factor * table[:, 1], rows[-1][0]
-
-
-def _column(field: str, text: str, line: int, header: list[str], problems: list[Problem]) -> Column | None:
-    """Column of the file that an option names, with its factor to SI."""
-    parts = [name_and_unit(cell) for cell in header]
-    names, (name, unit) = [name for name, _ in parts], name_and_unit(text)
-    if names.count(name) != 1:
-        fact = "is there twice" if name in names else f"is missing; the file has {', '.join(map(repr, names[:8]))}"
-        problems.append(Problem(line, 1, field, f"column {name!r} {fact}; {HINT}, or give --{field}"))
-        return None
-    place = names.index(name)
+def read_loop_file(file: Path, wanted: dict[str, str], delimiter: str | None, decimal: str | None) -> Log:
+    """Log of the channels torsion and torque in the order of the samples; errors as `read_log`."""
+    named = {channel: name_and_unit(text) for channel, text in wanted.items()}
+    columns = {channel: name for channel, (name, _) in named.items()}
+    units = {channel: unit for channel, (_, unit) in named.items() if unit}
+    given: dict[str, Any] = {"trim": 0.0, "unwrap": False, "delimiter": delimiter, "decimal": decimal}
     try:
-        if not (unit or parts[place][1]):
-            raise ValueError(f"column {name!r} has no unit; {HINT}")
-        return Column(name, place, float(convert(1.0, unit or parts[place][1], UNITS[field])))
-    except ValueError as wrong:
-        problems.append(Problem(line, 1, field, str(wrong)))
-        return None
+        return read_log(file, columns, units, rate=1.0, **given)
+    except FileError:
+        raise
+    except ValueError:  # the file has a time of its own
+        return read_log(file, columns, units, **given)
 
 
 def data(found: LoopFit) -> dict[str, Any]:

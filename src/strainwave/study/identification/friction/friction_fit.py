@@ -13,7 +13,7 @@ from ....model.laws.meshing import LoadFriction
 from ....quantities import LARGEST, checked, number, shown
 from ....results import Floats
 from ..intervals import spread
-from ..restricted import Scatter, derived_freedom, restricted
+from ..loops.restricted import Scatter, derived_freedom, restricted
 from .friction_model import FrictionSolution, Runs, Terms, predicted, solve_terms
 from .friction_result import FrictionCandidate, FrictionFit
 from .presliding import Presliding, presliding_stiffness
@@ -22,6 +22,7 @@ FEWEST = 6
 FOLDS = 12
 SHARP = 0.01  # of the lowest speed: over which the sign of dry friction is smoothed
 FASTEST = 3000.0  # rad/s, 29 000 rpm
+WITHIN = 2.0  # standard errors of the difference from the best candidate
 APART = 1e-3  # of the largest: speeds or loads that differ by less are one
 
 
@@ -32,8 +33,8 @@ def fit_friction(
 ) -> FrictionFit:  # fmt: skip
     """Identify friction from runs at constant speed: Coulomb, viscous, Stribeck, load-proportional, sides.
 
-    Every combination of terms is fitted, and compared by the error of runs that were left out; the simplest within a
-    standard error of the best is taken. All quantities belong to one shaft.
+    Every combination of terms is fitted, and compared by the error of runs that were left out; the simplest within
+    two standard errors of the best is taken. All quantities belong to one shaft.
 
     Parameters
     ----------
@@ -177,7 +178,7 @@ def _fitted(terms: Terms, runs: Runs) -> FrictionSolution | None:
 
 
 def _compare(runs: Runs, fits: list[FrictionSolution]) -> tuple[FrictionSolution, tuple[FrictionCandidate, ...], str]:
-    """The simplest candidate within a standard error of the best on runs left out, the table, and the reason."""
+    """The simplest candidate within two standard errors of the best on runs left out, the table, and the reason."""
     fits = list({fit.terms: fit for fit in fits}.values())
     count = len(runs.speed)
     fold = np.arange(count) % min(FOLDS, count)
@@ -187,7 +188,7 @@ def _compare(runs: Runs, fits: list[FrictionSolution]) -> tuple[FrictionSolution
     difference = errors - errors[best]
     spreads = np.std(difference, axis=1, ddof=1) / np.sqrt(count)
     worse = np.divide(difference.mean(axis=1), spreads, out=np.zeros(len(fits)), where=spreads > 0.0)
-    taken = min(np.flatnonzero(worse <= 1.0), key=lambda i: (len(fits[i].p), means[i]))
+    taken = min(np.flatnonzero(worse <= WITHIN), key=lambda i: (len(fits[i].p), means[i]))
     unit = 1.0 / float(np.median(runs.weight))
     rows = tuple(
         FrictionCandidate(
@@ -199,7 +200,7 @@ def _compare(runs: Runs, fits: list[FrictionSolution]) -> tuple[FrictionSolution
     if taken == best:
         return fits[taken], rows, f"{said}, the smallest of {len(fits)} candidates"
     more = f"{unit * means[best] ** 0.5:.3g} N*m, of {fits[best].terms}"
-    return fits[taken], rows, f"{said}, within a standard error of the smallest, {more}"
+    return fits[taken], rows, f"{said}, within two standard errors of the smallest, {more}"
 
 
 def _left_out(runs: Runs, fit: FrictionSolution, fold: Any) -> Floats:

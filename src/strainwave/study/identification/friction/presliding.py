@@ -13,7 +13,7 @@ from scipy.optimize import least_squares
 from ....results import Floats
 from ..loops.loop_model import states
 from ..loops.loop_path import read_loop
-from ..restricted import restricted
+from ..loops.restricted import restricted
 
 DAHL = 1.0  # beta - gamma
 MOST = 0.98  # of the break-away torque

@@ -11,10 +11,10 @@ import math
 import numpy as np
 
 from ....results import Floats
-from ..restricted import Scatter, restricted
 from .loop_model import torque
 from .loop_path import Loop
 from .loop_solve import Solution
+from .restricted import Scatter, restricted
 
 BINS = 24  # of the torsion's range, over which residuals of two cycles are compared
 ALIKE = 0.02  # of the range: branches that begin as close together do the same

@@ -9,7 +9,6 @@ from ....model.laws.hysteresis import BoucWen, Parallel
 from ....model.laws.springs import Backlash, Linear, PiecewiseLinear, Play
 from ....quantities import checked, number
 from ....results import Floats
-from ..restricted import derived_freedom
 from .loop_errors import scatter
 from .loop_measures import SMALL_LOOP, loop_sizes
 from .loop_model import Shape
@@ -17,9 +16,11 @@ from .loop_model import torque as torque_along
 from .loop_path import Loop, closed_energy, read_loop
 from .loop_result import LoopCandidate, LoopFit
 from .loop_solve import Solution, left_out, solve, started
+from .restricted import derived_freedom
 
 ELEMENTS = ((0, False), (1, False), (1, True), (2, False), (2, True))  # exponent of Bouc-Wen, whether beta is fitted
 BEYOND = 12  # samples that a slope needs
+WITHIN = 2.0  # standard errors of the difference from the best candidate
 CLEAR = 2.0  # standard deviations by which two slopes must differ
 
 
@@ -31,7 +32,7 @@ def fit_loop(
 
     All unknowns are fitted jointly by least squares with noise on both axes. The candidates (with and without backlash,
     with several shapes of hysteresis) are compared by the error of blocks of samples that were left out; the simplest
-    one within a standard error of the best is taken. Intervals come from the sandwich, because residuals are coloured.
+    one within two standard errors of the best is taken. Intervals allow for residuals that are coloured and uneven.
 
     Parameters
     ----------
@@ -141,7 +142,7 @@ def _untold(loop: Loop, fit: Solution) -> str:
 
 
 def _compare(loop: Loop, fits: list[Solution]) -> tuple[Solution, tuple[LoopCandidate, ...], str]:
-    """The simplest candidate within a standard error of the best in blocks left out, the table, and the reason."""
+    """The simplest candidate within two standard errors of the best in blocks left out, the table, and the reason."""
     errors = [left_out(loop, fit) for fit in fits]
     means = [float(np.mean(error)) for error in errors]
     best = int(np.argmin(means))
@@ -150,7 +151,7 @@ def _compare(loop: Loop, fits: list[Solution]) -> tuple[Solution, tuple[LoopCand
         difference = error - errors[best]
         spread = float(np.std(difference, ddof=1) / np.sqrt(len(difference)))
         worse.append(float(np.mean(difference)) / spread if spread > 0.0 else 0.0)
-    within = [i for i in range(len(fits)) if worse[i] <= 1.0]
+    within = [i for i in range(len(fits)) if worse[i] <= WITHIN]
     taken = min(within, key=lambda i: (len(fits[i].p), means[i]))
     unit = 1.0 / float(np.median(fits[taken].weight))
     rows = tuple(
@@ -162,7 +163,7 @@ def _compare(loop: Loop, fits: list[Solution]) -> tuple[Solution, tuple[LoopCand
         reason = f"{said}, the smallest of {len(fits)} candidates"
     else:
         reason = (
-            f"{said}, within a standard error of the smallest, {unit * np.sqrt(means[best]):.3g} N*m, of "
+            f"{said}, within two standard errors of the smallest, {unit * np.sqrt(means[best]):.3g} N*m, of "
             f"{fits[best].shape}, which has {len(fits[best].p) - len(fits[taken].p)} more unknowns"
         )
         if len(fits[best].p) == len(fits[taken].p):

@@ -14,8 +14,8 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
-from ...results import Floats
-from .intervals import spread
+from ....results import Floats
+from ..intervals import spread
 
 COLOURS = np.linspace(-0.9, 0.98, 20)  # phi tried
 NONE = 1e-300
