@@ -61,7 +61,7 @@ def decay():
 @cache
 def response_fit():
     curve = branch()
-    first = curve.coefficients[:, 1, 0] - 1j * curve.coefficients[:, 2, 0]
+    first = curve.coefficients[:, 1] - 1j * curve.coefficients[:, 2]
     below = slice(0, int(np.flatnonzero(curve.omega > 1.0)[0]))
     return sw.fit_response(curve.omega[below], first[below], DUFFING, free=("B", "law.K"), harmonics=5)
 

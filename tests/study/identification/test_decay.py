@@ -30,6 +30,10 @@ def decayed(torque, friction, J, B, start, cycles, per_cycle=40):
     return t, found.y[0]
 
 
+def hardening(x):
+    return x + 0.1 * x**3
+
+
 def smooth(_):
     return 0.0
 
@@ -128,6 +132,29 @@ def test_the_fitted_curves_go_through_the_windows():
     assert found.omega[0] > 1.1 * found.omega[-1]
 
 
+def drag(v):
+    return 0.01 * abs(v) * v
+
+
+@pytest.mark.parametrize(("friction", "missing", "coefficient"), [(drag, "|v| v", 0.01), (dry, "sign v", 0.005)])
+def test_a_missing_damping_is_named_with_its_coefficient(friction, missing, coefficient):
+    t, x = decayed(hardening, friction, 1.0, 0.01, 1.5, 30)
+    y = x + 0.01 * np.random.default_rng(8).standard_normal(len(t))
+    found = sw.fit_decay(t, y, system(sw.Cubic(1.1, 0.08)), free=("B", "law.K", "law.alpha"))
+    assert missing in found.discrepancy.flagged
+    assert found.discrepancy.missing[missing].coefficient == pytest.approx(coefficient, rel=0.25)
+    assert found.discrepancy.missing["x^3"].probability == 1.0
+
+
+def test_nothing_is_missing_in_the_right_law():
+    t, x = decayed(hardening, smooth, 1.0, 0.02, 1.5, 30, 20)
+    rng, alarms = np.random.default_rng(9), 0
+    for _ in range(20):
+        found = sw.fit_decay(t, measured("white", x, rng), system(sw.Cubic(1.1, 0.08)), free=tuple(TRUE))
+        alarms += bool(found.discrepancy.flagged)
+    assert alarms <= stats.binom.ppf(0.999, 20, 0.05)
+
+
 def test_only_ratios_to_the_inertia_are_told():
     torque, friction, J, B, start, cycles, guess, _ = CASES["cubic gear"]
     t, x = decayed(torque, friction, J, B, start, cycles)
@@ -185,7 +212,7 @@ def measured(kind, x, rng):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["white", "coloured", "quantised"])
 def test_intervals_cover(kind):
-    t, x = decayed(lambda x: x + 0.1 * x**3, smooth, 1.0, 0.02, 1.5, 30, 20)
+    t, x = decayed(hardening, smooth, 1.0, 0.02, 1.5, 30, 20)
     rng, hits = np.random.default_rng(11), dict.fromkeys(TRUE, 0)
     for _ in range(SETS):
         found = sw.fit_decay(t, measured(kind, x, rng), system(sw.Cubic(1.1, 0.08)), free=tuple(TRUE))

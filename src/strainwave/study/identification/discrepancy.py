@@ -18,7 +18,7 @@ from .intervals import long_run
 LAGS = 20  # of the portmanteau test
 RARE = 0.05  # probability up to which chance is not believed
 NEIGHBOURS = 101  # frequencies whose median is the noise around a line
-SAME = 1e-9  # of a candidate's size: what the parameters leave of it when they can stand for it
+SAME = 1e-3  # of a candidate's size: what the parameters leave of it when they can stand for it
 
 
 @dataclass(frozen=True)

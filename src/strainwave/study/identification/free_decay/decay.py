@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 
-from ....law import depends, has, states_of
+from ....law import depends, has, states_of, torque_of
 from ....protocols import with_parts
 from ....records import Labelled
 from ....results import Floats, SolveError
@@ -17,7 +17,7 @@ from ....tree import leaves as numbers_in
 from ..discrepancy import discrepancy
 from ..fitted import Fitted, free_leaves, refuse_unidentifiable, scales, with_values
 from ..intervals import spread
-from .free_vibration import decay, vibrations
+from .free_vibration import Extended, decay, vibrations
 from .waves import ASIDE, Waves, checked_record, decaying_waves
 
 STEP = 1e-6  # of a parameter, for derivatives
@@ -25,6 +25,7 @@ SMALLEST = 0.6  # of the smallest amplitude measured: where the table of vibrati
 FLOOR = 1e-4  # of the frequency: no window is believed more than that, the law is only near
 FAR = 1.0  # of its size: what a parameter may be off its start
 NO_START = 0.01  # of its size 1: where a parameter that is 0 begins
+TERM = 1e-5  # of the largest torque: a term by which its effect is found
 NUISANCES = 3  # logarithm of the first extreme, first phase, offset
 
 
@@ -35,7 +36,7 @@ class DecayFit(Fitted):
     Attributes
     ----------
     system, names, values, covariance, freedom, discrepancy
-        As of `Fitted`.
+        As of `Fitted`; the terms tried are drag |v| v, dry friction sign v and x^3, in N*m.
     time : (m,) array
         Middles of the windows [s].
     amplitude, amplitude_deviation : (m,) arrays
@@ -146,7 +147,7 @@ def fit_decay(time: Any, value: Any, system: Any, *, free: Sequence[str] = ("B",
     fitted_omega, fitted_rate = _curves(system, waves.amplitude)
     return DecayFit(
         system, tuple(free), found.x[:p] * sizes, scatter.covariance[:p, :p] * units, scatter.freedom[:p],
-        discrepancy(residual, jacobian, interval=float(np.mean(np.diff(t)))), waves.time + origin,
+        discrepancy(residual, jacobian, model.terms(found.x), interval=float(np.mean(np.diff(t)))), waves.time + origin,
         waves.amplitude, waves.amplitude_deviation, waves.omega, waves.omega_deviation, waves.rate,
         waves.rate_deviation, fitted_omega, fitted_rate,
     )  # fmt: skip
@@ -174,14 +175,31 @@ class _Model:
         """The system with these parameters."""
         return with_values(self.system, self.leaves, p[:-NUISANCES] * self.sizes)
 
-    def motion(self, p: Floats) -> Floats:
-        """Motion (n,) [rad]."""
+    def motion(self, p: Floats, system: Any = None) -> Floats:
+        """Motion (n,) [rad], of another system where one is given."""
         try:
             with np.errstate(all="ignore"):
-                x = decay(self.at(p), float(np.exp(p[-3])), float(p[-2]), self.least).motion(self.t) + p[-1]
+                x = (
+                    decay(
+                        self.at(p) if system is None else system, float(np.exp(p[-3])), float(p[-2]), self.least
+                    ).motion(self.t)
+                    + p[-1]
+                )
         except ValueError:
             x = np.full(len(self.t), np.inf)
         return np.asarray(np.where(np.isfinite(x), x, 1e6 * np.exp(p[-3])))
+
+    def terms(self, p: Floats) -> dict[str, Floats]:
+        """What terms that the law may lack change in the motion (n,), per unit of their coefficient."""
+        system, base, found = self.at(p), self.motion(p), {}
+        size = float(np.exp(p[-3]))
+        pull = float(torque_of(system.law, size, 0.0, ()))
+        speed = size * float(vibrations(system, np.array([size])).omega[0])
+        for name, field, unit in (("|v| v", "drag", speed**2), ("sign v", "dry", 1.0), ("x^3", "cubic", size**3)):
+            step = TERM * pull / unit
+            other = system._replace(law=Extended(system.law, **{field: step}))
+            found[name] = (self.motion(p, other) - base) / step
+        return found
 
     def steps(self, p: Floats) -> Floats:
         """Sizes of the unknowns for the solver."""

@@ -92,6 +92,24 @@ def _other_extreme(law: Any, extreme: Floats, top: Floats) -> Floats:
     return low
 
 
+class Extended(NamedTuple):
+    """A law with terms that it may lack: drag drag |v| v, dry friction dry sign v, and cubic x^3."""
+
+    law: Any
+    drag: float = 0.0
+    dry: float = 0.0
+    cubic: float = 0.0
+
+    def torque(self, x: Any, v: Any) -> Any:
+        """Torque [N*m] at torsion x [rad] and its rate v [rad/s]."""
+        own = torque_of(self.law, x, v, ())
+        return own + self.drag * abs(v) * v + self.dry * np.sign(v) + self.cubic * x * x * x
+
+    def energy(self, x: Any) -> Any:
+        """Energy stored [J] at torsion x [rad]."""
+        return energy_of(self.law, x, ()) + 0.25 * self.cubic * x**4
+
+
 class Decay(NamedTuple):
     """A decay in time: splines over the logarithm of the extreme, and that logarithm and the phase over time."""
 

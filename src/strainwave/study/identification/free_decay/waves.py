@@ -23,6 +23,7 @@ OUT_OF_NOISE = 5.0  # deviations of the noise: a smaller amplitude ends the deca
 LOUDEST = 0.02  # of the record's range: noise that is allowed for
 MISSED = 1.6  # of the half cycle before: there is one between
 AGAIN = 1.6  # of the last half cycles: a larger motion after the end is another decay
+HEAVY = 0.04  # damping ratio up to which averaging is right to about its square
 PASSES = 4  # of the frequency in each window
 RISE = 4.0  # deviations
 STILL = 0.03  # relative change of amplitude
@@ -99,9 +100,25 @@ def decaying_waves(time: Floats, value: Floats) -> Waves:
         half = np.interp([a, b], at, np.arange(len(turns)))
         rows.append(_window(time[inside], value[inside], 0.5 * (a + b), np.pi * (half[1] - half[0]) / (b - a)))
     table = np.array(rows).T
+    left, last = table[9], _lightly_damped(table)
+    if last < count:
+        table, left, end = table[:, :last], left[:last], int(np.searchsorted(time, edges[last]))
     found = Waves._make([*table[:8], float(np.mean(table[8])), end])
-    _refuse(found, table[9])
+    _refuse(found, left)
     return found
+
+
+def _lightly_damped(table: Floats) -> int:
+    """Number of windows before the damping is too much for averaging, as dry friction is for small amplitudes."""
+    ratio, deviation = table[3] / table[2], table[6] / table[2]
+    heavy = np.flatnonzero(ratio - 2.0 * deviation > HEAVY)
+    last = int(heavy[0]) if len(heavy) else len(ratio)
+    if last < FEWEST:
+        raise ValueError(
+            f"the damping ratio is {100.0 * ratio[last]:.2g} % in window {last + 1}; a decay is fitted up to "
+            f"{100.0 * HEAVY:g} %: start it larger, or take identify, which integrates the equation"
+        )
+    return last
 
 
 def _middle(value: Floats) -> float:
