@@ -1,5 +1,6 @@
 """The verb `export` and its bad inputs: one sentence each, and no half-written file."""
 
+import math
 import os
 
 import pytest
@@ -16,6 +17,16 @@ def test_a_drive_and_its_train_are_the_same_plant(tmp_path):
         assert str(found).startswith("Exported: ")
     assert (tmp_path / "a" / "axis.c").read_text() == (tmp_path / "b" / "axis.c").read_text()
     assert sorted(os.listdir(tmp_path / "a")) == ["axis.c", "axis.h"]
+
+
+@pytest.mark.parametrize(("to", "name"), [("c", "axis.c"), ("fmu2", "axis.fmu")])
+def test_the_step_that_was_chosen_is_said(to, name, tmp_path):
+    """A sixteenth of a period of the free train's vibration; a step that was given needs no word."""
+    resonance = math.sqrt(DRIVE.law.K * (1.0 / DRIVE.J_l + 1.0 / (DRIVE.N**2 * DRIVE.J_m)))
+    (said, *_) = sw.export(DRIVE, tmp_path / name, to=to).notes
+    step = float(said.removeprefix("it takes steps of ").split(" s, ")[0])
+    assert step == pytest.approx(2.0 * math.pi / resonance / 16.0, rel=0.05)
+    assert not any("steps of" in note for note in sw.export(DRIVE, tmp_path / name, to=to, step=1e-5).notes)
 
 
 @pytest.mark.parametrize(

@@ -36,7 +36,7 @@ class Exported:
     path : Path
         The file; the header of C code stands beside it.
     notes : tuple of str
-        Sentences on what is not in it.
+        Sentences on the step that was chosen, and on what is not in it.
     """
 
     path: Path
@@ -109,10 +109,15 @@ def export(
             Path(part).write_text((mjcf if to == "mjcf" else urdf)(checked(train), name), encoding="utf-8")
         return Exported(path)
     plant = plant_of(train, step, method, start)
+    said = (
+        ()
+        if step is not None
+        else (f"it takes steps of {plant.step:.6g} s, chosen for the fastest motion of this train",)
+    )
     if to == "c":
-        return Exported(plant_code(plant, name).write(path))
+        return Exported(plant_code(plant, name).write(path), said)
     built = write_fmu(plant, path, name, int(to[-1]))
-    return Exported(path, () if built else (SOURCES_ALONE,))
+    return Exported(path, said if built else (*said, SOURCES_ALONE))
 
 
 def _train(source: Any) -> DriveTrain:

@@ -11,6 +11,7 @@ from typing import Any, ClassVar, get_type_hints
 from ...quantities import shown
 from .content import OrderContent
 from .header import MARK, remarks
+from .points import MOST_POINTS, highest_order, points_for
 from .residual import Held, TableResidual, residual_of
 
 QUANTITY = {"rad": "an angle in rad", "N*m": "a torque in N*m"}
@@ -129,6 +130,32 @@ class OrderFormat(ABC):
     def options(self) -> dict[str, Any]:
         """The options that are set, by name."""
         return {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if getattr(self, f.name) is not None}
+
+
+class WithPoints(OrderFormat):
+    """A format with points a turn beside its lines, or instead of them; its option `points` sets how many."""
+
+    points: int | None
+
+    def count(self, table: OrderContent) -> int:
+        """Points a turn."""
+        return self.points or points_for(table, MOST_POINTS)
+
+    def highest(self, table: OrderContent) -> int:
+        """Two points a period."""
+        return highest_order(self.count(table))
+
+    def why_highest(self, table: OrderContent) -> str:
+        """The number of points."""
+        return f"two of its {self.count(table)} points a period; give more points, at most {MOST_POINTS}"
+
+
+class Exact(OrderFormat):
+    """A format that holds the numbers of a table as they are."""
+
+    def store(self, table: OrderContent) -> Held:
+        """Keep everything as it is."""
+        return Held(table.one_direction, table.one_direction, table)
 
 
 def encoded(form: OrderFormat, table: OrderContent, drop: bool = False) -> tuple[str, TableResidual]:

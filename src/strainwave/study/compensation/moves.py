@@ -13,13 +13,13 @@ from ...model.train.motion import MOST, SpeedProfile
 from ...numerics.sampled.linear import loop_response
 from ...numerics.sampled.loops import run_loop
 from ...quantities import number, shown
-from ...records import Labelled, Result
 from ...results import Floats
 from ...sentences import on_screen
 from ...units import ARCSEC
 from ..move.profiles import path_of
 from .bench import Bench, bench_of
 from .compensate import compensator_of
+from .result import OnTheWay
 
 ON_MOVES = ("loop", "angle", "inverse", "nonlinear-inverse", "gandhi-ghorbel", "observer", "load-integral")
 DECAY = 8.0  # time constants of the slowest motion that are run after the end
@@ -58,7 +58,7 @@ class MoveScore:
 
 
 @dataclass(frozen=True, eq=False)
-class CompensatedMove(Result):
+class CompensatedMove(OnTheWay):
     """Controllers on a move.
 
     Attributes
@@ -80,6 +80,8 @@ class CompensatedMove(Result):
     """
 
     rows: ClassVar[str] = "time"
+    axis: ClassVar[str] = "s"
+    over: ClassVar[dict[str, str]] = {"error": "rad", "torque": "N*m"}
 
     time: Floats
     error: Floats
@@ -89,15 +91,10 @@ class CompensatedMove(Result):
     window: float
     remarks: tuple[str, ...]
 
-    def coordinates(self) -> Labelled:
-        """Times, and names of the controllers."""
-        names = [score.name for score in self.scores]
-        return {"time": ("time", self.time, "s"), "controller": ("controller", names, "")}
-
-    def variables(self) -> Labelled:
-        """Errors and torques."""
-        dims = ("controller", "time")
-        return {"error": (dims, self.error, "rad"), "torque": (dims, self.torque, "N*m")}
+    @property
+    def names(self) -> list[str]:
+        """Of the controllers."""
+        return [score.name for score in self.scores]
 
     def __str__(self) -> str:
         width = max(len(score.name) for score in self.scores)

@@ -15,6 +15,29 @@ from ...units import ARCSEC, RPM
 DIFFER = 0.02  # of an rms: runs of the same loop with other samples, noise and places of the encoders differ by less
 
 
+class OnTheWay(Result):
+    """What controllers make of a way through speeds: arrays (controllers, n) over one axis of n places.
+
+    A subclass has the fields `names` or a property of that name, the axis `rows`, and those that `axis` and `over`
+    give units.
+    """
+
+    axis: ClassVar[str]
+    over: ClassVar[dict[str, str]]
+    names: Any
+
+    def coordinates(self) -> Labelled:
+        """The axis, and names of the controllers."""
+        return {
+            self.rows: (self.rows, getattr(self, self.rows), self.axis),
+            "controller": ("controller", list(self.names), ""),
+        }
+
+    def variables(self) -> Labelled:
+        """What is given for every controller along the axis."""
+        return {name: (("controller", self.rows), getattr(self, name), unit) for name, unit in self.over.items()}
+
+
 class Residual(NamedTuple):
     """Pointing error of the load: rms about its mean and slow trend, largest size, 3 sigma, and its mean [rad]."""
 

@@ -11,12 +11,12 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import SpeedProfile
 from ...numerics.sampled.loops import run_loop
 from ...quantities import interval, number
-from ...records import Labelled, Result
 from ...results import Floats
 from ...sentences import on_screen
 from ...units import ARCSEC, RPM
 from .bench import Bench, bench_of
 from .moves import on_the_way
+from .result import OnTheWay
 
 CELLS = 200  # of the range of speeds
 APART = 1.2  # times the error of the other way at one speed: motions of their own, if they stay
@@ -27,7 +27,7 @@ WAITS = 12.0  # time constants of the loop's slowest motion
 
 
 @dataclass(frozen=True, eq=False)
-class CompensatedRunup(Result):
+class CompensatedRunup(OnTheWay):
     """Controllers on a run-up and the run-down after it.
 
     Attributes
@@ -48,6 +48,8 @@ class CompensatedRunup(Result):
     """
 
     rows: ClassVar[str] = "speed"
+    axis: ClassVar[str] = "rad/s"
+    over: ClassVar[dict[str, str]] = {"up": "rad", "down": "rad"}
 
     speed: Floats
     up: Floats
@@ -56,15 +58,6 @@ class CompensatedRunup(Result):
     jump: Floats
     acceleration: float
     remarks: tuple[str, ...]
-
-    def coordinates(self) -> Labelled:
-        """Speeds, and names of the controllers."""
-        return {"speed": ("speed", self.speed, "rad/s"), "controller": ("controller", list(self.names), "")}
-
-    def variables(self) -> Labelled:
-        """Errors up and down."""
-        dims = ("controller", "speed")
-        return {"up": (dims, self.up, "rad"), "down": (dims, self.down, "rad")}
 
     def __str__(self) -> str:
         width = max(map(len, self.names))

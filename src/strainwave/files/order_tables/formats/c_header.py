@@ -10,9 +10,9 @@ from typing import ClassVar
 from ....model.excitation import HIGHEST, Line
 from ....quantities import positive_count, shown
 from ..content import OrderContent
-from ..format import OrderFormat, marked
+from ..format import Exact, WithPoints, marked
 from ..header import Unfit, float_in, said_by, whole_in
-from ..points import MOST_POINTS, highest_order, points_for, sampled
+from ..points import MOST_POINTS, sampled
 from ..residual import Held, lookup_remark
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,60}")
@@ -58,7 +58,7 @@ static inline double NAME_lookup(double angle, double speed)
 
 
 @dataclass(frozen=True)
-class CHeader(OrderFormat):
+class CHeader(WithPoints, Exact):
     """C header with functions `prefix`_value(angle, speed) and `prefix`_lookup(angle, speed).
 
     Attributes
@@ -82,22 +82,6 @@ class CHeader(OrderFormat):
             raise ValueError(f"prefix is {shown(self.prefix)}; give a name of C")
         if self.points is not None:
             positive_count("points", self.points, MOST_POINTS)
-
-    def count(self, table: OrderContent) -> int:
-        """Points a turn."""
-        return self.points or points_for(table, MOST_POINTS)
-
-    def highest(self, table: OrderContent) -> int:
-        """Two points a period."""
-        return highest_order(self.count(table))
-
-    def why_highest(self, table: OrderContent) -> str:
-        """The number of points."""
-        return f"two of the {self.count(table)} points of its lookup a period; give more points"
-
-    def store(self, table: OrderContent) -> Held:
-        """Keep everything as it is."""
-        return Held(table.one_direction, table.one_direction, table)
 
     def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
         """Write the numbers, the functions and the points."""

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 from ....model.excitation import HIGHEST, Line
 from ....quantities import shown
 from ..content import OrderContent
-from ..format import OrderFormat
+from ..format import Exact
 from ..header import MARK, Unfit, float_in, said_by, whole_in
 from ..residual import Held
 
@@ -15,7 +15,7 @@ END = "# end"
 
 
 @dataclass(frozen=True)
-class CsvLines(OrderFormat):
+class CsvLines(Exact):
     """CSV of lines with the other fields in remarks."""
 
     name: ClassVar[str] = "csv"
@@ -23,10 +23,6 @@ class CsvLines(OrderFormat):
     own_sign: ClassVar[bool] = True
     both_ways: ClassVar[bool] = True
     with_delay: ClassVar[bool] = True
-
-    def store(self, table: OrderContent) -> Held:
-        """Keep everything as it is."""
-        return Held(table.one_direction, table.one_direction, table)
 
     def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
         """Write a row an order; amplitude in the unit of the table, phase in rad."""

@@ -8,9 +8,9 @@ import numpy as np
 
 from ....quantities import positive_count, shown
 from ..content import OrderContent
-from ..format import OrderFormat, marked
+from ..format import WithPoints, marked
 from ..header import Unfit, float_in, said_by
-from ..points import MOST_POINTS, Points, content_of, highest_order, motion, points_for, sampled
+from ..points import MOST_POINTS, Points, content_of, motion, sampled
 from ..residual import Held
 
 COLUMNS = ("angle_rad,value", "angle_rad,forward,backward")
@@ -18,7 +18,7 @@ EVEN = 1e-6  # of a step: how far an angle may be from its place
 
 
 @dataclass(frozen=True)
-class CsvPoints(OrderFormat):
+class CsvPoints(WithPoints):
     """CSV of points at equidistant angles of the encoder over one turn of the table's shaft.
 
     Attributes
@@ -36,18 +36,6 @@ class CsvPoints(OrderFormat):
     def __post_init__(self) -> None:
         if self.points is not None:
             positive_count("points", self.points, MOST_POINTS)
-
-    def count(self, table: OrderContent) -> int:
-        """Points a turn."""
-        return self.points or points_for(table, MOST_POINTS)
-
-    def highest(self, table: OrderContent) -> int:
-        """Two points a period."""
-        return highest_order(self.count(table))
-
-    def why_highest(self, table: OrderContent) -> str:
-        """The number of points."""
-        return f"two of its {self.count(table)} points a period; give more points"
 
     def store(self, table: OrderContent) -> Held:
         """Sample the table; nothing is rounded."""

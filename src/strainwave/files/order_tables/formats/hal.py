@@ -13,7 +13,7 @@ from typing import ClassVar
 from ....model.excitation import HIGHEST, Line
 from ....quantities import shown
 from ..content import OrderContent
-from ..format import OrderFormat, marked
+from ..format import Exact, marked
 from ..header import Unfit, float_in, said_by, whole_in
 from ..residual import Held
 
@@ -37,7 +37,7 @@ SUM = """    total = mean_WAY;
 
 
 @dataclass(frozen=True)
-class HalComponent(OrderFormat):
+class HalComponent(Exact):
     """Source of a component for LinuxCNC's HAL.
 
     Attributes
@@ -61,7 +61,7 @@ class HalComponent(OrderFormat):
         """Keep everything as it is; the ratio of the gear must be known where orders count on the motor."""
         if table.turn == "motor" and table.ratio is None:
             raise ValueError("the orders count on the motor turn and the joint is the output; give the table its ratio")
-        return Held(table.one_direction, table.one_direction, table)
+        return super().store(table)
 
     def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
         """Write the declarations and the code."""

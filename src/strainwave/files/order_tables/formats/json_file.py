@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 from ....model.excitation import Line
 from ....quantities import shown
 from ..content import OrderContent
-from ..format import OrderFormat
+from ..format import Exact
 from ..header import MARK, Unfit
 from ..residual import Held
 
@@ -16,7 +16,7 @@ PLAIN = ("unit", "turn", "ratio", "zero", "sign", "direction", "mean", "mean_bac
 
 
 @dataclass(frozen=True)
-class JsonFile(OrderFormat):
+class JsonFile(Exact):
     """JSON with every field of the table; amplitudes 0-to-peak, phases in rad."""
 
     name: ClassVar[str] = "json"
@@ -24,10 +24,6 @@ class JsonFile(OrderFormat):
     own_sign: ClassVar[bool] = True
     both_ways: ClassVar[bool] = True
     with_delay: ClassVar[bool] = True
-
-    def store(self, table: OrderContent) -> Held:
-        """Keep everything as it is."""
-        return Held(table.one_direction, table.one_direction, table)
 
     def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
         """Write the fields, lines last."""

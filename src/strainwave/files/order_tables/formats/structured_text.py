@@ -7,9 +7,9 @@ from typing import ClassVar
 from ....model.excitation import HIGHEST, Line
 from ....quantities import positive_count, shown
 from ..content import OrderContent
-from ..format import OrderFormat, marked
+from ..format import Exact, WithPoints, marked
 from ..header import Unfit, float_in, said_by, whole_in
-from ..points import MOST_POINTS, Points, highest_order, points_for, sampled
+from ..points import MOST_POINTS, Points, sampled
 from ..residual import Held, lookup_remark
 from .twincat import st_real
 
@@ -73,7 +73,7 @@ END_FUNCTION
 
 
 @dataclass(frozen=True)
-class StructuredText(OrderFormat):
+class StructuredText(WithPoints, Exact):
     """Structured text with the functions `function`(angle, speed) and `function`Lookup(angle, speed).
 
     Attributes
@@ -97,22 +97,6 @@ class StructuredText(OrderFormat):
             raise ValueError(f"function is {shown(self.function)}; give a name of letters and digits")
         if self.points is not None:
             positive_count("points", self.points, MOST_POINTS)
-
-    def count(self, table: OrderContent) -> int:
-        """Points a turn."""
-        return self.points or points_for(table, MOST_POINTS)
-
-    def highest(self, table: OrderContent) -> int:
-        """Two points a period."""
-        return highest_order(self.count(table))
-
-    def why_highest(self, table: OrderContent) -> str:
-        """The number of points."""
-        return f"two of the {self.count(table)} points of its lookup a period; give more points, at most {MOST_POINTS}"
-
-    def store(self, table: OrderContent) -> Held:
-        """Keep everything as it is."""
-        return Held(table.one_direction, table.one_direction, table)
 
     def text(self, table: OrderContent, held: Held, said: list[str]) -> str:
         """Write both functions."""
