@@ -246,3 +246,28 @@ def test_mdf_and_parquet_take_their_libraries_or_name_the_extra(tmp_path, monkey
     assert log.channels["current"] == pytest.approx(2e-3 * t, abs=1e-12)
     with pytest.raises((ModuleNotFoundError, ValueError), match=r"extra `logs`|is no whole .parquet file"):
         sw.read_log(tmp_path / "log.parquet")
+
+
+def test_files_of_the_libraries_themselves_are_read(tmp_path):
+    asammdf = pytest.importorskip("asammdf", reason="asammdf (extra `logs`) is not installed")
+    pandas = pytest.importorskip("pandas")
+    t, slow = np.arange(101) / 100.0, np.arange(21) / 20.0
+    with asammdf.MDF(version="4.10") as file:
+        file.append([asammdf.Signal(90.0 * t, t, unit="deg", name="motor_pos")])
+        file.append([asammdf.Signal(2000.0 * slow, slow, unit="mA", name="current")])
+        file.save(tmp_path / "log.mf4")
+    log = sw.read_log(tmp_path / "log.mf4")
+    assert log.channels["motor_angle"] == pytest.approx(np.radians(90.0 * t), rel=1e-12)
+    assert log.channels["current"] == pytest.approx(2.0 * t, abs=1e-12)
+    pytest.importorskip("pyarrow", reason="pyarrow (extra `logs`) is not installed")
+    table = {"time_ms": 1e3 * t, "motor_pos [deg]": 90.0 * t, "state": ["on"] * 101}
+    pandas.DataFrame(table).to_parquet(tmp_path / "log.parquet")
+    log = sw.read_log(tmp_path / "log.parquet")
+    assert log.channels == {"motor_angle": pytest.approx(np.radians(90.0 * t), rel=1e-12)}
+    assert log.time == pytest.approx(t)
+
+
+@pytest.mark.parametrize("name", ["none.npz", "none.mat", "none.mf4", "none.parquet", "none.csv"])
+def test_a_file_that_is_not_there_is_said(tmp_path, name):
+    with pytest.raises(ValueError, match=rf"{name}:1:1: file: does not exist"):
+        sw.read_log(tmp_path / name)

@@ -117,8 +117,6 @@ def read_mdf(path: Path) -> Read:
 
 
 def _unreadable(path: Path, error: Exception, kind: str) -> ValueError:
-    if isinstance(error, FileNotFoundError):
-        return refuse(path, "does not exist; check the name and the folder")
     said = " ".join(str(error).split())[:120]
     return refuse(path, f"is no whole {kind} file ({said}); save it again")
 

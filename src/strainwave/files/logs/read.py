@@ -72,6 +72,8 @@ def read_log(
     """
     path = as_path(path)
     if path.suffix.lower() in BINARY:
+        if not path.is_file():
+            raise refuse(path, "does not exist, or is no file; check the name and the folder")
         file, notes = BINARY[path.suffix.lower()](path)
     else:
         count = None if columns is None or hasattr(columns, "keys") else len(columns)
