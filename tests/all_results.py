@@ -43,6 +43,23 @@ def move():
     return sw.move(train, part, gear=gear, bands=[(1.0, 9.0)], tail=1e-3, method=sw.Dopri5(rtol=1e-4, atol=1e-6))
 
 
+@cache
+def identified():
+    t = 0.1 * np.arange(120)
+    u, wave = np.cos(0.8 * t), np.sin(0.8 * t)  # of x'' + .1 x' + 1.2 x = u
+    x = (0.56 * u + 0.08 * wave) / (0.56**2 + 0.08**2)
+    guess = sw.Oscillator(J=1.0, B=0.12, law=sw.Linear(1.1), excitation=sw.Harmonic(0.0), omega=1.0)
+    log = {"time": t, "input": u, "output": x + 1e-3 * np.cos(7.0 * t)}
+    return sw.identify(guess, log, ("B", "law.K"), between="linear", steps=1)
+
+
+@cache
+def order_scan():
+    t = 0.01 * np.arange(400)
+    runs = [sw.Run(t, w * t, np.cos(4.0 * w * t) + 0.1 * np.cos(7.7 * t), "N*m") for w in (3.0, 5.0)]
+    return sw.order_scan(runs, orders=[4.0])
+
+
 def axis():
     text = (
         "gear: {ratio: 50, law: {type: linear, K: 1e5 N*m/rad}}\nmotor: {inertia: 4.5 kg*cm^2}\n"
@@ -181,11 +198,17 @@ RESULTS = {
             ("Assumed.",),
         ),
         "DecayFit": decay,
+        "Identified": identified,
+        "LawComparison": lambda: sw.LawComparison(
+            ("linear",), np.array([2.0]), np.array([1e-3]), np.array([1.1e-3]), (identified(),)
+        ),
+        "OrderScan": order_scan,
         "ResponseFit": response_fit,
         "CompensationBench": lambda: sw.CompensationBench(np.array([150.0]), ("adaptive",), ((compensation(),),)),
     }.items()
 }
 WITHOUT_FIGURE = (
+    "LawComparison",
     "Hardening",
     "StatesAtSpeeds",
     "Passage",

@@ -14,6 +14,8 @@ from .ensembles import draw_basins as draw_basins
 from .ensembles import draw_orbit_diagram as draw_orbit_diagram
 from .ensembles import draw_variability as draw_variability
 from .fits import draw_decay as draw_decay
+from .fits import draw_identified as draw_identified
+from .fits import draw_order_scan as draw_order_scan
 from .fits import draw_response_fit as draw_response_fit
 from .logs import draw_log as draw_log
 from .maps import draw_general_validity as draw_general_validity

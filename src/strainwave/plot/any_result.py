@@ -17,8 +17,10 @@ from ..study.compensation.runup import CompensatedRunup
 from ..study.design.result import Design
 from ..study.identification.free_decay.decay import DecayFit
 from ..study.identification.friction.friction_result import FrictionFit
+from ..study.identification.identified import Identified
 from ..study.identification.logs.log import Log
 from ..study.identification.loops.loop_result import LoopFit
+from ..study.identification.orders.order_result import OrderScan
 from ..study.identification.response_curve.response_fit import ResponseFit
 from ..study.move.result import Move
 from ..study.response.response import ExactResponse
@@ -49,7 +51,7 @@ from .curves import (
 )
 from .designs import draw_design
 from .ensembles import draw_basins, draw_orbit_diagram, draw_variability
-from .fits import draw_decay, draw_response_fit
+from .fits import draw_decay, draw_identified, draw_order_scan, draw_response_fit
 from .logs import draw_log
 from .loops import draw_friction_fit, draw_loop_fit
 from .maps import draw_general_validity, draw_validity
@@ -61,8 +63,8 @@ DRAWN: dict[type, Any] = {
     DriveResponse: draw_drive, DriveRun: draw_run, Move: draw_move, SlowResponse: draw_slow_response, Bode: draw_bode,
     Basins: draw_basins, OrbitDiagram: draw_orbit_diagram, Variability: draw_variability,
     ValidityMap: draw_validity, GeneralValidity: draw_general_validity,
-    SpeedMap: draw_speed_map, Design: draw_design, DecayFit: draw_decay,
-    ResponseFit: draw_response_fit,
+    SpeedMap: draw_speed_map, Design: draw_design, DecayFit: draw_decay, ResponseFit: draw_response_fit,
+    Identified: draw_identified, OrderScan: draw_order_scan,
     Compensation: draw_compensation, CompensationBench: draw_compensation_bench, Units: draw_units,
     CompensatedMove: draw_compensated_move, CompensatedRunup: draw_compensated_runup,
     Monitored: draw_monitored, PredictionTable: draw_predictions,

@@ -5,6 +5,8 @@ from typing import Any
 import numpy as np
 
 from ..study.identification.free_decay.decay import DecayFit
+from ..study.identification.identified import Identified
+from ..study.identification.orders.order_result import OrderScan
 from ..study.identification.response_curve.response_fit import ResponseFit
 
 MEASURED, FITTED = "#0072B2", "#D55E00"
@@ -69,3 +71,49 @@ def draw_response_fit(axes: Any, found: ResponseFit) -> None:
     axes.plot([o.omega for o in folds], [o.amplitude(1) for o in folds], "ko", ms=5, label="folds")
     axes.set(xlabel="omega (rad/s)", ylabel="amplitude of the first harmonic (rad)")
     axes.legend(fontsize=8, frameon=False)
+
+
+SHAPES = {
+    "order": ("o", "stays with the angle"),
+    "frequency": ("s", "stays with the time"),
+    "undecided": ("^", "undecided"),
+}
+
+
+def draw_order_scan(axes: Any, found: OrderScan) -> None:
+    """Draw the amplitude of each line over its order, with intervals of 95 %.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+        Where to draw; matplotlib is in the extra `plot`.
+    found : OrderScan
+        The lines; the mark says what keeps a line in place.
+    """
+    for kind, (mark, label) in SHAPES.items():
+        some = [line for line in found.lines if line.kind == kind]
+        if not some:
+            continue
+        amplitudes = np.array([line.amplitude for line in some])
+        errors = np.abs(np.clip([line.interval() for line in some], 0.0, None).T - amplitudes)
+        orders, widths = [line.order for line in some], [line.order_error for line in some]
+        axes.errorbar(orders, amplitudes, errors, widths, fmt=mark, ms=5, lw=1.0, color=MEASURED, mfc="w", label=label)
+    axes.set(xlabel="order per turn", ylabel=f"amplitude ({found.unit.replace('*', '·') or '–'})")
+    axes.set_ylim(bottom=0.0)
+    if found.lines:
+        axes.legend(fontsize=8, frameon=False)
+
+
+def draw_identified(axes: Any, found: Identified) -> None:
+    """Draw what is left of the first output over the time.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+        Where to draw; matplotlib is in the extra `plot`.
+    found : Identified
+        The system and its residuals.
+    """
+    left = found.residual[0]
+    axes.plot(found.step * np.arange(len(left)), left, color=MEASURED, lw=0.5)
+    axes.set(xlabel="t (s)", ylabel="measured less computed", title=f"{found.outputs[0]}: {found.rms[0]:.3g} rms")
