@@ -55,6 +55,12 @@ def test_a_given_controller_is_judged_by_its_own_slow_gain():
 
 
 @compiled
+def test_repetitive_control_is_judged_when_its_slowest_order_has_converged():
+    """At the resonance one lead serves all orders badly, and order 2 converges with a quarter of the rate."""
+    assert compensated(controller="repetitive", speed=0.5 * math.sqrt(GEAR.K1 / 10.0)).reduction > 20.0
+
+
+@compiled
 def test_repetitive_control_carries_the_mean_torque_of_the_load():
     """Its guard knows of the mean: under a load at the corner of the law it once dropped its torque without a word."""
     corner = DRIVE._replace(load=sw.Load(10.0, sw.Harmonic(0.0, 1, 0.0, -GEAR.law.T1)))

@@ -119,14 +119,14 @@ def adaptive(bench: Bench, speed: float, loop: Any) -> Any:
 
 
 def _repetitive(bench: Bench, speed: float) -> Any:
-    lead, smooth, rate = repetitive_gains(bench, speed)
+    lead, smooth, rate, _ = repetitive_gains(bench, speed)
     size = float(np.max(np.abs(bench.response(speed).error_of_torque)))
     period, most = bench.sampling.period, guard(bench, speed, mean=True)
     return Repetitive(bench.loop, bench.model.N, CELLS * rate / size, lead, smooth, most, period)
 
 
 def _repetitive_rate(bench: Bench, speed: float) -> float:
-    return repetitive_gains(bench, speed)[2]
+    return repetitive_gains(bench, speed)[3]
 
 
 def _adaptive_motor(bench: Bench, speed: float) -> Any:

@@ -133,8 +133,10 @@ def behind_of(bench: Bench) -> Callable[[Any], Any]:
     return lambda y: -motor_states(model.motor.control, y)[0][0] / model.N
 
 
-def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float]:
-    """Lead [rad] that leaves least of the error, smoothing that every other order needs, and rate [1/s].
+def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float, float]:
+    """Lead [rad] that leaves least of the error, smoothing that every other order needs, and rates [1/s].
+
+    The first rate is that of learning; the second that at which the slowest order of the error converges.
 
     At order k the table grows with r_k = Re(-G_k e^(i k lead)), relative to the largest of the orders of the error, and
     decays with s c_k, c_k = 1 - cos(2 pi k/M): the error keeps s c_k/(r_k + s c_k) of itself. In a turn no order
@@ -145,14 +147,14 @@ def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float]:
     k = np.arange(int(min(CELLS // 2, 0.9 * pi / period / abs(speed))) + 1)
     G = -bench.response(speed, k).error_of_torque / np.max(np.abs(bench.response(speed).error_of_torque))
     c = 1.0 - np.cos(2.0 * pi * k / CELLS)
-    best: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    best: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
     for lead in np.linspace(-pi, pi, LEADS) / min(own):
         r = np.real(G * np.exp(1j * k * lead))
         s = MARGIN * float(np.max(-r[1:] / c[1:], initial=SMOOTH))
         if r[0] > STANDING and np.all(r[own] > 0.0):
             kept = float(np.max(s * c[own] / (r[own] + s * c[own])))
-            best = min(best, (kept, float(lead), s))
-    kept, lead, s = best
+            best = min(best, (kept, float(lead), s, float(np.min(r[own] + s * c[own]))))
+    kept, lead, s, slowest = best
     if kept == 1.0:
         raise ValueError(
             "repetitive control has no lead at which the mean and every order of the error converge, as with an "
@@ -160,4 +162,4 @@ def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float]:
         )
     largest = float(np.max(np.abs(G) + s * c))
     rate = min(rate_of(bench, speed) / largest, 0.5 / (turn * largest), 0.5 / (s * period * CELLS))
-    return lead, s * rate * period * CELLS, rate
+    return lead, s * rate * period * CELLS, rate, slowest * rate
