@@ -85,6 +85,11 @@ class Points:
         self.solved_at, self.computed = p.copy(), found
         return found
 
+    def again(self, chosen: Any) -> None:
+        """Forget the solutions of chosen points (n,): they are solved from the measured motion again."""
+        for i in np.flatnonzero(chosen):
+            self.solutions[i] = self.solved_at = None
+
     def keep(self, p: Floats) -> tuple[Complexes, Complexes]:
         """Derivatives (n, p) of the first harmonics by the parameters over their sizes, and (n,) by the frequency.
 

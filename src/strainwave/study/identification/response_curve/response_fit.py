@@ -29,6 +29,7 @@ LARGE = 0.15  # of the largest amplitude: a jump
 FAR = 1.0  # of its size: what the first guess may move a parameter that the points do not tell
 WORTH = 0.02  # of the force: how well the first guess is known
 NO_START = 0.01
+ASTRAY = 0.15  # of the largest amplitude: a point so far off is solved from its measurement again
 NEAR = 2.0  # widths of a jump: a fold farther away is another one
 ROUNDS = 2  # of weights
 LEFT = 0.3  # of the measurement's size: what a fit may leave
@@ -332,9 +333,12 @@ class _Fit:
 
     def refined(self, p: Floats) -> Floats:
         """Parameters that make the residual least, with weights of its own noise."""
-        for _ in range(ROUNDS):
+        for k in range(ROUNDS):
             self.asked = False
-            p = np.asarray(least_squares(self.off, p, self.slopes, x_scale="jac", xtol=1e-4, ftol=1e-5, max_nfev=30).x)
+            # A point that is solved on another branch at first must not draw the parameters there.
+            loss = {"loss": "soft_l1", "f_scale": self.noise} if k == 0 else {}
+            p = np.asarray(least_squares(self.off, p, self.slopes, xtol=1e-4, ftol=1e-5, max_nfev=30, **loss).x)
+            self.points.again(np.abs(self.points.solve(p) - self.points.measured) > ASTRAY * np.max(self.size))
             self._refuse_far(p)
             self.weights = np.ones(len(self.size))
             plain = np.abs(self.off(p)[: len(self.size)])
