@@ -73,14 +73,14 @@ def fit_run(run: Run, orders: Sequence[float], delay: float, highest: float) -> 
     residual = run.value - columns @ found
     ascending = np.sign(run.travel) * run.angle
     taken = _taken(run, orders, slow.shape[1], highest)
-    floor = noise_floor([(ascending, residual)], int(np.ceil(highest)), taken, rounding(run.value))
-    inverse = back @ back.T
+    floor = noise_floor([(ascending, residual)], int(np.ceil(highest)), taken, 0.0)
+    inverse, least = back @ back.T, rounding(run.value)
     at = slow.shape[1]
     values, spreads = [], []
     for i, k in enumerate(orders):
         place = slice(at + 2 * i, at + 2 * i + 2)
         values.append(complex(*found[place]))
-        spreads.append(floor.variance(k) * inverse[place, place])
+        spreads.append(max(floor.variance(k), least) * inverse[place, place])
     return RunFit(np.array(values), np.array(spreads).reshape(len(values), 2, 2), residual, floor)
 
 
