@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....results import Floats
-from ...kinematic_error.line_noise import Floor, noise_floor
+from ...kinematic_error.line_noise import CLOSE, Floor, noise_floor
 from ..run import Run
 
 SLOW = 12  # waves over the travel, at most, that friction and drift along it may have
@@ -72,15 +72,24 @@ def fit_run(run: Run, orders: Sequence[float], delay: float, highest: float) -> 
     found = back @ (u.T @ run.value)
     residual = run.value - columns @ found
     ascending = np.sign(run.travel) * run.angle
-    floor = noise_floor([(ascending, residual)], int(np.ceil(highest)), orders, rounding(run.value))
-    inverse = back @ back.T
+    taken = _taken(run, orders, slow.shape[1], highest)
+    floor = noise_floor([(ascending, residual)], int(np.ceil(highest)), taken, 0.0)
+    inverse, least = back @ back.T, rounding(run.value)
     at = slow.shape[1]
     values, spreads = [], []
     for i, k in enumerate(orders):
         place = slice(at + 2 * i, at + 2 * i + 2)
         values.append(complex(*found[place]))
-        spreads.append(floor.variance(k) * inverse[place, place])
+        spreads.append(max(floor.variance(k), least) * inverse[place, place])
     return RunFit(np.array(values), np.array(spreads).reshape(len(values), 2, 2), residual, floor)
+
+
+def _taken(run: Run, orders: Sequence[float], slow: int, highest: float) -> list[float]:
+    """Independent orders near which fitted lines, or so many slow columns, leave less than the noise."""
+    spacing = (1.0 - 1.0 / len(run.time)) / run.turns
+    grid = spacing * np.arange(1, int(1.5 * highest / spacing) + int(0.5 * slow + CLOSE) + 2)
+    near = np.min([np.abs(grid - k) for k in (*orders, np.inf)], axis=0) <= CLOSE * spacing
+    return [*orders, *grid[near | (grid <= (0.5 * slow + CLOSE) * spacing)]]
 
 
 def rounding(values: Floats) -> float:

@@ -17,6 +17,7 @@ from .places import RARE, placed_lines
 
 SHARE = 0.4  # of the samples per turn: the highest order that they show
 DIFFERENT = 5.0  # deviations by which runs may differ before it is said
+DOUBTFUL = 0.01  # probability that noise alone makes runs differ as much, below which their errors grow
 SAME_SPEED = 0.02  # relative difference of two speeds that counts as none
 
 
@@ -91,7 +92,7 @@ def order_scan(
         base,
         _notes(lines, joint, speeds, several, beyond),
         runs[0].unit,
-        float(max(joint.freedom, 1)),
+        _freedom(joint),
         forward,
         backward,
     )
@@ -176,7 +177,18 @@ def _deviation(joint: Joint, i: int) -> float:
 
 
 def _birge(joint: Joint) -> float:
-    return math.sqrt(max(1.0, joint.misfit / joint.freedom)) if joint.freedom > 0 else 1.0
+    """Factor of the errors: 1 where the noise may explain how runs differ."""
+    return math.sqrt(joint.misfit / joint.freedom) if _differ(joint) else 1.0
+
+
+def _freedom(joint: Joint) -> float:
+    """Degrees of freedom of the errors."""
+    return float(joint.freedom) if _differ(joint) else math.inf
+
+
+def _differ(joint: Joint) -> bool:
+    """Whether runs differ by more than their noise, with a probability of 1 - `DOUBTFUL`."""
+    return joint.freedom > 0 and float(gammaincc(0.5 * joint.freedom, 0.5 * joint.misfit)) < DOUBTFUL
 
 
 def _lines(
@@ -206,7 +218,7 @@ def _lines(
                 by_run=own,
                 by_run_error=errors,
                 same=_same(own, errors)[0],
-                freedom=float(max(joint.freedom, 1)) if joint.misfit > joint.freedom > 0 else math.inf,
+                freedom=_freedom(joint),
             )
         )
     return made
