@@ -129,6 +129,19 @@ def test_derivatives_are_those_of_the_variational_equations(clean):
         assert got == pytest.approx(want, abs=2e-5 * np.max(np.abs(want)))
 
 
+@compiled
+def test_what_follows_from_the_numbers_has_an_interval(clean):
+    """omega_0 = sqrt(K/J): its relative variance is (v_K + v_J)/4 less half of their covariance, relative ones."""
+    log = clean | {"output": clean["output"] + 0.01 * np.random.default_rng(5).standard_normal(len(clean["time"]))}
+    found = sw.identify(GUESS._replace(law=sw.Cubic(0.9, 0.3)), log, ("J", "B", "law.K", "law.alpha"))
+    low, high = found.interval_of(lambda system: math.sqrt(system.law.K / system.J))
+    jacobian = np.array([-0.5 / found.value("J"), 0.0, 0.5 / found.value("law.K"), 0.0])
+    relative = math.sqrt(jacobian @ found.covariance @ jacobian)
+    middle = math.sqrt(found.value("law.K") / found.value("J"))
+    assert 0.5 * (low + high) == pytest.approx(middle, rel=1e-12)
+    assert 0.5 * (high - low) == pytest.approx(1.96 * relative * middle, rel=0.02)
+
+
 class Late(NamedTuple):
     """Not of the package: T = K x with an internal state that follows x by a first-order lag."""
 

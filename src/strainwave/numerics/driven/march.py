@@ -24,10 +24,10 @@ def first_lanes(lanes: int) -> Any:
 
 @kernel
 def march_driven(
-    model: Any, start: Any, rows: Any, lanes: int, pieces: Any, places: Any, seen: Any, samples: int, parts: int,
-    step: float, out: Any,
+    model: Any, start: Any, rows: Any, lanes: int, pieces: Any, places: Any, seen: Any, begin: int, samples: int,
+    parts: int, step: float, out: Any,
 ) -> None:  # fmt: skip
-    """March lanes over so many samples, `parts` steps of fourth order between two, and keep the states `seen`.
+    """March lanes over samples from `begin` on, `parts` fourth-order steps between two, and keep the states `seen`.
 
     Rows are the leaves of the model and its states; the signals at `places` get their `pieces` one after the other.
     """
@@ -39,15 +39,16 @@ def march_driven(
                 out[i, k, j] = load(rows, at + seen[i], j)
         if k + 1 < samples:
             for p in range(k * parts, (k + 1) * parts):
+                t = (begin * parts + p) * h
                 for q in range(len(places)):
                     for j in first_lanes(lanes):
-                        rows[places[q] + START, j] = p * h
+                        rows[places[q] + START, j] = t
                     for c in range(DEGREE + 1):
                         for j in first_lanes(lanes):
                             rows[places[q] + COEFFICIENTS + c, j] = pieces[q, p, c]
                 for j in first_lanes(lanes):
                     one, y = lane(model, rows, 0, j), lane(start, rows, at, j)
-                    store(rk4_step(one, one.omega * (p * h), one.omega * h, y, h), rows, at, j)
+                    store(rk4_step(one, one.omega * t, one.omega * h, y, h), rows, at, j)
 
 
 @dataclass(frozen=True)
@@ -58,8 +59,13 @@ class Lanes:
     table: Floats
     places: Any
 
-    def run(self, starts: Floats, pieces: Floats, seen: Any, samples: int, parts: int, step: float) -> Floats:
-        """States `seen` (seen, samples, lanes) from the states `starts` (states, lanes), samples `step` [s] apart."""
+    def run(
+        self, starts: Floats, pieces: Floats, seen: Any, samples: int, parts: int, step: float, begin: int = 0
+    ) -> Floats:
+        """States `seen` (seen, samples, lanes) from the states `starts` (states, lanes) at the sample `begin`.
+
+        The samples are `step` [s] apart, and time counts from the first of all.
+        """
         lanes = self.table.shape[1]
         wide = -(-lanes // WIDE) * WIDE
         rows = np.empty((len(self.table) + len(starts), LANES))
@@ -68,7 +74,9 @@ class Lanes:
         out = np.empty((len(seen), samples, wide))
         start = (0.0,) * len(starts)
         with np.errstate(all="ignore"):
-            run(march_driven, self.model, start, rows, wide, pieces, self.places, seen, samples, parts, step, out)
+            run(
+                march_driven, self.model, start, rows, wide, pieces, self.places, seen, begin, samples, parts, step, out
+            )
         return out[:, :, :lanes]
 
 

@@ -9,7 +9,6 @@ from ...model.laws.hysteresis import Parallel
 from ...numerics.driven.march import lanes_of
 from ...quantities import Ratio
 from ...results import Floats
-from .experiment import sizes_of
 from .windows import EFFECT, LeastSquares, Point
 
 SHARP = 0.02  # of the rate's size: over which the dry friction that is looked for changes its sign
@@ -61,7 +60,7 @@ def candidate_columns(problem: LeastSquares, point: Point) -> dict[str, Floats]:
     if not hasattr(system, "law"):
         return {}
     first = problem.windows[0].record
-    sizes = sizes_of(problem.of, first)
+    sizes = problem.sizes(first)
     x, v = float(sizes[0]), float(sizes[min(1, len(sizes) - 1)])
     torque = _torque(system, x)
     width = SHARP * v

@@ -179,19 +179,28 @@ def _at(model: Any, path: str) -> Any:
 class Record:
     """Signals of one uninterrupted measurement.
 
-    `inputs` is (inputs, n), `outputs` (outputs, n) with NaN where nothing was measured, `step` [s] between samples.
+    `inputs` is (inputs, n), `outputs` (outputs, n) with NaN where nothing was measured, `step` [s] between samples, and
+    `begin` the samples before it, from which time counts.
     """
 
     inputs: Floats
     outputs: Floats
     step: float
+    begin: int = 0
 
     def __len__(self) -> int:
         return int(self.outputs.shape[1])
 
-    def first(self, samples: int) -> "Record":
-        """The first so many samples."""
-        return Record(self.inputs[:, :samples], self.outputs[:, :samples], self.step)
+    def parted(self, samples: int, parts: int) -> list["Record"]:
+        """So many samples in all, in parts that are evenly spread over the record."""
+        if samples >= len(self):
+            return [self]
+        each = samples // parts
+        begins = np.linspace(0, len(self) - each, parts).astype(int)
+        return [
+            Record(self.inputs[:, i : i + each], self.outputs[:, i : i + each], self.step, self.begin + int(i))
+            for i in begins
+        ]
 
     def pieces(self, of: Experiment, values: Floats, parts: int) -> Floats:
         """Polynomials (inputs, pieces, 6) of the inputs, delayed."""
@@ -231,11 +240,10 @@ def start_states(of: Experiment, outputs: Floats, at: int, step: float) -> Float
 
 
 def sizes_of(of: Experiment, record: Record) -> Floats:
-    """How large the states (states,) are: of a measured one its standard deviation, of its rate that of its steps."""
+    """How large the states (states,) are: of a measured one its scatter, of its rate that of its steps; 0 of others."""
     sizes = np.zeros(len(of.states()))
     for name, row in zip(of.outputs, record.outputs, strict=True):
         sizes[of.states().index(name)] = np.nanstd(row)
         if f"{name}'" in of.states():
             sizes[of.states().index(f"{name}'")] = np.nanstd(np.diff(row)) / record.step
-    largest = np.max(sizes)
-    return np.where(sizes > 0.0, sizes, largest if largest > 0.0 else 1.0)
+    return sizes

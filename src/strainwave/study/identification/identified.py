@@ -1,6 +1,7 @@
 """What `identify` found, and what it says of other records."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -88,6 +89,24 @@ class Identified(Result):
     def interval(self, path: str, level: float = 0.95) -> Interval:
         """Interval that covers it with this probability, if the model is right."""
         return interval(self.value(path), self.deviation(path), float(self.freedom[self._place(path)]), level)
+
+    def interval_of(self, function: Callable[[Any], float], level: float = 0.95) -> Interval:
+        """Interval of what follows from the system, such as the speed of a jump.
+
+        Parameters
+        ----------
+        function : callable
+            Number of a system; it is called for the system found, and once for each free number of it.
+        level : float
+            Probability of covering, to first order in the numbers (delta method).
+        """
+        first, gradient = float(function(self.system)), np.zeros(len(self.free))
+        for i, (value, deviation) in enumerate(zip(self.values, self.deviations, strict=True)):
+            changed = self.values.copy()
+            changed[i] = value + 0.5 * deviation
+            gradient[i] = (float(function(self.experiment.found(changed))) - first) / (0.5 * deviation)
+        spread = math.sqrt(float(gradient @ self.covariance @ gradient))
+        return interval(first, spread, float(np.min(self.freedom)), level)
 
     def _place(self, path: str) -> int:
         if path not in self.free:

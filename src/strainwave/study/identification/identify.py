@@ -1,6 +1,7 @@
 """A system's numbers from measured signals: output error in windows that grow until whole records run freely."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,14 +16,17 @@ from .experiment import Experiment, Record, experiment
 from .identifiability import unidentifiable
 from .identified import Identified
 from .intervals import Spread, spread
-from .windows import LeastSquares, Point, Window, finite, reweighted, solve, windows_of
+from .windows import LeastSquares, Point, Window, cleared, finite, reweighted, small, solve, windows_of
 
 FIRST_WINDOW = 48  # samples of the first windows
 GROWTH = 6  # of the windows from one round to the next
-EARLY = 6_000  # samples that the early rounds look at
-EARLY_STEPS, LATE_STEPS = 5, 40
+EARLY, PARTS = 4_000, 4  # samples that the early rounds look at, and in how many parts of a record they are
+EARLY_STEPS, LATE_STEPS = 6, 40
+CAUTIOUS = 0.1  # Levenberg's first factor in the early rounds
 ACCURATE = 1e-4  # of the outputs' size: what halving the steps may change
 MOST_PARTS = 64
+CHECKED = 16_000  # samples of a record that finer steps are tried on
+MOVED = 0.2  # of a number's standard deviation: what halving the steps may change at the end
 LOOKED_AT = 400  # samples that the number of steps is chosen on
 
 
@@ -96,22 +100,66 @@ def identify(
     parts = positive_count("steps", steps) if steps is not None else _parts(of, records, values, noise)
     point: Point | None = None
     length, longest = FIRST_WINDOW, max(len(record) for record in records)
-    early = [record.first(max(EARLY // len(records), FIRST_WINDOW)) for record in records]
+    early = [
+        part for record in records for part in record.parted(max(EARLY // len(records), PARTS * FIRST_WINDOW), PARTS)
+    ]
     while length < min(longest, EARLY):
         progress(f"windows of {length} samples", 0.5 * length / EARLY)
         problem = LeastSquares(of, windows_of(early, length), noise, parts)
-        point, _ = solve(problem, finite(problem.begin(values)), EARLY_STEPS)
+        point, _ = solve(problem, finite(problem.begin(values)), EARLY_STEPS, CAUTIOUS)
         values, length = point.values, length * GROWTH
     whole = [Window(record, 0, len(record)) for record in records]
     problem = LeastSquares(of, whole, noise, parts)
     point = finite(problem.begin(values))
-    point, _ = solve(problem, point, 3, lambda i, _c: progress("whole records", 0.5 + 0.1 * i))
+    point, _ = solve(problem, point, 3, told=lambda i, _c: progress("whole records", 0.5 + 0.1 * i))
     if len(noise) > 1:
         problem = reweighted(problem, point)
         point = problem.at(point.values, point.starts)
-    point, converged = solve(problem, point, LATE_STEPS, lambda i, _c: progress("whole records", 0.8 + 0.01 * i))
+    point, converged = solve(problem, point, LATE_STEPS, told=lambda i, _c: progress("whole records", 0.8 + 0.01 * i))
+    if steps is None:
+        problem, point, converged = _finer(problem, point, converged, progress)
     progress("identified", 1.0)
     return _result(of, problem, point, converged, records)
+
+
+def _finer(
+    problem: LeastSquares, point: Point, converged: bool, progress: Callable[[str, float], None]
+) -> tuple[LeastSquares, Point, bool]:  # fmt: skip
+    """The same with steps of the integration so fine that halving them moves no number by much of its deviation."""
+    while problem.parts < MOST_PARTS:
+        progress(f"{2 * problem.parts} steps a sample", 0.95)
+        finer = replace(problem, parts=2 * problem.parts, kept={})
+        if _moves_little(finer, point):
+            break
+        point, converged = solve(finer, finer.at(point.values, point.starts), LATE_STEPS)
+        problem = finer
+    return problem, point, converged
+
+
+def _moves_little(finer: LeastSquares, point: Point) -> bool:
+    """Whether finer steps would move the numbers by little, from the begin of every window."""
+    most = CHECKED if len(finer.noise) == 1 else max(len(w.record) for w in finer.windows)  # outputs stand in turn
+    windows = [Window(w.record.parted(most, 1)[0], w.first, min(w.stop, most)) for w in finer.windows]
+    rows = [int(np.sum(np.isfinite(w.record.outputs[:, w.first : w.stop]))) for w in windows]
+    residuals = replace(finer, windows=windows).residuals(point.values, point.starts)
+    columns, rest = replace(
+        point,
+        residuals=residuals,
+        by_value=[j[:n] for j, n in zip(point.by_value, rows, strict=True)],
+        by_start=[j[:n] for j, n in zip(point.by_start, rows, strict=True)],
+    ).reduced()
+    size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    change = np.linalg.lstsq(columns / size, -rest, rcond=None)[0] / size
+    whole = sum(len(r) for r in point.residuals)
+    return small(columns, rest, change - _now(point, columns, rows), MOVED * np.sqrt(len(rest) / whole))
+
+
+def _now(point: Point, columns: Floats, rows: Sequence[int]) -> Floats:
+    """Change of the numbers that the same rows want with the steps as they are."""
+    parts = zip(point.residuals, point.by_start, rows, strict=True)
+    rest = np.concatenate([cleared(r[:n, None], s[:n])[:, 0] for r, s, n in parts])
+    size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    return np.asarray(np.linalg.lstsq(columns / size, -rest, rcond=None)[0] / size)
 
 
 def _spread_of(records: Sequence[Record]) -> Floats:
@@ -121,7 +169,7 @@ def _spread_of(records: Sequence[Record]) -> Floats:
 
 def _parts(of: Experiment, records: Sequence[Record], values: Floats, noise: Floats) -> int:
     """Steps between two samples: twice as many change the outputs by less than `ACCURATE` of their size."""
-    window = windows_of([records[0].first(LOOKED_AT)], LOOKED_AT)[0]
+    window = windows_of(records[0].parted(LOOKED_AT, 1), LOOKED_AT)[0]
     before, parts = None, 1
     while parts <= MOST_PARTS:
         problem = LeastSquares(of, [window], noise, parts)

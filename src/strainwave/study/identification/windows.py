@@ -16,9 +16,13 @@ from .experiment import Experiment, Record, sizes_of, start_states
 
 EFFECT = 1e-6  # of the outputs' size: what a variation of a number changes
 FIRST_STEP = 1e-6  # of a number, before its effect is known
-DAMPED = 1e-3  # Levenberg's first factor
+MOST_STEP = 1e-3  # of a number
+NO_EFFECT = 1e-12  # of the outputs' size: rounding
+DAMPED = 1e-3  # Levenberg's first factor near a solution
+WEAK = 1e-2
 LARGEST_DAMPING = 1e8
-CONVERGED = 1e-3  # of a number's standard deviation, were the residual white
+CONVERGED = 1e-2  # of a number's standard deviation, were the residual white
+OF_START = 50  # samples that a start is taken to move
 
 
 @dataclass(frozen=True)
@@ -45,7 +49,8 @@ class Point:
 
     def cost(self) -> float:
         """Sum of the squares of the residuals; infinite for a motion that left every bound."""
-        total = float(sum(np.sum(r * r) for r in self.residuals))
+        with np.errstate(all="ignore"):
+            total = float(sum(np.sum(r * r) for r in self.residuals))
         return total if np.isfinite(total) else np.inf
 
     def reduced(self) -> tuple[Floats, Floats]:
@@ -78,6 +83,7 @@ class LeastSquares:
     noise: Floats
     parts: int
     variations: Floats = field(default_factory=lambda: np.zeros(0))
+    unseen: Floats = field(default_factory=lambda: np.zeros(0))
     kept: dict[Any, Any] = field(default_factory=dict)
 
     def begin(self, values: Floats) -> Point:
@@ -87,7 +93,25 @@ class LeastSquares:
         for window in self.windows:
             outputs = (window.record.outputs - of["offset"][:, None]) / of["gain"][:, None]
             starts.append(start_states(self.of, outputs, window.first, window.record.step))
+        self.unseen = self._unseen(values, starts[0])
         return self.at(values, starts)
+
+    def _unseen(self, values: Floats, start: Floats) -> Floats:
+        """How large all states (states,) become in the first window."""
+        w, every = self.windows[0], np.arange(len(start))
+        lanes = self.of.lanes([values], w.record.step, self.parts)
+        pieces = self._ready(w.record, values)[0][:, w.first * self.parts : (w.stop - 1) * self.parts]
+        seen = lanes.run(
+            start[:, None], np.ascontiguousarray(pieces), every, len(w), self.parts, w.record.step,
+            w.record.begin + w.first,
+        )  # fmt: skip
+        size = np.std(seen[:, :, 0], axis=1)
+        return np.where(np.isfinite(size) & (size > 0.0), size, 1.0)
+
+    def sizes(self, record: Record) -> Floats:
+        """How large the states (states,) of a record are, those that were not measured as computed."""
+        found = sizes_of(self.of, record)
+        return np.where(found > 0.0, found, self.unseen if len(self.unseen) else 1.0)
 
     def at(self, values: Floats, starts: Sequence[Floats]) -> Point:
         """Residuals and derivatives at values and starts."""
@@ -106,20 +130,34 @@ class LeastSquares:
         residuals, by_value, by_start = (list(items) for items in zip(*found, strict=True))
         return Point(values, list(starts), residuals, by_value, by_start)
 
-    def _ready(self, record: Record, values: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Pieces of the inputs, outputs as they are compared, their rates, and sizes of the states."""
+    def residuals(self, values: Floats, starts: Sequence[Floats]) -> list[Floats]:
+        """Residuals alone, of each window."""
+        lanes = self.of.lanes([values], self.windows[0].record.step, self.parts)
+        outputs = self.of.of_outputs(values)
+        found = []
+        for w, start in zip(self.windows, starts, strict=True):
+            pieces, measured, _ = self._ready(w.record, values)
+            seen = self._run(w, pieces, lanes, start[:, None])[:, :, 0]
+            model = outputs["offset"][:, None] + outputs["gain"][:, None] * seen
+            residual = (model - measured[:, w.first : w.stop]) / self.noise[:, None]
+            found.append(residual[np.isfinite(residual) | ~np.isfinite(seen)])
+        return found
+
+    def _ready(self, record: Record, values: Floats) -> tuple[Floats, Floats, Floats]:
+        """Pieces of the inputs, outputs as they are compared, and their rates."""
         delays = self.of.delays(values), self.of.of_outputs(values)["delay"]
         key = id(record), tuple(np.concatenate(delays).tolist())
         if key not in self.kept:
             self.kept = {old: ready for old, ready in self.kept.items() if old[0] != id(record)}
             pieces = record.pieces(self.of, values, self.parts)
-            self.kept[key] = pieces, *record.shifted(delays[1]), sizes_of(self.of, record)
-        pieces, outputs, rates, sizes = self.kept[key]
-        return pieces, outputs, rates, sizes
+            self.kept[key] = pieces, *record.shifted(delays[1])
+        pieces, outputs, rates = self.kept[key]
+        return pieces, outputs, rates
 
     def _run(self, w: Window, pieces: Floats, lanes: Lanes, starts: Floats) -> Floats:
         some = pieces[:, w.first * self.parts : (w.stop - 1) * self.parts]
-        return lanes.run(starts, np.ascontiguousarray(some), self.of.seen(), len(w), self.parts, w.record.step)
+        begin = w.record.begin + w.first
+        return lanes.run(starts, np.ascontiguousarray(some), self.of.seen(), len(w), self.parts, w.record.step, begin)
 
     def _learn(self, values: Floats, start: Floats) -> None:
         """Set the variations so that each changes the outputs of the first window by `EFFECT` of their size."""
@@ -131,13 +169,14 @@ class LeastSquares:
         seen = self._run(w, pieces, lanes, np.repeat(start[:, None], len(variants), axis=1))
         size = np.sqrt(np.mean(seen[:, :, :1] ** 2, axis=1, keepdims=True)) + 1e-300
         change = np.sqrt(np.max(np.mean(((seen[:, :, 1:] - seen[:, :, :1]) / size) ** 2, axis=1), axis=0))
-        good = np.isfinite(change) & (change > 0.0)
+        good = np.isfinite(change) & (change > NO_EFFECT)
         factor = np.where(good, np.clip(EFFECT / np.where(good, change, 1.0), 1e-4, 1e4), 1.0)
-        self.variations = self.variations * factor
+        most = np.where(values != 0.0, MOST_STEP * np.abs(values), np.inf)
+        self.variations = np.minimum(self.variations * factor, most)
 
     def differences(self, w: Window, values: Floats, lanes: Lanes, start: Floats, by_start: Floats) -> Floats:
         """What lanes (n, lanes - 1) differ by from the first one in a window, in units of noise, the start cleared."""
-        pieces, measured, *_ = self._ready(w.record, values)
+        pieces, measured, _ = self._ready(w.record, values)
         seen = self._run(w, pieces, lanes, np.repeat(start[:, None], lanes.table.shape[1], axis=1))
         scale = self.of.of_outputs(values)["gain"] / self.noise
         change = scale[:, None, None] * (seen[:, :, 1:] - seen[:, :, :1])
@@ -147,11 +186,11 @@ class LeastSquares:
         self, w: Window, ready: Any, lanes: Lanes, values: Floats, start: Floats
     ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
         """Residuals (n,) and derivatives by the values (n, free) and the start (n, states) of a window."""
-        pieces, measured, rates, sizes = ready
+        pieces, measured, rates = ready
         free, states = len(values), len(start)
         outputs = self.of.of_outputs(values)
         starts = np.repeat(start[:, None], 1 + free + states, axis=1)
-        delta = EFFECT * sizes
+        delta = EFFECT * self.sizes(w.record)
         starts[np.arange(states), 1 + free + np.arange(states)] += delta
         seen = self._run(w, pieces, lanes, starts)
         at = slice(w.first, w.stop)
@@ -176,50 +215,64 @@ def cleared(columns: Floats, by_start: Floats) -> Floats:
 
 
 def solve(
-    problem: LeastSquares, point: Point, most: int, told: Callable[[int, float], None] = lambda _i, _c: None
+    problem: LeastSquares, point: Point, most: int, damping: float = DAMPED,
+    told: Callable[[int, float], None] = lambda _i, _c: None,
 ) -> tuple[Point, bool]:  # fmt: skip
     """Minimise the sum of squares from a point by Levenberg and Marquardt's method; and whether it converged.
 
     Moré 1978, Lecture Notes in Mathematics 630, 105-116 (scaling by the columns' sizes).
     """
-    damping = DAMPED
     for i in range(most):
         told(i, point.cost())
         columns, rest = point.reduced()
-        size = np.linalg.norm(columns, axis=0)
-        size = np.where(size > 0.0, size, 1.0)
+        size = _scale(columns, point.values)
         while True:
             stacked = np.concatenate([columns / size, np.sqrt(damping) * np.eye(len(size))])
             wanted = np.concatenate([-rest, np.zeros(len(size))])
+            if not np.all(np.isfinite(stacked)):
+                raise SolveError(
+                    "the motion leaves every bound beside the numbers reached; start from others, or fix some of them"
+                )
             change = np.linalg.lstsq(stacked, wanted, rcond=None)[0] / size
-            trial = _tried(problem, point, change)
+            trial = _tried(problem, point, change, damping)
             if trial is not None and trial.cost() < point.cost():
                 break
             damping *= 10.0
             if damping > LARGEST_DAMPING:
-                return point, _small(columns, rest, change)
+                return point, small(columns, rest, change)
         damping = max(damping / 10.0, 1e-12)
-        small = _small(columns, rest, change)
+        done = small(columns, rest, change)
         point = trial
-        if small:
+        if done:
             return point, True
     return point, False
 
 
-def _small(columns: Floats, rest: Floats, change: Floats) -> bool:
-    """Whether a change is small beside the standard deviations that white residuals would give."""
+def _scale(columns: Floats, values: Floats) -> Floats:
+    """Sizes of the columns; of one that hardly tells its number as if the number told `WEAK` of the strongest."""
+    size = np.linalg.norm(columns, axis=0)
+    share = size * np.abs(values)
+    least = WEAK * np.max(share, initial=0.0) / np.where(values != 0.0, np.abs(values), np.inf)
+    return np.where(np.maximum(size, least) > 0.0, np.maximum(size, least), 1.0)
+
+
+def small(columns: Floats, rest: Floats, change: Floats, share: float = CONVERGED) -> bool:
+    """Whether a change is below a share of the standard deviations that white residuals would give."""
     singular = np.linalg.svd(columns, compute_uv=True, full_matrices=False)
     spread = singular[2].T / np.where(singular[1] > 0.0, singular[1], np.inf)
     deviation = np.sqrt(np.sum(rest * rest) / len(rest) * np.sum(spread * spread, axis=1))
-    return bool(np.all(np.abs(change) <= CONVERGED * deviation + 1e-14))
+    return bool(np.all(np.abs(change) <= share * deviation + 1e-14))
 
 
-def _tried(problem: LeastSquares, point: Point, change: Floats) -> Point | None:
-    """The point after a change of the values, and the best change of the starts with it; None outside the model."""
+def _tried(problem: LeastSquares, point: Point, change: Floats, damping: float) -> Point | None:
+    """The point after a change of the values, and a damped change of the starts with it; None outside the model."""
     starts = []
-    for r, j, s, start in zip(point.residuals, point.by_value, point.by_start, point.starts, strict=True):
-        size = np.maximum(np.linalg.norm(s, axis=0), 1e-300)
-        starts.append(start - np.linalg.lstsq(s / size, r + j @ change, rcond=1e-10)[0] / size)
+    rows = zip(problem.windows, point.residuals, point.by_value, point.by_start, point.starts, strict=True)
+    for w, r, j, s, start in rows:
+        size = problem.sizes(w.record)
+        held = np.sqrt(damping * min(len(r), OF_START)) * np.eye(len(start))
+        stacked, wanted = np.concatenate([s * size, held]), np.concatenate([r + j @ change, np.zeros(len(start))])
+        starts.append(start - np.linalg.lstsq(stacked, wanted, rcond=None)[0] * size)
     try:
         return problem.at(point.values + change, starts)
     except ValueError:  # a value that the model refuses
