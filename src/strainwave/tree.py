@@ -107,6 +107,26 @@ def _with_leaf(thing: Any, index: int, value: Any) -> tuple[Any, int]:
     return thing, index
 
 
+def part(model: Any, path: str) -> Any:
+    """The number or the model at a path; a path that does not exist is a ValueError."""
+    found = model
+    for key in path.split("."):
+        names = _names(found)
+        if key not in names:
+            raise ValueError(
+                f"{type(model).__name__} is no model with a part {shown(path)}; its numbers are "
+                f"{', '.join(name for name, *_ in numbers(model))}"
+            )
+        found = found[names.index(key)]
+    return found
+
+
+def _names(thing: Any) -> list[str]:
+    if not isinstance(thing, tuple):
+        return []
+    return list(getattr(thing, "_fields", map(str, range(len(thing)))))
+
+
 def replaced(model: Any, path: str, value: Any) -> Any:
     """The model with the number or the model at a path replaced; a path that does not exist is a ValueError."""
     return _replaced(model, path.split("."), value, path)
@@ -114,7 +134,7 @@ def replaced(model: Any, path: str, value: Any) -> Any:
 
 def _replaced(model: Any, keys: list[str], value: Any, path: str) -> Any:
     key, rest = keys[0], keys[1:]
-    names = list(model._fields) if is_model(model) else [str(i) for i in range(len(model))]
+    names = _names(model)
     if key not in names:
         raise ValueError(
             f"{type(model).__name__} has no parameter {shown(key)} (in {shown(path)}); it has "

@@ -283,7 +283,7 @@ BAD = [
     ({"free": ("excitation.c0",)}, "is measured"),
     ({"free": ("omega",)}, "omega is free"),
     ({"inputs": {"excitation.mean": "input"}}, "name the torque"),
-    ({"inputs": {"force": "input"}}, "no part of the model"),
+    ({"inputs": {"force": "input"}}, "with a part 'force'"),
     ({"outputs": {"y": "output"}}, "is no state"),
     ({"outputs": {}}, "no output"),
     ({"outputs": {"x": "torsion"}}, "no channel 'torsion'"),

@@ -20,7 +20,7 @@ def read_npz(path: Path) -> Read:
     try:
         with np.load(path, allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in stored.files if stored[name].dtype.kind in "iufb"}
-    except Exception as error:
+    except Exception as error:  # whatever a damaged file makes its reader raise
         raise _unreadable(path, error, ".npz") from None
     return _columns(path, arrays), []
 
@@ -31,7 +31,7 @@ def read_mat(path: Path) -> Read:
         content = loadmat(path, squeeze_me=True, struct_as_record=False)
     except NotImplementedError:
         raise refuse(path, "is a MATLAB file of version 7.3; save it with -v7") from None
-    except Exception as error:
+    except Exception as error:  # as above
         raise _unreadable(path, error, ".mat") from None
     arrays: dict[str, Any] = {}
     for name, value in content.items():
@@ -103,7 +103,7 @@ def read_mdf(path: Path) -> Read:
     try:
         with asammdf.MDF(str(path)) as file:
             signals = [signal for signal in file.iter_channels() if np.asarray(signal.samples).dtype.kind in "iufb"]
-    except Exception as error:
+    except Exception as error:  # as above
         raise _unreadable(path, error, "MDF") from None
     found = [
         Column(str(s.name), str(s.unit or ""), np.asarray(s.samples, float), np.asarray(s.timestamps, float))

@@ -49,10 +49,15 @@ def record_of(of: Experiment, channels: Mapping[str, Any], number_of: int | None
         if not np.all(np.isfinite(rows[name])):
             i = int(np.flatnonzero(~np.isfinite(rows[name]))[0])
             raise ValueError(f"{where}: {name} is {rows[name][i]} at sample {i}; an input must be known at all samples")
-    for name in of.outputs.values():
-        if not np.nanstd(rows[name]) > 0.0:
+    for state, name in of.outputs.items():
+        known = rows[name][np.isfinite(rows[name])]
+        if len(known) < FEWEST:
+            raise ValueError(f"{where}: {name} has {len(known)} values; give {FEWEST} at least")
+        if not np.ptp(known) > 0.0:
+            raise ValueError(f"{where}: {name} is {known[0]:g} throughout; nothing moves: give a record with motion")
+        if f"{state}.delay" in of.free and len(known) < len(time):
             raise ValueError(
-                f"{where}: {name} is {rows[name][0]:g} throughout; nothing moves: give a record with motion"
+                f"{where}: {name} has {len(time) - len(known)} gaps, and a delay of it is free: fill or cut them"
             )
     inputs = np.array([rows[name] for name in of.inputs.values()]).reshape(len(of.inputs), len(time))
     outputs = np.array([rows[name] for name in of.outputs.values()])

@@ -129,7 +129,7 @@ def compare_laws(
     names = list(candidates)
     return LawComparison(
         tuple(names[i] for i in order),
-        np.array([float(len(found[i].free)) for i in order]),
+        np.array([float(len(found[i].names)) for i in order]),
         np.array([float(found[i].rms[0]) for i in order]),
         np.array(left)[order],
         tuple(found[i] for i in order),

@@ -11,10 +11,9 @@ from ...numerics.driven.signal import Between, Signal, pieces, places_of, resamp
 from ...protocols import names_of, omega_of
 from ...quantities import checked, shown
 from ...results import Floats
-from ...tree import leaf_of, leaves, numbers, replaced, with_leaf
+from ...tree import leaf_of, part, replaced, with_leaf
 
-OF_OUTPUT = {"gain": 1.0, "offset": 0.0, "delay": 0.0}
-OF_INPUT = ("gain", "offset", "delay")
+OF_OUTPUT = {"gain": 1.0, "offset": 0.0, "delay": 0.0}  # of an input too: the first fields of a `Signal`
 NEAR_START = 7  # samples that the first rate of a measured state is taken from
 
 
@@ -58,33 +57,34 @@ class Experiment:
     def _value(self, path: str) -> float:
         if (own := self._of_output(path)) is not None:
             return OF_OUTPUT[own[1]]
-        return float(leaves(self.driven)[leaf_of(self.driven, path)])
+        return float(part(self.driven, path))
 
     def _of_output(self, path: str) -> tuple[int, str] | None:
         name, _, what = path.rpartition(".")
         return (list(self.outputs).index(name), what) if name in self.outputs and what in OF_OUTPUT else None
 
-    def model(self, values: Floats, step: float, parts: int, delays: Floats | None = None) -> Any:
-        """The driven system with these values of the free numbers; delays of signals are those beyond `delays`."""
+    def _with(self, values: Floats) -> Any:
         model = self.driven
         for path, value in zip(self.free, values, strict=True):
             if self._of_output(path) is None:
                 model = with_leaf(model, leaf_of(model, path), float(value))
+        return model
+
+    def model(self, values: Floats, step: float, parts: int, delays: Floats | None = None) -> Any:
+        """The driven system with these values of the free numbers; delays of signals are those beyond `delays`."""
+        model = self._with(values)
         own = {"per_omega": 1.0 / float(omega_of(model)), "per_length": parts / step}
         for i, path in enumerate(self.inputs):
-            signal = _at(model, path)
+            signal = part(model, path)
             less = 0.0 if delays is None else float(delays[i])
             model = replaced(model, path, signal._replace(**own, delay=signal.delay - less))
         return model
 
     def found(self, values: Floats) -> Any:
         """The system as it was given, with these values of its free numbers."""
-        model = self.driven
-        for path, value in zip(self.free, values, strict=True):
-            if self._of_output(path) is None:
-                model = with_leaf(model, leaf_of(model, path), float(value))
+        model = self._with(values)
         for path in self.inputs:
-            model = replaced(model, path, _at(self.system, path))
+            model = replaced(model, path, part(self.system, path))
         return model
 
     def delays(self, values: Floats) -> Floats:
@@ -128,7 +128,7 @@ def experiment(
     system = checked(system)
     driven = system
     for path in inputs:
-        if not isinstance(_at(system, path), tuple):
+        if not isinstance(part(system, path), tuple):
             raise ValueError(
                 f"the input {shown(path)} is a number of the model; name the torque or the motion that it belongs to, "
                 f"such as {shown(path.rpartition('.')[0] or 'excitation')}"
@@ -153,7 +153,7 @@ def experiment(
             continue
         leaf = leaf_of(driven, path)
         inside = [leaf - at for at in places if at <= leaf < at + len(Signal())]
-        if inside and inside[0] >= len(OF_INPUT):
+        if inside and inside[0] >= len(OF_OUTPUT):
             raise ValueError(f"{shown(path)} is measured; of an input gain, offset and delay may be free")
         if path == "omega" and inputs:
             raise ValueError("omega is free, but the inputs are measured in time; fix the speed of the base angle")
@@ -162,17 +162,6 @@ def experiment(
                 f"{shown(path)} is free, but a held input is no smooth function of a delay; take 'band-limited'"
             )
     return ready
-
-
-def _at(model: Any, path: str) -> Any:
-    """The part of a model at a path."""
-    for key in path.split("."):
-        names = model._fields if hasattr(model, "_fields") else [str(i) for i in range(len(model))]
-        if key not in names:
-            paths = ", ".join(name for name, *_ in numbers(model))
-            raise ValueError(f"the input {shown(path)} is no part of the model; its numbers are {paths}")
-        model = model[list(names).index(key)]
-    return model
 
 
 @dataclass(frozen=True)
@@ -211,16 +200,11 @@ class Record:
 
     def shifted(self, delays: Floats) -> tuple[Floats, Floats]:
         """Outputs (outputs, n) at a later time, and their rates."""
-        values, rates = self.outputs.copy(), np.zeros(self.outputs.shape)
+        values, rates = self.outputs.copy(), np.gradient(self.outputs, axis=1)
         for i, delay in enumerate(delays / self.step):
-            if delay != 0.0 or delays.size:
-                values[i], rate, _ = resampled(self.outputs[i], 1, -delay) if delay else _as_it_is(self.outputs[i])
-                rates[i] = rate / self.step
-        return values, rates
-
-
-def _as_it_is(values: Floats) -> tuple[Floats, Floats, None]:
-    return values, np.gradient(values), None
+            if delay:
+                values[i], rates[i], _ = resampled(self.outputs[i], 1, -delay)
+        return values, rates / self.step
 
 
 def start_states(of: Experiment, outputs: Floats, at: int, step: float) -> Floats:

@@ -69,6 +69,43 @@ class Fitted(Result):
         ]
 
 
+class ByName:
+    """What fits with numbers of several origins have in common: value, deviation and interval by name."""
+
+    values: dict[str, float]
+    covariance: Floats
+    freedom: Floats
+    unidentified: dict[str, str]
+
+    def value(self, path: str) -> float:
+        """Value of a number in SI, by its name or its path in the law: "K1", "second.yield_twist".
+
+        Raises
+        ------
+        ValueError
+            If there is no such number, or the measurement does not tell it.
+        """
+        return self.values[self._name(path)]
+
+    def deviation(self, path: str) -> float:
+        """Standard deviation of a number in SI; errors as `value`."""
+        i = list(self.values).index(self._name(path))
+        return float(np.sqrt(self.covariance[i, i]))
+
+    def interval(self, path: str, level: float = 0.95) -> Interval:
+        """Interval (low, high) in SI that holds a number with the probability `level`; errors as `value`."""
+        freedom = float(self.freedom[list(self.values).index(self._name(path))])
+        return interval(self.value(path), self.deviation(path), freedom, level)
+
+    def _name(self, path: str) -> str:
+        name = str(path).rpartition(".")[2]
+        if name in self.unidentified:
+            raise ValueError(self.unidentified[name])
+        if name not in self.values:
+            raise ValueError(f"the fit has no {path!r}; it has {', '.join(self.values)}")
+        return name
+
+
 def free_leaves(system: Any, free: Sequence[str]) -> list[int]:
     """Places of the free parameters among the leaves of a system.
 

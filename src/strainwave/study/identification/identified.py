@@ -8,13 +8,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...numerics.driven.signal import Between
-from ...quantities import numbers, shown
-from ...records import Labelled, Result
+from ...quantities import numbers
+from ...records import Labelled
 from ...results import Floats
 from ...sentences import on_screen
-from .channels import channels_of
-from .discrepancy import Discrepancy
+from .channels import UNEVEN, channels_of, step_of
 from .experiment import Experiment, Record
+from .fitted import Fitted
 from .intervals import Interval, interval
 from .windows import fitted_start
 
@@ -22,30 +22,19 @@ MOST_OF_START = 50  # samples that a start is fitted to
 
 
 @dataclass(frozen=True, eq=False)
-class Identified(Result):
-    """What `identify` found.
+class Identified(Fitted):
+    """What `identify` found: a `Fitted` system, its inputs as they were given, and how it meets the signals.
+
+    The discrepancy of several outputs is that of the residuals over the noise of each.
 
     Attributes
     ----------
-    system : NamedTuple
-        The system with the numbers found, inputs as they were given.
-    free : tuple of str
-        Paths of the free numbers.
-    values : (free,) array
-        Their values, in the units of the model.
-    covariance : (free, free) array
-        Of the values, with coloured residuals.
-    freedom : (free,) array
-        Degrees of freedom of its diagonal.
     outputs : tuple of str
         Measured states.
     rms, size : (outputs,) arrays
         Root mean square of the residual, and of the output about its mean.
     residual : (outputs, n) array
         Measured less computed, records one after the other; NaN where nothing was measured.
-    discrepancy : Discrepancy
-        What the model does not explain: colour and lines of the residual, and terms that it lacks. Of several outputs
-        the residuals are those over the noise of each.
     between : {"band-limited", "linear", "held"}
         What the inputs did between samples.
     parts : int
@@ -60,35 +49,16 @@ class Identified(Result):
 
     rows: ClassVar[str] = "number"
 
-    system: Any
-    free: tuple[str, ...]
-    values: Floats
-    covariance: Floats
-    freedom: Floats
     outputs: tuple[str, ...]
     rms: Floats
     size: Floats
     residual: Floats
-    discrepancy: Discrepancy
     between: Between
     parts: int
     converged: bool
     notes: tuple[str, ...]
     step: float
     experiment: Experiment
-
-    def value(self, path: str) -> float:
-        """Value of a free number."""
-        return float(self.values[self._place(path)])
-
-    def deviation(self, path: str) -> float:
-        """Its standard deviation."""
-        i = self._place(path)
-        return float(np.sqrt(self.covariance[i, i]))
-
-    def interval(self, path: str, level: float = 0.95) -> Interval:
-        """Interval that covers it with this probability, if the model is right."""
-        return interval(self.value(path), self.deviation(path), float(self.freedom[self._place(path)]), level)
 
     def interval_of(self, function: Callable[[Any], float], level: float = 0.95) -> Interval:
         """Interval of what follows from the system, such as the speed of a jump.
@@ -100,18 +70,13 @@ class Identified(Result):
         level : float
             Probability of covering, to first order in the numbers (delta method).
         """
-        first, gradient = float(function(self.system)), np.zeros(len(self.free))
+        first, gradient = float(function(self.system)), np.zeros(len(self.names))
         for i, (value, deviation) in enumerate(zip(self.values, self.deviations, strict=True)):
             changed = self.values.copy()
             changed[i] = value + 0.5 * deviation
             gradient[i] = (float(function(self.experiment.found(changed))) - first) / (0.5 * deviation)
         spread = math.sqrt(float(gradient @ self.covariance @ gradient))
         return interval(first, spread, float(np.min(self.freedom)), level)
-
-    def _place(self, path: str) -> int:
-        if path not in self.free:
-            raise ValueError(f"{shown(path)} was not free; found are {', '.join(self.free)}")
-        return self.free.index(path)
 
     @property
     def deviations(self) -> Floats:
@@ -139,6 +104,10 @@ class Identified(Result):
         missing = [name for name in of.inputs.values() if name not in channels]
         if missing:
             raise ValueError(f"inputs have no channel {missing[0]!r}; they have {', '.join(channels) or 'none'}")
+        if "time" in channels and len(np.ravel(channels["time"])) > 1:
+            own = step_of(numbers("time", channels["time"]))
+            if abs(own - step) > UNEVEN * step:
+                raise ValueError(f"inputs have a step of {own:g} s, the log had {step:g} s; resample them to that")
         rows = np.array([numbers(name, channels[name]) for name in of.inputs.values()])
         first = self._first(start)
         samples = rows.shape[1] if len(rows) else len(channels["time"])
@@ -168,10 +137,10 @@ class Identified(Result):
 
     def __str__(self) -> str:
         lines = [
-            f"Identified: {type(self.system).__name__}, {len(self.free)} numbers from {self.residual.shape[1]} samples"
+            f"Identified: {type(self.system).__name__}, {len(self.names)} numbers from {self.residual.shape[1]} samples"
         ]
-        width = max(map(len, self.free))
-        for path in self.free:
+        width = max(map(len, self.names))
+        for path in self.names:
             low, high = self.interval(path)
             lines.append(f"  {path:<{width}}  {self.value(path):.6g}  (95 %: {low:.6g} to {high:.6g})")
         for name, rms, size in zip(self.outputs, self.rms, self.size, strict=True):
@@ -183,7 +152,7 @@ class Identified(Result):
 
     def coordinates(self) -> Labelled:
         """Paths of the numbers."""
-        return {"number": ("number", np.array(self.free), "")}
+        return {"number": ("number", np.array(self.names), "")}
 
     def variables(self) -> Labelled:
         """Values, deviations and residuals."""

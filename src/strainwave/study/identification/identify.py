@@ -13,7 +13,7 @@ from .candidates import candidate_columns
 from .channels import channels_of, record_of
 from .discrepancy import discrepancy
 from .experiment import Experiment, Record, experiment
-from .identifiability import unidentifiable
+from .fitted import refuse_unidentifiable
 from .identified import Identified
 from .intervals import Spread, spread
 from .windows import LeastSquares, Point, Window, cleared, finite, reweighted, small, solve, windows_of
@@ -82,7 +82,8 @@ def identify(
 
     References
     ----------
-    Ljung 1999, System Identification, 2nd ed., ch. 7 (output error); Bock 1983 (multiple shooting); Schoukens & Ljung
+    Ljung 1999, System Identification, 2nd ed., ch. 7 (output error); Bock 1983, in
+    Numerical Treatment of Inverse Problems, Birkhäuser, 95-121 (multiple shooting); Schoukens & Ljung
     2019, IEEE Control Syst. Mag. 39(6), 28-99 (simulation error; what an input does between samples).
     """
     logs = [channels_of(one) for one in (log if isinstance(log, list | tuple) else [log])]
@@ -185,8 +186,7 @@ def _result(
 ) -> Identified:  # fmt: skip
     columns, rest = point.reduced()
     size = np.linalg.norm(columns, axis=0)
-    if (lost := unidentifiable(columns, of.free, point.values)) is not None:
-        raise ValueError(lost)
+    refuse_unidentifiable(columns, of.free, point.values)
     many = [len(r) for r in point.residuals]
     found: Spread = spread(columns / size, rest, many)
     unit = float(problem.noise[0]) if len(problem.noise) == 1 else 1.0
@@ -200,7 +200,7 @@ def _result(
     left = np.concatenate(residual, axis=1)
     return Identified(
         system=of.found(point.values),
-        free=of.free,
+        names=of.free,
         values=point.values,
         covariance=found.covariance / np.outer(size, size),
         freedom=np.broadcast_to(found.freedom, len(size)).copy(),

@@ -19,10 +19,11 @@ FIRST_STEP = 1e-6  # of a number, before its effect is known
 MOST_STEP = 1e-3  # of a number
 NO_EFFECT = 1e-12  # of the outputs' size: rounding
 DAMPED = 1e-3  # Levenberg's first factor near a solution
-WEAK = 1e-2
+WEAK = 1e-2  # of what the strongest number changes
 LARGEST_DAMPING = 1e8
 CONVERGED = 1e-2  # of a number's standard deviation, were the residual white
 OF_START = 50  # samples that a start is taken to move
+START_DAMPED = 1e-6  # of a start that is fitted alone
 
 
 @dataclass(frozen=True)
@@ -98,13 +99,9 @@ class LeastSquares:
 
     def _unseen(self, values: Floats, start: Floats) -> Floats:
         """How large all states (states,) become in the first window."""
-        w, every = self.windows[0], np.arange(len(start))
+        w = self.windows[0]
         lanes = self.of.lanes([values], w.record.step, self.parts)
-        pieces = self._ready(w.record, values)[0][:, w.first * self.parts : (w.stop - 1) * self.parts]
-        seen = lanes.run(
-            start[:, None], np.ascontiguousarray(pieces), every, len(w), self.parts, w.record.step,
-            w.record.begin + w.first,
-        )  # fmt: skip
+        seen = self._run(w, self._ready(w.record, values)[0], lanes, start[:, None], np.arange(len(start)))
         size = np.std(seen[:, :, 0], axis=1)
         return np.where(np.isfinite(size) & (size > 0.0), size, 1.0)
 
@@ -154,10 +151,11 @@ class LeastSquares:
         pieces, outputs, rates = self.kept[key]
         return pieces, outputs, rates
 
-    def _run(self, w: Window, pieces: Floats, lanes: Lanes, starts: Floats) -> Floats:
+    def _run(self, w: Window, pieces: Floats, lanes: Lanes, starts: Floats, states: Any = None) -> Floats:
         some = pieces[:, w.first * self.parts : (w.stop - 1) * self.parts]
         begin = w.record.begin + w.first
-        return lanes.run(starts, np.ascontiguousarray(some), self.of.seen(), len(w), self.parts, w.record.step, begin)
+        seen = self.of.seen() if states is None else states
+        return lanes.run(starts, np.ascontiguousarray(some), seen, len(w), self.parts, w.record.step, begin)
 
     def _learn(self, values: Floats, start: Floats) -> None:
         """Set the variations so that each changes the outputs of the first window by `EFFECT` of their size."""
@@ -323,10 +321,8 @@ def fitted_start(of: Experiment, values: Floats, record: Record, samples: int, p
     problem = LeastSquares(of, [Window(record, 0, samples)], noise, parts)
     point = finite(problem.begin(values))
     for _ in range(10):
-        size = np.maximum(np.linalg.norm(point.by_start[0], axis=0), 1e-300)
-        change = np.linalg.lstsq(point.by_start[0] / size, point.residuals[0], rcond=1e-8)[0] / size
-        trial = problem.at(values, [point.starts[0] - change])
-        if not trial.cost() < point.cost():
+        trial = _tried(problem, point, np.zeros(len(values)), START_DAMPED)
+        if trial is None or not trial.cost() < point.cost():
             break
         point = trial
     return point.starts[0]

@@ -4,11 +4,10 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
-import numpy as np
-
 from ....records import Labelled, Result
 from ....results import Floats
 from ....sentences import on_screen
+from ..fitted import ByName
 from ..intervals import Interval, interval
 
 UNITS = {
@@ -33,7 +32,7 @@ class FrictionCandidate(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class FrictionFit(Result):
+class FrictionFit(ByName, Result):
     """Friction identified from constant-speed runs.
 
     Attributes
@@ -79,21 +78,6 @@ class FrictionFit(Result):
 
     rows: ClassVar[str] = "run"
 
-    def value(self, path: str) -> float:
-        """Value of a number in SI, by its name or its path in the law: "T_c", "first.T_c".
-
-        Raises
-        ------
-        ValueError
-            If there is no such number, or the runs do not tell it.
-        """
-        return self.values[self._name(path)]
-
-    def deviation(self, path: str) -> float:
-        """Standard deviation of a number in SI; errors as `value`."""
-        i = list(self.values).index(self._name(path))
-        return float(np.sqrt(self.covariance[i, i]))
-
     def interval(self, path: str, level: float = 0.95) -> Interval:
         """Interval (low, high) in SI that holds a number with the probability `level`; errors as `value`."""
         name = self._name(path)
@@ -101,16 +85,11 @@ class FrictionFit(Result):
         if name in BY_LOGARITHM:
             low, high = interval(math.log(value), self.deviation(name) / value, freedom, level)
             return Interval(math.exp(max(low, -600.0)), math.exp(min(high, 600.0)))
-        return interval(value, self.deviation(name), freedom, level)
+        return super().interval(name, level)
 
     def _name(self, path: str) -> str:
         name = str(path).rpartition(".")[2]
-        name = {"sigma_2": "B"}.get(name, name)
-        if name in self.unidentified:
-            raise ValueError(self.unidentified[name])
-        if name not in self.values:
-            raise ValueError(f"the fit has no {path!r}; it has {', '.join(self.values)}")
-        return name
+        return super()._name({"sigma_2": "B"}.get(name, name))
 
     def coordinates(self) -> Labelled:
         """Speed of every run."""

@@ -12,7 +12,7 @@ from ....records import Labelled, Result
 from ....results import Floats
 from ....sentences import on_screen
 from ....units import ARCSEC
-from ..intervals import Interval, interval
+from ..fitted import ByName
 
 SPRING_UNIT, TORQUE_UNIT, ANGLE_UNIT = "N*m/rad", "N*m", "rad"
 UNITS = {
@@ -42,7 +42,7 @@ class LoopCandidate(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class LoopFit(Result):
+class LoopFit(ByName, Result):
     """A torsion law identified from a measured loop.
 
     Attributes
@@ -106,34 +106,6 @@ class LoopFit(Result):
     def hysteresis_loss(self) -> float:
         """Hysteresis loss [rad] of the law: width of its loop at no torque after the rated torque."""
         return self.values["hysteresis_loss"]
-
-    def value(self, path: str) -> float:
-        """Value of a number in SI, by its name or its path in the law: "K1", "second.yield_twist".
-
-        Raises
-        ------
-        ValueError
-            If there is no such number, or the loop does not tell it.
-        """
-        return self.values[self._name(path)]
-
-    def deviation(self, path: str) -> float:
-        """Standard deviation of a number in SI; errors as `value`."""
-        i = list(self.values).index(self._name(path))
-        return float(np.sqrt(self.covariance[i, i]))
-
-    def interval(self, path: str, level: float = 0.95) -> Interval:
-        """Interval (low, high) in SI that holds a number with the probability `level`; errors as `value`."""
-        freedom = float(self.freedom[list(self.values).index(self._name(path))])
-        return interval(self.value(path), self.deviation(path), freedom, level)
-
-    def _name(self, path: str) -> str:
-        name = str(path).rpartition(".")[2]
-        if name in self.unidentified:
-            raise ValueError(self.unidentified[name])
-        if name not in self.values:
-            raise ValueError(f"the fit has no {path!r}; it has {', '.join(self.values)}")
-        return name
 
     @property
     def yaml(self) -> str:
