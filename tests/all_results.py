@@ -165,7 +165,7 @@ RESULTS = {
         "Design": design,
         "ProjectComparison": lambda: sw.compare_projects([axis(), axis()]),
         "Exceedance": lambda: sw.Exceedance(
-            1e-4, {"load.inertia": NUMBERS}, 1e-4 * NUMBERS, 90.0 * NUMBERS, 1, None, ()
+            1e-4, {"load.inertia": NUMBERS}, 1e-4 * NUMBERS, *[90.0 * NUMBERS] * 3, 1, None, ()
         ),
         "Log": lambda: sw.Log(
             0.01 * np.arange(50),

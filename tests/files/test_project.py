@@ -730,9 +730,9 @@ WITH_FRICTION = "{ratio: 50, law: {type: parallel, first: {type: linear, K: 5 N*
             "CSG-40-50",
             "{name: CSG-40-50}",
             "1:7",
-            "gear: gives name and no file; write 'gear: CSG-40-50' for a gear of",
+            "gear: gives name alone; write 'gear: CSG-40-50' for a gear of",
         ),
-        ("CSG-40-50", "{name: A, law: {type: linear}}", "1:7", "gear: gives name and law; write 'gear: CSG-40-50' for"),
+        ("CSG-40-50", "{name: A, law: {type: linear, K: 1e4 N*m/rad}}", "1:7", "gear: the catalogue has no gear 'A'"),
         ("CSG-40-50", "{file: a.yaml, name: A, ratio: 5}", "1:7", "gear: gives file and name and ratio; write 'gear: "),
         (
             "CSG-40-50",

@@ -8,7 +8,7 @@ import pytest
 from twelve_projects import PROJECTS
 
 import strainwave as sw
-from strainwave.files.reading import read_project
+from strainwave.files.reading import from_text, read_project
 
 ERROR = sw.KinematicError((sw.Line(2, 1e-4, 0.3), sw.Line(4, -1e-5)))
 DRIVE = sw.catalogue.gear("CSG-40-50").drive(load_inertia=1.3, B=10.0)
@@ -140,6 +140,19 @@ def test_a_changed_project_is_written_with_its_changes(tmp_path):
     again = written(tmp_path / "drive.yaml", sw.project_text(changed))
     assert (again.limit, again.drive.B, again.gear) == (1e-4, 33.0, project.gear)
     assert apart(changed, again) == []
+
+
+def test_a_gear_of_the_catalogue_keeps_its_record_with_a_measured_law(tmp_path):
+    law = "{type: piecewise_linear, K1: 9e4 N*m/rad, K2: 15e4 N*m/rad, K3: 17e4 N*m/rad, T1: 54 N*m, T2: 196 N*m}"
+    text = PROJECTS["catalogue gear, motor not named"]
+    name = next(line for line in text.splitlines() if line.startswith("gear:")).removeprefix("gear: ")
+    project = from_text(text.replace(f"gear: {name}", f"gear: {{name: {name}, law: {law}}}"), tmp_path / "a.yaml")
+    assert project.gear == sw.catalogue.gear(name)
+    assert project.drive.law == sw.PiecewiseLinear(9e4, 15e4, 17e4, 54.0, 196.0)
+    written = sw.project_text(replace(project, title="measured"))
+    assert f"name: {name}" in written
+    again = from_text(written, project.path)
+    assert (again.gear, again.drive, again.rated_torque) == (project.gear, project.drive, project.rated_torque)
 
 
 def test_a_project_that_contradicts_itself_is_refused(tmp_path):

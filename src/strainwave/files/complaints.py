@@ -77,6 +77,7 @@ EXAMPLES = {
     "limit": "{oscillation: 60 arcsec}",
     "limit.oscillation": "60 arcsec",
     "scatter": "{load.inertia: 5 %}",
+    "scatter_correlation": "[[1, -0.5], [-0.5, 1]]",
 } | {
     f"excitation.{torque}{field}": text
     for torque in ("motor_torque", "load_torque")

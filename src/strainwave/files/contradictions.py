@@ -28,6 +28,7 @@ def contradictions(spec: ProjectSpec, gear: Gear | None, content: dict[str, Any]
         yield from _friction(gear)
     if spec.gear is not None and spec.scatter:
         yield from _scatter(spec.scatter, gear, content)
+    yield from _correlation(spec)
 
 
 def _scatter(scatter: dict[str, float], gear: Gear | None, content: dict[str, Any]) -> Iterator[tuple[Keys, str]]:
@@ -37,6 +38,13 @@ def _scatter(scatter: dict[str, float], gear: Gear | None, content: dict[str, An
             nominal_of(content, gear, name)
         except ValueError as error:
             yield ("scatter", name), str(error)
+
+
+def _correlation(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:
+    """A table that does not fit the numbers that scatter."""
+    rows, count = len(spec.scatter_correlation or ()), len(spec.scatter or {})
+    if rows and rows != count:
+        yield ("scatter_correlation",), f"has {rows} rows and scatter {count} numbers; write one row for each of them"
 
 
 def _inertia(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:

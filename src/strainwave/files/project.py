@@ -82,6 +82,8 @@ class Project:
         Whether the file gives a mode or a loop of the motor; else the ideally held one is an assumption.
     scatter : tuple of (str, float)
         Numbers of the file that scatter from drive to drive, and their standard deviations relative to themselves.
+    correlation : tuple of rows, or None
+        Correlation matrix of these numbers; None where they are independent.
     motor_limits : MotorLimits or None
         Largest torque [N*m] and speed [rad/s] of the motor, where the file gives them.
     move : Task or None
@@ -110,6 +112,7 @@ class Project:
     whole: DriveTrain | None = None
     motor_named: bool = True
     scatter: tuple[tuple[str, float], ...] = ()
+    correlation: tuple[tuple[float, ...], ...] | None = None
     motor_limits: MotorLimits | None = None
     move: Task | None = None
     sampling: Sampling | None = None

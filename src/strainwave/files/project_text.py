@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -89,8 +90,7 @@ def _of_project(project: Project) -> str:
     """Text of a project that reads back equal: the file's own, or one that is written from its parts."""
     if _reads_as(project, project.text):
         return project.text
-    ways = [_gear_of_record(project)] if project.gear is not None else []
-    for gear in (*ways, _gear_in_full(project)):
+    for gear in _gears(project):
         text = "".join(f"{name}: {group}\n" for name, group in {**gear, **_parts(project)}.items() if group)
         if _reads_as(project, text):
             return text
@@ -109,19 +109,27 @@ def _reads_as(project: Project, text: str) -> bool:
     return replace(found, text=project.text, notes=project.notes, gear=project.gear) == project
 
 
-def _gear_of_record(project: Project) -> dict[str, str]:
-    """Gear of the catalogue by its name, with what stands beside its law."""
-    gear, law, beside = project.gear, project.drive.law, {}
-    if isinstance(law, Parallel) and not isinstance(gear.law if gear else None, Parallel):
+def _gears(project: Project) -> Iterator[dict[str, str]]:
+    """Ways to write the gear, the shortest first: by its name in the catalogue, with a law of its own, in full."""
+    whole = project.drive.law
+    beside, law = _beside(whole)
+    ratio = repr(project.drive.N)
+    rated = "" if project.rated_torque is None else f"{project.rated_torque!r} N*m"
+    if project.gear is not None:
+        yield {"gear": project.gear.name, **beside}
+        yield {"gear": _group(name=project.gear.name, law=project_entry(law)), **beside}
+    yield {"gear": _group(ratio=ratio, law=project_entry(whole), rated_torque=rated)}
+    yield {"gear": _group(ratio=ratio, law=project_entry(law), rated_torque=rated), **beside}
+
+
+def _beside(law: Any) -> tuple[dict[str, str], Any]:
+    """Hysteresis and backlash as a file has them beside a gear, and the law without them."""
+    beside = {}
+    if isinstance(law, Parallel):
         beside["hysteresis"], law = project_entry(law.second), law.first
     if isinstance(law, Play):
-        beside["backlash"] = f"{{half_gap: {law.half_gap!r} rad}}"
-    return {"gear": "" if gear is None else gear.name, **beside}
-
-
-def _gear_in_full(project: Project) -> dict[str, str]:
-    rated = "" if project.rated_torque is None else f"{project.rated_torque!r} N*m"
-    return {"gear": _group(ratio=repr(project.drive.N), law=project_entry(project.drive.law), rated_torque=rated)}
+        beside["backlash"], law = f"{{half_gap: {law.half_gap!r} rad}}", law.law
+    return beside, law
 
 
 def _parts(project: Project) -> dict[str, str]:
@@ -146,6 +154,7 @@ def _parts(project: Project) -> dict[str, str]:
             load_torque=_torque("the load", project.load_torque or Harmonics((Harmonic(0.0),)), project.mean_range),
         ),
         "scatter": _group(**{name: repr(share) for name, share in project.scatter}) if project.scatter else "",
+        "scatter_correlation": "" if project.correlation is None else json.dumps(project.correlation),
         "limit": "" if project.limit is None else f"{{oscillation: {project.limit!r} rad}}",
         "move": "" if project.move is None else task_text(project.move),
     }

@@ -17,7 +17,7 @@ from .own_gears import read_gears
 from .project import Project
 from .python_law import with_python_laws
 from .resolve import resolved
-from .schema import ExplicitGear, OwnGear, ProjectSpec, Spec
+from .schema import ExplicitGear, NamedGear, ProjectSpec, Spec
 from .yaml_text import FileError, Problem, as_path, complaint, name, read, read_text, shown
 
 
@@ -100,7 +100,9 @@ def _what_is_right(content: dict[str, Any]) -> ProjectSpec:
 
 def _gear(spec: ProjectSpec, path: Path) -> Gear | ExplicitGear | None:
     """The gear's record, or the gear that the file writes out; None of a file without."""
-    if isinstance(spec.gear, OwnGear):
+    if isinstance(spec.gear, NamedGear):
+        if spec.gear.file is None:
+            return catalogue.gear(spec.gear.name)
         file = path.parent / spec.gear.file
         gears = read_gears(file)
         if spec.gear.name not in gears:

@@ -62,6 +62,7 @@ def resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str)
         motor_limits=spec.motor.limits,
         sampling=limited(spec.controller, spec.motor.limits),
         scatter=tuple((spec.scatter or {}).items()),
+        correlation=spec.scatter_correlation,
     )
     said = tuple(notes(project))
     if accuracy is not None:

@@ -7,6 +7,7 @@ import re
 from functools import partial
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
 from pydantic import model_validator as check_model
 
@@ -27,8 +28,9 @@ from .yaml_text import shown
 
 MOST_LINES = 64
 MOST_SCATTER = 0.3  # beyond it a normal distribution has values near zero
+SAME, NO_VARIANCE = 1e-9, 1e-5  # of correlations: equal, and what their rounding may do to a variance
 MOST_COUPLINGS = 4  # in series: each is a class of its own to the compiler
-WAYS = ("name", "file", "ratio", "law", "rated_torque")  # to give a gear: the first two, or the others
+WAYS = ("name", "file", "law", "ratio", "rated_torque")  # to give a gear: of the first three, or of the last three
 CATALOGUE = "catalogue"  # in place of an accuracy: the one that the gear's record gives
 
 
@@ -89,11 +91,18 @@ class ExplicitGear(Spec):
     rated_torque: Annotated[float, quantity("N*m", "positive")] | None = None
 
 
-class OwnGear(Spec):
-    """A gear from a file of the user's own that lies beside the project file."""
+class NamedGear(Spec):
+    """A gear of the catalogue, or of a file of the user's own beside the project file, with a law of its own or not."""
 
-    file: Annotated[str, BeforeValidator(_file_name)]
     name: str
+    file: Annotated[str, BeforeValidator(_file_name)] | None = None
+    law: GearLaw | None = None
+
+    @check_model(mode="after")
+    def _is_known(self) -> "NamedGear":
+        if self.file is None:
+            catalogue.gear(self.name)
+        return self
 
 
 def _known_gear(value: str) -> str:
@@ -106,11 +115,12 @@ def _one_gear(value: Any) -> Any:
     """Pass a gear that is given in one way."""
     given = [key for key in value if key in WAYS] if isinstance(value, dict) else []
     named = {"name", "file"} & set(given)
-    if named and (set(given) - named or "file" not in named):
-        said = " and ".join(given) if len(given) > 1 else "name and no file"
+    if (named and set(given) & {"ratio", "rated_torque"}) or set(given) == {"name"}:
+        said = " and ".join(given) if len(given) > 1 else "name alone"
         raise ValueError(
-            f"gives {said}; write 'gear: CSG-40-50' for a gear of the catalogue, {{file, name}} for one of your own, "
-            "or {ratio, law}: hysteresis and backlash of any gear are fields beside 'gear'"
+            f"gives {said}; write 'gear: CSG-40-50' for a gear of the catalogue, {{name, law}} for its record with a "
+            "measured law, {file, name} for one of your own, or {ratio, law}: hysteresis and backlash of any gear are "
+            "fields beside 'gear'"
         )
     return value
 
@@ -118,7 +128,7 @@ def _one_gear(value: Any) -> Any:
 def _gear_kind(value: Any) -> str:
     if isinstance(value, str):
         return "name"
-    return "own" if isinstance(value, dict) and ("file" in value or "name" in value) else "explicit"
+    return "named" if isinstance(value, dict) and ("file" in value or "name" in value) else "explicit"
 
 
 class BacklashSpec(Spec):
@@ -333,6 +343,25 @@ def _deviation(value: Any) -> float:
 Deviation = Annotated[float, BeforeValidator(_deviation)]
 
 
+def _correlation(rows: Any) -> tuple[tuple[float, ...], ...]:
+    """Read a correlation matrix: equal on both sides of its diagonal of ones, and no variance below zero."""
+    if not isinstance(rows, list) or not all(isinstance(row, list) for row in rows):
+        raise ValueError("is no list of rows; write for example [[1, -0.5], [-0.5, 1]]")
+    given = tuple(tuple(number(value, "") for value in row) for row in rows)
+    if any(len(row) != len(given) for row in given):
+        raise ValueError(f"has {len(given)} rows, not all with {len(given)} numbers; write one for each of 'scatter'")
+    matrix = np.array(given)
+    if np.any(np.abs(matrix - matrix.T) > SAME) or np.any(np.abs(np.diag(matrix) - 1.0) > SAME):
+        raise ValueError(
+            "is not the same on both sides of a diagonal of ones; write for example [[1, -0.5], [-0.5, 1]]"
+        )
+    if len(given) and (least := float(np.linalg.eigvalsh(matrix)[0])) < -NO_VARIANCE:
+        raise ValueError(
+            f"gives a sum of the numbers a variance of {least:.2g}, below zero; write smaller correlations"
+        )
+    return given
+
+
 class ProjectSpec(Spec):
     """The whole project file."""
 
@@ -340,7 +369,7 @@ class ProjectSpec(Spec):
     gear: Annotated[
         Annotated[str, BeforeValidator(_known_gear), Tag("name")]
         | Annotated[ExplicitGear, Tag("explicit")]
-        | Annotated[OwnGear, Tag("own")],
+        | Annotated[NamedGear, Tag("named")],
         Discriminator(_gear_kind),
         BeforeValidator(_one_gear),
     ]
@@ -357,10 +386,12 @@ class ProjectSpec(Spec):
     limit: LimitSpec | None = None
     move: MoveSpec | None = None
     scatter: Annotated[dict[str, Deviation], Field(min_length=1, max_length=32)] | None = None
+    scatter_correlation: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(_correlation)] | None = None
 
     def law(self, gear: Gear | None) -> Any:
         """Torsion law: that of the gear or its record, with the backlash in series and the hysteresis in parallel."""
-        law = self.gear.law if isinstance(self.gear, ExplicitGear) else gear and gear.law
+        own = None if isinstance(self.gear, str) else self.gear.law
+        law = (gear and gear.law) if own is None else own
         if self.backlash is not None:
             law = Play(self.backlash.half_gap, law)
         return law if self.hysteresis is None else Parallel(law, self.hysteresis)

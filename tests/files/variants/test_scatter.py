@@ -1,6 +1,7 @@
 """The probability of exceeding a limit, against the closed form of a linear drive and exact binomial sums."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -39,6 +40,15 @@ def test_every_drive_has_the_oscillation_of_the_closed_form_and_the_interval_hol
     assert found.probability == found.exceeding / 48
     assert "95 % confidence (Clopper-Pearson)" in str(found)
     assert found.ranking.rows[0].path == "damping.B"
+    exceeding = found.oscillation > limit
+    for b, low, high in zip(B[exceeding], found.low[exceeding], found.high[exceeding], strict=True):
+        above = OMEGA[closed_form(1.0, b, OMEGA) > limit]
+        assert low == pytest.approx(above[0], abs=0.15)  # the ends lie between points of the curve
+        assert high == pytest.approx(above[-1], abs=0.15)
+    assert np.all(np.isnan(found.low[~exceeding]))
+    begin, end = found.ends(0.5)
+    assert begin == pytest.approx(np.quantile(found.low[exceeding], (0.25, 0.75)))
+    assert end.low > begin.high
     again = sw.exceedance(read(text), count=32, seed=3)
     np.testing.assert_array_equal(again.oscillation, found.oscillation[:32])
 
@@ -51,6 +61,38 @@ def test_factors_are_normal_cut_off_at_three_deviations_and_the_same_for_the_sam
         assert stats.kstest(z, stats.truncnorm(-3.0, 3.0).cdf).pvalue > 0.01
     assert abs(np.corrcoef(factors["a"], factors["b"])[0, 1]) < 0.03
     assert not np.array_equal(drawn((("a", 0.05),), 10, 2)["a"], drawn((("a", 0.05),), 10, 1)["a"])
+
+
+def test_factors_have_the_correlation_of_the_file(read):
+    text = LINEAR + "scatter: {load.inertia: 5 %, gear.K: 10 %}\nscatter_correlation: [[1, -0.9], [-0.9, 1]]\n"
+    project = read(text)
+    factors = drawn(project.scatter, 20_000, 1, project.correlation)
+    assert np.corrcoef(factors["load.inertia"], factors["gear.K"])[0, 1] == pytest.approx(-0.9, abs=0.01)
+    assert np.std(factors["gear.K"]) == pytest.approx(0.1, rel=0.03)
+    J, K = np.array([(one.drive.J_l, one.drive.law.K) for one in sw.scattered(project, 200, 1)]).T
+    nominal = project.drive
+    np.testing.assert_allclose(J / nominal.J_l, drawn(project.scatter, 200, 1, project.correlation)["load.inertia"])
+    assert np.corrcoef(J, K)[0, 1] < -0.85
+    assert from_text(sw.project_text(replace(project, title="written")), project.path).correlation == (
+        (1, -0.9),
+        (-0.9, 1),
+    )
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ("[[1, 0.5], [0.4, 1]]", "is not the same on both sides"),
+        ("[[1, 0.5], [0.5, 2]]", "is not the same on both sides of a diagonal of ones"),
+        ("[[1, 0.5, 0], [0.5, 1]]", "has 2 rows, not all with 2 numbers"),
+        ("[[1]]", "has 1 rows and scatter 2 numbers"),
+        ("5", "is no list of rows"),
+        ("[[1, 2], [2, 1]]", "below zero; write smaller correlations"),
+    ],
+)
+def test_a_table_that_is_no_correlation_is_refused(read, rows, said):
+    with pytest.raises(ProjectError, match=said):
+        read(LINEAR + f"scatter: {{load.inertia: 5 %, gear.K: 10 %}}\nscatter_correlation: {rows}\n")
 
 
 @pytest.mark.parametrize(("hits", "count"), [(0, 20), (20, 20), (3, 20), (57, 200)])

@@ -43,7 +43,8 @@ def report(title: str, found: Exceedance) -> dict[str, object]:
         "title": title, "drives": found.count, "seed": found.seed, "limit_rad": found.limit,
         "exceeding": found.exceeding, "failed": found.failed, "probability": found.probability, "interval": [low, high],
         "confidence": 0.95, "method": "Clopper-Pearson", "oscillation_rad": found.oscillation, "at_rad_per_s": found.at,
-        "factors": found.factors, "first_order_index": {row.path: row.index for row in rows}, "errors": found.errors,
+        "avoid_low_rad_per_s": found.low, "avoid_high_rad_per_s": found.high, "factors": found.factors,
+        "first_order_index": {row.path: row.index for row in rows}, "errors": found.errors,
     }  # fmt: skip
 
 
@@ -55,6 +56,9 @@ def summary(title: str, found: Exceedance) -> str:
         f"{title}: {found.exceeding} of {found.count} drives exceed an oscillation of {allowed} somewhere in the range",
         f"  probability {percent(found.probability, 3)}, 95 % confidence (Clopper-Pearson) {low} to {high}",
     ]
+    if (ends := found.ends()) is not None:
+        low, high = (f"{number(end.low, 6)} to {number(end.high, 6)}" for end in ends)
+        lines.append(f"  speeds to avoid begin at {low} and end at {high} rad/s (95 % of the drives that exceed it)")
     rows = () if found.ranking is None else found.ranking.rows
     lines += [f"  {row.path}: first-order index {row.index:.2f} ± {row.index_error:.2f}" for row in rows]
     if found.failed:

@@ -11,8 +11,10 @@ from ...quantities import number, positive_count
 from ...records import Labelled, Result
 from ...results import Floats, SolveError
 from ...sentences import on_screen
+from ...study.analysis.avoid import band_above
 from ...study.analysis.runup import silent
 from ...study.analysis.train_curve import refuse_free
+from ...study.identification.intervals import Interval
 from ...study.variability.sensitivity import Ranking, ranking
 from ..project import Project
 from ..yaml_text import read
@@ -37,6 +39,9 @@ class Exceedance(Result):
     oscillation, at : (drives,) arrays
         Largest |error - mean| [rad] over the motions that a slow run-up or run-down visits, and the speed [rad/s] of
         the base angle there; nan of a drive without a response curve.
+    low, high : (drives,) arrays
+        Ends [rad/s] of the speeds to avoid around that one: above the limit, or between jumps; nan of a drive that
+        does not exceed the limit.
     seed : int
         Seed of the drives.
     ranking : Ranking or None
@@ -51,6 +56,8 @@ class Exceedance(Result):
     factors: dict[str, Floats]
     oscillation: Floats
     at: Floats
+    low: Floats
+    high: Floats
     seed: int
     ranking: Ranking | None
     errors: tuple[str, ...]
@@ -85,10 +92,20 @@ class Exceedance(Result):
             self.exceeding + self.failed, self.count
         )[1]
 
+    def ends(self, level: float = CONFIDENCE) -> tuple[Interval, Interval] | None:
+        """Intervals [rad/s] with a share `level` of the lower and of the upper ends; None where no drive has them."""
+        known = ~np.isnan(self.low)
+        if not np.any(known):
+            return None
+        shares = 0.5 * (1.0 - level), 0.5 * (1.0 + level)
+        low, high = (Interval(*map(float, np.quantile(ends[known], shares))) for ends in (self.low, self.high))
+        return low, high
+
     def variables(self) -> Labelled:
-        """Oscillation, its speed and the factors of every drive."""
+        """Oscillation, its speed, the ends of the band and the factors of every drive."""
         factors: dict[str, Any] = {name: ("drive", values, "1") for name, values in self.factors.items()}
-        return {"oscillation": ("drive", self.oscillation, "rad"), "at": ("drive", self.at, "rad/s"), **factors}
+        speeds = {name: ("drive", getattr(self, name), "rad/s") for name in ("at", "low", "high")}
+        return {"oscillation": ("drive", self.oscillation, "rad"), **speeds, **factors}
 
     def __str__(self) -> str:
         low, high = self.interval
@@ -99,6 +116,9 @@ class Exceedance(Result):
             f"  95 % confidence (Clopper-Pearson): {low:.4g} to {high:.4g}",
             "  oscillation of 5, 50, 95 % of the drives: " + ", ".join(f"{value:.6g}" for value in shares) + " rad",
         ]
+        if (ends := self.ends()) is not None:
+            begin, end = (f"{one.low:.6g} .. {one.high:.6g}" for one in ends)
+            lines.append(f"  speeds to avoid from {begin} to {end} rad/s, 95 % of the drives that exceed it")
         rows = () if self.ranking is None else self.ranking.rows
         lines += [f"  {row.path}: first-order index {row.index:.2f} +- {row.index_error:.2f}" for row in rows]
         return on_screen("\n".join([*lines, *(f"  {error}" for error in self.errors)]))
@@ -116,8 +136,9 @@ def exceedance(
 ) -> Exceedance:
     """Draw drives by the scatter of a project file and follow the response of each through its speeds.
 
-    Every number of `scatter` is independently normal about that of the file, with the relative standard deviation given
-    there, cut off at three of them. The curve is that of the whole drive, as `Project.response` follows it.
+    Every number of `scatter` is normal about that of the file, with the relative standard deviation given there, cut
+    off at three of them, and correlated as `scatter_correlation` says or independent. The curve is that of the whole
+    drive, as `Project.response` follows it.
 
     Parameters
     ----------
@@ -155,8 +176,9 @@ def exceedance(
         raise ValueError(f"{project.path.name} has no limit; write for example 'limit: {{oscillation: 60 arcsec}}'")
     if project.train is not None:
         refuse_free(project.train)
-    factors = drawn(project.scatter, count, seed)
-    found, at, errors = np.full(count, np.nan), np.full(count, np.nan), dict[str, None]()
+    factors = drawn(project.scatter, count, seed, project.correlation)
+    found, at, low, high = np.full((4, count), np.nan)
+    errors = dict[str, None]()
     for i, drive in enumerate(_drives(project, factors)):
         try:
             response = drive.response()
@@ -166,9 +188,10 @@ def exceedance(
             visited = response.visited()
             top = visited[int(np.argmax(response.oscillation[visited]))]
             found[i], at[i] = response.oscillation[top], response.omega[top]
+            low[i], high[i] = band_above(response.response, allowed) or (np.nan, np.nan)
         progress(i + 1, count)
     rank = None if np.any(np.isnan(found)) else ranking(factors, found, np.random.default_rng(seed))
-    return Exceedance(allowed, factors, found, at, seed, rank, tuple(errors))
+    return Exceedance(allowed, factors, found, at, low, high, seed, rank, tuple(errors))
 
 
 def scattered(project: Project, count: int = 64, seed: int = 0) -> Iterator[Project]:
@@ -191,7 +214,7 @@ def scattered(project: Project, count: int = 64, seed: int = 0) -> Iterator[Proj
     count = positive_count("count", count)
     if not project.scatter:
         raise ValueError(f"{project.path.name} has no scatter; write for example 'scatter: {{load.inertia: 5 %}}'")
-    return _drives(project, drawn(project.scatter, count, seed))
+    return _drives(project, drawn(project.scatter, count, seed, project.correlation))
 
 
 def _drives(project: Project, factors: dict[str, Floats]) -> Iterator[Project]:
@@ -205,11 +228,14 @@ def _drives(project: Project, factors: dict[str, Floats]) -> Iterator[Project]:
         )
 
 
-def drawn(scatter: tuple[tuple[str, float], ...], count: int, seed: int) -> dict[str, Floats]:
+def drawn(scatter: tuple[tuple[str, float], ...], count: int, seed: int, correlation: Any = None) -> dict[str, Floats]:
     """Factors (count,) about 1 by name, normal and cut off at CUT deviations; more drives begin with the same ones."""
     uniform = np.random.default_rng(seed).random((count, len(scatter)))
     outside = float(ndtr(-CUT))
     z = ndtri(outside + (1.0 - 2.0 * outside) * uniform)
+    if correlation is not None:
+        sizes, directions = np.linalg.eigh(np.array(correlation))
+        z = np.clip(z @ (np.sqrt(np.maximum(sizes, 0.0)) * directions).T, -CUT, CUT)
     return {name: 1.0 + share * z[:, i] for i, (name, share) in enumerate(scatter)}
 
 

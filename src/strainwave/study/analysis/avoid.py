@@ -148,18 +148,13 @@ def speeds_to_avoid(
 
     `passed` are those of a run-up that has torques which the curve has not (`in_run`).
     """
-    visited = response.visited()
-    if not len(visited) or response.sweep is None:
+    if not len(response.visited()) or response.sweep is None:
         return None
-    sweep, curve = response.sweep, response.curve
-    forth = Motions(curve.omega[visited], oscillations(curve)[visited], np.diff(visited) == 1)
+    every = _swept(response)
+    forth = every[0]
     at = int(np.argmax(forth.sizes))
     slow = quasi_static(system, point)
-    every = [forth]
-    if response.back is not None:
-        omega = response.back.omega
-        every.append(Motions(omega, oscillations(response.back), np.ones(len(omega), bool)))
-    bands = [(band.low, band.high) for band in sweep.jumping]
+    bands = [(band.low, band.high) for band in response.sweep.jumping]
     tops = [] if limit is not None else _peaks(every, AMPLIFIED * slow)
     for motions, i in tops:
         level = HALF_POWER * motions.sizes[i]
@@ -172,6 +167,28 @@ def speeds_to_avoid(
     return Avoid(
         merged([*bands, *met]), float(forth.sizes[at]), float(forth.omega[at]), slow, peaks, limit, met, top
     )  # fmt: skip
+
+
+def _swept(response: ExactResponse) -> list[Motions]:
+    """Motions that a slow run-up visits with those that a run-down does, or those of each in turn."""
+    visited, curve = response.visited(), response.curve
+    every = [Motions(curve.omega[visited], oscillations(curve)[visited], np.diff(visited) == 1)]
+    if response.back is not None:
+        omega = response.back.omega
+        every.append(Motions(omega, oscillations(response.back), np.ones(len(omega), bool)))
+    return every
+
+
+def band_above(response: ExactResponse, limit: float) -> Speeds | None:
+    """Speeds [rad/s] around the largest oscillation with one above a limit [rad], or between jumps; None without one.
+
+    The ends are those of `Avoid.bands`.
+    """
+    every = _swept(response)
+    at = float(every[0].omega[np.argmax(every[0].sizes)])
+    jumping = [] if response.sweep is None else [(band.low, band.high) for band in response.sweep.jumping]
+    above = [band for motions in every for band in motions.above(limit)]
+    return next((band for band in merged([*jumping, *above]) if above and band[0] <= at <= band[1]), None)
 
 
 def _largest(motions: Motions) -> tuple[float, float]:
