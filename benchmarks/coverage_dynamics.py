@@ -80,7 +80,7 @@ def main():
             hits += [found.interval(p).low <= v <= found.interval(p).high for p, v in TRUTH.items()]
             print(f"{kind.__name__} {i + 1}", end="\r", file=sys.stderr)
         print(f"{kind.__name__:<12}" + "".join(f"{100.0 * h / sets:19.1f}%" for h in hits), flush=True)
-    good = flagged = coloured = 0
+    good = flagged = not_white = 0
     for i in range(sets):
         t, u, x = lacking[i % 20]
         log = {"time": t, "input": u, "output": white(x, np.random.default_rng(5000 + i))}
@@ -88,8 +88,8 @@ def main():
         low, high = found.interval("law.alpha")
         named, dyed = "|v| v" in found.discrepancy.flagged, found.discrepancy.white < 0.05
         good += low <= ALPHA <= high or named or dyed
-        flagged, coloured = flagged + named, coloured + dyed
-    shares = [f"{100.0 * count / sets:.1f} %" for count in (good, flagged, coloured)]
+        flagged, not_white = flagged + named, not_white + dyed
+    shares = [f"{100.0 * count / sets:.1f} %" for count in (good, flagged, not_white)]
     print(f"missing |v| v: covered or flagged {shares[0]}, the term named {shares[1]}, residual not white {shares[2]}")
     print(f"{time.perf_counter() - started:.0f} s")
 

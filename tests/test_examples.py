@@ -203,6 +203,13 @@ def test_example_monitoring():
 
 @pytest.mark.compiled
 @pytest.mark.slow
+def test_example_identified_drive():
+    assert example("identified_drive").main() == pytest.approx(4.0, rel=2e-3)  # the log was made with 4
+    assert len(plt.get_fignums()) == 1
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
 def test_example_move():
     # Independent: SciPy's DOP853 on the same train whose reference is a polygon of the speed, part by part.
     module = example("move")

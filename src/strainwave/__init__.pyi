@@ -260,6 +260,8 @@ from .files.own_gears import read_gears as read_gears
 from .files.project import Project as Project
 from .files.reading import read_project as read_project
 from .files.project_text import project_text as project_text
+from .files.identified.identify_drive import IdentifiedDrive as IdentifiedDrive
+from .files.identified.identify_drive import identify_drive as identify_drive
 from .files.variants.replaced import replaced as replaced
 from .files.variants.comparison import ProjectComparison as ProjectComparison
 from .files.variants.comparison import compare_projects as compare_projects

@@ -10,7 +10,7 @@ from loop_machines import loop
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
-from strainwave.app.figures.loop import panels
+from strainwave.app.figures.identification.loop import panels
 
 ARCMIN = math.pi / 10800.0
 X, T = loop(samples=500)

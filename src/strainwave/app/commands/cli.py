@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 from ... import __version__
-from .identification.commands import loop_scan
+from .identification.commands import identify, loop_scan, order_scan
 from .identification.log import log
 from .identification.texts import orders
 
@@ -386,6 +386,8 @@ def derive(latex: bool, as_json: bool) -> None:
 
 
 cli.add_command(log)
+cli.add_command(order_scan)
+cli.add_command(identify)
 
 
 def main() -> None:

@@ -143,12 +143,15 @@ class Identified(Fitted):
         for path in self.names:
             low, high = self.interval(path)
             lines.append(f"  {path:<{width}}  {self.value(path):.6g}  (95 %: {low:.6g} to {high:.6g})")
-        for name, rms, size in zip(self.outputs, self.rms, self.size, strict=True):
-            lines.append(f"  {name}: residual {rms:.4g} rms, {100.0 * rms / size:.3g} % of the motion")
-        lines.append(f"  inputs {self.between} between samples; {self.discrepancy}")
-        return on_screen("\n".join(lines + [f"  {note}" for note in self.notes]))
+        return on_screen("\n".join([*lines, *(f"  {line}" for line in self.quality())]))
 
     __repr__ = __str__
+
+    def quality(self) -> list[str]:
+        """Sentences on what the system leaves of each output, and how the inputs were taken."""
+        rows = zip(self.outputs, self.rms, self.size, strict=True)
+        left = [f"{name}: residual {rms:.4g} rms, {100.0 * rms / size:.3g} % of the motion" for name, rms, size in rows]
+        return [*left, f"inputs {self.between} between samples; {self.discrepancy}", *self.notes]
 
     def coordinates(self) -> Labelled:
         """Paths of the numbers."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...numerics.driven.signal import Between
 from ...quantities import checked, positive_count
-from ...results import Floats
+from ...results import Floats, SolveError
 from .candidates import candidate_columns
 from .channels import channels_of, record_of
 from .discrepancy import discrepancy
@@ -16,12 +16,12 @@ from .experiment import Experiment, Record, experiment
 from .fitted import refuse_unidentifiable
 from .identified import Identified
 from .intervals import Spread, spread
-from .windows import LeastSquares, Point, Window, cleared, finite, reweighted, small, solve, windows_of
+from .windows import DAMPED, LeastSquares, Point, Window, cleared, finite, reweighted, small, solve, windows_of
 
 FIRST_WINDOW = 48  # samples of the first windows
 GROWTH = 6  # of the windows from one round to the next
 EARLY, PARTS = 4_000, 4  # samples that the early rounds look at, and in how many parts of a record they are
-EARLY_STEPS, LATE_STEPS = 6, 40
+EARLY_STEPS, WHOLE_STEPS, LATE_STEPS = 6, 3, 40
 CAUTIOUS = 0.1  # Levenberg's first factor in the early rounds
 ACCURATE = 1e-4  # of the outputs' size: what halving the steps may change
 MOST_PARTS = 64
@@ -99,7 +99,7 @@ def identify(
         raise ValueError(f"the records have different steps, {steps_of}; resample them to one")
     values, noise = of.first(), _spread_of(records)
     parts = positive_count("steps", steps) if steps is not None else _parts(of, records, values, noise)
-    point: Point | None = None
+    most = parts if steps is not None else MOST_PARTS
     length, longest = FIRST_WINDOW, max(len(record) for record in records)
     early = [
         part for record in records for part in record.parted(max(EARLY // len(records), PARTS * FIRST_WINDOW), PARTS)
@@ -107,12 +107,11 @@ def identify(
     while length < min(longest, EARLY):
         progress(f"windows of {length} samples", 0.5 * length / EARLY)
         problem = LeastSquares(of, windows_of(early, length), noise, parts)
-        point, _ = solve(problem, finite(problem.begin(values)), EARLY_STEPS, CAUTIOUS)
-        values, length = point.values, length * GROWTH
-    whole = [Window(record, 0, len(record)) for record in records]
-    problem = LeastSquares(of, whole, noise, parts)
-    point = finite(problem.begin(values))
-    point, _ = solve(problem, point, 3, told=lambda i, _c: progress("whole records", 0.5 + 0.1 * i))
+        problem, point = _solved(problem, values, EARLY_STEPS, CAUTIOUS, most)
+        values, parts, length = point.values, problem.parts, length * GROWTH
+    progress("whole records", 0.5)
+    problem = LeastSquares(of, [Window(record, 0, len(record)) for record in records], noise, parts)
+    problem, point = _solved(problem, values, WHOLE_STEPS, DAMPED, most)
     if len(noise) > 1:
         problem = reweighted(problem, point)
         point = problem.at(point.values, point.starts)
@@ -121,6 +120,19 @@ def identify(
         problem, point, converged = _finer(problem, point, converged, progress)
     progress("identified", 1.0)
     return _result(of, problem, point, converged, records)
+
+
+def _solved(
+    problem: LeastSquares, values: Floats, steps: int, damping: float, most: int
+) -> tuple[LeastSquares, Point]:  # fmt: skip
+    """Solve from starts that were measured; with finer steps of the integration where the motion leaves every bound."""
+    while True:
+        try:
+            return problem, solve(problem, finite(problem.begin(values)), steps, damping)[0]
+        except SolveError:
+            if problem.parts >= most:
+                raise
+            problem = replace(problem, parts=2 * problem.parts, kept={})
 
 
 def _finer(
@@ -170,7 +182,7 @@ def _spread_of(records: Sequence[Record]) -> Floats:
 
 def _parts(of: Experiment, records: Sequence[Record], values: Floats, noise: Floats) -> int:
     """Steps between two samples: twice as many change the outputs by less than `ACCURATE` of their size."""
-    window = windows_of(records[0].parted(LOOKED_AT, 1), LOOKED_AT)[0]
+    window = _liveliest(records, noise)
     before, parts = None, 1
     while parts <= MOST_PARTS:
         problem = LeastSquares(of, [window], noise, parts)
@@ -179,6 +191,22 @@ def _parts(of: Experiment, records: Sequence[Record], values: Floats, noise: Flo
             return parts // 2
         before, parts = now, 2 * parts
     return MOST_PARTS
+
+
+def _liveliest(records: Sequence[Record], noise: Floats) -> Window:
+    """The window of `LOOKED_AT` samples in which the outputs change most: the one that asks for the finest steps."""
+
+    def change(window: Window) -> float:
+        seen = window.record.outputs[:, window.first : window.stop]
+        return float(np.nansum(np.nanstd(np.diff(seen, axis=1), axis=1) / noise)) if seen.shape[1] > 2 else 0.0
+
+    found = max(windows_of(records, LOOKED_AT), key=change)
+    own = found.record
+    part = Record(
+        own.inputs[:, found.first : found.stop], own.outputs[:, found.first : found.stop], own.step,
+        own.begin + found.first,
+    )  # fmt: skip
+    return Window(part, 0, len(part))
 
 
 def _result(

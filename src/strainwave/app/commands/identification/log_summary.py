@@ -10,7 +10,7 @@ from ....files.logs.read import read_log
 from ....study.identification.logs.log import Log
 from ....study.identification.logs.motion import LogSegment
 from ...console import number, print_table, to_json
-from ...figures.log import log_figure
+from ...figures.identification.log import log_figure
 from ...output import staged
 
 CSV, SVG = "log.csv", "log.svg"

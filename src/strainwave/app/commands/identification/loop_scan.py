@@ -13,7 +13,7 @@ from ....study.identification.logs.log import Log
 from ....study.identification.loops.loop_fit import fit_loop
 from ....study.identification.loops.loop_result import LoopFit
 from ...console import number, print_table, to_json
-from ...figures.loop import loop_figure
+from ...figures.identification.loop import loop_figure
 from ...output import staged, write_csv
 from ...units import quantity, sign
 

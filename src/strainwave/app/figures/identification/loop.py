@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from ...study.identification.loops.loop_result import LoopFit
-from ...units import ARCSEC
-from ..console import number
-from .plots import BLUE, ORANGE
-from .svg import Panel, figure
+from ....study.identification.loops.loop_result import LoopFit
+from ....units import ARCSEC
+from ...console import number
+from ..plots import BLUE, ORANGE
+from ..svg import Panel, figure
 
 MOST = 4000  # samples drawn
 PALE = "#c0c0c0"

@@ -1,0 +1,108 @@
+"""`strainwave identify`: a project file with the numbers that logs of its drive tell."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from ....files.identified.identify_drive import IdentifiedDrive, identify_drive
+from ....files.identified.torsion import with_torsion
+from ....files.logs.read import read_log
+from ....files.project_text import project_text
+from ....files.reading import read_project
+from ....study.identification.channels import channels_of
+from ....tree import part
+from ...console import Progress, number, print_table, to_json
+from ...figures.identification.identified import identified_figure
+from ...output import staged
+from ...units import sign
+
+YAML, JSON, SVG = "identified.yaml", "identified.json", "identified.svg"
+
+
+def show(
+    project: Path, files: tuple[Path, ...], free: str | None, between: Any, output: Path, reading: dict[str, Any],
+    as_json: bool,
+) -> None:  # fmt: skip
+    """Identify a drive, write its project file and print the numbers.
+
+    Parameters
+    ----------
+    project : Path
+        Project file with the first guess.
+    files : tuple of Path
+        Logs.
+    free : str or None
+        Names of the free numbers, separated by commas.
+    between : {"band-limited", "linear", "held"}
+        What the motor's angle does between samples.
+    output : Path
+        Folder for identified.yaml, identified.json and identified.svg.
+    reading : dict
+        Arguments of `read_log`.
+    as_json : bool
+        Whether to print JSON.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be read.
+    ValueError
+        If the logs do not tell the numbers.
+    """
+    given = read_project(project)
+    logs = [read_log(file, **reading) for file in files]
+    names = None if free is None else tuple(name.strip() for name in free.split(",") if name.strip())
+    with Progress(given.title) as progress:
+        found = identify_drive(given, logs, names, between=between, progress=progress.show)
+    text = project_text(found.project)
+    torsions = [with_torsion(channels_of(log), given.drive.N)["torsion"] for log in logs]
+    with staged(output) as folder:
+        (folder / YAML).write_text(text, encoding="utf-8")
+        (folder / JSON).write_text(to_json(data(found)) + "\n", encoding="utf-8")
+        (folder / SVG).write_text(identified_figure(found.found, torsions) + "\n", encoding="utf-8")
+    if as_json:
+        click.echo(to_json(data(found)))
+        return
+    _print(given, found)
+    click.echo(f"written: {output / YAML}, {JSON}, {SVG}; next: strainwave analyze {output / YAML} -o report")
+
+
+def data(found: IdentifiedDrive) -> dict[str, Any]:
+    """The numbers with their intervals, in SI."""
+    rest = found.found.discrepancy
+    return {
+        "numbers": {
+            name: {"value": found.value(name), "low": found.interval(name).low, "high": found.interval(name).high}
+            for name in found.names
+        },
+        "correlation": _correlation(found.found.covariance),
+        "residual_rms_rad": float(found.found.rms[0]),
+        "torsion_rms_rad": float(found.found.size[0]),
+        "samples": found.found.residual.shape[1],
+        "between": found.found.between,
+        "residual_white": rest.white,
+        "terms_lacking": list(rest.flagged),
+        "remarks": list(found.remarks),
+    }
+
+
+def _correlation(covariance: Any) -> list[list[float]]:
+    deviations = np.sqrt(np.diag(covariance))
+    rows: list[list[float]] = (covariance / np.outer(deviations, deviations)).tolist()
+    return rows
+
+
+def _print(given: Any, found: IdentifiedDrive) -> None:
+    rows = []
+    for name, path in zip(found.names, found.found.names, strict=True):
+        low, high = found.interval(name)
+        first = "" if path.startswith(("x.", "reference.", "load.excitation.")) else number(part(given.whole, path), 5)
+        rows.append(
+            (name, first, number(found.value(name), 6), number(low, 6), number(high, 6), sign(found.unit(name)))
+        )
+    columns = ("number", "given", "found", "from", "to", "unit")
+    print_table(f"{given.title}: {len(rows)} numbers", columns, rows, "interval of 95 %, if the model is right")
+    for line in found.quality():
+        click.echo(line)

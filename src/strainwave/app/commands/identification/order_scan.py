@@ -1,0 +1,173 @@
+"""`strainwave order-scan`: the orders of a logged quantity, from all stretches of constant speed."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from ....files.identified.torsion import with_torsion
+from ....files.logs.read import read_log
+from ....study.identification.channels import channels_of
+from ....study.identification.logs.log import Log
+from ....study.identification.orders.order_result import OrderLine, OrderScan
+from ....study.identification.orders.order_scan import order_scan
+from ....study.identification.run import Run
+from ....units import ARCSEC
+from ...console import number, print_table, to_json
+from ...figures.identification.orders import orders_figure
+from ...output import staged, write_csv
+from ...units import sign
+
+CSV, JSON, SVG = "orders.csv", "orders.json", "orders.svg"
+LIKELY = ("torsion", "error", "torque", "motor_torque", "torque_from_current", "current", "load_torque")
+
+
+def show(files: tuple[Path, ...], output: Path | None, given: dict[str, Any], as_json: bool) -> None:
+    """Read logs, find the orders of one channel, print and write them.
+
+    Parameters
+    ----------
+    files : tuple of Path
+        Logs.
+    output : Path or None
+        Folder for orders.csv, orders.json and orders.svg.
+    given : dict
+        `channel`, `angle`, `orders` (text), `highest`, and the arguments of `read_log`.
+    as_json : bool
+        Whether to print JSON.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be read.
+    ValueError
+        If the logs have no such channel, or tell no orders.
+    click.BadParameter
+        If the orders are no numbers.
+    """
+    channel, angle, orders, highest = (given.pop(name) for name in ("channel", "angle", "orders", "highest"))
+    wanted = None if orders is None else _orders(orders)
+    logs = [_with_torsion(read_log(file, **given), given["ratio"]) for file in files]
+    channel = channel or _likely(logs[0], files[0])
+    runs = [run for log in logs for run in _runs(log, channel, angle)]
+    found = order_scan(runs, wanted, highest=highest)
+    if output is not None:
+        with staged(output) as folder:
+            write_csv(folder / CSV, _columns(found))
+            (folder / JSON).write_text(to_json(data(found, channel)) + "\n", encoding="utf-8")
+            (folder / SVG).write_text(orders_figure(found, channel) + "\n", encoding="utf-8")
+    if as_json:
+        click.echo(to_json(data(found, channel)))
+        return
+    _print(found, channel, len(runs))
+    if output is not None:
+        click.echo(f"written: {output / CSV}, {JSON}, {SVG}")
+
+
+def _orders(text: str) -> list[float]:
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise click.BadParameter(f"{text!r} is no list of orders; write for example 100,200,202.5") from None
+
+
+def _with_torsion(log: Log, ratio: float | None) -> Log:
+    """The log with the torsion of a gear of that ratio."""
+    if ratio is None or "torsion" in log.channels or not {"motor_angle", "load_angle"} <= set(log.channels):
+        return log
+    torsion = with_torsion(channels_of(log), ratio)["torsion"]
+    return Log(log.time, {**log.channels, "torsion": torsion}, log.units, log.notes, log.doubts)
+
+
+def _likely(log: Log, file: Path) -> str:
+    for name in LIKELY:
+        if name in log.channels:
+            return name
+    raise ValueError(
+        f"{file.name} has {', '.join(log.channels)}; name one of these with --channel, or give --ratio for the torsion "
+        "between motor_angle and load_angle"
+    )
+
+
+def _runs(log: Log, channel: str, angle: str | None) -> list[Run]:
+    """Stretches of constant speed; the whole log where there is none."""
+    parts = [part for part in log.segments() if part.kind == "constant speed"] if log.moving else []
+    return [log.run(channel, angle, part=part) for part in parts] or [log.run(channel, angle)]
+
+
+def data(found: OrderScan, channel: str) -> dict[str, Any]:
+    """The lines with their intervals, in SI."""
+    return {
+        "channel": channel,
+        "unit": found.unit,
+        "speeds_rad_per_s": found.speeds,
+        "lines": [_line(line) for line in found.lines],
+        "forward": [_line(line) for line in found.forward],
+        "backward": [_line(line) for line in found.backward],
+        "delay_s": found.delay,
+        "delay_error_s": None if np.isinf(found.delay_error) else found.delay_error,
+        "residual_rms": found.residual,
+        "multiples_of": found.base or None,
+        "notes": list(found.notes),
+    }
+
+
+def _line(line: OrderLine) -> dict[str, Any]:
+    low, high = line.interval()
+    return {
+        "order": line.order, "order_error": line.order_error, "kind": line.kind, "why": line.why,
+        "amplitude": line.amplitude, "amplitude_low": low, "amplitude_high": high, "phase_rad": line.phase,
+        "phase_error_rad": line.phase_error, "false_alarm": line.false_alarm,
+        "frequency_hz": None if np.isnan(line.frequency) else line.frequency,
+    }  # fmt: skip
+
+
+def _columns(found: OrderScan) -> list[tuple[str, Any]]:
+    names = ("order", "order_error", "amplitude", "amplitude_error", "phase", "phase_error", "false_alarm")
+    columns = [(name, np.array([getattr(line, name) for line in found.lines])) for name in names]
+    return [*columns, ("stays_with_angle", np.array([float(line.kind == "order") for line in found.lines]))]
+
+
+def _print(found: OrderScan, channel: str, runs: int) -> None:
+    size, unit = (ARCSEC, "arcsec") if found.unit == "rad" else (1.0, found.unit)
+    rows = []
+    for line in found.lines:
+        low, high = line.interval()
+        ends = number(low / size, 3), number(high / size, 3)
+        order = f"{line.order:.6g}" + (f" ± {number(line.order_error, 2)}" if line.order_error else "")
+        angles = float(np.degrees(line.phase)), number(float(np.degrees(line.phase_error)), 2)
+        rows.append((order, line.amplitude / size, *ends, *angles, line.kind, f"{line.false_alarm:.0e}"))
+    columns = ("order", f"amplitude ({sign(unit)})", "from", "to", "phase (deg)", "±", "stays with", "false alarm")
+    words = {"order": "the angle", "frequency": "the time", "undecided": "undecided"}
+    body = [(*row[:6], words[row[6]], row[7]) for row in rows]
+    speeds = ", ".join(dict.fromkeys(number(float(speed), 4) for speed in found.speeds))
+    print_table(f"{channel}: {len(rows)} lines in {runs} runs at {speeds} rad/s", columns, body, "interval of 95 %")
+    for line in found.lines:
+        if line.kind != "order":
+            hertz = "" if np.isnan(line.frequency) else f", {number(line.frequency, 4)} Hz"
+            click.echo(f"order {line.order:.6g}{hertz}: {line.why}")
+    if np.isfinite(found.delay_error):
+        low, high = found.delay_interval()
+        click.echo(f"the value lags {1e3 * found.delay:.4g} ms behind the angle ({1e3 * low:.4g} to {1e3 * high:.4g})")
+    click.echo(f"residual {number(found.residual / size, 4)} {sign(unit)} rms, slow parts and lines taken out")
+    for note in found.notes:
+        click.echo(f"note: {note}")
+    if found.unit == "rad" and any(whole(line) for line in found.lines):
+        click.echo(f"for a project file, if the angle is the motor's:\n{project_lines(found)}")
+
+
+def whole(line: OrderLine) -> bool:
+    """Whether a line may be one of a kinematic error: its order a whole number within what it may be off by."""
+    return line.kind != "frequency" and round(line.order) > 0 and abs(line.order - round(line.order)) <= max(
+        line.order_error, 1e-6
+    )  # fmt: skip
+
+
+def project_lines(found: OrderScan) -> str:
+    """Lines of an angle as the field `kinematic_error` of a project file."""
+    rows = ["  kinematic_error:"]
+    for line in filter(whole, found.lines):
+        size = f"amplitude: {line.amplitude / ARCSEC:.6g} arcsec, phase: {line.phase:.5g} rad"
+        rows.append(f"    - {{order: {round(line.order)}, {size}}}")
+    return "\n".join(rows)

@@ -1,0 +1,1 @@
+"""Figures of measurements and of what they tell."""

@@ -1,0 +1,1 @@
+"""Numbers of a project file, found from the log of a drive."""

@@ -1,0 +1,96 @@
+"""`strainwave identify` and `strainwave order-scan`: what they print and write is what the library finds."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from measured_axis import PROJECT, RATE, measured
+
+import strainwave as sw
+from strainwave.app.commands.cli import cli
+
+
+def invoke(*arguments):
+    return CliRunner().invoke(cli, [str(argument) for argument in arguments])
+
+
+def write(path, header, *columns):
+    np.savetxt(path, np.column_stack(columns), delimiter=";", header=header, comments="", fmt="%.12g")
+    return path
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_identify_writes_the_project_that_the_library_finds(tmp_path):
+    (tmp_path / "axis.yaml").write_text(PROJECT, encoding="utf-8")
+    log = measured()
+    header = "time [s];motor_angle [deg];pos [deg]"
+    file = write(
+        tmp_path / "run.csv", header, log["time"], *(np.degrees(log[a]) for a in ("motor_angle", "load_angle"))
+    )
+    given = ("identify", tmp_path / "axis.yaml", file, "-o", tmp_path / "out", "--trim", "0")
+    given = (*given, "--column", "load_angle=pos", "--free", "gear.K1, gear.K2, damping")
+    run = invoke(*given)
+    assert run.exit_code == 0, run.stderr
+    found = sw.identify_drive(sw.read_project(tmp_path / "axis.yaml"), log, ("gear.K1", "gear.K2", "damping.B"))
+    written = sw.read_project(tmp_path / "out" / "identified.yaml")
+    assert pytest.approx(found.project.drive.law.K1, rel=1e-6) == written.drive.law.K1  # twelve digits in the file
+    table = json.loads((tmp_path / "out" / "identified.json").read_text(encoding="utf-8"))
+    assert table["numbers"]["damping"]["low"] == pytest.approx(found.interval("damping.B").low, rel=1e-5)
+    assert np.diag(table["correlation"]) == pytest.approx(1.0)
+    assert "measured less computed" in (tmp_path / "out" / "identified.svg").read_text(encoding="utf-8")
+    assert "next: strainwave analyze" in run.stdout
+    assert "inputs band-limited between samples" in run.stdout
+
+
+def test_identify_without_an_angle_is_one_sentence(tmp_path):
+    (tmp_path / "axis.yaml").write_text(PROJECT, encoding="utf-8")
+    log = measured()
+    file = write(tmp_path / "run.csv", "time [s];motor_angle [rad]", log["time"], log["motor_angle"])
+    run = invoke("identify", tmp_path / "axis.yaml", file, "-o", tmp_path / "out")
+    assert (run.exit_code, run.stdout) == (1, "")
+    assert "log has no channel 'load_angle'" in run.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def spin(speed, delay, seconds=6.0):
+    """Two lines of a torsion at constant speed; a third stays with the time."""
+    t = np.arange(int(seconds * RATE)) / RATE
+    angle, late = speed * t, speed * (t - delay)
+    noise = 1e-6 * np.random.default_rng(int(speed)).standard_normal(len(t))
+    x = 2e-4 * np.cos(2.0 * late + 0.3) + 5e-5 * np.cos(4.0 * late - 1.0) + 3e-5 * np.cos(2.0 * np.pi * 17.0 * t)
+    return t, angle, angle / 50.0 - x - noise
+
+
+def test_order_scan_tells_lines_of_two_speeds(tmp_path):
+    files = [
+        write(tmp_path / f"{speed}.csv", "time [s];motor_angle [rad];load_angle [rad]", *spin(speed, 1e-3))
+        for speed in (20.0, 33.0)
+    ]
+    options = ("--ratio", "50", "--angle", "motor_angle", "--trim", "0", "--highest", "20")
+    run = invoke("order-scan", *files, *options, "--json")
+    assert run.exit_code == 0, run.stderr
+    found = json.loads(run.stdout)
+    lines = {round(line["order"], 2): line for line in found["lines"]}
+    assert {2.0, 4.0} <= set(lines)
+    for order, amplitude, phase in ((2.0, 2e-4, 0.3), (4.0, 5e-5, -1.0)):
+        assert lines[order]["amplitude_low"] <= amplitude <= lines[order]["amplitude_high"]
+        assert abs(lines[order]["phase_rad"] - phase) < 4.0 * lines[order]["phase_error_rad"]
+        assert lines[order]["kind"] == "order"
+    (other,) = [line for line in found["lines"] if line["kind"] == "frequency"]
+    assert other["frequency_hz"] == pytest.approx(17.0, abs=0.1)
+    assert found["delay_s"] == pytest.approx(1e-3, abs=3.0 * found["delay_error_s"])
+    run = invoke("order-scan", *files, *options, "-o", tmp_path / "out")
+    assert "{order: 2, amplitude: 41.2" in run.stdout  # 2e-4 rad
+    assert "17 Hz: it stays with the time" in run.stdout
+    assert {f.name for f in (tmp_path / "out").iterdir()} == {"orders.csv", "orders.json", "orders.svg"}
+
+
+def test_order_scan_without_a_known_channel_names_those_there_are(tmp_path):
+    t, angle, load = spin(20.0, 0.0, 1.0)
+    file = write(tmp_path / "a.csv", "time [s];motor_angle [rad];load_angle [rad]", t, angle, load)
+    run = invoke("order-scan", file)
+    assert (run.exit_code, run.stdout) == (1, "")
+    assert "a.csv has motor_angle, load_angle; name one of these with --channel, or give --ratio" in run.stderr
+    assert "is no list of orders" in invoke("order-scan", file, "--orders", "1;2").stderr
