@@ -180,6 +180,7 @@ def _spread_of(records: Sequence[Record]) -> Floats:
     return np.asarray(np.nanstd(outputs, axis=1))
 
 
+@np.errstate(over="ignore", invalid="ignore")  # with too few steps the motion leaves every bound
 def _parts(of: Experiment, records: Sequence[Record], values: Floats, noise: Floats) -> int:
     """Steps between two samples: twice as many change the outputs by less than `ACCURATE` of their size."""
     window = _liveliest(records, noise)

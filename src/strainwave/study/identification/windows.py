@@ -157,6 +157,7 @@ class LeastSquares:
         seen = self.of.seen() if states is None else states
         return lanes.run(starts, np.ascontiguousarray(some), seen, len(w), self.parts, w.record.step, begin)
 
+    @np.errstate(over="ignore", invalid="ignore")  # a motion may leave every bound
     def _learn(self, values: Floats, start: Floats) -> None:
         """Set the variations so that each changes the outputs of the first window by `EFFECT` of their size."""
         w, free = self.windows[0], len(values)
