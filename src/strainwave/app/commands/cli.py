@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from ... import __version__
+from .compensation.commands import compensate, compensate_move, compensate_run_up
 from .identification.commands import identify, loop_scan, order_scan
 from .identification.log import log
 from .identification.texts import orders
@@ -211,24 +212,8 @@ def move(
     show(project, profile, output, options, {"delimiter": delimiter, "decimal": decimal}, as_json)
 
 
-@cli.command()
-@click.argument("project", type=click.Path(path_type=Path))
-@click.option("--controller", "controllers", multiple=True, help="Name, as inverse; repeatable. Default: all.")
-@click.option("--speed", "speeds", multiple=True, help='Of the motor, as "450 rpm"; repeatable. Default: five.')
-@click.option("--units", type=click.IntRange(0, 100_000), default=0, help="Units of the type, drawn at random.")
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Seed of these units.")
-@click.option("--plant", type=click.Path(path_type=Path), help="Project file of the drive that is run, if another.")
-@click.option("--softer", help='Run a drive whose gear is softer than the file says, as "20 %".')
-@click.option("-o", "--output", type=folder_type, help="Folder for tables, figures and order tables.")
-@json_option
-def compensate(project: Path, **given: Any) -> None:
-    """Cancel the error with controllers designed on the project, each in closed loop against the plain loop.
-
-    Without --speed, five speeds about the resonance are run, within those of the file. Ctrl-C keeps what is finished.
-    """
-    from .compensation.compensate import show
-
-    show(project, **given)
+for command in (compensate, compensate_move, compensate_run_up):
+    cli.add_command(command)
 
 
 @cli.command()

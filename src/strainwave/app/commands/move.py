@@ -55,7 +55,7 @@ def show(
         If an option is no quantity, or a part of the profile has wrong fields.
     """
     project = read_project(path)
-    parts = [_part(text, table) for text in profile]
+    parts = [profile_part(text, table) for text in profile]
     given: dict[str, Any] = {}
     for option in ("start", "window"):
         if options[option] is not None:
@@ -75,7 +75,7 @@ def show(
     click.echo(to_json(data) if as_json else _summary(project, found, output))
 
 
-def _part(text: str, table: dict[str, str]) -> Any:
+def profile_part(text: str, table: dict[str, str]) -> Any:
     """One part of a profile: of a CSV file, or of fields such as "trapezoid, angle: 90 deg, time: 0.6 s"."""
     if text.lower().endswith(".csv"):
         return read_profile(text, **table)

@@ -176,7 +176,7 @@ def steady_bench_of(
     plain, torque = _at_rest(bench.plant, load_angle)
     said = (
         f"Gravity changes {bench.plant.N:g} times more slowly than the motor turns: it is held at its torque at the "
-        f"load's angle {np.degrees(load_angle):.4g} deg, {torque:.4g} N*m. `load_angles` takes others."
+        f"load's angle {np.degrees(load_angle):.4g} deg, {torque:.4g} N*m. Another angle may be given."
     )
     return replace(bench, model=_at_rest(bench.model, load_angle)[0], plant=plain, remarks=(*bench.remarks, said))
 

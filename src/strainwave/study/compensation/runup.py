@@ -14,7 +14,7 @@ from ...quantities import interval, number
 from ...results import Floats
 from ...sentences import on_screen
 from ...units import ARCSEC, RPM
-from .bench import Bench, bench_of
+from .bench import Bench, bench_of, steady_bench_of
 from .moves import on_the_way
 from .result import OnTheWay
 
@@ -82,6 +82,7 @@ def compensated_runup(
     sampling: Sampling | None = None,
     loop: Any = None,
     plant: DriveTrain | None = None,
+    load_angle: float = 0.0,
 ) -> CompensatedRunup:
     """Run a drive through a range of speeds, up and then down, under each controller.
 
@@ -100,6 +101,9 @@ def compensated_runup(
         Names of designs that do not depend on the speed, or controllers.
     sampling, loop, plant
         As of `compensate`.
+    load_angle : float
+        Angle of the load [rad] at which gravity is held while jumps are looked for: else runs that wait at one speed
+        would differ by where the load stands.
 
     Returns
     -------
@@ -122,7 +126,8 @@ def compensated_runup(
         for ends in ((low, high), (high, low))
     )
     calm = CALM * float(np.max(np.maximum(up, down)))
-    jumps = [_jump(bench, c, edges, time, a, b, calm) for (_, c), a, b in zip(chosen, up, down, strict=True)]
+    held = steady_bench_of(project, sampling, loop, plant, number("load_angle [rad]", load_angle))
+    jumps = [_jump(held, c, edges, time, a, b, calm) for (_, c), a, b in zip(chosen, up, down, strict=True)]
     return CompensatedRunup(
         speed=0.5 * (edges[1:] + edges[:-1]),
         up=up,
@@ -130,7 +135,9 @@ def compensated_runup(
         names=tuple(name for name, _ in chosen),
         jump=np.array(jumps),
         acceleration=(high - low) / time,
-        remarks=bench.remarks,
+        remarks=tuple(
+            remark if remark in bench.remarks else f"While jumps are looked for: {remark}" for remark in held.remarks
+        ),
     )
 
 

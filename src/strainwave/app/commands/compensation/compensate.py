@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import click
 import numpy as np
@@ -20,6 +20,7 @@ from ....units import RPM
 from ...console import Progress, to_json
 from ...figures import compensation as figures
 from ...output import staged
+from ...units import quantity
 from ..design.design import as_csv
 from . import tables
 from .order_tables import tables_of
@@ -45,8 +46,8 @@ class Run(NamedTuple):
 
 
 def show(
-    path: Path, controllers: tuple[str, ...], speeds: tuple[str, ...], units: int, seed: int, plant: Path | None,
-    softer: str | None, output: Path | None, as_json: bool,
+    path: Path, controllers: tuple[str, ...], speeds: tuple[str, ...], load_angles: tuple[str, ...], units: int,
+    seed: int, plant: Path | None, softer: str | None, output: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
     """Compare controllers on a project, write the results into a folder where one is given, and print the tables.
 
@@ -60,12 +61,14 @@ def show(
         With what was kept, if the user stops it.
     """
     project = read_project(path)
-    other = _plant(project, plant, softer)
+    other = plant_of(project, plant, softer)
+    angles = tuple(quantity("--load-angle", text, "rad") for text in load_angles) or (0.0,)
     bench = steady_bench_of(project, plant=other)
     grid = speeds_of(project, speeds)
     names, left_out = names_of(bench, controllers or (ALL,))
     with Progress(project.title) as progress:
-        run, stopped = _run(project, bench, other, names, grid, left_out, units, seed, progress.show)
+        how = {"plant": other, "load_angles": angles}
+        run, stopped = _run(project, bench, how, names, grid, left_out, units, seed, progress.show)
         if run is not None and output is not None:
             progress.show("writing", 0.97)
             _write(run, output, figured=not stopped)
@@ -105,7 +108,7 @@ def names_of(bench: Bench, wanted: Sequence[str]) -> tuple[list[str], tuple[str,
     return [name for name in names if name not in blind], ((said,) if said else ())
 
 
-def _plant(project: Project, plant: Path | None, softer: str | None) -> DriveTrain | None:
+def plant_of(project: Project, plant: Path | None, softer: str | None) -> DriveTrain | None:
     """The drive that is run, where it is not the one that the controllers are designed on."""
     if plant is not None:
         if softer is not None:
@@ -125,7 +128,7 @@ def read_plant(project: Project) -> DriveTrain:
 
 
 def _run(
-    project: Project, bench: Bench, plant: DriveTrain | None, names: Sequence[str], grid: Floats,
+    project: Project, bench: Bench, how: dict[str, Any], names: Sequence[str], grid: Floats,
     left_out: tuple[str, ...], units: int, seed: int, progress: Callable[[str, float], None],
 ) -> tuple[Run | None, bool]:  # fmt: skip
     """Everything, and whether the user stopped it; None where he did so before the first controller was finished."""
@@ -136,17 +139,16 @@ def _run(
         for i, name in enumerate(names):
             progress(name, 0.8 * i / len(names))
             try:
-                rows.append(compensation_bench(project, [name], speeds=grid, plant=plant))
+                rows.append(compensation_bench(project, [name], speeds=grid, **how))
             except ValueError as error:
                 if not rows:
                     raise
                 said.append(f"Left out: {name}, as {error}.")
         run = _joined(project, bench, rows, said)
-        for one in run.best if units or plant is None else ():
+        same = how["plant"] is None
+        for one in run.best if units or same else ():
             progress(f"{one.name} on other gears", 0.85)
-            detail = compensate(
-                project, one.name, speed=one.speed, plant=plant, robust=plant is None, units=units, seed=seed
-            )
+            detail = compensate(project, one.name, speed=one.speed, robust=same, units=units, seed=seed, **how)
             run = run._replace(details=(*run.details, detail))
     except KeyboardInterrupt:
         return run or (_joined(project, bench, rows, said) if rows else None), True
