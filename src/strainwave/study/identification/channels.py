@@ -11,6 +11,7 @@ from .experiment import Experiment, Record
 
 FEWEST = 16  # samples of a record
 UNEVEN = 0.05  # of a step: what a time may be off by
+LEAST, LARGEST = 1e-30, 1e30  # of a signal, in any unit
 
 
 def channels_of(log: Any) -> dict[str, Any]:
@@ -40,20 +41,16 @@ def record_of(of: Experiment, channels: Mapping[str, Any], number_of: int | None
         raise ValueError(
             f"{where}: time has steps from {np.min(steps):g} to {np.max(steps):g} s; resample to equal steps"
         )
-    rows = {}
-    for name in (*of.inputs.values(), *of.outputs.values()):
-        rows[name] = np.asarray(channels[name], float)
-        if rows[name].shape != time.shape:
-            raise ValueError(f"{where}: {name} has {len(rows[name])} samples and time {len(time)}; give equally many")
-    for name in of.inputs.values():
-        if not np.all(np.isfinite(rows[name])):
-            i = int(np.flatnonzero(~np.isfinite(rows[name]))[0])
-            raise ValueError(f"{where}: {name} is {rows[name][i]} at sample {i}; an input must be known at all samples")
+    rows = {name: input_row(where, name, channels[name]) for name in of.inputs.values()}
+    rows |= {name: row_of(where, name, channels[name]) for name in of.outputs.values()}
+    for name, row in rows.items():
+        if row.shape != time.shape:
+            raise ValueError(f"{where}: {name} has {len(row)} samples and time {len(time)}; give equally many")
     for state, name in of.outputs.items():
         known = rows[name][np.isfinite(rows[name])]
         if len(known) < FEWEST:
             raise ValueError(f"{where}: {name} has {len(known)} values; give {FEWEST} at least")
-        if not np.ptp(known) > 0.0:
+        if not np.ptp(known) > LEAST:
             raise ValueError(f"{where}: {name} is {known[0]:g} throughout; nothing moves: give a record with motion")
         if f"{state}.delay" in of.free and len(known) < len(time):
             raise ValueError(
@@ -63,6 +60,29 @@ def record_of(of: Experiment, channels: Mapping[str, Any], number_of: int | None
     outputs = np.array([rows[name] for name in of.outputs.values()])
     outputs[~np.isfinite(outputs)] = np.nan
     return Record(inputs, outputs, step_of(time))
+
+
+def row_of(where: str, name: str, values: Any) -> Floats:
+    """One channel (n,) of real numbers, NaN where nothing was measured (ValueError)."""
+    given = np.asarray(values)
+    if given.ndim != 1 or given.dtype.kind not in "iufb":
+        raise ValueError(
+            f"{where}: {name} has the shape {given.shape} and values such as {shown(values)[:40]}; give one row of "
+            "real numbers"
+        )
+    row = given.astype(float)
+    if np.any(np.abs(row[np.isfinite(row)]) > LARGEST):
+        raise ValueError(f"{where}: {name} has values beyond {LARGEST:g}; give it in SI")
+    return row
+
+
+def input_row(where: str, name: str, values: Any) -> Floats:
+    """One channel (n,) that is known at all samples (ValueError)."""
+    row = row_of(where, name, values)
+    if not np.all(np.isfinite(row)):
+        i = int(np.flatnonzero(~np.isfinite(row))[0])
+        raise ValueError(f"{where}: {name} is {row[i]} at sample {i}; an input must be known at all samples")
+    return row
 
 
 def step_of(time: Floats) -> float:

@@ -11,7 +11,7 @@ from ...numerics.driven.signal import Between, Signal, pieces, places_of, resamp
 from ...protocols import names_of, omega_of
 from ...quantities import checked, shown
 from ...results import Floats
-from ...tree import leaf_of, part, replaced, with_leaf
+from ...tree import leaf_of, numbers, part, replaced, with_leaf
 
 OF_OUTPUT = {"gain": 1.0, "offset": 0.0, "delay": 0.0}  # of an input too: the first fields of a `Signal`
 NEAR_START = 7  # samples that the first rate of a measured state is taken from
@@ -142,7 +142,7 @@ def experiment(
     for name in outputs:
         if name not in states:
             raise ValueError(f"the output {shown(name)} is no state of the system; it has {', '.join(states)}")
-    if isinstance(free, str) or not free:
+    if isinstance(free, str) or not free or not all(isinstance(path, str) for path in free):
         raise ValueError(f"free is {shown(free)}; give the paths of one number at least, for example ('law.K', 'B')")
     ready = Experiment(system, driven, dict(inputs), dict(outputs), tuple(free), between)
     places = places_of(driven)
@@ -151,10 +151,10 @@ def experiment(
     for path in ready.free:
         if ready._of_output(path) is not None:
             continue
+        if path not in (able := _able(ready)):
+            raise ValueError(f"{shown(path)} is no number that can be free; those are {', '.join(able)}")
         leaf = leaf_of(driven, path)
-        inside = [leaf - at for at in places if at <= leaf < at + len(Signal())]
-        if inside and inside[0] >= len(OF_OUTPUT):
-            raise ValueError(f"{shown(path)} is measured; of an input gain, offset and delay may be free")
+        inside = any(at <= leaf < at + len(Signal()) for at in places)
         if path == "omega" and inputs:
             raise ValueError("omega is free, but the inputs are measured in time; fix the speed of the base angle")
         if path.endswith(".delay") and inside and between == "held":
@@ -162,6 +162,15 @@ def experiment(
                 f"{shown(path)} is free, but a held input is no smooth function of a delay; take 'band-limited'"
             )
     return ready
+
+
+def _able(of: Experiment) -> list[str]:
+    """Paths of the numbers that may be free."""
+    parts = [f"{path}." for path in of.inputs]
+    own = [
+        path for path, *_, value in numbers(of.driven) if isinstance(value, float) and not path.startswith(tuple(parts))
+    ]
+    return own + [f"{signal}.{what}" for signal in (*of.inputs, *of.outputs) for what in OF_OUTPUT]
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from ...records import Result
 from ...results import Floats
 from ...tree import leaf_of, numbers, with_leaf
 from .discrepancy import Discrepancy
-from .identifiability import unidentifiable
+from .identifiability import TOLERANCE, unidentifiable
 from .intervals import Interval, interval
 
 
@@ -134,8 +134,10 @@ def scales(system: Any, free: Sequence[str]) -> Floats:
     return np.array([abs(start[path]) or 1.0 for path in free])
 
 
-def refuse_unidentifiable(jacobian: Floats, names: Sequence[str], values: Floats) -> None:
+def refuse_unidentifiable(
+    jacobian: Floats, names: Sequence[str], values: Floats, tolerance: float = TOLERANCE
+) -> None:  # fmt: skip
     """Refuse free parameters that the data do not tell (ValueError)."""
-    said = unidentifiable(jacobian, names, values)
+    said = unidentifiable(jacobian, names, values, tolerance=tolerance)
     if said is not None:
         raise ValueError(said)

@@ -12,7 +12,7 @@ from ...quantities import numbers
 from ...records import Labelled
 from ...results import Floats
 from ...sentences import on_screen
-from .channels import UNEVEN, channels_of, step_of
+from .channels import UNEVEN, channels_of, input_row, step_of
 from .experiment import Experiment, Record
 from .fitted import Fitted
 from .intervals import Interval, interval
@@ -71,6 +71,8 @@ class Identified(Fitted):
             Probability of covering, to first order in the numbers (delta method).
         """
         first, gradient = float(function(self.system)), np.zeros(len(self.names))
+        if not math.isfinite(first):
+            raise ValueError(f"the function gives {first} for the system found; give one that has a value there")
         for i, (value, deviation) in enumerate(zip(self.values, self.deviations, strict=True)):
             changed = self.values.copy()
             changed[i] = value + 0.5 * deviation
@@ -108,7 +110,7 @@ class Identified(Fitted):
             own = step_of(numbers("time", channels["time"]))
             if abs(own - step) > UNEVEN * step:
                 raise ValueError(f"inputs have a step of {own:g} s, the log had {step:g} s; resample them to that")
-        rows = np.array([numbers(name, channels[name]) for name in of.inputs.values()])
+        rows = np.array([input_row("inputs", name, channels[name]) for name in of.inputs.values()])
         first = self._first(start)
         samples = rows.shape[1] if len(rows) else len(channels["time"])
         nothing = np.full((len(of.outputs), samples), np.nan)

@@ -16,7 +16,7 @@ from .experiment import Experiment, Record, experiment
 from .fitted import refuse_unidentifiable
 from .identified import Identified
 from .intervals import Spread, spread
-from .windows import DAMPED, LeastSquares, Point, Window, cleared, finite, reweighted, small, solve, windows_of
+from .windows import DAMPED, EFFECT, LeastSquares, Point, Window, cleared, finite, reweighted, small, solve, windows_of
 
 FIRST_WINDOW = 48  # samples of the first windows
 GROWTH = 6  # of the windows from one round to the next
@@ -27,9 +27,11 @@ ACCURATE = 1e-4  # of the outputs' size: what halving the steps may change
 MOST_PARTS = 64
 CHECKED = 16_000  # samples of a record that finer steps are tried on
 MOVED = 0.2  # of a number's standard deviation: what halving the steps may change at the end
+POOR = 0.9  # of the motion's size: a residual that explains next to nothing
 LOOKED_AT = 400  # samples that the number of steps is chosen on
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # of motions that leave every bound; they are refused
 def identify(
     system: Any,
     log: Any,
@@ -180,7 +182,6 @@ def _spread_of(records: Sequence[Record]) -> Floats:
     return np.asarray(np.nanstd(outputs, axis=1))
 
 
-@np.errstate(over="ignore", invalid="ignore")  # with too few steps the motion leaves every bound
 def _parts(of: Experiment, records: Sequence[Record], values: Floats, noise: Floats) -> int:
     """Steps between two samples: twice as many change the outputs by less than `ACCURATE` of their size."""
     window = _liveliest(records, noise)
@@ -215,7 +216,7 @@ def _result(
 ) -> Identified:  # fmt: skip
     columns, rest = point.reduced()
     size = np.linalg.norm(columns, axis=0)
-    refuse_unidentifiable(columns, of.free, point.values)
+    refuse_unidentifiable(columns, of.free, point.values, tolerance=20.0 * EFFECT)
     many = [len(r) for r in point.residuals]
     found: Spread = spread(columns / size, rest, many)
     unit = float(problem.noise[0]) if len(problem.noise) == 1 else 1.0
@@ -241,10 +242,17 @@ def _result(
         between=of.between,
         parts=problem.parts,
         converged=converged,
-        notes=_notes(of.found(point.values), converged),
+        notes=(*_notes(of.found(point.values), converged), *_unexplained(of, left, _spread_of(records))),
         step=records[0].step,
         experiment=of,
     )
+
+
+def _unexplained(of: Experiment, left: Floats, size: Floats) -> list[str]:
+    """Outputs of which the system explains next to nothing."""
+    shares = np.sqrt(np.nanmean(left**2, axis=1)) / size
+    told = zip(of.outputs, shares, strict=True)
+    return [f"the system explains next to nothing of {name}: start from other numbers" for name, s in told if s > POOR]
 
 
 def _notes(system: Any, converged: bool) -> tuple[str, ...]:

@@ -157,7 +157,6 @@ class LeastSquares:
         seen = self.of.seen() if states is None else states
         return lanes.run(starts, np.ascontiguousarray(some), seen, len(w), self.parts, w.record.step, begin)
 
-    @np.errstate(over="ignore", invalid="ignore")  # a motion may leave every bound
     def _learn(self, values: Floats, start: Floats) -> None:
         """Set the variations so that each changes the outputs of the first window by `EFFECT` of their size."""
         w, free = self.windows[0], len(values)
@@ -315,6 +314,7 @@ def finite(point: Point) -> Point:
     return point
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # as `identify`
 def fitted_start(of: Experiment, values: Floats, record: Record, samples: int, parts: int) -> Floats:
     """State at the first sample from so many measured ones."""
     noise = np.nanstd(record.outputs, axis=1)
