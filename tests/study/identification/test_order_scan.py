@@ -173,3 +173,42 @@ def test_intervals_cover(kind):
     # fewer than these have a probability of 5e-4, and so have more
     fewest, most = binom.ppf([5e-4, 1.0 - 5e-4], sets, 0.95)
     assert np.all((hits >= fewest) & (hits <= most)), hits
+
+
+@pytest.mark.parametrize("speed", [25.0, 31.0, 33.0, 40.0])
+@pytest.mark.parametrize("lines", [((2.0, 2e-4, 0.3),), ((2.0, 2e-4, 0.3), (4.0, 5e-5, -1.0), (6.02, 2e-5, 1.0))])
+def test_strong_lines_leave_no_others_and_predict_a_third_speed(speed, lines):
+    """Lines 200 times the noise, over parts of turns: what leaks from them is no line."""
+    rng = np.random.default_rng(int(speed))
+
+    def run(v, noise=1e-6):
+        t = np.arange(6000) / 1000.0
+        late = v * (t - 1e-3)
+        value = sum(a * np.cos(k * late + p) for k, a, p in lines) + noise * rng.standard_normal(len(t))
+        return sw.Run(t, v * t, value, "rad")
+
+    found = sw.order_scan([run(20.0), run(speed)], highest=20.0)
+    assert [line.kind for line in found.lines] == ["order"] * len(lines)
+    for line, (order, amplitude, phase) in zip(found.lines, lines, strict=True):
+        assert line.order == pytest.approx(order, abs=5e-4)
+        assert abs(line.amplitude - amplitude) < 4.0 * line.amplitude_error < 4e-7
+        # an order that is not known exactly turns the phase over the travel
+        assert line.phase == pytest.approx(phase, abs=0.02)
+    third = run(27.0, 0.0)
+    left = found.predict(third.time, third.angle) - third.value
+    assert np.std(left) < 3e-7
+
+
+def test_a_frequency_beside_orders_does_not_disturb_them():
+    rng = np.random.default_rng(3)
+    runs = []
+    for v in (20.0, 33.0):
+        t = np.arange(6000) / 1000.0
+        value = 2e-4 * np.cos(2.0 * v * t + 0.3) + 3e-5 * np.cos(2.0 * np.pi * 17.0 * t)
+        runs.append(sw.Run(t, v * t, value + 1e-6 * rng.standard_normal(6000), "rad"))
+    found = sw.order_scan(runs, highest=20.0)
+    order, frequency = sorted(found.lines, key=lambda line: line.kind == "frequency")
+    assert (order.kind, frequency.kind) == ("order", "frequency")
+    assert frequency.frequency == pytest.approx(17.0, abs=1e-3)
+    assert not found.notes  # the runs do not differ by more than their noise
+    assert order.amplitude_error < 1e-7

@@ -56,12 +56,16 @@ def without(columns: Floats, values: Floats) -> Floats:
     return np.asarray(values - basis @ (basis.T @ values))
 
 
-def fit_run(run: Run, orders: Sequence[float], delay: float, highest: float) -> RunFit:
-    """Lines of these orders in one run, and the noise around them."""
+def fit_run(
+    run: Run, orders: Sequence[float], delay: float, highest: float, frequencies: Sequence[float] = ()
+) -> RunFit:
+    """Lines of these orders in one run beside lines of these frequencies [Hz], and the noise around them."""
     theta = run.angle_before(delay)
     waves = [part for k in orders for part in (np.cos(k * theta), -np.sin(k * theta))]
     slow = slow_columns(run, min(orders, default=highest))
-    columns = np.column_stack([slow, *waves])
+    turns = [2.0 * np.pi * f * (run.time - run.time[0]) for f in frequencies]
+    beside = np.column_stack([slow, *(wave(x) for x in turns for wave in (np.cos, np.sin))])
+    columns = np.column_stack([beside, *waves])
     u, s, vt = np.linalg.svd(columns / np.linalg.norm(columns, axis=0), full_matrices=False)
     if s[0] > WORST * s[-1]:
         raise ValueError(
@@ -72,10 +76,11 @@ def fit_run(run: Run, orders: Sequence[float], delay: float, highest: float) -> 
     found = back @ (u.T @ run.value)
     residual = run.value - columns @ found
     ascending = np.sign(run.travel) * run.angle
-    taken = _taken(run, orders, slow.shape[1], highest)
+    standing = [2.0 * np.pi * f / abs(run.speed) for f in frequencies]
+    taken = _taken(run, [*orders, *standing], slow.shape[1], highest)
     floor = noise_floor([(ascending, residual)], int(np.ceil(highest)), taken, 0.0)
     inverse, least = back @ back.T, rounding(run.value)
-    at = slow.shape[1]
+    at = beside.shape[1]
     values, spreads = [], []
     for i, k in enumerate(orders):
         place = slice(at + 2 * i, at + 2 * i + 2)

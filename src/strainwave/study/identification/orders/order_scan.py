@@ -74,11 +74,12 @@ def order_scan(
         found, base = [FoundLine(k, 0.0, "order", math.inf, 0.0) for k in _given(orders, limit)], 0.0
     over_angle = sorted((line for line in found if line.kind != "frequency"), key=lambda line: line.place)
     chosen = np.array([line.place for line in over_angle])
-    fits, joint = _fitted(runs, chosen, limit, several)
+    standing = [line.place for line in found if line.kind == "frequency"]
+    fits, joint = _fitted(runs, chosen, limit, several, standing)
     delayed = several and len(chosen) > 0 and abs(joint.delay) <= LONGEST
     beyond = abs(joint.delay) > LONGEST
     if beyond:
-        fits, joint = _fitted(runs, chosen, limit, delayed)
+        fits, joint = _fitted(runs, chosen, limit, delayed, standing)
     lines = _lines(over_angle, fits, joint, several)
     lines += [_frequency_line(line, runs) for line in found if line.kind == "frequency"]
     forward, backward = _ways(over_angle, speeds, fits, joint, several)
@@ -155,13 +156,15 @@ def _given(orders: Any, limit: float) -> list[float]:
     return chosen
 
 
-def _fitted(runs: list[Run], orders: Floats, limit: float, several: bool) -> tuple[list[RunFit], Joint]:
+def _fitted(
+    runs: list[Run], orders: Floats, limit: float, several: bool, standing: Sequence[float]
+) -> tuple[list[RunFit], Joint]:  # fmt: skip
     """Fits of all runs and of all together, the delay found again until it stays."""
     delay, rounds = 0.0, ROUNDS if several and len(orders) else 1
     speeds = np.array([run.speed for run in runs])
     top = min(limit, float(np.max(orders, initial=1.0)) * 1.2 + 20.0 / min(run.turns for run in runs))
     for i in range(rounds):
-        fits = [fit_run(run, list(orders), delay, top) for run in runs]
+        fits = [fit_run(run, list(orders), delay, top, standing) for run in runs]
         if not len(orders):
             return fits, Joint(np.zeros(0), np.zeros((1, 1)), 0.0, 0.0, 0)
         joint = together(orders, speeds, fits, delay, delayed=several)

@@ -6,7 +6,8 @@ speeds, or one whose speed changes, have one sum above the other.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -15,12 +16,15 @@ from scipy.special import gammaincc
 from ....results import Floats
 from ...kinematic_error.line_noise import Floor
 from ..run import Run
-from .order_fit import rounding, slow_columns, without
+from .order_fit import rounding, slow_columns
 
 Kind = Literal["order", "frequency", "undecided"]
 OVERSAMPLED = 6  # orders tried for each that is independent
 DECIDED = 9.0  # difference of the sums from which on one of both is believed: e^9 to 1
 CELL = 0.1  # rad: of the highest order, over which samples are counted as one place
+BAND, MOST_BINS = 20, 160  # frequencies on both sides of a line, and of all, that a line is judged by
+NEAR = 30.0  # resolutions: lines that are nearer disturb each other
+ROUNDS, SETTLED = 5, 1e-7  # of finding a place anew, and a change in resolutions that is none
 TURN = 2.0 * math.pi
 
 
@@ -52,11 +56,20 @@ class FoundLine(NamedTuple):
 
 
 class Search:
-    """What is left of runs while lines are found in them and taken out."""
+    """What is left of runs while lines are found in them and taken out.
+
+    What a strong line leaves where its place is a little wrong, and its leakage into the places of others, would look
+    like more lines: after each new one the places of those near it are found anew (Li & Stoica 1996, IEEE Trans. Signal
+    Process. 44(2), 281-295).
+    """
 
     def __init__(self, runs: Sequence[Run], lowest: float, highest: float) -> None:
+        self.runs = runs
         least, self.speeds = [rounding(run.value) for run in runs], np.array([abs(run.speed) for run in runs])
-        self.rest = [without(slow_columns(run, lowest), run.value) for run in runs]
+        self.least = least
+        self.slow = [np.linalg.qr(slow_columns(run, lowest))[0] for run in runs]
+        self.rest = [cleared(q, run.value) for q, run in zip(self.slow, runs, strict=True)]
+        self.lines: list[TakenLine] = []
         angles = [Coordinate(np.abs(run.angle - run.angle[0]), highest, v) for run, v in zip(runs, least, strict=True)]
         times = [
             Coordinate(TURN * (run.time - run.time[0]), highest * speed / TURN, v)
@@ -69,38 +82,119 @@ class Search:
         """The line that stands out most, taken out; None where noise may have it."""
         sums = self.angle.sums(self.rest), self.time.sums(self.rest)
         order, frequency = self.angle.largest(sums[0]), self.time.largest(sums[1])
-        here, there = self._both(sums, order), self._both_of_time(sums, frequency)
-        by_time = there[1] - there[0] > DECIDED and max(there) > max(here) - DECIDED and here[0] - here[1] <= DECIDED
-        spectrum, place, both = (self.time, frequency, there) if by_time else (self.angle, order, here)
-        alarm = spectrum.false_alarm(max(both), 2.0 * spectrum.trials)
-        return self._taken(spectrum, place, both, alarm) if alarm < false_alarm else None
+        orders, frequencies = [order, *frequency * TURN / self.speeds], [frequency, *order * self.speeds / TURN]
+        total = max(self.angle.sum_at(sums[0], order), self.time.sum_at(sums[1], frequency))
+        alarm = self.angle.false_alarm(total, self.angle.trials + self.time.trials)
+        if not alarm < false_alarm:
+            return None
+        return self._taken(self.angle.highest(sums[0], orders), self.time.highest(sums[1], frequencies), alarm)
 
     def near(self, order: float, trials: int, false_alarm: float) -> FoundLine | None:
         """A line around an order, one of so many that are looked at; None where noise may have it."""
         sums = self.angle.sums(self.rest), self.time.sums(self.rest)
-        around = np.abs(self.angle.places - order) <= self.angle.spacing
-        if not np.any(around):
+        place = self.angle.highest(sums[0], [order])
+        alarm = self.angle.false_alarm(self.angle.sum_at(sums[0], place), 2.0 * trials)
+        if not alarm < false_alarm:
             return None
-        place = float(self.angle.places[around][np.argmax(sums[0][around])])
-        both = self._both(sums, place)
-        alarm = self.angle.false_alarm(both[0], 2.0 * trials)
-        return self._taken(self.angle, place, both, alarm) if alarm < false_alarm else None
+        return self._taken(place, self.time.highest(sums[1], order * self.speeds / TURN), alarm, as_order=True)
 
-    def _both(self, sums: tuple[Floats, Floats], order: float) -> tuple[float, float]:
-        """Sums at an order, and at the best frequency that a run has there."""
-        return self.angle.sum_at(sums[0], order), self.time.largest_of(sums[1], order * self.speeds / TURN)
-
-    def _both_of_time(self, sums: tuple[Floats, Floats], frequency: float) -> tuple[float, float]:
-        return self.angle.largest_of(sums[0], frequency * TURN / self.speeds), self.time.sum_at(sums[1], frequency)
-
-    def _taken(self, spectrum: "Spectrum", place: float, both: tuple[float, float], alarm: float) -> FoundLine:
-        difference = both[0] - both[1]
+    def _taken(self, order: float, frequency: float, alarm: float, *, as_order: bool = False) -> FoundLine:
+        """The line at an order or at a frequency, whichever leaves less around both (Whittle's likelihood)."""
+        before, bands = self.rest, self._bands(order, frequency)
+        trials = []
+        for spectrum, place in ((self.angle, order), (self.time, frequency)):
+            self.rest = before
+            error = spectrum.error(place, before)
+            line = TakenLine(spectrum, place, [np.zeros(2) for _ in before])
+            self._settle(line)
+            trials.append((line, error, self.rest, self._likelihood(bands)))
+        difference = trials[0][3] - trials[1][3]
         kind: Kind = "order" if difference > DECIDED else "frequency" if difference < -DECIDED else "undecided"
-        if spectrum is self.angle and kind == "frequency":
+        if as_order and kind == "frequency":
             kind = "undecided"  # it has another place over the time, which is found for itself
-        found = FoundLine(place, spectrum.error(place, self.rest), kind, difference, alarm)
-        self.rest = [without(np.column_stack(c.wave(place)), r) for c, r in zip(spectrum.over, self.rest, strict=True)]
+        line, error, self.rest, _ = trials[kind == "frequency"]
+        self.lines.append(line)
+        for other in self.lines[:-1]:
+            if other.spectrum is not line.spectrum or abs(other.place - line.place) < NEAR * line.spectrum.spacing:
+                self._settle(other)
+        if len(self.lines) > 1:
+            self._settle(line)
+        return FoundLine(line.place, error, kind, difference, alarm)
+
+    def _bands(self, order: float, frequency: float) -> list[Floats]:
+        """Waves (n, bins) over the time of each run, about the frequencies of an order there and about a frequency."""
+        found = []
+        for run, rest in zip(self.runs, self.rest, strict=True):
+            reach = float(run.time[-1] - run.time[0])
+            speed = np.abs(np.gradient(run.angle[:: max(1, len(rest) // 200)], run.time[:: max(1, len(rest) // 200)]))
+            slow, fast = (order * float(v) / TURN * reach for v in np.quantile(speed, (0.05, 0.95)))
+            last = 0.5 * len(rest)
+            bins = np.concatenate(
+                [
+                    np.arange(a - BAND, b + BAND + 1)
+                    for a, b in ((round(slow), round(fast)), 2 * [round(frequency * reach)])
+                ]
+            )
+            bins = np.unique(bins[(bins >= 1) & (bins < last)])
+            bins = bins[:: max(1, len(bins) // MOST_BINS)]
+            found.append(np.asarray(np.exp((-1j * TURN / reach) * np.outer(run.time - run.time[0], bins))))
         return found
+
+    def _likelihood(self, bands: list[Floats]) -> float:
+        """Logarithm of the likelihood of what is left, as noise that is even over the bands."""
+        total = 0.0
+        for waves, rest, least in zip(bands, self.rest, self.least, strict=True):
+            power = np.abs(rest @ waves) ** 2 / len(rest)
+            total -= waves.shape[1] * math.log(max(float(np.mean(power)), least, 1e-300)) if waves.shape[1] else 0.0
+        return total
+
+    def _settle(self, line: "TakenLine") -> None:
+        """Find place and amplitudes of a line anew in what the others leave (Gauss-Newton)."""
+        over, start = line.spectrum.over, line.place
+        columns = self._columns(line)
+        rest = [less(r, c, -ab) for r, c, ab in zip(self.rest, columns, line.amplitudes, strict=True)]
+        for _ in range(ROUNDS):
+            top = below = 0.0
+            line.amplitudes = [np.linalg.lstsq(c, r, rcond=None)[0] for c, r in zip(columns, rest, strict=True)]
+            self.rest = [less(r, c, ab) for r, c, ab in zip(rest, columns, line.amplitudes, strict=True)]
+            for one, (a, b), c, q, left in zip(over, line.amplitudes, columns, self.slow, self.rest, strict=True):
+                cosine, sine = one.wave(line.place)
+                slope = cleared(np.linalg.qr(c)[0], cleared(q, one.x * (b * cosine - a * sine)))
+                weight = 1.0 / max(float(left @ left), 1e-300)
+                top, below = top + weight * float(slope @ left), below + weight * float(slope @ slope)
+            change = top / below if below > 0.0 else 0.0
+            if abs(line.place + change - start) > line.spectrum.spacing / OVERSAMPLED:
+                return  # it is no single line: its place stays
+            line.place += change
+            columns = self._columns(line)
+            if abs(change) < SETTLED * line.spectrum.spacing:
+                break
+        line.amplitudes = [np.linalg.lstsq(c, r, rcond=None)[0] for c, r in zip(columns, rest, strict=True)]
+        self.rest = [less(r, c, ab) for r, c, ab in zip(rest, columns, line.amplitudes, strict=True)]
+
+    def _columns(self, line: "TakenLine") -> list[Floats]:
+        """Cosine and sine (n, 2) of a line in every run, without what the slow columns say of them."""
+        waves = [np.column_stack(one.wave(line.place)) for one in line.spectrum.over]
+        return [cleared(q, wave) for q, wave in zip(self.slow, waves, strict=True)]
+
+
+@dataclass
+class TakenLine:
+    """A line that was taken out: where it stands, and its cosine and sine in every run."""
+
+    spectrum: "Spectrum"
+    place: float
+    amplitudes: list[Floats]
+
+
+def less(values: Floats, columns: Floats, amplitudes: Floats) -> Floats:
+    """Values without so much of each column."""
+    return np.asarray(values - columns @ amplitudes)
+
+
+def cleared(basis: Floats, values: Floats) -> Floats:
+    """Values less what orthonormal columns say of them."""
+    return np.asarray(values - basis @ (basis.T @ values))
 
 
 class Coordinate(NamedTuple):
@@ -177,9 +271,10 @@ class Spectrum:
         near = np.abs(self.places - place) <= self.spacing
         return float(np.max(sums[near], initial=0.0))
 
-    def largest_of(self, sums: Floats, places: Floats) -> float:
-        """Largest `sum_at` of several places."""
-        return max(self.sum_at(sums, place) for place in places)
+    def highest(self, sums: Floats, near: Iterable[float]) -> float:
+        """Place of the largest sum within the width of a line around several places."""
+        around = [int(np.argmax(np.where(np.abs(self.places - p) <= self.spacing, sums, -1.0))) for p in near]
+        return float(self.places[max(around, key=lambda i: sums[i])])
 
     def false_alarm(self, total: float, trials: float) -> float:
         """Probability that noise reaches a sum at so many independent places or between them.
