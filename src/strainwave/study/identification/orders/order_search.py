@@ -155,7 +155,7 @@ class Search:
         rest = [less(r, c, -ab) for r, c, ab in zip(self.rest, columns, line.amplitudes, strict=True)]
         for _ in range(ROUNDS):
             top = below = 0.0
-            line.amplitudes = [np.linalg.lstsq(c, r, rcond=None)[0] for c, r in zip(columns, rest, strict=True)]
+            line.amplitudes = [shares(c, r) for c, r in zip(columns, rest, strict=True)]
             self.rest = [less(r, c, ab) for r, c, ab in zip(rest, columns, line.amplitudes, strict=True)]
             for one, (a, b), c, q, left in zip(over, line.amplitudes, columns, self.slow, self.rest, strict=True):
                 cosine, sine = one.wave(line.place)
@@ -169,7 +169,7 @@ class Search:
             columns = self._columns(line)
             if abs(change) < SETTLED * line.spectrum.spacing:
                 break
-        line.amplitudes = [np.linalg.lstsq(c, r, rcond=None)[0] for c, r in zip(columns, rest, strict=True)]
+        line.amplitudes = [shares(c, r) for c, r in zip(columns, rest, strict=True)]
         self.rest = [less(r, c, ab) for r, c, ab in zip(rest, columns, line.amplitudes, strict=True)]
 
     def _columns(self, line: "TakenLine") -> list[Floats]:
@@ -185,6 +185,11 @@ class TakenLine:
     spectrum: "Spectrum"
     place: float
     amplitudes: list[Floats]
+
+
+def shares(columns: Floats, values: Floats) -> Floats:
+    """How much of each column values have (least squares)."""
+    return np.asarray(np.linalg.lstsq(columns, values, rcond=None)[0])
 
 
 def less(values: Floats, columns: Floats, amplitudes: Floats) -> Floats:
