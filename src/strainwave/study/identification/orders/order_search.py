@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import rfft
 from scipy.special import gammaincc
 
 from ....results import Floats
@@ -21,8 +23,9 @@ from .order_fit import rounding, slow_columns
 Kind = Literal["order", "frequency", "undecided"]
 OVERSAMPLED = 6  # orders tried for each that is independent
 DECIDED = 9.0  # difference of the sums from which on one of both is believed: e^9 to 1
-CELL = 0.1  # rad: of the highest order, over which samples are counted as one place
+CELL = 0.25  # rad of the highest order: of the cells that samples are shared out to
 BAND, MOST_BINS = 20, 160  # frequencies on both sides of a line, and of all, that a line is judged by
+BESIDE = 4.0  # resolutions beside an order, where its own slow changes are
 NEAR = 30.0  # resolutions: lines that are nearer disturb each other
 ROUNDS, SETTLED = 5, 1e-7  # of finding a place anew, and a change in resolutions that is none
 TURN = 2.0 * math.pi
@@ -80,86 +83,96 @@ class Search:
 
     def strongest(self, false_alarm: float) -> FoundLine | None:
         """The line that stands out most, taken out; None where noise may have it."""
-        sums = self.angle.sums(self.rest), self.time.sums(self.rest)
-        order, frequency = self.angle.largest(sums[0]), self.time.largest(sums[1])
-        orders, frequencies = [order, *frequency * TURN / self.speeds], [frequency, *order * self.speeds / TURN]
-        total = max(self.angle.sum_at(sums[0], order), self.time.sum_at(sums[1], frequency))
-        alarm = self.angle.false_alarm(total, self.angle.trials + self.time.trials)
+        ratios = self.angle.ratios(self.rest), self.time.ratios(self.rest)
+        by_angle, by_time = (np.sum(one, axis=0) for one in ratios)
+        order, frequency = self.angle.largest(by_angle), self.time.largest(by_time)
+        here, there = self.angle.sum_at(by_angle, order), self.time.sum_at(by_time, frequency)
+        alarm = self.angle.false_alarm(max(here, there), self.angle.trials + self.time.trials)
         if not alarm < false_alarm:
             return None
-        return self._taken(self.angle.highest(sums[0], orders), self.time.highest(sums[1], frequencies), alarm)
+        if here >= there:
+            frequency = self.time.highest(by_time, order * self.speeds / TURN)
+        else:
+            order = self.angle.highest(by_angle, frequency * TURN / self.speeds)
+        return self._taken(order, frequency, alarm, ratios)
 
     def near(self, order: float, trials: int, false_alarm: float) -> FoundLine | None:
         """A line around an order, one of so many that are looked at; None where noise may have it."""
-        sums = self.angle.sums(self.rest), self.time.sums(self.rest)
-        place = self.angle.highest(sums[0], [order])
-        alarm = self.angle.false_alarm(self.angle.sum_at(sums[0], place), 2.0 * trials)
+        ratios = self.angle.ratios(self.rest), self.time.ratios(self.rest)
+        by_angle, by_time = (np.sum(one, axis=0) for one in ratios)
+        place = self.angle.highest(by_angle, [order])
+        alarm = self.angle.false_alarm(self.angle.sum_at(by_angle, place), 2.0 * trials)
         if not alarm < false_alarm:
             return None
-        return self._taken(place, self.time.highest(sums[1], order * self.speeds / TURN), alarm, as_order=True)
+        frequency = self.time.highest(by_time, order * self.speeds / TURN)
+        return self._taken(place, frequency, alarm, ratios, as_order=True)
 
-    def _taken(self, order: float, frequency: float, alarm: float, *, as_order: bool = False) -> FoundLine:
+    def _taken(
+        self, order: float, frequency: float, alarm: float, ratios: tuple[Floats, Floats], *, as_order: bool = False
+    ) -> FoundLine:
         """The line at an order or at a frequency, whichever leaves less around both (Whittle's likelihood)."""
         before, bands = self.rest, self._bands(order, frequency)
         trials = []
-        for spectrum, place in ((self.angle, order), (self.time, frequency)):
+        for spectrum, place, found in ((self.angle, order, ratios[0]), (self.time, frequency, ratios[1])):
             self.rest = before
-            error = spectrum.error(place, before)
+            error = spectrum.error(place, found)
             line = TakenLine(spectrum, place, [np.zeros(2) for _ in before])
             self._settle(line)
             trials.append((line, error, self.rest, self._likelihood(bands)))
         difference = trials[0][3] - trials[1][3]
         kind: Kind = "order" if difference > DECIDED else "frequency" if difference < -DECIDED else "undecided"
-        if as_order and kind == "frequency":
-            kind = "undecided"  # it has another place over the time, which is found for itself
+        if kind == "frequency" and (as_order or self._beside(frequency)):
+            kind = "undecided"  # it has another place over the time, or is what an order leaves whose size varies
         line, error, self.rest, _ = trials[kind == "frequency"]
+        line.is_order = kind == "order"
         self.lines.append(line)
         for other in self.lines[:-1]:
             if other.spectrum is not line.spectrum or abs(other.place - line.place) < NEAR * line.spectrum.spacing:
-                self._settle(other)
+                self._settle(other, 1)
         if len(self.lines) > 1:
             self._settle(line)
         return FoundLine(line.place, error, kind, difference, alarm)
 
-    def _bands(self, order: float, frequency: float) -> list[Floats]:
-        """Waves (n, bins) over the time of each run, about the frequencies of an order there and about a frequency."""
+    def _beside(self, frequency: float) -> bool:
+        """Whether a run has a taken order within a few of its resolutions of a frequency."""
+        orders = [line.place for line in self.lines if line.is_order]
+        runs = list(zip(self.speeds, self.time.over, strict=True))
+        return any(abs(frequency - k * v / TURN) < BESIDE * TURN / c.reach for k in orders for v, c in runs)
+
+    def _bands(self, order: float, frequency: float) -> list[NDArray[np.int64]]:
+        """Numbers of the time's places, in each run, about the frequencies of an order there and about a frequency."""
         found = []
-        for run, rest in zip(self.runs, self.rest, strict=True):
-            reach = float(run.time[-1] - run.time[0])
-            speed = np.abs(np.gradient(run.angle[:: max(1, len(rest) // 200)], run.time[:: max(1, len(rest) // 200)]))
-            slow, fast = (order * float(v) / TURN * reach for v in np.quantile(speed, (0.05, 0.95)))
-            last = 0.5 * len(rest)
-            bins = np.concatenate(
-                [
-                    np.arange(a - BAND, b + BAND + 1)
-                    for a, b in ((round(slow), round(fast)), 2 * [round(frequency * reach)])
-                ]
-            )
-            bins = np.unique(bins[(bins >= 1) & (bins < last)])
-            bins = bins[:: max(1, len(bins) // MOST_BINS)]
-            found.append(np.asarray(np.exp((-1j * TURN / reach) * np.outer(run.time - run.time[0], bins))))
+        for run, c in zip(self.runs, self.time.over, strict=True):
+            wide, thin = BAND * TURN / c.reach, max(1, len(run.time) // 200)
+            speed = np.abs(np.gradient(run.angle[::thin], run.time[::thin]))
+            slow, fast = (order * float(v) / TURN for v in np.quantile(speed, (0.05, 0.95)))
+            places = self.time.places
+            inside = ((places > slow - wide) & (places < fast + wide)) | (np.abs(places - frequency) < wide)
+            some = np.flatnonzero(inside & (places <= c.highest))[:: max(1, round(TURN / c.reach / self.time.step))]
+            found.append(some[:: max(1, len(some) // MOST_BINS)])
         return found
 
-    def _likelihood(self, bands: list[Floats]) -> float:
+    def _likelihood(self, bands: list[NDArray[np.int64]]) -> float:
         """Logarithm of the likelihood of what is left, as noise that is even over the bands."""
         total = 0.0
-        for waves, rest, least in zip(bands, self.rest, self.least, strict=True):
-            power = np.abs(rest @ waves) ** 2 / len(rest)
-            total -= waves.shape[1] * math.log(max(float(np.mean(power)), least, 1e-300)) if waves.shape[1] else 0.0
+        for power, band, least, rest in zip(self.time.powers(self.rest), bands, self.least, self.rest, strict=True):
+            if len(band):
+                total -= len(band) * math.log(max(float(np.mean(power[band])), 4.0 * least / len(rest), 1e-300))
         return total
 
-    def _settle(self, line: "TakenLine") -> None:
+    def _settle(self, line: "TakenLine", rounds: int = ROUNDS) -> None:
         """Find place and amplitudes of a line anew in what the others leave (Gauss-Newton)."""
         over, start = line.spectrum.over, line.place
         columns = self._columns(line)
         rest = [less(r, c, -ab) for r, c, ab in zip(self.rest, columns, line.amplitudes, strict=True)]
-        for _ in range(ROUNDS):
+        for _ in range(rounds):
             top = below = 0.0
             line.amplitudes = [shares(c, r) for c, r in zip(columns, rest, strict=True)]
             self.rest = [less(r, c, ab) for r, c, ab in zip(rest, columns, line.amplitudes, strict=True)]
             for one, (a, b), c, q, left in zip(over, line.amplitudes, columns, self.slow, self.rest, strict=True):
                 cosine, sine = one.wave(line.place)
-                slope = cleared(np.linalg.qr(c)[0], cleared(q, one.x * (b * cosine - a * sine)))
+                slope = cleared(q, one.x * (b * cosine - a * sine))
+                slope -= c @ shares(c, slope)
                 weight = 1.0 / max(float(left @ left), 1e-300)
                 top, below = top + weight * float(slope @ left), below + weight * float(slope @ slope)
             change = top / below if below > 0.0 else 0.0
@@ -185,11 +198,12 @@ class TakenLine:
     spectrum: "Spectrum"
     place: float
     amplitudes: list[Floats]
+    is_order: bool = False
 
 
 def shares(columns: Floats, values: Floats) -> Floats:
-    """How much of each column values have (least squares)."""
-    return np.asarray(np.linalg.lstsq(columns, values, rcond=None)[0])
+    """How much of each column values have (least squares); a cosine and a sine are nearly orthogonal."""
+    return np.asarray(np.linalg.solve(columns.T @ columns, columns.T @ values))
 
 
 def less(values: Floats, columns: Floats, amplitudes: Floats) -> Floats:
@@ -230,9 +244,27 @@ class Spectrum:
         self.first = max(1, math.ceil(lowest / step))
         count = max(2, math.ceil(highest / step) - self.first)
         self.places: Floats = step * (self.first + np.arange(count, dtype=float))
+        self.step = step
         self.trials = max(1.0, float(self.places[-1] - self.places[0]) / self.spacing)
         self.parts = 1 << math.ceil(math.log2(TURN / step / (CELL / highest)))
         self.cell = TURN / step / self.parts
+
+    def powers(self, rest: Sequence[Floats]) -> list[Floats]:
+        """Power (places,) of every run.
+
+        A sample is shared out to four cells (Lagrange): where it is only rounded, a strong line has images.
+        """
+        found = []
+        for c, r in zip(self.over, rest, strict=True):
+            place = c.x / self.cell + 1.0
+            cell = place.astype(int)
+            s = place - cell
+            left, right = (s + 1.0) * s, (s - 1.0) * (s - 2.0)
+            weights = (-s * right / 6.0, 0.5 * (s + 1.0) * right, -0.5 * left * (s - 2.0), left * (s - 1.0) / 6.0)
+            cells = sum(np.bincount(cell + k, r * w, self.parts) for k, w in enumerate(weights, -1))
+            sums = rfft(cells, self.parts)[self.first : self.first + len(self.places)]
+            found.append(np.asarray(np.abs(2.0 / len(r) * sums) ** 2))
+        return found
 
     def ratios(self, rest: Sequence[Floats]) -> Floats:
         """Power over noise (runs, places), as sure as if the noise were known; 1 above the highest place of a run.
@@ -240,27 +272,29 @@ class Spectrum:
         With noise from so many others the power has Fisher's distribution, (1 + z/f)^-f in the place of exp(-z).
         """
         found = np.ones((len(self.over), len(self.places)))
-        for i, (c, r) in enumerate(zip(self.over, rest, strict=True)):
-            cells = np.bincount(np.rint(c.x / self.cell).astype(int), r)
-            sums = np.fft.rfft(cells, self.parts)[self.first : self.first + len(self.places)]
-            power = np.abs(2.0 / len(r) * sums) ** 2
+        for i, (c, r, power) in enumerate(zip(self.over, rest, self.powers(rest), strict=True)):
             noise, freedom = self._noise(c, power, len(r))
             inside = self.places <= c.highest
             found[i, inside] = (freedom * np.log1p(power / noise / freedom))[inside]
         return found
 
     def _noise(self, c: Coordinate, power: Floats, samples: int) -> tuple[Floats, Floats]:
-        """Mean power (places,) of the noise, and how many values it is from: those that are independent in the run."""
-        some = self.places[:: max(1, round(TURN / c.reach / (self.spacing / OVERSAMPLED)))]
-        at = some[some <= c.highest]
-        powers = np.interp(at, self.places, power)
-        floor = Floor(at, powers, TURN / c.reach, math.ceil(c.highest), samples, 4.0 * c.least / samples)
-        means, freedoms = floor.estimates(at)
-        return np.exp(np.interp(self.places, at, np.log(means))), np.interp(self.places, at, freedoms)
+        """Mean power (places,) of the noise, and how many values it is from: those that are independent in the run.
 
-    def sums(self, rest: Sequence[Floats]) -> Floats:
-        """`ratios` added up."""
-        return np.asarray(np.sum(self.ratios(rest), axis=0))
+        What leaks from elsewhere may vanish at all of them and not between them: of both floors the larger one counts.
+        """
+        step = max(1, round(TURN / c.reach / (self.spacing / OVERSAMPLED)))
+        means, freedoms = np.zeros(len(self.places)), np.ones(len(self.places))
+        for begin in (0, step // 2) if step > 1 else (0,):
+            some = self.places[begin::step]
+            at = some[some <= c.highest]
+            powers = np.interp(at, self.places, power)
+            floor = Floor(at, powers, TURN / c.reach, math.ceil(c.highest), samples, 4.0 * c.least / samples)
+            found, freedom = floor.estimates(at)
+            found = np.exp(np.interp(self.places, at, np.log(found)))
+            freedoms = np.where(found > means, np.interp(self.places, at, freedom), freedoms)
+            means = np.maximum(means, found)
+        return means, freedoms
 
     def largest(self, sums: Floats) -> float:
         """Place of the largest sum, between the places that were looked at."""
@@ -290,9 +324,8 @@ class Spectrum:
         trials *= max(1.0, math.sqrt(math.pi * total / 3.0))
         return -math.expm1(trials * math.log1p(-min(single, 1.0 - 1e-16)))
 
-    def error(self, place: float, rest: Sequence[Floats]) -> float:
+    def error(self, place: float, ratios: Floats) -> float:
         """Standard deviation of a place (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20(5), 591-598)."""
         i = int(np.argmin(np.abs(self.places - place)))
-        sums = self.ratios(rest)[:, i]
-        told = sum(max(z, 0.0) * c.reach**2 / 6.0 for z, c in zip(sums, self.over, strict=True))
+        told = sum(max(z, 0.0) * c.reach**2 / 6.0 for z, c in zip(ratios[:, i], self.over, strict=True))
         return 1.0 / math.sqrt(told) if told > 0.0 else math.inf
