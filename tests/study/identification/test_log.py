@@ -122,3 +122,14 @@ def test_a_log_reads_back_from_its_files(tmp_path):
         log.save(tmp_path / "log.txt")
     again = sw.read_log(tmp_path / "log.npz", trim=0.0)
     assert np.array_equal(again.channels["torque"], log.channels["torque"])
+
+
+def test_slow_steps_of_a_staircase_are_told_from_each_other():
+    speeds = [0.02, 0.05, 0.1, 0.3, 0.9]
+    times, values = [0.0], [0.0]
+    for i, speed in enumerate(speeds):
+        times += [4.0 * i + 1.0, 4.0 * i + 4.0]
+        values += [speed, speed]
+    parts = motion(times, values, noise=1e-3).segments()
+    found = [part.speed for part in parts if part.kind == "constant speed"]
+    assert found == pytest.approx(speeds, rel=0.03)

@@ -86,7 +86,7 @@ def oscillation(found: SpeedMap, ends: tuple[float, float]) -> Panel:
 
 def campbell(found: SpeedMap, ends: tuple[float, float]) -> Panel:
     """Amplitude against the motor speed at which each order meets the resonance, under some loads."""
-    largest = max((float(line.amplitude[-1]) for line in found.lines), default=1e-6)
+    largest = max((float(line.amplitude[-1]) for line in found.lines), default=0.0) or 1e-6
     unit = angle_unit(largest)
     panel = Panel("Where orders meet resonances", "motor speed (rpm)", f"torsion amplitude ({unit.name})", xlim=ends)
     some = shown_loads(found)
@@ -107,6 +107,7 @@ def campbell(found: SpeedMap, ends: tuple[float, float]) -> Panel:
     panel.ylim = (0.0, 1.05 * largest * unit.factor)
     if not panel.curves:
         panel.line(np.array(ends), np.zeros(2), WORST, "no order meets a resonance in this range")
+        panel.ylim = (0.0, 1.0)
     return panel
 
 

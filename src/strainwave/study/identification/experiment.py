@@ -14,6 +14,8 @@ from ...results import Floats
 from ...tree import leaf_of, numbers, part, replaced, with_leaf
 
 OF_OUTPUT = {"gain": 1.0, "offset": 0.0, "delay": 0.0}  # of an input too: the first fields of a `Signal`
+SIGNED = ("phase", "mean", "offset", "delay")  # numbers that have no sign of their own
+CLOSER, LEAST = 0.2, 0.1  # of its value now, and of the first one: how near zero a number comes at once, and ever
 NEAR_START = 7  # samples that the first rate of a measured state is taken from
 
 
@@ -58,6 +60,13 @@ class Experiment:
         if (own := self._of_output(path)) is not None:
             return OF_OUTPUT[own[1]]
         return float(part(self.driven, path))
+
+    def without_crossing(self, values: Floats, change: Floats) -> Floats:
+        """A change (free,) that brings no number of the model near zero; phases, offsets and delays may cross it."""
+        least = np.minimum(np.abs(values), np.maximum(CLOSER * np.abs(values), LEAST * np.abs(self.first())))
+        signed = [path.rpartition(".")[2] in SIGNED for path in self.free]
+        near = (np.sign(values) * (values + change) < least) & (values != 0.0) & ~np.array(signed)
+        return np.where(near, np.sign(values) * least - values, change)
 
     def _of_output(self, path: str) -> tuple[int, str] | None:
         name, _, what = path.rpartition(".")

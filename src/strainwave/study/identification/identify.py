@@ -99,7 +99,8 @@ def identify(
     if len({round(record.step, 12) for record in records}) > 1:
         steps_of = ", ".join(f"{record.step:g} s" for record in records)
         raise ValueError(f"the records have different steps, {steps_of}; resample them to one")
-    values, noise = of.first(), _spread_of(records)
+    noise = _spread_of(records)
+    values = _first(of, records, noise)
     parts = positive_count("steps", steps) if steps is not None else _parts(of, records, values, noise)
     most = parts if steps is not None else MOST_PARTS
     length, longest = FIRST_WINDOW, max(len(record) for record in records)
@@ -130,7 +131,7 @@ def _solved(
     """Solve from starts that were measured; with finer steps of the integration where the motion leaves every bound."""
     while True:
         try:
-            return problem, solve(problem, finite(problem.begin(values)), steps, damping)[0]
+            return problem, solve(problem, finite(problem.begin(values)), steps, damping, keep_signs=True)[0]
         except SolveError:
             if problem.parts >= most:
                 raise
@@ -175,6 +176,16 @@ def _now(point: Point, columns: Floats, rows: Sequence[int]) -> Floats:
     rest = np.concatenate([cleared(r[:n, None], s[:n])[:, 0] for r, s, n in parts])
     size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     return np.asarray(np.linalg.lstsq(columns / size, -rest, rcond=None)[0] / size)
+
+
+def _first(of: Experiment, records: Sequence[Record], size: Floats) -> Floats:
+    """First values (free,); an offset that is larger than the motion begins at the mean of its output."""
+    values = of.first()
+    means = [float(np.nanmean(row)) for row in np.concatenate([record.outputs for record in records], axis=1)]
+    for name, mean, own in zip(of.outputs, means, size, strict=True):
+        if abs(mean) > own and f"{name}.offset" in of.free:
+            values[of.free.index(f"{name}.offset")] = mean
+    return values
 
 
 def _spread_of(records: Sequence[Record]) -> Floats:

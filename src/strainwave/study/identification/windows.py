@@ -214,9 +214,11 @@ def cleared(columns: Floats, by_start: Floats) -> Floats:
 
 def solve(
     problem: LeastSquares, point: Point, most: int, damping: float = DAMPED,
-    told: Callable[[int, float], None] = lambda _i, _c: None,
+    told: Callable[[int, float], None] = lambda _i, _c: None, keep_signs: bool = False,
 ) -> tuple[Point, bool]:  # fmt: skip
     """Minimise the sum of squares from a point by Levenberg and Marquardt's method; and whether it converged.
+
+    Where signs are kept no number of the model crosses zero: far from the solution a damping could become negative.
 
     Moré 1978, Lecture Notes in Mathematics 630, 105-116 (scaling by the columns' sizes).
     """
@@ -232,6 +234,8 @@ def solve(
                     "the motion leaves every bound beside the numbers reached; start from others, or fix some of them"
                 )
             change = np.linalg.lstsq(stacked, wanted, rcond=None)[0] / size
+            if keep_signs:
+                change = problem.of.without_crossing(point.values, change)
             trial = _tried(problem, point, change, damping)
             if trial is not None and trial.cost() < point.cost():
                 break

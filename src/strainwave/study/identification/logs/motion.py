@@ -12,6 +12,7 @@ from ....results import Floats
 SHORTEST = 0.01  # of the log: a shorter stretch is "other"
 SMOOTHED = 0.01  # of the log: over it the speed is averaged
 POINTS = 400  # of the averaged speed, through which straight lines are laid
+SLOW, NOISY = 2e-3, 8.0  # of the largest speed, and deviations of the averaged speed: bounds of slow stretches
 RESTING_ANGLE, RESTING_SPEED = 1e-4, 1e-4  # [rad], [rad/s]: the whole log is at rest below one of them
 
 
@@ -52,7 +53,7 @@ def segments(
     pieces : iterable of slice
         Samples between which none are missing: no stretch goes across.
     tolerance : float
-        Deviation from a straight line, relative to the largest speed.
+        Deviation from a straight line, relative to the speed; at slow speeds what noise and `SLOW` allow.
 
     Returns
     -------
@@ -67,25 +68,28 @@ def segments(
     if rests:
         return tuple(_segment("still", part, time, speed) for part in parts)
     shortest = SHORTEST * (time[-1] - time[0])
+    noise = max(float(np.std(np.diff(speed[part]))) for part in parts) / np.sqrt(2.0 * width)
+    least = min(max(SLOW * largest, NOISY * noise), tolerance * largest)
     found: list[LogSegment] = []
     for part in parts:
-        straight = _pieces(time[part], smooth[part.start], tolerance * largest)
+        straight = _pieces(time[part], smooth[part.start], tolerance, least)
         rows = [(kind, slice(part.start + a, part.start + b)) for kind, a, b in straight]
         found += [_segment(kind, where, time, speed) for kind, where in _joined(rows, time, shortest)]
     return tuple(found)
 
 
-def _pieces(t: Floats, v: Floats, bound: float) -> list[tuple[str, int, int]]:
+def _pieces(t: Floats, v: Floats, tolerance: float, least: float) -> list[tuple[str, int, int]]:
     """Kind, first and last+1 sample of each straight piece of the smoothed speed."""
     at = np.unique(np.linspace(0, len(t) - 1, min(len(t), POINTS)).astype(int))
     corners = {0, len(at) - 1}
-    _corners(t[at], v[at], 0, len(at) - 1, bound, corners)
+    _corners(t[at], v[at], tolerance, least, corners)
     order = [int(at[i]) for i in sorted(corners)]
     found = []
     for a, b in pairwise(order):
         size, change = np.abs(v[a : b + 1]), v[b] - v[a]
+        bound = max(tolerance * float(np.max(size)), least)
         if abs(change) <= bound:
-            found.append(("still" if np.mean(size) <= bound else "constant speed", a, b))
+            found.append(("still" if np.mean(size) <= least else "constant speed", a, b))
         elif v[a] * v[b] < 0.0 and min(abs(v[a]), abs(v[b])) > bound:  # through rest, and on in the other direction
             middle = a + int(np.argmin(size))
             found += [("run-down", a, middle), ("run-up", middle, b)]
@@ -95,17 +99,17 @@ def _pieces(t: Floats, v: Floats, bound: float) -> list[tuple[str, int, int]]:
     return found
 
 
-def _corners(t: Floats, v: Floats, a: int, b: int, bound: float, corners: set[int]) -> None:
-    """Add the samples between which straight lines stay within the bound (Ramer 1972, Douglas & Peucker 1973)."""
-    open_ = [(a, b)]
+def _corners(t: Floats, v: Floats, tolerance: float, least: float, corners: set[int]) -> None:
+    """Add the samples between which straight lines stay within the bounds (Ramer 1972, Douglas & Peucker 1973)."""
+    open_, bounds = [(0, len(t) - 1)], np.maximum(tolerance * np.abs(v), least)
     while open_:
         a, b = open_.pop()
         if b - a < 2:
             continue
         inner = slice(a + 1, b)
-        off = np.abs(v[inner] - np.interp(t[inner], t[[a, b]], v[[a, b]]))
+        off = np.abs(v[inner] - np.interp(t[inner], t[[a, b]], v[[a, b]])) / bounds[inner]
         worst = a + 1 + int(np.argmax(off))
-        if off[worst - a - 1] > bound:
+        if off[worst - a - 1] > 1.0:
             corners.add(worst)
             open_ += [(a, worst), (worst, b)]
 
