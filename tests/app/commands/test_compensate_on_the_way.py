@@ -109,9 +109,17 @@ def test_the_worst_angle_of_the_load_counts(path):
     assert row["rms_after_arcsec"] * ARCSEC == pytest.approx(own.after.rms, rel=1e-9)
 
 
+def test_a_move_at_the_limit_of_the_torque_says_so(path):
+    run = invoke("compensate-move", path, "trapezoid, angle: 20 deg, time: 0.02 s", "--controller", "loop")
+    assert run.exit_code == 0, run.output
+    assert "loop: the torque is at its limit in" in run.stdout
+
+
 WRONG = [
     ("compensate-move", (), "has no move; write 'trapezoid, angle: 20 deg, time: 0.4 s' after it"),
     ("compensate-move", ("trapezoid, angle: 20 deg",), "time"),
+    ("compensate-move", ("trapezoid, angle: 20 deg, time: 1 ns",), "the profile lasts 1e-09 s and samples are taken"),
+    ("compensate-run-up", ("--time", "1 us"), "time is 1e-06 s and a period of order 1 lasts 0.2 s at 300 rpm"),
     ("compensate-move", (MOVE, "--controller", "adaptive"), "is designed for one speed"),
     ("compensate-move", (MOVE, "--window", "0 arcsec"), "window [rad] is 0"),
     ("compensate-move", (MOVE, "--window", "3 rpm"), "--window"),

@@ -65,6 +65,7 @@ def test_the_largest_error_is_that_of_a_whole_period_where_a_cell_is_shorter(end
         (lambda: sw.compensated_runup(DRIVE, (90.0, 40.0), 1.0), r"speeds \[rad/s\]"),
         (lambda: sw.compensated_runup(DRIVE, (40.0, 90.0), 0.0), r"time \[s\] is 0"),
         (lambda: sw.compensated_runup(DRIVE, (40.0, 90.0), 1.0, ("adaptive",)), "designed for one speed"),
+        (lambda: sw.compensated_runup(DRIVE, (40.0, 90.0), 1e-6), r"time is 1e-06 s and a period of order 2 lasts"),
     ],
 )
 def test_what_cannot_be_run_up_gets_a_sentence(call, sentence):

@@ -114,7 +114,8 @@ def compensated_runup(
     Raises
     ------
     ValueError
-        If a number is out of range, or a controller is designed for one speed.
+        If a number is out of range, a controller is designed for one speed, or `time` is shorter than a period of the
+        lowest order at the lowest speed.
     TypeError
         If an argument is of another kind.
     """
@@ -122,11 +123,15 @@ def compensated_runup(
     low, high = interval("speeds [rad/s]", speeds, positive=True)
     time = number("time [s]", time, positive=True)
     chosen = on_the_way(bench, controllers)
+    lowest = min(bench.orders)
+    if time < 2.0 * np.pi / (lowest * low):
+        raise ValueError(
+            f"time is {time:g} s and a period of order {lowest} lasts {2.0 * np.pi / (lowest * low):.3g} s at "
+            f"{low / RPM:.4g} rpm; give a longer time"
+        )
     edges = np.linspace(low, high, CELLS + 1)
     up, down = (
-        np.array(
-            [_cells(_run(bench, c, ends, time), ends, time, edges, min(bench.orders, default=1)) for _, c in chosen]
-        )
+        np.array([_cells(_run(bench, c, ends, time), ends, time, edges, lowest) for _, c in chosen])
         for ends in ((low, high), (high, low))
     )
     calm = CALM * float(np.max(np.maximum(up, down)))
@@ -157,7 +162,7 @@ def _run(bench: Bench, controller: Any, ends: tuple[float, float], time: float, 
 def _cells(run: Any, ends: tuple[float, float], time: float, edges: Floats, order: float) -> Floats:
     """Largest error (n,) about its mean in each cell of speeds, or in a longer period of the lowest order there."""
     speeds = 0.5 * (edges[1:] + edges[:-1])
-    span = np.minimum(np.maximum(time / len(speeds), 2.0 * np.pi / (order * speeds)), time)
+    span = np.maximum(time / len(speeds), 2.0 * np.pi / (order * speeds))
     first = np.clip(time * (speeds - ends[0]) / (ends[1] - ends[0]) - 0.5 * span, 0.0, time - span)
     begin, end = np.searchsorted(run.time, first), np.searchsorted(run.time, first + span, side="right")
     parts = [run.error[i : max(j, i + 1)] for i, j in zip(begin, end, strict=True)]
