@@ -34,10 +34,11 @@ def run_in_c(folder):
     subprocess.run(["cc", "-std=c99", "-O2", "-shared", "-fPIC", source, "-lm", "-o", library], check=True)
     joint = ctypes.CDLL(library)
     state, inputs, outputs = (ctypes.c_double * 4)(), (ctypes.c_double * 2)(TORQUE, 0.0), (ctypes.c_double * 6)()
+    numbers = ctypes.byref(ctypes.c_double.in_dll(joint, "joint_default"))  # the exported values
     joint.joint_init(state)
     found = np.zeros((6, STEPS + 1))
     for i in range(STEPS):
-        joint.joint_step(state, inputs, outputs)
+        joint.joint_step(numbers, state, inputs, outputs)
         found[:, i + 1] = outputs
     return found
 

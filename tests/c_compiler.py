@@ -1,6 +1,7 @@
 """Compiles exported C for the tests, where there is a compiler, and calls it through ctypes."""
 
 import ctypes
+import re
 import shutil
 import subprocess
 
@@ -25,3 +26,16 @@ def compiled(source):
 def doubles(*values):
     """Array of doubles, which a C struct of doubles is too."""
     return (ctypes.c_double * len(values))(*values)
+
+
+def parameters_of(header):
+    """Names of the fields of the struct of parameters in the text of a header, in order."""
+    return re.findall(r"double (\w+);", header.split("_parameters;")[0].rsplit("typedef struct {", 1)[1])
+
+
+def exported_parameters(library, name, header, **changed):
+    """Copy of the exported values, with others where they are given."""
+    fields = parameters_of(header)
+    values = dict(zip(fields, (ctypes.c_double * len(fields)).in_dll(library, f"{name}_default"), strict=True))
+    assert changed.keys() <= values.keys(), f"no parameters {changed.keys() - values.keys()}"
+    return doubles(*(values | changed).values())

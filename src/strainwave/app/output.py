@@ -67,11 +67,12 @@ def _remove(made: list[Path]) -> None:
 
 
 def write_csv(path: Path, columns: Sequence[tuple[str, ArrayLike]]) -> None:
-    """Write columns of equal length; each name carries its unit ("x_rad")."""
+    """Write columns of equal length; each name carries its unit ("x_rad"); one with a comma is quoted."""
     body = np.column_stack([np.asarray(values, float) for _, values in columns])
     row = ",".join(["%.8g"] * len(columns)) + "\n"
     text = (row * len(body)) % tuple(body.ravel().tolist())
-    path.write_text(",".join(name for name, _ in columns) + "\n" + text, encoding="utf-8", newline="\n")
+    header = ",".join(f'"{name}"' if "," in name else name for name, _ in columns)
+    path.write_text(header + "\n" + text, encoding="utf-8", newline="\n")
 
 
 def slug(text: str) -> str:

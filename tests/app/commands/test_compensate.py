@@ -110,9 +110,9 @@ def test_without_an_encoder_on_the_load_its_controllers_are_left_out(path):
 
 
 def test_a_softer_drive_has_less_torque_at_every_torsion(path):
-    plant = module._plant(sw.read_project(path), None, "20 %")
+    plant = module.plant_of(sw.read_project(path), None, "20 %")
     assert plant.law == sw.Linear(pytest.approx(1.6e4, rel=1e-12))
-    assert module._plant(sw.read_project(path), path, None).law == sw.Linear(2e4)
+    assert module.plant_of(sw.read_project(path), path, None).law == sw.Linear(2e4)
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from c_compiler import compiled, doubles, needs_cc
+from c_compiler import compiled, doubles, exported_parameters, needs_cc, parameters_of
 
 import strainwave as sw
 from strainwave.choices import larger, select, smaller
@@ -130,12 +130,14 @@ OWN = {
 }
 
 
-def by_c(folder, controller, record, measurement=NOTHING):
-    library = compiled(controller_code(controller, measurement, "loop").write(folder / "loop.c"))
+def by_c(folder, controller, record, measurement=NOTHING, **changed):
+    code = controller_code(controller, measurement, "loop")
+    library = compiled(code.write(folder / "loop.c"))
+    numbers = exported_parameters(library, "loop", code.header, **changed)
     library.loop_update.restype = type(doubles(0.0))._type_
     state = doubles(*[9.0] * 80)
-    library.loop_init(state)
-    return np.array([library.loop_update(state, doubles(*row)) for row in record])
+    library.loop_init(numbers, state)
+    return np.array([library.loop_update(numbers, state, doubles(*row)) for row in record])
 
 
 def by_python(controller, record, measurement=NOTHING):
@@ -197,21 +199,81 @@ def test_plant_and_controller_in_c_close_the_loop_as_python_does(tmp_path):
     controller, n, steps = OWN["AngleFeedforward"], 1200, 2
     run = run_loop(own.ClosedLoop(PLANT, controller, own.Sampling(PERIOD, PERIOD)), n * PERIOD, steps=steps)
     plant = plant_of(PLANT, PERIOD / steps, sw.Rk4())
-    joint = compiled(plant_code(plant, "joint").write(tmp_path / "joint.c"))
-    loop = compiled(controller_code(controller, SAMPLE, "loop").write(tmp_path / "loop.c"))
+    codes = plant_code(plant, "joint"), controller_code(controller, SAMPLE, "loop")
+    joint, loop = (compiled(code.write(tmp_path / f"{code.name}.c")) for code in codes)
+    numbers = exported_parameters(joint, "joint", codes[0].header)
+    gains = exported_parameters(loop, "loop", codes[1].header)
     loop.loop_update.restype = type(doubles(0.0))._type_
     state, memory, out = doubles(0.0, 0.0, 0.0, 150.0), doubles(*[0.0] * 16), doubles(*[0.0] * 6)
-    loop.loop_init(memory)
-    joint.joint_read(state, out)
+    loop.loop_init(gains, memory)
+    joint.joint_read(numbers, state, out)
     error, torques = np.zeros(n), [0.0]
     for k in range(n):
         error[k] = 150.0 * k * PERIOD / 50.0 - out[2]
         sample = doubles(150.0 * k * PERIOD, 150.0, 0.0, out[0], out[2], torques[-1], 0.0)
-        torques.append(loop.loop_update(memory, sample))
+        torques.append(loop.loop_update(gains, memory, sample))
         for _ in range(steps):
-            joint.joint_step(state, doubles(torques[-2], 0.0), out)
+            joint.joint_step(numbers, state, doubles(torques[-2], 0.0), out)
     assert np.max(np.abs(torques[1:] - run.torque)) < 1e-9 * np.max(np.abs(run.torque))
     assert np.max(np.abs(error - run.error)) < 1e-9 * np.max(np.abs(run.error))
+
+
+RETUNED = {
+    "SampledPD": {"K_p": 30.0, "filter": 1e-4},
+    "Notch": {"loop.K_d": 0.3, "a1": 0.1},
+    "AngleFeedforward": {"error.lines.0.amplitude": 2e-4, "error.lines.1.phase": 0.0},
+    "InverseDynamics": {"train.law.K2": 1.3e5, "train.motor.drag.T_c": 0.0, "loop.J": 6e-4},
+    "SpeedTable": {"speeds.1": 70.0, "cosines.2": -0.4},
+    "Repetitive": {"gain": 5e3, "loop.K_d": 0.25},
+}
+
+
+@needs_cc
+@pytest.mark.parametrize("name", RETUNED)
+def test_a_gain_changed_in_the_struct_gives_what_python_gives_for_the_changed_controller(name, tmp_path):
+    record = recorded_samples()
+    ours = by_python(sw.replace(OWN[name], RETUNED[name]), record, SAMPLE)
+    fields = {path.replace(".", "_"): value for path, value in RETUNED[name].items()}
+    theirs = by_c(tmp_path, OWN[name], record, SAMPLE, **fields)
+    assert np.max(np.abs(theirs - ours)) <= 1e-12 * np.max(np.abs(ours))
+    assert np.max(np.abs(ours - by_python(OWN[name], record, SAMPLE))) > 1e-3 * np.max(np.abs(ours))
+
+
+class Starting(NamedTuple):
+    """A controller whose first state is a parameter, beside one whose name C does not have, and an integer gain."""
+
+    double: float
+    gain: float
+
+    def start(self):
+        return (2.0 * self.double,)
+
+    def update(self, state, seen):
+        return state, state[0] - self.gain * seen.angle
+
+
+@needs_cc
+def test_a_first_state_follows_its_parameter_and_a_name_of_c_is_replaced(tmp_path):
+    exported = Starting(0.5, 3)
+    fields = parameters_of(controller_code(exported, NOTHING, "loop").header)
+    assert fields == ["parameter_0", "gain"]
+    found = by_c(tmp_path, exported, RECORD, parameter_0=-1.5, gain=2.0)
+    np.testing.assert_allclose(found, by_python(Starting(-1.5, 2.0), RECORD), rtol=1e-12, atol=1e-15)
+
+
+@needs_cc
+def test_a_controller_without_numbers_has_a_struct_too(tmp_path):
+    np.testing.assert_array_equal(by_c(tmp_path, Silent(), RECORD[:3]), 0.0)
+
+
+class Silent(NamedTuple):
+    """A controller without parameters."""
+
+    def start(self):
+        return ()
+
+    def update(self, state, seen):
+        return state, 0.0
 
 
 @needs_cc

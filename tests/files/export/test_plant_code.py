@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from c_compiler import compiled, doubles, needs_cc
+from c_compiler import compiled, doubles, exported_parameters, needs_cc, parameters_of
 from canonical import LAWS
 from scipy.integrate import solve_ivp
 
@@ -58,13 +58,15 @@ def by_python(plant, torques, scheme):
     return np.array(found, float)
 
 
-def by_c(folder, plant, torques):
-    """Outputs (n, 6) that the compiled code gives."""
-    library = compiled(plant_code(plant, "joint").write(folder / "joint.c"))
+def by_c(folder, plant, torques, **changed):
+    """Outputs (n, 6) that the compiled code gives, with the exported parameters or with some changed."""
+    code = plant_code(plant, "joint")
+    library = compiled(code.write(folder / "joint.c"))
+    numbers = exported_parameters(library, "joint", code.header, **changed)
     state, out, found = doubles(*[math.nan] * len(plant.states())), doubles(*[0.0] * 6), []
     library.joint_init(state)
     for pair in zip(*torques, strict=True):
-        library.joint_step(state, doubles(*pair), out)
+        library.joint_step(numbers, state, doubles(*pair), out)
         found.append(list(out))
     return np.array(found)
 
@@ -77,6 +79,35 @@ def test_c_gives_what_python_gives_on_recorded_torques(name, tmp_path):
     ours, theirs = by_python(plant, torques, sw.Dop8().scheme), by_c(tmp_path, plant, torques)
     assert 2.0 * ours[-1, 1] > RESONANCE > 100.0 * ours[0, 1]  # orders 2, 4 and 100 have gone through it
     assert_equal_to_1e_12(theirs, ours)
+
+
+RETUNED = {
+    "three slopes": {"law.K2": 1.25e5, "law.T1": 6.5, "error.lines.1.phase": -0.3, "B": 55.0, "friction.mu": 0.11},
+    "hysteresis": {"motor.J": 6e-4, "law.second.yield_twist": 6e-5, "load.drag.amplitude": 9.0, "N": 51.0},
+    "friction": {"law.K": 8e4, "load.J": 1.1, "motor.drag.per_torque": 0.02, "load.drag.second.v_s": 0.2},
+    "coupling": {"load.law.half_gap": 2e-5, "load.load.J": 0.7, "load.B": 0.0},
+}
+
+
+@needs_cc
+@pytest.mark.parametrize("name", RETUNED)
+def test_parameters_changed_in_the_struct_give_what_python_gives_for_the_changed_train(name, tmp_path):
+    exported = plant_of(CASES[name], step=1e-4)
+    other = plant_of(sw.replace(CASES[name], RETUNED[name]), step=1e-4)
+    torques = recorded_torques(600)
+    fields = {path.replace(".", "_"): value for path, value in RETUNED[name].items()}
+    theirs = by_c(tmp_path, exported, torques, **fields)
+    ours = by_python(other, torques, sw.Dop8().scheme)
+    assert_equal_to_1e_12(theirs, ours)
+    before = by_python(exported, torques, sw.Dop8().scheme)
+    assert np.max(np.abs(ours - before)) > 1e-3 * np.max(np.abs(before))
+
+
+def test_a_number_that_decides_a_branch_and_an_integer_are_no_parameters():
+    train = GEAR._replace(law=Stepwise(1e5, 2.0, 3.0)).train(kinematic_error=LINES)
+    fields = parameters_of(plant_code(plant_of(train, step=1e-6), "joint").header)
+    assert {"law_K", "law_scale"} <= set(fields)
+    assert {"law_choice", "error_lines_0_order"}.isdisjoint(fields)
 
 
 @needs_cc
@@ -129,6 +160,20 @@ def test_every_law_can_be_recorded(name):
     code = plant_code(plant_of(GEAR._replace(law=LAWS[name]).train(), step=1e-6), "joint")
     assert "static void rates" in code.source
     assert "Traced" not in code.source
+
+
+class Stepwise(NamedTuple):
+    """A user's law whose numbers choose its form."""
+
+    K: float
+    scale: float
+    choice: float
+
+    def torque(self, x):
+        return self.K * x * (math.exp(self.choice) if self.choice > 0.0 else 1.0) / self.scale
+
+    def stiffness(self, x):
+        return self.K * math.exp(self.choice) / self.scale + 0.0 * x
 
 
 class Bent(NamedTuple):

@@ -1,10 +1,13 @@
 """A jump through a resonance: found where many starts at constant speed find two motions, and nowhere else."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from one_bench import DRIVE, LOOP, SAMPLING, B, loop
 
 import strainwave as sw
+from strainwave.study.compensation.runup import _cells
 from strainwave.units import ARCSEC
 
 STRONG, HARD = SAMPLING._replace(limit=100.0, period=5e-5, delay=5e-5), sw.Cubic(1e5, 3e6)
@@ -45,12 +48,24 @@ def test_a_resonance_that_is_passed_quickly_is_no_jump():
     assert np.ptp(motions(plain, float(found.speed[np.argmax(ratio)]), B / 4.0, sampling)) < 2.0
 
 
+@pytest.mark.parametrize("ends", [(30.0, 120.0), (120.0, 30.0)])
+def test_the_largest_error_is_that_of_a_whole_period_where_a_cell_is_shorter(ends):
+    """An order 1 of amplitude 3e-5 on a mean of 1e-3: a cell of 10 ms sees a twentieth of a turn at 30 rad/s."""
+    time = 2.0
+    t = np.arange(0.0, time, 5e-4)
+    angle = ends[0] * t + 0.5 * (ends[1] - ends[0]) / time * t * t
+    run = SimpleNamespace(time=t, error=1e-3 + 3e-5 * np.cos(angle))
+    found = _cells(run, ends, time, np.linspace(30.0, 120.0, 201), 1)
+    np.testing.assert_allclose(found, 3e-5, rtol=0.01)
+
+
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
         (lambda: sw.compensated_runup(DRIVE, (90.0, 40.0), 1.0), r"speeds \[rad/s\]"),
         (lambda: sw.compensated_runup(DRIVE, (40.0, 90.0), 0.0), r"time \[s\] is 0"),
         (lambda: sw.compensated_runup(DRIVE, (40.0, 90.0), 1.0, ("adaptive",)), "designed for one speed"),
+        (lambda: sw.compensated_runup(DRIVE, (40.0, 90.0), 1e-6), r"time is 1e-06 s and a period of order 2 lasts"),
     ],
 )
 def test_what_cannot_be_run_up_gets_a_sentence(call, sentence):

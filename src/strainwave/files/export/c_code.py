@@ -66,9 +66,15 @@ def as_name(text: str) -> str:
     return text
 
 
-def opening(first: str, facts: list[str], model: Any) -> list[str]:
-    """Comment at the top of a file: what it is, facts about it, and the numbers of the model."""
-    lines = [first, *facts, "", f"Written by strainwave {version()} from the model below; change the model, not this."]
+def opening(name: str, first: str, facts: list[str], model: Any) -> list[str]:
+    """Comment at the top of a file of this name: what it is, facts about it, and the numbers of the model."""
+    lines = [
+        f"{name}: {first}",
+        *facts,
+        "",
+        f"Written by strainwave {version()} from the model below.",
+        f"{name}_default holds its numbers; for others pass a changed copy. What is no field of it is fixed.",
+    ]
     owners = [type(owner).__name__ for _, owner, _, _ in numbers(model)]
     for (path, value, unit), owner in zip(parameters(model), owners, strict=True):
         lines.append(f"  {path} = {value!r}{' ' * bool(unit)}{unit} ({owner})")

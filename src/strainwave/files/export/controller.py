@@ -7,9 +7,10 @@ from typing import Any
 
 from ...model.controllers.closed_loop import LOST
 from ...protocols import need
-from ...quantities import shown
+from ...quantities import floated, shown
 from ...tree import is_model, leaves, mapped, numbers
 from .c_code import CCode, as_name, function, guarded, opening, struct, text_of
+from .parameters import Parameters, with_parameters
 from .traced import Recording, literal
 
 HELD = ("hold_torque", "hold_count")
@@ -41,26 +42,28 @@ def controller_code(controller: Any, measurement: Any, name: str) -> CCode:
     """
     name = as_name(name)
     need("the controller", controller, "start", "update")
+    controller = floated(controller)
     if not is_model(measurement) or not all(isinstance(value, float) for value in measurement):
         raise TypeError(f"the measurement is {shown(measurement)}; it must be a NamedTuple of floats")
     start = _started(controller)
-    top = opening(
-        f"{name}: {type(controller).__name__}, one update a sample.", ["In SI units and radians."], controller
-    )
-    init = f"void {name}_init({name}_state *state)"
-    update = f"double {name}_update({name}_state *state, const {name}_inputs *in)"
+    if not start.keys().isdisjoint(HELD):
+        raise TypeError(f"{type(controller).__name__}.start() has a field {' or '.join(HELD)}; give it another name")
+    top = opening(name, f"{type(controller).__name__}, one update a sample.", ["In SI units and radians."], controller)
+
+    def recorded(numbers: Parameters) -> tuple[Parameters, list[str], list[str]]:
+        return numbers, _begun(numbers, tuple(start)), _updated(numbers, measurement, tuple(start))
+
+    numbers, begun, updated = with_parameters(controller, recorded)
+    declared, default = numbers.struct(name, begun + updated)
+    given = f"const {name}_parameters *p, {name}_state *state"
+    init, update = f"void {name}_init({given})", f"double {name}_update({given}, const {name}_inputs *in)"
     header = guarded(
-        name, top, struct(f"{name}_state", [*start, *HELD]), struct(f"{name}_inputs", measurement._fields),
+        name, top, declared, [f"extern const {name}_parameters {name}_default;"],
+        struct(f"{name}_state", [*start, *HELD]), struct(f"{name}_inputs", measurement._fields),
         ["/* Start. */", f"{init};"], [SAID, f"{update};"],
     )  # fmt: skip
-    held = dict.fromkeys(HELD, 0.0)
-    if not held.keys().isdisjoint(start):
-        raise TypeError(f"{type(controller).__name__}.start() has a field {' or '.join(HELD)}; give it another name")
-    started = start | held
-    begun = Recording.stored([f"state->{field}" for field in started], tuple(started.values()))
-    body = _updated(controller, measurement, tuple(start))
     opened = [f'#include "{name}.h"', "#include <math.h>"]
-    return CCode(name, header, text_of(top, opened, function(init, begun), function(update, body)))
+    return CCode(name, header, text_of(top, opened, default, function(init, begun), function(update, updated)))
 
 
 def _started(controller: Any) -> dict[str, float]:
@@ -76,9 +79,18 @@ def _started(controller: Any) -> dict[str, float]:
     return found
 
 
-def _updated(controller: Any, measurement: Any, fields: tuple[str, ...]) -> list[str]:
+def _begun(numbers: Parameters, fields: tuple[str, ...]) -> list[str]:
+    """Body of the function that gives the first state."""
+    recording = Recording()
+    begun = tuple(leaves(numbers.recorded(recording).start()))
+    places = [f"state->{field}" for field in (*fields, *HELD)]
+    return ["(void)p;", *recording.code(begun), *recording.stored(places, (*begun, 0.0, 0.0))]
+
+
+def _updated(numbers: Parameters, measurement: Any, fields: tuple[str, ...]) -> list[str]:
     """Body of the function that updates the state."""
     recording = Recording()
+    controller = numbers.recorded(recording)
     before = iter([recording.value(f"state->{field}") for field in fields])  # read before any of them is written
     state = mapped(lambda _: next(before), controller.start())
     measured = type(measurement)(*[recording.given(f"in->{field}") for field in measurement._fields])
@@ -89,7 +101,7 @@ def _updated(controller: Any, measurement: Any, fields: tuple[str, ...]) -> list
         raise TypeError(f"{who}.update returns {len(after)} numbers as the state and start() has {len(fields)}")
     new = ", ".join(map(literal, (torque, *after)))
     return [
-        "(void)in;",
+        "(void)p, (void)in;",
         *recording.code((*after, torque)),
         f"const double found[] = {{{new}}};",
         "double off = 0.0; /* NaN where a number is not finite */",

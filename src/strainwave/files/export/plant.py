@@ -4,7 +4,7 @@ The code has no equation of its own: `DriveTrain.rhs` and the step of the integr
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +18,7 @@ from ...protocols import with_parts
 from ...quantities import checked, number, numbers, shown
 from ...study.train.state_space import state_space
 from .c_code import CCode, as_name, function, guarded, opening, struct, text_of
+from .parameters import Parameters, with_parameters
 from .traced import Recording
 
 INPUTS = (
@@ -151,7 +152,7 @@ class Stepped:
 
     def rhs(self, _phase: Any, y: Any) -> Any:
         """Rates of the state."""
-        return self.recording.called("rates(in, {0}, {1})", y, self.count)
+        return self.recording.called("rates(p, c, in, {0}, {1})", y, self.count)
 
 
 def plant_code(plant: Plant, name: str) -> CCode:
@@ -170,24 +171,29 @@ def plant_code(plant: Plant, name: str) -> CCode:
         "The control loop of the train is left out: its torque is the input motor_torque.",
         "It computes what Python does, to the last bits where products and sums are not fused (-ffp-contract=off).",
     ]
-    top = opening(f"{name}: motor, strain wave gear and load under torques on both shafts.", facts, plant.train)
-    return CCode(name, guarded(name, top, *_declared(plant, name)), text_of(top, *_defined(plant, name)))
+    top = opening(name, "motor, strain wave gear and load under torques on both shafts.", facts, plant.train)
+    numbers, bodies = with_parameters(plant.train, lambda numbers: (numbers, _recorded(plant, numbers)))
+    declared, default = numbers.struct(name, [line for body in bodies.values() for line in body])
+    header = guarded(name, top, declared, *_declared(plant, name))
+    return CCode(name, header, text_of(top, *_defined(plant, name, bodies, default)))
 
 
 def _declared(plant: Plant, name: str) -> list[list[str]]:
     states = plant.states()
     listed = ", ".join(f"{i} {state} [{unit or '-'}]" for i, (state, unit) in enumerate(states))
+    p = f"const {name}_parameters *p"
     called = [
         f"/* The state to begin with. */\nvoid {name}_init({name}_state *state);",
         f"/* One step of {name.upper()}_STEP seconds: state and outputs after it. */\n"
-        f"void {name}_step({name}_state *state, const {name}_inputs *in, {name}_outputs *out);",
+        f"void {name}_step({p}, {name}_state *state, const {name}_inputs *in, {name}_outputs *out);",
         f"/* One step of h seconds, at most {name.upper()}_STEP. */\n"
-        f"void {name}_advance({name}_state *state, const {name}_inputs *in, double h);",
+        f"void {name}_advance({p}, {name}_state *state, const {name}_inputs *in, double h);",
         f"/* Time derivatives of a state. */\n"
-        f"void {name}_rates(const {name}_inputs *in, const {name}_state *state, {name}_state *rate);",
-        f"/* Outputs in a state. */\nvoid {name}_read(const {name}_state *state, {name}_outputs *out);",
+        f"void {name}_rates({p}, const {name}_inputs *in, const {name}_state *state, {name}_state *rate);",
+        f"/* Outputs in a state. */\nvoid {name}_read({p}, const {name}_state *state, {name}_outputs *out);",
     ]
     return [
+        [f"extern const {name}_parameters {name}_default;"],
         [f"#define {name.upper()}_STATES {len(states)}", f"#define {name.upper()}_STEP {plant.step!r}"],
         struct(f"{name}_state", [f"y[{len(states)}]"], [listed]),
         *(
@@ -198,23 +204,26 @@ def _declared(plant: Plant, name: str) -> list[list[str]]:
     ]
 
 
-def _defined(plant: Plant, name: str) -> list[list[str]]:
-    n = len(plant.states())
-    state = f"{name}_state *state"
-    kept = f"const {state}"
-    inside = f"const {name}_inputs *in"
+def _defined(plant: Plant, name: str, bodies: dict[str, list[str]], default: list[str]) -> list[list[str]]:
+    n, p = len(plant.states()), f"const {name}_parameters *p"
+    state, inside = f"{name}_state *state", f"const {name}_inputs *in"
+    taken = f"{p}, const double c[], {inside}"
+    early = [f"double c[{max(1, sum(line.startswith('c[') for line in bodies['early']))}];", "early(p, c);"]
     return [
         [f'#include "{name}.h"', "#include <math.h>"],
-        function(f"static void rates({inside}, const double y[], double dy[])", _rates(plant, n)),
+        default,
+        ["/* What the parameters alone decide. */", *function(f"static void early({p}, double c[])", bodies["early"])],
+        function(f"static void rates({taken}, const double y[], double dy[])", bodies["rates"]),
         function(f"void {name}_init({state})", Recording.stored([f"state->y[{i}]" for i in range(n)], plant.start)),
-        function(f"void {name}_rates({inside}, {kept}, {name}_state *rate)", ["rates(in, state->y, rate->y);"]),
         function(
-            f"void {name}_read({kept}, {name}_outputs *out)", ["const double *y = state->y;", *_outputs(plant, n)]
+            f"void {name}_rates({p}, {inside}, const {state}, {name}_state *rate)",
+            [*early, "rates(p, c, in, state->y, rate->y);"],
         ),
-        function(f"void {name}_advance({state}, {inside}, double h)", ["double *y = state->y;", *_step(plant, n)]),
+        function(f"void {name}_read({p}, const {state}, {name}_outputs *out)", bodies["outputs"]),
+        function(f"void {name}_advance({p}, {state}, {inside}, double h)", [*early, *bodies["step"]]),
         function(
-            f"void {name}_step({state}, {inside}, {name}_outputs *out)",
-            [f"{name}_advance(state, in, {name.upper()}_STEP);", f"{name}_read(state, out);"],
+            f"void {name}_step({p}, {state}, {inside}, {name}_outputs *out)",
+            [f"{name}_advance(p, state, in, {name.upper()}_STEP);", f"{name}_read(p, state, out);"],
         ),
     ]
 
@@ -223,25 +232,36 @@ def _given_state(recording: Recording, n: int) -> tuple[Any, ...]:
     return tuple(recording.given(f"y[{i}]") for i in range(n))
 
 
-def _rates(plant: Plant, n: int) -> list[str]:
+def _recorded(plant: Plant, numbers: Parameters) -> dict[str, list[str]]:
+    """Bodies of the functions, by name."""
+    n = len(plant.states())
+    early, rates = _rates(plant, numbers, n)
+    return {"early": early, "rates": rates, "outputs": _outputs(plant, numbers, n), "step": _step(plant, n)}
+
+
+def _rates(plant: Plant, numbers: Parameters, n: int) -> tuple[list[str], list[str]]:
     recording = Recording()
     torques = (recording.given(f"in->{field}") for field, _, _ in INPUTS)
-    rates = plant.under(*torques).rhs(0.0, _given_state(recording, n))
-    return recording.code(rates) + recording.stored([f"dy[{i}]" for i in range(n)], rates)
+    train = replace(plant, train=numbers.recorded(recording)).under(*torques)
+    rates = train.rhs(0.0, _given_state(recording, n))
+    early, late = recording.apart(rates)
+    unused = ["(void)p, (void)c;"]
+    return unused + early, unused + late + recording.stored([f"dy[{i}]" for i in range(n)], rates)
 
 
-def _outputs(plant: Plant, n: int) -> list[str]:
+def _outputs(plant: Plant, numbers: Parameters, n: int) -> list[str]:
     recording = Recording()
-    values = plant.outputs(_given_state(recording, n))
+    values = replace(plant, train=numbers.recorded(recording)).outputs(_given_state(recording, n))
     fields = [f"out->{field}" for field, _, _ in OUTPUTS]
-    return recording.code(values) + recording.stored(fields, values)
+    kept = ["(void)p;", "const double *y = state->y;"]
+    return kept + recording.code(values) + recording.stored(fields, values)
 
 
 def _step(plant: Plant, n: int) -> list[str]:
     recording = Recording()
     y, h = _given_state(recording, n), recording.given("h")
     after = plant.method.scheme.step(Stepped(recording, n), 0.0, h, y, h)
-    return recording.code(after) + recording.stored([f"y[{i}]" for i in range(n)], after)
+    return ["double *y = state->y;", *recording.code(after), *recording.stored([f"y[{i}]" for i in range(n)], after)]
 
 
 def _unit(name: str) -> str:

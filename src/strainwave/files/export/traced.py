@@ -2,7 +2,8 @@
 
 The methods stay the only place where an equation is written. Arithmetic, `abs`, comparisons (0 or 1) and the functions
 of `strainwave.maths` and NumPy record one line each, in order; equal lines are recorded once, and what a result does
-not need is left out. Products with 0 and 1 and sums with 0 are not recorded. A branch on a value is refused.
+not need is left out. Products with 0 and 1 and sums with 0 are not recorded. A branch on a value is refused. What
+parameters alone decide is computed in a part of its own, and a branch on it fixes them (`parameters`).
 """
 
 import math
@@ -39,11 +40,20 @@ class Unrecordable(TypeError):
     """An operation that cannot be recorded; the message says which and where."""
 
 
+class Decided(Exception):
+    """A branch on parameters alone: they cannot change in the code; `names` are theirs."""
+
+    def __init__(self, names: frozenset[str]) -> None:
+        super().__init__(names)
+        self.names = names
+
+
 class Line(NamedTuple):
-    """A recorded line: C text with the name it defines, and the names that it needs."""
+    """A recorded line: C text with the name it defines, the names that it needs, and whether parameters decide it."""
 
     text: str
     needs: tuple[str, ...]
+    early: bool = False
 
 
 class Recording:
@@ -57,13 +67,18 @@ class Recording:
         """Number that the C code has under a name, or as an expression, already."""
         return Traced(self, text, "")
 
+    def parameter(self, name: str) -> "Traced":
+        """Parameter of this name."""
+        return Traced(self, f"p->{name}", "", frozenset({name}))
+
     def value(self, form: str, *arguments: Any) -> "Traced":
         """Number that a C expression of others gives; the same one for the same expression."""
         expression = form.format(*map(literal, arguments))
         if expression not in self._known:
             name = f"a{len(self.lines)}"
-            self.lines[name] = Line(f"const double {name} = {expression};", _names(arguments))
-            self._known[expression] = Traced(self, name, name)
+            alone = _alone(arguments)
+            self.lines[name] = Line(f"const double {name} = {expression};", _names(arguments), bool(alone))
+            self._known[expression] = Traced(self, name, name, alone)
         return self._known[expression]
 
     def table(self, items: tuple[Any, ...]) -> "Traced":
@@ -85,13 +100,27 @@ class Recording:
 
     def code(self, results: tuple[Any, ...]) -> list[str]:
         """Lines of C that the results need, in order."""
+        return [part for line in self._needed(results).values() for part in line.text.split("\n")]
+
+    def apart(self, results: tuple[Any, ...]) -> tuple[list[str], list[str]]:
+        """Lines that parameters decide, which fill an array c, and the other lines, which read it."""
+        needed = self._needed(results)
+        late = {name: line for name, line in needed.items() if not line.early}
+        taken = {*_names(results), *(name for line in late.values() for name in line.needs)} - late.keys()
+        kept = [name for name in needed if name in taken]
+        filled = [line.text for line in needed.values() if line.early]
+        filled += [f"c[{i}] = {name};" for i, name in enumerate(kept)]
+        read = [f"const double {name} = c[{i}];" for i, name in enumerate(kept)]
+        return filled, read + [part for line in late.values() for part in line.text.split("\n")]
+
+    def _needed(self, results: tuple[Any, ...]) -> dict[str, Line]:
         needed, waiting = set[str](), list(_names(results))
         while waiting:
             name = waiting.pop()
             if name not in needed:
                 needed.add(name)
                 waiting += self.lines[name].needs
-        return [part for name, line in self.lines.items() if name in needed for part in line.text.split("\n")]
+        return {name: line for name, line in self.lines.items() if name in needed}
 
     @staticmethod
     def stored(places: list[str], values: tuple[Any, ...]) -> list[str]:
@@ -100,17 +129,17 @@ class Recording:
 
 
 class Traced:
-    """A recorded number: its name in C, and the line that defines it."""
+    """A recorded number: its name in C, the line that defines it, and the parameters that alone decide it, if any."""
 
-    __slots__ = ("line", "recording", "text")
+    __slots__ = ("line", "parameters", "recording", "text")
     __hash__ = object.__hash__
 
-    def __init__(self, recording: Recording, text: str, line: str) -> None:
-        self.recording, self.text, self.line = recording, text, line
+    def __init__(self, recording: Recording, text: str, line: str, parameters: frozenset[str] = frozenset()) -> None:
+        self.recording, self.text, self.line, self.parameters = recording, text, line, parameters
 
     def _recorded(self, name: str, *arguments: Any) -> Any:
         if any(isinstance(argument, np.ndarray) and argument.ndim for argument in arguments):
-            _refuse("puts a value into an array")
+            _refuse("puts a value into an array", *arguments)
         if not all(isinstance(argument, Traced | Real | np.bool_) for argument in arguments):
             return NotImplemented
         known = _known(name, arguments)
@@ -120,13 +149,13 @@ class Traced:
         """Record a function of NumPy."""
         arguments = tuple(a.item() if isinstance(a, np.ndarray) and a.ndim == 0 else a for a in arguments)
         if method != "__call__" or options or ufunc.__name__ not in FORMS:
-            _refuse(f"calls numpy.{ufunc.__name__}, which C code does not have")
+            _refuse(f"calls numpy.{ufunc.__name__}, which C code does not have", *arguments)
         return self._recorded(ufunc.__name__, *arguments)
 
     def __array_function__(self, function: Any, _types: Any, arguments: Any, options: Any) -> Any:
         """Record the choice of `numpy.where`."""
         if function is not np.where or len(arguments) != 3 or options:
-            _refuse(f"calls numpy.{function.__name__}, which C code does not have")
+            _refuse(f"calls numpy.{function.__name__}, which C code does not have", *arguments)
         condition, a, b = arguments
         return self._recorded("where", *arguments) if isinstance(condition, Traced) else (a if condition else b)
 
@@ -205,25 +234,28 @@ class Traced:
         return self._recorded("logical_not", self)
 
     def __bool__(self) -> bool:
-        _refuse("branches on a value (if, and, or, min or max)")
+        _refuse("branches on a value (if, and, or, min or max)", self)
 
     def __float__(self) -> float:
-        _refuse("turns a value into a float (float or the module math)")
+        _refuse("turns a value into a float (float or the module math)", self)
 
     def __mod__(self, other: Any) -> Any:
-        _refuse("takes a remainder")
+        _refuse("takes a remainder", self, other)
 
     __rmod__ = __floordiv__ = __rfloordiv__ = __mod__
 
     def __index__(self) -> int:
-        _refuse("takes a value as a whole number")
+        _refuse("takes a value as a whole number", self)
 
     def __repr__(self) -> str:
         return f"Traced({self.text})"
 
 
-def _refuse(what: str) -> NoReturn:
-    """Refuse an operation of the function that called this module."""
+def _refuse(what: str, *values: Any) -> NoReturn:
+    """Refuse an operation of the function that called this module; one on parameters alone decides them."""
+    names = _alone(values)
+    if names:
+        raise Decided(names)
     frame = sys._getframe(1)
     while frame.f_globals.get("__name__") == __name__ and frame.f_back is not None:
         frame = frame.f_back
@@ -245,6 +277,21 @@ def _known(name: str, arguments: tuple[Any, ...]) -> Any:
     if name == "divide" and (one or nothing[0]):
         return a if one else 0.0
     return None
+
+
+def _alone(values: tuple[Any, ...]) -> frozenset[str]:
+    """Parameters that alone decide values; none if something else does too, or nothing recorded."""
+    found = [value.parameters for value in _recorded_in(values)]
+    return frozenset().union(*found) if all(found) else frozenset()
+
+
+def _recorded_in(values: tuple[Any, ...]) -> list[Traced]:
+    return [
+        item
+        for value in values
+        for item in (value.flat if isinstance(value, np.ndarray) else (value,))
+        if isinstance(item, Traced)
+    ]
 
 
 def _names(arguments: tuple[Any, ...]) -> tuple[str, ...]:

@@ -107,7 +107,12 @@ class CompensatedMove(OnTheWay):
             lines.append(
                 f"  {s.name:{width}}  {settled:>12}  {s.rms / ARCSEC:12.4g}  {s.peak / ARCSEC:13.4g}  {s.torque:12.3g}"
             )
-        return on_screen("\n".join([*lines, *(f"  {text}" for text in self.remarks)]))
+        limited = [
+            f"{s.name}: the torque is at its limit in {100.0 * s.limited:.3g} % of the samples."
+            for s in self.scores
+            if s.limited > 0.0
+        ]
+        return on_screen("\n".join([*lines, *(f"  {text}" for text in (*limited, *self.remarks))]))
 
     __repr__ = __str__
 
@@ -151,13 +156,17 @@ def compensated_move(
     Raises
     ------
     ValueError
-        If the acceleration is not constant from knot to knot, a controller depends on the speed, or a number is out of
-        range.
+        If the acceleration is not constant from knot to knot, the profile is shorter than a sample, a controller
+        depends on the speed, or a number is out of range.
     TypeError
         If an argument is of another kind.
     """
     bench = bench_of(project, sampling, loop, plant)
     motion, duration = _motion(profile, bench.model.N)
+    if duration < bench.sampling.period:
+        raise ValueError(
+            f"the profile lasts {duration:g} s and samples are taken every {bench.sampling.period:g} s; give more time"
+        )
     window = number("window [rad]", window, positive=True)
     closed = bench.closed(bench.loop, SLOW, model=True)
     response = loop_response(closed, [SLOW], at=bench.start(SLOW, model=True))

@@ -39,7 +39,7 @@ class OnTheWay(Result):
 
 
 class Residual(NamedTuple):
-    """Pointing error of the load: rms about its mean and slow trend, largest size, 3 sigma, and its mean [rad]."""
+    """Pointing error of the load: rms about its mean and slow trend, largest size with the mean, 3 sigma, mean."""
 
     rms: float
     peak: float
@@ -209,8 +209,8 @@ class Compensation(Result):
             f"Compensation: {self.title}, motor at {self.speed / RPM:.4g} rpm",
             f"  pointing error, rms: {self.before.rms / ARCSEC:.4g} arcsec before, {self.after.rms / ARCSEC:.4g} after "
             f"({self.reduction:.1f} dB)",
-            f"  largest: {self.before.peak / ARCSEC:.4g} arcsec before, {self.after.peak / ARCSEC:.4g} after; "
-            f"3 sigma after: {self.after.three_sigma / ARCSEC:.4g} arcsec",
+            f"  largest, with the mean of {self.after.mean / ARCSEC:.4g} arcsec: {self.before.peak / ARCSEC:.4g} "
+            f"before, {self.after.peak / ARCSEC:.4g} after; 3 sigma after: {self.after.three_sigma / ARCSEC:.4g}",
             f"  torque of the motor: rms {self.torque.rms:.3g} N*m, largest {self.torque.peak:.3g} N*m, at its limit "
             f"in {100.0 * self.torque.limited:.3g} % of the samples; in the gear up to {self.gear_torque:.4g} N*m",
         ]

@@ -1,7 +1,7 @@
 """`compensated_runup`: controllers through a range of speeds, up and down, and whether a jump is left."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,7 +15,7 @@ from ...results import Floats
 from ...sentences import on_screen
 from ...units import ARCSEC, RPM
 from .bench import Bench, bench_of, steady_bench_of
-from .moves import on_the_way
+from .moves import DECAY, on_the_way
 from .result import OnTheWay
 
 CELLS = 200  # of the range of speeds
@@ -23,6 +23,7 @@ APART = 1.2  # times the error of the other way at one speed: motions of their o
 CALM = 0.05  # of the largest error of the plain loop: differences below are no jump
 TRIED = 5  # speeds at which a run stops and waits, spread over those where both ways differ
 SAME, LONGER = 0.02, 7  # rms of a settled run, and how often the wait is doubled for it
+LONGEST_LEAD = 10.0  # s at the first speed
 WAITS = 12.0  # time constants of the loop's slowest motion
 
 
@@ -35,7 +36,8 @@ class CompensatedRunup(OnTheWay):
     speed : (n,) array
         Speeds of the motor [rad/s], middles of the cells of the range.
     up, down : (controllers, n) arrays
-        Largest pointing error [rad] about its mean in each cell, on the way up and down.
+        Largest pointing error [rad] about its mean in each cell, or in a period of the lowest order where that is
+        longer, on the way up and down.
     names : tuple of str
         Of the controllers.
     jump : (controllers,) array
@@ -112,7 +114,8 @@ def compensated_runup(
     Raises
     ------
     ValueError
-        If a number is out of range, or a controller is designed for one speed.
+        If a number is out of range, a controller is designed for one speed, or `time` is shorter than a period of the
+        lowest order at the lowest speed.
     TypeError
         If an argument is of another kind.
     """
@@ -120,9 +123,15 @@ def compensated_runup(
     low, high = interval("speeds [rad/s]", speeds, positive=True)
     time = number("time [s]", time, positive=True)
     chosen = on_the_way(bench, controllers)
+    lowest = min(bench.orders)
+    if time < 2.0 * np.pi / (lowest * low):
+        raise ValueError(
+            f"time is {time:g} s and a period of order {lowest} lasts {2.0 * np.pi / (lowest * low):.3g} s at "
+            f"{low / RPM:.4g} rpm; give a longer time"
+        )
     edges = np.linspace(low, high, CELLS + 1)
     up, down = (
-        np.array([_cells(_run(bench, c, ends, time), ends, time, edges) for _, c in chosen])
+        np.array([_cells(_run(bench, c, ends, time), ends, time, edges, lowest) for _, c in chosen])
         for ends in ((low, high), (high, low))
     )
     calm = CALM * float(np.max(np.maximum(up, down)))
@@ -142,22 +151,22 @@ def compensated_runup(
 
 
 def _run(bench: Bench, controller: Any, ends: tuple[float, float], time: float, waits: float = 0.0) -> Any:
-    """Run from one speed to another, and wait there; transients of the start have a tenth of the time before it."""
-    lead = 0.1 * time
+    """Run from one speed to another, and wait there; before it transients of the start decay at the first speed."""
+    lead = max(0.1 * time, min(DECAY * bench.response(ends[0]).slowest, LONGEST_LEAD))
     motion = SpeedProfile((0.0, lead, lead + time), (ends[0], *ends))
     closed = ClosedLoop(bench.plant._replace(omega=1.0, reference=motion), controller, bench.sampling)
-    return run_loop(closed, lead + time + waits, y0=bench.start(ends[0]))
+    run = run_loop(closed, lead + time + waits, y0=bench.start(ends[0]))
+    return replace(run, time=run.time - lead)
 
 
-def _cells(run: Any, ends: tuple[float, float], time: float, edges: Floats) -> Floats:
-    """Largest error (n,) about its mean in each cell of speeds."""
-    after = run.time >= 0.1 * time
-    speed = ends[0] + (ends[1] - ends[0]) * (run.time[after] / time - 0.1)
-    which = np.clip(np.searchsorted(edges, speed) - 1, 0, len(edges) - 2)
-    high, low = np.full(len(edges) - 1, -np.inf), np.full(len(edges) - 1, np.inf)
-    np.maximum.at(high, which, run.error[after])
-    np.minimum.at(low, which, run.error[after])
-    return np.asarray(0.5 * (high - low))
+def _cells(run: Any, ends: tuple[float, float], time: float, edges: Floats, order: float) -> Floats:
+    """Largest error (n,) about its mean in each cell of speeds, or in a longer period of the lowest order there."""
+    speeds = 0.5 * (edges[1:] + edges[:-1])
+    span = np.maximum(time / len(speeds), 2.0 * np.pi / (order * speeds))
+    first = np.clip(time * (speeds - ends[0]) / (ends[1] - ends[0]) - 0.5 * span, 0.0, time - span)
+    begin, end = np.searchsorted(run.time, first), np.searchsorted(run.time, first + span, side="right")
+    parts = [run.error[i : max(j, i + 1)] for i, j in zip(begin, end, strict=True)]
+    return np.array([0.5 * np.ptp(part) for part in parts])
 
 
 def _jump(bench: Bench, controller: Any, edges: Floats, time: float, up: Floats, down: Floats, calm: float) -> float:

@@ -237,7 +237,7 @@ FMI(status, fmi2GetDerivatives)(component c, double rates[], size_t count)
     if (!c) {
         return ERROR;
     }
-    plant_rates(&((instance *)c)->my.in, &((instance *)c)->my.state, &rate);
+    plant_rates(&plant_default, &((instance *)c)->my.in, &((instance *)c)->my.state, &rate);
     return copied(c, count, rates, rate.y);
 }
 

@@ -46,13 +46,13 @@ static int get_value(const kept *my, unsigned reference, double *value)
         *value = ((const double *)&my->in)[reference - FIRST_INPUT];
     } else if (within(reference, FIRST_OUTPUT, OUTPUTS)) {
         plant_outputs out;
-        plant_read(&my->state, &out);
+        plant_read(&plant_default, &my->state, &out);
         *value = ((const double *)&out)[reference - FIRST_OUTPUT];
     } else if (within(reference, FIRST_STATE, STATES)) {
         *value = my->state.y[reference - FIRST_STATE];
     } else if (within(reference, FIRST_RATE, STATES)) {
         plant_state rate;
-        plant_rates(&my->in, &my->state, &rate);
+        plant_rates(&plant_default, &my->in, &my->state, &rate);
         *value = rate.y[reference - FIRST_RATE];
     } else {
         return 0;
@@ -91,7 +91,7 @@ static int advance(kept *my, double span)
     }
     const double count = fmax(ceil(span / PLANT_STEP * (1.0 - 1e-9)), 1.0);
     for (double done = 0.0; done < count; done += 1.0) {
-        plant_advance(&my->state, &my->in, span / count);
+        plant_advance(&plant_default, &my->state, &my->in, span / count);
     }
     my->time += span;
     for (int i = 0; i < STATES; i++) {
