@@ -109,3 +109,14 @@ def test_what_the_log_or_the_drive_does_not_allow_is_one_sentence(change, log, f
     channels = {name: values for name, values in (measured() | log).items() if values is not None}
     with pytest.raises(ValueError, match=said):
         sw.identify_drive(from_text(text, tmp_path / "axis.yaml"), channels, free)
+
+
+@compiled
+@pytest.mark.slow
+def test_an_order_that_the_file_lacks_is_named(project):
+    """A line of five times z2/z1 = 1.01, which no project file holds."""
+    log = measured()
+    log["load_angle"] -= 3e-5 * np.cos(5.05 * log["motor_angle"] + 1.0)
+    found = sw.identify_drive(project, log, tuple(TRUTH))
+    (said,) = [remark for remark in found.remarks if "repeats with the motor's angle" in remark]
+    assert "order 5.0" in said

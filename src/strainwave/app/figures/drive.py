@@ -28,6 +28,7 @@ from .svg import Arrow, Curve, Panel
 SHADE = "#d9d9d9"  # speeds to avoid
 HEADROOM, HEIGHT = 1.08, 290.0  # of a panel
 NEAR = 2.0  # times the largest torque: limits up to there are drawn
+FAR = 3.0  # times the largest oscillation of the drive: the error equation is drawn up to there
 
 
 class Drawn(NamedTuple):
@@ -90,8 +91,9 @@ def _error(
         panel.line(scale * back.omega, factor * oscillations(back), BLUE, "run-down by integration", DOT_DASH)
     if more.reduced is not None and len(more.reduced.curve):
         other = fine(more.reduced).curve
-        name = "error equation, a reduction"
-        panel.line(scale * other.omega, factor * oscillations(other), BLACK, name, DOT_DASH, 1.3)
+        reduced = factor * oscillations(other)
+        if np.max(reduced) <= FAR * np.max(sizes):  # else it would flatten the drive's own curve
+            panel.line(scale * other.omega, reduced, BLACK, "error equation, a reduction", DOT_DASH, 1.3)
     for motions, marker in ((more.run.up, "^"), (more.run.down, "v")) if more.run is not None else ():
         good = [m for m in motions if m.status]
         heights = [factor * float(np.max(np.abs(m.x - np.mean(m.x[:-1])))) for m in good]

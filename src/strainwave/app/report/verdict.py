@@ -70,7 +70,7 @@ def _torque(view: View, verdict: Verdict) -> str:
     size = f"the torque through the gear reaches {number(used.peak_torque)} N·m"
     torques = [finding for finding in view.analysis.limits if finding.limit not in REST]
     if not torques:
-        said = f"{size}, and no rating of it is known"
+        said = f"{size}, and its largest torques are not known"
     elif passed := [finding for finding in exceeded if finding.limit not in REST]:
         said = f"{size}, above {_named(passed[0])}"
     else:

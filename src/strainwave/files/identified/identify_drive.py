@@ -19,7 +19,10 @@ from ...study.identification.channels import channels_of
 from ...study.identification.identified import Identified
 from ...study.identification.identify import identify
 from ...study.identification.intervals import Interval
+from ...study.identification.orders.order_scan import SHARE, order_scan
+from ...study.identification.run import Run
 from ...tree import numbers
+from ...units import ARCSEC
 from ..project import Project
 from ..project_text import project_text
 from ..reading import from_text
@@ -28,6 +31,7 @@ from .places import OF_SIGNAL, Places
 from .torsion import with_torsion
 
 STIFFNESSES = ("K", "K1", "K2", "K3", "yield_twist")  # numbers of a law that are free unless others are named
+HIGHEST, CLEAR = 30.0, 5.0  # order looked for in the residual, and deviations from which on its amplitude is told
 SEEN = 1e-3  # of the torque: what changing a number by its own size must change
 
 
@@ -138,6 +142,7 @@ def identify_drive(
     if "load_torque" in logs[0]:
         inputs["load.excitation"] = "load_torque"
     found = identify(train, logs, paths, inputs=inputs, outputs={"x": "torsion"}, between=between, progress=progress)
+    remarks += _orders_left(found, logs)
     scatter, correlation = _scatter(places, names, found, remarks)
     better = replace(_with_numbers(project, found.system), scatter=scatter, correlation=correlation)
     better = from_text(project_text(better), project.path)
@@ -190,6 +195,31 @@ def _matters(law: Any, field: str, value: float, reach: float) -> bool:
     x = np.linspace(-reach, reach, 101)
     before, after = law.torque(x), law._replace(**{field: 1.5 * value}).torque(x)
     return bool(np.max(np.abs(after - before)) > SEEN * np.max(np.abs(before)))
+
+
+def _orders_left(found: Identified, logs: Sequence[Mapping[str, Any]]) -> list[str]:
+    """A sentence on orders of the motor's angle in the residual: lines that the drive has and the file has not."""
+    begin, runs = 0, []
+    try:
+        for log in logs:
+            angle = np.asarray(log["motor_angle"], float)
+            left = found.residual[0][begin : begin + len(angle)]
+            begin += len(angle)
+            known = np.isfinite(left)
+            runs.append(Run(np.asarray(log["time"], float)[known], angle[known], left[known], "rad"))
+        shown = min(SHARE * len(run.time) / run.turns for run in runs)
+        lines = order_scan(runs, highest=min(HIGHEST, 0.99 * shown)).lines
+    except ValueError:  # too short, or no way in one direction
+        return []
+    named = [
+        f"{line.order:.4g} ({line.amplitude / ARCSEC:.3g} arcsec)"
+        for line in sorted(lines, key=lambda line: -line.amplitude)
+        if line.kind != "frequency" and line.amplitude > CLEAR * line.amplitude_error
+    ]
+    if not named:
+        return []
+    what = "order" if len(named) == 1 else "orders"
+    return [f"What is left repeats with the motor's angle: {what} {listed(named[:3])}. The file lacks such lines."]
 
 
 def _scatter(

@@ -102,7 +102,10 @@ def in_si(
     """
     unknown = [name for name in units if name not in columns]
     if unknown:
-        raise ValueError(f"units has {unknown[0]!r}, and the channels are {', '.join(columns)}; name one of these")
+        raise ValueError(
+            f"units has {unknown[0]!r}, and the channels are {', '.join(columns)}; name one of these, or "
+            f"the column that is {unknown[0]!r}, too"
+        )
     found: dict[str, Column] = {}
     si: dict[str, str] = {}
     assumed = []

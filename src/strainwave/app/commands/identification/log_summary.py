@@ -97,7 +97,8 @@ def _print(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> None:
     print_table(title, ("channel", "unit", "least", "largest", "mean", "rms"), rows)
     if parts:
         body = [(part.kind, part.start, part.stop, part.speed, part.acceleration) for part in parts]
-        columns = ("segment", "from (s)", "to (s)", "speed (rad/s)", "acceleration (rad/s²)")
+        shaft = "load" if {"load_angle", "load_speed"} & set(log.channels) else "motor"
+        columns = ("segment", "from (s)", "to (s)", f"{shaft} speed (rad/s)", "acceleration (rad/s²)")
         print_table("", columns, body)
     if log.ratio is not None:
         click.echo(f"the motor turns {number(log.ratio, 6)} times as far as the load")

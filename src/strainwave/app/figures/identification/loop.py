@@ -9,6 +9,7 @@ from ..plots import BLUE, ORANGE
 from ..svg import Panel, figure
 
 MOST = 4000  # samples drawn
+DOTS = 600  # of the residual
 PALE = "#c0c0c0"
 WIDTH, HEIGHT = 560.0, 300.0  # of the figure and of a panel [px]
 
@@ -28,5 +29,7 @@ def panels(found: LoopFit) -> list[Panel]:
     rest = Panel(
         f"measured minus fitted torque, {number(found.residual_rms, 3)} N·m rms", "torsion (arcmin)", "residual (N·m)"
     )
-    rest.line(x, (found.torque - found.fitted)[take], ORANGE, "residual", width=0.6)
+    some = take[:: max(1, len(take) // DOTS)]
+    left = (found.torque - found.fitted)[some]
+    rest.points(found.torsion[some] / (60.0 * ARCSEC), left, ORANGE, "residual", "o", ORANGE)
     return [loop, rest]

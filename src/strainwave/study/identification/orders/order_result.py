@@ -63,12 +63,13 @@ class OrderLine:
     freedom: float
 
     def interval(self, name: str = "amplitude", level: float = 0.95) -> Interval:
-        """Interval of "amplitude", "phase" or "order"."""
+        """Interval of "amplitude", from 0 on, "phase" or "order"."""
         if name == "order":
             return Interval(self.order - self.order_error, self.order + self.order_error)
         if name not in ("amplitude", "phase"):
             raise ValueError(f"{shown(name)} has no interval; a line has those of amplitude, phase and order")
-        return interval(getattr(self, name), getattr(self, f"{name}_error"), self.freedom, level)
+        found = interval(getattr(self, name), getattr(self, f"{name}_error"), self.freedom, level)
+        return found if name == "phase" else Interval(max(found.low, 0.0), found.high)
 
 
 @dataclass(frozen=True, eq=False)
