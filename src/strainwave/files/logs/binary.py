@@ -16,10 +16,10 @@ Read = tuple[list[Column], list[str]]
 
 
 def read_npz(path: Path) -> Read:
-    """Arrays of a NumPy file."""
+    """Arrays of a NumPy file; dates count from the first."""
     try:
         with np.load(path, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files if stored[name].dtype.kind in "iufb"}
+            arrays = {name: _in_seconds(stored[name]) for name in stored.files if stored[name].dtype.kind in "iufbmM"}
     except Exception as error:  # whatever a damaged file makes its reader raise
         raise _unreadable(path, error, ".npz") from None
     return _columns(path, arrays), []
@@ -38,6 +38,15 @@ def read_mat(path: Path) -> Read:
         if not name.startswith("__"):
             _flattened(name, value, arrays)
     return _columns(path, arrays), []
+
+
+def _in_seconds(values: Any) -> Any:
+    """Dates as seconds since the first of them, durations as seconds, NaN where there is none; others as they are."""
+    if values.dtype.kind not in "mM" or not values.size:
+        return values
+    flat = values.astype(f"{values.dtype.kind}8[ns]")
+    since = flat if flat.dtype.kind == "m" else flat - flat.ravel()[0]
+    return np.where(np.isnat(since), np.nan, since.astype(np.int64) * 1e-9)
 
 
 def _flattened(name: str, value: Any, arrays: dict[str, Any]) -> None:
@@ -77,7 +86,7 @@ def _seconds(name: str, arrays: dict[str, Floats]) -> Floats:
 
 
 def read_parquet(path: Path) -> Read:
-    """Columns of numbers of a Parquet file."""
+    """Columns of numbers and dates of a Parquet file."""
     pandas = import_module("pandas")
     try:
         frame = pandas.read_parquet(path)
@@ -88,10 +97,18 @@ def read_parquet(path: Path) -> Read:
     index = frame.index
     if index.name is not None and canonical(named(str(index.name)).name) == "time":
         frame = frame.reset_index()
-    numbers = frame.select_dtypes("number")
+    numbers = frame.select_dtypes(["number", "datetime", "datetimetz", "timedelta"])
     if numbers.empty:
         raise refuse(path, "has no columns of numbers; save one for each channel, and `time`")
-    return [Column(str(name), "", numbers[name].to_numpy(float)) for name in numbers], []
+    kinds = [numbers[name].dtype.kind for name in numbers]
+    return [
+        Column(str(name), "s" if kind in "mM" else "", _parquet_column(numbers[name], kind))
+        for name, kind in zip(numbers, kinds, strict=True)
+    ], []
+
+
+def _parquet_column(series: Any, kind: str) -> Floats:
+    return np.asarray(_in_seconds(series.to_numpy(f"{kind}8[ns]")) if kind in "mM" else series.to_numpy(float))
 
 
 def read_mdf(path: Path) -> Read:
