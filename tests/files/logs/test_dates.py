@@ -79,6 +79,22 @@ def test_dates_and_durations_of_numpy_are_seconds(tmp_path):
     for given in (times, times - times[0]):
         np.savez(tmp_path / "log.npz", time=given, current=np.arange(5.0))
         assert sw.read_log(tmp_path / "log.npz").time == pytest.approx(1.5e-3 * np.arange(5), rel=1e-12)
+    times[0] = np.datetime64("NaT")
+    np.savez(tmp_path / "log.npz", time=times, current=np.arange(5.0))
+    log = sw.read_log(tmp_path / "log.npz")
+    assert log.time == pytest.approx(1.5e-3 * np.arange(4), rel=1e-12)
+    assert log.channels["current"].tolist() == [1.0, 2.0, 3.0, 4.0]
+
+
+def test_arrays_that_are_no_channels_are_named_and_times_of_another_length_refused(tmp_path):
+    channels = {"time": np.arange(5.0), "current": np.arange(5.0)}
+    np.savez(tmp_path / "log.npz", **channels, torque=np.ones((5, 2)), position=1j * np.ones(5))
+    log = sw.read_log(tmp_path / "log.npz", trim=0.0)
+    assert list(log.channels) == ["current"]
+    assert "torque, position are no vectors of real numbers and were left out" in log.notes
+    np.savez(tmp_path / "log.npz", **channels, current_time=np.arange(3.0))
+    with pytest.raises(ValueError, match=r"log\.npz:1:1: file: current has 5 values and current_time 3; give equally many"):
+        sw.read_log(tmp_path / "log.npz")
 
 
 @pytest.mark.parametrize("encoding", ["cp1252", "latin-1"])

@@ -18,11 +18,11 @@ Read = tuple[list[Column], list[str]]
 def read_npz(path: Path) -> Read:
     """Arrays of a NumPy file; dates count from the first."""
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            arrays = {name: _in_seconds(stored[name]) for name in stored.files if stored[name].dtype.kind in "iufbmM"}
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+            arrays = {name: _in_seconds(stored[name]) for name in stored.files}
     except Exception as error:  # whatever a damaged file makes its reader raise
         raise _unreadable(path, error, ".npz") from None
-    return _columns(path, arrays), []
+    return _columns(path, arrays)
 
 
 def read_mat(path: Path) -> Read:
@@ -37,7 +37,7 @@ def read_mat(path: Path) -> Read:
     for name, value in content.items():
         if not name.startswith("__"):
             _flattened(name, value, arrays)
-    return _columns(path, arrays), []
+    return _columns(path, arrays)
 
 
 def _in_seconds(values: Any) -> Any:
@@ -45,31 +45,41 @@ def _in_seconds(values: Any) -> Any:
     if values.dtype.kind not in "mM" or not values.size:
         return values
     flat = values.astype(f"{values.dtype.kind}8[ns]")
-    since = flat if flat.dtype.kind == "m" else flat - flat.ravel()[0]
+    known = flat[~np.isnat(flat)]
+    since = flat if flat.dtype.kind == "m" or not known.size else flat - known[0]
     return np.where(np.isnat(since), np.nan, since.astype(np.int64) * 1e-9)
 
 
 def _flattened(name: str, value: Any, arrays: dict[str, Any]) -> None:
     for field in getattr(value, "_fieldnames", ()):
         _flattened(f"{name}.{field}", getattr(value, field), arrays)
-    if isinstance(value, np.ndarray) and value.dtype.kind in "iufb":
+    if isinstance(value, np.ndarray) and value.dtype.names is None:
         arrays[name] = value
 
 
-def _columns(path: Path, arrays: dict[str, Any]) -> list[Column]:
+def _columns(path: Path, arrays: dict[str, Any]) -> Read:
     """Vectors as columns; each goes with the vector of the time that has its length, or its own, `NAME_time`."""
-    plain = {
-        name: np.ravel(a).astype(float) for name, a in arrays.items() if np.ndim(np.squeeze(a)) == 1 and a.size > 1
-    }
+    plain = {name: np.ravel(a).astype(float) for name, a in arrays.items() if _is_vector(a)}
     if not plain:
         raise refuse(path, "has no vectors of numbers; save one for each channel, and `time`")
     own = {name: _own_time(name, plain) for name in plain}
     used = {time for time in own.values() if time is not None}
-    return [
+    for name, time in own.items():
+        if time is not None and len(plain[time]) != len(plain[name]):
+            raise refuse(
+                path, f"{name} has {len(plain[name])} values and {time} {len(plain[time])}; give equally many"
+            )
+    found = [
         Column(name, "", values, None if own[name] is None else _seconds(str(own[name]), plain))
         for name, values in plain.items()
         if name not in used
     ]
+    rest = [name for name, a in arrays.items() if name not in plain and a.size > 1]
+    return found, [f"{', '.join(rest)} are no vectors of real numbers and were left out"] if rest else []
+
+
+def _is_vector(values: Any) -> bool:
+    return values.dtype.kind in "iufb" and np.ndim(np.squeeze(values)) == 1 and values.size > 1
 
 
 def _own_time(name: str, arrays: dict[str, Floats]) -> str | None:
