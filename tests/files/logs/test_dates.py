@@ -93,7 +93,9 @@ def test_arrays_that_are_no_channels_are_named_and_times_of_another_length_refus
     assert list(log.channels) == ["current"]
     assert "torque, position are no vectors of real numbers and were left out" in log.notes
     np.savez(tmp_path / "log.npz", **channels, current_time=np.arange(3.0))
-    with pytest.raises(ValueError, match=r"log\.npz:1:1: file: current has 5 values and current_time 3; give equally many"):
+    with pytest.raises(
+        ValueError, match=r"log\.npz:1:1: file: current has 5 values and current_time 3; give equally many"
+    ):
         sw.read_log(tmp_path / "log.npz")
 
 

@@ -66,9 +66,7 @@ def _columns(path: Path, arrays: dict[str, Any]) -> Read:
     used = {time for time in own.values() if time is not None}
     for name, time in own.items():
         if time is not None and len(plain[time]) != len(plain[name]):
-            raise refuse(
-                path, f"{name} has {len(plain[name])} values and {time} {len(plain[time])}; give equally many"
-            )
+            raise refuse(path, f"{name} has {len(plain[name])} values and {time} {len(plain[time])}; give equally many")
     found = [
         Column(name, "", values, None if own[name] is None else _seconds(str(own[name]), plain))
         for name, values in plain.items()
