@@ -37,7 +37,7 @@ def test_runs_without_noise_give_the_friction_back():
 
 @pytest.mark.parametrize("seed", range(10))
 def test_a_fall_of_friction_in_a_few_slow_runs_is_not_missed(seed):
-    speed = np.concatenate([np.arange(5.0, 101.0, 8.0), -np.arange(5.0, 101.0, 8.0)])  # two runs show it in each way
+    speed = np.concatenate([np.arange(5.0, 101.0, 8.0), -np.arange(12.0, 101.0, 8.0)])  # three runs show it
     dry = 2.0 + np.where(seed < 9, 0.8, 0.0) * np.exp(-((speed / 12.0) ** 2))
     fit = sw.fit_friction(speed, np.sign(speed) * dry + 0.03 * speed + noise(seed, 0.01, len(speed)))
     assert ("T_s" in fit.values) == (seed < 9)

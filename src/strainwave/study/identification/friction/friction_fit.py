@@ -37,7 +37,8 @@ def fit_friction(
     """Identify friction from runs at constant speed: Coulomb, viscous, Stribeck, load-proportional, sides.
 
     Every combination of terms is fitted, and compared by the error of runs that were left out; the simplest is taken
-    that is within two standard errors of the best and whose error noise alone explains. All quantities belong to one shaft.
+    that is within two standard errors of the best and whose error noise alone may make so much larger. All quantities
+    belong to one shaft.
 
     Parameters
     ----------
