@@ -8,6 +8,7 @@ import codecs
 import os
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -96,8 +97,13 @@ def as_path(path: Any) -> Path:
     return Path(path)
 
 
-def read_text(path: Path, kind: str = "project file", largest: int = LARGEST) -> str | Problem:
-    """Return the text of a file, or why there is none; a file larger than `largest` bytes is not read."""
+def read_text(
+    path: Path, kind: str = "project file", largest: int = LARGEST, notes: list[str] | None = None
+) -> str | Problem:
+    """Return the text of a file, or why there is none; a file larger than `largest` bytes is not read.
+
+    Where `notes` are given, a text that is not UTF-8 is read as Windows-1252, and a note says so.
+    """
     try:
         if path.is_dir():
             return Problem(1, 1, "file", f"is a directory; give the {kind} inside it")
@@ -123,6 +129,11 @@ def read_text(path: Path, kind: str = "project file", largest: int = LARGEST) ->
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
+        if notes is not None:
+            with suppress(UnicodeDecodeError):
+                western = data.decode("cp1252")
+                notes.append("the file is not UTF-8 and was read as Windows-1252 (Latin-1)")
+                return western
         before = data[: error.start].decode("utf-8", "replace")
         line, column = _place(before, len(before))
         return Problem(line, column, "file", f"has the byte {data[error.start]:#04x}, not UTF-8; save it as UTF-8 text")

@@ -35,6 +35,17 @@ def test_runs_without_noise_give_the_friction_back():
     assert fit.load_friction.mu == pytest.approx(0.05)
 
 
+@pytest.mark.parametrize("seed", range(10))
+def test_a_fall_of_friction_in_a_few_slow_runs_is_not_missed(seed):
+    speed = np.concatenate([np.arange(5.0, 101.0, 8.0), -np.arange(12.0, 101.0, 8.0)])  # three runs show it
+    dry = 2.0 + np.where(seed < 9, 0.8, 0.0) * np.exp(-((speed / 12.0) ** 2))
+    fit = sw.fit_friction(speed, np.sign(speed) * dry + 0.03 * speed + noise(seed, 0.01, len(speed)))
+    assert ("T_s" in fit.values) == (seed < 9)
+    assert fit.value("B") == pytest.approx(0.03, abs=5.0 * fit.deviation("B"))
+    assert fit.value("T_c") == pytest.approx(2.0, abs=5.0 * fit.deviation("T_c"))
+    assert fit.deviation("T_c") < 0.02
+
+
 def test_the_law_gives_the_mean_of_both_directions():
     fit = sw.fit_friction(SPEED, torque() + noise(1), LOAD)
     law, v = fit.law, np.array([1.0, 4.0, 60.0])

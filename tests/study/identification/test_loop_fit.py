@@ -132,6 +132,7 @@ HOLD = np.where(np.abs(T) > 60.0, 60.0 * np.sign(T), T)
         (X, np.where(np.arange(600) == 9, np.inf, T), "torque .* of sample 9 is inf; remove the sample"),
         (0.0 * X + 1.0, T, "the torsion is constant at 1 rad"),
         (X, 0.0 * T, "the torque is constant at 0 N"),
+        (X, 1e4 * X + 2.0, r"a straight line over the torsion, of 10000 N\*m/rad, without noise or loss"),
         (np.linspace(-REACH, REACH, 600), spring(np.linspace(-REACH, REACH, 600)), "never reverses"),
         (X, HOLD, "torque is saturated; remove"),
         (np.degrees(X), T, "likely in degrees: convert to radians"),

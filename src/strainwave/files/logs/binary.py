@@ -16,13 +16,13 @@ Read = tuple[list[Column], list[str]]
 
 
 def read_npz(path: Path) -> Read:
-    """Arrays of a NumPy file."""
+    """Arrays of a NumPy file; dates count from the first."""
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files if stored[name].dtype.kind in "iufb"}
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+            arrays = {name: _in_seconds(stored[name]) for name in stored.files}
     except Exception as error:  # whatever a damaged file makes its reader raise
         raise _unreadable(path, error, ".npz") from None
-    return _columns(path, arrays), []
+    return _columns(path, arrays)
 
 
 def read_mat(path: Path) -> Read:
@@ -37,30 +37,47 @@ def read_mat(path: Path) -> Read:
     for name, value in content.items():
         if not name.startswith("__"):
             _flattened(name, value, arrays)
-    return _columns(path, arrays), []
+    return _columns(path, arrays)
+
+
+def _in_seconds(values: Any) -> Any:
+    """Dates as seconds since the first of them, durations as seconds, NaN where there is none; others as they are."""
+    if values.dtype.kind not in "mM" or not values.size:
+        return values
+    flat = values.astype(f"{values.dtype.kind}8[ns]")
+    known = flat[~np.isnat(flat)]
+    since = flat if flat.dtype.kind == "m" or not known.size else flat - known[0]
+    return np.where(np.isnat(since), np.nan, since.astype(np.int64) * 1e-9)
 
 
 def _flattened(name: str, value: Any, arrays: dict[str, Any]) -> None:
     for field in getattr(value, "_fieldnames", ()):
         _flattened(f"{name}.{field}", getattr(value, field), arrays)
-    if isinstance(value, np.ndarray) and value.dtype.kind in "iufb":
+    if isinstance(value, np.ndarray) and value.dtype.names is None:
         arrays[name] = value
 
 
-def _columns(path: Path, arrays: dict[str, Any]) -> list[Column]:
+def _columns(path: Path, arrays: dict[str, Any]) -> Read:
     """Vectors as columns; each goes with the vector of the time that has its length, or its own, `NAME_time`."""
-    plain = {
-        name: np.ravel(a).astype(float) for name, a in arrays.items() if np.ndim(np.squeeze(a)) == 1 and a.size > 1
-    }
+    plain = {name: np.ravel(a).astype(float) for name, a in arrays.items() if _is_vector(a)}
     if not plain:
         raise refuse(path, "has no vectors of numbers; save one for each channel, and `time`")
     own = {name: _own_time(name, plain) for name in plain}
     used = {time for time in own.values() if time is not None}
-    return [
+    for name, time in own.items():
+        if time is not None and len(plain[time]) != len(plain[name]):
+            raise refuse(path, f"{name} has {len(plain[name])} values and {time} {len(plain[time])}; give equally many")
+    found = [
         Column(name, "", values, None if own[name] is None else _seconds(str(own[name]), plain))
         for name, values in plain.items()
         if name not in used
     ]
+    rest = [name for name, a in arrays.items() if name not in plain and a.size > 1]
+    return found, [f"{', '.join(rest)} are no vectors of real numbers and were left out"] if rest else []
+
+
+def _is_vector(values: Any) -> bool:
+    return values.dtype.kind in "iufb" and np.ndim(np.squeeze(values)) == 1 and values.size > 1
 
 
 def _own_time(name: str, arrays: dict[str, Floats]) -> str | None:
@@ -77,7 +94,7 @@ def _seconds(name: str, arrays: dict[str, Floats]) -> Floats:
 
 
 def read_parquet(path: Path) -> Read:
-    """Columns of numbers of a Parquet file."""
+    """Columns of numbers and dates of a Parquet file."""
     pandas = import_module("pandas")
     try:
         frame = pandas.read_parquet(path)
@@ -88,10 +105,18 @@ def read_parquet(path: Path) -> Read:
     index = frame.index
     if index.name is not None and canonical(named(str(index.name)).name) == "time":
         frame = frame.reset_index()
-    numbers = frame.select_dtypes("number")
+    numbers = frame.select_dtypes(["number", "datetime", "datetimetz", "timedelta"])
     if numbers.empty:
         raise refuse(path, "has no columns of numbers; save one for each channel, and `time`")
-    return [Column(str(name), "", numbers[name].to_numpy(float)) for name in numbers], []
+    kinds = [numbers[name].dtype.kind for name in numbers]
+    return [
+        Column(str(name), "s" if kind in "mM" else "", _parquet_column(numbers[name], kind))
+        for name, kind in zip(numbers, kinds, strict=True)
+    ], []
+
+
+def _parquet_column(series: Any, kind: str) -> Floats:
+    return np.asarray(_in_seconds(series.to_numpy(f"{kind}8[ns]")) if kind in "mM" else series.to_numpy(float))
 
 
 def read_mdf(path: Path) -> Read:

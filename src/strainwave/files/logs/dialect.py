@@ -130,7 +130,7 @@ def find(
     if not fits:
         raise Unclear(
             "has no table of numbers whose lines have equally many cells; give delimiter and decimal as it is written, "
-            "and remove columns of text and lines of text between the numbers"
+            "write dates as 2026-11-23T13:37:38, and remove columns of text and lines of text between the numbers"
         )
     ways: dict[tuple[tuple[str, ...], ...], tuple[str, str, int]] = {}
     for one in sorted(fits, key=lambda one: _columns(lines[earliest], one[0]) == 1):

@@ -18,7 +18,7 @@ _QUANTITIES = {
 }
 _SHAFTS = {"motor": ("motor", "m"), "load": ("load", "l", "output", "joint", "link", "")}
 _OWN = {
-    "time": ("time", "t", "timestamp", "zeit"),
+    "time": ("time", "t", "timestamp", "zeit", "datetime", "date_time", "date", "datum"),
     "current": ("current", "motor_current", "strom"),
     "torsion": ("torsion", "twist"),
     "input": ("input",),

@@ -33,8 +33,9 @@ def read_log(
     Parameters
     ----------
     path : str or Path
-        Text (CSV in any dialect, UTF-8, or UTF-16 with its mark; lines that begin with #, % or // are comments), NumPy
-        (`.npz`), MATLAB up to version 7 (`.mat`), Parquet (`.parquet`, extra `logs`) or MDF 4 (`.mf4`, extra `logs`).
+        Text (CSV in any dialect, UTF-8, UTF-16 with its mark, or else Windows-1252; lines that begin with #, % or //
+        are comments; dates of ISO 8601 become seconds since the first), NumPy (`.npz`), MATLAB up to version 7
+        (`.mat`), Parquet (`.parquet`, extra `logs`) or MDF 4 (`.mf4`, extra `logs`).
     columns : mapping or sequence, optional
         Channels and their columns, {"load_angle": "position"} or {"load_angle": 1} with places from 0 on; or a name for
         each column in its order, None for one to leave out. "time" is the time. Columns that a mapping does not name

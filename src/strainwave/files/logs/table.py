@@ -9,6 +9,7 @@ import numpy as np
 
 from ...results import Floats
 from ..yaml_text import FileError, Problem, complaint, read_text, shown
+from .dates import WrongDate, in_seconds
 from .dialect import Dialect, Unclear, find, is_number, number, split
 from .names import header_cells, unit_row
 
@@ -50,7 +51,7 @@ def read_table(
     Parameters
     ----------
     path : Path
-        UTF-8, or UTF-16 with its mark; lines that begin with #, % or // are comments.
+        UTF-8, UTF-16 with its mark, or else Windows-1252; lines that begin with #, % or // are comments.
     delimiter, decimal : str or None
         Column separator and decimal sign, or None to find them.
     count : int or None
@@ -66,20 +67,33 @@ def read_table(
     FileError
         If the text is no table, or can be read in two ways.
     """
-    text = read_text(path, "log", LARGEST)
+    notes: list[str] = []
+    text = read_text(path, "log", LARGEST, notes)
     if isinstance(text, Problem):
         raise FileError(complaint(path, [text]))
     lines = _lines(text)
     if not lines.text:
         raise refuse(path, "is empty; give a log with a line for each sample")
     try:
-        dialect, start = find(lines.text, delimiter, decimal, count)
+        dated = in_seconds(lines.text)
+        dialect, start = find(dated.lines, delimiter, decimal, count)
+        if any(dated.places[:start]):  # a date above the table is not where its time begins
+            dated = in_seconds(lines.text, start)
     except Unclear as unclear:
         raise refuse(path, str(unclear)) from None
-    notes = [] if delimiter is not None and decimal is not None else [f"the file was read as {dialect}"]
+    except WrongDate as wrong:
+        raise refuse(path, str(wrong), lines.numbers[wrong.line]) from None
+    lines = lines._replace(text=dated.lines)
+    if delimiter is None or decimal is None:
+        notes.append(f"the file was read as {dialect}")
     width = len(split(lines.text[start], dialect.delimiter))
     names, units = _header(path, lines, start, dialect, width)
     values = _numbers(path, lines, start, dialect, notes)
+    for place in dated.places[start] if dated.first else []:
+        # what stands before a date, and one sign for the date itself
+        units[len(split(lines.text[start][:place] + "0", dialect.delimiter)) - 1] = "s"
+    if dated.first:
+        notes.append(f"dates were read as seconds since {dated.first}")
     columns = [Column(n, u, values[:, i]) for i, (n, u) in enumerate(zip(names, units, strict=True))]
     # a separator at the end of each line
     if len(columns) > 1 and not names[-1] and np.all(np.isnan(values[:, -1])):

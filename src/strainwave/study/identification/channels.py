@@ -32,20 +32,10 @@ def record_of(of: Experiment, channels: Mapping[str, Any], number_of: int | None
     time = numbers(f"{where}: time", channels["time"])
     if len(time) < FEWEST:
         raise ValueError(f"{where} has {len(time)} samples; give {FEWEST} at least")
-    steps = np.diff(time)
-    step = float(np.median(steps))
-    if not np.all(steps > 0.0):
-        i = int(np.flatnonzero(steps <= 0.0)[0])
-        raise ValueError(f"{where}: time {time[i + 1]:g} s of sample {i + 1} stands after {time[i]:g} s; let it ascend")
-    if np.max(np.abs(time - time[0] - step_of(time) * np.arange(len(time)))) > UNEVEN * step:
-        raise ValueError(
-            f"{where}: time has steps from {np.min(steps):g} to {np.max(steps):g} s; resample to equal steps"
-        )
+    step = even_step(where, time)
     rows = {name: input_row(where, name, channels[name]) for name in of.inputs.values()}
     rows |= {name: row_of(where, name, channels[name]) for name in of.outputs.values()}
-    for name, row in rows.items():
-        if row.shape != time.shape:
-            raise ValueError(f"{where}: {name} has {len(row)} samples and time {len(time)}; give equally many")
+    refuse_lengths(where, rows, len(time))
     for state, name in of.outputs.items():
         known = rows[name][np.isfinite(rows[name])]
         if len(known) < FEWEST:
@@ -59,7 +49,7 @@ def record_of(of: Experiment, channels: Mapping[str, Any], number_of: int | None
     inputs = np.array([rows[name] for name in of.inputs.values()]).reshape(len(of.inputs), len(time))
     outputs = np.array([rows[name] for name in of.outputs.values()])
     outputs[~np.isfinite(outputs)] = np.nan
-    return Record(inputs, outputs, step_of(time))
+    return Record(inputs, outputs, step)
 
 
 def row_of(where: str, name: str, values: Any) -> Floats:
@@ -85,6 +75,22 @@ def input_row(where: str, name: str, values: Any) -> Floats:
     return row
 
 
-def step_of(time: Floats) -> float:
-    """Mean step [s]."""
-    return float(time[-1] - time[0]) / (len(time) - 1)
+def refuse_lengths(where: str, rows: Mapping[str, Floats], samples: int) -> None:
+    """Refuse channels that have not as many samples as the time (ValueError)."""
+    for name, row in rows.items():
+        if len(row) != samples:
+            raise ValueError(f"{where}: {name} has {len(row)} samples and time {samples}; give equally many")
+
+
+def even_step(where: str, time: Floats) -> float:
+    """Mean step [s] of two times or more, which must ascend by equal steps (ValueError)."""
+    steps = np.diff(time)
+    if not np.all(steps > 0.0):
+        i = int(np.flatnonzero(steps <= 0.0)[0])
+        raise ValueError(f"{where}: time {time[i + 1]:g} s of sample {i + 1} stands after {time[i]:g} s; let it ascend")
+    step = float(time[-1] - time[0]) / (len(time) - 1)
+    if np.max(np.abs(time - time[0] - step * np.arange(len(time)))) > UNEVEN * float(np.median(steps)):
+        raise ValueError(
+            f"{where}: time has steps from {np.min(steps):g} to {np.max(steps):g} s; resample to equal steps"
+        )
+    return step

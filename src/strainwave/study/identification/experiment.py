@@ -245,7 +245,16 @@ def sizes_of(of: Experiment, record: Record) -> Floats:
     """How large the states (states,) are: of a measured one its scatter, of its rate that of its steps; 0 of others."""
     sizes = np.zeros(len(of.states()))
     for name, row in zip(of.outputs, record.outputs, strict=True):
-        sizes[of.states().index(name)] = np.nanstd(row)
+        known = np.flatnonzero(np.isfinite(row))
+        if len(known) < 2:
+            continue
+        sizes[of.states().index(name)] = np.std(row[known])
         if f"{name}'" in of.states():
-            sizes[of.states().index(f"{name}'")] = np.nanstd(np.diff(row)) / record.step
+            sizes[of.states().index(f"{name}'")] = change_of(row) / record.step
     return sizes
+
+
+def change_of(row: Floats) -> float:
+    """Scatter of the changes of a signal per sample, over its measured samples."""
+    known = np.flatnonzero(np.isfinite(row))
+    return float(np.std(np.diff(row[known]) / np.diff(known))) if len(known) > 1 else 0.0

@@ -8,11 +8,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...numerics.driven.signal import Between
-from ...quantities import numbers
+from ...quantities import numbers, shown
 from ...records import Labelled
-from ...results import Floats
+from ...results import Floats, SolveError
 from ...sentences import on_screen
-from .channels import UNEVEN, channels_of, input_row, step_of
+from .channels import UNEVEN, channels_of, even_step, input_row, refuse_lengths, row_of
 from .experiment import Experiment, Record
 from .fitted import Fitted
 from .intervals import Interval, interval
@@ -70,13 +70,11 @@ class Identified(Fitted):
         level : float
             Probability of covering, to first order in the numbers (delta method).
         """
-        first, gradient = float(function(self.system)), np.zeros(len(self.names))
-        if not math.isfinite(first):
-            raise ValueError(f"the function gives {first} for the system found; give one that has a value there")
+        first, gradient = _number_of(function, self.system), np.zeros(len(self.names))
         for i, (value, deviation) in enumerate(zip(self.values, self.deviations, strict=True)):
             changed = self.values.copy()
             changed[i] = value + 0.5 * deviation
-            gradient[i] = (float(function(self.experiment.found(changed))) - first) / (0.5 * deviation)
+            gradient[i] = (_number_of(function, self.experiment.found(changed)) - first) / (0.5 * deviation)
         spread = math.sqrt(float(gradient @ self.covariance @ gradient))
         return interval(first, spread, float(np.min(self.freedom)), level)
 
@@ -100,42 +98,64 @@ class Identified(Fitted):
         -------
         dict of str to (n,) array
             By channel of the outputs.
+
+        Raises
+        ------
+        ValueError
+            If the inputs or the start do not fit the system or the step of the log.
+        SolveError
+            If the motion leaves every bound.
         """
         of, step = self.experiment, self.step
         channels = channels_of(inputs)
         missing = [name for name in of.inputs.values() if name not in channels]
         if missing:
             raise ValueError(f"inputs have no channel {missing[0]!r}; they have {', '.join(channels) or 'none'}")
-        if "time" in channels and len(np.ravel(channels["time"])) > 1:
-            own = step_of(numbers("time", channels["time"]))
+        rows = {name: input_row("inputs", name, channels[name]) for name in of.inputs.values()}
+        samples = len(next(iter(rows.values()), channels.get("time", ())))
+        if samples < 2:
+            raise ValueError(f"inputs have {samples} samples; give 2 at least")
+        if "time" in channels:
+            time = numbers("inputs: time", channels["time"])
+            refuse_lengths("inputs", rows, len(time))
+            own = even_step("inputs", time)
             if abs(own - step) > UNEVEN * step:
                 raise ValueError(f"inputs have a step of {own:g} s, the log had {step:g} s; resample them to that")
-        rows = np.array([input_row("inputs", name, channels[name]) for name in of.inputs.values()])
+        refuse_lengths("inputs", rows, samples)
         first = self._first(start)
-        samples = rows.shape[1] if len(rows) else len(channels["time"])
+        table = np.array(list(rows.values())).reshape(len(rows), samples)
         nothing = np.full((len(of.outputs), samples), np.nan)
         if isinstance(first, tuple):
             y = numbers("start", first, count=len(of.states()))
         else:
             many = min(samples, *(len(values) for values in first))
             nothing[:, :many] = [values[:many] for values in first]
-            y = fitted_start(of, self.values, Record(rows, nothing, step), many, self.parts)
-        record = Record(rows, nothing, step)
+            y = fitted_start(of, self.values, Record(table, nothing, step), many, self.parts)
+        record = Record(table, nothing, step)
         lanes = of.lanes([self.values], step, self.parts)
         pieces = record.pieces(of, self.values, self.parts)
         seen = lanes.run(y[:, None], pieces, of.seen(), samples, self.parts, step)[:, :, 0]
+        if not np.all(np.isfinite(seen)):
+            at = int(np.flatnonzero(~np.all(np.isfinite(seen), axis=0))[0])
+            raise SolveError(
+                f"the motion leaves every bound before sample {at}, {at * step:.4g} s: give inputs as large as those "
+                "of the log, and a start on the motion"
+            )
         given = of.of_outputs(self.values)
         seen = given["offset"][:, None] + given["gain"][:, None] * seen
         return {name: row for name, row in zip(of.outputs.values(), seen, strict=True)}
 
     def _first(self, start: Any) -> Any:
-        if isinstance(start, tuple | list):
+        if isinstance(start, tuple | list | np.ndarray):
             return tuple(start)
         given = channels_of(start)
         missing = [name for name in self.experiment.outputs.values() if name not in given]
         if missing:
             raise ValueError(f"start has no channel {missing[0]!r}; give its first samples, or the state as a tuple")
-        return [numbers(name, given[name])[:MOST_OF_START] for name in self.experiment.outputs.values()]
+        rows = [row_of("start", name, given[name])[:MOST_OF_START] for name in self.experiment.outputs.values()]
+        if not all(np.any(np.isfinite(row)) for row in rows):
+            raise ValueError("start has no measured sample; give the first samples, or the state as a tuple")
+        return rows
 
     def __str__(self) -> str:
         lines = [
@@ -166,3 +186,18 @@ class Identified(Fitted):
             "deviation": ("number", self.deviations, ""),
             "residual": (("output", "sample"), self.residual, ""),
         }
+
+
+def _number_of(function: Callable[[Any], float], system: Any) -> float:
+    """What a function says of a system: one finite number (ValueError)."""
+    found = function(system)
+    try:
+        value = float(found)
+    except (TypeError, ValueError):
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError(
+            f"the function gives {shown(found)[:60]} for the system found, or one within its deviations; give one that "
+            "has a finite number there"
+        )
+    return value

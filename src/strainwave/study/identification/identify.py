@@ -12,7 +12,7 @@ from ...results import Floats, SolveError
 from .candidates import candidate_columns
 from .channels import channels_of, record_of
 from .discrepancy import discrepancy
-from .experiment import Experiment, Record, experiment
+from .experiment import Experiment, Record, change_of, experiment, start_states
 from .fitted import refuse_unidentifiable
 from .identified import Identified
 from .intervals import Spread, spread
@@ -28,6 +28,7 @@ MOST_PARTS = 64
 CHECKED = 16_000  # samples of a record that finer steps are tried on
 MOVED = 0.2  # of a number's standard deviation: what halving the steps may change at the end
 POOR = 0.9  # of the motion's size: a residual that explains next to nothing
+LATE = 1.5  # samples: a delay that shifting the channel shortens
 LOOKED_AT = 400  # samples that the number of steps is chosen on
 
 
@@ -101,6 +102,7 @@ def identify(
         raise ValueError(f"the records have different steps, {steps_of}; resample them to one")
     noise = _spread_of(records)
     values = _first(of, records, noise)
+    _refuse_common_delay(of, records[0], values)
     parts = positive_count("steps", steps) if steps is not None else _parts(of, records, values, noise)
     most = parts if steps is not None else MOST_PARTS
     length, longest = FIRST_WINDOW, max(len(record) for record in records)
@@ -188,6 +190,20 @@ def _first(of: Experiment, records: Sequence[Record], size: Floats) -> Floats:
     return values
 
 
+def _refuse_common_delay(of: Experiment, record: Record, values: Floats) -> None:
+    """Refuse delays of all signals of a system that does not depend on the time otherwise (ValueError)."""
+    if not all(f"{signal}.delay" in of.free for signal in (*of.inputs, *of.outputs)):
+        return
+    part = record.parted(LOOKED_AT, 1)[0]
+    start, lanes = start_states(of, part.outputs, 0, part.step), of.lanes([values], part.step, 1)
+    many = part.pieces(of, values, 1), of.seen(), len(part), 1, part.step
+    now, later = (lanes.run(start[:, None], *many, begin=begin) for begin in (0, 7 * len(part) + 1))
+    if np.allclose(now, later, rtol=0.0, atol=ACCURATE * float(np.max(np.abs(now))), equal_nan=True):
+        raise ValueError(
+            "the delays of all inputs and outputs are free, and a common delay changes nothing; fix one of them"
+        )
+
+
 def _spread_of(records: Sequence[Record]) -> Floats:
     outputs = np.concatenate([record.outputs for record in records], axis=1)
     return np.asarray(np.nanstd(outputs, axis=1))
@@ -211,7 +227,7 @@ def _liveliest(records: Sequence[Record], noise: Floats) -> Window:
 
     def change(window: Window) -> float:
         seen = window.record.outputs[:, window.first : window.stop]
-        return float(np.nansum(np.nanstd(np.diff(seen, axis=1), axis=1) / noise)) if seen.shape[1] > 2 else 0.0
+        return float(np.sum(np.array([change_of(row) for row in seen]) / noise))
 
     found = max(windows_of(records, LOOKED_AT), key=change)
     own = found.record
@@ -253,10 +269,25 @@ def _result(
         between=of.between,
         parts=problem.parts,
         converged=converged,
-        notes=(*_notes(of.found(point.values), converged), *_unexplained(of, left, _spread_of(records))),
+        notes=(
+            *_notes(of.found(point.values), converged),
+            *_late(of, point.values, records[0].step),
+            *_unexplained(of, left, _spread_of(records)),
+        ),
         step=records[0].step,
         experiment=of,
     )
+
+
+def _late(of: Experiment, values: Floats, step: float) -> list[str]:
+    """Inputs with a delay of samples, before which the log does not say what they did."""
+    delays = zip(of.inputs.items(), of.delays(values) / step, strict=True)
+    return [
+        f"{path}.delay is {delay:.3g} samples, and the log does not say what {channel} did that long before: shift "
+        f"the channel by {round(delay)} samples and cut the log"
+        for (path, channel), delay in delays
+        if abs(delay) > LATE
+    ]
 
 
 def _unexplained(of: Experiment, left: Floats, size: Floats) -> list[str]:

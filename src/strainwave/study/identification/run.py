@@ -57,11 +57,7 @@ class Run:
                 i = int(np.flatnonzero(~good)[0])
                 raise ValueError(f"{name} of sample {i} is {column[i]}; remove the sample")
             object.__setattr__(self, name, column)
-        if not np.all(np.diff(self.time) > 0.0):
-            i = int(np.flatnonzero(np.diff(self.time) <= 0.0)[0])
-            raise ValueError(
-                f"time {self.time[i + 1]:.9g} s of sample {i + 1} stands after {self.time[i]:.9g} s; times must ascend"
-            )
+        refuse_descending(self.time)
         way = np.sign(self.travel) * np.diff(self.angle)
         back = -float(np.sum(way[way < 0.0]))
         if not abs(self.travel) > STILL:
@@ -89,12 +85,24 @@ class Run:
 
     def angle_before(self, delay: float) -> Floats:
         """Angle (n,) [rad] a time [s] before each sample; beyond the ends at the mean speed there."""
-        at = self.time - delay
-        found = np.interp(at, self.time, self.angle)
-        many = max(2, len(self.time) // 50)
-        for end, near in ((0, slice(0, many)), (-1, slice(-many, None))):
-            t, a = self.time[near], self.angle[near]
-            rate = float(a[-1] - a[0]) / float(t[-1] - t[0])
-            out = at < self.time[0] if end == 0 else at > self.time[-1]
-            found[out] = self.angle[end] + rate * (at[out] - self.time[end])
-        return np.asarray(found)
+        return angle_before(self.time, self.angle, delay)
+
+
+def refuse_descending(time: Floats) -> None:
+    """Refuse times [s] that do not ascend (ValueError)."""
+    if not np.all(np.diff(time) > 0.0):
+        i = int(np.flatnonzero(np.diff(time) <= 0.0)[0])
+        raise ValueError(f"time {time[i + 1]:.9g} s of sample {i + 1} stands after {time[i]:.9g} s; times must ascend")
+
+
+def angle_before(time: Floats, angle: Floats, delay: float) -> Floats:
+    """Angle (n,) [rad] a time [s] before each of two samples or more; beyond the ends at the mean speed there."""
+    at = time - delay
+    found = np.interp(at, time, angle)
+    many = max(2, len(time) // 50)
+    for end, near in ((0, slice(0, many)), (-1, slice(-many, None))):
+        t, a = time[near], angle[near]
+        rate = float(a[-1] - a[0]) / float(t[-1] - t[0])
+        out = at < time[0] if end == 0 else at > time[-1]
+        found[out] = angle[end] + rate * (at[out] - time[end])
+    return np.asarray(found)

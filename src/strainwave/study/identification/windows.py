@@ -321,8 +321,8 @@ def finite(point: Point) -> Point:
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # as `identify`
 def fitted_start(of: Experiment, values: Floats, record: Record, samples: int, parts: int) -> Floats:
     """State at the first sample from so many measured ones."""
-    noise = np.nanstd(record.outputs, axis=1)
-    noise = np.where(noise > 0.0, noise, 1.0)
+    known = [row[np.isfinite(row)] for row in record.outputs]
+    noise = np.array([float(np.std(row)) or 1.0 if len(row) else 1.0 for row in known])
     problem = LeastSquares(of, [Window(record, 0, samples)], noise, parts)
     point = finite(problem.begin(values))
     for _ in range(10):

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import fdtri
 
 from ....model.laws.friction import Coulomb, LuGre, Stribeck, Viscous
 from ....model.laws.hysteresis import Parallel
@@ -23,6 +24,8 @@ FOLDS = 12
 SHARP = 0.01  # of the lowest speed: over which the sign of dry friction is smoothed
 FASTEST = 3000.0  # rad/s, 29 000 rpm
 WITHIN = 2.0  # standard errors of the difference from the best candidate
+CHANCE = 1e-3  # that noise alone makes the squared errors of two right laws differ by as large a ratio
+ROUNDING = 1e-12  # of the largest torque
 APART = 1e-3  # of the largest: speeds or loads that differ by less are one
 
 
@@ -33,8 +36,9 @@ def fit_friction(
 ) -> FrictionFit:  # fmt: skip
     """Identify friction from runs at constant speed: Coulomb, viscous, Stribeck, load-proportional, sides.
 
-    Every combination of terms is fitted, and compared by the error of runs that were left out; the simplest within
-    two standard errors of the best is taken. All quantities belong to one shaft.
+    Every combination of terms is fitted, and compared by the error of runs that were left out; the simplest is taken
+    that is within two standard errors of the best and whose error noise alone may make so much larger. All quantities
+    belong to one shaft.
 
     Parameters
     ----------
@@ -178,7 +182,10 @@ def _fitted(terms: Terms, runs: Runs) -> FrictionSolution | None:
 
 
 def _compare(runs: Runs, fits: list[FrictionSolution]) -> tuple[FrictionSolution, tuple[FrictionCandidate, ...], str]:
-    """The simplest candidate within two standard errors of the best on runs left out, the table, and the reason."""
+    """The simplest candidate within two standard errors of the best on runs left out, the table, and the reason.
+
+    It must also have squared errors that noise alone may make differ so much: a ratio of chi squares (F).
+    """
     fits = list({fit.terms: fit for fit in fits}.values())
     count = len(runs.speed)
     fold = np.arange(count) % min(FOLDS, count)
@@ -188,7 +195,10 @@ def _compare(runs: Runs, fits: list[FrictionSolution]) -> tuple[FrictionSolution
     difference = errors - errors[best]
     spreads = np.std(difference, axis=1, ddof=1) / np.sqrt(count)
     worse = np.divide(difference.mean(axis=1), spreads, out=np.zeros(len(fits)), where=spreads > 0.0)
-    taken = min(np.flatnonzero(worse <= WITHIN), key=lambda i: (len(fits[i].p), means[i]))
+    # a few runs with large errors make the standard error large: noise alone still has no ratio as large
+    rounding = (ROUNDING * float(np.max(np.abs(runs.weight * runs.torque), initial=0.0))) ** 2
+    near = means <= float(fdtri(count, count, 1.0 - CHANCE)) * (means[best] + rounding)
+    taken = min(np.flatnonzero((worse <= WITHIN) & near), key=lambda i: (len(fits[i].p), means[i]))
     unit = 1.0 / float(np.median(runs.weight))
     rows = tuple(
         FrictionCandidate(

@@ -13,6 +13,7 @@ from .loop_model import Path
 
 FEWEST = 40
 STEADY = 10.0  # times the noise: a torsion that goes back by more has reversed
+STRAIGHT = 1e-9  # of the torque: less than any sensor leaves
 LEAST_WAY = 0.01  # of the range: the same
 DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])  # of noise on a smooth path; the path's own is of fourth order
 NEAR = 8.0  # times the noise: samples around a reversal that are read together
@@ -59,6 +60,12 @@ def read_loop(torsion: Any, torque: Any, check_units: bool = True) -> Loop:
             raise ValueError(
                 f"the {name} is constant at {values[0]:.4g} {unit}; a loop needs both axes to move, check the channel"
             )
+    slope, offset = np.polyfit(x, t, 1)
+    if float(np.max(np.abs(t - slope * x - offset))) <= STRAIGHT * float(np.ptp(t)):
+        raise ValueError(
+            f"the torque is a straight line over the torsion, of {slope:.6g} N*m/rad, without noise or loss; give "
+            "measured samples, or take this stiffness"
+        )
     noise = _noise(x), _noise(t)
     turns = reversals(x, max(STEADY * noise[0], LEAST_WAY * float(np.ptp(x))))
     if not turns:

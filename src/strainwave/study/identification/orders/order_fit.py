@@ -32,6 +32,8 @@ class RunFit:
         Covariance of its real and imaginary parts.
     residual : (n,) array
         What is left.
+    without_orders : (n,) array
+        The value less the lines of the orders alone.
     floor : Floor
         Noise around the orders.
     """
@@ -39,6 +41,7 @@ class RunFit:
     values: Floats
     spreads: Floats
     residual: Floats
+    without_orders: Floats
     floor: Floor
 
 
@@ -86,7 +89,8 @@ def fit_run(
         place = slice(at + 2 * i, at + 2 * i + 2)
         values.append(complex(*found[place]))
         spreads.append(max(floor.variance(k), least) * inverse[place, place])
-    return RunFit(np.array(values), np.array(spreads).reshape(len(values), 2, 2), residual, floor)
+    rest = run.value - columns[:, at:] @ found[at:]
+    return RunFit(np.array(values), np.array(spreads).reshape(len(values), 2, 2), residual, rest, floor)
 
 
 def _taken(run: Run, orders: Sequence[float], slow: int, highest: float) -> list[float]:

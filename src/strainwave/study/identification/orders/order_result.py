@@ -12,7 +12,7 @@ from ....records import Labelled, Result
 from ....results import Floats
 from ....sentences import on_screen
 from ..intervals import Interval, interval
-from ..run import Run
+from ..run import angle_before, refuse_descending
 from .order_search import Kind
 
 
@@ -129,14 +129,18 @@ class OrderScan(Result):
         Parameters
         ----------
         time, angle : (n,) array_like
-            Times [s] and angles [rad], from the same zero as those of the runs.
+            Times [s], ascending, and angles [rad], from the same zero as those of the runs; the shaft may turn back.
 
         Returns
         -------
         (n,) array
             Without mean and slow parts, which belong to each run.
         """
-        theta = Run(numbers("time", time), numbers("angle", angle), np.zeros(np.size(time))).angle_before(self.delay)
+        t, a = numbers("time", time), numbers("angle", angle)
+        if len(t) != len(a) or len(t) < 2:
+            raise ValueError(f"time has {len(t)} samples and angle {len(a)}; give equally many, 2 at least")
+        refuse_descending(t)
+        theta = angle_before(t, a, self.delay)
         total = np.zeros(len(theta))
         for line in self.lines:
             if line.kind != "frequency":

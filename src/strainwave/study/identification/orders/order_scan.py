@@ -40,7 +40,7 @@ def order_scan(
         Stretches in which the shaft turns one way, over any part of a turn, at one speed or several. Angles of all runs
         count from one zero.
     orders : sequence of float, optional
-        Orders to fit. Default: those found.
+        Orders to fit. Default: those found. Both end at 0.4 of the distinct angles of a turn, or of the samples.
     highest : float, optional
         Highest order looked for. Default: 1000, or less where the samples do not show it.
     false_alarm : float
@@ -64,7 +64,8 @@ def order_scan(
     false_alarm = number("false_alarm", false_alarm, positive=True)
     if not false_alarm < 1.0:
         raise ValueError(f"false_alarm is {false_alarm:g}; it is a probability between 0 and 1, for example 0.01")
-    limit = min(SHARE * len(run.time) / run.turns for run in runs)
+    # angles that repeat, as those of a coarse encoder do, show no more than their distinct places
+    limit = min(SHARE * len(np.unique(run.angle)) / run.turns for run in runs)
     speeds = np.array([run.speed for run in runs])
     spread = float(np.ptp(np.abs(speeds))) / float(np.max(np.abs(speeds)))
     several = spread > SAME_SPEED or len({bool(s > 0.0) for s in speeds}) > 1
@@ -76,12 +77,16 @@ def order_scan(
     chosen = np.array([line.place for line in over_angle])
     standing = [line.place for line in found if line.kind == "frequency"]
     fits, joint = _fitted(runs, chosen, limit, several, standing)
+    stays = [orders is not None or _stands_out(fits, i, false_alarm) for i in range(len(chosen))]
+    if not all(stays):
+        over_angle, chosen = [line for line, on in zip(over_angle, stays, strict=True) if on], chosen[stays]
+        fits, joint = _fitted(runs, chosen, limit, several, standing)
     delayed = several and len(chosen) > 0 and abs(joint.delay) <= LONGEST
     beyond = abs(joint.delay) > LONGEST
     if beyond:
         fits, joint = _fitted(runs, chosen, limit, delayed, standing)
     lines = _lines(over_angle, fits, joint, several)
-    lines += [_frequency_line(line, runs) for line in found if line.kind == "frequency"]
+    lines += [_frequency_line(line, runs, fits) for line in found if line.kind == "frequency"]
     forward, backward = _ways(over_angle, speeds, fits, joint, several)
     left = np.concatenate([fit.residual for fit in fits])
     return OrderScan(
@@ -97,6 +102,12 @@ def order_scan(
         forward,
         backward,
     )
+
+
+def _stands_out(fits: Sequence[RunFit], i: int, false_alarm: float) -> bool:
+    """Whether a line that was found is more than noise where all lines are fitted together."""
+    power = sum(abs(fit.values[i]) ** 2 / (0.5 * float(np.trace(fit.spreads[i]))) for fit in fits)
+    return float(gammaincc(len(fits), 0.5 * power)) < false_alarm
 
 
 def _ways(
@@ -247,11 +258,11 @@ def _why(line: FoundLine, *, several: bool) -> str:
     return "the runs do not tell whether it is an order or a frequency"
 
 
-def _frequency_line(line: FoundLine, runs: Sequence[Run]) -> OrderLine:
+def _frequency_line(line: FoundLine, runs: Sequence[Run], fits: Sequence[RunFit]) -> OrderLine:
     """A line that stays with the time: its amplitude is the mean of those in the runs."""
     own, errors = [], []
-    for run in runs:
-        over_time = Run(run.time, 2.0 * np.pi * run.time, run.value)
+    for run, beside in zip(runs, fits, strict=True):
+        over_time = Run(run.time, 2.0 * np.pi * run.time, beside.without_orders)
         fit = fit_run(over_time, [line.place], 0.0, 2.0 * line.place + 20.0 / over_time.turns)
         own.append(abs(fit.values[0]))
         errors.append(math.sqrt(0.5 * float(np.trace(fit.spreads[0]))))
