@@ -212,3 +212,17 @@ def test_a_frequency_beside_orders_does_not_disturb_them():
     assert frequency.frequency == pytest.approx(17.0, abs=1e-3)
     assert not found.notes  # the runs do not differ by more than their noise
     assert order.amplitude_error < 1e-7
+
+
+@pytest.mark.parametrize("beside", [0.05, 0.2, 0.6])
+def test_a_frequency_next_to_an_order_of_one_run_is_told_from_it(beside):
+    """Hz beside order 4 at 20 rad/s; 0.17 Hz are resolved."""
+    rng, f = np.random.default_rng(0), 4.0 * 20.0 / (2.0 * np.pi) + beside
+    t, runs = np.arange(6000) / 1000.0, []
+    for v in (20.0, 33.0):
+        value = 2e-4 * np.cos(2.0 * v * t + 0.3) + 5e-5 * np.cos(4.0 * v * t - 1.0) + 3e-5 * np.cos(2.0 * np.pi * f * t)
+        runs.append(sw.Run(t, v * t, value + 1e-6 * rng.standard_normal(6000), "rad"))
+    found = sw.order_scan(runs, highest=20.0)
+    assert [line.kind for line in found.lines] == ["order", "order", "frequency"]
+    assert found.lines[2].frequency == pytest.approx(f, abs=1e-2)
+    assert found.lines[1].amplitude == pytest.approx(5e-5, rel=0.01)

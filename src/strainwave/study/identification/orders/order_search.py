@@ -121,7 +121,7 @@ class Search:
             trials.append((line, error, self.rest, self._likelihood(bands)))
         difference = trials[0][3] - trials[1][3]
         kind: Kind = "order" if difference > DECIDED else "frequency" if difference < -DECIDED else "undecided"
-        if kind == "frequency" and (as_order or self._beside(frequency)):
+        if kind == "frequency" and (as_order or self._beside(frequency, ratios[1])):
             kind = "undecided"  # it has another place over the time, or is what an order leaves whose size varies
         line, error, self.rest, _ = trials[kind == "frequency"]
         line.is_order = kind == "order"
@@ -133,11 +133,16 @@ class Search:
             self._settle(line)
         return FoundLine(line.place, error, kind, difference, alarm)
 
-    def _beside(self, frequency: float) -> bool:
-        """Whether a run has a taken order within a few of its resolutions of a frequency."""
+    def _beside(self, frequency: float, ratios: Floats) -> bool:
+        """Whether a frequency stands within a few resolutions of a taken order, in every run that has it."""
         orders = [line.place for line in self.lines if line.is_order]
-        runs = list(zip(self.speeds, self.time.over, strict=True))
-        return any(abs(frequency - k * v / TURN) < BESIDE * TURN / c.reach for k in orders for v, c in runs)
+        near = np.abs(self.time.places - frequency) <= self.time.spacing
+        seen = np.max(ratios[:, near], axis=1, initial=0.0)
+        runs = zip(self.speeds, self.time.over, seen >= min(DECIDED, float(np.max(seen))), strict=True)
+        return all(
+            not here or any(abs(frequency - k * v / TURN) < BESIDE * TURN / c.reach for k in orders)
+            for v, c, here in runs
+        )
 
     def _bands(self, order: float, frequency: float) -> list[NDArray[np.int64]]:
         """Numbers of the time's places, in each run, about the frequencies of an order there and about a frequency."""
