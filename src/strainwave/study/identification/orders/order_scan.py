@@ -12,7 +12,7 @@ from ....results import Floats
 from ..run import Run
 from .order_fit import LONGEST, ROUNDS, Joint, RunFit, fit_run, together
 from .order_result import OrderLine, OrderScan
-from .order_search import FoundLine
+from .order_search import DECIDED, FoundLine
 from .places import RARE, placed_lines
 
 SHARE = 0.4  # of the samples per turn: the highest order that they show
@@ -249,6 +249,8 @@ def _why(line: FoundLine, *, several: bool) -> str:
     if math.isinf(line.difference):
         return "its order was given"
     odds = f"e^{abs(line.difference):.0f} to 1"
+    if line.kind == "order" and line.difference <= DECIDED:
+        return "runs at several speeds have it at one order"
     if line.kind == "order":
         return f"it stays with the angle, {odds}"
     if line.kind == "frequency":

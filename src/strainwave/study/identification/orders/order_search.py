@@ -124,7 +124,7 @@ class Search:
         if kind == "frequency" and (as_order or self._beside(frequency, ratios[1])):
             kind = "undecided"  # it has another place over the time, or is what an order leaves whose size varies
         line, error, self.rest, _ = trials[kind == "frequency"]
-        line.is_order = kind == "order"
+        line.kind, line.difference = kind, difference
         self.lines.append(line)
         for other in self.lines[:-1]:
             if other.spectrum is not line.spectrum or abs(other.place - line.place) < NEAR * line.spectrum.spacing:
@@ -133,9 +133,40 @@ class Search:
             self._settle(line)
         return FoundLine(line.place, error, kind, difference, alarm)
 
+    def reconsidered(self, found: list[FoundLine]) -> list[FoundLine]:
+        """The lines with their places now; frequencies that are orders once the others are known become those."""
+        for line in self.lines:
+            if line.spectrum is self.time:
+                self._reconsider(line)
+        return [
+            one._replace(place=line.place, kind=line.kind, difference=line.difference)
+            for one, line in zip(found, self.lines, strict=True)
+        ]
+
+    def _reconsider(self, line: "TakenLine") -> None:
+        """Turn a frequency into the order of a run that leaves less, or no more where that order was found too."""
+        after, columns = self.rest, self._columns(line)
+        before = [less(r, c, -ab) for r, c, ab in zip(after, columns, line.amplitudes, strict=True)]
+        for speed in np.unique(self.speeds):
+            order = line.place * TURN / float(speed)
+            bands = self._bands(order, line.place)
+            self.rest = after
+            own, self.rest = self._likelihood(bands), before
+            other = TakenLine(self.angle, order, [np.zeros(2) for _ in before])
+            self._settle(other)
+            other.difference = self._likelihood(bands) - own
+            same = [
+                one for one in self.lines if one.spectrum is self.angle and abs(one.place - order) < self.angle.spacing
+            ]
+            if other.difference > (-DECIDED if same else DECIDED):
+                line.spectrum, line.place, line.amplitudes = self.angle, other.place, other.amplitudes
+                line.kind, line.difference = "order", max([other.difference, *(one.difference for one in same)])
+                return
+        self.rest = after
+
     def _beside(self, frequency: float, ratios: Floats) -> bool:
         """Whether a frequency stands within a few resolutions of a taken order, in every run that has it."""
-        orders = [line.place for line in self.lines if line.is_order]
+        orders = [line.place for line in self.lines if line.kind == "order"]
         near = np.abs(self.time.places - frequency) <= self.time.spacing
         seen = np.max(ratios[:, near], axis=1, initial=0.0)
         runs = zip(self.speeds, self.time.over, seen >= min(DECIDED, float(np.max(seen))), strict=True)
@@ -203,7 +234,8 @@ class TakenLine:
     spectrum: "Spectrum"
     place: float
     amplitudes: list[Floats]
-    is_order: bool = False
+    kind: Kind = "undecided"
+    difference: float = 0.0
 
 
 def shares(columns: Floats, values: Floats) -> Floats:

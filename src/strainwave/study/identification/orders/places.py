@@ -34,7 +34,7 @@ def placed_lines(
     strong: list[FoundLine] = []
     while len(strong) < MOST_LINES and (line := search.strongest(false_alarm)) is not None:
         strong.append(line)
-    strong = [line._replace(place=taken.place) for line, taken in zip(strong, search.lines, strict=True)]
+    strong = search.reconsidered(strong)
     sharp = _merged(strong, runs)
     base = _base([_widened(line, _resolution(line, runs)) for line in sharp])
     if base:
