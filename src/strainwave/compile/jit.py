@@ -35,6 +35,7 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "nsz
 LIGHT_RUNS = 12  # about three response curves
 _light_runs = count()
 _runs: Counter[Any] = Counter()
+NEVER: Iterator[bool] = iter(())  # is a kernel run as Python
 _plain_runs: ContextVar[Iterator[bool] | None] = ContextVar("_plain_runs", default=None)
 _kernels: list[tuple[Callable[..., Any], Callable[..., Any], bool | None]] = []
 _exposed: list[tuple[Callable[..., Any], Callable[..., Any], bool | None]] = []
@@ -147,8 +148,21 @@ def enabled() -> bool:
 
 
 @contextmanager
+def as_machine_code() -> Iterator[None]:
+    """Run every kernel inside as machine code, those inside `as_python` too: for a process that asks again and again."""
+    before = _plain_runs.set(NEVER)
+    try:
+        yield
+    finally:
+        _plain_runs.reset(before)
+
+
+@contextmanager
 def as_python(runs: int, compiled: bool = False) -> Iterator[None]:
     """Run up to so many kernels inside as Python (unless some are `compiled`): making machine code takes longer."""
+    if _plain_runs.get() is NEVER:
+        yield
+        return
     plain = not compiled or "numba" not in sys.modules or _plain_runs.get() is not None
     before = _plain_runs.set(repeat(True, runs) if plain else None)
     try:

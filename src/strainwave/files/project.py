@@ -254,13 +254,16 @@ class Project:
         train, whole = self.train and moved(self.train), self.whole and moved(self.whole)
         return replace(self, drive=self.drive._replace(J_l=before + J_l), train=train, whole=whole)
 
-    def response(self, harmonics: int | None = None) -> DriveResponse:
+    def response(self, harmonics: int | None = None, *, coexisting: bool = True) -> DriveResponse:
         """Steady motions of the whole drive through its speeds, with jumps; the pointing error of the load leads.
 
         Parameters
         ----------
         harmonics : int, optional
             Highest harmonic of the base angle. Default: grown until those left out are negligible.
+        coexisting : bool
+            Whether motions that do not join the curve are looked for at the ends of the range, which takes most of the
+            time.
 
         Raises
         ------
@@ -273,11 +276,11 @@ class Project:
         if self.train is not None:
             refuse_free(self.train)
             if has_curve(self.train):
-                found = train_curve(self.train, speeds, harmonics)
+                found = train_curve(self.train, speeds, harmonics, coexisting=coexisting)
                 if found is None:
                     raise SolveError(NO_MOTION)
                 return found
-        exact = response_through(system, speeds, harmonics=harmonics)
+        exact = response_through(system, speeds, harmonics=harmonics, coexisting=coexisting)
         if not len(exact.curve):
             raise SolveError(exact.curve.message)
         return of_equation(system, exact, self.motor == "held")

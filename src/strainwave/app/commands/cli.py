@@ -212,6 +212,18 @@ def move(
     show(project, profile, output, options, {"delimiter": delimiter, "decimal": decimal}, as_json)
 
 
+@cli.command()
+@click.option(
+    "--port", type=click.IntRange(0, 65535), default=8765, show_default=True, help="Port; if taken, the next."
+)
+@click.option("--browser/--no-browser", default=True, help="Whether to open the page in a browser.")
+def app(port: int, browser: bool) -> None:
+    """Serve the web app on this machine alone: a page with sliders and pictures of a drive."""
+    from .app import run
+
+    run(port, browser)
+
+
 for command in (compensate, compensate_move, compensate_run_up):
     cli.add_command(command)
 

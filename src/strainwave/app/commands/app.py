@@ -1,0 +1,36 @@
+"""`strainwave app`: the local web app, until Ctrl-C."""
+
+import threading
+import webbrowser
+
+import click
+
+
+def run(port: int, browser: bool) -> None:
+    """Serve the app and open it in a browser.
+
+    Raises
+    ------
+    RuntimeError
+        If the extra `web` is not installed, or no port is free.
+    """
+    try:
+        from ..web.server import serve
+    except ModuleNotFoundError as error:
+        if error.name not in ("starlette", "uvicorn", "anyio"):
+            raise
+        raise RuntimeError(f"the app needs {error.name}; pip install 'strainwave[web]'") from None
+
+    def opened(address: str, own: int) -> None:
+        if own != port and port:
+            click.echo(f"port {port} is taken; the app is at {own}", err=True)
+        click.echo(f"strainwave app: {address} (Ctrl-C ends it)")
+        if browser:
+            threading.Thread(target=_open, args=(address,), daemon=True).start()
+
+    serve(port, opened)
+
+
+def _open(address: str) -> None:
+    if not webbrowser.open(address):
+        click.echo(f"no browser was found; open {address}", err=True)

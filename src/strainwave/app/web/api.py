@@ -1,0 +1,181 @@
+"""The JSON API: what the page asks, and anybody on this machine may."""
+
+from collections.abc import Awaitable, Callable
+from functools import cache, partial
+from time import thread_time
+from typing import Any
+
+from anyio import CapacityLimiter
+from anyio.to_thread import run_sync
+from starlette.requests import Request
+from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.routing import Route
+
+from ...model.gears import catalogue
+from ...results import SolveError
+from ..console import plain
+from . import exports, views
+from .guard import refusal
+from .jobs import Full, Jobs
+from .parameters import parameters
+from .requests import Body, JobRequest, MotionRequest, OfState, ResponseRequest, asked
+from .state import Refused, State, project_of, yaml_of
+
+Handler = Callable[[Request], Awaitable[Response]]
+BODIES: dict[str, type[Body]] = {
+    "/api/project": OfState,
+    "/api/response": ResponseRequest,
+    "/api/motion": MotionRequest,
+    "/api/move": OfState,
+    "/api/jobs": JobRequest,
+    "/api/export/project": OfState,
+    "/api/export/script": OfState,
+}
+
+
+def _sentence(error: Exception) -> str:
+    return " ".join(str(error).split())
+
+
+def guarded(handler: Handler) -> Handler:
+    """Turn what a handler raises about its input into a sentence."""
+
+    async def answered(request: Request) -> Response:
+        try:
+            return await handler(request)
+        except (Refused, ValueError, TypeError, SolveError) as error:
+            return refusal(422, _sentence(error))
+        except Full as error:
+            return refusal(429, str(error))
+
+    return answered
+
+
+def _compute(request: Request, work: Callable[[], Any]) -> Awaitable[Any]:
+    limiter: CapacityLimiter = request.app.state.limiter
+    return run_sync(_timed, work, limiter=limiter)
+
+
+def _timed(work: Callable[[], Any]) -> tuple[Any, float]:
+    begun = thread_time()
+    return plain(work()), thread_time() - begun
+
+
+async def _view(request: Request, work: Callable[[], Any]) -> Response:
+    """Answer with what `work` gives, and the processor time that it took."""
+    content, took = await _compute(request, work)
+    return JSONResponse(content, headers={"server-timing": f"compute;dur={1e3 * took:.2f}"})
+
+
+@cache
+def _gears() -> list[dict[str, Any]]:
+    found = []
+    for name in catalogue.names():
+        gear = catalogue.gear(name)
+        if gear.K2 is not None and gear.T1 is not None:
+            found.append({"name": name, "series": gear.series, "size": gear.size, "ratio": gear.ratio})
+    return found
+
+
+async def gears(_request: Request) -> Response:
+    """Gears of the catalogue that have a torsion law."""
+    return JSONResponse(_gears())
+
+
+async def project(request: Request) -> Response:
+    """Title, numbers with their ranges, and notes of a project."""
+    state = (await asked(request, OfState)).state
+
+    def work() -> dict[str, Any]:
+        base = project_of(State(gear=state.gear, project=state.project))
+        now = project_of(state)
+        data = {"title": now.title, "parameters": parameters(base), "notes": now.notes}
+        low, high = (now.speeds.scale * omega for omega in now.speeds.limits)
+        return data | {"speed": {"low": low, "high": high, "unit": now.speeds.unit, "name": now.speeds.name}}
+
+    return await _view(request, work)
+
+
+async def response(request: Request) -> Response:
+    """The response of the drive over its speeds."""
+    body = await asked(request, ResponseRequest)
+    return await _view(request, lambda: views.response(project_of(body.state), body.whole))
+
+
+async def motion(request: Request) -> Response:
+    """The motion at one speed."""
+    body = await asked(request, MotionRequest)
+    return await _view(request, lambda: views.motion(project_of(body.state), body.speed))
+
+
+async def move(request: Request) -> Response:
+    """The move of the project."""
+    body = await asked(request, OfState)
+    return await _view(request, lambda: views.moved(project_of(body.state)))
+
+
+async def log(request: Request) -> Response:
+    """What is in a log, which is the body; `name` is that of its file."""
+    name, content = request.query_params.get("name", "log.csv")[:200], await request.body()
+    return await _view(request, partial(exports.log_of, name, content))
+
+
+async def export(request: Request) -> Response:
+    """The project file, or the script."""
+    body = await asked(request, OfState)
+    write = yaml_of if request.path_params["what"] == "project" else exports.script_of
+    text, _ = await _compute(request, lambda: write(project_of(body.state)))
+    return PlainTextResponse(text)
+
+
+async def begin(request: Request) -> Response:
+    """Start a job."""
+    body = await asked(request, JobRequest)
+    jobs: Jobs = request.app.state.jobs
+    now, _ = await run_sync(lambda: (project_of(body.state), None), limiter=request.app.state.limiter)
+    if body.kind == "map":
+        if len(body.axes) != 2 or body.axes[0].name == body.axes[1].name:
+            raise Refused("a two-parameter map needs two axes of different names")
+        axes = [(axis.name, list(axis.values)) for axis in body.axes]
+        work: Any = partial(views.two_parameters, now, axes)
+    else:
+        work = partial(
+            {"speed-map": views.mapped, "compensation": views.compensated, "report": exports.report_of}[body.kind], now
+        )
+    return JSONResponse({"id": jobs.begin(body.kind, lambda progress: plain(work(progress)))}, 201)
+
+
+async def job(request: Request) -> Response:
+    """State of a job, and its result; DELETE cancels it."""
+    jobs: Jobs = request.app.state.jobs
+    name = request.path_params["name"]
+    found = jobs.cancel(name) if request.method == "DELETE" else jobs.find(name)
+    if found is None:
+        return refusal(404, "there is no such job; it was cancelled, or it has expired")
+    return JSONResponse(found.as_dict())
+
+
+async def schema(_request: Request) -> Response:
+    """JSON Schemas of the bodies of all requests."""
+    posts = {path: body.model_json_schema() for path, body in BODIES.items()}
+    others = {
+        "/api/gears": "GET: gears of the catalogue",
+        "/api/jobs/{id}": "GET: state, progress, result; DELETE: cancel",
+        "/api/log?name=FILE": "POST: a log of at most 20 MiB as the body",
+        "/api/schema": "GET: this",
+    }
+    return JSONResponse({"post": posts, "other": others})
+
+
+routes = [
+    Route("/api/gears", gears),
+    Route("/api/schema", schema),
+    Route("/api/project", guarded(project), methods=["POST"]),
+    Route("/api/response", guarded(response), methods=["POST"]),
+    Route("/api/motion", guarded(motion), methods=["POST"]),
+    Route("/api/move", guarded(move), methods=["POST"]),
+    Route("/api/log", guarded(log), methods=["POST"]),
+    Route("/api/export/{what:str}", guarded(export), methods=["POST"]),
+    Route("/api/jobs", guarded(begin), methods=["POST"]),
+    Route("/api/jobs/{name:str}", job, methods=["GET", "DELETE"]),
+]

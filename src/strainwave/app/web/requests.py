@@ -1,0 +1,75 @@
+"""Bodies of requests: their fields, and the reading of JSON from a stranger."""
+
+import json
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from starlette.requests import Request
+
+from .state import LONGEST, Refused, State
+
+MOST_ALONG = 40  # points of an axis of a map
+
+
+class Body(BaseModel):
+    """A request; unknown fields, infinities and NaN are refused."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+class OfState(Body):
+    """A request about a drive."""
+
+    state: State
+
+
+class ResponseRequest(OfState):
+    """The response; `whole` looks for motions that do not join the curve, which takes longer."""
+
+    whole: bool = False
+
+
+class MotionRequest(OfState):
+    """The motion at a speed, in rpm of the motor (rad/s of a forcing)."""
+
+    speed: Annotated[float, Field(gt=0.0, lt=1e7)]
+
+
+class Axis(Body):
+    """Values of a number of the project, with their units."""
+
+    name: Annotated[str, Field(max_length=LONGEST)]
+    values: Annotated[list[Annotated[str, Field(max_length=LONGEST)]], Field(min_length=2, max_length=MOST_ALONG)]
+
+
+class JobRequest(OfState):
+    """A job: a two-parameter map (with its `axes`), the speed map, the compensation, or the report."""
+
+    kind: Literal["map", "speed-map", "compensation", "report"]
+    axes: Annotated[list[Axis], Field(max_length=2)] = []
+
+
+Asked = TypeVar("Asked", bound=Body)
+
+
+def _no_number(text: str) -> Any:
+    raise Refused(f"the request holds {text}, which is no number of JSON")
+
+
+async def asked(request: Request, kind: type[Asked]) -> Asked:
+    """Read the body of a request (Refused)."""
+    raw = await request.body()
+    try:
+        content = json.loads(raw, parse_constant=_no_number)
+    except RecursionError:
+        raise Refused("the request is nested too deeply") from None
+    except Refused:
+        raise
+    except ValueError:
+        raise Refused("the body of the request is no JSON") from None
+    try:
+        return kind.model_validate(content)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False, include_context=False)[0]
+        place = ".".join(map(str, first["loc"]))[:LONGEST]
+        raise Refused(f"{place or 'the request'}: {first['msg'][:200]}") from None

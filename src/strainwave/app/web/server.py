@@ -1,0 +1,111 @@
+"""The server of the local web app: one page, its assets and the JSON API, on this machine alone."""
+
+import socket
+import threading
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
+from importlib.resources import files
+
+import uvicorn
+from anyio import CapacityLimiter
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.middleware import Middleware
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from ...results import SolveError
+from . import views
+from .api import routes
+from .guard import Guard, refusal
+from .jobs import Jobs
+from .state import State, project_of
+
+HOST, PORT, TRIES = "127.0.0.1", 8765, 20
+THREADS = 2  # computations at a time
+KINDS = {
+    ".html": "text/html",
+    ".js": "text/javascript",
+    ".css": "text/css",
+    ".svg": "image/svg+xml",
+    ".txt": "text/plain",
+}
+FIRST = "CSG-40-50"
+
+
+def assets() -> dict[str, bytes]:
+    """Files of the page by their names: nothing else is ever sent."""
+    folder = files(__package__) / "static"
+    return {file.name: file.read_bytes() for file in folder.iterdir() if "." + file.name.rpartition(".")[2] in KINDS}
+
+
+def application(warm: bool = True) -> Starlette:
+    """The app; `warm` loads the machine code of the first picture in the background."""
+    page = assets()
+
+    async def asset(request: Request) -> Response:
+        name = request.path_params.get("name") or "index.html"
+        if name not in page:
+            return refusal(404, "there is nothing at this address")
+        return Response(page[name], media_type=KINDS["." + name.rpartition(".")[2]])
+
+    async def refused(_request: Request, error: Exception) -> Response:
+        status = error.status_code if isinstance(error, HTTPException) else 500
+        said = {404: "there is nothing at this address", 405: "this address does not take this method"}
+        return refusal(status, said.get(status, "the request cannot be answered"))
+
+    @asynccontextmanager
+    async def life(app: Starlette) -> AsyncIterator[None]:
+        app.state.jobs, app.state.limiter = Jobs(), CapacityLimiter(THREADS)
+        if warm:
+            threading.Thread(target=warm_up, daemon=True).start()
+        yield
+        app.state.jobs.close()
+
+    own = [Route("/", asset), Route("/static/{name:str}", asset)]
+    return Starlette(
+        routes=[*own, *routes],
+        middleware=[Middleware(Guard)],
+        exception_handlers={HTTPException: refused},
+        lifespan=life,
+    )
+
+
+def warm_up() -> None:
+    """Load the machine code that the first picture needs."""
+    with suppress(ValueError, SolveError):
+        views.response(project_of(State(gear=FIRST)))
+
+
+def taken(port: int) -> socket.socket | None:
+    """A socket of this machine that listens at a port; None where that is taken."""
+    found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        found.bind((HOST, port))
+    except OSError:
+        found.close()
+        return None
+    return found
+
+
+def listening(port: int) -> tuple[socket.socket, int]:
+    """The first free port from this one on (RuntimeError)."""
+    for candidate in range(port, min(port + TRIES, 65536)):
+        if (found := taken(candidate)) is not None:
+            return found, int(found.getsockname()[1])
+    raise RuntimeError(f"the ports {port} to {port + TRIES - 1} are all taken; give a free one with --port")
+
+
+def serve(port: int, opened: Callable[[str, int], None]) -> None:
+    """Serve until the process is interrupted; `opened` is told the address and the port once requests are answered."""
+    sock, own = listening(port)
+    config = uvicorn.Config(
+        application(), log_level="warning", access_log=False, limit_concurrency=256, timeout_keep_alive=10,
+        timeout_graceful_shutdown=2, h11_max_incomplete_event_size=64 * 1024, server_header=False, ws="none",
+        http="h11", loop="asyncio",
+    )  # fmt: skip
+    sock.listen(256)
+    opened(f"http://{HOST}:{own}/", own)
+    uvicorn.Server(config).run(sockets=[sock])

@@ -1,0 +1,137 @@
+"""What a visitor looks at: a gear of the catalogue or the text of a project file, with changed values.
+
+The server keeps nothing of it: every request brings the whole state, and the address of the page holds it.
+"""
+
+import io
+import math
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
+from ruamel.yaml import YAML
+
+from ...files.project import Project
+from ...files.project_text import project_text
+from ...files.reading import ProjectError, from_text
+from ...files.variants.replaced import PLACE, replaced
+from ...files.yaml_text import LARGEST, read
+from ...model.gears import catalogue
+from ...model.gears.gear import Gear
+from ...units import ARCSEC
+
+NOWHERE = Path("/nonexistent-strainwave-app/project.yaml")  # a project of the page has no files beside it
+FROM_FILES = ("python", "file")  # fields that name a file
+MOST_VALUES, LONGEST = 64, 80
+RESONANCE = 1500.0  # rpm at which the second order of a gear's first project meets its resonance
+FASTEST = 4000.0  # rpm
+
+
+class State(BaseModel):
+    """A drive as a visitor has it."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    gear: str | None = Field(None, max_length=LONGEST, description="Name of a gear of the catalogue, as CSG-40-50.")
+    project: str | None = Field(None, max_length=LARGEST, description="Text of a project file, in place of a gear.")
+    values: dict[str, str] = Field(
+        default_factory=dict,
+        max_length=MOST_VALUES,
+        description='Changed values with their units, by their names in the file: {"load.inertia": "2 kg*m^2"}.',
+    )
+
+
+class Refused(ValueError):
+    """What a visitor sent cannot be used; the sentence says why."""
+
+
+def text_of(state: State) -> str:
+    """Text of the project file before the changes (Refused)."""
+    if (state.gear is None) == (state.project is None):
+        raise Refused("the state needs either a gear of the catalogue or the text of a project file")
+    return first_text(state.gear) if state.gear is not None else str(state.project)
+
+
+def project_of(state: State) -> Project:
+    """The project with the changed values (Refused)."""
+    long = next((name for name, text in state.values.items() if len(name) > LONGEST or len(text) > LONGEST), None)
+    if long is not None:
+        raise Refused(f"a changed value is longer than {LONGEST} characters: {long[:LONGEST]!r}")
+    text = text_of(state)
+    values = {name: value for name, value in state.values.items() if name not in ("gear", "title")}
+    try:
+        base = _read(text)
+        return replaced(base, values) if values else base
+    except ProjectError as error:
+        raise Refused("; ".join(PLACE.sub("", str(error)).splitlines())) from None
+
+
+@lru_cache(64)
+def _read(text: str) -> Project:
+    """Project of a text, which may not name files: they would be the server's (Refused)."""
+    content = read(text).content
+    _refuse_files(content)
+    return from_text(text, NOWHERE)
+
+
+def _refuse_files(content: Any) -> None:
+    for key, value in content.items() if isinstance(content, dict) else ():
+        if key in FROM_FILES:
+            raise Refused(
+                f"the project names a file in {key!r}; the app reads none: write its numbers into the project"
+            )
+        _refuse_files(value)
+    for value in content if isinstance(content, list) else ():
+        _refuse_files(value)
+
+
+def yaml_of(project: Project) -> str:
+    """A project as a file: its own text, or the changed one in blocks."""
+    text = project_text(project)
+    if not text.lstrip().startswith("{"):
+        return text
+    yaml, out = YAML(), io.StringIO()
+    yaml.width = 120
+    yaml.dump(read(text).content, out)
+    return out.getvalue()
+
+
+@lru_cache(256)
+def first_text(name: str) -> str:
+    """A first project of a gear: a load whose resonance order 2 meets at 1500 rpm, and the gear's own accuracy.
+
+    The stiffness is K1; orders of the kinematic error share the accuracy class as the catalogue's makers report it:
+    most of it is order 2.
+    """
+    gear = catalogue.gear(name)
+    gear.check_law()
+    fastest = min(FASTEST, gear.max_rpm or FASTEST)
+    motor = "" if gear.input_inertia else f"inertia: {_assumed(gear):.2g} kg*m^2, "
+    return (
+        f"title: {gear.name}\n"
+        f"gear: {gear.name}\n"
+        f"motor: {{{motor}mode: held}}\n"
+        f"load: {{inertia: {_inertia(gear):.2g} kg*m^2}}\n"
+        "damping: {ratio: 3 %}\n"
+        f"speed: {{from: {fastest / 8:.3g} rpm, to: {fastest:g} rpm, shaft: motor}}\n"
+        "excitation:\n"
+        f"  kinematic_error: [{{order: 2, amplitude: {_amplitude(gear):.3g} arcsec}}]\n"
+        "  load_torque: {mean: 0 N*m}\n"
+        "limit: {oscillation: 120 arcsec}\n"
+    )
+
+
+def _inertia(gear: Gear) -> float:
+    """Inertia [kg*m^2] with which order 2 meets the resonance at 1500 rpm."""
+    return (gear.K1 or 1e4) / (2.0 * RESONANCE * math.pi / 30.0) ** 2
+
+
+def _assumed(gear: Gear) -> float:
+    """Inertia [kg*m^2, motor side] of a motor whose wave generator is not in the catalogue: matched to the load."""
+    return _inertia(gear) / gear.ratio**2
+
+
+def _amplitude(gear: Gear) -> float:
+    """Amplitude of order 2 [arcsec]: two thirds of half the accuracy, peak-to-peak."""
+    return 20.0 if gear.accuracy is None else gear.accuracy / ARCSEC / 3.0

@@ -1,0 +1,140 @@
+// The page: chooses a drive, shows a view of it, follows the sliders.
+import { call } from "/static/api.js";
+import { clear, dark, element } from "/static/plots.js";
+import { build } from "/static/sliders.js";
+import { asked, recall, remember, state } from "/static/state.js";
+import { readLog, setProject, stop, take, VIEWS } from "/static/views.js";
+
+const byId = (id) => document.getElementById(id);
+let timer = 0;
+
+function say(text, bad) {
+  byId("status").textContent = text;
+  byId("status").className = bad ? "bad" : "";
+}
+
+function remark(remarks) {
+  const items = remarks.filter(Boolean).map((text) => element("li", { textContent: text }));
+  byId("remarks").replaceChildren(...(items.length ? [element("ul", {}, ...items)] : []));
+}
+
+async function trying(work) {
+  try {
+    const found = await work();
+    say("");
+    return found;
+  } catch (error) {
+    if (error.name !== "AbortError") say(error.message, true);
+    return undefined;
+  }
+}
+
+async function show() {
+  await remember();
+  const slow = setTimeout(() => say("computing …"), 400);
+  const remarks = await trying(() => VIEWS[state.view].show(soon));
+  clearTimeout(slow);
+  if (remarks) remark(remarks);
+}
+
+function soon() {
+  clearTimeout(timer);
+  timer = setTimeout(show, 25);
+}
+
+async function choose(view) {
+  await stop();
+  state.view = view in VIEWS ? view : "response";
+  for (const tab of byId("views").children) {
+    const here = tab.dataset.view === state.view;
+    tab.setAttribute("aria-selected", String(here));
+    tab.tabIndex = here ? 0 : -1;
+  }
+  clear();
+  byId("controls").replaceChildren();
+  byId("answer").textContent = "";
+  remark([]);
+  await show();
+}
+
+async function load() {
+  const found = await trying(() => call("/api/project", { body: { state: asked() }, kind: "project" }));
+  if (!found) return false;
+  setProject(found);
+  byId("title").textContent = found.title;
+  document.title = `${found.title} · strainwave`;
+  build(found.parameters, soon);
+  byId("gear").value = state.project === null ? state.gear : "";
+  return true;
+}
+
+async function opened(file) {
+  state.project = await file.text();
+  state.values = {};
+  if (await load()) await choose(state.view);
+}
+
+function tabs() {
+  const names = Object.keys(VIEWS);
+  byId("views").append(...names.map((view) => {
+    const tab = element("button", { type: "button", textContent: VIEWS[view].name });
+    tab.dataset.view = view;
+    tab.setAttribute("role", "tab");
+    tab.setAttribute("aria-controls", "panel");
+    tab.addEventListener("click", () => choose(view));
+    return tab;
+  }));
+  byId("views").addEventListener("keydown", (event) => {
+    const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+    if (!step) return;
+    const at = (names.indexOf(state.view) + step + names.length) % names.length;
+    byId("views").children[at].focus();
+    choose(names[at]);
+  });
+}
+
+function dropping() {
+  const body = document.body;
+  addEventListener("dragover", (event) => { event.preventDefault(); body.classList.add("dragged"); });
+  addEventListener("dragleave", () => body.classList.remove("dragged"));
+  addEventListener("drop", async (event) => {
+    event.preventDefault();
+    body.classList.remove("dragged");
+    const file = event.dataTransfer.files[0];
+    if (!file) return;
+    if (/\.ya?ml$/i.test(file.name)) await opened(file);
+    else document.dispatchEvent(new CustomEvent("log", { detail: file }));
+  });
+  document.addEventListener("log", async (event) => {
+    if (state.view !== "log") await choose("log");
+    clear();
+    const notes = await trying(() => readLog(event.detail));
+    if (notes) remark(notes);
+  });
+}
+
+async function begin() {
+  tabs();
+  dropping();
+  await recall();
+  const gears = (await trying(() => call("/api/gears"))) ?? [];
+  byId("gear").append(element("option", { value: "", textContent: "own project", disabled: true }));
+  byId("gear").append(...gears.map((gear) => element("option", { value: gear.name, textContent: gear.name })));
+  byId("gear").addEventListener("change", async () => {
+    Object.assign(state, { gear: byId("gear").value, project: null, values: {} });
+    if (await load()) await choose(state.view);
+  });
+  byId("open").addEventListener("click", () => byId("project-file").click());
+  byId("project-file").addEventListener("change", (event) => event.target.files[0] && opened(event.target.files[0]));
+  byId("reset").addEventListener("click", async () => { state.values = {}; if (await load()) await show(); });
+  for (const what of ["project", "script", "report"]) {
+    byId("save-" + what).addEventListener("click", () => trying(() => take(what)));
+  }
+  byId("sliders").addEventListener("submit", (event) => event.preventDefault());
+  dark.addEventListener("change", () => choose(state.view));
+  addEventListener("hashchange", async () => { await recall(); if (await load()) await choose(state.view); });
+  addEventListener("pagehide", stop);
+  if (await load()) await choose(state.view);
+}
+
+begin();

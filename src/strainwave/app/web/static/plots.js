@@ -1,0 +1,88 @@
+// Pictures with plotly.js: colours of Okabe and Ito, which colour-blind people tell apart, and line styles with them.
+import { download } from "/static/api.js";
+
+export const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#999999"];
+export const dark = matchMedia("(prefers-color-scheme: dark)");
+
+export function element(tag, fields = {}, ...children) {
+  const made = Object.assign(document.createElement(tag), fields);
+  made.append(...children);
+  return made;
+}
+
+function layoutOf(layout) {
+  const styles = getComputedStyle(document.documentElement);
+  const [ink, line, paper] = ["--ink", "--line", "--paper"].map((name) => styles.getPropertyValue(name).trim());
+  const size = parseFloat(styles.fontSize) * 0.87;
+  const axis = { gridcolor: line, zerolinecolor: line, linecolor: line, automargin: true, title: { standoff: 8 } };
+  const whole = {
+    paper_bgcolor: paper, plot_bgcolor: paper, font: { color: ink, size, family: "system-ui, sans-serif" },
+    margin: { l: 8, r: 12, t: 8, b: 8 }, hovermode: "closest", showlegend: true, uirevision: layout.uirevision ?? "same",
+    legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", font: { size } },
+    hoverlabel: { bgcolor: paper, bordercolor: line, font: { color: ink } },
+    ...layout,
+  };
+  for (const name of Object.keys(whole).filter((key) => /^[xy]axis/.test(key)).concat(["xaxis", "yaxis"])) {
+    const given = whole[name] ?? {};
+    const title = typeof given.title === "string" ? { text: given.title } : given.title;
+    whole[name] = { ...axis, ...given, title: { ...axis.title, ...title } };
+  }
+  return whole;
+}
+
+function csvOf(table) {
+  const names = Object.keys(table);
+  const columns = names.map((name) => table[name]);
+  const rows = [names.map((name) => `"${name.replaceAll('"', '""')}"`).join(",")];
+  const most = Math.max(...columns.map((column) => column.length));
+  for (let i = 0; i < most; i += 1) rows.push(columns.map((column) => column[i] ?? "").join(","));
+  return rows.join("\r\n") + "\r\n";
+}
+
+// Draw a picture; table holds the data that its CSV gives, by column names with units.
+export async function draw(name, { data, layout, table, label, size = "" }) {
+  const plots = document.getElementById("plots");
+  let box = document.getElementById("plot-" + name);
+  if (!box) {
+    box = element("div", { id: "plot-" + name, className: "plot " + size });
+    box.setAttribute("role", "img");
+    const take = element("div", { className: "take" });
+    for (const format of ["svg", "png", "csv"]) {
+      const button = element("button", { type: "button", textContent: format.toUpperCase() });
+      button.setAttribute("aria-label", `Save ${name} as ${format.toUpperCase()}`);
+      button.addEventListener("click", () => save(box, name, format));
+      take.append(button);
+    }
+    plots.append(box, take);
+  }
+  box.setAttribute("aria-label", label);
+  box.table = table;
+  const config = { displaylogo: false, responsive: true, displayModeBar: false, doubleClick: "reset" };
+  await window.Plotly.react(box, data, layoutOf(layout), config);
+  box.drawn = (box.drawn ?? 0) + 1;
+  box.dataset.drawn = box.drawn;
+}
+
+async function save(box, name, format) {
+  if (format === "csv") return download(`strainwave-${name}.csv`, csvOf(box.table), "text/csv");
+  const url = await window.Plotly.toImage(box, { format, width: 1200, height: 700, scale: format === "png" ? 2 : 1 });
+  if (format === "svg") return download(`strainwave-${name}.svg`, decodeURIComponent(url.slice(url.indexOf(",") + 1)), "image/svg+xml");
+  const bytes = Uint8Array.from(atob(url.slice(url.indexOf(",") + 1)), (c) => c.charCodeAt(0));
+  return download(`strainwave-${name}.png`, new Blob([bytes], { type: "image/png" }));
+}
+
+// Runs of points with the same flag, each beginning where the last one ends, so that the curve has no gaps.
+export function parts(x, y, flags, wanted) {
+  const outX = [], outY = [];
+  for (let i = 0; i < x.length; i += 1) {
+    const joins = flags[i] === wanted || (flags[i - 1] === wanted && i > 0);
+    outX.push(joins ? x[i] : null);
+    outY.push(joins ? y[i] : null);
+  }
+  return [outX, outY];
+}
+
+export function clear() {
+  for (const box of document.querySelectorAll(".plot")) window.Plotly.purge(box);
+  document.getElementById("plots").replaceChildren();
+}

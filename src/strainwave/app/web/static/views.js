@@ -1,0 +1,262 @@
+// The views: what each asks of the server, and the pictures of what it answers.
+import { call, download } from "/static/api.js";
+import { COLOURS, draw, element, parts } from "/static/plots.js";
+import { asked, remember, state } from "/static/state.js";
+
+const [BLUE, RED, GREEN, PINK, ORANGE] = COLOURS;
+const round = (value, digits = 4) => (value === null || value === undefined ? "–" : Number(value.toPrecision(digits)).toString());
+export let project = null;
+export const setProject = (found) => { project = found; };
+
+const band = (low, high, colour) => ({ type: "rect", xref: "x", yref: "paper", x0: low, x1: high, y0: 0, y1: 1, fillcolor: colour, opacity: 0.13, line: { width: 0 }, layer: "below" });
+
+function answer(text, good) {
+  const place = document.getElementById("answer");
+  if (place.textContent !== text) place.textContent = text;
+  place.className = good === null || good === undefined ? "" : good ? "good" : "bad";
+}
+
+function curve(r, values, name, unit) {
+  const hover = `%{x:.5g} ${r.speed_unit}<br>%{y:.4g} ${unit}<extra>%{fullData.name}</extra>`;
+  const [sx, sy] = parts(r.speed, values, r.stable, true);
+  const [ux, uy] = parts(r.speed, values, r.stable, false);
+  const made = [{ x: sx, y: sy, name: `${name}, stable`, mode: "lines", line: { color: BLUE, width: 2.5 }, hovertemplate: hover }];
+  if (r.stable.includes(false)) made.push({ x: ux, y: uy, name: "unstable", mode: "lines", line: { color: RED, width: 2, dash: "dash" }, hovertemplate: hover });
+  return made;
+}
+
+const level = (r, value, name, colour, dash, unit) => ({
+  x: [Math.min(...r.speed), Math.max(...r.speed)], y: [value, value], name, mode: "lines",
+  line: { color: colour, width: 1.5, dash }, hovertemplate: `${name}: ${round(value)} ${unit}<extra></extra>`,
+});
+
+async function response() {
+  const r = await call("/api/response", { body: { state: asked(), whole: false }, kind: "view" });
+  const x = { title: `${r.speed_name} [${r.speed_unit}]` };
+  const shapes = r.avoid.map(([low, high]) => band(low, high, RED));
+  const data = curve(r, r.oscillation_arcsec, r.error_name, "arcsec");
+  if (r.folds.length) {
+    data.push({ x: r.folds.map((f) => f.speed), y: r.folds.map((f) => f.oscillation_arcsec), name: "fold: the motion jumps", mode: "markers", marker: { color: ORANGE, size: 10, symbol: "diamond" }, hovertemplate: `fold at %{x:.5g} ${r.speed_unit}<extra></extra>` });
+  }
+  if (r.limit_arcsec !== null) data.push(level(r, r.limit_arcsec, "limit", GREEN, "dot", "arcsec"));
+  if (r.avoid.length) data.push({ x: [null], y: [null], name: "speeds to avoid", mode: "markers", marker: { symbol: "square", size: 12, color: RED, opacity: 0.25 } });
+  const table = { [`speed [${r.speed_unit}]`]: r.speed, "oscillation [arcsec]": r.oscillation_arcsec, "peak with mean [arcsec]": r.peak_arcsec, "stable": r.stable.map(Number), "largest torque [N*m]": r.torque, "cubic mean torque [N*m]": r.mean_torque };
+  await draw("response", { data, layout: { xaxis: x, yaxis: { title: `oscillation of the ${r.error_name} [arcsec, 0-to-peak]`, rangemode: "tozero" }, shapes }, table, label: `Oscillation of the ${r.error_name} over the ${r.speed_name}: at most ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}` });
+  const torque = curve(r, r.torque, "largest torque in the gear", "N·m");
+  const dashes = ["dot", "dashdot", "longdash"], colours = [GREEN, ORANGE, PINK];
+  r.torque_limits.filter((l) => l.torque < 4 * Math.max(...r.torque)).forEach((l, i) => torque.push(level(r, l.torque, l.name, colours[i % 3], dashes[i % 3], "N·m")));
+  await draw("torque", { data: torque, layout: { xaxis: x, yaxis: { title: "torque [N·m]", rangemode: "tozero" } }, table, label: "Largest torque in the gear over the speed", size: "second" });
+  const said = `Oscillation up to ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}`;
+  const against = r.limit_arcsec === null ? "; the project has no limit." : `, ${r.passes ? "within" : "above"} the limit of ${round(r.limit_arcsec)} arcsec.`;
+  const keep = r.avoid.length ? ` Avoid ${r.avoid.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}.` : "";
+  answer(said + against + keep, r.passes);
+  return [r.message, ...r.remarks];
+}
+
+function speedControl(again) {
+  const controls = document.getElementById("controls");
+  if (!controls.childElementCount) {
+    const { low, high, unit } = project.speed;
+    const field = element("input", { type: "number", step: "any", id: "speed", value: state.options.speed ?? round((low + high) / 2) });
+    field.addEventListener("input", () => { state.options.speed = field.value; again(); });
+    controls.append(element("label", {}, "Speed ", field, " " + unit));
+  }
+  return Number(document.getElementById("speed").value);
+}
+
+async function motion(again) {
+  const speed = speedControl(again);
+  if (!(speed > 0)) throw new Error("the speed is not a positive number");
+  const r = await call("/api/motion", { body: { state: asked(), speed }, kind: "view" });
+  answer(`At ${round(speed)} ${project.speed.unit} the error lies between ${round(Math.min(...r.error_arcsec))} and ${round(Math.max(...r.error_arcsec))} arcsec.`);
+  await draw("time", { data: [{ x: r.time.map((t) => 1e3 * t), y: r.error_arcsec, mode: "lines", name: "error", line: { color: BLUE, width: 2 }, hovertemplate: "%{x:.4g} ms<br>%{y:.4g} arcsec<extra></extra>" }], layout: { showlegend: false, xaxis: { title: "time [ms]" }, yaxis: { title: "error x [arcsec]" } }, table: { "time [s]": r.time, "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: "Error over time", size: "second" });
+  await draw("phase", { data: [
+    { x: r.error_arcsec, y: r.rate_arcsec_per_s, mode: "lines", name: "trajectory", line: { color: BLUE, width: 1.5 }, hovertemplate: "%{x:.4g} arcsec<br>%{y:.4g} arcsec/s<extra></extra>" },
+    { x: r.poincare.error_arcsec, y: r.poincare.rate_arcsec_per_s, mode: "markers", name: "once a turn of the base angle", marker: { color: RED, size: 9, symbol: "diamond" } },
+  ], layout: { xaxis: { title: "error x [arcsec]" }, yaxis: { title: "rate [arcsec/s]" } }, table: { "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: "Phase portrait" });
+  return r.remarks;
+}
+
+async function move() {
+  const r = await call("/api/move", { body: { state: asked() }, kind: "view" });
+  const settled = r.settling_time === null ? "does not settle within the run" : `settles within ${round(r.window_arcsec)} arcsec in ${round(1e3 * r.settling_time)} ms`;
+  answer(`The move takes ${round(r.duration)} s; the load is off by up to ${round(r.peak_arcsec)} arcsec and ${settled}.`, r.limits.length ? r.limits.every((l) => !l.exceeded) : null);
+  const over = (y, name, unit, colour) => [{ x: r.time, y, mode: "lines", name, line: { color: colour, width: 2 }, hovertemplate: `%{x:.4g} s<br>%{y:.4g} ${unit}<extra></extra>` }];
+  const table = { "time [s]": r.time, "reference [deg]": r.reference_deg, "pointing error [arcsec]": r.error_arcsec, "motor torque [N*m]": r.motor_torque, "gear torque [N*m]": r.gear_torque, "motor speed [rpm]": r.motor_speed };
+  const x = { title: "time [s]" };
+  await draw("move-error", { data: over(r.error_arcsec, "pointing error", "arcsec", BLUE), layout: { showlegend: false, xaxis: x, yaxis: { title: "pointing error [arcsec]" } }, table, label: "Pointing error over the move" });
+  await draw("move-torque", { data: over(r.gear_torque, "gear torque", "N·m", RED), layout: { showlegend: false, xaxis: x, yaxis: { title: "gear torque [N·m]" } }, table, label: "Torque in the gear over the move", size: "second" });
+  await draw("move-speed", { data: over(r.motor_speed, "motor speed", "rpm", GREEN), layout: { showlegend: false, xaxis: x, yaxis: { title: "motor speed [rpm]" } }, table, label: "Speed of the motor over the move", size: "second" });
+  return r.remarks;
+}
+
+// --- jobs ---------------------------------------------------------------------------------------------------------
+let running = null;
+
+export async function stop() {
+  const id = running;
+  running = null;
+  if (id) await call("/api/jobs/" + id, { method: "DELETE" }).catch(() => {});
+}
+
+export async function job(body, told) {
+  await stop();
+  const { id } = await call("/api/jobs", { body: { state: asked(), ...body } });
+  running = id;
+  for (;;) {
+    await new Promise((resolve) => setTimeout(resolve, 150));
+    if (running !== id) return null;
+    const now = await call("/api/jobs/" + id);
+    told(now);
+    if (now.state === "failed") { running = null; throw new Error(now.error); }
+    if (now.state === "cancelled") { running = null; return null; }
+    if (now.state === "done") { await stop(); return now.result; }
+  }
+}
+
+function jobControls(label, begin) {
+  const controls = document.getElementById("controls");
+  if (controls.querySelector("#begin")) return;
+  const start = element("button", { type: "button", id: "begin", textContent: label });
+  const cancel = element("button", { type: "button", id: "cancel", textContent: "Cancel", disabled: true });
+  const bar = element("progress", { max: 1, value: 0, id: "progress" });
+  bar.setAttribute("aria-label", "progress");
+  const stage = element("span", { id: "stage" });
+  stage.setAttribute("aria-live", "polite");
+  controls.append(start, cancel, bar, stage);
+  const told = (now) => {
+    bar.value = now.share;
+    const left = now.seconds_left === null ? "" : `, about ${Math.ceil(now.seconds_left)} s left`;
+    stage.textContent = now.stage + left;
+  };
+  start.addEventListener("click", async () => {
+    start.disabled = true;
+    cancel.disabled = false;
+    const status = document.getElementById("status");
+    status.className = "";
+    status.textContent = "";
+    try {
+      if ((await begin(told)) === null) stage.textContent = "cancelled";
+    } catch (error) {
+      stage.textContent = "";
+      status.className = "bad";
+      status.textContent = error.message;
+    }
+    start.disabled = false;
+    cancel.disabled = true;
+  });
+  cancel.addEventListener("click", stop);
+}
+
+const say = (remarks) => document.getElementById("remarks").replaceChildren(element("ul", {}, ...remarks.map((text) => element("li", { textContent: text }))));
+const heat = { colorscale: "Cividis", colorbar: { title: { text: "arcsec", side: "right" }, thickness: 14 } };
+
+async function map() {
+  const controls = document.getElementById("controls");
+  answer("Largest oscillation over two numbers of the drive, each from half to twice its value.");
+  if (controls.childElementCount) return [];
+  const able = project.parameters.filter((p) => p.value > 0 && !p.name.startsWith("speed.") && !p.name.startsWith("limit."));
+  const pick = (key, at) => {
+    const list = element("select", { id: "map-" + key }, ...able.map((p) => element("option", { value: p.name, textContent: p.label })));
+    list.value = able.some((p) => p.name === state.options[key]) ? state.options[key] : able[Math.min(at, able.length - 1)].name;
+    list.addEventListener("change", () => { state.options[key] = list.value; remember(); });
+    return list;
+  };
+  const across = pick("across", 0), along = pick("along", 1);
+  const count = element("select", { id: "map-count" }, ...[10, 20, 40].map((n) => element("option", { value: n, textContent: `${n} × ${n}` })));
+  controls.append(element("label", {}, "Across ", across), element("label", {}, "Up ", along), element("label", {}, "Points ", count));
+  jobControls("Compute the map", async (told) => {
+    const axis = (name) => {
+      const p = able.find((one) => one.name === name);
+      const now = parseFloat(state.values[name] ?? p.value), n = Number(count.value);
+      return { p, values: Array.from({ length: n }, (_, i) => Number((0.5 * now * 4 ** (i / (n - 1))).toPrecision(5))) };
+    };
+    const [a, b] = [axis(across.value), axis(along.value)];
+    const axes = [a, b].map(({ p, values }) => ({ name: p.name, values: values.map((v) => `${v} ${p.unit}`.trim()) }));
+    const r = await job({ kind: "map", axes }, told);
+    if (r === null) return null;
+    const table = { [`${a.p.label} [${a.p.unit}]`]: b.values.flatMap(() => a.values), [`${b.p.label} [${b.p.unit}]`]: b.values.flatMap((v) => a.values.map(() => v)), "largest oscillation [arcsec]": r.largest_oscillation_arcsec.flat() };
+    await draw("map", { data: [{ type: "heatmap", x: a.values, y: b.values, z: r.largest_oscillation_arcsec, ...heat, hovertemplate: `%{x:.4g} ${a.p.unit}<br>%{y:.4g} ${b.p.unit}<br>%{z:.4g} arcsec<extra></extra>` }], layout: { showlegend: false, xaxis: { title: `${a.p.label} [${a.p.shown_unit}]`, type: "log" }, yaxis: { title: `${b.p.label} [${b.p.shown_unit}]`, type: "log" } }, table, label: "Largest oscillation over two numbers", size: "square" });
+    say(r.remarks);
+    return r;
+  });
+  return [];
+}
+
+async function speedMap() {
+  answer("Which motor speeds are allowed under which load, and where orders meet resonances.");
+  jobControls("Compute the speed map", async (told) => {
+    const r = await job({ kind: "speed-map" }, told);
+    if (r === null) return null;
+    const loads = r.load.map((load) => `${round(load)} ${r.load_unit.replaceAll("*", "·")}`);
+    const shapes = r.forbidden.flatMap((bands, i) => bands.map(([low, high]) => ({ type: "rect", x0: low, x1: high, y0: i - 0.5, y1: i + 0.5, line: { color: RED, width: 2 } })));
+    const cells = r.load.flatMap((load) => r.speed.map(() => load));
+    await draw("speed-map", { data: [
+      { type: "heatmap", x: r.speed, y: loads, z: r.oscillation_arcsec, ...heat, hovertemplate: "%{x:.5g} rpm<br>%{y}<br>%{z:.4g} arcsec<extra></extra>" },
+    ], layout: { showlegend: false, xaxis: { title: "motor speed [rpm]" }, yaxis: { title: r.load_name, type: "category" }, shapes }, table: { "load": cells, "motor speed [rpm]": r.load.flatMap(() => r.speed), "oscillation [arcsec]": r.oscillation_arcsec.flat(), "gear torque [N*m]": r.torque.flat() }, label: "Oscillation over speed and load, with forbidden speeds framed" });
+    const lines = r.lines.filter((l) => l.excited);
+    const dashes = ["solid", "dash", "dot", "dashdot"];
+    await draw("campbell", { data: lines.map((l, i) => ({ x: l.speed, y: l.amplitude_arcsec, mode: "lines", name: `order ${round(l.order)}, ${round(l.load)} ${r.load_unit.replaceAll("*", "·")}`, line: { color: COLOURS[i % COLOURS.length], dash: dashes[i % 4] }, hovertemplate: "%{x:.5g} rpm<br>%{y:.4g} arcsec<extra>%{fullData.name}</extra>" })), layout: { xaxis: { title: "motor speed at which the order meets the resonance [rpm]", range: [r.speed[0], r.speed[r.speed.length - 1]] }, yaxis: { title: "torsion amplitude [arcsec]" } }, table: { "order": lines.flatMap((l) => l.speed.map(() => l.order)), "load": lines.flatMap((l) => l.speed.map(() => l.load)), "motor speed [rpm]": lines.flatMap((l) => l.speed), "amplitude [arcsec]": lines.flatMap((l) => l.amplitude_arcsec) }, label: "Campbell diagram: speed at which each order meets the resonance, against amplitude" });
+    const allowed = r.allowed.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ");
+    answer(`Allowed under every load: ${allowed ? allowed + " rpm" : "no speed"} (red frames: ${r.rule}).`);
+    say(r.remarks);
+    return r;
+  });
+  return [];
+}
+
+async function compensation() {
+  answer("The pointing error before and after compensation in the motor's loop, at the worst speed.");
+  jobControls("Design and run", async (told) => {
+    const r = await job({ kind: "compensation" }, told);
+    if (r === null) return null;
+    const kinds = [["rms_arcsec", "rms"], ["three_sigma_arcsec", "3 sigma"], ["peak_arcsec", "peak"]];
+    const bars = (one, name, colour, pattern) => ({ type: "bar", name, x: kinds.map(([, text]) => text), y: kinds.map(([key]) => one[key]), marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
+    await draw("compensation", { data: [bars(r.before, "before", RED, "/"), bars(r.after, "after", BLUE, "")], layout: { barmode: "group", yaxis: { title: "pointing error [arcsec]" } }, table: { "quantity": kinds.map(([, text]) => text), "before [arcsec]": kinds.map(([key]) => r.before[key]), "after [arcsec]": kinds.map(([key]) => r.after[key]) }, label: "Pointing error before and after compensation" });
+    answer(`${r.title}, at ${round(r.speed)} rpm: rms ${round(r.before.rms_arcsec, 3)} arcsec before, ${round(r.after.rms_arcsec, 3)} arcsec after.`);
+    say(r.remarks);
+    return r;
+  });
+  return [];
+}
+
+// --- logs ---------------------------------------------------------------------------------------------------------
+export async function readLog(file) {
+  if (file.size > 20 * 1024 * 1024) throw new Error("the log is larger than 20 MiB; cut it first");
+  const r = await call("/api/log?name=" + encodeURIComponent(file.name), { raw: file, kind: "view" });
+  answer(`${file.name}: ${r.samples} samples, ${round(r.from_s)} to ${round(r.to_s)} s, ${round(r.rate_Hz)} Hz, ${r.channels.length} channels${r.ratio === null ? "" : `, ratio ${round(r.ratio)}`}.`);
+  for (const [i, c] of r.channels.slice(0, 6).entries()) {
+    await draw("log-" + c.name, { data: [{ x: r.time, y: c.values, mode: "lines", name: c.name, line: { color: COLOURS[i % COLOURS.length] } }], layout: { showlegend: false, xaxis: { title: "time [s]" }, yaxis: { title: `${c.name.replaceAll("_", " ")} [${c.unit}]` } }, table: { "time [s]": r.time, [`${c.name} [${c.unit}]`]: c.values }, label: `${c.name} over time`, size: "second" });
+  }
+  const rows = r.orders.lines.map((l) => element("tr", {}, ...[round(l.order), `${round(l.amplitude)} ± ${round(l.error, 2)} ${r.orders.unit}`, l.kind].map((text) => element("td", { textContent: text }))));
+  const head = element("tr", {}, ...["order", `amplitude of ${r.orders.of ?? ""}`, "kind"].map((text) => element("th", { textContent: text })));
+  const table = rows.length ? element("table", { id: "orders" }, head, ...rows) : element("p", { textContent: r.orders.why });
+  document.getElementById("plots").prepend(element("div", { className: "wide" }, table));
+  return r.notes;
+}
+
+async function log() {
+  const controls = document.getElementById("controls");
+  answer("Drop a log onto the page: channels, stretches, and orders where the log has them.");
+  if (controls.childElementCount) return [];
+  const input = element("input", { type: "file", id: "log-file", accept: ".csv,.txt,.dat,.npz,.mat,.parquet,.mf4" });
+  input.addEventListener("change", () => input.files[0] && document.dispatchEvent(new CustomEvent("log", { detail: input.files[0] })));
+  controls.append(element("label", { className: "drop" }, "Drop a CSV, npz, mat, parquet or mf4 file here, or choose one: ", input));
+  return [];
+}
+
+export const VIEWS = {
+  response: { name: "Response", show: response }, motion: { name: "Motion at a speed", show: motion },
+  move: { name: "Move", show: move }, "speed-map": { name: "Speed map", show: speedMap },
+  compensation: { name: "Compensation", show: compensation }, map: { name: "Two-parameter map", show: map }, log: { name: "Log", show: log },
+};
+
+export async function take(what) {
+  const stem = (project?.title ?? "drive").replace(/[^\w.-]+/g, "-").slice(0, 60);
+  if (what === "project") return download(stem + ".yaml", await call("/api/export/project", { body: { state: asked() } }), "application/yaml");
+  if (what === "script") return download(stem + ".py", await call("/api/export/script", { body: { state: asked() } }), "text/x-python");
+  const status = document.getElementById("status");
+  const page = await job({ kind: "report" }, (now) => { status.textContent = `report: ${now.stage}`; });
+  status.textContent = "";
+  return page && download(stem + ".html", page, "text/html");
+}

@@ -1,0 +1,230 @@
+"""What the page shows of a project, as plain data in the units of the user: rpm of the motor, arcsec, N*m, s."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ...compile.jit import as_machine_code
+from ...files.notes import load_remark
+from ...files.project import Project
+from ...files.variants.replaced import replaced
+from ...model.gears.limits import Finding
+from ...numerics.integration.methods import Dopri5
+from ...numerics.integration.simulate import simulate
+from ...results import SolveError
+from ...study.analysis.avoid import speeds_to_avoid
+from ...study.analysis.drive_response import DriveResponse
+from ...study.compensation.compensate import compensate
+from ...study.move.move import move
+from ...study.move.profiles import SCurve
+from ...study.response.resonances import operating_point
+from ...study.speed_map.speed_map import speed_map
+from ...units import ARCSEC, RPM
+
+Progress = Callable[[str, float], None]
+TURNS, SETTLE, SAMPLES = 12, 60, 96  # shown periods, periods before, samples of one
+MOST_SHOWN = 4000  # samples of a run
+USUAL_MOVE = SCurve(np.pi / 2.0, 0.6)
+
+
+def solved(project: Project, whole: bool = False) -> DriveResponse:
+    """The response with machine code; `whole` looks for motions that do not join the curve, too."""
+    with as_machine_code():
+        return project.response(coexisting=whole)
+
+
+def response(project: Project, whole: bool = False) -> dict[str, Any]:
+    """Oscillation and torque over the speed, with stability, folds, jumps, bands to avoid and limits."""
+    found = solved(project, whole)
+    speeds, curve = project.speeds, found.curve
+    top = found.visited()[int(np.argmax(found.oscillation[found.visited()]))]
+    sweep = found.response.sweep
+    limit = project.limit
+    return {
+        "title": project.title,
+        "speed_name": speeds.name,
+        "speed_unit": speeds.unit,
+        "error_name": found.name,
+        "speed": speeds.scale * found.omega,
+        "oscillation_arcsec": found.oscillation / ARCSEC,
+        "peak_arcsec": found.peak / ARCSEC,
+        "torque": found.torque,
+        "mean_torque": found.mean_torque,
+        "stable": found.stable,
+        "folds": [
+            {"speed": speeds.scale * fold.omega, "oscillation_arcsec": _at(found, fold.omega)} for fold in curve.folds
+        ],
+        "jumps": []
+        if sweep is None
+        else [{"low": speeds.scale * b.low, "high": speeds.scale * b.high, "whole": b.whole} for b in sweep.bands],
+        "avoid": _avoid(project, found),
+        "limit_arcsec": None if limit is None else limit / ARCSEC,
+        "largest": {
+            "speed": float(speeds.scale * found.omega[top]),
+            "oscillation_arcsec": float(found.oscillation[top] / ARCSEC),
+            "torque": float(found.usage.peak_torque),
+        },
+        "torque_limits": _torque_limits(project),
+        "passes": None if limit is None else bool(found.oscillation[top] <= limit),
+        "message": found.message,
+        "remarks": [*project.notes, *load_remark(project)],
+        "whole": whole,
+    }
+
+
+def _at(found: DriveResponse, omega: float) -> float:
+    return float(found.oscillation[int(np.argmin(np.abs(found.omega - omega)))] / ARCSEC)
+
+
+def _avoid(project: Project, found: DriveResponse) -> list[tuple[float, float]]:
+    """Speeds to avoid by the rule of the report; of a drive whose spring cannot hold its load none."""
+    system = project.system(reduced=True)
+    try:
+        avoid = speeds_to_avoid(system, found.response, operating_point(system), project.limit)
+    except (ValueError, SolveError):
+        return []
+    scale = project.speeds.scale
+    return [] if avoid is None else [(low * scale, high * scale) for low, high in avoid.bands]
+
+
+def _torque_limits(project: Project) -> list[dict[str, Any]]:
+    gear = project.gear
+    named = {"rated torque": project.rated_torque}
+    if gear is not None:
+        named |= {"repeated peak torque": gear.repeated_peak_torque, "momentary torque": gear.momentary_torque}
+    return [{"name": name, "torque": value} for name, value in named.items() if value is not None]
+
+
+def motion(project: Project, rpm: float) -> dict[str, Any]:
+    """The error over time and its phase portrait at a speed, after the transient has died away."""
+    scale = project.speeds.scale
+    omega = rpm / scale
+    low, high = project.speeds.limits
+    if not 0.2 * low <= omega <= 5.0 * high:
+        unit = project.speeds.unit
+        raise ValueError(
+            f"a speed of {rpm:g} {unit} is far outside the range of the project; write one between "
+            f"{0.2 * low * scale:.4g} and {5.0 * high * scale:.4g} {unit}"
+        )
+    system: Any = project.system(omega, reduced=True)
+    period = 2.0 * np.pi / omega
+    t = np.linspace(0.0, (SETTLE + TURNS) * period, (SETTLE + TURNS) * SAMPLES + 1)
+    start = operating_point(system).start
+    with as_machine_code():
+        run = simulate(system, start, t, method=Dopri5(rtol=1e-7, atol=1e-11))
+    if not run.status:
+        raise SolveError(f"the motion at {rpm:g} {project.speeds.unit} could not be integrated: {run.status}")
+    late = run.t >= SETTLE * period * (1.0 - 1e-12)
+    poincare = np.flatnonzero(late)[::SAMPLES]
+    x, v = run.y[0] / ARCSEC, run.y[1] / ARCSEC
+    every = max(1, len(t) // MOST_SHOWN)
+    return {
+        "speed": rpm,
+        "transient": {"time": run.t[::every], "error_arcsec": x[::every]},
+        "time": run.t[late] - run.t[late][0],
+        "error_arcsec": x[late],
+        "rate_arcsec_per_s": v[late],
+        "poincare": {"error_arcsec": x[poincare], "rate_arcsec_per_s": v[poincare]},
+        "remarks": [
+            f"from rest at the operating point; the steady part is after {SETTLE} periods of the base angle, "
+            f"points once in each of the last {TURNS}",
+            *([f"the error equation leaves out {', '.join(project.left_out)}"] if project.left_out else []),
+        ],
+    }
+
+
+def moved(project: Project) -> dict[str, Any]:
+    """The project's move, or a quarter turn in 0.6 s."""
+    with as_machine_code():
+        found = move(project, None if project.move is not None else USUAL_MOVE)
+    every = max(1, len(found.time) // MOST_SHOWN)
+    usual = [] if project.move is not None else ["the project has no move: a quarter turn in 0.6 s along an S-curve"]
+    return {
+        "time": found.time[::every],
+        "reference_deg": np.degrees(found.reference)[::every],
+        "error_arcsec": found.pointing_error[::every] / ARCSEC,
+        "motor_torque": found.motor_torque[::every],
+        "gear_torque": found.gear_torque[::every],
+        "motor_speed": found.motor_speed[::every] / RPM,
+        "duration": found.duration,
+        "settling_time": found.settling_time,
+        "window_arcsec": found.window / ARCSEC,
+        "peak_arcsec": found.peak_error / ARCSEC,
+        "rms_arcsec": found.rms_error / ARCSEC,
+        "limits": [_finding(one) for one in found.findings],
+        "remarks": [*usual, *found.warnings, *map(str, found.remarks)],
+    }
+
+
+def _finding(one: Finding) -> dict[str, Any]:
+    return {"limit": one.limit, "value": one.value, "bound": one.bound, "unit": one.unit, "exceeded": one.exceeded}
+
+
+def mapped(project: Project, progress: Progress) -> dict[str, Any]:
+    """The speed map with the Campbell diagram, under five loads."""
+    low, high = project.load_torques
+    rated = project.rated_torque or 0.0
+    loads = np.linspace(low, high, 5) if low < high else np.unique([high, -0.25 * rated, -0.5 * rated, -rated])
+    with as_machine_code():
+        found = speed_map(project, loads=loads, search=False, threads=1, progress=progress)
+    return {
+        "speed": found.speeds / RPM,
+        "load": found.loads,
+        "load_name": found.load_name,
+        "load_unit": found.load_unit,
+        "oscillation_arcsec": found.oscillation / ARCSEC,
+        "torque": found.torque,
+        "forbidden": [band / RPM for band in found.forbidden],
+        "allowed": found.windows / RPM,
+        "lines": [
+            {
+                "load": line.load, "order": line.order, "mode": line.mode, "excited": line.excited,
+                "speed": line.speed / RPM, "amplitude_arcsec": line.amplitude / ARCSEC,
+            }
+            for line in found.lines
+        ],
+        "rule": found.rule,
+        "remarks": [
+            "motions apart from the curve are not looked for here; `strainwave speed-map` does", *found.remarks
+        ],
+    }  # fmt: skip
+
+
+def compensated(project: Project, progress: Progress) -> dict[str, Any]:
+    """The error before and after compensation at the drive's worst speed."""
+    found = compensate(project, robust=False, progress=progress)
+    return {
+        "title": found.title,
+        "speed": found.speed / RPM,
+        "before": _residual(found.before),
+        "after": _residual(found.after),
+        "remarks": list(map(str, getattr(found, "warnings", ()))),
+    }
+
+
+def _residual(residual: Any) -> dict[str, float]:
+    return {f"{name}_arcsec": value / ARCSEC for name, value in residual._asdict().items()}
+
+
+def two_parameters(project: Project, axes: list[tuple[str, list[str]]], progress: Progress) -> dict[str, Any]:
+    """Largest oscillation over two numbers of the project, row by row; points without a motion are None."""
+    (first, across), (second, along) = axes
+    rows: list[list[float | None]] = []
+    why: dict[str, int] = {}
+    for i, b in enumerate(along):
+        row: list[float | None] = []
+        for j, a in enumerate(across):
+            progress("two-parameter map", (i * len(across) + j) / (len(across) * len(along)))
+            try:
+                found = solved(replaced(project, {first: a, second: b}))
+                row.append(float(np.max(found.oscillation[found.visited()]) / ARCSEC))
+            except (ValueError, SolveError) as error:
+                row.append(None)
+                why[str(error)] = why.get(str(error), 0) + 1
+        rows.append(row)
+    return {
+        "axes": [{"name": first, "values": across}, {"name": second, "values": along}],
+        "largest_oscillation_arcsec": rows,
+        "remarks": [f"{count} points have no value: {sentence}" for sentence, count in why.items()],
+    }
