@@ -149,7 +149,7 @@ def enabled() -> bool:
 
 @contextmanager
 def as_machine_code() -> Iterator[None]:
-    """Run every kernel inside as machine code, those inside `as_python` too: for a process that asks again and again."""
+    """Run every kernel inside as machine code, those inside `as_python` too: for a process that goes on."""
     before = _plain_runs.set(NEVER)
     try:
         yield

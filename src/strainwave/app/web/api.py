@@ -43,7 +43,7 @@ def guarded(handler: Handler) -> Handler:
     async def answered(request: Request) -> Response:
         try:
             return await handler(request)
-        except (Refused, ValueError, TypeError, SolveError) as error:
+        except (ValueError, SolveError) as error:
             return refusal(422, _sentence(error))
         except Full as error:
             return refusal(429, str(error))

@@ -5,6 +5,7 @@ able to start anything either: requests that change something need the app's own
 """
 
 import asyncio
+import re
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -14,11 +15,12 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 BODY, LOG = 1024 * 1024, 20 * 1024 * 1024  # bytes of a body, and of a log
 LOG_PATH = "/api/log"
 PATIENCE = 15.0  # seconds for a whole body
-HOSTS = ("127.0.0.1", "localhost")
+HOST = re.compile(r"(127\.0\.0\.1|localhost)(:[0-9]{1,5})?")
+EMPTY = "'sha256-47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU='"  # a style element without text, as plotly.js adds one
 SECURITY = {
     "content-security-policy": (
         "default-src 'none'; script-src 'self'; connect-src 'self'; img-src 'self' data: blob:; font-src 'self'; "
-        "style-src-elem 'self' 'sha256-47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU='; style-src-attr 'none'; form-action 'none'; base-uri 'none'; "
+        f"style-src-elem 'self' {EMPTY}; style-src-attr 'none'; form-action 'none'; base-uri 'none'; "
         "frame-ancestors 'none'"
     ),
     "x-content-type-options": "nosniff",
@@ -85,7 +87,7 @@ class Guard:
 def _wrong(scope: Scope, headers: dict[str, str]) -> JSONResponse | None:
     """The answer to a request of a wrong host, a wrong origin, or a body that is too large by its own account."""
     host = headers.get("host", "")
-    if host.rpartition(":")[0] not in HOSTS and host not in HOSTS:
+    if not HOST.fullmatch(host):
         return refusal(400, "the host of the request is not this machine; open the app at the address that it printed")
     if scope["method"] not in ("GET", "HEAD"):
         origin, site = headers.get("origin"), headers.get("sec-fetch-site", "same-origin")

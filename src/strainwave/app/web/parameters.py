@@ -57,6 +57,7 @@ def parameters(project: Project) -> list[dict[str, Any]]:
 
 def _described(project: Project, content: dict[str, Any], name: str) -> dict[str, Any] | None:
     """One number with its unit, as the file writes it, and its range; None of what is no plain quantity."""
+    value: float | None
     try:
         value, unit = nominal_of(content, project.gear, name)
     except ValueError:

@@ -33,8 +33,12 @@ class State(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
-    gear: str | None = Field(None, max_length=LONGEST, description="Name of a gear of the catalogue, as CSG-40-50.")
-    project: str | None = Field(None, max_length=LARGEST, description="Text of a project file, in place of a gear.")
+    gear: str | None = Field(
+        default=None, max_length=LONGEST, description="Name of a gear of the catalogue, as CSG-40-50."
+    )
+    project: str | None = Field(
+        default=None, max_length=LARGEST, description="Text of a project file, in place of a gear."
+    )
     values: dict[str, str] = Field(
         default_factory=dict,
         max_length=MOST_VALUES,

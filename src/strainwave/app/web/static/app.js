@@ -3,7 +3,7 @@ import { call } from "/static/api.js";
 import { clear, dark, element } from "/static/plots.js";
 import { build } from "/static/sliders.js";
 import { asked, recall, remember, state } from "/static/state.js";
-import { readLog, setProject, stop, take, VIEWS } from "/static/views.js";
+import { readLog, recolour, setProject, stop, take, VIEWS } from "/static/views.js";
 
 const byId = (id) => document.getElementById(id);
 let timer = 0;
@@ -131,7 +131,7 @@ async function begin() {
     byId("save-" + what).addEventListener("click", () => trying(() => take(what)));
   }
   byId("sliders").addEventListener("submit", (event) => event.preventDefault());
-  dark.addEventListener("change", () => choose(state.view));
+  dark.addEventListener("change", () => { recolour(); choose(state.view); });
   addEventListener("hashchange", async () => { await recall(); if (await load()) await choose(state.view); });
   addEventListener("pagehide", stop);
   if (await load()) await choose(state.view);

@@ -1,8 +1,11 @@
 // Pictures with plotly.js: colours of Okabe and Ito, which colour-blind people tell apart, and line styles with them.
 import { download } from "/static/api.js";
 
-export const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#999999"];
 export const dark = matchMedia("(prefers-color-scheme: dark)");
+const ON_LIGHT = ["#0072b2", "#d55e00", "#00815e", "#b0508a", "#b87800", "#2f8fc4", "#707070"];
+const ON_DARK = ["#56b4e9", "#ff8a3d", "#2fd0a0", "#e79cc8", "#f0c04a", "#9ad3f5", "#b5b5b5"];
+export const colours = () => (dark.matches ? ON_DARK : ON_LIGHT);
+const emOf = () => parseFloat(getComputedStyle(document.documentElement).fontSize);
 
 export function element(tag, fields = {}, ...children) {
   const made = Object.assign(document.createElement(tag), fields);
@@ -17,7 +20,7 @@ function layoutOf(layout) {
   const axis = { gridcolor: line, zerolinecolor: line, linecolor: line, automargin: true, title: { standoff: 8 } };
   const whole = {
     paper_bgcolor: paper, plot_bgcolor: paper, font: { color: ink, size, family: "system-ui, sans-serif" },
-    margin: { l: 8, r: 12, t: 8, b: 8 }, hovermode: "closest", showlegend: true, uirevision: layout.uirevision ?? "same",
+    margin: { l: 3 * size, r: 12, t: 2 * size, b: 3 * size }, hovermode: "closest", showlegend: true, uirevision: layout.uirevision ?? "same",
     legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", font: { size } },
     hoverlabel: { bgcolor: paper, bordercolor: line, font: { color: ink } },
     ...layout,
@@ -58,6 +61,11 @@ export async function draw(name, { data, layout, table, label, size = "" }) {
   box.setAttribute("aria-label", label);
   box.table = table;
   const config = { displaylogo: false, responsive: true, displayModeBar: false, doubleClick: "reset" };
+  const scale = emOf() / 15;
+  for (const trace of data) {
+    if (trace.line) trace.line.width = (trace.line.width ?? 2) * scale;
+    if (trace.marker?.size) trace.marker.size *= scale;
+  }
   await window.Plotly.react(box, data, layoutOf(layout), config);
   box.drawn = (box.drawn ?? 0) + 1;
   box.dataset.drawn = box.drawn;

@@ -39,7 +39,9 @@ function row(p, changed) {
   field.dataset.name = p.name;
   const slider = element("input", { type: "range", min: 0, max: STEPS, step: 1, value: place(p, value), id: id + "-slider" });
   slider.setAttribute("aria-label", `${p.label} [${p.shown_unit}]`);
-  const label = element("label", { htmlFor: id, textContent: p.label, title: p.help });
+  const group = p.group.replaceAll("_", " ") + " ";
+  const inGroup = p.label.startsWith(group) ? p.label.slice(group.length) : p.label;
+  const label = element("label", { htmlFor: id, textContent: inGroup, title: p.help });
   const box = element("div", { className: "value" }, label, field, element("span", { className: "unit", textContent: p.shown_unit }), slider);
   const tell = (now) => slider.setAttribute("aria-valuetext", `${short(now)} ${p.shown_unit}`);
   tell(value);

@@ -1,9 +1,14 @@
 // The views: what each asks of the server, and the pictures of what it answers.
 import { call, download } from "/static/api.js";
-import { COLOURS, draw, element, parts } from "/static/plots.js";
+import { colours, draw, element, parts } from "/static/plots.js";
 import { asked, remember, state } from "/static/state.js";
 
-const [BLUE, RED, GREEN, PINK, ORANGE] = COLOURS;
+let COLOURS, BLUE, RED, GREEN, PINK, ORANGE;
+export function recolour() {
+  COLOURS = colours();
+  [BLUE, RED, GREEN, PINK, ORANGE] = COLOURS;
+}
+recolour();
 const round = (value, digits = 4) => (value === null || value === undefined ? "–" : Number(value.toPrecision(digits)).toString());
 export let project = null;
 export const setProject = (found) => { project = found; };
@@ -41,16 +46,16 @@ async function response() {
   if (r.limit_arcsec !== null) data.push(level(r, r.limit_arcsec, "limit", GREEN, "dot", "arcsec"));
   if (r.avoid.length) data.push({ x: [null], y: [null], name: "speeds to avoid", mode: "markers", marker: { symbol: "square", size: 12, color: RED, opacity: 0.25 } });
   const table = { [`speed [${r.speed_unit}]`]: r.speed, "oscillation [arcsec]": r.oscillation_arcsec, "peak with mean [arcsec]": r.peak_arcsec, "stable": r.stable.map(Number), "largest torque [N*m]": r.torque, "cubic mean torque [N*m]": r.mean_torque };
-  await draw("response", { data, layout: { xaxis: x, yaxis: { title: `oscillation of the ${r.error_name} [arcsec, 0-to-peak]`, rangemode: "tozero" }, shapes }, table, label: `Oscillation of the ${r.error_name} over the ${r.speed_name}: at most ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}` });
+  await draw("response", { data, layout: { xaxis: x, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" }, shapes }, table, label: `Oscillation of the ${r.error_name} over the ${r.speed_name}: at most ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}` });
   const torque = curve(r, r.torque, "largest torque in the gear", "N·m");
-  const dashes = ["dot", "dashdot", "longdash"], colours = [GREEN, ORANGE, PINK];
-  r.torque_limits.filter((l) => l.torque < 4 * Math.max(...r.torque)).forEach((l, i) => torque.push(level(r, l.torque, l.name, colours[i % 3], dashes[i % 3], "N·m")));
+  const dashes = ["dot", "dashdot", "longdash"], tints = [GREEN, ORANGE, PINK];
+  r.torque_limits.filter((l) => l.torque < 4 * Math.max(...r.torque)).forEach((l, i) => torque.push(level(r, l.torque, l.name, tints[i % 3], dashes[i % 3], "N·m")));
   await draw("torque", { data: torque, layout: { xaxis: x, yaxis: { title: "torque [N·m]", rangemode: "tozero" } }, table, label: "Largest torque in the gear over the speed", size: "second" });
   const said = `Oscillation up to ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}`;
   const against = r.limit_arcsec === null ? "; the project has no limit." : `, ${r.passes ? "within" : "above"} the limit of ${round(r.limit_arcsec)} arcsec.`;
   const keep = r.avoid.length ? ` Avoid ${r.avoid.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}.` : "";
   answer(said + against + keep, r.passes);
-  return [r.message, ...r.remarks];
+  return [r.message === "reached both ends" ? "" : r.message, ...r.remarks];
 }
 
 function speedControl(again) {

@@ -1,0 +1,156 @@
+"""The API gives the numbers of the library, in the units of the page."""
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+from strainwave.app.web.parameters import parameters
+from strainwave.app.web.state import State, first_text, project_of
+from strainwave.units import ARCSEC, RPM
+
+GEAR = {"gear": "CSG-40-50"}
+ARTICLE = (Path(sw.__file__).parent / "app/projects/article.yaml").read_text(encoding="utf-8")
+
+
+def posted(client, path, **body):
+    answer = client.post(path, json=body)
+    assert answer.status_code in (200, 201), answer.text
+    return answer.json()
+
+
+@pytest.fixture
+def written(tmp_path):
+    def project(text, **values):
+        path = tmp_path / "project.yaml"
+        path.write_text(text, encoding="utf-8")
+        found = sw.read_project(path)
+        return sw.replaced(found, values) if values else found
+
+    return project
+
+
+def test_response_of_a_gear_is_that_of_the_library(client, written):
+    shown = posted(client, "/api/response", state={**GEAR, "values": {"load.inertia": "1.7 kg*m^2"}})
+    found = written(first_text("CSG-40-50"), **{"load.inertia": "1.7 kg*m^2"}).response(coexisting=False)
+    np.testing.assert_allclose(np.array(shown["speed"]) * RPM, found.omega, rtol=1e-9)
+    np.testing.assert_allclose(np.array(shown["oscillation_arcsec"]) * ARCSEC, found.oscillation, rtol=1e-6)
+    np.testing.assert_allclose(shown["torque"], found.torque, rtol=1e-6)
+    assert shown["stable"] == found.stable.tolist()
+    assert shown["passes"] == (max(found.oscillation[found.visited()]) <= 120 * ARCSEC)
+
+
+def test_bands_folds_and_limit_are_those_of_the_analysis(client, written):
+    shown = posted(client, "/api/response", state=GEAR, whole=True)
+    analysis = written(first_text("CSG-40-50")).analyze()
+    np.testing.assert_allclose(np.array(shown["avoid"]) * RPM, analysis.avoid.bands, rtol=1e-6)
+    assert [f["speed"] * RPM for f in shown["folds"]] == pytest.approx([f.omega for f in analysis.response.curve.folds])
+    assert shown["limit_arcsec"] == pytest.approx(120.0)
+
+
+def test_motion_has_the_amplitude_of_the_response(client):
+    speed = 2500.0
+    shown = posted(client, "/api/motion", state=GEAR, speed=speed)
+    curve = posted(client, "/api/response", state=GEAR)
+    at = np.interp(speed, curve["speed"][-40:], curve["oscillation_arcsec"][-40:])
+    assert np.ptp(shown["error_arcsec"]) / 2 == pytest.approx(at, rel=0.01)
+    assert np.ptp(shown["poincare"]["error_arcsec"]) < 1e-3 * at
+
+
+def test_move_is_that_of_the_library(client, written):
+    shown = posted(client, "/api/move", state=GEAR)
+    found = sw.move(written(first_text("CSG-40-50")), sw.SCurve(np.pi / 2, 0.6))
+    assert shown["peak_arcsec"] * ARCSEC == pytest.approx(found.peak_error, rel=1e-6)
+
+
+def test_every_number_of_a_file_has_a_slider_with_unit_and_range():
+    found = {one["name"]: one for one in parameters(project_of(State(project=ARTICLE)))}
+    assert found["motor.inertia"]["si_unit"] == "kg*m**2"
+    assert found["motor.inertia"]["unit"] == "kg*cm^2"
+    assert found["excitation.motor_torque.lines.0.amplitude"]["si_unit"] == "N*m"
+    assert found["gear.law.alpha"]["si_unit"] == "1/rad**2"
+    assert all(one["low"] <= one["value"] <= one["high"] for one in found.values())
+
+
+def test_every_slider_of_a_gear_is_taken_by_the_project():
+    project = project_of(State(gear="CSG-40-50"))
+    for one in parameters(project):
+        value = one["value"] * 1.01 if one["value"] else 1.0
+        changed = project_of(State(gear="CSG-40-50", values={one["name"]: f"{value!r} {one['unit']}"}))
+        assert changed != project, one["name"]
+
+
+def test_every_gear_of_the_list_has_a_first_project(client):
+    gears = client.get("/api/gears").json()
+    assert len(gears) > 150
+    for gear in gears:
+        assert project_of(State(gear=gear["name"])).gear.name == gear["name"]
+
+
+def test_exported_project_reads_back_as_the_same_drive(client, written):
+    state = {**GEAR, "values": {"load.inertia": "2 kg*m^2", "gear.K1": "2e5 N*m/rad"}}
+    text = client.post("/api/export/project", json={"state": state}).text
+    found, meant = written(text), project_of(State(**state))
+    assert (found.drive, found.speeds) == (meant.drive, meant.speeds)
+
+
+def test_exported_script_prints_what_the_page_says(client, tmp_path, monkeypatch, capsys):
+    script = client.post("/api/export/script", json={"state": GEAR}).text
+    monkeypatch.chdir(tmp_path)
+    exec(compile(script, "script.py", "exec"), {"__name__": "__main__"})
+    shown = posted(client, "/api/response", state=GEAR)["largest"]
+    said = capsys.readouterr().out.split()
+    assert float(said[2 + said[2:].index("arcsec") - 1]) == pytest.approx(shown["oscillation_arcsec"], rel=1e-4)
+
+
+def waited(client, name):
+    for _ in range(600):
+        job = client.get(f"/api/jobs/{name}").json()
+        if job["state"] not in ("waiting", "running"):
+            return job
+        time.sleep(0.05)
+    raise AssertionError("the job does not end")
+
+
+def test_map_has_the_response_at_every_point(client):
+    axes = [
+        {"name": "load.inertia", "values": ["0.9 kg*m^2", "1.1 kg*m^2"]},
+        {"name": "damping.ratio", "values": ["3 %", "5 %"]},
+    ]
+    name = posted(client, "/api/jobs", state=GEAR, kind="map", axes=axes)["id"]
+    job = waited(client, name)
+    values = {"load.inertia": "1.1 kg*m^2", "damping.ratio": "3 %"}
+    alone = posted(client, "/api/response", state={**GEAR, "values": values})
+    assert job["state"] == "done"
+    assert job["result"]["largest_oscillation_arcsec"][0][1] == pytest.approx(alone["largest"]["oscillation_arcsec"])
+
+
+def test_cancelled_job_is_gone(client):
+    axes = [
+        {"name": "load.inertia", "values": [f"{1 + 0.01 * i} kg*m^2" for i in range(40)]},
+        {"name": "damping.ratio", "values": [f"{3 + 0.1 * i} %" for i in range(40)]},
+    ]
+    name = posted(client, "/api/jobs", state=GEAR, kind="map", axes=axes)["id"]
+    assert client.delete(f"/api/jobs/{name}").json()["state"] == "cancelled"
+    assert client.get(f"/api/jobs/{name}").status_code == 404
+
+
+def test_log_is_read(client):
+    t = np.linspace(0.0, 4.0, 8001)
+    motor = 2 * np.pi * 5.0 * t
+    torque = 1.0 + 0.2 * np.cos(2 * motor)
+    rows = "\n".join(f"{a:.9g},{b:.9g},{c:.9g}" for a, b, c in zip(t, motor, torque, strict=True))
+    text = "time [s],motor_angle [rad],motor_torque [N*m]\n" + rows
+    shown = client.post("/api/log?name=run.csv", content=text.encode()).json()
+    assert shown["samples"] == 8001
+    assert [c["name"] for c in shown["channels"]] == ["motor_angle", "motor_torque"]
+    assert shown["orders"]["lines"][0]["order"] == pytest.approx(2.0, abs=0.01)
+    assert shown["orders"]["lines"][0]["amplitude"] == pytest.approx(0.2, rel=0.01)
+
+
+def test_schema_describes_every_body(client):
+    posts = client.get("/api/schema").json()["post"]
+    assert all(schema["additionalProperties"] is False for schema in posts.values())
+    assert set(posts["/api/response"]["properties"]) == {"state", "whole"}

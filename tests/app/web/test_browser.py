@@ -1,0 +1,120 @@
+"""The page in a real browser: nothing leaves this machine, nothing is complained about."""
+
+import re
+
+import numpy as np
+import pytest
+
+PATIENCE = 60_000  # ms; the first picture may have to be compiled
+
+
+@pytest.fixture
+def page(browser, address):
+    context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
+    page = context.new_page()
+    page.set_default_timeout(PATIENCE)
+    wrong, asked = [], []
+    page.on("console", lambda message: message.type in ("error", "warning", "trace") and wrong.append(message.text))
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(address)
+    page.wait_for_selector("#plot-torque[data-drawn]")
+    yield page
+    context.close()
+    assert wrong == []
+    assert [url for url in asked if not url.startswith((address, "data:", "blob:"))] == []
+
+
+def drawn(page, name="torque"):
+    return page.locator(f"#plot-{name}").get_attribute("data-drawn")
+
+
+def until_drawn_again(page, before, name="torque"):
+    page.wait_for_function(
+        "([n, was]) => document.getElementById('plot-' + n).dataset.drawn !== was", arg=[name, before]
+    )
+
+
+def largest(page):
+    return float(re.search(r"up to ([\d.]+) arcsec", page.locator("#answer").inner_text()).group(1))
+
+
+def drag(page, name, share):
+    box = page.locator(f'[id="value-{name}-slider"]').bounding_box()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] * share, box["y"] + box["height"] / 2, steps=8)
+    page.mouse.up()
+
+
+def test_dragged_slider_changes_the_curve_and_the_address_holds_it(page):
+    before, times = largest(page), drawn(page)
+    drag(page, "damping.ratio", 0.7)
+    until_drawn_again(page, times)
+    page.wait_for_timeout(500)
+    assert "v.damping.ratio=" in page.url
+    page.wait_for_timeout(300)
+    after, value = largest(page), page.locator('[id="value-damping.ratio"]').input_value()
+    assert after < 0.9 * before
+    page.reload()
+    page.wait_for_selector("#plot-torque[data-drawn]")
+    assert largest(page) == after
+    assert page.locator('[id="value-damping.ratio"]').input_value() == value
+
+
+def test_another_gear_is_another_drive(page):
+    page.select_option("#gear", "CSG-25-100")
+    page.wait_for_function("() => document.getElementById('title').textContent === 'CSG-25-100'")
+    assert "gear=CSG-25-100" in page.url
+
+
+def test_map_is_computed_and_cancelled(page):
+    page.get_by_role("tab", name="Two-parameter map").click()
+    page.locator("#begin").click()
+    page.wait_for_selector("#plot-map[data-drawn]")
+    page.select_option("#map-count", "40")
+    page.locator("#begin").click()
+    page.wait_for_function("() => document.getElementById('progress').value > 0")
+    page.locator("#cancel").click()
+    page.wait_for_function("() => document.getElementById('stage').textContent === 'cancelled'")
+    assert page.locator("#begin").is_enabled()
+
+
+def test_project_script_and_data_are_downloaded(page, tmp_path):
+    for button, ending, holds in (
+        ("#save-project", ".yaml", "gear: CSG-40-50"),
+        ("#save-script", ".py", "import strainwave as sw"),
+        ('[aria-label="Save response as CSV"]', ".csv", "oscillation [arcsec]"),
+        ('[aria-label="Save response as SVG"]', ".svg", "<svg"),
+    ):
+        with page.expect_download() as found:
+            page.locator(button).click()
+        path = tmp_path / found.value.suggested_filename
+        found.value.save_as(path)
+        assert path.suffix == ending
+        assert holds in path.read_text(encoding="utf-8")
+
+
+def test_dropped_log_is_shown_and_a_wrong_one_said(page):
+    t = np.linspace(0.0, 4.0, 4001)
+    rows = "\n".join(f"{a:.6g},{31.4 * a:.8g},{1 + 0.2 * np.cos(62.8 * a):.8g}" for a in t)
+    text = "time [s],motor_angle [rad],motor_torque [N*m]\n" + rows
+    drop = """([name, text]) => {
+        const data = new DataTransfer();
+        data.items.add(new File([text], name));
+        document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+    }"""
+    page.evaluate(drop, ["run.csv", text])
+    page.wait_for_selector("#plot-log-motor_torque[data-drawn]")
+    assert "4001 samples" in page.locator("#answer").inner_text()
+    assert page.locator("#orders td").first.inner_text().startswith("2")
+
+
+def test_keyboard_moves_a_slider_and_wrong_number_is_marked(page):
+    times = drawn(page)
+    page.locator('[id="value-load.inertia-slider"]').focus()
+    page.keyboard.press("ArrowRight")
+    until_drawn_again(page, times)
+    assert page.locator('[id="value-load.inertia-slider"]').get_attribute("aria-valuetext").endswith("kg·m²")
+    page.locator('[id="value-load.inertia"]').fill("")
+    assert page.locator('[id="value-load.inertia"]').get_attribute("aria-invalid") == "true"
