@@ -122,4 +122,5 @@ def test_every_answer_has_the_strict_policy(client):
     for path in ("/", "/static/app.js", "/api/gears", "/nowhere"):
         policy = client.get(path).headers["content-security-policy"]
         assert policy.startswith("default-src 'none'; script-src 'self';")
-        assert "unsafe" not in policy
+        assert "unsafe-inline" not in policy
+        assert "unsafe-eval" not in policy

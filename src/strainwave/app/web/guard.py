@@ -16,11 +16,14 @@ BODY, LOG = 1024 * 1024, 20 * 1024 * 1024  # bytes of a body, and of a log
 LOG_PATH = "/api/log"
 PATIENCE = 15.0  # seconds for a whole body
 HOST = re.compile(r"(127\.0\.0\.1|localhost)(:[0-9]{1,5})?")
-EMPTY = "'sha256-47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU='"  # a style element without text, as plotly.js adds one
+# Styles that plotly.js writes as text: none at all, and image-rendering of the pixels of a map.
+EMPTY = "'sha256-47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU='"
+PIXELS = "'sha256-AR/cKIZjWPcPmBUPDA6oti9XBiTbJvz0Cro2J1VzzS8='"
 SECURITY = {
     "content-security-policy": (
         "default-src 'none'; script-src 'self'; connect-src 'self'; img-src 'self' data: blob:; font-src 'self'; "
-        f"style-src-elem 'self' {EMPTY}; style-src-attr 'none'; form-action 'none'; base-uri 'none'; "
+        f"style-src-elem 'self' {EMPTY}; style-src-attr 'unsafe-hashes' {EMPTY} {PIXELS}; "
+        "form-action 'none'; base-uri 'none'; "
         "frame-ancestors 'none'"
     ),
     "x-content-type-options": "nosniff",
