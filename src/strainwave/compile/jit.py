@@ -160,11 +160,9 @@ def as_machine_code() -> Iterator[None]:
 @contextmanager
 def as_python(runs: int, compiled: bool = False) -> Iterator[None]:
     """Run up to so many kernels inside as Python (unless some are `compiled`): making machine code takes longer."""
-    if _plain_runs.get() is NEVER:
-        yield
-        return
-    plain = not compiled or "numba" not in sys.modules or _plain_runs.get() is not None
-    before = _plain_runs.set(repeat(True, runs) if plain else None)
+    now = _plain_runs.get()
+    plain = not compiled or "numba" not in sys.modules or now is not None
+    before = _plain_runs.set(NEVER if now is NEVER else repeat(True, runs) if plain else None)
     try:
         yield
     finally:

@@ -219,7 +219,7 @@ def move(
 @click.option("--browser/--no-browser", default=True, help="Whether to open the page in a browser.")
 def app(port: int, browser: bool) -> None:
     """Serve the web app on this machine alone: a page with sliders and pictures of a drive."""
-    from .app import run
+    from ..web.command import run
 
     run(port, browser)
 

@@ -15,7 +15,7 @@ def run(port: int, browser: bool) -> None:
         If the extra `web` is not installed, or no port is free.
     """
     try:
-        from ..web.server import serve
+        from .server import serve
     except ModuleNotFoundError as error:
         if error.name not in ("starlette", "uvicorn", "anyio"):
             raise
