@@ -171,10 +171,10 @@ def bench(rest: list[str]) -> list[str]:
 
 TASKS: dict[str, tuple[Callable[[list[str]], list[str]], tuple[str, ...]]] = {
     "demo": (demo, ("report",)),
-    "test": (test, ("plot", "report", "sym", "cluster", "control", "fmi", "dev")),
-    "coverage": (coverage, ("plot", "report", "sym", "cluster", "control", "fmi", "dev")),
+    "test": (test, ("plot", "report", "web", "sym", "cluster", "control", "fmi", "dev")),
+    "coverage": (coverage, ("plot", "report", "web", "sym", "cluster", "control", "fmi", "dev")),
     "docs": (docs, ("plot", "report", "sym", "docs")),
-    "lint": (lint, ("plot", "report", "sym", "cluster", "dev")),
+    "lint": (lint, ("plot", "report", "web", "sym", "cluster", "dev")),
     "bench": (bench, ("plot", "report", "sym", "cluster", "dev")),
 }
 
