@@ -140,6 +140,11 @@ def test_other_inputs_are_refused_in_one_sentence():
         sw.fit_friction(SPEED, torque(), deviation=np.zeros(len(SPEED)))
     with pytest.raises(ValueError, match="stays below"):
         sw.fit_friction(SPEED, torque(), LOAD, presliding=presliding_loop(900.0, 0.3, 1e-3))
+    with pytest.raises(ValueError, match="presliding is 3; give a pair"):
+        sw.fit_friction(SPEED, torque(), LOAD, presliding=3)
+    angle, pull = presliding_loop(900.0, 0.09, 1e-5)
+    with pytest.raises(ValueError, match="the torque falls with the torsion"):
+        sw.fit_friction(SPEED, torque(), LOAD, presliding=(angle, -pull))
     with pytest.raises(ValueError, match="run 0 has 3 samples"):
         sw.fit_friction(SPEED, [np.zeros(3)] * len(SPEED))
 

@@ -85,7 +85,7 @@ def fit_friction(
     stiffness = None
     if presliding is not None:
         p = dict(zip(chosen.terms.names(), chosen.p.tolist(), strict=True))
-        stiffness = presliding_stiffness(*presliding, p["T_c"] + p.get("rise", 0.0))
+        stiffness = presliding_stiffness(presliding, p["T_c"] + p.get("rise", 0.0))
     return _result(runs, chosen, known, unidentified, comparison, reason, smooth, stiffness)
 
 

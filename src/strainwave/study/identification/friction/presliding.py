@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
+from ....quantities import shown
 from ....results import Floats
 from ..loops.loop_model import states
 from ..loops.loop_path import read_loop
@@ -27,14 +28,20 @@ class Presliding(NamedTuple):
     freedom: float
 
 
-def presliding_stiffness(angle: Any, torque: Any, breakaway: float) -> Presliding:
-    """Fit sigma_0 to a slow loop (n,) [rad], [N*m] below a break-away torque [N*m].
+def presliding_stiffness(measured: Any, breakaway: float) -> Presliding:
+    """Fit sigma_0 to a slow loop, a pair of (n,) arrays [rad], [N*m], below a break-away torque [N*m].
 
     Raises
     ------
     ValueError
-        If the samples are no loop, or it reaches the break-away torque.
+        If it is no pair of arrays, the samples are no loop, or it reaches the break-away torque.
     """
+    try:
+        angle, torque = measured
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"presliding is {shown(measured)}; give a pair, the angles [rad] and the torques [N*m] of a slow loop"
+        ) from None
     loop = read_loop(angle, torque, check_units=False)
     reach = 0.5 * float(np.ptp(loop.torque))
     if reach > MOST * breakaway:

@@ -1,0 +1,90 @@
+"""Check what a user will install: `python tools/release.py python3.11 python3.12 python3.13`.
+
+Builds the wheel, holds it under 2 MB, installs it in an empty environment of each Python given (without any: of the
+Python that runs this), and runs there the README's first script and the report of one drive, away from the clone.
+Standard library only; pip needs the package index.
+"""
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+import venv
+from pathlib import Path
+from zipfile import ZipFile
+
+ROOT = Path(__file__).resolve().parent.parent
+LARGEST = 2_000_000  # bytes of the wheel
+DATA = ("app/report/page.html.j2", "app/projects/CSG-40-50.yaml", "app/web/static/index.html", "units.txt", "py.typed")
+
+
+def run(command: list[str | Path], folder: Path) -> str:
+    """Run a command away from the clone and return what it prints; a failure ends the check with its messages."""
+    clean = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    done = subprocess.run(command, cwd=folder, env=clean, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"release: `{' '.join(map(str, command))}` ended with {done.returncode}:\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def build(folder: Path) -> Path:
+    """Build the wheel and check its size and the files that are not Python."""
+    run([sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "-w", folder, ROOT], folder)
+    wheel = next(folder.glob("*.whl"))
+    names = ZipFile(wheel).namelist()
+    missing = [name for name in DATA if f"strainwave/{name}" not in names]
+    if missing:
+        sys.exit(f"release: {wheel.name} lacks {', '.join(missing)}")
+    if wheel.stat().st_size >= LARGEST:
+        sys.exit(f"release: {wheel.name} has {wheel.stat().st_size} bytes, the limit is {LARGEST}")
+    print(f"{wheel.name}: {wheel.stat().st_size} bytes, {len(names)} files", flush=True)
+    return wheel
+
+
+def first_script() -> tuple[str, str]:
+    """Return the README's first script and what the README says that it prints."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    found = re.search(r"```python\n(.*?)```\n\n```text\n(.*?)```", readme, re.DOTALL)
+    if found is None:
+        sys.exit("release: README.md has no script with its output")
+    return found[1], found[2]
+
+
+def check(wheel: Path, python: str, folder: Path) -> None:
+    """Install the wheel with one Python and run the README's script and a report."""
+    started = time.perf_counter()
+    home = folder / f"env-{re.sub(r'[^0-9A-Za-z.]', '-', python)}"
+    if python == sys.executable:
+        venv.create(home, with_pip=True)
+    else:
+        run([python, "-m", "venv", home], folder)
+    programs = home / ("Scripts" if os.name == "nt" else "bin")
+    inside = programs / "python"
+    pip = [inside, "-m", "pip", "install", "--quiet", "-c", ROOT / "constraints.txt"]
+    run([*pip, f"{wheel}[plot,report,web]"], folder)
+    script, expected = first_script()
+    printed = run([inside, "-c", script], folder)
+    if printed != expected:
+        sys.exit(f"release: with {python} the README's script prints\n{printed}in place of\n{expected}")
+    run([programs / "strainwave", "demo", home / "demo"], folder)
+    version = run([inside, "-c", "import platform; print(platform.python_version())"], folder).strip()
+    print(f"Python {version}: installed, script and reports right, {time.perf_counter() - started:.0f} s", flush=True)
+
+
+def main() -> None:
+    """Build once, check with every Python."""
+    parser = argparse.ArgumentParser(description="Build the wheel and try it in empty environments.")
+    parser.add_argument("pythons", nargs="*", default=[sys.executable], help="programs, such as python3.12")
+    chosen = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        wheel = build(folder)
+        for python in chosen.pythons:
+            check(wheel, python, folder)
+
+
+if __name__ == "__main__":
+    main()
