@@ -69,7 +69,7 @@ def check(wheel: Path, python: str, folder: Path) -> None:
     printed = run([inside, "-c", script], folder)
     if printed != expected:
         sys.exit(f"release: with {python} the README's script prints\n{printed}in place of\n{expected}")
-    run([programs / "strainwave", "demo", home / "demo"], folder)
+    run([programs / "strainwave", "demo", "-o", home / "demo"], folder)
     version = run([inside, "-c", "import platform; print(platform.python_version())"], folder).strip()
     print(f"Python {version}: installed, script and reports right, {time.perf_counter() - started:.0f} s", flush=True)
 
