@@ -97,7 +97,7 @@ def test_unexpected_error_is_one_sentence_and_a_traceback_only_on_demand(monkeyp
     def broken(*_):
         raise ZeroDivisionError("float division by zero")
 
-    monkeypatch.setattr("strainwave.app.commands.analyze.analyse", broken)
+    monkeypatch.setattr("strainwave.app.commands.analysis.analyze.analyse", broken)
     result = invoke("analyze", project, "-o", tmp_path / "out")
     assert result.exit_code == 1
     assert result.stderr.count("\n") == 1

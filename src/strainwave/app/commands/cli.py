@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from ... import __version__
+from .analysis.commands import analyze
 from .compensation.commands import compensate, compensate_move, compensate_run_up
 from .identification.commands import identify, loop_scan, order_scan
 from .identification.log import log
@@ -85,19 +86,6 @@ def demo(output: Path, as_json: bool) -> None:
     from .demo import run
 
     click.echo(run(output, as_json))
-
-
-@cli.command()
-@click.argument("project", type=click.Path(path_type=Path))
-@click.option(
-    "-o", "--output", type=folder_type, required=True, help="Folder for report.html, results.json and CSV files."
-)
-@json_option
-def analyze(project: Path, output: Path, as_json: bool) -> None:
-    """Analyse the drive of a project file and write a report."""
-    from .analyze import run
-
-    click.echo(run(project, output, as_json))
 
 
 @cli.command()
@@ -224,7 +212,7 @@ def app(port: int, browser: bool) -> None:
     run(port, browser)
 
 
-for command in (compensate, compensate_move, compensate_run_up):
+for command in (analyze, compensate, compensate_move, compensate_run_up):
     cli.add_command(command)
 
 

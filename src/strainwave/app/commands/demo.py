@@ -5,8 +5,7 @@ from pathlib import Path
 
 from ...files.reading import read_project
 from ..console import to_json
-from ..report.report import Report
-from .analyze import analyse, printed
+from .analysis.analyze import finished, printed
 
 DRIVES = ("article", "CSG-40-50")
 
@@ -19,15 +18,11 @@ def run(folder: Path, as_json: bool) -> str:
     KeyboardInterrupt
         With the sentence that says what was finished, if the user stops it.
     """
-    projects = files("strainwave.app") / "projects"
-    reports: dict[str, Report] = {}
+    projects = {}
     for name in DRIVES:
-        with as_file(projects / f"{name}.yaml") as path:
-            try:
-                reports[name] = analyse(read_project(path), folder / name)
-            except KeyboardInterrupt:
-                kept = ", ".join(str(folder / done / "report.html") for done in reports)
-                raise KeyboardInterrupt(f"interrupted; {f'kept: {kept}' if kept else 'nothing was written'}") from None
+        with as_file(files("strainwave.app") / "projects" / f"{name}.yaml") as path:
+            projects[name] = read_project(path)
+    reports = finished(projects, folder)
     if as_json:
         return to_json({name: report.results for name, report in reports.items()})
     return "\n\n".join(printed(report, folder / name) for name, report in reports.items())

@@ -1,9 +1,11 @@
 """The figure of a comparison: the oscillation of every drive over the speed, each with its own line."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ...files.variants.comparison import ProjectComparison
 from ...speeds import Speeds
+from ...study.analysis.drive_response import DriveResponse
 from ..units import angle_unit
 from .curves import draw_motions
 from .plots import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE
@@ -15,11 +17,13 @@ THIN, THICK = 0.9, 2.0  # of unstable and stable motions
 LONGEST = 44  # letters of a title in the legend
 
 
-def comparison_figure(found: ProjectComparison, speeds: Speeds) -> str:
-    """Draw the responses of several drives as SVG."""
-    unit = angle_unit(float(np.max(found.oscillation)))
+def comparison_figure(
+    titles: Sequence[str], responses: Sequence[DriveResponse], limits: Sequence[float | None], speeds: Speeds
+) -> str:
+    """Draw the responses of several drives as SVG, with their limit [rad] where they have the same one."""
+    unit = angle_unit(max(float(np.max(response.oscillation)) for response in responses))
     panel = Panel("largest oscillation of the error", f"{speeds.name} ({speeds.unit})", unit.name)
-    for i, (title, response) in enumerate(zip(found.titles, found.responses, strict=True)):
+    for i, (title, response) in enumerate(zip(titles, responses, strict=True)):
         colour = COLOURS[i % len(COLOURS)]
         dash = STYLES[(i + i // len(COLOURS)) % len(STYLES)]
         x, y = speeds.scale * response.omega, unit.factor * response.oscillation
@@ -27,9 +31,9 @@ def comparison_figure(found: ProjectComparison, speeds: Speeds) -> str:
         name = name if len(name) <= LONGEST else name[: LONGEST - 3] + "..."
         draw_motions(panel, x, y, response.stable, colour, name, dash, THICK)
         draw_motions(panel, x, y, ~response.stable, colour, "", dash, THIN)
-    limits = set(found.limit[np.isfinite(found.limit)].tolist())
-    if len(limits) == 1:
-        panel.line([-np.inf, np.inf], [unit.factor * limits.pop()] * 2, GREY, "limit", "8 4", 1.2)
+    known = {limit for limit in limits if limit is not None}
+    if len(known) == 1:
+        panel.line([-np.inf, np.inf], [unit.factor * known.pop()] * 2, GREY, "limit", "8 4", 1.2)
     heights = np.concatenate([curve.y for curve in panel.curves])
     panel.log = bool(heights.min() > 0.0 and heights.max() > 30.0 * heights.min())
     panel.ylim = None if panel.log else (0.0, 1.08 * float(heights.max()))

@@ -3,9 +3,12 @@
 from collections.abc import Sequence
 from html import escape
 from typing import Any
+from urllib.parse import quote
 
 from ... import __version__
 from ..console import WHAT_X_IS, number
+from ..figures.comparison import comparison_figure
+from .report import Report
 
 STYLE = """
 body { margin: 0 auto; max-width: 62rem; padding: 1.2rem; color: #1d2430;
@@ -14,8 +17,10 @@ body { margin: 0 auto; max-width: 62rem; padding: 1.2rem; color: #1d2430;
 table { border-collapse: collapse; font-size: .88rem; font-variant-numeric: tabular-nums; }
 th, td { padding: .3rem .6rem; text-align: left; vertical-align: top; border-bottom: 1px solid #d9dee5; }
 .n { text-align: right; } tr.over td { background: #fff7f1; } figure { margin: 1rem 0; max-width: 30rem; }
-td:nth-child(2) { white-space: nowrap; }
+td.g { white-space: nowrap; }
 svg { width: 100%; height: auto; } .note { color: #5b6675; font-size: .87rem; }
+@page { size: A4 landscape; margin: 14mm; }
+@media print { body { max-width: none; padding: 0; font-size: 9.5pt; } figure, tr { break-inside: avoid; } }
 """
 # keys of a row, and what stands above them
 COLUMNS = (
@@ -26,11 +31,13 @@ COLUMNS = (
     ("folds", "folds"),
 )  # fmt: skip
 TEXTS = ("title", "gear")
-NOTE = (
-    "Oscillation is the largest distance of the error from its mean, of all stable motions of a curve. "
-    f"{WHAT_X_IS[0].upper()}{WHAT_X_IS[1:]}. Speeds are those of the motor or of the forcing. Natural frequency and "
-    "damping ratio are those at rest, in the motor mode of the file, without its loop. A shaded row is above its limit."
-)
+NOTES = {
+    "oscillation": "Oscillation is the largest distance of the error from its mean, of all stable motions of a curve.",
+    "x": f"{WHAT_X_IS[0].upper()}{WHAT_X_IS[1:]}.",
+    "rest": "Speeds are those of the motor or of the forcing. Natural frequency and damping ratio are those at rest, "
+    "in the motor mode of the file, without its loop. A shaded row is above its limit.",
+}
+NOTE = " ".join(NOTES.values())
 
 
 def comparison_page(rows: Sequence[dict[str, Any]], figure: str) -> str:
@@ -39,13 +46,54 @@ def comparison_page(rows: Sequence[dict[str, Any]], figure: str) -> str:
     ordered = sorted(numbered, key=lambda row: row["oscillation_arcsec"])
     head = "".join(f"<th{'' if key in TEXTS else ' class=n'}>{escape(name)}</th>" for key, name in COLUMNS)
     body = "\n".join(_row(row) for row in ordered)
+    return _page(len(rows), summary(ordered), head, body, figure, NOTE)
+
+
+def verdicts_page(reports: dict[str, Report]) -> str:
+    """Write the HTML page of several reports: pass or fail of each drive and its smallest change, then the responses.
+
+    The reports stand in folders beside the page, named by the keys.
+    """
+    heads = ("drive", "pass or fail", "largest oscillation", "limit", "largest torque in the gear", "what to do")
+    head = "".join(f"<th>{name}</th>" for name in heads)
+    body = "\n".join(_verdict(i, name, report) for i, (name, report) in enumerate(reports.items(), 1))
+    views = [report.view for report in reports.values()]
+    passed = sum(report.results["verdict"]["answer"] == "all right" for report in reports.values())
+    figure = comparison_figure(
+        [view.project.title for view in views], [view.analysis.drive for view in views],
+        [view.project.limit for view in views], views[0].speeds,
+    )  # fmt: skip
+    said = f"{passed} of {len(reports)} drives pass at all their speeds."
+    note = f"{NOTES['oscillation']} {NOTES['x']} Each drive has its own report: follow its name."
+    return _page(len(reports), said, head, body, figure, note)
+
+
+def _verdict(i: int, name: str, report: Report) -> str:
+    """Row of one report."""
+    view, results = report.view, report.results
+    verdict, torque = results["verdict"], results["largest_torque"]
+    at = view.analysis.largest_oscillation()
+    scale, unit = view.speeds.scale, view.speeds.unit
+    limit = "–" if view.project.limit is None else view.angle.text(view.project.limit)
+    cells = (
+        f'<td><a href="{quote(name)}/report.html">{i}: {escape(view.project.title)}</a></td>',
+        f"<td><b>{escape(verdict['headline'])}</b></td>",
+        f"<td>{escape(view.angle.text(at.peak))} at {number(at.omega * scale, 5)} {escape(unit)}</td>",
+        f"<td>{escape(limit)}</td>",
+        f"<td>{number(torque['torque_Nm'])} N·m</td>",
+        f"<td>{escape(verdict['what_to_do'] or 'nothing')}</td>",
+    )
+    return f"<tr{'' if verdict['answer'] == 'all right' else ' class=over'}>{''.join(cells)}</tr>"
+
+
+def _page(count: int, said: str, head: str, body: str, figure: str, note: str) -> str:
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>Comparison of {len(rows)} drives</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
-        f"<h1>Comparison of {len(rows)} drives</h1>\n<p>{escape(summary(ordered))}</p>\n"
+        f"<title>Comparison of {count} drives</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
+        f"<h1>Comparison of {count} drives</h1>\n<p>{escape(said)}</p>\n"
         f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>\n'
-        f'<figure>{figure}</figure>\n<p class="note">{escape(NOTE)}</p>\n'
+        f'<figure>{figure}</figure>\n<p class="note">{escape(note)}</p>\n'
         f'<p class="note">strainwave {escape(__version__)}</p>\n</body>\n</html>\n'
     )
 
@@ -67,7 +115,7 @@ def _over(row: dict[str, Any]) -> bool:
 
 def _row(row: dict[str, Any]) -> str:
     cells = "".join(
-        f"<td>{escape(row[key])}</td>"
+        f"<td{' class=g' if key == 'gear' else ''}>{escape(row[key])}</td>"
         if key in TEXTS
         else f'<td class="n">{"–" if row[key] is None else escape(number(row[key]))}</td>'
         for key, _ in COLUMNS

@@ -1,11 +1,9 @@
 """The report: results as plain data, CSV files of every curve, one self-contained HTML page, and a summary."""
 
 from collections.abc import Callable, Iterable, Sequence
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ... import __version__
 from ...files.project import Project
 from ...files.reading import read_project
 from ...study.analysis.runup import silent
@@ -16,14 +14,15 @@ from . import curve_files
 from .section import Part, Section, asked, sections_of
 from .sections import SECTIONS
 
-HERE, SOFTWARE = Path(__file__).parent, ("numpy", "scipy", "numba")
+HERE = Path(__file__).parent
 
 
 class Report(NamedTuple):
-    """What was written: the content of results.json, and the summary for a terminal."""
+    """What was written: the content of results.json, the summary for a terminal, and what both are of."""
 
     results: dict[str, Any]
     summary: str
+    view: View
 
 
 def write(
@@ -77,7 +76,7 @@ def write_view(view: View, folder: Path, sections: Sequence[Section] = SECTIONS)
     (folder / "results.json").write_text(to_json(results) + "\n", encoding="utf-8")
     (folder / "report.html").write_text(page(view, parts), encoding="utf-8")
     lines = [f"  {line}" for part in parts for line in part.lines]
-    return Report(results, "\n".join([view.project.title, *lines, f"  {WHAT_X_IS}"]))
+    return Report(results, "\n".join([view.project.title, *lines, f"  {WHAT_X_IS}"]), view)
 
 
 def together(parts: Iterable[dict[str, Any]]) -> dict[str, Any]:
@@ -111,9 +110,14 @@ def page(view: View, parts: Iterable[Part]) -> str:
     def rendered(template: Path, names: dict[str, Any]) -> str:
         return environment.from_string(template.read_text(encoding="utf-8")).render(names)
 
-    bodies = [(p.section.heading, rendered(p.template, p.data | p._asdict() | {"rows": p.rows})) for p in parts]
-    software = ", ".join([f"strainwave {__version__}", *(f"{name} {version(name)}" for name in SOFTWARE)])
-    return rendered(HERE / "page.html.j2", {"bodies": bodies, "software": software})
+    style = (HERE / "page.css").read_text(encoding="utf-8")
+    bodies: dict[bool, list[tuple[str, str]]] = {False: [], True: []}
+    for p in parts:
+        body = rendered(p.template, p.data | p._asdict() | {"rows": p.rows})
+        if body.strip():
+            bodies[getattr(p.section, "appendix", False)].append((p.section.heading, body))
+    names = {"bodies": bodies[False], "appendix": bodies[True], "style": style}
+    return rendered(HERE / "page.html.j2", names)
 
 
 def _filters(view: View) -> dict[str, Callable[..., Any]]:

@@ -19,10 +19,10 @@ DEFAULT = Path(__file__).with_name("section.html.j2")
 class Section(Protocol):
     """A part of the report; no class needs to inherit from it.
 
-    It may have `sentences(view)`: texts, each a `str` or a `Sentence` with its values in SI; `figures(view)`: texts of
-    SVG; `lines(view, data)`: what the terminal says, otherwise its sentences. Its part of the page is a Jinja file that
-    stands beside that of its class, with the same name and the ending ".html.j2"; otherwise its sentences, a table of
-    its data, and its figures.
+    With `appendix = True` it stands in the appendix. It may have `sentences(view)`: texts, each a `str` or a `Sentence`
+    with its values in SI; `figures(view)`: texts of SVG; `lines(view, data)`: what the terminal says, otherwise its
+    sentences. Its part of the page is a Jinja file that stands beside that of its class, with the same name and the
+    ending ".html.j2"; otherwise its sentences, a table of its data, and its figures.
     """
 
     @property

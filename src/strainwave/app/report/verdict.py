@@ -6,12 +6,15 @@ from ...model.gears.limits import Finding
 from ...sentences import Angle, Sentence, Speed, listed
 from ...study.analysis.usage import gravest
 from ...study.analysis.verdict import Answer, Verdict
-from ..console import number
+from ..console import number, percent
 from ..units import sizes
 from ..view import View
 from .remedies import more
 from .sections.whole_train import under_load
 
+ADD_LIMIT = (
+    "To have the oscillation judged, write its limit into the file, for example limit: {oscillation: 60 arcsec}."
+)
 REST = ("max_rpm", "average_rpm", "average_torque")  # limits that are named only where they are passed
 
 
@@ -24,12 +27,33 @@ def verdict_data(view: View) -> dict[str, Any]:
         row |= {**sizes(_after(view), "oscillation"), "at_rad_per_s": change.at}
     return {
         "answer": str(verdict.answer),
+        "headline": _headline(view, verdict),
+        "largest_over_limit": _share(view),
         "sentence": _sentence(view, verdict),
         "what_to_do": _remedy(view, verdict),
         "speeds_to_keep_out_of": [_band(view, *band) for band in verdict.speeds],
         "allowed_speeds": [_band(view, *band) for band in verdict.allowed],
         "smallest_change": row,
     }
+
+
+def _share(view: View) -> float | None:
+    """Largest oscillation over its limit; None without a limit."""
+    avoid = view.analysis.avoid
+    limit = None if avoid is None else avoid.limit
+    return None if limit is None else view.analysis.largest_oscillation().peak / limit
+
+
+def _headline(view: View, verdict: Verdict) -> str:
+    """Pass or fail, and by how much."""
+    share = _share(view)
+    said = {Answer.ALL_RIGHT: "Pass", Answer.BUT: "Fail at some speeds", Answer.NOT: "Fail"}[verdict.answer]
+    if share is None:
+        said = "Some speeds are to be avoided" if verdict.answer is Answer.BUT else said
+        return f"{said}; the file has no limit of the oscillation"
+    if share <= 1.0:
+        return f"{said}; the oscillation is {percent(1.0 - share, 2)} below its limit"
+    return f"{said}; the oscillation is {number(share, 3)} times its limit"
 
 
 def _sentence(view: View, verdict: Verdict) -> Sentence:
@@ -92,9 +116,9 @@ def _unit(finding: Finding) -> str:
 
 def _remedy(view: View, verdict: Verdict) -> str:
     """The smallest change that suffices, or what the best one leaves; and the speeds that need none."""
-    if verdict.answer is Answer.ALL_RIGHT:
-        return ""
     avoid, said = view.analysis.avoid, []
+    if verdict.answer is Answer.ALL_RIGHT:
+        return "" if avoid is None or avoid.limit is not None else ADD_LIMIT
     over = avoid is not None and avoid.limit is not None and avoid.largest > avoid.limit
     if verdict.change is not None:
         text = "Smallest change that was found to bring the oscillation within its limit: {}; it leaves {} at {}."
@@ -115,6 +139,8 @@ def _remedy(view: View, verdict: Verdict) -> str:
         said.append(Sentence(keep, _ranges(verdict.allowed)))
     elif over and not verdict.allowed:
         said.append(Sentence("No speed of the range is without it."))
+    if avoid is not None and avoid.limit is None:
+        said.append(Sentence(ADD_LIMIT))
     return Sentence(" ").join(said)
 
 

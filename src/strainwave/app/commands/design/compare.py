@@ -40,7 +40,8 @@ def show(paths: tuple[Path, ...], output: Path, as_json: bool) -> None:
         with staged(output) as folder:
             text = as_csv(list(rows[0]), [row.values() for row in rows])
             (folder / CSV).write_text(text, encoding="utf-8", newline="\n")
-            figure = comparison_figure(found, projects[0].speeds)
+            limits = [project.limit for project in projects]
+            figure = comparison_figure(found.titles, found.responses, limits, projects[0].speeds)
             (folder / SVG).write_text(figure + "\n", encoding="utf-8")
             (folder / HTML).write_text(comparison_page(rows, figure), encoding="utf-8", newline="\n")
     if as_json:

@@ -8,10 +8,12 @@ from .hysteresis import Hysteresis
 from .motors import Motors
 from .opening import Opening
 from .parametric import ParametricResonances
+from .provenance import Provenance
 from .resonances import Resonances
 from .single_speeds import SingleSpeeds
 from .speed_range import SpeedRange
 from .stability import Stability
+from .trust import Trust
 from .warnings import Warnings
 from .whole_train import WholeTrain
 
@@ -25,8 +27,10 @@ SECTIONS: tuple[Section, ...] = (
     Compensation(),
     Hysteresis(),
     ParametricResonances(),
+    DerivedQuantities(),
+    Trust(),
+    Provenance(),
     Resonances(),
     SingleSpeeds(),
     Stability(),
-    DerivedQuantities(),
 )

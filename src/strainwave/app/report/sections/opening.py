@@ -50,7 +50,7 @@ class Opening:
     def lines(self, view: View, data: dict[str, Any]) -> list[str]:
         """The verdict, and the key numbers below each other."""
         verdict = data["verdict"]
-        said = [verdict[key] for key in ("sentence", "what_to_do") if verdict[key]]
+        said = [verdict[key] for key in ("headline", "sentence", "what_to_do") if verdict[key]]
         return said + [f"{value:>15}  {what}" for value, what, _ in self.key_numbers(view, data)]
 
     def about(self, view: View) -> str:

@@ -23,6 +23,7 @@ class Resonances:
     """Every resonance with its number, by ascending speed, and a figure of those with a curve by multiple scales."""
 
     heading = "Resonances"
+    appendix = True
 
     def data(self, view: View) -> dict[str, Any]:
         """A row for each, or why there is none."""

@@ -12,6 +12,7 @@ class SingleSpeeds:
     """The speeds that the project names, or the main resonances and a place away from them."""
 
     heading = "Single speeds in time"
+    appendix = True
 
     def data(self, view: View) -> dict[str, Any]:
         """A row for each, and why a part of the analysis is missing."""

@@ -9,6 +9,7 @@ class Stability:
     """What is proved about the decay of the error, or why nothing is."""
 
     heading = "Stability without excitation"
+    appendix = True
 
     def data(self, view: View) -> dict[str, Any]:
         """Scope, claim and region of the proof."""

@@ -1,0 +1,1 @@
+"""The analysis of one project file or of several."""

@@ -1,0 +1,97 @@
+"""`strainwave analyze`: from project files to folders with the report, results.json and CSV files."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ....files.project import Project
+from ....files.reading import read_project
+from ....files.yaml_text import FileError
+from ...console import Progress, to_json
+from ...output import staged
+from ...report.comparison_page import verdicts_page
+from ...report.report import Report, write
+
+COMPARISON = "comparison.html"
+
+
+def run(paths: Sequence[Path], folder: Path, compare: bool, as_json: bool) -> str:
+    """Analyse project files and return what is printed; several get a folder each, named like their files.
+
+    Raises
+    ------
+    ValueError
+        If two files have the same name, or one is compared.
+    KeyboardInterrupt
+        With the sentence that says what was finished, if the user stops it.
+    """
+    if compare and len(paths) < 2:
+        raise ValueError(f"--compare needs two project files or more, and {len(paths)} is given; name the others too")
+    if len(paths) == 1:
+        report = analyse(read_project(paths[0]), folder)
+        return to_json(report.results) if as_json else printed(report, folder)
+    names = [path.stem for path in paths]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ValueError(f"two project files are named {twice!r}, and so would be their folders; rename one of them")
+    projects = dict(zip(names, _all(paths), strict=True))
+    if compare and len({project.speeds.by_motor for project in projects.values()}) > 1:
+        raise ValueError("some projects have speeds of a forcing, others of a shaft; compare one kind at a time")
+    reports = finished(projects, folder)
+    said = [printed(report, folder / name) for name, report in reports.items()]
+    if compare:
+        with staged(folder) as part:
+            (part / COMPARISON).write_text(verdicts_page(reports), encoding="utf-8", newline="\n")
+        said.append(f"comparison: {folder / COMPARISON}")
+    if as_json:
+        return to_json({name: report.results for name, report in reports.items()})
+    return "\n\n".join(said)
+
+
+def check(paths: Sequence[Path]) -> str:
+    """Read project files and return what is printed: their titles and notes. All complaints come together.
+
+    Raises
+    ------
+    FileError
+        If a file is invalid.
+    """
+    projects = _all(paths)
+    return "\n".join(
+        "\n".join([f"{path}: valid: {project.title}", *(f"  {note}" for note in project.notes)])
+        for path, project in zip(paths, projects, strict=True)
+    )
+
+
+def _all(paths: Sequence[Path]) -> list[Project]:
+    projects, complaints = list[Project](), list[str]()
+    for path in paths:
+        try:
+            projects.append(read_project(path))
+        except FileError as error:
+            complaints.append(str(error))
+    if complaints:
+        raise FileError("\n".join(complaints))
+    return projects
+
+
+def finished(projects: dict[str, Project], folder: Path) -> dict[str, Report]:
+    """Write the report of every project into a folder of its name; Ctrl-C keeps those that are finished."""
+    reports: dict[str, Report] = {}
+    for name, project in projects.items():
+        try:
+            reports[name] = analyse(project, folder / name)
+        except KeyboardInterrupt:
+            kept = ", ".join(str(folder / done / "report.html") for done in reports)
+            raise KeyboardInterrupt(f"interrupted; {f'kept: {kept}' if kept else 'nothing was written'}") from None
+    return reports
+
+
+def analyse(project: Project, folder: Path) -> Report:
+    """Write the report of a project into a folder, with its progress on stderr."""
+    with Progress(project.title) as progress:
+        return write(project, folder, progress=progress.show)
+
+
+def printed(report: Report, folder: Path) -> str:
+    """The summary of a report with its place."""
+    return f"{report.summary}\n  report: {folder / 'report.html'}"

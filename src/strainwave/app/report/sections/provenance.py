@@ -1,0 +1,33 @@
+"""Where the report comes from: the project file with its hash, the versions, and the command that makes it again."""
+
+import platform
+from hashlib import sha256
+from importlib.metadata import version
+from typing import Any
+
+from .... import __version__
+from ...view import View
+
+SOFTWARE = ("numpy", "scipy", "numba")
+
+
+class Provenance:
+    """The whole project file, the SHA-256 of its text (UTF-8), versions, and the command."""
+
+    heading = "Project and provenance"
+
+    def data(self, view: View) -> dict[str, Any]:
+        """Hash, versions and command."""
+        path = view.project.path
+        versions = {"strainwave": __version__, "python": platform.python_version()}
+        return {
+            "provenance": {
+                "project_sha256": sha256(view.project.text.encode()).hexdigest(),
+                "versions": versions | {name: version(name) for name in SOFTWARE},
+                "command": f"strainwave analyze {path.name} -o {path.stem}",
+            }
+        }
+
+    def lines(self, _view: View, _data: dict[str, Any]) -> list[str]:
+        """Nothing: it is for readers of the page."""
+        return []

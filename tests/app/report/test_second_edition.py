@@ -1,0 +1,164 @@
+"""The report as a file for others: pass or fail, provenance, the same bytes again, several drives side by side."""
+
+import hashlib
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from strainwave.app.commands.cli import cli
+
+pytestmark = pytest.mark.interpreted
+
+ROOT = Path(__file__).resolve().parents[3]
+PROJECT = """\
+title: {title}
+gear: {{ratio: 100, law: {{type: linear, K: 3.1e4 N*m/rad}}}}
+motor: {{inertia: 1e-4 kg*m^2, mode: held}}
+load: {{inertia: 2 kg*m^2}}
+damping: {{ratio: 10 %}}
+speed: {{from: 300 rpm, to: 1000 rpm, shaft: motor}}
+excitation: {{kinematic_error: [{{order: 2, amplitude: 10 arcsec}}]}}
+{limit}"""
+
+
+def project(folder, name, limit=None, title="Table"):
+    path = folder / f"{name}.yaml"
+    end = "" if limit is None else f"limit: {{oscillation: {limit} arcsec}}\n"
+    path.write_text(PROJECT.format(title=title, limit=end), encoding="utf-8")
+    return path
+
+
+def analysed(tmp_path, *paths, options=()):
+    folder = tmp_path / "out"
+    result = CliRunner().invoke(cli, ["analyze", *map(str, paths), "-o", str(folder), *options])
+    assert result.exit_code == 0, result.output
+    return folder, result.output
+
+
+def results(folder):
+    return json.loads((folder / "results.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def judged(tmp_path_factory):
+    """Reports of one drive without a limit, with one that it keeps and with one that it does not."""
+    home = tmp_path_factory.mktemp("judged")
+    files = [project(home, "free"), project(home, "kept", 100), project(home, "passed", 20)]
+    return home, *analysed(home, *files, options=["--compare"])
+
+
+def test_the_first_lines_say_pass_or_fail_and_by_how_much(judged):
+    _, folder, _ = judged
+    verdicts = {name: results(folder / name)["verdict"] for name in ("free", "kept", "passed")}
+    r, zeta = np.linspace(0.5, 1.7, 100_001), 0.1
+    largest = 10.0 * np.max(np.abs((1 + 2j * zeta * r) / (1 - r * r + 2j * zeta * r)))  # transmissibility [arcsec]
+    assert verdicts["kept"]["headline"].startswith("Pass; the oscillation is ")
+    assert verdicts["kept"]["largest_over_limit"] == pytest.approx(largest / 100, rel=1e-5)
+    assert verdicts["passed"]["headline"].startswith(("Fail; the oscillation is ", "Fail at some speeds; the osc"))
+    assert verdicts["passed"]["largest_over_limit"] == pytest.approx(largest / 20, rel=1e-5)
+    assert verdicts["free"]["largest_over_limit"] is None
+    assert "limit: {oscillation: 60 arcsec}" in verdicts["free"]["what_to_do"]
+    for name, verdict in verdicts.items():
+        page = (folder / name / "report.html").read_text(encoding="utf-8")
+        assert page.index(verdict["headline"]) < page.index('class="key"')
+
+
+def test_the_named_limit_is_one_that_the_file_takes(judged):
+    home, folder, _ = judged
+    line = re.search(r"limit: \{.*?\}", results(folder / "free")["verdict"]["what_to_do"])[0]
+    path = home / "with_limit.yaml"
+    path.write_text((home / "free.yaml").read_text(encoding="utf-8") + line + "\n", encoding="utf-8")
+    result = CliRunner().invoke(cli, ["analyze", "--check", str(path)])
+    assert (result.exit_code, result.output) == (0, f"{path}: valid: Table\n")
+
+
+def test_the_report_says_where_it_comes_from(judged):
+    home, folder, _ = judged
+    found = results(folder / "kept")["provenance"]
+    assert found["project_sha256"] == hashlib.sha256((home / "kept.yaml").read_bytes()).hexdigest()
+    assert set(found["versions"]) == {"strainwave", "python", "numpy", "scipy", "numba"}
+    assert found["command"] == "strainwave analyze kept.yaml -o kept"
+    page = (folder / "kept" / "report.html").read_text(encoding="utf-8")
+    assert found["project_sha256"] in page
+
+
+def test_proofs_and_closed_forms_stand_in_the_appendix(judged):
+    _, folder, _ = judged
+    page = (folder / "kept" / "report.html").read_text(encoding="utf-8")
+    headings = re.findall(r"<h2>(.*?)</h2>", page)
+    end = headings.index("Appendix")
+    assert headings[end - 2 : end] == ["Assumptions and certificates", "Project and provenance"]
+    assert headings[end + 1 :] == ["A. Resonances", "B. Single speeds in time", "C. Stability without excitation"]
+
+
+def test_the_certificate_of_the_curve_is_its_distance_from_integration(judged):
+    _, folder, _ = judged
+    found = results(folder / "kept")
+    row = next(row for row in found["certificates"] if "integration" in row["held_against"])
+    motions = [m for m in found["run_up"] if m["periodic"] and m["exact_peak_rad"]]
+    assert row["relative_difference"] == max(abs(m["peak_rad"] / m["exact_peak_rad"] - 1.0) for m in motions) < 1e-4
+
+
+def test_drives_are_compared_with_the_numbers_of_their_reports(judged):
+    _, folder, output = judged
+    page = (folder / "comparison.html").read_text(encoding="utf-8")
+    assert "1 of 3 drives pass at all their speeds" in page
+    for name in ("free", "kept", "passed"):
+        assert f'href="{name}/report.html"' in page
+        assert results(folder / name)["verdict"]["headline"] in page
+    assert "http" not in re.sub(r'xmlns="http://www.w3.org/2000/svg"', "", page)
+    assert output.endswith(f"comparison: {folder / 'comparison.html'}\n")
+
+
+@pytest.mark.slow
+def test_two_processes_write_the_same_bytes(tmp_path):
+    path = project(tmp_path, "table", 20)
+    written = []
+    for seed in ("1", "77"):
+        folder = tmp_path / f"out-of-{seed}"
+        env = os.environ | {"PYTHONHASHSEED": seed, "STRAINWAVE_JIT": "0", "PYTHONPATH": str(ROOT / "src")}
+        command = [sys.executable, "-m", "strainwave", "analyze", str(path), "-o", str(folder)]
+        subprocess.run(command, env=env, check=True, capture_output=True, cwd=folder.parent)
+        written.append({file.name: file.read_bytes() for file in folder.iterdir()})
+    assert written[0] == written[1]
+    assert {"report.html", "results.json"} < written[0].keys()
+
+
+def test_what_cannot_be_compared_is_said_in_a_sentence_before_anything_is_computed(tmp_path):
+    good, bad = project(tmp_path, "good"), tmp_path / "bad.yaml"
+    (tmp_path / "other").mkdir()
+    twin = project(tmp_path / "other", "good")
+    bad.write_text("gear: CSG-40-50\n", encoding="utf-8")
+    out = ["-o", str(tmp_path / "out")]
+    for paths, code, said in (
+        ([good], 1, "--compare needs two project files or more, and 1 is given"),
+        ([good, twin], 1, "two project files are named 'good'"),
+        ([good, bad], 3, f"{bad}:1:1: "),
+    ):
+        result = CliRunner().invoke(cli, ["analyze", *map(str, paths), "--compare", *out])
+        assert result.exit_code == code
+        assert said in result.output
+        assert "Traceback" not in result.output
+    assert not (tmp_path / "out").exists()
+    result = CliRunner().invoke(cli, ["analyze", str(good)])
+    assert result.exit_code == 2
+    assert "give a folder for the report with -o" in result.output
+
+
+def test_a_check_reads_every_file_and_writes_nothing(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    good, bad = project(tmp_path, "good"), tmp_path / "bad.yaml"
+    bad.write_text("gear: CSG-40-50\n", encoding="utf-8")
+    before = sorted(tmp_path.iterdir())
+    result = CliRunner().invoke(cli, ["analyze", "--check", str(good), str(bad), str(tmp_path / "absent.yaml")])
+    assert result.exit_code == 3
+    assert f"{bad}:1:1: damping: is missing" in result.output
+    assert "absent.yaml" in result.output
+    assert sorted(tmp_path.iterdir()) == before
