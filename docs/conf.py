@@ -8,6 +8,7 @@ import strainwave
 
 DOCS = Path(__file__).parent
 EXAMPLES = DOCS.parent / "examples"
+SECTIONS = ("speeds", "moves", "gear", "design", "measurements", "control", "closed_forms")  # of the gallery
 sys.path.insert(0, str(EXAMPLES))
 
 project = "strainwave"
@@ -38,6 +39,7 @@ if any(EXAMPLES.glob("GALLERY_HEADER.*")) or any(EXAMPLES.glob("README.*")):
     sphinx_gallery_conf = {
         "examples_dirs": str(EXAMPLES),
         "gallery_dirs": "auto_examples",
+        "subsection_order": [f"../examples/{section}" for section in SECTIONS],
         "within_subsection_order": "FileNameSortKey",
         "filename_pattern": r"\.py$",
         "download_all_examples": False,

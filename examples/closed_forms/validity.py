@@ -1,6 +1,6 @@
 """
-Where does the closed form hold?
-================================
+Where do the closed forms hold?
+===============================
 
 A CSG-40-50 turns a load of 1.3 kg m^2 with a damping ratio of 3 % and a kinematic error of order 2. Left: where
 multiple scales of first and second order are within 1, 5 and 20 % of the true amplitude, over the motor's speed and the

@@ -1,5 +1,5 @@
 """
-Does a real gear jump, and what does its load do to that?
+Does a real gear jump, and how does its load change that?
 =========================================================
 
 A CSG-40-50 turns 1.3 kg m² at constant motor speed; its kinematic error is 23 arcsec at twice the motor speed, its

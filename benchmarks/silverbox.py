@@ -3,7 +3,7 @@ What law does a measured Duffing oscillator have?
 =================================================
 
 The Silverbox, an electronic mass, spring and damper, is the benchmark of nonlinear identification (Wigren & Schoukens
-2013; nonlinearbenchmark.org). Its record is not shipped: ``python examples/silverbox.py SNLS80mV.csv``. The law was
+2013; nonlinearbenchmark.org). Its record is not shipped: ``python benchmarks/silverbox.py SNLS80mV.csv``. The law was
 chosen by ``compare_laws`` on the training part alone.
 
 The number: the root mean square of the error in mV of a free run over each of the three test records.

@@ -1,6 +1,6 @@
 """
-What does one run-up tell of a drive?
-=====================================
+What does a log of one run-up tell about a drive?
+=================================================
 
 An SHG-25-100 under a position loop turns 1.2 kg m², at which gravity pulls with 8 N m. Only encoders were logged, 20
 bits on the motor and 24 bits with noise on the load. The project file guesses damping and kinematic error; what is

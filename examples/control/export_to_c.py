@@ -1,6 +1,6 @@
 """
-How does a joint run up on a controller without Python?
-=======================================================
+How does the model of a joint run on a controller, without Python?
+==================================================================
 
 The motor, the gear and the load of a joint are written as C without dependencies, built with the compiler `cc` and
 stepped 10 000 times a second, as a bench would. A constant torque takes the joint up through the resonance of order 2.

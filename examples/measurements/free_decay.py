@@ -1,6 +1,6 @@
 """
-What does a gear tell when it is let go?
-========================================
+Which stiffness does a free vibration show?
+===========================================
 
 The wave generator is held, the load is turned until the gear carries 300 N m, and let go: it rings. Frequency and
 damping against the amplitude are read from the record without any law; the three slopes of the datasheet are then

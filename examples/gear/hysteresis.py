@@ -1,6 +1,6 @@
 """
-How much hysteresis damps a gear
-================================
+How much of the vibration's energy does the gear's hysteresis take?
+===================================================================
 
 A law is fitted to the hysteresis loss and lost motion of a datasheet, for a CSF-40-50 with 0.5 and 0.3 arcmin. At the
 resonance of the driven load, how much of the energy does the hysteresis take, and how much the viscous damping of 1 %?

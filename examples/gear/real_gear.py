@@ -1,6 +1,6 @@
 """
-What does a load make of a gear? From the datasheet to the operating point
-==========================================================================
+How far does a load raise a gear's natural frequency?
+=====================================================
 
 A datasheet gives three slopes. The cubic that fits them, and a monotone curve through measured points, are smooth; a
 gap in the coupling is put in series. Under a mean torque the drive works on a stiffer part of the law, and about that

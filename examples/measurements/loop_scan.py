@@ -1,6 +1,6 @@
 """
-Which torsion law does a measured loop have? From torque over torsion to a drive
-=================================================================================
+Which torsion law does a measured loop have?
+============================================
 
 An SHG-25-100 is twisted by three cycles with its input locked. The record has noise, offsets and steps of 2e-6 rad. The
 fit gives slopes, corners, backlash and hysteresis with their intervals, and says why this law and no other.

@@ -1,12 +1,12 @@
 """
-What does the shape of lost motion change? A law of my own
-==========================================================
+What does the shape of the lost motion change?
+==============================================
 
 Near zero torque a gear is soft. `Backlash` says so with two sharp corners; here is a rounded law with the same line far
 out, a class of ten lines. Every method of the library takes it, integration as machine code.
 
 The number: the largest error at 1250 rpm with the rounded law, checked against SciPy. From rest at that speed a drive
-with the sharp gap stays quiet, one with the rounded law does not: the shape decides.
+with the sharp gap stays on the motion of low amplitude, one with the rounded law does not: the shape decides.
 """
 
 from typing import NamedTuple

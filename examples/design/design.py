@@ -1,6 +1,6 @@
 """
-Which gear does a joint need? From a specification to the catalogue
-===================================================================
+Which gear of the catalogue does a joint need?
+==============================================
 
 A robot's elbow must point within 90 arcsec of oscillation at 5 to 30 rpm, carry 60 N m for part of its time, and last
 10 000 h. The catalogue has 183 gears: most are turned away by their datasheets or because no source gives a number that

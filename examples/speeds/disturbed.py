@@ -1,10 +1,10 @@
 """
-Loud or quiet? Where a disturbed drive comes to rest
-====================================================
+Where does a disturbed drive come to rest?
+==========================================
 
-Between the speeds of its jumps a gear has two motions, a quiet one and a loud one. Which one a disturbance leaves it
-in, is a matter of its basins of attraction: 14400 initial states of a CSG-40-50 with a load of 1.3 kg m² and a damping
-of 3 %, at a motor speed of 1510 rpm, each integrated until it has settled.
+Between the speeds of its jumps a gear has two motions, one of low and one of high amplitude. Their basins of attraction
+say to which one a disturbed drive returns. The figure has 14400 initial states of a CSG-40-50 with a load of 1.3 kg m²
+and a damping of 3 %, at a motor speed of 1510 rpm. Each is integrated until it has settled.
 
 The number: share of the states within ±4 mrad and ±1.2 rad/s that end on the high-amplitude motion.
 """
@@ -33,8 +33,8 @@ def main():
     _, axes = plt.subplots(figsize=(6, 5.5), layout="constrained")
     sw.draw_basins(axes, found)
     axes.set_title("where 14400 initial states end")
-    loud = max(range(len(found.attractors)), key=lambda i: found.attractors[i].amplitude)
-    share, error = found.share(loud)
+    high = max(range(len(found.attractors)), key=lambda i: found.attractors[i].amplitude)
+    share, error = found.share(high)
     return share, error
 
 

@@ -1,6 +1,6 @@
 """
-How much of a gear's error does a control remove, when its table has so few points?
-===================================================================================
+How much of the kinematic error does a table of so few points remove?
+=====================================================================
 
 A CSG-40-50 turns 36 degrees, five turns of its wave generator; its error of order 2 is 23 arcsec. The order table goes
 into the compensation file of a LinuxCNC joint, which holds 256 points and joins them by straight lines, and into files

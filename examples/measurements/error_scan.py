@@ -1,6 +1,6 @@
 """
-Which lines does a measured error have? From a scan in both directions to the drive
-===================================================================================
+Which orders does a measured kinematic error have?
+==================================================
 
 A rig turns a CSG-40-50 by two turns of its wave generator and back and records the error at the output. Its lines
 follow by least squares, those that noise could make are left out, and the

@@ -1,12 +1,12 @@
 """
-How good is the closed form?
-============================
+How accurate are the closed forms?
+==================================
 
 The article's drive (its Table 3, torque-driven, 10 N m at the motor) from rest, by first-order multiple scales and by
 integration, in the four regimes: no resonance, primary, superharmonic (omega_0/3) and subharmonic (3 omega_0).
 
-The numbers: normalised RMS difference over 0 to 5/mu, in percent. The source article claims 2.1, 4.8, 3.5 and 4.2; with
-its formulas corrected (errata E2 to E6) they are below 0.05, 2, 0.1 and 0.1.
+The number: normalised RMS difference over 0 to 5/mu in each regime, in percent. The source article claims 2.1, 4.8, 3.5
+and 4.2; with its formulas corrected (errata E2 to E6) it is below 0.05, 2, 0.1 and 0.1.
 """
 
 import matplotlib.pyplot as plt
