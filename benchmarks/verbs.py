@@ -96,10 +96,10 @@ def questions(folder):
          lambda: sw.speed_map(project, loads=np.linspace(-180.0, 0.0, 5))),
         ("How large is the error at each speed, and where does the drive jump?", "project.response()", "response",
          lambda: project.response()),
-        ("The same for the error equation alone", "sw.frequency_response(system, (low, high))", "",
+        ("How large is it by the error equation alone?", "sw.frequency_response(system, (low, high))", "",
          lambda: sw.frequency_response(SYSTEM, BAND)),
-        ("The same by a formula, and how good is it?", "sw.slow_flow(system, resonance, order=2).response((low, high))",
-         "", lambda: sw.slow_flow(SMOOTH, sw.Resonance(2, 1), order=2).response(BAND)),
+        ("How large is it by a formula, and how good is the formula?",
+         "sw.slow_flow(system, resonance, order=2).response((low, high))", "", lambda: sw.slow_flow(SMOOTH, sw.Resonance(2, 1), order=2).response(BAND)),
         ("How large is the error at one speed?", "sw.find_orbit(system)", "", lambda: sw.find_orbit(SYSTEM)),
         ("How does the error move in time?", "sw.simulate(system, start, time)", "",
          lambda: sw.simulate(SYSTEM, (0.0, 0.0), 2.0)),
@@ -153,7 +153,7 @@ def shown(time_taken):
     """Seconds to one digit, in s or ms."""
     value, unit = (time_taken, "s") if time_taken >= 0.95 else (1e3 * time_taken, "ms")
     digits = 10.0 ** math.floor(math.log10(value))
-    return f"{round(value / digits) * digits:g} {unit}"
+    return f"{round(value / digits) * digits:g}\N{NO-BREAK SPACE}{unit}"
 
 
 def main():
@@ -161,10 +161,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=3)
     rounds = parser.parse_args().rounds
-    print("| question | in Python | command | cost |\n|---|---|---|---|")
+    print("| question | in Python | `strainwave ...` | cost |\n|---|---|---|---|")
     with TemporaryDirectory() as folder, chdir(folder):
         for question, verb, command, task in questions(Path(folder)):
-            name = f"`strainwave {command}`" if command else ""
+            name = f"`{command}`" if command else ""
             print(f"| {question} | `{verb}` | {name} | {shown(seconds(task, rounds))} |", flush=True)
 
 

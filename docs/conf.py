@@ -79,7 +79,7 @@ def join_names(app, what, name, thing, options, lines):
 def add_summary(app, docname, source):
     """Put a table of a page's names, a sentence each, in the place of {{ summary }}."""
     names = re.findall(r"^\.\. auto(?:class|function):: (\S+)$", source[0], re.MULTILINE)
-    lines = ["```{eval-rst}", ".. autosummary::", "   :nosignatures:", "", *(f"   {name}" for name in names), "```"]
+    lines = ["```{eval-rst}", ".. autosummary::", "   :nosignatures:", "", *(f"   ~{name}" for name in names), "```"]
     source[0] = source[0].replace("{{ summary }}", "\n".join(lines))
 
 
