@@ -476,8 +476,17 @@ def test_example_hardening():
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_example_design():
-    # the example itself confirms the best design by the response of its project
-    assert 0.0 < example("design").main() < 90.0
+    # Independent: SciPy's DOP853 on equations by hand, at the worst speed of the best design.
+    number, best = example("design").main()
+    assert best.gear == "CSG-40-50"
+    spectrum = sw.accuracy_spectrum(sw.catalogue.gear("CSG-40-50").accuracy)
+    lines = tuple((line.order, line.amplitude * 648_000.0 / math.pi) for line in spectrum.lines)
+    joint = TwoInertias(
+        5e-4, best.load_inertia, 50.0, (1e5, 1.4e5, 1.8e5), (54.0, 196.0), best.B, lines, bandwidth=30.0
+    )
+    size = joint.oscillation(best.speed * 30.0 / math.pi, lambda _: best.load_torque, settle=40, turns=42)
+    assert number == pytest.approx(size, rel=1e-3)
+    assert number < 90.0
 
 
 def test_example_loop_scan():

@@ -44,14 +44,14 @@ def main():
 
     _, (left, right) = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
     for order, row in zip(known.orders, known.amplitude, strict=True):
-        left.plot(known.frequency / 2.0, row / ARCSEC, label=f"order {order:g}, at the known angle")
+        left.plot(known.frequency / 2.0, row / ARCSEC, label=f"order {order:g}, angle known")
     left.plot(known.frequency / 2.0, tracked.amplitude[0] / ARCSEC, "k:", label="tracked")
     left.set(xlabel="motor speed (rad/s)", ylabel="amplitude of the error (arcsec)", ylim=(0.0, None))
     right.plot(known.frequency / 2.0, tracked.frequency, "k", label="tracked")
     right.plot(known.frequency / 2.0, known.frequency, "C0--", label="order 2 of the motor")
     right.set(xlabel="motor speed (rad/s)", ylabel="frequency (rad/s)")
     for axes in (left, right):
-        axes.legend()
+        axes.legend(loc="upper left", fontsize=8)
     return float(np.mean((known.frequency - tracked.frequency)[-1000:]))
 
 

@@ -48,13 +48,13 @@ def main():
     before = t < t[np.argmax(predicted)]
     _, axes = plt.subplots(figsize=(8, 4), layout="constrained")
     axes.plot(LOW + RATE * t, integrated, color="#9ecae1", lw=0.3, label="integrated")
-    crests = [np.max(part) for part in np.array_split(predicted, 400)]
-    axes.plot(
-        [np.mean(part) for part in np.array_split(LOW + RATE * t, 400)], crests, "C3--", label="predicted, crests"
-    )
+    parts = zip(np.array_split(LOW + RATE * t, 400), np.array_split(predicted, 400), strict=True)
+    axes.plot(*np.transpose([(np.mean(omega), np.max(x)) for omega, x in parts]), "C3--", label="predicted, crests")
     axes.set(xlabel="speed (rad/s)", ylabel="dynamic error (rad)")
+    axes.legend(loc="upper left")
     return 100.0 * float(np.sqrt(np.mean((predicted - integrated)[before] ** 2) / np.mean(integrated[before] ** 2)))
 
 
 if __name__ == "__main__":
     print(f"the prediction differs from the motion by {main():.2f} % up to the jump")
+    plt.show()

@@ -47,9 +47,9 @@ def main():
     found.plot()
     best = found.pareto[0]
     assert abs(confirmed(best) / best.oscillation - 1.0) < 1e-6
-    return best.oscillation / ARCSEC
+    return best.oscillation / ARCSEC, best
 
 
 if __name__ == "__main__":
-    print(f"the best design oscillates by {main():.1f} arcsec")
+    print(f"the best design oscillates by {main()[0]:.1f} arcsec")
     plt.show()

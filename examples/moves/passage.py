@@ -27,7 +27,8 @@ def main():
 
     _, (left, right) = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
     for one in (study.passages[0], study.passages[15], half_second):
-        left.plot(one.omega, 1e3 * one.envelope, label=f"{one.rate:.3g} rad/s²")
+        ramp = one.omega < BAND[1]  # after it the speed is held until the motion has settled
+        left.plot(one.omega[ramp], 1e3 * one.envelope[ramp], label=f"{one.rate:.3g} rad/s²")
     left.set(xlabel="motor speed (rad/s)", ylabel="largest |dynamic error| (mrad)", title="run-up")
     left.legend()
     right.semilogx(study.rate, 1e3 * study.peak, color="#0072B2")

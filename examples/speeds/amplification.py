@@ -3,9 +3,8 @@ How far does a catalogue gear amplify its own error?
 ====================================================
 
 A torque-driven CSG-40-50 carries 1.3 kg m²; its kinematic error is 22.7 arcsec at twice the motor speed. The three
-slopes of its stiffness bend the resonance: between the jumps one speed has a motion of low and one of high amplitude,
-and the past decides. Multiple scales put the peak a third too high here, as their certificate says. The jump is
-integrated.
+slopes bend the resonance: between the jumps one speed has a motion of low and one of high amplitude, and the past
+decides. Multiple scales put the peak a third too high here, as their certificate says; the jump is integrated.
 
 The number: largest torsion at 235 rad/s (2244 rpm) on the way up, 2.365e-3 rad or 21 times the kinematic error, checked
 against the exact solution of the three straight segments.
