@@ -85,7 +85,7 @@ class LinearAndCubic(NamedTuple):
 
 
 class Polynomial(NamedTuple):
-    """Power series: T is the sum of c_k x^k, k from 0 on, with a tuple of c_k [N*m/rad^k]. Analytic; odd without even k."""
+    """Power series: T is the sum of c_k x^k, k = 0, 1, 2 and so on, c_k in N*m/rad^k. Analytic; odd without even k."""
 
     coefficients: tuple[float, ...]
 
