@@ -8,6 +8,7 @@ import strainwave
 
 DOCS = Path(__file__).parent
 EXAMPLES = DOCS.parent / "examples"
+SECTIONS = ("speeds", "moves", "gear", "design", "measurements", "control", "closed_forms")  # of the gallery
 sys.path.insert(0, str(EXAMPLES))
 
 project = "strainwave"
@@ -15,7 +16,7 @@ author = "the strainwave developers"
 copyright = f"2026, {author}"
 version = release = strainwave.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "sphinx.ext.mathjax"]
 exclude_patterns = ["_build", "auto_examples/*.ipynb"]
 
 html_theme = "furo"
@@ -30,6 +31,7 @@ napoleon_google_docstring = False
 napoleon_use_ivar = True
 napoleon_use_rtype = False
 
+autosummary_generate = False
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
 
@@ -38,6 +40,7 @@ if any(EXAMPLES.glob("GALLERY_HEADER.*")) or any(EXAMPLES.glob("README.*")):
     sphinx_gallery_conf = {
         "examples_dirs": str(EXAMPLES),
         "gallery_dirs": "auto_examples",
+        "subsection_order": [f"../examples/{section}" for section in SECTIONS],
         "within_subsection_order": "FileNameSortKey",
         "filename_pattern": r"\.py$",
         "download_all_examples": False,
@@ -73,7 +76,15 @@ def join_names(app, what, name, thing, options, lines):
             lines[i] = f"{kind} {names.replace(', ', ',')}{line[match.end() :]}"
 
 
+def add_summary(app, docname, source):
+    """Put a table of a page's names, a sentence each, in the place of {{ summary }}."""
+    names = re.findall(r"^\.\. auto(?:class|function):: (\S+)$", source[0], re.MULTILINE)
+    lines = ["```{eval-rst}", ".. autosummary::", "   :nosignatures:", "", *(f"   ~{name}" for name in names), "```"]
+    source[0] = source[0].replace("{{ summary }}", "\n".join(lines))
+
+
 def setup(app):
+    app.connect("source-read", add_summary)
     app.connect("autodoc-process-docstring", escape_formulas, priority=400)  # before napoleon writes its own markup
     app.connect("autodoc-process-docstring", join_names, priority=600)
     app.connect("autodoc-process-signature", short_types)

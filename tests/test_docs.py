@@ -5,6 +5,7 @@ block is a whole project file; a ```text block right after it is the complaint a
 """
 
 import contextlib
+import inspect
 import io
 import re
 import shutil
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import matplotlib
 import pytest
+from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
@@ -24,6 +26,7 @@ matplotlib.use("Agg")
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = {path.name: path for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]}
+API = sorted((ROOT / "docs" / "api").glob("*.md"))
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -100,9 +103,46 @@ def not_on(name, words):
     return [word for word in sorted(words) if f"`{word}" not in page(name)]
 
 
-def test_every_public_name_is_on_the_api_page():
-    directive = re.compile(r"^\.\. (?:auto\w+|py:data):: strainwave\.(?:\w+\.)*(\w+)$", re.MULTILINE)
-    assert set(sw.__all__) - set(directive.findall(page("api.md"))) == set()
+def test_every_public_name_is_on_one_api_page():
+    directive = re.compile(r"^\.\. (?:auto\w+|py:data):: strainwave\.(\w+)$", re.MULTILINE)
+    found = [name for path in API for name in directive.findall(path.read_text(encoding="utf-8"))]
+    assert sorted(found) == sorted(sw.__all__)
+
+
+def test_every_api_page_begins_with_a_sentence_for_each_of_its_names():
+    assert {f"api/{path.stem}" for path in API} == set(re.findall(r"^api/\w+$", page("api.md"), re.MULTILINE))
+    assert all(path.read_text(encoding="utf-8").count("{{ summary }}") == 1 for path in API)
+    described = [getattr(sw, name) for name in sw.__all__ if callable(getattr(sw, name))]
+    assert [thing for thing in described if not inspect.getdoc(thing).split("\n")[0].endswith((".", "?"))] == []
+
+
+def test_the_table_of_verbs_has_verbs_and_commands():
+    rows = re.findall(
+        r"^\| [^|]+\? \| `(?:sw\.(?:report\.)?)?(\w+)[^|]*` \| (?:`([\w-]+)`)? *\| [\d.]+\N{NO-BREAK SPACE}m?s \|$",
+        page("which-verb.md"),
+        re.MULTILINE,
+    )
+    assert len(rows) == page("which-verb.md").count("\n| ") - 1 >= 20
+    assert {verb for verb, _ in rows} - {*sw.__all__, "project", "write"} == set()
+    assert {command for _, command in rows if command} - set(cli.commands) == set()
+
+
+@pytest.mark.compiled
+@pytest.mark.slow
+def test_the_first_project_has_the_answer_that_its_page_says(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    project = next(block for block in blocks("first-project.md") if block["language"] == "yaml")
+    Path("axis.yaml").write_text(project["body"], encoding="utf-8")
+    said = "".join(block["body"] for block in blocks("first-project.md") if block["language"] == "console")
+    curve = CliRunner().invoke(cli, ["response", "axis.yaml", "-o", "response.svg"])
+    assert [line for line in curve.stdout.splitlines()[:4] if line not in said] == []
+    answer = CliRunner().invoke(cli, ["analyze", "axis.yaml", "-o", "axis"]).stdout
+    assert "513.7 to 899.4 rpm" in page("README.md")
+    for fact in ("513.7 to 899.4 rpm", "149 arcsec at 759.51 rpm", "300 to 513.7 and 899.4 to 2000 rpm at the motor"):
+        assert fact in said
+        assert fact in answer
+    assert "4.3 times that of the train" in answer  # docs/limits.md
+    assert Path("axis/report.html").is_file()
 
 
 def test_every_command_and_option_is_on_the_command_line_page():

@@ -163,6 +163,11 @@ def docs(rest: list[str]) -> list[str]:
     return failed
 
 
+def figures(rest: list[str]) -> list[str]:
+    """Make the figure and the screenshot of the README anew."""
+    return run_all([["python", "tools/figures.py", *rest], ["python", "tools/screenshot.py"]])
+
+
 def bench(rest: list[str]) -> list[str]:
     """Run the benchmarks, each a script of its own."""
     scripts = rest or ["benchmarks/simulate.py", "benchmarks/response.py"]
@@ -174,6 +179,7 @@ TASKS: dict[str, tuple[Callable[[list[str]], list[str]], tuple[str, ...]]] = {
     "test": (test, ("plot", "report", "web", "sym", "cluster", "control", "fmi", "dev")),
     "coverage": (coverage, ("plot", "report", "web", "sym", "cluster", "control", "fmi", "dev")),
     "docs": (docs, ("plot", "report", "sym", "docs")),
+    "figures": (figures, ("plot", "report", "web", "dev")),
     "lint": (lint, ("plot", "report", "web", "sym", "cluster", "dev")),
     "bench": (bench, ("plot", "report", "sym", "cluster", "dev")),
 }

@@ -40,10 +40,10 @@ def draw_basins(axes: Any, found: Basins) -> None:
     else:
         axes.imshow(rgb.reshape(*found.shape, 3), extent=(x0, x1, v0, v1), origin="lower", aspect="auto")
         _draw_edges(axes, found, across, up)
+    size, unit = angle_unit([attractor.amplitude for attractor in found.attractors])
     for i, attractor in enumerate(found.attractors):
         look = min(i, len(BASIN) - 1)
         p, error = found.share(i)
-        size, unit = angle_unit([attractor.amplitude])
         amplitude = f"{attractor.amplitude / size:.3g} {unit}"
         axes.plot(
             attractor.points[:, 0] / across, attractor.points[:, 1] / up, MARKERS[look], ms=8.0, mfc=BASIN[look],

@@ -43,7 +43,7 @@ class LawFit:
 
 
 def fit_odd(law: Any, reach: float, degree: int = 3) -> LawFit:
-    """Fit T = k1 x + k3 x^3 + ... to a law by least squares in the torque on 0 .. reach, uniformly in the torsion.
+    """Fit k1 x + k3 x^3 and higher odd terms to a law by least squares in the torque, uniformly on 0 .. reach.
 
     Parameters
     ----------

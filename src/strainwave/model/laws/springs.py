@@ -85,7 +85,7 @@ class LinearAndCubic(NamedTuple):
 
 
 class Polynomial(NamedTuple):
-    """T = c0 + c1 x + c2 x^2 + ... with a tuple of coefficients c_k [N*m/rad^k]. Analytic; odd if c0 = c2 = ... = 0."""
+    """Power series: T is the sum of c_k x^k, k = 0, 1, 2 and so on, c_k in N*m/rad^k. Analytic; odd without even k."""
 
     coefficients: tuple[float, ...]
 
