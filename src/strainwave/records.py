@@ -90,6 +90,11 @@ class Result:
         # `strainwave.plot` stands above: it is loaded by its name, as the package loads its own names
         return import_module("strainwave.plot").draw(self, axes)
 
+    def _repr_html_(self) -> str:
+        """Summary, figure and arrays in a notebook."""
+        html: str = import_module("strainwave.app.notebook").html(self)  # a face: it stands above
+        return html
+
 
 def _attributes(result: Any) -> dict[str, Any]:
     """Class, version, and the single numbers and words of a result."""

@@ -36,7 +36,7 @@ class Curve(NamedTuple):
     label: str = ""
     dash: str = ""
     width: float = 1.6
-    marker: str = ""  # "o", "^" or "v" instead of a line
+    marker: str = ""  # "o", "s", "^" or "v" instead of a line
     face: str = ""
     upper: Floats | None = None
 
@@ -215,7 +215,7 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float) -> str
 def _notes(panel: Panel, across: Scale, up: Scale, size: tuple[float, float]) -> list[str]:
     """Texts above the panel, and those beside a point where they cross the fewest lines, arrows and edges."""
     w, h = size
-    lines = [(across(c.x), up(c.y)) for c in panel.curves if not c.marker and np.all(np.isfinite(c.x))]
+    lines = [(across(c.x), up(c.y)) for c in panel.curves if c.x.size and not c.marker and np.all(np.isfinite(c.x))]
     lines += [(across([a.x, a.x]), up([a.start, a.end])) for a in panel.arrows]
     edge = np.array([0.0, w, w, 0.0, 0.0]), np.array([0.0, 0.0, h, h, 0.0])
     lines.append(edge)
@@ -245,6 +245,8 @@ def _stroke(curve: Curve) -> str:
 
 
 def _line(x: Floats, y: Floats, curve: Curve, upper: Floats | None) -> str:
+    if not len(x):
+        return ""  # it stands in the legend alone
     if upper is not None:
         x, y = np.concatenate([x, x[::-1]]), np.concatenate([y, upper[::-1]])
         return f'<path d="{_path(x, y)}Z" fill="{curve.colour}" fill-opacity="0.45"/>'
@@ -270,6 +272,8 @@ def _marker(x: float, y: float, curve: Curve) -> str:
     look = f'fill="{curve.face}" {_stroke(curve)}'
     if curve.marker == "o":
         return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" {look}/>'
+    if curve.marker == "s":
+        return f'<rect x="{x - 3.5:.1f}" y="{y - 3.5:.1f}" width="7" height="7" {look}/>'
     s = 1.0 if curve.marker == "^" else -1.0
     return f'<path d="M{x - 4.6:.1f} {y + 3.6 * s:.1f}h9.2L{x:.1f} {y - 4.6 * s:.1f}Z" {look}/>'
 

@@ -1,0 +1,122 @@
+"""A result as HTML: its summary as a table, its arrays as another, and its figure as SVG.
+
+Everything is in the text: no style sheet, no script, no file. Text has the notebook's own colour; the figure has a
+white ground, and so looks the same in light and in dark notebooks.
+"""
+
+import re
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from ...plot.any_result import DRAWN
+from ...sentences import WIDTH
+from ..console import number
+from ..units import sign
+from .axes import Axes
+
+CELL = "text-align:left;vertical-align:top;padding:1px 10px 1px 0"
+CARD = "background:#ffffff;max-width:620px;border-radius:4px;margin:4px 0"
+LONGEST_NAME = 40  # letters before a colon, that are the name of a row
+
+
+def html(result: Any) -> str:
+    """HTML of a result for a notebook.
+
+    Parameters
+    ----------
+    result : Result
+        What `str` sums up in lines, and `plot` draws or not.
+
+    Returns
+    -------
+    str
+        A div with a table of the lines of `str(result)`, the figure if there is one, and a table of the arrays.
+    """
+    drawn = figure(result)
+    card = f'<div style="{CARD}">{drawn}</div>' if drawn else ""
+    return f"<div>{_summary(str(result))}{card}{_arrays(result)}</div>"
+
+
+def figure(result: Any) -> str:
+    """The figure of a result as SVG; "" where it has none."""
+    draw = DRAWN.get(type(result))
+    if draw is None:
+        return ""
+    axes = Axes()
+    draw(axes, result)
+    return axes.figure.svg(f"figure of {str(result).splitlines()[0]}")
+
+
+def _summary(text: str) -> str:
+    """Table of a summary: its first line is the caption, each other line a row, as its cells or its name part it."""
+    caption, *lines = _whole_lines(text)
+    if not lines:
+        return f"<p>{escape(caption)}</p>"
+    rows = [_cells(line) for line in lines]
+    width = max(map(len, rows))
+    body = "".join(_row(cells, width) for cells in rows)
+    head = f'<caption style="{CELL};caption-side:top">{escape(caption)}</caption>'
+    return f'<table style="min-width:620px">{head}<tbody>{body}</tbody></table>'
+
+
+def _whole_lines(text: str) -> list[str]:
+    """Lines of a summary, those put together again that were wrapped for the screen."""
+    lines: list[str] = []
+    before = ""
+    for line in text.splitlines():
+        if before and line.startswith("  ") and len(before) + 1 + len(line.split(maxsplit=1)[0]) > WIDTH:
+            lines[-1] += " " + line.strip()
+        else:
+            lines.append(line)
+        before = line
+    return lines
+
+
+def _cells(line: str) -> list[str]:
+    """Cells of a line: its columns, the first without a name where it stands further in; or name and value."""
+    columns = re.split(r"\s{2,}", line.strip())
+    if len(columns) > 1:
+        return ["", *columns] if line.startswith("   ") else columns
+    name, mark, rest = columns[0].partition(": ") if ": " in line else columns[0].partition(" = ")
+    is_name = mark and len(name) <= LONGEST_NAME and "," not in name and name.count("(") == name.count(")")
+    return [name, rest] if is_name else columns
+
+
+def _row(cells: list[str], width: int) -> str:
+    if len(cells) == 1:
+        return f'<tr><td colspan="{width}" style="{CELL}">{escape(cells[0])}</td></tr>'
+    first, *others = cells
+    span = f' colspan="{width - len(others)}"' if width > len(cells) else ""
+    body = [f'<td style="{CELL}">{escape(cell)}</td>' for cell in others]
+    body[-1] = body[-1].replace("<td", f"<td{span}", 1)
+    return f'<tr><th scope="row" style="{CELL}">{escape(first)}</th>{"".join(body)}</tr>'
+
+
+def _arrays(result: Any) -> str:
+    """Closed table of the arrays: name, unit, dimensions, least and largest value."""
+    labelled = {**result.coordinates(), **result.variables()}
+    if not labelled:
+        return ""
+    head = "".join(f'<th scope="col" style="{CELL}">{name}</th>' for name in ("array", "unit", "size", "from", "to"))
+    rows = []
+    for name, (_, values, unit) in labelled.items():
+        array = np.asarray(values)
+        size = " × ".join(map(str, array.shape))
+        cells = [sign(unit), size, *_ends(array)]
+        body = "".join(f'<td style="{CELL}">{escape(cell)}</td>' for cell in cells)
+        rows.append(f'<tr><th scope="row" style="{CELL}">{escape(name)}</th>{body}</tr>')
+    table = f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+    return f"<details><summary>arrays</summary>{table}</details>"
+
+
+def _ends(array: Any) -> tuple[str, str]:
+    """Least and largest value of real numbers, the sizes of complex ones, or the first and the last word."""
+    if not array.size:
+        return "", ""
+    if array.dtype.kind not in "biufc":
+        return str(array.flat[0]), str(array.flat[-1])
+    sizes = np.abs(array) if array.dtype.kind == "c" else array.astype(float)
+    good = sizes[np.isfinite(sizes)]
+    return (number(float(np.min(good))), number(float(np.max(good)))) if good.size else ("–", "–")
