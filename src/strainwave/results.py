@@ -4,6 +4,7 @@ import math
 import os
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -323,7 +324,7 @@ class Branch(Result):
             return np.zeros(len(x))
         return np.asarray(np.hypot(x[:, 2 * k - 1], x[:, 2 * k])) if k else x[:, 0].copy()
 
-    @property
+    @cached_property
     def oscillation(self) -> Floats:
         """Largest |first state - mean| over the period (n,) [rad for an Oscillator]."""
         return oscillation(self.coefficients)

@@ -26,9 +26,11 @@ from ..study.analysis.load_range import LoadRange, torques_of_angle
 from ..study.analysis.remedies import Source
 from ..study.analysis.runup import silent
 from ..study.analysis.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
+from ..study.analysis.train_curve import POINTS as OF_TRAIN
 from ..study.move.demands import MotorLimits
 from ..study.move.mover import Task
 from ..study.response.by_integration import response_through
+from ..study.response.response import POINTS
 from ..study.train.loop_margin import motor_name
 from ..study.train.reductions import left_out
 from .loop_fields import control_of, loop_inertia
@@ -254,7 +256,9 @@ class Project:
         train, whole = self.train and moved(self.train), self.whole and moved(self.whole)
         return replace(self, drive=self.drive._replace(J_l=before + J_l), train=train, whole=whole)
 
-    def response(self, harmonics: int | None = None, *, coexisting: bool = True) -> DriveResponse:
+    def response(
+        self, harmonics: int | None = None, *, coexisting: bool = True, points: int | None = None
+    ) -> DriveResponse:  # fmt: skip
         """Steady motions of the whole drive through its speeds, with jumps; the pointing error of the load leads.
 
         Parameters
@@ -264,6 +268,9 @@ class Project:
         coexisting : bool
             Whether motions that do not join the curve are looked for at the ends of the range, which takes most of the
             time.
+        points : int, optional
+            About so many points, and more where the curve bends; crests and folds are among them at any number.
+            Default: 100, of a whole train 60.
 
         Raises
         ------
@@ -276,11 +283,11 @@ class Project:
         if self.train is not None:
             refuse_free(self.train)
             if has_curve(self.train):
-                found = train_curve(self.train, speeds, harmonics, coexisting=coexisting)
+                found = train_curve(self.train, speeds, harmonics, coexisting=coexisting, points=points or OF_TRAIN)
                 if found is None:
                     raise SolveError(NO_MOTION)
                 return found
-        exact = response_through(system, speeds, harmonics=harmonics, coexisting=coexisting)
+        exact = response_through(system, speeds, points or POINTS, harmonics, coexisting)
         if not len(exact.curve):
             raise SolveError(exact.curve.message)
         return of_equation(system, exact, self.motor == "held")

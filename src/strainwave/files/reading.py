@@ -18,7 +18,7 @@ from .project import Project
 from .python_law import with_python_laws
 from .resolve import resolved
 from .schema import ExplicitGear, NamedGear, ProjectSpec, Spec
-from .yaml_text import FileError, Problem, as_path, complaint, name, read, read_text, shown
+from .yaml_text import FileError, Located, Problem, as_path, complaint, name, read, read_text, shown
 
 
 class ProjectError(FileError):
@@ -47,7 +47,11 @@ def read_project(path: str | Path) -> Project:
 
 def from_text(text: str, path: Path) -> Project:
     """Read the text of a project file that is, or could be, at a path (ProjectError as `read_project`)."""
-    located = read(text)
+    return from_located(read(text), text, path)
+
+
+def from_located(located: Located, text: str, path: Path) -> Project:
+    """Make a project of what was read of a text (ProjectError as `read_project`)."""
     content, wrong = with_python_laws(located, path.parent)
     problems = [*located.problems, *wrong]
     if located.content is None:

@@ -5,6 +5,7 @@ a project file never needs (aliases, tags, several documents, deep nesting) is r
 """
 
 import codecs
+import json
 import os
 import re
 from collections.abc import Iterator
@@ -158,12 +159,8 @@ def read(text: str) -> Located:
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-    out = Located()
-    strange = FORBIDDEN.search(text)
-    if strange:
-        line, column = _place(text, strange.start())
-        code = ord(strange.group())
-        out.problems.append(Problem(line, column, "file", f"has the control character U+{code:04X}; remove it"))
+    out = Located(problems=_strange(text))
+    if out.problems:
         return out
     try:
         _document(_counted(YAML(typ="rt", pure=True).parse(text)), out)
@@ -180,6 +177,30 @@ def read(text: str) -> Located:
         out.problems.append(Problem(1, 1, "file", f"is not YAML ({reason[:80]}); see the example projects"))
         out.content = None
     return out
+
+
+def read_again(text: str) -> Located:
+    """Read JSON text of strings that was written from the content of a file; places tell the order alone."""
+    out = Located(problems=_strange(text))
+    if not out.problems:
+        out.content = json.loads(text)
+        _number(out.content, (), out)
+    return out
+
+
+def _number(value: Any, keys: Keys, out: Located) -> None:
+    out.values[keys] = out.keys[keys] = (len(out.values) + 1, 1)
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, item in items:
+        _number(item, (*keys, key), out)
+
+
+def _strange(text: str) -> list[Problem]:
+    strange = FORBIDDEN.search(text)
+    if strange is None:
+        return []
+    sentence = f"has the control character U+{ord(strange.group()):04X}; remove it"
+    return [Problem(*_place(text, strange.start()), "file", sentence)]
 
 
 def _syntax(reason: str, text: str, line: int) -> str:

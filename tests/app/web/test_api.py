@@ -9,6 +9,8 @@ import pytest
 import strainwave as sw
 from strainwave.app.web.parameters import parameters
 from strainwave.app.web.state import State, first_text, project_of
+from strainwave.app.web.views import POINTS
+from strainwave.compile.jit import as_machine_code
 from strainwave.units import ARCSEC, RPM
 
 GEAR = {"gear": "CSG-40-50"}
@@ -34,12 +36,32 @@ def written(tmp_path):
 
 def test_response_of_a_gear_is_that_of_the_library(client, written):
     shown = posted(client, "/api/response", state={**GEAR, "values": {"load.inertia": "1.7 kg*m^2"}})
-    found = written(first_text("CSG-40-50"), **{"load.inertia": "1.7 kg*m^2"}).response(coexisting=False)
+    with as_machine_code():
+        project = written(first_text("CSG-40-50"), **{"load.inertia": "1.7 kg*m^2"})
+        found = project.response(coexisting=False, points=POINTS)
     np.testing.assert_allclose(np.array(shown["speed"]) * RPM, found.omega, rtol=1e-9)
     np.testing.assert_allclose(np.array(shown["oscillation_arcsec"]) * ARCSEC, found.oscillation, rtol=1e-6)
     np.testing.assert_allclose(shown["torque"], found.torque, rtol=1e-6)
     assert shown["stable"] == found.stable.tolist()
     assert shown["passes"] == (max(found.oscillation[found.visited()]) <= 120 * ARCSEC)
+
+
+@pytest.mark.parametrize("values", [{}, {"damping.ratio": "1 %"}, {"excitation.load_torque.mean": "-30 N*m"}])
+def test_curve_of_a_slider_is_the_finer_one(client, written, values):
+    shown = posted(client, "/api/response", state={**GEAR, "values": values})
+    with as_machine_code():
+        found = written(first_text("CSG-40-50"), **values).response(coexisting=False)
+    top = max(found.oscillation[found.visited()]) / ARCSEC
+    assert shown["largest"]["oscillation_arcsec"] == pytest.approx(top, rel=1e-6)
+    assert shown["jumps"][0]["high"] * RPM == pytest.approx(found.response.sweep.bands[0].high, rel=1e-6)
+    # as a polyline: no point of the finer one is further off than 1 % of the picture
+    width, height = np.ptp(found.omega) / RPM, np.max(found.oscillation) / ARCSEC
+    line = np.column_stack([np.divide(shown["speed"], width), np.divide(shown["oscillation_arcsec"], height)])
+    finer = np.column_stack([found.omega / RPM / width, found.oscillation / ARCSEC / height])
+    along = np.diff(line, axis=0)
+    share = np.einsum("pij,ij->pi", finer[:, None] - line[:-1], along) / np.sum(along**2, axis=1)
+    nearest = line[:-1] + np.clip(share, 0.0, 1.0)[:, :, None] * along
+    assert np.max(np.min(np.linalg.norm(finer[:, None] - nearest, axis=2), axis=1)) < 0.01
 
 
 def test_bands_folds_and_limit_are_those_of_the_analysis(client, written):
@@ -51,10 +73,9 @@ def test_bands_folds_and_limit_are_those_of_the_analysis(client, written):
 
 
 def test_motion_has_the_amplitude_of_the_response(client):
-    speed = 2500.0
-    shown = posted(client, "/api/motion", state=GEAR, speed=speed)
     curve = posted(client, "/api/response", state=GEAR)
-    at = np.interp(speed, curve["speed"][-40:], curve["oscillation_arcsec"][-40:])
+    speed, at = curve["speed"][-10], curve["oscillation_arcsec"][-10]
+    shown = posted(client, "/api/motion", state=GEAR, speed=speed)
     assert np.ptp(shown["error_arcsec"]) / 2 == pytest.approx(at, rel=0.01)
     assert np.ptp(shown["poincare"]["error_arcsec"]) < 1e-3 * at
 

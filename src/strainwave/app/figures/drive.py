@@ -13,7 +13,7 @@ from ...files.project import Project
 from ...results import Floats
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.avoid import Avoid
-from ...study.analysis.drive_response import DriveResponse, oscillations
+from ...study.analysis.drive_response import DriveResponse
 from ...study.analysis.load_range import LoadCase
 from ...study.analysis.runup import RunUp
 from ...study.response.resonances import Regime
@@ -80,18 +80,18 @@ def _error(
     for case in more.cases:
         near = fine(case.drive.response)
         name = f"load torque {number(more.cases[0].torque)} to {number(more.cases[-1].torque)} N·m"
-        x, y = scale * near.curve.omega, factor * oscillations(near.curve)
+        x, y = scale * near.curve.omega, factor * near.curve.oscillation
         draw_motions(panel, x, y, near.curve.stable, ORANGE, name, "", 1.0)
-    curve, sizes = smooth.curve, factor * oscillations(smooth.curve)
+    curve, sizes = smooth.curve, factor * smooth.curve.oscillation
     name = smooth.method + (f" at {number(project.mean_load_torque)} N·m" if more.cases else "")
     draw_motions(panel, scale * curve.omega, sizes, curve.stable, BLUE, f"{name}, stable", "", 2.2)
     draw_motions(panel, scale * curve.omega, sizes, ~curve.stable, BLUE, f"{name}, unstable", DASHES, 1.9)
     if smooth.back is not None:
         back = smooth.back
-        panel.line(scale * back.omega, factor * oscillations(back), BLUE, "run-down by integration", DOT_DASH)
+        panel.line(scale * back.omega, factor * back.oscillation, BLUE, "run-down by integration", DOT_DASH)
     if more.reduced is not None and len(more.reduced.curve):
         other = fine(more.reduced).curve
-        reduced = factor * oscillations(other)
+        reduced = factor * other.oscillation
         if np.max(reduced) <= FAR * np.max(sizes):  # else it would flatten the drive's own curve
             panel.line(scale * other.omega, reduced, BLACK, "error equation, a reduction", DOT_DASH, 1.3)
     for motions, marker in ((more.run.up, "^"), (more.run.down, "v")) if more.run is not None else ():

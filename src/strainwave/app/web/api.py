@@ -1,25 +1,23 @@
 """The JSON API: what the page asks, and anybody on this machine may."""
 
+import json
 from collections.abc import Awaitable, Callable
-from functools import cache, partial
-from time import thread_time
+from functools import cache
 from typing import Any
 
-from anyio import CapacityLimiter
-from anyio.to_thread import run_sync
 from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route
 
 from ...model.gears import catalogue
 from ...results import SolveError
-from ..console import plain
 from . import exports, views
 from .guard import refusal
 from .jobs import Full, Jobs
-from .parameters import parameters
+from .parameters import about
 from .requests import Body, JobRequest, MotionRequest, OfState, ResponseRequest, asked
-from .state import Refused, State, project_of, yaml_of
+from .state import Refused, of_state, yaml_of
+from .workers import Abandoned, Workers
 
 Handler = Callable[[Request], Awaitable[Response]]
 BODIES: dict[str, type[Body]] = {
@@ -47,24 +45,28 @@ def guarded(handler: Handler) -> Handler:
             return refusal(422, _sentence(error))
         except Full as error:
             return refusal(429, str(error))
+        except Abandoned:
+            return refusal(409, "the visitor has gone on")
 
     return answered
 
 
-def _compute(request: Request, work: Callable[[], Any]) -> Awaitable[Any]:
-    limiter: CapacityLimiter = request.app.state.limiter
-    return run_sync(_timed, work, limiter=limiter)
+async def _computed(request: Request, work: Callable[..., Any], *args: Any) -> tuple[bytes, float]:
+    """JSON of what `work` gives, and the processor time [s]; not done where the visitor has gone on meanwhile."""
+    workers: Workers = request.app.state.workers
+
+    async def wanted() -> bool:
+        return not await request.is_disconnected()
+
+    return await workers.run(work, *args, wanted=wanted)
 
 
-def _timed(work: Callable[[], Any]) -> tuple[Any, float]:
-    begun = thread_time()
-    return plain(work()), thread_time() - begun
-
-
-async def _view(request: Request, work: Callable[[], Any]) -> Response:
+async def _view(request: Request, work: Callable[..., Any], *args: Any) -> Response:
     """Answer with what `work` gives, and the processor time that it took."""
-    content, took = await _compute(request, work)
-    return JSONResponse(content, headers={"server-timing": f"compute;dur={1e3 * took:.2f}"})
+    content, took = await _computed(request, work, *args)
+    return Response(
+        content, media_type="application/json", headers={"server-timing": f"compute;dur={1e3 * took:.2f}"}
+    )  # fmt: skip
 
 
 @cache
@@ -84,65 +86,56 @@ async def gears(_request: Request) -> Response:
 
 async def project(request: Request) -> Response:
     """Title, numbers with their ranges, and notes of a project."""
-    state = (await asked(request, OfState)).state
-
-    def work() -> dict[str, Any]:
-        base = project_of(State(gear=state.gear, project=state.project))
-        now = project_of(state)
-        data = {"title": now.title, "parameters": parameters(base), "notes": now.notes}
-        low, high = (now.speeds.scale * omega for omega in now.speeds.limits)
-        return data | {"speed": {"low": low, "high": high, "unit": now.speeds.unit, "name": now.speeds.name}}
-
-    return await _view(request, work)
+    return await _view(request, about, (await asked(request, OfState)).state)
 
 
 async def response(request: Request) -> Response:
     """The response of the drive over its speeds."""
     body = await asked(request, ResponseRequest)
-    return await _view(request, lambda: views.response(project_of(body.state), body.whole))
+    return await _view(request, of_state, views.response, body.state, body.whole)
 
 
 async def motion(request: Request) -> Response:
     """The motion at one speed."""
     body = await asked(request, MotionRequest)
-    return await _view(request, lambda: views.motion(project_of(body.state), body.speed))
+    return await _view(request, of_state, views.motion, body.state, body.speed)
 
 
 async def move(request: Request) -> Response:
     """The move of the project."""
     body = await asked(request, OfState)
-    return await _view(request, lambda: views.moved(project_of(body.state)))
+    return await _view(request, of_state, views.moved, body.state)
 
 
 async def log(request: Request) -> Response:
     """What is in a log, which is the body; `name` is that of its file."""
     name, content = request.query_params.get("name", "log.csv")[:200], await request.body()
-    return await _view(request, partial(exports.log_of, name, content))
+    return await _view(request, exports.log_of, name, content)
 
 
 async def export(request: Request) -> Response:
     """The project file, or the script."""
     body = await asked(request, OfState)
     write = yaml_of if request.path_params["what"] == "project" else exports.script_of
-    text, _ = await _compute(request, lambda: write(project_of(body.state)))
-    return PlainTextResponse(text)
+    text, _ = await _computed(request, of_state, write, body.state)
+    return PlainTextResponse(json.loads(text))
 
 
 async def begin(request: Request) -> Response:
     """Start a job."""
     body = await asked(request, JobRequest)
     jobs: Jobs = request.app.state.jobs
-    now, _ = await run_sync(lambda: (project_of(body.state), None), limiter=request.app.state.limiter)
+    await _computed(request, of_state, bool, body.state)
+    work: tuple[Any, ...]
     if body.kind == "map":
         if len(body.axes) != 2 or body.axes[0].name == body.axes[1].name:
             raise Refused("a two-parameter map needs two axes of different names")
         axes = [(axis.name, list(axis.values)) for axis in body.axes]
-        work: Any = partial(views.two_parameters, now, axes)
+        work = views.two_parameters, body.state, axes
     else:
-        work = partial(
-            {"speed-map": views.mapped, "compensation": views.compensated, "report": exports.report_of}[body.kind], now
-        )
-    return JSONResponse({"id": jobs.begin(body.kind, lambda progress: plain(work(progress)))}, 201)
+        view = {"speed-map": views.mapped, "compensation": views.compensated, "report": exports.report_of}[body.kind]
+        work = view, body.state
+    return JSONResponse({"id": jobs.begin(body.kind, of_state, *work)}, 201)
 
 
 async def job(request: Request) -> Response:

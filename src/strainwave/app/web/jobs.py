@@ -1,24 +1,23 @@
-"""Work in the background: a few jobs at a time, each with its progress, its end and a flag that stops it."""
+"""Work in the background: a few jobs at a time, each with its progress and its end, in a process that can be killed."""
 
+import asyncio
+import json
 import secrets
-import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from time import monotonic
 from typing import Any
 
-from ...results import SolveError
+from .state import Refused
+from .worker import Unexpected
+from .workers import Workers
 
-MOST, AT_ONCE, KEPT = 16, 1, 900.0  # jobs that are held, that run, and seconds for which a finished one is kept
+MOST, AT_ONCE = 16, 1  # jobs that are held, and that run
+KEPT, LEFT = 900.0, 150.0  # seconds without a question after which a finished job is forgotten, and another is stopped
 
 
 class Full(Exception):
     """There are as many jobs as the server takes."""
-
-
-class Stopped(Exception):
-    """The visitor has cancelled the job."""
 
 
 @dataclass
@@ -33,13 +32,23 @@ class Job:
     seen: float = field(default_factory=monotonic)
     result: Any = None
     error: str = ""
-    cancelled: threading.Event = field(default_factory=threading.Event)
+    task: asyncio.Task[None] | None = None
+
+    async def run(self) -> bool:
+        """Take note that the work begins."""
+        self.state, self.begun = "running", monotonic()
+        return True
 
     def progress(self, stage: str, share: float) -> None:
-        """Take note of the progress, or stop where the visitor has cancelled (Stopped)."""
-        if self.cancelled.is_set():
-            raise Stopped
+        """Take note of the progress."""
         self.stage, self.share = stage, max(self.share, min(1.0, float(share)))
+
+    def cancel(self) -> None:
+        """Stop the work, unless it has ended."""
+        if self.state in ("waiting", "running"):
+            self.state = "cancelled"
+        if self.task is not None:
+            self.task.cancel()
 
     def as_dict(self) -> dict[str, Any]:
         """What the visitor is told."""
@@ -50,66 +59,65 @@ class Job:
 
 
 class Jobs:
-    """The jobs of one server."""
+    """The jobs of one server.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    kept, left : float
+        Times [s] without a question after which a job that has ended is forgotten, and another one is stopped.
+    """
+
+    def __init__(self, kept: float = KEPT, left: float = LEFT) -> None:
         self._jobs: dict[str, Job] = {}
-        self._lock = threading.Lock()
-        self._pool = ThreadPoolExecutor(AT_ONCE, "strainwave-job")
+        self._kept, self._left = kept, left
+        self._workers = Workers(AT_ONCE, background=True)
+        self._watch = asyncio.create_task(self._expiring())
 
-    def begin(self, kind: str, work: Callable[[Callable[[str, float], None]], Any]) -> str:
-        """Start a job and return its name (Full)."""
-        job = Job(kind)
-        with self._lock:
-            self._expire()
-            if len(self._jobs) >= MOST:
-                raise Full(f"{MOST} jobs are held already; cancel one, or wait until one has finished and expired")
-            name = secrets.token_hex(8)
-            self._jobs[name] = job
-        self._pool.submit(self._run, job, work)
+    def begin(self, kind: str, work: Callable[..., Any], *args: Any) -> str:
+        """Start a job, `work(*args, progress=...)`, and return its name (Full)."""
+        if len(self._jobs) >= MOST:
+            raise Full(f"{MOST} jobs are held already; cancel one, or wait until one has finished and expired")
+        name, job = secrets.token_hex(8), Job(kind)
+        self._jobs[name] = job
+        job.task = asyncio.create_task(self._run(job, work, args))
         return name
 
     def find(self, name: str) -> Job | None:
         """Job of a name, which stays for a while longer; None where there is none."""
-        with self._lock:
-            self._expire()
-            job = self._jobs.get(name)
-            if job is not None:
-                job.seen = monotonic()
-            return job
+        job = self._jobs.get(name)
+        if job is not None:
+            job.seen = monotonic()
+        return job
 
     def cancel(self, name: str) -> Job | None:
         """Stop a job and forget it; None where there is none."""
-        with self._lock:
-            job = self._jobs.pop(name, None)
+        job = self._jobs.pop(name, None)
         if job is not None:
-            job.cancelled.set()
-            if job.state in ("waiting", "running"):
-                job.state = "cancelled"
+            job.cancel()
         return job
 
-    def close(self) -> None:
+    async def close(self) -> None:
         """Stop all jobs."""
+        self._watch.cancel()
         for name in list(self._jobs):
             self.cancel(name)
-        self._pool.shutdown(wait=False, cancel_futures=True)
+        await self._workers.close()
 
-    def _expire(self) -> None:
+    async def _expiring(self) -> None:
         """Forget what nobody has asked for in a while; a job whose page has gone is stopped."""
-        now = monotonic()
-        for name in [name for name, job in self._jobs.items() if now - job.seen > KEPT]:
-            self._jobs.pop(name).cancelled.set()
+        while True:
+            await asyncio.sleep(min(self._left, self._kept) / 10.0)
+            now = monotonic()
+            for name, job in list(self._jobs.items()):
+                if now - job.seen > (self._left if job.state in ("waiting", "running") else self._kept):
+                    self.cancel(name)
 
-    def _run(self, job: Job, work: Callable[[Callable[[str, float], None]], Any]) -> None:
-        if job.cancelled.is_set():
-            return
-        job.state, job.begun = "running", monotonic()
+    async def _run(self, job: Job, work: Callable[..., Any], args: tuple[Any, ...]) -> None:
         try:
-            job.result = work(job.progress)
+            result, _ = await self._workers.run(work, *args, wanted=job.run, progress=job.progress)
+            job.result = json.loads(result)
             job.state, job.stage, job.share = "done", "done", 1.0
-        except Stopped:
-            job.state = "cancelled"
-        except (ValueError, TypeError, SolveError, RuntimeError) as error:
-            job.state, job.error = "failed", " ".join(str(error).split())
-        except Exception as error:  # whatever it is, a visitor gets one sentence
-            job.state, job.error = "failed", f"the job failed unexpectedly ({type(error).__name__})"
+        except Refused as error:
+            job.state, job.error = "failed", str(error)
+        except Unexpected as error:  # whatever it is, a visitor gets one sentence
+            job.state, job.error = "failed", f"the job failed unexpectedly ({error})"

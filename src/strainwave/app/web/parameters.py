@@ -16,6 +16,7 @@ from ...files.variants.names import nominal_of, numbers_of, quantity
 from ...files.variants.replaced import OF_RECORD
 from ...files.yaml_text import read
 from ..units import sign
+from .state import State, project_of
 
 SPAN = 10.0  # a slider goes from a tenth of the value to ten times it
 HELP = {
@@ -41,6 +42,14 @@ HELP = {
 }
 MORE = {"excitation.load_torque.mean": "0 N*m"}  # what a slider may add to a file
 WORDS = {"B": "damping B", "to": "to", "from": "from", "mean": "mean"}
+
+
+def about(state: State) -> dict[str, Any]:
+    """Title, numbers with their ranges, notes and speeds of a project."""
+    base, now = project_of(State(gear=state.gear, project=state.project)), project_of(state)
+    low, high = (now.speeds.scale * omega for omega in now.speeds.limits)
+    speed = {"low": low, "high": high, "unit": now.speeds.unit, "name": now.speeds.name}
+    return {"title": now.title, "parameters": parameters(base), "notes": now.notes, "speed": speed}
 
 
 def parameters(project: Project) -> list[dict[str, Any]]:

@@ -1,13 +1,13 @@
 """The server of the local web app: one page, its assets and the JSON API, on this machine alone."""
 
+import asyncio
+import os
 import socket
-import threading
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from importlib.resources import files
 
 import uvicorn
-from anyio import CapacityLimiter
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
@@ -15,15 +15,18 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from ...results import SolveError
 from . import views
 from .api import routes
+from .connection import Connection
 from .guard import Guard, refusal
 from .jobs import Jobs
-from .state import State, project_of
+from .state import Refused, State, of_state
+from .worker import Died, Unexpected
+from .workers import Workers
 
 HOST, PORT, TRIES = "127.0.0.1", 8765, 20
-THREADS = 2  # computations at a time
+COUNT = min(4, max(2, os.cpu_count() or 2))  # computations at a time
+LONGEST = 60.0  # seconds of one; what takes longer is a job
 KINDS = {
     ".html": "text/html",
     ".js": "text/javascript",
@@ -57,11 +60,13 @@ def application(warm: bool = True) -> Starlette:
 
     @asynccontextmanager
     async def life(app: Starlette) -> AsyncIterator[None]:
-        app.state.jobs, app.state.limiter = Jobs(), CapacityLimiter(THREADS)
-        if warm:
-            threading.Thread(target=warm_up, daemon=True).start()
+        app.state.jobs, app.state.workers = Jobs(), Workers(COUNT, LONGEST)
+        warming = asyncio.create_task(warm_up(app.state.workers)) if warm else None
         yield
-        app.state.jobs.close()
+        if warming is not None:
+            warming.cancel()
+        await app.state.jobs.close()
+        await app.state.workers.close()
 
     own = [Route("/", asset), Route("/static/{name:str}", asset)]
     return Starlette(
@@ -72,10 +77,10 @@ def application(warm: bool = True) -> Starlette:
     )
 
 
-def warm_up() -> None:
-    """Load the machine code that the first picture needs."""
-    with suppress(ValueError, SolveError):
-        views.response(project_of(State(gear=FIRST)))
+async def warm_up(workers: Workers) -> None:
+    """Start the processes, and load the machine code that the first picture needs."""
+    with suppress(Refused, Unexpected, Died):
+        await workers.warm(of_state, views.response, State(gear=FIRST))
 
 
 def taken(port: int) -> socket.socket | None:
@@ -102,9 +107,8 @@ def serve(port: int, opened: Callable[[str, int], None]) -> None:
     """Serve until the process is interrupted; `opened` is told the address and the port once requests are answered."""
     sock, own = listening(port)
     config = uvicorn.Config(
-        application(), log_level="warning", access_log=False, limit_concurrency=256, timeout_keep_alive=10,
-        timeout_graceful_shutdown=2, h11_max_incomplete_event_size=64 * 1024, server_header=False, ws="none",
-        http="h11", loop="asyncio",
+        application(), log_level="error", access_log=False, timeout_keep_alive=10, timeout_graceful_shutdown=2,
+        h11_max_incomplete_event_size=64 * 1024, server_header=False, ws="none", http=Connection, loop="asyncio",
     )  # fmt: skip
     sock.listen(256)
     opened(f"http://{HOST}:{own}/", own)

@@ -5,6 +5,7 @@ The server keeps nothing of it: every request brings the whole state, and the ad
 
 import io
 import math
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -62,6 +63,9 @@ def project_of(state: State) -> Project:
     long = next((name for name, text in state.values.items() if len(name) > LONGEST or len(text) > LONGEST), None)
     if long is not None:
         raise Refused(f"a changed value is longer than {LONGEST} characters: {long[:LONGEST]!r}")
+    file = next((name for name in state.values if not {*FROM_FILES}.isdisjoint(name.split("."))), None)
+    if file is not None:
+        raise Refused(f"{file!r} names a file; the app reads none: write its numbers into the project")
     text = text_of(state)
     values = {name: value for name, value in state.values.items() if name not in ("gear", "title")}
     try:
@@ -69,6 +73,11 @@ def project_of(state: State) -> Project:
         return replaced(base, values) if values else base
     except ProjectError as error:
         raise Refused("; ".join(PLACE.sub("", str(error)).splitlines())) from None
+
+
+def of_state(view: Callable[..., Any], state: State, *args: Any, **told: Any) -> Any:
+    """What a view shows of the project of a state."""
+    return view(project_of(state), *args, **told)
 
 
 @lru_cache(64)

@@ -23,6 +23,7 @@ from ...study.speed_map.speed_map import speed_map
 from ...units import ARCSEC, RPM
 
 Progress = Callable[[str, float], None]
+POINTS = 50  # of a curve that follows a slider, about; its ends of bands are those of 100 points within 0.1 %
 TURNS, SETTLE, SAMPLES = 12, 60, 96  # shown periods, periods before, samples of one
 MOST_SHOWN = 4000  # samples of a run
 USUAL_MOVE = SCurve(np.pi / 2.0, 0.6)
@@ -31,14 +32,15 @@ USUAL_MOVE = SCurve(np.pi / 2.0, 0.6)
 def solved(project: Project, whole: bool = False) -> DriveResponse:
     """The response with machine code; `whole` looks for motions that do not join the curve, too."""
     with as_machine_code():
-        return project.response(coexisting=whole)
+        return project.response(coexisting=whole, points=None if whole else POINTS)
 
 
 def response(project: Project, whole: bool = False) -> dict[str, Any]:
     """Oscillation and torque over the speed, with stability, folds, jumps, bands to avoid and limits."""
     found = solved(project, whole)
     speeds, curve = project.speeds, found.curve
-    top = found.visited()[int(np.argmax(found.oscillation[found.visited()]))]
+    visited = found.visited()
+    top = visited[int(np.argmax(found.oscillation[visited]))]
     sweep = found.response.sweep
     limit = project.limit
     return {

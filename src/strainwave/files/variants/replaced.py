@@ -4,13 +4,14 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 from ...tree import is_model
 from ..entries import number
 from ..project import Project
-from ..reading import ProjectError, from_text
-from ..yaml_text import read
+from ..reading import ProjectError, from_located
+from ..yaml_text import read, read_again
 from .names import Keys, keys_of, numbers_of
 
 OF_RECORD = {"K1": "N*m/rad", "K2": "N*m/rad", "K3": "N*m/rad", "T1": "N*m", "T2": "N*m"}  # of a catalogue gear's law
@@ -40,7 +41,7 @@ def replaced(project: Project, values: Mapping[str, str]) -> Project:
     ValueError
         If there is no such field, or the file may not have such a value.
     """
-    content = json.loads(json.dumps(read(project.text).content))
+    content = json.loads(_content(project.text))
     of_record: dict[str, float] = {}
     for path, text in values.items():
         keys = keys_of(content, path)
@@ -49,10 +50,17 @@ def replaced(project: Project, values: Mapping[str, str]) -> Project:
         else:
             _set(content, path, keys, text)
     try:
-        found = from_text(json.dumps(content, ensure_ascii=False, indent=1), project.path)
+        changed = json.dumps(content, ensure_ascii=False, indent=1)
+        found = from_located(read_again(changed), changed, project.path)
     except ProjectError as error:
         raise ValueError("; ".join(PLACE.sub("", str(error)).splitlines())) from None
     return _with_law(found, of_record) if of_record else found
+
+
+@lru_cache(64)
+def _content(text: str) -> str:
+    """Content of a project file as JSON."""
+    return json.dumps(read(text).content)
 
 
 def _set(content: dict[str, Any], path: str, keys: Keys, text: str) -> None:

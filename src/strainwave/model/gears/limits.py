@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...quantities import number, numbers, shown
 from ...units import RPM
@@ -134,15 +135,22 @@ def cubic_mean(torque: Any, weights: Any = None) -> float:
     ----------
     Harmonic Drive LLC, CSF/CSG catalogue, p. 14: life is proportional to (rated/average torque)^3 and to turns.
     """
-    size = np.abs(numbers("torque", torque))
-    top = float(np.max(size))
+    size = numbers("torque", torque)
     if weights is not None:
         weights = numbers("weights", weights, count=size.size)
         if np.any(weights < 0.0) or not np.any(weights > 0.0):
             raise ValueError(
                 "the weights must not be negative nor all zero; give the sizes of the turns, either way round"
             )
-    return top * float(np.cbrt(np.average((size / top) ** 3, weights=weights))) if top > 0.0 else 0.0
+    return float(cubic_means(size[None], weights)[0])
+
+
+def cubic_means(torque: NDArray[np.float64], weights: Any = None) -> NDArray[np.float64]:
+    """Cubic means (n,) [N*m] of rows (n, samples) of torques [N*m], each as `cubic_mean`; all have the same weights."""
+    size = np.abs(torque)
+    top = np.max(size, axis=1, keepdims=True)
+    share = np.divide(size, top, out=np.zeros_like(size), where=top > 0.0)
+    return np.asarray(top[:, 0] * np.cbrt(np.average(share * share * share, axis=1, weights=weights)))
 
 
 def _words(limit: str) -> str:

@@ -17,7 +17,6 @@ from ..response.by_integration import SAME
 from ..response.resonances import OperatingPoint
 from ..response.response import ExactResponse
 from ..train.run import DriveRun
-from .drive_response import oscillations
 
 HALF_POWER = sqrt(0.5)
 AMPLIFIED = 2.0  # times the error of quasi-static rotation, from which on a peak is one
@@ -172,10 +171,10 @@ def speeds_to_avoid(
 def _swept(response: ExactResponse) -> list[Motions]:
     """Motions that a slow run-up visits with those that a run-down does, or those of each in turn."""
     visited, curve = response.visited(), response.curve
-    every = [Motions(curve.omega[visited], oscillations(curve)[visited], np.diff(visited) == 1)]
+    every = [Motions(curve.omega[visited], curve.oscillation[visited], np.diff(visited) == 1)]
     if response.back is not None:
         omega = response.back.omega
-        every.append(Motions(omega, oscillations(response.back), np.ones(len(omega), bool)))
+        every.append(Motions(omega, response.back.oscillation, np.ones(len(omega), bool)))
     return every
 
 

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model.gears.limits import cubic_mean
+from ...model.gears.limits import cubic_means
 from ...records import Labelled, Result
 from ...results import Branch, Floats, Orbit, Status
 from ...sentences import on_screen
-from ...series import largest_of_samples, oscillation
+from ...series import largest_of_samples
 from ..response.response import ExactResponse
 from .usage import Usage
 
@@ -79,7 +79,7 @@ class DriveResponse(Result):
     @property
     def oscillation(self) -> Floats:
         """Largest |error - mean| (n,) [rad]."""
-        return oscillations(self.curve)
+        return self.curve.oscillation
 
     @property
     def stable(self) -> Any:
@@ -137,10 +137,5 @@ class DriveResponse(Result):
 def of_equation(system: Any, exact: ExactResponse, has_reference: bool = True) -> DriveResponse:
     """Motions of an error equation with its response: a rigid load, and a motor that is held, or free."""
     torque = exact.torque(system)
-    means = np.array([cubic_mean(row) for row in torque])
+    means = cubic_means(torque)
     return DriveResponse(exact, exact.curve.peak, largest_of_samples(torque), means, has_reference)
-
-
-def oscillations(curve: Branch) -> Floats:
-    """Largest |x - mean| [rad] over a period, at every point of a curve."""
-    return oscillation(curve.coefficients)

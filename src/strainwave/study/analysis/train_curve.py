@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ...model.gears.limits import cubic_mean
+from ...model.gears.limits import cubic_means
 from ...model.laws.hysteresis import Parallel
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import AngleTorque
@@ -48,7 +48,7 @@ NO_MOTION = (
 
 def train_curve(
     train: DriveTrain, speeds: tuple[float, float], harmonics: int | None = None, *, coexisting: bool = True,
-    locate: bool = False,
+    locate: bool = False, points: int = POINTS,
 ) -> DriveResponse | None:  # fmt: skip
     """Follow the steady motions of a train; None where none is found.
 
@@ -67,26 +67,28 @@ def train_curve(
         Whether motions that do not join the curve are looked for at the ends of the range.
     locate : bool
         Whether the speeds where stability changes are located between points of the curve.
+    points : int
+        About so many points, and more where the curve bends.
     """
     system = at_load(train)
     if train.motor.free and system.linear_part() is None:
         return None
-    problem, found, tail, origin = traced_train(system, speeds, POINTS, harmonics, coexisting)
+    problem, found, tail, origin = traced_train(system, speeds, points, harmonics, coexisting)
     if not len(found.points):
         return None
-    points, labels = with_crests(problem, found.points, found.labels)
-    found = with_changes(found, points=points, labels=labels)
+    placed, labels = with_crests(problem, found.points, found.labels)
+    found = with_changes(found, points=placed, labels=labels)
     curve = describe(problem, "omega", found, tail, origin, locate=False)
     if locate and np.any(np.diff(curve.stable)):
-        points, labels, _ = with_special_points(problem, points, labels, curve.multipliers)
-        found = with_changes(found, points=points, labels=labels)
+        placed, labels, _ = with_special_points(problem, placed, labels, curve.multipliers)
+        found = with_changes(found, points=placed, labels=labels)
         curve = describe(problem, "omega", found, tail, origin, locate=False)
     curve = with_others(problem, curve, found.elsewhere, [])
     try:
         response = ExactResponse(curve, jumps(curve))
     except ValueError:  # nothing stable to follow
         return None
-    flow, orbits, times = problem.disturbed(points)
+    flow, orbits, times = problem.disturbed(placed)
     strain = strain_of(system, orbits[:, -1], flow.series(orbits), 2.0 * np.pi / times)
     return DriveResponse(response, *strain, not train.motor.free, follows_its_angle(train))
 
@@ -219,5 +221,5 @@ def strain_of(system: AtLoad, omega: Floats, series: Floats, turn: float) -> tup
     each: Any = omega[:, None]
     there = tuple(own @ synthesis(h, samples))
     torque = np.asarray(turning(system._replace(omega=each)).torque(turn * np.arange(samples) / samples, there))
-    means = np.array([cubic_mean(row) for row in torque])
+    means = cubic_means(torque)
     return displacement_peaks(own[0]), largest_of_samples(torque), means

@@ -14,7 +14,7 @@ from ....results import SolveError
 from ....sentences import listed
 from ...response.response import ExactResponse
 from ..avoid import Avoid
-from ..drive_response import DriveResponse, oscillations
+from ..drive_response import DriveResponse
 from ..load_range import LoadCase, LoadRange, worst_of
 from ..runup import silent
 from ..usage import Usage
@@ -154,7 +154,7 @@ def remedies(
 
 def every_knob(subject: Subject, response: ExactResponse, torque: float) -> Iterator[Knob]:
     """Everything that can be turned or exchanged on a drive with that curve and largest torque [N*m] in the gear."""
-    at = response.visited()[np.argmax(oscillations(response.curve)[response.visited()])]
+    at = response.visited()[np.argmax(response.curve.oscillation[response.visited()])]
     return chain(knobs(subject, response.curve.coefficients[at], torque), other_gears(subject))
 
 

@@ -1,0 +1,160 @@
+"""A process that computes for the server: it takes one piece of work after another from its standard input.
+
+Every message is a length of 8 bytes and a pickle of that length. Work is (function, arguments); the answers are
+("progress", (stage, share)) as often as the work tells it, and then ("done", (JSON, seconds of processor time)),
+("refused", sentence) or ("failed", name of the error). The process ends with its input: no server leaves one behind.
+"""
+
+import asyncio
+import contextlib
+import json
+import os
+import pickle
+import shutil
+import signal
+import sys
+import tempfile
+from collections.abc import Callable
+from time import thread_time
+from typing import Any, BinaryIO
+
+from ...results import SolveError
+from ..console import plain
+from .state import Refused
+
+LENGTH = 8  # bytes of the length of a message
+NICE = 10  # of a background process: a view goes before it
+ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
+Progress = Callable[[str, float], None]
+
+
+class Died(Exception):
+    """The process has ended before its answer."""
+
+
+class Unexpected(Exception):
+    """The work has raised what it does not document."""
+
+
+class Worker:
+    """A process that computes; `start` makes one."""
+
+    def __init__(self, process: asyncio.subprocess.Process, folder: str) -> None:
+        self._process, self._folder = process, folder
+        self.idle = True
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process goes on."""
+        return self._process.returncode is None
+
+    @classmethod
+    async def start(cls, background: bool = False) -> "Worker":
+        """Start a process, with less priority where it works in the background."""
+        folder = tempfile.mkdtemp(prefix="strainwave-app-")  # its temporary files, which go when it is killed
+        same = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "TMPDIR": folder}
+        process = await asyncio.create_subprocess_exec(
+            sys.executable, "-P", "-m", __name__, *(["background"] if background else []),
+            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, env=os.environ | ONE_THREAD | same,
+        )  # fmt: skip
+        return cls(process, folder)
+
+    async def ask(self, work: Callable[..., Any], *args: Any, progress: Progress | None = None) -> tuple[bytes, float]:
+        """JSON of what `work(*args)` returns, and the processor time [s] that it took.
+
+        With `progress` the work has `progress=` as one more argument.
+
+        Raises
+        ------
+        Refused
+            If the work cannot be done; the sentence says why.
+        Died, Unexpected
+            If the process has ended, or the work has a fault.
+        """
+        self.idle = False
+        pipe, answers = self._process.stdin, self._process.stdout
+        assert pipe is not None
+        assert answers is not None
+        try:
+            message = pickle.dumps((work, args, progress is not None))
+            pipe.write(len(message).to_bytes(LENGTH) + message)
+            await pipe.drain()
+            while True:
+                kind, content = pickle.loads(
+                    await answers.readexactly(int.from_bytes(await answers.readexactly(LENGTH)))
+                )
+                if kind == "progress" and progress is not None:
+                    progress(*content)
+                    continue
+                self.idle = True
+                if kind == "done":
+                    text, took = content
+                    return text, took
+                raise Refused(content) if kind == "refused" else Unexpected(content)
+        except (asyncio.IncompleteReadError, OSError):
+            raise Died from None
+
+    async def ended(self) -> None:
+        """Wait for the end of the process."""
+        await self._process.wait()
+
+    def kill(self) -> None:
+        """End the process now, whatever it does."""
+        with contextlib.suppress(ProcessLookupError):
+            self._process.kill()
+        if self._process.stdin is not None:
+            self._process.stdin.close()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def done(work: Callable[..., Any], args: tuple[Any, ...], told: dict[str, Any]) -> tuple[str, Any]:
+    """Do a piece of work, and say how it ended."""
+    begun = thread_time()
+    try:
+        text = json.dumps(plain(work(*args, **told)), ensure_ascii=False, separators=(",", ":"))
+        return "done", (text.encode(), thread_time() - begun)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        return "refused", f"a temporary file cannot be written ({error.strerror}); make room in {tempfile.gettempdir()}"
+    except (ValueError, TypeError, SolveError, RuntimeError) as error:
+        return "refused", " ".join(str(error).split())
+    except MemoryError:
+        return "refused", "this takes more memory than there is; take fewer points"
+    except Exception as error:  # whatever it is, a visitor gets one sentence
+        return "failed", type(error).__name__
+
+
+def work_on(source: BinaryIO, sink: BinaryIO) -> None:
+    """Answer messages until there are no more."""
+
+    def send(kind: str, content: Any) -> None:
+        message = pickle.dumps((kind, content))
+        sink.write(len(message).to_bytes(LENGTH) + message)
+        sink.flush()
+
+    def progress(stage: str, share: float) -> None:
+        send("progress", (stage, share))
+
+    with contextlib.suppress(BrokenPipeError):
+        while head := source.read(LENGTH):
+            work, args, wants = pickle.loads(source.read(int.from_bytes(head)))
+            send(*done(work, args, {"progress": progress} if wants else {}))
+
+
+def main() -> None:
+    """Work for the server at the other end of the standard input and output."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server
+    if "background" in sys.argv[1:] and hasattr(os, "nice"):
+        os.nice(NICE)
+    sink = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what the work prints is no answer
+    try:
+        work_on(sys.stdin.buffer, sink)
+    finally:
+        shutil.rmtree(os.environ.get("TMPDIR", ""), ignore_errors=True)
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()

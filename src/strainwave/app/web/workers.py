@@ -1,0 +1,100 @@
+"""A few processes that take the work of the server in turn, started when they are needed."""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+from .state import Refused
+from .worker import Died, Progress, Worker
+
+
+class Abandoned(Exception):
+    """Nobody waits for the answer any more."""
+
+
+class Workers:
+    """At most `count` processes. Work waits for a free one in the order in which it came.
+
+    Parameters
+    ----------
+    count : int
+        Processes.
+    longest : float, optional
+        Time [s] after which a process that has not answered is killed.
+    background : bool
+        Whether other processes of the machine go first.
+    """
+
+    def __init__(self, count: int, longest: float | None = None, background: bool = False) -> None:
+        self._turn = asyncio.Semaphore(count)
+        self._longest, self._background = longest, background
+        self._all: set[Worker] = set()
+        self._idle: list[Worker] = []
+        self.count = count
+
+    async def run(
+        self, work: Callable[..., Any], *args: Any, wanted: Callable[[], Awaitable[bool]] | None = None,
+        progress: Progress | None = None,
+    ) -> tuple[bytes, float]:  # fmt: skip
+        """JSON of what `work(*args)` returns, and the processor time [s] of it, as `Worker.ask`.
+
+        `wanted` is asked when the turn has come (Abandoned). Work that is cancelled is killed with its process, and
+        the next gets a new one.
+        """
+        async with self._turn:
+            if wanted is not None and not await wanted():
+                raise Abandoned
+            worker = await self._free()
+            try:
+                async with asyncio.timeout(self._longest):
+                    return await worker.ask(work, *args, progress=progress)
+            except TimeoutError:
+                raise Refused(f"the answer takes longer than {self._longest:g} s; ask for less at once") from None
+            except Died:
+                raise Refused(
+                    "the process that computed this has ended unexpectedly, perhaps for want of memory; try again, "
+                    "or ask for less at once"
+                ) from None
+            finally:
+                self._give_back(worker)
+
+    async def _free(self) -> Worker:
+        """A process that has nothing to do (Refused)."""
+        while self._idle:
+            if (worker := self._idle.pop()).alive:
+                return worker
+            self._end(worker)
+        try:
+            worker = await Worker.start(self._background)
+        except OSError as error:
+            raise Refused(f"no process can be started ({error.strerror}); close other programs") from None
+        self._all.add(worker)
+        return worker
+
+    async def warm(self, work: Callable[..., Any], *args: Any) -> None:
+        """Start all processes, one after another, and have each do a piece of work."""
+        for _ in range(self.count - len(self._all)):
+            async with self._turn:
+                others, self._idle = self._idle, []
+                worker = await self._free()
+                self._idle += others
+                try:
+                    await worker.ask(work, *args)
+                finally:
+                    self._give_back(worker)
+
+    def _give_back(self, worker: Worker) -> None:
+        if worker.idle:
+            self._idle.append(worker)
+        else:
+            self._end(worker)
+
+    def _end(self, worker: Worker) -> None:
+        self._all.discard(worker)
+        worker.kill()
+
+    async def close(self) -> None:
+        """End all processes."""
+        for worker in self._all:
+            worker.kill()
+        await asyncio.gather(*(worker.ended() for worker in self._all))
