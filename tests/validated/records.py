@@ -27,7 +27,7 @@ ROWS = (
         "error of a free run of 7 identified numbers [mV]: multisine, arrow, its first 32 000",
         (),
         None,
-        "python examples/silverbox.py SNLS80mV.csv",
+        "python benchmarks/silverbox.py SNLS80mV.csv",
         told=("0.239", "0.312", "0.239"),
         note="0.42 % of the motion in training",
     ),
