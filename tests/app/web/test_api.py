@@ -1,10 +1,14 @@
 """The API gives the numbers of the library, in the units of the page."""
 
+import json
+import re
 import time
 from pathlib import Path
 
+import measured_axis
 import numpy as np
 import pytest
+from measured_axis import measured
 
 import strainwave as sw
 from strainwave.app.web.parameters import parameters
@@ -117,17 +121,72 @@ def test_exported_project_reads_back_as_the_same_drive(client, written):
     assert (found.drive, found.speeds) == (meant.drive, meant.speeds)
 
 
-def test_exported_script_prints_what_the_page_says(client, tmp_path, monkeypatch, capsys):
-    script = client.post("/api/export/script", json={"state": GEAR}).text
+AXES = [
+    {"name": "load.inertia", "values": ["0.9 kg*m^2", "1.1 kg*m^2"]},
+    {"name": "damping.ratio", "values": ["3 %", "5 %"]},
+]
+NUMBER = re.compile(r"-?[0-9.]+(?:e[-+]?[0-9]+)?")
+
+
+def printed(client, tmp_path, monkeypatch, capsys, view, **more):
+    """Numbers that the exported script of a view prints."""
+    script = client.post("/api/export/script", json={"state": GEAR, "view": view, **more}).text
     monkeypatch.chdir(tmp_path)
     exec(compile(script, "script.py", "exec"), {"__name__": "__main__"})
+    return [float(number) for number in NUMBER.findall(capsys.readouterr().out)]
+
+
+def test_exported_script_prints_what_the_page_says(client, tmp_path, monkeypatch, capsys):
     shown = posted(client, "/api/response", state=GEAR)["largest"]
-    said = capsys.readouterr().out.split()
-    assert float(said[2 + said[2:].index("arcsec") - 1]) == pytest.approx(shown["oscillation_arcsec"], rel=1e-4)
+    said = printed(client, tmp_path, monkeypatch, capsys, "response")
+    assert said == pytest.approx([shown["oscillation_arcsec"], shown["speed"]], rel=1e-4)
+
+
+def test_script_of_a_motion_prints_the_range_of_the_page(client, tmp_path, monkeypatch, capsys):
+    shown = posted(client, "/api/motion", state=GEAR, speed=1000.0)["error_arcsec"]
+    said = printed(client, tmp_path, monkeypatch, capsys, "motion", speed=1000.0)
+    assert said == pytest.approx([min(shown), max(shown)], rel=1e-5)
+
+
+def test_script_of_a_move_prints_the_error_of_the_page(client, tmp_path, monkeypatch, capsys):
+    shown = posted(client, "/api/move", state=GEAR)
+    said = printed(client, tmp_path, monkeypatch, capsys, "move")
+    assert said == pytest.approx([shown["peak_arcsec"], shown["duration"]], rel=1e-5)
+
+
+def test_script_of_a_map_prints_its_cells(client, tmp_path, monkeypatch, capsys):
+    job = waited(client, posted(client, "/api/jobs", state=GEAR, kind="map", axes=AXES)["id"])
+    (a, b), (c, d) = job["result"]["largest_oscillation_arcsec"]
+    said = printed(client, tmp_path, monkeypatch, capsys, "map", axes=AXES)
+    assert said == pytest.approx([3, a, b, 5, c, d], rel=1e-4)
+
+
+@pytest.mark.parametrize("kind", ["speed-map", "compensation"])
+def test_script_of_a_job_prints_its_result(client, tmp_path, monkeypatch, capsys, kind):
+    result = waited(client, posted(client, "/api/jobs", state=GEAR, kind=kind)["id"])["result"]
+    said = printed(client, tmp_path, monkeypatch, capsys, kind)
+    if kind == "speed-map":
+        assert said == pytest.approx([speed for window in result["allowed"] for speed in window], rel=1e-5)
+    else:
+        assert said == pytest.approx([result[when]["rms_arcsec"] for when in ("before", "after")], rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ({"view": "motion"}, "needs its speed"),
+        ({"view": "map", "axes": AXES[:1]}, "needs two axes"),
+        ({"view": "log"}, "view: "),
+    ],
+)
+def test_a_script_that_lacks_something_is_refused(client, body, said):
+    answer = client.post("/api/export/script", json={"state": GEAR, **body})
+    assert answer.status_code == 422
+    assert said in answer.json()["error"]
 
 
 def waited(client, name):
-    for _ in range(600):
+    for _ in range(6000):
         job = client.get(f"/api/jobs/{name}").json()
         if job["state"] not in ("waiting", "running"):
             return job
@@ -169,6 +228,42 @@ def test_log_is_read(client):
     assert [c["name"] for c in shown["channels"]] == ["motor_angle", "motor_torque"]
     assert shown["orders"]["lines"][0]["order"] == pytest.approx(2.0, abs=0.01)
     assert shown["orders"]["lines"][0]["amplitude"] == pytest.approx(0.2, rel=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_a_dropped_log_identifies_its_drive(client):
+    log = measured()
+    columns = (log["time"], np.degrees(log["motor_angle"]), np.degrees(log["load_angle"]))
+    rows = "\n".join(",".join(f"{value:.12g}" for value in row) for row in zip(*columns, strict=True))
+    text = f"time [s],motor_angle [deg],load_angle [deg]\n{rows}\n"
+    state = {"project": measured_axis.PROJECT}
+    body = json.dumps({"state": state}).encode() + b"\n" + text.encode()
+    job = waited(client, client.post("/api/identify?name=run.csv", content=body).json()["id"])
+    assert job["state"] == "done", job["error"]
+    found = {number["name"]: number for number in job["result"]["numbers"]}
+    for name, true in (("gear.K1", measured_axis.K1), ("gear.K2", measured_axis.K2), ("damping.B", measured_axis.B)):
+        assert found[name]["low"] < true < found[name]["high"]
+    assert job["result"]["rms_arcsec"] == pytest.approx(measured_axis.NOISE / ARCSEC, rel=0.1)
+    again = posted(client, "/api/project", state={"project": job["result"]["project"]})
+    assert again["title"] == "axis"
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "said"),
+    [
+        (b"no json\ntime,motor_angle\n", 422, "no JSON"),
+        (b"", 422, "no JSON"),
+        (b'{"state": {"gear": "CSG-40-50"}}\n', 201, "the log is empty"),
+        (b'{"state": {"gear": "CSG-40-50"}}\ntime [s],motor_angle [rad]\n0,1\n1,2\n2,3\n', 201, "log"),
+    ],
+)
+def test_a_log_that_identifies_nothing_is_refused_in_a_sentence(client, body, status, said):
+    answer = client.post("/api/identify?name=run.csv", content=body)
+    assert answer.status_code == status
+    error = answer.json()["error"] if status == 422 else waited(client, answer.json()["id"])["error"]
+    assert said in error
+    assert "Traceback" not in error
 
 
 def test_schema_describes_every_body(client):

@@ -11,11 +11,11 @@ from starlette.routing import Route
 
 from ...model.gears import catalogue
 from ...results import SolveError
-from . import exports, views
+from . import exports, logs, views
 from .guard import refusal
 from .jobs import Full, Jobs
 from .parameters import about
-from .requests import Body, JobRequest, MotionRequest, OfState, ResponseRequest, asked
+from .requests import Body, JobRequest, MotionRequest, OfState, ResponseRequest, ScriptRequest, asked, parsed
 from .state import Refused, of_state, yaml_of
 from .workers import Abandoned, Workers
 
@@ -27,7 +27,7 @@ BODIES: dict[str, type[Body]] = {
     "/api/move": OfState,
     "/api/jobs": JobRequest,
     "/api/export/project": OfState,
-    "/api/export/script": OfState,
+    "/api/export/script": ScriptRequest,
 }
 
 
@@ -110,14 +110,28 @@ async def move(request: Request) -> Response:
 async def log(request: Request) -> Response:
     """What is in a log, which is the body; `name` is that of its file."""
     name, content = request.query_params.get("name", "log.csv")[:200], await request.body()
-    return await _view(request, exports.log_of, name, content)
+    return await _view(request, logs.log_of, name, content)
 
 
-async def export(request: Request) -> Response:
-    """The project file, or the script."""
-    body = await asked(request, OfState)
-    write = yaml_of if request.path_params["what"] == "project" else exports.script_of
-    text, _ = await _computed(request, of_state, write, body.state)
+async def identify(request: Request) -> Response:
+    """Start the job that identifies a drive: the first line of the body is {"state": ...}, the log follows."""
+    name = request.query_params.get("name", "log.csv")[:200]
+    first, _, content = (await request.body()).partition(b"\n")
+    state = parsed(first, OfState).state
+    await _computed(request, of_state, bool, state)
+    jobs: Jobs = request.app.state.jobs
+    return JSONResponse({"id": jobs.begin("identify", of_state, logs.identified, state, name, content)}, 201)
+
+
+async def project_file(request: Request) -> Response:
+    """The project file with the changed values."""
+    text, _ = await _computed(request, of_state, yaml_of, (await asked(request, OfState)).state)
+    return PlainTextResponse(json.loads(text))
+
+
+async def script(request: Request) -> Response:
+    """The Python script that computes what a view shows."""
+    text, _ = await _computed(request, exports.script_of, await asked(request, ScriptRequest))
     return PlainTextResponse(json.loads(text))
 
 
@@ -132,9 +146,10 @@ async def begin(request: Request) -> Response:
             raise Refused("a two-parameter map needs two axes of different names")
         axes = [(axis.name, list(axis.values)) for axis in body.axes]
         work = views.two_parameters, body.state, axes
+    elif body.kind == "speed-map":
+        work = views.mapped, body.state, body.search
     else:
-        view = {"speed-map": views.mapped, "compensation": views.compensated, "report": exports.report_of}[body.kind]
-        work = view, body.state
+        work = {"compensation": views.compensated, "report": exports.report_of}[body.kind], body.state
     return JSONResponse({"id": jobs.begin(body.kind, of_state, *work)}, 201)
 
 
@@ -155,6 +170,7 @@ async def schema(_request: Request) -> Response:
         "/api/gears": "GET: gears of the catalogue",
         "/api/jobs/{id}": "GET: state, progress, result; DELETE: cancel",
         "/api/log?name=FILE": "POST: a log of at most 20 MiB as the body",
+        "/api/identify?name=FILE": 'POST: a line {"state": ...} and the log as the body; starts a job',
         "/api/schema": "GET: this",
     }
     return JSONResponse({"post": posts, "other": others})
@@ -168,7 +184,9 @@ routes = [
     Route("/api/motion", guarded(motion), methods=["POST"]),
     Route("/api/move", guarded(move), methods=["POST"]),
     Route("/api/log", guarded(log), methods=["POST"]),
-    Route("/api/export/{what:str}", guarded(export), methods=["POST"]),
+    Route("/api/identify", guarded(identify), methods=["POST"]),
+    Route("/api/export/project", guarded(project_file), methods=["POST"]),
+    Route("/api/export/script", guarded(script), methods=["POST"]),
     Route("/api/jobs", guarded(begin), methods=["POST"]),
     Route("/api/jobs/{name:str}", job, methods=["GET", "DELETE"]),
 ]

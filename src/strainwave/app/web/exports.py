@@ -1,30 +1,20 @@
-"""What a visitor takes along: the project file, the Python script of a view, the report, what is in a log."""
+"""What a visitor takes along: the Python script of a view, and the report."""
 
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-from ...files.logs.read import read_log
 from ...files.project import Project
-from ...study.identification.logs.log import Log
-from ...study.identification.orders.order_scan import order_scan
-from ...units import RPM
 from ..report.report import write
-from .state import Refused, yaml_of
+from .requests import ScriptRequest
+from .state import Refused, project_of, yaml_of
 
-SUFFIXES = (".csv", ".txt", ".dat", ".npz", ".mat", ".parquet", ".mf4")
-MOST_SHOWN, MOST_SEGMENTS, MOST_LINES = 2000, 100, 12
-HIGHEST = 60.0  # order that a log is searched for
-
-SCRIPT = '''"""{title}: the pointing error over the speed, as `strainwave app` shows it."""
+FRAME = '''"""{title}: {what}, as `strainwave app` shows it."""
 
 from pathlib import Path
 
 import numpy as np
-import strainwave as sw
+import strainwave as sw{more}
 
 PROJECT = """\\
 {text}"""
@@ -34,22 +24,83 @@ def main() -> None:
     file = Path("project.yaml")
     file.write_text(PROJECT, encoding="utf-8")
     project = sw.read_project(file)
-    found = project.response(coexisting=False)
-    top = found.visited()[np.argmax(found.oscillation[found.visited()])]
-    print(f"largest oscillation {{np.degrees(found.oscillation[top]) * 3600:.6g}} arcsec")
-    print(f"at {{found.omega[top] * project.speeds.scale:.6g}} {{project.speeds.unit}}")
-
+{body}
 
 if __name__ == "__main__":
     main()
 '''
+RESPONSE = """\
+    found = project.response(coexisting=False)
+    top = found.visited()[np.argmax(found.oscillation[found.visited()])]
+    print(f"largest oscillation {np.degrees(found.oscillation[top]) * 3600:.6g} arcsec")
+    print(f"at {found.omega[top] * project.speeds.scale:.6g} {project.speeds.unit}")
+"""
+MOTION = """\
+    omega = SPEED / project.speeds.scale  # rad/s of the base angle
+    system = project.system(omega, reduced=True)
+    t = np.arange(72 * 96 + 1) * 2 * np.pi / omega / 96
+    run = sw.simulate(system, operating_point(system).start, t, method=sw.Dopri5(rtol=1e-7, atol=1e-11))
+    x = np.degrees(run.y[0, 60 * 96 :]) * 3600
+    print(f"the error lies between {x.min():.6g} and {x.max():.6g} arcsec")
+"""
+MOVE = """\
+    profile = None if project.move is not None else sw.SCurve(np.pi / 2, 0.6)
+    found = sw.move(project, profile)
+    print(f"largest pointing error {np.degrees(found.peak_error) * 3600:.6g} arcsec in {found.duration:.6g} s")
+"""
+SPEED_MAP = """\
+    low, high = project.load_torques
+    rated = project.rated_torque or 0.0
+    loads = np.linspace(low, high, 5) if low < high else np.unique([high, -0.25 * rated, -0.5 * rated, -rated])
+    found = sw.speed_map(project, loads=loads, search=SEARCH, threads=1)
+    for low, high in found.windows * 30 / np.pi:
+        print(f"allowed: {low:.6g} to {high:.6g} rpm")
+"""
+COMPENSATION = """\
+    found = sw.compensate(project, robust=False)
+    for name, rest in (("before", found.before), ("after", found.after)):
+        print(f"{name}: {np.degrees(rest.rms) * 3600:.6g} arcsec rms")
+"""
+MAP = """\
+    for up in ALONG:
+        row = []
+        for across in ACROSS:
+            found = sw.replaced(project, {FIRST: across, SECOND: up}).response(coexisting=False)
+            row.append(np.degrees(np.max(found.oscillation[found.visited()])) * 3600)
+        print(up, *(f"{value:.6g}" for value in row))
+"""
+START = "\nfrom strainwave.study.response.resonances import operating_point"
+VIEWS = {
+    "response": ("the pointing error over the speed", RESPONSE, ""),
+    "motion": ("the motion at a speed", MOTION, START),
+    "move": ("the move", MOVE, ""),
+    "speed-map": ("the speed map", SPEED_MAP, ""),
+    "compensation": ("the error before and after compensation", COMPENSATION, ""),
+    "map": ("the largest oscillation over two numbers", MAP, ""),
+}
 
 
-def script_of(project: Project) -> str:
-    """A Python script that computes what the page shows."""
+def script_of(asked: ScriptRequest) -> str:
+    """A Python script that computes what a view shows (Refused)."""
+    project = project_of(asked.state)
     text = yaml_of(project).replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
     title = " ".join(project.title.split()).replace("\\", "").replace('"', "'")
-    return SCRIPT.format(title=title, text=text if text.endswith("\n") else text + "\n")
+    what, body, more = VIEWS[asked.view]
+    given: dict[str, object] = {}
+    if asked.view == "motion":
+        if asked.speed is None:
+            raise Refused("the script of a motion needs its speed")
+        given = {"SPEED": asked.speed}
+    elif asked.view == "speed-map":
+        given = {"SEARCH": asked.search}
+    elif asked.view == "map":
+        if len(asked.axes) != 2:
+            raise Refused("the script of a two-parameter map needs two axes")
+        first, second = asked.axes
+        given = {"ACROSS": first.values, "ALONG": second.values, "FIRST": first.name, "SECOND": second.name}
+    for name, value in given.items():
+        body = body.replace(name, repr(value))
+    return FRAME.format(title=title, what=what, more=more, text=text if text.endswith("\n") else text + "\n", body=body)
 
 
 def report_of(project: Project, progress: Callable[[str, float], None]) -> str:
@@ -57,68 +108,3 @@ def report_of(project: Project, progress: Callable[[str, float], None]) -> str:
     with tempfile.TemporaryDirectory() as folder:
         write(project, Path(folder) / "report", progress=progress)
         return (Path(folder) / "report" / "report.html").read_text(encoding="utf-8")
-
-
-def log_of(name: str, content: bytes) -> dict[str, Any]:
-    """What is in a log: channels, segments, orders of the deviation (Refused)."""
-    suffix = Path(name).suffix.lower()
-    if suffix not in SUFFIXES:
-        raise Refused(f"a log ends in {', '.join(SUFFIXES)}; this name ends in {suffix[:20]!r}")
-    if not content:
-        raise Refused("the log is empty")
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"log{suffix}"
-        path.write_bytes(content)
-        try:
-            log = read_log(path)
-        except (ValueError, RuntimeError) as error:
-            raise Refused(" ".join(str(error).replace(str(path), "log").split())) from None
-    return _told(log)
-
-
-def _told(log: Log) -> dict[str, Any]:
-    every = max(1, len(log) // MOST_SHOWN)
-    segments = log.segments()[:MOST_SEGMENTS] if log.moving else ()
-    return {
-        "samples": len(log),
-        "rate_Hz": log.rate,
-        "from_s": log.time[0],
-        "to_s": log.time[-1],
-        "gaps": len(log.gaps),
-        "ratio": log.ratio,
-        "time": log.time[::every],
-        "channels": [
-            {"name": name, "unit": log.units[name], "low": np.min(v), "high": np.max(v), "values": v[::every]}
-            for name, v in log.channels.items()
-        ],
-        "segments": [
-            {"kind": part.kind, "start": part.start, "stop": part.stop, "rpm": part.speed / RPM} for part in segments
-        ],
-        "orders": _orders(log),
-        "notes": [*log.notes, *log.doubts],
-    }
-
-
-def _orders(log: Log) -> dict[str, Any]:
-    """Lines of the error between both shafts, or of the torque, over the angle; why there are none."""
-    channels = log.channels
-    angle = next((name for name in ("motor_angle", "load_angle") if name in channels), None)
-    value = next((n for n in channels if n.endswith(("error", "torque", "current", "torsion"))), None)
-    if angle is None or value is None:
-        return {"lines": [], "why": "orders need an angle and an error, a torque or a current in the log"}
-    turning = [part for part in log.segments() if part.kind == "constant speed"]
-    try:
-        runs = [log.run(value, angle, part=part) for part in turning[:8]] or [log.run(value, angle)]
-        found = order_scan(runs, highest=HIGHEST)
-    except ValueError as error:
-        return {"lines": [], "why": " ".join(str(error).split())}
-    lines = sorted(found.lines, key=lambda line: -line.amplitude)[:MOST_LINES]
-    return {
-        "of": value,
-        "over": angle,
-        "unit": found.unit,
-        "lines": [
-            {"order": ln.order, "amplitude": ln.amplitude, "error": ln.amplitude_error, "kind": ln.kind} for ln in lines
-        ],
-        "why": "" if lines else "no line stands out of the noise",
-    }

@@ -13,7 +13,7 @@ from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 BODY, LOG = 1024 * 1024, 20 * 1024 * 1024  # bytes of a body, and of a log
-LOG_PATH = "/api/log"
+LOG_PATHS = ("/api/log", "/api/identify")
 PATIENCE = 15.0  # seconds for a whole body
 HOST = re.compile(r"(127\.0\.0\.1|localhost)(:[0-9]{1,5})?")
 # Styles that plotly.js writes as text: none at all, and image-rendering of the pixels of a map.
@@ -76,7 +76,7 @@ class Guard:
             await wrong(scope, receive, answer)
             return
         try:
-            await self.app(scope, _limited(receive, LOG if scope["path"] == LOG_PATH else BODY), answer)
+            await self.app(scope, _limited(receive, LOG if scope["path"] in LOG_PATHS else BODY), answer)
         except TooLarge as error:
             await refusal(413, str(error))(scope, receive, answer)
         except TooSlow as error:
@@ -96,7 +96,7 @@ def _wrong(scope: Scope, headers: dict[str, str]) -> JSONResponse | None:
         origin, site = headers.get("origin"), headers.get("sec-fetch-site", "same-origin")
         if (origin is not None and urlsplit(origin).netloc != host) or site not in ("same-origin", "none"):
             return refusal(403, "the request comes from a page of another site; use the page of this app")
-    most = LOG if scope["path"] == LOG_PATH else BODY
+    most = LOG if scope["path"] in LOG_PATHS else BODY
     length = headers.get("content-length", "0")
     if not length.isdecimal() or int(length[:20]) > most:
         return refusal(413, _too_large(most))

@@ -43,10 +43,23 @@ class Axis(Body):
 
 
 class JobRequest(OfState):
-    """A job: a two-parameter map (with its `axes`), the speed map, the compensation, or the report."""
+    """A job: a two-parameter map (with its `axes`), the speed map, the compensation, or the report.
+
+    With `search` the speed map looks for motions that do not join a curve.
+    """
 
     kind: Literal["map", "speed-map", "compensation", "report"]
     axes: Annotated[list[Axis], Field(max_length=2)] = []
+    search: bool = False
+
+
+class ScriptRequest(OfState):
+    """The script of a view: a motion has its `speed`, a two-parameter map its `axes`, a speed map its `search`."""
+
+    view: Literal["response", "motion", "move", "speed-map", "compensation", "map"] = "response"
+    speed: Annotated[float, Field(gt=0.0, lt=1e7)] | None = None
+    axes: Annotated[list[Axis], Field(max_length=2)] = []
+    search: bool = False
 
 
 Asked = TypeVar("Asked", bound=Body)
@@ -58,7 +71,11 @@ def _no_number(text: str) -> Any:
 
 async def asked(request: Request, kind: type[Asked]) -> Asked:
     """Read the body of a request (Refused)."""
-    raw = await request.body()
+    return parsed(await request.body(), kind)
+
+
+def parsed(raw: bytes, kind: type[Asked]) -> Asked:
+    """Read JSON from a stranger (Refused)."""
     try:
         content = json.loads(raw, parse_constant=_no_number)
     except RecursionError:

@@ -163,13 +163,13 @@ def _finding(one: Finding) -> dict[str, Any]:
     return {"limit": one.limit, "value": one.value, "bound": one.bound, "unit": one.unit, "exceeded": one.exceeded}
 
 
-def mapped(project: Project, progress: Progress) -> dict[str, Any]:
-    """The speed map with the Campbell diagram, under five loads."""
+def mapped(project: Project, search: bool, progress: Progress) -> dict[str, Any]:
+    """The speed map with the Campbell diagram, under five loads; `search` looks for motions apart from the curves."""
     low, high = project.load_torques
     rated = project.rated_torque or 0.0
     loads = np.linspace(low, high, 5) if low < high else np.unique([high, -0.25 * rated, -0.5 * rated, -rated])
     with as_machine_code():
-        found = speed_map(project, loads=loads, search=False, threads=1, progress=progress)
+        found = speed_map(project, loads=loads, search=search, threads=1, progress=progress)
     return {
         "speed": found.speeds / RPM,
         "load": found.loads,
@@ -187,9 +187,7 @@ def mapped(project: Project, progress: Progress) -> dict[str, Any]:
             for line in found.lines
         ],
         "rule": found.rule,
-        "remarks": [
-            "motions apart from the curve are not looked for here; `strainwave speed-map` does", *found.remarks
-        ],
+        "remarks": [*([] if search else ["motions apart from the curves were not looked for"]), *found.remarks],
     }  # fmt: skip
 
 

@@ -68,10 +68,10 @@ async function load() {
   return true;
 }
 
-async function opened(file) {
-  state.project = await file.text();
+async function taken(text) {
+  state.project = text;
   state.values = {};
-  if (await load()) await choose(state.view);
+  if (await load()) await choose(state.view === "log" ? "response" : state.view);
 }
 
 function tabs() {
@@ -102,9 +102,10 @@ function dropping() {
     body.classList.remove("dragged");
     const file = event.dataTransfer.files[0];
     if (!file) return;
-    if (/\.ya?ml$/i.test(file.name)) await opened(file);
+    if (/\.ya?ml$/i.test(file.name)) await taken(await file.text());
     else document.dispatchEvent(new CustomEvent("log", { detail: file }));
   });
+  document.addEventListener("project", (event) => taken(event.detail));
   document.addEventListener("log", async (event) => {
     if (state.view !== "log") await choose("log");
     clear();
@@ -125,7 +126,7 @@ async function begin() {
     if (await load()) await choose(state.view);
   });
   byId("open").addEventListener("click", () => byId("project-file").click());
-  byId("project-file").addEventListener("change", (event) => event.target.files[0] && opened(event.target.files[0]));
+  byId("project-file").addEventListener("change", (event) => event.target.files[0]?.text().then(taken));
   byId("reset").addEventListener("click", async () => { state.values = {}; if (await load()) await show(); });
   for (const what of ["project", "script", "report"]) {
     byId("save-" + what).addEventListener("click", () => trying(() => take(what)));

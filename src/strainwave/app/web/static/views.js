@@ -104,9 +104,11 @@ export async function stop() {
   if (id) await call("/api/jobs/" + id, { method: "DELETE" }).catch(() => {});
 }
 
-export async function job(body, told) {
+export const job = (body, told) => followed(() => call("/api/jobs", { body: { state: asked(), ...body } }), told);
+
+async function followed(begin, told) {
   await stop();
-  const { id } = await call("/api/jobs", { body: { state: asked(), ...body } });
+  const { id } = await begin();
   running = id;
   for (;;) {
     await new Promise((resolve) => setTimeout(resolve, 150));
@@ -156,6 +158,16 @@ function jobControls(label, begin) {
 const say = (remarks) => document.getElementById("remarks").replaceChildren(element("ul", {}, ...remarks.map((text) => element("li", { textContent: text }))));
 const heat = { colorscale: "Cividis", colorbar: { title: { text: "arcsec", side: "right" }, thickness: 14 } };
 
+function mapAxes() {
+  return ["across", "along"].map((key) => {
+    const p = project.parameters.find((one) => one.name === document.getElementById("map-" + key).value);
+    const now = parseFloat(state.values[p.name] ?? p.value), n = Number(document.getElementById("map-count").value);
+    return { p, values: Array.from({ length: n }, (_, i) => Number((0.5 * now * 4 ** (i / (n - 1))).toPrecision(5))) };
+  });
+}
+
+const asTexts = (axes) => axes.map(({ p, values }) => ({ name: p.name, values: values.map((v) => `${v} ${p.unit}`.trim()) }));
+
 async function map() {
   const controls = document.getElementById("controls");
   answer("Largest oscillation over two numbers of the drive, each from half to twice its value.");
@@ -171,14 +183,8 @@ async function map() {
   const count = element("select", { id: "map-count" }, ...[10, 20, 40].map((n) => element("option", { value: n, textContent: `${n} × ${n}` })));
   controls.append(element("label", {}, "Across ", across), element("label", {}, "Up ", along), element("label", {}, "Points ", count));
   jobControls("Compute the map", async (told) => {
-    const axis = (name) => {
-      const p = able.find((one) => one.name === name);
-      const now = parseFloat(state.values[name] ?? p.value), n = Number(count.value);
-      return { p, values: Array.from({ length: n }, (_, i) => Number((0.5 * now * 4 ** (i / (n - 1))).toPrecision(5))) };
-    };
-    const [a, b] = [axis(across.value), axis(along.value)];
-    const axes = [a, b].map(({ p, values }) => ({ name: p.name, values: values.map((v) => `${v} ${p.unit}`.trim()) }));
-    const r = await job({ kind: "map", axes }, told);
+    const [a, b] = mapAxes();
+    const r = await job({ kind: "map", axes: asTexts([a, b]) }, told);
     if (r === null) return null;
     const table = { [`${a.p.label} [${a.p.unit}]`]: b.values.flatMap(() => a.values), [`${b.p.label} [${b.p.unit}]`]: b.values.flatMap((v) => a.values.map(() => v)), "largest oscillation [arcsec]": r.largest_oscillation_arcsec.flat() };
     await draw("map", { data: [{ type: "heatmap", x: a.values, y: b.values, z: r.largest_oscillation_arcsec, ...heat, hovertemplate: `%{x:.4g} ${a.p.unit}<br>%{y:.4g} ${b.p.unit}<br>%{z:.4g} arcsec<extra></extra>` }], layout: { showlegend: false, xaxis: { title: `${a.p.label} [${a.p.shown_unit}]`, type: "log" }, yaxis: { title: `${b.p.label} [${b.p.shown_unit}]`, type: "log" } }, table, label: "Largest oscillation over two numbers", size: "square" });
@@ -190,8 +196,14 @@ async function map() {
 
 async function speedMap() {
   answer("Which motor speeds are allowed under which load, and where orders meet resonances.");
+  const controls = document.getElementById("controls");
+  if (!controls.childElementCount) {
+    const search = element("input", { type: "checkbox", id: "search", checked: state.options.search === "yes" });
+    search.addEventListener("change", () => { state.options.search = search.checked ? "yes" : "no"; remember(); });
+    controls.append(element("label", {}, search, " look for subharmonics and other motions apart from the curves (takes longer)"));
+  }
   jobControls("Compute the speed map", async (told) => {
-    const r = await job({ kind: "speed-map" }, told);
+    const r = await job({ kind: "speed-map", search: state.options.search === "yes" }, told);
     if (r === null) return null;
     const loads = r.load.map((load) => `${round(load)} ${r.load_unit.replaceAll("*", "·")}`);
     const shapes = r.forbidden.flatMap((bands, i) => bands.map(([low, high]) => ({ type: "rect", x0: low, x1: high, y0: i - 0.5, y1: i + 0.5, line: { color: RED, width: 2 } })));
@@ -233,11 +245,40 @@ export async function readLog(file) {
   for (const [i, c] of r.channels.slice(0, 6).entries()) {
     await draw("log-" + c.name, { data: [{ x: r.time, y: c.values, mode: "lines", name: c.name, line: { color: COLOURS[i % COLOURS.length] } }], layout: { showlegend: false, xaxis: { title: "time [s]" }, yaxis: { title: `${c.name.replaceAll("_", " ")} [${c.unit}]` } }, table: { "time [s]": r.time, [`${c.name} [${c.unit}]`]: c.values }, label: `${c.name} over time`, size: "second" });
   }
+  dropped = file;
+  const names = r.channels.map((c) => c.name);
+  if (names.includes("motor_angle") && names.includes("load_angle")) jobControls("Identify the drive", identifyDrive);
+  else {
+    for (const id of ["begin", "cancel", "progress", "stage"]) document.getElementById(id)?.remove();
+    r.notes.unshift("Stiffness, damping and kinematic error need both angles, motor_angle and load_angle; this log has not both: its orders are shown.");
+  }
   const rows = r.orders.lines.map((l) => element("tr", {}, ...[round(l.order), `${round(l.amplitude)} ± ${round(l.error, 2)} ${r.orders.unit}`, l.kind].map((text) => element("td", { textContent: text }))));
   const head = element("tr", {}, ...["order", `amplitude of ${r.orders.of ?? ""}`, "kind"].map((text) => element("th", { textContent: text })));
   const table = rows.length ? element("table", { id: "orders" }, head, ...rows) : element("p", { textContent: r.orders.why });
   document.getElementById("plots").prepend(element("div", { className: "wide" }, table));
   return r.notes;
+}
+
+let dropped = null;
+
+async function identifyDrive(told) {
+  const body = new Blob([JSON.stringify({ state: asked() }), "\n", dropped]);
+  const r = await followed(() => call("/api/identify?name=" + encodeURIComponent(dropped.name), { raw: body }), told);
+  if (r === null) return null;
+  const cells = (n) => [n.name, `${round(n.value, 5)} ${n.unit}`, `${round(n.low, 5)} to ${round(n.high, 5)}`];
+  const row = (kind, texts) => element("tr", {}, ...texts.map((text) => element(kind, { textContent: text })));
+  const table = element("table", { id: "identified" }, row("th", ["number", "found", "95 % interval"]), ...r.numbers.map((n) => row("td", cells(n))));
+  const use = element("button", { type: "button", id: "use", textContent: "Take these numbers into the drive" });
+  use.addEventListener("click", () => document.dispatchEvent(new CustomEvent("project", { detail: r.project })));
+  document.getElementById("identified-drive")?.remove();
+  document.getElementById("plots").prepend(element("div", { className: "wide", id: "identified-drive" }, table, use));
+  const over = (y, name, colour, dash) => ({ x: r.time, y, mode: "lines", name, line: { color: colour, width: 1.5, dash }, hovertemplate: "%{x:.4g} s<br>%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
+  const columns = { "time [s]": r.time, "measured torsion [arcsec]": r.measured_arcsec, "computed torsion [arcsec]": r.computed_arcsec, "residual [arcsec]": r.residual_arcsec };
+  await draw("identified-torsion", { data: [over(r.measured_arcsec, "measured", BLUE, "solid"), over(r.computed_arcsec, "computed", RED, "dash")], layout: { xaxis: { title: "time [s]" }, yaxis: { title: "torsion [arcsec]" } }, table: columns, label: "Measured and computed torsion over time" });
+  await draw("identified-residual", { data: [over(r.residual_arcsec, "residual", ORANGE, "solid")], layout: { showlegend: false, xaxis: { title: "time [s]" }, yaxis: { title: "residual [arcsec]" } }, table: columns, label: "Residual of the torsion over time", size: "second" });
+  answer(`${r.numbers.length} numbers found; ${round(r.rms_arcsec, 3)} arcsec rms are left of the measured torsion.`);
+  say(r.remarks);
+  return r;
 }
 
 async function log() {
@@ -256,10 +297,19 @@ export const VIEWS = {
   compensation: { name: "Compensation", show: compensation }, map: { name: "Two-parameter map", show: map }, log: { name: "Log", show: log },
 };
 
+function scriptView() {
+  if (state.view === "log") throw new Error("a log has no script of the page; strainwave identify PROJECT LOG does the same");
+  const view = { view: state.view };
+  if (state.view === "motion") view.speed = Number(document.getElementById("speed").value);
+  if (state.view === "speed-map") view.search = state.options.search === "yes";
+  if (state.view === "map") view.axes = asTexts(mapAxes());
+  return view;
+}
+
 export async function take(what) {
   const stem = (project?.title ?? "drive").replace(/[^\w.-]+/g, "-").slice(0, 60);
   if (what === "project") return download(stem + ".yaml", await call("/api/export/project", { body: { state: asked() } }), "application/yaml");
-  if (what === "script") return download(stem + ".py", await call("/api/export/script", { body: { state: asked() } }), "text/x-python");
+  if (what === "script") return download(stem + ".py", await call("/api/export/script", { body: { state: asked(), ...scriptView() } }), "text/x-python");
   const status = document.getElementById("status");
   const page = await job({ kind: "report" }, (now) => { status.textContent = `report: ${now.stage}`; });
   status.textContent = "";

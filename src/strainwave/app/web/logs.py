@@ -1,0 +1,117 @@
+"""What is in a log that a visitor brings: its channels, stretches and orders, and the drive that it tells."""
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...compile.jit import as_machine_code
+from ...files.identified.identify_drive import IdentifiedDrive, identify_drive
+from ...files.identified.torsion import with_torsion
+from ...files.logs.read import read_log
+from ...files.project import Project
+from ...study.identification.channels import channels_of
+from ...study.identification.logs.log import Log
+from ...study.identification.orders.order_scan import order_scan
+from ...units import ARCSEC, RPM
+from ..units import sign
+from .state import Refused, yaml_of
+
+SUFFIXES = (".csv", ".txt", ".dat", ".npz", ".mat", ".parquet", ".mf4")
+MOST_SHOWN, MOST_SEGMENTS, MOST_LINES = 2000, 100, 12
+HIGHEST = 60.0  # order that a log is searched for
+
+
+def log_of(name: str, content: bytes) -> dict[str, Any]:
+    """What is in a log: channels, segments, orders of the deviation (Refused)."""
+    return _told(_read(name, content))
+
+
+def identified(project: Project, name: str, content: bytes, progress: Callable[[str, float], None]) -> dict[str, Any]:
+    """The numbers of a drive that a log with both angles tells, and the project file with them (Refused)."""
+    log = _read(name, content)
+    with as_machine_code():
+        found = identify_drive(project, log, progress=progress)
+    left = found.found.residual[0]
+    measured = with_torsion(channels_of(log), project.drive.N)["torsion"]
+    every = max(1, len(left) // MOST_SHOWN)
+    return {
+        "numbers": [_number(found, name) for name in found.names],
+        "time": found.found.step * np.arange(len(left))[::every],
+        "measured_arcsec": measured[::every] / ARCSEC,
+        "computed_arcsec": (measured - left)[::every] / ARCSEC,
+        "residual_arcsec": left[::every] / ARCSEC,
+        "rms_arcsec": found.found.rms[0] / ARCSEC,
+        "project": yaml_of(found.project),
+        "remarks": found.quality(),
+    }
+
+
+def _number(found: IdentifiedDrive, name: str) -> dict[str, Any]:
+    low, high = found.interval(name)
+    return {"name": name, "value": found.value(name), "low": low, "high": high, "unit": sign(found.unit(name))}
+
+
+def _read(name: str, content: bytes) -> Log:
+    suffix = Path(name).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise Refused(f"a log ends in {', '.join(SUFFIXES)}; this name ends in {suffix[:20]!r}")
+    if not content:
+        raise Refused("the log is empty")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"log{suffix}"
+        path.write_bytes(content)
+        try:
+            return read_log(path)
+        except (ValueError, RuntimeError) as error:
+            raise Refused(" ".join(str(error).replace(str(path), "log").split())) from None
+
+
+def _told(log: Log) -> dict[str, Any]:
+    every = max(1, len(log) // MOST_SHOWN)
+    segments = log.segments()[:MOST_SEGMENTS] if log.moving else ()
+    return {
+        "samples": len(log),
+        "rate_Hz": log.rate,
+        "from_s": log.time[0],
+        "to_s": log.time[-1],
+        "gaps": len(log.gaps),
+        "ratio": log.ratio,
+        "time": log.time[::every],
+        "channels": [
+            {"name": name, "unit": log.units[name], "low": np.min(v), "high": np.max(v), "values": v[::every]}
+            for name, v in log.channels.items()
+        ],
+        "segments": [
+            {"kind": part.kind, "start": part.start, "stop": part.stop, "rpm": part.speed / RPM} for part in segments
+        ],
+        "orders": _orders(log),
+        "notes": [*log.notes, *log.doubts],
+    }
+
+
+def _orders(log: Log) -> dict[str, Any]:
+    """Lines of the error between both shafts, or of the torque, over the angle; why there are none."""
+    channels = log.channels
+    angle = next((name for name in ("motor_angle", "load_angle") if name in channels), None)
+    value = next((n for n in channels if n.endswith(("error", "torque", "current", "torsion"))), None)
+    if angle is None or value is None:
+        return {"lines": [], "why": "orders need an angle and an error, a torque or a current in the log"}
+    turning = [part for part in log.segments() if part.kind == "constant speed"]
+    try:
+        runs = [log.run(value, angle, part=part) for part in turning[:8]] or [log.run(value, angle)]
+        found = order_scan(runs, highest=HIGHEST)
+    except ValueError as error:
+        return {"lines": [], "why": " ".join(str(error).split())}
+    lines = sorted(found.lines, key=lambda line: -line.amplitude)[:MOST_LINES]
+    return {
+        "of": value,
+        "over": angle,
+        "unit": found.unit,
+        "lines": [
+            {"order": ln.order, "amplitude": ln.amplitude, "error": ln.amplitude_error, "kind": ln.kind} for ln in lines
+        ],
+        "why": "" if lines else "no line stands out of the noise",
+    }
