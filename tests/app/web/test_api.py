@@ -68,6 +68,7 @@ def test_curve_of_a_slider_is_the_finer_one(client, written, values):
     assert np.max(np.min(np.linalg.norm(finer[:, None] - nearest, axis=2), axis=1)) < 0.01
 
 
+@pytest.mark.slow
 def test_bands_folds_and_limit_are_those_of_the_analysis(client, written):
     shown = posted(client, "/api/response", state=GEAR, whole=True)
     analysis = written(first_text("CSG-40-50")).analyze()
@@ -84,6 +85,7 @@ def test_motion_has_the_amplitude_of_the_response(client):
     assert np.ptp(shown["poincare"]["error_arcsec"]) < 1e-3 * at
 
 
+@pytest.mark.slow
 def test_move_is_that_of_the_library(client, written):
     shown = posted(client, "/api/move", state=GEAR)
     found = sw.move(written(first_text("CSG-40-50")), sw.SCurve(np.pi / 2, 0.6))
@@ -136,24 +138,28 @@ def printed(client, tmp_path, monkeypatch, capsys, view, **more):
     return [float(number) for number in NUMBER.findall(capsys.readouterr().out)]
 
 
+@pytest.mark.interpreted
 def test_exported_script_prints_what_the_page_says(client, tmp_path, monkeypatch, capsys):
     shown = posted(client, "/api/response", state=GEAR)["largest"]
     said = printed(client, tmp_path, monkeypatch, capsys, "response")
     assert said == pytest.approx([shown["oscillation_arcsec"], shown["speed"]], rel=1e-4)
 
 
+@pytest.mark.interpreted
 def test_script_of_a_motion_prints_the_range_of_the_page(client, tmp_path, monkeypatch, capsys):
     shown = posted(client, "/api/motion", state=GEAR, speed=1000.0)["error_arcsec"]
     said = printed(client, tmp_path, monkeypatch, capsys, "motion", speed=1000.0)
     assert said == pytest.approx([min(shown), max(shown)], rel=1e-5)
 
 
+@pytest.mark.slow
 def test_script_of_a_move_prints_the_error_of_the_page(client, tmp_path, monkeypatch, capsys):
     shown = posted(client, "/api/move", state=GEAR)
     said = printed(client, tmp_path, monkeypatch, capsys, "move")
     assert said == pytest.approx([shown["peak_arcsec"], shown["duration"]], rel=1e-5)
 
 
+@pytest.mark.interpreted
 def test_script_of_a_map_prints_its_cells(client, tmp_path, monkeypatch, capsys):
     job = waited(client, posted(client, "/api/jobs", state=GEAR, kind="map", axes=AXES)["id"])
     (a, b), (c, d) = job["result"]["largest_oscillation_arcsec"]
@@ -161,6 +167,7 @@ def test_script_of_a_map_prints_its_cells(client, tmp_path, monkeypatch, capsys)
     assert said == pytest.approx([3, a, b, 5, c, d], rel=1e-4)
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize("kind", ["speed-map", "compensation"])
 def test_script_of_a_job_prints_its_result(client, tmp_path, monkeypatch, capsys, kind):
     result = waited(client, posted(client, "/api/jobs", state=GEAR, kind=kind)["id"])["result"]
