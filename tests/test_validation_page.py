@@ -1,5 +1,6 @@
 """The page on validation holds what its recipes give: every recipe exists, every number is computed anew."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -59,3 +60,10 @@ def test_a_difference_is_that_of_the_printed_digits():
 def test_scipy_repeats_the_orbit_of_example_01():
     amplitude, left = repeats()
     assert np.abs([amplitude, left]).max() < 1e-8
+
+
+def test_every_command_of_the_comparison_exists():
+    page = (TESTS.parent / "docs" / "comparison.md").read_text(encoding="utf-8")
+    commands = set(re.findall(r"`(benchmarks/\w+\.py)", page))
+    assert commands >= {"benchmarks/response.py", "benchmarks/ensemble.py"}
+    assert [command for command in commands if not (TESTS.parent / command).is_file()] == []
