@@ -11,9 +11,9 @@ import pytest
 from measured_axis import measured
 
 import strainwave as sw
+from strainwave.app.web.curve import POINTS
 from strainwave.app.web.parameters import parameters
 from strainwave.app.web.state import State, first_text, project_of
-from strainwave.app.web.views import POINTS
 from strainwave.compile.jit import as_machine_code
 from strainwave.units import ARCSEC, RPM
 

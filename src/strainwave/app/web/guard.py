@@ -7,7 +7,6 @@ able to start anything either: requests that change something need the app's own
 import asyncio
 import re
 from typing import Any
-from urllib.parse import urlsplit
 
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -94,7 +93,7 @@ def _wrong(scope: Scope, headers: dict[str, str]) -> JSONResponse | None:
         return refusal(400, "the host of the request is not this machine; open the app at the address that it printed")
     if scope["method"] not in ("GET", "HEAD"):
         origin, site = headers.get("origin"), headers.get("sec-fetch-site", "same-origin")
-        if (origin is not None and urlsplit(origin).netloc != host) or site not in ("same-origin", "none"):
+        if (origin is not None and origin != f"http://{host}") or site not in ("same-origin", "none"):
             return refusal(403, "the request comes from a page of another site; use the page of this app")
     most = LOG if scope["path"] in LOG_PATHS else BODY
     length = headers.get("content-length", "0")

@@ -21,23 +21,17 @@ from ...study.move.profiles import SCurve
 from ...study.response.resonances import operating_point
 from ...study.speed_map.speed_map import speed_map
 from ...units import ARCSEC, RPM
+from .curve import solved
 
 Progress = Callable[[str, float], None]
-POINTS = 50  # of a curve that follows a slider, about; its ends of bands are those of 100 points within 0.1 %
 TURNS, SETTLE, SAMPLES = 12, 60, 96  # shown periods, periods before, samples of one
 MOST_SHOWN = 4000  # samples of a run
 USUAL_MOVE = SCurve(np.pi / 2.0, 0.6)
 
 
-def solved(project: Project, whole: bool = False) -> DriveResponse:
-    """The response with machine code; `whole` looks for motions that do not join the curve, too."""
-    with as_machine_code():
-        return project.response(coexisting=whole, points=None if whole else POINTS)
-
-
 def response(project: Project, whole: bool = False) -> dict[str, Any]:
     """Oscillation and torque over the speed, with stability, folds, jumps, bands to avoid and limits."""
-    found = solved(project, whole)
+    found, own, scale = solved(project, whole)
     speeds, curve = project.speeds, found.curve
     visited = found.visited()
     top = visited[int(np.argmax(found.oscillation[visited]))]
@@ -48,22 +42,20 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         "speed_name": speeds.name,
         "speed_unit": speeds.unit,
         "error_name": found.name,
-        "speed": speeds.scale * found.omega,
+        "speed": scale * found.omega,
         "oscillation_arcsec": found.oscillation / ARCSEC,
         "peak_arcsec": found.peak / ARCSEC,
         "torque": found.torque,
         "mean_torque": found.mean_torque,
         "stable": found.stable,
-        "folds": [
-            {"speed": speeds.scale * fold.omega, "oscillation_arcsec": _at(found, fold.omega)} for fold in curve.folds
-        ],
+        "folds": [{"speed": scale * fold.omega, "oscillation_arcsec": _at(found, fold.omega)} for fold in curve.folds],
         "jumps": []
         if sweep is None
-        else [{"low": speeds.scale * b.low, "high": speeds.scale * b.high, "whole": b.whole} for b in sweep.bands],
-        "avoid": _avoid(project, found),
+        else [{"low": scale * b.low, "high": scale * b.high, "whole": b.whole} for b in sweep.bands],
+        "avoid": _avoid(own, found, scale),
         "limit_arcsec": None if limit is None else limit / ARCSEC,
         "largest": {
-            "speed": float(speeds.scale * found.omega[top]),
+            "speed": float(scale * found.omega[top]),
             "oscillation_arcsec": float(found.oscillation[top] / ARCSEC),
             "torque": float(found.usage.peak_torque),
         },
@@ -79,14 +71,13 @@ def _at(found: DriveResponse, omega: float) -> float:
     return float(found.oscillation[int(np.argmin(np.abs(found.omega - omega)))] / ARCSEC)
 
 
-def _avoid(project: Project, found: DriveResponse) -> list[tuple[float, float]]:
+def _avoid(project: Project, found: DriveResponse, scale: float) -> list[tuple[float, float]]:
     """Speeds to avoid by the rule of the report; of a drive whose spring cannot hold its load none."""
     system = project.system(reduced=True)
     try:
         avoid = speeds_to_avoid(system, found.response, operating_point(system), project.limit)
     except (ValueError, SolveError):
         return []
-    scale = project.speeds.scale
     return [] if avoid is None else [(low * scale, high * scale) for low, high in avoid.bands]
 
 
@@ -217,7 +208,7 @@ def two_parameters(project: Project, axes: list[tuple[str, list[str]]], progress
         for j, a in enumerate(across):
             progress("two-parameter map", (i * len(across) + j) / (len(across) * len(along)))
             try:
-                found = solved(replaced(project, {first: a, second: b}))
+                found = solved(replaced(project, {first: a, second: b})).found
                 row.append(float(np.max(found.oscillation[found.visited()]) / ARCSEC))
             except (ValueError, SolveError) as error:
                 row.append(None)

@@ -117,7 +117,7 @@ def done(work: Callable[..., Any], args: tuple[Any, ...], told: dict[str, Any]) 
         raise
     except OSError as error:
         return "refused", f"a temporary file cannot be written ({error.strerror}); make room in {tempfile.gettempdir()}"
-    except (ValueError, TypeError, SolveError, RuntimeError) as error:
+    except (ValueError, TypeError, SolveError, RuntimeError, ModuleNotFoundError) as error:
         return "refused", " ".join(str(error).split())
     except MemoryError:
         return "refused", "this takes more memory than there is; take fewer points"
