@@ -42,6 +42,14 @@ class SolveError(RuntimeError):
     """A computation failed and the caller asked for an exception; the message says where, the value, and the remedy."""
 
 
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C in a verb that had finished a part: `found` is the result of that part, the message says which it is."""
+
+    def __init__(self, sentence: str, found: Any) -> None:
+        super().__init__(sentence)
+        self.found = found
+
+
 def largest_between(h: Floats, x: Floats, v: Floats, x1: Floats, v1: Floats) -> float:
     """Largest |x| over stretches (n,) of lengths h [s]: at both ends and, where the rate v changes sign, between them.
 

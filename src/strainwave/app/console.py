@@ -3,13 +3,20 @@
 import json
 import math
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from threading import Event, Thread
 from time import monotonic
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeVar
+
+from ..compile.compiling import Compilation, compiling
+from ..results import Interrupted
+
+T = TypeVar("T")
 
 EVERY = 10.0  # seconds after which a stage that goes on is told again
+TICK = 0.25  # seconds between looks at what is compiled
+SHORT = 1.0  # seconds of a run whose time left is not told
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 # What the errors are, wherever a command or the report shows one.
 WHAT_X_IS = (
@@ -19,11 +26,16 @@ WHAT_X_IS = (
 
 
 class Progress:
-    """Progress of one run on stderr: a bar on a terminal, one plain line per stage and every 10 s of it elsewhere."""
+    """Progress of one run on stderr: a bar on a terminal, one plain line per stage and every 10 s of it elsewhere.
+
+    The time left follows from the share that is finished; what is compiled on the way is announced, and not counted.
+    """
 
     def __init__(self, title: str) -> None:
         self.title = title
-        self.stage, self.begun = "", monotonic()
+        self.stage, self.share, self.total = "", 0.0, 0.0  # total: seconds of the whole run, 0 while unknown
+        self.started = self.begun = monotonic()
+        self.compiled = 0.0  # seconds
         self.over = Event()
         self.bar: Any = None
         self.task: Any = None
@@ -34,19 +46,13 @@ class Progress:
             from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
             from rich.progress import Progress as Bar
 
-            columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+            text, left = (TextColumn(what, markup=False) for what in ("{task.description}", "{task.fields[left]}"))
+            columns = (text, BarColumn(20), TimeElapsedColumn(), left)
             self.bar = Bar(*columns, console=Console(stderr=True), transient=True)
-            self.task = self.bar.add_task(self.title, total=1.0)
+            self.task = self.bar.add_task(self.title, total=1.0, left="")
             self.bar.start()
-        else:
-            Thread(target=self._repeat, daemon=True).start()
+        Thread(target=self._watch, daemon=True).start()
         return self
-
-    def _repeat(self) -> None:
-        while not self.over.wait(EVERY):
-            took = monotonic() - self.begun
-            if self.stage and took >= EVERY:
-                print(f"{self.title}: {self.stage}, {took:.0f} s so far", file=sys.stderr, flush=True)
 
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
@@ -57,12 +63,59 @@ class Progress:
 
     def show(self, stage: str, share: float) -> None:
         """Say what is being done and which share of the run is finished."""
-        if self.bar is not None:
-            self.bar.update(self.task, completed=share, description=f"{self.title}: {stage}")
-        elif stage != self.stage:
-            print(f"{self.title}: {stage}", file=sys.stderr, flush=True)
+        now = monotonic()
+        if share > self.share:
+            self.share, self.total = share, (now - self.started - self.compiled) / share
         if stage != self.stage:
-            self.stage, self.begun = stage, monotonic()
+            self.stage, self.begun = stage, now
+            self._tell(stage)
+
+    def _watch(self) -> None:
+        """Until the run is over: tell what is compiled, how long the rest takes, and again and again what goes on."""
+        said, before, announced = monotonic(), monotonic(), None
+        while not self.over.wait(min(TICK, EVERY)):
+            now, one = monotonic(), next(iter(compiling()), None)
+            if one is not None:
+                self.compiled += now - before
+            if one != announced:
+                self._tell(str(one) if one is not None else self.stage, again=one is None)
+            before, announced = now, one
+            if self.bar is not None:
+                self.bar.update(self.task, completed=self.share, left=self.rest(now, one).removeprefix(", "))
+            elif self.stage and now - max(self.begun, said) >= EVERY:
+                said = now
+                self._tell(f"{self.stage}, {now - self.begun:.0f} s so far{self.rest(now, one)}")
+
+    def _tell(self, what: str, again: bool = False) -> None:
+        if self.bar is not None:
+            self.bar.update(self.task, completed=self.share, description=f"{self.title}: {what}")
+        elif not again:
+            print(f"{self.title}: {what}", file=sys.stderr, flush=True)
+
+    def rest(self, now: float, one: Compilation | None = None) -> str:
+        """Say how long the run goes on after `now`, the compilation under way included; "" while that is unknown."""
+        left = self.total - (now - self.started - self.compiled)
+        if self.total < SHORT or left <= 0.0:
+            return ""
+        if one is not None:
+            left += max(one.since + one.expected - now, 0.0)
+        return f", about {duration(left)} left"
+
+
+def finished(verb: Callable[[], T]) -> tuple[T, KeyboardInterrupt | None]:
+    """Result of a verb; or that of the part that Ctrl-C found finished, and what to raise when it is written."""
+    try:
+        return verb(), None
+    except Interrupted as stop:
+        return stop.found, KeyboardInterrupt(f"{stop}; the same command again computes all")
+
+
+def duration(seconds: float) -> str:
+    """Write a time as a whole number of seconds, minutes or hours, rounded up."""
+    for size, unit in ((3600.0, "h"), (60.0, "min")):
+        if seconds > 2.0 * size:
+            return f"{math.ceil(seconds / size)} {unit}"
+    return f"{math.ceil(seconds)} s"
 
 
 def number(value: float | str | bool | None, digits: int = 4) -> str:

@@ -1,11 +1,9 @@
-"""All of Numba: kernels, the methods of model objects inside them, and the compiled-code cache.
+"""All of Numba: kernels and the methods of model objects inside them.
 
 A kernel is a plain Python function marked `@kernel`. It may call other kernels, the functions of `maths`, and the
-methods of any NamedTuple handed to it; `run(kernel, *args)` executes it as machine code. Numba is imported
-at the first `run`, so importing the package stays cheap, and with the environment variable STRAINWAVE_JIT=0 (or
-NUMBA_DISABLE_JIT=1) the same functions run as Python.
-
-Machine code is kept on disk (`cache`), that of a user's classes too.
+methods of any NamedTuple handed to it; `run(kernel, *args)` executes it as machine code, which is kept on disk
+(`cache`). Numba is imported at the first `run`, so importing the package stays cheap, and with the environment
+variable STRAINWAVE_JIT=0 (or NUMBA_DISABLE_JIT=1) the same functions run as Python.
 """
 
 import inspect
@@ -25,6 +23,7 @@ from ..tree import classes as classes_of
 from ..tree import with_leaf
 from . import lanes, maths_kernels, tuples
 from .cache import CodeCache, cache_writable
+from .compiling import watched
 from .inner import compilers
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -240,6 +239,7 @@ def _made(function: Callable[..., Any], classes: tuple[type, ...]) -> Any:
     """Compiled form of a function for models of these classes: Numba takes two classes of one name for the same."""
     body = getattr(function, "loops", function)
     dispatcher = _numba().njit(pipeline_class=compilers()[0], **OPTIONS)(body)
+    dispatcher._compiler.compile = watched(dispatcher._compiler.compile, function.__name__)
     if cache_writable():
         dispatcher._cache = CodeCache(body)
     return dispatcher

@@ -44,7 +44,7 @@ def test_it_prints_what_python_computes(drive):
     assert (report["exceeding"], report["interval"]) == (found.exceeding, list(found.interval))
     assert 0 < found.exceeding < 32
     assert set(report["first_order_index"]) == {"damping.B", "load.inertia"}
-    assert "drive 32 of 32" in run.stderr
+    assert "Linear: 32 drives" in run.stderr
     told = invoke(drive, "--count", "32", "--seed", "4", "--limit", "1 deg").stdout
     assert "0 of 32 drives exceed an oscillation of 3600 arcsec somewhere in the range" in told
     assert "95 % confidence (Clopper-Pearson) 0 % to 10.9 %" in told  # 1 - 0.025^(1/32)

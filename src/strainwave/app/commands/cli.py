@@ -37,7 +37,7 @@ class Sentences(click.Group):
         except (click.exceptions.Exit, click.ClickException, click.Abort, BrokenPipeError):
             raise
         except KeyboardInterrupt as stop:
-            click.echo(f"strainwave: {str(stop) or 'interrupted; nothing was written'}", err=True)
+            click.echo(f"strainwave: {str(stop) or 'interrupted; nothing was written: run it again'}", err=True)
             ctx.exit(INTERRUPTED)
         except Exception as error:  # whatever it is, a user gets one sentence; --debug shows the rest
             if ctx.params.get("debug") or os.environ.get("STRAINWAVE_DEBUG") == "1":

@@ -65,7 +65,7 @@ def show(
     bands = [span("--band", ends, "rad/s", 'for example "500 rpm" "700 rpm"') for ends in options["bands"]]
     with Progress(project.title) as progress:
         if options["avoid"]:
-            avoid = project.analyze(progress.show).avoid
+            avoid = project.analyze(lambda what, share: progress.show(what, 0.5 * share)).avoid
             bands += [] if avoid is None else list(avoid.bands)
         progress.show("move", 0.5)
         found = move(project, parts or None, bands=bands, **given)

@@ -14,7 +14,7 @@ from ...files.yaml_text import read
 from ...quantities import convert
 from ...speeds import Speeds
 from ...study.analysis.train_curve import refuse_free
-from ..console import number, to_json
+from ..console import Progress, number, to_json
 from ..units import sign
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ WHAT = {
 
 def show(
     project: Project, grid: tuple[str, ...], output: Path, workers: int | None, chunk: int | None, connect: Any,
-    as_json: bool,
+    progress: Progress, as_json: bool,
 ) -> None:  # fmt: skip
     """Sweep the response of a project's whole drive, or go on where the last run stopped, and print what was found.
 
@@ -52,7 +52,9 @@ def show(
     from ...files.variants.project_sweep import sweep_project  # xarray and zarr, seconds that a refusal need not take
 
     with connect() as connected:
-        data = sweep_project(project, axes, store=output, workers=workers, chunk=chunk, client=connected)
+        data = sweep_project(
+            project, axes, store=output, workers=workers, chunk=chunk, client=connected, progress=progress.show
+        )
     report = found(data) | {
         "title": project.title,
         "store": str(output),

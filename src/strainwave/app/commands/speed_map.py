@@ -12,7 +12,7 @@ from ...files.variants.scatter import scattered
 from ...study.speed_map.result import SpeedMap
 from ...study.speed_map.speed_map import speed_map
 from ...units import ARCSEC, RPM
-from ..console import WHAT_X_IS, Progress, number, to_json
+from ..console import WHAT_X_IS, Progress, finished, number, to_json
 from ..figures import speed_map as figures
 from ..figures.svg import figure
 from ..output import staged, write_csv
@@ -45,13 +45,14 @@ def show(
     ends = None if speeds is None else span("--speeds", speeds.split(":"), "rad/s", 'for example "500 rpm:4000 rpm"')
     with Progress(project.title) as progress:
         drives = scattered(project, units, seed) if units else ()
-        found = speed_map(
-            project, speeds=ends, amplification=amplification, margin=margin, units=drives, progress=progress.show,
-            **given,
-        )  # fmt: skip
+        given |= {"speeds": ends, "amplification": amplification, "margin": margin, "units": drives}
+        progress.show("motions", 0.0)
+        found, stop = finished(lambda: speed_map(project, **given, progress=progress.show))
         progress.show("writing", 1.0)
         write(found, output)
     click.echo(to_json(report(project, found)) if as_json else summary(project, found, output))
+    if stop is not None:
+        raise stop
 
 
 def write(found: SpeedMap, folder: Path) -> None:

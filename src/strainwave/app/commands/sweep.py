@@ -23,7 +23,7 @@ from ...protocols import state_count
 from ...quantities import Parameter, convert, parameters, parse
 from ...results import Floats
 from ...units import NUMBER
-from ..console import WHAT_X_IS, number, to_json
+from ..console import WHAT_X_IS, Progress, number, to_json
 from ..units import sign
 from . import project_sweep
 from .equation import remarks
@@ -56,8 +56,8 @@ def show(
     known, grids = parameters(system), [in_equation(text, drive) for text in grid]
     if drive.left_out or any(_of_file_alone(drive, text, known) for text in grids):
         refuse_options_of_trajectories()
-        with progress(drive.title):
-            project_sweep.show(drive, grid, output, workers, chunk, lambda: client(cluster), as_json)
+        with logged(drive.title) as progress:
+            project_sweep.show(drive, grid, output, workers, chunk, lambda: client(cluster), progress, as_json)
         return
     axes = dict(axis(text, known) for text in grids)
     units = dict(typed_unit(text, known) for text in grids)
@@ -66,8 +66,9 @@ def show(
     from ...study.sweep.sweep import sweep
 
     measure = EnsembleMeasure((0.0,) * state_count(system), periods, kept, settle)
-    with progress(drive.title), client(cluster) as connected:
-        data = sweep(measure, system, axes, store=output, client=connected, workers=workers, chunk=chunk)
+    with logged(drive.title) as progress, client(cluster) as connected:
+        how: dict[str, Any] = {"client": connected, "workers": workers, "chunk": chunk, "progress": progress.show}
+        data = sweep(measure, system, axes, store=output, **how)
     report = found(data) | {"conventions": WHAT_X_IS, "title": drive.title, "store": str(output), "units": units}
     report["remarks"] = [*remarks(drive), *at_one_speed(drive, float(system.omega), list(axes)), *bare(grids, units)]
     click.echo(to_json(report) if as_json else summary(report))
@@ -220,18 +221,19 @@ def named(text: str) -> Any:
 
 
 @contextmanager
-def progress(title: str) -> Iterator[None]:
-    """Show on stderr what the library logs."""
-    log, shown = logging.getLogger("strainwave.study"), logging.StreamHandler(sys.stderr)
-    shown.setFormatter(logging.Formatter("{}: %(message)s".format(title.replace("%", "%%"))))
-    log.addHandler(shown)
-    level = log.level
-    log.setLevel(logging.INFO)
-    try:
-        yield
-    finally:
-        log.setLevel(level)
-        log.removeHandler(shown)
+def logged(title: str) -> Iterator[Progress]:
+    """Show on stderr the progress, and what the library logs."""
+    with Progress(title) as progress:
+        log, shown = logging.getLogger("strainwave.study"), logging.StreamHandler(sys.stderr)
+        shown.setFormatter(logging.Formatter("{}: %(message)s".format(title.replace("%", "%%"))))
+        log.addHandler(shown)
+        level = log.level
+        log.setLevel(logging.INFO)
+        try:
+            yield progress
+        finally:
+            log.setLevel(level)
+            log.removeHandler(shown)
 
 
 @contextmanager

@@ -1,13 +1,14 @@
 """`strainwave variability`: how probable it is that a drive exceeds its limit, from the scatter in its project file."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from ...files.reading import read_project
 from ...files.variants.scatter import Exceedance, exceedance
 from ...quantities import convert
-from ..console import Progress, number, percent, to_json
+from ..console import Progress, finished, number, percent, to_json
 from ..units import quantity, sign
 
 MOST_ERRORS = 3
@@ -28,11 +29,15 @@ def show(path: Path, count: int, seed: int, limit: str | None, as_json: bool) ->
     project = read_project(path)
     allowed = None if limit is None else quantity("--limit", limit, "rad")
     with Progress(project.title) as progress:
-        found = exceedance(
-            project, count=count, seed=seed, limit=allowed,
-            progress=lambda done, all_: progress.show(f"drive {done} of {all_}", done / all_),
-        )  # fmt: skip
+        told = f"{count} drives"
+        progress.show(told, 0.0)
+        how: dict[str, Any] = {"count": count, "seed": seed, "limit": allowed}
+        found, stop = finished(
+            lambda: exceedance(project, **how, progress=lambda done, all_: progress.show(told, done / all_))
+        )
     click.echo(to_json(report(project.title, found)) if as_json else summary(project.title, found))
+    if stop is not None:
+        raise stop
 
 
 def report(title: str, found: Exceedance) -> dict[str, object]:

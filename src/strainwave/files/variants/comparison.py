@@ -8,7 +8,7 @@ import numpy as np
 
 from ...quantities import shown
 from ...records import Labelled, Result
-from ...results import Floats
+from ...results import Floats, Interrupted
 from ...sentences import on_screen
 from ...study.analysis.drive_response import DriveResponse
 from ...units import ARCSEC, RPM
@@ -96,17 +96,29 @@ def compare_projects(
         If they are no projects, or fewer than two; whatever `Project.response` refuses.
     SolveError
         If no periodic motion of a project is found.
+    Interrupted
+        On Ctrl-C after at least two projects, with the comparison of those.
     """
     given = list(projects) if isinstance(projects, Sequence) and not isinstance(projects, str) else [projects]
     if not all(isinstance(project, Project) for project in given):
         raise TypeError(f"projects are {shown(projects)}; give a list, such as [read_project('a.yaml'), ...]")
     if not 2 <= len(given) <= MOST:
         raise ValueError(f"there are {len(given)} projects; give 2 to {MOST} to compare")
-    responses = []
-    for i, project in enumerate(given):
-        if progress is not None:
-            progress(project.title, i / len(given))
-        responses.append(project.response())
+    responses: list[DriveResponse] = []
+    try:
+        for i, project in enumerate(given):
+            if progress is not None:
+                progress(project.title, i / len(given))
+            responses.append(project.response())
+    except KeyboardInterrupt:
+        if len(responses) < 2:
+            raise
+        some = f"the comparison is that of the first {len(responses)} of {len(given)} projects"
+        raise Interrupted(f"interrupted; {some}", _compared(given[: len(responses)], responses)) from None
+    return _compared(given, responses)
+
+
+def _compared(given: list[Project], responses: list[DriveResponse]) -> ProjectComparison:
     tops = [_top(response) for response in responses]
 
     def each(number: Callable[[Project], Any]) -> Floats:

@@ -1,7 +1,7 @@
 """`sweep_project`: the response of a whole drive over a grid of the numbers of its project file."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import prod
 from pathlib import Path
@@ -65,6 +65,7 @@ def sweep_project(
     workers: int | None = None,
     chunk: int | None = None,
     client: Any = None,
+    progress: Callable[[str, float], None] = lambda _what, _share: None,
 ) -> xr.Dataset:
     """Follow the response of the whole drive at every point of a grid of the numbers of its project file.
 
@@ -75,7 +76,7 @@ def sweep_project(
     grid : dict of str to sequence of str
         Values as the file has them, with their units, by their names in the file, as `replaced` takes them:
         {"loop.bandwidth": ["20 Hz", "30 Hz"], "gear": ["CSG-40-50", "SHG-40-50"]}; all combinations.
-    store, workers, chunk, client
+    store, workers, chunk, client, progress
         As of `sweep`: a store keeps what is finished, and the same call goes on from there; by default every point, of
         large grids a 512th of them, is a chunk.
 
@@ -100,7 +101,10 @@ def sweep_project(
     places = {f"numbers.{i}": np.arange(len(texts), dtype=float) for i, texts in enumerate(axes.values())}
     choice = Choice((0.0,) * len(axes))
     chunk = chunk or max(1, prod(map(len, axes.values())) // MOST_CHUNKS)
-    data = sweep(measure, choice, places, store=store, client=client, workers=workers, chunk=chunk, units=UNITS)
+    data = sweep(
+        measure, choice, places, store=store, client=client, workers=workers, chunk=chunk, units=UNITS,
+        progress=progress,
+    )  # fmt: skip
     named = dict(zip(places, axes, strict=True))
     data = data.drop_vars([name for name in places if name in data.coords]).rename_dims(named)
     return data.assign_coords({name: coordinate(name, texts) for name, texts in axes.items()})

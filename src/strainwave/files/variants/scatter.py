@@ -9,7 +9,7 @@ from scipy.special import betaincinv, ndtr, ndtri
 
 from ...quantities import number, positive_count
 from ...records import Labelled, Result
-from ...results import Floats, SolveError
+from ...results import Floats, Interrupted, SolveError
 from ...sentences import on_screen
 from ...study.analysis.avoid import band_above
 from ...study.analysis.runup import silent
@@ -161,6 +161,8 @@ def exceedance(
     ------
     ValueError
         If the project has no scatter or no limit.
+    Interrupted
+        On Ctrl-C after at least 32 drives, with their result: as of a `count` of so many.
 
     References
     ----------
@@ -177,21 +179,39 @@ def exceedance(
     if project.train is not None:
         refuse_free(project.train)
     factors = drawn(project.scatter, count, seed, project.correlation)
-    found, at, low, high = np.full((4, count), np.nan)
+    rows: list[tuple[float, float, float, float]] = []
     errors = dict[str, None]()
-    for i, drive in enumerate(_drives(project, factors)):
-        try:
-            response = drive.response()
-        except SolveError as error:
-            errors[str(error)] = None
-        else:
-            visited = response.visited()
-            top = visited[int(np.argmax(response.oscillation[visited]))]
-            found[i], at[i] = response.oscillation[top], response.omega[top]
-            low[i], high[i] = band_above(response.response, allowed) or (np.nan, np.nan)
-        progress(i + 1, count)
-    rank = None if np.any(np.isnan(found)) else ranking(factors, found, np.random.default_rng(seed))
-    return Exceedance(allowed, factors, found, at, low, high, seed, rank, tuple(errors))
+
+    def result() -> Exceedance:
+        found, at, low, high = np.array(rows).T
+        own = {name: values[: len(rows)] for name, values in factors.items()}
+        rank = None if np.any(np.isnan(found)) else ranking(own, found, np.random.default_rng(seed))
+        return Exceedance(allowed, own, found, at, low, high, seed, rank, tuple(errors))
+
+    try:
+        for drive in _drives(project, factors):
+            rows.append(_largest(drive, allowed, errors))
+            progress(len(rows), count)
+    except KeyboardInterrupt:
+        if len(rows) < LEAST:
+            few = f"{len(rows)} of {count} drives were finished, and an answer needs {LEAST}"
+            raise KeyboardInterrupt(f"interrupted; {few}: nothing is kept") from None
+        some = f"the result is that of the {len(rows)} drives that were finished, of {count}"
+        raise Interrupted(f"interrupted; {some}", result()) from None
+    return result()
+
+
+def _largest(drive: Project, limit: float, errors: dict[str, None]) -> tuple[float, float, float, float]:
+    """Largest oscillation of a drive, its speed, and the ends of the speeds to avoid; nan where there are none."""
+    try:
+        response = drive.response()
+    except SolveError as error:
+        errors[str(error)] = None
+        return (np.nan,) * 4
+    visited = response.visited()
+    top = visited[int(np.argmax(response.oscillation[visited]))]
+    ends = band_above(response.response, limit) or (np.nan, np.nan)
+    return float(response.oscillation[top]), float(response.omega[top]), *ends
 
 
 def scattered(project: Project, count: int = 64, seed: int = 0) -> Iterator[Project]:

@@ -20,7 +20,7 @@ from ...model.gears.gear import Gear
 from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
 from ...quantities import shown
-from ...results import SolveError
+from ...results import Interrupted, SolveError
 from ...sentences import listed
 from ...units import ARCSEC, RPM
 from .averaged import Drives, Largest, largest
@@ -79,6 +79,8 @@ def design(
 
     Raises
     ------
+    Interrupted
+        On Ctrl-C during harmonic balance, with what averaging says of the designs that it had not reached.
     TypeError, ValueError
         If the specification, or a gear, is none.
 
@@ -103,6 +105,7 @@ class _Search:
         self.good: list[Option] = []
         self.known: dict[Any, tuple[Balanced, float] | None] = {}
         self.drives = 0
+        self.stopped = False  # by Ctrl-C: what is left is decided by averaging
 
     def run(self, gears: list[Gear]) -> Design:
         """Search through gears."""
@@ -124,7 +127,7 @@ class _Search:
             self.misses.pop(option.gear.name, None)
         nearest = "" if feasible else self._nearest(gears)
         chosen = [(o, self._drives(o.gear, [o.motor], [o.load])) for o in best[:BEST]]
-        return Design(
+        found = Design(
             self.spec,
             tuple(feasible),
             tuple(map(self._candidate, best)),
@@ -135,6 +138,12 @@ class _Search:
             len(self.known),
             tuple(self._remarks()),
         )
+        if self.stopped:
+            raise Interrupted(
+                f"interrupted; {len(self.known)} designs were computed by harmonic balance, the others by averaging",
+                found,
+            )
+        return found
 
     def _drives(self, gear: Gear, motors: Any, loads: Any) -> Drives:
         """Drives of a gear: every motor with every load."""
@@ -209,14 +218,14 @@ class _Search:
             names = {(c.gear, c.motor_inertia) for c in chosen}
             members = [o for o in self.good if (o.gear.name, o.motor) in names]
             open_ = [o for o in members if not o.balanced]
-            if not open_ or len(self.known) >= MOST_BALANCED:
+            if not open_ or self.stopped or len(self.known) >= MOST_BALANCED:
                 return sorted(members, key=lambda o: o.size)
             for option in open_:
                 self.progress(f"harmonic balance, {option.gear.name}", 0.95)
                 self.good.remove(option)
                 option = self._balanced(option)
                 if option.size <= self.spec.limit * SURE:
-                    self.good.append(option._replace(balanced=True))
+                    self.good.append(option._replace(balanced=not self.stopped or option.balanced))
                 else:
                     self._miss(option)
 
@@ -225,9 +234,13 @@ class _Search:
         motor = None if self.spec.loop is None else option.motor  # which a held motor's error does not depend on
         key = option.gear.name, motor, option.load
         if key not in self.known:
-            if len(self.known) >= MOST_BALANCED:
+            if self.stopped or len(self.known) >= MOST_BALANCED:
                 return option
-            self.known[key] = self._worst(option)
+            try:
+                self.known[key] = self._worst(option)
+            except KeyboardInterrupt:
+                self.stopped = True
+                return option
         found = self.known[key]
         if found is None:
             return option
@@ -326,6 +339,8 @@ class _Search:
                 "The kinematic error is each gear's accuracy class, shared by the orders 1, 2, 4 as 1 : 4 : 1 by "
                 "assumption; units of one type differ by a factor of about 3."
             )
+        if self.stopped:
+            said.append(f"Interrupted: {len(self.known)} designs are by harmonic balance, the others by averaging.")
         if len(self.known) >= MOST_BALANCED:
             said.append(f"Only {MOST_BALANCED} designs were computed by harmonic balance; the others are by averaging.")
         return said

@@ -2,7 +2,8 @@
 
 import os
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from contextlib import suppress
 from itertools import pairwise
 from typing import Any
 
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ...protocols import lacking
 from ...quantities import interval, number, numbers, positive_count, shown
-from ...results import Floats, SolveError
+from ...results import Floats, Interrupted, SolveError
 from ...units import ARCSEC
 from ..analysis.runup import silent
 from .campbell import CampbellLine, campbell
@@ -93,6 +94,8 @@ def speed_map(
         If a range has no width, a limit is one that no speed meets, or a number is out of range.
     SolveError
         If the law cannot carry a load, or no periodic motion is found under any.
+    Interrupted
+        On Ctrl-C after the first load, with the map of the loads and units that were finished.
     TypeError
         If `project` is none.
 
@@ -108,7 +111,10 @@ def speed_map(
     values, name, variants = _loads(project, loads, load_inertias)
     count = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     cases = [case_of(variant, value, span) for variant, value in zip(variants, values.tolist(), strict=True)]
-    found = _all_motions(cases, span, search, count, progress)
+    every, drives = len(cases), list(units)
+    of_loads = 0.5 if drives else 1.0
+    done, found = _all_motions(cases, span, search, count, lambda what, share: progress(what, of_loads * share))
+    cases, variants, values = [cases[i] for i in done], [variants[i] for i in done], values[done]
     if not any(own.curves for own in found):
         raise SolveError(found[0].remarks[0])
     lines = _lines(cases, found, tuple(number("order", k, positive=True) for k in orders))
@@ -120,7 +126,8 @@ def speed_map(
     _refuse_unreachable(rules, found, bands)
     table = [cells_of(own, cells) for own in found]
     oscillation, torque, motions, subharmonic = (np.array([row[i] for row in table]) for i in range(4))
-    return SpeedMap(
+    scatter = _scatter(drives if len(done) == every else [], values, name, cells, span, rules, progress)
+    result = SpeedMap(
         speeds=cells,
         loads=values,
         load_name=name,
@@ -136,12 +143,17 @@ def speed_map(
         vendor=tuple(_vendor_rules(variants, values, bands, span)),
         rules=rules,
         quasi_static=np.array([own.quasi_static for own in found]),
-        scatter=_scatter(units, values, name, cells, span, rules, progress),
+        scatter=scatter,
         remarks=(
             *_remarks(cases, found, name, lines, span, rules, search),
             *beyond_ratings(project.gear, cells, values, torque, UNITS[name]),
         ),
     )
+    finished = 0 if scatter is None else scatter.units
+    if len(done) < every or finished < len(drives):
+        some = f"the map is that of {len(done)} of {every} loads and {finished} of {len(drives)} units"
+        raise Interrupted(f"interrupted; {some}, which were finished", result)
+    return result
 
 
 def cells_of(own: UnderLoad, speeds: Floats) -> Cells:
@@ -209,24 +221,41 @@ def _apart(loads: int) -> float:
 
 def _all_motions(
     cases: list[Case], span: Span, search: bool, threads: int, progress: Callable[[str, float], None]
-) -> list[UnderLoad]:
-    """Motions under every load; those apart from the main curve are tried under the neighbouring loads too."""
-    apart = _apart(len(cases)) if search else None
+) -> tuple[list[int], list[UnderLoad]]:
+    """Motions under every load, or under those finished at Ctrl-C, with their numbers.
 
-    def one(i: int) -> Any:
-        result = under_load(cases[i], span, apart, (GOLDEN * i) % 1.0)
-        progress("motions", (i + 1.0) / len(cases))
-        return result
+    Motions apart from the main curve are tried under the neighbouring loads too.
+    """
+    apart = _apart(len(cases)) if search else None
+    found: dict[int, UnderLoad] = {}
+    seeds: dict[int, Any] = {}
+
+    def one(i: int) -> None:
+        own, seeds[i] = under_load(cases[i], span, apart, (GOLDEN * i) % 1.0)
+        found[i] = own
+        progress("motions", len(found) / len(cases))
 
     with ThreadPoolExecutor(threads) as pool:  # the first compiles, where that is still to do, before threads start
-        both = [one(0), *pool.map(one, range(1, len(cases)))]
-    found, seeds = [own for own, _ in both], [some for _, some in both]
-    for way in (range(len(cases)), range(len(cases) - 1, -1, -1)):
+        left: set[Any] = set()
+        try:
+            one(0)
+            left = {pool.submit(one, i) for i in range(1, len(cases))}
+            while left:  # not for ever at once: Windows hears of Ctrl-C between waits
+                done, left = wait(left, timeout=1.0, return_when=FIRST_EXCEPTION)
+                for future in done:
+                    future.result()
+        except BaseException as error:
+            for future in left:
+                future.cancel()
+            if not (found and isinstance(error, KeyboardInterrupt)):
+                raise
+    known = sorted(found)
+    for way in (known, known[::-1]):
         for before, here in pairwise(way):
             if seeds[before] and found[here].curves:
                 found[here], new = extended(found[here], cases[here], span, np.empty(0), seeds[before])
                 seeds[here] = (*seeds[here], *new)
-    return found
+    return known, [found[i] for i in known]
 
 
 def _lines(cases: list[Case], found: list[UnderLoad], orders: tuple[float, ...]) -> list[CampbellLine]:
@@ -280,26 +309,24 @@ def _vendor_rules(variants: list[Any], values: Floats, bands: list[Bands], span:
 
 
 def _scatter(
-    units: Iterable[Any], values: Floats, name: str, cells: Floats, span: Span, rules: Rules,
+    drives: list[Any], values: Floats, name: str, cells: Floats, span: Span, rules: Rules,
     progress: Callable[[str, float], None],
 ) -> Scatter | None:  # fmt: skip
-    """Quantiles over units, each followed along its main curve."""
-    drives = list(units)
-    if not drives:
+    """Quantiles over units, each followed along its main curve; after Ctrl-C over those finished, None without any."""
+    found = []
+    inertias = name == "load inertia"
+    with suppress(KeyboardInterrupt):
+        for i, drive in enumerate(drives):
+            variants = _loads(drive, None if inertias else values, values if inertias else None)[2]
+            pairs = zip(variants, values, strict=True)
+            found.append([_of_unit(case_of(one, load, span), cells, span, rules) for one, load in pairs])
+            progress("units", 0.5 + 0.5 * (i + 1.0) / len(drives))
+    if not found:
         return None
-    sizes, forbidden = [], []
-    for i, drive in enumerate(drives):
-        inertias = name == "load inertia"
-        variants = _loads(drive, None if inertias else values, values if inertias else None)[2]
-        rows = [
-            _of_unit(case_of(one, load, span), cells, span, rules) for one, load in zip(variants, values, strict=True)
-        ]
-        sizes.append([size for size, _ in rows])
-        forbidden.append([bad for _, bad in rows])
-        progress("units", (i + 1.0) / len(drives))
-    table, shares = np.array(sizes), np.array(QUANTILES)
+    table, shares = np.array([[size for size, _ in rows] for rows in found]), np.array(QUANTILES)
+    forbidden = np.array([[bad for _, bad in rows] for rows in found], float)
     quantiles = np.quantile(table, shares, axis=0, method="higher")
-    return Scatter(shares, quantiles, np.max(table, axis=0), np.mean(np.array(forbidden, float), axis=0), len(drives))
+    return Scatter(shares, quantiles, np.max(table, axis=0), np.mean(forbidden, axis=0), len(found))
 
 
 def _of_unit(case: Case, cells: Floats, span: Span, rules: Rules) -> tuple[Floats, Any]:

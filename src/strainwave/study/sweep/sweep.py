@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from time import monotonic
 from typing import Any
 from uuid import uuid4
 
@@ -44,6 +43,7 @@ def sweep(
     chunk: int | None = None,
     seed: int = 0,
     units: Mapping[str, str] | None = None,
+    progress: Callable[[str, float], None] = lambda _what, _share: None,
 ) -> xr.Dataset:
     """Measure a system at every point of a grid or a sample.
 
@@ -79,6 +79,8 @@ def sweep(
         Seed of the random numbers of a measure that takes `rng`.
     units : dict of str to str, optional
         Units of the variables of `measure`, for the result.
+    progress : callable
+        Told what is being computed and which share of what was missing is finished, after every chunk.
 
     Returns
     -------
@@ -117,7 +119,7 @@ def sweep(
     kept = SweepStore(folder, layout, points.dims, axes, attributes, parameter_units, job.whole_chunks)
     try:
         if not kept.done.all():
-            run = _Run(job, layout, points, kept, dict(units or {}))
+            run = _Run(job, layout, points, kept, dict(units or {}), progress)
             _fill(run, partial(_pool, client, spec, workers, processes, job))
         kept.finish()
         return kept.dataset()
@@ -126,12 +128,16 @@ def sweep(
 
 
 class _Run:
-    """A sweep under way: what is to be done, and word of its progress once a second."""
+    """A sweep under way: what is to be done, and word of its progress."""
 
-    def __init__(self, job: Job, layout: Layout, points: Points, kept: SweepStore, units: dict[str, str]) -> None:
+    def __init__(
+        self, job: Job, layout: Layout, points: Points, kept: SweepStore, units: dict[str, str],
+        progress: Callable[[str, float], None],
+    ) -> None:  # fmt: skip
         self.job, self.layout, self.points, self.kept, self.units = job, layout, points, kept, units
-        self.started = self.said = monotonic()
         self.computed, self.left = 0, int((~kept.done).sum())
+        self.progress = partial(progress, f"{self.left} of {layout.chunks} chunks")
+        self.progress(0.0)
         if kept.variables is not None:
             self._check_units(kept.variables)
             self.job = Job(job.measure, job.system, job.seed, kept.variables)
@@ -150,13 +156,7 @@ class _Run:
             self.job = Job(self.job.measure, self.job.system, self.job.seed, known)
         self.kept.write(chunk, part, values)
         self.computed += 1
-        now = monotonic()
-        if now - self.said >= 1.0:
-            self.said = now
-            left = (now - self.started) / self.computed * (self.left - self.computed)
-            done = self.layout.chunks - self.left + self.computed
-            share = 100.0 * done / self.layout.chunks
-            log.info("%d of %d chunks (%.0f %%), about %s left", done, self.layout.chunks, share, _duration(left))
+        self.progress(self.computed / self.left)
 
     def _check_units(self, variables: tuple[Variable, ...]) -> None:
         names = [variable.name for variable in variables]
@@ -314,9 +314,3 @@ def _least_chunk(job: Job) -> int | None:
 
 def _processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 90.0:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"

@@ -78,7 +78,7 @@ def show(
             click.echo(f"  written: {output}")
     if stopped:
         kept = "nothing was finished" if run is None else f"kept: {', '.join(run.found.names)}"
-        raise KeyboardInterrupt(f"interrupted; {kept}")
+        raise KeyboardInterrupt(f"interrupted; {kept}; the same command again computes all")
 
 
 def speeds_of(project: Project, given: Sequence[str] = ()) -> Floats:

@@ -9,7 +9,7 @@ import numpy as np
 from ....files.reading import read_project
 from ....files.variants.comparison import ProjectComparison, compare_projects
 from ....units import ARCSEC, RPM
-from ...console import Progress, number, print_table, to_json
+from ...console import Progress, finished, number, print_table, to_json
 from ...figures.comparison import comparison_figure
 from ...output import staged
 from ...report.comparison_page import comparison_page
@@ -34,9 +34,9 @@ def show(paths: tuple[Path, ...], output: Path, as_json: bool) -> None:
     if len({project.speeds.by_motor for project in projects}) > 1:
         raise ValueError("some projects have speeds of a forcing, others of a shaft; compare one kind at a time")
     with Progress("comparison") as progress:
-        found = compare_projects(projects, progress=progress.show)
+        found, stop = finished(lambda: compare_projects(projects, progress=lambda t, s: progress.show(t, 0.95 * s)))
         progress.show("writing", 0.95)
-        rows = _rows(found, [path.name for path in paths])
+        rows = _rows(found, [path.name for path in paths[: len(found.titles)]])
         with staged(output) as folder:
             text = as_csv(list(rows[0]), [row.values() for row in rows])
             (folder / CSV).write_text(text, encoding="utf-8", newline="\n")
@@ -46,7 +46,13 @@ def show(paths: tuple[Path, ...], output: Path, as_json: bool) -> None:
             (folder / HTML).write_text(comparison_page(rows, figure), encoding="utf-8", newline="\n")
     if as_json:
         click.echo(to_json({"drives": rows}))
-        return
+    else:
+        _print(rows, output)
+    if stop is not None:
+        raise stop
+
+
+def _print(rows: list[dict[str, Any]], output: Path) -> None:
     columns = ("file", "gear", "oscillation arcsec", "at rpm", "torque N·m", "ω₀ rad/s", "folds", "limit arcsec")
     cells = [
         (row["file"], row["gear"], row["oscillation_arcsec"], row["speed_rpm"], row["torque_N_m"],

@@ -13,7 +13,7 @@ from ....files.design.specification_file import read_specification
 from ....study.design.design import design
 from ....study.design.result import Candidate, Design
 from ....units import ARCSEC, RPM
-from ...console import Progress, number, percent, print_table, to_json
+from ...console import Progress, finished, number, percent, print_table, to_json
 from ...figures.design import design_figure
 from ...output import slug, staged
 
@@ -31,15 +31,17 @@ def show(path: Path, output: Path, as_json: bool) -> None:
     """
     specification = read_specification(path)
     with Progress(specification.title) as progress:
-        found = design(specification, progress=progress.show)
+        found, stop = finished(lambda: design(specification, progress=progress.show))
         progress.show("writing", 0.98)
         data = report(found)
         written = _write(found, data, output)
     if as_json:
         click.echo(to_json(data))
-        return
-    _summary(found)
-    click.echo(f"written: {', '.join(str(output / file) for file in written)}")
+    else:
+        _summary(found)
+        click.echo(f"written: {', '.join(str(output / file) for file in written)}")
+    if stop is not None:
+        raise stop
 
 
 def report(found: Design) -> dict[str, Any]:

@@ -1,0 +1,149 @@
+"""Ctrl-C: what a command had finished is written, the exit code is 130, and one sentence says what is kept."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import strainwave as sw
+from strainwave.files.reading import from_text
+from strainwave.units import RPM
+
+TEXT = """\
+title: Linear
+gear: {ratio: 50, law: {type: linear, K: 1e5 N*m/rad}}
+motor: {inertia: 5 kg*cm^2, mode: held}
+load: {inertia: 1 kg*m^2}
+damping: {B: 40 N*m*s/rad}
+speed: {from: 100 rad/s, to: 200 rad/s, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 20 arcsec}]}
+limit: {oscillation: 160 arcsec}
+scatter: {damping.B: 10 %, load.inertia: 5 %}
+"""
+WINDOWS = sys.platform == "win32"
+
+
+@pytest.fixture
+def drive(tmp_path):
+    path = tmp_path / "drive.yaml"
+    path.write_text(TEXT, encoding="utf-8")
+    return path
+
+
+# A command that stops itself as a user does, when its progress was told so many times, or at a stage.
+STOPPED = """\
+import signal, sys
+from strainwave.app import console
+from strainwave.app.commands import cli
+
+count, after = 0, sys.argv.pop(1)
+show = console.Progress.show
+
+def told(self, stage, share):
+    global count
+    show(self, stage, share)
+    count += stage.startswith(after) if not after.isdecimal() else share > 0.0
+    if count == (int(after) if after.isdecimal() else 1):
+        signal.raise_signal(signal.SIGINT)
+
+console.Progress.show = told
+cli.main()
+"""
+
+
+def stopped(after, *call):
+    how = {"text": True, "capture_output": True, "timeout": 300.0, "env": os.environ | {"STRAINWAVE_JIT": "0"}}
+    run = subprocess.run([sys.executable, "-c", STOPPED, str(after), *map(str, call)], **how, check=False)
+    assert run.returncode == 130, run.stderr
+    assert "Traceback" not in run.stderr
+    return run
+
+
+@pytest.mark.slow
+def test_variability_answers_with_the_drives_that_were_finished(drive):
+    run = stopped(40, "variability", drive, "--count", "200", "--seed", "4", "--json")
+    report, whole = json.loads(run.stdout), sw.exceedance(sw.read_project(drive), count=40, seed=4)
+    assert report["drives"] == 40
+    assert report["oscillation_rad"] == pytest.approx(whole.oscillation.tolist(), rel=1e-9)
+    assert report["interval"] == pytest.approx(whole.interval)
+    assert "interrupted; the result is that of the 40 drives that were finished, of 200; the same command" in run.stderr
+    few = stopped(5, "variability", drive, "--count", "200")
+    assert few.stdout == ""
+    assert "5 of 200 drives were finished, and an answer needs 32: nothing is kept" in few.stderr
+
+
+@pytest.mark.slow
+def test_speed_map_is_that_of_the_loads_and_units_that_were_finished(drive, tmp_path):
+    call = ["speed-map", drive, "--load-inertias", "0.8 kg*m^2:1.2 kg*m^2:5", "-o", tmp_path / "map", "--json"]
+    run = stopped(1, *call)
+    report = json.loads(run.stdout)
+    assert len(report["loads"]) == 1
+    assert "the map is that of 1 of 5 loads and 0 of 0 units, which were finished; the same" in run.stderr
+    with (tmp_path / "map" / "cells.csv").open(encoding="utf-8") as table:
+        assert {float(row["load_kg_m2"]) for row in csv.DictReader(table)} == {0.8}
+    whole = sw.speed_map(from_text(TEXT, drive), load_inertias=[0.8])
+    np.testing.assert_allclose(report["loads"][0]["allowed_rpm"], whole.allowed[0] / RPM, rtol=1e-3)
+    run = stopped(4, "speed-map", drive, "--units", "6", "-o", tmp_path / "units", "--json")
+    assert json.loads(run.stdout)["units"] == 3
+    assert "1 of 1 loads and 3 of 6 units, which were finished" in run.stderr
+
+
+@pytest.mark.slow
+def test_a_comparison_is_that_of_the_projects_that_were_finished(drive, tmp_path):
+    call = ["compare", drive, drive, drive, drive, "-o", tmp_path / "out", "--json"]
+    run = stopped(2, *call)
+    assert len(json.loads(run.stdout)["drives"]) == 2
+    assert "the comparison is that of the first 2 of 4 projects; the same command again" in run.stderr
+    assert (tmp_path / "out" / "comparison.html").is_file()
+    run = stopped(1, *call[:-3], "-o", tmp_path / "none")
+    assert "interrupted; nothing was written: run it again" in run.stderr
+    assert not (tmp_path / "none").exists()
+
+
+SPECIFICATION = """\
+title: Joint
+load: {inertia: 1.3 kg*m^2}
+speed: {from: 10 rpm, to: 30 rpm}
+limit: {oscillation: 200 arcsec}
+motor: {inertias: [1 kg*cm^2, 5 kg*cm^2], loop: {bandwidth: 30 Hz}}
+damping: {ratio: 3 %}
+largest: {size: 40}
+ratios: [50]
+series: [CSG]
+"""
+
+
+@pytest.mark.slow
+def test_a_search_falls_back_on_averaging_for_what_harmonic_balance_had_not_reached(tmp_path):
+    path = tmp_path / "joint.yaml"
+    path.write_text(SPECIFICATION, encoding="utf-8")
+    run = stopped("harmonic balance", "design", path, "-o", tmp_path / "out", "--json")
+    data, whole = json.loads(run.stdout), sw.design(sw.read_specification(path))
+    assert data["balanced"] < whole.balanced
+    assert {d["method"] for d in data["feasible"]} >= {"averaging"}
+    assert {d["gear"] for d in data["feasible"]} <= {c.gear for c in whole.feasible} | set(whole.rejected)
+    assert any(remark.startswith("Interrupted: ") for remark in data["remarks"])
+    assert "designs were computed by harmonic balance, the others by averaging; the same command again" in run.stderr
+    assert json.loads((tmp_path / "out" / "design.json").read_text(encoding="utf-8")) == data
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(WINDOWS, reason="no SIGINT can be sent to one other process there; raise_signal is used above")
+def test_a_signal_from_outside_ends_a_long_command_within_seconds(drive, tmp_path):
+    call = [sys.executable, "-m", "strainwave", "variability", str(drive), "--count", "5000"]
+    env = os.environ | {"STRAINWAVE_JIT": "0"}
+    run = subprocess.Popen(call, env=env, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert "5000 drives" in run.stderr.readline()
+    time.sleep(1.0)
+    run.send_signal(signal.SIGINT)
+    out, told = run.communicate(timeout=60.0)
+    assert run.returncode == 130
+    assert told.count("interrupted;") == 1
+    assert ("exceed an oscillation of" in out) == ("the result is that of" in told)
+    assert "Traceback" not in told
