@@ -14,6 +14,14 @@ def run(path: Path, folder: Path, as_json: bool) -> str:
     return to_json(report.results) if as_json else printed(report, folder)
 
 
+def checked(path: Path, as_json: bool) -> str:
+    """Read a project file and return what is printed: that it is valid, and what looks wrong."""
+    project = read_project(path)
+    if as_json:
+        return to_json({"valid": True, "title": project.title, "notes": project.notes})
+    return "\n".join([f"{path}: valid", str(project), *(f"  note: {note}" for note in project.notes)])
+
+
 def analyse(project: Project, folder: Path) -> Report:
     """Write the report of a project into a folder, with its progress on stderr."""
     with Progress(project.title) as progress:

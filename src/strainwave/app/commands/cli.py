@@ -16,6 +16,7 @@ from .compensation.commands import compensate, compensate_move, compensate_run_u
 from .identification.commands import identify, loop_scan, order_scan
 from .identification.log import log
 from .identification.texts import orders
+from .project_files.commands import completion, gear_names, new, schema
 
 FAILED, INVALID_PROJECT, INTERRUPTED = 1, 3, 130
 EXPECTED = (
@@ -89,15 +90,16 @@ def demo(output: Path, as_json: bool) -> None:
 
 @cli.command()
 @click.argument("project", type=click.Path(path_type=Path))
-@click.option(
-    "-o", "--output", type=folder_type, required=True, help="Folder for report.html, results.json and CSV files."
-)
+@click.option("-o", "--output", type=folder_type, help="Folder for report.html, results.json and CSV files.")
+@click.option("--check", is_flag=True, help="Read the project file, say what is wrong with it, and write nothing.")
 @json_option
-def analyze(project: Path, output: Path, as_json: bool) -> None:
+def analyze(project: Path, output: Path | None, check: bool, as_json: bool) -> None:
     """Analyse the drive of a project file and write a report."""
-    from .analyze import run
+    from .analyze import checked, run
 
-    click.echo(run(project, output, as_json))
+    if output is None and not check:
+        raise click.UsageError("Missing option '-o' / '--output': a folder for the report; or --check for no report.")
+    click.echo(checked(project, as_json) if check or output is None else run(project, output, as_json))
 
 
 @cli.command()
@@ -224,7 +226,7 @@ def app(port: int, browser: bool) -> None:
     run(port, browser)
 
 
-for command in (compensate, compensate_move, compensate_run_up):
+for command in (completion, new, schema, compensate, compensate_move, compensate_run_up):
     cli.add_command(command)
 
 
@@ -282,7 +284,7 @@ def reproduce(as_json: bool) -> None:
 
 
 @cli.command()
-@click.argument("name", required=False)
+@click.argument("name", required=False, shell_complete=gear_names)
 @click.option("--series", help="Only this series, for example CSG.")
 @click.option("--size", type=int, help="Only this size.")
 @click.option("--ratio", type=int, help="Only this ratio.")
