@@ -135,7 +135,7 @@ def test_a_search_falls_back_on_averaging_for_what_harmonic_balance_had_not_reac
 
 @pytest.mark.slow
 @pytest.mark.skipif(WINDOWS, reason="no SIGINT can be sent to one other process there; raise_signal is used above")
-def test_a_signal_from_outside_ends_a_long_command_within_seconds(drive, tmp_path):
+def test_a_signal_from_outside_ends_a_long_command_within_seconds(drive):
     call = [sys.executable, "-m", "strainwave", "variability", str(drive), "--count", "5000"]
     env = os.environ | {"STRAINWAVE_JIT": "0"}
     run = subprocess.Popen(call, env=env, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)

@@ -76,7 +76,8 @@ def test_the_named_limit_is_one_that_the_file_takes(judged):
     path = home / "with_limit.yaml"
     path.write_text((home / "free.yaml").read_text(encoding="utf-8") + line + "\n", encoding="utf-8")
     result = CliRunner().invoke(cli, ["analyze", "--check", str(path)])
-    assert (result.exit_code, result.output) == (0, f"{path}: valid: Table\n")
+    assert result.exit_code == 0
+    assert result.output.startswith(f"{path}: valid\n")
 
 
 def test_the_report_says_where_it_comes_from(judged):

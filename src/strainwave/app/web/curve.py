@@ -52,11 +52,11 @@ def folded(project: Project) -> tuple[Project, int]:
     error = project.kinematic_error
     if error is not None:
         error = error._replace(lines=tuple(line._replace(order=line.order // g) for line in error.lines))
-    torques = {name: _slower(getattr(project, name), g) for name in ("motor_torque", "load_torque")}
     low, high = project.speeds.limits
     return replace(
-        project, speeds=replace(project.speeds, limits=(g * low, g * high)), kinematic_error=error, **torques
-    ), g
+        project, speeds=replace(project.speeds, limits=(g * low, g * high)), kinematic_error=error,
+        motor_torque=_slower(project.motor_torque, g), load_torque=_slower(project.load_torque, g),
+    ), g  # fmt: skip
 
 
 def _slower(torque: Harmonics | None, g: int) -> Harmonics | None:

@@ -47,8 +47,8 @@ def run(paths: Sequence[Path], folder: Path, compare: bool, as_json: bool) -> st
     return "\n\n".join(said)
 
 
-def check(paths: Sequence[Path]) -> str:
-    """Read project files and return what is printed: their titles and notes. All complaints come together.
+def check(paths: Sequence[Path], as_json: bool) -> str:
+    """Read project files and return what is printed: that they are valid, and notes. All complaints come together.
 
     Raises
     ------
@@ -56,8 +56,11 @@ def check(paths: Sequence[Path]) -> str:
         If a file is invalid.
     """
     projects = _all(paths)
+    if as_json:
+        rows = [{"valid": True, "title": project.title, "notes": project.notes} for project in projects]
+        return to_json(rows[0] if len(rows) == 1 else {str(path): row for path, row in zip(paths, rows, strict=True)})
     return "\n".join(
-        "\n".join([f"{path}: valid: {project.title}", *(f"  {note}" for note in project.notes)])
+        "\n".join([f"{path}: valid", str(project), *(f"  note: {note}" for note in project.notes)])
         for path, project in zip(paths, projects, strict=True)
     )
 

@@ -20,7 +20,7 @@ def analyze(projects: tuple[Path, ...], output: Path | None, compare: bool, chec
     from .analyze import run
 
     if check:
-        click.echo(checked(projects))
+        click.echo(checked(projects, as_json))
         return
     if output is None:
         raise click.UsageError("give a folder for the report with -o, or --check to read the files only")
