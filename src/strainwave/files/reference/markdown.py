@@ -7,11 +7,7 @@ from typing import Any
 from .json_schema import project_schema
 from .values import Schema
 
-HEAD = """---
-orphan: true
----
-
-# Fields of the project file
+HEAD = """# Fields of the project file
 
 `strainwave schema --markdown` writes this page from the models that read a project file; [](project-file.md) explains
 them. A unit stands for every unit of its kind, a unit of 1 for a plain number or %.
