@@ -5,6 +5,7 @@ import time
 import pytest
 
 from strainwave.app import console
+from strainwave.compile.compiling import Compilation
 
 
 def test_a_stage_that_lasts_is_told_again(monkeypatch, capsys):
@@ -35,3 +36,37 @@ def test_a_stage_that_lasts_is_told_again(monkeypatch, capsys):
 )
 def test_a_number_that_rounds_up_to_a_power_of_ten_is_written_out(value, digits, text):
     assert console.number(value, digits) == text
+
+
+def test_the_time_left_follows_from_the_share_and_leaves_out_what_was_compiled(monkeypatch):
+    clock = [100.0]
+    monkeypatch.setattr(console, "monotonic", lambda: clock[0])
+    progress = console.Progress("Drive")
+    assert progress.rest(100.0) == ""
+    clock[0] = 130.0
+    progress.compiled = 20.0
+    progress.show("motions", 0.25)  # 10 s for a quarter
+    assert progress.rest(130.0) == ", about 30 s left"
+    assert progress.rest(140.0) == ", about 20 s left"
+    assert progress.rest(161.0) == ""  # longer than expected: nobody knows
+    one = Compilation("follow", "", since=138.0, expected=20.0, kept=True)
+    assert progress.rest(140.0, one) == ", about 38 s left"
+    progress.show("motions", 0.2)  # a share that falls is no progress
+    assert progress.rest(140.0) == ", about 20 s left"
+
+
+def test_what_is_compiled_is_announced_once_in_a_file_too(monkeypatch, capsys):
+    monkeypatch.setattr(console, "EVERY", 0.02)
+    one = Compilation("follow", "PiecewiseLinear", since=time.monotonic(), expected=20.0, kept=True)
+    monkeypatch.setattr(console, "compiling", lambda: (one,))
+    with console.Progress("Drive"):
+        time.sleep(0.3)
+    told = capsys.readouterr()
+    assert told.err == f"Drive: {one}\n"
+    assert told.out == ""
+
+
+def test_durations_are_rounded_up():
+    assert [console.duration(t) for t in (0.2, 119.5, 120.5, 7199.0, 7201.0)] == [
+        "1 s", "120 s", "3 min", "120 min", "3 h",
+    ]  # fmt: skip

@@ -48,8 +48,9 @@ show = console.Progress.show
 def told(self, stage, share):
     global count
     show(self, stage, share)
-    count += stage.startswith(after) if not after.isdecimal() else share > 0.0
-    if count == (int(after) if after.isdecimal() else 1):
+    hit = share > 0.0 if after.isdecimal() else stage.startswith(after)
+    count += hit
+    if hit and count == (int(after) if after.isdecimal() else 1):
         signal.raise_signal(signal.SIGINT)
 
 console.Progress.show = told

@@ -204,8 +204,7 @@ class _Search:
         ahead = list(first.values())
         open_ = ahead + [o for o in open_ if o not in ahead]
         for i, option in enumerate(open_):
-            self.progress(f"harmonic balance, {option.gear.name}", 0.5 + 0.4 * i / len(open_))
-            option = self._balanced(option)
+            option = self._balanced(option, 0.5 + 0.4 * i / len(open_))
             if option.size <= limit:
                 self.good.append(option)
             else:
@@ -221,15 +220,14 @@ class _Search:
             if not open_ or self.stopped or len(self.known) >= MOST_BALANCED:
                 return sorted(members, key=lambda o: o.size)
             for option in open_:
-                self.progress(f"harmonic balance, {option.gear.name}", 0.95)
                 self.good.remove(option)
-                option = self._balanced(option)
+                option = self._balanced(option, 0.95)
                 if option.size <= self.spec.limit * SURE:
                     self.good.append(option._replace(balanced=not self.stopped or option.balanced))
                 else:
                     self._miss(option)
 
-    def _balanced(self, option: Option) -> Option:
+    def _balanced(self, option: Option, share: float) -> Option:
         """An option by harmonic balance of its whole drive; unchanged without a motion, or after too many of them."""
         motor = None if self.spec.loop is None else option.motor  # which a held motor's error does not depend on
         key = option.gear.name, motor, option.load
@@ -237,6 +235,7 @@ class _Search:
             if self.stopped or len(self.known) >= MOST_BALANCED:
                 return option
             try:
+                self.progress(f"harmonic balance, {option.gear.name}", share)
                 self.known[key] = self._worst(option)
             except KeyboardInterrupt:
                 self.stopped = True
