@@ -17,6 +17,7 @@ from .compensation.commands import compensate, compensate_move, compensate_run_u
 from .identification.commands import identify, loop_scan, order_scan
 from .identification.log import log
 from .identification.texts import orders
+from .project_files.commands import completion, gear_names, new, schema
 
 FAILED, INVALID_PROJECT, INTERRUPTED = 1, 3, 130
 EXPECTED = (
@@ -212,7 +213,7 @@ def app(port: int, browser: bool) -> None:
     run(port, browser)
 
 
-for command in (analyze, compensate, compensate_move, compensate_run_up):
+for command in (analyze, completion, new, schema, compensate, compensate_move, compensate_run_up):
     cli.add_command(command)
 
 
@@ -270,7 +271,7 @@ def reproduce(as_json: bool) -> None:
 
 
 @cli.command()
-@click.argument("name", required=False)
+@click.argument("name", required=False, shell_complete=gear_names)
 @click.option("--series", help="Only this series, for example CSG.")
 @click.option("--size", type=int, help="Only this size.")
 @click.option("--ratio", type=int, help="Only this ratio.")

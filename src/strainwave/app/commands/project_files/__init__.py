@@ -1,0 +1,1 @@
+"""Commands about the project file itself: a new one, its schema; and completion of the command line."""

@@ -1,0 +1,223 @@
+"""New project files by options and by questions; the schema and completion as commands."""
+
+import json
+import os
+import select
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from strainwave.app.commands import cli as command
+from strainwave.app.commands.project_files.powershell import SHELLS, PowerShellComplete
+from strainwave.app.commands.project_files.questions import QUESTIONS
+from strainwave.files.reading import read_project
+from strainwave.files.reference.json_schema import project_schema
+
+GIVEN = ("--gear", "CSG-40-50", "--load-inertia", "10 kg m^2")
+SOURCE = str(Path(command.__file__).parents[3])
+PROMPTS = tuple(question.prompt for question in QUESTIONS)
+CTRL_C = "\x03"
+POSIX = pytest.mark.skipif(os.name != "posix", reason="there is no pseudo-terminal")
+
+
+def invoke(*args):
+    return CliRunner().invoke(command.cli, [str(a) for a in args])
+
+
+def dialogue(folder, answers, *options):
+    """What a terminal shows, the exit code, and the answers that are left, with one answer for every prompt."""
+    import fcntl
+    import pty
+    import termios
+
+    terminal, other = pty.openpty()
+    environment = {**os.environ, "PYTHONPATH": SOURCE, "TERM": "dumb"}
+    command_line = [sys.executable, "-m", "strainwave", "new", *options]
+    process = subprocess.Popen(
+        command_line, cwd=folder, env=environment, stdin=other, stdout=other, stderr=other, start_new_session=True,
+        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
+    )  # fmt: skip
+    os.close(other)
+    shown, waiting, last, patience = "", list(answers), "", 6
+    while patience:
+        if not select.select([terminal], [], [], 5.0)[0]:
+            patience -= 1
+            if last == CTRL_C:  # one that comes between two checks of the interpreter waits for the next key
+                os.write(terminal, last.encode())
+            continue
+        try:
+            shown += os.read(terminal, 4096).decode()
+        except OSError:  # the other side is closed
+            break
+        line = shown.replace("\r", "").rsplit("\n", 1)[-1].lstrip()
+        if waiting and line.endswith(": ") and line.startswith(PROMPTS):
+            last = waiting.pop(0)
+            os.write(terminal, last.encode())
+    os.close(terminal)
+    return shown.replace("\r", ""), process.wait(30.0), waiting
+
+
+def test_a_file_by_options_can_be_read_and_explains_its_fields(tmp_path):
+    path = tmp_path / "drive.yaml"
+    run = invoke("new", *GIVEN, "--gravity", "100", "--loop", "30 Hz", "--budget", "60 arcsec", "-o", path)
+    assert run.exit_code == 0, run.output
+    project = read_project(path)
+    assert (project.gear.name, project.drive.J_l, project.title) == ("CSG-40-50", 10.0, "drive")
+    assert project.load_torques == pytest.approx((-100.0, 100.0))
+    lines = path.read_text(encoding="utf-8").splitlines()
+    fields = [i for i, line in enumerate(lines) if line and not line.lstrip().startswith("#")]
+    assert len(fields) > 10
+    assert all(lines[i - 1].lstrip().startswith("#") for i in fields)
+    assert "# Inertia of the load, on the output side [kg*m^2], above 0." in path.read_text(encoding="utf-8")
+    assert invoke("analyze", path, "--check").exit_code == 0
+
+
+def test_every_question_has_an_option_and_every_option_is_kept(tmp_path):
+    assert {q.option for q in QUESTIONS} <= {o for p in command.cli.commands["new"].params for o in p.opts}
+    path = tmp_path / "drive.yaml"
+    more = ("--title", 'The "axis"', "--motor-inertia", "5 kg*cm^2", "--kinematic-error", "20", "--damping", "2 %")
+    run = invoke("new", *GIVEN, *more, "--speed-from", "200", "--speed-to", "60 rev/s", "-o", path)
+    assert run.exit_code == 0, run.output
+    project = read_project(path)
+    assert project.title == 'The "axis"'
+    assert project.drive.J_m == pytest.approx(5e-4, rel=1e-12)
+    assert project.kinematic_error.lines[0].amplitude == pytest.approx(20.0 * 4.84813681109536e-6, rel=1e-9)
+    assert project.damping_ratio == pytest.approx(0.02, rel=1e-12)
+    assert project.speeds.limits == pytest.approx((200 * 0.10471975511965977, 60 * 6.283185307179586), rel=1e-9)
+
+
+def test_what_is_missing_without_a_terminal_is_named(tmp_path):
+    run = invoke("new", "--gear", "CSG-40-50", "-o", tmp_path / "drive.yaml")
+    assert run.exit_code == 2
+    assert "--load-inertia must be given, where no terminal can be asked" in run.output
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--gear", "CSG-40"), "--gear: 'CSG-40' is a part of CSG-40-50"),
+        (("--gear", "XYZ-9"), "--gear: the catalogue has no gear 'XYZ-9'"),
+        (("--load-inertia", "10 kg"), "--load-inertia: '10 kg' is not an inertia; write for example"),
+        (("--load-inertia", "-3"), "--load-inertia: '-3 kg*m^2' is not positive"),
+        (("--damping", "nan"), "--damping: "),
+        (("--speed-from", "4000 rpm"), "--speed-to must be given: '3000 rpm' is not above the lowest speed"),
+        (("--loop", "30 rpm"), "--loop: '30 rpm' is a speed of a shaft, not a bandwidth"),
+        (("--title", "x" * 300), "--title: is longer than one line"),
+    ],
+)
+def test_a_bad_value_is_one_sentence_and_nothing_is_written(tmp_path, options, sentence):
+    run = invoke("new", *GIVEN, *options, "-o", tmp_path / "drive.yaml")
+    assert run.exit_code == 2
+    assert sentence in run.output
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_that_exists_is_kept_without_force(tmp_path):
+    path = tmp_path / "drive.yaml"
+    path.write_text("mine", encoding="utf-8")
+    assert "take --force" in invoke("new", *GIVEN, "-o", path).output
+    assert path.read_text(encoding="utf-8") == "mine"
+    assert invoke("new", *GIVEN, "-o", path, "--force").exit_code == 0
+    assert read_project(path).drive.J_l == 10.0
+    assert "there is no folder" in invoke("new", *GIVEN, "-o", tmp_path / "none" / "drive.yaml").output
+
+
+def test_a_schema_beside_the_file_is_named_in_its_first_line(tmp_path):
+    (tmp_path / "strainwave.schema.json").write_text(invoke("schema").output, encoding="utf-8")
+    assert invoke("new", *GIVEN, "-o", tmp_path / "drive.yaml").exit_code == 0
+    first = (tmp_path / "drive.yaml").read_text(encoding="utf-8").splitlines()[0]
+    assert first == "# yaml-language-server: $schema=strainwave.schema.json"
+
+
+@POSIX
+def test_questions_are_asked_until_they_are_answered(tmp_path):
+    answers = ["\n", "csg 40\n", "csg-40-50\n", "-3\n", "10\n", *["\n"] * 6, "600\n", "500 rpm\n", "2000\n"]
+    shown, code, left = dialogue(tmp_path, answers)
+    assert (code, left) == (0, []), shown
+    assert "'csg 40' is a part of CSG-40-50, CSG-40-80" in shown
+    assert "'-3 kg*m^2' is not positive; write a value above zero" in shown
+    assert "'500 rpm' is not above the lowest speed, 600 rpm" in shown
+    for question in QUESTIONS:
+        assert question.sentence in shown
+    project = read_project(tmp_path / "drive.yaml")
+    assert (project.gear.name, project.drive.J_l) == ("CSG-40-50", 10.0)
+
+
+@POSIX
+def test_ctrl_c_writes_nothing(tmp_path):
+    shown, code, _ = dialogue(tmp_path, ["\n", "CSG-40-50\n", CTRL_C])
+    assert (code, list(tmp_path.iterdir())) == (130, []), shown
+    assert "interrupted; nothing was written" in shown
+
+
+def test_check_says_what_is_wrong_and_writes_nothing(tmp_path):
+    path = tmp_path / "drive.yaml"
+    invoke("new", *GIVEN, "-o", path)
+    assert json.loads(invoke("analyze", path, "--check", "--json").output)["valid"] is True
+    path.write_text(path.read_text(encoding="utf-8").replace("3 %", "3 parrots"), encoding="utf-8")
+    wrong = invoke("analyze", path, "--check")
+    assert (wrong.exit_code, wrong.output.count("\n")) == (3, 1)
+    assert "damping.ratio: '3 parrots'" in wrong.output
+    assert invoke("analyze", path).exit_code == 2
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["drive.yaml"]
+
+
+def test_the_schema_command_prints_the_schema():
+    assert json.loads(invoke("schema").output) == project_schema()
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_completion_has_a_script_for_every_shell(shell):
+    assert "strainwave" in invoke("completion", shell).output
+
+
+def completed(monkeypatch, words, typed):
+    monkeypatch.setenv("COMP_WORDS", words)
+    monkeypatch.setenv("COMP_CWORD", typed)
+    kind = PowerShellComplete(command.cli, {}, "strainwave", "_STRAINWAVE_COMPLETE")
+    return [line.split("\t") for line in kind.complete().splitlines()]
+
+
+def test_powershell_gets_kind_value_and_help(monkeypatch):
+    assert ["plain", "analyze"] in [line[:2] for line in completed(monkeypatch, "strainwave an", "an")]
+    assert [line[1] for line in completed(monkeypatch, "strainwave catalogue csg-40-1", "csg-40-1")] == [
+        "CSG-40-100", "CSG-40-120", "CSG-40-160",
+    ]  # fmt: skip
+    assert completed(monkeypatch, "strainwave analyze ", "") == [["file", "", ""]]
+    assert all(len(line) == 3 and line[2] for line in completed(monkeypatch, "strainwave export --to ", ""))
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
+@pytest.mark.parametrize(
+    ("words", "found"),
+    [
+        (["an"], ["analyze"]),
+        (["export", "--st"], ["--step"]),
+        (["export", "--to", "fm"], ["fmu2", "fmu3"]),
+        (["new", "--gear", "CSG-40-5"], ["CSG-40-50"]),
+        (["catalogue", "csg-40-5"], ["CSG-40-50"]),
+        (["completion", ""], list(SHELLS)),
+    ],
+)
+def test_bash_completes(tmp_path, words, found):
+    program = tmp_path / "strainwave"
+    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m strainwave "$@"\n', encoding="utf-8")
+    program.chmod(0o755)
+    environment = {**os.environ, "PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}"}
+    environment["PYTHONPATH"] = SOURCE
+    listed = " ".join(f"'{word}'" for word in ["strainwave", *words])
+    script = (
+        'eval "$(strainwave completion bash)"\n'
+        f"COMP_WORDS=({listed}); COMP_CWORD={len(words)}\n"
+        "_strainwave_completion strainwave 2>/dev/null\n"
+        'printf "%s\\n" "${COMPREPLY[@]}"\n'
+    )
+    run = subprocess.run(
+        ["bash", "--norc", "-c", script], capture_output=True, text=True, check=False, env=environment, cwd=tmp_path
+    )
+    assert run.stdout.split() == found, run.stderr
