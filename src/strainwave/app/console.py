@@ -148,7 +148,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, str | bool) or value is None:
         return value
     if hasattr(value, "tolist"):
-        return plain(value.tolist())
+        finite = value.dtype.kind in "biu" or (value.dtype.kind == "f" and bool((value - value == 0.0).all()))
+        return value.tolist() if finite else plain(value.tolist())
     if isinstance(value, int):
         return value
     if isinstance(value, float):

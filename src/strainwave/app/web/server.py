@@ -26,7 +26,7 @@ from .workers import Workers
 
 HOST, PORT, TRIES = "127.0.0.1", 8765, 20
 COUNT = min(4, max(2, os.cpu_count() or 2))  # computations at a time
-LONGEST = 60.0  # seconds of one; what takes longer is a job
+LONGEST = 300.0  # seconds of one, and of the machine code that it may need; what takes long is a job
 KINDS = {
     ".html": "text/html",
     ".js": "text/javascript",
@@ -106,10 +106,14 @@ def listening(port: int) -> tuple[socket.socket, int]:
 def serve(port: int, opened: Callable[[str, int], None]) -> None:
     """Serve until the process is interrupted; `opened` is told the address and the port once requests are answered."""
     sock, own = listening(port)
-    config = uvicorn.Config(
-        application(), log_level="error", access_log=False, timeout_keep_alive=10, timeout_graceful_shutdown=2,
-        h11_max_incomplete_event_size=64 * 1024, server_header=False, ws="none", http=Connection, loop="asyncio",
-    )  # fmt: skip
     sock.listen(256)
     opened(f"http://{HOST}:{own}/", own)
-    uvicorn.Server(config).run(sockets=[sock])
+    uvicorn.Server(configured(application())).run(sockets=[sock])
+
+
+def configured(app: Starlette) -> uvicorn.Config:
+    """How the app is served."""
+    return uvicorn.Config(
+        app, log_level="error", access_log=False, timeout_keep_alive=10, timeout_graceful_shutdown=2,
+        h11_max_incomplete_event_size=64 * 1024, server_header=False, ws="none", http=Connection, loop="asyncio",
+    )  # fmt: skip

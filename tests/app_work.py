@@ -1,0 +1,43 @@
+"""Work for the processes of the app, which import it by its name: without end, with a fault, on a full disk."""
+
+import os
+import resource
+import signal
+import tempfile
+
+
+def endless(progress):
+    """Tell of the progress once, and then compute without end."""
+    progress("endless", 0.5)
+    while True:
+        pass
+
+
+def pid(**_):
+    return os.getpid()
+
+
+def full(size):
+    """Write a file on a disk that has room for 4 KiB."""
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
+    try:
+        with tempfile.TemporaryFile() as file:
+            file.write(b"x" * size)
+            file.flush()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
+def dying():
+    os._exit(3)
+
+
+def faulty():
+    raise ZeroDivisionError
+
+
+def without_progress(work, progress):
+    progress("begun", 0.1)
+    return work()
