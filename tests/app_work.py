@@ -4,6 +4,9 @@ import os
 import resource
 import signal
 import tempfile
+import time
+
+from strainwave.compile.compiling import watched
 
 
 def endless(progress):
@@ -28,6 +31,13 @@ def full(size):
             file.flush()
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
+def compiled(progress):
+    """Take a second for a kernel of the name of a slow one."""
+    progress("begun", 0.1)
+    watched(lambda _kinds: time.sleep(1.0), "follow")(())
+    progress("compiled", 0.5)
 
 
 def dying():

@@ -14,7 +14,7 @@ from functools import partial
 
 import pytest
 import uvicorn
-from app_work import dying, endless, faulty, full, pid, without_progress
+from app_work import compiled, dying, endless, faulty, full, pid, without_progress
 
 from strainwave.app.web import command, connection, guard, jobs, server
 from strainwave.app.web.state import Refused, State, of_state
@@ -72,6 +72,22 @@ def test_a_process_gives_the_answer_of_this_one():
 def test_what_goes_wrong_in_a_process_is_said(work, error, words):
     with pytest.raises(error, match=words):
         run(told(work))
+
+
+def test_compiling_in_a_process_is_told_with_its_expected_time():
+    async def work():
+        workers, stages = Workers(1), []
+        asking = asyncio.create_task(workers.run(compiled, progress=lambda stage, share: stages.append((stage, share))))
+        await until(lambda: workers.compiling, "nothing is said of the compilation")
+        said = workers.compiling
+        await asking
+        assert workers.compiling == ""
+        await workers.close()
+        return said, stages
+
+    said, stages = run(work())
+    assert said.startswith("compiling the equations of this drive, about 20 s, once per machine")
+    assert stages == [("begun", 0.1), (said, 0.0), ("compiled", 0.5)]
 
 
 def test_work_that_takes_too_long_is_killed_and_the_next_is_done():

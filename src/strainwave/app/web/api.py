@@ -163,6 +163,12 @@ async def job(request: Request) -> Response:
     return JSONResponse(found.as_dict())
 
 
+async def status(request: Request) -> Response:
+    """What is compiled now for the views, with the time that it takes; null if nothing is."""
+    workers: Workers = request.app.state.workers
+    return JSONResponse({"compiling": workers.compiling or None})
+
+
 async def schema(_request: Request) -> Response:
     """JSON Schemas of the bodies of all requests."""
     posts = {path: body.model_json_schema() for path, body in BODIES.items()}
@@ -172,6 +178,7 @@ async def schema(_request: Request) -> Response:
         "/api/log?name=FILE": "POST: a log of at most 20 MiB as the body",
         "/api/identify?name=FILE": 'POST: a line {"state": ...} and the log as the body; starts a job',
         "/api/schema": "GET: this",
+        "/api/status": "GET: what is compiled now, or null",
     }
     return JSONResponse({"post": posts, "other": others})
 
@@ -179,6 +186,7 @@ async def schema(_request: Request) -> Response:
 routes = [
     Route("/api/gears", gears),
     Route("/api/schema", schema),
+    Route("/api/status", status),
     Route("/api/project", guarded(project), methods=["POST"]),
     Route("/api/response", guarded(response), methods=["POST"]),
     Route("/api/motion", guarded(motion), methods=["POST"]),

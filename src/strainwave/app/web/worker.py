@@ -1,8 +1,9 @@
 """A process that computes for the server: it takes one piece of work after another from its standard input.
 
 Every message is a length of 8 bytes and a pickle of that length. Work is (function, arguments); the answers are
-("progress", (stage, share)) as often as the work tells it, and then ("done", (JSON, seconds of processor time)),
-("refused", sentence) or ("failed", name of the error). The process ends with its input: no server leaves one behind.
+("progress", (stage, share)) as often as the work tells it, ("compiling", sentence) when a compilation begins and with
+"" when it ends, and then ("done", (JSON, seconds of processor time)), ("refused", sentence) or ("failed", name of the
+error). The process ends with its input: no server leaves one behind.
 """
 
 import asyncio
@@ -15,14 +16,17 @@ import signal
 import sys
 import tempfile
 from collections.abc import Callable
-from time import thread_time
+from threading import Lock, Thread
+from time import sleep, thread_time
 from typing import Any, BinaryIO
 
+from ...compile.compiling import compiling
 from ...results import SolveError
 from ..console import plain
 from .state import Refused
 
 LENGTH = 8  # bytes of the length of a message
+LOOK = 0.25  # seconds between two looks at what is compiled
 NICE = 10  # of a background process: a view goes before it
 ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 Progress = Callable[[str, float], None]
@@ -42,6 +46,7 @@ class Worker:
     def __init__(self, process: asyncio.subprocess.Process, folder: str) -> None:
         self._process, self._folder = process, folder
         self.idle = True
+        self.compiling = ""  # the sentence on what is compiled now
 
     @property
     def alive(self) -> bool:
@@ -83,10 +88,15 @@ class Worker:
                 kind, content = pickle.loads(
                     await answers.readexactly(int.from_bytes(await answers.readexactly(LENGTH)))
                 )
+                if kind == "compiling":
+                    self.compiling = content
+                    if progress is not None and content:
+                        progress(content, 0.0)
+                    continue
                 if kind == "progress" and progress is not None:
                     progress(*content)
                     continue
-                self.idle = True
+                self.idle, self.compiling = True, ""
                 if kind == "done":
                     text, took = content
                     return text, took
@@ -127,15 +137,28 @@ def done(work: Callable[..., Any], args: tuple[Any, ...], told: dict[str, Any]) 
 
 def work_on(source: BinaryIO, sink: BinaryIO) -> None:
     """Answer messages until there are no more."""
+    lock = Lock()
 
     def send(kind: str, content: Any) -> None:
         message = pickle.dumps((kind, content))
-        sink.write(len(message).to_bytes(LENGTH) + message)
-        sink.flush()
+        with lock:
+            sink.write(len(message).to_bytes(LENGTH) + message)
+            sink.flush()
+
+    def announce() -> None:
+        said = ""
+        with contextlib.suppress(OSError, ValueError):  # the server has gone
+            while True:
+                sleep(LOOK)
+                now = next(map(str, compiling()), "")
+                if now != said:
+                    send("compiling", now)
+                    said = now
 
     def progress(stage: str, share: float) -> None:
         send("progress", (stage, share))
 
+    Thread(target=announce, daemon=True).start()
     with contextlib.suppress(BrokenPipeError):
         while head := source.read(LENGTH):
             work, args, wants = pickle.loads(source.read(int.from_bytes(head)))

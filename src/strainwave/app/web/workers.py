@@ -32,6 +32,11 @@ class Workers:
         self._idle: list[Worker] = []
         self.count = count
 
+    @property
+    def compiling(self) -> str:
+        """The sentence on what a process compiles now; "" if none does."""
+        return next((worker.compiling for worker in self._all if worker.compiling), "")
+
     async def run(
         self, work: Callable[..., Any], *args: Any, wanted: Callable[[], Awaitable[bool]] | None = None,
         progress: Progress | None = None,

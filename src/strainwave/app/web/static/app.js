@@ -31,9 +31,16 @@ async function trying(work) {
 
 async function show() {
   await remember();
+  let waiting = true;
   const slow = setTimeout(() => say("computing …"), 400);
+  const looking = setInterval(async () => {
+    const now = await call("/api/status").catch(() => ({}));
+    if (waiting && now.compiling) say(now.compiling);
+  }, 1000);
   const remarks = await trying(() => VIEWS[state.view].show(soon));
+  waiting = false;
   clearTimeout(slow);
+  clearInterval(looking);
   if (remarks) remark(remarks);
 }
 
