@@ -91,6 +91,8 @@ async def visit(
         name = rng.choice(list(SLIDERS))
         low, high, unit = SLIDERS[name]
         for _ in range(20):
+            if time.monotonic() > end:
+                break
             values[name] = f"{rng.uniform(low, high):.6g} {unit}"
             body = json.dumps({"state": {"gear": gear, "values": values}}).encode()
             begun = time.monotonic()
@@ -192,7 +194,7 @@ def kill(count: int, seed: int) -> None:
             async def killed(process: Any = process, port: int = port, i: int = i) -> bytes:
                 _, _, content = await asked(port, request(port, "/api/response", json.dumps({"state": GEAR}).encode()))
                 loading = asyncio.create_task(load(port, folder, i, saved))
-                await asyncio.sleep(rng.uniform(0.0, 6.0))
+                await asyncio.sleep(rng.uniform(0.0, 4.0))
                 process.send_signal(signal.SIGKILL)
                 await loading
                 return content

@@ -151,6 +151,19 @@ def test_answer_of_a_process_that_dies_is_none():
     run(work())
 
 
+def test_a_process_ends_in_the_middle_of_its_work_when_the_server_has_gone():
+    async def work():
+        worker, begun = await Worker.start(), asyncio.Event()
+        asking = asyncio.create_task(worker.ask(endless, progress=lambda *_: begun.set()))
+        await begun.wait()
+        worker._process.stdin.close()
+        await worker.ended()
+        with pytest.raises(Died):
+            await asking
+
+    run(work())
+
+
 async def running(held):
     """Name of a job that never ends by itself, once it runs."""
     name = held.begin("endless", endless)

@@ -16,6 +16,7 @@ import signal
 import sys
 import tempfile
 from collections.abc import Callable
+from queue import SimpleQueue
 from threading import Lock, Thread
 from time import sleep, thread_time
 from typing import Any, BinaryIO
@@ -136,7 +137,7 @@ def done(work: Callable[..., Any], args: tuple[Any, ...], told: dict[str, Any]) 
 
 
 def work_on(source: BinaryIO, sink: BinaryIO) -> None:
-    """Answer messages until there are no more."""
+    """Answer messages as long as there is a server."""
     lock = Lock()
 
     def send(kind: str, content: Any) -> None:
@@ -158,11 +159,28 @@ def work_on(source: BinaryIO, sink: BinaryIO) -> None:
     def progress(stage: str, share: float) -> None:
         send("progress", (stage, share))
 
+    messages: SimpleQueue[bytes] = SimpleQueue()
     Thread(target=announce, daemon=True).start()
-    with contextlib.suppress(BrokenPipeError):
-        while head := source.read(LENGTH):
-            work, args, wants = pickle.loads(source.read(int.from_bytes(head)))
+    Thread(target=listen, args=(source, messages), daemon=True).start()
+    try:
+        while True:
+            work, args, wants = pickle.loads(messages.get())
             send(*done(work, args, {"progress": progress} if wants else {}))
+    except BrokenPipeError:
+        leave()
+
+
+def listen(source: BinaryIO, messages: SimpleQueue[bytes]) -> None:
+    """Take messages until there are no more: the server has gone, and the process ends in the middle of its work."""
+    while head := source.read(LENGTH):
+        messages.put(source.read(int.from_bytes(head)))
+    leave()
+
+
+def leave() -> None:
+    """End the process, and take its temporary files along."""
+    shutil.rmtree(os.environ.get("TMPDIR", ""), ignore_errors=True)
+    os._exit(0)
 
 
 def main() -> None:
@@ -172,11 +190,7 @@ def main() -> None:
         os.nice(NICE)
     sink = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what the work prints is no answer
-    try:
-        work_on(sys.stdin.buffer, sink)
-    finally:
-        shutil.rmtree(os.environ.get("TMPDIR", ""), ignore_errors=True)
-    os._exit(0)
+    work_on(sys.stdin.buffer, sink)
 
 
 if __name__ == "__main__":
