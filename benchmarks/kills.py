@@ -71,6 +71,7 @@ def reports(home, kills, rng):
         assert not wrong, wrong
         assert set(old) <= set(now)
         mixed += now not in (old, new)
+        print(f"analyze: {hits} of {kills} kills", flush=True)
         if now == new:
             run(["analyze", older, "-o", home / "out"])
     run(["analyze", newer, "-o", home / "out"])
@@ -87,8 +88,9 @@ def sweeps(home, kills, rng):
         hit = hits < kills and killed(["sweep", PROJECT, *GRID, "-o", store], rng.uniform(0.0, 1.2 * took))
         hits += hit
         if not hit:
-            run(["sweep", PROJECT, *GRID, "-o", store])
+            run(["sweep", PROJECT, *GRID, "-o", store])  # does nothing where the last one came to its end
             assert contents(store) == quiet
+            print(f"sweep: {hits} of {kills} kills, {stores + 1} stores complete", flush=True)
             stores, done = stores + 1, 0
         elif (store / "done").exists():
             before, done = done, int(zarr.open_array(store / "done", mode="r")[:].sum())

@@ -14,6 +14,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+FULL = "free some space or choose another place; what was there before is unchanged"
+REMEDIES = {
+    errno.ENOSPC: FULL,
+    getattr(errno, "EDQUOT", errno.ENOSPC): FULL,
+    errno.EFBIG: FULL,
+    errno.ENAMETOOLONG: "choose a shorter path",
+    errno.EACCES: "change its rights or choose another place",
+    errno.EROFS: "choose another place",
+    errno.EEXIST: "a file stands where a folder is to go; choose another place",
+    errno.ENOTDIR: "a file stands where a folder is to go; choose another place",
+}
 LAST = "report.html"  # moved last: where it stands, the files that belong to it are there
 
 
@@ -43,11 +54,20 @@ def staged(folder: Path) -> Iterator[Path]:
                 )
         for file in files:
             os.replace(file, folder / file.name)
-    except BaseException:
+    except BaseException as error:
         shutil.rmtree(part, ignore_errors=True)
         _remove(made)
+        if isinstance(error, OSError) and (error.filename is None or part.name in str(error.filename)):
+            error.filename = str(folder)
         raise
     shutil.rmtree(part, ignore_errors=True)
+
+
+def sentence(error: OSError) -> str:
+    """What the operating system refuses, where, and what helps."""
+    said = f"{error.filename or 'a file that was being written'}: {(error.strerror or type(error).__name__).lower()}"
+    remedy = REMEDIES.get(error.errno or 0)
+    return f"{said}; {remedy}" if remedy else said
 
 
 def _make(folder: Path) -> list[Path]:

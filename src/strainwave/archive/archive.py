@@ -53,7 +53,8 @@ class atomic:
     def __exit__(self, kind: object, value: object, trace: object) -> None:
         if kind is not None:
             _remove(self.part)
-            if isinstance(value, OSError) and str(value.filename) == str(self.part):  # the user knows the other name
+            # The user knows the other name; an error while writing has none.
+            if isinstance(value, OSError) and value.filename in (None, str(self.part), self.part):
                 value.filename = str(self.path)
         elif self.path.is_dir():  # a folder takes no other's place
             old = self.part.with_name(self.part.name + ".old")

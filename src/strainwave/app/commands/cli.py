@@ -54,7 +54,9 @@ class Sentences(click.Group):
 def _sentence(error: Exception) -> str:
     """One line that says what went wrong."""
     if isinstance(error, OSError) and error.strerror:
-        return f"{error.filename or 'a file'}: {error.strerror.lower()}"
+        from ..output import sentence
+
+        return sentence(error)
     text = " ".join(str(error).split()) or type(error).__name__
     name = type(error).__name__
     return text if name in EXPECTED else f"{name}: {text} (this is unexpected; --debug shows where)"

@@ -2,7 +2,7 @@
 
 import click
 
-from ..console import to_json
+from ..console import Progress, to_json
 
 
 def show(latex: bool, as_json: bool) -> None:
@@ -13,12 +13,14 @@ def show(latex: bool, as_json: bool) -> None:
     RuntimeError
         If SymPy is not installed.
     """
-    from ...theory.derivation.error_equation import derivation
+    with Progress("derive") as progress:
+        progress.show("deriving the error equation", 0.0)
+        from ...theory.derivation.error_equation import derivation
 
-    try:
-        steps = derivation()
-    except ModuleNotFoundError as error:
-        raise RuntimeError(str(error)) from error
+        try:
+            steps = derivation()
+        except ModuleNotFoundError as error:
+            raise RuntimeError(str(error)) from error
     if as_json:
         click.echo(to_json({"latex": steps.latex(), "text": str(steps)}))
     else:

@@ -1,0 +1,103 @@
+"""A disk that is full, a path that is too long, a file in a folder's place: one sentence, and the old file intact."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+pytest.importorskip("resource")  # Windows cannot limit the size of a file
+
+TEXT = """\
+title: Linear
+gear: {ratio: 50, law: {type: linear, K: 1e5 N*m/rad}}
+motor: {inertia: 5 kg*cm^2, mode: held}
+load: {inertia: 1 kg*m^2}
+damping: {B: 40 N*m*s/rad}
+speed: {from: 100 rad/s, to: 200 rad/s, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 20 arcsec}]}
+"""
+# No file may be longer than so many bytes: what a disk says that is full, but for the word.
+LIMITED = """\
+import resource, signal, sys
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+size = int(sys.argv.pop(1))
+resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+from strainwave.app.commands.cli import main
+main()
+"""
+
+
+@pytest.fixture
+def drive(tmp_path):
+    path = tmp_path / "drive.yaml"
+    path.write_text(TEXT, encoding="utf-8")
+    return path
+
+
+def complaint(size, *call):
+    """The last line on stderr of a command that may write `size` bytes to a file."""
+    env = os.environ | {"STRAINWAVE_JIT": "0"}
+    call = [sys.executable, "-c", LIMITED, str(size), *map(str, call)]
+    run = subprocess.run(call, env=env, text=True, capture_output=True, timeout=300.0, check=False)
+    assert run.returncode == 1, run.stderr
+    assert "Traceback" not in run.stderr
+    return run.stderr.splitlines()[-1]
+
+
+FULL = "file too large; free some space or choose another place; what was there before is unchanged"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (("export", "--to", "c"), "drive.c"),
+        (("export", "--to", "fmu2"), "drive.fmu"),
+        (("export", "--to", "mat"), "drive.mat"),
+        (("response",), "curve.csv"),
+        (("response",), "curve.svg"),
+    ],
+)
+def test_a_full_disk_is_one_sentence_and_the_old_file_stays(drive, tmp_path, call, name):
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / name).write_text("old", encoding="utf-8")
+    told = complaint(512, call[0], drive, *call[1:], "-o", folder / name)
+    draft = "a file that was being written" if name.endswith(".fmu") else str(folder)  # its sources are elsewhere
+    assert told.startswith(f"strainwave: {draft}")
+    assert told.endswith(FULL)
+    assert [path.name for path in folder.iterdir()] == [name]
+    assert (folder / name).read_text(encoding="utf-8") == "old"
+
+
+@pytest.mark.slow
+def test_folders_too(drive, tmp_path):
+    for call in (("analyze",), ("speed-map",)):
+        folder = tmp_path / call[0]
+        told = complaint(2048, *call, drive, "-o", folder)
+        assert told == f"strainwave: {folder}: {FULL}"
+        assert not folder.exists()
+
+
+@pytest.mark.slow
+def test_a_sweep_keeps_what_was_finished_and_goes_on(drive, tmp_path):
+    store = tmp_path / "store"
+    call = ["sweep", drive, "--grid", "omega=100:200:4000", "--chunk", "1000", "--settle", "1", "--periods", "1"]
+    told = complaint(4096, *call, "-o", store)
+    assert told.count("strainwave:") == 1
+    assert str(store) in told
+    how = {"env": os.environ | {"STRAINWAVE_JIT": "0"}, "capture_output": True, "text": True, "check": True}
+    again = subprocess.run([sys.executable, "-m", "strainwave", *map(str, call), "-o", str(store)], **how)
+    assert "4000 points" in again.stdout
+
+
+@pytest.mark.slow
+def test_long_paths_and_files_in_a_folders_place(drive, tmp_path):
+    assert complaint(10**9, "export", drive, "--to", "c", "-o", tmp_path / ("x" * 300 + ".c")).endswith(
+        ": file name too long; choose a shorter path"
+    )
+    (tmp_path / "file").write_text("old", encoding="utf-8")
+    told = complaint(10**9, "response", drive, "-o", tmp_path / "file" / "curve.csv")
+    assert told.endswith(": file exists; a file stands where a folder is to go; choose another place")
+    assert (tmp_path / "file").read_text(encoding="utf-8") == "old"
