@@ -16,7 +16,13 @@ author = "the strainwave developers"
 copyright = f"2026, {author}"
 version = release = strainwave.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "sphinx.ext.mathjax"]
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.mathjax",
+]
 exclude_patterns = ["_build", "auto_examples/*.ipynb"]
 
 html_theme = "furo"

@@ -51,7 +51,10 @@ def identified(project: Project, name: str, content: bytes, progress: Callable[[
 
 def _number(found: IdentifiedDrive, name: str) -> dict[str, Any]:
     low, high = found.interval(name)
-    return {"name": name, "value": found.value(name), "low": low, "high": high, "unit": sign(found.unit(name))}
+    unit, factor = sign(found.unit(name)), 1.0
+    if name.endswith(("amplitude", "offset")) and unit == "rad":
+        unit, factor = "arcsec", 1.0 / ARCSEC
+    return {"name": name, "value": found.value(name) * factor, "low": low * factor, "high": high * factor, "unit": unit}
 
 
 def _read(name: str, content: bytes) -> Log:

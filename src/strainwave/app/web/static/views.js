@@ -228,7 +228,7 @@ async function compensation() {
     const r = await job({ kind: "compensation" }, told);
     if (r === null) return null;
     const kinds = [["rms_arcsec", "rms"], ["three_sigma_arcsec", "3 sigma"], ["peak_arcsec", "peak"]];
-    const bars = (one, name, colour, pattern) => ({ type: "bar", name, x: kinds.map(([, text]) => text), y: kinds.map(([key]) => one[key]), marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
+    const bars = (one, name, colour, pattern) => ({ type: "bar", name, x: kinds.map(([, text]) => text), y: kinds.map(([key]) => one[key]), text: kinds.map(([key]) => round(one[key], 3)), textposition: "outside", cliponaxis: false, marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
     await draw("compensation", { data: [bars(r.before, "before", RED, "/"), bars(r.after, "after", BLUE, "")], layout: { barmode: "group", yaxis: { title: "pointing error [arcsec]" } }, table: { "quantity": kinds.map(([, text]) => text), "before [arcsec]": kinds.map(([key]) => r.before[key]), "after [arcsec]": kinds.map(([key]) => r.after[key]) }, label: "Pointing error before and after compensation" });
     answer(`${r.title}, at ${round(r.speed)} rpm: rms ${round(r.before.rms_arcsec, 3)} arcsec before, ${round(r.after.rms_arcsec, 3)} arcsec after.`);
     say(r.remarks);
@@ -254,7 +254,7 @@ export async function readLog(file) {
   }
   const rows = r.orders.lines.map((l) => element("tr", {}, ...[round(l.order), `${round(l.amplitude)} ± ${round(l.error, 2)} ${r.orders.unit}`, l.kind].map((text) => element("td", { textContent: text }))));
   const head = element("tr", {}, ...["order", `amplitude of ${r.orders.of ?? ""}`, "kind"].map((text) => element("th", { textContent: text })));
-  const table = rows.length ? element("table", { id: "orders" }, head, ...rows) : element("p", { textContent: r.orders.why });
+  const table = rows.length ? element("table", { id: "orders" }, head, ...rows) : element("p", { textContent: document.getElementById("begin") ? "" : r.orders.why });
   document.getElementById("plots").prepend(element("div", { className: "wide" }, table));
   return r.notes;
 }
