@@ -54,7 +54,8 @@ class atomic:
         if kind is not None:
             _remove(self.part)
             # The user knows the other name; an error while writing has none.
-            if isinstance(value, OSError) and value.filename in (None, str(self.part), self.part):
+            named = (None, str(self.part), self.part)
+            if isinstance(value, OSError) and value.errno is not None and value.filename in named:
                 value.filename = str(self.path)
         elif self.path.is_dir():  # a folder takes no other's place
             old = self.part.with_name(self.part.name + ".old")

@@ -52,6 +52,8 @@ def read_title(value: Any) -> Any:
     """Read a title of one line (ValueError)."""
     if isinstance(value, str) and (len(value) > 200 or "\n" in value.strip()):
         raise ValueError("is longer than one line of 200 characters; shorten it")
+    if isinstance(value, str) and (strange := next((c for c in value.strip() if not c.isprintable()), "")):
+        raise ValueError(f"has the character U+{ord(strange):04X}, which cannot be printed; remove it")
     return value.strip() if isinstance(value, str) else value
 
 

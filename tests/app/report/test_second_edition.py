@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -163,3 +164,35 @@ def test_a_check_reads_every_file_and_writes_nothing(tmp_path, monkeypatch):
     assert f"{bad}:1:1: damping: is missing" in result.output
     assert "absent.yaml" in result.output
     assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize("name", ["..", ".", "comparison.html"])
+def test_a_file_whose_report_would_have_no_folder_of_its_own_is_refused(tmp_path, name):
+    result = CliRunner().invoke(
+        cli,
+        [
+            "analyze",
+            str(project(tmp_path, name)),
+            str(project(tmp_path, "b")),
+            "--compare",
+            "-o",
+            str(tmp_path / "out"),
+        ],
+    )
+    assert result.exit_code == 1
+    assert f"a report cannot have a folder of the name of '{name}.yaml'" in result.output
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_title_with_a_control_character_is_refused(tmp_path):
+    path = project(tmp_path, "strange", title='"\\u001b[31mred"')
+    result = CliRunner().invoke(cli, ["analyze", "--check", str(path)])
+    assert result.exit_code == 3
+    assert "title: has the character U+001B, which cannot be printed; remove it" in result.output
+
+
+def test_the_command_that_makes_the_report_again_is_one_for_a_shell(tmp_path):
+    path = project(tmp_path, "-a b $(touch c)")
+    folder, _ = analysed(tmp_path, tmp_path / "." / path.name)
+    words = shlex.split(results(folder)["provenance"]["command"])
+    assert words == ["strainwave", "analyze", "./-a b $(touch c).yaml", "-o", "./-a b $(touch c)"]

@@ -1,5 +1,6 @@
 """The API gives the numbers of the library, in the units of the page."""
 
+import ast
 import json
 import re
 import time
@@ -178,11 +179,21 @@ def test_script_of_a_job_prints_its_result(client, tmp_path, monkeypatch, capsys
         assert said == pytest.approx([result[when]["rms_arcsec"] for when in ("before", "after")], rel=1e-4)
 
 
+def test_values_of_a_script_stay_texts(client):
+    values = ["ALONG", "+str(print(12345))+", "__import__('os')", "{FIRST}", '"""']
+    axes = [{"name": "load.inertia", "values": values}, {"name": "SECOND", "values": values[::-1]}]
+    script = client.post("/api/export/script", json={"state": GEAR, "view": "map", "axes": axes}).text
+    loops = {node.target.id: node.iter for node in ast.walk(ast.parse(script)) if isinstance(node, ast.For)}
+    assert ast.literal_eval(loops["across"]) == values
+    assert ast.literal_eval(loops["up"]) == values[::-1]
+
+
 @pytest.mark.parametrize(
     ("body", "said"),
     [
         ({"view": "motion"}, "needs its speed"),
         ({"view": "map", "axes": AXES[:1]}, "needs two axes"),
+        ({"view": "map", "axes": [AXES[0], AXES[0]]}, "two axes of different names"),
         ({"view": "log"}, "view: "),
     ],
 )

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-PATIENCE = 60_000  # ms; the first picture may have to be compiled
+PATIENCE = 300_000  # ms; the first picture may have to be compiled
 
 
 @pytest.fixture

@@ -15,8 +15,8 @@ from . import exports, logs, views
 from .guard import refusal
 from .jobs import Full, Jobs
 from .parameters import about
-from .requests import Body, JobRequest, MotionRequest, OfState, ResponseRequest, ScriptRequest, asked, parsed
-from .state import Refused, of_state, yaml_of
+from .requests import Body, JobRequest, MotionRequest, OfState, ResponseRequest, ScriptRequest, asked, parsed, two_axes
+from .state import of_state, yaml_of
 from .workers import Abandoned, Workers
 
 Handler = Callable[[Request], Awaitable[Response]]
@@ -142,9 +142,7 @@ async def begin(request: Request) -> Response:
     await _computed(request, of_state, bool, body.state)
     work: tuple[Any, ...]
     if body.kind == "map":
-        if len(body.axes) != 2 or body.axes[0].name == body.axes[1].name:
-            raise Refused("a two-parameter map needs two axes of different names")
-        axes = [(axis.name, list(axis.values)) for axis in body.axes]
+        axes = [(axis.name, list(axis.values)) for axis in two_axes(body.axes)]
         work = views.two_parameters, body.state, axes
     elif body.kind == "speed-map":
         work = views.mapped, body.state, body.search

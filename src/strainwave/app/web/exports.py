@@ -1,12 +1,13 @@
 """What a visitor takes along: the Python script of a view, and the report."""
 
+import re
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 from ...files.project import Project
 from ..report.report import write
-from .requests import ScriptRequest
+from .requests import ScriptRequest, two_axes
 from .state import Refused, project_of, yaml_of
 
 FRAME = '''"""{title}: {what}, as `strainwave app` shows it."""
@@ -65,11 +66,15 @@ MAP = """\
     for up in ALONG:
         row = []
         for across in ACROSS:
-            found = sw.replaced(project, {FIRST: across, SECOND: up}).response(coexisting=False)
-            row.append(np.degrees(np.max(found.oscillation[found.visited()])) * 3600)
+            try:
+                found = sw.replaced(project, {FIRST: across, SECOND: up}).response(coexisting=False)
+                row.append(np.degrees(np.max(found.oscillation[found.visited()])) * 3600)
+            except (ValueError, sw.SolveError):  # no drive, or none with a motion
+                row.append(np.nan)
         print(up, *(f"{value:.6g}" for value in row))
 """
 START = "\nfrom strainwave.study.response.resonances import operating_point"
+PLACEHOLDER = re.compile(r"\b(?:SPEED|SEARCH|ACROSS|ALONG|FIRST|SECOND)\b")
 VIEWS = {
     "response": ("the pointing error over the speed", RESPONSE, ""),
     "motion": ("the motion at a speed", MOTION, START),
@@ -94,12 +99,9 @@ def script_of(asked: ScriptRequest) -> str:
     elif asked.view == "speed-map":
         given = {"SEARCH": asked.search}
     elif asked.view == "map":
-        if len(asked.axes) != 2:
-            raise Refused("the script of a two-parameter map needs two axes")
-        first, second = asked.axes
+        first, second = two_axes(asked.axes)
         given = {"ACROSS": first.values, "ALONG": second.values, "FIRST": first.name, "SECOND": second.name}
-    for name, value in given.items():
-        body = body.replace(name, repr(value))
+    body = PLACEHOLDER.sub(lambda name: repr(given[name[0]]), body)  # one pass: values are never looked at again
     return FRAME.format(title=title, what=what, more=more, text=text if text.endswith("\n") else text + "\n", body=body)
 
 

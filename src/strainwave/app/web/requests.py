@@ -42,6 +42,13 @@ class Axis(Body):
     values: Annotated[list[Annotated[str, Field(max_length=LONGEST)]], Field(min_length=2, max_length=MOST_ALONG)]
 
 
+def two_axes(axes: list[Axis]) -> list[Axis]:
+    """The axes of a two-parameter map (Refused)."""
+    if len(axes) != 2 or axes[0].name == axes[1].name:
+        raise Refused("a two-parameter map needs two axes of different names")
+    return axes
+
+
 class JobRequest(OfState):
     """A job: a two-parameter map (with its `axes`), the speed map, the compensation, or the report.
 

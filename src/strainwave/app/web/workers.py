@@ -29,6 +29,7 @@ class Workers:
         self._turn = asyncio.Semaphore(count)
         self._longest, self._background = longest, background
         self._all: set[Worker] = set()
+        self._ending: list[Worker] = []
         self._idle: list[Worker] = []
         self.count = count
 
@@ -96,10 +97,11 @@ class Workers:
 
     def _end(self, worker: Worker) -> None:
         self._all.discard(worker)
+        self._ending = [*(one for one in self._ending if one.alive), worker]
         worker.kill()
 
     async def close(self) -> None:
         """End all processes."""
         for worker in self._all:
             worker.kill()
-        await asyncio.gather(*(worker.ended() for worker in self._all))
+        await asyncio.gather(*(worker.ended() for worker in [*self._all, *self._ending]))

@@ -31,6 +31,9 @@ def run(paths: Sequence[Path], folder: Path, compare: bool, as_json: bool) -> st
         return to_json(report.results) if as_json else printed(report, folder)
     names = [path.stem for path in paths]
     twice = next((name for name in names if names.count(name) > 1), None)
+    nowhere = next((path for path, name in zip(paths, names, strict=True) if name in (".", "..", COMPARISON)), None)
+    if nowhere is not None:
+        raise ValueError(f"a report cannot have a folder of the name of {nowhere.name!r}; rename that file")
     if twice is not None:
         raise ValueError(f"two project files are named {twice!r}, and so would be their folders; rename one of them")
     projects = dict(zip(names, _all(paths), strict=True))

@@ -1,6 +1,7 @@
 """`strainwave identify`: a project file with the numbers that logs of its drive tell."""
 
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 import click
@@ -66,7 +67,9 @@ def show(
         click.echo(to_json(data(found)))
         return
     _print(given, found)
-    click.echo(f"written: {output / YAML}, {JSON}, {SVG}; next: strainwave analyze {output / YAML} -o report")
+    click.echo(
+        f"written: {output / YAML}, {JSON}, {SVG}; next: strainwave analyze {quote(str(output / YAML))} -o report"
+    )
 
 
 def data(found: IdentifiedDrive) -> dict[str, Any]:

@@ -4,6 +4,7 @@ import json
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+from shlex import quote
 
 import click
 
@@ -35,6 +36,9 @@ def show(output: Path, force: bool, given: Mapping[str, str | None]) -> None:
     """
     if output.exists() and not force:
         raise click.UsageError(f"{output} exists; take --force to replace it, or another name with -o")
+    if output.exists() and not output.is_file():
+        raise click.UsageError(f"{output} is no ordinary file and is not replaced; take another name with -o")
+    output = output.resolve() if output.is_symlink() else output
     if not output.parent.is_dir():
         raise click.UsageError(f"there is no folder {output.parent}; make it, or take another name with -o")
     answers = _answers(given)
@@ -44,7 +48,7 @@ def show(output: Path, force: bool, given: Mapping[str, str | None]) -> None:
         Path(part).write_text(text, encoding="utf-8", newline="\n")
     for note in project.notes:
         click.echo(f"note: {note}", err=True)
-    click.echo(f"{output} is written; strainwave analyze {output} -o report computes it")
+    click.echo(f"{output} is written; strainwave analyze {quote(str(output))} -o report computes it")
 
 
 def _answers(given: Mapping[str, str | None]) -> dict[str, str]:

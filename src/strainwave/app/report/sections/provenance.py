@@ -3,6 +3,7 @@
 import platform
 from hashlib import sha256
 from importlib.metadata import version
+from shlex import quote
 from typing import Any
 
 from .... import __version__
@@ -24,10 +25,15 @@ class Provenance:
             "provenance": {
                 "project_sha256": sha256(view.project.text.encode()).hexdigest(),
                 "versions": versions | {name: version(name) for name in SOFTWARE},
-                "command": f"strainwave analyze {path.name} -o {path.stem}",
+                "command": f"strainwave analyze {_word(path.name)} -o {_word(path.stem)}",
             }
         }
 
     def lines(self, _view: View, _data: dict[str, Any]) -> list[str]:
         """Nothing: it is for readers of the page."""
         return []
+
+
+def _word(name: str) -> str:
+    """A file name as one word of a shell, which no command takes for an option."""
+    return quote(f"./{name}" if name.startswith("-") else name)
