@@ -171,3 +171,34 @@ def test_the_bands_of_a_run_up_are_those_above_the_limit_where_there_is_one():
 
 def test_a_run_of_a_turn_or_two_has_no_oscillation_of_its_own():
     assert in_run(ramp(0.0), 59.98) is None
+
+
+PUMPED = """
+gear: {ratio: 50, law: {type: linear, K: 1e5 N*m/rad}}
+motor: {inertia: 4.5 kg*cm^2, mode: held}
+stiffness: {ripples: [{order: 2, depth: 10 %}]}
+damping: {ratio: 1 %}
+load: {inertia: 1.3 kg*m^2}
+speed: {from: 2500 rpm, to: 2800 rpm, shaft: motor}
+limit: {oscillation: 60 arcsec}
+excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
+"""
+
+
+def test_speeds_without_a_stable_motion_are_avoided(tmp_path):
+    (tmp_path / "pumped.yaml").write_text(PUMPED, encoding="utf-8")
+    project = sw.read_project(tmp_path / "pumped.yaml")
+    response = project.response(coexisting=False).response
+    system = project.system(reduced=True)
+    found = speeds_to_avoid(system, response, operating_point(system), project.limit)
+    (band,) = found.unstable
+    assert found.bands == found.unstable
+    assert found.largest < project.limit
+    # Mathieu's first tongue: delta omega / omega_0 = depth/2 about 2 omega_0 over the order, less what the damping
+    # takes (Nayfeh & Mook 1979, Nonlinear Oscillations, sec. 5.3): |omega - omega_0| < omega_0 sqrt((d/4)^2 - zeta^2)
+    omega_0, depth, zeta = math.sqrt(1e5 / 1.3), 0.1, 0.01
+    half = omega_0 * math.sqrt((depth / 4.0) ** 2 - zeta**2)
+    assert band == pytest.approx((omega_0 - half, omega_0 + half), rel=1e-3)
+    for omega, grows in ((omega_0, True), (band[0] - 1.5, False)):
+        run = sw.simulate(project.system(omega), (1e-6, 0.0), np.linspace(0.0, 200.0 / omega * 2.0 * math.pi, 5_000))
+        assert (run.peak(after=0.9 * run.t[-1]) > 10.0 * project.limit) == grows

@@ -13,7 +13,7 @@ from ...model.gears.limits import Finding
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
 from ...results import SolveError
-from ...study.analysis.avoid import speeds_to_avoid
+from ...study.analysis.avoid import speeds_to_avoid, without_stable
 from ...study.analysis.drive_response import DriveResponse
 from ...study.compensation.compensate import compensate
 from ...study.move.move import move
@@ -37,6 +37,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
     top = visited[int(np.argmax(found.oscillation[visited]))]
     sweep = found.response.sweep
     limit = project.limit
+    unstable = [(low * scale, high * scale) for low, high in without_stable(found.response)]
     return {
         "title": project.title,
         "speed_name": speeds.name,
@@ -53,6 +54,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         if sweep is None
         else [{"low": scale * b.low, "high": scale * b.high, "whole": b.whole} for b in sweep.bands],
         "avoid": _avoid(own, found, scale),
+        "unstable": unstable,
         "limit_arcsec": None if limit is None else limit / ARCSEC,
         "largest": {
             "speed": float(scale * found.omega[top]),
@@ -60,7 +62,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
             "torque": float(found.usage.peak_torque),
         },
         "torque_limits": _torque_limits(project),
-        "passes": None if limit is None else bool(found.oscillation[top] <= limit),
+        "passes": None if limit is None else bool(found.oscillation[top] <= limit) and not unstable,
         "message": found.message,
         "remarks": [*project.notes, *load_remark(project)],
         "whole": whole,

@@ -6,6 +6,7 @@ speeds of its peaks are avoided as well.
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 from math import sqrt
 from typing import Any, NamedTuple
 
@@ -19,6 +20,7 @@ from ..response.response import ExactResponse
 from ..train.run import DriveRun
 
 HALF_POWER = sqrt(0.5)
+NARROW = 1e-3  # relative width of speeds without a stable motion, below which they are a step of the curve
 AMPLIFIED = 2.0  # times the error of quasi-static rotation, from which on a peak is one
 
 Speeds = tuple[float, float]
@@ -47,6 +49,8 @@ class Avoid:
         Those of the bands that the run-up adds, as it met them.
     largest_passed : (float, float) or None
         Speed [rad/s] and size [rad] of the largest oscillation of that run-up; None where the curve has all torques.
+    unstable : tuple of (float, float)
+        Those of the bands in which no motion of the curve is stable: the drive leaves it there.
     """
 
     bands: tuple[Speeds, ...]
@@ -57,6 +61,7 @@ class Avoid:
     limit: float | None = None
     passed: tuple[Speeds, ...] = ()
     largest_passed: tuple[float, float] | None = None
+    unstable: tuple[Speeds, ...] = ()
 
 
 class Motions(NamedTuple):
@@ -153,7 +158,8 @@ def speeds_to_avoid(
     forth = every[0]
     at = int(np.argmax(forth.sizes))
     slow = quasi_static(system, point)
-    bands = [(band.low, band.high) for band in response.sweep.jumping]
+    nowhere = without_stable(response)
+    bands = [*nowhere, *((band.low, band.high) for band in response.sweep.jumping)]
     tops = [] if limit is not None else _peaks(every, AMPLIFIED * slow)
     for motions, i in tops:
         level = HALF_POWER * motions.sizes[i]
@@ -164,8 +170,19 @@ def speeds_to_avoid(
     met = () if passed is None else merged(_met(passed, AMPLIFIED * slow, limit))
     top = None if passed is None else _largest(passed)
     return Avoid(
-        merged([*bands, *met]), float(forth.sizes[at]), float(forth.omega[at]), slow, peaks, limit, met, top
+        merged([*bands, *met]), float(forth.sizes[at]), float(forth.omega[at]), slow, peaks, limit, met, top, nowhere
     )  # fmt: skip
+
+
+def without_stable(response: ExactResponse) -> tuple[Speeds, ...]:
+    """Speeds [rad/s] at which no motion of a curve is stable, where that ends a slow run-up or run-down."""
+    curve, sweep = response.curve, response.sweep
+    if sweep is not None and sweep.finished_up and sweep.finished_down:
+        return ()
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], curve.stable, [False]])))
+    known = merged((np.min(run), np.max(run)) for run in (curve.omega[i:j] for i, j in edges.reshape(-1, 2)))
+    ends = [np.min(curve.omega), *(end for band in known for end in band), np.max(curve.omega)]
+    return tuple((float(low), float(high)) for low, high in list(pairwise(ends))[::2] if high > low * (1.0 + NARROW))
 
 
 def _swept(response: ExactResponse) -> list[Motions]:

@@ -157,5 +157,8 @@ def _avoid(view: View, avoid: Avoid) -> Sentence:
     if sweep is not None and sweep.jumping:
         between = listed("between " + _speed(b.low) + " and " + _speed(b.high) for b in sweep.jumping)
         reasons.append("the motion jumps " + between)
+    if avoid.unstable:
+        where = listed("between " + _speed(low) + " and " + _speed(high) for low, high in avoid.unstable)
+        reasons.append("no motion of the curve is stable " + where)
     why = Sentence(", and ").join(reasons)
     return Sentence("Avoid {} {}: there {}.", _ranges(view, avoid.bands), Speed(), why)
