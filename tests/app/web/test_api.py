@@ -10,6 +10,7 @@ import measured_axis
 import numpy as np
 import pytest
 from measured_axis import measured
+from scipy.io import savemat
 
 import strainwave as sw
 from strainwave.app.web.curve import POINTS
@@ -282,6 +283,19 @@ def test_a_log_that_identifies_nothing_is_refused_in_a_sentence(client, body, st
     error = answer.json()["error"] if status == 422 else waited(client, answer.json()["id"])["error"]
     assert said in error
     assert "Traceback" not in error
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".mat"])
+def test_a_small_file_that_unpacks_to_a_large_one_is_refused(client, tmp_path, suffix):
+    zeros, path = np.zeros(40_000_000), tmp_path / f"bomb{suffix}"
+    if suffix == ".npz":
+        np.savez_compressed(path, time=zeros)
+    else:
+        savemat(path, {"time": zeros}, do_compression=True)
+    assert path.stat().st_size < 1_000_000
+    answer = client.post(f"/api/log?name=bomb{suffix}", content=path.read_bytes())
+    assert answer.status_code == 422
+    assert "unpacks to more than 256 MiB" in answer.json()["error"]
 
 
 def test_schema_describes_every_body(client):

@@ -1,11 +1,14 @@
 """What is in a log that a visitor brings: its channels, stretches and orders, and the drive that it tells."""
 
+import math
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
+from scipy.io import whosmat
 
 from ...compile.jit import as_machine_code
 from ...files.identified.identify_drive import IdentifiedDrive, identify_drive
@@ -21,6 +24,7 @@ from .state import Refused, yaml_of
 
 SUFFIXES = (".csv", ".txt", ".dat", ".npz", ".mat", ".parquet", ".mf4")
 MOST_SHOWN, MOST_SEGMENTS, MOST_LINES = 2000, 100, 12
+MOST_UNPACKED = 256 << 20  # bytes of a packed log
 HIGHEST = 60.0  # order that a log is searched for
 
 
@@ -57,6 +61,19 @@ def _number(found: IdentifiedDrive, name: str) -> dict[str, Any]:
     return {"name": name, "value": found.value(name) * factor, "low": low * factor, "high": high * factor, "unit": unit}
 
 
+def unpacked(path: Path) -> int:
+    """Bytes of the arrays of a packed log by its headers; 0 of other files and of what its reader will refuse."""
+    try:
+        if path.suffix == ".npz":
+            with ZipFile(path) as packed:
+                return sum(member.file_size for member in packed.infolist())
+        if path.suffix == ".mat":
+            return sum(8 * math.prod(shape) for _, shape, _ in whosmat(path))
+    except (BadZipFile, ValueError, TypeError, NotImplementedError, OSError):
+        pass
+    return 0
+
+
 def _read(name: str, content: bytes) -> Log:
     suffix = Path(name).suffix.lower()
     if suffix not in SUFFIXES:
@@ -66,6 +83,8 @@ def _read(name: str, content: bytes) -> Log:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"log{suffix}"
         path.write_bytes(content)
+        if unpacked(path) > MOST_UNPACKED:
+            raise Refused(f"the log unpacks to more than {MOST_UNPACKED >> 20} MiB; cut it first")
         try:
             return read_log(path)
         except (ValueError, RuntimeError) as error:
