@@ -2,7 +2,10 @@
 
 from types import SimpleNamespace
 
-from strainwave.app.report.verdict import _remedy
+import pytest
+
+from strainwave.app.report.verdict import _headline, _remedy
+from strainwave.model.gears.limits import Finding
 from strainwave.study.analysis.avoid import Avoid
 from strainwave.study.analysis.remedies import Remedy
 from strainwave.study.analysis.verdict import Answer, Verdict
@@ -28,3 +31,33 @@ def test_a_remedy_that_misses_the_limit_is_the_best_of_no_change():
     said = words(0.9, exceeds=True)
     assert "within its limit; the best, 30 % more damping of the loop, leaves " in said
     assert "torque of the largest oscillation" not in said
+
+
+def headline(answer, peak, exceeded=(), unstable=(), limit=100.0, jumping=()):
+    avoid = Avoid(unstable, peak, 110.0, 1.0, limit=limit, unstable=unstable)
+    analysis = SimpleNamespace(
+        avoid=avoid,
+        response=SimpleNamespace(sweep=SimpleNamespace(jumping=jumping)),
+        largest_oscillation=lambda: SimpleNamespace(peak=peak),
+    )
+    return _headline(SimpleNamespace(analysis=analysis), Verdict(answer, unstable, (), exceeded))
+
+
+TORQUE = Finding("repeated_peak_torque", 616.8, 523.0, "N*m", "")
+BAND = ((100.0, 120.0),)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ((Answer.ALL_RIGHT, 14.0), "Pass; the oscillation is 86 % below its limit"),
+        ((Answer.NOT, 14.0, (TORQUE,)), "Fail; 616.8 N·m are above the repeated peak torque of 523 N·m"),
+        ((Answer.BUT, 100.18), "Fail at some speeds; the oscillation is 0.18 % above its limit"),
+        ((Answer.BUT, 340.0), "Fail at some speeds; the oscillation is 3.4 times its limit"),
+        ((Answer.BUT, 14.0, (), BAND), "Fail at some speeds; at some speeds no motion of the curve is stable"),
+        ((Answer.BUT, 14.0, (), (), 100.0, (1,)), "Fail at some speeds; the motion jumps"),
+        ((Answer.ALL_RIGHT, 14.0, (), (), None), "Pass; the file has no limit of the oscillation"),
+    ],
+)
+def test_the_headline_gives_the_reason_of_its_answer(given, said):
+    assert headline(*given) == said
