@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 import os
 import re
 import shlex
@@ -71,6 +72,32 @@ def test_the_first_lines_say_pass_or_fail_and_by_how_much(judged):
         assert page.index(verdict["headline"]) < page.index('class="key"')
 
 
+def test_the_smallest_change_is_the_whole_percent_of_the_line_that_a_linear_drive_needs(judged):
+    _, folder, _ = judged
+    verdict = results(folder / "passed")["verdict"]
+    percent = math.ceil(100.0 * (1.0 - 0.99 / verdict["largest_over_limit"]))  # the oscillation goes with the line
+    after = 10.0 * (1.0 - percent / 100.0)
+    change, said = verdict["smallest_change"], verdict["answers"]["smallest change"]
+    assert (change["from"], change["to"]) == pytest.approx((10.0, after), rel=1e-9)
+    assert change["oscillation_arcsec"] == pytest.approx(20.0 * verdict["largest_over_limit"] * after / 10.0, rel=1e-3)
+    assert f"{percent} % less kinematic error of order 2 (10 to {after:.4g} arcsec); it leaves " in said
+
+
+def test_the_first_page_answers_a_question_a_line(judged):
+    _, folder, _ = judged
+    free, kept, passed = (results(folder / name)["verdict"]["answers"] for name in ("free", "kept", "passed"))
+    assert kept["requirement"].endswith("oscillates with at most 100 arcsec at 300 to 1000 rpm at the motor.")
+    assert kept["smallest change"] == "None is needed."
+    assert "without a change" not in kept
+    assert kept["margin"].endswith("below the limit.")
+    assert passed["margin"].endswith("above the limit.")
+    assert "limit: {oscillation: 60 arcsec}" in free["requirement"]
+    assert "margin" not in free
+    page = (folder / "passed" / "report.html").read_text(encoding="utf-8")
+    for what, answer in passed.items():
+        assert f"<tr><th>{what}</th><td>{answer}</td></tr>" in page
+
+
 def test_the_named_limit_is_one_that_the_file_takes(judged):
     home, folder, _ = judged
     line = re.search(r"limit: \{.*?\}", results(folder / "free")["verdict"]["what_to_do"])[0]
@@ -114,7 +141,10 @@ def test_drives_are_compared_with_the_numbers_of_their_reports(judged):
     assert "1 of 3 drives pass at all their speeds" in page
     for name in ("free", "kept", "passed"):
         assert f'href="{name}/report.html"' in page
-        assert results(folder / name)["verdict"]["headline"] in page
+        verdict = results(folder / name)["verdict"]
+        assert verdict["headline"] in page
+        for what in ("largest oscillation", "margin", "jumps", "torque", "smallest change"):
+            assert f"<td>{verdict['answers'].get(what, '–')}</td>" in page
     assert "http" not in re.sub(r'xmlns="http://www.w3.org/2000/svg"', "", page)
     assert output.endswith(f"comparison: {folder / 'comparison.html'}\n")
 

@@ -9,7 +9,7 @@ from ...study.analysis.drive_response import DriveResponse
 from ..units import angle_unit
 from .curves import draw_motions
 from .plots import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE
-from .svg import Panel, figure
+from .svg import Note, Panel, figure
 
 WIDTH, HEIGHT = 430.0, 360.0  # narrow, so that its text is read on a telephone too
 COLOURS, STYLES = (BLUE, ORANGE, BLACK, GREY), ("", DASHES, DOT_DASH, "2 3")
@@ -31,6 +31,8 @@ def comparison_figure(
         name = name if len(name) <= LONGEST else name[: LONGEST - 3] + "..."
         draw_motions(panel, x, y, response.stable, colour, name, dash, THICK)
         draw_motions(panel, x, y, ~response.stable, colour, "", dash, THIN)
+        top = int(np.argmax(y))
+        panel.notes.append(Note(float(x[top]), float(y[top]), str(i + 1)))
     known = {limit for limit in limits if limit is not None}
     if len(known) == 1:
         panel.line([-np.inf, np.inf], [unit.factor * known.pop()] * 2, GREY, "limit", "8 4", 1.2)

@@ -73,6 +73,14 @@ def _inside(x: Floats, ends: tuple[float, float]) -> NDArray[np.bool_]:
     return np.asarray(((x >= ends[0]) & (x <= ends[1])) | np.isinf(x))
 
 
+def shows_reduced(drive: DriveResponse, more: Drawn) -> bool:
+    """Whether the error equation is drawn beside the whole drive, whose own curve it would flatten if it were far."""
+    if more.reduced is None or not len(more.reduced.curve):
+        return False
+    largest = (np.max(fine(response).curve.oscillation) for response in (more.reduced, drive.response))
+    return bool(next(largest) <= FAR * next(largest))
+
+
 def _error(
     panel: Panel, project: Project, angle: AngleUnit, drive: DriveResponse, more: Drawn, scale: float
 ) -> None:  # fmt: skip
@@ -89,11 +97,9 @@ def _error(
     if smooth.back is not None:
         back = smooth.back
         panel.line(scale * back.omega, factor * back.oscillation, BLUE, "run-down by integration", DOT_DASH)
-    if more.reduced is not None and len(more.reduced.curve):
+    if more.reduced is not None and shows_reduced(drive, more):
         other = fine(more.reduced).curve
-        reduced = factor * other.oscillation
-        if np.max(reduced) <= FAR * np.max(sizes):  # else it would flatten the drive's own curve
-            panel.line(scale * other.omega, reduced, BLACK, "error equation, a reduction", DOT_DASH, 1.3)
+        panel.line(scale * other.omega, factor * other.oscillation, BLACK, "error equation, a reduction", DOT_DASH, 1.3)
     for motions, marker in ((more.run.up, "^"), (more.run.down, "v")) if more.run is not None else ():
         good = [m for m in motions if m.status]
         heights = [factor * float(np.max(np.abs(m.x - np.mean(m.x[:-1])))) for m in good]

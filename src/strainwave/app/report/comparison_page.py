@@ -20,7 +20,8 @@ th, td { padding: .3rem .6rem; text-align: left; vertical-align: top; border-bot
 td.g { white-space: nowrap; }
 svg { width: 100%; height: auto; } .note { color: #5b6675; font-size: .87rem; }
 @page { size: A4 landscape; margin: 14mm; }
-@media print { body { max-width: none; padding: 0; font-size: 9.5pt; } figure, tr { break-inside: avoid; } }
+@media print { body { max-width: none; padding: 0; font-size: 9.5pt; } figure, tr { break-inside: avoid; }
+  thead { display: table-header-group; } .scroll { overflow: visible; } figure { max-width: 135mm; } }
 """
 # keys of a row, and what stands above them
 COLUMNS = (
@@ -30,6 +31,7 @@ COLUMNS = (
     ("reflected_inertia_kg_m2", "motor inertia at the load (kg·m²)"), ("load_inertia_kg_m2", "load inertia (kg·m²)"),
     ("folds", "folds"),
 )  # fmt: skip
+ANSWERS = ("largest oscillation", "margin", "jumps", "torque", "smallest change", "without a change")
 TEXTS = ("title", "gear")
 NOTES = {
     "oscillation": "Oscillation is the largest distance of the error from its mean, of all stable motions of a curve.",
@@ -54,7 +56,7 @@ def verdicts_page(reports: dict[str, Report]) -> str:
 
     The reports stand in folders beside the page, named by the keys.
     """
-    heads = ("drive", "pass or fail", "largest oscillation", "limit", "largest torque in the gear", "what to do")
+    heads = ("drive", "pass or fail", *ANSWERS)
     head = "".join(f"<th>{name}</th>" for name in heads)
     body = "\n".join(_verdict(i, name, report) for i, (name, report) in enumerate(reports.items(), 1))
     views = [report.view for report in reports.values()]
@@ -70,18 +72,11 @@ def verdicts_page(reports: dict[str, Report]) -> str:
 
 def _verdict(i: int, name: str, report: Report) -> str:
     """Row of one report."""
-    view, results = report.view, report.results
-    verdict, torque = results["verdict"], results["largest_torque"]
-    at = view.analysis.largest_oscillation()
-    scale, unit = view.speeds.scale, view.speeds.unit
-    limit = "–" if view.project.limit is None else view.angle.text(view.project.limit)
+    verdict = report.results["verdict"]
     cells = (
-        f'<td><a href="{quote(name)}/report.html">{i}: {escape(view.project.title)}</a></td>',
+        f'<td><a href="{quote(name)}/report.html">{i}: {escape(report.view.project.title)}</a></td>',
         f"<td><b>{escape(verdict['headline'])}</b></td>",
-        f"<td>{escape(view.angle.text(at.peak))} at {number(at.omega * scale, 5)} {escape(unit)}</td>",
-        f"<td>{escape(limit)}</td>",
-        f"<td>{number(torque['torque_Nm'])} N·m</td>",
-        f"<td>{escape(verdict['what_to_do'] or 'nothing')}</td>",
+        *(f"<td>{escape(verdict['answers'].get(what, '–'))}</td>" for what in ANSWERS),
     )
     return f"<tr{'' if verdict['answer'] == 'all right' else ' class=over'}>{''.join(cells)}</tr>"
 

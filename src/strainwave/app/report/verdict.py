@@ -4,6 +4,7 @@ from typing import Any
 
 from ...model.gears.limits import Finding
 from ...sentences import Angle, Sentence, Speed, listed
+from ...study.analysis.remedies import Remedy
 from ...study.analysis.usage import gravest
 from ...study.analysis.verdict import Answer, Verdict
 from ..console import number, percent
@@ -15,6 +16,7 @@ from .sections.whole_train import under_load
 ADD_LIMIT = (
     "To have the oscillation judged, write its limit into the file, for example limit: {oscillation: 60 arcsec}."
 )
+NONE = 1e-9  # relative oscillation below which nothing is left but rounding
 REST = ("max_rpm", "average_rpm", "average_torque")  # limits that are named only where they are passed
 
 
@@ -28,7 +30,7 @@ def verdict_data(view: View) -> dict[str, Any]:
     return {
         "answer": str(verdict.answer),
         "headline": _headline(view, verdict),
-        "largest_over_limit": _share(view),
+        "largest_over_limit": share(view),
         "sentence": _sentence(view, verdict),
         "what_to_do": _remedy(view, verdict),
         "speeds_to_keep_out_of": [_band(view, *band) for band in verdict.speeds],
@@ -37,7 +39,7 @@ def verdict_data(view: View) -> dict[str, Any]:
     }
 
 
-def _share(view: View) -> float | None:
+def share(view: View) -> float | None:
     """Largest oscillation over its limit; None without a limit."""
     avoid = view.analysis.avoid
     limit = None if avoid is None else avoid.limit
@@ -46,24 +48,24 @@ def _share(view: View) -> float | None:
 
 def _headline(view: View, verdict: Verdict) -> str:
     """Pass or fail, and by how much."""
-    share = _share(view)
+    part = share(view)
     said = {Answer.ALL_RIGHT: "Pass", Answer.BUT: "Fail at some speeds", Answer.NOT: "Fail"}[verdict.answer]
-    if share is None:
+    if part is None:
         said = "Some speeds are to be avoided" if verdict.answer is Answer.BUT else said
         return f"{said}; the file has no limit of the oscillation"
-    if share <= 1.0:
-        return f"{said}; the oscillation is {percent(1.0 - share, 2)} below its limit"
-    return f"{said}; the oscillation is {number(share, 3)} times its limit"
+    if part <= 1.0:
+        return f"{said}; the oscillation is {percent(1.0 - part, 2)} below its limit"
+    return f"{said}; the oscillation is {number(part, 3)} times its limit"
 
 
 def _sentence(view: View, verdict: Verdict) -> Sentence:
     """The answer, with the largest oscillation and torque against their limits."""
     begin: str = "All right at all speeds"
     if verdict.answer is Answer.BUT:
-        begin = "All right but for " + _ranges(verdict.speeds)
+        begin = "All right but for " + ranges(verdict.speeds)
     elif verdict.answer is Answer.NOT:
         begin = "Not all right"
-    return Sentence("{}: {}; {}.", begin, _oscillation(view), _torque(view, verdict))
+    return Sentence("{}: {}; {}.", begin, _oscillation(view), torque_said(view, verdict))
 
 
 def _oscillation(view: View) -> Sentence:
@@ -88,7 +90,7 @@ def _oscillation(view: View) -> Sentence:
     return text if sweep is None or not sweep.jumping else text + ", and the motion jumps"
 
 
-def _torque(view: View, verdict: Verdict) -> str:
+def torque_said(view: View, verdict: Verdict) -> str:
     """The largest torque against the rating, and every limit of the gear that is passed."""
     used, exceeded = view.analysis.usage, gravest(verdict.exceeded)
     size = f"the torque through the gear reaches {number(used.peak_torque)} N·m"
@@ -116,32 +118,58 @@ def _unit(finding: Finding) -> str:
 
 def _remedy(view: View, verdict: Verdict) -> str:
     """The smallest change that suffices, or what the best one leaves; and the speeds that need none."""
-    avoid, said = view.analysis.avoid, []
+    avoid = view.analysis.avoid
     if verdict.answer is Answer.ALL_RIGHT:
         return "" if avoid is None or avoid.limit is not None else ADD_LIMIT
-    over = avoid is not None and avoid.limit is not None and avoid.largest > avoid.limit
+    said = changes_said(view, verdict)
+    if verdict.answer is Answer.BUT:
+        keep = "Without a change: keep to {}." if said else "Keep to {}."
+        said.append(Sentence(keep, ranges(verdict.allowed)))
+    elif over_limit(view) and not verdict.allowed:
+        said.append(Sentence("No speed of the range is without it."))
+    if avoid is not None and avoid.limit is None:
+        said.append(Sentence(ADD_LIMIT))
+    return Sentence(" ").join(said)
+
+
+def over_limit(view: View) -> bool:
+    """Whether a steady motion oscillates with more than the limit of the file."""
+    avoid = view.analysis.avoid
+    return avoid is not None and avoid.limit is not None and avoid.largest > avoid.limit
+
+
+def changes_said(view: View, verdict: Verdict) -> list[Sentence]:
+    """The smallest change that suffices, or what the best one leaves, and what a passed limit of the gear needs."""
+    avoid, said = view.analysis.avoid, []
     if verdict.change is not None:
-        text = "Smallest change that was found to bring the oscillation within its limit: {}; it leaves {} at {}."
-        said.append(Sentence(text, more(verdict.change), Angle(_after(view)), Speed(verdict.change.at, digits=5)))
-    elif over and avoid is not None and view.analysis.remedies:
+        text = "Smallest change that was found to bring the oscillation within its limit: {}; it leaves {}."
+        said.append(Sentence(text, more(verdict.change) + _ends(verdict.change), _left(view, verdict.change)))
+    elif over_limit(view) and avoid is not None and view.analysis.remedies:
         best = view.analysis.remedies[0]
         under = " under every load torque" if best.exceeds is False else ""
         text = "No change of one thing was found that brings the oscillation within its limit{}; the best, {}, "
         text += "leaves {}{}."
         there = " at the torque of the largest oscillation" if under else ""
         said.append(Sentence(text, under, more(best), Angle(best.ratio * avoid.largest), there))
-    elif over:
+    elif over_limit(view):
         said.append(Sentence("No change was tried that could bring the oscillation within its limit."))
     if verdict.exceeded:
         said.append(Sentence("What passes a limit of the gear needs less load or speed, or a larger gear."))
-    if verdict.answer is Answer.BUT:
-        keep = "Without a change: keep to {}." if said else "Keep to {}."
-        said.append(Sentence(keep, _ranges(verdict.allowed)))
-    elif over and not verdict.allowed:
-        said.append(Sentence("No speed of the range is without it."))
-    if avoid is not None and avoid.limit is None:
-        said.append(Sentence(ADD_LIMIT))
-    return Sentence(" ").join(said)
+    return said
+
+
+def _ends(change: Remedy) -> str:
+    """What a number is and what it becomes, with its unit; nothing for what is exchanged or cancelled."""
+    if change.gear or change.by or change.share == -1.0:
+        return ""
+    return f" ({number(change.before)} to {number(change.after)} {change.unit})".replace(" )", ")")
+
+
+def _left(view: View, change: Remedy) -> Sentence:
+    """What a change leaves of the oscillation, and where."""
+    if change.ratio < NONE:
+        return Sentence("no oscillation")
+    return Sentence("{} at {}", Angle(_after(view)), Speed(change.at, digits=5))
 
 
 def _after(view: View) -> float:
@@ -152,7 +180,8 @@ def _after(view: View) -> float:
     return change.ratio * avoid.largest
 
 
-def _ranges(bands: tuple[tuple[float, float], ...]) -> Sentence:
+def ranges(bands: tuple[tuple[float, float], ...]) -> Sentence:
+    """Bands of speeds [rad/s] in words, with their unit at the end."""
     return listed(Sentence("{}", Speed(*band, digits=4, between=" to ", bare=True)) for band in bands) + " " + Speed()
 
 

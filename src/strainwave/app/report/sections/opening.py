@@ -10,6 +10,7 @@ from ....study.analysis.analysis import Largest
 from ...console import WHAT_X_IS, number, percent
 from ...units import sizes
 from ...view import View
+from ..answers import answers
 from ..verdict import verdict_data
 from .whole_train import modes, parts, under_load
 
@@ -36,7 +37,7 @@ class Opening:
             "project": project.text,
             "motor": project.motor,
             "base_angle": project.speeds.base_angle,
-            "verdict": verdict_data(view),
+            "verdict": verdict_data(view) | {"answers": answers(view)},
             "conventions": CONVENTIONS,
             "speed_range_rad_per_s": list(view.analysis.speeds),
             "natural_frequencies": natural_frequencies(view),

@@ -131,7 +131,9 @@ def _lines(view: View) -> str:
     if analysis.train is None or analysis.train_curve is None:
         return f"{text}; triangles: integration, as a check.{after}"
     without = "; without the torque that follows the load's own angle" if analysis.train_curve.without_angle else ""
-    return f"{text}{without}. Dash-dotted: the error equation in its place.{after}"
+    shown = drive.shows_reduced(analysis.drive, drive.of_analysis(analysis))
+    reduced = " Dash-dotted: the error equation in its place." * shown
+    return f"{text}{without}.{reduced}{after}"
 
 
 def _others(view: View) -> str:

@@ -19,7 +19,7 @@ from ..remedies.subject import Subject
 MARGIN = 0.99  # of the limit, which a change has to reach: the short curve that judges it is within 1 %
 HELPS = 0.99  # relative oscillation below which a thing is followed further
 THINGS, STEPS = 3, 3  # things of which the step is searched, and steps of each
-LEAST, MOST = -0.5, 1.0  # relative changes beyond which none is searched
+LEAST, MOST = -0.5, 1.0  # relative changes beyond which none is searched, but for what can be cancelled altogether
 
 
 def smallest_change(
@@ -58,7 +58,8 @@ def smallest_change(
     helpful = [remedy for remedy in tried if _stepwise(remedy) and remedy.ratio < HELPS]
     found: list[Remedy] = []
     for remedy in sorted(helpful, key=lambda remedy: _size(_needed(remedy, ratio)))[:THINGS]:
-        found += _steps(trial, _knob_of(remedy, known), remedy, ratio, allowance)
+        least = -1.0 if any(other.what == remedy.what and other.share == -1.0 for other in tried) else LEAST
+        found += _steps(trial, _knob_of(remedy, known), remedy, ratio, least, allowance)
     found.sort(key=lambda remedy: _size(remedy.share))
     found += [remedy for remedy in tried if not _stepwise(remedy) and remedy.ratio <= ratio]
     others = [] if load is None else [under(subject, load, t) for c in cases if (t := c.torque) != worst.load_torque]
@@ -69,12 +70,14 @@ def smallest_change(
     return None
 
 
-def _steps(trial: Trial, knob: Knob, tried: Remedy, ratio: float, allowance: Allowance) -> list[Remedy]:
+def _steps(
+    trial: Trial, knob: Knob, tried: Remedy, ratio: float, least: float, allowance: Allowance
+) -> list[Remedy]:  # fmt: skip
     """Computed steps of one thing that reach a relative oscillation, as long as drives may be followed."""
     every = [tried]
     for _ in range(STEPS):
         share = _needed(every[-1], ratio)
-        if not LEAST <= share <= MOST or any(share == remedy.share for remedy in every):
+        if not least <= share <= MOST or share == -1.0 or any(share == remedy.share for remedy in every):
             break
         changed = knob.turned(share)
         if isinstance(changed, str) or not allowance.take():
