@@ -2,8 +2,9 @@
 
     python benchmarks/kills.py [kills] [seed]
 
-Half of the kills hit `analyze` into a folder that holds an older report: afterwards every file there must be, byte for
-byte, that of the older or of the new report. The other half hit a sweep that is started again in the same store: the
+A quarter of the kills hit `analyze` into a folder that holds an older report, a quarter `analyze --compare` of two
+drives into one that holds an older comparison: afterwards every file there must be, byte for byte, an older or a new
+one. The other half hit a sweep that is started again in the same store: the
 number of finished chunks must never fall, and the store that is complete at last must be, byte for byte, that of a
 sweep that nothing disturbed.
 """
@@ -53,28 +54,32 @@ def killed(call, after):
     return False
 
 
-def reports(home, kills, rng):
-    """Kill `analyze`; how many kills hit, and how many left new files beside old ones."""
-    older, newer = home / "older.yaml", home / "newer.yaml"
-    text = PROJECT.read_text(encoding="utf-8")
-    older.write_text(text, encoding="utf-8")
-    newer.write_text("\n".join([*text.splitlines(), "limit: {oscillation: 60 arcsec}", ""]), encoding="utf-8")
-    run(["analyze", newer, "-o", home / "new"])  # compiles
-    took = run(["analyze", newer, "-o", home / "new"])
-    run(["analyze", older, "-o", home / "out"])
+def reports(home, kills, rng, drives, *options):
+    """Kill `analyze` of so many drives; how many kills hit, and how many left new files beside old ones."""
+    text, commands = PROJECT.read_text(encoding="utf-8"), []
+    for age, end in (("older", ""), ("newer", "limit: {oscillation: 60 arcsec}\n")):
+        paths = [home / age / f"drive-{i}.yaml" for i in range(drives)]
+        for path in paths:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text.rstrip("\n") + "\n" + end, encoding="utf-8")
+        commands.append(["analyze", *paths, *options, "-o"])
+    older, newer = commands
+    run([*newer, home / "new"])  # compiles
+    took = run([*newer, home / "new"])
+    run([*older, home / "out"])
     old, new = contents(home / "out"), contents(home / "new")
     hits, mixed = 0, 0
     while hits < kills:
-        hits += killed(["analyze", newer, "-o", home / "out"], rng.uniform(0.0, 1.05 * took))
+        hits += killed([*newer, home / "out"], rng.uniform(0.0, 1.05 * took))
         now = contents(home / "out")
         wrong = [name for name, bytes_ in now.items() if bytes_ not in (old.get(name), new.get(name))]
         assert not wrong, wrong
         assert set(old) <= set(now)
         mixed += now not in (old, new)
-        print(f"analyze: {hits} of {kills} kills", flush=True)
+        print(f"analyze of {drives}: {hits} of {kills} kills", flush=True)
         if now == new:
-            run(["analyze", older, "-o", home / "out"])
-    run(["analyze", newer, "-o", home / "out"])
+            run([*older, home / "out"])
+    run([*newer, home / "out"])
     assert {name: contents(home / "out")[name] for name in new} == new
     return hits, mixed
 
@@ -106,8 +111,10 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         hits, stores = sweeps(Path(folder), kills - kills // 2, rng)
         print(f"{hits} kills of sweep: no chunk lost; {stores} stores completed, byte for byte those of a quiet run")
-        hits, mixed = reports(Path(folder), kills // 2, rng)
-        print(f"{hits} kills of analyze: every file whole, {mixed} times new ones beside old ones")
+        for drives, options in ((1, ()), (2, ("--compare",))):
+            hits, mixed = reports(Path(folder) / str(drives), kills // 4, rng, drives, *options)
+            said = " ".join(["analyze", *options])
+            print(f"{hits} kills of {said}: every file whole, {mixed} times new ones beside old ones")
 
 
 if __name__ == "__main__":

@@ -34,7 +34,7 @@ def _requirement(view: View) -> str:
     """The limit of the file, or how to write one."""
     if view.project.limit is None:
         return "The project file has no limit of the oscillation. " + ADD_LIMIT
-    text = "The {} oscillates with at most {} at {}."
+    text = "The oscillation of the {} must stay within {} at {}."
     speeds = Speed(*view.analysis.speeds, digits=5, between=" to ")
     return Sentence(text, view.analysis.drive.name, Angle(view.project.limit), speeds)
 

@@ -26,6 +26,10 @@ from .curve import solved
 Progress = Callable[[str, float], None]
 TURNS, SETTLE, SAMPLES = 12, 60, 96  # shown periods, periods before, samples of one
 MOST_SHOWN = 4000  # samples of a run
+HELD = (
+    "The motor is ideally held at its speed, and this drive has no loop, gravity or hysteresis: they are fields of a "
+    "project file, and change the answer."
+)
 USUAL_MOVE = SCurve(np.pi / 2.0, 0.6)
 
 
@@ -38,6 +42,8 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
     sweep = found.response.sweep
     limit = project.limit
     unstable = [(low * scale, high * scale) for low, high in without_stable(found.response)]
+    limits = [one for one in _torque_limits(project) if one["name"] != "rated torque"]
+    exceeded = next((one for one in limits if found.usage.peak_torque > one["torque"]), None)
     return {
         "title": project.title,
         "speed_name": speeds.name,
@@ -62,9 +68,14 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
             "torque": float(found.usage.peak_torque),
         },
         "torque_limits": _torque_limits(project),
-        "passes": None if limit is None else bool(found.oscillation[top] <= limit) and not unstable,
+        "torque_exceeded": exceeded,
+        "passes": False if exceeded or unstable else None if limit is None else bool(found.oscillation[top] <= limit),
         "message": found.message,
-        "remarks": [*project.notes, *load_remark(project)],
+        "remarks": [
+            *([HELD] if project.train is None and project.motor == "held" else []),
+            *project.notes,
+            *load_remark(project),
+        ],
         "whole": whole,
     }
 

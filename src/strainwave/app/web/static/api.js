@@ -2,6 +2,12 @@
 
 const going = new Map();
 
+// Nobody waits for the answer of this kind any more.
+export function leave(kind) {
+  going.get(kind)?.abort();
+  going.delete(kind);
+}
+
 export async function call(path, { body, method, kind, raw, signal } = {}) {
   if (kind) {
     going.get(kind)?.abort();

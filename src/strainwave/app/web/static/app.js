@@ -1,5 +1,5 @@
 // The page: chooses a drive, shows a view of it, follows the sliders.
-import { call } from "/static/api.js";
+import { call, leave } from "/static/api.js";
 import { clear, dark, element } from "/static/plots.js";
 import { build } from "/static/sliders.js";
 import { asked, recall, remember, state } from "/static/state.js";
@@ -50,6 +50,7 @@ function soon() {
 }
 
 async function choose(view) {
+  leave("view");
   await stop();
   state.view = view in VIEWS ? view : "response";
   for (const tab of byId("views").children) {

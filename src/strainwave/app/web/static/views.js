@@ -54,8 +54,9 @@ async function response() {
   const said = `Oscillation up to ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}`;
   const against = r.limit_arcsec === null ? "; the project has no limit." : `, ${r.largest.oscillation_arcsec <= r.limit_arcsec ? "within" : "above"} the limit of ${round(r.limit_arcsec)} arcsec.`;
   const leaves = r.unstable.length ? ` No motion of the curve is stable at ${r.unstable.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}: the drive leaves it there.` : "";
+  const overloaded = r.torque_exceeded ? ` The torque reaches ${round(r.largest.torque)} N·m, above the ${r.torque_exceeded.name} of ${round(r.torque_exceeded.torque)} N·m.` : "";
   const keep = r.avoid.length ? ` Avoid ${r.avoid.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}.` : "";
-  answer(said + against + leaves + keep, r.passes);
+  answer(said + against + overloaded + leaves + keep, r.passes);
   return [r.message === "reached both ends" ? "" : r.message, ...r.remarks];
 }
 
@@ -64,6 +65,8 @@ function speedControl(again) {
   if (!controls.childElementCount) {
     const { low, high, unit } = project.speed;
     const field = element("input", { type: "number", step: "any", id: "speed", value: state.options.speed ?? round((low + high) / 2) });
+    state.options.speed = field.value;
+    remember();
     field.addEventListener("input", () => { state.options.speed = field.value; again(); });
     controls.append(element("label", {}, "Speed ", field, " " + unit));
   }
@@ -224,11 +227,11 @@ async function speedMap() {
 }
 
 async function compensation() {
-  answer("The pointing error before and after compensation in the motor's loop, at the worst speed.");
+  answer("The pointing error before and after compensation in the motor's loop, at the speed where the largest order meets the resonance.");
   jobControls("Design and run", async (told) => {
     const r = await job({ kind: "compensation" }, told);
     if (r === null) return null;
-    const kinds = [["rms_arcsec", "rms"], ["three_sigma_arcsec", "3 sigma"], ["peak_arcsec", "peak"]];
+    const kinds = [["rms_arcsec", "rms"], ["three_sigma_arcsec", "3 sigma"], ["peak_arcsec", "peak with mean"]];
     const bars = (one, name, colour, pattern) => ({ type: "bar", name, x: kinds.map(([, text]) => text), y: kinds.map(([key]) => one[key]), text: kinds.map(([key]) => round(one[key], 3)), textposition: "outside", cliponaxis: false, marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
     await draw("compensation", { data: [bars(r.before, "before", RED, "/"), bars(r.after, "after", BLUE, "")], layout: { barmode: "group", yaxis: { title: "pointing error [arcsec]" } }, table: { "quantity": kinds.map(([, text]) => text), "before [arcsec]": kinds.map(([key]) => r.before[key]), "after [arcsec]": kinds.map(([key]) => r.after[key]) }, label: "Pointing error before and after compensation" });
     answer(`${r.title}, at ${round(r.speed)} rpm: rms ${round(r.before.rms_arcsec, 3)} arcsec before, ${round(r.after.rms_arcsec, 3)} arcsec after.`);
