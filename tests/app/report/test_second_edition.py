@@ -87,7 +87,7 @@ def test_the_first_page_answers_a_question_a_line(judged):
     _, folder, _ = judged
     free, kept, passed = (results(folder / name)["verdict"]["answers"] for name in ("free", "kept", "passed"))
     assert kept["requirement"].endswith("must stay within 100 arcsec at 300 to 1000 rpm at the motor.")
-    assert kept["smallest change"] == "None is needed."
+    assert kept["smallest change"] == "No change is needed."
     assert "without a change" not in kept
     assert kept["margin"].endswith("below the limit.")
     assert passed["margin"].endswith("above the limit.")

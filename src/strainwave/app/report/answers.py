@@ -65,7 +65,7 @@ def _jumps(view: View) -> Sentence:
         {jump.value for sweep in sweeps if sweep is not None for jump in (*sweep.on_run_up, *sweep.on_run_down)}
     )
     if not at:
-        return Sentence("None on a slow run-up or run-down." if None not in sweeps else "")
+        return Sentence("No jump on a slow run-up or run-down." if None not in sweeps else "")
     if len(at) > FEW:
         return Sentence("On a slow run-up or run-down, between {}.", Speed(at[0], at[-1], digits=5))
     every = listed(Sentence("{}", Speed(omega, digits=5, bare=True)) for omega in at) + " " + Speed()
@@ -77,5 +77,5 @@ def _change(view: View) -> Sentence:
     said = changes_said(view, view.analysis.verdict)
     if not said:
         passes = view.analysis.verdict.answer is Answer.ALL_RIGHT
-        return Sentence("None is needed." if passes and view.project.limit is not None else "")
+        return Sentence("No change is needed." if passes and view.project.limit is not None else "")
     return Sentence(" ").join(said)
