@@ -242,7 +242,7 @@ def test_a_loop_and_a_coupling_are_reported_with_bode_plot_and_run_up(tmp_path):
     text = text.replace("mode: held", "loop: {type: speed_loop, K_p: 0.5 N*m*s/rad, K_i: 20 N*m/rad}")
     coupling = "coupling: {inertia: 0.1 kg*m^2, law: {type: linear, K: 4e5 N*m/rad}}"
     path.write_text(text.replace("inertia: 1 kg*m^2", "inertia: 0.9 kg*m^2, " + coupling))
-    results, summary = analyse(read_project(path), tmp_path / "out")
+    results, summary, _ = analyse(read_project(path), tmp_path / "out")
     train, largest = results["train"], results["largest_error"]
     assert train["gains"] == {"K_p": 0.5, "K_i": 20.0, "K_d": 0.0}
     assert train["run_up"]["imbalance"] < 1e-6
