@@ -5,18 +5,11 @@ import subprocess
 import sys
 
 import pytest
+from linear_drive import LINEAR
 
 pytest.importorskip("resource")  # Windows cannot limit the size of a file
 
-TEXT = """\
-title: Linear
-gear: {ratio: 50, law: {type: linear, K: 1e5 N*m/rad}}
-motor: {inertia: 5 kg*cm^2, mode: held}
-load: {inertia: 1 kg*m^2}
-damping: {B: 40 N*m*s/rad}
-speed: {from: 100 rad/s, to: 200 rad/s, shaft: motor}
-excitation: {kinematic_error: [{order: 2, amplitude: 20 arcsec}]}
-"""
+TEXT = f"title: Linear\n{LINEAR}"
 # No file may be longer than so many bytes: what a disk says that is full, but for the word.
 LIMITED = """\
 import resource, signal, sys

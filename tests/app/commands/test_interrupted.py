@@ -10,21 +10,17 @@ import time
 
 import numpy as np
 import pytest
+from linear_drive import LINEAR
 
 import strainwave as sw
 from strainwave.files.reading import from_text
 from strainwave.units import RPM
 
-TEXT = """\
+TEXT = f"""\
 title: Linear
-gear: {ratio: 50, law: {type: linear, K: 1e5 N*m/rad}}
-motor: {inertia: 5 kg*cm^2, mode: held}
-load: {inertia: 1 kg*m^2}
-damping: {B: 40 N*m*s/rad}
-speed: {from: 100 rad/s, to: 200 rad/s, shaft: motor}
-excitation: {kinematic_error: [{order: 2, amplitude: 20 arcsec}]}
-limit: {oscillation: 160 arcsec}
-scatter: {damping.B: 10 %, load.inertia: 5 %}
+{LINEAR}\
+limit: {{oscillation: 160 arcsec}}
+scatter: {{damping.B: 10 %, load.inertia: 5 %}}
 """
 WINDOWS = sys.platform == "win32"
 

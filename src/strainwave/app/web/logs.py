@@ -3,6 +3,7 @@
 import math
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
@@ -63,14 +64,12 @@ def _number(found: IdentifiedDrive, name: str) -> dict[str, Any]:
 
 def unpacked(path: Path) -> int:
     """Bytes of the arrays of a packed log by its headers; 0 of other files and of what its reader will refuse."""
-    try:
+    with suppress(BadZipFile, ValueError, TypeError, NotImplementedError, OSError):  # the reader says what is wrong
         if path.suffix == ".npz":
             with ZipFile(path) as packed:
                 return sum(member.file_size for member in packed.infolist())
         if path.suffix == ".mat":
             return sum(8 * math.prod(shape) for _, shape, _ in whosmat(path))
-    except (BadZipFile, ValueError, TypeError, NotImplementedError, OSError):
-        pass
     return 0
 
 
