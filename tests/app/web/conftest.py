@@ -10,6 +10,7 @@ import pytest
 from strainwave.app.web.server import application
 
 BASE = "http://127.0.0.1:8765"
+PATIENCE = 300_000  # ms; the first picture may have to be compiled
 
 
 @pytest.fixture(scope="session")
@@ -43,3 +44,20 @@ def browser():
         found = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
         yield found
         found.close()
+
+
+@pytest.fixture
+def page(browser, address):
+    context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
+    page = context.new_page()
+    page.set_default_timeout(PATIENCE)
+    wrong, asked = [], []
+    page.on("console", lambda message: message.type in ("error", "warning", "trace") and wrong.append(message.text))
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(address)
+    page.wait_for_selector("#plot-torque[data-drawn]")
+    yield page
+    context.close()
+    assert wrong == []
+    assert [url for url in asked if not url.startswith((address, "data:", "blob:"))] == []

@@ -302,3 +302,24 @@ def test_schema_describes_every_body(client):
     posts = client.get("/api/schema").json()["post"]
     assert all(schema["additionalProperties"] is False for schema in posts.values())
     assert set(posts["/api/response"]["properties"]) == {"state", "whole"}
+
+
+def test_parts_that_a_gear_has_not_are_added_and_have_numbers(client, written):
+    plain = posted(client, "/api/project", state=GEAR)
+    loop, gravity = (part for part in plain["parts"] if part["name"] in ("motor loop", "gravity"))
+    assert not loop["present"]
+    assert "limit" not in [part["name"] for part in plain["parts"]]  # it has one
+    state = {**GEAR, "values": {**loop["values"], **gravity["values"], "motor.loop.bandwidth": "20 Hz"}}
+    with_both = posted(client, "/api/project", state=state)
+    assert [part["present"] for part in with_both["parts"]] == [True, True]
+    added = {one["name"]: one["value"] for one in with_both["parameters"] if one["added"]}
+    assert added == {"motor.loop.bandwidth": 30.0, "motor.loop.damping": 0.7, "load.drag.amplitude": 44.0}
+    shown = posted(client, "/api/response", state=state)
+    with as_machine_code():
+        project = written(
+            first_text("CSG-40-50")
+            .replace("mode: held", "loop: {bandwidth: 20 Hz, damping: 0.7}")
+            .replace("load: {", "load: {drag: {type: angle_torque, amplitude: 44 N*m, order: 1}, ")
+        )
+        found = project.response(coexisting=False, points=POINTS)
+    np.testing.assert_allclose(np.array(shown["oscillation_arcsec"]) * ARCSEC, found.oscillation, rtol=1e-6)

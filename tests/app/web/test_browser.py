@@ -1,42 +1,7 @@
 """The page in a real browser: nothing leaves this machine, nothing is complained about."""
 
-import re
-
 import numpy as np
-import pytest
-
-PATIENCE = 300_000  # ms; the first picture may have to be compiled
-
-
-@pytest.fixture
-def page(browser, address):
-    context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
-    page = context.new_page()
-    page.set_default_timeout(PATIENCE)
-    wrong, asked = [], []
-    page.on("console", lambda message: message.type in ("error", "warning", "trace") and wrong.append(message.text))
-    page.on("pageerror", lambda error: wrong.append(str(error)))
-    page.on("request", lambda request: asked.append(request.url))
-    page.goto(address)
-    page.wait_for_selector("#plot-torque[data-drawn]")
-    yield page
-    context.close()
-    assert wrong == []
-    assert [url for url in asked if not url.startswith((address, "data:", "blob:"))] == []
-
-
-def drawn(page, name="torque"):
-    return page.locator(f"#plot-{name}").get_attribute("data-drawn")
-
-
-def until_drawn_again(page, before, name="torque"):
-    page.wait_for_function(
-        "([n, was]) => document.getElementById('plot-' + n).dataset.drawn !== was", arg=[name, before]
-    )
-
-
-def largest(page):
-    return float(re.search(r"up to ([\d.]+) arcsec", page.locator("#answer").inner_text()).group(1))
+from app_page import drawn, largest, until_drawn_again
 
 
 def drag(page, name, share):

@@ -27,6 +27,7 @@ HELP = {
     "speed.from": "Begin of the range of speeds.",
     "speed.to": "End of the range of speeds.",
     "excitation.load_torque.mean": "Mean torque on the load; a resisting one is negative.",
+    "load.drag.amplitude": "Largest torque of gravity or an imbalance over a turn of the load.",
     "load_friction": "Friction of the meshing, as a share of the transmitted torque.",
     "limit.oscillation": "Largest oscillation of the pointing error that is allowed, 0-to-peak.",
     "backlash.half_gap": "Half of the gap between the flanks, at the output.",
@@ -41,15 +42,45 @@ HELP = {
     "order": "Periods of this line in one turn of the motor.",
 }
 MORE = {"excitation.load_torque.mean": "0 N*m"}  # what a slider may add to a file
+LABELS = {"load.drag.amplitude": "load gravity torque"}
 WORDS = {"B": "damping B", "to": "to", "from": "from", "mean": "mean"}
 
 
 def about(state: State) -> dict[str, Any]:
-    """Title, numbers with their ranges, notes and speeds of a project."""
-    base, now = project_of(State(gear=state.gear, project=state.project)), project_of(state)
+    """Title, numbers with their ranges, parts that may be added, notes and speeds of a project."""
+    now, given = project_of(state), State(gear=state.gear, project=state.project)
+    parts = _parts(project_of(given))
+    present = [part for part in parts.values() if not state.values.keys().isdisjoint(part)]
+    added = {name: value for part in present for name, value in part.items()}
+    base = project_of(given.model_copy(update={"values": added}))
     low, high = (now.speeds.scale * omega for omega in now.speeds.limits)
     speed = {"low": low, "high": high, "unit": now.speeds.unit, "name": now.speeds.name}
-    return {"title": now.title, "parameters": parameters(base), "notes": now.notes, "speed": speed}
+    return {
+        "title": now.title,
+        "parameters": [{**one, "added": one["name"] in added} for one in parameters(base)],
+        "parts": [{"name": name, "values": part, "present": part in present} for name, part in parts.items()],
+        "notes": now.notes,
+        "speed": speed,
+    }
+
+
+def _parts(project: Project) -> dict[str, dict[str, str]]:
+    """What a page may add to a project that has none of it, with first values."""
+    content = read(project.text).content
+    torque = 0.25 * project.rated_torque if project.rated_torque else 10.0
+    parts = {
+        "motor loop": {"motor.loop.bandwidth": "30 Hz", "motor.loop.damping": "0.7"},
+        "gravity": {
+            "load.drag.type": "angle_torque",
+            "load.drag.amplitude": f"{torque:.2g} N*m",
+            "load.drag.order": "1",
+        },
+        "limit": {"limit.oscillation": "120 arcsec"},
+    }
+    places = {name: next(iter(part)).split(".")[:2] for name, part in parts.items()}
+    return {
+        name: part for name, part in parts.items() if _inside(content.get(places[name][0]), places[name][1]) is None
+    }
 
 
 def parameters(project: Project) -> list[dict[str, Any]]:
@@ -80,7 +111,7 @@ def _described(project: Project, content: dict[str, Any], name: str) -> dict[str
     last = name.rpartition(".")[2]
     return {
         "name": name,
-        "label": _label(content, name),
+        "label": LABELS.get(name) or _label(content, name),
         "group": name.partition(".")[0],
         "value": value,
         "unit": unit,

@@ -3,7 +3,7 @@ import { call, leave } from "/static/api.js";
 import { clear, dark, element } from "/static/plots.js";
 import { build } from "/static/sliders.js";
 import { asked, recall, remember, state } from "/static/state.js";
-import { readLog, recolour, setProject, stop, take, VIEWS } from "/static/views.js";
+import { forget, readLog, repaint, setProject, stop, take, VIEWS } from "/static/views.js";
 
 const byId = (id) => document.getElementById(id);
 let timer = 0;
@@ -52,12 +52,16 @@ function soon() {
 async function choose(view) {
   leave("view");
   await stop();
+  if (view !== state.view) delete state.options.run;
   state.view = view in VIEWS ? view : "response";
   for (const tab of byId("views").children) {
     const here = tab.dataset.view === state.view;
     tab.setAttribute("aria-selected", String(here));
     tab.tabIndex = here ? 0 : -1;
+    if (here) tab.scrollIntoView({ block: "nearest", inline: "nearest" });
   }
+  byId("panel").setAttribute("aria-labelledby", "tab-" + state.view);
+  forget();
   clear();
   byId("controls").replaceChildren();
   byId("answer").textContent = "";
@@ -71,21 +75,21 @@ async function load() {
   setProject(found);
   byId("title").textContent = found.title;
   document.title = `${found.title} · strainwave`;
-  build(found.parameters, soon);
+  build(found, soon);
   byId("gear").value = state.project === null ? state.gear : "";
   return true;
 }
 
 async function taken(text) {
   state.project = text;
-  state.values = {};
+  Object.assign(state, { values: {}, options: {} });
   if (await load()) await choose(state.view === "log" ? "response" : state.view);
 }
 
 function tabs() {
   const names = Object.keys(VIEWS);
   byId("views").append(...names.map((view) => {
-    const tab = element("button", { type: "button", textContent: VIEWS[view].name });
+    const tab = element("button", { type: "button", id: "tab-" + view, textContent: VIEWS[view].name });
     tab.dataset.view = view;
     tab.setAttribute("role", "tab");
     tab.setAttribute("aria-controls", "panel");
@@ -93,9 +97,10 @@ function tabs() {
     return tab;
   }));
   byId("views").addEventListener("keydown", (event) => {
-    const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
-    if (!step) return;
-    const at = (names.indexOf(state.view) + step + names.length) % names.length;
+    const now = names.indexOf(state.view), last = names.length - 1;
+    const at = { ArrowRight: now === last ? 0 : now + 1, ArrowLeft: now === 0 ? last : now - 1, Home: 0, End: last }[event.key];
+    if (at === undefined) return;
+    event.preventDefault();
     byId("views").children[at].focus();
     choose(names[at]);
   });
@@ -116,6 +121,7 @@ function dropping() {
   document.addEventListener("project", (event) => taken(event.detail));
   document.addEventListener("log", async (event) => {
     if (state.view !== "log") await choose("log");
+    forget();
     clear();
     const notes = await trying(() => readLog(event.detail));
     if (notes) remark(notes);
@@ -130,7 +136,7 @@ async function begin() {
   byId("gear").append(element("option", { value: "", textContent: "own project", disabled: true }));
   byId("gear").append(...gears.map((gear) => element("option", { value: gear.name, textContent: gear.name })));
   byId("gear").addEventListener("change", async () => {
-    Object.assign(state, { gear: byId("gear").value, project: null, values: {} });
+    Object.assign(state, { gear: byId("gear").value, project: null, values: {}, options: {} });
     if (await load()) await choose(state.view);
   });
   byId("open").addEventListener("click", () => byId("project-file").click());
@@ -139,8 +145,18 @@ async function begin() {
   for (const what of ["project", "script", "report"]) {
     byId("save-" + what).addEventListener("click", () => trying(() => take(what)));
   }
+  document.addEventListener("part", async ({ detail: { values, present, id } }) => {
+    const before = { ...state.values };
+    for (const [name, value] of Object.entries(values)) {
+      if (present) delete state.values[name];
+      else state.values[name] = value;
+    }
+    if (await load()) await show();
+    else state.values = before;
+    byId(id)?.focus();
+  });
   byId("sliders").addEventListener("submit", (event) => event.preventDefault());
-  dark.addEventListener("change", () => { recolour(); choose(state.view); });
+  dark.addEventListener("change", async () => { if (!(await repaint())) await choose(state.view); });
   addEventListener("hashchange", async () => { await recall(); if (await load()) await choose(state.view); });
   addEventListener("pagehide", stop);
   if (await load()) await choose(state.view);

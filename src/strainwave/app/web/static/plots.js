@@ -79,13 +79,17 @@ async function save(box, name, format) {
   return download(`strainwave-${name}.png`, new Blob([bytes], { type: "image/png" }));
 }
 
-// Runs of points with the same flag, each beginning where the last one ends, so that the curve has no gaps.
-export function parts(x, y, flags, wanted) {
+// Stretches of a curve with the same flag. A corner, where the flag changes, belongs to the stretches on both sides.
+export function parts(x, y, flags, wanted, corners) {
   const outX = [], outY = [];
-  for (let i = 0; i < x.length; i += 1) {
-    const joins = flags[i] === wanted || (flags[i - 1] === wanted && i > 0);
-    outX.push(joins ? x[i] : null);
-    outY.push(joins ? y[i] : null);
+  let last = -1;
+  for (let i = 1; i < x.length; i += 1) {
+    if ((corners.has(i) ? flags[i - 1] : flags[i]) !== wanted) continue;
+    for (const at of last === i - 1 ? [i] : [null, i - 1, i]) {
+      outX.push(at === null ? null : x[at]);
+      outY.push(at === null ? null : y[at]);
+    }
+    last = i;
   }
   return [outX, outY];
 }

@@ -17,7 +17,7 @@ const valueAt = (p, at) => {
   return p.log ? p.low * (p.high / p.low) ** share : p.low + share * (p.high - p.low);
 };
 
-export function build(parameters, changed) {
+export function build({ parameters, parts }, changed) {
   const form = document.getElementById("sliders");
   form.replaceChildren();
   const groups = new Map();
@@ -29,6 +29,13 @@ export function build(parameters, changed) {
     }
     groups.get(p.group).append(row(p, changed));
   }
+  const add = parts.map((part) => {
+    const id = "part-" + part.name.replaceAll(" ", "-");
+    const button = element("button", { type: "button", id, textContent: `${part.present ? "Remove" : "Add"} ${part.name}` });
+    button.addEventListener("click", () => document.dispatchEvent(new CustomEvent("part", { detail: { ...part, id } })));
+    return button;
+  });
+  if (add.length) form.append(element("fieldset", {}, element("legend", { textContent: "parts" }), element("div", { className: "parts" }, ...add)));
 }
 
 function row(p, changed) {
@@ -37,8 +44,10 @@ function row(p, changed) {
   const value = given === undefined ? p.value : numberOf(given);
   const field = element("input", { type: "number", id, step: "any", value: short(value) });
   field.dataset.name = p.name;
+  const named = p.shown_unit ? `${p.label} [${p.shown_unit}]` : p.label;
+  field.setAttribute("aria-label", named);
   const slider = element("input", { type: "range", min: 0, max: STEPS, step: 1, value: place(p, value), id: id + "-slider" });
-  slider.setAttribute("aria-label", `${p.label} [${p.shown_unit}]`);
+  slider.setAttribute("aria-label", named);
   const group = p.group.replaceAll("_", " ") + " ";
   const inGroup = p.label.startsWith(group) ? p.label.slice(group.length) : p.label;
   const label = element("label", { htmlFor: id, textContent: inGroup, title: p.help });
@@ -55,7 +64,7 @@ function row(p, changed) {
     const wrong = !Number.isFinite(now);
     field.setAttribute("aria-invalid", String(wrong));
     if (wrong) return;
-    if (now === p.value) delete state.values[p.name];
+    if (now === p.value && !p.added) delete state.values[p.name];
     else state.values[p.name] = `${now} ${p.unit}`.trim();
     box.classList.toggle("changed", now !== p.value);
     tell(now);

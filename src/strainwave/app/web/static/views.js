@@ -4,15 +4,33 @@ import { colours, draw, element, parts } from "/static/plots.js";
 import { asked, remember, state } from "/static/state.js";
 
 let COLOURS, BLUE, RED, GREEN, PINK, ORANGE;
-export function recolour() {
+function recolour() {
   COLOURS = colours();
   [BLUE, RED, GREEN, PINK, ORANGE] = COLOURS;
 }
 recolour();
+
+// What was computed by a job or read from a log is drawn again in other colours, not computed again.
+let paints = [];
+export const forget = () => { paints = []; };
+async function painting(paint) {
+  paints.push(paint);
+  await paint();
+}
+export async function repaint() {
+  recolour();
+  for (const paint of paints) await paint();
+  return paints.length > 0;
+}
+
 const round = (value, digits = 4) => (value === null || value === undefined ? "–" : Number(value.toPrecision(digits)).toString());
 export let project = null;
 export const setProject = (found) => { project = found; };
 
+const between = (values, unit) => {
+  const shown = values.filter((value) => Number.isFinite(value));
+  return `from ${round(Math.min(...shown))} to ${round(Math.max(...shown))} ${unit}`;
+};
 const band = (low, high, colour) => ({ type: "rect", xref: "x", yref: "paper", x0: low, x1: high, y0: 0, y1: 1, fillcolor: colour, opacity: 0.13, line: { width: 0 }, layer: "below" });
 
 function answer(text, good) {
@@ -23,8 +41,10 @@ function answer(text, good) {
 
 function curve(r, values, name, unit) {
   const hover = `%{x:.5g} ${r.speed_unit}<br>%{y:.4g} ${unit}<extra>%{fullData.name}</extra>`;
-  const [sx, sy] = parts(r.speed, values, r.stable, true);
-  const [ux, uy] = parts(r.speed, values, r.stable, false);
+  const nearest = (fold) => r.speed.reduce((best, speed, i) => (Math.abs(speed - fold.speed) < Math.abs(r.speed[best] - fold.speed) ? i : best), 0);
+  const corners = new Set(r.folds.map(nearest));
+  const [sx, sy] = parts(r.speed, values, r.stable, true, corners);
+  const [ux, uy] = parts(r.speed, values, r.stable, false, corners);
   const made = [{ x: sx, y: sy, name: `${name}, stable`, mode: "lines", line: { color: BLUE, width: 2.5 }, hovertemplate: hover }];
   if (r.stable.includes(false)) made.push({ x: ux, y: uy, name: "unstable", mode: "lines", line: { color: RED, width: 2, dash: "dash" }, hovertemplate: hover });
   return made;
@@ -50,7 +70,7 @@ async function response() {
   const torque = curve(r, r.torque, "largest torque in the gear", "N·m");
   const dashes = ["dot", "dashdot", "longdash"], tints = [GREEN, ORANGE, PINK];
   r.torque_limits.filter((l) => l.torque < 4 * Math.max(...r.torque)).forEach((l, i) => torque.push(level(r, l.torque, l.name, tints[i % 3], dashes[i % 3], "N·m")));
-  await draw("torque", { data: torque, layout: { xaxis: x, yaxis: { title: "torque [N·m]", rangemode: "tozero" } }, table, label: "Largest torque in the gear over the speed", size: "second" });
+  await draw("torque", { data: torque, layout: { xaxis: x, yaxis: { title: "torque [N·m]", rangemode: "tozero" } }, table, label: `Largest torque in the gear over the ${r.speed_name}, ${between(r.torque, "N·m")}`, size: "second" });
   const said = `Oscillation up to ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}`;
   const against = r.limit_arcsec === null ? "; the project has no limit." : `, ${r.largest.oscillation_arcsec <= r.limit_arcsec ? "within" : "above"} the limit of ${round(r.limit_arcsec)} arcsec.`;
   const leaves = r.unstable.length ? ` No motion of the curve is stable at ${r.unstable.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}: the drive leaves it there.` : "";
@@ -78,11 +98,11 @@ async function motion(again) {
   if (!(speed > 0)) throw new Error("the speed is not a positive number");
   const r = await call("/api/motion", { body: { state: asked(), speed }, kind: "view" });
   answer(`At ${round(speed)} ${project.speed.unit} the error lies between ${round(Math.min(...r.error_arcsec))} and ${round(Math.max(...r.error_arcsec))} arcsec.`);
-  await draw("time", { data: [{ x: r.time.map((t) => 1e3 * t), y: r.error_arcsec, mode: "lines", name: "error", line: { color: BLUE, width: 2 }, hovertemplate: "%{x:.4g} ms<br>%{y:.4g} arcsec<extra></extra>" }], layout: { showlegend: false, xaxis: { title: "time [ms]" }, yaxis: { title: "error x [arcsec]" } }, table: { "time [s]": r.time, "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: "Error over time", size: "second" });
+  await draw("time", { data: [{ x: r.time.map((t) => 1e3 * t), y: r.error_arcsec, mode: "lines", name: "error", line: { color: BLUE, width: 2 }, hovertemplate: "%{x:.4g} ms<br>%{y:.4g} arcsec<extra></extra>" }], layout: { showlegend: false, xaxis: { title: "time [ms]" }, yaxis: { title: "error x [arcsec]" } }, table: { "time [s]": r.time, "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: `Error over time, ${between(r.error_arcsec, "arcsec")}`, size: "second" });
   await draw("phase", { data: [
     { x: r.error_arcsec, y: r.rate_arcsec_per_s, mode: "lines", name: "trajectory", line: { color: BLUE, width: 1.5 }, hovertemplate: "%{x:.4g} arcsec<br>%{y:.4g} arcsec/s<extra></extra>" },
-    { x: r.poincare.error_arcsec, y: r.poincare.rate_arcsec_per_s, mode: "markers", name: "once a turn of the base angle", marker: { color: RED, size: 9, symbol: "diamond" } },
-  ], layout: { xaxis: { title: "error x [arcsec]" }, yaxis: { title: "rate [arcsec/s]" } }, table: { "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: "Phase portrait" });
+    { x: r.poincare.error_arcsec, y: r.poincare.rate_arcsec_per_s, mode: "markers", name: "once a turn of the base angle", marker: { color: RED, size: 9, symbol: "diamond" }, hovertemplate: "%{x:.4g} arcsec<br>%{y:.4g} arcsec/s<extra></extra>" },
+  ], layout: { xaxis: { title: "error x [arcsec]" }, yaxis: { title: "rate [arcsec/s]" } }, table: { "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: `Phase portrait: error ${between(r.error_arcsec, "arcsec")}, rate ${between(r.rate_arcsec_per_s, "arcsec/s")}` });
   return r.remarks;
 }
 
@@ -93,9 +113,9 @@ async function move() {
   const over = (y, name, unit, colour) => [{ x: r.time, y, mode: "lines", name, line: { color: colour, width: 2 }, hovertemplate: `%{x:.4g} s<br>%{y:.4g} ${unit}<extra></extra>` }];
   const table = { "time [s]": r.time, "reference [deg]": r.reference_deg, "pointing error [arcsec]": r.error_arcsec, "motor torque [N*m]": r.motor_torque, "gear torque [N*m]": r.gear_torque, "motor speed [rpm]": r.motor_speed };
   const x = { title: "time [s]" };
-  await draw("move-error", { data: over(r.error_arcsec, "pointing error", "arcsec", BLUE), layout: { showlegend: false, xaxis: x, yaxis: { title: "pointing error [arcsec]" } }, table, label: "Pointing error over the move" });
-  await draw("move-torque", { data: over(r.gear_torque, "gear torque", "N·m", RED), layout: { showlegend: false, xaxis: x, yaxis: { title: "gear torque [N·m]" } }, table, label: "Torque in the gear over the move", size: "second" });
-  await draw("move-speed", { data: over(r.motor_speed, "motor speed", "rpm", GREEN), layout: { showlegend: false, xaxis: x, yaxis: { title: "motor speed [rpm]" } }, table, label: "Speed of the motor over the move", size: "second" });
+  await draw("move-error", { data: over(r.error_arcsec, "pointing error", "arcsec", BLUE), layout: { showlegend: false, xaxis: x, yaxis: { title: "pointing error [arcsec]" } }, table, label: `Pointing error over the move, ${between(r.error_arcsec, "arcsec")}` });
+  await draw("move-torque", { data: over(r.gear_torque, "gear torque", "N·m", RED), layout: { showlegend: false, xaxis: x, yaxis: { title: "gear torque [N·m]" } }, table, label: `Torque in the gear over the move, ${between(r.gear_torque, "N·m")}`, size: "second" });
+  await draw("move-speed", { data: over(r.motor_speed, "motor speed", "rpm", GREEN), layout: { showlegend: false, xaxis: x, yaxis: { title: "motor speed [rpm]" } }, table, label: `Speed of the motor over the move, ${between(r.motor_speed, "rpm")}`, size: "second" });
   return r.remarks;
 }
 
@@ -127,7 +147,7 @@ async function followed(begin, told) {
 
 function jobControls(label, begin) {
   const controls = document.getElementById("controls");
-  if (controls.querySelector("#begin")) return;
+  if (controls.querySelector("#begin")) return outdated();
   const start = element("button", { type: "button", id: "begin", textContent: label });
   const cancel = element("button", { type: "button", id: "cancel", textContent: "Cancel", disabled: true });
   const bar = element("progress", { max: 1, value: 0, id: "progress" });
@@ -146,8 +166,14 @@ function jobControls(label, begin) {
     const status = document.getElementById("status");
     status.className = "";
     status.textContent = "";
+    const drive = JSON.stringify(asked());
     try {
       if ((await begin(told)) === null) stage.textContent = "cancelled";
+      else if (JSON.stringify(asked()) !== drive) outdated();
+      else if (state.view !== "log") {
+        state.options.run = state.view;
+        await remember();
+      }
     } catch (error) {
       stage.textContent = "";
       status.className = "bad";
@@ -157,6 +183,15 @@ function jobControls(label, begin) {
     cancel.disabled = true;
   });
   cancel.addEventListener("click", stop);
+  if (state.options.run === state.view) start.click(); // the address is that of a computed picture
+  return undefined;
+}
+
+function outdated() {
+  if (!paints.length || state.view === "log") return;
+  delete state.options.run;
+  document.getElementById("stage").textContent = "the drive has changed since; compute again";
+  remember();
 }
 
 const say = (remarks) => document.getElementById("remarks").replaceChildren(element("ul", {}, ...remarks.map((text) => element("li", { textContent: text }))));
@@ -175,7 +210,10 @@ const asTexts = (axes) => axes.map(({ p, values }) => ({ name: p.name, values: v
 async function map() {
   const controls = document.getElementById("controls");
   answer("Largest oscillation over two numbers of the drive, each from half to twice its value.");
-  if (controls.childElementCount) return [];
+  if (controls.childElementCount) {
+    outdated();
+    return [];
+  }
   const able = project.parameters.filter((p) => p.value > 0 && !p.name.startsWith("speed.") && !p.name.startsWith("limit."));
   const pick = (key, at) => {
     const list = element("select", { id: "map-" + key }, ...able.map((p) => element("option", { value: p.name, textContent: p.label })));
@@ -185,13 +223,15 @@ async function map() {
   };
   const across = pick("across", 0), along = pick("along", 1);
   const count = element("select", { id: "map-count" }, ...[10, 20, 40].map((n) => element("option", { value: n, textContent: `${n} × ${n}` })));
+  count.value = ["10", "20", "40"].includes(state.options.count) ? state.options.count : "10";
+  count.addEventListener("change", () => { state.options.count = count.value; remember(); });
   controls.append(element("label", {}, "Across ", across), element("label", {}, "Up ", along), element("label", {}, "Points ", count));
   jobControls("Compute the map", async (told) => {
     const [a, b] = mapAxes();
     const r = await job({ kind: "map", axes: asTexts([a, b]) }, told);
     if (r === null) return null;
     const table = { [`${a.p.label} [${a.p.unit}]`]: b.values.flatMap(() => a.values), [`${b.p.label} [${b.p.unit}]`]: b.values.flatMap((v) => a.values.map(() => v)), "largest oscillation [arcsec]": r.largest_oscillation_arcsec.flat() };
-    await draw("map", { data: [{ type: "heatmap", x: a.values, y: b.values, z: r.largest_oscillation_arcsec, ...heat, hovertemplate: `%{x:.4g} ${a.p.unit}<br>%{y:.4g} ${b.p.unit}<br>%{z:.4g} arcsec<extra></extra>` }], layout: { showlegend: false, xaxis: { title: `${a.p.label} [${a.p.shown_unit}]`, type: "log" }, yaxis: { title: `${b.p.label} [${b.p.shown_unit}]`, type: "log" } }, table, label: "Largest oscillation over two numbers", size: "square" });
+    await painting(() => draw("map", { data: [{ type: "heatmap", x: a.values, y: b.values, z: r.largest_oscillation_arcsec, ...heat, hovertemplate: `%{x:.4g} ${a.p.shown_unit}<br>%{y:.4g} ${b.p.shown_unit}<br>%{z:.4g} arcsec<extra></extra>` }], layout: { showlegend: false, xaxis: { title: `${a.p.label} [${a.p.shown_unit}]`, type: "log" }, yaxis: { title: `${b.p.label} [${b.p.shown_unit}]`, type: "log" } }, table, label: `Largest oscillation over ${a.p.label} and ${b.p.label}, ${between(r.largest_oscillation_arcsec.flat(), "arcsec")}`, size: "square" }));
     say(r.remarks);
     return r;
   });
@@ -209,21 +249,25 @@ async function speedMap() {
   jobControls("Compute the speed map", async (told) => {
     const r = await job({ kind: "speed-map", search: state.options.search === "yes" }, told);
     if (r === null) return null;
-    const loads = r.load.map((load) => `${round(load)} ${r.load_unit.replaceAll("*", "·")}`);
-    const shapes = r.forbidden.flatMap((bands, i) => bands.map(([low, high]) => ({ type: "rect", x0: low, x1: high, y0: i - 0.5, y1: i + 0.5, line: { color: RED, width: 2 } })));
-    const cells = r.load.flatMap((load) => r.speed.map(() => load));
-    await draw("speed-map", { data: [
-      { type: "heatmap", x: r.speed, y: loads, z: r.oscillation_arcsec, ...heat, hovertemplate: "%{x:.5g} rpm<br>%{y}<br>%{z:.4g} arcsec<extra></extra>" },
-    ], layout: { showlegend: false, xaxis: { title: "motor speed [rpm]" }, yaxis: { title: r.load_name, type: "category" }, shapes }, table: { "load": cells, "motor speed [rpm]": r.load.flatMap(() => r.speed), "oscillation [arcsec]": r.oscillation_arcsec.flat(), "gear torque [N*m]": r.torque.flat() }, label: "Oscillation over speed and load, with forbidden speeds framed" });
-    const lines = r.lines.filter((l) => l.excited);
-    const dashes = ["solid", "dash", "dot", "dashdot"];
-    await draw("campbell", { data: lines.map((l, i) => ({ x: l.speed, y: l.amplitude_arcsec, mode: "lines", name: `order ${round(l.order)}, ${round(l.load)} ${r.load_unit.replaceAll("*", "·")}`, line: { color: COLOURS[i % COLOURS.length], dash: dashes[i % 4] }, hovertemplate: "%{x:.5g} rpm<br>%{y:.4g} arcsec<extra>%{fullData.name}</extra>" })), layout: { xaxis: { title: "motor speed at which the order meets the resonance [rpm]", range: [r.speed[0], r.speed[r.speed.length - 1]] }, yaxis: { title: "torsion amplitude [arcsec]" } }, table: { "order": lines.flatMap((l) => l.speed.map(() => l.order)), "load": lines.flatMap((l) => l.speed.map(() => l.load)), "motor speed [rpm]": lines.flatMap((l) => l.speed), "amplitude [arcsec]": lines.flatMap((l) => l.amplitude_arcsec) }, label: "Campbell diagram: speed at which each order meets the resonance, against amplitude" });
+    await painting(() => paintSpeedMap(r));
     const allowed = r.allowed.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ");
     answer(`Allowed under every load: ${allowed ? allowed + " rpm" : "no speed"} (red frames: ${r.rule}).`);
     say(r.remarks);
     return r;
   });
   return [];
+}
+
+async function paintSpeedMap(r) {
+  const loads = r.load.map((load) => `${round(load)} ${r.load_unit.replaceAll("*", "·")}`);
+  const shapes = r.forbidden.flatMap((bands, i) => bands.map(([low, high]) => ({ type: "rect", x0: low, x1: high, y0: i - 0.5, y1: i + 0.5, line: { color: RED, width: 2 } })));
+  const cells = r.load.flatMap((load) => r.speed.map(() => load));
+  await draw("speed-map", { data: [
+    { type: "heatmap", x: r.speed, y: loads, z: r.oscillation_arcsec, ...heat, hovertemplate: "%{x:.5g} rpm<br>%{y}<br>%{z:.4g} arcsec<extra></extra>" },
+  ], layout: { showlegend: false, xaxis: { title: "motor speed [rpm]" }, yaxis: { title: r.load_name, type: "category" }, shapes }, table: { "load": cells, "motor speed [rpm]": r.load.flatMap(() => r.speed), "oscillation [arcsec]": r.oscillation_arcsec.flat(), "gear torque [N*m]": r.torque.flat() }, label: `Oscillation over speed and load, ${between(r.oscillation_arcsec.flat(), "arcsec")}, with forbidden speeds framed` });
+  const lines = r.lines.filter((l) => l.excited);
+  const dashes = ["solid", "dash", "dot", "dashdot"];
+  await draw("campbell", { data: lines.map((l, i) => ({ x: l.speed, y: l.amplitude_arcsec, mode: "lines", name: `order ${round(l.order)}, ${round(l.load)} ${r.load_unit.replaceAll("*", "·")}`, line: { color: COLOURS[i % COLOURS.length], dash: dashes[i % 4] }, hovertemplate: "%{x:.5g} rpm<br>%{y:.4g} arcsec<extra>%{fullData.name}</extra>" })), layout: { xaxis: { title: "motor speed at which the order meets the resonance [rpm]", range: [r.speed[0], r.speed[r.speed.length - 1]] }, yaxis: { title: "torsion amplitude [arcsec]" } }, table: { "order": lines.flatMap((l) => l.speed.map(() => l.order)), "load": lines.flatMap((l) => l.speed.map(() => l.load)), "motor speed [rpm]": lines.flatMap((l) => l.speed), "amplitude [arcsec]": lines.flatMap((l) => l.amplitude_arcsec) }, label: `Campbell diagram: speed at which each order meets the resonance, against amplitude, ${between(lines.flatMap((l) => l.speed), "rpm")}` });
 }
 
 async function compensation() {
@@ -233,7 +277,7 @@ async function compensation() {
     if (r === null) return null;
     const kinds = [["rms_arcsec", "rms"], ["three_sigma_arcsec", "3 sigma"], ["peak_arcsec", "peak with mean"]];
     const bars = (one, name, colour, pattern) => ({ type: "bar", name, x: kinds.map(([, text]) => text), y: kinds.map(([key]) => one[key]), text: kinds.map(([key]) => round(one[key], 3)), textposition: "outside", cliponaxis: false, marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
-    await draw("compensation", { data: [bars(r.before, "before", RED, "/"), bars(r.after, "after", BLUE, "")], layout: { barmode: "group", yaxis: { title: "pointing error [arcsec]" } }, table: { "quantity": kinds.map(([, text]) => text), "before [arcsec]": kinds.map(([key]) => r.before[key]), "after [arcsec]": kinds.map(([key]) => r.after[key]) }, label: "Pointing error before and after compensation" });
+    await painting(() => draw("compensation", { data: [bars(r.before, "before", RED, "/"), bars(r.after, "after", BLUE, "")], layout: { barmode: "group", yaxis: { title: "pointing error [arcsec]" } }, table: { "quantity": kinds.map(([, text]) => text), "before [arcsec]": kinds.map(([key]) => r.before[key]), "after [arcsec]": kinds.map(([key]) => r.after[key]) }, label: `Pointing error before and after compensation: rms ${round(r.before.rms_arcsec)} and ${round(r.after.rms_arcsec)} arcsec` }));
     answer(`${r.title}, at ${round(r.speed)} rpm: rms ${round(r.before.rms_arcsec, 3)} arcsec before, ${round(r.after.rms_arcsec, 3)} arcsec after.`);
     say(r.remarks);
     return r;
@@ -247,7 +291,7 @@ export async function readLog(file) {
   const r = await call("/api/log?name=" + encodeURIComponent(file.name), { raw: file, kind: "view" });
   answer(`${file.name}: ${r.samples} samples, ${round(r.from_s)} to ${round(r.to_s)} s, ${round(r.rate_Hz)} Hz, ${r.channels.length} channels${r.ratio === null ? "" : `, ratio ${round(r.ratio)}`}.`);
   for (const [i, c] of r.channels.slice(0, 6).entries()) {
-    await draw("log-" + c.name, { data: [{ x: r.time, y: c.values, mode: "lines", name: c.name, line: { color: COLOURS[i % COLOURS.length] } }], layout: { showlegend: false, xaxis: { title: "time [s]" }, yaxis: { title: `${c.name.replaceAll("_", " ")} [${c.unit}]` } }, table: { "time [s]": r.time, [`${c.name} [${c.unit}]`]: c.values }, label: `${c.name} over time`, size: "second" });
+    await painting(() => draw("log-" + c.name, { data: [{ x: r.time, y: c.values, mode: "lines", name: c.name, line: { color: COLOURS[i % COLOURS.length] }, hovertemplate: `%{x:.6g} s<br>%{y:.5g} ${c.unit}<extra></extra>` }], layout: { showlegend: false, xaxis: { title: "time [s]" }, yaxis: { title: `${c.name.replaceAll("_", " ")} [${c.unit}]` } }, table: { "time [s]": r.time, [`${c.name} [${c.unit}]`]: c.values }, label: `${c.name.replaceAll("_", " ")} over time, ${between(c.values, c.unit)}`, size: "second" }));
   }
   dropped = file;
   const names = r.channels.map((c) => c.name);
@@ -278,8 +322,8 @@ async function identifyDrive(told) {
   document.getElementById("plots").prepend(element("div", { className: "wide", id: "identified-drive" }, table, use));
   const over = (y, name, colour, dash) => ({ x: r.time, y, mode: "lines", name, line: { color: colour, width: 1.5, dash }, hovertemplate: "%{x:.4g} s<br>%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
   const columns = { "time [s]": r.time, "measured torsion [arcsec]": r.measured_arcsec, "computed torsion [arcsec]": r.computed_arcsec, "residual [arcsec]": r.residual_arcsec };
-  await draw("identified-torsion", { data: [over(r.measured_arcsec, "measured", BLUE, "solid"), over(r.computed_arcsec, "computed", RED, "dash")], layout: { xaxis: { title: "time [s]" }, yaxis: { title: "torsion [arcsec]" } }, table: columns, label: "Measured and computed torsion over time" });
-  await draw("identified-residual", { data: [over(r.residual_arcsec, "residual", ORANGE, "solid")], layout: { showlegend: false, xaxis: { title: "time [s]" }, yaxis: { title: "residual [arcsec]" } }, table: columns, label: "Residual of the torsion over time", size: "second" });
+  await painting(() => draw("identified-torsion", { data: [over(r.measured_arcsec, "measured", BLUE, "solid"), over(r.computed_arcsec, "computed", RED, "dash")], layout: { xaxis: { title: "time [s]" }, yaxis: { title: "torsion [arcsec]" } }, table: columns, label: `Measured and computed torsion over time, measured ${between(r.measured_arcsec, "arcsec")}` }));
+  await painting(() => draw("identified-residual", { data: [over(r.residual_arcsec, "residual", ORANGE, "solid")], layout: { showlegend: false, xaxis: { title: "time [s]" }, yaxis: { title: "residual [arcsec]" } }, table: columns, label: `Residual of the torsion over time, ${between(r.residual_arcsec, "arcsec")}`, size: "second" }));
   answer(`${r.numbers.length} numbers found; ${round(r.rms_arcsec, 3)} arcsec rms are left of the measured torsion.`);
   say(r.remarks);
   return r;

@@ -1,0 +1,146 @@
+"""The page without a mouse, without colours and without motion; every view from its address; what is taken along."""
+
+import re
+
+import pytest
+from app_page import drawn, largest, until_drawn_again
+
+LAST = {
+    "response": "torque", "motion": "phase", "move": "move-speed",
+    "speed-map": "campbell", "compensation": "compensation", "map": "map",
+}  # fmt: skip
+LOW_CONTRAST = """() => {
+    const parse = (text) => (text.match(/[\\d.]+/g) ?? [0, 0, 0, 0]).map(Number);
+    const light = ([r, g, b]) => [r, g, b]
+        .map((c) => (c /= 255) <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4)
+        .reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);
+    const behind = (one) => {
+        for (; one; one = one.parentElement) {
+            const found = parse(getComputedStyle(one).backgroundColor);
+            if (found.length === 3 || found[3] > 0) return found;
+        }
+        return [255, 255, 255];
+    };
+    const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT), low = [];
+    let seen = 0;
+    while (walker.nextNode()) {
+        const text = walker.currentNode.textContent.trim(), owner = walker.currentNode.parentElement;
+        if (!text || owner.closest(":disabled, option, [hidden], script") || !owner.getClientRects().length) continue;
+        const style = getComputedStyle(owner), front = parse(owner instanceof SVGElement ? style.fill : style.color);
+        const [a, b] = [light(front), light(behind(owner))].sort((x, y) => y - x);
+        seen += 1;
+        if ((a + 0.05) / (b + 0.05) < 4.5) low.push(`${text}: ${((a + 0.05) / (b + 0.05)).toFixed(2)}`);
+    }
+    return { seen, low };
+}"""
+SHOWN = """() => [...document.querySelectorAll(".plot")].map((box) => [
+    box.id, box.getAttribute("aria-label"), JSON.stringify(box.data.map((t) => [t.x, t.y, t.z]), (_, v) => (typeof v === "number" ? v.toPrecision(9) : v)),
+])"""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_every_text_can_be_read(page, scheme):
+    page.emulate_media(color_scheme=scheme)
+    page.wait_for_timeout(1000)
+    found = page.evaluate(LOW_CONTRAST)
+    assert found["seen"] > 60
+    assert found["low"] == []
+
+
+@pytest.mark.parametrize("view", LAST)
+def test_address_of_a_view_gives_its_picture_again_and_its_data(page, address, view, tmp_path):
+    page.goto("about:blank")
+    page.goto(f"{address}#gear=CSG-40-50&view={view}&v.damping.ratio=4+%25&o.speed=1300&o.along=damping.ratio")
+    page.wait_for_selector("#title:not(:empty)")
+    if page.locator("#begin").count():
+        page.locator("#begin").click()
+    page.wait_for_selector(f"#plot-{LAST[view]}[data-drawn]")
+    if page.locator("#begin").count():
+        page.wait_for_function("() => location.hash.includes('o.run=')")
+    shown, said, where = page.evaluate(SHOWN), page.locator("#answer").inner_text(), page.url
+    page.goto("about:blank")
+    page.goto(where)
+    page.wait_for_selector(f"#plot-{LAST[view]}[data-drawn]")
+    page.wait_for_timeout(300)
+    assert page.evaluate(SHOWN) == shown
+    assert page.locator("#answer").inner_text() == said
+    assert all(re.search(r"\d", label) for _, label, _ in shown)  # a sentence with figures stands for the picture
+    for name in (one[0].removeprefix("plot-") for one in shown):
+        for ending, begins in (("csv", b'"'), ("svg", b"<svg"), ("png", b"\x89PNG")):
+            with page.expect_download() as found:
+                page.locator(f'[aria-label="Save {name} as {ending.upper()}"]').click()
+            found.value.save_as(tmp_path / "taken")
+            content = (tmp_path / "taken").read_bytes()
+            assert content.startswith(begins)
+            if ending == "csv":
+                head, *rows = content.decode().splitlines()
+                assert rows
+                assert all(row.count(",") == head.count('","') for row in rows)
+
+
+def test_colours_change_without_a_computed_picture_being_lost(page):
+    page.get_by_role("tab", name="Compensation").click()
+    page.locator("#begin").click()
+    page.wait_for_selector("#plot-compensation[data-drawn]")
+    before = drawn(page, "compensation")
+    page.emulate_media(color_scheme="dark")
+    until_drawn_again(page, before, "compensation")
+    page.locator('[id="value-damping.ratio-slider"]').press("ArrowRight")
+    page.wait_for_function("() => document.getElementById('stage').textContent.includes('changed since')")
+    assert "o.run" not in page.url
+
+
+def tab_to(page, target):
+    """Press Tab until the target has the focus; every stop on the way must be seen and have a name."""
+    for _ in range(90):
+        page.keyboard.press("Tab")
+        stop = page.evaluate(
+            "() => { const one = document.activeElement; return [one.id, getComputedStyle(one).outlineStyle,"
+            " (one.getAttribute('aria-label') ?? one.labels?.[0]?.textContent ?? one.textContent ?? '').trim()"
+            " || one.getAttribute('aria-labelledby')]; }"
+        )
+        if stop[0] == target:
+            return
+        if stop[0] or stop[2]:
+            assert stop[1] != "none", stop
+            assert stop[2], stop
+    raise AssertionError(f"Tab does not reach {target}")
+
+
+def test_whole_session_by_keyboard_from_a_gear_to_an_answer(page, tmp_path):
+    tab_to(page, "gear")
+    page.keyboard.type("CSG-25-100")
+    page.wait_for_function("() => document.getElementById('title').textContent === 'CSG-25-100'")
+    times = drawn(page)
+    tab_to(page, "value-load.inertia")
+    page.keyboard.press("Control+a")
+    page.keyboard.type("0.4")
+    until_drawn_again(page, times)
+    before = largest(page)
+    tab_to(page, "part-motor-loop")
+    page.keyboard.press("Enter")
+    page.wait_for_selector('[id="value-motor.loop.bandwidth"]')
+    page.wait_for_function(f"() => !document.getElementById('answer').textContent.includes(' {before} ')")
+    assert page.evaluate("() => document.activeElement.id") == "part-motor-loop"
+    tab_to(page, "part-gravity")
+    page.keyboard.press("Enter")
+    page.wait_for_selector('[id="value-load.drag.amplitude"]')
+    tab_to(page, "value-limit.oscillation")
+    page.keyboard.press("Control+a")
+    page.keyboard.type("300")
+    page.wait_for_function("() => document.getElementById('answer').textContent.includes('300')")
+    assert page.locator("#answer").get_attribute("class") == "good"
+    tab_to(page, "tab-response")
+    page.keyboard.press("ArrowRight")
+    page.wait_for_selector("#plot-phase[data-drawn]")
+    tab_to(page, "speed")
+    page.keyboard.press("Control+a")
+    page.keyboard.type("900")
+    page.wait_for_function("() => document.getElementById('answer').textContent.startsWith('At 900 rpm')")
+    tab_to(page, "save-project")
+    with page.expect_download() as found:
+        page.keyboard.press("Enter")
+    found.value.save_as(tmp_path / "drive.yaml")
+    text = (tmp_path / "drive.yaml").read_text(encoding="utf-8")
+    for line in ("gear: CSG-25-100", "bandwidth: 30 Hz", "type: angle_torque", "inertia: 0.4 kg*m^2", "300 arcsec"):
+        assert line in text
