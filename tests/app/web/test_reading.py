@@ -34,7 +34,9 @@ LOW_CONTRAST = """() => {
     return { seen, low };
 }"""
 SHOWN = """() => [...document.querySelectorAll(".plot")].map((box) => [
-    box.id, box.getAttribute("aria-label"), JSON.stringify(box.data.map((t) => [t.x, t.y, t.z]), (_, v) => (typeof v === "number" ? v.toPrecision(9) : v)),
+    box.id,
+    box.getAttribute("aria-label"),
+    JSON.stringify(box.data.map((t) => [t.x, t.y, t.z]), (_, v) => (typeof v === "number" ? v.toPrecision(9) : v)),
 ])"""
 
 
@@ -97,11 +99,11 @@ def tab_to(page, target):
         stop = page.evaluate(
             "() => { const one = document.activeElement; return [one.id, getComputedStyle(one).outlineStyle,"
             " (one.getAttribute('aria-label') ?? one.labels?.[0]?.textContent ?? one.textContent ?? '').trim()"
-            " || one.getAttribute('aria-labelledby')]; }"
+            " || one.getAttribute('aria-labelledby'), one.tagName]; }"
         )
         if stop[0] == target:
             return
-        if stop[0] or stop[2]:
+        if stop[3] != "BODY":
             assert stop[1] != "none", stop
             assert stop[2], stop
     raise AssertionError(f"Tab does not reach {target}")

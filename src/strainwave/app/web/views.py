@@ -27,8 +27,8 @@ Progress = Callable[[str, float], None]
 TURNS, SETTLE, SAMPLES = 12, 60, 96  # shown periods, periods before, samples of one
 MOST_SHOWN = 4000  # samples of a run
 HELD = (
-    "The motor is ideally held at its speed, and this drive has no loop, gravity or hysteresis: they are fields of a "
-    "project file, and change the answer."
+    "The motor is ideally held at its speed, and this drive has no loop, gravity or hysteresis; they change the answer. "
+    "The page adds a loop and gravity, a project file hysteresis."
 )
 USUAL_MOVE = SCurve(np.pi / 2.0, 0.6)
 
@@ -191,7 +191,7 @@ def mapped(project: Project, search: bool, progress: Progress) -> dict[str, Any]
             for line in found.lines
         ],
         "rule": found.rule,
-        "remarks": [*([] if search else ["motions apart from the curves were not looked for"]), *found.remarks],
+        "remarks": list(found.remarks),
     }  # fmt: skip
 
 

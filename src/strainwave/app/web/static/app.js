@@ -1,12 +1,12 @@
 // The page: chooses a drive, shows a view of it, follows the sliders.
 import { call, leave } from "/static/api.js";
-import { clear, dark, element } from "/static/plots.js";
+import { clear, dark, element, legends } from "/static/plots.js";
 import { build } from "/static/sliders.js";
 import { asked, recall, remember, state } from "/static/state.js";
 import { forget, readLog, repaint, setProject, stop, take, VIEWS } from "/static/views.js";
 
 const byId = (id) => document.getElementById(id);
-let timer = 0;
+let timer = 0, resizing = 0;
 
 function say(text, bad) {
   byId("status").textContent = text;
@@ -49,6 +49,8 @@ function soon() {
   timer = setTimeout(show, 25);
 }
 
+const showTab = () => byId("tab-" + state.view).scrollIntoView({ block: "nearest", inline: "nearest" });
+
 async function choose(view) {
   leave("view");
   await stop();
@@ -58,8 +60,8 @@ async function choose(view) {
     const here = tab.dataset.view === state.view;
     tab.setAttribute("aria-selected", String(here));
     tab.tabIndex = here ? 0 : -1;
-    if (here) tab.scrollIntoView({ block: "nearest", inline: "nearest" });
   }
+  showTab();
   byId("panel").setAttribute("aria-labelledby", "tab-" + state.view);
   forget();
   clear();
@@ -158,6 +160,10 @@ async function begin() {
   byId("sliders").addEventListener("submit", (event) => event.preventDefault());
   dark.addEventListener("change", async () => { if (!(await repaint())) await choose(state.view); });
   addEventListener("hashchange", async () => { await recall(); if (await load()) await choose(state.view); });
+  addEventListener("resize", () => {
+    clearTimeout(resizing);
+    resizing = setTimeout(() => { showTab(); legends(); }, 150);
+  });
   addEventListener("pagehide", stop);
   if (await load()) await choose(state.view);
 }

@@ -94,6 +94,11 @@ export function parts(x, y, flags, wanted, corners) {
   return [outX, outY];
 }
 
+// A legend above a picture whose size changed keeps its old place until it is laid out again.
+export function legends() {
+  for (const box of document.querySelectorAll(".plot[data-drawn]")) window.Plotly.relayout(box, { "legend.y": 1.02 });
+}
+
 export function clear() {
   for (const box of document.querySelectorAll(".plot")) window.Plotly.purge(box);
   document.getElementById("plots").replaceChildren();

@@ -27,6 +27,7 @@ const round = (value, digits = 4) => (value === null || value === undefined ? "�
 export let project = null;
 export const setProject = (found) => { project = found; };
 
+const signed = (unit) => (unit ?? "").replaceAll("*", "·");
 const between = (values, unit) => {
   const shown = values.filter((value) => Number.isFinite(value));
   return `from ${round(Math.min(...shown))} to ${round(Math.max(...shown))} ${unit}`;
@@ -99,16 +100,17 @@ async function motion(again) {
   const r = await call("/api/motion", { body: { state: asked(), speed }, kind: "view" });
   answer(`At ${round(speed)} ${project.speed.unit} the error lies between ${round(Math.min(...r.error_arcsec))} and ${round(Math.max(...r.error_arcsec))} arcsec.`);
   await draw("time", { data: [{ x: r.time.map((t) => 1e3 * t), y: r.error_arcsec, mode: "lines", name: "error", line: { color: BLUE, width: 2 }, hovertemplate: "%{x:.4g} ms<br>%{y:.4g} arcsec<extra></extra>" }], layout: { showlegend: false, xaxis: { title: "time [ms]" }, yaxis: { title: "error x [arcsec]" } }, table: { "time [s]": r.time, "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: `Error over time, ${between(r.error_arcsec, "arcsec")}`, size: "second" });
+  const [left, right] = [Math.min(...r.error_arcsec), Math.max(...r.error_arcsec)], margin = 0.05 * (right - left) || 1;
   await draw("phase", { data: [
     { x: r.error_arcsec, y: r.rate_arcsec_per_s, mode: "lines", name: "trajectory", line: { color: BLUE, width: 1.5 }, hovertemplate: "%{x:.4g} arcsec<br>%{y:.4g} arcsec/s<extra></extra>" },
     { x: r.poincare.error_arcsec, y: r.poincare.rate_arcsec_per_s, mode: "markers", name: "once a turn of the base angle", marker: { color: RED, size: 9, symbol: "diamond" }, hovertemplate: "%{x:.4g} arcsec<br>%{y:.4g} arcsec/s<extra></extra>" },
-  ], layout: { xaxis: { title: "error x [arcsec]" }, yaxis: { title: "rate [arcsec/s]" } }, table: { "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: `Phase portrait: error ${between(r.error_arcsec, "arcsec")}, rate ${between(r.rate_arcsec_per_s, "arcsec/s")}` });
+  ], layout: { xaxis: { title: "error x [arcsec]", range: [left - margin, right + margin] }, yaxis: { title: "rate [arcsec/s]" } }, table: { "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: `Phase portrait: error ${between(r.error_arcsec, "arcsec")}, rate ${between(r.rate_arcsec_per_s, "arcsec/s")}` });
   return r.remarks;
 }
 
 async function move() {
   const r = await call("/api/move", { body: { state: asked() }, kind: "view" });
-  const settled = r.settling_time === null ? "does not settle within the run" : `settles within ${round(r.window_arcsec)} arcsec in ${round(1e3 * r.settling_time)} ms`;
+  const settled = r.settling_time === null ? "does not settle within the run" : r.settling_time === 0 ? `is within ${round(r.window_arcsec)} arcsec from the end of the move on` : `settles within ${round(r.window_arcsec)} arcsec in ${round(1e3 * r.settling_time)} ms`;
   answer(`The move takes ${round(r.duration)} s; the load is off by up to ${round(r.peak_arcsec)} arcsec and ${settled}.`, r.limits.length ? r.limits.every((l) => !l.exceeded) : null);
   const over = (y, name, unit, colour) => [{ x: r.time, y, mode: "lines", name, line: { color: colour, width: 2 }, hovertemplate: `%{x:.4g} s<br>%{y:.4g} ${unit}<extra></extra>` }];
   const table = { "time [s]": r.time, "reference [deg]": r.reference_deg, "pointing error [arcsec]": r.error_arcsec, "motor torque [N*m]": r.motor_torque, "gear torque [N*m]": r.gear_torque, "motor speed [rpm]": r.motor_speed };
@@ -215,13 +217,13 @@ async function map() {
     return [];
   }
   const able = project.parameters.filter((p) => p.value > 0 && !p.name.startsWith("speed.") && !p.name.startsWith("limit."));
-  const pick = (key, at) => {
+  const pick = (key, usual, at) => {
     const list = element("select", { id: "map-" + key }, ...able.map((p) => element("option", { value: p.name, textContent: p.label })));
-    list.value = able.some((p) => p.name === state.options[key]) ? state.options[key] : able[Math.min(at, able.length - 1)].name;
+    list.value = able.some((p) => p.name === state.options[key]) ? state.options[key] : (able.find((p) => usual.test(p.name)) ?? able[Math.min(at, able.length - 1)]).name;
     list.addEventListener("change", () => { state.options[key] = list.value; remember(); });
     return list;
   };
-  const across = pick("across", 0), along = pick("along", 1);
+  const across = pick("across", /kinematic_error.*amplitude$/, 0), along = pick("along", /^damping[.]/, 1);
   const count = element("select", { id: "map-count" }, ...[10, 20, 40].map((n) => element("option", { value: n, textContent: `${n} × ${n}` })));
   count.value = ["10", "20", "40"].includes(state.options.count) ? state.options.count : "10";
   count.addEventListener("change", () => { state.options.count = count.value; remember(); });
@@ -232,6 +234,7 @@ async function map() {
     if (r === null) return null;
     const table = { [`${a.p.label} [${a.p.unit}]`]: b.values.flatMap(() => a.values), [`${b.p.label} [${b.p.unit}]`]: b.values.flatMap((v) => a.values.map(() => v)), "largest oscillation [arcsec]": r.largest_oscillation_arcsec.flat() };
     await painting(() => draw("map", { data: [{ type: "heatmap", x: a.values, y: b.values, z: r.largest_oscillation_arcsec, ...heat, hovertemplate: `%{x:.4g} ${a.p.shown_unit}<br>%{y:.4g} ${b.p.shown_unit}<br>%{z:.4g} arcsec<extra></extra>` }], layout: { showlegend: false, xaxis: { title: `${a.p.label} [${a.p.shown_unit}]`, type: "log" }, yaxis: { title: `${b.p.label} [${b.p.shown_unit}]`, type: "log" } }, table, label: `Largest oscillation over ${a.p.label} and ${b.p.label}, ${between(r.largest_oscillation_arcsec.flat(), "arcsec")}`, size: "square" }));
+    answer(`Largest oscillation over ${a.p.label} and ${b.p.label}: ${between(r.largest_oscillation_arcsec.flat(), "arcsec")}.`);
     say(r.remarks);
     return r;
   });
@@ -259,7 +262,7 @@ async function speedMap() {
 }
 
 async function paintSpeedMap(r) {
-  const loads = r.load.map((load) => `${round(load)} ${r.load_unit.replaceAll("*", "·")}`);
+  const loads = r.load.map((load) => `${round(load)} ${signed(r.load_unit)}`);
   const shapes = r.forbidden.flatMap((bands, i) => bands.map(([low, high]) => ({ type: "rect", x0: low, x1: high, y0: i - 0.5, y1: i + 0.5, line: { color: RED, width: 2 } })));
   const cells = r.load.flatMap((load) => r.speed.map(() => load));
   await draw("speed-map", { data: [
@@ -267,7 +270,7 @@ async function paintSpeedMap(r) {
   ], layout: { showlegend: false, xaxis: { title: "motor speed [rpm]" }, yaxis: { title: r.load_name, type: "category" }, shapes }, table: { "load": cells, "motor speed [rpm]": r.load.flatMap(() => r.speed), "oscillation [arcsec]": r.oscillation_arcsec.flat(), "gear torque [N*m]": r.torque.flat() }, label: `Oscillation over speed and load, ${between(r.oscillation_arcsec.flat(), "arcsec")}, with forbidden speeds framed` });
   const lines = r.lines.filter((l) => l.excited);
   const dashes = ["solid", "dash", "dot", "dashdot"];
-  await draw("campbell", { data: lines.map((l, i) => ({ x: l.speed, y: l.amplitude_arcsec, mode: "lines", name: `order ${round(l.order)}, ${round(l.load)} ${r.load_unit.replaceAll("*", "·")}`, line: { color: COLOURS[i % COLOURS.length], dash: dashes[i % 4] }, hovertemplate: "%{x:.5g} rpm<br>%{y:.4g} arcsec<extra>%{fullData.name}</extra>" })), layout: { xaxis: { title: "motor speed at which the order meets the resonance [rpm]", range: [r.speed[0], r.speed[r.speed.length - 1]] }, yaxis: { title: "torsion amplitude [arcsec]" } }, table: { "order": lines.flatMap((l) => l.speed.map(() => l.order)), "load": lines.flatMap((l) => l.speed.map(() => l.load)), "motor speed [rpm]": lines.flatMap((l) => l.speed), "amplitude [arcsec]": lines.flatMap((l) => l.amplitude_arcsec) }, label: `Campbell diagram: speed at which each order meets the resonance, against amplitude, ${between(lines.flatMap((l) => l.speed), "rpm")}` });
+  await draw("campbell", { data: lines.map((l, i) => ({ x: l.speed, y: l.amplitude_arcsec, mode: "lines", name: `order ${round(l.order)}, ${round(l.load)} ${signed(r.load_unit)}`, line: { color: COLOURS[i % COLOURS.length], dash: dashes[i % 4] }, hovertemplate: "%{x:.5g} rpm<br>%{y:.4g} arcsec<extra>%{fullData.name}</extra>" })), layout: { xaxis: { title: "motor speed at the resonance [rpm]", range: [r.speed[0], r.speed[r.speed.length - 1]] }, yaxis: { title: "torsion amplitude [arcsec]" } }, table: { "order": lines.flatMap((l) => l.speed.map(() => l.order)), "load": lines.flatMap((l) => l.speed.map(() => l.load)), "motor speed [rpm]": lines.flatMap((l) => l.speed), "amplitude [arcsec]": lines.flatMap((l) => l.amplitude_arcsec) }, label: `Campbell diagram: speed at which each order meets the resonance, against amplitude, ${between(lines.flatMap((l) => l.speed), "rpm")}` });
 }
 
 async function compensation() {
@@ -278,7 +281,7 @@ async function compensation() {
     const kinds = [["rms_arcsec", "rms"], ["three_sigma_arcsec", "3 sigma"], ["peak_arcsec", "peak with mean"]];
     const bars = (one, name, colour, pattern) => ({ type: "bar", name, x: kinds.map(([, text]) => text), y: kinds.map(([key]) => one[key]), text: kinds.map(([key]) => round(one[key], 3)), textposition: "outside", cliponaxis: false, marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
     await painting(() => draw("compensation", { data: [bars(r.before, "before", RED, "/"), bars(r.after, "after", BLUE, "")], layout: { barmode: "group", yaxis: { title: "pointing error [arcsec]" } }, table: { "quantity": kinds.map(([, text]) => text), "before [arcsec]": kinds.map(([key]) => r.before[key]), "after [arcsec]": kinds.map(([key]) => r.after[key]) }, label: `Pointing error before and after compensation: rms ${round(r.before.rms_arcsec)} and ${round(r.after.rms_arcsec)} arcsec` }));
-    answer(`${r.title}, at ${round(r.speed)} rpm: rms ${round(r.before.rms_arcsec, 3)} arcsec before, ${round(r.after.rms_arcsec, 3)} arcsec after.`);
+    answer(`${r.title[0].toUpperCase()}${r.title.slice(1)}, at ${round(r.speed)} rpm: rms ${round(r.before.rms_arcsec, 3)} arcsec before, ${round(r.after.rms_arcsec, 3)} arcsec after.`);
     say(r.remarks);
     return r;
   });
@@ -291,7 +294,7 @@ export async function readLog(file) {
   const r = await call("/api/log?name=" + encodeURIComponent(file.name), { raw: file, kind: "view" });
   answer(`${file.name}: ${r.samples} samples, ${round(r.from_s)} to ${round(r.to_s)} s, ${round(r.rate_Hz)} Hz, ${r.channels.length} channels${r.ratio === null ? "" : `, ratio ${round(r.ratio)}`}.`);
   for (const [i, c] of r.channels.slice(0, 6).entries()) {
-    await painting(() => draw("log-" + c.name, { data: [{ x: r.time, y: c.values, mode: "lines", name: c.name, line: { color: COLOURS[i % COLOURS.length] }, hovertemplate: `%{x:.6g} s<br>%{y:.5g} ${c.unit}<extra></extra>` }], layout: { showlegend: false, xaxis: { title: "time [s]" }, yaxis: { title: `${c.name.replaceAll("_", " ")} [${c.unit}]` } }, table: { "time [s]": r.time, [`${c.name} [${c.unit}]`]: c.values }, label: `${c.name.replaceAll("_", " ")} over time, ${between(c.values, c.unit)}`, size: "second" }));
+    await painting(() => draw("log-" + c.name, { data: [{ x: r.time, y: c.values, mode: "lines", name: c.name, line: { color: COLOURS[i % COLOURS.length] }, hovertemplate: `%{x:.6g} s<br>%{y:.5g} ${signed(c.unit)}<extra></extra>` }], layout: { showlegend: false, xaxis: { title: "time [s]" }, yaxis: { title: `${c.name.replaceAll("_", " ")} [${signed(c.unit)}]` } }, table: { "time [s]": r.time, [`${c.name} [${c.unit}]`]: c.values }, label: `${c.name.replaceAll("_", " ")} over time, ${between(c.values, c.unit)}`, size: "second" }));
   }
   dropped = file;
   const names = r.channels.map((c) => c.name);
@@ -300,8 +303,8 @@ export async function readLog(file) {
     for (const id of ["begin", "cancel", "progress", "stage"]) document.getElementById(id)?.remove();
     r.notes.unshift("Stiffness, damping and kinematic error need both angles, motor_angle and load_angle; this log has not both: its orders are shown.");
   }
-  const rows = r.orders.lines.map((l) => element("tr", {}, ...[round(l.order), `${round(l.amplitude)} ± ${round(l.error, 2)} ${r.orders.unit}`, l.kind].map((text) => element("td", { textContent: text }))));
-  const head = element("tr", {}, ...["order", `amplitude of ${r.orders.of ?? ""}`, "kind"].map((text) => element("th", { textContent: text })));
+  const rows = r.orders.lines.map((l) => element("tr", {}, ...[round(l.order), `${round(l.amplitude)} ± ${round(l.error, 2)} ${signed(r.orders.unit)}`, l.kind].map((text) => element("td", { textContent: text }))));
+  const head = element("tr", {}, ...["order", `amplitude of ${(r.orders.of ?? "").replaceAll("_", " ")}`, "kind"].map((text) => element("th", { textContent: text })));
   const table = rows.length ? element("table", { id: "orders" }, head, ...rows) : element("p", { textContent: document.getElementById("begin") ? "" : r.orders.why });
   document.getElementById("plots").prepend(element("div", { className: "wide" }, table));
   return r.notes;
