@@ -27,7 +27,7 @@ Progress = Callable[[str, float], None]
 TURNS, SETTLE, SAMPLES = 12, 60, 96  # shown periods, periods before, samples of one
 MOST_SHOWN = 4000  # samples of a run
 HELD = (
-    "The motor is ideally held at its speed, and this drive has no loop, gravity or hysteresis; they change the answer. "
+    "The motor is ideally held at its speed; this drive has no loop, gravity or hysteresis; they change the answer. "
     "The page adds a loop and gravity, a project file hysteresis."
 )
 USUAL_MOVE = SCurve(np.pi / 2.0, 0.6)
