@@ -15,7 +15,8 @@ from scipy.io import savemat
 import strainwave as sw
 from strainwave.app.web.curve import POINTS
 from strainwave.app.web.parameters import parameters
-from strainwave.app.web.state import State, first_text, project_of
+from strainwave.app.web.requests import State
+from strainwave.app.web.state import first_text, project_of
 from strainwave.compile.jit import as_machine_code
 from strainwave.units import ARCSEC, RPM
 

@@ -17,7 +17,8 @@ import uvicorn
 from app_work import compiled, dying, endless, faulty, full, pid, without_progress
 
 from strainwave.app.web import command, connection, guard, jobs, server
-from strainwave.app.web.state import Refused, State, of_state
+from strainwave.app.web.requests import Refused, State
+from strainwave.app.web.state import of_state
 from strainwave.app.web.views import response
 from strainwave.app.web.worker import Died, Unexpected, Worker, done
 from strainwave.app.web.workers import Abandoned, Workers
@@ -118,7 +119,7 @@ def test_work_that_nobody_waits_for_is_not_done():
 def test_processes_end_with_the_server():
     async def work():
         workers = Workers(2)
-        await workers.warm(pid)
+        await workers.warm(pid, later=0.0)
         found = [json.loads((await worker.ask(pid))[0]) for worker in workers._all]
         await workers.close()
         return found

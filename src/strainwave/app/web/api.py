@@ -11,15 +11,14 @@ from starlette.routing import Route
 
 from ...model.gears import catalogue
 from ...results import SolveError
-from . import exports, logs, views
 from .guard import refusal
 from .jobs import Full, Jobs
-from .parameters import about
 from .requests import Body, JobRequest, MotionRequest, OfState, ResponseRequest, ScriptRequest, asked, parsed, two_axes
-from .state import of_state, yaml_of
-from .workers import Abandoned, Workers
+from .workers import Abandoned, Work, Workers
 
 Handler = Callable[[Request], Awaitable[Response]]
+OF_STATE, RESPONSE = Work("state", "of_state"), Work("views", "response")
+WHOLE = {"compensation": Work("views", "compensated"), "report": Work("exports", "report_of")}
 BODIES: dict[str, type[Body]] = {
     "/api/project": OfState,
     "/api/response": ResponseRequest,
@@ -86,31 +85,31 @@ async def gears(_request: Request) -> Response:
 
 async def project(request: Request) -> Response:
     """Title, numbers with their ranges, and notes of a project."""
-    return await _view(request, about, (await asked(request, OfState)).state)
+    return await _view(request, Work("parameters", "about"), (await asked(request, OfState)).state)
 
 
 async def response(request: Request) -> Response:
     """The response of the drive over its speeds."""
     body = await asked(request, ResponseRequest)
-    return await _view(request, of_state, views.response, body.state, body.whole)
+    return await _view(request, OF_STATE, RESPONSE, body.state, body.whole)
 
 
 async def motion(request: Request) -> Response:
     """The motion at one speed."""
     body = await asked(request, MotionRequest)
-    return await _view(request, of_state, views.motion, body.state, body.speed)
+    return await _view(request, OF_STATE, Work("views", "motion"), body.state, body.speed)
 
 
 async def move(request: Request) -> Response:
     """The move of the project."""
     body = await asked(request, OfState)
-    return await _view(request, of_state, views.moved, body.state)
+    return await _view(request, OF_STATE, Work("views", "moved"), body.state)
 
 
 async def log(request: Request) -> Response:
     """What is in a log, which is the body; `name` is that of its file."""
     name, content = request.query_params.get("name", "log.csv")[:200], await request.body()
-    return await _view(request, logs.log_of, name, content)
+    return await _view(request, Work("logs", "log_of"), name, content)
 
 
 async def identify(request: Request) -> Response:
@@ -118,20 +117,21 @@ async def identify(request: Request) -> Response:
     name = request.query_params.get("name", "log.csv")[:200]
     first, _, content = (await request.body()).partition(b"\n")
     state = parsed(first, OfState).state
-    await _computed(request, of_state, bool, state)
+    await _computed(request, OF_STATE, bool, state)
     jobs: Jobs = request.app.state.jobs
-    return JSONResponse({"id": jobs.begin("identify", of_state, logs.identified, state, name, content)}, 201)
+    work = OF_STATE, Work("logs", "identified")
+    return JSONResponse({"id": jobs.begin("identify", *work, state, name, content)}, 201)
 
 
 async def project_file(request: Request) -> Response:
     """The project file with the changed values."""
-    text, _ = await _computed(request, of_state, yaml_of, (await asked(request, OfState)).state)
+    text, _ = await _computed(request, OF_STATE, Work("state", "yaml_of"), (await asked(request, OfState)).state)
     return PlainTextResponse(json.loads(text))
 
 
 async def script(request: Request) -> Response:
     """The Python script that computes what a view shows."""
-    text, _ = await _computed(request, exports.script_of, await asked(request, ScriptRequest))
+    text, _ = await _computed(request, Work("exports", "script_of"), await asked(request, ScriptRequest))
     return PlainTextResponse(json.loads(text))
 
 
@@ -139,16 +139,16 @@ async def begin(request: Request) -> Response:
     """Start a job."""
     body = await asked(request, JobRequest)
     jobs: Jobs = request.app.state.jobs
-    await _computed(request, of_state, bool, body.state)
+    await _computed(request, OF_STATE, bool, body.state)
     work: tuple[Any, ...]
     if body.kind == "map":
         axes = [(axis.name, list(axis.values)) for axis in two_axes(body.axes)]
-        work = views.two_parameters, body.state, axes
+        work = Work("views", "two_parameters"), body.state, axes
     elif body.kind == "speed-map":
-        work = views.mapped, body.state, body.search
+        work = Work("views", "mapped"), body.state, body.search
     else:
-        work = {"compensation": views.compensated, "report": exports.report_of}[body.kind], body.state
-    return JSONResponse({"id": jobs.begin(body.kind, of_state, *work)}, 201)
+        work = WHOLE[body.kind], body.state
+    return JSONResponse({"id": jobs.begin(body.kind, OF_STATE, *work)}, 201)
 
 
 async def job(request: Request) -> Response:

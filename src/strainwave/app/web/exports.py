@@ -7,8 +7,8 @@ from pathlib import Path
 
 from ...files.project import Project
 from ..report.report import write
-from .requests import ScriptRequest, two_axes
-from .state import Refused, project_of, yaml_of
+from .requests import Refused, ScriptRequest, two_axes
+from .state import project_of, yaml_of
 
 FRAME = '''"""{title}: {what}, as `strainwave app` shows it."""
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from time import monotonic
 from typing import Any
 
-from .state import Refused
+from .requests import Refused
 from .worker import Unexpected
 from .workers import Workers
 

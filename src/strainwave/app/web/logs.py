@@ -21,7 +21,8 @@ from ...study.identification.logs.log import Log
 from ...study.identification.orders.order_scan import order_scan
 from ...units import ARCSEC, RPM
 from ..units import sign
-from .state import Refused, yaml_of
+from .requests import Refused
+from .state import yaml_of
 
 SUFFIXES = (".csv", ".txt", ".dat", ".npz", ".mat", ".parquet", ".mf4")
 MOST_SHOWN, MOST_SEGMENTS, MOST_LINES = 2000, 100, 12

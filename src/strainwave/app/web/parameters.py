@@ -16,7 +16,8 @@ from ...files.variants.names import nominal_of, numbers_of, quantity
 from ...files.variants.replaced import OF_RECORD
 from ...files.yaml_text import read
 from ..units import sign
-from .state import State, project_of
+from .requests import State
+from .state import project_of
 
 SPAN = 10.0  # a slider goes from a tenth of the value to ten times it
 HELP = {

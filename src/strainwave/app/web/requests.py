@@ -6,9 +6,35 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from starlette.requests import Request
 
-from .state import LONGEST, Refused, State
+from ...files.yaml_text import LARGEST
 
+MOST_VALUES, LONGEST = 64, 80
 MOST_ALONG = 40  # points of an axis of a map
+
+
+class Refused(ValueError):
+    """What a visitor sent cannot be used; the sentence says why."""
+
+
+class State(BaseModel):
+    """A drive as a visitor has it: a gear of the catalogue or a project file, with changed values.
+
+    The server keeps nothing of it: every request brings the whole state, and the address of the page holds it.
+    """
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    gear: str | None = Field(
+        default=None, max_length=LONGEST, description="Name of a gear of the catalogue, as CSG-40-50."
+    )
+    project: str | None = Field(
+        default=None, max_length=LARGEST, description="Text of a project file, in place of a gear."
+    )
+    values: dict[str, str] = Field(
+        default_factory=dict,
+        max_length=MOST_VALUES,
+        description='Changed values with their units, by their names in the file: {"load.inertia": "2 kg*m^2"}.',
+    )
 
 
 class Body(BaseModel):

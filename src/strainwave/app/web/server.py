@@ -15,12 +15,11 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from . import views
-from .api import routes
+from .api import OF_STATE, RESPONSE, routes
 from .connection import Connection
 from .guard import Guard, refusal
 from .jobs import Jobs
-from .state import Refused, State, of_state
+from .requests import Refused, State
 from .worker import Died, Unexpected
 from .workers import Workers
 
@@ -80,7 +79,7 @@ def application(warm: bool = True) -> Starlette:
 async def warm_up(workers: Workers) -> None:
     """Start the processes, and load the machine code that the first picture needs."""
     with suppress(Refused, Unexpected, Died):
-        await workers.warm(of_state, views.response, State(gear=FIRST))
+        await workers.warm(OF_STATE, RESPONSE, State(gear=FIRST))
 
 
 def taken(port: int) -> socket.socket | None:

@@ -1,7 +1,4 @@
-"""What a visitor looks at: a gear of the catalogue or the text of a project file, with changed values.
-
-The server keeps nothing of it: every request brings the whole state, and the address of the page holds it.
-"""
+"""The project of a state: a gear of the catalogue or the text of a project file, with changed values."""
 
 import io
 import math
@@ -10,45 +7,22 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field
 from ruamel.yaml import YAML
 
 from ...files.project import Project
 from ...files.project_text import project_text
 from ...files.reading import ProjectError, from_text
 from ...files.variants.replaced import PLACE, replaced
-from ...files.yaml_text import LARGEST, read
+from ...files.yaml_text import read
 from ...model.gears import catalogue
 from ...model.gears.gear import Gear
 from ...units import ARCSEC
+from .requests import LONGEST, Refused, State
 
 NOWHERE = Path("/nonexistent-strainwave-app/project.yaml")  # a project of the page has no files beside it
 FROM_FILES = ("python", "file")  # fields that name a file
-MOST_VALUES, LONGEST = 64, 80
 RESONANCE = 1500.0  # rpm at which the second order of a gear's first project meets its resonance
 FASTEST = 4000.0  # rpm
-
-
-class State(BaseModel):
-    """A drive as a visitor has it."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
-
-    gear: str | None = Field(
-        default=None, max_length=LONGEST, description="Name of a gear of the catalogue, as CSG-40-50."
-    )
-    project: str | None = Field(
-        default=None, max_length=LARGEST, description="Text of a project file, in place of a gear."
-    )
-    values: dict[str, str] = Field(
-        default_factory=dict,
-        max_length=MOST_VALUES,
-        description='Changed values with their units, by their names in the file: {"load.inertia": "2 kg*m^2"}.',
-    )
-
-
-class Refused(ValueError):
-    """What a visitor sent cannot be used; the sentence says why."""
 
 
 def text_of(state: State) -> str:

@@ -24,7 +24,7 @@ from typing import Any, BinaryIO
 from ...compile.compiling import compiling
 from ...results import SolveError
 from ..console import plain
-from .state import Refused
+from .requests import Refused
 
 LENGTH = 8  # bytes of the length of a message
 LOOK = 0.25  # seconds between two looks at what is compiled

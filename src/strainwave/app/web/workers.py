@@ -2,14 +2,34 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from contextlib import AsyncExitStack
+from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
-from .state import Refused
+from .requests import Refused
 from .worker import Died, Progress, Worker
+
+LATER = 4.0  # seconds: two processes that start beside the first picture would delay it
 
 
 class Abandoned(Exception):
     """Nobody waits for the answer any more."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """A function of a module of the app, which a process imports when it is called.
+
+    The server calls none, so it answers before the library is loaded.
+    """
+
+    module: str
+    name: str
+
+    def __call__(self, *args: Any, **told: Any) -> Any:
+        """What the function returns."""
+        return getattr(import_module(f".{self.module}", __package__), self.name)(*args, **told)
 
 
 class Workers:
@@ -77,17 +97,29 @@ class Workers:
         self._all.add(worker)
         return worker
 
-    async def warm(self, work: Callable[..., Any], *args: Any) -> None:
-        """Start all processes, one after another, and have each do a piece of work."""
+    async def warm(self, work: Callable[..., Any], *args: Any, later: float = LATER) -> None:
+        """Start all processes, one after another, and have each do a piece of work.
+
+        What is asked meanwhile waits for the first one; the others are started `later` [s], after the first answers.
+        """
+        async with AsyncExitStack() as turns:
+            for _ in range(self.count):
+                await turns.enter_async_context(self._turn)
+            await self._warm_one(work, args)
+        await asyncio.sleep(later)
         for _ in range(self.count - len(self._all)):
             async with self._turn:
-                others, self._idle = self._idle, []
-                worker = await self._free()
-                self._idle += others
-                try:
-                    await worker.ask(work, *args)
-                finally:
-                    self._give_back(worker)
+                await self._warm_one(work, args)
+
+    async def _warm_one(self, work: Callable[..., Any], args: tuple[Any, ...]) -> None:
+        """Start one more process, which does a piece of work."""
+        others, self._idle = self._idle, []
+        worker = await self._free()
+        self._idle += others
+        try:
+            await worker.ask(work, *args)
+        finally:
+            self._give_back(worker)
 
     def _give_back(self, worker: Worker) -> None:
         if worker.idle:
