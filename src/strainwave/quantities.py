@@ -57,7 +57,6 @@ def _hints(cls: type) -> dict[str, Any]:
     return get_type_hints(cls, include_extras=True)
 
 
-@cache
 def _is_float(hint: Any) -> bool:
     return hint is float or (get_origin(hint) is Annotated and get_args(hint)[0] is float)
 
@@ -66,10 +65,11 @@ def _is_whole(value: Any) -> bool:
     return isinstance(value, Integral) or (isinstance(value, Real) and float(value).is_integer())
 
 
-def _converted(value: Any, hint: Any, cls: Any, name: str) -> Any:
-    if type(value) is float and _is_float(hint):
-        return value
-    return _as_annotated(value, hint, f"{cls.__name__}.{name}")
+@cache
+def _fields(cls: Any) -> list[tuple[str, Any, bool]]:
+    """Name and annotation of every field, and whether it holds a float."""
+    hints = ((name, _hints(cls).get(name, Any)) for name in cls._fields)
+    return [(name, hint, _is_float(hint)) for name, hint in hints]
 
 
 def _as_annotated(value: Any, hint: Any, where: str) -> Any:
@@ -88,7 +88,7 @@ def _as_annotated(value: Any, hint: Any, where: str) -> Any:
         return int(value)
     if hint is not Any and isinstance(hint, type) and not isinstance(value, hint):
         raise TypeError(f"{where} must be a {hint.__name__}, not {shown(value)}")
-    return floated(value) if is_model(value) else value
+    return _floated(value) if is_model(value) else value
 
 
 def _refuse_deep(model: Any) -> None:
@@ -117,11 +117,19 @@ def floated(model: Any) -> Any:
     """
     if not is_model(model):
         raise TypeError(f"a model object is a NamedTuple, such as Oscillator(...), not {shown(model)}")
-    cls: Any = type(model)
     _refuse_deep(model)
-    hints = _hints(cls)
-    fields = zip(cls._fields, model, strict=True)
-    return cls(*[_converted(value, hints.get(name, Any), cls, name) for name, value in fields])
+    return _floated(model)
+
+
+def _floated(model: Any) -> Any:
+    cls: Any = type(model)
+    fields = zip(model, _fields(cls), strict=True)
+    return cls(
+        *[
+            value if is_float and type(value) is float else _as_annotated(value, hint, f"{cls.__name__}.{name}")
+            for value, (name, hint, is_float) in fields
+        ]
+    )
 
 
 def checked(model: Any) -> Any:

@@ -81,6 +81,7 @@ def near(value: Any, known: list[str]) -> str:
     return f"; did you mean {found[0]!r}?" if found else f"; write one of {', '.join(known)}"
 
 
+@cache
 def name_of(cls: type) -> str:
     """Name of a class in a project file: "bouc_wen" for `BoucWen`, "lugre" for `LuGre`."""
     return re.sub(r"(?<=[a-z]{3})(?=[A-Z])", "_", cls.__name__).lower()
