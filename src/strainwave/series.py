@@ -26,11 +26,20 @@ def largest_size(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
     k, step = np.arange(1, harmonics + 1), 2.0 * np.pi / (PER_HARMONIC * harmonics)
     angle = step * best
     for _ in range(STEPS):
-        here = waves * np.exp(1j * k * angle[:, None])
+        here = waves * _turned(angle, harmonics)
         slope, bend = np.sum(-k * here.imag, axis=1), np.sum(-k * k * here.real, axis=1)
         angle -= np.clip(np.divide(slope, bend, out=np.zeros(count), where=bend != 0.0), -step, step)
-    between = np.abs(coefficients[:, 0] + np.sum((waves * np.exp(1j * k * angle[:, None])).real, axis=1))
+    between = np.abs(coefficients[:, 0] + np.sum((waves * _turned(angle, harmonics)).real, axis=1))
     return np.asarray(np.maximum(sampled, between))
+
+
+def _turned(angle: NDArray[np.float64], harmonics: int) -> NDArray[np.complex128]:
+    """Powers exp(i k angle) (n, harmonics) of k = 1, 2, ..."""
+    powers = np.empty((len(angle), harmonics), complex)
+    powers[:, 0] = turn = np.exp(1j * angle)
+    for k in range(1, harmonics):
+        np.multiply(powers[:, k - 1], turn, out=powers[:, k])
+    return powers
 
 
 def oscillation(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:

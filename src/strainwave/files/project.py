@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
@@ -195,11 +196,18 @@ class Project:
                 f"the error equation leaves out {listed(self.left_out)} of this drive; take project.train, the whole "
                 "train, or system(omega, reduced=True) for the error equation without them"
             )
+        return self._at_middle if omega is None else self._system(omega)
+
+    @cached_property
+    def _at_middle(self) -> Oscillator | VaryingOscillator:
+        return self._system(self.speeds.middle)
+
+    def _system(self, omega: float) -> Oscillator | VaryingOscillator:
         system = self.drive.error_equation(
             motor_torque=self.motor_torque,
             load_torque=self.load_torque,
             kinematic_error=self.kinematic_error,
-            omega=self.speeds.middle if omega is None else omega,
+            omega=omega,
             motor=self.motor,
         )
         if self.damping is None and self.stiffness is None:
