@@ -13,6 +13,9 @@ export function element(tag, fields = {}, ...children) {
   return made;
 }
 
+// A long title has its unit on a line of its own, so that it fits a phone.
+const lines = (title) => (title.length > 32 ? title.replace(" [", "<br>[") : title);
+
 function layoutOf(layout) {
   const styles = getComputedStyle(document.documentElement);
   const [ink, line, paper] = ["--ink", "--line", "--paper"].map((name) => styles.getPropertyValue(name).trim());
@@ -27,7 +30,7 @@ function layoutOf(layout) {
   };
   for (const name of Object.keys(whole).filter((key) => /^[xy]axis/.test(key)).concat(["xaxis", "yaxis"])) {
     const given = whole[name] ?? {};
-    const title = typeof given.title === "string" ? { text: given.title } : given.title;
+    const title = typeof given.title === "string" ? { text: lines(given.title) } : given.title;
     whole[name] = { ...axis, ...given, title: { ...axis.title, ...title } };
   }
   return whole;
