@@ -13,10 +13,11 @@ from measured_axis import measured
 from scipy.io import savemat
 
 import strainwave as sw
+from strainwave.app.web import views
 from strainwave.app.web.curve import POINTS
-from strainwave.app.web.parameters import parameters
+from strainwave.app.web.parameters import about, parameters
 from strainwave.app.web.requests import State
-from strainwave.app.web.state import first_text, project_of
+from strainwave.app.web.state import first_text, of_state, project_of
 from strainwave.compile.jit import as_machine_code
 from strainwave.units import ARCSEC, RPM
 
@@ -324,3 +325,38 @@ def test_parts_that_a_gear_has_not_are_added_and_have_numbers(client, written):
         )
         found = project.response(coexisting=False, points=POINTS)
     np.testing.assert_allclose(np.array(shown["oscillation_arcsec"]) * ARCSEC, found.oscillation, rtol=1e-6)
+
+
+LOOP = {"motor.loop.bandwidth": "30 Hz", "motor.loop.damping": "0.7", "limit.oscillation": "35 arcsec"}
+GRAVITY = {"load.drag.type": "angle_torque", "load.drag.amplitude": "400 N*m", "load.drag.order": "1"}
+
+
+def test_one_curve_of_a_load_that_varies_does_not_pass():
+    free = of_state(views.response, State(gear="CSG-40-50", values=LOOP))
+    heavy = of_state(views.response, State(gear="CSG-40-50", values=LOOP | GRAVITY))
+    low = of_state(views.response, State(gear="CSG-40-50", values=LOOP | GRAVITY | {"limit.oscillation": "30 arcsec"}))
+    assert (free["passes"], heavy["passes"], low["passes"]) == (True, None, False)
+    assert heavy["load_torques"] == pytest.approx([-400.0, 0.0, 400.0])
+
+
+def test_both_ends_of_every_slider_of_a_loop_are_accepted():
+    found = about(State(gear="CSG-40-50", values=LOOP))
+    numbers = [one for one in found["parameters"] if one["name"].startswith("motor.loop.")]
+    assert len(numbers) == 2
+    for one in numbers:
+        for end in (one["low"], one["high"]):
+            project_of(State(gear="CSG-40-50", values=LOOP | {one["name"]: f"{end:g} {one['unit']}"}))
+
+
+@pytest.mark.parametrize(
+    ("motor", "offered"), [("{mode: free}", {"gravity"}), ("{mode: held}", {"gravity", "motor loop"})]
+)
+def test_only_parts_that_the_drive_may_have_are_offered(motor, offered):
+    text = first_text("CSG-40-50").replace("motor: {mode: held}", f"motor: {motor}")
+    assert f"motor: {motor}" in text
+    assert {part["name"] for part in about(State(project=text))["parts"]} == offered
+
+
+def test_a_forcing_has_no_loop_and_no_gravity():
+    text = (Path(sw.__file__).parent / "app" / "projects" / "article.yaml").read_text(encoding="utf-8")
+    assert not {"gravity", "motor loop"} & {part["name"] for part in about(State(project=text))["parts"]}

@@ -10,6 +10,7 @@ from pydantic import BaseModel
 
 from ...files.entries import fields_of, law_types, loop_types
 from ...files.entries import number as read_number
+from ...files.loop_fields import READERS
 from ...files.project import Project
 from ...files.schema import ProjectSpec
 from ...files.variants.names import nominal_of, numbers_of, quantity
@@ -78,6 +79,10 @@ def _parts(project: Project) -> dict[str, dict[str, str]]:
         },
         "limit": {"limit.oscillation": "120 arcsec"},
     }
+    if project.speeds.shaft == "forcing":
+        del parts["motor loop"], parts["gravity"]
+    elif _inside(content.get("motor"), "mode") == "free":
+        del parts["motor loop"]
     places = {name: next(iter(part)).split(".")[:2] for name, part in parts.items()}
     return {
         name: part for name, part in parts.items() if _inside(content.get(places[name][0]), places[name][1]) is None
@@ -217,4 +222,5 @@ def _of_class(content: dict[str, Any], keys: list[str]) -> tuple[str, str]:
         cls = (law_types() | loop_types()).get(str(kind), cls)
     hint = None if cls is None else fields_of(cls).get(keys[-1])
     unit = next((part for part in get_args(hint) if isinstance(part, str)), "")
-    return unit, "positive" if unit in ("N*m/rad", "kg*m**2") else "any"
+    tuning = keys[:2] == ["motor", "loop"] and keys[-1] in READERS
+    return unit, "positive" if tuning or unit in ("N*m/rad", "kg*m**2") else "any"

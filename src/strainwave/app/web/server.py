@@ -78,7 +78,7 @@ def application(warm: bool = True) -> Starlette:
 
 async def warm_up(workers: Workers) -> None:
     """Start the processes, and load the machine code that the first picture needs."""
-    with suppress(Refused, Unexpected, Died):
+    with suppress(Refused, Unexpected, Died, TimeoutError):
         await workers.warm(OF_STATE, RESPONSE, State(gear=FIRST))
 
 

@@ -43,7 +43,9 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
     limit = project.limit
     unstable = [(low * scale, high * scale) for low, high in without_stable(found.response)]
     limits = [one for one in _torque_limits(project) if one["name"] != "rated torque"]
+    low, high = project.load_torques
     exceeded = next((one for one in limits if found.usage.peak_torque > one["torque"]), None)
+    passes = not (exceeded or unstable or (limit is not None and found.oscillation[top] > limit))
     return {
         "title": project.title,
         "speed_name": speeds.name,
@@ -69,7 +71,8 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         },
         "torque_limits": _torque_limits(project),
         "torque_exceeded": exceeded,
-        "passes": False if exceeded or unstable else None if limit is None else bool(found.oscillation[top] <= limit),
+        "load_torques": [low, project.mean_load_torque, high],
+        "passes": None if passes and (limit is None or low < high) else bool(passes),
         "message": found.message,
         "remarks": [
             *([HELD] if project.train is None and project.motor == "held" else []),

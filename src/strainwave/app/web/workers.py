@@ -90,6 +90,10 @@ class Workers:
             if (worker := self._idle.pop()).alive:
                 return worker
             self._end(worker)
+        return await self._started()
+
+    async def _started(self) -> Worker:
+        """A new process (Refused)."""
         try:
             worker = await Worker.start(self._background)
         except OSError as error:
@@ -100,26 +104,24 @@ class Workers:
     async def warm(self, work: Callable[..., Any], *args: Any, later: float = LATER) -> None:
         """Start all processes, one after another, and have each do a piece of work.
 
-        What is asked meanwhile waits for the first one; the others are started `later` [s], after the first answers.
+        What is asked meanwhile is for the first one; the others are started `later` [s], after the first answers.
         """
-        async with AsyncExitStack() as turns:
-            for _ in range(self.count):
-                await turns.enter_async_context(self._turn)
+        async with AsyncExitStack() as others:
+            for _ in range(self.count - 1):
+                await others.enter_async_context(self._turn)
             await self._warm_one(work, args)
-        await asyncio.sleep(later)
-        for _ in range(self.count - len(self._all)):
-            async with self._turn:
-                await self._warm_one(work, args)
+            await asyncio.sleep(later)
+        while len(self._all) < self.count:
+            await self._warm_one(work, args)
 
     async def _warm_one(self, work: Callable[..., Any], args: tuple[Any, ...]) -> None:
         """Start one more process, which does a piece of work."""
-        others, self._idle = self._idle, []
-        worker = await self._free()
-        self._idle += others
-        try:
-            await worker.ask(work, *args)
-        finally:
-            self._give_back(worker)
+        async with self._turn, asyncio.timeout(self._longest):
+            worker = await self._started()
+            try:
+                await worker.ask(work, *args)
+            finally:
+                self._give_back(worker)
 
     def _give_back(self, worker: Worker) -> None:
         if worker.idle:

@@ -77,7 +77,9 @@ async function response() {
   const leaves = r.unstable.length ? ` No motion of the curve is stable at ${r.unstable.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}: the drive leaves it there.` : "";
   const overloaded = r.torque_exceeded ? ` The torque reaches ${round(r.largest.torque)} N·m, above the ${r.torque_exceeded.name} of ${round(r.torque_exceeded.torque)} N·m.` : "";
   const keep = r.avoid.length ? ` Avoid ${r.avoid.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}.` : "";
-  answer(said + against + overloaded + leaves + keep, r.passes);
+  const [low, mean, high] = r.load_torques;
+  const loads = low < high ? ` This is for ${round(mean)} N·m on the load; the report follows it from ${round(low)} to ${round(high)} N·m and gives the verdict.` : "";
+  answer(said + against + overloaded + leaves + keep + loads, r.passes);
   return [r.message === "reached both ends" ? "" : r.message, ...r.remarks];
 }
 
