@@ -6,7 +6,7 @@ Coefficients are listed as results have them: mean, cos 1, sin 1, cos 2, sin 2, 
 import numpy as np
 from numpy.typing import NDArray
 
-PER_HARMONIC, STEPS = 32, 4  # samples in a period of the highest harmonic; steps of Newton's method from the largest
+PER_HARMONIC, STEPS = 32, 3  # samples in a period of the highest harmonic; steps of Newton's method from the largest
 
 
 def largest_size(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:

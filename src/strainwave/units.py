@@ -148,6 +148,7 @@ def _plain(text: str) -> str:
     return plain if ten is None else f"{ten[1]}{ten[2] or 1}e{ten[3]}{plain[ten.end() :]}"
 
 
+@lru_cache(maxsize=1024)
 def _unit_text(text: str) -> str | None:
     """Return the unit in one plain spelling, or None if it is not a product of powers of names."""
     text = _RUN_TOGETHER.sub(r"\1*\2", _HYPHEN.sub(r"\1*", text))

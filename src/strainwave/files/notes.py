@@ -11,12 +11,10 @@ torsional trains (Wang, Feese & Pettinato, Turbomachinery Symposium 2012).
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 from ..law import spring_stiffness
 from ..model.train.controls import Lagged, PositionLoop, SpeedLoop
 from ..study.analysis.plausible import RATCHETING
-from ..study.response.resonances import active_orders
 from ..units import RPM, convert
 from .project import Project, mean_of
 
@@ -158,9 +156,9 @@ def _natural_frequency(project: Project) -> Iterator[str]:
     yield from _speeds(project, omega_0)
 
 
-def _speeds(project: Any, omega_0: float) -> Iterator[str]:
+def _speeds(project: Project, omega_0: float) -> Iterator[str]:
     """Speeds of the wrong shaft, or else far from every resonance."""
-    speeds, orders = project.speeds, active_orders(project.system(reduced=True))
+    speeds, orders = project.speeds, _orders(project)
     if not orders:
         return
     (low, high), N = (speeds.given[0], speeds.given[-1]), project.drive.N
@@ -184,6 +182,14 @@ def _speeds(project: Any, omega_0: float) -> Iterator[str]:
             f"{orders[0] * low / (2.0 * math.pi):.3g} to {orders[-1] * high / (2.0 * math.pi):.3g} Hz; check "
             "stiffness, inertia and speeds."
         )
+
+
+def _orders(project: Project) -> list[int]:
+    """Orders of the excitation that have an amplitude, the lowest first."""
+    lines = () if project.kinematic_error is None else project.kinematic_error.lines
+    terms = [term for torque in (project.motor_torque, project.load_torque) if torque for term in torque.terms]
+    alive = [line.order for line in lines if line.amplitude] + [term.order for term in terms if term.amplitude]
+    return sorted(set(alive))
 
 
 def _error(project: Project) -> Iterator[str]:

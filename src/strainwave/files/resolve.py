@@ -148,6 +148,8 @@ def whole_train(
         load_drag=spec.load.drag or NO_DRAG,
         friction=friction(spec, gear),
     )
+    if not spec.load.chain:
+        return train
     for coupling in reversed(spec.load.chain):
         train = train._replace(load=Elastic(coupling.inertia, coupling.B, coupling.law, train.load))
     whole: DriveTrain = checked(train)

@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -153,8 +154,12 @@ def _place(text: str, index: int) -> tuple[int, int]:
     return len(lines), len(lines[-1]) + 1
 
 
+@lru_cache(maxsize=4)
 def read(text: str) -> Located:
-    """Read YAML text; what is wrong is in `.problems`, and `.content` holds what could be read."""
+    """Read YAML text; what is wrong is in `.problems`, and `.content` holds what could be read.
+
+    What is returned is kept for the next who reads the same text: change a copy.
+    """
     # ruamel is imported here: only a project file needs it.
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError

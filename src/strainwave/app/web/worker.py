@@ -30,6 +30,7 @@ from .requests import Refused
 
 LENGTH = 8  # bytes of the length of a message
 LOOK = 0.25  # seconds between two looks at what is compiled
+YOUNG = 50_000  # new objects between two garbage collections: an answer makes fewer
 NICE = 10  # of a background process: a view goes before it
 ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 Progress = Callable[[str, float], None]
@@ -170,6 +171,7 @@ def work_on(source: BinaryIO, sink: BinaryIO) -> None:
             send(*done(work, args, {"progress": progress} if wants else {}))
             if number == 0:
                 gc.freeze()  # the modules stay: looking at them again and again took a tenth of the time
+                gc.set_threshold(YOUNG)
     except BrokenPipeError:
         leave()
 

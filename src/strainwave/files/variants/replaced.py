@@ -50,7 +50,7 @@ def replaced(project: Project, values: Mapping[str, str]) -> Project:
         else:
             _set(content, path, keys, text)
     try:
-        changed = json.dumps(content, ensure_ascii=False, indent=1)
+        changed = json.dumps(content, ensure_ascii=False)
         found = from_located(read_again(changed), changed, project.path)
     except ProjectError as error:
         raise ValueError("; ".join(PLACE.sub("", str(error)).splitlines())) from None

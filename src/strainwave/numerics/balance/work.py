@@ -46,7 +46,8 @@ def newton(
 ) -> Floats | None:  # fmt: skip
     """Root of equations, which give values and derivatives at x, or None; steps count in units `scale` of the unknowns.
 
-    It ends at a step below `tiny`, or at one below a thousand times that where rounding keeps them from shrinking.
+    It ends at a step below `tiny`, at one after which the next would be far below it, or at one below a thousand times
+    that where rounding keeps them from shrinking.
     """
     last = np.inf
     for _ in range(most):
@@ -59,7 +60,8 @@ def newton(
         size = float(np.linalg.norm(step))
         if not size < far:
             return None
-        if size < tiny or (size < 1e3 * tiny and size > 0.3 * last):
+        following = size * (size / last) ** 2 if last < np.inf else np.inf  # where the steps shrink quadratically
+        if size < tiny or (size < 1e3 * tiny and size > 0.3 * last) or following < 0.01 * tiny:
             return x
         last = size
     return None

@@ -8,6 +8,7 @@ the curve itself, corrected along the chord between the two points, with multipl
 Seydel 2010, Practical Bifurcation and Stability Analysis, secs. 5.3-5.5 and 7.4.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -85,20 +86,29 @@ def _product(problem: Any, point: Floats, table: Floats, label: int) -> float:
     return float(both[0 if label == DOUBLING else 1][0])
 
 
-def on_chord(problem: Balance, first: Floats, last: Floats, s: float) -> Floats | None:
-    """Solution in the plane across the chord from `first` to `last`, at the fraction s of it."""
+def on_chord(
+    problem: Balance, first: Floats, last: Floats, s: float, near: Floats | None = None
+) -> Floats | None:  # fmt: skip
+    """Solution in the plane across the chord from `first` to `last`, at the fraction s of it.
+
+    It is looked for from the chord, or from a point `near` it in that plane.
+    """
     chord = last - first
     scale = np.full(len(first), 1.0 / max(float(np.linalg.norm(first[:-1])), 1e-300))
     scale[-1] = 1.0 / max(abs(float(first[-1])), abs(float(last[-1])), 1e-100)
     guess = first + s * chord
-    point = corrected(problem, guess, chord * scale * scale, scale)
+    point = corrected(problem, guess, chord * scale * scale, scale, near)
     if point is None or np.linalg.norm((point - guess) * scale) > np.linalg.norm(chord * scale):
         return None  # on another branch
     return point
 
 
-def corrected(problem: Balance, guess: Floats, row: Floats, scale: Floats) -> Floats | None:
+def corrected(
+    problem: Balance, guess: Floats, row: Floats, scale: Floats, start: Floats | None = None
+) -> Floats | None:  # fmt: skip
     """Solution in the plane through a guess whose normal is `row`; None where Newton's method fails.
+
+    It begins at the guess, or at another `start`.
 
     As Python, not compiled: a handful of solutions does not pay for another entry into compiled code. At a branch point
     the Jacobian is singular across the branch; there least squares leave that direction alone.
@@ -109,7 +119,7 @@ def corrected(problem: Balance, guess: Floats, row: Floats, scale: Floats) -> Fl
         r, matrix, column = linearised(problem, z)
         return np.append(r, row @ z - row @ guess), np.block([[matrix, column[:, None]], [row[None, :]]])
 
-    point = newton(equations, guess, 1.0 / scale, 1e-12)
+    point = newton(equations, guess if start is None else start, 1.0 / scale, 1e-12)
     if point is None:
         point = newton(equations, guess, 1.0 / scale, 1e-12, solve=lambda a, b: np.linalg.lstsq(a, b, rcond=1e-6)[0])
     return point
@@ -123,7 +133,7 @@ def root_on_chord(
 
     def there(s: float) -> Floats:
         if s not in points:
-            point = on_chord(problem, first, last, s)
+            point = on_chord(problem, first, last, s, _between(points, s))
             if point is None:
                 raise SolveError("the chord of two points leaves their curve")
             points[s] = point
@@ -133,3 +143,12 @@ def root_on_chord(
         return there(bracketed_root(lambda s: function(there(s)), 0.0, 1.0, xtol=1e-12))
     except (SolveError, ValueError, np.linalg.LinAlgError):
         return None
+
+
+def _between(points: dict[float, Floats], s: float) -> Floats:
+    """Point at the fraction s of a chord on the polynomial through the points known nearest to it, at most four."""
+    known = sorted(points, key=lambda at: abs(at - s))[:4]
+    out = np.zeros_like(points[known[0]])
+    for at in known:
+        out += points[at] * math.prod((s - other) / (at - other) for other in known if other != at)
+    return out

@@ -180,12 +180,12 @@ def _pieces(branch: Branch) -> list[NDArray[np.int64]]:
     They are stable, or accompanied by a stable motion of twice the period.
     """
     special = {o.value for orbits in (branch.folds, branch.doublings, branch.branch_points) for o in orbits}
-    marginal = np.array([v in special for v in branch.values], bool)
-    stable, values = branch.stable | _doubled(branch), branch.values
+    values: list[float] = branch.values.tolist()
+    marginal = [v in special for v in values]
+    stable: list[bool] = (branch.stable | _doubled(branch)).tolist()
     pieces: list[list[int]] = []
     heading = 0.0
-    for i in range(len(values) - 1):
-        step = float(np.sign(values[i + 1] - values[i]))
+    for i, step in enumerate(np.sign(np.diff(branch.values)).tolist()):
         whole = (stable[i] or marginal[i]) and (stable[i + 1] or marginal[i + 1]) and (stable[i] or stable[i + 1])
         if not whole:
             heading = 0.0
