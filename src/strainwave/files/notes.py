@@ -131,7 +131,7 @@ def _torque(project: Project) -> Iterator[str]:
     largest = max(map(abs, project.load_torques))
     gear, rated = project.gear, project.rated_torque
     limit = None if gear is None else gear.ratcheting_torque
-    said = "the teeth skip, and no number of this report is a result; check the torque and its unit"
+    said = "the teeth skip, and no number computed here is a result; check the torque and its unit"
     if limit is not None and largest > limit:
         yield f"The torque of the load reaches {largest:g} N*m, beyond the ratcheting torque of {limit:g} N*m: {said}."
     elif limit is None and rated is not None and largest > RATCHETING * rated:

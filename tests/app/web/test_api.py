@@ -337,6 +337,10 @@ def test_one_curve_of_a_load_that_varies_does_not_pass():
     low = of_state(views.response, State(gear="CSG-40-50", values=LOOP | GRAVITY | {"limit.oscillation": "30 arcsec"}))
     assert (free["passes"], heavy["passes"], low["passes"]) == (True, None, False)
     assert heavy["load_torques"] == pytest.approx([-400.0, 0.0, 400.0])
+    heaviest = LOOP | GRAVITY | {"load.drag.amplitude": "1000 N*m"}
+    held = of_state(views.response, State(gear="CSG-40-50", values=heaviest))
+    assert held["passes"] is False
+    assert held["torque_exceeded"]["reached"] == 1000.0 > held["torque_exceeded"]["torque"]
 
 
 def test_both_ends_of_every_slider_of_a_loop_are_accepted():

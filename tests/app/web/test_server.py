@@ -116,6 +116,24 @@ def test_work_that_nobody_waits_for_is_not_done():
     run(work())
 
 
+def test_long_work_that_nobody_waits_for_any_more_is_killed():
+    asked = []
+
+    async def at_first():
+        asked.append(len(asked))
+        return len(asked) < 3
+
+    async def work():
+        workers = Workers(1, patience=0.2)
+        with pytest.raises(Abandoned):
+            await workers.run(time.sleep, 3600.0, wanted=at_first)
+        assert json.loads((await workers.run(pid))[0]) > 0
+        await workers.close()
+
+    run(work())
+    assert asked == [0, 1, 2]
+
+
 def test_processes_end_with_the_server():
     async def work():
         workers = Workers(2)

@@ -34,10 +34,9 @@ class Job:
     error: str = ""
     task: asyncio.Task[None] | None = None
 
-    async def run(self) -> bool:
+    def run(self) -> None:
         """Take note that the work begins."""
         self.state, self.begun = "running", monotonic()
-        return True
 
     def progress(self, stage: str, share: float) -> None:
         """Take note of the progress."""
@@ -114,7 +113,7 @@ class Jobs:
 
     async def _run(self, job: Job, work: Callable[..., Any], args: tuple[Any, ...]) -> None:
         try:
-            result, _ = await self._workers.run(work, *args, wanted=job.run, progress=job.progress)
+            result, _ = await self._workers.run(work, *args, begun=job.run, progress=job.progress)
             job.result = json.loads(result)
             job.state, job.stage, job.share = "done", "done", 1.0
         except Refused as error:

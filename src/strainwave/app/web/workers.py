@@ -1,7 +1,7 @@
 """A few processes that take the work of the server in turn, started when they are needed."""
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Coroutine
 from contextlib import AsyncExitStack
 from dataclasses import dataclass
 from importlib import import_module
@@ -11,6 +11,7 @@ from .requests import Refused
 from .worker import Died, Progress, Worker
 
 LATER = 4.0  # seconds: two processes that start beside the first picture would delay it
+PATIENCE = 5.0  # seconds between two looks at whether work is still wanted
 
 
 class Abandoned(Exception):
@@ -43,11 +44,15 @@ class Workers:
         Time [s] after which a process that has not answered is killed.
     background : bool
         Whether other processes of the machine go first.
+    patience : float
+        Time [s] between two looks at whether work is still wanted.
     """
 
-    def __init__(self, count: int, longest: float | None = None, background: bool = False) -> None:
+    def __init__(
+        self, count: int, longest: float | None = None, background: bool = False, patience: float = PATIENCE
+    ) -> None:  # fmt: skip
         self._turn = asyncio.Semaphore(count)
-        self._longest, self._background = longest, background
+        self._longest, self._background, self._patience = longest, background, patience
         self._all: set[Worker] = set()
         self._ending: list[Worker] = []
         self._idle: list[Worker] = []
@@ -60,20 +65,24 @@ class Workers:
 
     async def run(
         self, work: Callable[..., Any], *args: Any, wanted: Callable[[], Awaitable[bool]] | None = None,
-        progress: Progress | None = None,
+        begun: Callable[[], None] | None = None, progress: Progress | None = None,
     ) -> tuple[bytes, float]:  # fmt: skip
         """JSON of what `work(*args)` returns, and the processor time [s] of it, as `Worker.ask`.
 
-        `wanted` is asked when the turn has come (Abandoned). Work that is cancelled is killed with its process, and
-        the next gets a new one.
+        `wanted` is asked when the turn has come, and of long work again and again (Abandoned); `begun` is told when it
+        has come. Work that is cancelled or no longer wanted is killed with its process, and the next gets a new one.
         """
         async with self._turn:
             if wanted is not None and not await wanted():
                 raise Abandoned
             worker = await self._free()
+            if begun is not None:
+                begun()
             try:
                 async with asyncio.timeout(self._longest):
-                    return await worker.ask(work, *args, progress=progress)
+                    if wanted is None:
+                        return await worker.ask(work, *args, progress=progress)
+                    return await self._while_wanted(wanted, worker, worker.ask(work, *args, progress=progress))
             except TimeoutError:
                 raise Refused(f"the answer takes longer than {self._longest:g} s; ask for less at once") from None
             except Died:
@@ -83,6 +92,19 @@ class Workers:
                 ) from None
             finally:
                 self._give_back(worker)
+
+    async def _while_wanted(
+        self, wanted: Callable[[], Awaitable[bool]], worker: Worker, answer: Coroutine[Any, Any, tuple[bytes, float]]
+    ) -> tuple[bytes, float]:
+        """The answer, unless nobody wants it any more (Abandoned); what is compiled is for the next ones, too."""
+        asking = asyncio.create_task(answer)
+        try:
+            while not (await asyncio.wait([asking], timeout=self._patience))[0]:
+                if not worker.compiling and not await wanted():
+                    raise Abandoned
+            return asking.result()
+        finally:
+            asking.cancel()
 
     async def _free(self) -> Worker:
         """A process that has nothing to do (Refused)."""

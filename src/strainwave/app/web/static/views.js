@@ -75,7 +75,7 @@ async function response() {
   const said = `Oscillation up to ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}`;
   const against = r.limit_arcsec === null ? "; the project has no limit." : `, ${r.largest.oscillation_arcsec <= r.limit_arcsec ? "within" : "above"} the limit of ${round(r.limit_arcsec)} arcsec.`;
   const leaves = r.unstable.length ? ` No motion of the curve is stable at ${r.unstable.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}: the drive leaves it there.` : "";
-  const overloaded = r.torque_exceeded ? ` The torque reaches ${round(r.largest.torque)} N·m, above the ${r.torque_exceeded.name} of ${round(r.torque_exceeded.torque)} N·m.` : "";
+  const overloaded = r.torque_exceeded ? ` The torque reaches ${round(r.torque_exceeded.reached)} N·m, above the ${r.torque_exceeded.name} of ${round(r.torque_exceeded.torque)} N·m.` : "";
   const keep = r.avoid.length ? ` Avoid ${r.avoid.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}.` : "";
   const [low, mean, high] = r.load_torques;
   const loads = low < high ? ` This is for ${round(mean)} N·m on the load; the report follows it from ${round(low)} to ${round(high)} N·m and gives the verdict.` : "";
