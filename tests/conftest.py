@@ -1,5 +1,6 @@
 """Settings shared by all tests."""
 
+import signal
 from collections import Counter
 from pathlib import Path
 
@@ -9,6 +10,9 @@ from hypothesis import settings
 # The same examples on every run, and no deadline: the first call of a compiled kernel takes seconds.
 settings.register_profile("strainwave", derandomize=True, deadline=None)
 settings.load_profile("strainwave")
+
+# Under nohup Ctrl-C is ignored, here and in every process that the tests start; some tests send it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Whose fast tests would compile nothing, or only what others test: examples, documentation and slow tests run compiled.
 UNCOMPILED = (
