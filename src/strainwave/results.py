@@ -337,6 +337,14 @@ class Branch(Result):
         """Largest |first state - mean| over the period (n,) [rad for an Oscillator]."""
         return oscillation(self.coefficients)
 
+    @property
+    def span(self) -> tuple[float, float]:
+        """Range of the parameter: that between the ends of an open branch, which may leave it and come back."""
+        low, high = sorted(self.values[[0, -1]].tolist())
+        if self.closed or low == high:
+            return float(np.min(self.values)), float(np.max(self.values))
+        return low, high
+
     def coordinates(self) -> Labelled:
         """Speed and parameter at every point, harmonics, and coefficients by name."""
         width = self.coefficients.shape[1]

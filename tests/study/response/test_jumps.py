@@ -63,7 +63,7 @@ def test_a_point_listed_twice_neither_ends_a_sweep_nor_makes_it_jump(twice):
     told = sw.jumps(
         SimpleNamespace(
             parameter="omega", values=values, peak=peak, stable=np.ones(8, bool), multipliers=np.empty((8, 0)),
-            folds=nothing, doublings=nothing, branch_points=nothing, closed=False,
+            folds=nothing, doublings=nothing, branch_points=nothing, closed=False, span=(values.min(), values.max()),
         )
     )  # fmt: skip
     assert told.finished_up
@@ -212,7 +212,7 @@ def drawn(path, points=40):
     folds = [SimpleNamespace(value=c[0], label="fold") for c in corners[1:-1]]
     return SimpleNamespace(
         parameter="omega", values=line[:, 0], peak=line[:, 1], stable=stable, folds=folds, doublings=[],
-        branch_points=[], multipliers=np.zeros((len(line), 0)), closed=False,
+        branch_points=[], multipliers=np.zeros((len(line), 0)), closed=False, span=(corners[0][0], corners[-1][0]),
     )  # fmt: skip
 
 
@@ -238,6 +238,28 @@ def test_a_sweep_that_passes_over_a_motion_of_the_other_one_has_one_band_with_th
     (band,) = sw.jumps(branch).bands
     assert (band.low, band.high, band.whole) == (1.0, 6.0, True)
     assert ([j.value for j in band.on_run_up], [j.value for j in band.on_run_down]) == ([6.0], [3.0, 1.0])
+
+
+def test_a_sweep_keeps_to_the_range_where_only_motions_outside_join_its_beginning():
+    # asked for 3 to 7: stable from 2 to 0 on an excursion, and from 5 to 7
+    branch = drawn([(3, 1, False), (2, 2, True), (0, 3, False), (5, 4, True), (7, 5, True)])
+    told = sw.jumps(branch)
+    for run in (told.run_up, told.run_down):
+        assert (branch.values[run].min(), branch.values[run].max()) == (5.0, 7.0)
+    assert told.finished_up
+    assert not told.finished_down
+
+
+def test_a_sweep_begins_at_the_range_on_a_motion_that_comes_from_outside():
+    branch = drawn([(3, 1, False), (4, 2, False), (1, 3, True), (7, 5, True)])
+    told = sw.jumps(branch)
+    assert 3.0 <= branch.values[told.run_up].min() < 3.2
+    assert told.bands == ()
+
+
+def test_without_a_stable_motion_in_the_range_there_is_no_sweep():
+    with pytest.raises(ValueError, match="no stable orbit"):
+        sw.jumps(drawn([(3, 1, False), (2, 2, True), (0, 3, False), (7, 4, False)]))
 
 
 @pytest.mark.parametrize("branch", [None, 3.0, sw.Branch, sw.find_orbit(HARDENING)])

@@ -179,9 +179,11 @@ def without_stable(response: ExactResponse) -> tuple[Speeds, ...]:
     curve, sweep = response.curve, response.sweep
     if sweep is not None and sweep.finished_up and sweep.finished_down:
         return ()
+    first, last = curve.span
     edges = np.flatnonzero(np.diff(np.concatenate([[False], curve.stable, [False]])))
-    known = merged((np.min(run), np.max(run)) for run in (curve.omega[i:j] for i, j in edges.reshape(-1, 2)))
-    ends = [np.min(curve.omega), *(end for band in known for end in band), np.max(curve.omega)]
+    inside = (np.clip(curve.omega[i:j], first, last) for i, j in edges.reshape(-1, 2))
+    known = merged((np.min(run), np.max(run)) for run in inside)
+    ends = [first, *(end for band in known for end in band), last]
     return tuple((float(low), float(high)) for low, high in list(pairwise(ends))[::2] if high > low * (1.0 + NARROW))
 
 

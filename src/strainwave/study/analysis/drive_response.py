@@ -102,9 +102,9 @@ class DriveResponse(Result):
         return self.curve.message
 
     def visited(self) -> NDArray[np.int64]:
-        """Numbers of the motions that a slow run-up or run-down visits; all where there is no sweep."""
-        visited = self.response.visited()
-        return visited if len(visited) else np.arange(len(self.omega))
+        """Numbers of the motions that a slow run-up or run-down visits; all in the range where there is no sweep."""
+        visited, (low, high) = self.response.visited(), self.curve.span
+        return visited if len(visited) else np.flatnonzero((self.omega >= low) & (self.omega <= high))
 
     @property
     def gear_peak(self) -> float:

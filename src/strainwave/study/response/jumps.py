@@ -113,7 +113,8 @@ def jumps(branch: Branch) -> Jumps:
     """
     if lacking(branch, "folds", "stable"):
         raise TypeError(f"the branch is {shown(branch)}; give what frequency_response or parameter_response returns")
-    pieces = _pieces(branch)
+    low, high = branch.span if len(branch.values) else (0.0, 0.0)
+    pieces = [p for p in _pieces(branch) if np.max(branch.values[p]) > low and np.min(branch.values[p]) < high]
     if not pieces or not branch.stable.any():
         raise ValueError("the branch has no stable orbit that a sweep could follow")
     up, on_up, good_up, legs_up = _sweep(branch, pieces, 1.0)
@@ -211,16 +212,16 @@ def _sweep(
 
     An open branch may leave its range and come back: the sweep goes from the end with the lower value to the other.
     """
-    values, ends = sign * branch.values, float(np.max(sign * branch.values))
+    values = sign * branch.values
+    begin, ends = sorted(sign * end for end in branch.span)
     ahead = [p if values[p[-1]] > values[p[0]] else p[::-1] for p in pieces]
-    here = min(range(len(ahead)), key=lambda k: float(values[ahead[k][0]]))
+    here = min(range(len(ahead)), key=lambda k: max(begin, float(values[ahead[k][0]])))
     if not branch.closed:
         start = 0 if values[0] <= values[-1] else len(values) - 1
         here = next((k for k, p in enumerate(ahead) if p[0] == start), here)
-        ends = float(max(values[0], values[-1]))
-    visited = list(ahead[here])
+    visited = [i for i in ahead[here] if values[i] >= begin]
     legs: list[Leg] = []
-    begun, whole = float(values[visited[0]]), False
+    begun, whole = max(begin, float(values[ahead[here][0]])), False
     while True:
         last, leg = visited[-1], here
         at = float(values[last])
