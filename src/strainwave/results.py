@@ -17,6 +17,7 @@ from .sentences import on_screen
 from .series import oscillation
 
 Floats = NDArray[np.float64]
+NO_MEAN = 1e-12  # of the largest |first state|: a smaller mean is none
 
 
 class Status(Enum):
@@ -335,7 +336,8 @@ class Branch(Result):
     @cached_property
     def oscillation(self) -> Floats:
         """Largest |first state - mean| over the period (n,) [rad for an Oscillator]."""
-        return oscillation(self.coefficients)
+        without_mean = bool(np.all(np.abs(self.coefficients[:, 0]) <= NO_MEAN * self.peak))
+        return self.peak if without_mean else oscillation(self.coefficients)
 
     @property
     def span(self) -> tuple[float, float]:

@@ -44,7 +44,8 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
     unstable = [(low * scale, high * scale) for low, high in without_stable(found.response)]
     limits = [one for one in _torque_limits(project) if one["name"] != "rated torque"]
     low, high = project.load_torques
-    largest = max(found.usage.peak_torque, abs(low), abs(high))  # the gear carries what is on the load
+    torque = found.usage.peak_torque
+    largest = max(torque, abs(low), abs(high))  # the gear carries what is on the load
     exceeded = next((one | {"reached": largest} for one in limits if largest > one["torque"]), None)
     passes = not (exceeded or unstable or (limit is not None and found.oscillation[top] > limit))
     return {
@@ -68,7 +69,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         "largest": {
             "speed": float(scale * found.omega[top]),
             "oscillation_arcsec": float(found.oscillation[top] / ARCSEC),
-            "torque": float(found.usage.peak_torque),
+            "torque": torque,
         },
         "torque_limits": _torque_limits(project),
         "torque_exceeded": exceeded,

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -75,6 +76,10 @@ class ExactResponse(Result):
 
     def visited(self) -> NDArray[np.int64]:
         """Numbers of the stable points that a slow run-up or run-down visits; empty where there is no sweep."""
+        return self._visited
+
+    @cached_property
+    def _visited(self) -> NDArray[np.int64]:
         return np.empty(0, np.int64) if self.sweep is None else np.union1d(self.sweep.run_up, self.sweep.run_down)
 
     def torque(self, system: Any) -> Floats:
