@@ -168,7 +168,7 @@ def read(text: str) -> Located:
     if out.problems:
         return out
     try:
-        _document(_counted(YAML(typ="rt", pure=True).parse(text)), out)
+        _document(_counted(YAML(typ="safe", pure=True).parse(text)), out)
     except Unreadable as stop:
         out.problems.append(stop.args[0])
         out.content = None
