@@ -29,10 +29,15 @@ UNCOMPILED = (
 
 
 def pytest_collection_modifyitems(items):
-    """Mark those `interpreted`, and begin with the files of many slow tests: xdist shares out files in this order."""
+    """Mark those `interpreted`, and those of long.txt; begin with the files of many slow tests, as xdist does then."""
+    here = Path(__file__).parent
     slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
-    alone = {Path(__file__).parent / place for place in UNCOMPILED}
+    alone = {here / place for place in UNCOMPILED}
+    long = {line for line in (here / "long.txt").read_text(encoding="utf-8").splitlines() if line[:1] != "#"}
     for item in items:
+        name = f"{item.path.relative_to(here).as_posix()}::{item.name}"
+        if long & {name, name.partition("[")[0]}:
+            item.add_marker(pytest.mark.long)
         marked = item.get_closest_marker("slow") or item.get_closest_marker("compiled")
         if not marked and alone & {item.path, *item.path.parents}:
             item.add_marker(pytest.mark.interpreted)

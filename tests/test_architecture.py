@@ -101,3 +101,12 @@ def test_public_functions_have_at_most_8_parameters_beside_options_with_defaults
         parameters = inspect.signature(function).parameters.values()
         options = [p for p in parameters if p.kind is p.KEYWORD_ONLY and p.default is not p.empty]
         assert len(parameters) - len(options) <= 8, function.__name__
+
+
+def test_the_long_tests_that_are_listed_exist():
+    lines = (ROOT / "tests" / "long.txt").read_text(encoding="utf-8").splitlines()
+    listed = [line.partition("[")[0].split("::") for line in lines if line[:1] != "#"]
+    assert len(listed) > 20
+    assert [
+        (file, name) for file, name in listed if f"def {name}(" not in (ROOT / "tests" / file).read_text("utf-8")
+    ] == []

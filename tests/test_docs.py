@@ -27,6 +27,7 @@ matplotlib.use("Agg")
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = {path.name: path for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]}
 API = sorted((ROOT / "docs" / "api").glob("*.md"))
+UNCOMPILED = ("a-real-gear.md", "design.md", "drive-train.md", "from-a-log-to-a-drive.md", "varying.md")
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -53,9 +54,13 @@ def pages_with(language):
     return [name for name in PAGES if any(block["language"] == language for block in blocks(name))]
 
 
-@pytest.mark.compiled
-@pytest.mark.slow
-@pytest.mark.parametrize("name", pages_with("python"))
+def marked(name):
+    """The scripts of most pages run as users run them; of some they compile for what takes a second without."""
+    alone = [pytest.mark.interpreted] if name in UNCOMPILED else [pytest.mark.compiled]
+    return pytest.param(name, marks=[pytest.mark.slow, *alone])
+
+
+@pytest.mark.parametrize("name", map(marked, pages_with("python")))
 def test_scripts_of_a_page_print_what_the_page_says(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for records in (ROOT / "tests" / "measured").iterdir():

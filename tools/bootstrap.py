@@ -27,8 +27,9 @@ PYTHON = SCRIPTS / ("python.exe" if os.name == "nt" else "python")
 STAMP = VENV / "installed.stamp"
 OLDEST, NEWEST = (3, 11), (3, 13)
 PYTEST = ["pytest", "-q", "-n", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
-INTERPRETED = [*PYTEST, "-m", "not compiled and (interpreted or not slow)"]
-COMPILED = [*PYTEST, "-m", "not interpreted"]
+INTERPRETED = "not compiled and (interpreted or not slow)"
+COMPILED = "not interpreted"
+LONG = " and not long"  # which `test` leaves out
 SINGLE = {"OPENBLAS_NUM_THREADS": "1"}  # each test process has a core: threads of its own would take that of others
 NETWORK_SIGNS = (
     "connection",
@@ -144,13 +145,24 @@ def lint(rest: list[str]) -> list[str]:
 
 
 def test(rest: list[str]) -> list[str]:
+    """Run the tests but those of tests/long.txt."""
+    return tested(rest, LONG)
+
+
+def tested(rest: list[str], left_out: str) -> list[str]:
     """Lint, run the tests with compilation off, then every test but those that this has done for good."""
-    return lint([]) + run_all([INTERPRETED], STRAINWAVE_JIT="0", **SINGLE) + run_all([[*COMPILED, *rest]], **SINGLE)
+    failed = lint([]) + run_all([[*PYTEST, "-m", INTERPRETED + left_out]], STRAINWAVE_JIT="0", **SINGLE)
+    return failed + run_all([[*PYTEST, "-m", COMPILED + left_out, *rest]], **SINGLE)
+
+
+def test_all(rest: list[str]) -> list[str]:
+    """Run all tests."""
+    return tested(rest, "")
 
 
 def coverage(rest: list[str]) -> list[str]:
     """Measure the coverage of the tests with compilation off, which takes three times as long as running them."""
-    return run_all([[*INTERPRETED, "--cov", "--cov-report=term", *rest]], STRAINWAVE_JIT="0", **SINGLE)
+    return run_all([[*PYTEST, "-m", INTERPRETED, "--cov", "--cov-report=term", *rest]], STRAINWAVE_JIT="0", **SINGLE)
 
 
 def docs(rest: list[str]) -> list[str]:
@@ -177,6 +189,7 @@ def bench(rest: list[str]) -> list[str]:
 TASKS: dict[str, tuple[Callable[[list[str]], list[str]], tuple[str, ...]]] = {
     "demo": (demo, ("report",)),
     "test": (test, ("plot", "report", "web", "sym", "cluster", "control", "fmi", "dev")),
+    "test-all": (test_all, ("plot", "report", "web", "sym", "cluster", "control", "fmi", "dev")),
     "coverage": (coverage, ("plot", "report", "web", "sym", "cluster", "control", "fmi", "dev")),
     "docs": (docs, ("plot", "report", "sym", "docs")),
     "figures": (figures, ("plot", "report", "web", "dev")),
