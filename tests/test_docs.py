@@ -60,7 +60,7 @@ def marked(name):
     return pytest.param(name, marks=[pytest.mark.slow, *alone])
 
 
-@pytest.mark.parametrize("name", map(marked, pages_with("python")))
+@pytest.mark.parametrize("name", [marked(name) for name in pages_with("python")])
 def test_scripts_of_a_page_print_what_the_page_says(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for records in (ROOT / "tests" / "measured").iterdir():
