@@ -1,6 +1,20 @@
-"""`python -m strainwave` is the command `strainwave`."""
+"""The command `strainwave`; `python -m strainwave` is the same."""
 
-from .app.commands.cli import main
+import signal
+import sys
+
+INTERRUPTED = 130
+
+
+def main() -> None:
+    """Run the command line. What asks the process to end (SIGTERM) is taken as Ctrl-C: it keeps what is finished."""
+    try:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        from .app.commands.cli import main as run
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
+    run()
+
 
 if __name__ == "__main__":
     main()

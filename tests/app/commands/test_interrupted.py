@@ -144,3 +144,35 @@ def test_a_signal_from_outside_ends_a_long_command_within_seconds(drive):
     assert told.count("interrupted;") == 1
     assert ("exceed an oscillation of" in out) == ("the result is that of" in told)
     assert "Traceback" not in told
+
+
+WRITING = """\
+import sys, time
+from pathlib import Path
+from strainwave import __main__
+from strainwave.app.commands import cli
+from strainwave.app.output import staged
+
+def writing():
+    with staged(Path(sys.argv[1])) as part:
+        (part / "half.txt").write_text("half", encoding="utf-8")
+        print("writing", flush=True)
+        time.sleep(60.0)
+
+cli.main = writing
+__main__.main()
+"""
+
+
+@pytest.mark.skipif(WINDOWS, reason="Windows ends a process without telling it")
+def test_what_is_asked_to_end_leaves_no_half_written_folder(tmp_path):
+    folder = tmp_path / "axis"
+    with subprocess.Popen(
+        [sys.executable, "-c", WRITING, str(folder)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    ) as process:
+        assert process.stdout.readline() == "writing\n"
+        assert folder.is_dir()
+        process.send_signal(signal.SIGTERM)
+        process.wait(30.0)
+    assert process.returncode != 0
+    assert not folder.exists()
