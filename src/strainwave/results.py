@@ -375,7 +375,8 @@ class Branch(Result):
         return len(self.values)
 
     def __str__(self) -> str:
-        folds = ", ".join(f"{f.value:.9g}" for f in self.folds) or "none"
+        folds = ", ".join(f"{f.value:.9g}" for f in self.folds)
+        turns = f"folds at {self.parameter} = {folds}" if folds else "no folds"
         crossings = f"; {len(self.branch_points)} branch points" if self.branch_points else ""
         crossings += f"; {len(self.tori)} Neimark-Sacker points" if self.tori else ""
         top = int(np.argmax(self.peak)) if len(self) else 0
@@ -383,7 +384,7 @@ class Branch(Result):
         return on_screen(
             f"Branch in {self.parameter}: {len(self)} points{', closed' if self.closed else ''}, {self.origin}\n"
             f"  largest |x| {peak}\n"
-            f"  folds at {self.parameter} = {folds}; {len(self.doublings)} period doublings{crossings}\n"
+            f"  {turns}; {len(self.doublings)} period doublings{crossings}\n"
             f"  {int(np.sum(self.stable))} of {len(self)} points stable\n"
             f"  {self.coefficients.shape[1] // 2} harmonics, tail {self.tail:.1e}; {self.message}"
         )

@@ -84,7 +84,7 @@ def _kind(item: Schema) -> str:
         if "prefixItems" in item:
             return f"pair of {' and '.join(map(_kind, item['prefixItems']))}"
         return f"list of {_kind(item['items'])}"
-    if "anyOf" in item:
+    if "anyOf" in item and "properties" not in item:
         return ", ".join(
             sorted({"name" if "enum" in way and len(way["enum"]) > 9 else _kind(way) for way in item["anyOf"]})
         )

@@ -123,12 +123,13 @@ class DriveResponse(Result):
 
     def __str__(self) -> str:
         top = int(np.argmax(self.oscillation))
-        folds = ", ".join(f"{fold.omega:.6g}" for fold in self.folds) or "none"
+        folds = ", ".join(f"{fold.omega:.6g}" for fold in self.folds)
+        turns = f"folds at {folds} rad/s" if folds else "no folds"
         return on_screen(
             f"DriveResponse: {len(self.omega)} steady motions, {self.omega.min():.6g} to {self.omega.max():.6g} rad/s\n"
             f"  largest oscillation of the {self.name} {self.oscillation[top]:.6g} rad at {self.omega[top]:.6g} rad/s\n"
             f"  largest |x| across the gear {self.gear_peak:.6g} rad, torque in it {self.usage.peak_torque:.6g} N*m\n"
-            f"  folds at {folds} rad/s; {int(np.sum(self.stable))} motions stable; {self.message}"
+            f"  {turns}; {int(np.sum(self.stable))} motions stable; {self.message}"
         )
 
     __repr__ = __str__

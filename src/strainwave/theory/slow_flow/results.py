@@ -194,7 +194,7 @@ class SlowResponse(Result):
 
     def __str__(self) -> str:
         folds = ", ".join(f"{omega:.9g}" for omega in self.folds)
-        return on_screen(f"Slow response: {self.message}\n  folds at omega = {folds or 'none'}")
+        return on_screen(f"Slow response: {self.message}\n  {f'folds at omega = {folds}' if folds else 'no folds'}")
 
     __repr__ = __str__
 
