@@ -149,6 +149,18 @@ def test_drives_are_compared_with_the_numbers_of_their_reports(judged):
     assert output.endswith(f"comparison: {folder / 'comparison.html'}\n")
 
 
+def test_a_comparison_says_which_load_the_curve_of_a_drive_is_for(tmp_path):
+    files = [project(tmp_path, "plain", 100), project(tmp_path, "arm", 100)]
+    text = files[1].read_text(encoding="utf-8")
+    ranged = text.replace("excitation: {", "excitation: {load_torque: {mean: {from: -20 N*m, to: 60 N*m}}, ")
+    files[1].write_text(ranged, encoding="utf-8")
+    folder, _ = analysed(tmp_path, *files, options=["--compare"])
+    page = (folder / "comparison.html").read_text(encoding="utf-8")
+    said = "The curve of drive 2 is for 20 N·m on its load; pass or fail is for all from \N{MINUS SIGN}20 to 60 N·m."
+    assert said in page
+    assert "The curve of drive 1" not in page
+
+
 @pytest.mark.slow
 def test_two_processes_write_the_same_bytes(tmp_path):
     path = project(tmp_path, "table", 20)

@@ -6,6 +6,7 @@ from typing import Any
 from urllib.parse import quote
 
 from ... import __version__
+from ...files.project import Project
 from ..console import WHAT_X_IS, number
 from ..figures.comparison import comparison_figure
 from .report import Report
@@ -66,8 +67,20 @@ def verdicts_page(reports: dict[str, Report]) -> str:
         [view.project.limit for view in views], views[0].speeds,
     )  # fmt: skip
     said = f"{passed} of {len(reports)} drives pass at all their speeds."
-    note = f"{NOTES['oscillation']} {NOTES['x']} Each drive has its own report: follow its name."
+    loads = "".join(_load(i, view.project) for i, view in enumerate(views, 1))
+    note = f"{NOTES['oscillation']} {NOTES['x']}{loads} Each drive has its own report: follow its name."
     return _page(len(reports), said, head, body, figure, note)
+
+
+def _load(i: int, project: Project) -> str:
+    """Which torque of its load the curve of a drive is for, where that has a range."""
+    low, high = project.load_torques
+    if low == high:
+        return ""
+    return (
+        f" The curve of drive {i} is for {number(project.mean_load_torque)} N·m on its load; pass or fail is for all "
+        f"from {number(low)} to {number(high)} N·m."
+    )
 
 
 def _verdict(i: int, name: str, report: Report) -> str:
