@@ -94,10 +94,12 @@ def write(result: Any, labelled: Any, path: Path) -> None:
         raise ValueError(f"{path} is a folder and no Zarr store; give another name")
     arrays: Arrays = {}
     content = json.dumps(_packed(result, "", arrays))
-    same = {_print(value.values): str(name) for name, value in labelled.variables.items()}
+    prints = {str(name): _print(value.values) for name, value in labelled.variables.items()}
+    same = {value: name for name, value in prints.items()}
     taken = set(labelled.variables) | set(labelled.dims)
     own = {name: f"{name} itself" if name in taken else name for name in arrays}
-    names = {name: same.get(_print(array), own[name]) for name, array in arrays.items()}
+    found = {name: _print(array) for name, array in arrays.items()}
+    names = {name: name if prints.get(name) == value else same.get(value, own[name]) for name, value in found.items()}
     about = {
         "format": FORMAT, "class": type(result).__name__, "version": version(), "content": json.loads(content),
         "arrays": {name: [names[name], array.dtype.str, list(array.shape)] for name, array in arrays.items()},
