@@ -169,7 +169,7 @@ def fault(code, output):
     if "Traceback" in output or "(this is unexpected" in output:
         return f"unexpected: {output[:300]}"
     if code == 0:
-        numbers = [line for line in output.splitlines() if not re.search(r": valid\b|^Project '", line)]  # with the title
+        numbers = [line for line in output.splitlines() if not re.search(r": valid\b|^Project '", line)]  # titles
         return "nan" if re.search(r"\bnan\b", "\n".join(numbers)) else ""
     if code != 3:
         return f"exit code {code}"
