@@ -305,6 +305,8 @@ class Branch(Result):
         Neimark-Sacker points, where a complex pair of multipliers leaves the unit circle (general systems only).
     elsewhere : list of Orbit
         Other motions found at the ends of the range of a response curve, stable or not, which do not join it.
+    span : (float, float)
+        Range of the parameter; the points of a response curve may leave it and come back.
     """
 
     parameter: str
@@ -325,6 +327,7 @@ class Branch(Result):
     branch_points: list[Orbit] = field(default_factory=list)
     tori: list[Orbit] = field(default_factory=list)
     elsewhere: list[Orbit] = field(default_factory=list)
+    span: tuple[float, float] = (math.nan, math.nan)
 
     def amplitude(self, k: int) -> Floats:
         """Amplitude (n,) of harmonic k of the first state, 0-to-peak; k = 0 gives the mean."""
@@ -340,12 +343,10 @@ class Branch(Result):
         return self.peak if without_mean else oscillation(self.coefficients)
 
     @property
-    def span(self) -> tuple[float, float]:
-        """Range of the parameter: that between the ends of an open branch, which may leave it and come back."""
-        low, high = sorted(self.values[[0, -1]].tolist())
-        if self.closed or low == high:
-            return float(np.min(self.values)), float(np.max(self.values))
-        return low, high
+    def inside(self) -> NDArray[np.bool_]:
+        """Whether each point (n,) lies in `span`."""
+        low, high = self.span
+        return np.asarray((self.values >= low) & (self.values <= high))
 
     def coordinates(self) -> Labelled:
         """Speed and parameter at every point, harmonics, and coefficients by name."""

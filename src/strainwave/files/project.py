@@ -16,7 +16,8 @@ from ..model.train.controls import FREE, Held
 from ..model.train.drive_train import DriveTrain
 from ..model.train.loops import USUAL
 from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
-from ..quantities import checked
+from ..numerics.balance.harmonics import LARGEST
+from ..quantities import checked, positive_count
 from ..results import SolveError
 from ..sentences import listed, on_screen
 from ..speeds import Speeds
@@ -35,6 +36,8 @@ from ..study.response.response import POINTS
 from ..study.train.loop_margin import motor_name
 from ..study.train.reductions import left_out
 from .loop_fields import control_of, loop_inertia
+
+MOST_POINTS = 10_000  # of a response curve
 
 
 @dataclass(frozen=True)
@@ -283,11 +286,14 @@ class Project:
         Raises
         ------
         ValueError
-            If the motor is free and the drive has parts that the error equation leaves out.
+            If `points` (at most 10 000) or `harmonics` is not a positive whole number, or if the motor is free and the
+            drive has parts that the error equation leaves out.
         SolveError
             If no periodic motion is found.
         """
         system, speeds = self.system(reduced=True), self.speeds.limits
+        points = None if points is None else positive_count("points", points, MOST_POINTS)
+        harmonics = None if harmonics is None else positive_count("harmonics", harmonics, LARGEST)
         if self.train is not None:
             refuse_free(self.train)
             if has_curve(self.train):

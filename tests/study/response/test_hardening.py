@@ -75,3 +75,15 @@ def test_what_it_cannot_answer_gets_a_sentence():
     found = sw.hardening(DUFFING, [0.1], (0.2, 2.0))
     with pytest.raises(ValueError, match="speeds of the duty"):
         found.best()
+
+
+def test_a_range_that_ends_in_a_bistable_band_has_its_largest_motion_at_its_end():
+    # the upper motions go on to 1.26; averaging puts them at a speed by their size (Nayfeh & Mook 1979, 4.1)
+    found = sw.hardening(DUFFING._replace(B=0.02, excitation=sw.Harmonic(0.05)), [0.2], (0.24, 1.2))
+    whole = sw.hardening(DUFFING._replace(B=0.02, excitation=sw.Harmonic(0.05)), [0.2], (0.24, 1.8))
+    assert found.peak_speed[0] == 1.2
+    assert found.peak[0] < 0.9 * whole.peak[0]
+    a = found.peak[0]
+    assert np.sqrt(1.0 + 0.75 * 0.2 * a**2 - 0.05 / a) == pytest.approx(found.peak_speed[0], rel=5e-3)
+    assert not found.inside[0]
+    assert whole.inside[0]

@@ -34,7 +34,7 @@ class ProjectComparison(Result):
     omega_0, damping_ratio, reflected_inertia, load_inertia : (n,) arrays
         Natural frequency [rad/s] and damping ratio at rest in the mode of the project, N^2 J_m and J_l [kg*m^2].
     jumps : (n,) array
-        Number of folds of the response.
+        Number of folds of the response in its range.
     limit : (n,) array
         Largest oscillation that the project allows [rad]; nan where it has no limit.
     """
@@ -135,13 +135,19 @@ def _compared(given: list[Project], responses: list[DriveResponse]) -> ProjectCo
         each(lambda p: p.damping_ratio),
         each(lambda p: p.drive.N**2 * p.drive.J_m),
         each(lambda p: p.drive.J_l),
-        np.array([len(response.folds) for response in responses], float),
+        np.array([_folds(response) for response in responses], float),
         each(lambda p: p.limit),
     )
 
 
+def _folds(response: DriveResponse) -> int:
+    low, high = response.curve.span
+    return sum(low <= fold.omega <= high for fold in response.folds)
+
+
 def _top(response: DriveResponse) -> tuple[float, float]:
-    """Largest oscillation [rad] of the stable motions, of all where none is stable, and the speed [rad/s] there."""
-    sizes = np.where(response.stable, response.oscillation, -1.0) if np.any(response.stable) else response.oscillation
-    at = int(np.argmax(sizes))
-    return float(sizes[at]), float(response.omega[at])
+    """Largest oscillation [rad] of the stable motions in the range, of all where none is stable, and its speed."""
+    inside = response.curve.inside
+    known = inside & response.stable if np.any(inside & response.stable) else inside
+    at = int(np.argmax(np.where(known, response.oscillation, -1.0)))
+    return float(response.oscillation[at]), float(response.omega[at])

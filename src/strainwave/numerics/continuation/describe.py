@@ -60,8 +60,12 @@ def describe(
     verdict = tail.verdict(status, message, parameter, float(omega[0]) if len(omega) else 0.0)
     return Branch(
         parameter, values, omega, coefficients, peaks, floquet, stable, folds, doublings, turns,
-        found.outcome == CLOSED, tail.share, origin, *verdict, crossings, tori,
+        found.outcome == CLOSED, tail.share, origin, *verdict, crossings, tori, span=found.span or _ends(values),
     )  # fmt: skip
+
+
+def _ends(values: Floats) -> tuple[float, float]:
+    return (float(np.min(values)), float(np.max(values))) if len(values) else (np.nan, np.nan)
 
 
 def with_hill(

@@ -22,7 +22,8 @@ class Trace:
     """Points of a branch (coefficients in blocks, parameter last), what each is, and how the branch ended.
 
     `message` is the sentence about the end, where the one that `describe` finds for the outcome does not tell enough;
-    `elsewhere` holds values of the parameter and tables of orbits there through which the branch does not pass.
+    `elsewhere` holds values of the parameter and tables of orbits there through which the branch does not pass; `span`
+    is the range that the branch was to be followed through, and may leave in between.
     """
 
     points: Floats
@@ -30,6 +31,7 @@ class Trace:
     outcome: int
     message: str = ""
     elsewhere: tuple[tuple[float, Floats], ...] = ()
+    span: tuple[float, float] | None = None
 
 
 def state_from(guess: Floats, width: float) -> Floats:

@@ -6,6 +6,7 @@ until the last two are negligible.
 """
 
 from collections.abc import Callable
+from dataclasses import replace as with_changes
 from typing import Any
 
 import numpy as np
@@ -196,7 +197,7 @@ def traced(
         return (problem, found, tail, origin), worst
 
     problem, found, tail, origin = grown(followed, *harmonics, aim)
-    return problem, with_left_over(problem, found, known), tail, origin
+    return problem, with_changes(with_left_over(problem, found, known), span=(lo, hi)), tail, origin
 
 
 def symmetric_across(

@@ -107,7 +107,8 @@ def analyze(
     avoid = speeds_to_avoid(system, drive.response, point, limit, None if ramp is None else in_run(*ramp))
     by_load: tuple[LoadCase, ...] = ()
     if load is not None:
-        as_it_is = LoadCase(load.own, drive, avoid)
+        alone = speeds_to_avoid(system, drive.response, point, limit)  # without the run-up
+        as_it_is = LoadCase(load.own, drive, alone)
         by_load = load_cases(load, limits, limit, as_it_is, lambda t: progress(f"load torque {t:.4g} N*m", 0.86))
         avoid = over_all(avoid, by_load)
     others = motor_cases(motors or {}, limits, lambda name: progress(f"motor {name}", 0.87))

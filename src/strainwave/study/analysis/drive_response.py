@@ -103,8 +103,8 @@ class DriveResponse(Result):
 
     def visited(self) -> NDArray[np.int64]:
         """Numbers of the motions that a slow run-up or run-down visits; all in the range where there is no sweep."""
-        visited, (low, high) = self.response.visited(), self.curve.span
-        return visited if len(visited) else np.flatnonzero((self.omega >= low) & (self.omega <= high))
+        visited = self.response.visited()
+        return visited if len(visited) else np.flatnonzero(self.curve.inside)
 
     @property
     def gear_peak(self) -> float:
@@ -122,7 +122,8 @@ class DriveResponse(Result):
         )  # fmt: skip
 
     def __str__(self) -> str:
-        top = int(np.argmax(self.oscillation))
+        visited = self.visited()
+        top = visited[int(np.argmax(self.oscillation[visited]))]
         folds = ", ".join(f"{fold.omega:.6g}" for fold in self.folds)
         turns = f"folds at {folds} rad/s" if folds else "no folds"
         return on_screen(

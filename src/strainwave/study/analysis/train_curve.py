@@ -124,7 +124,13 @@ def largest_oscillation(
     problem, found, _, _ = traced_train(system, speeds, FEW, harmonics, coexisting)
     if not len(found.points):
         return None
+    return crest_in(problem, found, speeds)
+
+
+def crest_in(problem: Any, found: Trace, speeds: tuple[float, float]) -> tuple[float, float]:
+    """Speed [rad/s] and size [rad] of the largest oscillation on the points of a curve that lie in a range."""
     points, _ = with_crests(problem, found.points, found.labels)
+    points = points[(points[:, -1] >= speeds[0]) & (points[:, -1] <= speeds[1])]
     sizes = oscillation(from_blocks(problem.displacements(points).T).T)
     return float(points[np.argmax(sizes), -1]), float(np.max(sizes))
 

@@ -3,19 +3,14 @@
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from ...model.excitation import Harmonic
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad
-from ...numerics.balance.fourier import from_blocks
-from ...numerics.continuation.crests import with_crests
 from ...results import SolveError
-from ...series import oscillation
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.resonance import Resonance
-from ..analysis.train_curve import POINTS, traced_train
+from ..analysis.train_curve import POINTS, crest_in, traced_train
 from .averaged import Drives, Largest
 
 UNKNOWN = math.inf
@@ -66,6 +61,5 @@ def balanced(train: DriveTrain, speeds: tuple[float, float]) -> Balanced | None:
     problem, found, tail, _ = traced_train(system, speeds, POINTS)
     if not len(found.points) or tail is None:
         return None
-    points, _ = with_crests(problem, found.points, found.labels)
-    sizes = oscillation(from_blocks(problem.displacements(points).T).T)
-    return Balanced(float(np.max(sizes)), float(points[np.argmax(sizes), -1]), float(tail.share))
+    at, size = crest_in(problem, found, speeds)
+    return Balanced(size, at, float(tail.share))

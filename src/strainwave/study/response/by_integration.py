@@ -137,7 +137,7 @@ def _branch(found: list[SteadyMotion], tried: int, speeds: tuple[float, float]) 
         np.zeros((len(found), 0), complex), stable, [], [], 1, False,
         float(np.max(last / np.maximum(size, 1e-300), initial=0.0)),
         f"a sweep between {speeds[0]:.6g} and {speeds[1]:.6g} rad/s",
-        Status.OK if whole else Status.NO_CONVERGENCE, message,
+        Status.OK if whole else Status.NO_CONVERGENCE, message, span=speeds,
     )  # fmt: skip
 
 

@@ -182,12 +182,11 @@ def _row(
     """Peak and its speed, superharmonic and its speed, ends of the widest band, whether the peak is inside."""
     if not curve.stable.any():
         raise SolveError(f"the response has no stable motion: {curve.message}; give the drive damping")
-    sweep, sizes = jumps(curve), np.where(curve.stable, curve.oscillation, 0.0)
+    sweep, sizes = jumps(curve), np.where(curve.stable & curve.inside, curve.oscillation, 0.0)
     top = int(np.argmax(sizes))
     widest = max(sweep.bands, key=lambda band: band.high - band.low, default=None)
     low, high = (curve.omega[top],) * 2 if widest is None else (widest.low, widest.high)
-    ends = np.min(curve.omega), np.max(curve.omega)
-    inside = bool(curve.status.found and curve.omega[top] not in ends)
+    inside = bool(curve.status.found and curve.omega[top] not in curve.span)
     return sizes[top], curve.omega[top], *_third(system, curve, order, omega_0), low, high, inside
 
 
