@@ -315,3 +315,12 @@ def test_what_was_assumed_is_said():
 def test_what_cannot_be_compensated_gets_a_sentence(call, error, sentence):
     with pytest.raises(error, match=sentence):
         call()
+
+
+@compiled
+def test_the_default_speed_is_that_of_the_resonance_under_the_mean_torque_of_the_load():
+    law = DRIVE.law
+    loaded = DRIVE._replace(load=DRIVE.load._replace(excitation=sw.Harmonic(0.0, 1, 0.0, -1.2 * law.T2)))
+    free, held = (sw.compensate(train, "adaptive", sampling=SAMPLING, robust=False) for train in (DRIVE, loaded))
+    assert free.speed == pytest.approx(math.sqrt(law.K1 / 10.0) / 2.0, rel=1e-12)
+    assert held.speed == pytest.approx(math.sqrt(law.K3 / 10.0) / 2.0, rel=1e-12)

@@ -14,7 +14,7 @@ from ...model.excitation import Harmonics
 from ...numerics.balance.truncation import MATTERS
 from ...study.analysis.drive_response import DriveResponse
 
-POINTS = 50  # about; the ends of bands are those of 100 points within 0.1 %
+POINTS = 40  # about; ends of bands and torques are those of 400 points within 0.2 %
 FEWEST, MOST = 7, 63  # harmonics in a period: to begin with, and at most
 
 

@@ -10,10 +10,12 @@ from numpy.typing import ArrayLike
 from ...model.controllers.closed_loop import Sampling
 from ...model.controllers.loops import SampledPD
 from ...model.train.drive_train import DriveTrain
+from ...numerics.loading import loaded_state
 from ...numerics.sampled.loops import MOST_SAMPLES, loop_ensemble, run_loop
 from ...numerics.sampled.result import LoopEnsemble
 from ...protocols import lacking, lines_of
 from ...quantities import number, numbers, shown
+from ...theory.lyapunov import mean_torque
 from ...units import ARCSEC, RPM
 from ..analysis.remedies.knobs import stiffer
 from .bench import Bench, steady_bench_of
@@ -61,7 +63,7 @@ def compensate(
         Name of a design (`sw.COMPENSATORS`), which is then designed on the drive's model; or a controller itself.
     speed : float, optional
         Speed of the motor [rad/s], negative in backward motion. Default: where the drive's largest order meets its
-        resonance, within its range.
+        resonance under the mean torque of the load, within its range.
     sampling : Sampling, optional
         Period, delay, limit, encoders. Default: those of the project's file (`controller`); without them every 250 us,
         one period of delay, 16 bits on the motor, 24 on the load, the motor's limit of the project.
@@ -197,8 +199,9 @@ def _whole(name: str, value: Any) -> int:
 def _speed(bench: Bench, project: Any, speed: float | None) -> float:
     if speed is None:
         line = max(lines_of(bench.model.error), key=lambda line: line.amplitude)
-        end = bench.model.load.end()
-        resonance = float(np.sqrt(bench.model.law.stiffness(0.0) / end.J)) / line.order
+        law, end = bench.model.law, bench.model.load.end()
+        torsion = loaded_state(law, -mean_torque(end.excitation))[0]
+        resonance = float(np.sqrt(law.stiffness(torsion) / end.J)) / line.order
         speeds = getattr(project, "speeds", None)
         if speeds is not None and getattr(speeds, "limits", None):
             low, high = speeds.limits
