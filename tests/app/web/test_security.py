@@ -104,6 +104,14 @@ def test_log_of_another_kind_or_content_is_refused(client, name):
     sentence_of(client.post("/api/log", params={"name": name}, content=b"\x00\x01\x02"))
 
 
+@pytest.mark.parametrize("name", ["a.npz", "a.mat", "a.parquet", "a.mf4"])
+@pytest.mark.parametrize(
+    "content", [b"\x00", b"\x00\x01", b"\x00\x01\x02\x03" * 30, b"PK\x03\x04", b"MATLAB 5.0" + 200 * b"\x00"]
+)
+def test_a_damaged_packed_log_is_refused_in_a_sentence(client, name, content):
+    sentence_of(client.post("/api/log", params={"name": name}, content=content))
+
+
 def test_jobs_are_capped(client):
     axes = [
         {"name": n, "values": [f"{1 + i} {u}" for i in range(40)]}
