@@ -62,7 +62,7 @@ STRANGE_PATHS = [
 ]  # fmt: skip
 NAMES = ["load.inertia", "damping.ratio", "speed.from", "gear.K1", "limit.oscillation"]
 VALUES = [
-    "-1 kg*m^2", "nan", "inf %", "1e999 kg*m^2", "1", "", " ", "1 apple", "9" * 70, "0x10 kg", "\0", "\ud800",
+    "-1 kg*m^2", "nan", "inf %", "1e999 kg*m^2", "1 1", "", " ", "1 apple", "9" * 70, "0x10 kg", "\0", "\ud800",
     "1 kg*m^2" * 8,
 ]  # fmt: skip
 PROJECTS = [
