@@ -19,6 +19,8 @@ from strainwave.app.web.parameters import about, parameters
 from strainwave.app.web.requests import State
 from strainwave.app.web.state import first_text, of_state, project_of
 from strainwave.compile.jit import as_machine_code
+from strainwave.study.analysis.avoid import speeds_to_avoid
+from strainwave.study.response.resonances import operating_point
 from strainwave.units import ARCSEC, RPM
 
 GEAR = {"gear": "CSG-40-50"}
@@ -62,6 +64,12 @@ def test_curve_of_a_slider_is_the_finer_one(client, written, values):
     top = max(found.oscillation[found.visited()]) / ARCSEC
     assert shown["largest"]["oscillation_arcsec"] == pytest.approx(top, rel=1e-6)
     assert shown["jumps"][0]["high"] * RPM == pytest.approx(found.response.sweep.bands[0].high, rel=1e-6)
+    with as_machine_code():
+        finest = written(first_text("CSG-40-50"), **values).response(coexisting=False, points=400)
+    assert shown["largest"]["torque"] == pytest.approx(finest.usage.peak_torque, rel=2e-3)
+    system = written(first_text("CSG-40-50"), **values).system()
+    bands = speeds_to_avoid(system, finest.response, operating_point(system), 120.0 * ARCSEC).bands
+    np.testing.assert_allclose(np.array(shown["avoid"]) * RPM, bands, rtol=2e-3)
     # as a polyline: no point of the finer one is further off than 1 % of the picture
     width, height = np.ptp(found.omega) / RPM, np.max(found.oscillation) / ARCSEC
     line = np.column_stack([np.divide(shown["speed"], width), np.divide(shown["oscillation_arcsec"], height)])
