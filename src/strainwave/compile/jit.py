@@ -21,7 +21,8 @@ from typing import Any, TypeVar
 
 from ..tree import classes as classes_of
 from ..tree import with_leaf
-from . import lanes, maths_kernels, tuples
+from . import address, lanes, maths_kernels, tuples
+from .address import ByAddress, kind_of, words_of
 from .cache import CodeCache, cache_writable
 from .compiling import watched
 from .inner import compilers
@@ -177,22 +178,50 @@ def run(function: Callable[..., Any], *args: Any, light: bool = False, after: in
     class uses something that compiled code does not know, the sentence of the TypeError says what.
     """
     as_light = light and "numba" not in sys.modules and next(_light_runs) < LIGHT_RUNS
+    things = tuple(arg.thing if isinstance(arg, ByAddress) else arg for arg in args)
     if not enabled() or as_light or next(_plain_runs.get() or iter(()), False):
-        return function(*args)
-    classes = classes_of(args)
+        return function(*things)
+    classes = classes_of(things)
     if after and _runs[function, classes] < after:
         _runs[function, classes] += 1
-        return function(*args)
-    dispatcher = _dispatcher(function, classes)
+        return function(*things)
+    _numba()
     from numba.core import errors
 
+    kept: list[Any] = []
+
+    def words(thing: Any) -> int:
+        kept.append((thing, words_of(thing)))
+        return int(kept[-1][1].__array_interface__["data"][0])
+
     try:
-        return dispatcher(*args)
+        given = tuple(arg.addressed(words) if isinstance(arg, ByAddress) else arg for arg in args)
+        return _dispatcher(function, classes_of(given))(*given)
     except (errors.NumbaError, errors.UnsupportedBytecodeError) as error:
         if after:  # it has run as Python before
             _runs[function, classes] = -sys.maxsize
-            return function(*args)
-        raise TypeError(_explain(error, foreign_names(args))) from error
+            return function(*things)
+        raise TypeError(_explain(error, foreign_names(things))) from error
+
+
+_entries: dict[Any, int] = {}
+
+
+def entry(function: Callable[..., Any], thing: Any, *kinds: Any) -> int:
+    """Address of the machine code of a function whose first argument are the words of a thing (see `address`).
+
+    Its other arguments are of these kinds: `float`, `int`, a number n for a pointer to n floats, VECTOR or MATRIX. A
+    thing of the same kind, with other numbers, has the same address, and this process keeps it.
+    """
+    key = function, kind_of(thing), kinds
+    if key not in _entries:
+        with _one_at_a_time:
+            dispatcher, types = _dispatcher(function, classes_of((thing,))), import_module("numba.core.types")
+            kind = address.signature(types, _numba().typeof(thing), kinds)
+            dispatcher.compile(kind)
+            code = dispatcher.overloads[kind]
+            _entries[key] = int(code.library.get_pointer_to_function(code.fndesc.llvm_func_name))
+    return _entries[key]
 
 
 def _is_ours(module: str) -> bool:
@@ -291,7 +320,7 @@ def _numba() -> Any:
     types.NamedTuple.__bool__ = lambda self: True
     _expose(with_leaf, _with_leaf_body(types, extending))
     _expose(borrowed, _borrowed_body(types, extending))
-    for bodies in (lanes.bodies, tuples.bodies, maths_kernels.bodies):
+    for bodies in (address.bodies, lanes.bodies, tuples.bodies, maths_kernels.bodies):
         for function, body in bodies(types, extending).items():
             _expose(function, body)
     return numba

@@ -1,0 +1,224 @@
+"""Models and problems by their address, so that a kernel is compiled once for all of them.
+
+`words` are the numbers of a NamedTuple in memory: floats, integers, and arrays as address and shape, at any depth.
+`jit.entry` gives the address of a function whose first argument is such memory: there `at` makes the thing of it again.
+A kernel runs it by `call` or `value`, and an exception in it is one of the kernel. Addresses are arguments and never
+constants: nothing on disk holds one.
+"""
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+VECTOR, MATRIX = "vector", "matrix"  # kinds of arguments of an entry: contiguous arrays of floats
+
+
+class ByAddress:
+    """A thing for `jit.run`: to a kernel run as Python it is `thing`, to machine code what `addressed` makes of it.
+
+    `addressed` gets a function that gives the address of the words of a thing and keeps these as long as the kernel
+    runs.
+    """
+
+    def __init__(self, thing: Any, addressed: Callable[[Callable[[Any], int]], Any]) -> None:
+        self.thing, self.addressed = thing, addressed
+
+
+def at(place: Any) -> Any:
+    """Thing at an address."""
+    return place
+
+
+def put_at(place: Any, numbers: Any) -> None:
+    """Write a tuple of floats to an address."""
+    for i, number in enumerate(numbers):
+        place[i] = number
+
+
+def pointer(array: Any) -> Any:
+    """Address of the first entry of an array of floats, for a function that takes a pointer."""
+    return array
+
+
+def call(address: Any, words: Any, arguments: Any) -> None:
+    """Run the function at an address with the words of its first argument and the others, a tuple."""
+    raise NotImplementedError("only machine code calls by address")
+
+
+def value(address: Any, words: Any, arguments: Any) -> float:
+    """Float that the function at an address returns."""
+    raise NotImplementedError("only machine code calls by address")
+
+
+def answer(address: Any, words: Any, phase: Any, y: Any) -> Any:
+    """Tuple as long as y that the function at an address writes: its arguments are a number, y and where to write."""
+    raise NotImplementedError("only machine code calls by address")
+
+
+def kind_of(thing: Any) -> Any:
+    """Key of what `words` do not tell: the classes of models, lengths of tuples, types of numbers and arrays."""
+    if isinstance(thing, tuple):
+        return type(thing), *map(kind_of, thing)
+    return (thing.dtype.char, thing.ndim) if isinstance(thing, np.ndarray) else type(thing)
+
+
+def words_of(thing: Any) -> Any:
+    """Words (int64) of a thing; what its arrays hold is not copied: they must be contiguous and outlive it.
+
+    Raises
+    ------
+    TypeError
+        If it holds what is no number, array or model.
+    """
+    found: list[Any] = []
+    _collect(thing, found)
+    words = np.zeros(len(found) + 1, np.int64)
+    floats = words.view(np.float64)
+    for i, item in enumerate(found):
+        if isinstance(item, float):
+            floats[i] = item
+        else:
+            words[i] = item
+    return words
+
+
+def _collect(thing: Any, found: list[Any]) -> None:
+    if isinstance(thing, tuple):
+        for item in thing:
+            _collect(item, found)
+    elif isinstance(thing, np.ndarray):
+        if not thing.flags.c_contiguous:
+            raise TypeError(f"an array of shape {thing.shape} is not contiguous")
+        found += [thing.__array_interface__["data"][0], *thing.shape]
+    elif thing is not None:
+        found.append(thing)
+
+
+def signature(types: Any, thing: Any, kinds: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Types of the compiler for an entry's arguments: its thing (a type), and what `jit.entry` takes as kinds."""
+    real = types.float64
+    known = {float: real, int: types.int64, VECTOR: types.Array(real, 1, "C"), MATRIX: types.Array(real, 2, "C")}
+    pointers = (types.CPointer(types.UniTuple(real, kind)) if type(kind) is int else known[kind] for kind in kinds)
+    return types.CPointer(thing), *pointers
+
+
+def bodies(types: Any, extending: Any) -> dict[Any, Any]:
+    """What compiled code runs instead of the functions above, by these modules of a compiler."""
+
+    def typed_at(context: Any, place: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return _Memory(context, types, builder, arguments[0]).thing(place.dtype)
+
+        return place.dtype(place), build
+
+    def typed_put(context: Any, place: Any, numbers: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            first = builder.bitcast(arguments[0], context.get_value_type(types.float64).as_pointer())
+            for i, kind in enumerate(numbers):
+                number = context.cast(builder, builder.extract_value(arguments[1], i), kind, types.float64)
+                builder.store(number, builder.gep(first, [context.get_constant(types.intp, i)]))
+            return context.get_dummy_value()
+
+        return types.none(place, numbers), build
+
+    def typed_pointer(context: Any, array: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return context.make_array(array)(context, builder, arguments[0]).data
+
+        return types.CPointer(array.dtype)(array), build
+
+    def caller(result: Any) -> Any:
+        def typed(context: Any, address: Any, words: Any, arguments: Any) -> Any:
+            def build(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+                return _call(types, context, builder, result, arguments, *given)
+
+            return result(types.intp, types.intp, arguments), build
+
+        return extending.intrinsic(typed)
+
+    def typed_answer(context: Any, address: Any, words: Any, phase: Any, y: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+            cgutils = import_module("numba.core.cgutils")
+            real, place = context.get_value_type(types.float64), context.get_value_type(types.voidptr)
+            before, after = (cgutils.alloca_once(builder, real, size=len(y)) for _ in range(2))
+            entries = [builder.gep(after, [context.get_constant(types.intp, i)]) for i in range(len(y))]
+            for i in range(len(y)):
+                there = builder.gep(before, [context.get_constant(types.intp, i)])
+                builder.store(builder.extract_value(given[3], i), there)
+            kinds = types.Tuple((types.float64, types.voidptr, types.voidptr))
+            pointers = [builder.bitcast(x, place) for x in (before, after)]
+            arguments = context.make_tuple(builder, kinds, [given[2], *pointers])
+            _call(types, context, builder, types.none, kinds, given[0], given[1], arguments)
+            return context.make_tuple(builder, y, [builder.load(entry) for entry in entries])
+
+        return y(types.intp, types.intp, types.float64, y), build
+
+    take, write, first = map(extending.intrinsic, (typed_at, typed_put, typed_pointer))
+    send, ask, get = caller(types.none), caller(types.float64), extending.intrinsic(typed_answer)
+    return {
+        at: lambda place: take(place),
+        put_at: lambda place, numbers: write(place, numbers),
+        pointer: lambda array: first(array),
+        call: lambda address, words, arguments: send(address, words, arguments),
+        value: lambda address, words, arguments: ask(address, words, arguments),
+        answer: lambda address, words, phase, y: get(address, words, phase, y),
+    }
+
+
+def _call(
+    types: Any, context: Any, builder: Any, result: Any, kinds: Any, address: Any, words: Any, arguments: Any
+) -> Any:  # fmt: skip
+    """Code of a call in the compiler's own convention: a slot for the result and one for an exception come first."""
+    cgutils, convention = import_module("numba.core.cgutils"), context.call_conv
+    kinds = (types.voidptr, *kinds)
+    function = convention.get_function_type(result, kinds)
+    given = [builder.inttoptr(words, context.get_value_type(types.voidptr))]
+    given += [builder.extract_value(arguments, i) for i in range(len(kinds) - 1)]
+    slots = [cgutils.alloca_once(builder, kind.pointee) for kind in function.args[:2]]
+    flat = convention._get_arg_packer(kinds).as_arguments(builder, given)
+    code = builder.call(builder.inttoptr(address, function.as_pointer()), [*slots, *flat])
+    outcome = convention._get_return_status(builder, code, builder.load(slots[1]))
+    with cgutils.if_unlikely(builder, outcome.is_error):
+        convention.return_status_propagate(builder, outcome)
+    return context.get_dummy_value() if result is types.none else builder.load(slots[0])
+
+
+class _Memory:
+    """Reads words one after the other."""
+
+    def __init__(self, context: Any, types: Any, builder: Any, place: Any) -> None:
+        self.context, self.types, self.builder, self.next = context, types, builder, 0
+        self.words = builder.bitcast(place, context.get_value_type(types.int64).as_pointer())
+
+    def word(self) -> Any:
+        place = self.context.get_constant(self.types.intp, self.next)
+        self.next += 1
+        return self.builder.load(self.builder.gep(self.words, [place]))
+
+    def thing(self, kind: Any) -> Any:
+        context, builder, types = self.context, self.builder, self.types
+        if isinstance(kind, types.BaseTuple):
+            return context.make_tuple(builder, kind, [self.thing(item) for item in kind])
+        if isinstance(kind, types.Array):
+            return self.array(kind)
+        if kind == types.none:
+            return context.get_dummy_value()
+        word = self.word()
+        if isinstance(kind, types.Float):
+            return builder.bitcast(word, context.get_value_type(kind))
+        return context.cast(builder, word, types.int64, kind)
+
+    def array(self, kind: Any) -> Any:
+        context, builder, types = self.context, self.builder, self.types
+        array = context.make_array(kind)(context, builder)
+        data = builder.inttoptr(self.word(), array.data.type)
+        shape = [self.word() for _ in range(kind.ndim)]
+        size = context.get_abi_sizeof(context.get_data_type(kind.dtype))
+        strides = [context.get_constant(types.intp, size)]
+        for length in reversed(shape[1:]):
+            strides.insert(0, builder.mul(strides[0], length))
+        populate = import_module("numba.np.arrayobj").populate_array
+        populate(array, data=data, shape=shape, strides=strides, itemsize=size, meminfo=None)
+        return array._getvalue()
