@@ -184,10 +184,10 @@ class Balance(Protocol):
 
     # What kernels call.
 
-    def residual(self, z: Any, work: Any, r: Any) -> None:
+    def residual(self, z: Any, r: Any) -> None:
         """Write what the equations lack at z."""
 
-    def linearise(self, z: Any, work: Any, jacobian: Any, slope: Any) -> None:
+    def linearise(self, z: Any, jacobian: Any, slope: Any) -> None:
         """Write its derivatives by the coefficients and by the parameter; follows `residual` at the same z."""
 
     def harmonic(self, z: Any, k: int) -> Any:

@@ -59,9 +59,12 @@ def answer(address: Any, words: Any, phase: Any, y: Any) -> Any:
 
 def kind_of(thing: Any) -> Any:
     """Key of what `words` do not tell: the classes of models, lengths of tuples, types of numbers and arrays."""
+    kind = type(thing)
+    if kind is float or kind is int:
+        return kind
     if isinstance(thing, tuple):
-        return type(thing), *map(kind_of, thing)
-    return (thing.dtype.char, thing.ndim) if isinstance(thing, np.ndarray) else type(thing)
+        return kind, *map(kind_of, thing)
+    return (thing.dtype.char, thing.ndim) if kind is np.ndarray else kind
 
 
 def words_of(thing: Any) -> Any:
@@ -82,6 +85,13 @@ def words_of(thing: Any) -> Any:
         else:
             words[i] = item
     return words
+
+
+def word_of_leaf(thing: Any, leaf: int) -> int:
+    """Place of a leaf of a model among its words."""
+    found: list[Any] = []
+    _collect(thing, found)
+    return [i for i, item in enumerate(found) if isinstance(item, float)][leaf]
 
 
 def _collect(thing: Any, found: list[Any]) -> None:

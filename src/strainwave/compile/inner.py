@@ -18,6 +18,16 @@ def compilers() -> tuple[Any, Any]:
     class Part(import_module("numba.core.codegen").JITCodeLibrary):  # type: ignore[misc]
         """Code that others link, and that is at no address."""
 
+        def add_ir_module(self, module: Any) -> None:
+            """Keep routines what they are, functions that are called: the compiler would inline them everywhere."""
+            for function in module.functions:
+                if not function.is_declaration and "alwaysinline" not in function.attributes:
+                    function.attributes.add("noinline")
+            super().add_ir_module(module)
+
+        def _optimize_final_module(self) -> None:
+            """The kernel that links this code optimises it, once for all."""
+
         def _finalize_final_module(self) -> None:
             self._finalize_dynamic_globals()
             self._finalized = True

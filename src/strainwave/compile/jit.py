@@ -19,6 +19,8 @@ from itertools import count, repeat
 from threading import RLock
 from typing import Any, TypeVar
 
+import numpy as np
+
 from ..tree import classes as classes_of
 from ..tree import with_leaf
 from . import address, lanes, maths_kernels, tuples
@@ -111,7 +113,7 @@ def elementwise(function: Callable[..., Any]) -> Callable[..., None]:
 
     kernel(function)
     whole.__doc__ = function.__doc__
-    return kernel_as(two if len(inspect.signature(function).parameters) == 2 else three, inline=True)(whole)
+    return kernel_as(two if len(inspect.signature(function).parameters) == 2 else three)(whole)
 
 
 def summed(numpy: Callable[[Any, Any], Any]) -> Callable[[Callable[[Any, Any], Any]], Callable[[Any, Any], float]]:
@@ -129,7 +131,7 @@ def summed(numpy: Callable[[Any, Any], Any]) -> Callable[[Callable[[Any, Any], A
 
         kernel(function)
         whole.__doc__ = function.__doc__
-        return kernel_as(loops, inline=True)(whole)
+        return kernel_as(loops)(whole)
 
     return mark
 
@@ -191,8 +193,9 @@ def run(function: Callable[..., Any], *args: Any, light: bool = False, after: in
     kept: list[Any] = []
 
     def words(thing: Any) -> int:
-        kept.append((thing, words_of(thing)))
-        return int(kept[-1][1].__array_interface__["data"][0])
+        memory = thing if isinstance(thing, np.ndarray) else words_of(thing)
+        kept.append((thing, memory))
+        return int(memory.__array_interface__["data"][0])
 
     try:
         given = tuple(arg.addressed(words) if isinstance(arg, ByAddress) else arg for arg in args)
@@ -213,13 +216,23 @@ def entry(function: Callable[..., Any], thing: Any, *kinds: Any) -> int:
     Its other arguments are of these kinds: `float`, `int`, a number n for a pointer to n floats, VECTOR or MATRIX. A
     thing of the same kind, with other numbers, has the same address, and this process keeps it.
     """
-    key = function, kind_of(thing), kinds
+    return entries(thing, (function, kinds))[0]
+
+
+def entries(thing: Any, *functions: tuple[Callable[..., Any] | None, tuple[Any, ...]]) -> list[int]:
+    """Addresses of several functions of one thing, each with its kinds; 0 in the place of None."""
+    kind = kind_of(thing)
+    return [0 if function is None else _address_of(function, thing, kind, kinds) for function, kinds in functions]
+
+
+def _address_of(function: Callable[..., Any], thing: Any, kind: Any, kinds: tuple[Any, ...]) -> int:
+    key = function, kind, kinds
     if key not in _entries:
         with _one_at_a_time:
             dispatcher, types = _dispatcher(function, classes_of((thing,))), import_module("numba.core.types")
-            kind = address.signature(types, _numba().typeof(thing), kinds)
-            dispatcher.compile(kind)
-            code = dispatcher.overloads[kind]
+            signature = address.signature(types, _numba().typeof(thing), kinds)
+            dispatcher.compile(signature)
+            code = dispatcher.overloads[signature]
             _entries[key] = int(code.library.get_pointer_to_function(code.fndesc.llvm_func_name))
     return _entries[key]
 

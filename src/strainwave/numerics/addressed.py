@@ -6,11 +6,26 @@ To a kernel run as Python they are themselves; the functions below do the same w
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from ..compile.address import VECTOR, ByAddress, answer, at, call, pointer, put_at, value
-from ..compile.jit import entry, kernel_as
+import numpy as np
+
+from ..compile.address import (
+    MATRIX,
+    VECTOR,
+    ByAddress,
+    answer,
+    at,
+    call,
+    pointer,
+    put_at,
+    value,
+    word_of_leaf,
+    words_of,
+)
+from ..compile.jit import entries, entry, kernel_as, routine
 from ..law import breakpoints_of, has
 from ..law import torsion as torsion_of
 from ..results import Floats
+from ..tree import count, with_leaf
 
 
 class SystemAt(NamedTuple):
@@ -102,16 +117,17 @@ class LawAt(NamedTuple):
     kinks: int
 
 
+def law_by_address(law: Any) -> ByAddress:
+    """A law torque(x) for kernels."""
+    return ByAddress(law, lambda words: law_at(law, words(law)))
+
+
 def law_at(law: Any, place: int) -> LawAt:
     """The law whose words are at an address."""
     kinks = len(breakpoints_of(law))
-    return LawAt(
-        place,
-        entry(_torques, law, VECTOR, VECTOR),
-        entry(_stiffnesses, law, VECTOR, VECTOR),
-        entry(_breakpoints, law, kinks) if kinks else 0,
-        kinks,
-    )
+    two = (VECTOR, VECTOR)
+    functions = (_torques, two), (_stiffnesses, two), (_breakpoints if kinks else None, (kinks,))
+    return LawAt(place, *entries(law, *functions), kinks)
 
 
 def _torques(law: Any, u: Any, out: Any) -> None:
@@ -162,3 +178,149 @@ def kinks(law: Any, out: Floats) -> int:
     known = breakpoints_of(law)
     out[: len(known)] = known
     return len(known)
+
+
+class FunctionAt(NamedTuple):
+    """A torque or a kinematic error of the base angle by the addresses of its words and of its values."""
+
+    words: int
+    values_at: int
+
+
+def _values_of_torque(excitation: Any, angles: Any, out: Any) -> None:
+    known = at(excitation)
+    for i in range(len(angles)):
+        out[i] = known.torque(angles[i])
+
+
+def _values_of_error(error: Any, angles: Any, out: Any) -> None:
+    known = at(error)
+    for i in range(len(angles)):
+        out[i] = known.value(angles[i])
+
+
+def _values_loops(function: Any, angles: Any, out: Any) -> None:
+    call(function.values_at, function.words, (angles, out))
+
+
+@kernel_as(_values_loops)
+def excitation_torques(excitation: Any, angles: Floats, out: Floats) -> None:
+    """Write the torques [N*m] of an excitation at base angles (n,) [rad]."""
+    out[:] = excitation.torque(angles)
+
+
+@kernel_as(_values_loops)
+def error_values(error: Any, angles: Floats, out: Floats) -> None:
+    """Write the kinematic errors [rad] at base angles (n,) [rad]."""
+    out[:] = error.value(angles)
+
+
+class OscillatorAt(NamedTuple):
+    """What a balance asks of an oscillator; `slot` is where a parameter that is none of the numbers stands."""
+
+    J: float
+    B: float
+    omega: float
+    law: LawAt
+    excitation: FunctionAt
+    error: FunctionAt
+    slot: Floats
+
+
+IN_SLOT = 3  # leaf of an `OscillatorAt` whose value goes to its slot
+
+
+def oscillator_at(system: Any, leaf: int, words: Callable[[Any], int]) -> tuple[OscillatorAt, int]:
+    """An oscillator by address, and the place of its leaf among what it has then."""
+    first, places, slot, place = 0, {}, np.zeros(1), leaf
+    for name, item in zip(system._fields, system, strict=True):
+        inside = 0 <= leaf - first < count(item)
+        if isinstance(item, tuple):
+            memory = words_of(item)
+            places[name] = words(memory)
+            if inside:
+                at_word = word_of_leaf(item, leaf - first)
+                slot, place = memory.view(np.float64)[at_word : at_word + 1], IN_SLOT
+        elif inside:
+            place = OscillatorAt._fields.index(name)
+        first += count(item)
+    torque, error = (
+        FunctionAt(places["excitation"], entry(_values_of_torque, system.excitation, VECTOR, VECTOR)),
+        FunctionAt(places["error"], entry(_values_of_error, system.error, VECTOR, VECTOR)),
+    )
+    law = law_at(system.law, places["law"])
+    return OscillatorAt(float(system.J), float(system.B), float(system.omega), law, torque, error, slot), place
+
+
+def _varied_loops(system: Any, leaf: int, value: Any) -> Any:
+    if leaf == IN_SLOT:
+        system.slot[0] = value
+    return with_leaf(system, leaf, value)
+
+
+@kernel_as(_varied_loops, inline=True)
+def varied(system: Any, leaf: int, value: float) -> Any:
+    """The oscillator at a value of its leaf."""
+    return with_leaf(system, leaf, value)
+
+
+class EquationsAt(NamedTuple):
+    """A balance problem by the addresses of its words and functions.
+
+    `prepare_at` is 0 where nothing is to be prepared, `slope_at` where the derivative by the parameter is a difference;
+    `error` has the coefficients (blocks) of x less what is solved for, and `spare` is a buffer.
+    """
+
+    words: int
+    prepare_at: int
+    equations_at: int
+    stiffness_at: int
+    slope_at: int
+    error: Floats
+    spare: Floats
+
+    def residual(self, z: Any, r: Any) -> None:
+        """Write what the equations lack at z."""
+        if self.prepare_at != 0:
+            call(self.prepare_at, self.words, (z,))
+        call(self.equations_at, self.words, (z, r))
+
+    def linearise(self, z: Any, jacobian: Any, slope: Any) -> None:
+        """Write its derivatives by the coefficients and by the parameter; follows `residual` at the same z."""
+        call(self.stiffness_at, self.words, (z, jacobian))
+        if self.slope_at != 0:
+            call(self.slope_at, self.words, (z, slope))
+        else:
+            difference(self, z, slope, self.spare)
+
+    def harmonics(self) -> int:
+        """Number of harmonics of a block."""
+        return len(self.error) // 2
+
+    def harmonic(self, z: Any, k: int) -> Any:
+        """Cosine and sine coefficient of the first state's k-th harmonic."""
+        h = len(self.error) // 2
+        return z[k] + self.error[k], z[h + k] + self.error[h + k]
+
+
+def equations_at(native: Any, words: Callable[[Any], int], prepare: Any, slope: Any, error: Floats) -> EquationsAt:
+    """A problem of arrays and addresses by its own address; see `EquationsAt`."""
+    own, lacks, jacobian = (VECTOR,), (VECTOR, VECTOR), (VECTOR, MATRIX)
+    kind = type(native)
+    functions = (prepare, own), (kind.equations, lacks), (kind.stiffness, jacobian), (slope, lacks)
+    return EquationsAt(words(native), *entries(native, *functions), error, np.empty(native.size()))
+
+
+@routine
+def difference(problem: Any, z: Any, slope: Any, spare: Any) -> None:
+    """Write the derivative of a problem's residual by its parameter, the last entry of z: a central difference."""
+    n = len(slope)
+    value = z[n]
+    d = 1e-6 * max(abs(value), 1e-3)
+    z[n] = value - d
+    problem.residual(z, slope)
+    z[n] = value + d
+    problem.residual(z, spare)
+    z[n] = value
+    for i in range(n):
+        slope[i] = (spare[i] - slope[i]) / (2.0 * d)

@@ -123,14 +123,14 @@ def test_the_jacobian_is_the_derivative_of_the_residual():
     rng = np.random.default_rng(1)
     z = np.append(0.3 * rng.standard_normal(problem.size()), 0.9)
     a, slope = np.empty((len(z) - 1, len(z) - 1)), np.empty(len(z) - 1)
-    problem.linearise(z, None, a, slope)
+    problem.linearise(z, a, slope)
     full, d = np.column_stack([a, slope]), 1e-6
     for j in range(len(z)):
         r = np.empty((2, len(z) - 1))
         for i, step in enumerate((d, -d)):
             moved = z.copy()
             moved[j] += step
-            problem.residual(moved, None, r[i])
+            problem.residual(moved, r[i])
         # |v| and |z| have kinks, which samples near them show in the difference quotient
         assert (r[0] - r[1]) / (2.0 * d) == pytest.approx(full[:, j], abs=2e-4)
 
@@ -142,7 +142,7 @@ def test_the_residual_of_a_law_with_memory_is_its_integral_however_few_the_harmo
     problem = first_order(system, leaf, leaf, 3)
     z = np.append(np.random.default_rng(4).standard_normal(problem.size()), 1.2)
     r = np.empty(problem.size())
-    problem.residual(z, None, r)
+    problem.residual(z, r)
     fine = 1 << 16
     y = problem.series(z[None])[0]
     angles = 2.0 * np.pi * np.arange(fine) / fine

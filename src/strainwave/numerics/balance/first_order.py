@@ -144,7 +144,7 @@ class FirstOrder(NamedTuple):
         enough = math.ceil(FOR_MEAN * max((1.0, *orders)) * self.turns) if orders else len(self.angles)
         return self.angles if enough >= len(self.angles) else 2.0 * np.pi * self.turns * np.arange(enough) / enough
 
-    def residual(self, z: Any, work: Any, r: Any) -> None:
+    def residual(self, z: Any, r: Any) -> None:
         """Residual of every coefficient, in units of the state's size a second."""
         y = self.series(z[None])[0]
         angles, synthesis, analysis = self.places(with_leaf(self.system, self.leaf, float(z[-1])), y)
@@ -154,7 +154,7 @@ class FirstOrder(NamedTuple):
         balance = base_speed(self, float(z[-1])) / self.turns * derivative(y) - rates @ analysis
         r[:] = (balance / self.sizes[:, None]).ravel()
 
-    def linearise(self, z: Any, work: Any, jacobian: Any, slope: Any) -> None:
+    def linearise(self, z: Any, jacobian: Any, slope: Any) -> None:
         """Derivatives of the residual by the coefficients and by the parameter."""
         n, states, value = len(self.synthesis), len(self.sizes), float(z[-1])
         h, y = n // 2, self.series(z[None])[0]

@@ -62,7 +62,17 @@ def weighted_norm(v: Any, weights: Any) -> float:
     return float(weighted_square(v, weights) ** 0.5)
 
 
-@kernel
+def _extremes_loops(v: Any) -> Any:
+    low, high = 0, 0
+    for i in range(1, len(v)):
+        if v[i] < v[low]:
+            low = i
+        if v[i] > v[high]:
+            high = i
+    return low, high
+
+
+@kernel_as(_extremes_loops)
 def extremes(v: Any) -> Any:
     """Places of the smallest and the largest entry."""
     return np.argmin(v), np.argmax(v)

@@ -1,19 +1,14 @@
 """What in an oscillator's balance does not depend on its law: inertia, damping, torque and kinematic error.
 
 The virtual leaves are parameters that are no numbers of the system: along them orbits that coexist are connected.
-
-Where only the frequency varies, torque and error are in the problem's series, and compiled code gets the problem
-without their classes (`quiet`): its type is then decided by the law alone, and what was compiled once (10 to 20 s for a
-curve) serves every excitation of that law: another line of the kinematic error compiles nothing.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ...compile.jit import elementwise, kernel_as, routine
+from ...compile.jit import kernel_as, routine
 from ...results import Floats
-from ...tree import count
 from .fourier import orders
 
 # In the place of a leaf, at a fixed frequency: the parameter is the logarithm of a factor of all that alternates, or a
@@ -66,18 +61,6 @@ def add_linear_jacobian(J: float, B: float, w: float, stride: int, h: int, out: 
     out[h + k, k] -= damping
 
 
-@elementwise
-def torque_samples(excitation: Any, angle: Any, out: Any) -> Any:
-    """Torque of the excitation at every angle."""
-    return excitation.torque(angle)
-
-
-@elementwise
-def error_samples(error: Any, angle: Any, out: Any) -> Any:
-    """Kinematic error at every angle."""
-    return error.value(angle)
-
-
 @routine
 def clean_mean(series: Any) -> None:
     """Remove the rounding from the mean of a series without one: in the play of a gear nothing holds against it."""
@@ -108,32 +91,3 @@ def vary(leaf: int, value: float, torque: Any, error: Any, derive: bool) -> None
         torque[h + k] *= factor
         error[k] *= factor
         error[h + k] *= factor
-
-
-class Quiet(NamedTuple):
-    """In the place of a torque and of a kinematic error: none."""
-
-    def torque(self, angle: Any) -> Any:
-        """No torque [N*m]."""
-        return 0.0 * angle
-
-    def value(self, angle: Any) -> Any:
-        """No error [rad]."""
-        return 0.0 * angle
-
-
-QUIET = Quiet()
-PARTS = ("excitation", "error")
-
-
-def quiet(problem: Any) -> Any:
-    """Return an oscillator's problem without the classes that it asks for nothing; itself where it does ask."""
-    system = problem.system
-    fields = getattr(system, "_fields", ())
-    asks = problem.leaf > STRENGTH and problem.leaf != problem.omega_leaf
-    if asks or not {*PARTS, "omega"} <= set(fields):
-        return problem
-    before = sum(count(getattr(system, part)) for part in PARTS if fields.index(part) < fields.index("omega"))
-    omega_leaf = problem.omega_leaf - before
-    leaf = problem.leaf if problem.leaf <= STRENGTH else omega_leaf
-    return problem._replace(system=system._replace(**dict.fromkeys(PARTS, QUIET)), leaf=leaf, omega_leaf=omega_leaf)

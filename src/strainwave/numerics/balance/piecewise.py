@@ -15,19 +15,23 @@ import numpy as np
 from ...compile.jit import kernel_as, routine
 from ...law import breakpoints_of
 from ...results import Floats
+from ..addressed import kinks, stiffnesses, torques
 from .fourier import extend, multiply_rows
 from .linear_algebra import copy, extremes
 
 MOST_CROSSINGS = 256
 
 
-def _crossings_loops(law: Any, z: Any, u: Any, angles: Any, jumps: Any, places: Any) -> int:
+def _crossings_loops(
+    breaks: Any, sides: Any, z: Any, u: Any, angles: Any, jumps: Any, places: Any
+) -> int:  # fmt: skip
     h = (len(z) - 2) // 2
     spacing = 2.0 * math.pi / len(u)
     count = 0
     for i in range(len(u)):
         after = u[i + 1] if i + 1 < len(u) else u[0]
-        for b in law.breakpoints():
+        for j in range(len(breaks)):
+            b = breaks[j]
             if (u[i] - b) * (after - b) < 0.0 and count < MOST_CROSSINGS:
                 low, high = spacing * i, spacing * (i + 1)
                 psi = low + spacing * (b - u[i]) / (after - u[i])
@@ -43,8 +47,7 @@ def _crossings_loops(law: Any, z: Any, u: Any, angles: Any, jumps: Any, places: 
                         psi = 0.5 * (low + high)
                     if abs(step) < 1e-15:
                         break
-                near = 1e-7 * abs(b) + 1e-300
-                rise = law.stiffness(b + near) - law.stiffness(b - near)
+                rise = sides[2 * j + 1] - sides[2 * j]
                 angles[count], places[count] = psi, b
                 jumps[count] = rise if after > u[i] else -rise
                 count += 1
@@ -52,12 +55,15 @@ def _crossings_loops(law: Any, z: Any, u: Any, angles: Any, jumps: Any, places: 
 
 
 @kernel_as(_crossings_loops)
-def crossings(law: Any, z: Any, u: Any, angles: Any, jumps: Any, places: Any) -> int:
+def crossings(
+    breaks: Any, sides: Any, z: Any, u: Any, angles: Any, jumps: Any, places: Any
+) -> int:  # fmt: skip
     """Angles psi in [0, 2 pi) at which the series z, sampled in u, crosses a breakpoint; jumps of stiffness there.
 
-    `places` gets the breakpoint's torsion. Returns their number.
+    `sides` are the stiffnesses before and after each breakpoint; `places` gets the breakpoint's torsion. Returns their
+    number.
     """
-    h, spacing, breaks = (len(z) - 2) // 2, 2.0 * math.pi / len(u), np.array(law.breakpoints(), float)
+    h, spacing = (len(z) - 2) // 2, 2.0 * math.pi / len(u)
     above = u[:, None] - breaks
     i, j = np.nonzero(above * np.roll(above, -1, axis=0) < 0.0)
     i, j = i[:MOST_CROSSINGS], j[:MOST_CROSSINGS]
@@ -75,10 +81,9 @@ def crossings(law: Any, z: Any, u: Any, angles: Any, jumps: Any, places: Any) ->
         psi = np.where((low <= moved) & (moved <= high), moved, 0.5 * (low + high))
         if np.all(np.abs(step) < 1e-8):  # the next would be 1e-16
             break
-    near = 1e-7 * np.abs(b) + 1e-300
     count = len(i)
     angles[:count], places[:count] = psi, b
-    jumps[:count] = np.sign(rise) * (law.stiffness(b + near) - law.stiffness(b - near))
+    jumps[:count] = np.sign(rise) * (sides[2 * j + 1] - sides[2 * j])
     return count
 
 
@@ -130,7 +135,11 @@ def steps(base: float, angles: Any, jumps: Any, count: int, h: int, even: Any, o
 
 
 class Crossings(NamedTuple):
-    """Fourier coefficients of T(u) for a law that is linear between breakpoints; the arrays are buffers."""
+    """Fourier coefficients of T(u) for a law that is linear between breakpoints; the arrays are buffers.
+
+    `beside` are torsions before and after each breakpoint and, last, the first sample, `sides` the stiffnesses there;
+    `first` is the first sample and `start` its torque.
+    """
 
     angles: Floats
     jumps: Floats
@@ -140,23 +149,39 @@ class Crossings(NamedTuple):
     gc: Floats
     gs: Floats
     product: Floats
+    breaks: Floats
+    beside: Floats
+    sides: Floats
+    first: Floats
+    start: Floats
 
     def is_sampled(self) -> bool:
         """Whether the torque is sampled: no, it is exact."""
         return False
 
+    def crossed(self, law: Any, z: Any, u: Any) -> int:
+        """Find the crossings of a motion, with what the law is at its start; returns their number."""
+        count = kinks(law, self.breaks)
+        for j in range(count):
+            near = 1e-7 * abs(self.breaks[j]) + 1e-300
+            self.beside[2 * j], self.beside[2 * j + 1] = self.breaks[j] - near, self.breaks[j] + near
+        self.beside[2 * count] = self.first[0] = u[0]
+        stiffnesses(law, self.beside, self.sides)
+        return crossings(self.breaks, self.sides, z, u, self.angles, self.jumps, self.places)
+
     def torque_series(self, law: Any, z: Any, u: Any, r: Any) -> None:
         """Coefficients of T(u) from those of u (z) and its samples."""
         n = len(r)
         h = n // 2
-        count = crossings(law, z, u, self.angles, self.jumps, self.places)
-        stiffness = law.stiffness(u[0])
+        count = self.crossed(law, z, u)
+        torques(law, self.first, self.start)
+        stiffness = self.sides[2 * len(self.breaks)]
         steps(stiffness, self.angles, self.jumps, count, 2 * h, self.even, self.odd)
         extend(self.even, self.odd, 2 * h, self.gc, self.gs)
         multiply_rows(self.gc, self.gs, h, 1, self.product)
         for j in range(count):
             self.jumps[j] *= -self.places[j]
-        steps(law.torque(u[0]) - stiffness * u[0], self.angles, self.jumps, count, h, self.even, self.odd)
+        steps(self.start[0] - stiffness * u[0], self.angles, self.jumps, count, h, self.even, self.odd)
         r[0] = 0.5 * self.even[0]
         for k in range(1, h + 1):
             r[k] = self.even[k]
@@ -168,16 +193,16 @@ class Crossings(NamedTuple):
         for i in range(self.product.shape[0]):
             copy(self.product[i], jacobian[i, : self.product.shape[0]])
 
-    def slack(self, law: Any, u: Any) -> float:
+    def slack(self, u: Any) -> float:
         """Distance [rad] between the middles of an orbit and of the play in which it floats; 0 in contact.
 
-        Any mean is in balance there; the middle is the one that contact starts from.
+        Any mean is in balance there; the middle is the one that contact starts from. It follows `torque_series`.
         """
         low, high = extremes(u)
-        if law.stiffness(u[0]) != 0.0 or law.torque(u[0]) != 0.0:
+        if self.sides[2 * len(self.breaks)] != 0.0 or self.start[0] != 0.0:
             return 0.0
         below, above = -1e300, 1e300
-        for b in law.breakpoints():
+        for b in self.breaks:
             if u[low] < b < u[high]:
                 return 0.0
             if b <= u[low]:
@@ -186,18 +211,17 @@ class Crossings(NamedTuple):
                 above = min(above, b)
         return 0.5 * (u[low] + u[high] - below - above) if below > -1e300 and above < 1e300 else 0.0
 
-    def hill_trace(self, system: Any, z: Any, u: Any, w: float) -> float:
+    def hill_trace(self, system: Any, z: Any, u: Any, w: float, q: Any) -> float:
         """Trace of the period map of z'' + (T'(u)/J - (B/2J)^2) z = 0, exact between crossings."""
-        law = system.law
-        count = crossings(law, z, u, self.angles, self.jumps, self.places)
+        count = self.crossed(system.law, z, u)
         sort_by_angle(self.angles, self.jumps, count)
-        stiffness, at = law.stiffness(u[0]), 0.0
+        stiffness, at = self.sides[2 * len(self.breaks)], 0.0
         shift = 0.25 * (system.B / system.J) ** 2
         a, b, c, d = 1.0, 0.0, 0.0, 1.0
         for j in range(count + 1):
             end = self.angles[j] if j < count else 2.0 * math.pi
-            even, odd, q = free_motion(stiffness / system.J - shift, (end - at) / w)
-            a, b, c, d = even * a + odd * c, even * b + odd * d, even * c - q * odd * a, even * d - q * odd * b
+            c0, s0, k = free_motion(stiffness / system.J - shift, (end - at) / w)
+            a, b, c, d = c0 * a + s0 * c, c0 * b + s0 * d, c0 * c - k * s0 * a, c0 * d - k * s0 * b
             if j < count:
                 stiffness += self.jumps[j]
             at = end
@@ -243,13 +267,13 @@ def add_product(matrix: Any, z: Any, r: Any) -> None:
     r += matrix @ z[: matrix.shape[1]]
 
 
-def crossings_for(harmonics: int) -> Crossings:
-    """Buffers for a number of harmonics."""
-    n = 2 * harmonics + 1
+def crossings_for(law: Any, harmonics: int) -> Crossings:
+    """Buffers for a law and a number of harmonics."""
+    n, m = 2 * harmonics + 1, len(breakpoints_of(law))
     most, wide = MOST_CROSSINGS, 4 * harmonics + 1
     return Crossings(
         np.empty(most), np.empty(most), np.empty(most), np.empty(n), np.empty(n), np.empty(wide), np.empty(wide),
-        np.empty((n, n)),
+        np.empty((n, n)), np.empty(m), np.empty(2 * m + 1), np.empty(2 * m + 1), np.empty(1), np.empty(1),
     )  # fmt: skip
 
 

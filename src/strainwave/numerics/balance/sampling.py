@@ -6,22 +6,10 @@ Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.4
 import math
 from typing import Any, NamedTuple
 
-from ...compile.jit import elementwise
 from ...results import Floats
+from ..addressed import stiffnesses, torques
 from .fourier import extend_series, multiply_rows
 from .linear_algebra import extremes, row_times
-
-
-@elementwise
-def law_torque(law: Any, u: Any, out: Any) -> Any:
-    """Torque of the law at every sample."""
-    return law.torque(u)
-
-
-@elementwise
-def law_stiffness(law: Any, u: Any, out: Any) -> Any:
-    """Stiffness of the law at every sample."""
-    return law.stiffness(u)
 
 
 class Sampling(NamedTuple):
@@ -44,18 +32,18 @@ class Sampling(NamedTuple):
 
     def torque_series(self, law: Any, z: Any, u: Any, r: Any) -> None:
         """Coefficients of T(u) from the samples of u."""
-        law_torque(law, u, self.samples)
+        torques(law, u, self.samples)
         row_times(self.samples, self.analysis, r)
 
     def stiffness_product(self, law: Any, u: Any, jacobian: Any) -> None:
         """Matrix that multiplies a series by T'(u)."""
         h = len(self.g) // 4
-        law_stiffness(law, u, self.samples)
+        stiffnesses(law, u, self.samples)
         row_times(self.samples, self.analysis_double, self.g)
         extend_series(self.g, h, self.gc, self.gs)
         multiply_rows(self.gc, self.gs, h, self.stride, jacobian)
 
-    def slack(self, law: Any, u: Any) -> float:
+    def slack(self, u: Any) -> float:
         """Middle [rad] of an orbit to which the law gives no torque at all, where any mean is in balance; else 0."""
         if self.stride > 1 or self.samples[0] != 0.0:  # as `torque_series` left them
             return 0.0
@@ -65,15 +53,17 @@ class Sampling(NamedTuple):
         low, high = extremes(u)
         return float(0.5 * (u[low] + u[high]))
 
-    def hill_trace(self, system: Any, z: Any, u: Any, w: float) -> float:
-        """Trace of the period map of z'' + (T'(u)/J - (B/2J)^2) z = 0 by Numerov's rule on the samples u."""
+    def hill_trace(self, system: Any, z: Any, u: Any, w: float, q: Any) -> float:
+        """Trace of the period map of z'' + (T'(u)/J - (B/2J)^2) z = 0 by Numerov's rule on the samples u; q: buffer."""
         steps = len(u)
         scale = (2.0 * math.pi / (self.stride * steps) / w) ** 2 / 12.0
-        shift = 0.25 * (system.B / system.J) ** 2
+        shift, factor = 1.0 - scale * 0.25 * (system.B / system.J) ** 2, scale / system.J
+        stiffnesses(system.law, u, q)
+        for i in range(steps):
+            q[i] = 12.0 / (shift + factor * q[i]) - 10.0
         w0, w1, v0, v1 = 1.0, 0.0, 0.0, 1.0  # two columns of the period map
         for i in range(steps):
-            t = 12.0 / (1.0 + scale * (system.law.stiffness(u[i]) / system.J - shift)) - 10.0
-            w0, w1 = t * w0 - w1, w0
-            v0, v1 = t * v0 - v1, v0
+            w0, w1 = q[i] * w0 - w1, w0
+            v0, v1 = q[i] * v0 - v1, v0
         trace = w0 + v1
         return trace if self.stride == 1 else trace * trace - 2.0  # of two equal halves

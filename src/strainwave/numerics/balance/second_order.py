@@ -11,9 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...compile.address import ByAddress, at
 from ...compile.jit import run
 from ...results import Floats
 from ...tree import leaf_of, with_leaf
+from ..addressed import EquationsAt, difference, equations_at, error_values, excitation_torques, oscillator_at, varied
 from .fourier import all_orders, analysis, from_blocks, orders, synthesis, to_blocks, with_velocity
 from .half_wave import seems_odd
 from .harmonics import ENOUGH
@@ -23,10 +25,7 @@ from .linear_part import (
     add_linear,
     add_linear_jacobian,
     clean_mean,
-    error_samples,
     forced,
-    quiet,
-    torque_samples,
     vary,
 )
 from .one_harmonic import carried, drive, driven_lines, several_at, strongest, ways
@@ -35,10 +34,21 @@ from .rates import base_speed
 from .sampling import Sampling
 from .truncation import few_of, share_left_out
 
+FIELDS = "J", "B", "omega", "law", "excitation", "error"
 LIGHT = 33  # unknowns of a sampled law up to which NumPy follows a curve in a fraction of a second
 ROUNDING = 1e-9  # of the largest line: less is none
 BIAS = 0.02  # constant torque that breaks a symmetry, of the largest drive
 BUDGET, STEP = 2500, 0.1  # points of a search for other orbits, and its steps in units of the orbit and the parameter
+
+
+class Work(NamedTuple):
+    """Buffers, so that nothing is allocated where equations are solved."""
+
+    u: Floats
+    f: Floats
+    tau: Floats
+    error: Floats
+    nothing: Floats
 
 
 class SecondOrder(NamedTuple):
@@ -58,6 +68,7 @@ class SecondOrder(NamedTuple):
     tau: Floats
     error: Floats
     nonlinear: Any
+    work: Work
 
     def size(self) -> int:
         return len(self.tau)
@@ -70,37 +81,39 @@ class SecondOrder(NamedTuple):
         h = len(self.error) // 2
         return z[k] + self.error[k], z[h + k] + self.error[h + k]
 
-    def forcing(self, system: Any, work: Any) -> None:
-        """Coefficients of torque and kinematic error into `work`; only a frequency leaves them as they are."""
-        if self.leaf == self.omega_leaf or self.leaf <= STRENGTH:
+    def prepare(self, z: Any) -> None:
+        """Coefficients of torque and kinematic error at z into `work`; of a frequency alone they are the problem's."""
+        self = at(self)
+        work, value = self.work, z[len(self.tau)]
+        if self.leaf <= STRENGTH:
             copy(self.tau, work.tau)
             copy(self.error, work.error)
+            vary(self.leaf, value, work.tau, work.error, False)
         else:
-            torque_samples(system.excitation, self.angles, work.f)
+            system = varied(self.system, self.leaf, value)
+            excitation_torques(system.excitation, self.angles, work.f)
             row_times(work.f, self.analysis, work.tau)
             clean_mean(work.tau)
-            error_samples(system.error, self.angles, work.f)
+            error_values(system.error, self.angles, work.f)
             row_times(work.f, self.analysis, work.error)
 
-    def residual(self, z: Any, work: Any, r: Any) -> None:
-        """Residual [N*m] of every coefficient at z = (coefficients of u, parameter)."""
-        n = self.size()
-        system = with_leaf(self.system, self.leaf, z[n])
-        self.forcing(system, work)
-        if self.leaf <= STRENGTH:
-            vary(self.leaf, z[n], work.tau, work.error, False)
+    def equations(self, z: Any, r: Any) -> None:
+        """Residual [N*m] of every coefficient at z = (coefficients of u, parameter), with what `prepare` has left."""
+        self = at(self)
+        work, system = self.work, varied(self.system, self.leaf, z[len(self.tau)])
         row_times(z, self.synthesis, work.u)
         self.nonlinear.torque_series(system.law, z, work.u, r)
-        w = system.omega / self.turns
-        add_linear(system.J, system.B, w, self.stride, z, work.tau, work.error, r)
-        if work.tau[0] == 0.0:
-            r[0] += system.J * w * w * self.nonlinear.slack(system.law, work.u)
+        w, alone = system.omega / self.turns, self.leaf == self.omega_leaf
+        tau, error = (self.tau, self.error) if alone else (work.tau, work.error)
+        add_linear(system.J, system.B, w, self.stride, z, tau, error, r)
+        if tau[0] == 0.0:
+            r[0] += system.J * w * w * self.nonlinear.slack(work.u)
 
-    def linearise(self, z: Any, work: Any, jacobian: Any, slope: Any) -> None:
-        """Derivatives of the residual by the coefficients and by the parameter; follows `residual` at the same z."""
-        n = self.size()
-        h = n // 2
-        system = with_leaf(self.system, self.leaf, z[n])
+    def stiffness(self, z: Any, jacobian: Any) -> None:
+        """Derivatives of the residual by the coefficients; follows `equations` at the same z."""
+        self = at(self)
+        n, work = len(self.tau), self.work
+        system = varied(self.system, self.leaf, z[n])
         self.nonlinear.stiffness_product(system.law, work.u, jacobian)
         w = system.omega / self.turns
         inertia = system.J * w * w
@@ -110,36 +123,59 @@ class SecondOrder(NamedTuple):
             low, high = extremes(work.u)
             for j in range(n):
                 jacobian[0, j] = 0.5 * inertia * (self.synthesis[j, low] + self.synthesis[j, high])
-        add_linear_jacobian(system.J, system.B, w, self.stride, h, jacobian)
-        if self.leaf == self.omega_leaf:
-            fill(0.0, slope)
-            per_turn = 1.0 / (w * self.turns)
-            add_linear(2.0 * system.J * per_turn, system.B * per_turn, w, self.stride, z, slope, work.error, slope)
-        elif self.leaf <= STRENGTH:
-            self.forcing(system, work)
-            vary(self.leaf, z[n], work.tau, work.error, True)
-            fill(0.0, work.z)
-            fill(0.0, slope)
-            add_linear(system.J, 0.0, w, self.stride, work.z, work.tau, work.error, slope)
-        else:
-            self.parameter_slope(z, work, slope)
+        add_linear_jacobian(system.J, system.B, w, self.stride, n // 2, jacobian)
 
-    def parameter_slope(self, z: Any, work: Any, slope: Any) -> None:
-        """Derivative with respect to the parameter by a central difference."""
-        n = self.size()
-        d = 1e-6 * max(abs(z[n]), 1e-3)
-        copy(z, work.z)
-        for side in range(2):
-            work.z[n] = z[n] - d if side == 0 else z[n] + d
-            self.residual(work.z, work, work.spare)
-            for i in range(n):
-                slope[i] = (work.spare[i] - slope[i]) if side == 1 else work.spare[i]
-        for i in range(n):
-            slope[i] /= 2.0 * d
+    def by_speed(self, z: Any, slope: Any) -> None:
+        """Derivative of the residual by the base frequency."""
+        self = at(self)
+        system = varied(self.system, self.leaf, z[len(self.tau)])
+        w, per_turn = system.omega / self.turns, 1.0 / system.omega
+        fill(0.0, slope)
+        add_linear(2.0 * system.J * per_turn, system.B * per_turn, w, self.stride, z, slope, self.error, slope)
+
+    def by_strength(self, z: Any, slope: Any) -> None:
+        """Derivative of the residual by a virtual leaf; `prepare` must come before the next residual."""
+        self = at(self)
+        work, value = self.work, z[len(self.tau)]
+        system = varied(self.system, self.leaf, value)
+        copy(self.tau, work.tau)
+        copy(self.error, work.error)
+        vary(self.leaf, value, work.tau, work.error, True)
+        fill(0.0, slope)
+        add_linear(system.J, 0.0, system.omega / self.turns, self.stride, work.nothing, work.tau, work.error, slope)
+
+    def residual(self, z: Any, r: Any) -> None:
+        """Residual [N*m] of every coefficient at z = (coefficients of u, parameter)."""
+        if self.leaf != self.omega_leaf:
+            self.prepare(z)
+        self.equations(z, r)
+
+    def linearise(self, z: Any, jacobian: Any, slope: Any) -> None:
+        """Derivatives of the residual by the coefficients and by the parameter; follows `residual` at the same z."""
+        self.stiffness(z, jacobian)
+        if self.leaf == self.omega_leaf:
+            self.by_speed(z, slope)
+        elif self.leaf <= STRENGTH:
+            self.by_strength(z, slope)
+        else:
+            difference(self, z, slope, np.empty(self.size()))
 
     def run(self, kernel: Any, *arguments: Any) -> Any:
         light = self.nonlinear.is_sampled() and self.size() <= LIGHT
-        return run(kernel, quiet(self), *arguments, light=light)
+        if not set(FIELDS) <= set(self.system._fields):  # a system like an oscillator whose numbers are none of these
+            return kernel(self, *arguments)
+        return run(kernel, ByAddress(self, self.addressed), *arguments, light=light)
+
+    def addressed(self, words: Any) -> EquationsAt:
+        """The equations for machine code."""
+        own, virtual = self.leaf == self.omega_leaf, self.leaf <= STRENGTH
+        slope = SecondOrder.by_speed if own else SecondOrder.by_strength if virtual else None
+        return equations_at(self.native(words), words, None if own else SecondOrder.prepare, slope, self.error)
+
+    def native(self, words: Any) -> "SecondOrder":
+        """The problem with an oscillator by address: of one type for all laws that are taken alike."""
+        system, leaf = oscillator_at(self.system, self.leaf, words)
+        return self._replace(system=system, leaf=leaf, omega_leaf=system._fields.index("omega"))
 
     def hill(self) -> bool:
         return True
@@ -289,9 +325,11 @@ def second_order(
     wide = 4 * h + 1
     nonlinear: Any
     if piecewise:
-        nonlinear = crossings_for(h)
+        nonlinear = crossings_for(system.law, h)
     else:
         buffers = np.empty(samples), np.empty(wide), np.empty(wide), np.empty(wide)
         nonlinear = Sampling(own, double, *buffers, stride)
     both = forced(system, angles, table)
-    return SecondOrder(system, leaf, omega_leaf, turns, stride, waves, table, angles, *both, nonlinear)
+    n = table.shape[1]
+    work = Work(np.empty(samples), np.empty(samples), np.empty(n), np.empty(n), np.zeros(n))
+    return SecondOrder(system, leaf, omega_leaf, turns, stride, waves, table, angles, *both, nonlinear, work)

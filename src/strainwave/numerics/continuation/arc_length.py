@@ -14,44 +14,42 @@ import numpy as np
 
 from ...compile.jit import borrowed, kernel, routine
 from ..balance.linear_algebra import add, copy, divide, dot, factor, fill, substitute, weigh, weighted_norm
-from ..balance.work import work_for
 from ..labels import BOUND, CLOSED, END, FOLD, LOST, RUNNING, START, STEP, STUCK, TOP
 from ..roots import FA, FB, SHARE, A, B, narrow, next_place
 
-Z0, T0, Z1, T1, Z, T, ROW, SCALE, HOME, AHEAD = range(10)  # rows of the state of a continuation
+Z0, T0, Z1, T1, Z, T, ROW, SCALE, HOME, AHEAD, LACK, CHANGE, ROWS = range(
+    13
+)  # rows of the state of a continuation; how many
 SMALLEST_STEP, KINK = 1e-9, 1e-4  # steps below KINK may turn sharply: laws with kinks give curves with kinks
 NOTHING_MOVES = 1e-12  # smallest unit of the coefficients: an orbit at rest has no size
 TOLERANCE, NEGLIGIBLE = 1e-9, 1e-6  # of a correction, in scaled unknowns; of one by Newton's method
 
 
 @routine
-def correct(
-    problem: Any, n: int, state: Any, target: float, work: Any, a: Any, pivots: Any, most: int, full: bool
-) -> Any:
+def correct(problem: Any, n: int, state: Any, target: float, a: Any, pivots: Any, most: int, full: bool) -> Any:
     """Solve residual = 0 and row . z = target from z in place; leave the tangent of the curve in row T.
 
     The Jacobian is factored at the prediction and again when corrections shrink too slowly or, if `full`, are not yet
     tiny (the tangent is then that of the solution). Returns whether it converged, the scaled size of the first
     correction and the sign of the determinant of the bordered Jacobian, which changes where another branch crosses.
     """
-    problem, state, work, a, pivots = borrowed((problem, state, work, a, pivots))
-    z, tangent, row, scale = state[Z], state[T], state[ROW], state[SCALE]
+    problem, state, a, pivots = borrowed((problem, state, a, pivots))
+    z, tangent, row, scale, lack, change = state[Z], state[T], state[ROW], state[SCALE], state[LACK], state[CHANGE]
     first, last, stale, sign = 0.0, 1e300, True, 0.0
     for i in range(most):
-        problem.residual(z, work, work.r)
+        problem.residual(z, lack[:n])
         if stale:
-            problem.linearise(z, work, a, work.column)
-            copy(work.column, a[:n, n])
+            problem.linearise(z, a, change[:n])
+            copy(change[:n], a[:n, n])
             copy(row, a[n])
             sign = factor(a, pivots)
             fill(0.0, tangent)
             tangent[n] = 1.0
             substitute(a, pivots, tangent)
-        copy(work.r, work.z[:n])
-        work.z[n] = dot(row, z) - target
-        substitute(a, pivots, work.z)
-        add(-1.0, work.z, z)
-        size = weighted_norm(work.z, scale)
+        lack[n] = dot(row, z) - target
+        substitute(a, pivots, lack)
+        add(-1.0, lack, z)
+        size = weighted_norm(lack, scale)
         if not size < 1e3:
             return False, first, sign
         if i == 0:
@@ -229,7 +227,7 @@ def advance(state: Any, ds: float) -> bool:
 def buffers_for(problem: Any) -> Any:
     """Buffers of `follow` for a problem."""
     n = problem.size()
-    return work_for(problem), np.empty((n + 1, n + 1)), np.empty(n + 1, np.int64), np.zeros(7)
+    return np.empty((n + 1, n + 1)), np.empty(n + 1, np.int64), np.zeros(7)
 
 
 @kernel
@@ -244,15 +242,13 @@ def follow(
     mode STEP goes on.
     """
     problem, state, points, labels = borrowed(problem), borrowed(state), borrowed(points), borrowed(labels)
-    work, a, pivots, bracket = borrowed(buffers)
+    a, pivots, bracket = borrowed(buffers)
     n = state.shape[1] - 1
     count, outcome, search, place, bound, taken = 0, RUNNING, TOP, 1, hi, 0.0
     side = 0.0  # sign of the determinant at the last point; unknown where a call goes on in mode STEP
     while outcome == RUNNING and (count < len(points) - 4 or mode > STEP):
         target = predict(state, mode, ds, bracket, bound)
-        good, first, sign = correct(
-            problem, n, state, target, work, a, pivots, 40 if mode == START else 8, mode != STEP
-        )
+        good, first, sign = correct(problem, n, state, target, a, pivots, 40 if mode == START else 8, mode != STEP)
         if mode == START:
             if not good:
                 outcome = LOST

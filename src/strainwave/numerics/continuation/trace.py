@@ -8,7 +8,7 @@ import numpy as np
 from ...protocols import Balance
 from ...results import Floats
 from ..labels import CLOSED, FOLD, LOST, RUNNING, START, STEP, TOP, UNBOUNDED
-from .arc_length import SCALE, Z1, buffers_for, follow
+from .arc_length import ROWS, SCALE, Z1, buffers_for, follow
 from .missed_folds import with_missed_folds
 
 MOST_PIECES = 40
@@ -36,7 +36,7 @@ class Trace:
 
 def state_from(guess: Floats, width: float) -> Floats:
     """State of a continuation that starts at a guess (coefficients, parameter), the latter in units of `width`."""
-    state = np.zeros((10, len(guess)))
+    state = np.zeros((ROWS, len(guess)))
     state[Z1] = guess
     state[SCALE] = 1.0 / max(float(np.linalg.norm(guess[:-1])), 1e-12)
     state[SCALE, -1] = 1.0 / width

@@ -14,10 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compile.jit import borrowed, kernel_as, routine
+from ...compile.address import ByAddress
+from ...compile.jit import borrowed, kernel_as, routine, run
 from ...results import Floats
 from ...series import largest_size
 from ...tree import with_leaf
+from ..addressed import varied
 from ..balance.fourier import from_blocks, synthesis
 from ..balance.linear_algebra import add, row_times
 from ..balance.rates import base_speed
@@ -33,13 +35,13 @@ def _stability_loops(problem: Any, table: Any, points: Any, traces: Any, peaks: 
     h = n // 2
     u = np.empty(steps)
     x = np.empty(n)
-    error = np.empty(steps)
+    error, q = np.empty(steps), np.empty(steps)
     row_times(problem.error, table, error)
     spacing = 2.0 * math.pi / (problem.stride * steps)
     for p in range(points.shape[0]):
-        system = with_leaf(problem.system, problem.leaf, points[p, n])
+        system = varied(problem.system, problem.leaf, points[p, n])
         row_times(points[p], table, u)
-        traces[p] = problem.nonlinear.hill_trace(system, points[p], u, system.omega / problem.turns)
+        traces[p] = problem.nonlinear.hill_trace(system, points[p], u, system.omega / problem.turns, q)
         for k in range(n):
             x[k] = points[p, k] + problem.error[k]
         add(1.0, error, u)
@@ -81,7 +83,8 @@ def stability(problem: Any, table: Any, points: Any, traces: Any, peaks: Any) ->
     if not problem.nonlinear.is_sampled():
         for p, point in enumerate(points):
             system = with_leaf(problem.system, problem.leaf, float(point[n]))
-            traces[p] = problem.nonlinear.hill_trace(system, point, point[:n] @ table, system.omega / problem.turns)
+            u, w = point[:n] @ table, system.omega / problem.turns
+            traces[p] = problem.nonlinear.hill_trace(system, point, u, w, np.empty(0))
     else:
         traces[:] = _numerov(problem, points, table)
     x = points[:, :n] + problem.error
@@ -153,7 +156,8 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> tuple[Flo
     grid = grid_of(problem, steps_for(problem, points)) if table is None else table
     traces, peaks = np.empty(len(points)), np.empty(len(points))
     with np.errstate(all="ignore"):
-        problem.run(stability, grid, np.ascontiguousarray(points), traces, peaks)
+        native = ByAddress(problem, problem.native)
+        run(stability, native, grid, np.ascontiguousarray(points), traces, peaks)
     coarse = problem.nonlinear.is_sampled() and problem.stride * grid.shape[1] >= MOST_STEPS
     traces[~np.isfinite(traces) | (coarse and unresolved(problem, points, grid))] = np.nan
     return traces, peaks

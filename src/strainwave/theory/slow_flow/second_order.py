@@ -21,7 +21,7 @@ import numpy as np
 
 from ...law import breakpoints_of
 from ...model.laws.springs import Cubic, Linear, Polynomial
-from ...numerics.balance.sampling import law_torque
+from ...numerics.addressed import torques
 from ...results import Floats
 from .averaging import probes_of, turns_with_phase
 from .means.memory import LoopAverages, loop_averages, remembers
@@ -123,7 +123,7 @@ class Samples:
     def _torque(s: Setting, c: Complexes, waves: Complexes, onto: Complexes) -> Complexes:
         """Twice the means [rad/s^2] of the torque beyond the one at rest, over J, along motions about u0."""
         rest = s.u0, float(s.system.law.torque(s.u0))
-        return np.asarray(2.0 / s.system.J * harmonics(law_torque, s.system.law, c, waves, onto, rest))
+        return np.asarray(2.0 / s.system.J * harmonics(torques, s.system.law, c, waves, onto, rest))
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 Where the error follows the motor's deviation delta, x = u + e(phase + delta), and the gear's torque T acts on delta as
 -e'(phase + delta) T. Both are smooth functions of time: T is taken from the balance of x, T = F - D P, which holds for
 every law, with corners too; e, e' and e'' are sampled.
+Its methods get the tables of synthesis and analysis and the base angles of the samples, and the dynamic stiffness s.
 """
 
 from typing import Any, NamedTuple
@@ -22,26 +23,26 @@ class Prescribed(NamedTuple):
 
     error: Floats
 
-    def positions(self, problem: Any, factor: float, z: Any, x: Any) -> None:
+    def positions(self, tables: Any, factor: float, z: Any, x: Any) -> None:
         """Write the coefficients of x = u + e."""
         copy(z[: len(x)], x)
         add(factor, self.error, x)
         x[0] += (1.0 - factor) * self.error[0]
 
-    def react(self, problem: Any, blocks: Any, r: Any) -> None:
+    def react(self, tables: Any, s: Any, blocks: Any, r: Any) -> None:
         """The motor feels no torque through the error."""
 
-    def linearise(self, problem: Any, blocks: Any, jacobian: Any) -> None:
+    def linearise(self, tables: Any, s: Any, blocks: Any, jacobian: Any) -> None:
         """Nothing follows the motor."""
 
-    def by_speed(self, problem: Any, blocks: Any, slope: Any) -> None:
+    def by_speed(self, change: Any, blocks: Any, slope: Any) -> None:
         """Nothing follows the motor."""
 
-    def by_strength(self, problem: Any, factor: float, blocks: Any, slope: Any) -> None:
+    def by_strength(self, tables: Any, s: Any, factor: float, blocks: Any, slope: Any) -> None:
         """Add the derivative by the logarithm of the factor of all that alternates."""
         fill(0.0, blocks[0])
         add(factor, self.error, blocks[0])
-        alternating(problem.stiff[0], blocks, slope)
+        alternating(s, blocks, slope)
 
 
 def _sample_error_loops(lines: Any, factor: float, angles: Any, delta: Any, value: Any, slope: Any, bend: Any) -> None:
@@ -107,29 +108,29 @@ class Following(NamedTuple):
     series: Floats
     change: Floats
 
-    def positions(self, problem: Any, factor: float, z: Any, x: Any) -> None:
+    def positions(self, tables: Any, factor: float, z: Any, x: Any) -> None:
         """Write the coefficients of x = u + e(phase + delta); the last block of z is delta."""
         size, samples = len(x), self.samples
         at = len(z) - 1 - size
-        row_times(z[at : at + size], problem.synthesis, samples[TORQUE])
-        sample_error(self.lines, factor, problem.angles, samples[TORQUE], samples[VALUE], samples[SLOPE], samples[BEND])
-        row_times(samples[VALUE], problem.analysis, x)
+        row_times(z[at : at + size], tables[0], samples[TORQUE])
+        sample_error(self.lines, factor, tables[2], samples[TORQUE], samples[VALUE], samples[SLOPE], samples[BEND])
+        row_times(samples[VALUE], tables[1], x)
         add(1.0, z[:size], x)
 
-    def gear_torque(self, problem: Any, blocks: Any) -> None:
+    def gear_torque(self, synthesis: Any, s: Any, blocks: Any) -> None:
         """Write the coefficients and samples of T = F - D P, the balance of x."""
         fill(0.0, self.change)
-        add_stiffness(problem.stiff[0], 0.0, blocks, blocks[0], self.change)
+        add_stiffness(s, 0.0, blocks, blocks[0], self.change)
         for i in range(len(self.series)):
             self.series[i] = -self.change[i]
-        row_times(self.series, problem.synthesis, self.samples[TORQUE])
+        row_times(self.series, synthesis, self.samples[TORQUE])
 
-    def react(self, problem: Any, blocks: Any, r: Any) -> None:
+    def react(self, tables: Any, s: Any, blocks: Any, r: Any) -> None:
         """Subtract e' T from the motor's block of r."""
-        self.gear_torque(problem, blocks)
+        self.gear_torque(tables[0], s, blocks)
         copy(self.samples[TORQUE], self.samples[MIXED])
         multiply(self.samples[SLOPE], self.samples[MIXED])
-        row_times(self.samples[MIXED], problem.analysis, self.series)
+        row_times(self.samples[MIXED], tables[1], self.series)
         size = len(self.series)
         at = (blocks.shape[0] - 1) * size
         for i in range(size):
@@ -143,44 +144,44 @@ class Following(NamedTuple):
         extend_series(self.wide[0], h, even, odd)
         multiply_rows(even, odd, h, 1, product)
 
-    def linearise(self, problem: Any, blocks: Any, jacobian: Any) -> None:
+    def linearise(self, tables: Any, s: Any, blocks: Any, jacobian: Any) -> None:
         """Add what follows the motor to the derivatives by the coefficients."""
         size, last = len(self.series), blocks.shape[0] - 1
         at = last * size
         first, second = self.products[0], self.products[1]
-        self.gear_torque(problem, blocks)
+        self.gear_torque(tables[0], s, blocks)
         self.multiply_by(self.samples[SLOPE], first)
         copy(self.samples[TORQUE], self.samples[MIXED])
         multiply(self.samples[BEND], self.samples[MIXED])
         self.multiply_by(self.samples[MIXED], second)
         for i in range(last + 1):
-            add_times(problem.stiff[0], i, 0, first, jacobian[i * size : (i + 1) * size, at : at + size])
+            add_times(s, i, 0, first, jacobian[i * size : (i + 1) * size, at : at + size])
         motor = jacobian[at : at + size]
         for j in range(last):
-            add_on_the_left(first, problem.stiff[0], 0, j, motor[:, j * size : (j + 1) * size])
+            add_on_the_left(first, s, 0, j, motor[:, j * size : (j + 1) * size])
         own = motor[:, at : at + size]
         add_multiplied(first, jacobian[:size, at : at + size], own)
         for i in range(size):
             add(-1.0, second[i], own[i])
 
-    def by_speed(self, problem: Any, blocks: Any, slope: Any) -> None:
+    def by_speed(self, change: Any, blocks: Any, slope: Any) -> None:
         """Add what the motor feels of T to the derivative by omega; follows `linearise`."""
         fill(0.0, self.change)
-        add_stiffness(problem.stiff[1], 0.0, blocks, blocks[0], self.change)
+        add_stiffness(change, 0.0, blocks, blocks[0], self.change)
         size = len(self.series)
         at = (blocks.shape[0] - 1) * size
         add_product(self.products[0], self.change, slope[at : at + size])
 
-    def by_strength(self, problem: Any, factor: float, blocks: Any, slope: Any) -> None:
+    def by_strength(self, tables: Any, s: Any, factor: float, blocks: Any, slope: Any) -> None:
         """Add the derivative by the logarithm of the factor of all that alternates; follows `linearise`."""
         size = len(self.series)
         at = (blocks.shape[0] - 1) * size
         copy(self.samples[TORQUE], self.samples[MIXED])
         multiply(self.samples[SLOPE], self.samples[MIXED])
-        row_times(self.samples[MIXED], problem.analysis, self.series)
-        row_times(self.samples[VALUE], problem.analysis, blocks[0])
+        row_times(self.samples[MIXED], tables[1], self.series)
+        row_times(self.samples[VALUE], tables[1], blocks[0])
         blocks[0, 0] -= self.lines[0, 1]
-        alternating(problem.stiff[0], blocks, slope)
+        alternating(s, blocks, slope)
         copy(slope[:size], self.change[:size])
         for i in range(size):
             slope[at + i] -= self.series[i]

@@ -10,15 +10,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ....compile.address import ByAddress, at
 from ....compile.jit import run
 from ....protocols import omega_of
 from ....results import Floats
 from ....tree import with_leaf
+from ...addressed import EquationsAt, equations_at
 from ..first_order import FirstOrder
 from ..fourier import analysis, from_blocks, synthesis, to_blocks
 from ..harmonics import ENOUGH, highest_order
-from ..linear_algebra import copy, fill
-from ..linear_part import QUIET, STRENGTH, clean_mean
+from ..linear_algebra import copy, extremes, fill
+from ..linear_part import STRENGTH, clean_mean
 from ..piecewise import is_piecewise_linear
 from . import motions
 from .disturbances import Disturbances, disturbances
@@ -67,62 +69,80 @@ class Condensed(NamedTuple):
         h = self.blocks.shape[1] // 2
         return z[k] + self.gear.error[k], z[h + k] + self.gear.error[h + k]
 
-    def speed(self, z: Any) -> float:
-        """Base speed [rad/s] at z."""
-        return float(z[self.size()] if self.leaf == self.omega_leaf else self.omega)
-
-    def factor(self, z: Any) -> float:
-        """Factor of all that alternates in forces and error."""
-        return float(np.exp(z[self.size()]) if self.leaf == STRENGTH else 1.0)
-
-    def residual(self, z: Any, work: Any, r: Any) -> None:
-        """Residual [N*m] of every coefficient at z = (coefficients of the blocks, parameter)."""
+    def equations(self, z: Any, r: Any) -> None:
+        """Write the residual [N*m] of every coefficient at z = (coefficients of the blocks, parameter)."""
+        self = at(self)
         count, size = self.blocks.shape
-        n, omega, factor = self.pencil.matrices.shape[1], self.speed(z), self.factor(z)
+        value, n = z[count * size], self.pencil.matrices.shape[1]
+        omega = value if self.leaf == self.omega_leaf else self.omega
+        factor = np.exp(value) if self.leaf == STRENGTH else 1.0
+        tables = self.synthesis, self.analysis, self.angles
         condense(self.pencil, omega, factor, self.stiff[0], self.stiff[1])
         for i in range(1, count):
             copy(z[i * size : (i + 1) * size], self.blocks[i])
-        self.gear.positions(self, factor, z, self.blocks[0])
+        self.gear.positions(tables, factor, z, self.blocks[0])
         fill(0.0, r)
         self.springs.torques(size, z, self.synthesis, r)
         w = self.pencil.rate * omega
         add_stiffness(self.stiff[0], self.gear_damping * w, self.blocks, z, r)
-        self.gear.react(self, self.blocks, r)
+        self.gear.react(tables, self.stiff[0], self.blocks, r)
         if self.stiff[0, 0, 0, n] == 0.0:
             r[0] += self.pencil.matrices[0, 0, 0] * w * w * self.springs.slack()
         loose = self.pencil.loose
         if 0 <= loose < count:
             r[loose * size] = self.pencil.matrices[0, loose, loose] * w * w * z[loose * size]
 
-    def linearise(self, z: Any, work: Any, jacobian: Any, slope: Any) -> None:
-        """Derivatives of the residual by the coefficients and by the parameter; follows `residual` at the same z."""
+    def stiffness(self, z: Any, jacobian: Any) -> None:
+        """Derivatives of the residual by the coefficients; follows `residual` at the same z."""
+        self = at(self)
         count, size = self.blocks.shape
-        w = self.pencil.rate * self.speed(z)
+        w = self.pencil.rate * (z[count * size] if self.leaf == self.omega_leaf else self.omega)
         for i in range(count * size):
             fill(0.0, jacobian[i, : count * size])
         self.springs.stiffnesses(size, jacobian)
         inertia = self.pencil.matrices[0, 0, 0] * w * w
         if abs(jacobian[0, 0]) < 1e-9 * inertia:  # nothing holds the mean in the play of a gear
-            low, high = self.springs.ends()
+            low, high = extremes(self.springs.samples)
             for j in range(size):
                 jacobian[0, j] = 0.5 * inertia * (self.synthesis[j, low] + self.synthesis[j, high])
         add_entries(self.stiff[0], self.gear_damping * w, size, count, jacobian)
-        fill(0.0, slope)
-        self.gear.linearise(self, self.blocks, jacobian)
-        if self.leaf == self.omega_leaf:
-            add_stiffness(self.stiff[1], self.gear_damping * self.pencil.rate, self.blocks, z, slope)
-            self.gear.by_speed(self, self.blocks, slope)
-        else:
-            self.gear.by_strength(self, self.factor(z), self.blocks, slope)
+        self.gear.linearise((self.synthesis, self.analysis, self.angles), self.stiff[0], self.blocks, jacobian)
         loose = self.pencil.loose
         if 0 <= loose < count:
             fill(0.0, jacobian[loose * size, : count * size])
             jacobian[loose * size, loose * size] = self.pencil.matrices[0, loose, loose] * w * w
+
+    def by_parameter(self, z: Any, slope: Any) -> None:
+        """Derivative of the residual by the parameter; follows `stiffness` at the same z."""
+        self = at(self)
+        count, size = self.blocks.shape
+        fill(0.0, slope)
+        if self.leaf == self.omega_leaf:
+            add_stiffness(self.stiff[1], self.gear_damping * self.pencil.rate, self.blocks, z, slope)
+            self.gear.by_speed(self.stiff[1], self.blocks, slope)
+        else:
+            tables, factor = (self.synthesis, self.analysis, self.angles), np.exp(z[count * size])
+            self.gear.by_strength(tables, self.stiff[0], factor, self.blocks, slope)
+        loose = self.pencil.loose
+        if 0 <= loose < count:
             slope[loose * size] = 0.0
 
+    def residual(self, z: Any, r: Any) -> None:
+        """Residual [N*m] of every coefficient."""
+        self.equations(z, r)
+
+    def linearise(self, z: Any, jacobian: Any, slope: Any) -> None:
+        """Derivatives of the residual by the coefficients and by the parameter; follows `residual` at the same z."""
+        self.stiffness(z, jacobian)
+        self.by_parameter(z, slope)
+
     def run(self, kernel: Any, *arguments: Any) -> Any:
-        bare = self._replace(system=QUIET, part=QUIET)
-        return run(kernel, bare, *arguments, light=self.size() <= LIGHT)
+        return run(kernel, ByAddress(self, self.addressed), *arguments, light=self.size() <= LIGHT)
+
+    def addressed(self, words: Any) -> EquationsAt:
+        """The equations for machine code."""
+        native = self._replace(system=(), part=(), springs=self.springs.addressed(words))
+        return equations_at(native, words, None, Condensed.by_parameter, self.gear.error)
 
     def hill(self) -> bool:
         return False

@@ -1,65 +1,106 @@
 """The laws of a condensed problem, each with its own block of unknowns: the twist that it sees."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....compile.address import MATRIX, VECTOR, at, call, value
+from ....compile.jit import entries
 from ....results import Floats
+from ...addressed import law_at
 from ..linear_algebra import extremes, padded, row_times
 from ..piecewise import crossings_for, is_piecewise_linear
 from ..sampling import Sampling
 
 
-class NoSpring(NamedTuple):
-    """The end of a chain of springs."""
-
-    def torques(self, size: int, z: Any, synthesis: Any, r: Any) -> None:
-        """No torque."""
-
-    def stiffnesses(self, size: int, jacobian: Any) -> None:
-        """No stiffness."""
-
-
-NO_SPRING = NoSpring()
-
-
 class Spring(NamedTuple):
-    """A law with its torque in the balance (`Crossings` or `Sampling`), the samples of its twist, and the next one."""
+    """A law with its torque in the balance (`Crossings` or `Sampling`) and the samples of its twist."""
 
     law: Any
     nonlinear: Any
     samples: Floats
-    rest: Any
 
-    def torques(self, size: int, z: Any, synthesis: Any, r: Any) -> None:
-        """Write the coefficients of the torques to r, block by block, from those of the twists in z."""
-        row_times(z[: size + 1], synthesis, self.samples)
-        self.nonlinear.torque_series(self.law, z[: size + 1], self.samples, r[:size])
-        self.rest.torques(size, z[size:], synthesis, r[size:])
+    def torques(self, z: Any, synthesis: Any, r: Any) -> None:
+        """Write the coefficients of the torque to r from those of the twist, with which z begins."""
+        self = at(self)
+        row_times(z, synthesis, self.samples)
+        self.nonlinear.torque_series(self.law, z, self.samples, r)
 
-    def stiffnesses(self, size: int, jacobian: Any) -> None:
-        """Write their derivatives to the blocks on the diagonal; follows `torques` at the same twists."""
-        self.nonlinear.stiffness_product(self.law, self.samples, jacobian[:size, :size])
-        self.rest.stiffnesses(size, jacobian[size:, size:])
+    def stiffness(self, first: int, size: int, jacobian: Any) -> None:
+        """Write their derivatives to a block on the diagonal; follows `torques` at the same twist."""
+        self = at(self)
+        block = jacobian[first : first + size, first : first + size]
+        self.nonlinear.stiffness_product(self.law, self.samples, block)
 
     def slack(self) -> float:
-        """Middle [rad] of an orbit of the first law in its play, where any mean is in balance; 0 in contact."""
-        return float(self.nonlinear.slack(self.law, self.samples))
-
-    def ends(self) -> Any:
-        """Places of the samples with the smallest and the largest twist of the first law."""
-        return extremes(self.samples)
+        """Middle [rad] of an orbit in the play of the law, where any mean is in balance; 0 in contact."""
+        self = at(self)
+        return float(self.nonlinear.slack(self.samples))
 
 
-def springs_for(laws: tuple[Any, ...], harmonics: int, samples: int, back: Floats, double: Floats) -> Any:
-    """Chain of the laws with their buffers; `back` and `double` are tables of the samples' analysis."""
-    chain: Any = NO_SPRING
-    for law in reversed(laws):
+class Springs(NamedTuple):
+    """The springs, one after the other, and the samples of the first one's twist."""
+
+    springs: tuple[Spring, ...]
+    samples: Floats
+
+    def torques(self, size: int, z: Floats, synthesis: Floats, r: Floats) -> None:
+        """Write the coefficients of the torques to r, block by block, from those of the twists in z."""
+        for i, spring in enumerate(self.springs):
+            spring.torques(z[i * size : (i + 1) * size + 1], synthesis, r[i * size : (i + 1) * size])
+
+    def stiffnesses(self, size: int, jacobian: Floats) -> None:
+        """Write their derivatives to the blocks on the diagonal; follows `torques` at the same twists."""
+        for i, spring in enumerate(self.springs):
+            spring.stiffness(i * size, size, jacobian)
+
+    def slack(self) -> float:
+        """Middle [rad] of an orbit in the play of the first law; 0 in contact."""
+        return self.springs[0].slack()
+
+    def addressed(self, words: Callable[[Any], int]) -> "SpringsAt":
+        """The springs for machine code."""
+        rows = []
+        for spring in self.springs:
+            native = spring._replace(law=law_at(spring.law, words(spring.law)))
+            kinds = (VECTOR, MATRIX, VECTOR), (int, int, MATRIX), ()
+            functions = zip((Spring.torques, Spring.stiffness, Spring.slack), kinds, strict=True)
+            rows.append((words(native), *entries(native, *functions)))
+        return SpringsAt(np.array(rows, np.int64), self.samples)
+
+
+class SpringsAt(NamedTuple):
+    """Springs by the addresses of their words, torques, stiffnesses and slacks (springs, 4)."""
+
+    places: Any
+    samples: Floats
+
+    def torques(self, size: int, z: Any, synthesis: Any, r: Any) -> None:
+        """Write the coefficients of the torques."""
+        for i in range(len(self.places)):
+            block = z[i * size : (i + 1) * size + 1], synthesis, r[i * size : (i + 1) * size]
+            call(self.places[i, 1], self.places[i, 0], block)
+
+    def stiffnesses(self, size: int, jacobian: Any) -> None:
+        """Write their derivatives."""
+        for i in range(len(self.places)):
+            call(self.places[i, 2], self.places[i, 0], (i * size, size, jacobian))
+
+    def slack(self) -> float:
+        """Middle [rad] of an orbit in the play of the first law."""
+        return value(self.places[0, 3], self.places[0, 0], ())
+
+
+def springs_for(laws: tuple[Any, ...], harmonics: int, samples: int, back: Floats, double: Floats) -> Springs:
+    """The laws with their buffers; `back` and `double` are tables of the samples' analysis."""
+    springs = []
+    for law in laws:
         nonlinear: Any
         if is_piecewise_linear(law):
-            nonlinear = crossings_for(harmonics)
+            nonlinear = crossings_for(law, harmonics)
         else:
             wide = np.empty(4 * harmonics + 1), np.empty(4 * harmonics + 1), np.empty(4 * harmonics + 1)
             nonlinear = Sampling(padded(back), padded(double), np.empty(samples), *wide, 1)
-        chain = Spring(law, nonlinear, np.empty(samples), chain)
-    return chain
+        springs.append(Spring(law, nonlinear, np.empty(samples)))
+    return Springs(tuple(springs), springs[0].samples)

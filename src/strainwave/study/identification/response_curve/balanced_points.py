@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....numerics.balance.second_order import second_order
-from ....numerics.balance.work import linearised, newton, work_for
+from ....numerics.balance.work import linearised, newton
 from ....numerics.curves.fold_system import FoldSystem
 from ....results import Floats
 from ....tree import leaf_of, with_leaf
@@ -148,9 +148,9 @@ def _first(problem: Any, z: Floats) -> complex:
 
 def _residual(problem: Any, point: Floats) -> Floats:
     """Residual (2H+1,) of the balance at a point, as an array of its own."""
-    work = work_for(problem)
-    problem.residual(point, work, work.r)
-    return np.array(work.r)
+    r = np.empty(problem.size())
+    problem.residual(point, r)
+    return r
 
 
 def _solved(problem: Any, guess: Floats, omega: float) -> Floats | None:

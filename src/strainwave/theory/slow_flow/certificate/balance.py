@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ....law import breakpoints_of
-from ....numerics.balance.sampling import law_stiffness, law_torque
+from ....numerics.addressed import stiffnesses, torques
 from ....results import Floats
 from ..fixed_points import Flow
 from ..means.memory import Loops, remembers, waves
@@ -83,7 +83,7 @@ class Balance:
         """Harmonics [N*m] (states, H+1) of the law's torque along motions."""
         if self.loops is not None:
             return self.loops.coefficients(self.loops.torque(c, omega * self.base))
-        torque = 2.0 * harmonics(law_torque, self.setting.system.law, c, self.waves, self.waves)
+        torque = 2.0 * harmonics(torques, self.setting.system.law, c, self.waves, self.waves)
         torque[..., 0] *= 0.5
         return torque
 
@@ -135,7 +135,7 @@ class Balance:
         h = self.harmonics
         i = np.arange(h + 1)
         # T'(u) times cos m and -sin m, projected on both: its harmonics at the sums and differences
-        spectrum = harmonics(law_stiffness, self.setting.system.law, c, self.waves, self.twice)
+        spectrum = harmonics(stiffnesses, self.setting.system.law, c, self.waves, self.twice)
         total, apart = spectrum[:, i[:, None] + i], spectrum[:, np.abs(i[:, None] - i)]
         sign = np.sign(i[:, None] - i)
         even, odd = apart.real + total.real, sign * apart.imag

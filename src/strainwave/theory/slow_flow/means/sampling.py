@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ....compile.jit import run
+from ....numerics.addressed import law_by_address
 from ....results import Floats
 from ..setting import Complexes
 
@@ -22,7 +23,7 @@ def harmonics(
     Parameters
     ----------
     values : function
-        `law_torque` or `law_stiffness`.
+        `torques` or `stiffnesses`.
     c : (motions, k) complex array
         Amplitudes [rad] of the motions u = Re(sum of c times waves).
     waves, onto : (k, n) and (m, n) complex arrays
@@ -49,7 +50,7 @@ def harmonics(
 
 
 def values_along(values: Callable[..., None], law: Any, u: Floats) -> Floats:
-    """What `law_torque` or `law_stiffness` gives at torsions [rad] of any shape."""
+    """What `torques` or `stiffnesses` gives at torsions [rad] of any shape."""
     out = np.empty_like(u)
-    run(values, law, u.ravel(), out.ravel(), after=SEVERAL)
+    run(values, law_by_address(law), u.ravel(), out.ravel(), after=SEVERAL)
     return out
