@@ -219,7 +219,7 @@ def entry(function: Callable[..., Any], thing: Any, *kinds: Any) -> int:
     return entries(thing, (function, kinds))[0]
 
 
-def entries(thing: Any, *functions: tuple[Callable[..., Any] | None, tuple[Any, ...]]) -> list[int]:
+def entries(thing: Any, *functions: tuple[Any, tuple[Any, ...]]) -> list[int]:
     """Addresses of several functions of one thing, each with its kinds; 0 in the place of None."""
     kind = kind_of(thing)
     return [0 if function is None else _address_of(function, thing, kind, kinds) for function, kinds in functions]

@@ -127,7 +127,8 @@ def law_at(law: Any, place: int) -> LawAt:
     kinks = len(breakpoints_of(law))
     two = (VECTOR, VECTOR)
     functions = (_torques, two), (_stiffnesses, two), (_breakpoints if kinks else None, (kinks,))
-    return LawAt(place, *entries(law, *functions), kinks)
+    torque, stiffness, breakpoints = entries(law, *functions)
+    return LawAt(place, torque, stiffness, breakpoints, kinks)
 
 
 def _torques(law: Any, u: Any, out: Any) -> None:
@@ -169,7 +170,7 @@ def stiffnesses(law: Any, u: Floats, out: Floats) -> None:
 def _kinks_loops(law: Any, out: Any) -> int:
     if law.kinks > 0:
         call(law.breakpoints_at, law.words, (pointer(out),))
-    return law.kinks
+    return int(law.kinks)
 
 
 @kernel_as(_kinks_loops)
@@ -308,7 +309,8 @@ def equations_at(native: Any, words: Callable[[Any], int], prepare: Any, slope: 
     own, lacks, jacobian = (VECTOR,), (VECTOR, VECTOR), (VECTOR, MATRIX)
     kind = type(native)
     functions = (prepare, own), (kind.equations, lacks), (kind.stiffness, jacobian), (slope, lacks)
-    return EquationsAt(words(native), *entries(native, *functions), error, np.empty(native.size()))
+    places = entries(native, *functions)
+    return EquationsAt(words(native), places[0], places[1], places[2], places[3], error, np.empty(native.size()))
 
 
 @routine

@@ -34,7 +34,8 @@ def test_machine_code_knows_no_law_torque_or_error(path):
 
     other = TWO._replace(law=ONE.law, excitation=sw.Harmonic(2.0, 3)) if path != "omega" else TWO
     one, two = (problem(system, path).addressed(words) for system in (ONE, other))
-    assert one[1:5] == two[1:5] and kind_of(one) == kind_of(two)
+    assert one[1:5] == two[1:5]
+    assert kind_of(one) == kind_of(two)
 
 
 @pytest.mark.compiled
@@ -54,7 +55,8 @@ def test_machine_code_follows_the_curve_of_python(system, path):
     with as_machine_code():
         found = trace(own, start, 1.0, 0.5 * value, 1.5 * value, 0.2, most=40)
     expected = trace(_AsPython(own), start, 1.0, 0.5 * value, 1.5 * value, 0.2, most=40)
-    assert found.outcome == expected.outcome and len(found.points) == len(expected.points)
+    assert found.outcome == expected.outcome
+    assert len(found.points) == len(expected.points)
     # where the next point lies depends on differences by the parameter, whose rounding is 1e-8
     sizes = np.max(np.abs(expected.points), axis=0, initial=np.max(np.abs(expected.points[:, :-1])))
     np.testing.assert_allclose(found.points / sizes, expected.points / sizes, rtol=0.0, atol=1e-6)

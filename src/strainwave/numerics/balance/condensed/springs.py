@@ -9,7 +9,7 @@ from ....compile.address import MATRIX, VECTOR, at, call, value
 from ....compile.jit import entries
 from ....results import Floats
 from ...addressed import law_at
-from ..linear_algebra import extremes, padded, row_times
+from ..linear_algebra import padded, row_times
 from ..piecewise import crossings_for, is_piecewise_linear
 from ..sampling import Sampling
 
