@@ -12,7 +12,6 @@ import strainwave as sw
 from strainwave.app.figures.svg import Panel, figure
 from strainwave.app.report.report import together
 from strainwave.choices import larger
-from strainwave.compile.jit import as_python
 from strainwave.maths import cos, sign, tanh
 from strainwave.model.train.train_forms import AtLoad
 from strainwave.sentences import Angle, Speed
@@ -129,8 +128,7 @@ def started(system):
 @each_own
 def test_simulation_of_what_a_user_defines_agrees_with_scipy(system, rates):
     y0 = started(system)
-    with as_python(10**9):
-        run = sw.simulate(system, y0, 20.0, method=EXACT)
+    run = sw.simulate(system, y0, 20.0, method=EXACT)
     other = solve_ivp(rates, (0, 20.0), y0, "DOP853", rtol=1e-12, atol=1e-13, max_step=0.02).y[:, -1]
     np.testing.assert_allclose(run.y[:, -1], other, rtol=0, atol=1e-7)  # SciPy steps over the kinks of a law
 
@@ -146,8 +144,7 @@ def test_ensemble_and_orbit_of_what_a_user_defines_agree_with_scipy(system, rate
     lanes = np.full(64, 1.3)
     found = sw.ensemble(system, {"omega": lanes}, y0, periods=1, settle=129, measures=(sw.Peak(),))
     np.testing.assert_allclose(found["peak"], np.max(np.abs(settled)), rtol=2e-5)
-    with as_python(10**9):
-        orbit = sw.find_orbit(system)
+    orbit = sw.find_orbit(system)
     assert orbit.peak == pytest.approx(np.max(np.abs(settled)), rel=2e-4)
 
 
@@ -161,8 +158,7 @@ def test_curves_of_a_users_law_with_kinks_and_of_the_same_in_the_library_are_equ
 
 def test_curves_of_a_users_linear_law_and_pulses_are_the_closed_forms():
     relaxing, pulsed = OWN["law with memory"][0], OWN["excitation"][0]
-    with as_python(10**9):
-        one, many = (sw.frequency_response(system, (0.6, 1.3), points=20) for system in (relaxing, pulsed))
+    one, many = (sw.frequency_response(system, (0.6, 1.3), points=20) for system in (relaxing, pulsed))
     s = 1j * one.omega
     np.testing.assert_allclose(one.peak, abs(1.0 / (s**2 + 0.1 * s + 1.0 + 0.4 * s * 0.7 / (1.0 + 0.7 * s))), rtol=1e-7)
     k = np.arange(1, 60)
@@ -375,8 +371,7 @@ def in_absolute_angles(t, y):
 def test_simulation_with_a_users_control_agrees_with_scipy_in_absolute_angles(control):
     train = with_control(control)
     states = len(train.state_names())
-    with as_python(10**9):
-        run = sw.simulate(train, np.zeros(states), 0.05, method=TIGHT)
+    run = sw.simulate(train, np.zeros(states), 0.05, method=TIGHT)
     start = [0.0, 0.0, 190.0, 190.0 / 50, *([0.0] * (states - 4))]
     other = solve_ivp(in_absolute_angles, (0, 0.05), start, "DOP853", rtol=1e-12, atol=1e-14).y[:, -1]
     x, v, angle, speed = run.y[:4, -1]
@@ -390,11 +385,10 @@ def test_simulation_with_a_users_control_agrees_with_scipy_in_absolute_angles(co
 def test_orbit_and_response_curve_with_a_users_control_are_where_it_settles(control):
     train = with_control(control)
     system = AtLoad(train, train.omega)
-    with as_python(10**9):
-        orbit = sw.find_orbit(system, harmonics=15)
-        y = orbit.state(np.zeros(1))[:, 0]
-        end = sw.simulate(system, y, 2.0 * np.pi / train.omega, method=TIGHT).y[:, -1]
-        curve = sw.frequency_response(system, (189.0, 190.0), harmonics=15)
+    orbit = sw.find_orbit(system, harmonics=15)
+    y = orbit.state(np.zeros(1))[:, 0]
+    end = sw.simulate(system, y, 2.0 * np.pi / train.omega, method=TIGHT).y[:, -1]
+    curve = sw.frequency_response(system, (189.0, 190.0), harmonics=15)
     assert orbit.stable
     np.testing.assert_allclose(end, y, rtol=0, atol=1e-6 * np.max(np.abs(y)))
     assert curve.omega[-1] == pytest.approx(190.0)
@@ -416,8 +410,7 @@ def test_bode_of_a_users_control_is_that_of_its_linear_loop_and_of_the_textbook(
 def test_powers_of_a_train_with_a_users_control_add_up():
     train = with_control(CONTROLS["lagging"])
     assert train.state_names()[2:5] == ("motor deviation", "motor deviation'", "control z1")
-    with as_python(10**9):
-        run = sw.drive_run(train, np.zeros(5), 0.05, method=TIGHT)
+    run = sw.drive_run(train, np.zeros(5), 0.05, method=TIGHT)
     assert run.imbalance < 1e-8
 
 
@@ -430,8 +423,7 @@ def test_compiled_code_runs_a_users_control(control):
     system = AtLoad(train, train.omega)
     method = sw.Rk4(steps_per_period=400)
     compiled = sw.simulate(train, y0, 0.02, method=method).y[:, -1], sw.find_orbit(system, harmonics=6).peak
-    with as_python(10**9):
-        python = sw.simulate(train, y0, 0.02, method=method).y[:, -1], sw.find_orbit(system, harmonics=6).peak
+    python = sw.simulate(train, y0, 0.02, method=method).y[:, -1], sw.find_orbit(system, harmonics=6).peak
     np.testing.assert_allclose(compiled[0], python[0], rtol=0, atol=1e-12)
     assert compiled[1] == pytest.approx(python[1], rel=1e-10)
 

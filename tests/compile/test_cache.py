@@ -154,16 +154,29 @@ def test_a_draft_that_cannot_take_its_place_is_removed(tmp_path):
     assert not list(tmp_path.rglob("*.part"))
 
 
-def test_edit_of_a_source_moves_the_folder_of_compiled_code(tmp_path):
+def test_an_edit_that_a_kernel_may_read_moves_the_folder_of_compiled_code_and_another_not(tmp_path):
     copy = tmp_path / "strainwave"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    code = "from strainwave.compile import cache; print(cache.cache_folder())"
-    before, same = (run_script(code, tmp_path / "cache", package=copy) for _ in range(2))
-    with open(copy / "model" / "laws.py", "a", encoding="utf-8") as stream:
-        stream.write("# edited\n")
-    after = run_script(code, tmp_path / "cache", package=copy)
-    assert before == same == [str(tmp_path / "cache" / Path(before[0]).name)]
-    assert after != before
+    before = cache.hash_of(copy)
+    first_of = {path.parent: path for path in sorted(copy.rglob("*.py"), reverse=True)}
+    assert len(first_of) > 60
+    for path in first_of.values():
+        text = path.read_bytes()
+        path.write_bytes(text + b"CONSTANT = 2.0\n")
+        room = path.relative_to(copy).parts[0]
+        assert (cache.hash_of(copy) == before) == (room in {"app", "archive", "files", "plot"}), path
+        path.write_bytes(text)
+    assert cache.hash_of(copy) == before
+
+
+@pytest.mark.compiled
+def test_code_of_a_class_in_a_room_that_no_key_covers_stays_in_memory(tmp_path):
+    code = PACKAGES.replace(
+        "import strainwave as sw", "import strainwave as sw; sw.Cubic.__module__ = 'strainwave.app.laws'"
+    )
+    assert code != PACKAGES
+    run_script(code, tmp_path)
+    assert files_in(tmp_path) == set()
 
 
 def test_folders_that_nobody_has_used_for_a_month_are_removed(tmp_path):

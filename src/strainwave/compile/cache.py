@@ -21,7 +21,7 @@ from typing import Any
 
 from .identity import Identity
 
-FLOORS = ("", "model", "numerics", "theory", "study")  # folders of the package whose code may be kept
+ROOMS = ("compile", "model", "numerics", "theory", "study")  # with the modules beside them: what kernels may read
 UNUSED_DAYS = 30  # after which the folder of other sources is removed
 DAY = 86400.0  # s
 BAD_FILE = (OSError, EOFError, pickle.UnpicklingError, ImportError, AttributeError, LookupError, TypeError, ValueError)
@@ -68,6 +68,8 @@ class CodeCache:
     def _place(self, kinds: Any, codegen: Any) -> tuple[list[type], Path | None]:
         """Model classes among the kinds, and the file of the code; None where it stays in memory."""
         classes = list(dict.fromkeys(_classes(kinds)))
+        if not all(_read(thing.__module__) for thing in (self.function, *classes)):
+            return classes, None
         try:
             text = Identity().text((self.function, *classes))
         except TypeError:
@@ -77,6 +79,12 @@ class CodeCache:
             return classes, None
         name = hashlib.sha256(f"{text} {target}".encode(errors="surrogatepass")).hexdigest()[:32]
         return classes, cache_folder() / f"{self.function.__name__}-{name}.code"
+
+
+def _read(module: str) -> bool:
+    """Whether the sources of a module, if it is one of this package, are in the key of the folder."""
+    own, _, rest = module.partition(".")
+    return own != __package__.partition(".")[0] or "." not in rest or rest.partition(".")[0] in ROOMS
 
 
 def _classes(kinds: Any) -> Iterator[type]:
@@ -115,9 +123,13 @@ class _Unpickler(pickle.Unpickler):
 @cache
 def source_hash() -> str:
     """Hash of the sources that hold compiled code, which keys its folder."""
+    return hash_of(Path(__file__).parent.parent)
+
+
+def hash_of(home: Path) -> str:
+    """Hash of what kernels may read in a package at a place."""
     digest = hashlib.sha256()
-    home = Path(__file__).parent.parent
-    for path in sorted(path for floor in FLOORS for path in (home / floor).rglob("*.py")):
+    for path in sorted([*home.glob("*.py"), *(path for room in ROOMS for path in (home / room).rglob("*.py"))]):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache, wraps
 from importlib import import_module
-from itertools import count, repeat
+from itertools import count
 from threading import RLock
 from typing import Any, TypeVar
 
@@ -37,8 +37,7 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "nsz
 LIGHT_RUNS = 12  # about three response curves
 _light_runs = count()
 _runs: Counter[Any] = Counter()
-NEVER: Iterator[bool] = iter(())  # is a kernel run as Python
-_plain_runs: ContextVar[Iterator[bool] | None] = ContextVar("_plain_runs", default=None)
+_all_light: ContextVar[bool] = ContextVar("_all_light", default=False)
 _kernels: list[tuple[Callable[..., Any], Callable[..., Any], bool | None]] = []
 _exposed: list[tuple[Callable[..., Any], Callable[..., Any], bool | None]] = []
 
@@ -150,25 +149,19 @@ def enabled() -> bool:
 
 
 @contextmanager
-def as_machine_code() -> Iterator[None]:
-    """Run every kernel inside as machine code, those inside `as_python` too: for a process that goes on."""
-    before = _plain_runs.set(NEVER)
+def light_as_python() -> Iterator[None]:
+    """Run the light kernels inside as Python: for one curve, which NumPy finds sooner than Numba is loaded."""
+    before = _all_light.set(True)
     try:
         yield
     finally:
-        _plain_runs.reset(before)
+        _all_light.reset(before)
 
 
-@contextmanager
-def as_python(runs: int, compiled: bool = False) -> Iterator[None]:
-    """Run up to so many kernels inside as Python (unless some are `compiled`): making machine code takes longer."""
-    now = _plain_runs.get()
-    plain = not compiled or "numba" not in sys.modules or now is not None
-    before = _plain_runs.set(NEVER if now is NEVER else repeat(True, runs) if plain else None)
-    try:
-        yield
-    finally:
-        _plain_runs.reset(before)
+def load() -> None:
+    """Load Numba, so that light kernels are machine code from the first: for a process that runs many."""
+    if enabled():
+        _numba()
 
 
 def run(function: Callable[..., Any], *args: Any, light: bool = False, after: int = 0) -> Any:
@@ -179,9 +172,9 @@ def run(function: Callable[..., Any], *args: Any, light: bool = False, after: in
     with models of these classes, and always where it cannot be compiled. The results agree to rounding. If a user's
     class uses something that compiled code does not know, the sentence of the TypeError says what.
     """
-    as_light = light and "numba" not in sys.modules and next(_light_runs) < LIGHT_RUNS
+    as_light = light and "numba" not in sys.modules and (_all_light.get() or next(_light_runs) < LIGHT_RUNS)
     things = tuple(arg.thing if isinstance(arg, ByAddress) else arg for arg in args)
-    if not enabled() or as_light or next(_plain_runs.get() or iter(()), False):
+    if not enabled() or as_light:
         return function(*things)
     classes = classes_of(things)
     if after and _runs[function, classes] < after:

@@ -18,7 +18,6 @@ from strainwave.app.web.curve import POINTS
 from strainwave.app.web.parameters import about, parameters
 from strainwave.app.web.requests import State
 from strainwave.app.web.state import first_text, of_state, project_of
-from strainwave.compile.jit import as_machine_code
 from strainwave.study.analysis.avoid import speeds_to_avoid
 from strainwave.study.response.resonances import operating_point
 from strainwave.units import ARCSEC, RPM
@@ -46,9 +45,8 @@ def written(tmp_path):
 
 def test_response_of_a_gear_is_that_of_the_library(client, written):
     shown = posted(client, "/api/response", state={**GEAR, "values": {"load.inertia": "1.7 kg*m^2"}})
-    with as_machine_code():
-        project = written(first_text("CSG-40-50"), **{"load.inertia": "1.7 kg*m^2"})
-        found = project.response(coexisting=False, points=POINTS)
+    project = written(first_text("CSG-40-50"), **{"load.inertia": "1.7 kg*m^2"})
+    found = project.response(coexisting=False, points=POINTS)
     np.testing.assert_allclose(np.array(shown["speed"]) * RPM, found.omega, rtol=1e-9)
     np.testing.assert_allclose(np.array(shown["oscillation_arcsec"]) * ARCSEC, found.oscillation, rtol=1e-6)
     np.testing.assert_allclose(shown["torque"], found.torque, rtol=1e-6)
@@ -59,13 +57,11 @@ def test_response_of_a_gear_is_that_of_the_library(client, written):
 @pytest.mark.parametrize("values", [{}, {"damping.ratio": "1 %"}, {"excitation.load_torque.mean": "-30 N*m"}])
 def test_curve_of_a_slider_is_the_finer_one(client, written, values):
     shown = posted(client, "/api/response", state={**GEAR, "values": values})
-    with as_machine_code():
-        found = written(first_text("CSG-40-50"), **values).response(coexisting=False)
+    found = written(first_text("CSG-40-50"), **values).response(coexisting=False)
     top = max(found.oscillation[found.visited()]) / ARCSEC
     assert shown["largest"]["oscillation_arcsec"] == pytest.approx(top, rel=1e-6)
     assert shown["jumps"][0]["high"] * RPM == pytest.approx(found.response.sweep.bands[0].high, rel=1e-6)
-    with as_machine_code():
-        finest = written(first_text("CSG-40-50"), **values).response(coexisting=False, points=400)
+    finest = written(first_text("CSG-40-50"), **values).response(coexisting=False, points=400)
     assert shown["largest"]["torque"] == pytest.approx(finest.usage.peak_torque, rel=2e-3)
     system = written(first_text("CSG-40-50"), **values).system()
     bands = speeds_to_avoid(system, finest.response, operating_point(system), 120.0 * ARCSEC).bands
@@ -325,13 +321,12 @@ def test_parts_that_a_gear_has_not_are_added_and_have_numbers(client, written):
     added = {one["name"]: one["value"] for one in with_both["parameters"] if one["added"]}
     assert added == {"motor.loop.bandwidth": 30.0, "motor.loop.damping": 0.7, "load.drag.amplitude": 44.0}
     shown = posted(client, "/api/response", state=state)
-    with as_machine_code():
-        project = written(
-            first_text("CSG-40-50")
-            .replace("mode: held", "loop: {bandwidth: 20 Hz, damping: 0.7}")
-            .replace("load: {", "load: {drag: {type: angle_torque, amplitude: 44 N*m, order: 1}, ")
-        )
-        found = project.response(coexisting=False, points=POINTS)
+    project = written(
+        first_text("CSG-40-50")
+        .replace("mode: held", "loop: {bandwidth: 20 Hz, damping: 0.7}")
+        .replace("load: {", "load: {drag: {type: angle_torque, amplitude: 44 N*m, order: 1}, ")
+    )
+    found = project.response(coexisting=False, points=POINTS)
     np.testing.assert_allclose(np.array(shown["oscillation_arcsec"]) * ARCSEC, found.oscillation, rtol=1e-6)
 
 

@@ -7,20 +7,12 @@ from canonical import PLAIN_TRAIN, REFERENCES, TRAINS
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.compile.jit import as_python
 from strainwave.quantities import checked
 
 ERROR = sw.KinematicError((sw.Line(2, 1.1e-4, 0.3), sw.Line(4, 2e-5)))
 HARD = sw.Cubic(7160.0, 1e4)
 DRIVE = sw.Drive(sw.HDC_40_050.J_m, sw.HDC_40_050.J_l, sw.HDC_40_050.N, 5.0, HARD)
 TIGHT = sw.Dopri5(rtol=1e-12, atol=1e-16)
-
-
-@pytest.fixture(autouse=True)
-def short_runs_as_python():
-    """Each train is a class of its own to the compiler; the contract tests hold its code equal to Python."""
-    with as_python(10**9):
-        yield
 
 
 def some_state(train, seed=3):

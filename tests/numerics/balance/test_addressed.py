@@ -5,7 +5,6 @@ import pytest
 
 import strainwave as sw
 from strainwave.compile.address import kind_of, words_of
-from strainwave.compile.jit import as_machine_code
 from strainwave.numerics.balance.second_order import second_order
 from strainwave.numerics.continuation.trace import trace
 from strainwave.tree import leaf_of
@@ -52,8 +51,7 @@ def test_machine_code_follows_the_curve_of_python(system, path):
     own = problem(system, number)
     value = _value(system, number)
     start = own.linear_response(value)
-    with as_machine_code():
-        found = trace(own, start, 1.0, 0.5 * value, 1.5 * value, 0.2, most=40)
+    found = trace(own, start, 1.0, 0.5 * value, 1.5 * value, 0.2, most=40)
     expected = trace(_AsPython(own), start, 1.0, 0.5 * value, 1.5 * value, 0.2, most=40)
     assert found.outcome == expected.outcome
     assert len(found.points) == len(expected.points)

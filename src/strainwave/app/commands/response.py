@@ -7,6 +7,7 @@ from typing import Any
 import click
 import numpy as np
 
+from ...compile.jit import light_as_python
 from ...files.notes import load_remark
 from ...files.project import Project
 from ...files.reading import read_project
@@ -45,7 +46,8 @@ def show(path: Path, output: Path | None, as_json: bool) -> None:
         png.check()
     with Progress(project.title) as progress:
         progress.show("response curve", 0.0)
-        found = project.response()
+        with light_as_python():
+            found = project.response()
         if output is not None:
             progress.show("writing", 0.8)
             _write(project, found, output)

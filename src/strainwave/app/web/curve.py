@@ -8,7 +8,6 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
-from ...compile.jit import as_machine_code
 from ...files.project import Project
 from ...model.excitation import Harmonics
 from ...numerics.balance.truncation import MATTERS
@@ -29,18 +28,17 @@ class Curve(NamedTuple):
 def solved(project: Project, whole: bool = False) -> Curve:
     """The response with machine code; `whole` looks for motions that do not join the curve, too, at more points."""
     scale = project.speeds.scale
-    with as_machine_code():
-        if whole:
-            return Curve(project.response(), project, scale)
-        own, g = folded(project)
-        if g == 1:
-            return Curve(own.response(coexisting=False, points=POINTS), own, scale)
-        h = max([FEWEST, *_orders(own)])
-        while True:
-            found = own.response(h, coexisting=False, points=POINTS)
-            if found.curve.tail <= MATTERS or h >= MOST:
-                return Curve(found, own, scale / g)
-            h = min(2 * h + 1, MOST)
+    if whole:
+        return Curve(project.response(), project, scale)
+    own, g = folded(project)
+    if g == 1:
+        return Curve(own.response(coexisting=False, points=POINTS), own, scale)
+    h = max([FEWEST, *_orders(own)])
+    while True:
+        found = own.response(h, coexisting=False, points=POINTS)
+        if found.curve.tail <= MATTERS or h >= MOST:
+            return Curve(found, own, scale / g)
+        h = min(2 * h + 1, MOST)
 
 
 def folded(project: Project) -> tuple[Project, int]:

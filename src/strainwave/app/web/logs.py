@@ -11,7 +11,6 @@ from zipfile import ZipFile
 import numpy as np
 from scipy.io import whosmat
 
-from ...compile.jit import as_machine_code
 from ...files.identified.identify_drive import IdentifiedDrive, identify_drive
 from ...files.identified.torsion import with_torsion
 from ...files.logs.read import read_log
@@ -38,8 +37,7 @@ def log_of(name: str, content: bytes) -> dict[str, Any]:
 def identified(project: Project, name: str, content: bytes, progress: Callable[[str, float], None]) -> dict[str, Any]:
     """The numbers of a drive that a log with both angles tells, and the project file with them (Refused)."""
     log = _read(name, content)
-    with as_machine_code():
-        found = identify_drive(project, log, progress=progress)
+    found = identify_drive(project, log, progress=progress)
     left = found.found.residual[0]
     measured = with_torsion(channels_of(log), project.drive.N)["torsion"]
     every = max(1, len(left) // MOST_SHOWN)

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from ...compile.jit import as_machine_code
 from ...files.notes import load_remark
 from ...files.project import Project
 from ...files.variants.replaced import replaced
@@ -122,8 +121,7 @@ def motion(project: Project, rpm: float) -> dict[str, Any]:
     period = 2.0 * np.pi / omega
     t = np.linspace(0.0, (SETTLE + TURNS) * period, (SETTLE + TURNS) * SAMPLES + 1)
     start = operating_point(system).start
-    with as_machine_code():
-        run = simulate(system, start, t, method=Dopri5(rtol=1e-7, atol=1e-11))
+    run = simulate(system, start, t, method=Dopri5(rtol=1e-7, atol=1e-11))
     if not run.status:
         raise SolveError(f"the motion at {rpm:g} {project.speeds.unit} could not be integrated: {run.status}")
     late = run.t >= SETTLE * period * (1.0 - 1e-12)
@@ -147,8 +145,7 @@ def motion(project: Project, rpm: float) -> dict[str, Any]:
 
 def moved(project: Project) -> dict[str, Any]:
     """The project's move, or a quarter turn in 0.6 s."""
-    with as_machine_code():
-        found = move(project, None if project.move is not None else USUAL_MOVE)
+    found = move(project, None if project.move is not None else USUAL_MOVE)
     every = max(1, len(found.time) // MOST_SHOWN)
     usual = [] if project.move is not None else ["the project has no move: a quarter turn in 0.6 s along an S-curve"]
     return {
@@ -177,8 +174,7 @@ def mapped(project: Project, search: bool, progress: Progress) -> dict[str, Any]
     low, high = project.load_torques
     rated = project.rated_torque or 0.0
     loads = np.linspace(low, high, 5) if low < high else np.unique([high, -0.25 * rated, -0.5 * rated, -rated])
-    with as_machine_code():
-        found = speed_map(project, loads=loads, search=search, threads=1, progress=progress)
+    found = speed_map(project, loads=loads, search=search, threads=1, progress=progress)
     return {
         "speed": found.speeds / RPM,
         "load": found.loads,

@@ -24,6 +24,7 @@ from time import sleep, thread_time
 from typing import Any, BinaryIO
 
 from ...compile.compiling import compiling
+from ...compile.jit import load
 from ...results import SolveError
 from ..console import plain
 from .requests import Refused
@@ -165,6 +166,7 @@ def work_on(source: BinaryIO, sink: BinaryIO) -> None:
     messages: SimpleQueue[bytes] = SimpleQueue()
     Thread(target=announce, daemon=True).start()
     Thread(target=listen, args=(source, messages), daemon=True).start()
+    load()
     try:
         for number in count():
             work, args, wants = pickle.loads(messages.get())

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.special import betaincinv, ndtr, ndtri
 
-from ...compile.jit import as_machine_code
+from ...compile.jit import load
 from ...quantities import number, positive_count
 from ...records import Labelled, Result
 from ...results import Floats, Interrupted, SolveError
@@ -189,11 +189,11 @@ def exceedance(
         rank = None if np.any(np.isnan(found)) else ranking(own, found, np.random.default_rng(seed))
         return Exceedance(allowed, own, found, at, low, high, seed, rank, tuple(errors))
 
+    load()  # of many drives, which pays where one response does not
     try:
-        with as_machine_code():  # of many drives, which pays where one response does not
-            for drive in _drives(project, factors):
-                rows.append(_largest(drive, allowed, errors))
-                progress(len(rows), count)
+        for drive in _drives(project, factors):
+            rows.append(_largest(drive, allowed, errors))
+            progress(len(rows), count)
     except KeyboardInterrupt:
         if len(rows) < LEAST:
             few = f"{len(rows)} of {count} drives were finished, and an answer needs {LEAST}"

@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compile.jit import as_python
 from ...protocols import Balance
 from ...results import Floats
 from ..balance.half_wave import mirrored
@@ -32,7 +31,6 @@ MOST_FACTOR = 10.0  # of one line alone, at the ends of its curve
 FASTEST = 2.0  # factor of the frequency, upwards and downwards
 FINE = 0.02  # steps along the frequency, of an orbit's size and of the frequency
 LONGEST = 500  # points of one curve
-MANY = 10**9  # runs as Python in a process that has compiled nothing: what is looked for beside must not make it
 
 
 def same(a: Floats, b: Floats, tolerance: float = 1e-5) -> bool:
@@ -72,14 +70,13 @@ class Found(NamedTuple):
 
 def connected(problem: Balance, value: float, known: list[Floats]) -> Found:
     """The orbits at a frequency that the curves connect with each other and with known ones, and these."""
-    with as_python(MANY, compiled=True):
-        full = problem.to_search(value)
-        some = [z for z in (full.fitted(problem.table(point), value) for point in known) if z is not None]
-        search, biased = _Search(full, value), full.biased()
-        if biased is not None:
-            search.left += LONGEST
-            some += search.from_weak(biased)
-        return search.explored(full.odd() or full, some, mirrors=biased is not None)
+    full = problem.to_search(value)
+    some = [z for z in (full.fitted(problem.table(point), value) for point in known) if z is not None]
+    search, biased = _Search(full, value), full.biased()
+    if biased is not None:
+        search.left += LONGEST
+        some += search.from_weak(biased)
+    return search.explored(full.odd() or full, some, mirrors=biased is not None)
 
 
 class _Search:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compile.jit import as_python
 from ...law import is_spring
 from ...numerics.balance.harmonics import grown, highest_order
 from ...numerics.balance.rates import periodic
@@ -26,7 +25,6 @@ from .jumps import Jumps, jumps
 HARMONICS, WITH_KINKS, MOST = 7, 15, 63  # per turn for smooth laws, for laws with breakpoints, and at most
 POINTS = 100  # about so many, and more where the curve bends
 PER_HARMONIC, FEWEST = 32, 8  # samples of a period of the highest harmonic, or of this one, for the largest torque
-PLAIN_RUNS = 24  # of the solver without machine code, before it is made
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,8 +121,7 @@ def exact_response(
     system, others = periodic("frequency_response", checked(system)), Coexisting() if coexisting else None
 
     def followed(h: int, _: float) -> tuple[Branch, float]:
-        with as_python(PLAIN_RUNS):
-            curve = response_curve(system, *frequencies(speeds), h, 1, points, others)
+        curve = response_curve(system, *frequencies(speeds), h, 1, points, others)
         return curve, curve.tail
 
     curve = grown(followed, harmonics, most if given is None else harmonics, MATTERS)

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from ....compile.jit import as_python
 from ....law import is_spring
 from ....numerics.balance.choice import balance_of
 from ....numerics.balance.truncation import MATTERS
@@ -16,7 +15,6 @@ from ....results import Floats
 from ....tree import leaf_of
 from ...response.gear_forces import settling_time
 from ...response.resonances import operating_point
-from ...response.response import PLAIN_RUNS
 from ...response.steady import settle
 from ..train_curve import largest_oscillation
 from .subject import Subject
@@ -49,11 +47,10 @@ def largest(subject: Subject, harmonics: int, coexisting: bool) -> Top | None:
 def _balanced(system: Any, speeds: tuple[float, float], harmonics: int, coexisting: bool) -> Top | None:
     leaf = leaf_of(system, "omega")
     middle = system._replace(omega=(speeds[0] * speeds[1]) ** 0.5)
-    with as_python(PLAIN_RUNS):
-        problem, found, _, _ = traced(
-            lambda h: balance_of(middle, leaf, leaf, h), *speeds, (harmonics, harmonics), MATTERS, POINTS,
-            Coexisting() if coexisting else None,
-        )  # fmt: skip
+    problem, found, _, _ = traced(
+        lambda h: balance_of(middle, leaf, leaf, h), *speeds, (harmonics, harmonics), MATTERS, POINTS,
+        Coexisting() if coexisting else None,
+    )  # fmt: skip
     if not len(found.points):
         return None
     series = problem.displacements(found.points)
