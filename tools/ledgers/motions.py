@@ -1,0 +1,190 @@
+"""Integration, periodic orbits, curves, attractors, ensembles, sampled loops."""
+
+import numpy as np
+
+import strainwave as sw
+
+from .drives import (
+    BIASED,
+    CLOSED,
+    DRIVE,
+    DUFFING,
+    ERROR,
+    EXACT,
+    GEAR,
+    INTEGRATED,
+    SYSTEMS,
+    answer,
+    projects,
+    trains,
+)
+
+SPANS = {
+    "cubic": (0.5, 1.6), "biased": (1.9, 2.6), "softening": (0.8, 1.8), "polynomial": (0.4, 1.6),
+    "piecewise": (100.0, 200.0), "rounded": (100.0, 200.0), "backlash": (0.4, 1.2), "play": (0.6, 1.6),
+    "Bouc-Wen": (200.0, 400.0), "Coulomb": (0.7, 1.6), "LuGre": (0.7, 1.6), "varying": (120.0, 180.0),
+}  # fmt: skip
+NEAR_FOLD = 1e-8  # the square root of 1e-16 limits what is found at a turning point
+
+
+def start(system, size=1.0):
+    """States at the begin: a torsion of the law's scale, at rest."""
+    states = len(system.state_names())
+    large = abs(system.law.stiffness(0.0) if not hasattr(system.law, "z_rate") else 0.0) < 100.0
+    return np.eye(states)[0] * (0.3 * size if large else 1e-4 * size)
+
+
+def orbit_numbers(orbit):
+    """Numbers of an orbit that do not depend on how it was found: no phase of a tiny harmonic, no step."""
+    found = {
+        "omega": orbit.omega,
+        "peak": orbit.peak,
+        "mean and 1..4": np.array([orbit.amplitude(k) for k in range(5)]),
+    }
+    words = {"stable": orbit.stable, "status": orbit.status, "label": orbit.label, "period": orbit.period}
+    return found | {"multipliers": np.sort(np.abs(orbit.multipliers))[::-1][:2]} | words
+
+
+def curve_numbers(branch):
+    """Special points of a curve, its ends, and words; its points lie where the steps fell."""
+    special = {name: getattr(branch, name) for name in ("folds", "doublings", "branch_points", "tori", "elsewhere")}
+    found = {f"{name}/{i}": [o.value, o.peak, o.amplitude(1)] for name, os in special.items() for i, o in enumerate(os)}
+    counts = {name: len(os) for name, os in special.items()} | {"closed": branch.closed, "status": branch.status}
+    ends = np.argsort(branch.values)[[0, -1]]
+    return found | counts | {"ends": branch.peak[ends] if not branch.closed else None}
+
+
+def simulate():
+    """Motions in time of every system and train, by every method."""
+    for name, system in SYSTEMS.items():
+        run = sw.simulate(system, start(system), np.linspace(0.0, 20.0 * np.pi / system.omega, 4))
+        yield name, [run.y[:, 1:], run.peak(), run.status], INTEGRATED
+    for name, method, error in (("dop8", sw.Dop8(200), CLOSED), ("rk4", sw.Rk4(400), CLOSED)):
+        run = sw.simulate(DUFFING, (0.3, 0.0), 30.0, method=method)
+        yield name, [run.y[:, -1], run.peak()], error
+    for name, train in trains().items():
+        size = np.zeros(len(train.state_names()))
+        run = sw.simulate(train, size, np.linspace(0.0, 0.2, 3))
+        yield f"train/{name}", [run.y[:, 1:], run.status], INTEGRATED
+
+
+def find_orbit():
+    """Periodic orbits of every system and train by harmonic balance."""
+    for name, system in SYSTEMS.items():
+        yield name, orbit_numbers(sw.find_orbit(system)), INTEGRATED if "z1" in system.state_names() else CLOSED
+        yield f"{name}/rough", orbit_numbers(sw.find_orbit(system, harmonics=4)), CLOSED
+    for name, train in trains().items():
+        orbit = answer(lambda train=train: orbit_numbers(sw.find_orbit(train, harmonics=8)))
+        yield f"train/{name}", orbit, CLOSED
+
+
+def shoot():
+    """The same orbits by shooting."""
+    for name in ("cubic", "softening", "piecewise", "backlash", "Bouc-Wen", "varying"):
+        system = SYSTEMS[name]
+        settled = sw.simulate(system, start(system), [0.0, 200.0 * np.pi / system.omega]).y[:, -1]
+        yield name, orbit_numbers(sw.shoot(system, settled)), INTEGRATED
+
+
+def frequency_response():
+    """Curves over the speed, and what a slow run-up and run-down do on them."""
+    for name, system in SYSTEMS.items():
+        branch = sw.frequency_response(system, SPANS[name])
+        yield name, curve_numbers(branch), NEAR_FOLD
+        found = sw.jumps(branch)
+        yield f"{name}/jumps", [found.jump_up, found.jump_down, found.width, len(found.bands)], NEAR_FOLD
+        yield f"{name}/ways", [found.finished_up, found.finished_down], EXACT
+    family = sw.response_family(DUFFING, (0.8, 1.6), {"law.alpha": [0.05, 0.1], "B": [0.05, 0.08]})
+    yield "family", [curve_numbers(branch) for branch in family], NEAR_FOLD
+
+
+def parameter_response():
+    """Curves over another parameter, curves of folds, isolas, switched branches, backbones."""
+    branch = sw.parameter_response(DUFFING, "excitation.amplitude", (0.0, 0.5))
+    yield "amplitude", curve_numbers(branch), NEAR_FOLD
+    curve = sw.frequency_response(DUFFING, (0.5, 1.6))
+    folds = sw.fold_curve(DUFFING, curve.folds[0], "excitation.amplitude", (0.02, 0.3))
+    yield "fold_curve", np.array(folds.cusps), 1e-6  # where two folds meet, each moves as a square root
+    driven = sw.Oscillator(1.0, 0.01, sw.Cubic(1.0, 0.2), sw.Harmonic(2.0), 3.15)
+    yield "isolas", [curve_numbers(loop) for loop in sw.isolas(driven, (3.0, 10.0))], NEAR_FOLD
+    main = sw.frequency_response(BIASED, (1.9, 2.6))
+    yield "switch_branch", curve_numbers(sw.switch_branch(BIASED, main.doublings[0])), 1e-6
+    for name in ("cubic", "piecewise", "backlash"):
+        sizes = [0.6, 1.0, 2.0] if name != "piecewise" else [3e-4, 1e-3, 2e-3]
+        free = sw.backbone(SYSTEMS[name], sizes)
+        yield f"backbone/{name}", [free.omega, free.peak], CLOSED
+    one_line = sw.KinematicError(ERROR.lines[:1])
+    gear = SYSTEMS["piecewise"]._replace(law=GEAR.cubic, error=one_line)
+    found = sw.hardening(gear, [0.0, 6.85e4, 1.37e5], (30.0, 250.0), speeds=[126.0, 147.0])
+    yield "hardening", [found.peak, found.peak_speed, found.at_speeds, found.best()], 1e-6  # the peak of a curve
+
+
+def attractors():
+    """Attractors and basins, sections, an orbit diagram, exponents of Lyapunov."""
+    wells = sw.Oscillator(1.0, 0.15, sw.Cubic(-1.0, -1.0), sw.Harmonic(0.2), 1.0)
+    found = sw.basins(wells, (-2.2, 2.2), (-2.2, 2.2), samples=500)
+    yield "basins", [found.fractions, found.standard_errors], EXACT
+    yield "basins/attractors", [(a.period, a.amplitude, a.peak) for a in found.attractors], 1e-6  # until it settles
+    section = sw.poincare_section(DUFFING, (0.3, 0.0), turns=5, settle=200)
+    yield "poincare_section", vars(section), 1e-7
+    diagram = sw.orbit_diagram(BIASED, "omega", [2.0, 2.2, 2.5], settle=200, points=4)
+    yield "orbit_diagram", diagram.dataset, 1e-6
+    exponent = sw.lyapunov_exponent(DUFFING, (0.3, 0.0), turns=200)
+    yield "exponent/periodic", exponent.value, 1e-6
+    ueda = sw.Oscillator(1.0, 0.05, sw.Polynomial((0.0, 0.0, 0.0, 1.0)), sw.Harmonic(7.5), 1.0)
+    yield "exponent/chaotic", sw.lyapunov_exponent(ueda, (2.5, 0.0), turns=500).value > 0.05, EXACT  # digits are lost
+
+
+MEASURES = (
+    sw.Peak(), sw.Rms(), sw.Mean(), sw.Extremes(), sw.Final(), sw.Amplitude(1), sw.Poincare(),
+)  # fmt: skip
+
+
+def ensemble():
+    """Variants side by side, to the bit."""
+    for name in ("cubic", "piecewise", "backlash", "Bouc-Wen", "Coulomb", "varying"):
+        system = SYSTEMS[name]
+        lanes = {"omega": system.omega * np.array([0.8, 1.0, 1.1])}
+        found = sw.ensemble(system, lanes, start(system), periods=4, settle=50, measures=MEASURES)
+        yield name, found, EXACT
+    found = sw.ensemble(
+        DUFFING, {"law.alpha": np.linspace(0.0, 0.2, 9), "B": np.linspace(0.04, 0.08, 9)}, (0.0, 0.0), periods=4,
+        settle=100, method=sw.Dopri5(),
+    )  # fmt: skip
+    yield "adaptive", found, EXACT
+
+
+def sampled():
+    """Sampled loops: a run, an ensemble, their linear response; shaped references; monitors."""
+    train = DRIVE.train(control=sw.Commanded(), kinematic_error=ERROR, omega=150.0)
+    sampling = sw.Sampling(1e-3, 1e-3, limit=3.0, motor_quantum=1e-5, load_noise=1e-6)
+    loops = {
+        "pd": sw.SampledPD(10.0, 0.1, 1e-3), "cascade": sw.Cascade(20.0, 0.1, 1.0, 1e-3, 4.5e-4),
+        "notch": sw.notch(sw.SampledPD(10.0, 0.1, 1e-3), 400.0, 1e-3),
+    }  # fmt: skip
+    for name, controller in loops.items():
+        closed = sw.ClosedLoop(train, controller, sampling)
+        run = sw.run_loop(closed, 0.2)
+        yield f"run/{name}", {key: value for key, (_, value, _) in run.variables().items()}, 1e-6  # steps of encoders
+    quiet = sw.ClosedLoop(train, loops["pd"], sw.Sampling(1e-3, 1e-3))
+    lanes = sw.loop_ensemble(quiet, {"controller.K_p": [10.0, 20.0]}, 0.2, settle=0.1, orders=[2.0])
+    yield "ensemble", {key: value for key, (_, value, _) in lanes.variables().items()}, EXACT
+    response = sw.loop_response(quiet, [10.0, 50.0, 200.0])
+    values = {key: value for key, (_, value, _) in response.variables().items()}
+    yield "response", [values, response.stable, response.slowest], INTEGRATED
+    motion = sw.shaped(sw.SpeedProfile((0.0, 0.1, 0.3), (0.0, 2.0, 0.0)), 60.0, 0.03)
+    yield "shaped", [motion.times, motion.weights, motion.value(0.2), motion.slope(0.2)], CLOSED
+    t = 1e-3 * np.arange(4000)
+    angle = (20.0 + 0.5 * t) * t
+    signal = 23.0 * np.cos(2 * angle + 0.5) + 4.0 * np.cos(4 * angle) + np.cos(7.7 * t)
+    for name, options in (
+        ("known", {"angle": angle, "orders": (2, 4)}), ("tracked", {"frequencies": (30.0, 100.0), "bandwidth": 2.0}),
+    ):  # fmt: skip
+        found = sw.monitor(t, signal, **options)
+        yield f"monitor/{name}", [found.amplitude[:, -1], found.frequency[-1], found.settled_from], CLOSED
+
+
+def response():
+    """Response of the whole drive of every project."""
+    for name, project in projects().items():
+        yield name, answer(lambda project=project: curve_numbers(project.response().curve)), NEAR_FOLD
