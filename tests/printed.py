@@ -32,6 +32,12 @@ def close(one, other):
     return abs(a - b) <= Decimal(1).scaleb(unit)
 
 
+def says(text, fact):
+    """Whether a text holds a fact: words with numbers."""
+    pattern = NUMBER.pattern.join(map(re.escape, NUMBER.split(fact)))
+    return any(same(place, fact) for place in re.findall(pattern, text))
+
+
 def differences(said, printed):
     """Lines that do not say the same, in pairs."""
     pairs = zip_longest(said.rstrip().splitlines(), printed.rstrip().splitlines(), fillvalue="")
