@@ -1,24 +1,30 @@
 """Machine code of compiled kernels, to count instructions in."""
 
-import platform
 import re
 
 from strainwave.compile import jit
+from strainwave.compile.target import target_cpu
 from strainwave.tree import classes
 
 
-def instructions(function, *arguments):
-    """Return the instructions of a kernel made anew for the arguments, without those of the entry from Python.
+def assembly(function, *arguments):
+    """Return the text of a kernel's machine code, made anew for the arguments.
 
     Code that comes from the cache on disk cannot be read.
     """
     jit._dispatcher(function, classes(arguments))  # lets compiled code know the models
     dispatcher = jit._numba().njit(**jit.OPTIONS)(function)
     dispatcher(*arguments)
-    assembly = dispatcher.inspect_asm(dispatcher.signatures[-1])
-    body = re.split(r"^(?!\.L)\S+:$", assembly, maxsplit=2, flags=re.MULTILINE)[1]  # after the first function's name
+    return dispatcher.inspect_asm(dispatcher.signatures[-1])
+
+
+def instructions(function, *arguments):
+    """Return the instructions of a kernel, without those of the entry from Python."""
+    text = assembly(function, *arguments)
+    body = re.split(r"^(?!\.L)\S+:$", text, maxsplit=2, flags=re.MULTILINE)[1]  # after the first function's name
     return re.findall(r"^\t([a-z]\w+)", body, re.MULTILINE)
 
 
 def has_fma():
-    return platform.machine().lower() in ("x86_64", "amd64") and jit.host_cpu()[0].get("fma")
+    """Whether the code is of an x86 processor with FMA: without it a `power` calls the mathematical library."""
+    return "fma" in target_cpu()[0]

@@ -334,9 +334,10 @@ def _numba() -> Any:
 
 def _prefer_wide_vectors(config: Any) -> None:
     """Let the compiler use 512-bit vectors where the processor has them; for Intel's it keeps to 256 bits otherwise."""
-    features, name = host_cpu()
+    host = import_module("llvmlite.binding")
+    features = host.get_host_cpu_features()
     if config.CPU_NAME is None and config.CPU_FEATURES is None and features.get("avx512f"):
-        config.CPU_NAME, config.CPU_FEATURES = name, features.flatten() + ",-prefer-256-bit"
+        config.CPU_NAME, config.CPU_FEATURES = host.get_host_cpu_name(), features.flatten() + ",-prefer-256-bit"
 
 
 @cache
@@ -426,10 +427,3 @@ def _with_leaf_body(types: Any, extending: Any) -> Callable[..., Any]:
         return intrinsic(model, index, value)
 
     return body
-
-
-def host_cpu() -> tuple[Any, str]:
-    """Features (name to whether it is there) and name of this machine's processor, as the compiler sees it."""
-    from llvmlite import binding
-
-    return binding.get_host_cpu_features(), binding.get_host_cpu_name()

@@ -13,6 +13,7 @@ import click
 
 from ... import __version__
 from ...compile import cache, cuda, jit
+from ...compile.target import target_cpu
 from ..console import to_json
 
 CORE = ("numpy", "scipy", "numba", "llvmlite", "xarray", "zarr", "pint", "pydantic", "ruamel.yaml", "click", "rich")
@@ -28,12 +29,11 @@ EXTRAS = {
     "docs": ("sphinx", "myst_parser", "sphinx_gallery", "furo"),
     "dev": ("pytest", "hypothesis", "ruff", "mypy"),
 }
-VECTOR_UNITS = ("sse2", "avx", "avx2", "fma", "avx512f", "neon", "asimd", "sve")
 
 
 def report() -> dict[str, Any]:
     """Collect what `doctor` prints."""
-    features, cpu = jit.host_cpu()
+    units, cpu = target_cpu()
     folder = cache.cache_folder()
     writable, why = _writable(folder)
     size = sum(f.stat().st_size for f in folder.glob("**/*") if f.is_file()) if folder.is_dir() else 0
@@ -48,7 +48,7 @@ def report() -> dict[str, Any]:
         "cache": {"folder": str(folder), "writable": writable, "why": why, "bytes": size},
         "cores": {"machine": os.cpu_count(), "usable": _usable_cores()},
         "cpu": cpu,
-        "simd": [unit for unit in VECTOR_UNITS if features.get(unit)],
+        "simd": units,
         "extras": {extra: all(importlib.util.find_spec(m) for m in modules) for extra, modules in EXTRAS.items()},
     }
 
