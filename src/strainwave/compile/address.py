@@ -12,18 +12,39 @@ from typing import Any
 
 import numpy as np
 
+RECENT = 8  # things whose words are kept for the next kernel
+_recent: tuple[Any, ...] = ()
+
 VECTOR, MATRIX = "vector", "matrix"  # kinds of arguments of an entry: contiguous arrays of floats
 
 
 class ByAddress:
     """A thing for `jit.run`: to a kernel run as Python it is `thing`, to machine code what `addressed` makes of it.
 
-    `addressed` gets a function that gives the address of the words of a thing and keeps these as long as the kernel
-    runs.
+    `addressed` gets a function that gives the address of the words of a thing and keeps these as long as the result is
+    used. With a name in `again` it is kept for the next kernels that get the same thing.
     """
 
-    def __init__(self, thing: Any, addressed: Callable[[Callable[[Any], int]], Any]) -> None:
-        self.thing, self.addressed = thing, addressed
+    def __init__(self, thing: Any, addressed: Callable[[Callable[[Any], int]], Any], again: str = "") -> None:
+        self.thing, self.addressed, self.again = thing, addressed, again
+
+    def native(self) -> tuple[Any, Any]:
+        """What machine code gets, and the memory that it needs."""
+        global _recent
+        for recent in _recent:
+            if self.again and recent[0] is self.thing and recent[1] == self.again:
+                return recent[2:]
+        kept: list[Any] = []
+
+        def words(thing: Any) -> int:
+            memory = thing if isinstance(thing, np.ndarray) else words_of(thing)
+            kept.append((thing, memory))
+            return int(memory.__array_interface__["data"][0])
+
+        made = self.addressed(words), kept
+        if self.again:
+            _recent = ((self.thing, self.again, *made), *_recent[: RECENT - 1])
+        return made
 
 
 def at(place: Any) -> Any:

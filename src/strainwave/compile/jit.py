@@ -19,12 +19,10 @@ from itertools import count
 from threading import RLock
 from typing import Any, TypeVar
 
-import numpy as np
-
 from ..tree import classes as classes_of
 from ..tree import with_leaf
 from . import address, lanes, maths_kernels, tuples
-from .address import ByAddress, kind_of, words_of
+from .address import ByAddress, kind_of
 from .cache import CodeCache, cache_writable
 from .compiling import watched
 from .inner import compilers
@@ -183,15 +181,9 @@ def run(function: Callable[..., Any], *args: Any, light: bool = False, after: in
     _numba()
     from numba.core import errors
 
-    kept: list[Any] = []
-
-    def words(thing: Any) -> int:
-        memory = thing if isinstance(thing, np.ndarray) else words_of(thing)
-        kept.append((thing, memory))
-        return int(memory.__array_interface__["data"][0])
-
     try:
-        given = tuple(arg.addressed(words) if isinstance(arg, ByAddress) else arg for arg in args)
+        made = [arg.native() if isinstance(arg, ByAddress) else (arg, None) for arg in args]
+        given = tuple(thing for thing, _ in made)
         return _dispatcher(function, classes_of(given))(*given)
     except (errors.NumbaError, errors.UnsupportedBytecodeError) as error:
         if after:  # it has run as Python before

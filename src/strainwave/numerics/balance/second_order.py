@@ -164,7 +164,7 @@ class SecondOrder(NamedTuple):
         light = self.nonlinear.is_sampled() and self.size() <= LIGHT
         if not set(FIELDS) <= set(self.system._fields):  # a system like an oscillator whose numbers are none of these
             return kernel(self, *arguments)
-        return run(kernel, ByAddress(self, self.addressed), *arguments, light=light)
+        return run(kernel, ByAddress(self, self.addressed, "equations"), *arguments, light=light)
 
     def addressed(self, words: Any) -> EquationsAt:
         """The equations for machine code."""

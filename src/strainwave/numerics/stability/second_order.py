@@ -123,7 +123,8 @@ def steps_for(problem: SecondOrder, points: Floats) -> int:
     slowest = int(np.argmin(speeds))
     system = with_leaf(problem.system, problem.leaf, float(points[slowest, -1]))
     u = points[slowest, :-1] @ grid_of(problem, 32 * problem.stride)
-    rate = np.max(np.abs(system.law.stiffness(u) / system.J - 0.25 * (system.B / system.J) ** 2))
+    rates = np.abs(system.law.stiffness(u) / system.J - 0.25 * (system.B / system.J) ** 2) + 0.0 * u
+    rate = np.max(rates, where=np.isfinite(rates), initial=0.0)  # beside the curve a law may have no value
     vibrations = math.sqrt(rate) * problem.turns / float(speeds[slowest])
     return max(steps, problem.stride * math.ceil(min(PER_VIBRATION * vibrations, MOST_STEPS)))
 

@@ -137,7 +137,7 @@ class Condensed(NamedTuple):
         self.by_parameter(z, slope)
 
     def run(self, kernel: Any, *arguments: Any) -> Any:
-        return run(kernel, ByAddress(self, self.addressed), *arguments, light=self.size() <= LIGHT)
+        return run(kernel, ByAddress(self, self.addressed, "equations"), *arguments, light=self.size() <= LIGHT)
 
     def addressed(self, words: Any) -> EquationsAt:
         """The equations for machine code."""
