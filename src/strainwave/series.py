@@ -3,8 +3,14 @@
 Coefficients are listed as results have them: mean, cos 1, sin 1, cos 2, sin 2, ...
 """
 
+import math
+from functools import lru_cache
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
+
+from .compile.jit import kernel_as, run
 
 PER_HARMONIC, STEPS = 32, 3  # samples in a period of the highest harmonic; steps of Newton's method from the largest
 
@@ -12,25 +18,63 @@ PER_HARMONIC, STEPS = 32, 3  # samples in a period of the highest harmonic; step
 def largest_size(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
     """Largest absolute values (n,) over the period of series (n, 2H+1), the sizes at their extremes."""
     count, width = coefficients.shape
-    harmonics = width // 2
-    if not harmonics or not count:
+    if width < 2 or not count:
         return np.asarray(np.abs(coefficients[:, 0]))
-    spectrum = np.zeros((count, PER_HARMONIC * harmonics // 2 + 1), complex)
-    spectrum[:, 0] = coefficients[:, 0]
-    waves = coefficients[:, 1::2] - 1j * coefficients[:, 2::2]
-    spectrum[:, 1 : harmonics + 1] = 0.5 * waves
-    samples = np.fft.irfft(spectrum, PER_HARMONIC * harmonics, norm="forward")
+    out = np.empty(count)
+    run(_largest, np.ascontiguousarray(coefficients), _waves(width // 2), out, light=True)
+    return out
+
+
+@lru_cache(maxsize=32)
+def _waves(harmonics: int) -> NDArray[np.float64]:
+    """Table (2H, samples) of cos 1, sin 1, cos 2, ... at the samples of a period."""
+    angles = 2.0 * np.pi / (PER_HARMONIC * harmonics) * np.arange(PER_HARMONIC * harmonics)
+    turns = np.arange(1, harmonics + 1)[:, None] * angles
+    return np.stack([np.cos(turns), np.sin(turns)], axis=1).reshape(2 * harmonics, -1)
+
+
+def _largest_loops(c: Any, waves: Any, out: Any) -> None:
+    rows, samples = waves.shape
+    step, values = 2.0 * math.pi / samples, np.empty(samples)
+    for p in range(c.shape[0]):
+        for j in range(samples):
+            values[j] = c[p, 0]
+        for i in range(rows):
+            for j in range(samples):
+                values[j] += c[p, i + 1] * waves[i, j]
+        best = 0
+        for j in range(1, samples):
+            if abs(values[j]) > abs(values[best]):
+                best = j
+        angle, between = step * best, 0.0
+        for n in range(STEPS + 1):
+            cos, sin = math.cos(angle), math.sin(angle)
+            even, odd, between, slope, bend = cos, sin, c[p, 0], 0.0, 0.0
+            for k in range(1, rows // 2 + 1):
+                a, b = c[p, 2 * k - 1], c[p, 2 * k]
+                between += a * even + b * odd
+                slope += k * (b * even - a * odd)
+                bend -= k * k * (a * even + b * odd)
+                even, odd = even * cos - odd * sin, even * sin + odd * cos
+            if n < STEPS and bend != 0.0:
+                angle -= min(step, max(-step, slope / bend))
+        out[p] = max(abs(values[best]), abs(between))
+
+
+@kernel_as(_largest_loops)
+def _largest(c: NDArray[np.float64], waves: NDArray[np.float64], out: NDArray[np.float64]) -> None:
+    """Write the largest absolute values of series, from samples and, between these, by Newton's method."""
+    harmonics, step = len(waves) // 2, 2.0 * np.pi / waves.shape[1]
+    samples = c[:, :1] + c[:, 1:] @ waves
     best = np.argmax(np.abs(samples), axis=1)
-    sampled = np.abs(samples[np.arange(count), best])
-    # Between the samples: Newton's method for a zero of the slope, a step never further than to the next sample.
-    k, step = np.arange(1, harmonics + 1), 2.0 * np.pi / (PER_HARMONIC * harmonics)
-    angle = step * best
-    for _ in range(STEPS):
+    waves = c[:, 1::2] - 1j * c[:, 2::2]
+    k, angle = np.arange(1, harmonics + 1), step * best
+    for _ in range(STEPS):  # for a zero of the slope, a step never further than to the next sample
         here = waves * _turned(angle, harmonics)
         slope, bend = np.sum(-k * here.imag, axis=1), np.sum(-k * k * here.real, axis=1)
-        angle -= np.clip(np.divide(slope, bend, out=np.zeros(count), where=bend != 0.0), -step, step)
-    between = np.abs(coefficients[:, 0] + np.sum((waves * _turned(angle, harmonics)).real, axis=1))
-    return np.asarray(np.maximum(sampled, between))
+        angle -= np.clip(np.divide(slope, bend, out=np.zeros(len(c)), where=bend != 0.0), -step, step)
+    between = np.abs(c[:, 0] + np.sum((waves * _turned(angle, harmonics)).real, axis=1))
+    out[:] = np.maximum(np.abs(samples[np.arange(len(c)), best]), between)
 
 
 def _turned(angle: NDArray[np.float64], harmonics: int) -> NDArray[np.complex128]:

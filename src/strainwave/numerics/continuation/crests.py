@@ -1,8 +1,7 @@
 """Crests of a curve of orbits: where |x|, or |x - mean|, is largest among its neighbours.
 
-The steps of a continuation pass a crest at some distance. A crest is looked for at the vertex of the parabola through
-three points, over the arc between them, and solved for at the parameter there. That point takes the place of one of the
-three, until the next vertex is no higher.
+The steps of a continuation pass a crest at some distance. A crest is looked for on the polynomial through five points,
+over the arc between them, and solved for once: it is off by the square of what the polynomial is off.
 """
 
 from collections.abc import Callable
@@ -19,7 +18,8 @@ from ..stability.special_points import inserted
 from .trace import solve
 
 LEAST = 0.01  # of the largest value on the curve: lower crests stay as they are
-SETTLED, VERTICES = 1e-12, 6  # relative rise of a parabola above its points that is none; parabolas of a crest
+REACH, LOOKED = 2, 17  # points to both sides of a crest, and places looked at between the next ones
+SAME = 1e-6  # of the arc of these: what is nearer is one point
 ONE = 1e-6  # relative distance below which two points are one
 MEAN = 1e-6  # of the largest |x|: with a smaller mean both crests are one
 
@@ -38,7 +38,7 @@ def with_crests(problem: Balance, points: Floats, labels: Any) -> tuple[Floats, 
     found: list[tuple[int, int, Floats]] = []
     for measure, values in sizes:
         for i in crests_of(values):
-            crest = _crest(problem, points[i - 1 : i + 2], values[i - 1 : i + 2], measure)
+            crest = _crest(problem, points, i, values, measure)
             if crest is None:
                 continue
             place = i if crest[0] > 0.0 else i - 1
@@ -58,43 +58,45 @@ def crests_of(values: Floats) -> list[int]:
     return [int(i) + 1 for i in np.flatnonzero(above)]
 
 
-def _crest(problem: Balance, points: Floats, sizes: Floats, measure: Measure) -> tuple[float, Floats] | None:
-    """Crest next to the middle one of three points, after which it lies where the first number is positive.
+def _crest(problem: Balance, points: Floats, i: int, sizes: Floats, measure: Measure) -> tuple[float, Floats] | None:
+    """Crest next to a point, after which it lies where the first number is positive; None where the point is it.
 
-    None where that point is it, or where no solution is found beside it.
+    It is the highest place of the polynomial through five points, solved for at the parameter there.
     """
-    scale = np.full(points.shape[1], 1.0 / max(float(np.linalg.norm(points[1, :-1])), 1e-300))
-    scale[-1] = 1.0 / max(abs(float(points[1, -1])), 1e-300)
-    first, ahead, best = points[1], (points[2] - points[0]) * scale, None
-    (before, here, after), (low, top, high) = points, sizes
-    for _ in range(VERTICES):
-        a, b = (float(np.linalg.norm(way * scale)) for way in (here - before, after - here))
-        if a == 0.0 or b == 0.0:
-            break
-        left, right = (top - low) / a, (high - top) / b
-        bend = (right - left) / (a + b)
-        slope = left + bend * a
-        if not bend < 0.0 or slope * slope < -4.0 * bend * SETTLED * top:
-            break
-        s = -0.5 * slope / bend
-        step, turn = (here - before) / a, ((after - here) / b - (here - before) / a) / (a + b)
-        guess = here + s * (step + turn * (s + a))
-        found = solve(problem, guess)
-        if found is None or float(np.linalg.norm((found - guess) * scale)) > 0.1 * min(a, b):
-            break
-        size = float(measure(_series(problem, found[None]))[0])
-        if size >= top and s > 0.0:
-            before, low, here, top = here, top, found, size
-        elif size >= top:
-            after, high, here, top = here, top, found, size
-        elif s > 0.0:
-            after, high = found, size
-        else:
-            before, low = found, size
-        best = here
-    if best is None or best is first:
+    scale = np.full(points.shape[1], 1.0 / max(float(np.linalg.norm(points[i, :-1])), 1e-300))
+    scale[-1] = 1.0 / max(abs(float(points[i, -1])), 1e-300)
+    some = points[max(i - REACH, 0) : i + REACH + 1] * scale
+    at = min(i, REACH)
+    arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(some, axis=0), axis=1)))
+    apart = np.diff(arc) > SAME * arc[-1]
+    first, last, here = arc[at - 1], arc[at + 1], arc[at]
+    if not (apart[at - 1] and apart[at]):
         return None
-    return float((best - first) * scale @ ahead), best
+    known = np.append(True, apart)
+    some, arc = some[known], arc[known]
+    low, high = first, last
+    for _ in range(2):
+        places = np.linspace(low, high, LOOKED)
+        values = measure(_series(problem, _between(arc, some, places) / scale))
+        best = min(max(int(np.argmax(values)), 1), LOOKED - 2)
+        low, high = places[best - 1], places[best + 1]
+    left, top, right = values[best - 1 : best + 2]
+    bend = left - 2.0 * top + right
+    s = places[best] + (0.25 * (left - right) * (high - low) / bend if bend < 0.0 else 0.0)
+    if not first < s < last or s == here:
+        return None
+    guess = _between(arc, some, np.array([s]))[0] / scale
+    found = solve(problem, guess)
+    if found is None or float(np.linalg.norm((found - guess) * scale)) > 0.1 * min(here - first, last - here):
+        return None
+    return (s - here, found) if float(measure(_series(problem, found[None]))[0]) >= sizes[i] else None
+
+
+def _between(arc: Floats, points: Floats, places: Floats) -> Floats:
+    """Points at places of the arc on the polynomial through points there (Lagrange)."""
+    ratios = (places[:, None, None] - arc) / (arc[:, None] - arc + np.eye(len(arc)))
+    ratios[:, np.arange(len(arc)), np.arange(len(arc))] = 1.0
+    return np.asarray(np.prod(ratios, axis=2) @ points)
 
 
 def _apart(a: Floats, b: Floats) -> float:
