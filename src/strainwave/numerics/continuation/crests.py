@@ -1,7 +1,7 @@
 """Crests of a curve of orbits: where |x|, or |x - mean|, is largest among its neighbours.
 
 The steps of a continuation pass a crest at some distance. A crest is looked for on the polynomial through five points,
-over the arc between them, and solved for once: it is off by the square of what the polynomial is off.
+over the arc between them, and solved for there; with that point more it is looked for again where it may be higher.
 """
 
 from collections.abc import Callable
@@ -19,6 +19,7 @@ from .trace import solve
 
 LEAST = 0.01  # of the largest value on the curve: lower crests stay as they are
 REACH, LOOKED = 2, 17  # points to both sides of a crest, and places looked at between the next ones
+ROUNDS, SETTLED = 3, 1e-11  # solutions of a crest, and the relative rise above one that is none
 SAME = 1e-6  # of the arc of these: what is nearer is one point
 ONE = 1e-6  # relative distance below which two points are one
 MEAN = 1e-6  # of the largest |x|: with a smaller mean both crests are one
@@ -73,23 +74,37 @@ def _crest(problem: Balance, points: Floats, i: int, sizes: Floats, measure: Mea
     if not (apart[at - 1] and apart[at]):
         return None
     known = np.append(True, apart)
-    some, arc = some[known], arc[known]
-    low, high = first, last
+    some, arc, size, crest, near = some[known], arc[known], float(sizes[i]), None, 0.1 * min(here - first, last - here)
+    for _ in range(ROUNDS):
+        s, top = _highest(problem, arc, some, scale, first, last, measure)
+        if top - size <= SETTLED * top or not first < s < last or np.any(s == arc):
+            break
+        guess = _between(arc, some, np.array([s]))[0] / scale
+        found = solve(problem, guess)
+        if found is None or float(np.linalg.norm((found - guess) * scale)) > near:
+            break
+        value = float(measure(_series(problem, found[None]))[0])
+        if value >= size:
+            size, crest = value, (s - here, found)
+        place = int(np.searchsorted(arc, s))
+        arc, some = np.insert(arc, place, s), np.insert(some, place, found * scale, axis=0)
+    return crest
+
+
+def _highest(
+    problem: Balance, arc: Floats, points: Floats, scale: Floats, low: float, high: float, measure: Measure
+) -> tuple[float, float]:  # fmt: skip
+    """Place between two others where the polynomial through points is highest, and the value there."""
     for _ in range(2):
         places = np.linspace(low, high, LOOKED)
-        values = measure(_series(problem, _between(arc, some, places) / scale))
+        values = measure(_series(problem, _between(arc, points, places) / scale))
         best = min(max(int(np.argmax(values)), 1), LOOKED - 2)
         low, high = places[best - 1], places[best + 1]
-    left, top, right = values[best - 1 : best + 2]
-    bend = left - 2.0 * top + right
-    s = places[best] + (0.25 * (left - right) * (high - low) / bend if bend < 0.0 else 0.0)
-    if not first < s < last or s == here:
-        return None
-    guess = _between(arc, some, np.array([s]))[0] / scale
-    found = solve(problem, guess)
-    if found is None or float(np.linalg.norm((found - guess) * scale)) > 0.1 * min(here - first, last - here):
-        return None
-    return (s - here, found) if float(measure(_series(problem, found[None]))[0]) >= sizes[i] else None
+    left, top, right = values[best - 1 : best + 2].tolist()
+    bend, rise = left - 2.0 * top + right, left - right
+    if not bend < 0.0:
+        return float(places[best]), top
+    return float(places[best] + 0.25 * rise * (high - low) / bend), top - rise * rise / (8.0 * bend)
 
 
 def _between(arc: Floats, points: Floats, places: Floats) -> Floats:
