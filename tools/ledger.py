@@ -1,7 +1,7 @@
 """Write some thousand numbers of all that the package answers, and compare two such lists.
 
     python tools/ledger.py write FILE.json [--only PREFIX ...]
-    python tools/ledger.py compare OLD.json NEW.json
+    python tools/ledger.py compare OLD.json NEW.json [--only PREFIX ...]
 
 The list is written at the commit before a big change and after it; `compare` names what differs by more than the error
 that stands beside each number in OLD. Both lists are of one machine, as last digits differ between processors.
@@ -37,6 +37,9 @@ LEFT_OUT = {
     "draw_...": "pictures; `draw` of the results is called by the commands that write figures",
     "app": "serves a page; its answers are those of the verbs",
     "runge_kutta": "a table of coefficients of the caller",
+    "read_specification": "read by the command design",
+    "replace": "changes a number of a model, which the verbs then show",
+    "speed_table": "a controller made of a prediction_table",
     "completion, schema, new": "texts, which their tests compare",
     "doctor": "tells of the machine",
     "scattered": "drawn by exceedance and variability",
@@ -142,9 +145,10 @@ def write(path: Path, only: list[str]) -> int:
     return 0
 
 
-def compare(old: Path, new: Path) -> int:
-    """Print what differs by more than its error, what is missing, what is new, and how much; 1 where something differs."""
-    first, second = (json.loads(path.read_text(encoding="utf-8")) for path in (old, new))
+def compare(old: Path, new: Path, only: list[str]) -> int:
+    """Print what differs by more than its error, what is missing and what is new; 1 where something differs."""
+    lists = [json.loads(path.read_text(encoding="utf-8")) for path in (old, new)]
+    first, second = ({k: v for k, v in one.items() if not only or k.startswith(tuple(only))} for one in lists)
     changed: Counter[str] = Counter()
     for name, (value, error) in first.items():
         other = second.get(name, [None])[0]
@@ -175,12 +179,13 @@ def main() -> int:
     verbs = parser.add_subparsers(dest="verb", required=True)
     writing = verbs.add_parser("write")
     writing.add_argument("file", type=Path)
-    writing.add_argument("--only", action="append", default=[], help="functions whose names begin so; repeatable")
     comparing = verbs.add_parser("compare")
     comparing.add_argument("old", type=Path)
     comparing.add_argument("new", type=Path)
+    for verb in (writing, comparing):
+        verb.add_argument("--only", action="append", default=[], help="functions whose names begin so; repeatable")
     asked = parser.parse_args()
-    return write(asked.file, asked.only) if asked.verb == "write" else compare(asked.old, asked.new)
+    return write(asked.file, asked.only) if asked.verb == "write" else compare(asked.old, asked.new, asked.only)
 
 
 if __name__ == "__main__":

@@ -20,6 +20,8 @@ def law():
             yield name, {m: np.array([getattr(system.law, m)(v) for v in at]) for m in ("torque", "stiffness")}, CLOSED
             yield f"{name}/energy", np.array([system.law.energy(v) for v in at]), CLOSED
     points = [(-2.0e-3, -270.0), (-0.6e-3, -60.0), (0.0, 0.0), (0.5e-3, 52.0), (1.5e-3, 195.0), (2.1e-3, 300.0)]
+    for dry in (sw.Coulomb(0.02, 0.05), sw.Stribeck(0.02, 0.03, 0.3, 0.05), sw.QuadraticDamping(0.3), sw.Viscous(0.05)):
+        yield type(dry).__name__, np.array([dry.torque(0.0, v) for v in (-1.0, -0.02, 0.0, 0.3)]), CLOSED
     yield "tabulated", sw.tabulated(points).torque(x), CLOSED
 
 

@@ -12,7 +12,7 @@ from unittest.mock import patch
 import numpy as np
 from twelve_projects import PROJECTS
 
-from .drives import EXACT
+from .drives import AXIS_FILE, EXACT
 from .files import ANGLE
 from .measured import drive_record, guessed, loop_record, noisy_run, scan_record
 
@@ -33,16 +33,6 @@ LEFT_OUT = {
     "source",
 }
 OTHER_UNITS = ("_rpm", "_arcsec", "hertz")
-AXIS = """
-gear: CSG-40-50
-motor: {inertia: 4.5 kg*cm^2, loop: {bandwidth: 30 Hz, damping: 0.7}, max_torque: 3 N*m}
-load: {inertia: 1.3 kg*m^2}
-damping: {ratio: 3 %}
-speed: {from: 1000 rpm, to: 3000 rpm, shaft: motor}
-limit: {oscillation: 100 arcsec}
-excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
-scatter: {load.inertia: 3 %, gear.K1: 5 %, damping.ratio: 10 %}
-"""
 
 
 def csv(path, **columns):
@@ -54,7 +44,7 @@ def csv(path, **columns):
 @cache
 def prepared():
     """Files that the commands read."""
-    Path("axis.yaml").write_text(AXIS, encoding="utf-8")
+    Path("axis.yaml").write_text(AXIS_FILE, encoding="utf-8")
     for i, text in enumerate(PROJECTS.values()):
         Path(f"p{i}.yaml").write_text(text, encoding="utf-8")
     elbow = Path(__file__).resolve().parents[2] / "examples" / "projects" / "elbow.yaml"

@@ -48,6 +48,18 @@ SYSTEMS = {
 }  # fmt: skip
 
 
+AXIS_FILE = """
+gear: CSG-40-50
+motor: {inertia: 4.5 kg*cm^2, loop: {bandwidth: 30 Hz, damping: 0.7}, max_torque: 3 N*m}
+load: {inertia: 1.3 kg*m^2}
+damping: {ratio: 3 %}
+speed: {from: 1000 rpm, to: 3000 rpm, shaft: motor}
+limit: {oscillation: 100 arcsec}
+excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
+scatter: {load.inertia: 3 %, gear.K1: 5 %, damping.ratio: 10 %}
+"""
+
+
 def answer(ask: Callable[[], Any]) -> Any:
     """What a verb returns, or the sentence with which it refuses."""
     try:

@@ -24,6 +24,9 @@ SPANS = {
     "piecewise": (100.0, 200.0), "rounded": (100.0, 200.0), "backlash": (0.4, 1.2), "play": (0.6, 1.6),
     "Bouc-Wen": (200.0, 400.0), "Coulomb": (0.7, 1.6), "LuGre": (0.7, 1.6), "varying": (120.0, 180.0),
 }  # fmt: skip
+KINKED = (
+    1e-5  # the rate of a law with memory has a corner, across which no step of the variational flow keeps its order
+)
 NEAR_FOLD = 1e-8  # the square root of 1e-16 limits what is found at a turning point
 
 
@@ -42,7 +45,12 @@ def orbit_numbers(orbit):
         "mean and 1..4": np.array([orbit.amplitude(k) for k in range(5)]),
     }
     words = {"stable": orbit.stable, "status": orbit.status, "label": orbit.label, "period": orbit.period}
-    return found | {"multipliers": np.sort(np.abs(orbit.multipliers))[::-1][:2]} | words
+    return found | words
+
+
+def moduli(orbit):
+    """Sizes of the two largest Floquet multipliers, which the variational flow gives."""
+    return np.sort(np.abs(orbit.multipliers))[::-1][:2]
 
 
 def curve_numbers(branch):
@@ -71,11 +79,15 @@ def simulate():
 def find_orbit():
     """Periodic orbits of every system and train by harmonic balance."""
     for name, system in SYSTEMS.items():
-        yield name, orbit_numbers(sw.find_orbit(system)), INTEGRATED if "z1" in system.state_names() else CLOSED
+        orbit, with_memory = sw.find_orbit(system), hasattr(system.law, "z_rate")
+        yield name, orbit_numbers(orbit), INTEGRATED if with_memory else CLOSED
+        yield f"{name}/multipliers", moduli(orbit), KINKED if with_memory else INTEGRATED
         yield f"{name}/rough", orbit_numbers(sw.find_orbit(system, harmonics=4)), CLOSED
     for name, train in trains().items():
-        orbit = answer(lambda train=train: orbit_numbers(sw.find_orbit(train, harmonics=8)))
-        yield f"train/{name}", orbit, CLOSED
+        orbit = answer(lambda train=train: sw.find_orbit(train, harmonics=8))
+        yield f"train/{name}", orbit if isinstance(orbit, str) else orbit_numbers(orbit), CLOSED
+        if not isinstance(orbit, str):
+            yield f"train/{name}/multipliers", moduli(orbit), KINKED if name == "hysteresis" else INTEGRATED
 
 
 def shoot():
@@ -83,7 +95,8 @@ def shoot():
     for name in ("cubic", "softening", "piecewise", "backlash", "Bouc-Wen", "varying"):
         system = SYSTEMS[name]
         settled = sw.simulate(system, start(system), [0.0, 200.0 * np.pi / system.omega]).y[:, -1]
-        yield name, orbit_numbers(sw.shoot(system, settled)), INTEGRATED
+        orbit = sw.shoot(system, settled)
+        yield name, [orbit_numbers(orbit), moduli(orbit)], INTEGRATED
 
 
 def frequency_response():

@@ -1,12 +1,14 @@
 """Studies: trains, moves, compensation, speed maps, design, sweeps, spread, the gear."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 
 import strainwave as sw
 
 from .drives import (
+    AXIS_FILE,
     BOUC_WEN,
     CLOSED,
     DRIVE,
@@ -70,6 +72,12 @@ def mapped(project):
     found = sw.speed_map(project, loads=[-60.0, 0.0], limit=3e-4, search=project.train is None)
     bands = [found.forbidden, found.windows, found.jumps, found.quasi_static, found.lines, found.vendor]
     return [bands, found.oscillation, found.torque, found.remarks, found.vendor_sentence, int(found.motions.sum())]
+
+
+def scattering():
+    """An axis whose numbers scatter from drive to drive."""
+    Path("scattering.yaml").write_text(AXIS_FILE, encoding="utf-8")
+    return sw.read_project("scattering.yaml")
 
 
 def linear():
@@ -167,6 +175,9 @@ def variability():
     }
     system = DUFFING._replace(B=0.1, excitation=sw.Harmonic(1.0))
     found = sw.variability(system, scatter, count=64, speeds=[0.8, 1.3], jump_span=(0.9, 2.5), jump_count=4)
+    likely = sw.exceedance(scattering(), count=32)
+    yield "exceedance", [likely.probability, likely.interval, likely.exceeding, likely.failed], EXACT
+    yield "exceedance/numbers", [likely.oscillation, likely.at, likely.ranking], SEARCHED
     yield "ensemble", found.dataset, 1e-6  # its jumps are by harmonic balance, its lanes to the bit
     text = projects()["position loop, coupling"]
     varied = sw.replaced(text, {"load.inertia": "1.1 kg*m^2"})
