@@ -41,18 +41,19 @@ class Sums(NamedTuple):
 class SumsAt(NamedTuple):
     """Sums by the addresses of their words and of `add`."""
 
+    settle: int
     words: int
     add_at: int
 
 
-NO_SUMS = SumsAt(0, 0)
+NO_SUMS = SumsAt(0, 0, 0)
 
 
 def sums_by_address(sums: Sums) -> ByAddress:
     """Sums for `march`."""
 
     def addressed(words: Callable[[Any], int]) -> SumsAt:
-        return SumsAt(words(sums), entry(_added, sums, int, int, int, float, float))
+        return SumsAt(sums.settle, words(sums), entry(_added, sums, int, int, int, float, float))
 
     return ByAddress(sums, addressed)
 
@@ -60,9 +61,10 @@ def sums_by_address(sums: Sums) -> ByAddress:
 def _added(model: Any, j: int, first: int, samples: int, limited: float, lost: float) -> None:
     settle, end, orders, seen, out = at(model)
     orders, seen, out = borrowed((orders, seen, out))
-    out[7, j], out[8, j] = limited, lost
+    most = out[11, j]
     for i in range(samples):
-        out[11, j] = larger(abs(seen[2, i]), out[11, j])
+        most = larger(abs(seen[2, i]), most)
+    out[7, j], out[8, j], out[11, j] = limited, lost, most
     begin = min(max(settle - first, 0), samples)
     for i in range(begin, samples):
         k, given, error = first + i, seen[1, i], seen[2, i]
@@ -126,7 +128,8 @@ def march(
 ) -> Any:  # fmt: skip
     """Run lanes of a block of loops, whose numbers and first states are rows; return the memory of the last one.
 
-    Every so many samples what is seen of a lane is written, and its state; without rows of `states` it is summed.
+    Every so many samples what is seen of a lane is written (before `settle` the error alone), and its state; without
+    rows of `states` it is summed.
     """
     rows, states, seen = borrowed((rows, states, seen))
     block = every * seen.shape[1]
@@ -142,12 +145,14 @@ def march(
                 if k == due:
                     phase = loop.plant().omega * t
                     error, torque = loop.watched(phase, y)
-                    seen[0, n], seen[1, n], seen[2, n], seen[3, n] = t, memory.torques[0], error, torque
-                    if len(states) > 0:
-                        for i in range(len(y)):
-                            states[i, n] = y[i]
-                    else:
-                        seen[4, n] = loop.plant().reference.value(phase)
+                    seen[2, n] = error
+                    if k >= sums.settle:
+                        seen[0, n], seen[1, n], seen[3, n] = t, memory.torques[0], torque
+                        if len(states) > 0:
+                            for i in range(len(y)):
+                                states[i, n] = y[i]
+                        else:
+                            seen[4, n] = loop.plant().reference.value(phase)
                     n, due = n + 1, due + every
                 y = between(loop, t, y, memory, steps)
             if len(states) == 0:
