@@ -12,10 +12,7 @@ from typing import Any, NamedTuple
 from .cache import cache_writable
 
 # Seconds on one core of 2.5 GHz with an empty cache, rounded; what is missing takes OTHER.
-SECONDS = {
-    "follow": 20.0, "march_steps": 6.0, "adaptive": 6.0, "march_loops": 4.0, "march_adaptive": 3.5,
-    "_averages_loops": 3.5, "march_one": 1.0,
-}  # fmt: skip
+SECONDS = {"follow": 20.0, "march_steps": 6.0, "adaptive": 6.0, "march_adaptive": 3.5}
 OTHER = 2.0
 
 

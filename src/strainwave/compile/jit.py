@@ -174,7 +174,7 @@ def run(function: Callable[..., Any], *args: Any, light: bool = False, after: in
     things = tuple(arg.thing if isinstance(arg, ByAddress) else arg for arg in args)
     if not enabled() or as_light:
         return function(*things)
-    classes = classes_of(things)
+    classes = classes_of(things) if after else ()
     if after and _runs[function, classes] < after:
         _runs[function, classes] += 1
         return function(*things)

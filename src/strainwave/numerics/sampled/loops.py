@@ -15,7 +15,7 @@ from ...protocols import need
 from ...quantities import checked, number, numbers, positive_count
 from ...results import Floats
 from ...tree import leaf_of, leaves, mapped
-from .march import SUMS, march_loops, march_one
+from .march import BLOCK, NO_SUMS, SEEN, SUMS, Sums, march, sums_by_address
 from .result import LoopEnsemble, LoopRun
 
 FINE = 0.15  # a step times the fastest rate: its error is below 1e-6 of what moves so fast
@@ -64,10 +64,13 @@ def run_loop(
     loop, y, steps = _ready(loop, y0, steps)
     samples, every = _samples(loop, duration), positive_count("every", every)
     kept = -(-samples // every)
-    states, out = np.full((len(y), kept), np.nan), np.full((4, kept), np.nan)
+    states, seen = np.full((len(y), kept), np.nan), np.full((4, kept), np.nan)
+    first = leaves((loop, y))
+    rows = np.empty((len(first), LANES))
+    rows[:, 0] = first
     with np.errstate(all="ignore"):
-        _, memory = run(march_one, loop, y, loop.start(), unit, 0, samples, every, steps, states, out)
-    t, torque, error, gear_torque = out
+        memory = run(march, loop, y, rows, unit, 1, samples, every, steps, states, seen, NO_SUMS)
+    t, torque, error, gear_torque = seen
     return LoopRun(t, error, torque, gear_torque, states, mapped(float, memory), steps)
 
 
@@ -130,11 +133,12 @@ def loop_ensemble(
 
     def job(span: tuple[int, int]) -> None:
         low, high = span
-        rows, out = np.zeros((len(table), LANES)), np.zeros((len(sums), LANES))
+        rows, out, seen = np.zeros((len(table), LANES)), np.zeros((len(sums), high - low)), np.empty((SEEN, BLOCK))
         rows[:, : high - low] = table[:, low:high]
+        summed = sums_by_address(Sums(before, samples, wanted, seen, out))
         with np.errstate(all="ignore"):
-            run(march_loops, loop, y, rows, low, high - low, samples, before, steps, wanted, out)
-        sums[:, low:high] = out[:, : high - low]
+            run(march, loop, y, rows, low, high - low, samples, 1, steps, np.empty((0, 0)), seen, summed)
+        sums[:, low:high] = out
 
     workers = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     job(jobs[0])  # compiles

@@ -4,18 +4,102 @@ A loop is a NamedTuple with `plant()`, the system; `start()`, its memory; `perio
 one sample to the next and that until the torque changes; `update(t, y, memory, lane, sample)`, its memory after a
 sample; `commanded(y, memory, later)`, the state with the torque in force; and `watched(phase, y)`, a pair that is
 measured.
+
+`march` is compiled for each kind of loop: a call by address at every sample would cost a tenth of its time. What it
+sums comes block by block to `add`, which is compiled once for all.
 """
 
 import math
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from ...choices import larger
-from ...compile.jit import borrowed, kernel
+from ...compile.address import ByAddress, at, call
+from ...compile.jit import borrowed, entry, kernel, kernel_as
 from ...compile.lanes import lane
+from ...results import Floats
 from ...tree import count
 from ..integration.steps import rk4_step
 
-SUMS = 14  # of a lane, before those of the orders: see `add`
+SEEN, SUMS = 5, 14  # rows of what is seen of a lane; its sums before those of the orders: see `add`
+BLOCK = 512  # samples of a lane that are summed at once: they stay in the first-level cache
+
+
+class Sums(NamedTuple):
+    """What is summed of the samples from `settle` on, of so many: `out` (SUMS + 2 orders, lanes), see `add`.
+
+    The rows of `seen` are times [s], torques [N*m], the two that are watched, and reference angles [rad].
+    """
+
+    settle: int
+    samples: int
+    orders: Floats
+    seen: Floats
+    out: Floats
+
+
+class SumsAt(NamedTuple):
+    """Sums by the addresses of their words and of `add`."""
+
+    settle: int
+    words: int
+    add_at: int
+
+
+NO_SUMS = SumsAt(0, 0, 0)
+
+
+def sums_by_address(sums: Sums) -> ByAddress:
+    """Sums for `march`."""
+
+    def addressed(words: Callable[[Any], int]) -> SumsAt:
+        return SumsAt(sums.settle, words(sums), entry(_added, sums, int, int, int, float, float))
+
+    return ByAddress(sums, addressed)
+
+
+def _added(model: Any, j: int, first: int, samples: int, limited: float, lost: float) -> None:
+    settle, end, orders, seen, out = at(model)
+    orders, seen, out = borrowed((orders, seen, out))
+    most = out[11, j]
+    for i in range(samples):
+        most = larger(abs(seen[2, i]), most)
+    out[7, j], out[8, j], out[11, j] = limited, lost, most
+    begin = min(max(settle - first, 0), samples)
+    for i in range(begin, samples):
+        k, given, error = first + i, seen[1, i], seen[2, i]
+        late = 1.0 * (2 * k >= end + settle)
+        out[0, j] += 1.0
+        out[1, j] += error
+        out[2, j] += error * error
+        out[3, j] = larger(abs(error), out[3, j])
+        out[4, j] += given * given
+        out[5, j] = larger(abs(given), out[5, j])
+        out[6, j] = larger(abs(seen[3, i]), out[6, j])
+        out[9, j] += late * error * error
+        out[10, j] += late
+        out[12, j] += late * error
+        out[13, j] += (k - 0.5 * (end + settle - 1)) * error
+        for row in range(len(orders)):
+            angle = orders[row] * seen[4, i]
+            out[SUMS + 2 * row, j] += error * math.cos(angle)
+            out[SUMS + 2 * row + 1, j] += error * math.sin(angle)
+
+
+def _add_loops(sums: Any, j: Any, first: Any, samples: Any, limited: Any, lost: Any) -> None:
+    call(sums.add_at, sums.words, (j, first, samples, limited, lost))
+
+
+@kernel_as(_add_loops, inline=True)
+def add(sums: Any, j: int, first: int, samples: int, limited: float, lost: float) -> None:
+    """Add so many samples that were seen of lane j, the `first` on, and its counts up to now.
+
+    The sums are the number of samples, the sum of the error, of its square, its largest size, the sum of the torque's
+    square, its largest size, the largest torque watched; the samples limited and lost; the sum of the error's square in
+    the second half and its samples, its largest size in the whole run, its sum in the second half, and the sum of the
+    error times the samples from the middle; then, for each order, of error times cosine and sine.
+    """
+    _added(sums, j, first, samples, limited, lost)
 
 
 @kernel
@@ -38,83 +122,39 @@ def between(loop: Any, t: float, y: Any, memory: Any, steps: int) -> Any:
 
 
 @kernel
-def add(
-    loop: Any, t: float, y: Any, memory: Any, late: float, aside: float, orders: Any, out: Any, j: int
-) -> None:  # fmt: skip
-    """Add a sample to the sums of lane j.
+def march(
+    model: Any, start: Any, rows: Any, first: int, lanes: int, samples: int, every: int, steps: int, states: Any,
+    seen: Any, sums: Any,
+) -> Any:  # fmt: skip
+    """Run lanes of a block of loops, whose numbers and first states are rows; return the memory of the last one.
 
-    These are the number of samples, the sum of the error, of its square, its largest size, the sum of the torque's
-    square, its largest size, the largest torque watched; after two that are filled at the end, the sum of the error's
-    square in the second half and its samples, its largest size in the whole run, its sum in the second half, and the
-    sum of the error times the samples `aside` from the middle; then, for each order, of error times cosine and sine.
+    Every so many samples what is seen of a lane is written (before `settle` the error alone), and its state; without
+    rows of `states` it is summed.
     """
-    phase = loop.plant().omega * t
-    error, torque = loop.watched(phase, y)
-    given = memory.torques[0]
-    out[0, j] += 1.0
-    out[1, j] += error
-    out[2, j] += error * error
-    out[3, j] = larger(abs(error), out[3, j])
-    out[4, j] += given * given
-    out[5, j] = larger(abs(given), out[5, j])
-    out[6, j] = larger(abs(torque), out[6, j])
-    out[9, j] += late * error * error
-    out[10, j] += late
-    out[12, j] += late * error
-    out[13, j] += aside * error
-    angle = loop.plant().reference.value(phase)
-    for i in range(len(orders)):
-        out[SUMS + 2 * i, j] += error * math.cos(orders[i] * angle)
-        out[SUMS + 2 * i + 1, j] += error * math.sin(orders[i] * angle)
-
-
-@kernel
-def march_loops(
-    model: Any, start: Any, rows: Any, first: int, lanes: int, samples: int, settle: int, steps: int, orders: Any,
-    out: Any,
-) -> None:  # fmt: skip
-    """Run lanes of a block of loops, whose numbers and first states are rows, and sum what is measured.
-
-    Measured are the samples from `settle` on; samples that were limited and lost are counted from the start.
-    """
-    rows, out = borrowed((rows, out))
+    rows, states, seen = borrowed((rows, states, seen))
+    block = every * seen.shape[1]
+    memory = model.start()
     for j in range(lanes):
         loop, y = lane(model, rows, 0, j), lane(start, rows, count(model), j)
         memory = loop.start()
-        for k in range(samples):
-            t = k * loop.period()
-            memory = loop.update(t, y, memory, first + j, k)
-            if k >= settle:
-                add(
-                    loop,
-                    t,
-                    y,
-                    memory,
-                    1.0 * (2 * k >= samples + settle),
-                    k - 0.5 * (settle + samples - 1),
-                    orders,
-                    out,
-                    j,
-                )
-            out[11, j] = larger(abs(loop.watched(loop.plant().omega * t, y)[0]), out[11, j])
-            y = between(loop, t, y, memory, steps)
-        out[7, j], out[8, j] = memory.limited, memory.lost
-
-
-@kernel
-def march_one(
-    loop: Any, y: Any, memory: Any, number: int, first: int, samples: int, every: int, steps: int, states: Any, out: Any
-) -> Any:
-    """Run one loop, keeping every so many samples its state, torque and what is watched; return state and memory."""
-    states, out = borrowed((states, out))
-    for k in range(samples):
-        t = (first + k) * loop.period()
-        memory = loop.update(t, y, memory, number, first + k)
-        if k % every == 0:
-            at, phase = k // every, loop.plant().omega * t
-            for i in range(len(y)):
-                states[i, at] = y[i]
-            error, torque = loop.watched(phase, y)
-            out[0, at], out[1, at], out[2, at], out[3, at] = t, memory.torques[0], error, torque
-        y = between(loop, t, y, memory, steps)
-    return y, memory
+        for begin in range(0, samples, block):
+            n, due = 0, begin
+            for k in range(begin, min(begin + block, samples)):
+                t = k * loop.period()
+                memory = loop.update(t, y, memory, first + j, k)
+                if k == due:
+                    phase = loop.plant().omega * t
+                    error, torque = loop.watched(phase, y)
+                    seen[2, n] = error
+                    if k >= sums.settle:
+                        seen[0, n], seen[1, n], seen[3, n] = t, memory.torques[0], torque
+                        if len(states) > 0:
+                            for i in range(len(y)):
+                                states[i, n] = y[i]
+                        else:
+                            seen[4, n] = loop.plant().reference.value(phase)
+                    n, due = n + 1, due + every
+                y = between(loop, t, y, memory, steps)
+            if len(states) == 0:
+                add(sums, j, begin, n, memory.limited, memory.lost)
+    return memory
