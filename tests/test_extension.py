@@ -129,14 +129,12 @@ def started(system):
 @each_own
 def test_simulation_of_what_a_user_defines_agrees_with_scipy(system, rates):
     y0 = started(system)
-    with as_python(10**9):
-        run = sw.simulate(system, y0, 20.0, method=EXACT)
+    run = sw.simulate(system, y0, 20.0, method=EXACT)
     other = solve_ivp(rates, (0, 20.0), y0, "DOP853", rtol=1e-12, atol=1e-13, max_step=0.02).y[:, -1]
     np.testing.assert_allclose(run.y[:, -1], other, rtol=0, atol=1e-7)  # SciPy steps over the kinks of a law
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 @each_own
 def test_ensemble_and_orbit_of_what_a_user_defines_agree_with_scipy(system, rates):
     y0, turn = started(system), 2.0 * np.pi / 1.3
@@ -151,7 +149,6 @@ def test_ensemble_and_orbit_of_what_a_user_defines_agree_with_scipy(system, rate
     assert orbit.peak == pytest.approx(np.max(np.abs(settled)), rel=2e-4)
 
 
-@pytest.mark.interpreted
 def test_curves_of_a_users_law_with_kinks_and_of_the_same_in_the_library_are_equal():
     own = sw.frequency_response(OWN["law"][0], (0.9, 1.3), harmonics=15, points=20)
     law = sw.PiecewiseLinear(1.0, 3.0, 3.0, 0.5, 1.0)
@@ -161,8 +158,7 @@ def test_curves_of_a_users_law_with_kinks_and_of_the_same_in_the_library_are_equ
 
 def test_curves_of_a_users_linear_law_and_pulses_are_the_closed_forms():
     relaxing, pulsed = OWN["law with memory"][0], OWN["excitation"][0]
-    with as_python(10**9):
-        one, many = (sw.frequency_response(system, (0.6, 1.3), points=20) for system in (relaxing, pulsed))
+    one, many = (sw.frequency_response(system, (0.6, 1.3), points=20) for system in (relaxing, pulsed))
     s = 1j * one.omega
     np.testing.assert_allclose(one.peak, abs(1.0 / (s**2 + 0.1 * s + 1.0 + 0.4 * s * 0.7 / (1.0 + 0.7 * s))), rtol=1e-7)
     k = np.arange(1, 60)
@@ -375,8 +371,7 @@ def in_absolute_angles(t, y):
 def test_simulation_with_a_users_control_agrees_with_scipy_in_absolute_angles(control):
     train = with_control(control)
     states = len(train.state_names())
-    with as_python(10**9):
-        run = sw.simulate(train, np.zeros(states), 0.05, method=TIGHT)
+    run = sw.simulate(train, np.zeros(states), 0.05, method=TIGHT)
     start = [0.0, 0.0, 190.0, 190.0 / 50, *([0.0] * (states - 4))]
     other = solve_ivp(in_absolute_angles, (0, 0.05), start, "DOP853", rtol=1e-12, atol=1e-14).y[:, -1]
     x, v, angle, speed = run.y[:4, -1]
@@ -416,12 +411,10 @@ def test_bode_of_a_users_control_is_that_of_its_linear_loop_and_of_the_textbook(
 def test_powers_of_a_train_with_a_users_control_add_up():
     train = with_control(CONTROLS["lagging"])
     assert train.state_names()[2:5] == ("motor deviation", "motor deviation'", "control z1")
-    with as_python(10**9):
-        run = sw.drive_run(train, np.zeros(5), 0.05, method=TIGHT)
+    run = sw.drive_run(train, np.zeros(5), 0.05, method=TIGHT)
     assert run.imbalance < 1e-8
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 @each_control
 def test_compiled_code_runs_a_users_control(control):
@@ -473,7 +466,6 @@ class StoredEnergy:
         return [figure([[panel]], 300.0, "energy over torsion")]
 
 
-@pytest.mark.interpreted
 def test_section_of_a_user_is_in_the_page_the_results_and_the_summary_of_a_report(tmp_path):
     (tmp_path / "joint.yaml").write_text(JOINT)
     folder = tmp_path / "report"

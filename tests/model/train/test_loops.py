@@ -7,19 +7,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.compile.jit import as_python
 from strainwave.model.train.loops import HERTZ, Tuning, tuning_of
 
 DRIVE = sw.Drive(4.5e-4, 1.3, 50.0, 20.0, sw.Linear(1e5))
 INERTIA = DRIVE.J_m + DRIVE.J_l / DRIVE.N**2
 LOOPS = [(30.0, 0.7, "position"), (30.0, 1.0, "speed"), (5.0, 0.5, "speed"), (12.0, 1.5, "position")]
-
-
-@pytest.fixture(autouse=True)
-def short_runs_as_python():
-    """Each train is a class of its own to the compiler; the contract tests hold its code equal to Python."""
-    with as_python(10**9):
-        yield
 
 
 @pytest.mark.parametrize(("hertz", "damping", "kind"), LOOPS)

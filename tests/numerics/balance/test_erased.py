@@ -48,7 +48,6 @@ def test_a_curve_over_another_parameter_keeps_its_torque():
     assert quiet(whole) is whole
 
 
-@pytest.mark.interpreted
 def test_a_curve_is_the_same_to_the_last_bit(monkeypatch):
     one = sw.frequency_response(TWO, (200.0, 320.0), harmonics=5)
     monkeypatch.setattr(balance, "quiet", lambda problem: problem)

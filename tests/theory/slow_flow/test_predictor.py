@@ -179,7 +179,6 @@ def test_a_slow_run_up_jumps_where_the_full_equation_jumps(order):
         assert error < 0.0025
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("system", "resonance", "order"),
@@ -306,7 +305,6 @@ def test_without_arguments_it_serves_around_the_speed_of_the_system():
     assert predictor.sample == pytest.approx(2.0 * math.pi / (32.0 * 1.5 * DUFFING.omega))
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("omega", [123.0, 124.0])
 def test_a_loaded_gear_with_kinks_settles_on_the_steady_state_beside_its_peak(omega):
     gear = sw.catalogue.gear("CSG-32-100")
