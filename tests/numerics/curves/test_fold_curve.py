@@ -30,7 +30,6 @@ def test_one_harmonic_has_its_cusp_where_the_closed_form_has_it():
     assert cusp == pytest.approx((A, w), rel=1e-8)
 
 
-@pytest.mark.compiled
 def test_the_curve_holds_both_folds_of_the_given_system(curve):
     folds = sw.frequency_response(DUFFING, (0.5, 1.6), harmonics=7).folds
     other = curve_of(7, fold=1)
