@@ -43,6 +43,8 @@ def curve():
     return sw.frequency_response(TRAIN, (90.0, 200.0))
 
 
+@pytest.mark.slow
+@pytest.mark.interpreted
 def test_folds_of_a_train_are_those_of_the_shooting_problem(curve):
     def residual(unknowns):
         start, omega = unknowns[:4] * units, unknowns[4] * fold.omega

@@ -316,6 +316,8 @@ def test_the_command_writes_tables_and_the_figure(tmp_path):
     np.testing.assert_allclose(cells["oscillation_rad"], exact, rtol=3e-3)
 
 
+@pytest.mark.slow
+@pytest.mark.interpreted
 def test_the_command_writes_the_units_that_scatter(tmp_path):
     drive = project(tmp_path, more="limit: {oscillation: 69 arcsec}\nscatter: {load.inertia: 10 %}\n")
     result = CliRunner().invoke(

@@ -181,6 +181,8 @@ def test_the_delay_of_a_jump_grows_as_the_rate_to_two_thirds_towards_its_estimat
     assert abs(ratios[0] - 1.0) < abs(ratios[2] - 1.0)
 
 
+@pytest.mark.slow
+@pytest.mark.interpreted
 def test_the_drive_passes_without_a_jump_above_a_rate_and_jumps_below():
     found = sw.passage(DUFFING, sw.PRIMARY, UP, [MU**2])
     limit = found.rate_without_jump
