@@ -1,9 +1,9 @@
 # Thin targets over tools/bootstrap.py, which also runs alone: python tools/bootstrap.py test
 PYTHON ?= python3
 
-.PHONY: demo test test-all coverage docs figures lint bench clean
+.PHONY: demo check test test-all coverage docs figures lint bench clean
 
-demo test test-all coverage docs figures lint bench:
+demo check test test-all coverage docs figures lint bench:
 	@$(PYTHON) tools/bootstrap.py $@
 
 clean:

@@ -14,31 +14,28 @@ settings.load_profile("strainwave")
 # Under nohup Ctrl-C is ignored, here and in every process that the tests start; some tests send it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# Whose fast tests would compile nothing, or only what others test: examples, documentation and slow tests run compiled.
-UNCOMPILED = (
-    "app",
-    "files",
-    "model/gears",
-    "plot",
-    "study",
-    "test_records.py",
-    "theory/slow_flow/test_predictor.py",
-    "theory/slow_flow/test_response.py",
-    "theory/slow_flow/test_second_order.py",
-)
+MACHINE_CODE = ("compile", "numerics/ensemble")  # rooms whose fast tests run compiled too
 
 
 def pytest_collection_modifyitems(items):
-    """Mark those `interpreted`, and those of long.txt; begin with the files of many slow tests, as xdist does then."""
+    """Mark what runs `compiled`, and what is in long.txt; begin with files of many slow tests, as xdist does then."""
     here = Path(__file__).parent
+    rooms = {here / room for room in MACHINE_CODE}
     slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
-    alone = {here / place for place in UNCOMPILED}
     long = {line for line in (here / "long.txt").read_text(encoding="utf-8").splitlines() if line[:1] != "#"}
     for item in items:
         name = f"{item.path.relative_to(here).as_posix()}::{item.name}"
         if long & {name, name.partition("[")[0]}:
             item.add_marker(pytest.mark.long)
-        marked = item.get_closest_marker("slow") or item.get_closest_marker("compiled")
-        if not marked and alone & {item.path, *item.path.parents}:
-            item.add_marker(pytest.mark.interpreted)
+        of_machine_code = item.get_closest_marker("slow") or rooms & {*item.path.parents}
+        if of_machine_code and not item.get_closest_marker("interpreted"):
+            item.add_marker(pytest.mark.compiled)
     items.sort(key=lambda item: -slow[item.path])
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item):
+    """Run a test, and make its fixtures, with machine code where it is marked `compiled`, as Python otherwise."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("STRAINWAVE_JIT", "1" if item.get_closest_marker("compiled") else "0")
+        return (yield)

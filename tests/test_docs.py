@@ -57,8 +57,7 @@ def pages_with(language):
 
 def marked(name):
     """The scripts of most pages run as users run them; of some they compile for what takes a second without."""
-    alone = [pytest.mark.interpreted] if name in UNCOMPILED else [pytest.mark.compiled]
-    return pytest.param(name, marks=[pytest.mark.slow, *alone])
+    return pytest.param(name, marks=[pytest.mark.slow, *[pytest.mark.interpreted] * (name in UNCOMPILED)])
 
 
 @pytest.mark.parametrize("name", [marked(name) for name in pages_with("python")])
@@ -133,7 +132,6 @@ def test_the_table_of_verbs_has_verbs_and_commands():
     assert {command for _, command in rows if command} - set(cli.commands) == set()
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_the_first_project_has_the_answer_that_its_page_says(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -25,6 +25,7 @@ PATHS = {path.stem: path for path in sorted(EXAMPLES.rglob("*.py"))}
 @pytest.fixture(autouse=True)
 def one_figure(request):
     """An example leaves one figure open."""
+    plt.close("all")  # those of other files
     yield
     figures = len(plt.get_fignums())
     plt.close("all")
@@ -56,7 +57,6 @@ def test_an_example_is_a_question_with_one_number_in_60_lines(name):
     assert sum(line.startswith("The number: ") for line in lines) == 1
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_amplification():
     # Exact flow of the three segments, and DOP853 with located switches, agree to 2e-10: 0.00236525454 rad on the
@@ -66,7 +66,6 @@ def test_example_amplification():
     assert torsion / 1.1e-4 == pytest.approx(21.5, abs=0.05)
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_antenna_axis():
     # Independent: SciPy's DOP853 on equations by hand, with the gear's slopes from the catalogue's table.
@@ -84,7 +83,6 @@ def test_example_antenna_axis():
             assert number == pytest.approx(size, rel=1e-3)
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_robot_joint():
     # Independent: as for the antenna's axis; then an arm that gravity pulls by its own angle, over all of its range.
@@ -101,7 +99,6 @@ def test_example_robot_joint():
         assert all(found.is_allowed(rpm * module.RPM, load) is allowed for load in found.loads)
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_basin():
     # Not below 1: Lyapunov's method (Khalil, Nonlinear Systems, theorem 4.4). Not far above: 400 starts leave gaps.
@@ -109,7 +106,6 @@ def test_example_basin():
     assert 1.0 <= ratio < 1.05
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_closed_form():
     # Bounds in percent; the source article claims 2.1, 4.8, 3.5 and 4.2 in the same order.
@@ -120,7 +116,6 @@ def test_example_closed_form():
 
 
 @needs_cc
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_export_to_c():
     # Independent: SciPy's DOP853 on equations by hand.
@@ -136,7 +131,6 @@ def test_example_export_to_c():
     assert example("export_to_c").main() == pytest.approx(largest, rel=1e-5)  # steps across the corners: second order
 
 
-@pytest.mark.interpreted
 def test_example_error_scan():
     # Independent: the true lines through the linear drive (its torsion stays on the first slope, K1 up to 111 arcsec).
     module = example("error_scan")
@@ -166,7 +160,6 @@ def test_example_order_table():
     assert 0.8 * most < 25.0 * share < most
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_damping():
     # Independent: the peak of the response curve by harmonic balance, and the root of its excess by bisection.
@@ -182,7 +175,6 @@ def test_example_damping():
     assert needed == pytest.approx(brentq(excess, 5.0, 11.0, xtol=1e-4), abs=0.02)
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_compensation():
     # What is fed forward with gain g and phase phi leaves |1 - g exp(i phi)| of a linear drive's error.
@@ -191,20 +183,17 @@ def test_example_compensation():
     assert seeing < 0.01
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_monitoring():
     # Order 2 rises by 4 rad/s in a second, and a tracker of the rate 3/s lags by 4/3 rad/s.
     assert example("monitoring").main() == pytest.approx(4.0 / 3.0, rel=0.01)
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_identified_drive():
     assert example("identified_drive").main() == pytest.approx(4.0, rel=2e-3)  # the log was made with 4
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_move():
     # Independent: SciPy's DOP853 on the same train whose reference is a polygon of the speed, part by part.
@@ -224,14 +213,12 @@ def test_example_move():
     assert times[outside[-1]] - 0.6 == pytest.approx(settled, abs=2e-5)
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_free_decay():
     # The gear simulated has 54 N m; the standard deviation of the corner is 0.2 N m.
     assert example("free_decay").main() == pytest.approx(54.0, abs=0.6)
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_my_own_law():
     module = example("my_own_law")
@@ -244,7 +231,6 @@ def test_example_my_own_law():
     assert module.main() == pytest.approx(np.max(np.abs(motion.y[0])), rel=2e-5)
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_mean_torque():
     # Independent: SciPy from the same start of high amplitude, a little below and a little above the speed. Above, the
@@ -310,7 +296,6 @@ def test_example_predictor():
     assert share < 0.25
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_run_up():
     # Independent: SciPy with the motor's angle written as a function of time, for the run-up in 0.5 s, over the peak of
@@ -367,7 +352,6 @@ def test_example_real_gear():
     assert rise == pytest.approx(19.0, abs=0.5)  # to the precision of two-digit catalogue stiffness
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_disturbed():
     # Independent: classical Runge-Kutta in NumPy, 60 steps a free vibration, from 600 random states; in the end the
@@ -399,7 +383,6 @@ def test_example_disturbed():
     assert 0.0 < share < 1.0
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_unit_to_unit():
     # Independent: peaks of 150 other drives by harmonic balance.
@@ -413,7 +396,6 @@ def test_example_unit_to_unit():
     assert abs(value - np.quantile(peaks, 0.95)) < 3.0 * math.hypot(error, np.std(again))
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_validity():
     # Independent: E4 at its vertex, driven with the square of its speed, and SciPy from the high motion up to its drop.
@@ -446,7 +428,6 @@ def test_the_law_of_my_own_has_the_stiffness_of_its_torque(x):
     assert law.stiffness(x) == pytest.approx((law.torque(x + h) - law.torque(x - h)) / (2.0 * h), rel=1e-6)
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_example_hardening():
     # Independent: the transmissibility of the linear drive at its top, and SciPy from the high motion up to its drop.
@@ -474,7 +455,6 @@ def test_example_hardening():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_example_design():
     # Independent: SciPy's DOP853 on equations by hand, at the worst speed of the best design.
     number, best = example("design").main()

@@ -134,7 +134,6 @@ def test_simulation_of_what_a_user_defines_agrees_with_scipy(system, rates):
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 @each_own
 def test_ensemble_and_orbit_of_what_a_user_defines_agree_with_scipy(system, rates):
     y0, turn = started(system), 2.0 * np.pi / 1.3
@@ -148,7 +147,6 @@ def test_ensemble_and_orbit_of_what_a_user_defines_agree_with_scipy(system, rate
     assert orbit.peak == pytest.approx(np.max(np.abs(settled)), rel=2e-4)
 
 
-@pytest.mark.interpreted
 def test_curves_of_a_users_law_with_kinks_and_of_the_same_in_the_library_are_equal():
     own = sw.frequency_response(OWN["law"][0], (0.9, 1.3), harmonics=15, points=20)
     law = sw.PiecewiseLinear(1.0, 3.0, 3.0, 0.5, 1.0)
@@ -414,7 +412,6 @@ def test_powers_of_a_train_with_a_users_control_add_up():
     assert run.imbalance < 1e-8
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 @each_control
 def test_compiled_code_runs_a_users_control(control):
@@ -465,7 +462,6 @@ class StoredEnergy:
         return [figure([[panel]], 300.0, "energy over torsion")]
 
 
-@pytest.mark.interpreted
 def test_section_of_a_user_is_in_the_page_the_results_and_the_summary_of_a_report(tmp_path):
     (tmp_path / "joint.yaml").write_text(JOINT)
     folder = tmp_path / "report"

@@ -108,7 +108,6 @@ def each_function(a, b, out):
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_compiled_functions_are_right_to_the_last_places():
     number = 8000
     arguments = [points(name)[::-1][:number] for name in BOUNDS]

@@ -16,7 +16,6 @@ TESTS = Path(__file__).resolve().parent
 ROWS = [row for rows in TABLES.values() for row in rows]
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 @pytest.mark.parametrize("name", TABLES)
 def test_numbers_of_the_page_are_those_computed_now(name):

@@ -14,6 +14,7 @@ import shutil
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,9 +28,7 @@ PYTHON = SCRIPTS / ("python.exe" if os.name == "nt" else "python")
 STAMP = VENV / "installed.stamp"
 OLDEST, NEWEST = (3, 11), (3, 13)
 PYTEST = ["pytest", "-q", "-n", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
-INTERPRETED = "not compiled and (interpreted or not slow)"
-COMPILED = "not interpreted"
-LONG = " and not long"  # which `test` leaves out
+WITHOUT_LONG = ["-m", "not long"]
 SINGLE = {"OPENBLAS_NUM_THREADS": "1"}  # each test process has a core: threads of its own would take that of others
 NETWORK_SIGNS = (
     "connection",
@@ -145,24 +144,26 @@ def lint(rest: list[str]) -> list[str]:
 
 
 def test(rest: list[str]) -> list[str]:
-    """Run the tests but those of tests/long.txt."""
-    return tested(rest, LONG)
-
-
-def tested(rest: list[str], left_out: str) -> list[str]:
-    """Lint, run the tests with compilation off, then every test but those that this has done for good."""
-    failed = lint([]) + run_all([[*PYTEST, "-m", INTERPRETED + left_out]], STRAINWAVE_JIT="0", **SINGLE)
-    return failed + run_all([[*PYTEST, "-m", COMPILED + left_out, *rest]], **SINGLE)
+    """Lint, and run the tests but those of tests/long.txt."""
+    return lint([]) + run_all([[*PYTEST, *WITHOUT_LONG, *rest]], **SINGLE)
 
 
 def test_all(rest: list[str]) -> list[str]:
-    """Run all tests."""
-    return tested(rest, "")
+    """Lint, and run all tests."""
+    return lint([]) + run_all([[*PYTEST, *rest]], **SINGLE)
+
+
+def check(rest: list[str]) -> list[str]:
+    """Lint and build the documentation, each on a processor of its own, then run the tests of `test`."""
+    with ThreadPoolExecutor() as pool:
+        built = pool.submit(docs, ["-D", "plot_gallery=0"])  # the tests run the examples
+        failed = lint([])
+    return failed + built.result() + run_all([[*PYTEST, *WITHOUT_LONG, *rest]], **SINGLE)
 
 
 def coverage(rest: list[str]) -> list[str]:
-    """Measure the coverage of the tests with compilation off, which takes three times as long as running them."""
-    return run_all([[*PYTEST, "-m", INTERPRETED, "--cov", "--cov-report=term", *rest]], STRAINWAVE_JIT="0", **SINGLE)
+    """Measure the coverage of the tests that run as Python, which takes three times as long as running them."""
+    return run_all([[*PYTEST, "-m", "not compiled", "--cov", "--cov-report=term", *rest]], **SINGLE)
 
 
 def docs(rest: list[str]) -> list[str]:
@@ -186,11 +187,13 @@ def bench(rest: list[str]) -> list[str]:
     return run_all([["python", script] for script in scripts])
 
 
+TESTED = ("plot", "report", "web", "sym", "cluster", "control", "fmi", "dev")
 TASKS: dict[str, tuple[Callable[[list[str]], list[str]], tuple[str, ...]]] = {
     "demo": (demo, ("report",)),
-    "test": (test, ("plot", "report", "web", "sym", "cluster", "control", "fmi", "dev")),
-    "test-all": (test_all, ("plot", "report", "web", "sym", "cluster", "control", "fmi", "dev")),
-    "coverage": (coverage, ("plot", "report", "web", "sym", "cluster", "control", "fmi", "dev")),
+    "test": (test, TESTED),
+    "test-all": (test_all, TESTED),
+    "check": (check, (*TESTED, "docs")),
+    "coverage": (coverage, TESTED),
     "docs": (docs, ("plot", "report", "sym", "docs")),
     "figures": (figures, ("plot", "report", "web", "dev")),
     "lint": (lint, ("plot", "report", "web", "sym", "cluster", "dev")),
@@ -205,6 +208,7 @@ def main() -> None:
     parser.add_argument("rest", nargs=argparse.REMAINDER, help="passed on to the task's (last) command")
     chosen = parser.parse_args()
     check_python()
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each of some hundred processes would compile all that it imports
     task, extras = TASKS[chosen.task]
     try:
         install(extras)

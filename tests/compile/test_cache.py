@@ -75,7 +75,6 @@ def files_in(folder):
     return {str(path.relative_to(folder)) for path in folder.rglob("*.code")}
 
 
-@pytest.mark.compiled
 def test_second_process_takes_the_package_classes_from_disk_and_int_and_float_parameters_share_them(tmp_path):
     assert run_script(PACKAGES, tmp_path) == ["0", "1"]
     files = files_in(tmp_path)
@@ -84,7 +83,6 @@ def test_second_process_takes_the_package_classes_from_disk_and_int_and_float_pa
     assert files_in(tmp_path) == files
 
 
-@pytest.mark.compiled
 def test_second_process_takes_a_users_class_from_disk_and_an_edited_one_not(tmp_path):
     """The law is that of a script, so its class is another object in every process."""
     first, hits, misses = run_script(script(), tmp_path)
@@ -98,14 +96,12 @@ def test_second_process_takes_a_users_class_from_disk_and_an_edited_one_not(tmp_
     assert float(edited) == pytest.approx(float(python), abs=1e-9)
 
 
-@pytest.mark.compiled
 def test_code_follows_the_global_variables_that_a_users_class_reads(tmp_path):
     """Numba takes a global number for a constant of the code."""
     ends = [run_script(script(f"FACTOR = {f}", " * FACTOR"), tmp_path)[0] for f in (1.0, 1.5)]
     assert ends[0] != ends[1]
 
 
-@pytest.mark.compiled
 def test_classes_of_one_name_from_other_processes_keep_their_own_code(tmp_path):
     """Both codes are on disk under the same names of functions, and one process loads both."""
     law = "class Law(NamedTuple):\n    K: float\n    def torque(self, x): return {} * x\nprint(end_of(Law(1.0)))\n"
@@ -115,7 +111,6 @@ def test_classes_of_one_name_from_other_processes_keep_their_own_code(tmp_path):
     assert run_script(head + one + two + "print(*counts())", tmp_path) == [*ends, "2", "0"]
 
 
-@pytest.mark.compiled
 def test_class_that_no_other_process_would_recognise_stays_in_memory(tmp_path):
     before = "import io\nSTREAM = io.StringIO()"
     after = "\n    def note(self):\n        STREAM.write('torque')"
@@ -124,7 +119,6 @@ def test_class_that_no_other_process_would_recognise_stays_in_memory(tmp_path):
     assert files_in(tmp_path) == set()
 
 
-@pytest.mark.compiled
 def test_damaged_file_is_replaced(tmp_path):
     run_script(PACKAGES, tmp_path)
     (name,) = files_in(tmp_path)
@@ -134,7 +128,6 @@ def test_damaged_file_is_replaced(tmp_path):
     assert len((tmp_path / name).read_bytes()) > len(whole) // 2
 
 
-@pytest.mark.compiled
 def test_without_a_folder_to_write_to_compiled_code_stays_in_memory(tmp_path):
     no_folder = tmp_path / "a file, not a folder"
     no_folder.write_text("")
@@ -144,7 +137,6 @@ def test_without_a_folder_to_write_to_compiled_code_stays_in_memory(tmp_path):
     assert [*copy.rglob("*.nb[ci]"), *files_in(copy)] == []
 
 
-@pytest.mark.compiled
 def test_a_draft_that_cannot_take_its_place_is_removed(tmp_path):
     run_script(PACKAGES, tmp_path)
     (name,) = files_in(tmp_path)

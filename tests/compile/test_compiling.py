@@ -49,7 +49,6 @@ def test_the_sentence_says_how_long_and_how_often():
     assert "again at every start, as the cache cannot be written" in str(one._replace(kept=False, law=""))
 
 
-@pytest.mark.compiled
 def test_what_is_compiled_is_told_once_with_its_law(monkeypatch):
     class Stiffening(sw.Cubic):
         """A law that no other test has compiled."""

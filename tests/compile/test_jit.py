@@ -23,7 +23,6 @@ class Tabulated(NamedTuple):
         return self.K * numpy.polynomial.Polynomial((0.0, 1.0))(x)
 
 
-@pytest.mark.compiled
 def test_law_that_cannot_be_compiled_is_said_in_one_sentence():
     system = sw.Oscillator(1.0, 0.1, Tabulated(1.0), sw.Harmonic(0.1), 1.0)
     with pytest.raises(TypeError, match=r"^Tabulated cannot be compiled: [^\n]*; write its methods[^\n]*$"):
@@ -52,7 +51,6 @@ def law_with(factor):
     return Cubic(1.0, 0.1)
 
 
-@pytest.mark.compiled
 def test_classes_of_one_name_have_code_of_their_own():
     """As in a notebook, where a cell with an edited law is run again."""
 
@@ -67,7 +65,6 @@ def test_classes_of_one_name_have_code_of_their_own():
     assert package != pytest.approx(soft, abs=1e-3)
 
 
-@pytest.mark.compiled
 def test_what_cannot_be_compiled_is_named_as_the_user_wrote_it():
     system = sw.Oscillator(1.0, 0.1, Special(1.0), sw.Harmonic(0.1), 1.0)
     with pytest.raises(TypeError, match=r"^Special cannot be compiled: Untyped global name 'erf'"):
@@ -89,7 +86,6 @@ def test_torsion_is_the_first_state_where_the_system_defines_none():
     assert torsion(Free(), 0.0, (3.0, 4.0)) == 3.0
 
 
-@pytest.mark.compiled
 def test_kernels_of_a_module_that_is_imported_later_are_known_to_code_made_before():
     """A law of another module, first used after the same verb has compiled without it."""
     program = (
@@ -103,7 +99,6 @@ def test_kernels_of_a_module_that_is_imported_later_are_known_to_code_made_befor
     assert done.returncode == 0, done.stderr[-500:]
 
 
-@pytest.mark.compiled
 def test_law_that_prints_does_so_in_code_made_now_and_in_code_from_disk(tmp_path):
     """What a function inside a kernel has of Python, the text that it prints, is given to the kernel."""
     law = tmp_path / "loud.py"
@@ -129,7 +124,6 @@ def test_law_that_prints_does_so_in_code_made_now_and_in_code_from_disk(tmp_path
         assert not done.stderr
 
 
-@pytest.mark.compiled
 def test_threads_may_ask_for_their_first_kernels_at_once():
     # numba is set up once: with imports that take a moment, threads that come at once would do it side by side
     code = (

@@ -11,7 +11,6 @@ def all_of(y, h, k, table):
     return axpy(y, h, k), times(h, k), alike(y, h), column(y, table, 1)
 
 
-@pytest.mark.compiled
 @pytest.mark.parametrize("rates", [(4.0, -2.0, 8.0), (4.0, -2, 8), (4, -2, 8)])
 def test_compiled_code_makes_the_tuples_of_python(rates):
     """Exact in binary numbers; a law may well return 0 as a rate."""
@@ -24,7 +23,6 @@ def test_compiled_code_makes_the_tuples_of_python(rates):
     assert (sums, products, copies, numbers) == all_of(y, 0.5, rates, table)
 
 
-@pytest.mark.compiled
 def test_column_is_that_of_any_view_of_a_table():
     y, table = (0.0, 0.0), np.arange(24.0).reshape(4, 6)
     assert run(all_of, y, 1.0, y, table[1::2, ::-2])[3] == (9.0, 21.0)

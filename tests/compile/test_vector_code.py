@@ -35,7 +35,6 @@ def shared_phase(rows, phase, order):
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 @pytest.mark.skipif("not machine_code.has_fma()", reason="reads the machine code of x86 processors with FMA")
 @pytest.mark.parametrize("name", ["cos", "sin", "exp", "log", "tanh", "power", "sqrt", "sign"])
 def test_loop_over_lanes_is_vector_code(name):
@@ -46,7 +45,6 @@ def test_loop_over_lanes_is_vector_code(name):
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 @pytest.mark.skipif("not machine_code.has_fma()", reason="reads the machine code of x86 processors with FMA")
 def test_cosine_and_sine_of_a_phase_that_lanes_share_are_computed_once():
     code = machine_code.instructions(shared_phase, np.ones((3, lanes.LANES)), 0.3, 2.0)

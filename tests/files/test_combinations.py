@@ -102,7 +102,6 @@ def untyped(texts):
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_every_law_behind_backlash_and_beside_hysteresis_has_types():
     projects = [project for text in gears() if (project := legal(text))]
     laws = {type(part) for project in projects for part in (project.drive.law, *project.drive.law)}
@@ -111,7 +110,6 @@ def test_every_law_behind_backlash_and_beside_hysteresis_has_types():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_every_pair_of_choices_for_a_train_has_types():
     texts = list(trains())
     assert all(legal(text).train is not None for text in texts)

@@ -135,7 +135,6 @@ def test_a_process_that_has_not_read_the_file_gets_the_law_too(project, tmp_path
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_a_drive_with_such_a_law_moves_as_equations_written_by_hand(project):
     system = project("{python: mylaws.py:Saturating, K: 1e5 N*m/rad, s: 0.5 mrad}").system(130.0)
     orbit = sw.find_orbit(system)

@@ -23,7 +23,6 @@ def script():
     return module
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 @pytest.mark.skipif(not RECORD, reason="the record is not shipped; STRAINWAVE_SILVERBOX names its path")
 def test_free_runs_leave_what_the_page_says(capsys):
@@ -36,7 +35,6 @@ def test_free_runs_leave_what_the_page_says(capsys):
         assert line in said, line
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_a_computed_record_gives_back_its_numbers(tmp_path):
     # A record of the same kind, from the equation by DOP853 with an input that is linear between samples: the numbers

@@ -195,7 +195,6 @@ def test_play_takes_a_users_law_without_breakpoints_and_no_friction():
         checked(sw.Play(0.1, Viscous(2.0)))
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_compiled_play_takes_a_users_law_without_breakpoints():
     run = sw.simulate(sw.Oscillator(1.0, 0.1, sw.Play(0.1, Hard(2.0)), sw.Harmonic(0.5), 1.3), (0.0, 0.0), 20.0)
@@ -203,7 +202,6 @@ def test_compiled_play_takes_a_users_law_without_breakpoints():
     assert run.switches > 5
 
 
-@pytest.mark.interpreted
 def test_exact_balance_takes_play_as_it_takes_backlash():
     torque = sw.Harmonic(0.6, mean=0.2)  # the bias holds the flank
     orbits = [
@@ -214,7 +212,6 @@ def test_exact_balance_takes_play_as_it_takes_backlash():
     assert orbits[0].amplitude(1) > 0.5
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_play_with_bias_crosses_its_corners_exactly():
     # Independent of located switches: SciPy stopped at every corner by its own event search.
@@ -239,7 +236,6 @@ def test_play_with_bias_crosses_its_corners_exactly():
     np.testing.assert_allclose(ours.y[:, -1], y, rtol=1e-6)
 
 
-@pytest.mark.interpreted
 def test_the_orbit_of_play_is_the_published_one_of_backlash():
     # J = K = 1, half gap .5, B .1, A .6, omega .8: exact flow of the segments, and DOP853 with located switches.
     orbit = sw.find_orbit(sw.Oscillator(1.0, 0.1, sw.Play(0.5, sw.Linear(1.0)), sw.Harmonic(0.6), 0.8))

@@ -35,7 +35,6 @@ def test_damping_stays_within_its_bounds():
     assert 0.99 * high < np.max(b) <= high
 
 
-@pytest.mark.interpreted
 def test_an_orbit_is_the_same_by_balance_by_shooting_and_by_an_independent_integration():
     orbit = sw.find_orbit(DRIVE)
     assert orbit.status
@@ -49,7 +48,6 @@ def test_an_orbit_is_the_same_by_balance_by_shooting_and_by_an_independent_integ
     np.testing.assert_allclose(start.y[:, -1], orbit.state(0.0), atol=1e-8)
 
 
-@pytest.mark.interpreted
 def test_without_variation_the_curve_is_that_of_the_plain_oscillator():
     plain = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(0.2), 1.0)
     same = sw.VaryingOscillator(1.0, sw.GearDamping(0.1), sw.Cubic(1.0, 0.1), sw.Harmonic(0.2), 1.0)

@@ -237,7 +237,6 @@ def test_e6_subharmonic_amplitudes_are_the_corrected_ones():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_e6_corrected_subharmonic_is_near_the_integrated_one():
     """Started from the corrected state the motion stays near it, as far off as the certificate says."""
     flow = sw.slow_flow(T18, sw.SUBHARMONIC)

@@ -82,7 +82,6 @@ def test_auto_07p_folds():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_folds_agree_with_tight_shooting():
     for fold in sw.frequency_response(duffing(0.1, 0.05, 1.0), (0.5, 3.0), harmonics=15).folds:
         system = duffing(0.1, 0.05, 1.0)._replace(omega=fold.omega)
@@ -109,7 +108,6 @@ def torsion_peak(orbit):
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_gear_with_three_slopes():
     curve = sw.frequency_response(GEAR, (150.0, 300.0), harmonics=63)
     assert folds(curve) == pytest.approx([226.448419, 249.057291], abs=6e-7)
@@ -125,7 +123,6 @@ def test_gear_with_three_slopes():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_backlash_by_balance_and_shooting():
     system = sw.Oscillator(1.0, 0.1, sw.Backlash(1.0, 0.5), sw.Harmonic(0.6), 0.8)
     orbit = sw.find_orbit(system)
@@ -144,7 +141,6 @@ def test_harmonics_that_a_backlash_needs(harmonics, bar):
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_backlash_curve():
     system = sw.Oscillator(1.0, 0.1, sw.Backlash(1.0, 0.5), sw.Harmonic(0.6), 0.8)
     curve = sw.frequency_response(system, (0.3, 1.0), harmonics=63)

@@ -153,7 +153,6 @@ def test_forced_oscillation_solves_the_equation_with_its_own_torque(system, coun
         )
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("system", [FORCED[0][0], FORCED[3][0]], ids=str)
 def test_harmonic_balance_finds_each_forced_oscillation(system):
     for motion in sw.duffing.forced(system):

@@ -190,7 +190,6 @@ def test_derive_prints_latex():
     assert set(json.loads(invoke("derive", "--json").stdout)) == {"latex", "text"}
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="sends SIGINT")
 def test_ctrl_c_during_the_run_exits_with_130_and_leaves_nothing(project, tmp_path):
@@ -204,7 +203,6 @@ def test_ctrl_c_during_the_run_exits_with_130_and_leaves_nothing(project, tmp_pa
     assert sorted(p.name for p in tmp_path.iterdir()) == ["drive.yaml"]
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_json_on_stdout_is_alone_and_progress_goes_to_stderr(project, tmp_path):
     result = run("analyze", project, "-o", tmp_path / "out", "--json")

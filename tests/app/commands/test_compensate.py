@@ -142,7 +142,6 @@ def test_a_run_that_is_stopped_keeps_the_controllers_that_are_finished(path, tmp
     assert not (tmp_path / "none").exists()
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_the_order_table_of_what_adapts_is_the_torque_that_cancels_the_error(path, tmp_path, way):

@@ -20,7 +20,6 @@ def write(path, header, *columns):
     return path
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_identify_writes_the_project_that_the_library_finds(tmp_path):
     (tmp_path / "axis.yaml").write_text(PROJECT, encoding="utf-8")

@@ -40,7 +40,6 @@ def invoke(*given):
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_the_command_writes_and_prints_the_numbers_of_the_library(path, tmp_path):
     (tmp_path / "back.csv").write_text("time [s],angle [deg]\n0,0\n0.02,-4\n0.04,-8\n0.06,-10\n")
     out, profile = tmp_path / "out", [PART, "dwell, time: 10 ms", tmp_path / "back.csv"]
@@ -73,7 +72,6 @@ def test_the_command_writes_and_prints_the_numbers_of_the_library(path, tmp_path
     assert any(f"{times} times: at most" in line and f"from {worst.time:.4g} s on" in line for line in told)
 
 
-@pytest.mark.interpreted
 def test_the_figure_has_every_peak_and_the_limits_that_are_near(path):
     project = sw.read_project(path)
     rough = sw.Dopri5(rtol=1e-5, atol=1e-8)
@@ -93,7 +91,6 @@ def test_the_figure_has_every_peak_and_the_limits_that_are_near(path):
     assert "momentary torque of the gear" not in labels  # far above
 
 
-@pytest.mark.interpreted
 def test_speeds_to_avoid_of_the_analysis_are_added_to_those_given(path, tmp_path, monkeypatch):
     found = SimpleNamespace(avoid=SimpleNamespace(bands=((100.0, 120.0),)))
     monkeypatch.setattr(sw.Project, "analyze", lambda *_: found)

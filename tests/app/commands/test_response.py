@@ -51,7 +51,6 @@ def folds_by_fine_balance(path):
     return [fold.omega for fold in curve.folds]
 
 
-@pytest.mark.interpreted
 def test_folds_and_jumps_are_told_apart_in_words(project):
     data, text = json.loads(invoke(project, "--json").stdout), invoke(project).stdout
     first, second = (f"{speed:.5g}" for speed in data["fold_speeds"])
@@ -60,7 +59,6 @@ def test_folds_and_jumps_are_told_apart_in_words(project):
     assert f", the error jumps up at {up} and drops at {down}\n" in text
 
 
-@pytest.mark.interpreted
 def test_folds_and_jumps_are_told_at_the_shaft_of_the_project(project):
     result = invoke(project, "--json")
     assert result.exit_code == 0, result.stderr

@@ -1,9 +1,12 @@
 """A client of the app in this process, and the app as a process of its own with a browser."""
 
+import os
 import shutil
 import subprocess
 import sys
 import warnings
+from collections import defaultdict
+from contextlib import ExitStack
 
 import pytest
 
@@ -14,12 +17,18 @@ PATIENCE = 300_000  # ms; the first picture may have to be compiled
 
 
 @pytest.fixture(scope="session")
-def client():
+def clients():
+    """A client for the tests that run as Python and one for those compiled: its processes keep what they began with."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the client of Starlette is to take another library one day
         from starlette.testclient import TestClient
-    with TestClient(application(warm=False), base_url=BASE) as found:
-        yield found
+    with ExitStack() as stack:
+        yield defaultdict(lambda: stack.enter_context(TestClient(application(warm=False), base_url=BASE)))
+
+
+@pytest.fixture
+def client(clients):
+    return clients[os.environ["STRAINWAVE_JIT"]]
 
 
 @pytest.fixture(scope="session")

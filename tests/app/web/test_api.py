@@ -146,14 +146,12 @@ def printed(client, tmp_path, monkeypatch, capsys, view, **more):
     return [float(number) for number in NUMBER.findall(capsys.readouterr().out)]
 
 
-@pytest.mark.interpreted
 def test_exported_script_prints_what_the_page_says(client, tmp_path, monkeypatch, capsys):
     shown = posted(client, "/api/response", state=GEAR)["largest"]
     said = printed(client, tmp_path, monkeypatch, capsys, "response")
     assert said == pytest.approx([shown["oscillation_arcsec"], shown["speed"]], rel=1e-4)
 
 
-@pytest.mark.interpreted
 def test_script_of_a_motion_prints_the_range_of_the_page(client, tmp_path, monkeypatch, capsys):
     shown = posted(client, "/api/motion", state=GEAR, speed=1000.0)["error_arcsec"]
     said = printed(client, tmp_path, monkeypatch, capsys, "motion", speed=1000.0)
@@ -167,7 +165,6 @@ def test_script_of_a_move_prints_the_error_of_the_page(client, tmp_path, monkeyp
     assert said == pytest.approx([shown["peak_arcsec"], shown["duration"]], rel=1e-5)
 
 
-@pytest.mark.interpreted
 def test_script_of_a_map_prints_its_cells(client, tmp_path, monkeypatch, capsys):
     job = waited(client, posted(client, "/api/jobs", state=GEAR, kind="map", axes=AXES)["id"])
     (a, b), (c, d) = job["result"]["largest_oscillation_arcsec"]
@@ -175,7 +172,6 @@ def test_script_of_a_map_prints_its_cells(client, tmp_path, monkeypatch, capsys)
     assert said == pytest.approx([3, a, b, 5, c, d], rel=1e-4)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("kind", ["speed-map", "compensation"])
 def test_script_of_a_job_prints_its_result(client, tmp_path, monkeypatch, capsys, kind):
     result = waited(client, posted(client, "/api/jobs", state=GEAR, kind=kind)["id"])["result"]
@@ -256,7 +252,6 @@ def test_log_is_read(client):
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_a_dropped_log_identifies_its_drive(client):
     log = measured()
     columns = (log["time"], np.degrees(log["motor_angle"]), np.degrees(log["load_angle"]))

@@ -53,7 +53,6 @@ def test_a_move_is_read_in_si(tmp_path):
     assert task.files == ("", "", "", "back.csv")
 
 
-@pytest.mark.interpreted
 def test_the_verb_takes_what_the_file_asks_and_arguments_go_first(tmp_path):
     found = project(tmp_path, PROJECT + MOVE)
     rough = {"method": sw.Dopri5(rtol=1e-4, atol=1e-7), "tail": 0.01}
@@ -71,7 +70,6 @@ def test_the_verb_takes_what_the_file_asks_and_arguments_go_first(tmp_path):
         sw.move(bare)
 
 
-@pytest.mark.interpreted
 def test_a_project_that_names_no_loop_gets_one_and_says_so(tmp_path):
     text = PROJECT.replace("motor: {loop: {bandwidth: 30 Hz}, max_torque: 1.2 N*m, max_speed: 6000 rpm}\n", "")
     text = text.replace("{kinematic_error:", "{load_torque: {mean: {from: -9 N*m, to: 3 N*m}}, kinematic_error:")

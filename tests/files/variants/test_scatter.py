@@ -23,6 +23,8 @@ def read(tmp_path):
     return lambda text: from_text(text, tmp_path / "drive.yaml")
 
 
+@pytest.mark.slow
+@pytest.mark.interpreted
 def test_every_drive_has_the_oscillation_of_the_closed_form_and_the_interval_holds_the_probability(read):
     # resonance peaks fall as 1/B: the limit is exceeded where B is below that of the limit
     limit = float(np.max(closed_form(1.0, 38.0, OMEGA)))

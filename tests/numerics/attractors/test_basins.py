@@ -13,7 +13,6 @@ BOX = ((-2.2, 2.2), (-2.2, 2.2))
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_two_wells_have_the_published_fractions():
     """Attractors.jl, test/mapping/attractor_mapping.jl, "Duffing oscillator: stroboscopic map".
 
@@ -31,7 +30,6 @@ def test_two_wells_have_the_published_fractions():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_states_that_settle_fast_end_where_another_integrator_says():
     found = sw.basins(TWO_WELLS, *BOX, samples=60, seed=1)
     compared = 0
@@ -53,7 +51,6 @@ def test_states_that_settle_fast_end_where_another_integrator_says():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_attractors_are_orbits_with_their_multipliers():
     found = sw.basins(TWO_WELLS, *BOX, resolution=12)
     assert len(found.attractors) == 2
@@ -68,7 +65,6 @@ def test_attractors_are_orbits_with_their_multipliers():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_a_subharmonic_attractor_has_its_period():
     """Nayfeh & Mook 4.1.4: beside the trivial orbit a stable one of three turns, which is one attractor, not three."""
     system = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.2), sw.Harmonic(6.0), 4.0)
@@ -80,7 +76,6 @@ def test_a_subharmonic_attractor_has_its_period():
     assert np.sum(found.fractions) == 1.0
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_chaos_and_escape_are_counted_as_such():
     ueda = sw.Oscillator(1.0, 0.05, sw.Polynomial((0.0, 0.0, 0.0, 1.0)), sw.Harmonic(7.5), 1.0)

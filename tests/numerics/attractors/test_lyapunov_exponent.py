@@ -11,7 +11,6 @@ from strainwave.numerics.attractors.settle import stretching
 UEDA = sw.Oscillator(1.0, 0.05, sw.Polynomial((0.0, 0.0, 0.0, 1.0)), sw.Harmonic(7.5), 1.0)
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_a_damped_linear_oscillator_has_half_its_damping():
     """Both exponents of J x'' + B x' + K x are -B/(2J) below critical damping, the larger root above."""
@@ -24,7 +23,6 @@ def test_a_damped_linear_oscillator_has_half_its_damping():
     assert sw.lyapunov_exponent(over, (0.0, 0.0), turns=40).value == pytest.approx(root, rel=1e-7)
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_of_a_periodic_orbit_it_is_the_logarithm_of_the_largest_multiplier():
     system = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
@@ -41,7 +39,6 @@ def test_of_a_periodic_orbit_it_is_the_logarithm_of_the_largest_multiplier():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_a_disturbance_that_turns_in_step_with_the_blocks_is_in_the_standard_error():
     """Multipliers exp((-B/(2J) +- i w) T): after five turns the disturbance points almost as before."""
     law = sw.PiecewiseLinear(67000.0, 110000.0, 120000.0, 29.0, 108.0)
@@ -53,7 +50,6 @@ def test_a_disturbance_that_turns_in_step_with_the_blocks_is_in_the_standard_err
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_chaos_by_the_variational_equation_and_by_two_trajectories():
     tangent = sw.lyapunov_exponent(UEDA, (2.5, 0.0), turns=6000)
     starts = np.array([[2.5], [0.0]]) + 0.01 * np.random.default_rng(0).normal(size=(2, 64))
@@ -79,7 +75,6 @@ class Lorenz(NamedTuple):
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_a_system_without_jacobian_takes_a_neighbour():
     """Viswanath 1998, thesis, Cornell: Lorenz's system has the exponent 0.905630."""
     found = sw.lyapunov_exponent(Lorenz(10.0, 28.0, 8.0 / 3.0), (1.0, 1.0, 20.0), turns=300, settle=10)

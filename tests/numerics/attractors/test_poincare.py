@@ -42,7 +42,6 @@ def test_a_motion_that_leaves_every_bound_is_one_sentence_without_warnings(metho
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_sweeps_up_and_down_jump_where_the_response_curve_folds():
     system = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
     values = np.arange(1.0, 2.2, 0.02)
@@ -57,7 +56,6 @@ def test_sweeps_up_and_down_jump_where_the_response_curve_folds():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_a_period_doubling_lies_where_harmonic_balance_has_it():
     system = sw.Oscillator(1.0, 0.15, sw.Cubic(-1.0, -1.0), sw.Harmonic(0.15), 1.2)
     settled = sw.simulate(system, (-0.8, 0.0), 200.0 * np.pi / 1.2).y[:, -1]

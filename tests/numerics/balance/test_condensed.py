@@ -66,7 +66,6 @@ def test_the_jacobian_is_the_derivative_of_the_residual(name, leaf):
     np.testing.assert_allclose(difference(n, 1e-5 * abs(z[-1])), slope, rtol=1e-6, atol=1e-7 * np.max(np.abs(slope)))
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("law", "mean"),
     [(THREE, 0.0), (THREE, -25.0), (sw.Cubic(1e5, 1e4), -25.0), (sw.Backlash(1e5, 2e-4), -25.0)],
@@ -84,6 +83,7 @@ def test_a_held_motor_and_a_rigid_load_have_the_orbits_of_the_error_equation(law
         assert np.abs(one.multipliers) == pytest.approx(np.abs(other.multipliers), rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.interpreted
 @pytest.mark.parametrize("mean", [0.0, -20.0])
 def test_the_curves_of_both_have_the_same_folds_and_peak(mean):
@@ -99,7 +99,6 @@ def test_the_curves_of_both_have_the_same_folds_and_peak(mean):
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_machine_code_follows_the_same_curve_as_python():
     problem = problem_of(TRAINS["law of the coupling"], 22)
     assert problem.size() > 130  # fewer would run as Python
@@ -173,7 +172,6 @@ def random_train(seed, coupling):
     return ByHand(whole, (*gains, 1.1 * J_m if speed else J_m))
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("coupling", ["", "linear", "three slopes"])
 @pytest.mark.parametrize("seed", [2, 3])
 def test_random_trains_move_as_their_equations_by_hand(seed, coupling):
@@ -191,7 +189,6 @@ def test_random_trains_move_as_their_equations_by_hand(seed, coupling):
     assert np.max(np.abs(model.train.torsion(phase, tuple(states)))) > max(model.train.breakpoints())
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("control", [LOOP, sw.SpeedLoop(0.5, 20.0)], ids=str)
 def test_a_smooth_train_moves_as_the_integration_to_rounding(control):
     whole = train(control, CUBIC, ERROR, sw.Cubic(1.5e5, 1e5), lines=(1, 3))
@@ -229,7 +226,6 @@ class Saturated(NamedTuple):
         return 0.5 * (abs(command + self.most) - abs(command - self.most))
 
 
-@pytest.mark.interpreted
 def test_a_control_with_states_of_its_own_is_condensed_with_the_rest():
     whole = train(Lagged(30.0, 0.5, 3e3))
     problem = problem_of(whole, 15)
@@ -262,7 +258,6 @@ def test_another_parameter_than_the_frequency_is_left_to_the_general_form():
     assert isinstance(balance_of(whole, leaf_of(whole, "law.alpha"), leaf_of(whole, "omega"), 7), FirstOrder)
 
 
-@pytest.mark.interpreted
 def test_what_drives_three_times_a_turn_has_every_third_harmonic_and_the_multipliers_of_the_whole_turn():
     whole = train(LOOP, error=sw.KinematicError((sw.Line(3, 1e-3),)), coupling=sw.Linear(1.5e5))
     leaf = leaf_of(whole, "omega")
@@ -279,7 +274,6 @@ def test_what_drives_three_times_a_turn_has_every_third_harmonic_and_the_multipl
         assert np.abs(values) == pytest.approx(np.abs(found[0]), rel=1e-5, abs=1e-9)
 
 
-@pytest.mark.interpreted
 def test_a_guess_that_does_not_repeat_within_the_turn_is_not_folded():
     whole = train(LOOP, error=sw.KinematicError((sw.Line(2, 1e-4),)), lines=(2,))
     orbit = sw.find_orbit(whole, guess=np.full((15, 4), 1e-6), harmonics=7)

@@ -13,7 +13,6 @@ def linear(order, speed=BELOW):
     return sw.Oscillator(1.0, B, sw.Linear(1.0), sw.Harmonic(AMPLITUDE, order=order), speed / order)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("order", [8, 20, 32, 64, 130])
 def test_orbit_of_a_linear_system_is_exact_at_any_order(order):
     orbit = sw.find_orbit(linear(order))
@@ -23,7 +22,6 @@ def test_orbit_of_a_linear_system_is_exact_at_any_order(order):
     assert orbit.peak == pytest.approx(exact, rel=1e-6)
 
 
-@pytest.mark.interpreted
 def test_curve_of_a_linear_system_peaks_at_the_line_of_a_high_order():
     curve = sw.frequency_response(linear(32), (0.6 / 32, 1.3 / 32), points=40)
     assert curve.status

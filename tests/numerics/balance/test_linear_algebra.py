@@ -6,7 +6,6 @@ import pytest
 from strainwave.numerics.balance.linear_algebra import LARGE, factor, substitute
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("n", [LARGE // 5, LARGE, LARGE + 1, 2 * LARGE])
 @pytest.mark.parametrize("swapped", [False, True])
 def test_a_factored_matrix_solves_its_equations_and_tells_the_sign_of_its_determinant(n, swapped):
@@ -20,7 +19,6 @@ def test_a_factored_matrix_solves_its_equations_and_tells_the_sign_of_its_determ
     np.testing.assert_allclose(matrix @ b, right, atol=1e-9 * np.max(np.abs(b)))
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("n", [LARGE, LARGE + 1])
 def test_a_singular_matrix_leaves_non_finite_numbers(n):
     a, pivots, b = np.diag(np.arange(n, dtype=float)), np.empty(n, np.int64), np.ones(n)

@@ -30,7 +30,6 @@ def test_one_harmonic_has_its_cusp_where_the_closed_form_has_it():
     assert cusp == pytest.approx((A, w), rel=1e-8)
 
 
-@pytest.mark.compiled
 def test_the_curve_holds_both_folds_of_the_given_system(curve):
     folds = sw.frequency_response(DUFFING, (0.5, 1.6), harmonics=7).folds
     other = curve_of(7, fold=1)
@@ -64,9 +63,7 @@ def test_a_fold_curve_leaves_the_range_at_its_ends(curve):
     assert curve.values[0] == curve.values[-1] == 0.3
 
 
-@pytest.mark.compiled
-def test_folds_of_a_piecewise_law_are_followed_too(monkeypatch):
-    monkeypatch.setenv("STRAINWAVE_JIT", "0")  # quicker than compiling for this law
+def test_folds_of_a_piecewise_law_are_followed_too():
     law = sw.PiecewiseLinear(1.0, 2.0, 3.0, 1.0, 3.0)
     system = sw.Oscillator(1.0, 0.05, law, sw.Harmonic(0.2), 1.0)
     branch = sw.frequency_response(system, (0.7, 1.6), harmonics=9)

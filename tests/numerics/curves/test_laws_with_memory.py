@@ -139,7 +139,6 @@ def test_theory_of_springs_refuses_memory_in_one_sentence(verb):
         verb(FORCED)
 
 
-@pytest.mark.interpreted
 def test_fixed_steps_ask_for_steps_per_period():
     with pytest.raises(TypeError, match="no jacobian to choose a step from; give steps_per_period or use Dopri5"):
         sw.simulate(FORCED, (0.0, 0.0, 0.0), 1.0, method=sw.Dop8())

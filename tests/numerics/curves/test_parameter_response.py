@@ -34,8 +34,7 @@ def test_load_changes_the_sign_of_the_mean():
     assert mean[1] > 0.5
 
 
-def test_kinematic_error_is_part_of_the_displacement(monkeypatch):
-    monkeypatch.setenv("STRAINWAVE_JIT", "0")  # quicker than compiling for these models
+def test_kinematic_error_is_part_of_the_displacement():
     # x/e of J x'' + B (x' - e') + K (x - e) = 0
     J, B, K, omega, k = 2.0, 0.3, 5.0, 0.9, 2
     system = sw.Oscillator(J, B, sw.Linear(K), sw.Harmonic(0.0), omega, sw.KinematicError((sw.Line(k, 0.1),)))
@@ -82,7 +81,6 @@ def test_a_start_outside_the_range_is_refused():
         sw.parameter_response(DUFFING, "law.alpha", (0.2, 0.3), start=orbit)
 
 
-@pytest.mark.interpreted
 def test_a_resonance_without_damping_is_said_to_have_no_response():
     resonant = sw.Oscillator(1.0, 0.0, sw.Linear(1.0), sw.Harmonic(0.1), 1.0)
     branch = sw.parameter_response(resonant, "excitation.amplitude", (0.1, 0.3), harmonics=1, points=20)

@@ -39,7 +39,6 @@ def test_without_damping_a_hardening_curve_reaches_both_ends():
     assert {0.5, 1.5} <= set(branch.values)
 
 
-@pytest.mark.interpreted
 def test_a_backlash_without_bias_floats_beyond_its_contact_and_the_sentence_says_where():
     law, B, F = sw.Backlash(1.0, 0.5), 0.1, 0.6
     branch = response(oscillator(law, B=B, amplitude=F), span=(0.6, 1.5), harmonics=15)
@@ -122,7 +121,6 @@ def robustness():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_random_systems_reach_both_ends_of_their_range():
     module = robustness()
     lost, unsound = [], []

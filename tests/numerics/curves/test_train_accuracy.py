@@ -43,6 +43,7 @@ def curve():
     return sw.frequency_response(TRAIN, (90.0, 200.0))
 
 
+@pytest.mark.slow
 @pytest.mark.interpreted
 def test_folds_of_a_train_are_those_of_the_shooting_problem(curve):
     def residual(unknowns):
@@ -60,7 +61,6 @@ def test_folds_of_a_train_are_those_of_the_shooting_problem(curve):
         assert fold.omega == pytest.approx(fold.omega * exact.x[4], rel=1e-8)
 
 
-@pytest.mark.interpreted
 def test_the_crest_of_a_train_is_no_lower_than_its_orbits_beside_it(curve):
     top = int(np.argmax(curve.peak))
     sizes = []

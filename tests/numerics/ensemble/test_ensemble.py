@@ -63,7 +63,6 @@ def test_the_error_estimate_bounds_the_error_within_its_order():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 @pytest.mark.parametrize("method", [sw.Dop8(), sw.Rk4(steps=128)])
 def test_the_error_estimate_of_fixed_steps_over_kinks_is_no_smaller_than_the_error(method):
     """Errors are of second order and differ from lane to lane: near the fold they are a hundred times the median."""
@@ -86,7 +85,6 @@ def test_an_order_above_those_of_the_system_gets_its_steps():
     assert found["amplitude_33"][0] < 1e-6
 
 
-@pytest.mark.compiled
 def test_bits_do_not_depend_on_the_place_in_the_batch_or_on_threads():
     rng = np.random.default_rng(1)
     values = {"omega": rng.uniform(0.5, 2.0, 700), "law.alpha": rng.uniform(0.0, 0.2, 700)}
@@ -98,7 +96,6 @@ def test_bits_do_not_depend_on_the_place_in_the_batch_or_on_threads():
         assert np.array_equal(whole[name].values[..., ::-1][..., 100:350], part[name].values)
 
 
-@pytest.mark.compiled
 def test_settled_peaks_are_those_of_harmonic_balance():
     omega = np.array([0.5, 0.9, 1.9])
     found = sw.ensemble(DUFFING, {"omega": omega}, (0.0, 0.0), periods=2, settle=120)
@@ -108,7 +105,6 @@ def test_settled_peaks_are_those_of_harmonic_balance():
         assert int(found["period"][i]) == 1
 
 
-@pytest.mark.compiled
 def test_a_subharmonic_motion_settles_with_its_period():
     """Nayfeh & Mook 4.1.4: beside the trivial orbit a stable one of three turns."""
     system = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.2), sw.Harmonic(6.0), 4.0)
@@ -123,7 +119,6 @@ def test_a_subharmonic_motion_settles_with_its_period():
     assert float(found["peak"][0]) == pytest.approx(isola.peak[place], rel=1e-5)
 
 
-@pytest.mark.compiled
 @pytest.mark.parametrize("law", [sw.Backlash(1.0, 0.5), sw.PiecewiseLinear(1.0, 1.4, 1.8, 0.5, 1.2)])
 def test_laws_with_kinks_take_adaptive_steps(law):
     system = sw.Oscillator(1.0, 0.1, law, sw.Harmonic(0.6), 0.8)
@@ -138,7 +133,6 @@ def test_laws_with_kinks_take_adaptive_steps(law):
         assert float(found["rms"][i]) == pytest.approx(wanted[3], rel=1e-6)
 
 
-@pytest.mark.compiled
 def test_lanes_with_more_stiffness_get_more_steps():
     stiff = sw.ensemble(DUFFING, {"law.alpha": np.array([0.0, 400.0])}, (1.0, 0.0), periods=3)
     assert stiff["steps"][1] > 3 * stiff["steps"][0]
@@ -331,7 +325,6 @@ class Kick(NamedTuple):
         return 0.5 * self.amplitude * (sign(angle - self.at) - sign(angle - self.at - 2.0 * np.pi / 25.0))
 
 
-@pytest.mark.compiled
 def test_adaptive_lanes_meet_a_kick_after_a_rest():
     # in the gap J x'' + B x' = A for the length d of the kick, else 0: x comes to rest at A d/B, within exp(-3.5 B)
     system = sw.Oscillator(1.0, 4.0, sw.Backlash(1e4, 1.0), Kick(4.0, 2.5), 1.0)

@@ -79,7 +79,6 @@ def test_simulated_device_gives_the_same_bits():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 @needs_compiler
 @pytest.mark.parametrize("name", CASES)
 def test_code_of_the_device_gives_the_answer_of_the_processor_to_rounding(name):
@@ -92,7 +91,6 @@ def test_code_of_the_device_gives_the_answer_of_the_processor_to_rounding(name):
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 @needs_compiler
 @pytest.mark.parametrize("name", SYSTEMS)
 @pytest.mark.parametrize("method", [sw.Rk4(steps_per_period=64), sw.Dop8(steps_per_period=32)], ids=["Rk4", "Dop8"])

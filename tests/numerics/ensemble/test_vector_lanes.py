@@ -37,7 +37,6 @@ def packed_and_calls(system):
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 @pytest.mark.skipif("not machine_code.has_fma()", reason="reads the machine code of x86 processors with FMA")
 @pytest.mark.parametrize("name", sorted(CASES.keys() - SCALAR))
 def test_steps_over_lanes_are_vector_code(name):

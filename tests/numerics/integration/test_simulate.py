@@ -264,8 +264,7 @@ def test_negative_damping_diverges_with_finite_values(method):
     assert math.isfinite(run.peak())
 
 
-def test_divergence_is_the_same_without_compilation(monkeypatch):
-    monkeypatch.setenv("STRAINWAVE_JIT", "0")
+def test_divergence_is_the_same_without_compilation():
     system = DUFFING._replace(law=sw.Cubic(1.0, -1.0))
     run = sw.simulate(system, (3.0, 0.0), 1e4, method=sw.Dopri5(rtol=1e-3, atol=1e-3))
     assert run.status is sw.Status.DIVERGED
@@ -429,8 +428,7 @@ def test_what_is_no_system_or_no_method_is_refused():
         sw.simulate(DUFFING._replace(omega=0.0), (0.0, 0.0), 1.0, method=sw.Rk4(steps_per_period=10))
 
 
-def test_system_of_one_state_and_no_speed_decays_exponentially(monkeypatch):
-    monkeypatch.setenv("STRAINWAVE_JIT", "0")
+def test_system_of_one_state_and_no_speed_decays_exponentially():
     run = sw.simulate(Silent(2.0), 1.0, 1.0, method=sw.Dopri5(rtol=1e-8))
     assert run.y[0, -1] == pytest.approx(math.exp(-2.0), abs=1e-7)
     fixed = sw.simulate(Silent(2.0), 1.0, 1.0, method=sw.Rk4(steps_per_period=200))
@@ -493,8 +491,7 @@ def from_corner_to_corner(t):
 
 
 @pytest.mark.parametrize("times", [11.0, [0.0, 5.0, 11.0], [0.0, 10.0, 10.01, 10.3, 10.51, 11.0]], ids=str)
-def test_torque_that_begins_after_a_rest_is_met(times, monkeypatch):
-    monkeypatch.setenv("STRAINWAVE_JIT", "0")
+def test_torque_that_begins_after_a_rest_is_met(times):
     run = sw.simulate(DRIVE, (0.0, 0.0), times)
     exact, largest = from_corner_to_corner(run.t)
     np.testing.assert_allclose(run.y[0], exact, rtol=0, atol=1e-7 * largest)

@@ -68,7 +68,6 @@ def by_hand(law, coupling, series, gains):
     return rates
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("control", "gains", "law", "coupling"),
     [

@@ -71,6 +71,7 @@ def run_up(payload=0.0):
     return speed[inside] * RPM, np.abs(found.y[0, inside] - mean)
 
 
+@pytest.mark.slow
 @pytest.mark.interpreted
 def test_the_run_ups_own_peak_is_avoided_and_what_the_speeds_are_for_is_said_beside_them(tmp_path):
     (tmp_path / "joint.yaml").write_text(PROJECT)
@@ -99,7 +100,6 @@ def test_the_run_ups_own_peak_is_avoided_and_what_the_speeds_are_for_is_said_bes
     assert f"<p><b>{advice['sentence']}</b></p><p>{advice['about'].replace(chr(39), '&#39;')}</p>" in page
 
 
-@pytest.mark.interpreted
 def test_the_bands_of_a_range_of_torques_hold_the_largest_error_of_run_ups_at_random_payload_angles(tmp_path):
     (tmp_path / "joint.yaml").write_text(PROJECT)
     project = read_project(tmp_path / "joint.yaml")

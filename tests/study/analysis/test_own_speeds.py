@@ -92,6 +92,8 @@ def test_the_page_tells_of_the_speeds_of_the_project_over_a_shorter_period_too(b
     assert shown["largest"]["oscillation_arcsec"] == pytest.approx(largest, rel=1e-4)
 
 
+@pytest.mark.slow
+@pytest.mark.interpreted
 def test_a_curve_that_ends_where_it_began_keeps_to_the_speeds_of_the_project_too():
     project = read(PARAMETRIC)
     found = project.response()

@@ -64,7 +64,6 @@ def test_component_of_the_torsion_leaves_the_kinematic_error_out():
     assert np.max(np.abs(exact.curve.amplitude(2) - expected)) > 1e-4
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_narrow_superharmonic_gets_a_curve_of_its_own():
     """At 3 omega = omega_0 the band is a hundred times narrower than the range; first order is right there to 1 %."""

@@ -242,7 +242,6 @@ def test_a_curve_cut_short_says_so():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_the_curve_of_a_loop_with_hysteresis_takes_few_points_and_is_that_of_an_integration():
     law = sw.Parallel(sw.PiecewiseLinear(67e3, 110e3, 120e3, 29.0, 108.0), sw.BoucWen(134e3, 0.0, 3.636e-5))
     error = sw.KinematicError((sw.Line(2, 8.727e-5), sw.Line(4, 1.939e-5, 1.222)))

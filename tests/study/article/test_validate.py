@@ -16,7 +16,6 @@ def article(omega):
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 @pytest.mark.parametrize(
     ("omega", "resonance", "claimed", "limit"),
     [
@@ -34,7 +33,6 @@ def test_rms_difference_is_below_what_the_article_claims(omega, resonance, claim
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_harmonics_at_the_end_are_those_of_the_settled_motion():
     """Errata table, superharmonic case of the derived set, about 30/mu: 2.8777e-3 at omega, 6.51e-7 at 3 omega."""
     compared = sw.compare(article(OMEGA_0 / 3.0), sw.SUPERHARMONIC, t_end=30.0 / sw.HDC_40_050.mu)

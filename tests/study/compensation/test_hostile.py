@@ -86,6 +86,8 @@ def test_a_limit_that_is_met_while_a_loop_settles_does_not_exclude_the_speed():
     assert found.excluded == ""
 
 
+@pytest.mark.slow
+@pytest.mark.interpreted
 def test_a_stiff_plant_is_not_taken_for_an_unstable_loop():
     """Of a gear with much damping four steps a sample were unstable themselves."""
     drive = LINEAR._replace(B=4e5)

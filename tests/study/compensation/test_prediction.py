@@ -77,6 +77,8 @@ def hardening(omega, start):
     return 2.0 / 64.0 * np.sum(x * np.exp(-2j * angle))
 
 
+@pytest.mark.slow
+@pytest.mark.interpreted
 def test_both_motions_of_a_hardening_gear_are_those_of_scipy():
     table = sw.prediction_table(from_text(HARDENING, Path("axis.yaml")), speeds=(40.0, 60.0))
     (up,), (down,) = table.jumps_up, table.jumps_down

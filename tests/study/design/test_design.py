@@ -47,6 +47,8 @@ def test_feasible_designs_serve_when_their_project_is_computed(found, tmp_path):
         assert project.gear.ratio**2 * project.drive.J_m == pytest.approx(c.reflected_inertia)
 
 
+@pytest.mark.slow
+@pytest.mark.interpreted
 def test_every_gear_is_either_feasible_or_rejected(found):
     served = {c.gear for c in found.feasible}
     assert served | set(found.rejected) == {gear.name for gear in GEARS}

@@ -28,7 +28,6 @@ def test_balance_of_a_transient_closes(name):
     assert all(loss > 0.0 for loss in balance.losses.values())
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
 def test_balance_of_a_settled_orbit_closes_and_stores_nothing(name):

@@ -163,7 +163,6 @@ def test_a_branch_cannot_leave_rest_itself():
         sw.switch_branch(system, rest.doublings[0])
 
 
-@pytest.mark.interpreted
 def test_motions_from_near_rest_settle_on_that_orbit():
     system = drive(0.2, 0.02, sw.Cubic(1.0, 0.1))._replace(omega=2.0)
     motion = sw.simulate(system, (0.01, 0.0), np.linspace(0.0, 600.0, 3001))
@@ -191,7 +190,6 @@ def test_what_cannot_be_asked_is_refused_in_one_sentence():
         sw.parametric_tongue(1.0, 0.1, 1.0)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("ratio", [0.2, 0.5])
 def test_heavy_damping_only_takes_its_share_from_the_growth(ratio):
     # x = exp(-ratio t) z makes of 1 and the damping ratio an undamped drive of 1 - ratio^2, in which k weighs more
@@ -206,6 +204,7 @@ def test_heavy_damping_only_takes_its_share_from_the_growth(ratio):
         assert resonance.damping_ratio == pytest.approx(ratio, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.interpreted
 @pytest.mark.parametrize("ratio", [0.98, 0.99, 1e3])
 def test_a_drive_at_the_edge_of_vibrating_gives_finite_numbers_or_none(ratio):

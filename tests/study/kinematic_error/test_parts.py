@@ -47,7 +47,6 @@ def test_a_slowly_varying_torque_twists_the_gear_along_its_law():
     assert parts.pure_peak_to_peak == 0.0
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("omega", [20.0, 100.0, 138.0, 400.0])
 def test_parts_of_a_linear_drive_have_their_closed_forms(omega):
     # x'' J + B u' + K u = tau, u = x - e, e = A cos 2 phase: u = J w^2 e/(K - J w^2 + i B w), w = 2 omega
@@ -62,7 +61,6 @@ def test_parts_of_a_linear_drive_have_their_closed_forms(omega):
     assert np.allclose(parts.total, parts.pure + parts.torsion, rtol=0.0, atol=1e-18)
 
 
-@pytest.mark.interpreted
 def test_the_motion_tends_to_the_static_one_with_the_square_of_the_speed():
     system = sw.Oscillator(J, B, sw.Cubic(K, 6.9e4), sw.Harmonic(60.0, mean=100.0), 1.0, ERROR)
     static = sw.error_parts(system)
@@ -105,7 +103,6 @@ def test_a_line_of_output_order_on_the_motor_turn_is_refused_with_the_remedy():
         sw.find_orbit(system)
 
 
-@pytest.mark.interpreted
 def test_output_orders_and_wave_generator_orders_move_together_on_the_output_turn():
     # Linear, so every line answers for itself: order 2 N on the output turn at omega/N as order 2 on the motor turn.
     N, omega = 4, 120.0

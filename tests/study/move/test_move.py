@@ -61,7 +61,6 @@ def rates(t, y, k):
     return fast, (drive - (1.0 / N - slope) * passed) / J_M, slow, (passed - PULL * math.sin(load)) / J_L
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_a_quarter_turn_in_600_ms_is_that_of_dop853_on_equations_by_hand():
     move = sw.move(TRAIN, sw.Trapezoid(QUARTER, TIME), gear=GEAR)
@@ -100,7 +99,6 @@ def test_a_quarter_turn_in_600_ms_is_that_of_dop853_on_equations_by_hand():
     assert move.rest_error == pytest.approx(twist + PULL / N**2 / LOOP.K_p, abs=6e-5)  # and at most the kinematic error
 
 
-@pytest.mark.interpreted
 def test_a_slow_move_has_the_torques_and_means_of_a_rigid_drive():
     # 1 rad in 5 s on a level axis: the inertias take less than 0.2 N m
     train = LINEAR._replace(load=sw.Load(J_L, sw.Harmonic(0.0, mean=-30.0)))
@@ -119,7 +117,6 @@ def test_a_slow_move_has_the_torques_and_means_of_a_rigid_drive():
     assert move.motor_work == pytest.approx(30.0, rel=1e-3)
 
 
-@pytest.mark.interpreted
 def test_friction_of_the_meshing_costs_its_share_of_a_slow_lift():
     train = LINEAR._replace(load=sw.Load(J_L, sw.Harmonic(0.0, mean=-30.0)), friction=sw.LoadFriction(0.1))
     slow = sw.SCurve(1.0, 3.0)
@@ -131,7 +128,6 @@ def test_friction_of_the_meshing_costs_its_share_of_a_slow_lift():
         sw.move(train, slow, limits=sw.MotorLimits(torque=0.32))
 
 
-@pytest.mark.interpreted
 def test_an_error_at_rest_is_that_of_gravity_and_the_window_is_about_it():
     move = sw.move(LINEAR, sw.Trapezoid(QUARTER, TIME), method=ROUGH)
     assert move.rest_error == pytest.approx(PULL / 31000.0 + PULL / N**2 / LOOP.K_p, rel=1e-5)
@@ -143,7 +139,6 @@ def test_an_error_at_rest_is_that_of_gravity_and_the_window_is_about_it():
     assert move.motor_torque[-1] == pytest.approx(PULL / N, rel=1e-2)
 
 
-@pytest.mark.interpreted
 def test_every_motion_of_a_duty_cycle_settles_and_a_cycle_gains_no_energy():
     there, back = sw.SCurve(0.5, 0.3), sw.Trapezoid(-0.5, 0.3)
     move = sw.move(LINEAR, [there, sw.Dwell(0.4), back, sw.Dwell(0.4)], window=1e-5, method=ROUGH)
@@ -157,7 +152,6 @@ def test_every_motion_of_a_duty_cycle_settles_and_a_cycle_gains_no_energy():
     assert np.all(np.diff(move.time) > 0.0)
 
 
-@pytest.mark.interpreted
 def test_a_payload_adds_its_inertia_and_its_weight():
     load = sw.Payload(mass=4.0, radius=0.5, inertia=0.1, phase=0.3)
     weight = 4.0 * 9.80665 * 0.5
@@ -170,7 +164,6 @@ def test_a_payload_adds_its_inertia_and_its_weight():
     assert carried.gear_torque[0] == pytest.approx(weight * math.sin(0.5), rel=1e-3)  # start 0.2 and phase 0.3
 
 
-@pytest.mark.interpreted
 def test_a_held_motor_follows_exactly_and_its_torque_is_what_that_takes():
     train = LINEAR._replace(motor=sw.Motor(J_M, control=sw.Held()), load=sw.Load(J_L))
     move = sw.move(train, sw.Trapezoid(1.0, 0.4), tail=0.2, method=ROUGH)
@@ -202,7 +195,6 @@ def test_a_resonance_is_passed_where_order_times_speed_is_its_frequency_and_cost
     assert 1.0 < found[0] < found[1] < 1.1 * steady
 
 
-@pytest.mark.interpreted
 def test_torques_of_an_angle_have_their_means_and_torques_of_the_time_act_in_time():
     part, options = sw.SCurve(0.1, 0.1), {"tail": 0.1, "method": ROUGH}
     with_lines = LINEAR._replace(load=sw.Load(J_L, sw.Harmonic(5.0, order=2, mean=-20.0)))
@@ -220,7 +212,6 @@ def test_torques_of_an_angle_have_their_means_and_torques_of_the_time_act_in_tim
     assert timed.work["load torque"] == pytest.approx(rigid, rel=0.02)
 
 
-@pytest.mark.interpreted
 def test_where_a_law_with_memory_rests_is_where_it_has_come_to():
     train = LINEAR._replace(law=sw.Parallel(sw.Linear(31000.0), sw.BoucWen(6e4, 0.0, 8e-5)))
     move = sw.move(train, sw.SCurve(0.3, 0.15), tail=0.3, method=ROUGH)
@@ -232,7 +223,6 @@ def test_where_a_law_with_memory_rests_is_where_it_has_come_to():
     assert abs(move.rest_error - free) > 0.1 * 4.8 / 31000.0
 
 
-@pytest.mark.interpreted
 def test_a_table_of_points_is_followed():
     t = np.linspace(0.0, 0.4, 61)
     curve = tuple(0.05 * (1.0 - np.cos(2.5 * np.pi * t)))
@@ -300,7 +290,6 @@ def test_a_law_that_cannot_carry_the_load_is_told():
         sw.move(soft, sw.Trapezoid(QUARTER, TIME), start=QUARTER, method=ROUGH)
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_ten_thousand_points_are_followed_as_the_function_they_are_from():
     t = np.linspace(0.0, 2.0, 10_001)

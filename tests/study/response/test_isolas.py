@@ -39,7 +39,6 @@ def is_among(wave, waves, n):
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 @pytest.mark.parametrize("span", [(0.5, 2.0), (0.3, 3.0)])
 def test_motions_in_the_wells_are_found_whatever_the_range(span):
     loops = sw.isolas(TWO_WELLS, span, resonance=sw.PRIMARY)
@@ -51,7 +50,6 @@ def test_motions_in_the_wells_are_found_whatever_the_range(span):
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_random_starts_lead_to_motions_of_three_turns_that_no_theory_seeds():
     """From rest between the wells the motion settles on one of three turns."""
     omega = 2.0 ** (5 / 8)
@@ -64,7 +62,6 @@ def test_random_starts_lead_to_motions_of_three_turns_that_no_theory_seeds():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_a_sentence_says_what_was_searched():
     loops = sw.isolas(TWO_WELLS, (1.0, 2.0), resonance=sw.PRIMARY)
     assert "searched at 10 speeds, omega = 1 .. 2 rad/s" in loops.message
@@ -113,19 +110,16 @@ def test_orbits_of_the_loop_take_three_turns():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_strong_damping_leaves_no_loop():
     assert sw.isolas(DUFFING._replace(B=0.5), (2.9, 4.0)) == []
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_a_superharmonic_resonance_is_part_of_the_main_branch():
     assert sw.isolas(DUFFING._replace(B=0.1), (0.25, 0.5), resonance=sw.SUPERHARMONIC) == []
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_a_resonance_unknown_to_first_order_is_seeded_by_free_vibration():
     # 1:2 of an odd law appears at second order only
     loops = sw.isolas(DUFFING, (1.8, 2.5), resonance=sw.Resonance(1, 2))
@@ -137,7 +131,6 @@ def test_a_resonance_unknown_to_first_order_is_seeded_by_free_vibration():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_a_branch_born_at_period_doublings_says_where_it_begins():
     biased = sw.Oscillator(1.0, 0.02, sw.Cubic(1.0, 0.2), sw.Harmonic(2.0, mean=0.5), 2.0)
     (branch,) = sw.isolas(biased, (1.8, 3.0), resonance=sw.Resonance(1, 2))

@@ -83,7 +83,6 @@ def test_a_sweep_of_the_amplitude_jumps_at_its_folds():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_simulated_sweep_jumps_where_it_is_told_to(branch, sign):
     told = sw.jumps(branch)
@@ -151,7 +150,6 @@ TWO_LINES = sw.Oscillator(
 )
 
 
-@pytest.mark.interpreted
 def test_two_bands_have_each_their_own_pair_of_jumps():
     """Slow sweeps by RK4 in C drop at 0.54338(9) and 1.0851(2), and rise at 0.53155(9) and 1.0629(2)."""
     told = sw.jumps(sw.frequency_response(TWO_LINES, (0.4, 1.4)))

@@ -46,6 +46,7 @@ def largest_by_curve(system, band, order, omega):
     return best, np.array([f.omega for f in curve.folds])
 
 
+@pytest.mark.slow
 @pytest.mark.interpreted
 @pytest.mark.parametrize("name", CASES)
 def test_true_amplitudes_are_those_of_response_curves(name):

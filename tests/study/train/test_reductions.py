@@ -57,7 +57,6 @@ def test_without_any_orbit_the_sentence_says_so():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 def test_analysis_of_a_free_drive_says_what_its_error_equation_leaves_out():
     system, train = DRIVE.error_equation(kinematic_error=error(1e-4)), DRIVE.train(kinematic_error=error(1e-4))
     found = analyze(system, Speeds((90.0, 250.0)), train=train)

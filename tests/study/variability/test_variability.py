@@ -16,7 +16,6 @@ LINEAR = sw.Oscillator(1.0, 0.4, sw.Linear(2.0), sw.Harmonic(1.0), 1.0)
 CUBIC = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_quantiles_of_a_linear_drive_follow_from_its_gain():
     """The peak is A/|K - J w^2 + i B w|, proportional to A: its quantiles are those of A."""
@@ -30,7 +29,6 @@ def test_quantiles_of_a_linear_drive_follow_from_its_gain():
     assert (at.diverged, at.unsettled) == (0, 0)
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_peaks_jumps_and_the_phase_of_cubic_drives():
     spread = {"law.alpha": sw.Uniform(0.03, 0.07), "excitation.phase": sw.Uniform(0.0, 6.28)}
@@ -73,7 +71,6 @@ def test_a_factor_scales_its_parameters_together():
     np.testing.assert_allclose(natural, np.sqrt(factor))
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_a_shared_factor_is_ranked_under_the_names_of_its_parameters():
     """Below resonance a gear of any slopes answers with torque over stiffness: the factor is all that matters."""
@@ -189,7 +186,6 @@ def test_the_probability_of_a_resonance_in_a_band():
     assert share == pytest.approx(0.26, abs=4.0 * np.sqrt(0.26 * 0.74 / 4000))
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 def test_the_band_counts_driven_orders_only():
     held = LINEAR._replace(excitation=sw.Harmonic(0.0, order=1), error=sw.KinematicError((sw.Line(2, 0.1),)))

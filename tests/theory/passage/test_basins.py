@@ -35,14 +35,12 @@ def test_basins_of_both_motions_agree_with_an_ensemble_of_integrations():
     assert np.count_nonzero(label != found.label[rows, columns]) <= 3  # next to the edge
 
 
-@pytest.mark.interpreted
 def test_where_there_is_one_motion_everything_ends_on_it():
     found = sw.slow_flow(DUFFING._replace(omega=1.3), sw.PRIMARY).basins(points=9)
     assert found.share.tolist() == [1.0]
     assert "100 %" in str(found)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("system", "given", "said"),
     [

@@ -73,7 +73,6 @@ def linear(first, torque, error):
     return sw.Oscillator(1.0, 0.04, sw.Linear(1.0), sw.Harmonic(torque, 1, 0.7), first, lines)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(("torque", "error"), [(0.01, 0.0), (0.0, 0.01), (0.01, 0.01)])
 @pytest.mark.parametrize(("first", "rate"), [(0.6, 3e-3), (1.5, -3e-3), (0.6, 3e-2)])
 def test_a_linear_passage_is_exact(torque, error, first, rate):
@@ -93,7 +92,6 @@ def test_a_linear_passage_is_exact(torque, error, first, rate):
     assert np.max(np.abs(u - run.y[0])) < 1e-9 * np.max(np.abs(z))
 
 
-@pytest.mark.interpreted
 def test_a_linear_law_is_passed_by_its_exact_formula_and_overshoots_less_the_faster():
     found = sw.passage(linear(1.0, 0.01, 0.0), sw.PRIMARY, (0.6, 1.5), [5e-6, 1e-3, 1e-2])
     assert all(p.closed_form and p.valid and not p.jumped for p in found.passages)
@@ -103,7 +101,6 @@ def test_a_linear_law_is_passed_by_its_exact_formula_and_overshoots_less_the_fas
     assert found.at[0] < found.at[1] < found.at[2]
 
 
-@pytest.mark.interpreted
 def test_a_free_vibration_keeps_its_amplitude_in_a_frame_that_turns_faster_and_faster():
     # Only damping takes from it: exp(-mu t/2). -i Omega' z alone would give a factor (0.95/1.05)^1/2, 5 % less.
     s = setting(linear(0.95, 1e-12, 0.0), sw.PRIMARY)
@@ -117,7 +114,6 @@ def test_a_free_vibration_keeps_its_amplitude_in_a_frame_that_turns_faster_and_f
     assert np.abs(z) == pytest.approx(np.exp(-0.02 * np.linspace(0.0, 100.0, 11)), rel=3e-3)
 
 
-@pytest.mark.interpreted
 def test_steps_in_time_are_of_fourth_order():
     def rates(t, z, _lanes):
         return (-0.3 + 2j) * z - 0.4 * np.abs(z) ** 2 * z + np.exp(0.7j * t)
@@ -131,7 +127,6 @@ def test_steps_in_time_are_of_fourth_order():
     assert np.max(np.abs(found - (run.y[0] + 1j * run.y[1]))) < 2e-3
 
 
-@pytest.mark.interpreted
 def test_a_table_stands_for_samples_with_and_without_other_lines():
     for lines in ((sw.Line(2, 1.1e-4, 0.4),), (sw.Line(1, 5e-5, 0.9), sw.Line(2, 1.1e-4, 0.4))):
         system = DRIVE._replace(error=sw.KinematicError(lines))
@@ -172,7 +167,6 @@ def test_the_largest_amplitude_of_a_softening_gear_under_preload(turn):
         assert one.peak - preload == pytest.approx(true - preload, rel=0.03)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("band", [UP, UP[::-1]], ids=["up", "down"])
 def test_the_delay_of_a_jump_grows_as_the_rate_to_two_thirds_towards_its_estimate(band):
     rates = np.array([1e-5, 2e-5, 4e-5])
@@ -187,6 +181,7 @@ def test_the_delay_of_a_jump_grows_as_the_rate_to_two_thirds_towards_its_estimat
     assert abs(ratios[0] - 1.0) < abs(ratios[2] - 1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.interpreted
 def test_the_drive_passes_without_a_jump_above_a_rate_and_jumps_below():
     found = sw.passage(DUFFING, sw.PRIMARY, UP, [MU**2])
@@ -197,7 +192,6 @@ def test_the_drive_passes_without_a_jump_above_a_rate_and_jumps_below():
     assert sw.passage(weak, sw.PRIMARY, UP, [1e-4]).rate_without_jump is None
 
 
-@pytest.mark.interpreted
 def test_the_motion_is_settled_after_the_settling_time():
     one = sw.passage(DUFFING, sw.PRIMARY, UP, 0.02)
     event = one.t[int(np.argmin(np.abs(one.omega - one.at)))]
@@ -208,14 +202,12 @@ def test_the_motion_is_settled_after_the_settling_time():
     assert one.omega[-1] == UP[1]
 
 
-@pytest.mark.interpreted
 def test_first_order_is_refused_where_its_certificate_refuses_and_says_what_to_do():
     one = sw.passage(DUFFING, sw.PRIMARY, UP, MU**2, order=1)
     assert not one.valid
     assert "take second order" in one.message
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
@@ -240,7 +232,6 @@ def test_a_passage_that_makes_no_sense_is_refused_in_one_sentence(changes, said)
     assert "\n" not in str(refusal.value)
 
 
-@pytest.mark.interpreted
 def test_a_band_with_the_resonance_of_another_line_is_refused():
     system = DRIVE._replace(error=sw.KinematicError((sw.Line(2, 1.1e-4), sw.Line(3, 1e-5))))
     with pytest.raises(ValueError, match=r"the line of order 3 meets omega_0 .* narrow the band"):

@@ -13,7 +13,6 @@ DUFFING = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.2), sw.Harmonic(0.05), 1.05)
 FLOWS = [sw.slow_flow(DUFFING, sw.PRIMARY, order=order) for order in (1, 2)]
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("flow", FLOWS, ids=["first", "second"])
 @pytest.mark.parametrize("bad", [math.nan, math.inf, None, "ab", 1e200, complex(0.0, math.nan)])
 def test_a_state_that_is_no_finite_number_is_refused(flow, bad):
@@ -24,7 +23,6 @@ def test_a_state_that_is_no_finite_number_is_refused(flow, bad):
                 ask(bad)
 
 
-@pytest.mark.interpreted
 def test_a_steady_motion_has_one_state_and_finite_times():
     with pytest.raises(ValueError, match=r"z \[rad\] is \[1, 2\]; it must be one finite number"):
         FLOWS[0].steady_x([1, 2], 0.0)
@@ -34,7 +32,6 @@ def test_a_steady_motion_has_one_state_and_finite_times():
     assert FLOWS[0].steady_x(1.0, 0.0).shape == ()
 
 
-@pytest.mark.interpreted
 def test_integers_of_numpy_are_integers_and_truth_values_are_not():
     same = sw.slow_flow(DUFFING, sw.Resonance(np.int64(2), np.int64(2)), order=np.int64(2))
     assert (same.resonance, same.order) == (sw.PRIMARY, 2)
@@ -44,7 +41,6 @@ def test_integers_of_numpy_are_integers_and_truth_values_are_not():
             sw.slow_flow(DUFFING, sw.Resonance(p, q))
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("given", "said"),
     [
@@ -59,7 +55,6 @@ def test_ranges_of_a_predictor_are_two_numbers(given, said):
         FLOWS[0].predictor(**given)
 
 
-@pytest.mark.interpreted
 def test_a_predictor_starts_from_finite_numbers_and_knows_its_flags():
     predictor = FLOWS[0].predictor(0.02, speeds=np.array([1.0, 1.1]))
     for start in ((math.nan,), (1.05, math.inf), (1.05, 1.0, math.nan), (1.05, 1.0, 1e200), (1.05, 1.0, 0j, math.nan)):
@@ -70,7 +65,6 @@ def test_a_predictor_starts_from_finite_numbers_and_knows_its_flags():
             predictor.meaning(flag)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("release", [1e-200, 1e-320])
 def test_a_tiny_duffing_oscillation_is_the_linear_one(release):
     free = DUFFING._replace(B=0.0, excitation=sw.Harmonic(0.0))
@@ -79,7 +73,6 @@ def test_a_tiny_duffing_oscillation_is_the_linear_one(release):
     assert found.omega == pytest.approx(1.0, rel=1e-14)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("omega", [0.01, 0.34])
 @pytest.mark.parametrize("law", [sw.Cubic(1.0, 1e-8), sw.Polynomial((0.0, 1.0, 0.0, 1e-8, 0.0, 1e-8))])
 def test_a_nearly_linear_superharmonic_has_the_state_of_the_first_step_of_its_balance(law, omega):
@@ -92,7 +85,6 @@ def test_a_nearly_linear_superharmonic_has_the_state_of_the_first_step_of_its_ba
     assert states[0].stable
 
 
-@pytest.mark.interpreted
 def test_the_motion_without_a_superharmonic_is_no_second_state_of_a_cubic():
     system = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 1e-12), sw.Harmonic(0.05), 0.34)
     (state,) = sw.slow_flow(system, sw.SUPERHARMONIC).steady_states()
@@ -100,7 +92,6 @@ def test_the_motion_without_a_superharmonic_is_no_second_state_of_a_cubic():
     assert state.amplitude == pytest.approx(0.125e-12 * forced**3 / abs(complex(0.025, 0.02)), rel=1e-9)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(("release", "valid"), [(1.0, True), (2.0, True), (3.2, False), (5.0, False)])
 def test_a_transient_says_how_far_its_frequency_is_from_that_of_elliptic_functions(release, valid):
     free = sw.Oscillator(1.0, 0.0, sw.Cubic(1.0, 0.2), sw.Harmonic(0.0), 1.0)
@@ -126,7 +117,6 @@ class Sinh(NamedTuple):
         return self.K * np.cosh(x)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("system", "resonance", "start", "end"),
     [
@@ -142,7 +132,6 @@ def test_a_transient_that_leaves_all_finite_numbers_is_refused_without_warning(s
             sw.slow_flow(system, resonance).evolve((start, 0.0), [0.0, 0.5 * end, end])
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("omega", [2.0, 3.01])
 def test_a_forced_motion_that_pumps_the_free_one_is_not_called_valid(order, omega):

@@ -58,7 +58,6 @@ def on_turn(law, a, points=512, speed=1.0):
     return complex(loops.coefficients(loops.torque(np.array([[0.0, a]], complex), speed))[0, 1])
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("a", [0.05, 0.4, 1.3, 20.0])
 def test_bouc_wen_loses_the_area_of_its_exact_loop(a):
     """n = 1, beta = gamma = 1/2: straight while it unloads, z = y (1 - exp(-s/y)) after the change of sign."""
@@ -77,7 +76,6 @@ def test_bouc_wen_loses_the_area_of_its_exact_loop(a):
     assert on_turn(sw.BoucWen(3.0, 0.0, y), a) == pytest.approx(expected, rel=2e-4)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("a", [0.2, 0.6, 2.0])
 def test_bilinear_hysteresis_has_caugheys_stiffness_and_damping(a):
     """Caughey 1960, J. Appl. Mech. 27(4), 640-643: theta = acos(1 - 2 y/a); below y a spring."""
@@ -99,7 +97,6 @@ def test_bilinear_hysteresis_has_caugheys_stiffness_and_damping(a):
     assert on_turn(sw.BoucWen(K, 0.0, y, n=50), a, 2048) == pytest.approx(expected, rel=2e-2)
 
 
-@pytest.mark.interpreted
 def test_coulomb_friction_has_its_equivalent_damping():
     """4 T_c/(pi a) times the speed's inverse where the width vanishes; with a width the same by quadrature."""
     a, speed = 0.3, 2.0
@@ -132,7 +129,6 @@ def test_loops_converge_and_both_forms_agree(name):
     np.testing.assert_allclose(results[0], results[1], rtol=0, atol=1e-8 * np.max(np.abs(results[0])))
 
 
-@pytest.mark.interpreted
 def test_second_order_is_exact_where_the_memory_is_linear():
     system = sw.Oscillator(2.0, 0.1, Maxwell(3.0, 1.5, 0.7), sw.Harmonic(0.4), 1.3)
     i = 1j * 1.3 * 0.7
@@ -141,7 +137,6 @@ def test_second_order_is_exact_where_the_memory_is_linear():
     assert state.z == pytest.approx(exact, rel=1e-4)
 
 
-@pytest.mark.interpreted
 def test_second_order_takes_viscous_friction_for_damping():
     plain = sw.Oscillator(1.0, 0.1, sw.Linear(2.0), sw.Harmonic(0.3), 1.3)
     inside = plain._replace(B=0.04, law=sw.Parallel(sw.Linear(2.0), sw.Viscous(0.06)))
@@ -214,7 +209,6 @@ def test_transient_ends_on_the_steady_state():
     assert flow.evolve((0.0, 0.0), 200.0).amplitude[-1] == pytest.approx(flow.steady_states()[0].amplitude, rel=1e-3)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("system", "resonance", "sentence"),
     [

@@ -103,7 +103,6 @@ def test_all_three_primary_states_are_found_and_the_middle_one_is_unstable(omega
         assert abs(sw.slow_flow(system, sw.PRIMARY).rates(z)) < 1e-14
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     "law", [sw.Cubic(1.0, 0.2), sw.Polynomial((0.0, 1.0, 0.1, 0.2, 0.05)), Tanh(1.0, 0.7), GEAR.law]
 )

@@ -128,6 +128,8 @@ def test_samples_of_second_order_differ_from_the_flow_by_the_third_order():
     assert np.all(slopes > 2.85)
 
 
+@pytest.mark.slow
+@pytest.mark.interpreted
 def test_a_gear_with_kinks_is_predicted_within_its_accuracy():
     for order in (1, 2):
         flow = sw.slow_flow(GEAR, sw.Resonance(2, 1), order=order)
@@ -179,7 +181,6 @@ def test_a_slow_run_up_jumps_where_the_full_equation_jumps(order):
         assert error < 0.0025
 
 
-@pytest.mark.compiled
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("system", "resonance", "order"),
@@ -306,6 +307,7 @@ def test_without_arguments_it_serves_around_the_speed_of_the_system():
     assert predictor.sample == pytest.approx(2.0 * math.pi / (32.0 * 1.5 * DUFFING.omega))
 
 
+@pytest.mark.slow
 @pytest.mark.interpreted
 @pytest.mark.parametrize("omega", [123.0, 124.0])
 def test_a_loaded_gear_with_kinks_settles_on_the_steady_state_beside_its_peak(omega):

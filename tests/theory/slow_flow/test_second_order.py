@@ -252,7 +252,6 @@ def test_orders_that_need_too_many_samples_are_refused() -> None:
         sw.slow_flow(system, sw.PRIMARY, order=2)
 
 
-@pytest.mark.interpreted
 def test_a_stable_subharmonic_is_stable_though_the_fast_duplicate_of_its_motion_is_not():
     # the multipliers of the true orbit have the size .9645; DOP853 stays on it for 180 periods of the forcing
     law = sw.Polynomial((0.0, 1.0, 0.0, 0.08359100781854155, 0.0, 0.030775370095585154))
