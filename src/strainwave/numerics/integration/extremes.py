@@ -6,55 +6,61 @@
 import math
 from typing import Any
 
+import numpy as np
+
 from ...choices import smaller
-from ...compile.jit import chosen, kernel, routine
-from ...compile.tuples import axpy, times
-from ...law import has
+from ...compile.jit import kernel, routine
 from ...protocols import omega_of
-from ...results import Trajectory
+from ..addressed import watched
+from .workspace import SHIFTED, shift
 
 DIFFERENCE = 1e-5  # step of the differences that give the rates of what is watched, in units of 1 s and of 1/omega
 
 TINY = 1e-200  # products of rates below it count as rest
 
 
-@chosen
-def widen(system: Any, omega: float, most: Any, t: float, y: Any, k: Any, t1: float, y1: Any, k1: Any) -> Any:
-    """Raise `most` (an array) to the largest |value| after t until t1, from the states and their rates at both."""
-    return _widen_both if has(system, "watched") else _widen_states
-
-
-def _widen_states(system: Any, omega: float, most: Any, t: float, y: Any, k: Any, t1: float, y1: Any, k1: Any) -> None:
-    raise_to(most, 0, t1 - t, y, k, y1, k1)
-
-
-def _widen_both(system: Any, omega: float, most: Any, t: float, y: Any, k: Any, t1: float, y1: Any, k1: Any) -> None:
-    raise_to(most, 0, t1 - t, y, k, y1, k1)
-    if t1 > t:
-        raise_to(most, len(y), t1 - t, *ends_of(system, omega, t, y, k, t1, y1, k1))
-
-
 @routine
-def watched(system: Any, phase: Any, y: Any) -> Any:
-    """What the system has watched at a base angle and a state."""
-    return system.watched(phase, y)
+def widen(system: Any, omega: float, most: Any, seen: Any, w: Any, t: float, row: int, t1: float, row1: int) -> None:
+    """Raise `most` to the largest |value| after t until t1, from the states in two rows.
+
+    Row by row, `seen` (4, watched) is for what is watched, with its rates, at both.
+    """
+    raise_to(most, 0, t1 - t, w[row], w[row + 1], w[row1], w[row1 + 1])
+    if seen.shape[1] > 0 and t1 > t:
+        d = inside(omega, t1 - t)
+        see(system, omega, t, w, row, d, seen[0], seen[1])
+        see(system, omega, t1, w, row1, -d, seen[2], seen[3])
+        raise_to(most, w.shape[1], t1 - t, seen[0], seen[1], seen[2], seen[3])
 
 
 @kernel
-def ends_of(system: Any, omega: float, t: Any, y: Any, k: Any, t1: Any, y1: Any, k1: Any) -> Any:
-    """What is watched at both ends of a stretch, with its rates there: by differences that stay inside the stretch."""
-    d = smaller(DIFFERENCE / (1.0 + abs(omega)), 0.5 * (t1 - t))
-    x, ahead = watched(system, omega * t, y), watched(system, omega * (t + d), axpy(y, d, k))
-    x1, back = watched(system, omega * t1, y1), watched(system, omega * (t1 - d), axpy(y1, -d, k1))
-    return x, times(1.0 / d, axpy(ahead, -1.0, x)), x1, times(1.0 / d, axpy(x1, -1.0, back))
+def inside(omega: float, length: Any) -> Any:
+    """Step of the differences at both ends of a stretch [s], which stay inside it."""
+    return smaller(DIFFERENCE / (1.0 + abs(omega)), 0.5 * length)
 
 
-def watched_ends(system: Any, run: Trajectory) -> Any:
-    """Value and rate at the begin, value and rate at the end of all steps of a run, for each thing that is watched."""
-    omega, early, late = float(omega_of(system)), slice(None, -1), slice(1, None)
-    ends = ((run.t[side], tuple(run.y[:, side]), tuple(run.rate[:, side])) for side in (early, late))
-    first, last = ends
-    return zip(*ends_of(system, omega, *first, *last), strict=True)
+@routine
+def see(system: Any, omega: float, t: float, w: Any, row: int, d: float, x: Any, v: Any) -> None:
+    """Write what is watched at a state to x, and by a difference of d [s] its rates to v."""
+    shift(w, row, d)
+    watched(system, omega * t, w[row], x)
+    watched(system, omega * (t + d), w[SHIFTED], v)
+    for i in range(len(x)):
+        v[i] = (v[i] - x[i]) / d
+
+
+def watched_ends(system: Any, run: Any, steps: Any) -> Any:
+    """Value and rate at the begin, value and rate at the end of steps of a run, for each thing that is watched.
+
+    `steps` are the numbers of the samples from which they lead.
+    """
+    ends, omega = steps + np.array([[0], [1]]), float(omega_of(system))
+    t, y, k = run.t[ends], run.y[:, ends], run.rate[:, ends]
+    d = inside(omega, t[1] - t[0]) * np.array([[1.0], [-1.0]])
+    x, ahead = system.watched(omega * t, tuple(y)), system.watched(omega * (t + d), tuple(y + d * k))
+    for value, after in zip(x, ahead, strict=True):
+        at_ends, rates = np.broadcast_to(value, t.shape), np.broadcast_to((after - value) / d, t.shape)
+        yield at_ends[0], rates[0], at_ends[1], rates[1]
 
 
 @kernel
@@ -73,8 +79,8 @@ def raise_to(most: Any, place: int, h: float, x: Any, v: Any, x1: Any, v1: Any) 
 
 
 @kernel
-def put(most: Any, out: Any, place: int) -> None:
-    """Move `most` to a column of `out`, and begin again."""
+def put(most: Any, out: Any, first: int, place: int) -> None:
+    """Move `most` to a column of `out` from a row on, and begin again."""
     for i in range(len(most)):
-        out[i, place] = most[i]
+        out[first + i, place] = most[i]
         most[i] = 0.0

@@ -9,8 +9,9 @@ import math
 from typing import Any
 
 from ...compile.jit import kernel, routine
-from ...compile.tuples import alike, axpy, times
-from .steps import dense_output, error_norm, rates_of
+from ..addressed import rates
+from .steps import dense_slope, error_norm
+from .workspace import CHANGE, DENSE, INSIDE, K1, RATE, SHIFTED, Y1, K, Y, look
 
 ROUNDS = 6  # of the power iteration, which needs an order of magnitude
 NEAR = 1e-7  # size of the differences, next to states of size 1
@@ -22,7 +23,7 @@ MISSED = 100.0  # by how many tolerances the system may differ there from the in
 
 @kernel
 def largest(y: Any) -> float:
-    """Largest absolute value of a tuple."""
+    """Largest absolute value in an array."""
     most = 0.0
     for i in range(len(y)):
         most = max(most, abs(y[i]))
@@ -30,46 +31,43 @@ def largest(y: Any) -> float:
 
 
 @routine
-def calm_step(stable: float, system: Any, omega: float, t: float, y: Any, k: Any, span: float) -> float:
-    """Step [s] at which a method, by its interval of stability, becomes unstable at a state with the rates k.
+def calm_step(stable: float, system: Any, omega: float, t: float, w: Any, row: int, span: float) -> float:
+    """Step [s] at which a method, by its interval of stability, becomes unstable at a state.
 
     Where that is beyond the span [s], because nothing restores the system, it is a share of the span. From the largest
     eigenvalue of the Jacobian by power iteration, two rounds together because those of a vibration are a pair.
     """
-    near = NEAR * (1.0 + largest(y))
-    change, grown, before = alike(y, near), 0.0, 0.0
+    change, n = w[CHANGE], w.shape[1]
+    near = scale = NEAR * (1.0 + largest(w[row]))
+    grown, before = 0.0, 0.0
+    for i in range(n):
+        change[i] = 1.0
     for _ in range(ROUNDS):
-        rates = axpy(rates_of(system, omega * t, axpy(y, 1.0, change)), -1.0, k)
-        size = largest(rates)
+        for i in range(n):
+            w[SHIFTED, i] = w[row, i] + scale * change[i]
+        rates(system, omega * t, w[SHIFTED], change)
+        for i in range(n):
+            change[i] -= w[row + 1, i]
+        size = largest(change)
         if not 0.0 < size < math.inf:
             return span / IDLE
-        before, grown = grown, size / near
-        change = times(near / size, rates)
+        before, grown, scale = grown, size / near, near / size
     rate = math.sqrt(grown * before)
     return stable / rate if rate * span > stable else span / IDLE
 
 
-@kernel
-def dense_rate(s: float, h: float, y: Any, k: Any, y_end: Any, k_end: Any, dense: Any) -> Any:
-    """Derivative by s of `dense_output`."""
-    r = 1.0 - s
-    difference = axpy(y_end, -1.0, y)
-    slope = axpy(axpy(difference, -h, k), -2.0, axpy(difference, -h, k))  # h k - difference
-    bend = axpy(axpy(difference, -h, k_end), -1.0, slope)
-    out = axpy(difference, r - s, slope)
-    out = axpy(out, s * (2.0 - 3.0 * s), bend)
-    return axpy(out, 2.0 * s * r * (r - s), dense)
-
-
 @routine
 def undisturbed(
-    scheme: Any, system: Any, omega: float, t: float, h: float, y: Any, k: Any, y1: Any, k1: Any, dense: Any,
-    rtol: float, atol: float,
+    looks: Any, system: Any, omega: float, t: float, h: float, w: Any, rtol: float, atol: float
 ) -> bool:  # fmt: skip
-    """Whether the system follows the interpolant of a step between its stages too."""
-    for s in scheme.looks():
-        rates = rates_of(system, omega * (t + s * h), dense_output(s, h, y, k, y1, k1, dense))
-        missed = axpy(times(h, rates), -1.0, dense_rate(s, h, y, k, y1, k1, dense))
-        if not error_norm(missed, y, y1, rtol, atol) <= MISSED:
+    """Whether the system follows the interpolant of a step between its stages too: at the fractions `looks`."""
+    for j in range(len(looks)):
+        s = looks[j]
+        look(w, s, h)
+        rates(system, omega * (t + s * h), w[INSIDE], w[RATE])
+        for i in range(w.shape[1]):
+            slope = dense_slope(s, h, w[Y, i], w[K, i], w[Y1, i], w[K1, i], w[DENSE, i])
+            w[RATE, i] = h * w[RATE, i] - slope
+        if not error_norm(w[RATE], w[Y], w[Y1], rtol, atol) <= MISSED:
             return False
     return True

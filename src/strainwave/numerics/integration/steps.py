@@ -7,17 +7,11 @@ and the step in time.
 import math
 from typing import Any
 
-from ...compile.jit import kernel, routine
+from ...compile.jit import kernel
 from ...compile.tuples import axpy, times
 from .tableaus import DOP8_A as A
 from .tableaus import DOP8_B as B
 from .tableaus import DOP8_C as C
-
-
-@routine
-def rates_of(system: Any, phase: Any, y: Any) -> Any:
-    """`system.rhs(phase, y)` outside the loops that count: compiled once for all places."""
-    return system.rhs(phase, y)
 
 
 @kernel
@@ -92,16 +86,26 @@ def dopri5_step(system: Any, phase: Any, turn: Any, y: Any, h: Any, rate: Any) -
 
 
 @kernel
-def dense_output(s: float, h: float, y: Any, k: Any, y_end: Any, k_end: Any, dense: Any) -> Any:
-    """State at the fraction s of a Dormand-Prince step (fourth order, Hairer, Norsett & Wanner I, eq. II.6.17)."""
+def dense_output(s: Any, h: float, y: Any, k: Any, y_end: Any, k_end: Any, dense: Any) -> Any:
+    """State at the fraction s of a Dormand-Prince step (fourth order, Hairer, Norsett & Wanner I, eq. II.6.17).
+
+    All are numbers, or arrays that broadcast.
+    """
     r = 1.0 - s
-    difference = axpy(y_end, -1.0, y)
-    slope = axpy(axpy(difference, -h, k), -2.0, axpy(difference, -h, k))  # h k - difference
-    bend = axpy(axpy(difference, -h, k_end), -1.0, slope)
-    out = axpy(y, s, difference)
-    out = axpy(out, s * r, slope)
-    out = axpy(out, s * r * s, bend)
-    return axpy(out, s * r * s * r, dense)
+    difference = y_end - y
+    slope = h * k - difference
+    bend = difference - h * k_end - slope
+    return y + s * (difference + r * (slope + s * (bend + r * dense)))
+
+
+@kernel
+def dense_slope(s: Any, h: float, y: Any, k: Any, y_end: Any, k_end: Any, dense: Any) -> Any:
+    """Derivative by s of `dense_output`."""
+    r = 1.0 - s
+    difference = y_end - y
+    slope = h * k - difference
+    bend = difference - h * k_end - slope
+    return difference + (r - s) * slope + s * (2.0 - 3.0 * s) * bend + 2.0 * s * r * (r - s) * dense
 
 
 @kernel
