@@ -8,7 +8,7 @@ from typing import Any
 
 from ...compile.jit import routine
 from ..addressed import torsion
-from .workspace import INSIDE, SHIFTED, Y1, Y, attempt, look, shift
+from .workspace import INSIDE, SHIFTED, Y1, Y, attempt, look, row, shift
 
 SCAN = 4  # places inside a step where the torsion is compared with the breakpoints
 
@@ -16,7 +16,7 @@ SCAN = 4  # places inside a step where the torsion is compared with the breakpoi
 @routine
 def set_sides(system: Any, omega: float, t: float, w: Any, breakpoints: Any, sides: Any, at: int) -> None:
     """Record on which side of each breakpoint the torsion is; on breakpoint number `at`, where the flow carries it."""
-    u, ahead = torsion(system, omega * t, w[Y]), torsion_rate(system, omega, t, w, Y)
+    u, ahead = torsion(system, omega * t, row(w, Y)), torsion_rate(system, omega, t, w, Y)
     for j in range(len(breakpoints)):
         away = u - breakpoints[j]
         if j == at or away == 0.0:
@@ -25,20 +25,20 @@ def set_sides(system: Any, omega: float, t: float, w: Any, breakpoints: Any, sid
 
 
 @routine
-def torsion_rate(system: Any, omega: float, t: float, w: Any, row: int) -> float:
+def torsion_rate(system: Any, omega: float, t: float, w: Any, place: int) -> float:
     """Rate of the torsion along the flow, by a central difference (only its sign and about six digits matter)."""
     d = 1e-5 / (1.0 + abs(omega))
-    shift(w, row, d)
-    after = torsion(system, omega * (t + d), w[SHIFTED])
-    shift(w, row, -d)
-    return float((after - torsion(system, omega * (t - d), w[SHIFTED])) / (2.0 * d))
+    shift(w, place, d)
+    after = torsion(system, omega * (t + d), row(w, SHIFTED))
+    shift(w, place, -d)
+    return float((after - torsion(system, omega * (t - d), row(w, SHIFTED))) / (2.0 * d))
 
 
 @routine
 def torsion_inside(system: Any, omega: float, t: float, h: float, s: float, w: Any) -> float:
     """Torsion [rad] at the fraction s of a step of h."""
     look(w, s, h)
-    return torsion(system, omega * (t + s * h), w[INSIDE])
+    return torsion(system, omega * (t + s * h), row(w, INSIDE))
 
 
 @routine
@@ -72,12 +72,12 @@ def step_onto(pair: Any, system: Any, omega: float, t: float, h: float, w: Any, 
 
     The whole step is repeated, instead of cutting its interpolant, so that its end has the order of the method too.
     """
-    away = torsion(system, omega * t, w[Y]) - breakpoint
+    away = torsion(system, omega * t, row(w, Y)) - breakpoint
     gap = shift_of_h = 0.0
     for _ in range(4):
         h = min(h - shift_of_h, t_end - t)
         attempt(pair, omega * t, omega * h, h, w)
-        gap = torsion(system, omega * (t + h), w[Y1]) - breakpoint
+        gap = torsion(system, omega * (t + h), row(w, Y1)) - breakpoint
         rate = torsion_rate(system, omega, t + h, w, Y1)
         shift_of_h = gap / rate if abs(gap) < 0.1 * h * abs(rate) else 0.0
     return abs(gap) <= 1e-3 * abs(away), h

@@ -12,7 +12,7 @@ from ...choices import smaller
 from ...compile.jit import kernel, routine
 from ...protocols import omega_of
 from ..addressed import watched
-from .workspace import SHIFTED, shift
+from .workspace import SHIFTED, length, row, shift
 
 DIFFERENCE = 1e-5  # step of the differences that give the rates of what is watched, in units of 1 s and of 1/omega
 
@@ -20,17 +20,19 @@ TINY = 1e-200  # products of rates below it count as rest
 
 
 @routine
-def widen(system: Any, omega: float, most: Any, seen: Any, w: Any, t: float, row: int, t1: float, row1: int) -> None:
+def widen(
+    system: Any, omega: float, most: Any, seen: Any, w: Any, t: float, place: int, t1: float, place1: int
+) -> None:
     """Raise `most` to the largest |value| after t until t1, from the states in two rows.
 
-    Row by row, `seen` (4, watched) is for what is watched, with its rates, at both.
+    The rows of `seen` are for what is watched, with its rates, at both.
     """
-    raise_to(most, 0, t1 - t, w[row], w[row + 1], w[row1], w[row1 + 1])
-    if seen.shape[1] > 0 and t1 > t:
+    raise_to(most, 0, t1 - t, w, place, place1)
+    if length(seen) > 0 and t1 > t:
         d = inside(omega, t1 - t)
-        see(system, omega, t, w, row, d, seen[0], seen[1])
-        see(system, omega, t1, w, row1, -d, seen[2], seen[3])
-        raise_to(most, w.shape[1], t1 - t, seen[0], seen[1], seen[2], seen[3])
+        see(system, omega, t, w, place, d, seen, 0)
+        see(system, omega, t1, w, place1, -d, seen, 2)
+        raise_to(most, length(w), t1 - t, seen, 0, 2)
 
 
 @kernel
@@ -40,12 +42,13 @@ def inside(omega: float, length: Any) -> Any:
 
 
 @routine
-def see(system: Any, omega: float, t: float, w: Any, row: int, d: float, x: Any, v: Any) -> None:
-    """Write what is watched at a state to x, and by a difference of d [s] its rates to v."""
-    shift(w, row, d)
-    watched(system, omega * t, w[row], x)
-    watched(system, omega * (t + d), w[SHIFTED], v)
-    for i in range(len(x)):
+def see(system: Any, omega: float, t: float, w: Any, place: int, d: float, seen: Any, to: int) -> None:
+    """Write what is watched at a state to a row, and by a difference of d [s] its rates to the next."""
+    x, v = row(seen, to), row(seen, to + 1)
+    shift(w, place, d)
+    watched(system, omega * t, row(w, place), x)
+    watched(system, omega * (t + d), row(w, SHIFTED), v)
+    for i in range(length(seen)):
         v[i] = (v[i] - x[i]) / d
 
 
@@ -63,10 +66,14 @@ def watched_ends(system: Any, run: Any, steps: Any) -> Any:
         yield at_ends[0], rates[0], at_ends[1], rates[1]
 
 
-@kernel
-def raise_to(most: Any, place: int, h: float, x: Any, v: Any, x1: Any, v1: Any) -> None:
-    """Raise `most` from a place on to |x1| and, where a rate v changes sign, to the extreme of the cubic between."""
-    for i in range(len(x)):
+@routine
+def raise_to(most: Any, first: int, h: float, w: Any, place: int, place1: int) -> None:
+    """Raise `most` to |x1| and, where a rate v changes sign, to the extreme of the cubic between.
+
+    x and v are in one row and the next, x1 and v1 in another and the next; `most` counts from `first` on.
+    """
+    x, v, x1, v1 = row(w, place), row(w, place + 1), row(w, place1), row(w, place1 + 1)
+    for i in range(length(w)):
         size = abs(x1[i])
         if v[i] * v1[i] < -TINY:
             c, d, rise = h * v[i], h * v1[i], x1[i] - x[i]
@@ -75,12 +82,12 @@ def raise_to(most: Any, place: int, h: float, x: Any, v: Any, x1: Any, v1: Any) 
             # of both zeros of the slope 3 a s^2 + 2 b s + c the one between 0 and 1
             s = q / (3.0 * abs(a)) if b * c > 0.0 else abs(c) / q
             size = max(size, abs(x[i] + s * (c + s * (b + s * a))))
-        most[place + i] = max(most[place + i], size)
+        most[first + i] = max(most[first + i], size)
 
 
-@kernel
-def put(most: Any, out: Any, first: int, place: int) -> None:
-    """Move `most` to a column of `out` from a row on, and begin again."""
+@routine
+def put(most: Any, table: Any, first: int, place: int) -> None:
+    """Move `most` to a column of the table from a row on, and begin again."""
     for i in range(len(most)):
-        out[first + i, place] = most[i]
+        row(table, first + i)[place] = most[i]
         most[i] = 0.0

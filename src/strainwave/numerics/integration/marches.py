@@ -8,8 +8,28 @@ from ..addressed import rates
 from .breakpoints import first_switch, set_sides, step_onto
 from .extremes import put, widen
 from .rest import APART, STAGES, calm_step, undisturbed
-from .steps import bounded, error_norm, error_square
-from .workspace import BEFORE, CHANGE, ERROR, INSIDE, K1, RATE, SHIFTED, Y1, K, Y, attempt, look, move, shift, step
+from .workspace import (
+    BEFORE,
+    CHANGE,
+    ERROR,
+    INSIDE,
+    K1,
+    RATE,
+    SHIFTED,
+    Y1,
+    K,
+    Y,
+    attempt,
+    bounded,
+    error_square,
+    length,
+    look,
+    move,
+    row,
+    rows,
+    shift,
+    step,
+)
 
 DONE, DIVERGED, PAUSED = 0, 1, 2
 BOUND = 1e30  # of every state: far beyond any physics, and its powers in a law still fit a float
@@ -20,26 +40,26 @@ FAR = 32.0  # beyond so many times the last step the calm one is found anew
 @routine
 def first_step(order: int, system: Any, omega: float, t: float, w: Any, rtol: float, atol: float) -> float:
     """Starting step size of a method with errors of this order (Hairer, Norsett & Wanner I, sec. II.4)."""
-    y, change = w[Y], w[CHANGE]
-    d0, d1 = error_norm(y, y, y, rtol, atol), error_norm(w[K], y, y, rtol, atol)
+    k, change = row(w, K), row(w, CHANGE)
+    move(w, Y, Y1)
+    d0, d1 = math.sqrt(error_square(w, Y, rtol, atol)), math.sqrt(error_square(w, K, rtol, atol))
     h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
     shift(w, Y, h0)
-    rates(system, omega * (t + h0), w[SHIFTED], change)
-    for i in range(len(y)):
-        change[i] -= w[K, i]
-    d2 = error_norm(change, y, y, rtol, atol) / h0
-    largest = max(d1, d2)
+    rates(system, omega * (t + h0), row(w, SHIFTED), change)
+    for i in range(length(w)):
+        change[i] -= k[i]
+    largest = max(d1, math.sqrt(error_square(w, CHANGE, rtol, atol)) / h0)
     h1 = max(1e-6, h0 * 1e-3) if largest <= 1e-15 else (0.01 / largest) ** (1.0 / order)
     return float(min(100.0 * h0, h1))
 
 
-@kernel
-def store(table: Any, place: int, t: float, w: Any, row: int) -> None:
+@routine
+def store(table: Any, place: int, t: float, w: Any, start: int) -> None:
     """Write one sample (time, state, rate) to a column of the table."""
-    n = w.shape[1]
-    table[0, place] = t
+    n, y, k = length(w), row(w, start), row(w, start + 1)
+    row(table, 0)[place] = t
     for i in range(n):
-        table[1 + i, place], table[1 + n + i, place] = w[row, i], w[row + 1, i]
+        row(table, 1 + i)[place], row(table, 1 + n + i)[place] = y[i], k[i]
 
 
 @routine
@@ -70,35 +90,35 @@ def store_inside(
     table: Any,
 ) -> int:  # fmt: skip
     """Write the samples inside a step, each with the largest values since the one before; how many there are then."""
-    t0, row = t, Y
+    t0, before = t, Y
     while filled < len(samples) and samples[filled] <= t1:
         here = samples[filled]
         look(w, (here - t) / h, h)
-        rates(system, omega * here, w[INSIDE], w[RATE])
-        widen(system, omega, most, seen, w, t0, row, here, INSIDE)
+        rates(system, omega * here, row(w, INSIDE), row(w, RATE))
+        widen(system, omega, most, seen, w, t0, before, here, INSIDE)
         store(table, filled, here, w, INSIDE)
-        put(most, table, 1 + 2 * w.shape[1], filled)
+        put(most, table, 1 + 2 * length(w), filled)
         move(w, INSIDE, BEFORE)
-        t0, row = here, BEFORE
+        t0, before = here, BEFORE
         filled += 1
-    widen(system, omega, most, seen, w, t0, row, t1, Y1)
+    widen(system, omega, most, seen, w, t0, before, t1, Y1)
     return filled
 
 
 @kernel
 def adaptive(
-    pair: Any, order: int, stable: float, looks: Any, system: Any, omega: float, t: float, w: Any, t_end: float,
+    pair: Any, order: int, stable: float, looks: Any, system: Any, omega: float, t: float, workspace: Any, t_end: float,
     h: float, longest: float, span: float, rtol: float, atol: float, breakpoints: Any, sides: Any, at: int,
-    samples: Any, filled: int, budget: int, most: Any, seen: Any, table: Any,
+    samples: Any, filled: int, budget: int, most: Any, watched: Any, columns: Any,
 ) -> Any:  # fmt: skip
     """Integrate from t towards t_end in at most `budget` attempts; record every step, or the samples inside them.
 
-    The state is in the workspace w. No step is longer than `longest`. `span` is the length of the whole integration.
+    The state is in the workspace. No step is longer than `longest`. `span` is the length of the whole integration.
     """
-    looks, w, breakpoints, sides, samples = borrowed((looks, w, breakpoints, sides, samples))
-    most, seen, table = borrowed((most, seen, table))
+    looks, breakpoints, sides, samples, most = borrowed((looks, breakpoints, sides, samples, most))
+    w, seen, table = rows(workspace), rows(watched), rows(columns)
     power, every, kinked = 1.0 / order, len(samples) == 0, len(breakpoints) > 0
-    rates(system, omega * t, w[Y], w[K])
+    rates(system, omega * t, row(w, Y), row(w, K))
     if kinked:
         set_sides(system, omega, t, w, breakpoints, sides, at)
     status, steps, rejected, switches, old = PAUSED, 0, 0, 0, LEAST
@@ -113,13 +133,13 @@ def adaptive(
             h = t_end - t
         attempt(pair, omega * t, omega * h, h, w)
         tried, at = h, -1
-        if kinked and bounded(w[Y1], BOUND):
+        if kinked and bounded(w, Y1, BOUND):
             s, at = first_switch(system, omega, t, h, w, breakpoints, sides)
             if at >= 0:
                 there, h = step_onto(pair, system, omega, t, s * h, w, breakpoints[at], t_end)
                 last, at = False, at if there else -1
-        square = error_square(w[ERROR], w[Y], w[Y1], rtol, atol)
-        good = square <= 1.0 and bounded(w[Y1], BOUND)
+        square = error_square(w, ERROR, rtol, atol)
+        good = square <= 1.0 and bounded(w, Y1, BOUND)
         if not good or (between and not undisturbed(looks, system, omega, t, h, w, rtol, atol)):
             rejected += 1
             h = shortened(h, math.sqrt(square), power)
@@ -156,36 +176,37 @@ def adaptive(
 
 @kernel
 def fixed(
-    pair: Any, system: Any, omega: float, t: float, w: Any, t_end: float, h: float, samples: Any, filled: int,
-    budget: int, most: Any, seen: Any, table: Any,
+    pair: Any, system: Any, omega: float, t: float, workspace: Any, t_end: float, h: float, samples: Any, filled: int,
+    budget: int, most: Any, watched: Any, columns: Any,
 ) -> Any:  # fmt: skip
     """Integrate from sample to sample until t_end, in at most `budget` steps, with equal steps no longer than h.
 
-    The state is in the workspace w. The largest values between samples are noted where `most` has places for them.
+    The state is in the workspace. The largest values between samples are noted where `most` has places for them.
     """
-    w, samples, most, seen, table = borrowed((w, samples, most, seen, table))
+    samples, most = borrowed((samples, most))
+    w, seen, table = rows(workspace), rows(watched), rows(columns)
     status, steps, between = PAUSED, 0, len(most) > 0
-    rates(system, omega * t, w[Y], w[K])
+    rates(system, omega * t, row(w, Y), row(w, K))
     while status == PAUSED and steps < budget:
         goal = min(samples[filled], t_end) if filled < len(samples) else t_end
         n = max(1, math.ceil((goal - t) / h * (1.0 - 1e-12)))
-        length = (goal - t) / n
+        size = (goal - t) / n
         now = min(n, budget - steps)
         for i in range(now):
-            t0, t1 = t + i * length, goal if i + 1 == n else t + (i + 1) * length
-            step(pair, omega * t0, omega * length, length, w)
-            rates(system, omega * t1, w[Y1], w[K1])
+            t0, t1 = t + i * size, goal if i + 1 == n else t + (i + 1) * size
+            step(pair, omega * t0, omega * size, size, w)
+            rates(system, omega * t1, row(w, Y1), row(w, K1))
             if between:
                 widen(system, omega, most, seen, w, t0, Y, t1, Y1)
             move(w, Y1, Y)
         steps += now
-        t = goal if now == n else t + now * length
-        if not (bounded(w[Y], BOUND) and bounded(w[K], math.inf)):
+        t = goal if now == n else t + now * size
+        if not (bounded(w, Y, BOUND) and bounded(w, K, math.inf)):
             status = DIVERGED
         elif now == n:
             if filled < len(samples) and goal == samples[filled]:
                 store(table, filled, t, w, Y)
-                put(most, table, 1 + 2 * w.shape[1], filled)
+                put(most, table, 1 + 2 * length(w), filled)
                 filled += 1
             if goal >= t_end:
                 status = DONE

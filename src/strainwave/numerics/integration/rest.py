@@ -8,10 +8,10 @@ nothing elsewhere.
 import math
 from typing import Any
 
-from ...compile.jit import kernel, routine
+from ...compile.jit import routine
 from ..addressed import rates
-from .steps import dense_slope, error_norm
-from .workspace import CHANGE, DENSE, INSIDE, K1, RATE, SHIFTED, Y1, K, Y, look
+from .steps import dense_slope
+from .workspace import CHANGE, DENSE, INSIDE, K1, RATE, SHIFTED, Y1, K, Y, error_square, length, look, row
 
 ROUNDS = 6  # of the power iteration, which needs an order of magnitude
 NEAR = 1e-7  # size of the differences, next to states of size 1
@@ -21,37 +21,37 @@ STAGES = 0.25  # of a calm step: the stages alone of a step up to there are no f
 MISSED = 100.0  # by how many tolerances the system may differ there from the interpolant
 
 
-@kernel
-def largest(y: Any) -> float:
-    """Largest absolute value in an array."""
-    most = 0.0
-    for i in range(len(y)):
+@routine
+def largest(w: Any, place: int) -> float:
+    """Largest absolute value in a row."""
+    y, most = row(w, place), 0.0
+    for i in range(length(w)):
         most = max(most, abs(y[i]))
     return most
 
 
 @routine
-def calm_step(stable: float, system: Any, omega: float, t: float, w: Any, row: int, span: float) -> float:
+def calm_step(stable: float, system: Any, omega: float, t: float, w: Any, place: int, span: float) -> float:
     """Step [s] at which a method, by its interval of stability, becomes unstable at a state.
 
     Where that is beyond the span [s], because nothing restores the system, it is a share of the span. From the largest
     eigenvalue of the Jacobian by power iteration, two rounds together because those of a vibration are a pair.
     """
-    change, n = w[CHANGE], w.shape[1]
-    near = scale = NEAR * (1.0 + largest(w[row]))
-    grown, before = 0.0, 0.0
+    n, y, k, near_y, change = length(w), row(w, place), row(w, place + 1), row(w, SHIFTED), row(w, CHANGE)
+    near = NEAR * (1.0 + largest(w, place))
+    grown, before, size = 0.0, 0.0, 1.0
     for i in range(n):
         change[i] = 1.0
     for _ in range(ROUNDS):
         for i in range(n):
-            w[SHIFTED, i] = w[row, i] + scale * change[i]
-        rates(system, omega * t, w[SHIFTED], change)
+            near_y[i] = y[i] + near / size * change[i]
+        rates(system, omega * t, near_y, change)
         for i in range(n):
-            change[i] -= w[row + 1, i]
-        size = largest(change)
+            change[i] -= k[i]
+        size = largest(w, CHANGE)
         if not 0.0 < size < math.inf:
             return span / IDLE
-        before, grown, scale = grown, size / near, near / size
+        before, grown = grown, size / near
     rate = math.sqrt(grown * before)
     return stable / rate if rate * span > stable else span / IDLE
 
@@ -61,13 +61,13 @@ def undisturbed(
     looks: Any, system: Any, omega: float, t: float, h: float, w: Any, rtol: float, atol: float
 ) -> bool:  # fmt: skip
     """Whether the system follows the interpolant of a step between its stages too: at the fractions `looks`."""
+    y, k, y1, k1, dense, missed = row(w, Y), row(w, K), row(w, Y1), row(w, K1), row(w, DENSE), row(w, RATE)
     for j in range(len(looks)):
         s = looks[j]
         look(w, s, h)
-        rates(system, omega * (t + s * h), w[INSIDE], w[RATE])
-        for i in range(w.shape[1]):
-            slope = dense_slope(s, h, w[Y, i], w[K, i], w[Y1, i], w[K1, i], w[DENSE, i])
-            w[RATE, i] = h * w[RATE, i] - slope
-        if not error_norm(w[RATE], w[Y], w[Y1], rtol, atol) <= MISSED:
+        rates(system, omega * (t + s * h), row(w, INSIDE), missed)
+        for i in range(length(w)):
+            missed[i] = h * missed[i] - dense_slope(s, h, y[i], k[i], y1[i], k1[i], dense[i])
+        if not math.sqrt(error_square(w, RATE, rtol, atol)) <= MISSED:
             return False
     return True

@@ -4,7 +4,6 @@ They take the phase at the start and its growth, which all lanes of an ensemble 
 and the step in time.
 """
 
-import math
 from typing import Any
 
 from ...compile.jit import kernel
@@ -106,28 +105,3 @@ def dense_slope(s: Any, h: float, y: Any, k: Any, y_end: Any, k_end: Any, dense:
     slope = h * k - difference
     bend = difference - h * k_end - slope
     return difference + (r - s) * slope + s * (2.0 - 3.0 * s) * bend + 2.0 * s * r * (r - s) * dense
-
-
-@kernel
-def error_norm(error: Any, y: Any, y_end: Any, rtol: float, atol: float) -> float:
-    """Root mean square of the error in units of the tolerance (Hairer, Norsett & Wanner I, eq. II.4.11)."""
-    return math.sqrt(error_square(error, y, y_end, rtol, atol))
-
-
-@kernel
-def error_square(error: Any, y: Any, y_end: Any, rtol: float, atol: float) -> float:
-    """Square of `error_norm`: where a step waits for it, the root costs 4 % of the step."""
-    total = 0.0
-    for i in range(len(y)):
-        scaled = error[i] / (atol + rtol * max(abs(y[i]), abs(y_end[i])))
-        total += scaled * scaled
-    return total / len(y)
-
-
-@kernel
-def bounded(y: Any, bound: float) -> bool:
-    """Whether every state is below the bound (False for NaN)."""
-    good = True
-    for i in range(len(y)):
-        good = good and abs(y[i]) < bound
-    return good

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...compile.address import ByAddress, at, call, pointer, put_at
-from ...compile.jit import entry, kernel, kernel_as
+from ...compile.address import ByAddress, at, beyond, call, pointer, put_at
+from ...compile.jit import entry, kernel_as, routine
 from ...results import Floats
 from ..addressed import Tupled, system_by_address
 from .steps import dense_output
@@ -60,11 +60,11 @@ def _step(pair: Any, phase: Any, turn: Any, y: Any, h: Any, y1: Any) -> None:
 
 
 def _attempt_loops(pair: Any, phase: Any, turn: Any, h: Any, w: Any) -> None:
-    given, made = (pointer(w[Y]), h, pointer(w[K])), (pointer(w[Y1]), pointer(w[K1]), pointer(w[ERROR]))
-    call(pair.step_at, pair.words, (phase, turn, *given, *made, pointer(w[DENSE])))
+    given, made = (row(w, Y), h, row(w, K)), (row(w, Y1), row(w, K1), row(w, ERROR), row(w, DENSE))
+    call(pair.step_at, pair.words, (phase, turn, *given, *made))
 
 
-@kernel_as(_attempt_loops, inline=True)
+@kernel_as(_attempt_loops)
 def attempt(pair: Any, phase: float, turn: float, h: float, w: Floats) -> None:
     """Try a step of h in time and `turn` in phase: its end, the error, and the vector of the dense output."""
     (scheme, system), (y, rate) = pair, w[Y : K + 1].tolist()
@@ -72,10 +72,10 @@ def attempt(pair: Any, phase: float, turn: float, h: float, w: Floats) -> None:
 
 
 def _step_loops(pair: Any, phase: Any, turn: Any, h: Any, w: Any) -> None:
-    call(pair.step_at, pair.words, (phase, turn, pointer(w[Y]), h, pointer(w[Y1])))
+    call(pair.step_at, pair.words, (phase, turn, row(w, Y), h, row(w, Y1)))
 
 
-@kernel_as(_step_loops, inline=True)
+@kernel_as(_step_loops)
 def step(pair: Any, phase: float, turn: float, h: float, w: Floats) -> None:
     """Take a step of h in time and `turn` in phase: the state at its end, without its rates."""
     scheme, system = pair
@@ -89,22 +89,74 @@ def workspace(y: Any) -> Floats:
     return w
 
 
-@kernel
-def move(w: Any, row: int, to: int) -> None:
+class Rows(NamedTuple):
+    """An array with two axes as machine code hands it on: the place of its first entry, and the length of its rows."""
+
+    first: Any
+    length: int
+
+
+@kernel_as(lambda w: Rows(pointer(w), w.shape[1]), inline=True)
+def rows(w: Floats) -> Any:
+    """Rows of an array, which the functions below take."""
+    return w
+
+
+@kernel_as(lambda w, i: beyond(w.first, i * w.length), inline=True)
+def row(w: Any, i: int) -> Any:
+    """Row number i."""
+    return w[i]
+
+
+@kernel_as(lambda w: w.length, inline=True)
+def length(w: Any) -> int:
+    """Length of the rows: of a workspace the number of states."""
+    return int(w.shape[1])
+
+
+@routine
+def move(w: Any, start: int, to: int) -> None:
     """Copy a state and its rates to other rows."""
-    for i in range(w.shape[1]):
-        w[to, i], w[to + 1, i] = w[row, i], w[row + 1, i]
+    n = length(w)
+    old, new = row(w, start), row(w, to)
+    old_rate, new_rate = row(w, start + 1), row(w, to + 1)
+    for i in range(n):
+        new[i], new_rate[i] = old[i], old_rate[i]
 
 
-@kernel
-def shift(w: Any, row: int, d: float) -> None:
+@routine
+def shift(w: Any, start: int, d: float) -> None:
     """Let `SHIFTED` be a state after a time d [s] with its rates."""
-    for i in range(w.shape[1]):
-        w[SHIFTED, i] = w[row, i] + d * w[row + 1, i]
+    y, k, out = row(w, start), row(w, start + 1), row(w, SHIFTED)
+    for i in range(length(w)):
+        out[i] = y[i] + d * k[i]
 
 
-@kernel
+@routine
 def look(w: Any, s: float, h: float) -> None:
     """Let `INSIDE` be the state at the fraction s of a step of h."""
-    for i in range(w.shape[1]):
-        w[INSIDE, i] = dense_output(s, h, w[Y, i], w[K, i], w[Y1, i], w[K1, i], w[DENSE, i])
+    y, k, y1, k1, dense, out = row(w, Y), row(w, K), row(w, Y1), row(w, K1), row(w, DENSE), row(w, INSIDE)
+    for i in range(length(w)):
+        out[i] = dense_output(s, h, y[i], k[i], y1[i], k1[i], dense[i])
+
+
+@routine
+def error_square(w: Any, error: int, rtol: float, atol: float) -> float:
+    """Mean square of an error in units of the tolerance at both ends of a step (Hairer, Norsett & Wanner I, eq. II.4.11).
+
+    Where a step waits for it, the root costs 4 % of the step.
+    """
+    missed, y, y1, total = row(w, error), row(w, Y), row(w, Y1), 0.0
+    for i in range(length(w)):
+        scaled = missed[i] / (atol + rtol * max(abs(y[i]), abs(y1[i])))
+        total += scaled * scaled
+    return total / length(w)
+
+
+@routine
+def bounded(w: Any, place: int, bound: float) -> bool:
+    """Whether everything in a row is below the bound (False for NaN)."""
+    y, good = row(w, place), True
+    for i in range(length(w)):
+        good = good and abs(y[i]) < bound
+    return good

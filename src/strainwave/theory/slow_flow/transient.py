@@ -7,8 +7,8 @@ import numpy as np
 
 from ...numerics.integration.marches import first_step
 from ...numerics.integration.schemes import DormandPrince
-from ...numerics.integration.steps import dense_output, error_norm
-from ...numerics.integration.workspace import DENSE, ERROR, K1, Y1, K, Y, attempt, move, workspace
+from ...numerics.integration.steps import dense_output
+from ...numerics.integration.workspace import DENSE, ERROR, K1, Y1, K, Y, attempt, error_square, move, workspace
 from ...quantities import complex_number, complex_numbers, numbers, shown
 from ...results import Floats, SolveError
 from ...sentences import Angle, Sentence, Speed
@@ -210,7 +210,7 @@ def _integrate(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
     z, filled = np.full(len(t), z0, complex), 1
     for _ in range(MOST_STEPS):
         attempt((DormandPrince(), system), now, h, h, w)
-        e = error_norm(w[ERROR], w[Y], w[Y1], rtol, atol)
+        e = math.sqrt(error_square(w, ERROR, rtol, atol))
         if not now + h > now:
             break
         if e <= 1.0:
