@@ -67,17 +67,20 @@ def first_switch(system: Any, omega: float, t: float, h: float, w: Any, breakpoi
 
 
 @routine
-def step_onto(pair: Any, system: Any, omega: float, t: float, h: float, w: Any, breakpoint: float, t_end: float) -> Any:
-    """Take a step of about h that ends on the breakpoint (Newton on h): whether it does, and h.
+def step_onto(
+    pair: Any, system: Any, omega: float, t: float, h: float, rtol: float, atol: float, w: Any, breakpoint: float,
+    t_end: float,
+) -> Any:  # fmt: skip
+    """Take a step of about h that ends on the breakpoint (Newton on h): whether it does, h, and what `attempt` returns.
 
     The whole step is repeated, instead of cutting its interpolant, so that its end has the order of the method too.
     """
     away = torsion(system, omega * t, row(w, Y)) - breakpoint
-    gap = shift_of_h = 0.0
+    gap = back = square = 0.0
     for _ in range(4):
-        h = min(h - shift_of_h, t_end - t)
-        attempt(pair, omega * t, omega * h, h, w)
+        h = min(h - back, t_end - t)
+        square = attempt(pair, omega * t, omega * h, h, rtol, atol, w)
         gap = torsion(system, omega * (t + h), row(w, Y1)) - breakpoint
         rate = torsion_rate(system, omega, t + h, w, Y1)
-        shift_of_h = gap / rate if abs(gap) < 0.1 * h * abs(rate) else 0.0
-    return abs(gap) <= 1e-3 * abs(away), h
+        back = gap / rate if abs(gap) < 0.1 * h * abs(rate) else 0.0
+    return abs(gap) <= 1e-3 * abs(away), h, square

@@ -8,20 +8,18 @@ from ..addressed import rates
 from .breakpoints import first_switch, set_sides, step_onto
 from .extremes import put, widen
 from .rest import APART, STAGES, calm_step, undisturbed
+from .steps import bounded, error_square
 from .workspace import (
     BEFORE,
+    BOUND,
     CHANGE,
-    ERROR,
     INSIDE,
-    K1,
     RATE,
     SHIFTED,
     Y1,
     K,
     Y,
     attempt,
-    bounded,
-    error_square,
     length,
     look,
     move,
@@ -32,7 +30,6 @@ from .workspace import (
 )
 
 DONE, DIVERGED, PAUSED = 0, 1, 2
-BOUND = 1e30  # of every state: far beyond any physics, and its powers in a law still fit a float
 LEAST = math.log(1e-4)  # the step control remembers no smaller error than this
 FAR = 32.0  # beyond so many times the last step the calm one is found anew
 
@@ -40,15 +37,14 @@ FAR = 32.0  # beyond so many times the last step the calm one is found anew
 @routine
 def first_step(order: int, system: Any, omega: float, t: float, w: Any, rtol: float, atol: float) -> float:
     """Starting step size of a method with errors of this order (Hairer, Norsett & Wanner I, sec. II.4)."""
-    k, change = row(w, K), row(w, CHANGE)
-    move(w, Y, Y1)
-    d0, d1 = math.sqrt(error_square(w, Y, rtol, atol)), math.sqrt(error_square(w, K, rtol, atol))
+    n, y, k, change = length(w), row(w, Y), row(w, K), row(w, CHANGE)
+    d0, d1 = math.sqrt(error_square(n, y, y, y, rtol, atol)), math.sqrt(error_square(n, k, y, y, rtol, atol))
     h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
     shift(w, Y, h0)
     rates(system, omega * (t + h0), row(w, SHIFTED), change)
-    for i in range(length(w)):
+    for i in range(n):
         change[i] -= k[i]
-    largest = max(d1, math.sqrt(error_square(w, CHANGE, rtol, atol)) / h0)
+    largest = max(d1, math.sqrt(error_square(n, change, y, y, rtol, atol)) / h0)
     h1 = max(1e-6, h0 * 1e-3) if largest <= 1e-15 else (0.01 / largest) ** (1.0 / order)
     return float(min(100.0 * h0, h1))
 
@@ -131,18 +127,17 @@ def adaptive(
         last = t + 1.0000001 * h >= t_end
         if last:
             h = t_end - t
-        attempt(pair, omega * t, omega * h, h, w)
+        square = attempt(pair, omega * t, omega * h, h, rtol, atol, w)
         tried, at = h, -1
-        if kinked and bounded(w, Y1, BOUND):
+        if kinked and square >= 0.0:
             s, at = first_switch(system, omega, t, h, w, breakpoints, sides)
             if at >= 0:
-                there, h = step_onto(pair, system, omega, t, s * h, w, breakpoints[at], t_end)
+                there, h, square = step_onto(pair, system, omega, t, s * h, rtol, atol, w, breakpoints[at], t_end)
                 last, at = False, at if there else -1
-        square = error_square(w, ERROR, rtol, atol)
-        good = square <= 1.0 and bounded(w, Y1, BOUND)
+        good = 0.0 <= square <= 1.0
         if not good or (between and not undisturbed(looks, system, omega, t, h, w, rtol, atol)):
             rejected += 1
-            h = shortened(h, math.sqrt(square), power)
+            h = shortened(h, math.sqrt(-1.0 - square if square < 0.0 else square), power)
             if not t + h > t:
                 status = DIVERGED
             continue
@@ -185,7 +180,7 @@ def fixed(
     """
     samples, most = borrowed((samples, most))
     w, seen, table = rows(workspace), rows(watched), rows(columns)
-    status, steps, between = PAUSED, 0, len(most) > 0
+    status, steps, begin, end = PAUSED, 0, Y, Y1
     rates(system, omega * t, row(w, Y), row(w, K))
     while status == PAUSED and steps < budget:
         goal = min(samples[filled], t_end) if filled < len(samples) else t_end
@@ -193,21 +188,23 @@ def fixed(
         size = (goal - t) / n
         now = min(n, budget - steps)
         for i in range(now):
-            t0, t1 = t + i * size, goal if i + 1 == n else t + (i + 1) * size
-            step(pair, omega * t0, omega * size, size, w)
-            rates(system, omega * t1, row(w, Y1), row(w, K1))
-            if between:
-                widen(system, omega, most, seen, w, t0, Y, t1, Y1)
-            move(w, Y1, Y)
+            t0 = t + i * size
+            step(pair, omega * t0, omega * size, size, w, begin, end)
+            if len(most) > 0:
+                t1 = goal if i + 1 == n else t + (i + 1) * size
+                widen(system, omega, most, seen, w, t0, begin, t1, end)
+            begin, end = end, begin
         steps += now
         t = goal if now == n else t + now * size
-        if not (bounded(w, Y, BOUND) and bounded(w, K, math.inf)):
+        states = length(w)
+        if not (bounded(states, row(w, begin), BOUND) and bounded(states, row(w, begin + 1), math.inf)):
             status = DIVERGED
         elif now == n:
             if filled < len(samples) and goal == samples[filled]:
-                store(table, filled, t, w, Y)
-                put(most, table, 1 + 2 * length(w), filled)
+                store(table, filled, t, w, begin)
+                put(most, table, 1 + 2 * states, filled)
                 filled += 1
             if goal >= t_end:
                 status = DONE
+    move(w, begin, Y)
     return t, filled, status, steps

@@ -8,10 +8,10 @@ nothing elsewhere.
 import math
 from typing import Any
 
-from ...compile.jit import routine
+from ...compile.jit import kernel, routine
 from ..addressed import rates
-from .steps import dense_slope
-from .workspace import CHANGE, DENSE, INSIDE, K1, RATE, SHIFTED, Y1, K, Y, error_square, length, look, row
+from .steps import dense_slope, error_square
+from .workspace import CHANGE, DENSE, INSIDE, K1, RATE, SHIFTED, Y1, K, Y, length, look, row
 
 ROUNDS = 6  # of the power iteration, which needs an order of magnitude
 NEAR = 1e-7  # size of the differences, next to states of size 1
@@ -21,11 +21,11 @@ STAGES = 0.25  # of a calm step: the stages alone of a step up to there are no f
 MISSED = 100.0  # by how many tolerances the system may differ there from the interpolant
 
 
-@routine
-def largest(w: Any, place: int) -> float:
-    """Largest absolute value in a row."""
-    y, most = row(w, place), 0.0
-    for i in range(length(w)):
+@kernel
+def largest(n: int, y: Any) -> float:
+    """Largest absolute value of n numbers."""
+    most = 0.0
+    for i in range(n):
         most = max(most, abs(y[i]))
     return most
 
@@ -38,17 +38,17 @@ def calm_step(stable: float, system: Any, omega: float, t: float, w: Any, place:
     eigenvalue of the Jacobian by power iteration, two rounds together because those of a vibration are a pair.
     """
     n, y, k, near_y, change = length(w), row(w, place), row(w, place + 1), row(w, SHIFTED), row(w, CHANGE)
-    near = NEAR * (1.0 + largest(w, place))
+    near = NEAR * (1.0 + largest(n, y))
     grown, before, size = 0.0, 0.0, 1.0
     for i in range(n):
         change[i] = 1.0
-    for _ in range(ROUNDS):
+    for _ in range(min(ROUNDS, ROUNDS * n)):  # of a number that it knows the compiler would write out every round
         for i in range(n):
             near_y[i] = y[i] + near / size * change[i]
         rates(system, omega * t, near_y, change)
         for i in range(n):
             change[i] -= k[i]
-        size = largest(w, CHANGE)
+        size = largest(n, change)
         if not 0.0 < size < math.inf:
             return span / IDLE
         before, grown = grown, size / near
@@ -61,13 +61,21 @@ def undisturbed(
     looks: Any, system: Any, omega: float, t: float, h: float, w: Any, rtol: float, atol: float
 ) -> bool:  # fmt: skip
     """Whether the system follows the interpolant of a step between its stages too: at the fractions `looks`."""
-    y, k, y1, k1, dense, missed = row(w, Y), row(w, K), row(w, Y1), row(w, K1), row(w, DENSE), row(w, RATE)
+    n, y, k, y1, k1, dense, missed = (
+        length(w),
+        row(w, Y),
+        row(w, K),
+        row(w, Y1),
+        row(w, K1),
+        row(w, DENSE),
+        row(w, RATE),
+    )
     for j in range(len(looks)):
         s = looks[j]
         look(w, s, h)
         rates(system, omega * (t + s * h), row(w, INSIDE), missed)
-        for i in range(length(w)):
+        for i in range(n):
             missed[i] = h * missed[i] - dense_slope(s, h, y[i], k[i], y1[i], k1[i], dense[i])
-        if not math.sqrt(error_square(w, RATE, rtol, atol)) <= MISSED:
+        if not math.sqrt(error_square(n, missed, y, y1, rtol, atol)) <= MISSED:
             return False
     return True

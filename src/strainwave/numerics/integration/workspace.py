@@ -10,14 +10,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...compile.address import ByAddress, at, beyond, call, pointer, put_at
-from ...compile.jit import entry, kernel_as, routine
+from ...compile.address import ByAddress, at, beyond, call, pointer, put_at, value
+from ...compile.jit import entry, kernel, kernel_as, routine
 from ...results import Floats
 from ..addressed import Tupled, system_by_address
-from .steps import dense_output
+from .steps import bounded, dense_output, error_square
 
 Y, K, Y1, K1, ERROR, DENSE, INSIDE, RATE, BEFORE, _, SHIFTED, CHANGE = range(12)
 ROWS = 12
+BOUND = 1e30  # of every state: far beyond any physics, and its powers in a law still fit a float
 SMALL = 2  # states up to which a step is compiled with the system: calls of it would cost more than what it computes
 
 
@@ -29,57 +30,74 @@ class SchemeAt(NamedTuple):
 
 
 def scheme_by_address(scheme: Any, system: Any, states: int, adaptive: bool) -> ByAddress:
-    """A scheme for kernels, to step a system of so many states."""
-    row = states
-    kinds = (float, float, row, float, *[row] * (5 if adaptive else 1))
+    """A scheme for kernels, to step a system of so many states by `attempt`, where it is `adaptive`, or by `step`."""
+    taken, kinds = _step, (float, float, float, *[states] * 3)
+    if adaptive:
+        taken, kinds = _attempt, (*[float] * 5, *[states] * 6)
 
     def addressed(words: Callable[[Any], int]) -> SchemeAt:
         part = system
         if states > SMALL:
             known = system_by_address(system, states).addressed(words)
             part = Tupled(known.words, known.rates_at)
-        return SchemeAt(words((scheme, part)), entry(_attempt if adaptive else _step, (scheme, part), *kinds))
+        return SchemeAt(words((scheme, part)), entry(taken, (scheme, part), *kinds))
 
     return ByAddress((scheme, system), addressed)
 
 
 def _attempt(
-    pair: Any, phase: Any, turn: Any, y: Any, h: Any, rate: Any, y1: Any, k1: Any, error: Any, dense: Any
-) -> None:
+    pair: Any, phase: Any, turn: Any, h: Any, rtol: Any, atol: Any, y: Any, rate: Any, y1: Any, k1: Any, error: Any,
+    dense: Any,
+) -> Any:  # fmt: skip
     scheme, system = at(pair)
-    end, end_rate, missed, between = scheme.attempt(system, phase, turn, at(y), h, at(rate))
+    begin = at(y)
+    end, end_rate, missed, between = scheme.attempt(system, phase, turn, begin, h, at(rate))
     put_at(y1, end)
     put_at(k1, end_rate)
     put_at(error, missed)
     put_at(dense, between)
+    return _outcome(begin, end, missed, rtol, atol)
 
 
-def _step(pair: Any, phase: Any, turn: Any, y: Any, h: Any, y1: Any) -> None:
+def _step(pair: Any, phase: Any, turn: Any, h: Any, y: Any, y1: Any, k1: Any) -> None:
     scheme, system = at(pair)
-    put_at(y1, scheme.step(system, phase, turn, at(y), h))
+    end = scheme.step(system, phase, turn, at(y), h)
+    put_at(y1, end)
+    put_at(k1, system.rhs(phase + turn, end))
 
 
-def _attempt_loops(pair: Any, phase: Any, turn: Any, h: Any, w: Any) -> None:
-    given, made = (row(w, Y), h, row(w, K)), (row(w, Y1), row(w, K1), row(w, ERROR), row(w, DENSE))
-    call(pair.step_at, pair.words, (phase, turn, *given, *made))
+@kernel
+def _outcome(y: Any, y1: Any, error: Any, rtol: float, atol: float) -> float:
+    square = error_square(len(y), error, y, y1, rtol, atol)
+    return square if bounded(len(y), y1, BOUND) else -1.0 - square
 
 
-@kernel_as(_attempt_loops)
-def attempt(pair: Any, phase: float, turn: float, h: float, w: Floats) -> None:
-    """Try a step of h in time and `turn` in phase: its end, the error, and the vector of the dense output."""
+def _attempt_loops(pair: Any, phase: Any, turn: Any, h: Any, rtol: Any, atol: Any, w: Any) -> Any:
+    ends = row(w, Y), row(w, K), row(w, Y1), row(w, K1)
+    return value(pair.step_at, pair.words, (phase, turn, h, rtol, atol, *ends, row(w, ERROR), row(w, DENSE)))
+
+
+@kernel_as(_attempt_loops, inline=True)
+def attempt(pair: Any, phase: float, turn: float, h: float, rtol: float, atol: float, w: Floats) -> float:
+    """Try a step of h in time and `turn` in phase: its end, the error, and the vector of the dense output.
+
+    Returns the mean square of the error in units of the tolerance; less one and negative where a state passes `BOUND`.
+    """
     (scheme, system), (y, rate) = pair, w[Y : K + 1].tolist()
     w[Y1 : DENSE + 1] = scheme.attempt(system, phase, turn, tuple(y), h, tuple(rate))
+    return _outcome(y, w[Y1], w[ERROR], rtol, atol)
 
 
-def _step_loops(pair: Any, phase: Any, turn: Any, h: Any, w: Any) -> None:
-    call(pair.step_at, pair.words, (phase, turn, row(w, Y), h, row(w, Y1)))
+def _step_loops(pair: Any, phase: Any, turn: Any, h: Any, w: Any, start: Any, end: Any) -> None:
+    call(pair.step_at, pair.words, (phase, turn, h, row(w, start), row(w, end), row(w, end + 1)))
 
 
-@kernel_as(_step_loops)
-def step(pair: Any, phase: float, turn: float, h: float, w: Floats) -> None:
-    """Take a step of h in time and `turn` in phase: the state at its end, without its rates."""
+@kernel_as(_step_loops, inline=True)
+def step(pair: Any, phase: float, turn: float, h: float, w: Floats, start: int, end: int) -> None:
+    """Take a step of h in time and `turn` in phase, from the state in a row to that in another, with its rates."""
     scheme, system = pair
-    w[Y1] = scheme.step(system, phase, turn, tuple(w[Y].tolist()), h)
+    w[end] = y = scheme.step(system, phase, turn, tuple(w[start].tolist()), h)
+    w[end + 1] = system.rhs(phase + turn, y)
 
 
 def workspace(y: Any) -> Floats:
@@ -114,7 +132,7 @@ def length(w: Any) -> int:
     return int(w.shape[1])
 
 
-@routine
+@kernel
 def move(w: Any, start: int, to: int) -> None:
     """Copy a state and its rates to other rows."""
     n = length(w)
@@ -138,25 +156,3 @@ def look(w: Any, s: float, h: float) -> None:
     y, k, y1, k1, dense, out = row(w, Y), row(w, K), row(w, Y1), row(w, K1), row(w, DENSE), row(w, INSIDE)
     for i in range(length(w)):
         out[i] = dense_output(s, h, y[i], k[i], y1[i], k1[i], dense[i])
-
-
-@routine
-def error_square(w: Any, error: int, rtol: float, atol: float) -> float:
-    """Mean square of an error in units of the tolerance at both ends of a step (Hairer, Norsett & Wanner I, eq. II.4.11).
-
-    Where a step waits for it, the root costs 4 % of the step.
-    """
-    missed, y, y1, total = row(w, error), row(w, Y), row(w, Y1), 0.0
-    for i in range(length(w)):
-        scaled = missed[i] / (atol + rtol * max(abs(y[i]), abs(y1[i])))
-        total += scaled * scaled
-    return total / length(w)
-
-
-@routine
-def bounded(w: Any, place: int, bound: float) -> bool:
-    """Whether everything in a row is below the bound (False for NaN)."""
-    y, good = row(w, place), True
-    for i in range(length(w)):
-        good = good and abs(y[i]) < bound
-    return good

@@ -8,7 +8,7 @@ import numpy as np
 from ...numerics.integration.marches import first_step
 from ...numerics.integration.schemes import DormandPrince
 from ...numerics.integration.steps import dense_output
-from ...numerics.integration.workspace import DENSE, ERROR, K1, Y1, K, Y, attempt, error_square, move, workspace
+from ...numerics.integration.workspace import DENSE, K1, Y1, K, Y, attempt, move, workspace
 from ...quantities import complex_number, complex_numbers, numbers, shown
 from ...results import Floats, SolveError
 from ...sentences import Angle, Sentence, Speed
@@ -209,8 +209,7 @@ def _integrate(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
     h = min(first_step(5, system, 1.0, now, w, rtol, atol), end - now)
     z, filled = np.full(len(t), z0, complex), 1
     for _ in range(MOST_STEPS):
-        attempt((DormandPrince(), system), now, h, h, w)
-        e = math.sqrt(error_square(w, ERROR, rtol, atol))
+        e = math.sqrt(abs(attempt((DormandPrince(), system), now, h, h, rtol, atol, w)))
         if not now + h > now:
             break
         if e <= 1.0:
