@@ -16,11 +16,11 @@ SCAN = 4  # places inside a step where the torsion is compared with the breakpoi
 @routine
 def set_sides(system: Any, omega: float, t: float, w: Any, breakpoints: Any, sides: Any, at: int) -> None:
     """Record on which side of each breakpoint the torsion is; on breakpoint number `at`, where the flow carries it."""
-    u, ahead = torsion(system, omega * t, row(w, Y)), torsion_rate(system, omega, t, w, Y)
+    u = torsion(system, omega * t, row(w, Y))
     for j in range(len(breakpoints)):
         away = u - breakpoints[j]
         if j == at or away == 0.0:
-            away = ahead
+            away = torsion_rate(system, omega, t, w, Y)
         sides[j] = 1.0 if away >= 0.0 else -1.0
 
 

@@ -8,7 +8,7 @@ from ..addressed import rates
 from .breakpoints import first_switch, set_sides, step_onto
 from .extremes import put, widen
 from .rest import APART, STAGES, calm_step, undisturbed
-from .steps import bounded, error_square
+from .steps import error_square
 from .workspace import (
     BEFORE,
     BOUND,
@@ -27,6 +27,7 @@ from .workspace import (
     rows,
     shift,
     step,
+    turned,
 )
 
 DONE, DIVERGED, PAUSED = 0, 1, 2
@@ -102,6 +103,13 @@ def store_inside(
 
 
 @kernel
+def take_over(to: Any, w: Any) -> None:
+    """Put the state of a workspace into another."""
+    for i in range(length(w)):
+        row(to, Y)[i] = row(w, Y)[i]
+
+
+@kernel
 def adaptive(
     pair: Any, order: int, stable: float, looks: Any, system: Any, omega: float, t: float, workspace: Any, t_end: float,
     h: float, longest: float, span: float, rtol: float, atol: float, breakpoints: Any, sides: Any, at: int,
@@ -159,13 +167,13 @@ def adaptive(
         elif t1 > t:
             store(table, filled, t1, w, Y1)
             filled += 1
-        move(w, Y1, Y)
-        t, h = t1, h_next
+        w, t, h = turned(w), t1, h_next
         steps += 1
         if t >= t_end:
             status = DONE
         elif kinked:
             set_sides(system, omega, t, w, breakpoints, sides, at)
+    take_over(rows(workspace), w)
     return t, h, at, filled, status, steps, rejected, switches
 
 
@@ -180,7 +188,7 @@ def fixed(
     """
     samples, most = borrowed((samples, most))
     w, seen, table = rows(workspace), rows(watched), rows(columns)
-    status, steps, begin, end = PAUSED, 0, Y, Y1
+    status, steps, sound = PAUSED, 0, 1.0
     rates(system, omega * t, row(w, Y), row(w, K))
     while status == PAUSED and steps < budget:
         goal = min(samples[filled], t_end) if filled < len(samples) else t_end
@@ -189,22 +197,20 @@ def fixed(
         now = min(n, budget - steps)
         for i in range(now):
             t0 = t + i * size
-            step(pair, omega * t0, omega * size, size, w, begin, end)
+            sound = step(pair, omega * t0, omega * size, size, w)
             if len(most) > 0:
-                t1 = goal if i + 1 == n else t + (i + 1) * size
-                widen(system, omega, most, seen, w, t0, begin, t1, end)
-            begin, end = end, begin
+                widen(system, omega, most, seen, w, t0, Y, goal if i + 1 == n else t + (i + 1) * size, Y1)
+            w = turned(w)
         steps += now
         t = goal if now == n else t + now * size
-        states = length(w)
-        if not (bounded(states, row(w, begin), BOUND) and bounded(states, row(w, begin + 1), math.inf)):
+        if sound == 0.0:
             status = DIVERGED
         elif now == n:
             if filled < len(samples) and goal == samples[filled]:
-                store(table, filled, t, w, begin)
-                put(most, table, 1 + 2 * states, filled)
+                store(table, filled, t, w, Y)
+                put(most, table, 1 + 2 * length(w), filled)
                 filled += 1
             if goal >= t_end:
                 status = DONE
-    move(w, begin, Y)
+    take_over(rows(workspace), w)
     return t, filled, status, steps

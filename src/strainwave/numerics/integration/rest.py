@@ -8,7 +8,7 @@ nothing elsewhere.
 import math
 from typing import Any
 
-from ...compile.jit import kernel, routine
+from ...compile.jit import routine
 from ..addressed import rates
 from .steps import dense_slope, error_square
 from .workspace import CHANGE, DENSE, INSIDE, K1, RATE, SHIFTED, Y1, K, Y, length, look, row
@@ -21,7 +21,7 @@ STAGES = 0.25  # of a calm step: the stages alone of a step up to there are no f
 MISSED = 100.0  # by how many tolerances the system may differ there from the interpolant
 
 
-@kernel
+@routine
 def largest(n: int, y: Any) -> float:
     """Largest absolute value of n numbers."""
     most = 0.0

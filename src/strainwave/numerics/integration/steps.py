@@ -6,7 +6,7 @@ and the step in time.
 
 from typing import Any
 
-from ...compile.jit import kernel
+from ...compile.jit import kernel, routine
 from ...compile.tuples import axpy, times
 from .tableaus import DOP8_A as A
 from .tableaus import DOP8_B as B
@@ -107,7 +107,7 @@ def dense_slope(s: Any, h: float, y: Any, k: Any, y_end: Any, k_end: Any, dense:
     return difference + (r - s) * slope + s * (2.0 - 3.0 * s) * bend + 2.0 * s * r * (r - s) * dense
 
 
-@kernel
+@routine
 def error_square(n: int, error: Any, y: Any, y_end: Any, rtol: float, atol: float) -> float:
     """Mean square of n errors in units of the tolerance (Hairer, Norsett & Wanner I, eq. II.4.11).
 
@@ -121,9 +121,9 @@ def error_square(n: int, error: Any, y: Any, y_end: Any, rtol: float, atol: floa
 
 
 @kernel
-def bounded(n: int, y: Any, bound: float) -> bool:
-    """Whether n states are below the bound (False for NaN)."""
+def bounded(y: Any, bound: float) -> bool:
+    """Whether every state is below the bound (False for NaN)."""
     good = True
-    for i in range(n):
+    for i in range(len(y)):
         good = good and abs(y[i]) < bound
     return good

@@ -5,12 +5,13 @@ A state's rates are in the row after it. `Y` is the state at the begin of a step
 next to one of them.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...compile.address import ByAddress, at, beyond, call, pointer, put_at, value
+from ...compile.address import ByAddress, at, beyond, pointer, put_at, value
 from ...compile.jit import entry, kernel, kernel_as, routine
 from ...results import Floats
 from ..addressed import Tupled, system_by_address
@@ -59,17 +60,24 @@ def _attempt(
     return _outcome(begin, end, missed, rtol, atol)
 
 
-def _step(pair: Any, phase: Any, turn: Any, h: Any, y: Any, y1: Any, k1: Any) -> None:
+def _step(pair: Any, phase: Any, turn: Any, h: Any, y: Any, y1: Any, k1: Any) -> Any:
     scheme, system = at(pair)
     end = scheme.step(system, phase, turn, at(y), h)
+    rate = system.rhs(phase + turn, end)
     put_at(y1, end)
-    put_at(k1, system.rhs(phase + turn, end))
+    put_at(k1, rate)
+    return _sound(end, rate)
 
 
 @kernel
 def _outcome(y: Any, y1: Any, error: Any, rtol: float, atol: float) -> float:
     square = error_square(len(y), error, y, y1, rtol, atol)
-    return square if bounded(len(y), y1, BOUND) else -1.0 - square
+    return square if bounded(y1, BOUND) else -1.0 - square
+
+
+@kernel
+def _sound(y: Any, rate: Any) -> float:
+    return 1.0 if bounded(y, BOUND) and bounded(rate, math.inf) else 0.0
 
 
 def _attempt_loops(pair: Any, phase: Any, turn: Any, h: Any, rtol: Any, atol: Any, w: Any) -> Any:
@@ -88,16 +96,17 @@ def attempt(pair: Any, phase: float, turn: float, h: float, rtol: float, atol: f
     return _outcome(y, w[Y1], w[ERROR], rtol, atol)
 
 
-def _step_loops(pair: Any, phase: Any, turn: Any, h: Any, w: Any, start: Any, end: Any) -> None:
-    call(pair.step_at, pair.words, (phase, turn, h, row(w, start), row(w, end), row(w, end + 1)))
+def _step_loops(pair: Any, phase: Any, turn: Any, h: Any, w: Any) -> Any:
+    return value(pair.step_at, pair.words, (phase, turn, h, row(w, Y), row(w, Y1), row(w, K1)))
 
 
 @kernel_as(_step_loops, inline=True)
-def step(pair: Any, phase: float, turn: float, h: float, w: Floats, start: int, end: int) -> None:
-    """Take a step of h in time and `turn` in phase, from the state in a row to that in another, with its rates."""
+def step(pair: Any, phase: float, turn: float, h: float, w: Floats) -> float:
+    """Take a step of h in time and `turn` in phase: its end, and 0 where a state there passes `BOUND`, else 1."""
     scheme, system = pair
-    w[end] = y = scheme.step(system, phase, turn, tuple(w[start].tolist()), h)
-    w[end + 1] = system.rhs(phase + turn, y)
+    w[Y1] = y = scheme.step(system, phase, turn, tuple(w[Y].tolist()), h)
+    w[K1] = rate = system.rhs(phase + turn, y)
+    return _sound(y, rate)
 
 
 def workspace(y: Any) -> Floats:
@@ -108,19 +117,20 @@ def workspace(y: Any) -> Floats:
 
 
 class Rows(NamedTuple):
-    """An array with two axes as machine code hands it on: the place of its first entry, and the length of its rows."""
+    """An array with two axes as machine code hands it on: its first entry, the length of its rows, their order."""
 
     first: Any
     length: int
+    turn: int
 
 
-@kernel_as(lambda w: Rows(pointer(w), w.shape[1]), inline=True)
+@kernel_as(lambda w: Rows(pointer(w), w.shape[1], 0), inline=True)
 def rows(w: Floats) -> Any:
     """Rows of an array, which the functions below take."""
     return w
 
 
-@kernel_as(lambda w, i: beyond(w.first, i * w.length), inline=True)
+@kernel_as(lambda w, i: beyond(w.first, (i ^ w.turn) * w.length), inline=True)
 def row(w: Any, i: int) -> Any:
     """Row number i."""
     return w[i]
@@ -132,14 +142,19 @@ def length(w: Any) -> int:
     return int(w.shape[1])
 
 
+@kernel_as(lambda w: Rows(w.first, w.length, w.turn ^ Y1), inline=True)
+def turned(w: Floats) -> Any:
+    """Workspace where the end of a step is the begin of the next; what the other rows hold is lost."""
+    w[: K1 + 1] = w[[Y1, K1, Y, K]]
+    return w
+
+
 @kernel
 def move(w: Any, start: int, to: int) -> None:
     """Copy a state and its rates to other rows."""
-    n = length(w)
-    old, new = row(w, start), row(w, to)
-    old_rate, new_rate = row(w, start + 1), row(w, to + 1)
-    for i in range(n):
-        new[i], new_rate[i] = old[i], old_rate[i]
+    y, k, new, new_rate = row(w, start), row(w, start + 1), row(w, to), row(w, to + 1)
+    for i in range(length(w)):
+        new[i], new_rate[i] = y[i], k[i]
 
 
 @routine
@@ -150,7 +165,7 @@ def shift(w: Any, start: int, d: float) -> None:
         out[i] = y[i] + d * k[i]
 
 
-@routine
+@kernel
 def look(w: Any, s: float, h: float) -> None:
     """Let `INSIDE` be the state at the fraction s of a step of h."""
     y, k, y1, k1, dense, out = row(w, Y), row(w, K), row(w, Y1), row(w, K1), row(w, DENSE), row(w, INSIDE)
