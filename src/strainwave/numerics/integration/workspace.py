@@ -20,7 +20,7 @@ from .steps import bounded, dense_output, error_square
 Y, K, Y1, K1, ERROR, DENSE, INSIDE, RATE, BEFORE, _, SHIFTED, CHANGE = range(12)
 ROWS = 12
 BOUND = 1e30  # of every state: far beyond any physics, and its powers in a law still fit a float
-SMALL = 2  # states up to which a step is compiled with the system: calls of it would cost more than what it computes
+SMALL = 2000
 
 
 class SchemeAt(NamedTuple):
