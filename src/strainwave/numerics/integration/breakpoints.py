@@ -1,23 +1,24 @@
 """Location of switches: where the torsion of a running integration crosses a breakpoint of the law.
 
-`sides` holds, for each breakpoint, on which side of it (-1.0 or 1.0) the torsion is. A step that ends on the other
-side is repeated so that it ends on the breakpoint; each step then sees one smooth piece of the law.
+Of `kinks` row 0 are the breakpoints, row 1 says on which side of each (-1.0 or 1.0) the torsion is. A step that ends on
+the other side is repeated so that it ends on the breakpoint; each step then sees one smooth piece of the law.
 """
 
+import math
 from typing import Any
 
 from ...compile.jit import routine
 from ..addressed import torsion
-from .workspace import INSIDE, SHIFTED, Y1, Y, attempt, look, row, shift
+from .workspace import INSIDE, SHIFTED, Y1, Y, attempt, length, look, row, shift
 
 SCAN = 4  # places inside a step where the torsion is compared with the breakpoints
 
 
 @routine
-def set_sides(system: Any, omega: float, t: float, w: Any, breakpoints: Any, sides: Any, at: int) -> None:
+def set_sides(system: Any, omega: float, t: float, w: Any, kinks: Any, at: int) -> None:
     """Record on which side of each breakpoint the torsion is; on breakpoint number `at`, where the flow carries it."""
-    u = torsion(system, omega * t, row(w, Y))
-    for j in range(len(breakpoints)):
+    u, breakpoints, sides = torsion(system, omega * t, row(w, Y)), row(kinks, 0), row(kinks, 1)
+    for j in range(length(kinks)):
         away = u - breakpoints[j]
         if j == at or away == 0.0:
             away = torsion_rate(system, omega, t, w, Y)
@@ -42,25 +43,30 @@ def torsion_inside(system: Any, omega: float, t: float, h: float, s: float, w: A
 
 
 @routine
-def first_switch(system: Any, omega: float, t: float, h: float, w: Any, breakpoints: Any, sides: Any) -> Any:
+def first_switch(system: Any, omega: float, t: float, h: float, w: Any, kinks: Any) -> Any:
     """First fraction of the step at which the torsion changes side of a breakpoint, and that breakpoint (-1: none)."""
-    low = 0.0
+    breakpoints, sides = row(kinks, 0), row(kinks, 1)
+    low, below, above = 0.0, -math.inf, math.inf  # the torsion is between two breakpoints
+    for j in range(length(kinks)):
+        if sides[j] > 0.0:
+            below = max(below, breakpoints[j])
+        else:
+            above = min(above, breakpoints[j])
     for i in range(1, SCAN + 1):
-        high = i / SCAN
+        high, best, at = i / SCAN, 2.0, -1
         u = torsion_inside(system, omega, t, h, high, w)
-        best, at = 2.0, -1
-        for j in range(len(breakpoints)):
-            if (u - breakpoints[j]) * sides[j] < 0.0:
-                a, b = low, high
-                for _ in range(40):
-                    s = 0.5 * (a + b)
-                    if (torsion_inside(system, omega, t, h, s, w) - breakpoints[j]) * sides[j] < 0.0:
-                        b = s
-                    else:
-                        a = s
-                if b < best:
-                    best, at = b, j
-        if at >= 0:
+        if u < below or u > above:
+            for j in range(length(kinks)):
+                if (u - breakpoints[j]) * sides[j] < 0.0:
+                    a, b = low, high
+                    for _ in range(40):
+                        s = 0.5 * (a + b)
+                        if (torsion_inside(system, omega, t, h, s, w) - breakpoints[j]) * sides[j] < 0.0:
+                            b = s
+                        else:
+                            a = s
+                    if b < best:
+                        best, at = b, j
             return best, at
         low = high
     return 2.0, -1

@@ -67,12 +67,13 @@ def watched_ends(system: Any, run: Any, steps: Any) -> Any:
 
 
 @routine
-def raise_to(most: Any, first: int, h: float, w: Any, place: int, place1: int) -> None:
-    """Raise `most` to |x1| and, where a rate v changes sign, to the extreme of the cubic between.
+def raise_to(largest: Any, first: int, h: float, w: Any, place: int, place1: int) -> None:
+    """Raise `largest` to |x1| and, where a rate v changes sign, to the extreme of the cubic between.
 
-    x and v are in one row and the next, x1 and v1 in another and the next; `most` counts from `first` on.
+    x and v are in one row and the next, x1 and v1 in another and the next; `largest` counts from `first` on.
     """
     x, v, x1, v1 = row(w, place), row(w, place + 1), row(w, place1), row(w, place1 + 1)
+    most = row(largest, 0)
     for i in range(length(w)):
         size = abs(x1[i])
         if v[i] * v1[i] < -TINY:
@@ -88,6 +89,6 @@ def raise_to(most: Any, first: int, h: float, w: Any, place: int, place1: int) -
 @routine
 def put(most: Any, table: Any, first: int, place: int) -> None:
     """Move `most` to a column of the table from a row on, and begin again."""
-    for i in range(len(most)):
-        row(table, first + i)[place] = most[i]
-        most[i] = 0.0
+    for i in range(length(most)):
+        row(table, first + i)[place] = row(most, 0)[i]
+        row(most, 0)[i] = 0.0

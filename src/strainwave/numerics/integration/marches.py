@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from ...compile.jit import borrowed, kernel, routine
+from ...compile.jit import kernel, routine
 from ..addressed import rates
 from .breakpoints import first_switch, set_sides, step_onto
 from .extremes import put, widen
@@ -50,7 +50,7 @@ def first_step(order: int, system: Any, omega: float, t: float, w: Any, rtol: fl
     return float(min(100.0 * h0, h1))
 
 
-@routine
+@kernel
 def store(table: Any, place: int, t: float, w: Any, start: int) -> None:
     """Write one sample (time, state, rate) to a column of the table."""
     n, y, k = length(w), row(w, start), row(w, start + 1)
@@ -88,8 +88,8 @@ def store_inside(
 ) -> int:  # fmt: skip
     """Write the samples inside a step, each with the largest values since the one before; how many there are then."""
     t0, before = t, Y
-    while filled < len(samples) and samples[filled] <= t1:
-        here = samples[filled]
+    while filled < length(samples) and row(samples, 0)[filled] <= t1:
+        here = row(samples, 0)[filled]
         look(w, (here - t) / h, h)
         rates(system, omega * here, row(w, INSIDE), row(w, RATE))
         widen(system, omega, most, seen, w, t0, before, here, INSIDE)
@@ -112,19 +112,19 @@ def take_over(to: Any, w: Any) -> None:
 @kernel
 def adaptive(
     pair: Any, order: int, stable: float, looks: Any, system: Any, omega: float, t: float, workspace: Any, t_end: float,
-    h: float, longest: float, span: float, rtol: float, atol: float, breakpoints: Any, sides: Any, at: int,
-    samples: Any, filled: int, budget: int, most: Any, watched: Any, columns: Any,
+    h: float, longest: float, span: float, rtol: float, atol: float, kinks: Any, at: int, samples: Any, filled: int,
+    budget: int, most: Any, seen: Any, table: Any,
 ) -> Any:  # fmt: skip
     """Integrate from t towards t_end in at most `budget` attempts; record every step, or the samples inside them.
 
     The state is in the workspace. No step is longer than `longest`. `span` is the length of the whole integration.
     """
-    looks, breakpoints, sides, samples, most = borrowed((looks, breakpoints, sides, samples, most))
-    w, seen, table = rows(workspace), rows(watched), rows(columns)
-    power, every, kinked = 1.0 / order, len(samples) == 0, len(breakpoints) > 0
+    w, look_at, kinks_at, samples_at = rows(workspace), rows(looks), rows(kinks), rows(samples)
+    most_at, seen_at, table_at = rows(most), rows(seen), rows(table)
+    power, every, kinked = 1.0 / order, length(samples_at) == 0, length(kinks_at) > 0
     rates(system, omega * t, row(w, Y), row(w, K))
     if kinked:
-        set_sides(system, omega, t, w, breakpoints, sides, at)
+        set_sides(system, omega, t, w, kinks_at, at)
     status, steps, rejected, switches, old = PAUSED, 0, 0, 0, LEAST
     calm = known = calm_step(stable, system, omega, t, w, Y, span)
     between = True  # look between the stages of this step too
@@ -138,12 +138,12 @@ def adaptive(
         square = attempt(pair, omega * t, omega * h, h, rtol, atol, w)
         tried, at = h, -1
         if kinked and square >= 0.0:
-            s, at = first_switch(system, omega, t, h, w, breakpoints, sides)
+            s, at = first_switch(system, omega, t, h, w, kinks_at)
             if at >= 0:
-                there, h, square = step_onto(pair, system, omega, t, s * h, rtol, atol, w, breakpoints[at], t_end)
+                there, h, square = step_onto(pair, system, omega, t, s * h, rtol, atol, w, row(kinks_at, 0)[at], t_end)
                 last, at = False, at if there else -1
         good = 0.0 <= square <= 1.0
-        if not good or (between and not undisturbed(looks, system, omega, t, h, w, rtol, atol)):
+        if not good or (between and not undisturbed(look_at, system, omega, t, h, w, rtol, atol)):
             rejected += 1
             h = shortened(h, math.sqrt(-1.0 - square if square < 0.0 else square), power)
             if not t + h > t:
@@ -163,16 +163,16 @@ def adaptive(
         if last:
             h_next = max(h_next, wanted)
         if not every:
-            filled = store_inside(system, omega, t, h, t1, w, samples, filled, most, seen, table)
+            filled = store_inside(system, omega, t, h, t1, w, samples_at, filled, most_at, seen_at, table_at)
         elif t1 > t:
-            store(table, filled, t1, w, Y1)
+            store(table_at, filled, t1, w, Y1)
             filled += 1
         w, t, h = turned(w), t1, h_next
         steps += 1
         if t >= t_end:
             status = DONE
         elif kinked:
-            set_sides(system, omega, t, w, breakpoints, sides, at)
+            set_sides(system, omega, t, w, kinks_at, at)
     take_over(rows(workspace), w)
     return t, h, at, filled, status, steps, rejected, switches
 
@@ -180,35 +180,34 @@ def adaptive(
 @kernel
 def fixed(
     pair: Any, system: Any, omega: float, t: float, workspace: Any, t_end: float, h: float, samples: Any, filled: int,
-    budget: int, most: Any, watched: Any, columns: Any,
+    budget: int, most: Any, seen: Any, table: Any,
 ) -> Any:  # fmt: skip
     """Integrate from sample to sample until t_end, in at most `budget` steps, with equal steps no longer than h.
 
     The state is in the workspace. The largest values between samples are noted where `most` has places for them.
     """
-    samples, most = borrowed((samples, most))
-    w, seen, table = rows(workspace), rows(watched), rows(columns)
+    w, samples_at, most_at, seen_at, table_at = rows(workspace), rows(samples), rows(most), rows(seen), rows(table)
     status, steps, sound = PAUSED, 0, 1.0
     rates(system, omega * t, row(w, Y), row(w, K))
     while status == PAUSED and steps < budget:
-        goal = min(samples[filled], t_end) if filled < len(samples) else t_end
+        goal = min(row(samples_at, 0)[filled], t_end) if filled < length(samples_at) else t_end
         n = max(1, math.ceil((goal - t) / h * (1.0 - 1e-12)))
         size = (goal - t) / n
         now = min(n, budget - steps)
         for i in range(now):
             t0 = t + i * size
             sound = step(pair, omega * t0, omega * size, size, w)
-            if len(most) > 0:
-                widen(system, omega, most, seen, w, t0, Y, goal if i + 1 == n else t + (i + 1) * size, Y1)
+            if length(most_at) > 0:
+                widen(system, omega, most_at, seen_at, w, t0, Y, goal if i + 1 == n else t + (i + 1) * size, Y1)
             w = turned(w)
         steps += now
         t = goal if now == n else t + now * size
         if sound == 0.0:
             status = DIVERGED
         elif now == n:
-            if filled < len(samples) and goal == samples[filled]:
-                store(table, filled, t, w, Y)
-                put(most, table, 1 + 2 * length(w), filled)
+            if filled < length(samples_at) and goal == row(samples_at, 0)[filled]:
+                store(table_at, filled, t, w, Y)
+                put(most_at, table_at, 1 + 2 * length(w), filled)
                 filled += 1
             if goal >= t_end:
                 status = DONE

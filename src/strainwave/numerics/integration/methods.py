@@ -88,12 +88,13 @@ class AdaptiveStep:
     def recorded(self, system: Any, y: Any, spans: Any, record: Record) -> Trajectory:
         """Trajectory over the stretches `spans` from the state y, in a given record."""
         omega = float(omega_of(system))
-        breakpoints = np.array(breakpoints_of(system), float)
+        breakpoints = breakpoints_of(system)
+        kinks = np.array([breakpoints, [1.0] * len(breakpoints)])
         longest, span = float(self.largest_step or math.inf), spans[-1][1] - spans[0][0]
         limits = longest, span, float(self.rtol), float(self.atol)
-        t, h, at, w, sides = spans[0][0], 0.0, -1, workspace(y), np.ones(len(breakpoints))
+        t, h, at, w = spans[0][0], 0.0, -1, workspace(y)
         scheme = scheme_by_address(self.scheme, system, len(y), self.adaptive)
-        constants = self.scheme.error_order(), float(self.scheme.stable()), np.array(self.scheme.looks(), float)
+        constants = self.scheme.error_order(), float(self.scheme.stable()), np.array([self.scheme.looks()], float)
         by_address = system_by_address(system, len(y), torsion=len(breakpoints) > 0)
         steps, rejected, switches, status = 0, 0, 0, DONE
         try:
@@ -105,8 +106,8 @@ class AdaptiveStep:
                 while status == PAUSED and steps + rejected < self.max_steps:
                     budget = record.room(min(BUDGET, self.max_steps - steps - rejected))
                     t, h, at, filled, status, new, bad, crossed = run(
-                        adaptive, scheme, *constants, by_address, omega, t, w, end, h, *limits, breakpoints, sides, at,
-                        record.samples, record.filled, budget, *record.buffers(),
+                        adaptive, scheme, *constants, by_address, omega, t, w, end, h, *limits, kinks, at,
+                        record.samples[None], record.filled, budget, *record.buffers(),
                     )  # fmt: skip
                     record.keep(filled, t)
                     steps, rejected, switches = steps + new, rejected + bad, switches + crossed
@@ -170,7 +171,7 @@ class FixedStep:
                 status = PAUSED
                 while status == PAUSED:
                     t, filled, status, new = run(
-                        fixed, scheme, by_address, omega, t, w, end, h, record.samples, record.filled, BUDGET,
+                        fixed, scheme, by_address, omega, t, w, end, h, record.samples[None], record.filled, BUDGET,
                         *record.buffers(),
                     )  # fmt: skip
                     record.keep(filled, t)

@@ -63,7 +63,7 @@ class Record:
 
     def buffers(self) -> tuple[Floats, Floats, Floats]:
         """Largest values since the last sample, a workspace for what is watched, and the table to fill."""
-        return self.most, self.seen, self.table
+        return self.most[None], self.seen, self.table
 
     def keep(self, filled: int, t: float) -> None:
         """Take over what the kernel has filled up to the time t."""

@@ -70,8 +70,8 @@ def undisturbed(
         row(w, DENSE),
         row(w, RATE),
     )
-    for j in range(len(looks)):
-        s = looks[j]
+    for j in range(length(looks)):
+        s = row(looks, 0)[j]
         look(w, s, h)
         rates(system, omega * (t + s * h), row(w, INSIDE), missed)
         for i in range(n):
