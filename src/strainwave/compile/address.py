@@ -132,6 +132,8 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             if isinstance(array, types.CPointer):
                 return arguments[0]
+            if array.layout != "C":
+                raise TypeError("an array is not contiguous")
             return context.make_array(array)(context, builder, arguments[0]).data
 
         return types.CPointer(array.dtype)(array), build

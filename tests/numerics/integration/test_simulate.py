@@ -69,7 +69,7 @@ def test_dense_output_of_dopri5_has_order_4():
         y, rate = (1.5, 0.2), DUFFING.rhs(0.0, (1.5, 0.2))
         y1, k1, _, dense = steps.dopri5_step(DUFFING, 0.0, h, y, h, rate)
         places = np.array([[0.25], [0.5], [0.75]])
-        there = steps.dense_output(places, h, *map(np.array, (y, rate, y1, k1, dense)))
+        there = steps.weighted(steps.dense_weights(places, h), *map(np.array, (y, rate, y1, k1, dense)))
         exact = by_scipy(DUFFING, y, np.array([0.0, 0.25, 0.5, 0.75, 1.0]) * h)[:, 1:4].T
         return np.max(np.abs(there - exact))
 

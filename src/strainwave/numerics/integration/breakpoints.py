@@ -9,7 +9,7 @@ from typing import Any
 
 from ...compile.jit import routine
 from ..addressed import torsion
-from .workspace import INSIDE, SHIFTED, Y1, Y, attempt, length, look, row, shift
+from .workspace import SHIFTED, Y1, Y, attempt, length, row, shift, torsion_inside
 
 SCAN = 4  # places inside a step where the torsion is compared with the breakpoints
 
@@ -36,14 +36,7 @@ def torsion_rate(system: Any, omega: float, t: float, w: Any, place: int) -> flo
 
 
 @routine
-def torsion_inside(system: Any, omega: float, t: float, h: float, s: float, w: Any) -> float:
-    """Torsion [rad] at the fraction s of a step of h."""
-    look(w, s, h)
-    return torsion(system, omega * (t + s * h), row(w, INSIDE))
-
-
-@routine
-def first_switch(system: Any, omega: float, t: float, h: float, w: Any, kinks: Any) -> Any:
+def first_switch(pair: Any, omega: float, t: float, h: float, w: Any, kinks: Any) -> Any:
     """First fraction of the step at which the torsion changes side of a breakpoint, and that breakpoint (-1: none)."""
     breakpoints, sides = row(kinks, 0), row(kinks, 1)
     low, below, above = 0.0, -math.inf, math.inf  # the torsion is between two breakpoints
@@ -54,14 +47,15 @@ def first_switch(system: Any, omega: float, t: float, h: float, w: Any, kinks: A
             above = min(above, breakpoints[j])
     for i in range(1, SCAN + 1):
         high, best, at = i / SCAN, 2.0, -1
-        u = torsion_inside(system, omega, t, h, high, w)
+        u = torsion_inside(pair, omega * (t + high * h), high, h, w)
         if u < below or u > above:
             for j in range(length(kinks)):
                 if (u - breakpoints[j]) * sides[j] < 0.0:
                     a, b = low, high
                     for _ in range(40):
                         s = 0.5 * (a + b)
-                        if (torsion_inside(system, omega, t, h, s, w) - breakpoints[j]) * sides[j] < 0.0:
+                        inside = torsion_inside(pair, omega * (t + s * h), s, h, w)
+                        if (inside - breakpoints[j]) * sides[j] < 0.0:
                             b = s
                         else:
                             a = s

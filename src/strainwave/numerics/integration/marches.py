@@ -138,7 +138,7 @@ def adaptive(
         square = attempt(pair, omega * t, omega * h, h, rtol, atol, w)
         tried, at = h, -1
         if kinked and square >= 0.0:
-            s, at = first_switch(system, omega, t, h, w, kinks_at)
+            s, at = first_switch(pair, omega, t, h, w, kinks_at)
             if at >= 0:
                 there, h, square = step_onto(pair, system, omega, t, s * h, rtol, atol, w, row(kinks_at, 0)[at], t_end)
                 last, at = False, at if there else -1

@@ -21,7 +21,7 @@ from .corners import across
 from .marches import DIVERGED, DONE, PAUSED, adaptive, fixed
 from .record import Record
 from .schemes import Classical, DormandPrince, EighthOrder
-from .workspace import K, Y, scheme_by_address, workspace
+from .workspace import K, Y, attempts_by_address, steps_by_address, workspace
 
 BUDGET = 65536  # steps per call of a kernel: between calls the user can interrupt
 MOST_RECORDED = 100_000_000
@@ -93,7 +93,7 @@ class AdaptiveStep:
         longest, span = float(self.largest_step or math.inf), spans[-1][1] - spans[0][0]
         limits = longest, span, float(self.rtol), float(self.atol)
         t, h, at, w = spans[0][0], 0.0, -1, workspace(y)
-        scheme = scheme_by_address(self.scheme, system, len(y), self.adaptive)
+        scheme = attempts_by_address(self.scheme, system, len(y), len(breakpoints) > 0)
         constants = self.scheme.error_order(), float(self.scheme.stable()), np.array([self.scheme.looks()], float)
         by_address = system_by_address(system, len(y), torsion=len(breakpoints) > 0)
         steps, rejected, switches, status = 0, 0, 0, DONE
@@ -107,7 +107,7 @@ class AdaptiveStep:
                     budget = record.room(min(BUDGET, self.max_steps - steps - rejected))
                     t, h, at, filled, status, new, bad, crossed = run(
                         adaptive, scheme, *constants, by_address, omega, t, w, end, h, *limits, kinks, at,
-                        record.samples[None], record.filled, budget, *record.buffers(),
+                        record.samples, record.filled, budget, *record.buffers(),
                     )  # fmt: skip
                     record.keep(filled, t)
                     steps, rejected, switches = steps + new, rejected + bad, switches + crossed
@@ -159,7 +159,7 @@ class FixedStep:
         """Trajectory over the stretches `spans` from the state y, recorded at the times or, if two, at every step."""
         omega, (t, _), steps, status = float(omega_of(system)), spans[0], 0, DONE
         record, w = Record(system, times, spans, y, rate, True, True), workspace(y)
-        scheme = scheme_by_address(self.scheme, system, len(y), self.adaptive)
+        scheme = steps_by_address(self.scheme, system, len(y))
         by_address = system_by_address(system, len(y))
         try:
             h = self.step_of(system, y, rate, times, spans)
@@ -171,7 +171,7 @@ class FixedStep:
                 status = PAUSED
                 while status == PAUSED:
                     t, filled, status, new = run(
-                        fixed, scheme, by_address, omega, t, w, end, h, record.samples[None], record.filled, BUDGET,
+                        fixed, scheme, by_address, omega, t, w, end, h, record.samples, record.filled, BUDGET,
                         *record.buffers(),
                     )  # fmt: skip
                     record.keep(filled, t)

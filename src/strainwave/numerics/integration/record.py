@@ -42,10 +42,10 @@ class Record:
     ) -> None:  # fmt: skip
         self.times, self.states, self.sampled, self.said = times, len(y), sampled, monotonic()
         self.t, self.full, self.filled = float(times[0]), list[Floats](), 1
-        self.samples = times if sampled else np.empty(0)
+        self.samples = np.array([times]) if sampled else np.empty((1, 0))
         if sampled and (len(spans) > 1 or spans[-1][1] < times[-1]):
             begins, ends = np.array(spans).T
-            self.samples = np.minimum(times, ends[np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)])
+            self.samples[0] = np.minimum(times, ends[np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)])
         watched = len(system.watched(0.0, y)) if between and not lacking(system, "watched") else 0
         self.most, self.seen = np.zeros(between * (len(y) + watched)), np.empty((4, watched))
         self.table = np.empty((1 + 2 * len(y) + len(self.most), len(times) if sampled else FIRST))

@@ -10,7 +10,7 @@ from typing import Any
 
 from ...compile.jit import routine
 from ..addressed import rates
-from .steps import dense_slope, error_square
+from .steps import error_square, slope_weights, weighted
 from .workspace import CHANGE, DENSE, INSIDE, K1, RATE, SHIFTED, Y1, K, Y, length, look, row
 
 ROUNDS = 6  # of the power iteration, which needs an order of magnitude
@@ -74,8 +74,9 @@ def undisturbed(
         s = row(looks, 0)[j]
         look(w, s, h)
         rates(system, omega * (t + s * h), row(w, INSIDE), missed)
+        a = slope_weights(s, h)
         for i in range(n):
-            missed[i] = h * missed[i] - dense_slope(s, h, y[i], k[i], y1[i], k1[i], dense[i])
+            missed[i] = h * missed[i] - weighted(a, y[i], k[i], y1[i], k1[i], dense[i])
         if not math.sqrt(error_square(n, missed, y, y1, rtol, atol)) <= MISSED:
             return False
     return True

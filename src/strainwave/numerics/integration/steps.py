@@ -85,26 +85,26 @@ def dopri5_step(system: Any, phase: Any, turn: Any, y: Any, h: Any, rate: Any) -
 
 
 @kernel
-def dense_output(s: Any, h: float, y: Any, k: Any, y_end: Any, k_end: Any, dense: Any) -> Any:
-    """State at the fraction s of a Dormand-Prince step (fourth order, Hairer, Norsett & Wanner I, eq. II.6.17).
+def dense_weights(s: Any, h: float) -> Any:
+    """Weights for `weighted` that give the state at the fraction s of a step of h.
 
-    All are numbers, or arrays that broadcast.
+    It is of fourth order for the step of Dormand & Prince (Hairer, Norsett & Wanner I, eq. II.6.17).
     """
     r = 1.0 - s
-    difference = y_end - y
-    slope = h * k - difference
-    bend = difference - h * k_end - slope
-    return y + s * (difference + r * (slope + s * (bend + r * dense)))
+    return r * r * (1.0 + 2.0 * s), h * s * r * r, s * s * (1.0 + 2.0 * r), -h * s * s * r, s * s * r * r
 
 
 @kernel
-def dense_slope(s: Any, h: float, y: Any, k: Any, y_end: Any, k_end: Any, dense: Any) -> Any:
-    """Derivative by s of `dense_output`."""
+def slope_weights(s: float, h: float) -> Any:
+    """Derivatives of `dense_weights` by s."""
     r = 1.0 - s
-    difference = y_end - y
-    slope = h * k - difference
-    bend = difference - h * k_end - slope
-    return difference + (r - s) * slope + s * (2.0 - 3.0 * s) * bend + 2.0 * s * r * (r - s) * dense
+    return -6.0 * s * r, h * r * (1.0 - 3.0 * s), 6.0 * s * r, h * s * (3.0 * s - 2.0), 2.0 * s * r * (r - s)
+
+
+@kernel
+def weighted(a: Any, y: Any, k: Any, y_end: Any, k_end: Any, dense: Any) -> Any:
+    """Weighted sum of state and rate at the begin of a step, those at its end, and the vector of the dense output."""
+    return a[0] * y + a[1] * k + a[2] * y_end + a[3] * k_end + a[4] * dense
 
 
 @routine

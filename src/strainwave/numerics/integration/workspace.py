@@ -6,14 +6,18 @@ next to one of them.
 """
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...compile.address import ByAddress, at, beyond, pointer, put_at, value
 from ...compile.jit import entry, kernel, kernel_as, routine
+from ...compile.tuples import axpy, times
+from ...law import torsion as torsion_of
 from ...results import Floats
-from .steps import bounded, dense_output, error_square
+from ..addressed import torsion
+from .steps import bounded, dense_weights, error_square, weighted
 
 Y, K, Y1, K1, ERROR, DENSE, INSIDE, RATE, BEFORE, _, SHIFTED, CHANGE = range(12)
 ROWS = 12
@@ -21,22 +25,32 @@ BOUND = 1e30  # of every state: far beyond any physics, and its powers in a law 
 
 
 class SchemeAt(NamedTuple):
-    """A scheme for one system by the addresses of their words and of the function that takes a step."""
+    """A scheme with its system by the addresses of their words and of the functions that step; 0 for one not needed."""
 
     words: int
     step_at: int
+    inside_at: int
 
 
-def scheme_by_address(scheme: Any, system: Any, states: int, adaptive: bool) -> ByAddress:
-    """A scheme for kernels, to step a system of so many states by `attempt`, where it is `adaptive`, or by `step`.
+def attempts_by_address(scheme: Any, system: Any, states: int, kinked: bool) -> ByAddress:
+    """A scheme for kernels that `attempt` to step a system of so many states, and look for switches if it is `kinked`.
 
-    The step is compiled with the system: it would take a quarter longer if it called the system by an address of its
+    A step is compiled with the system: it would take a quarter longer if it called the system by an address of its
     own, where nothing is shared by the stages.
     """
     pair = scheme, system
-    taken: Any = _attempt if adaptive else _step
-    kinds = [float] * (5 if adaptive else 3) + [states] * (6 if adaptive else 3)
-    return ByAddress(pair, lambda words: SchemeAt(words(pair), entry(taken, pair, *kinds)))
+
+    def addressed(words: Callable[[Any], int]) -> SchemeAt:
+        inside = entry(_torsion_inside, pair, *[float] * 3, *[states] * 5) if kinked else 0
+        return SchemeAt(words(pair), entry(_attempt, pair, *[float] * 5, *[states] * 6), inside)
+
+    return ByAddress(pair, addressed)
+
+
+def steps_by_address(scheme: Any, system: Any, states: int) -> ByAddress:
+    """A scheme for kernels that `step` a system of so many states."""
+    pair = scheme, system
+    return ByAddress(pair, lambda words: SchemeAt(words(pair), entry(_step, pair, *[float] * 3, *[states] * 3), 0))
 
 
 def _attempt(
@@ -102,6 +116,24 @@ def step(pair: Any, phase: float, turn: float, h: float, w: Floats) -> float:
     return _sound(y, rate)
 
 
+def _torsion_inside(pair: Any, phase: Any, s: Any, h: Any, y: Any, k: Any, y1: Any, k1: Any, dense: Any) -> Any:
+    a, (_, system) = dense_weights(s, h), at(pair)
+    begin, end = axpy(times(a[0], at(y)), a[1], at(k)), axpy(times(a[2], at(y1)), a[3], at(k1))
+    return 1.0 * torsion_of(system, phase, axpy(axpy(begin, 1.0, end), a[4], at(dense)))
+
+
+def _inside_loops(pair: Any, phase: Any, s: Any, h: Any, w: Any) -> Any:
+    ends = row(w, Y), row(w, K), row(w, Y1), row(w, K1)
+    return value(pair.inside_at, pair.words, (phase, s, h, *ends, row(w, DENSE)))
+
+
+@kernel_as(_inside_loops)
+def torsion_inside(pair: Any, phase: float, s: float, h: float, w: Floats) -> float:
+    """Torsion [rad] at the fraction s of a step of h."""
+    look(w, s, h)
+    return torsion(pair[1], phase, w[INSIDE])
+
+
 def workspace(y: Any) -> Floats:
     """Workspace of a march from the state y."""
     w = np.zeros((ROWS, len(y)))
@@ -158,9 +190,10 @@ def shift(w: Any, start: int, d: float) -> None:
         out[i] = y[i] + d * k[i]
 
 
-@kernel
+@routine
 def look(w: Any, s: float, h: float) -> None:
     """Let `INSIDE` be the state at the fraction s of a step of h."""
     y, k, y1, k1, dense, out = row(w, Y), row(w, K), row(w, Y1), row(w, K1), row(w, DENSE), row(w, INSIDE)
+    a = dense_weights(s, h)
     for i in range(length(w)):
-        out[i] = dense_output(s, h, y[i], k[i], y1[i], k1[i], dense[i])
+        out[i] = weighted(a, y[i], k[i], y1[i], k1[i], dense[i])

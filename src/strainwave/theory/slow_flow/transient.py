@@ -7,7 +7,7 @@ import numpy as np
 
 from ...numerics.integration.marches import first_step
 from ...numerics.integration.schemes import DormandPrince
-from ...numerics.integration.steps import dense_output
+from ...numerics.integration.steps import dense_weights, weighted
 from ...numerics.integration.workspace import DENSE, K1, Y1, K, Y, attempt, move, workspace
 from ...quantities import complex_number, complex_numbers, numbers, shown
 from ...results import Floats, SolveError
@@ -216,7 +216,7 @@ def _integrate(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
             after = end if end - (now + h) < 1e-9 * h else now + h
             inside = int(np.searchsorted(t, after, side="right"))
             shares: Any = (t[filled:inside] - now) / h
-            x = dense_output(shares, h, *w[[Y, K, Y1, K1, DENSE], :, None])
+            x = weighted(dense_weights(shares, h), *w[[Y, K, Y1, K1, DENSE], :, None])
             z[filled:inside], filled = x[0] + 1j * x[1], inside
             move(w, Y1, Y)
             now = after
