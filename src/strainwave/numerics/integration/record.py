@@ -85,7 +85,9 @@ class Record:
         if self.filled < self.table.shape[1] or self.full:
             self.table = np.concatenate([*self.full, self.table[:, : self.filled]], axis=1)
         n = self.states
-        times, y, rate, most = self.table[0], *np.split(self.table[1:], (n, 2 * n))
+        times, y, rate, most = (
+            self.table[i] for i in (0, slice(1, 1 + n), slice(1 + n, 1 + 2 * n), slice(1 + 2 * n, None))
+        )
         if self.sampled:
             times[:] = self.times[: self.filled]
         message = status.value
