@@ -59,8 +59,13 @@ def put_at(place: Any, numbers: Any) -> None:
 
 
 def pointer(array: Any) -> Any:
-    """Address of the first entry of an array of floats, for a function that takes a pointer."""
+    """Address of the first entry of an array of floats, for a function that takes a pointer; or that pointer again."""
     return array
+
+
+def beyond(place: Any, i: Any) -> Any:
+    """Pointer to entry number i from a pointer."""
+    return place[i:]
 
 
 def call(address: Any, words: Any, arguments: Any) -> None:
@@ -156,9 +161,19 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
 
     def typed_pointer(context: Any, array: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            if isinstance(array, types.CPointer):
+                return arguments[0]
+            if array.layout != "C":
+                raise TypeError("an array is not contiguous")
             return context.make_array(array)(context, builder, arguments[0]).data
 
         return types.CPointer(array.dtype)(array), build
+
+    def typed_beyond(context: Any, place: Any, i: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.gep(arguments[0], [arguments[1]])
+
+        return place(place, types.intp), build
 
     def caller(result: Any) -> Any:
         def typed(context: Any, address: Any, words: Any, arguments: Any) -> Any:
@@ -186,12 +201,13 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
 
         return y(types.intp, types.intp, types.float64, y), build
 
-    take, write, first = map(extending.intrinsic, (typed_at, typed_put, typed_pointer))
+    take, write, first, after = map(extending.intrinsic, (typed_at, typed_put, typed_pointer, typed_beyond))
     send, ask, get = caller(types.none), caller(types.float64), extending.intrinsic(typed_answer)
     return {
         at: lambda place: take(place),
         put_at: lambda place, numbers: write(place, numbers),
         pointer: lambda array: first(array),
+        beyond: lambda place, i: after(place, i),
         call: lambda address, words, arguments: send(address, words, arguments),
         value: lambda address, words, arguments: ask(address, words, arguments),
         answer: lambda address, words, phase, y: get(address, words, phase, y),

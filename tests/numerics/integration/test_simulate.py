@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 import strainwave as sw
 from strainwave.numerics.integration import breakpoints as switches
 from strainwave.numerics.integration import methods, record, steps
+from strainwave.numerics.integration.workspace import K, Y, workspace
 
 DUFFING = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.0)
 SPRING = sw.Oscillator(1.0, 0.0, sw.Cubic(1.0, 0.0), sw.Harmonic(0.0), 1.0)  # of the type of DUFFING: compiled once
@@ -67,9 +68,10 @@ def test_dense_output_of_dopri5_has_order_4():
     def inside(h):
         y, rate = (1.5, 0.2), DUFFING.rhs(0.0, (1.5, 0.2))
         y1, k1, _, dense = steps.dopri5_step(DUFFING, 0.0, h, y, h, rate)
-        there = [steps.dense_output(s, h, y, rate, y1, k1, dense) for s in (0.25, 0.5, 0.75)]
+        places = np.array([[0.25], [0.5], [0.75]])
+        there = steps.weighted(steps.dense_weights(places, h), *map(np.array, (y, rate, y1, k1, dense)))
         exact = by_scipy(DUFFING, y, np.array([0.0, 0.25, 0.5, 0.75, 1.0]) * h)[:, 1:4].T
-        return np.max(np.abs(np.array(there) - exact))
+        return np.max(np.abs(there - exact))
 
     assert slope_of_errors([inside(h) for h in (0.8, 0.4, 0.2, 0.1)]) == pytest.approx(5.0, abs=0.6)
 
@@ -462,8 +464,9 @@ def test_more_steps_than_memory_holds_are_refused():
 
 def test_torsion_rate_sees_the_kinematic_error():
     system = DUFFING._replace(error=sw.KinematicError((sw.Line(2, 0.1),)), omega=3.0)
-    y = (0.2, 0.7)
-    rate = switches.torsion_rate(system, 3.0, 0.4, y, system.rhs(1.2, y))
+    w = workspace((0.2, 0.7))
+    w[K] = system.rhs(1.2, (0.2, 0.7))
+    rate = switches.torsion_rate(system, 3.0, 0.4, w, Y)
     assert rate == pytest.approx(0.7 - 3.0 * system.error.slope(1.2), rel=1e-7)
 
 

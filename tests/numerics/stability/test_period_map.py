@@ -7,6 +7,7 @@ from scipy.linalg import expm
 
 import strainwave as sw
 from strainwave.compile.jit import run
+from strainwave.numerics.addressed import system_by_address
 from strainwave.numerics.balance.first_order import first_order
 from strainwave.numerics.balance.linear_part import STRENGTH
 from strainwave.numerics.balance.rates import NO_TURN, rates_along, slopes_along
@@ -107,10 +108,10 @@ def test_machine_code_has_the_rates_of_numpy(turn):
     rng = np.random.default_rng(7)
     angles, y = rng.uniform(0.0, 6.0, 40), 1e-3 * rng.standard_normal((7, 40))
     rates, slopes = np.empty((2, 7, 40)), np.empty((2, 7, 7, 40))
-    zero, steps = (0.0,) * 7, np.full(7, 1e-8)
-    for i, way in enumerate((run, lambda kernel, *arguments: kernel(*arguments))):
-        way(rates_along, system, zero, angles, y, turn, 0.3, rates[i])
-        way(slopes_along, system, zero, angles, y, turn, 0.3, steps, slopes[i])
+    steps, known = np.full(7, 1e-8), system_by_address(system, 7)
+    for i, way in enumerate((run, lambda kernel, known, *arguments: kernel(known.thing, *arguments))):
+        way(rates_along, known, angles, y, turn, 0.3, rates[i])
+        way(slopes_along, known, angles, y, turn, 0.3, steps, slopes[i])
     assert rates[0] == pytest.approx(rates[1], rel=1e-9, abs=1e-9)
     assert slopes[0] == pytest.approx(slopes[1], rel=1e-6, abs=1e-6 * np.max(np.abs(slopes[1])))
 

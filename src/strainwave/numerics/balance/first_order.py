@@ -18,6 +18,7 @@ from ...compile.jit import run
 from ...protocols import lacking, omega_of, orders_of
 from ...results import Floats
 from ...tree import leaves, with_leaf
+from ..addressed import system_by_address
 from .fourier import analysis, derivative, extended, from_blocks, multiply_rows, synthesis, to_blocks
 from .harmonics import ENOUGH, highest_order
 from .linear_part import STRENGTH
@@ -131,9 +132,9 @@ class FirstOrder(NamedTuple):
         if self.leaf == STRENGTH:
             turn, strength = self.angles_of_mean(), math.exp(value)
         if lacking(system, "_fields"):  # no model: compiled code does not know its class
-            kernel(system, (0.0,) * len(y), angles, y, turn, strength, *arguments)
+            kernel(system, angles, y, turn, strength, *arguments)
             return
-        run(kernel, system, (0.0,) * len(y), angles, y, turn, strength, *arguments, after=SEVERAL)
+        run(kernel, system_by_address(system, len(y)), angles, y, turn, strength, *arguments, after=SEVERAL)
 
     def angles_of_mean(self) -> Floats:
         """Base angles [rad] of a mean over the period: all samples, or fewer where the orders of the system are known.

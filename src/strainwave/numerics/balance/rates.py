@@ -10,15 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from ...compile.jit import kernel, kernel_as, routine
-from ...compile.tuples import axpy, column, times
+from ...compile.jit import kernel_as, routine
 from ...law import is_spring
 from ...protocols import Balance, has_jacobian, lacking, omega_of
 from ...quantities import positive_count
 from ...results import Floats
-from ...tree import with_leaf
+from ..addressed import rates
 from ..integration.corners import repeating
-from ..integration.steps import rates_of
 
 MOST_STATES = 64
 ASKED, EQUAL = 1e-4, 1e-8  # size of the states, and of the largest rate, where a system is asked whether it repeats
@@ -54,54 +52,60 @@ def jacobians_at(system: Any, angles: Floats, y: Floats, sizes: Floats, differen
     return np.stack(columns, axis=1)
 
 
-@kernel
-def put_column(values: Any, out: Any, i: Any) -> None:
-    """Write a tuple to column i of an array."""
-    for j in range(len(values)):
-        out[j, i] = values[j]
-
-
 @routine
-def strengthened(system: Any, angle: float, y: Any, turn: Any, strength: float) -> Any:
-    """Rates of a system of a strength at an angle [rad] and a state (a tuple)."""
-    here = rates_of(system, angle, y)
+def strengthened(system: Any, angle: float, w: Any, turn: Any, strength: float) -> None:
+    """Write the rates of a system of a strength at an angle [rad] and the state w[0] to w[1]."""
+    rates(system, angle, w[0], w[1])
     if len(turn) == 0:
-        return here
-    mean = times(0.0, here)
+        return
+    n = w.shape[1]
+    for j in range(n):
+        w[2, j] = 0.0
     for i in range(len(turn)):
-        mean = axpy(mean, 1.0 / len(turn), rates_of(system, turn[i], y))
-    return axpy(mean, strength, axpy(here, -1.0, mean))
+        rates(system, turn[i], w[0], w[3])
+        for j in range(n):
+            w[2, j] += w[3, j] / len(turn)
+    for j in range(n):
+        w[1, j] = w[2, j] + strength * (w[1, j] - w[2, j])
 
 
-def _rates_loops(system: Any, zero: Any, angles: Any, y: Any, turn: Any, strength: float, out: Any) -> None:
+def _rates_loops(system: Any, angles: Any, y: Any, turn: Any, strength: float, out: Any) -> None:
+    w = np.empty((4, y.shape[0]))
     for i in range(angles.shape[0]):
-        put_column(strengthened(system, angles[i], column(zero, y, i), turn, strength), out, i)
+        for j in range(y.shape[0]):
+            w[0, j] = y[j, i]
+        strengthened(system, angles[i], w, turn, strength)
+        for j in range(y.shape[0]):
+            out[j, i] = w[1, j]
 
 
 @kernel_as(_rates_loops)
-def rates_along(
-    system: Any, zero: Any, angles: Floats, y: Floats, turn: Floats, strength: float, out: Floats
-) -> None:  # fmt: skip
-    """Write the rates (states, n) at base angles (n,) [rad] and states (states, n); `zero` is a tuple of zeros."""
+def rates_along(system: Any, angles: Floats, y: Floats, turn: Floats, strength: float, out: Floats) -> None:
+    """Write the rates (states, n) at base angles (n,) [rad] and states (states, n)."""
     out[:] = _of_strength(rates_at, system, angles, y, turn, strength)
 
 
-def _slopes_loops(
-    system: Any, zero: Any, angles: Any, y: Any, turn: Any, strength: float, steps: Any, out: Any
-) -> None:  # fmt: skip
+def _slopes_loops(system: Any, angles: Any, y: Any, turn: Any, strength: float, steps: Any, out: Any) -> None:
+    n = y.shape[0]
+    w = np.empty((4, n))
     for i in range(angles.shape[0]):
-        here = column(zero, y, i)
-        for j in range(len(zero)):
-            d = steps[j]
-            after = strengthened(system, angles[i], with_leaf(here, j, here[j] + d), turn, strength)
-            before = strengthened(system, angles[i], with_leaf(here, j, here[j] - d), turn, strength)
-            for k in range(len(zero)):
-                out[k, j, i] = (after[k] - before[k]) / (2.0 * d)
+        for j in range(n):
+            w[0, j] = y[j, i]
+        for j in range(n):
+            w[0, j] = y[j, i] + steps[j]
+            strengthened(system, angles[i], w, turn, strength)
+            for k in range(n):
+                out[k, j, i] = w[1, k]
+            w[0, j] = y[j, i] - steps[j]
+            strengthened(system, angles[i], w, turn, strength)
+            for k in range(n):
+                out[k, j, i] = (out[k, j, i] - w[1, k]) / (2.0 * steps[j])
+            w[0, j] = y[j, i]
 
 
 @kernel_as(_slopes_loops)
 def slopes_along(
-    system: Any, zero: Any, angles: Floats, y: Floats, turn: Floats, strength: float, steps: Floats, out: Floats
+    system: Any, angles: Floats, y: Floats, turn: Floats, strength: float, steps: Floats, out: Floats
 ) -> None:  # fmt: skip
     """Write the derivatives (states, states, n) of the rates by the states: central differences of half length `steps`.
 

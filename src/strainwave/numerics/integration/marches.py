@@ -4,49 +4,69 @@ import math
 from typing import Any
 
 from ...compile.jit import kernel, routine
-from ...compile.tuples import axpy
+from ..addressed import rates
 from .breakpoints import first_switch, set_sides, step_onto
 from .extremes import put, widen
 from .rest import APART, STAGES, calm_step, undisturbed
-from .steps import bounded, dense_output, error_norm, error_square, rates_of
+from .steps import error_square
+from .workspace import (
+    BEFORE,
+    BOUND,
+    CHANGE,
+    INSIDE,
+    RATE,
+    SHIFTED,
+    Y1,
+    K,
+    Y,
+    attempt,
+    length,
+    look,
+    move,
+    row,
+    rows,
+    shift,
+    step,
+    turned,
+)
 
 DONE, DIVERGED, PAUSED = 0, 1, 2
-BOUND = 1e30  # of every state: far beyond any physics, and its powers in a law still fit a float
 LEAST = math.log(1e-4)  # the step control remembers no smaller error than this
 FAR = 32.0  # beyond so many times the last step the calm one is found anew
 
 
-@kernel
-def first_step(
-    order: int, system: Any, omega: float, t: float, y: Any, k: Any, rtol: float, atol: float
-) -> float:  # fmt: skip
+@routine
+def first_step(order: int, system: Any, omega: float, t: float, w: Any, rtol: float, atol: float) -> float:
     """Starting step size of a method with errors of this order (Hairer, Norsett & Wanner I, sec. II.4)."""
-    zero = axpy(y, -1.0, y)
-    d0, d1 = error_norm(y, y, zero, rtol, atol), error_norm(k, y, zero, rtol, atol)
+    n, y, k, change = length(w), row(w, Y), row(w, K), row(w, CHANGE)
+    d0, d1 = math.sqrt(error_square(n, y, y, y, rtol, atol)), math.sqrt(error_square(n, k, y, y, rtol, atol))
     h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
-    k1 = rates_of(system, omega * (t + h0), axpy(y, h0, k))
-    d2 = error_norm(axpy(k1, -1.0, k), y, zero, rtol, atol) / h0
-    largest = max(d1, d2)
+    shift(w, Y, h0)
+    rates(system, omega * (t + h0), row(w, SHIFTED), change)
+    for i in range(n):
+        change[i] -= k[i]
+    largest = max(d1, math.sqrt(error_square(n, change, y, y, rtol, atol)) / h0)
     h1 = max(1e-6, h0 * 1e-3) if largest <= 1e-15 else (0.01 / largest) ** (1.0 / order)
     return float(min(100.0 * h0, h1))
 
 
 @kernel
-def store(out_t: Any, out_y: Any, out_rate: Any, place: int, t: float, y: Any, k: Any) -> None:
-    """Write one sample (time, state, rate) into the output arrays."""
-    out_t[place] = t
-    for i in range(len(y)):
-        out_y[i, place], out_rate[i, place] = y[i], k[i]
+def store(table: Any, place: int, t: float, w: Any, start: int) -> None:
+    """Write one sample (time, state, rate) to a column of the table."""
+    n, y, k = length(w), row(w, start), row(w, start + 1)
+    row(table, 0)[place] = t
+    for i in range(n):
+        row(table, 1 + i)[place], row(table, 1 + n + i)[place] = y[i], k[i]
 
 
 @routine
 def calmed(
-    scheme: Any, system: Any, omega: float, t: float, y: Any, k: Any, span: float, h: float, h_next: float, calm: float,
+    stable: float, system: Any, omega: float, t: float, w: Any, span: float, h: float, h_next: float, calm: float,
     known: float,
 ) -> Any:  # fmt: skip
     """Step after one of h, no longer than a calm one where nothing limits it, and what is known of that."""
     if h_next > known:
-        calm = calm_step(scheme.stable(), system, omega, t, y, k, span)
+        calm = calm_step(stable, system, omega, t, w, Y1, span)
         known = max(calm, 2.0 * h_next)
     if h_next > 2.0 * h:
         h_next = max(h, min(h_next, calm))
@@ -61,64 +81,71 @@ def shortened(h: float, e: float, power: float) -> float:
     return float(h * (max(0.2, 0.9 * e**-power) if e < BOUND else 0.1))
 
 
-@kernel
+@routine
 def store_inside(
-    system: Any, omega: float, t: float, h: float, y: Any, k: Any, t1: float, y1: Any, k1: Any, dense: Any,
-    samples: Any, filled: int, most: Any, out_t: Any, out_y: Any, out_rate: Any, out_most: Any,
+    system: Any, omega: float, t: float, h: float, t1: float, w: Any, samples: Any, filled: int, most: Any, seen: Any,
+    table: Any,
 ) -> int:  # fmt: skip
     """Write the samples inside a step, each with the largest values since the one before; how many there are then."""
-    t0, y0, k0 = t, y, k
-    while filled < len(samples) and samples[filled] <= t1:
-        there = dense_output((samples[filled] - t) / h, h, y, k, y1, k1, dense)
-        rate = rates_of(system, omega * samples[filled], there)
-        widen(system, omega, most, t0, y0, k0, samples[filled], there, rate)
-        store(out_t, out_y, out_rate, filled, samples[filled], there, rate)
-        put(most, out_most, filled)
-        t0, y0, k0 = samples[filled], there, rate
+    t0, before = t, Y
+    while filled < length(samples) and row(samples, 0)[filled] <= t1:
+        here = row(samples, 0)[filled]
+        look(w, (here - t) / h, h)
+        rates(system, omega * here, row(w, INSIDE), row(w, RATE))
+        widen(system, omega, most, seen, w, t0, before, here, INSIDE)
+        store(table, filled, here, w, INSIDE)
+        put(most, table, 1 + 2 * length(w), filled)
+        move(w, INSIDE, BEFORE)
+        t0, before = here, BEFORE
         filled += 1
-    widen(system, omega, most, t0, y0, k0, t1, y1, k1)
+    widen(system, omega, most, seen, w, t0, before, t1, Y1)
     return filled
 
 
 @kernel
+def take_over(to: Any, w: Any) -> None:
+    """Put the state of a workspace into another."""
+    for i in range(length(w)):
+        row(to, Y)[i] = row(w, Y)[i]
+
+
+@kernel
 def adaptive(
-    scheme: Any, system: Any, omega: float, t: float, y: Any, t_end: float, h: float, longest: float, span: float,
-    rtol: float, atol: float, breakpoints: Any, sides: Any, at: int, samples: Any, filled: int, budget: int,
-    most: Any, out_t: Any, out_y: Any, out_rate: Any, out_most: Any,
+    pair: Any, order: int, stable: float, looks: Any, system: Any, omega: float, t: float, workspace: Any, t_end: float,
+    h: float, longest: float, span: float, rtol: float, atol: float, kinks: Any, at: int, samples: Any, filled: int,
+    budget: int, most: Any, seen: Any, table: Any,
 ) -> Any:  # fmt: skip
     """Integrate from t towards t_end in at most `budget` attempts; record every step, or the samples inside them.
 
-    No step is longer than `longest`. `span` is the length of the whole integration.
+    The state is in the workspace. No step is longer than `longest`. `span` is the length of the whole integration.
     """
-    order, power = scheme.error_order(), 1.0 / scheme.error_order()
-    k = rates_of(system, omega * t, y)
-    if breakpoints is not None:
-        set_sides(system, omega, t, y, k, breakpoints, sides, at)
-    every = len(samples) == 0
+    w, look_at, kinks_at, samples_at = rows(workspace), rows(looks), rows(kinks), rows(samples)
+    most_at, seen_at, table_at = rows(most), rows(seen), rows(table)
+    power, every, kinked = 1.0 / order, length(samples_at) == 0, length(kinks_at) > 0
+    rates(system, omega * t, row(w, Y), row(w, K))
+    if kinked:
+        set_sides(system, omega, t, w, kinks_at, at)
     status, steps, rejected, switches, old = PAUSED, 0, 0, 0, LEAST
-    calm = known = calm_step(scheme.stable(), system, omega, t, y, k, span)
-    look = True  # between the stages of this step too
+    calm = known = calm_step(stable, system, omega, t, w, Y, span)
+    between = True  # look between the stages of this step too
     if h <= 0.0:
-        h = min(first_step(order, system, omega, t, y, k, rtol, atol), calm)
+        h = min(first_step(order, system, omega, t, w, rtol, atol), calm)
     while status == PAUSED and steps + rejected < budget:
         h = wanted = min(h, longest)
         last = t + 1.0000001 * h >= t_end
         if last:
             h = t_end - t
-        y1, k1, error, dense = scheme.attempt(system, omega * t, omega * h, y, h, k)
+        square = attempt(pair, omega * t, omega * h, h, rtol, atol, w)
         tried, at = h, -1
-        if breakpoints is not None and bounded(y1, BOUND):
-            s, at = first_switch(system, omega, t, h, y, k, y1, k1, dense, breakpoints, sides)
+        if kinked and square >= 0.0:
+            s, at = first_switch(pair, omega, t, h, w, kinks_at)
             if at >= 0:
-                there, h, y1, k1, error, dense = step_onto(
-                    scheme, system, omega, t, s * h, y, k, breakpoints[at], t_end
-                )
+                there, h, square = step_onto(pair, system, omega, t, s * h, rtol, atol, w, row(kinks_at, 0)[at], t_end)
                 last, at = False, at if there else -1
-        square = error_square(error, y, y1, rtol, atol)
-        good = square <= 1.0 and bounded(y1, BOUND)
-        if not good or (look and not undisturbed(scheme, system, omega, t, h, y, k, y1, k1, dense, rtol, atol)):
+        good = 0.0 <= square <= 1.0
+        if not good or (between and not undisturbed(look_at, system, omega, t, h, w, rtol, atol)):
             rejected += 1
-            h = shortened(h, math.sqrt(square), power)
+            h = shortened(h, math.sqrt(-1.0 - square if square < 0.0 else square), power)
             if not t + h > t:
                 status = DIVERGED
             continue
@@ -131,58 +158,58 @@ def adaptive(
             switches += 1
             h_next = tried
         elif h_next > known or h_next > 2.0 * h:
-            h_next, calm, known = calmed(scheme, system, omega, t1, y1, k1, span, h, h_next, calm, known)
-        known, look = min(known, FAR * tried), h_next > STAGES * calm
+            h_next, calm, known = calmed(stable, system, omega, t1, w, span, h, h_next, calm, known)
+        known, between = min(known, FAR * tried), h_next > STAGES * calm
         if last:
             h_next = max(h_next, wanted)
-        if every:
-            if t1 > t:
-                store(out_t, out_y, out_rate, filled, t1, y1, k1)
-                filled += 1
-        else:
-            filled = store_inside(
-                system, omega, t, h, y, k, t1, y1, k1, dense, samples, filled, most, out_t, out_y, out_rate, out_most
-            )
-        t, y, k, h = t1, y1, k1, h_next
+        if not every:
+            filled = store_inside(system, omega, t, h, t1, w, samples_at, filled, most_at, seen_at, table_at)
+        elif t1 > t:
+            store(table_at, filled, t1, w, Y1)
+            filled += 1
+        w, t, h = turned(w), t1, h_next
         steps += 1
         if t >= t_end:
             status = DONE
-        elif breakpoints is not None:
-            set_sides(system, omega, t, y, k, breakpoints, sides, at)
-    return t, y, h, at, filled, status, steps, rejected, switches
+        elif kinked:
+            set_sides(system, omega, t, w, kinks_at, at)
+    take_over(rows(workspace), w)
+    return t, h, at, filled, status, steps, rejected, switches
 
 
 @kernel
 def fixed(
-    scheme: Any, system: Any, omega: float, t: float, y: Any, t_end: float, h: float, samples: Any, filled: int,
-    budget: int, most: Any, out_t: Any, out_y: Any, out_rate: Any, out_most: Any,
+    pair: Any, system: Any, omega: float, t: float, workspace: Any, t_end: float, h: float, samples: Any, filled: int,
+    budget: int, most: Any, seen: Any, table: Any,
 ) -> Any:  # fmt: skip
     """Integrate from sample to sample until t_end, in at most `budget` steps, with equal steps no longer than h.
 
-    The largest values between samples are noted where `most` has places for them.
+    The state is in the workspace. The largest values between samples are noted where `most` has places for them.
     """
-    status, steps, between = PAUSED, 0, len(most) > 0
-    k = rates_of(system, omega * t, y)
+    w, samples_at, most_at, seen_at, table_at = rows(workspace), rows(samples), rows(most), rows(seen), rows(table)
+    status, steps, sound = PAUSED, 0, 1.0
+    rates(system, omega * t, row(w, Y), row(w, K))
     while status == PAUSED and steps < budget:
-        goal = min(samples[filled], t_end) if filled < len(samples) else t_end
+        goal = min(row(samples_at, 0)[filled], t_end) if filled < length(samples_at) else t_end
         n = max(1, math.ceil((goal - t) / h * (1.0 - 1e-12)))
-        step = (goal - t) / n
+        size = (goal - t) / n
         now = min(n, budget - steps)
         for i in range(now):
-            t0, y0, k0, t1 = t + i * step, y, k, goal if i + 1 == n else t + (i + 1) * step
-            y = scheme.step(system, omega * t0, omega * step, y, step)
-            k = system.rhs(omega * t1, y)
-            if between:
-                widen(system, omega, most, t0, y0, k0, t1, y, k)
+            t0 = t + i * size
+            sound = step(pair, omega * t0, omega * size, size, w)
+            if length(most_at) > 0:
+                widen(system, omega, most_at, seen_at, w, t0, Y, goal if i + 1 == n else t + (i + 1) * size, Y1)
+            w = turned(w)
         steps += now
-        t = goal if now == n else t + now * step
-        if not (bounded(y, BOUND) and bounded(k, math.inf)):
+        t = goal if now == n else t + now * size
+        if sound == 0.0:
             status = DIVERGED
         elif now == n:
-            if filled < len(samples) and goal == samples[filled]:
-                store(out_t, out_y, out_rate, filled, t, y, k)
-                put(most, out_most, filled)
+            if filled < length(samples_at) and goal == row(samples_at, 0)[filled]:
+                store(table_at, filled, t, w, Y)
+                put(most_at, table_at, 1 + 2 * length(w), filled)
                 filled += 1
             if goal >= t_end:
                 status = DONE
-    return t, y, filled, status, steps
+    take_over(rows(workspace), w)
+    return t, filled, status, steps

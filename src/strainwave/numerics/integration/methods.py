@@ -16,10 +16,12 @@ from ...law import breakpoints_of
 from ...protocols import has_jacobian, omega_of, orders_of
 from ...quantities import number, positive_count, shown
 from ...results import Floats, Status, Trajectory
+from ..addressed import system_by_address
 from .corners import across
 from .marches import DIVERGED, DONE, PAUSED, adaptive, fixed
 from .record import Record
 from .schemes import Classical, DormandPrince, EighthOrder
+from .workspace import K, Y, attempts_by_address, steps_by_address, workspace
 
 BUDGET = 65536  # steps per call of a kernel: between calls the user can interrupt
 MOST_RECORDED = 100_000_000
@@ -86,22 +88,25 @@ class AdaptiveStep:
     def recorded(self, system: Any, y: Any, spans: Any, record: Record) -> Trajectory:
         """Trajectory over the stretches `spans` from the state y, in a given record."""
         omega = float(omega_of(system))
-        places = breakpoints_of(system)
-        breakpoints = np.array(places, float) if places else None  # None: the kernel for smooth laws omits the search
+        breakpoints = breakpoints_of(system)
+        kinks = np.array([breakpoints, [1.0] * len(breakpoints)])
         longest, span = float(self.largest_step or math.inf), spans[-1][1] - spans[0][0]
         limits = longest, span, float(self.rtol), float(self.atol)
-        t, h, at, sides = spans[0][0], 0.0, -1, np.ones(len(places))
+        t, h, at, w = spans[0][0], 0.0, -1, workspace(y)
+        scheme = attempts_by_address(self.scheme, system, len(y), len(breakpoints) > 0)
+        constants = self.scheme.error_order(), float(self.scheme.stable()), np.array([self.scheme.looks()], float)
+        by_address = system_by_address(system, len(y), torsion=len(breakpoints) > 0)
         steps, rejected, switches, status = 0, 0, 0, DONE
         try:
             for begin, end in spans:
                 if begin > t:
-                    t, y, rate = across(system, omega, t, y, begin)
-                    record.go_on(t, y, rate)
+                    t, w[Y], w[K] = across(system, omega, t, tuple(w[Y].tolist()), begin)
+                    record.go_on(t, w[Y], w[K])
                 status = PAUSED
                 while status == PAUSED and steps + rejected < self.max_steps:
                     budget = record.room(min(BUDGET, self.max_steps - steps - rejected))
-                    t, y, h, at, filled, status, new, bad, crossed = run(
-                        adaptive, self.scheme, system, omega, t, y, end, h, *limits, breakpoints, sides, at,
+                    t, h, at, filled, status, new, bad, crossed = run(
+                        adaptive, scheme, *constants, by_address, omega, t, w, end, h, *limits, kinks, at,
                         record.samples, record.filled, budget, *record.buffers(),
                     )  # fmt: skip
                     record.keep(filled, t)
@@ -153,18 +158,20 @@ class FixedStep:
     def trajectory(self, system: Any, y: Any, rate: Any, times: Floats, spans: Any) -> Trajectory:
         """Trajectory over the stretches `spans` from the state y, recorded at the times or, if two, at every step."""
         omega, (t, _), steps, status = float(omega_of(system)), spans[0], 0, DONE
-        record = Record(system, times, spans, y, rate, True, True)
+        record, w = Record(system, times, spans, y, rate, True, True), workspace(y)
+        scheme = steps_by_address(self.scheme, system, len(y))
+        by_address = system_by_address(system, len(y))
         try:
             h = self.step_of(system, y, rate, times, spans)
             if len(times) == 2:
                 record = Record(system, _grid(times, spans, h), spans, y, rate, True, False)
             for begin, end in spans:
                 if begin > t:
-                    t, y, rate = across(system, omega, t, y, begin)
+                    t, w[Y], w[K] = across(system, omega, t, tuple(w[Y].tolist()), begin)
                 status = PAUSED
                 while status == PAUSED:
-                    t, y, filled, status, new = run(
-                        fixed, self.scheme, system, omega, t, y, end, h, record.samples, record.filled, BUDGET,
+                    t, filled, status, new = run(
+                        fixed, scheme, by_address, omega, t, w, end, h, record.samples, record.filled, BUDGET,
                         *record.buffers(),
                     )  # fmt: skip
                     record.keep(filled, t)

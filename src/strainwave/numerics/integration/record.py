@@ -42,12 +42,12 @@ class Record:
     ) -> None:  # fmt: skip
         self.times, self.states, self.sampled, self.said = times, len(y), sampled, monotonic()
         self.t, self.full, self.filled = float(times[0]), list[Floats](), 1
-        self.samples = times if sampled else np.empty(0)
+        self.samples = np.array([times]) if sampled else np.empty((1, 0))
         if sampled and (len(spans) > 1 or spans[-1][1] < times[-1]):
             begins, ends = np.array(spans).T
-            self.samples = np.minimum(times, ends[np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)])
+            self.samples[0] = np.minimum(times, ends[np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)])
         watched = len(system.watched(0.0, y)) if between and not lacking(system, "watched") else 0
-        self.most = np.zeros(between * (len(y) + watched))
+        self.most, self.seen = np.zeros(between * (len(y) + watched)), np.empty((4, watched))
         self.table = np.empty((1 + 2 * len(y) + len(self.most), len(times) if sampled else FIRST))
         self.table[:, 0] = (times[0], *y, *rate, *self.most)
 
@@ -61,10 +61,9 @@ class Record:
             self.filled = 0
         return min(steps, self.table.shape[1] - self.filled)
 
-    def buffers(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-        """Largest values since the last sample; times, states, rates and largest values of the table to fill."""
-        n = self.states
-        return self.most, self.table[0], self.table[1 : 1 + n], self.table[1 + n : 1 + 2 * n], self.table[1 + 2 * n :]
+    def buffers(self) -> tuple[Floats, Floats, Floats]:
+        """Largest values since the last sample, a workspace for what is watched, and the table to fill."""
+        return self.most[None], self.seen, self.table
 
     def keep(self, filled: int, t: float) -> None:
         """Take over what the kernel has filled up to the time t."""
@@ -85,7 +84,10 @@ class Record:
         """Assemble the result with one sentence on how it ended."""
         if self.filled < self.table.shape[1] or self.full:
             self.table = np.concatenate([*self.full, self.table[:, : self.filled]], axis=1)
-        _, times, y, rate, most = self.buffers()
+        n = self.states
+        times, y, rate, most = (
+            self.table[i] for i in (0, slice(1, 1 + n), slice(1 + n, 1 + 2 * n), slice(1 + 2 * n, None))
+        )
         if self.sampled:
             times[:] = self.times[: self.filled]
         message = status.value

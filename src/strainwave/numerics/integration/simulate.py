@@ -13,8 +13,8 @@ from ...protocols import names_of, omega_of, with_parts
 from ...quantities import shown
 from ...results import Floats, Trajectory
 from .corners import stretches
-from .marches import BOUND
 from .methods import Dopri5, Method, checked
+from .workspace import BOUND
 
 METHOD = Dopri5()
 

@@ -4,7 +4,6 @@ They take the phase at the start and its growth, which all lanes of an ensemble 
 and the step in time.
 """
 
-import math
 from typing import Any
 
 from ...compile.jit import kernel, routine
@@ -12,12 +11,6 @@ from ...compile.tuples import axpy, times
 from .tableaus import DOP8_A as A
 from .tableaus import DOP8_B as B
 from .tableaus import DOP8_C as C
-
-
-@routine
-def rates_of(system: Any, phase: Any, y: Any) -> Any:
-    """`system.rhs(phase, y)` outside the loops that count: compiled once for all places."""
-    return system.rhs(phase, y)
 
 
 @kernel
@@ -92,32 +85,39 @@ def dopri5_step(system: Any, phase: Any, turn: Any, y: Any, h: Any, rate: Any) -
 
 
 @kernel
-def dense_output(s: float, h: float, y: Any, k: Any, y_end: Any, k_end: Any, dense: Any) -> Any:
-    """State at the fraction s of a Dormand-Prince step (fourth order, Hairer, Norsett & Wanner I, eq. II.6.17)."""
+def dense_weights(s: Any, h: float) -> Any:
+    """Weights for `weighted` that give the state at the fraction s of a step of h.
+
+    It is of fourth order for the step of Dormand & Prince (Hairer, Norsett & Wanner I, eq. II.6.17).
+    """
     r = 1.0 - s
-    difference = axpy(y_end, -1.0, y)
-    slope = axpy(axpy(difference, -h, k), -2.0, axpy(difference, -h, k))  # h k - difference
-    bend = axpy(axpy(difference, -h, k_end), -1.0, slope)
-    out = axpy(y, s, difference)
-    out = axpy(out, s * r, slope)
-    out = axpy(out, s * r * s, bend)
-    return axpy(out, s * r * s * r, dense)
+    return r * r * (1.0 + 2.0 * s), h * s * r * r, s * s * (1.0 + 2.0 * r), -h * s * s * r, s * s * r * r
 
 
 @kernel
-def error_norm(error: Any, y: Any, y_end: Any, rtol: float, atol: float) -> float:
-    """Root mean square of the error in units of the tolerance (Hairer, Norsett & Wanner I, eq. II.4.11)."""
-    return math.sqrt(error_square(error, y, y_end, rtol, atol))
+def slope_weights(s: float, h: float) -> Any:
+    """Derivatives of `dense_weights` by s."""
+    r = 1.0 - s
+    return -6.0 * s * r, h * r * (1.0 - 3.0 * s), 6.0 * s * r, h * s * (3.0 * s - 2.0), 2.0 * s * r * (r - s)
 
 
 @kernel
-def error_square(error: Any, y: Any, y_end: Any, rtol: float, atol: float) -> float:
-    """Square of `error_norm`: where a step waits for it, the root costs 4 % of the step."""
+def weighted(a: Any, y: Any, k: Any, y_end: Any, k_end: Any, dense: Any) -> Any:
+    """Weighted sum of state and rate at the begin of a step, those at its end, and the vector of the dense output."""
+    return a[0] * y + a[1] * k + a[2] * y_end + a[3] * k_end + a[4] * dense
+
+
+@routine
+def error_square(n: int, error: Any, y: Any, y_end: Any, rtol: float, atol: float) -> float:
+    """Mean square of n errors in units of the tolerance (Hairer, Norsett & Wanner I, eq. II.4.11).
+
+    Where a step waits for it, the root costs 4 % of the step.
+    """
     total = 0.0
-    for i in range(len(y)):
+    for i in range(n):
         scaled = error[i] / (atol + rtol * max(abs(y[i]), abs(y_end[i])))
         total += scaled * scaled
-    return total / len(y)
+    return total / n
 
 
 @kernel

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...model.train.drive_train import DriveTrain, motor_motion
 from ...model.train.motion import Segment
 from ...model.train.train_forms import behind_gear
-from ...numerics.integration.extremes import ends_of
+from ...numerics.integration.extremes import watched_ends
 from ...numerics.integration.methods import AdaptiveStep, Method
 from ...numerics.integration.simulate import simulate
 from ...results import Floats, SolveError, Status, largest_between
@@ -105,9 +105,8 @@ class Followed:
         fields: Any = self.train.reference
         reference = Segment(*(field[i] for field in fields))
         system = Watched(self.train._replace(reference=reference))
-        early, late = ((self.t[k], tuple(self.y[:, k]), tuple(self.rate[:, k])) for k in (i, i + 1))
-        ends = ends_of(system, 1.0, *early, *late)
-        return [largest_between(np.diff(self.t)[i], *end) for end in zip(*ends, strict=True)]
+        every = watched_ends(system, self, i)
+        return [largest_between(np.diff(self.t)[i], *ends) for ends in every]
 
     def pointing(self) -> tuple[Floats, Floats, Floats]:
         """Pointing error [rad] at the samples (n,), its rate and the rate of that."""

@@ -237,7 +237,8 @@ def _peaks(train: DriveTrain, run: Trajectory, states: int) -> Any:
     if run.largest is not None:
         first = np.abs(np.array(Metered(train).watched(train.omega * run.t[0], tuple(run.y[:states, 0])), float))
         return np.maximum(first, np.max(run.largest[-len(first) :], axis=1)).tolist()
-    return [largest_between(np.diff(run.t), *ends) for ends in watched_ends(Metered(train), run)]
+    every = watched_ends(Metered(train), run, np.arange(len(run.t) - 1))
+    return [largest_between(np.diff(run.t), *ends) for ends in every]
 
 
 def waiting(train: DriveTrain, t: float) -> Floats:

@@ -6,7 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...numerics.integration.marches import first_step
-from ...numerics.integration.steps import dense_output, dopri5_step, error_norm
+from ...numerics.integration.schemes import DormandPrince
+from ...numerics.integration.steps import dense_weights, weighted
+from ...numerics.integration.workspace import DENSE, K1, Y1, K, Y, attempt, move, workspace
 from ...quantities import complex_number, complex_numbers, numbers, shown
 from ...results import Floats, SolveError
 from ...sentences import Angle, Sentence, Speed
@@ -202,22 +204,22 @@ def _integrate(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
     # a tolerance below the error of the averages would only follow their kinks
     rtol = max(RTOL, 10.0 * flow.error)
     atol = 0.01 * rtol * max(abs(z0), max(flow.setting.scales()) * 1e-3)
-    system, now, y, end = _Slow(flow), float(t[0]), (z0.real, z0.imag), float(t[-1])
-    k = system.rhs(0.0, y)
-    h = min(first_step(5, system, 1.0, now, y, k, rtol, atol), end - now)
+    system, now, w, end = _Slow(flow), float(t[0]), workspace((z0.real, z0.imag)), float(t[-1])
+    w[K] = system.rhs(0.0, w[Y])
+    h = min(first_step(5, system, 1.0, now, w, rtol, atol), end - now)
     z, filled = np.full(len(t), z0, complex), 1
     for _ in range(MOST_STEPS):
-        y1, k1, error, dense = dopri5_step(system, now, h, y, h, k)
-        e = error_norm(error, y, y1, rtol, atol)
+        e = math.sqrt(abs(attempt((DormandPrince(), system), now, h, h, rtol, atol, w)))
         if not now + h > now:
             break
         if e <= 1.0:
             after = end if end - (now + h) < 1e-9 * h else now + h
             inside = int(np.searchsorted(t, after, side="right"))
             shares: Any = (t[filled:inside] - now) / h
-            x = dense_output(shares, h, y, k, y1, k1, dense)
+            x = weighted(dense_weights(shares, h), *w[[Y, K, Y1, K1, DENSE], :, None])
             z[filled:inside], filled = x[0] + 1j * x[1], inside
-            now, y, k = after, y1, k1
+            move(w, Y1, Y)
+            now = after
             if now >= end:
                 # z' is a first-order part of x'
                 return z, _batched(flow, z)
