@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 RECENT = 8  # things whose words are kept for the next kernel
-_recent: tuple[Any, ...] = ()
+_recent: tuple[tuple[Any, str, Any, Any], ...] = ()
 
 VECTOR, MATRIX = "vector", "matrix"  # kinds of arguments of an entry: contiguous arrays of floats
 
@@ -33,7 +33,7 @@ class ByAddress:
         global _recent
         for recent in _recent:
             if self.again and recent[0] is self.thing and recent[1] == self.again:
-                return recent[2:]
+                return recent[2], recent[3]
         kept: list[Any] = []
 
         def words(thing: Any) -> int:
