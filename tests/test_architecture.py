@@ -13,7 +13,7 @@ import strainwave
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = sorted((ROOT / "src").rglob("*.py"))
-HEAVY = {"numba", "scipy", "xarray", "zarr", "pint", "matplotlib", "dask", "sympy"}
+HEAVY = {"numba", "scipy", "xarray", "zarr", "matplotlib", "dask", "sympy"}
 
 
 def name_of(path: Path) -> str:

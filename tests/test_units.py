@@ -2,8 +2,6 @@
 
 import math
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -224,13 +222,3 @@ def test_convert_cuts_a_long_unit_in_its_sentence():
     with pytest.raises(ValueError, match=r"\(3002 characters\)") as error:
         convert(1.0, "x" * 3000, "rad")
     assert len(str(error.value)) < 200
-
-
-@pytest.mark.slow
-def test_pint_is_imported_at_the_first_text_and_not_before():
-    code = (
-        "import sys; from strainwave.quantities import parse; before = 'pint' in sys.modules; "
-        "parse('1 rad', 'rad'); print(before, 'pint' in sys.modules)"
-    )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout.split() == ["False", "True"]

@@ -1,23 +1,24 @@
 """Text with units, and conversion at the edges: "7160 N*m/rad" to a float in SI and radians, radians to arcsec.
 
 Our own unit file makes the angle a base dimension. What stock unit libraries let pass (Hz for rad/s, N*m for N*m/rad)
-is then a mismatch, refused with help. Text meets a strict grammar first, because it may come from a stranger and pint
-evaluates what looks like arithmetic.
+is then a mismatch, refused with help. Sizes of units are fractions, so that a prefix costs no digit.
 """
 
 import re
+from collections import Counter
+from fractions import Fraction
 from functools import cache, lru_cache
 from math import inf, pi
 from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 RPM, ARCSEC = pi / 30.0, pi / 648_000.0  # one revolution a minute [rad/s], one second of arc [rad]
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?")
 _FACTOR = r"[A-Za-z]+(?:\^-?1?[0-9])?"
 _GROUP = rf"(?:{_FACTOR}|\({_FACTOR}(?:[*/]{_FACTOR})*\)(?:\^-?1?[0-9])?)"
 UNIT = re.compile(rf"(?:1?/)?{_GROUP}(?:[*/]{_GROUP})*")
-PREFIX = re.compile("^(?:nano|micro|milli|centi|kilo|mega|[numckM])")
+PART = re.compile(r"(/?)(?:\(([^)]*)\)|([A-Za-z]+))(?:\^(-?[0-9]+))?")  # a factor of such a unit
 LONGEST = 60
 # One plain spelling for each sign that people type.
 _SPELLING = str.maketrans({"·": "*", "⋅": "*", "×": "*", "−": "-", "µ": "u", "μ": "u", "\u00a0": " ", "\u202f": " "} | {
@@ -166,20 +167,53 @@ def _with_forces(given: str, to: str) -> str:
     return forces if forces != given and not _unknown(forces) and _matches(forces, to) else given
 
 
-@lru_cache(maxsize=1024)
-def _unknown(units: str) -> list[str]:
-    """Names in units that are none of ours, with a prefix or without."""
-    known = set(dir(_registry()))
-    # Left alone, pint takes any final s as a plural: Nms would be N*m.
-    return [n for n in re.findall("[A-Za-z]+", units) if n not in known and PREFIX.sub("", n, count=1) not in known]
+class _Measure(NamedTuple):
+    """A unit as a number of base units, and their powers."""
+
+    size: Fraction
+    powers: dict[str, int]
 
 
 @cache
-def _registry() -> Any:
-    """Our own units; pint's file takes 1 Hz as 1 rad/s and N*m as N*m/rad."""
-    import pint
+def _definitions() -> dict[str, str]:
+    """Number and unit that each name of our own file stands for; of a base unit that is 1 and its first name."""
+    text = Path(__file__).with_name("units.txt").read_text(encoding="utf-8")
+    lines = [line.partition("=") for line in text.splitlines() if line and not line.startswith("#")]
+    return {name: size.strip() or f"1 {names.split()[0]}" for names, _, size in lines for name in names.split()}
 
-    return pint.UnitRegistry(str(Path(__file__).with_name("units.txt")))
+
+@lru_cache(maxsize=1024)
+def _named(name: str) -> _Measure | None:
+    """The unit of a name, with a prefix or without; None of one that is not ours."""
+    known = _definitions()
+    if name not in known:
+        for i in range(1, len(name)):
+            if f"{name[:i]}-" in known and name[i:] in known:
+                return _measured(name[i:], Fraction(known[f"{name[:i]}-"]))
+        return None
+    number, _, unit = known[name].partition(" ")
+    return _Measure(Fraction(1), {name: 1}) if unit == name else _measured(unit, Fraction(number))
+
+
+@lru_cache(maxsize=1024)
+def _measured(unit: str, number: Fraction = Fraction(1)) -> _Measure:
+    """So many of a unit; KeyError names what is unknown in it."""
+    powers: Counter[str] = Counter()
+    for bar, group, name, power in PART.findall(unit.replace("**", "^")):
+        part = _measured(group) if group else _named(name)
+        if part is None:
+            raise KeyError(name)
+        times = int(power or 1) * (-1 if bar else 1)
+        number *= part.size**times
+        for base in part.powers:
+            powers[base] += times * part.powers[base]
+    return _Measure(number, {base: power for base, power in powers.items() if power})
+
+
+@lru_cache(maxsize=1024)
+def _unknown(units: str) -> list[str]:
+    """Names in units that are none of ours."""
+    return [name for name in re.findall("[A-Za-z]+", units) if _named(name) is None]
 
 
 def _scaled(value: Any, given: str, to: str) -> Any:
@@ -190,14 +224,11 @@ def _scaled(value: Any, given: str, to: str) -> Any:
 @lru_cache(maxsize=1024)
 def _factors(given: str, to: str) -> tuple[float, float]:
     """Return p and q, p/q `to` are one `given`; KeyError names an unknown unit, ArithmeticError reports a mismatch."""
-    if unknown := _unknown(f"{given} {to}"):
-        raise KeyError(unknown[0])
     if not _matches(given, to):
         raise ArithmeticError
-    factor = float(_registry().convert(1.0, _for_pint(given), _for_pint(to)))
-    inverse = round(1.0 / factor)
+    ratio = _measured(given).size / _measured(to).size
     # 4.5 kg*cm^2 is 4.5/10000, the nearest number to 4.5e-4; 4.5 times 1e-4 is not.
-    return (1.0, float(inverse)) if abs(inverse * factor - 1.0) < 1e-14 and inverse > 1 else (factor, 1.0)
+    return (1.0, float(ratio.denominator)) if ratio.numerator == 1 else (float(ratio), 1.0)
 
 
 def example(unit: str) -> str:
@@ -224,9 +255,5 @@ def _mismatch(text: str, number: float, given: str, unit: str) -> str:
 
 
 def _matches(given: str, unit: str) -> bool:
-    first, second = (_registry().parse_units(_for_pint(u)).dimensionality for u in (given, unit))
-    return bool(first == second)
-
-
-def _for_pint(unit: str) -> str:
-    return re.sub("^/", "1/", unit).replace("^", "**")
+    """Whether two units measure the same thing; KeyError names an unknown one."""
+    return _measured(given).powers == _measured(unit).powers

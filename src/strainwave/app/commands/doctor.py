@@ -15,7 +15,7 @@ from ... import __version__
 from ...compile import cache, cuda, jit
 from ..console import to_json
 
-CORE = ("numpy", "scipy", "numba", "llvmlite", "xarray", "zarr", "pint", "pydantic", "ruamel.yaml", "click", "rich")
+CORE = ("numpy", "scipy", "numba", "llvmlite", "xarray", "zarr", "pydantic", "ruamel.yaml", "click", "rich")
 EXTRAS = {
     "plot": ("matplotlib",),
     "report": ("jinja2",),
