@@ -53,8 +53,11 @@ def parts_of(law: Any) -> tuple[Any, ...]:
 
 def states_of(law: Any) -> int:
     """Number of a law's internal states z."""
-    own = getattr(class_of(law), "states", None)
-    if own is None or not has(law, "z_rate"):
+    cls = class_of(law)
+    if not hasattr(cls, "z_rate"):
+        return 0
+    own = getattr(cls, "states", None)
+    if own is None:
         return sum(states_of(part) for part in parts_of(law))
     return int(own(law) if callable(own) else own)
 

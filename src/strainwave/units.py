@@ -177,8 +177,14 @@ def _unknown(units: str) -> list[str]:
 @cache
 def _registry() -> Any:
     """Our own units; pint's file takes 1 Hz as 1 rad/s and N*m as N*m/rad."""
+    import sys
+
+    # Where dask is installed pint imports it, half a second, to know its arrays; we give it none.
+    dask = sys.modules.setdefault("dask", None)  # type: ignore[arg-type]
     import pint
 
+    if dask is None:
+        del sys.modules["dask"]
     return pint.UnitRegistry(str(Path(__file__).with_name("units.txt")))
 
 

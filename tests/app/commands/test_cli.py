@@ -59,11 +59,25 @@ def test_help_imports_nothing_heavy():
         "import sys; sys.argv = ['strainwave', '--help']\n"
         "from strainwave.app.commands.cli import main\n"
         "try: main()\nexcept SystemExit: pass\n"
-        "heavy = {'numba', 'numpy', 'scipy', 'pint', 'matplotlib', 'sympy', 'xarray', 'pydantic', 'rich', 'jinja2'}\n"
+        "heavy = {'numba', 'numpy', 'scipy', 'matplotlib', 'sympy', 'xarray', 'pydantic', 'rich', 'jinja2'}\n"
         "print(sorted(heavy & set(sys.modules)), file=sys.stderr)"
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert result.stderr.strip() == "[]"
+
+
+@pytest.mark.slow
+def test_a_response_of_a_spring_imports_no_library_that_it_does_not_need(project):
+    code = (
+        f"import sys; sys.argv = ['strainwave', 'response', {str(project)!r}]\n"
+        "from strainwave.app.commands.cli import main\n"
+        "try: main()\nexcept SystemExit as end: assert not end.code\n"
+        "heavy = {'numba', 'scipy', 'matplotlib', 'sympy', 'xarray', 'zarr', 'dask', 'jinja2'}\n"
+        "print(sorted(heavy & set(sys.modules)), file=sys.stderr)"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "largest oscillation" in result.stdout
+    assert result.stderr.splitlines()[-1] == "[]"
 
 
 @pytest.mark.parametrize("args", [("analyze",), ("nonsense",), ("analyze", "x.yaml"), ("catalogue", "--size", "big")])

@@ -166,8 +166,9 @@ class DriveTrain(NamedTuple):
 
     def twists(self) -> tuple[int, ...]:
         """Places of the couplings' twists in the state."""
-        names = self.state_names()
-        return tuple(names.index(f"coupling {i + 1}") for i in range(len(self.load.couplings())))
+        count = len(self.load.couplings())
+        names = self.state_names() if count else ()  # asked for at every motion of a balance
+        return tuple(names.index(f"coupling {i + 1}") for i in range(count))
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where the gear's law is not smooth."""

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ...compile.blas import one_thread
 from ...law import is_spring
 from ...model.gears.gear import Gear
 from ...model.oscillator import Oscillator
@@ -39,6 +40,7 @@ Told = Callable[[str, float], None]
 FEWEST, FINE = 20, 300  # points of the response curve in the band of a resonance, and of one drawn for it alone
 
 
+@one_thread
 def analyze(
     system: Oscillator | VaryingOscillator,
     speeds: Speeds,

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ...compile.blas import one_thread
 from ...model.gears.limits import cubic_means
 from ...model.laws.hysteresis import Parallel
 from ...model.train.drive_train import DriveTrain
@@ -46,6 +47,7 @@ NO_MOTION = (
 )
 
 
+@one_thread
 def train_curve(
     train: DriveTrain, speeds: tuple[float, float], harmonics: int | None = None, *, coexisting: bool = True,
     locate: bool = False, points: int = POINTS,

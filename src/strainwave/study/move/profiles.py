@@ -8,7 +8,6 @@ from math import cbrt, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from ...protocols import lacking
 from ...quantities import (
@@ -203,6 +202,8 @@ def _spline(t: Floats, angle: Floats) -> Path:
     """Path through points, at rest at both ends; the same angle throughout is a dwell."""
     if np.ptp(angle) == 0.0:
         return Path.of_pieces([(float(t[-1] - t[0]), 0.0, 0.0)], 0.0)
+    from scipy.interpolate import CubicSpline  # a third of a second of every start, where a project has no such part
+
     third, second, first, value = CubicSpline(t, angle, bc_type="clamped").c
     return Path(t - t[0], value - angle[0], first, 2.0 * second, 6.0 * third, float(angle[-1] - angle[0]))
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...compile.blas import one_thread
 from ...law import is_spring
 from ...numerics.balance.harmonics import grown, highest_order
 from ...numerics.balance.rates import periodic
@@ -106,6 +107,7 @@ class ExactResponse(Result):
         return np.asarray(np.hypot(even, odd))
 
 
+@one_thread
 def exact_response(
     system: Any, speeds: tuple[float, float], points: int = POINTS, given: int | None = None, coexisting: bool = True
 ) -> ExactResponse:  # fmt: skip

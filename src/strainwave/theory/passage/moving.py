@@ -12,16 +12,18 @@ seen from. First order has neither of them.
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.interpolate import RectBivariateSpline
 
 from ..slow_flow.averaging import AveragedFlow, Exact
 from ..slow_flow.cubic import CubicFlow
 from ..slow_flow.fixed_points import Flow
 from ..slow_flow.second_order import STEP, Samples, SecondOrderFlow, Small
 from ..slow_flow.setting import Complexes, Setting, real_matrix
+
+if TYPE_CHECKING:
+    from scipy.interpolate import RectBivariateSpline
 
 ALONE, AMONG_OTHERS = (400, 17, 1), (120, 9, 16)  # amplitudes, speeds and phases of a table
 SMALLEST = 1e-4  # of the largest function: a smaller one is left out
@@ -79,7 +81,7 @@ class Tabulated:
     """
 
     multiples: tuple[int, ...]
-    parts: tuple[tuple[RectBivariateSpline, RectBivariateSpline], ...]
+    parts: tuple[tuple["RectBivariateSpline", "RectBivariateSpline"], ...]
     largest: float
 
     def values(self, s: Setting, z: Any) -> tuple[Small, Any]:
@@ -96,6 +98,8 @@ def tabulated(flow: Flow, band: tuple[float, float], largest: float) -> Flow:
     """The flow with its samples in a table up to an amplitude [rad]; as it is where it has none."""
     if not (isinstance(flow, SecondOrderFlow) and isinstance(flow.force, Samples)):
         return flow
+    from scipy.interpolate import RectBivariateSpline  # a third of a second of every start, and tables alone need it
+
     alone = bool(flow.setting.on_fast.all())
     amplitudes, speeds, phases = ALONE if alone else AMONG_OTHERS
     margin = 1e-3 * (band[1] - band[0])

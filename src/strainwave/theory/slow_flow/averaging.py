@@ -59,11 +59,12 @@ class Sampled:
         law, u = s.system.law, self._torsion(z)
         return self._against_turn(law.torque(u) - law.torque(s.u0) - law.stiffness(s.u0) * (u - s.u0))
 
-    def slopes(self, s: Setting, z: Complexes) -> tuple[Complexes, Complexes]:
-        """Derivatives [N*m/rad] of `force` to Re z and Im z."""
+    def linear(self, s: Setting, z: Complexes) -> tuple[Complexes, Complexes, Complexes]:
+        """`force`, and its derivatives [N*m/rad] to Re z and Im z."""
         law, u = s.system.law, self._torsion(z)
         change = law.stiffness(u) - law.stiffness(s.u0) + 0.0 * u
-        return self._against_turn(change * self.turn.real), -self._against_turn(change * self.turn.imag)
+        slopes = self._against_turn(change * self.turn.real), -self._against_turn(change * self.turn.imag)
+        return self.force(s, z), *slopes
 
     def _torsion(self, z: Complexes) -> Floats:
         """Torsion [rad] at the sample points for every z: shape (number of z, n)."""
@@ -114,10 +115,10 @@ class Exact:
         """<N conj(E)> [N*m] for a vector of z."""
         return self._means(z)[0]
 
-    def slopes(self, s: Setting, z: Complexes) -> tuple[Complexes, Complexes]:  # noqa: ARG002
-        """Derivatives [N*m/rad] of `force` to Re z and Im z."""
-        _, mean, twice = self._means(z)
-        return 0.5 * (mean + twice), 0.5j * (mean - twice)
+    def linear(self, s: Setting, z: Complexes) -> tuple[Complexes, Complexes, Complexes]:  # noqa: ARG002
+        """`force`, and its derivatives [N*m/rad] to Re z and Im z."""
+        force, mean, twice = self._means(z)
+        return force, 0.5 * (mean + twice), 0.5j * (mean - twice)
 
     def _means(self, z: Complexes) -> tuple[Complexes, Floats, Complexes]:
         """Means of N conj(E), N' and N' conj(E)^2."""
@@ -186,11 +187,15 @@ class AveragedFlow:
 
     def jacobian(self, z: Any) -> Floats:
         """Derivative [1/s] of (Re z', Im z') to (Re z, Im z): shape (..., 2, 2)."""
+        return self.balance(z)[1]
+
+    def balance(self, z: Any) -> tuple[Any, Floats]:
+        """The rate z' [rad/s] for an array of z [rad], and its derivative [1/s] (..., 2, 2) to (Re z, Im z)."""
         s = self.setting
-        to_re, to_im = self.means.slopes(s, np.ravel(np.asarray(z, complex)))
         scale = 1j / (s.omega_0 * s.system.J)
-        to_re, to_im = (scale * part.reshape(np.shape(z)) for part in (to_re, to_im))
-        return real_matrix(self.linear + to_re, 1j * self.linear + to_im)
+        parts = self.means.linear(s, np.ravel(np.asarray(z, complex)))
+        force, to_re, to_im = (scale * part.reshape(np.shape(z)) for part in parts)
+        return self.linear * z + force - self.push, real_matrix(self.linear + to_re, 1j * self.linear + to_im)
 
     def stability(self, z: Any) -> Floats:
         """Matrix [1/s] whose eigenvalues decide on stability: that of the rates."""
@@ -206,7 +211,8 @@ class AveragedFlow:
 
     def linearized(self, z: complex) -> tuple[complex, Floats, complex]:
         """The rate at one z, and its derivatives to (Re z, Im z) and to omega."""
-        return complex(self.rates(z)), self.jacobian(z), self._speed_slope(z)
+        rate, slope = self.balance(z)
+        return complex(rate), slope, self._speed_slope(z)
 
     def _speed_slope(self, z: complex) -> complex:
         """Derivative of the rate at one z to omega, by a central difference."""

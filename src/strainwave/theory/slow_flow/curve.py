@@ -6,7 +6,7 @@ Keller 1977; Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Proble
 import cmath
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -31,6 +31,7 @@ class Curve:
     flow: Flow
     size: float
     width: float
+    _known: dict[bytes, tuple[Floats, Floats]] = field(default_factory=dict, repr=False)
 
     def split(self, point: Floats) -> tuple[complex, float]:
         """The state z [rad] and the speed omega [rad/s] of a point."""
@@ -42,11 +43,14 @@ class Curve:
 
     def linear(self, point: Floats) -> tuple[Floats, Floats]:
         """Residual (2,) and its derivative (2, 3) to the scaled unknowns, both over size."""
-        z, omega = self.split(point)
-        rate, by_z, by_omega = self.flow.at(omega).linearized(z)
-        slope = by_omega * self.width / self.size
-        matrix = np.column_stack([by_z, [slope.real, slope.imag]])
-        return np.array([rate.real, rate.imag]) / self.size, matrix
+        key = point.tobytes()
+        if key not in self._known:  # points are come back to, for tangents, folds and crests
+            z, omega = self.split(point)
+            rate, by_z, by_omega = self.flow.at(omega).linearized(z)
+            slope = by_omega * self.width / self.size
+            matrix = np.column_stack([by_z, [slope.real, slope.imag]])
+            self._known[key] = np.array([rate.real, rate.imag]) / self.size, matrix
+        return self._known[key]
 
     def tangent(self, point: Floats, along: Floats) -> Floats:
         """Unit tangent, on the side of `along`; its last entry is det(d rates/d z), zero exactly at a fold."""

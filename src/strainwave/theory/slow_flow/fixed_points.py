@@ -76,7 +76,7 @@ def attractor(flow: Flow, z: complex) -> complex | None:
 
 def rates_of(flow: Flow, z: Any) -> tuple[Any, Floats]:
     """What vanishes in a steady state [rad/s], and its derivative (..., 2, 2) to (Re z, Im z)."""
-    return flow.balance(z) if isinstance(flow, SecondOrderFlow) else (flow.rates(z), flow.jacobian(z))
+    return (flow.rates(z), flow.jacobian(z)) if isinstance(flow, CubicFlow) else flow.balance(z)
 
 
 def is_trivial(flow: Flow) -> bool:

@@ -9,6 +9,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from ...compile.blas import one_thread
 from ...results import Floats
 from .curve import Arc, Curve, new_part, passes, special, trace
 from .fixed_points import Flow, is_stable
@@ -21,6 +22,7 @@ CLOSE = 1e-9  # relative difference of amplitudes at one crest
 PER_CYCLE = 64  # samples of the fastest component: a peak between them is right to 1e-3
 
 
+@one_thread
 def response(flow: Flow, lo: float, hi: float) -> SlowResponse:
     """Trace every branch of nontrivial steady states between two speeds [rad/s]."""
     speeds = np.array([omega for omega in np.linspace(lo, hi, SEEDS) if not flow.setting.sits_on(float(omega))])

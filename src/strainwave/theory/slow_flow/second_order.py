@@ -202,11 +202,12 @@ class SecondOrderFlow:
 
     def linearized(self, z: complex) -> tuple[complex, Floats, complex]:
         """The rate before z'' is counted, which vanishes where z' does, and its derivatives to z and to omega."""
-        rate, slope = self.balance(z)
-        d = STEP * self.setting.omega
-        both = self.at(self.setting.omega + np.array([d, -d]))
-        ends = both.unforced(np.array([z, z])) - both.push
-        return complex(rate), slope, complex(ends[0] - ends[1]) / (2.0 * d)
+        step, d = STEP * (abs(z) + 1e-3 * max(self.setting.scales())), STEP * self.setting.omega
+        there = self.at(self.setting.omega + np.array([0.0, 0.0, 0.0, 0.0, 0.0, d, -d]))
+        places = z + np.array([0.0, step, -step, 1j * step, -1j * step, 0.0, 0.0])
+        rate, *ends = (there.unforced(places) - there.push).tolist()
+        by_re, by_im, by_omega = (up - down for up, down in zip(ends[::2], ends[1::2], strict=True))
+        return rate, real_matrix(by_re / (2.0 * step), by_im / (2.0 * step)), by_omega / (2.0 * d)
 
     def sound(self, z: Any) -> Any:
         """Whether the small harmonics of states are smaller than their motions: beyond that no state is one."""

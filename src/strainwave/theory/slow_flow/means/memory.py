@@ -234,11 +234,11 @@ class LoopAverages:
         c, torque, turn = self._first(s, z)
         return np.asarray(0.5 * self._beyond(s, c, torque)[:, self.fast] * turn)
 
-    def slopes(self, s: Setting, z: Complexes) -> tuple[Complexes, Complexes]:
-        """Derivatives [N*m/rad] of `force` to Re z and Im z, by central differences."""
+    def linear(self, s: Setting, z: Complexes) -> tuple[Complexes, Complexes, Complexes]:
+        """`force`, and its derivatives [N*m/rad] to Re z and Im z by central differences."""
         d = STEP * (np.abs(z) + 1e-3 * max(s.scales()))
-        ends = self.force(s, np.concatenate([z + d, z - d, z + 1j * d, z - 1j * d])).reshape(4, -1)
-        return (ends[0] - ends[1]) / (2.0 * d), (ends[2] - ends[3]) / (2.0 * d)
+        here, *ends = self.force(s, np.concatenate([z, z + d, z - d, z + 1j * d, z - 1j * d])).reshape(5, -1)
+        return here, (ends[0] - ends[1]) / (2.0 * d), (ends[2] - ends[3]) / (2.0 * d)
 
     def small(self, s: Setting, z: Any) -> list[tuple[Any, Any]]:
         """What first order knows of the waveform beyond w: the mean torsion [rad] about u0, of speed 0."""
