@@ -25,6 +25,7 @@ PATHS = {path.stem: path for path in sorted(EXAMPLES.rglob("*.py"))}
 @pytest.fixture(autouse=True)
 def one_figure(request):
     """An example leaves one figure open."""
+    plt.close("all")  # those of tests before in the same process
     yield
     figures = len(plt.get_fignums())
     plt.close("all")
