@@ -2,7 +2,7 @@
 
     python benchmarks/app.py sessions [--count 50] [--seconds 20]
     python benchmarks/app.py kill [--count 30] [--seed 1]
-    python benchmarks/app.py start [--rounds 5]
+    python benchmarks/app.py start [--rounds 5] [--cold]
 
 Each starts `strainwave app` as a process of its own on a free port; the visitors are in this process, on the same
 cores. `sessions`: everybody has a gear of his own and drags its sliders: the next position is sent 100 to 150 ms after
@@ -10,7 +10,8 @@ the last one, or when its answer has come, whichever is later, as the page does.
 SIGKILL at random while visitors save curves, project files, scripts and reports; then every saved file is whole, no
 process of the app is left, and the next app gives the same answer. `start` measures from the start of the process until
 the picture is drawn, with a browser that runs already and with one that has to be started; it needs playwright and
-Chromium. The others need psutil. `app_hostile.py` sends hostile requests.
+Chromium. With `--cold` the folder of compiled code is empty at every start. The others need psutil. `app_hostile.py`
+sends hostile requests.
 """
 
 import argparse
@@ -233,15 +234,17 @@ def _environment(process: Any) -> list[str]:
         return []
 
 
-def start(rounds: int) -> None:
-    """Print the time from the start of the process to the first picture."""
+def start(rounds: int, empty: bool) -> None:
+    """Print the time from the start of the process to the first picture; `empty`: without compiled code."""
     from playwright.sync_api import sync_playwright
 
     chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))))
     running, started = [], []
-    with sync_playwright() as playwright:
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         for i in range(rounds + 1):
             for cold, times in ((False, running), (True, started)):
+                if empty:
+                    os.environ["STRAINWAVE_CACHE_DIR"] = tempfile.mkdtemp(prefix="strainwave-bench-", dir=folder)
                 browser = None if cold else playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
                 begun = time.monotonic()
                 with app() as (_, port):
@@ -267,9 +270,10 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--cold", action="store_true")
     given = parser.parse_args()
     if given.what == "start":
-        start(given.rounds)
+        start(given.rounds, given.cold)
     elif given.what == "kill":
         kill(given.count or 30, given.seed)
     else:

@@ -3,11 +3,11 @@
     python benchmarks/first_answer.py [readme] [twelve] [warm] [law] [orders] [response] [curve]
 
 `readme`: `analyze` of the README's drive with an empty cache, then again. `twelve`: the first `analyze` of the twelve
-project files of the tests, one process each, one cache that is empty at first. `warm`: `analyze` with all code on disk,
-of the README's drive and of one with loop, coupling and hysteresis. `law`: a user's law with two kinks, simulated, in
-64 lanes and as a response, in a first and a second process. `orders`: a thousand sets of orders, amplitudes and integers
-for one kind of drive in one process: compilations and memory. `response`: `strainwave response` and `--help`, and
-`response` of the elbow without and with hysteresis. `curve`: a Duffing curve of 7 and 15 harmonics.
+project files of the tests, one process each, one cache that is empty at first. `warm`: `analyze` with all code on
+disk, of the README's drive and of one with loop, coupling and hysteresis. `law`: a user's law with two kinks,
+simulated, in 64 lanes and as a response, in a first and a second process. `orders`: a thousand sets of orders,
+amplitudes and integers for one kind of drive in one process: functions and memory. `response`: `strainwave response`
+and `--help`, and `response` of the elbow without and with hysteresis. `curve`: a Duffing curve, 7 and 15 harmonics.
 """
 
 import argparse

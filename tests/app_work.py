@@ -40,6 +40,24 @@ def compiled(progress):
     progress("compiled", 0.5)
 
 
+def mode():
+    """Whether this process compiles, as the environment says."""
+    return os.environ.get("STRAINWAVE_JIT", "1")
+
+
+def until_there(path):
+    """Wait for a file, but in an interpreted process."""
+    while mode() == "1" and not path.exists():
+        time.sleep(0.02)
+
+
+def never_interpreted():
+    """Compute without end in an interpreted process."""
+    while mode() == "0":
+        time.sleep(0.02)
+    return mode()
+
+
 def dying():
     os._exit(3)
 

@@ -24,7 +24,7 @@ def test_a_kernel_is_listed_while_it_is_compiled_and_not_afterwards():
     thread.start()
     assert begun.wait(10.0)
     (one,) = module.compiling()
-    assert (one.kernel, one.law, one.expected) == ("follow", "", module.SECONDS["follow"])
+    assert one.kernel == "follow"
     assert before <= one.since <= time.monotonic()
     go_on.set()
     thread.join()
@@ -41,24 +41,25 @@ def test_a_kernel_that_cannot_be_compiled_is_not_listed_afterwards():
     assert module.compiling() == ()
 
 
-def test_the_sentence_says_how_long_and_how_often():
-    one = module.Compilation("follow", "PiecewiseLinear", 0.0, 20.0, kept=True)
-    assert str(one) == (
-        "compiling the equations of this drive with the torsion law PiecewiseLinear, about 20 s, once per machine"
+def test_the_sentence_says_how_often():
+    one = module.Compilation("follow", 0.0, kept=True)
+    assert str(one) == "preparing machine code, once per machine"
+    assert str(one._replace(kept=False)) == (
+        "preparing machine code, again at every start, as the cache cannot be written"
     )
-    assert "again at every start, as the cache cannot be written" in str(one._replace(kept=False, law=""))
 
 
-def test_what_is_compiled_is_told_once_with_its_law(monkeypatch):
+@pytest.mark.compiled
+def test_what_is_compiled_is_told_once_for_kinds_of_arguments(monkeypatch):
     class Stiffening(sw.Cubic):
         """A law that no other test has compiled."""
 
     def torque_of(law, x):
         return law.torque(x)
 
-    law, seen, law_of = Stiffening(2.0, 1.0), [], module.law_of
-    monkeypatch.setattr(module, "law_of", lambda kinds: seen.append(law_of(kinds)) or seen[-1])
+    law, seen, told = Stiffening(2.0, 1.0), [], module.Compilation
+    monkeypatch.setattr(module, "Compilation", lambda *fields: seen.append(fields[0]) or told(*fields))
     monkeypatch.setattr(jit, "cache_writable", lambda: False)
     for x in (1.0, 2.0):
         assert jit.run(torque_of, law, x) == pytest.approx(law.torque(x), rel=1e-15)
-    assert seen == ["Stiffening"]
+    assert seen == ["torque_of"]

@@ -9,7 +9,7 @@ from time import monotonic
 from types import TracebackType
 from typing import Any, TypeVar
 
-from ..compile.compiling import Compilation, compiling
+from ..compile.compiling import compiling
 from ..results import Interrupted
 
 T = TypeVar("T")
@@ -72,19 +72,19 @@ class Progress:
 
     def _watch(self) -> None:
         """Until the run is over: tell what is compiled, how long the rest takes, and again and again what goes on."""
-        said, before, announced = monotonic(), monotonic(), None
+        said, before, shown, announced = monotonic(), monotonic(), "", ""
         while not self.over.wait(min(TICK, EVERY)):
-            now, one = monotonic(), next(iter(compiling()), None)
-            if one is not None:
+            now, one = monotonic(), next(map(str, compiling()), "")
+            if one:
                 self.compiled += now - before
-            if one != announced:
-                self._tell(str(one) if one is not None else self.stage, again=one is None)
-            before, announced = now, one
+            if one != shown:
+                self._tell(one or self.stage, again=one in ("", announced))
+            before, shown, announced = now, one, one or announced
             if self.bar is not None:
-                self.bar.update(self.task, completed=self.share, left=self.rest(now, one).removeprefix(", "))
+                self.bar.update(self.task, completed=self.share, left=self.rest(now).removeprefix(", "))
             elif self.stage and now - max(self.begun, said) >= EVERY:
                 said = now
-                self._tell(f"{self.stage}, {now - self.begun:.0f} s so far{self.rest(now, one)}")
+                self._tell(f"{self.stage}, {now - self.begun:.0f} s so far{self.rest(now)}")
 
     def _tell(self, what: str, again: bool = False) -> None:
         if self.bar is not None:
@@ -92,14 +92,10 @@ class Progress:
         elif not again:
             print(f"{self.title}: {what}", file=sys.stderr, flush=True)
 
-    def rest(self, now: float, one: Compilation | None = None) -> str:
-        """Say how long the run goes on after `now`, the compilation under way included; "" while that is unknown."""
+    def rest(self, now: float) -> str:
+        """Say how long the run goes on after `now`; "" while that is unknown."""
         left = self.total - (now - self.started - self.compiled)
-        if self.total < SHORT or left <= 0.0:
-            return ""
-        if one is not None:
-            left += max(one.since + one.expected - now, 0.0)
-        return f", about {duration(left)} left"
+        return "" if self.total < SHORT or left <= 0.0 else f", about {duration(left)} left"
 
 
 def finished(verb: Callable[[], T]) -> tuple[T, KeyboardInterrupt | None]:

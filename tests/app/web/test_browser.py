@@ -27,6 +27,14 @@ def test_dragged_slider_changes_the_curve_and_the_address_holds_it(page):
     assert page.locator('[id="value-damping.ratio"]').input_value() == value
 
 
+def test_the_page_says_what_it_is_until_the_first_picture(browser, address, page):
+    plain = browser.new_context(java_script_enabled=False).new_page()
+    plain.goto(address)
+    assert "a drive with a strain wave gear" in plain.locator("main").inner_text()
+    assert "a drive with a strain wave gear" not in page.locator("main").inner_text()
+    plain.context.close()
+
+
 def test_another_gear_is_another_drive(page):
     page.select_option("#gear", "CSG-25-100")
     page.wait_for_function("() => document.getElementById('title').textContent === 'CSG-25-100'")

@@ -14,7 +14,7 @@ from functools import partial
 
 import pytest
 import uvicorn
-from app_work import compiled, dying, endless, faulty, full, pid, without_progress
+from app_work import compiled, dying, endless, faulty, full, mode, never_interpreted, pid, until_there, without_progress
 
 from strainwave.app.web import command, connection, guard, jobs, server
 from strainwave.app.web.requests import Refused, State
@@ -75,7 +75,28 @@ def test_what_goes_wrong_in_a_process_is_said(work, error, words):
         run(told(work))
 
 
-def test_compiling_in_a_process_is_told_with_its_expected_time():
+def test_an_interpreted_process_answers_until_machine_code_is_ready_which_then_does_what_that_has_not_finished(
+    tmp_path, monkeypatch
+):
+    monkeypatch.delenv("STRAINWAVE_JIT", raising=False)
+
+    async def work():
+        workers = Workers(2)
+        warming = asyncio.create_task(workers.warm(until_there, tmp_path / "ready", later=0.0))
+        await until(lambda: workers._all, "no process is started")
+        assert json.loads((await workers.run(mode))[0]) == "0"
+        asking = asyncio.create_task(workers.run(never_interpreted))
+        await until(lambda: len([one for one in workers._all if not one.idle]) == 2, "the two do not work side by side")
+        (tmp_path / "ready").touch()
+        assert json.loads((await asking)[0]) == "1"
+        await warming
+        assert [one.interpreted for one in workers._all] == [False, False]
+        await workers.close()
+
+    run(work())
+
+
+def test_compiling_in_a_process_is_told():
     async def work():
         workers, stages = Workers(1), []
         asking = asyncio.create_task(workers.run(compiled, progress=lambda stage, share: stages.append((stage, share))))
@@ -87,7 +108,7 @@ def test_compiling_in_a_process_is_told_with_its_expected_time():
         return said, stages
 
     said, stages = run(work())
-    assert said.startswith("compiling the equations of this drive, about 20 s, once per machine")
+    assert said == "preparing machine code, once per machine"
     assert stages == [("begun", 0.1), (said, 0.0), ("compiled", 0.5)]
 
 

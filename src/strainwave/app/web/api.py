@@ -162,7 +162,7 @@ async def job(request: Request) -> Response:
 
 
 async def status(request: Request) -> Response:
-    """What is compiled now for the views, with the time that it takes; null if nothing is."""
+    """Sentence on what is compiled now for the views; null if nothing is."""
     workers: Workers = request.app.state.workers
     return JSONResponse({"compiling": workers.compiling or None})
 

@@ -48,9 +48,9 @@ class Unexpected(Exception):
 class Worker:
     """A process that computes; `start` makes one."""
 
-    def __init__(self, process: asyncio.subprocess.Process, folder: str) -> None:
+    def __init__(self, process: asyncio.subprocess.Process, folder: str, interpreted: bool) -> None:
         self._process, self._folder = process, folder
-        self.idle = True
+        self.interpreted, self.idle = interpreted, True
         self.compiling = ""  # the sentence on what is compiled now
 
     @property
@@ -59,15 +59,16 @@ class Worker:
         return self._process.returncode is None
 
     @classmethod
-    async def start(cls, background: bool = False) -> "Worker":
-        """Start a process, with less priority where it works in the background."""
+    async def start(cls, background: bool = False, interpreted: bool = False) -> "Worker":
+        """Start a process, with less priority where it works in the background; `interpreted` compiles nothing."""
         folder = tempfile.mkdtemp(prefix="strainwave-app-")  # its temporary files, which go when it is killed
         same = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "TMPDIR": folder}
+        own = same | {"STRAINWAVE_JIT": "0"} if interpreted else same
         process = await asyncio.create_subprocess_exec(
             sys.executable, "-P", "-m", __name__, *(["background"] if background else []),
-            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, env=os.environ | ONE_THREAD | same,
+            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, env=os.environ | ONE_THREAD | own,
         )  # fmt: skip
-        return cls(process, folder)
+        return cls(process, folder, interpreted)
 
     async def ask(self, work: Callable[..., Any], *args: Any, progress: Progress | None = None) -> tuple[bytes, float]:
         """JSON of what `work(*args)` returns, and the processor time [s] that it took.

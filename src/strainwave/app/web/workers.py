@@ -75,23 +75,25 @@ class Workers:
         async with self._turn:
             if wanted is not None and not await wanted():
                 raise Abandoned
-            worker = await self._free()
-            if begun is not None:
-                begun()
-            try:
-                async with asyncio.timeout(self._longest):
-                    if wanted is None:
-                        return await worker.ask(work, *args, progress=progress)
-                    return await self._while_wanted(wanted, worker, worker.ask(work, *args, progress=progress))
-            except TimeoutError:
-                raise Refused(f"the answer takes longer than {self._longest:g} s; ask for less at once") from None
-            except Died:
-                raise Refused(
-                    "the process that computed this has ended unexpectedly, perhaps for want of memory; try again, "
-                    "or ask for less at once"
-                ) from None
-            finally:
-                self._give_back(worker)
+            while True:
+                worker = await self._free()
+                if begun is not None:
+                    begun()
+                try:
+                    async with asyncio.timeout(self._longest):
+                        if wanted is None:
+                            return await worker.ask(work, *args, progress=progress)
+                        return await self._while_wanted(wanted, worker, worker.ask(work, *args, progress=progress))
+                except TimeoutError:
+                    raise Refused(f"the answer takes longer than {self._longest:g} s; ask for less at once") from None
+                except Died:
+                    if not worker.interpreted:  # else `warm` has ended it, as another one has machine code now
+                        raise Refused(
+                            "the process that computed this has ended unexpectedly, perhaps for want of memory; try "
+                            "again, or ask for less at once"
+                        ) from None
+                finally:
+                    self._give_back(worker)
 
     async def _while_wanted(
         self, wanted: Callable[[], Awaitable[bool]], worker: Worker, answer: Coroutine[Any, Any, tuple[bytes, float]]
@@ -114,10 +116,10 @@ class Workers:
             self._end(worker)
         return await self._started()
 
-    async def _started(self) -> Worker:
+    async def _started(self, interpreted: bool = False) -> Worker:
         """A new process (Refused)."""
         try:
-            worker = await Worker.start(self._background)
+            worker = await Worker.start(self._background, interpreted)
         except OSError as error:
             raise Refused(f"no process can be started ({error.strerror}); close other programs") from None
         self._all.add(worker)
@@ -126,24 +128,31 @@ class Workers:
     async def warm(self, work: Callable[..., Any], *args: Any, later: float = LATER) -> None:
         """Start all processes, one after another, and have each do a piece of work.
 
-        What is asked meanwhile is for the first one; the others are started `later` [s], after the first answers.
+        What is asked meanwhile is for an interpreted one, until the first of the others has machine code: on a new
+        machine it compiles this for about ten seconds. The rest are started `later` [s], after the first answers.
         """
         async with AsyncExitStack() as others:
             for _ in range(self.count - 1):
                 await others.enter_async_context(self._turn)
-            await self._warm_one(work, args)
+            try:
+                async with self._turn:
+                    await self._warm_one(await self._started(interpreted=True), work, args)
+                await self._warm_one(await self._started(), work, args)
+            finally:
+                for worker in [one for one in self._all if one.interpreted]:
+                    self._end(worker)
             await asyncio.sleep(later)
         while len(self._all) < self.count:
-            await self._warm_one(work, args)
+            async with self._turn:
+                await self._warm_one(await self._started(), work, args)
 
-    async def _warm_one(self, work: Callable[..., Any], args: tuple[Any, ...]) -> None:
-        """Start one more process, which does a piece of work."""
-        async with self._turn, asyncio.timeout(self._longest):
-            worker = await self._started()
-            try:
+    async def _warm_one(self, worker: Worker, work: Callable[..., Any], args: tuple[Any, ...]) -> None:
+        """Have a new process do a piece of work."""
+        try:
+            async with asyncio.timeout(self._longest):
                 await worker.ask(work, *args)
-            finally:
-                self._give_back(worker)
+        finally:
+            self._give_back(worker)
 
     def _give_back(self, worker: Worker) -> None:
         if worker.idle:

@@ -41,6 +41,7 @@ async function show() {
   waiting = false;
   clearTimeout(slow);
   clearInterval(looking);
+  byId("first")?.remove();
   if (remarks) remark(remarks);
 }
 
@@ -72,13 +73,13 @@ async function choose(view) {
 }
 
 async function load() {
+  byId("gear").value = state.project === null ? state.gear : "";
   const found = await trying(() => call("/api/project", { body: { state: asked() }, kind: "project" }));
   if (!found) return false;
   setProject(found);
   byId("title").textContent = found.title;
   document.title = `${found.title} · strainwave`;
   build(found, soon);
-  byId("gear").value = state.project === null ? state.gear : "";
   return true;
 }
 
