@@ -55,12 +55,17 @@ def system_by_address(system: Any, states: int, *, torsion: bool = False) -> ByA
         seen = len(system.watched(0.0, (0.0,) * states)) if has(system, "watched") else 0
         return SystemAt(
             words(system),
-            entry(_rates, system, float, states, states),
+            rates_entry(system, states),
             entry(_torsion, system, float, states) if torsion else 0,
             entry(_watched, system, float, states, seen) if seen else 0,
         )
 
     return ByAddress(system, addressed)
+
+
+def rates_entry(system: Any, states: int) -> int:
+    """Address of the rates of a system of so many states."""
+    return entry(_rates, system, float, states, states)
 
 
 def _rates(model: Any, phase: Any, y: Any, out: Any) -> None:
@@ -222,7 +227,7 @@ class OscillatorAt(NamedTuple):
     J: float
     B: float
     omega: float
-    law: LawAt
+    law: int
     excitation: FunctionAt
     error: FunctionAt
     slot: Floats
@@ -231,8 +236,8 @@ class OscillatorAt(NamedTuple):
 IN_SLOT = 3  # leaf of an `OscillatorAt` whose value goes to its slot
 
 
-def oscillator_at(system: Any, leaf: int, words: Callable[[Any], int]) -> tuple[OscillatorAt, int]:
-    """An oscillator by address, and the place of its leaf among what it has then."""
+def oscillator_at(system: Any, leaf: int, words: Callable[[Any], int]) -> tuple[OscillatorAt, int, int]:
+    """An oscillator by address, the place of its leaf among what it has then, and that of the words of its law."""
     first, places, slot, place = 0, {}, np.zeros(1), leaf
     for name, item in zip(system._fields, system, strict=True):
         inside = 0 <= leaf - first < count(item)
@@ -249,8 +254,8 @@ def oscillator_at(system: Any, leaf: int, words: Callable[[Any], int]) -> tuple[
         FunctionAt(places["excitation"], entry(_values_of_torque, system.excitation, VECTOR, VECTOR)),
         FunctionAt(places["error"], entry(_values_of_error, system.error, VECTOR, VECTOR)),
     )
-    law = law_at(system.law, places["law"])
-    return OscillatorAt(float(system.J), float(system.B), float(system.omega), law, torque, error, slot), place
+    own = float(system.J), float(system.B), float(system.omega)
+    return OscillatorAt(*own, places["law"], torque, error, slot), place, places["law"]
 
 
 def _varied_loops(system: Any, leaf: int, value: Any) -> Any:

@@ -211,16 +211,16 @@ class Crossings(NamedTuple):
                 above = min(above, b)
         return 0.5 * (u[low] + u[high] - below - above) if below > -1e300 and above < 1e300 else 0.0
 
-    def hill_trace(self, system: Any, z: Any, u: Any, w: float, q: Any) -> float:
+    def hill_trace(self, law: Any, J: float, B: float, w: float, z: Any, u: Any, q: Any) -> float:
         """Trace of the period map of z'' + (T'(u)/J - (B/2J)^2) z = 0, exact between crossings."""
-        count = self.crossed(system.law, z, u)
+        count = self.crossed(law, z, u)
         sort_by_angle(self.angles, self.jumps, count)
         stiffness, at = self.sides[2 * len(self.breaks)], 0.0
-        shift = 0.25 * (system.B / system.J) ** 2
+        shift = 0.25 * (B / J) ** 2
         a, b, c, d = 1.0, 0.0, 0.0, 1.0
         for j in range(count + 1):
             end = self.angles[j] if j < count else 2.0 * math.pi
-            c0, s0, k = free_motion(stiffness / system.J - shift, (end - at) / w)
+            c0, s0, k = free_motion(stiffness / J - shift, (end - at) / w)
             a, b, c, d = c0 * a + s0 * c, c0 * b + s0 * d, c0 * c - k * s0 * a, c0 * d - k * s0 * b
             if j < count:
                 stiffness += self.jumps[j]

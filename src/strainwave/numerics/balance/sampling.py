@@ -53,12 +53,12 @@ class Sampling(NamedTuple):
         low, high = extremes(u)
         return float(0.5 * (u[low] + u[high]))
 
-    def hill_trace(self, system: Any, z: Any, u: Any, w: float, q: Any) -> float:
+    def hill_trace(self, law: Any, J: float, B: float, w: float, z: Any, u: Any, q: Any) -> float:
         """Trace of the period map of z'' + (T'(u)/J - (B/2J)^2) z = 0 by Numerov's rule on the samples u; q: buffer."""
         steps = len(u)
         scale = (2.0 * math.pi / (self.stride * steps) / w) ** 2 / 12.0
-        shift, factor = 1.0 - scale * 0.25 * (system.B / system.J) ** 2, scale / system.J
-        stiffnesses(system.law, u, q)
+        shift, factor = 1.0 - scale * 0.25 * (B / J) ** 2, scale / J
+        stiffnesses(law, u, q)
         for i in range(steps):
             q[i] = 12.0 / (shift + factor * q[i]) - 10.0
         w0, w1, v0, v1 = 1.0, 0.0, 0.0, 1.0  # two columns of the period map

@@ -29,9 +29,9 @@ from .linear_part import (
     vary,
 )
 from .one_harmonic import carried, drive, driven_lines, several_at, strongest, ways
-from .piecewise import crossings_for, is_piecewise_linear
+from .piecewise import is_piecewise_linear
 from .rates import base_speed
-from .sampling import Sampling
+from .springs import of_law, springs_for
 from .truncation import few_of, share_left_out
 
 FIELDS = "J", "B", "omega", "law", "excitation", "error"
@@ -44,7 +44,6 @@ BUDGET, STEP = 2500, 0.1  # points of a search for other orbits, and its steps i
 class Work(NamedTuple):
     """Buffers, so that nothing is allocated where equations are solved."""
 
-    u: Floats
     f: Floats
     tau: Floats
     error: Floats
@@ -67,7 +66,7 @@ class SecondOrder(NamedTuple):
     angles: Floats
     tau: Floats
     error: Floats
-    nonlinear: Any
+    springs: Any
     work: Work
 
     def size(self) -> int:
@@ -101,26 +100,26 @@ class SecondOrder(NamedTuple):
         """Residual [N*m] of every coefficient at z = (coefficients of u, parameter), with what `prepare` has left."""
         self = at(self)
         work, system = self.work, varied(self.system, self.leaf, z[len(self.tau)])
-        row_times(z, self.synthesis, work.u)
-        self.nonlinear.torque_series(system.law, z, work.u, r)
+        springs = of_law(self.springs, system.law)
+        springs.torques(len(self.tau), z, self.synthesis, r)
         w, alone = system.omega / self.turns, self.leaf == self.omega_leaf
         tau, error = (self.tau, self.error) if alone else (work.tau, work.error)
         add_linear(system.J, system.B, w, self.stride, z, tau, error, r)
         if tau[0] == 0.0:
-            r[0] += system.J * w * w * self.nonlinear.slack(work.u)
+            r[0] += system.J * w * w * springs.slack()
 
     def stiffness(self, z: Any, jacobian: Any) -> None:
         """Derivatives of the residual by the coefficients; follows `equations` at the same z."""
         self = at(self)
-        n, work = len(self.tau), self.work
+        n = len(self.tau)
         system = varied(self.system, self.leaf, z[n])
-        self.nonlinear.stiffness_product(system.law, work.u, jacobian)
+        of_law(self.springs, system.law).stiffnesses(n, jacobian)
         w = system.omega / self.turns
         inertia = system.J * w * w
         if self.stride > 1:
             jacobian[0, 0] = inertia
         elif abs(jacobian[0, 0]) < 1e-9 * inertia:  # nothing holds the mean in the play of a gear
-            low, high = extremes(work.u)
+            low, high = extremes(self.springs.samples)
             for j in range(n):
                 jacobian[0, j] = 0.5 * inertia * (self.synthesis[j, low] + self.synthesis[j, high])
         add_linear_jacobian(system.J, system.B, w, self.stride, n // 2, jacobian)
@@ -161,7 +160,7 @@ class SecondOrder(NamedTuple):
             difference(self, z, slope, np.empty(self.size()))
 
     def run(self, kernel: Any, *arguments: Any) -> Any:
-        light = self.nonlinear.is_sampled() and self.size() <= LIGHT
+        light = self.springs.is_sampled() and self.size() <= LIGHT
         if not set(FIELDS) <= set(self.system._fields):  # a system like an oscillator whose numbers are none of these
             return kernel(self, *arguments)
         return run(kernel, ByAddress(self, self.addressed, "equations"), *arguments, light=light)
@@ -173,9 +172,12 @@ class SecondOrder(NamedTuple):
         return equations_at(self.native(words), words, None if own else SecondOrder.prepare, slope, self.error)
 
     def native(self, words: Any) -> "SecondOrder":
-        """The problem with an oscillator by address: of one type for all laws that are taken alike."""
-        system, leaf = oscillator_at(self.system, self.leaf, words)
-        return self._replace(system=system, leaf=leaf, omega_leaf=system._fields.index("omega"))
+        """The problem with its oscillator and law by address: of one type for all."""
+        system, leaf, place = oscillator_at(self.system, self.leaf, words)
+        return self._replace(
+            system=system, leaf=leaf, omega_leaf=system._fields.index("omega"),
+            springs=self.springs.addressed(words, place),
+        )  # fmt: skip
 
     def hill(self) -> bool:
         return True
@@ -259,7 +261,7 @@ class SecondOrder(NamedTuple):
         return leaf_of(self.system, "B")
 
     def odd(self) -> "SecondOrder | None":
-        if not (self.nonlinear.is_sampled() and self._half_wave()):
+        if not (self.springs.is_sampled() and self._half_wave()):
             return None
         return second_order(self.system, self.leaf, self.omega_leaf, self.harmonics(), 1, 2)
 
@@ -322,14 +324,8 @@ def second_order(
     samples = (8 * harmonics + 8 if piecewise else 4 * harmonics + 4) // stride
     h = (harmonics + 1) // stride if stride > 1 else harmonics
     angles, waves, table, own, double = _tables(h, samples, turns, stride)
-    wide = 4 * h + 1
-    nonlinear: Any
-    if piecewise:
-        nonlinear = crossings_for(system.law, h)
-    else:
-        buffers = np.empty(samples), np.empty(wide), np.empty(wide), np.empty(wide)
-        nonlinear = Sampling(own, double, *buffers, stride)
+    springs = springs_for((system.law,), h, samples, own, double, stride)
     both = forced(system, angles, table)
     n = table.shape[1]
-    work = Work(np.empty(samples), np.empty(samples), np.empty(n), np.empty(n), np.zeros(n))
-    return SecondOrder(system, leaf, omega_leaf, turns, stride, waves, table, angles, *both, nonlinear, work)
+    work = Work(np.empty(samples), np.empty(n), np.empty(n), np.zeros(n))
+    return SecondOrder(system, leaf, omega_leaf, turns, stride, waves, table, angles, *both, springs, work)

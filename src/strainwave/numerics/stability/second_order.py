@@ -24,6 +24,7 @@ from ..balance.fourier import from_blocks, synthesis
 from ..balance.linear_algebra import add, row_times
 from ..balance.rates import base_speed
 from ..balance.second_order import SecondOrder
+from ..balance.springs import of_law
 
 PER_VIBRATION, MOST_STEPS = 16, 200_000  # Numerov steps a free vibration, and of an orbit
 FROZEN, LARGEST_LOG = 4096, 700.0  # instants of a very slow orbit, and the logarithm of the largest multiplier told
@@ -41,7 +42,9 @@ def _stability_loops(problem: Any, table: Any, points: Any, traces: Any, peaks: 
     for p in range(points.shape[0]):
         system = varied(problem.system, problem.leaf, points[p, n])
         row_times(points[p], table, u)
-        traces[p] = problem.nonlinear.hill_trace(system, points[p], u, system.omega / problem.turns, q)
+        traces[p] = of_law(problem.springs, system.law).hill(
+            system.J, system.B, system.omega / problem.turns, points[p], u, q
+        )
         for k in range(n):
             x[k] = points[p, k] + problem.error[k]
         add(1.0, error, u)
@@ -80,11 +83,11 @@ def stability(problem: Any, table: Any, points: Any, traces: Any, peaks: Any) ->
     n, steps = table.shape
     h = n // 2
     spacing = 2.0 * math.pi / (problem.stride * steps)
-    if not problem.nonlinear.is_sampled():
+    if not problem.springs.is_sampled():
         for p, point in enumerate(points):
             system = with_leaf(problem.system, problem.leaf, float(point[n]))
             u, w = point[:n] @ table, system.omega / problem.turns
-            traces[p] = problem.nonlinear.hill_trace(system, point, u, w, np.empty(0))
+            traces[p] = of_law(problem.springs, system.law).hill(system.J, system.B, w, point, u, np.empty(0))
     else:
         traces[:] = _numerov(problem, points, table)
     x = points[:, :n] + problem.error
@@ -117,7 +120,7 @@ def steps_for(problem: SecondOrder, points: Floats) -> int:
     harmonics ask for.
     """
     steps = max(128, 8 * problem.stride * problem.size())
-    if not (problem.nonlinear.is_sampled() and len(points)):
+    if not (problem.springs.is_sampled() and len(points)):
         return steps
     speeds = orbit_scales(problem, points[:, -1])[0]
     slowest = int(np.argmin(speeds))
@@ -159,7 +162,7 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> tuple[Flo
     with np.errstate(all="ignore"):
         native = ByAddress(problem, problem.native)
         run(stability, native, grid, np.ascontiguousarray(points), traces, peaks)
-    coarse = problem.nonlinear.is_sampled() and problem.stride * grid.shape[1] >= MOST_STEPS
+    coarse = problem.springs.is_sampled() and problem.stride * grid.shape[1] >= MOST_STEPS
     traces[~np.isfinite(traces) | (coarse and unresolved(problem, points, grid))] = np.nan
     return traces, peaks
 

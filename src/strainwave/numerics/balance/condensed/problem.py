@@ -19,16 +19,16 @@ from ...addressed import EquationsAt, equations_at
 from ..first_order import FirstOrder
 from ..fourier import analysis, from_blocks, synthesis, to_blocks
 from ..harmonics import ENOUGH, highest_order
-from ..linear_algebra import copy, extremes, fill
+from ..linear_algebra import copy, extremes, fill, padded
 from ..linear_part import STRENGTH, clean_mean
 from ..piecewise import is_piecewise_linear
+from ..springs import springs_for
 from . import motions
 from .disturbances import Disturbances, disturbances
 from .gear import Prescribed, following
 from .motions import gathered, spread
 from .others import several_at, strongest
 from .pencil import Pencil, add_entries, add_stiffness, condense, to_complex, to_real
-from .springs import springs_for
 
 LIGHT = 130  # unknowns up to which NumPy follows some curves sooner than machine code (30 s) is made
 BUDGET, STEP = 2500, 0.1  # points of a search for other orbits, and its steps in units of the orbit and the parameter
@@ -267,7 +267,7 @@ def assembled(
     if part.follows:
         gear = following(lines, angles, back, double, count)
     buffers = np.empty((2, h + 1, n, n + 1), complex), np.empty((count, 2 * h + 1))
-    springs = springs_for(part.laws, h, samples, back, double)
+    springs = springs_for(part.laws, h, samples, padded(back), padded(double))
     return Condensed(
         system, leaf, omega_leaf, turns, every, float(omega_of(system)), part, pencil, part.gear_damping, springs, gear,
         table, back, angles, *buffers,

@@ -1,17 +1,17 @@
-"""The laws of a condensed problem, each with its own block of unknowns: the twist that it sees."""
+"""The laws of a problem, each with its own block of unknowns, the twist that it sees; in machine code by address."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....compile.address import MATRIX, VECTOR, at, call, value
-from ....compile.jit import entries
-from ....results import Floats
-from ...addressed import law_at
-from ..linear_algebra import padded, row_times
-from ..piecewise import crossings_for, is_piecewise_linear
-from ..sampling import Sampling
+from ...compile.address import MATRIX, VECTOR, at, call, value
+from ...compile.jit import entries, kernel_as
+from ...results import Floats
+from ..addressed import law_at
+from .linear_algebra import row_times
+from .piecewise import crossings_for, is_piecewise_linear
+from .sampling import Sampling
 
 
 class Spring(NamedTuple):
@@ -38,6 +38,11 @@ class Spring(NamedTuple):
         self = at(self)
         return float(self.nonlinear.slack(self.samples))
 
+    def hill(self, J: float, B: float, w: float, z: Any, u: Any, q: Any) -> float:
+        """Trace of Hill's period map along a motion z with the samples u; q is a buffer as long as u."""
+        self = at(self)
+        return float(self.nonlinear.hill_trace(self.law, J, B, w, z, u, q))
+
 
 class Springs(NamedTuple):
     """The springs, one after the other, and the samples of the first one's twist."""
@@ -59,19 +64,27 @@ class Springs(NamedTuple):
         """Middle [rad] of an orbit in the play of the first law; 0 in contact."""
         return self.springs[0].slack()
 
-    def addressed(self, words: Callable[[Any], int]) -> "SpringsAt":
-        """The springs for machine code."""
+    def hill(self, J: float, B: float, w: float, z: Any, u: Any, q: Any) -> float:
+        """Trace of Hill's period map of the first spring."""
+        return self.springs[0].hill(J, B, w, z, u, q)
+
+    def is_sampled(self) -> bool:
+        """Whether the torque of the first law is sampled; otherwise it is exact."""
+        return bool(self.springs[0].nonlinear.is_sampled())
+
+    def addressed(self, words: Callable[[Any], int], place: int = 0) -> "SpringsAt":
+        """The springs for machine code; with the place of its law's words a single one, with its `hill` too."""
         rows = []
+        kinds = (VECTOR, MATRIX, VECTOR), (int, int, MATRIX), (), (*[float] * 3, *[VECTOR] * 3)
+        functions = Spring.torques, Spring.stiffness, Spring.slack, Spring.hill if place else None
         for spring in self.springs:
-            native = spring._replace(law=law_at(spring.law, words(spring.law)))
-            kinds = (VECTOR, MATRIX, VECTOR), (int, int, MATRIX), ()
-            functions = zip((Spring.torques, Spring.stiffness, Spring.slack), kinds, strict=True)
-            rows.append((words(native), *entries(native, *functions)))
+            native = spring._replace(law=law_at(spring.law, place or words(spring.law)))
+            rows.append((words(native), *entries(native, *zip(functions, kinds, strict=True))))
         return SpringsAt(np.array(rows, np.int64), self.samples)
 
 
 class SpringsAt(NamedTuple):
-    """Springs by the addresses of their words, torques, stiffnesses and slacks (springs, 4)."""
+    """Springs by the addresses of their words, torques, stiffnesses, slacks and period maps (springs, 5)."""
 
     places: Any
     samples: Floats
@@ -91,9 +104,21 @@ class SpringsAt(NamedTuple):
         """Middle [rad] of an orbit in the play of the first law."""
         return value(self.places[0, 3], self.places[0, 0], ())
 
+    def hill(self, J: float, B: float, w: float, z: Any, u: Any, q: Any) -> float:
+        """Trace of Hill's period map of the first spring."""
+        return value(self.places[0, 4], self.places[0, 0], (J, B, w, z, u, q))
 
-def springs_for(laws: tuple[Any, ...], harmonics: int, samples: int, back: Floats, double: Floats) -> Springs:
-    """The laws with their buffers; `back` and `double` are tables of the samples' analysis."""
+
+@kernel_as(lambda springs, law: springs, inline=True)
+def of_law(springs: Springs, law: Any) -> Any:
+    """A single spring with a law whose numbers may be others; in machine code they are in its words already."""
+    return springs._replace(springs=(springs.springs[0]._replace(law=law),))
+
+
+def springs_for(
+    laws: tuple[Any, ...], harmonics: int, samples: int, back: Floats, double: Floats, stride: int = 1
+) -> Springs:  # fmt: skip
+    """The laws with their buffers; `back` and `double` are padded tables of the samples' analysis."""
     springs = []
     for law in laws:
         nonlinear: Any
@@ -101,6 +126,6 @@ def springs_for(laws: tuple[Any, ...], harmonics: int, samples: int, back: Float
             nonlinear = crossings_for(law, harmonics)
         else:
             wide = np.empty(4 * harmonics + 1), np.empty(4 * harmonics + 1), np.empty(4 * harmonics + 1)
-            nonlinear = Sampling(padded(back), padded(double), np.empty(samples), *wide, 1)
+            nonlinear = Sampling(back, double, np.empty(samples), *wide, stride)
         springs.append(Spring(law, nonlinear, np.empty(samples)))
     return Springs(tuple(springs), springs[0].samples)
