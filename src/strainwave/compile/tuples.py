@@ -7,8 +7,6 @@ compiler many times as long.
 from collections.abc import Callable
 from typing import Any
 
-from .lanes import strided_address
-
 
 def axpy(y: Any, h: Any, k: Any) -> Any:
     """Return y + h k for tuples y and k of equal length and a number h."""
@@ -25,11 +23,6 @@ def times(h: Any, k: Any) -> Any:
 def alike(y: Any, value: Any) -> Any:
     """Tuple as long as y of equal values."""
     return (value,) * len(y)
-
-
-def column(y: Any, table: Any, i: Any) -> Any:
-    """Tuple as long as y of the numbers in column i of a table, an array with two axes."""
-    return tuple(table[: len(y), i])
 
 
 def bodies(types: Any, extending: Any) -> dict[Any, Any]:
@@ -53,21 +46,11 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
 
         return extending.intrinsic(typed)
 
-    def typed_column(context: Any, y: Any, table: Any, i: Any) -> Any:
-        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            rows = (context.get_constant(types.intp, row) for row in range(len(y)))
-            places = (strided_address(types, context, builder, table, arguments[1], row, arguments[2]) for row in rows)
-            return context.make_tuple(builder, signature.return_type, [builder.load(place) for place in places])
-
-        return types.BaseTuple.from_types([real] * len(y))(y, table, types.intp), build
-
     sums = made(lambda builder, y, h, k: [builder.fadd(a, builder.fmul(h, b)) for a, b in zip(y, k, strict=True)])
     products = made(lambda builder, y, h, k: [builder.fmul(h, b) for b in k])
     copies = made(lambda builder, y, h, k: [h] * len(y))
-    column_of = extending.intrinsic(typed_column)
     return {
         axpy: lambda y, h, k: sums(y, h, k),
         times: lambda h, k: products(k, h, k),
         alike: lambda y, value: copies(y, value, y),
-        column: lambda y, table, i: column_of(y, table, i),
     }

@@ -9,7 +9,8 @@ from typing import Any
 
 from ...compile.jit import routine
 from ..addressed import torsion
-from .workspace import SHIFTED, Y1, Y, attempt, length, row, shift, torsion_inside
+from .attempts import attempt, torsion_inside
+from .workspace import SHIFTED, Y1, Y, length, row, shift
 
 SCAN = 4  # places inside a step where the torsion is compared with the breakpoints
 

@@ -5,30 +5,12 @@ from typing import Any
 
 from ...compile.jit import kernel, routine
 from ..addressed import rates
+from .attempts import BOUND, attempt, step
 from .breakpoints import first_switch, set_sides, step_onto
 from .extremes import put, widen
 from .rest import APART, STAGES, calm_step, undisturbed
 from .steps import error_square
-from .workspace import (
-    BEFORE,
-    BOUND,
-    CHANGE,
-    INSIDE,
-    RATE,
-    SHIFTED,
-    Y1,
-    K,
-    Y,
-    attempt,
-    length,
-    look,
-    move,
-    row,
-    rows,
-    shift,
-    step,
-    turned,
-)
+from .workspace import BEFORE, CHANGE, INSIDE, RATE, SHIFTED, Y1, K, Y, length, look, move, row, rows, shift, turned
 
 DONE, DIVERGED, PAUSED = 0, 1, 2
 LEAST = math.log(1e-4)  # the step control remembers no smaller error than this
@@ -95,18 +77,11 @@ def store_inside(
         widen(system, omega, most, seen, w, t0, before, here, INSIDE)
         store(table, filled, here, w, INSIDE)
         put(most, table, 1 + 2 * length(w), filled)
-        move(w, INSIDE, BEFORE)
+        move(w, INSIDE, w, BEFORE)
         t0, before = here, BEFORE
         filled += 1
     widen(system, omega, most, seen, w, t0, before, t1, Y1)
     return filled
-
-
-@kernel
-def take_over(to: Any, w: Any) -> None:
-    """Put the state of a workspace into another."""
-    for i in range(length(w)):
-        row(to, Y)[i] = row(w, Y)[i]
 
 
 @kernel
@@ -173,7 +148,7 @@ def adaptive(
             status = DONE
         elif kinked:
             set_sides(system, omega, t, w, kinks_at, at)
-    take_over(rows(workspace), w)
+    move(w, Y, rows(workspace), Y)
     return t, h, at, filled, status, steps, rejected, switches
 
 
@@ -211,5 +186,5 @@ def fixed(
                 filled += 1
             if goal >= t_end:
                 status = DONE
-    take_over(rows(workspace), w)
+    move(w, Y, rows(workspace), Y)
     return t, filled, status, steps

@@ -17,11 +17,12 @@ from ...protocols import has_jacobian, omega_of, orders_of
 from ...quantities import number, positive_count, shown
 from ...results import Floats, Status, Trajectory
 from ..addressed import system_by_address
+from .attempts import attempts_by_address, steps_by_address
 from .corners import across
 from .marches import DIVERGED, DONE, PAUSED, adaptive, fixed
 from .record import Record
 from .schemes import Classical, DormandPrince, EighthOrder
-from .workspace import K, Y, attempts_by_address, steps_by_address, workspace
+from .workspace import K, Y, workspace
 
 BUDGET = 65536  # steps per call of a kernel: between calls the user can interrupt
 MOST_RECORDED = 100_000_000

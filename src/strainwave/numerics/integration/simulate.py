@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 from ...protocols import names_of, omega_of, with_parts
 from ...quantities import shown
 from ...results import Floats, Trajectory
+from .attempts import BOUND
 from .corners import stretches
 from .methods import Dopri5, Method, checked
-from .workspace import BOUND
 
 METHOD = Dopri5()
 

@@ -1,137 +1,21 @@
-"""Workspace of a march: rows of states that its kernels share, and the steps of a scheme there.
+"""Workspace of a march: rows of states that its kernels share.
 
 A state's rates are in the row after it. `Y` is the state at the begin of a step, `Y1` that at its end, `INSIDE` and
 `BEFORE` are those at a sample and at the one before it; a scheme writes the rows from `Y1` to `DENSE`. `SHIFTED` is
 next to one of them.
 """
 
-import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...compile.address import ByAddress, at, beyond, pointer, put_at, value
-from ...compile.jit import entry, kernel, kernel_as, routine
-from ...compile.tuples import axpy, times
-from ...law import torsion as torsion_of
+from ...compile.address import beyond, pointer
+from ...compile.jit import kernel, kernel_as, routine
 from ...results import Floats
-from ..addressed import torsion
-from .steps import bounded, dense_weights, error_square, weighted
+from .steps import dense_weights, weighted
 
 Y, K, Y1, K1, ERROR, DENSE, INSIDE, RATE, BEFORE, _, SHIFTED, CHANGE = range(12)
 ROWS = 12
-BOUND = 1e30  # of every state: far beyond any physics, and its powers in a law still fit a float
-
-
-class SchemeAt(NamedTuple):
-    """A scheme with its system by the addresses of their words and of the functions that step; 0 for one not needed."""
-
-    words: int
-    step_at: int
-    inside_at: int
-
-
-def attempts_by_address(scheme: Any, system: Any, states: int, kinked: bool) -> ByAddress:
-    """A scheme for kernels that `attempt` to step a system of so many states, and look for switches if it is `kinked`.
-
-    A step is compiled with the system: it would take a quarter longer if it called the system by an address of its
-    own, where nothing is shared by the stages.
-    """
-    pair = scheme, system
-
-    def addressed(words: Callable[[Any], int]) -> SchemeAt:
-        inside = entry(_torsion_inside, pair, *[float] * 3, *[states] * 5) if kinked else 0
-        return SchemeAt(words(pair), entry(_attempt, pair, *[float] * 5, *[states] * 6), inside)
-
-    return ByAddress(pair, addressed)
-
-
-def steps_by_address(scheme: Any, system: Any, states: int) -> ByAddress:
-    """A scheme for kernels that `step` a system of so many states."""
-    pair = scheme, system
-    return ByAddress(pair, lambda words: SchemeAt(words(pair), entry(_step, pair, *[float] * 3, *[states] * 3), 0))
-
-
-def _attempt(
-    pair: Any, phase: Any, turn: Any, h: Any, rtol: Any, atol: Any, y: Any, rate: Any, y1: Any, k1: Any, error: Any,
-    dense: Any,
-) -> Any:  # fmt: skip
-    scheme, system = at(pair)
-    begin = at(y)
-    end, end_rate, missed, between = scheme.attempt(system, phase, turn, begin, h, at(rate))
-    put_at(y1, end)
-    put_at(k1, end_rate)
-    put_at(error, missed)
-    put_at(dense, between)
-    return _outcome(begin, end, missed, rtol, atol)
-
-
-def _step(pair: Any, phase: Any, turn: Any, h: Any, y: Any, y1: Any, k1: Any) -> Any:
-    scheme, system = at(pair)
-    end = scheme.step(system, phase, turn, at(y), h)
-    rate = system.rhs(phase + turn, end)
-    put_at(y1, end)
-    put_at(k1, rate)
-    return _sound(end, rate)
-
-
-@kernel
-def _outcome(y: Any, y1: Any, error: Any, rtol: float, atol: float) -> float:
-    square = error_square(len(y), error, y, y1, rtol, atol)
-    return square if bounded(y1, BOUND) else -1.0 - square
-
-
-@kernel
-def _sound(y: Any, rate: Any) -> float:
-    return 1.0 if bounded(y, BOUND) and bounded(rate, math.inf) else 0.0
-
-
-def _attempt_loops(pair: Any, phase: Any, turn: Any, h: Any, rtol: Any, atol: Any, w: Any) -> Any:
-    ends = row(w, Y), row(w, K), row(w, Y1), row(w, K1)
-    return value(pair.step_at, pair.words, (phase, turn, h, rtol, atol, *ends, row(w, ERROR), row(w, DENSE)))
-
-
-@kernel_as(_attempt_loops, inline=True)
-def attempt(pair: Any, phase: float, turn: float, h: float, rtol: float, atol: float, w: Floats) -> float:
-    """Try a step of h in time and `turn` in phase: its end, the error, and the vector of the dense output.
-
-    Returns the mean square of the error in units of the tolerance; less one and negative where a state passes `BOUND`.
-    """
-    (scheme, system), (y, rate) = pair, w[Y : K + 1].tolist()
-    w[Y1 : DENSE + 1] = scheme.attempt(system, phase, turn, tuple(y), h, tuple(rate))
-    return _outcome(y, w[Y1], w[ERROR], rtol, atol)
-
-
-def _step_loops(pair: Any, phase: Any, turn: Any, h: Any, w: Any) -> Any:
-    return value(pair.step_at, pair.words, (phase, turn, h, row(w, Y), row(w, Y1), row(w, K1)))
-
-
-@kernel_as(_step_loops, inline=True)
-def step(pair: Any, phase: float, turn: float, h: float, w: Floats) -> float:
-    """Take a step of h in time and `turn` in phase: its end, and 0 where a state there passes `BOUND`, else 1."""
-    scheme, system = pair
-    w[Y1] = y = scheme.step(system, phase, turn, tuple(w[Y].tolist()), h)
-    w[K1] = rate = system.rhs(phase + turn, y)
-    return _sound(y, rate)
-
-
-def _torsion_inside(pair: Any, phase: Any, s: Any, h: Any, y: Any, k: Any, y1: Any, k1: Any, dense: Any) -> Any:
-    a, (_, system) = dense_weights(s, h), at(pair)
-    begin, end = axpy(times(a[0], at(y)), a[1], at(k)), axpy(times(a[2], at(y1)), a[3], at(k1))
-    return 1.0 * torsion_of(system, phase, axpy(axpy(begin, 1.0, end), a[4], at(dense)))
-
-
-def _inside_loops(pair: Any, phase: Any, s: Any, h: Any, w: Any) -> Any:
-    ends = row(w, Y), row(w, K), row(w, Y1), row(w, K1)
-    return value(pair.inside_at, pair.words, (phase, s, h, *ends, row(w, DENSE)))
-
-
-@kernel_as(_inside_loops)
-def torsion_inside(pair: Any, phase: float, s: float, h: float, w: Floats) -> float:
-    """Torsion [rad] at the fraction s of a step of h."""
-    look(w, s, h)
-    return torsion(pair[1], phase, w[INSIDE])
 
 
 def workspace(y: Any) -> Floats:
@@ -175,9 +59,9 @@ def turned(w: Floats) -> Any:
 
 
 @kernel
-def move(w: Any, start: int, to: int) -> None:
-    """Copy a state and its rates to other rows."""
-    y, k, new, new_rate = row(w, start), row(w, start + 1), row(w, to), row(w, to + 1)
+def move(w: Any, start: int, into: Any, to: int) -> None:
+    """Copy a state and its rates to rows of a workspace."""
+    y, k, new, new_rate = row(w, start), row(w, start + 1), row(into, to), row(into, to + 1)
     for i in range(length(w)):
         new[i], new_rate[i] = y[i], k[i]
 

@@ -5,10 +5,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...numerics.integration.attempts import attempt
 from ...numerics.integration.marches import first_step
 from ...numerics.integration.schemes import DormandPrince
 from ...numerics.integration.steps import dense_weights, weighted
-from ...numerics.integration.workspace import DENSE, K1, Y1, K, Y, attempt, move, workspace
+from ...numerics.integration.workspace import DENSE, K1, Y1, K, Y, turned, workspace
 from ...quantities import complex_number, complex_numbers, numbers, shown
 from ...results import Floats, SolveError
 from ...sentences import Angle, Sentence, Speed
@@ -218,8 +219,7 @@ def _integrate(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
             shares: Any = (t[filled:inside] - now) / h
             x = weighted(dense_weights(shares, h), *w[[Y, K, Y1, K1, DENSE], :, None])
             z[filled:inside], filled = x[0] + 1j * x[1], inside
-            move(w, Y1, Y)
-            now = after
+            now, w = after, turned(w)
             if now >= end:
                 # z' is a first-order part of x'
                 return z, _batched(flow, z)

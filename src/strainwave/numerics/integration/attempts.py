@@ -1,0 +1,129 @@
+"""Steps of a scheme in a workspace, where kernels know the scheme and its system by an address.
+
+A step is compiled with a system of few states: it would take a quarter longer if it called it by an address of its
+own, where nothing is shared by the stages. That of a train would compile for seconds, and there a call costs little.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from ...compile.address import ByAddress, at, put_at, value
+from ...compile.jit import entry, kernel, kernel_as
+from ...compile.tuples import axpy, times
+from ...law import torsion as torsion_of
+from ...results import Floats
+from ..addressed import Tupled, rates_entry, torsion
+from .steps import bounded, dense_weights, error_square
+from .workspace import DENSE, ERROR, INSIDE, K1, Y1, K, Y, look, row
+
+FEW = 3  # states of a system that is compiled into a step
+BOUND = 1e30  # of every state: far beyond any physics, and its powers in a law still fit a float
+
+
+class SchemeAt(NamedTuple):
+    """A scheme and its system by the addresses of their words and functions; 0 stands for what is not needed."""
+
+    words: int
+    step_at: int
+    system: int
+    inside_at: int
+
+
+def attempts_by_address(scheme: Any, system: Any, states: int, kinked: bool) -> ByAddress:
+    """A scheme for kernels that `attempt` to step a system of so many states; where `kinked` they look for switches."""
+
+    def addressed(words: Callable[[Any], int]) -> SchemeAt:
+        inside = entry(_torsion_inside, system, *[float] * 3, *[states] * 5) if kinked else 0
+        place = words(system)
+        pair = scheme, system if states <= FEW else Tupled(place, rates_entry(system, states))
+        return SchemeAt(words(pair), entry(_attempt, pair, *[float] * 5, *[states] * 6), place, inside)
+
+    return ByAddress((scheme, system), addressed)
+
+
+def steps_by_address(scheme: Any, system: Any, states: int) -> ByAddress:
+    """A scheme for kernels that `step` a system of so many states."""
+    pair = scheme, system
+    return ByAddress(pair, lambda words: SchemeAt(words(pair), entry(_step, pair, *[float] * 3, *[states] * 3), 0, 0))
+
+
+def _attempt(
+    pair: Any, phase: Any, turn: Any, h: Any, rtol: Any, atol: Any, y: Any, rate: Any, y1: Any, k1: Any, error: Any,
+    dense: Any,
+) -> Any:  # fmt: skip
+    scheme, system = at(pair)
+    begin = at(y)
+    end, end_rate, missed, between = scheme.attempt(system, phase, turn, begin, h, at(rate))
+    put_at(y1, end)
+    put_at(k1, end_rate)
+    put_at(error, missed)
+    put_at(dense, between)
+    return _outcome(begin, end, missed, rtol, atol)
+
+
+def _step(pair: Any, phase: Any, turn: Any, h: Any, y: Any, y1: Any, k1: Any) -> Any:
+    scheme, system = at(pair)
+    end = scheme.step(system, phase, turn, at(y), h)
+    rate = system.rhs(phase + turn, end)
+    put_at(y1, end)
+    put_at(k1, rate)
+    return _sound(end, rate)
+
+
+@kernel
+def _outcome(y: Any, y1: Any, error: Any, rtol: float, atol: float) -> float:
+    square = error_square(len(y), error, y, y1, rtol, atol)
+    return square if bounded(y1, BOUND) else -1.0 - square
+
+
+@kernel
+def _sound(y: Any, rate: Any) -> float:
+    return 1.0 if bounded(y, BOUND) and bounded(rate, math.inf) else 0.0
+
+
+def _attempt_loops(pair: Any, phase: Any, turn: Any, h: Any, rtol: Any, atol: Any, w: Any) -> Any:
+    ends = row(w, Y), row(w, K), row(w, Y1), row(w, K1)
+    return value(pair.step_at, pair.words, (phase, turn, h, rtol, atol, *ends, row(w, ERROR), row(w, DENSE)))
+
+
+@kernel_as(_attempt_loops, inline=True)
+def attempt(pair: Any, phase: float, turn: float, h: float, rtol: float, atol: float, w: Floats) -> float:
+    """Try a step of h in time and `turn` in phase: its end, the error, and the vector of the dense output.
+
+    Returns the mean square of the error in units of the tolerance; less one and negative where a state passes `BOUND`.
+    """
+    (scheme, system), (y, rate) = pair, w[Y : K + 1].tolist()
+    w[Y1 : DENSE + 1] = scheme.attempt(system, phase, turn, tuple(y), h, tuple(rate))
+    return _outcome(y, w[Y1], w[ERROR], rtol, atol)
+
+
+def _step_loops(pair: Any, phase: Any, turn: Any, h: Any, w: Any) -> Any:
+    return value(pair.step_at, pair.words, (phase, turn, h, row(w, Y), row(w, Y1), row(w, K1)))
+
+
+@kernel_as(_step_loops, inline=True)
+def step(pair: Any, phase: float, turn: float, h: float, w: Floats) -> float:
+    """Take a step of h in time and `turn` in phase: its end, and 0 where a state there passes `BOUND`, else 1."""
+    scheme, system = pair
+    w[Y1] = y = scheme.step(system, phase, turn, tuple(w[Y].tolist()), h)
+    w[K1] = rate = system.rhs(phase + turn, y)
+    return _sound(y, rate)
+
+
+def _torsion_inside(system: Any, phase: Any, s: Any, h: Any, y: Any, k: Any, y1: Any, k1: Any, dense: Any) -> Any:
+    a, system = dense_weights(s, h), at(system)
+    begin, end = axpy(times(a[0], at(y)), a[1], at(k)), axpy(times(a[2], at(y1)), a[3], at(k1))
+    return 1.0 * torsion_of(system, phase, axpy(axpy(begin, 1.0, end), a[4], at(dense)))
+
+
+def _inside_loops(pair: Any, phase: Any, s: Any, h: Any, w: Any) -> Any:
+    ends = row(w, Y), row(w, K), row(w, Y1), row(w, K1)
+    return value(pair.inside_at, pair.system, (phase, s, h, *ends, row(w, DENSE)))
+
+
+@kernel_as(_inside_loops)
+def torsion_inside(pair: Any, phase: float, s: float, h: float, w: Floats) -> float:
+    """Torsion [rad] at the fraction s of a step of h."""
+    look(w, s, h)
+    return torsion(pair[1], phase, w[INSIDE])
