@@ -94,6 +94,8 @@ def _classes(kinds: Any) -> Iterator[type]:
             yield kind.instance_class
         if hasattr(kind, "types") or isinstance(kind, tuple):
             yield from _classes(getattr(kind, "types", kind))
+        elif hasattr(kind, "dtype"):  # a pointer
+            yield from _classes((kind.dtype,))
 
 
 @cache

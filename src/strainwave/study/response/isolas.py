@@ -40,6 +40,7 @@ from .orbit_copies import lies_on, takes
 REACH = 3.0  # a loop may leave the range by this factor and is still followed until it closes
 ENOUGH = 1e-4  # tail of a settled motion at which harmonic balance takes it up; the branch then takes more
 FINER = (1.0, 0.5, 0.25)  # of a step, where a branch was followed back and forth
+LEAST = 1e-4  # of the largest part that sets turns apart: below this an orbit is that of one turn to rounding
 PROBES = (0.2, 0.5, 0.8)  # where along a new branch a known one is looked for
 
 
@@ -209,9 +210,9 @@ def _followed(
     problem: Any, point: Floats, lo: float, hi: float, harmonics: int | None, step: float, origin: str
 ) -> Branch:
     """Follow a branch through a point with as many harmonics as it needs, or as many as its orbit is found with."""
-    best: tuple[Trace, Tail] | None = None
+    best: tuple[Trace, bool, Tail] | None = None
 
-    def followed(h: int, _: float) -> tuple[tuple[Trace, Tail], float]:
+    def followed(h: int, _: float) -> tuple[tuple[Trace, bool, Tail], float]:
         nonlocal problem, point, best
         if best is not None:
             finer = second_order(problem.system, problem.leaf, problem.omega_leaf, h, problem.turns)
@@ -220,15 +221,14 @@ def _followed(
                 return best, 0.0
             problem, point = finer, better
         for share in FINER:
-            trace = _around(problem, point, lo, hi, share * step)
+            trace, born = _around(problem, point, lo, hi, share * step)
             if not _turns_back(trace):
                 break
-        best = trace, tail_along(problem, trace.points)
-        return best, best[1].worst
+        best = trace, born, tail_along(problem, trace.points)
+        return best, best[-1].worst
 
     h = problem.harmonics()
-    trace, tail = grown(followed, h, MOST if harmonics is None else h, CURVE)
-    trace, born = _one_copy(trace, problem.turns)
+    trace, born, tail = grown(followed, h, MOST if harmonics is None else h, CURVE)
     trace, omega = _with_own_speed(problem, trace), trace.points[:, -1]
     if born:
         meets = f"meets the response of one turn at omega = {omega[0]:.6g} and {omega[-1]:.6g} rad/s"
@@ -239,13 +239,18 @@ def _followed(
     return describe(problem, "omega", trace, tail, origin)
 
 
-def _around(problem: Any, point: Floats, lo: float, hi: float, step: float) -> Trace:
-    """The loop through a point, also where it leaves the range, or else the part of a branch inside the range."""
-    trace = both_ways(problem, point, lo / REACH, hi * REACH, step)
-    if trace.outcome != CLOSED:
-        return both_ways(problem, point, lo, hi, step)
+def _around(problem: Any, point: Floats, lo: float, hi: float, step: float) -> tuple[Trace, bool]:
+    """The branch through a point: all of it where it closes or ends at orbits of one turn, else what the range has.
+
+    The second value tells whether it ends at orbits of one turn.
+    """
+    wide = lo / REACH, hi * REACH
+    trace, born = _one_copy(both_ways(problem, point, *wide, step), point, problem.turns)
+    if not born and trace.outcome != CLOSED:
+        return _one_copy(both_ways(problem, point, lo, hi, step), point, problem.turns)
     size = float(np.ptp(trace.points[:, -1]))  # again, in steps that suit the loop
-    return both_ways(problem, point, lo / REACH, hi * REACH, step, size)
+    again = _one_copy(both_ways(problem, point, *wide, step, size), point, problem.turns)
+    return again if again[1] or not born else (trace, born)
 
 
 def _turns_back(trace: Trace) -> bool:
@@ -257,21 +262,31 @@ def _turns_back(trace: Trace) -> bool:
     return bool(np.min(gaps / np.linalg.norm(folds[:, :-1], axis=1)) < 1e-5)
 
 
-def _one_copy(trace: Trace, period: int) -> tuple[Trace, bool]:
-    """Where a loop passes through orbits of one turn, that part of it which holds each orbit once.
+def _one_copy(trace: Trace, point: Floats, period: int) -> tuple[Trace, bool]:
+    """The part of a branch around a point up to orbits of one turn, if there are some at both of its ends.
 
-    Orbits of two turns end at period doublings of the main response; beyond it the loop goes on through the same
-    orbits, shifted by one turn.
+    Orbits of two turns end at period doublings of the main response, where what sets their turns apart changes sign. A
+    trace goes on there through the same orbits, shifted by one turn, turns back, or takes the main response: rounding
+    decides.
     """
-    if trace.outcome != CLOSED or period == 1:
+    n = len(trace.points)
+    if period == 1 or n == 0:
         return trace, False
     part = trace.points[:, _own_harmonics(trace.points.shape[1], period)]
-    flips = np.flatnonzero(np.sum(part[1:] * part[:-1], axis=1) < 0.0)
-    if len(flips) != 2:
-        return trace, False
-    kept = np.r_[flips[1] + 1 : len(part) - 1, 0 : flips[0] + 1]
-    size = np.linalg.norm(part[kept], axis=1)
-    upright = (trace.labels[kept] == FOLD) & (size < UPRIGHT * np.max(size))
+    size = np.linalg.norm(part, axis=1)
+    start = int(np.argmin(np.linalg.norm(trace.points - point, axis=1)))
+    ahead, back = np.arange(start, n), np.arange(start, -1, -1)
+    if trace.outcome == CLOSED:  # its last point is its first
+        ahead, back = np.r_[ahead, 1:start], np.r_[back, n - 2 : start : -1]
+    ways = []
+    for way in (ahead, back):
+        flips = np.flatnonzero(np.sum(part[way[1:]] * part[way[:-1]], axis=1) < 0.0)
+        if len(flips) == 0:
+            return trace, False
+        large = np.flatnonzero(size[way[: flips[0] + 1]] > LEAST * np.max(size))
+        ways.append(way[: large[-1] + 1] if len(large) else way[:1])
+    kept = np.r_[ways[1][::-1], ways[0][1:]]
+    upright = (trace.labels[kept] == FOLD) & (size[kept] < UPRIGHT * np.max(size))
     return Trace(trace.points[kept], np.where(upright, STEP, trace.labels[kept]), END), True
 
 
