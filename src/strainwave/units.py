@@ -6,6 +6,7 @@ evaluates what looks like arithmetic.
 """
 
 import re
+import sys
 from functools import cache, lru_cache
 from math import inf, pi
 from numbers import Real
@@ -177,14 +178,13 @@ def _unknown(units: str) -> list[str]:
 @cache
 def _registry() -> Any:
     """Our own units; pint's file takes 1 Hz as 1 rad/s and N*m as N*m/rad."""
-    import sys
-
-    # Where dask is installed pint imports it, half a second, to know its arrays; we give it none.
-    dask = sys.modules.setdefault("dask", None)  # type: ignore[arg-type]
+    # Where they are installed pint imports these, half a second and more, to know their arrays; we give it none.
+    hidden = [name for name in ("dask", "scipy", "babel", "uncertainties") if name not in sys.modules]
+    sys.modules.update(dict.fromkeys(hidden))  # type: ignore[arg-type]
     import pint
 
-    if dask is None:
-        del sys.modules["dask"]
+    for name in hidden:
+        del sys.modules[name]
     return pint.UnitRegistry(str(Path(__file__).with_name("units.txt")))
 
 

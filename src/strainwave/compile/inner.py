@@ -20,13 +20,17 @@ def compilers() -> tuple[Any, Any]:
 
         def add_ir_module(self, module: Any) -> None:
             """Keep routines what they are, functions that are called: the compiler would inline them everywhere."""
-            for function in module.functions:
-                if not function.is_declaration and "alwaysinline" not in function.attributes:
+            defined = [function for function in module.functions if not function.is_declaration]
+            self.inlined = any("alwaysinline" in function.attributes for function in defined)
+            for function in defined:
+                if "alwaysinline" not in function.attributes:
                     function.attributes.add("noinline")
             super().add_ir_module(module)
 
         def _optimize_final_module(self) -> None:
-            """The kernel that links this code optimises it, once for all."""
+            """What is inlined is optimised before; the rest once, by the kernel that links it."""
+            if self.inlined:
+                super()._optimize_final_module()
 
         def _finalize_final_module(self) -> None:
             self._finalize_dynamic_globals()

@@ -148,7 +148,7 @@ def enabled() -> bool:
 
 @contextmanager
 def light_as_python() -> Iterator[None]:
-    """Run the light kernels inside as Python: for one curve, which NumPy finds sooner than Numba is loaded."""
+    """Run the kernels of curves inside as Python: for one curve, which NumPy finds sooner than Numba is loaded."""
     before = _all_light.set(True)
     try:
         yield
@@ -162,15 +162,17 @@ def load() -> None:
         _numba()
 
 
-def run(function: Callable[..., Any], *args: Any, light: bool = False, after: int = 0) -> Any:
+def run(function: Callable[..., Any], *args: Any, light: bool | None = None, after: int = 0) -> Any:
     """Execute a kernel as machine code, or as Python when compilation is off.
 
     A `light` job, which takes a fraction of a second in NumPy, runs as Python the first times in a process that has not
-    loaded Numba: loading it takes longer. One that pays only where it is run often is Python the first `after` times
-    with models of these classes, and always where it cannot be compiled. The results agree to rounding. If a user's
-    class uses something that compiled code does not know, the sentence of the TypeError says what.
+    loaded Numba: loading it takes longer. Where `light` is False it does so inside `light_as_python` alone. One that
+    pays only where it is run often is Python the first `after` times with models of these classes, and always where it
+    cannot be compiled. The results agree to rounding. If a user's class uses something that compiled code does not
+    know, the sentence of the TypeError says what.
     """
-    as_light = light and "numba" not in sys.modules and (_all_light.get() or next(_light_runs) < LIGHT_RUNS)
+    as_light = light is not None and "numba" not in sys.modules
+    as_light = as_light and (_all_light.get() or bool(light and next(_light_runs) < LIGHT_RUNS))
     things = tuple(arg.thing if isinstance(arg, ByAddress) else arg for arg in args)
     if not enabled() or as_light:
         return function(*things)

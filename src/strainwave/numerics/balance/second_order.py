@@ -160,10 +160,13 @@ class SecondOrder(NamedTuple):
             difference(self, z, slope, np.empty(self.size()))
 
     def run(self, kernel: Any, *arguments: Any) -> Any:
-        light = self.springs.is_sampled() and self.size() <= LIGHT
         if not set(FIELDS) <= set(self.system._fields):  # a system like an oscillator whose numbers are none of these
             return kernel(self, *arguments)
-        return run(kernel, ByAddress(self, self.addressed, "equations"), *arguments, light=light)
+        return run(kernel, ByAddress(self, self.addressed, "equations"), *arguments, light=self.light())
+
+    def light(self) -> bool:
+        """Whether a few of its kernels take NumPy less time than Numba takes to load."""
+        return self.springs.is_sampled() and self.size() <= LIGHT
 
     def addressed(self, words: Any) -> EquationsAt:
         """The equations for machine code."""

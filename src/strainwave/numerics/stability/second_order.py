@@ -161,7 +161,7 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> tuple[Flo
     traces, peaks = np.empty(len(points)), np.empty(len(points))
     with np.errstate(all="ignore"):
         native = ByAddress(problem, problem.native)
-        run(stability, native, grid, np.ascontiguousarray(points), traces, peaks)
+        run(stability, native, grid, np.ascontiguousarray(points), traces, peaks, light=problem.light())
     coarse = problem.springs.is_sampled() and problem.stride * grid.shape[1] >= MOST_STEPS
     traces[~np.isfinite(traces) | (coarse and unresolved(problem, points, grid))] = np.nan
     return traces, peaks
