@@ -17,8 +17,15 @@ PACKAGE = Path(strainwave.__file__).parent
 COUNTS = """
 import strainwave as sw
 from strainwave.compile import jit
+from strainwave.quantities import checked
+
+def torque(law, x):
+    return law.torque(x)
 
 def end_of(law):
+    return jit.run(torque, checked(law), 0.3)
+
+def moved(law):
     system = sw.Oscillator(1.0, 0.05, law, sw.Harmonic(0.18), 0.7)
     return sw.simulate(system, (0.3, 0.0), 20.0, method=sw.Rk4(steps_per_period=64)).y[0, -1]
 
@@ -94,6 +101,17 @@ def test_second_process_takes_a_users_class_from_disk_and_an_edited_one_not(tmp_
     assert (hits, misses) == ("0", "1")
     python, *_ = run_script(script(after=" * 1.5"), tmp_path, STRAINWAVE_JIT="0")
     assert float(edited) == pytest.approx(float(python), abs=1e-9)
+
+
+def test_functions_that_kernels_call_by_address_follow_a_users_class(tmp_path):
+    moving = script().replace("end_of(Tanh", "moved(Tanh")
+    first, hits, misses = run_script(moving, tmp_path)
+    assert (hits, int(misses) > 1) == ("0", True)
+    assert run_script("\n" + moving, tmp_path) == [first, misses, "0"]
+    edited, hits, again = run_script(moving.replace("(1 + e)", "(1 + e) * 1.5"), tmp_path)
+    assert edited != first
+    assert int(hits) > 0  # the kernel itself knows no law
+    assert int(hits) + int(again) == int(misses)
 
 
 def test_code_follows_the_global_variables_that_a_users_class_reads(tmp_path):

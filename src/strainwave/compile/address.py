@@ -175,6 +175,19 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
 
         return place(place, types.intp), build
 
+    take, write, first, after = map(extending.intrinsic, (typed_at, typed_put, typed_pointer, typed_beyond))
+    return {
+        at: lambda place: take(place),
+        put_at: lambda place, numbers: write(place, numbers),
+        pointer: lambda array: first(array),
+        beyond: lambda place, i: after(place, i),
+        **_calls(types, extending),
+    }
+
+
+def _calls(types: Any, extending: Any) -> dict[Any, Any]:
+    """The same for the functions that call."""
+
     def caller(result: Any) -> Any:
         def typed(context: Any, address: Any, words: Any, arguments: Any) -> Any:
             def build(context: Any, builder: Any, signature: Any, given: Any) -> Any:
@@ -201,13 +214,8 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
 
         return y(types.intp, types.intp, types.float64, y), build
 
-    take, write, first, after = map(extending.intrinsic, (typed_at, typed_put, typed_pointer, typed_beyond))
     send, ask, get = caller(types.none), caller(types.float64), extending.intrinsic(typed_answer)
     return {
-        at: lambda place: take(place),
-        put_at: lambda place, numbers: write(place, numbers),
-        pointer: lambda array: first(array),
-        beyond: lambda place, i: after(place, i),
         call: lambda address, words, arguments: send(address, words, arguments),
         value: lambda address, words, arguments: ask(address, words, arguments),
         answer: lambda address, words, phase, y: get(address, words, phase, y),

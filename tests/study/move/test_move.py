@@ -9,7 +9,6 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import strainwave as sw
-from strainwave.compile.jit import as_python
 from strainwave.units import ARCSEC, RPM
 
 GEAR = sw.catalogue.gear("SHG-25-100")
@@ -22,13 +21,6 @@ TRAIN = sw.DriveTrain(
 QUARTER, TIME = 0.5 * math.pi, 0.6
 LINEAR = TRAIN._replace(law=sw.Linear(31000.0), error=sw.NoError())
 ROUGH = sw.Dopri5(rtol=1e-6, atol=1e-9)
-
-
-@pytest.fixture(autouse=True)
-def short_runs_as_python(request):
-    """Each train is a class of its own to the compiler; those of the long tests alone are compiled."""
-    with as_python(0 if request.node.get_closest_marker("compiled") else 10**9):
-        yield
 
 
 def torque(u):

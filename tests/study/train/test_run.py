@@ -9,7 +9,6 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import strainwave as sw
-from strainwave.compile.jit import as_python
 
 LINEAR = sw.Drive(J_m=5.26e-4, J_l=0.05, N=50.0, B=5.0, law=sw.Linear(7160.0))
 GEAR = sw.catalogue.gear("CSG-40-50")
@@ -17,13 +16,6 @@ GEAR = sw.catalogue.gear("CSG-40-50")
 J_L, LAW = 1.3, sw.Cubic(1.089e5, 6.85e4)
 DRIVE = sw.Drive(J_m=4.5e-4, J_l=J_L, N=50.0, B=2 * 0.03 * (LAW.K * J_L) ** 0.5, law=LAW)
 ERROR = sw.KinematicError((sw.Line(2, 1.115e-4),))
-
-
-@pytest.fixture(autouse=True)
-def short_runs_as_python():
-    """Each train is a class of its own to the compiler; the contract tests hold its code equal to Python."""
-    with as_python(10**9):
-        yield
 
 
 @pytest.mark.compiled

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ...compile.jit import elementwise, kernel, kernel_as, summed
+from ...compile.elementwise import elementwise, summed
+from ...compile.jit import kernel, kernel_as
 from ...results import Floats
 
 LARGE = 150  # below it, loading SciPy (0.3 s) costs more than a whole curve gains

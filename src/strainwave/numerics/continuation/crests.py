@@ -19,7 +19,7 @@ from .trace import solve
 
 LEAST = 0.01  # of the largest value on the curve: lower crests stay as they are
 REACH, LOOKED = 2, 17  # points to both sides of a crest, and places looked at between the next ones
-ROUNDS, SETTLED = 3, 1e-11  # solutions of a crest, and the relative rise above one that is none
+ROUNDS, SETTLED = 6, 1e-12  # solutions of a crest, and the relative rise above one that is none
 SAME = 1e-6  # of the arc of these: what is nearer is one point
 ONE = 1e-6  # relative distance below which two points are one
 MEAN = 1e-6  # of the largest |x|: with a smaller mean both crests are one

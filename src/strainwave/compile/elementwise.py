@@ -1,0 +1,63 @@
+"""Functions of numbers as functions of the entries of arrays: loops in machine code, NumPy as Python."""
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+from .jit import chosen, kernel, kernel_as
+
+
+def _itself(thing: Any, i: Any) -> Any:
+    return thing
+
+
+def _item(thing: Any, i: Any) -> Any:
+    return thing[i]
+
+
+@chosen
+def _entry(thing: Any, i: Any) -> Any:
+    return _item if hasattr(thing, "ndim") else _itself
+
+
+def elementwise(function: Callable[..., Any]) -> Callable[..., None]:
+    """Make of a function of numbers one that writes its values to its last argument, an array.
+
+    The one or two others are arrays of that length, or numbers and models, which are the same for all entries. As
+    Python the function is given whole arrays, in compiled code their entries one by one.
+    """
+
+    def two(a: Any, out: Any) -> None:
+        for i in range(out.shape[0]):
+            out[i] = function(_entry(a, i), out[i])
+
+    def three(a: Any, b: Any, out: Any) -> None:
+        for i in range(out.shape[0]):
+            out[i] = function(_entry(a, i), _entry(b, i), out[i])
+
+    def whole(*args: Any) -> None:
+        args[-1][:] = function(*args)
+
+    kernel(function)
+    whole.__doc__ = function.__doc__
+    return kernel_as(two if len(inspect.signature(function).parameters) == 2 else three)(whole)
+
+
+def summed(numpy: Callable[[Any, Any], Any]) -> Callable[[Callable[[Any, Any], Any]], Callable[[Any, Any], float]]:
+    """Make of a function of two numbers its sum over the entries of two vectors; as Python `numpy` gives it."""
+
+    def mark(function: Callable[[Any, Any], Any]) -> Callable[[Any, Any], float]:
+        def loops(a: Any, b: Any) -> float:
+            total = 0.0
+            for i in range(a.shape[0]):
+                total += function(a[i], b[i])
+            return total
+
+        def whole(a: Any, b: Any) -> float:
+            return float(numpy(a, b))
+
+        kernel(function)
+        whole.__doc__ = function.__doc__
+        return kernel_as(loops)(whole)
+
+    return mark
