@@ -64,14 +64,15 @@ def test_folds_of_a_train_are_those_of_the_shooting_problem(curve):
 def test_the_crest_of_a_train_is_no_lower_than_its_orbits_beside_it(curve):
     top = int(np.argmax(curve.peak))
     sizes = []
-    for omega in curve.omega[top] * np.array([1.0 - 1e-4, 1.0, 1.0 + 1e-4]):
+    for omega in curve.omega[top] * np.array([1.0 - 1e-3, 1.0, 1.0 + 1e-3]):
         guess = sw.find_orbit(TRAIN._replace(omega=float(omega)), guess=near_top(curve, top))
         run = turn(by_hand(guess.state(0.0)), omega, t_eval=np.linspace(0.0, 2.0 * np.pi / omega, 4001))
         sizes.append(np.max(np.abs(run.y[0] / N - run.y[2])))
     low, size, high = sizes
     assert curve.peak[top] == pytest.approx(size, rel=1e-6)
     assert size >= max(low, high)
-    assert abs(high - low) < 0.1 * (2.0 * size - low - high)  # the parabola through them has its vertex in the middle
+    # The parabola through them has its vertex in the middle; nearer to it the 4001 samples of a period are too few.
+    assert abs(high - low) < 0.01 * (2.0 * size - low - high)
 
 
 def near_top(curve, top):
