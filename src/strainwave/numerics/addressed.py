@@ -193,12 +193,6 @@ class FunctionAt(NamedTuple):
     values_at: int
 
 
-def _values_of_torque(excitation: Any, angles: Any, out: Any) -> None:
-    known = at(excitation)
-    for i in range(len(angles)):
-        out[i] = known.torque(angles[i])
-
-
 def _values_of_error(error: Any, angles: Any, out: Any) -> None:
     known = at(error)
     for i in range(len(angles)):
@@ -251,7 +245,7 @@ def oscillator_at(system: Any, leaf: int, words: Callable[[Any], int]) -> tuple[
             place = OscillatorAt._fields.index(name)
         first += count(item)
     torque, error = (
-        FunctionAt(places["excitation"], entry(_values_of_torque, system.excitation, VECTOR, VECTOR)),
+        FunctionAt(places["excitation"], entry(_torques, system.excitation, VECTOR, VECTOR)),
         FunctionAt(places["error"], entry(_values_of_error, system.error, VECTOR, VECTOR)),
     )
     own = float(system.J), float(system.B), float(system.omega)
