@@ -4,6 +4,7 @@ Numba makes machine code of every function that it compiles. Those which kernels
 alone, into which they are linked before its machine code is made: theirs would never run.
 """
 
+import gc
 from functools import cache
 from importlib import import_module
 from typing import Any
@@ -14,6 +15,12 @@ def compilers() -> tuple[Any, Any]:
     """Numba's compiler (its `pipeline_class`) for kernels, and that for the functions inside them."""
     numba: Any = import_module("numba.core.compiler")
     waiting: dict[str, Any] = {}
+    steps: list[Any] = []  # Numba's own, put together once: they are the same for every function
+
+    def steps_for(state: Any) -> list[Any]:
+        if not steps:
+            steps.append(numba.DefaultPassBuilder.define_nopython_pipeline(state))
+        return steps
 
     class Part(import_module("numba.core.codegen").JITCodeLibrary):  # type: ignore[misc]
         """Code that others link, and that is at no address."""
@@ -27,10 +34,15 @@ def compilers() -> tuple[Any, Any]:
                     function.attributes.add("noinline")
             super().add_ir_module(module)
 
+        def _optimize_functions(self, module: Any) -> None:
+            """Nothing of a function alone: what follows does the same again."""
+            module.data_layout = self._codegen._data_layout
+
         def _optimize_final_module(self) -> None:
-            """What is inlined is optimised before; the rest once, by the kernel that links it."""
+            """What is inlined is made small before; the rest is optimised once, by the kernel that links it."""
             if self.inlined:
-                super()._optimize_final_module()
+                passes, builder = self._codegen._module_pass_manager(loop_vectorize=False, slp_vectorize=False, opt=1)
+                passes.run(self._final_module, builder)
 
         def _finalize_final_module(self) -> None:
             self._finalize_dynamic_globals()
@@ -52,13 +64,22 @@ def compilers() -> tuple[Any, Any]:
 
         def define_pipelines(self) -> list[Any]:
             self.state.library = Part(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
-            return [numba.DefaultPassBuilder.define_nopython_pipeline(self.state)]
+            return steps_for(self.state)
 
     class Kernels(numba.Compiler):  # type: ignore[misc]
         """Numba's own, which gives the parts of a kernel their Python objects too: a `print` in a law has some."""
 
+        def define_pipelines(self) -> list[Any]:
+            return steps_for(self.state)
+
         def compile_extra(self, function: Any) -> Any:
-            made = super().compile_extra(function)
+            collecting = gc.isenabled()
+            gc.disable()  # nearly all that is made is kept: looking for garbage takes a tenth of the time
+            try:
+                made = super().compile_extra(function)
+            finally:
+                if collecting:
+                    gc.enable()
             if made.library is None:  # types alone
                 return made
             codegen = made.library.codegen

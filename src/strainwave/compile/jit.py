@@ -30,7 +30,12 @@ from .inner import compilers
 F = TypeVar("F", bound=Callable[..., Any])
 
 # "contract", "nsz" and "arcp" allow FMA and reciprocals; full fastmath assumes no NaN and would hide divergence.
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}, "nogil": True}
+OPTIONS: dict[str, Any] = {
+    "error_model": "numpy",
+    "fastmath": {"contract", "nsz", "arcp"},
+    "nogil": True,
+    "no_cfunc_wrapper": True,
+}
 
 LIGHT_RUNS = 12  # about three response curves
 _light_runs = count()

@@ -17,7 +17,7 @@ import numpy as np
 from ...compile.jit import borrowed, kernel_as, run
 from ...results import Floats
 from ..balance.panels import Samples, cut
-from .period_map import eliminated
+from .period_map import FEW, eliminated
 
 PLACES = 8
 PHASE = 3.5  # of the fastest disturbance in a panel [rad]
@@ -150,7 +150,7 @@ def through_panels(table: Tables, which: Any, feedback: Floats, first: Any) -> F
     """
     n = table.flow.shape[1]
     flow = np.empty((len(first) - 1, n, n))
-    run(_panels, tuple(table), which, feedback, first, flow, light=True)
+    run(_panels, tuple(table), which, feedback, first, flow, light=True, after=FEW)
     return flow
 
 

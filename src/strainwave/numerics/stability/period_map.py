@@ -16,6 +16,7 @@ from ...results import Floats
 
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 GAUSS_C, GAUSS_B = 0.5 + 0.5 * _PLACES, 0.5 * _WEIGHTS
+FEW = 8  # runs in NumPy, which take a tenth of a second, before they are compiled
 _POWERS = np.arange(1, 5)  # collocation: the rows integrate powers of the place exactly
 GAUSS_A = GAUSS_C[:, None] ** _POWERS / _POWERS @ np.linalg.inv(GAUSS_C[:, None] ** (_POWERS - 1))
 A, B = tuple(map(tuple, GAUSS_A.tolist())), tuple(GAUSS_B.tolist())
@@ -119,4 +120,4 @@ def walked(a: Floats, h: Floats, hill: bool = False) -> tuple[Floats, float, flo
     With `hill` A is taken without its share of the trace, whose integral is d, and the map of that is exp(s) M.
     """
     flow = np.eye(a.shape[-1])
-    return flow, *run(_walked, a, h, hill, flow, light=True)
+    return flow, *run(_walked, a, h, hill, flow, light=True, after=FEW)

@@ -25,6 +25,7 @@ from ..balance.linear_algebra import add, row_times
 from ..balance.rates import base_speed
 from ..balance.second_order import SecondOrder
 from ..balance.springs import of_law
+from .period_map import FEW
 
 PER_VIBRATION, MOST_STEPS = 16, 200_000  # Numerov steps a free vibration, and of an orbit
 FROZEN, LARGEST_LOG = 4096, 700.0  # instants of a very slow orbit, and the logarithm of the largest multiplier told
@@ -161,7 +162,7 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> tuple[Flo
     traces, peaks = np.empty(len(points)), np.empty(len(points))
     with np.errstate(all="ignore"):
         native = ByAddress(problem, problem.native)
-        run(stability, native, grid, np.ascontiguousarray(points), traces, peaks, light=problem.light())
+        run(stability, native, grid, np.ascontiguousarray(points), traces, peaks, light=problem.light(), after=FEW)
     coarse = problem.springs.is_sampled() and problem.stride * grid.shape[1] >= MOST_STEPS
     traces[~np.isfinite(traces) | (coarse and unresolved(problem, points, grid))] = np.nan
     return traces, peaks
