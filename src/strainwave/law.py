@@ -14,6 +14,7 @@ from itertools import pairwise
 from typing import Any
 
 from .compile.jit import chosen, kernel
+from .compile.tuples import alike, axpy
 
 KINDS = ("torque(x)", "torque(x, v)", "torque(x, v, z)")
 TORSIONS = (1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0)  # times SEEN, rad, to both sides: where a slope is compared
@@ -157,9 +158,19 @@ def _no_breakpoints(law: Any) -> Any:
     return ()
 
 
-def kinks_of(law: Any, x: Any, v: Any, z: Any) -> tuple[Any, ...]:
+@chosen
+def kinks_of(law: Any, x: Any, v: Any, z: Any) -> Any:
     """What vanishes where a law is not smooth: its `kinks`, or distances [rad] of the torsion from its breakpoints."""
-    return tuple(law.kinks(x, v, z)) if has(law, "kinks") else tuple(x - b for b in breakpoints_of(law))
+    return _own_kinks if has(law, "kinks") else _past_breakpoints
+
+
+def _own_kinks(law: Any, x: Any, v: Any, z: Any) -> Any:
+    return law.kinks(x, v, z)
+
+
+def _past_breakpoints(law: Any, x: Any, v: Any, z: Any) -> Any:
+    breakpoints = breakpoints_of(law)
+    return axpy(alike(breakpoints, x), -1.0, breakpoints)
 
 
 def _of_spring(law: Any, x: Any, v: Any, z: Any) -> Any:

@@ -41,7 +41,7 @@ def compilers() -> tuple[Any, Any]:
         def _optimize_final_module(self) -> None:
             """What is inlined is made small before; the rest is optimised once, by the kernel that links it."""
             if self.inlined:
-                passes, builder = self._codegen._module_pass_manager(loop_vectorize=False, slp_vectorize=False, opt=1)
+                passes, builder = self._codegen._module_pass_manager(loop_vectorize=False, slp_vectorize=False)
                 passes.run(self._final_module, builder)
 
         def _finalize_final_module(self) -> None:

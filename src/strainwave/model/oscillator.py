@@ -46,7 +46,7 @@ class Oscillator(NamedTuple):
         """Torsions [rad] where the law is not smooth (none for a law that does not say)."""
         return tuple(breakpoints_of(self.law))
 
-    def kinks(self, phase: Any, y: Any) -> tuple[Any, ...]:
+    def kinks(self, phase: Any, y: Any) -> Any:
         """What vanishes where the law is not smooth."""
         rate = y[1] - self.omega * self.error.slope(phase)
         return kinks_of(self.law, self.torsion(phase, y), rate, y[2:])

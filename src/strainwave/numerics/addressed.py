@@ -35,6 +35,7 @@ class SystemAt(NamedTuple):
     rates_at: int
     torsion_at: int
     watched_at: int
+    kinks_at: int
 
 
 class Tupled(NamedTuple):
@@ -48,8 +49,8 @@ class Tupled(NamedTuple):
         return answer(self.rates_at, self.words, phase, y)
 
 
-def system_by_address(system: Any, states: int, *, torsion: bool = False) -> ByAddress:
-    """A system of so many states for kernels; with its `torsion`, where these look for switches."""
+def system_by_address(system: Any, states: int, *, torsion: bool = False, kinks: int = 0) -> ByAddress:
+    """A system of so many states for kernels; with its `torsion` or so many `kinks`, where these look for switches."""
 
     def addressed(words: Callable[[Any], int]) -> SystemAt:
         seen = len(system.watched(0.0, (0.0,) * states)) if has(system, "watched") else 0
@@ -58,6 +59,7 @@ def system_by_address(system: Any, states: int, *, torsion: bool = False) -> ByA
             rates_entry(system, states),
             entry(_torsion, system, float, states) if torsion else 0,
             entry(_watched, system, float, states, seen) if seen else 0,
+            entry(_corners, system, float, states, kinks) if kinks else 0,
         )
 
     return ByAddress(system, addressed)
@@ -78,6 +80,10 @@ def _torsion(model: Any, phase: Any, y: Any) -> Any:
 
 def _watched(model: Any, phase: Any, y: Any, out: Any) -> None:
     put_at(out, at(model).watched(phase, at(y)))
+
+
+def _corners(model: Any, phase: Any, y: Any, out: Any) -> None:
+    put_at(out, at(model).kinks(phase, at(y)))
 
 
 def _rates_loops(system: Any, phase: Any, y: Any, out: Any) -> None:
@@ -110,6 +116,16 @@ def watched(system: Any, phase: float, y: Floats, out: Floats) -> None:
     """Write what a system has watched in the states y (states,), if anything."""
     if has(system, "watched"):
         out[:] = system.watched(phase, tuple(y.tolist()))
+
+
+def _corner_distances_loops(system: Any, phase: Any, y: Any, out: Any) -> None:
+    call(system.kinks_at, system.words, (phase, pointer(y), pointer(out)))
+
+
+@kernel_as(_corner_distances_loops, inline=True)
+def corner_distances(system: Any, phase: float, y: Floats, out: Floats) -> None:
+    """Write the `kinks` of a system in the states y (states,)."""
+    out[:] = system.kinks(phase, tuple(y.tolist()))
 
 
 class LawAt(NamedTuple):

@@ -186,7 +186,7 @@ class Parallel(NamedTuple):
         """Torsions [rad] where a law of the two is not smooth."""
         return tuple(sorted({place for law in self for place in breakpoints_of(law)}))
 
-    def kinks(self, x: Any, v: Any, z: Any) -> tuple[Any, ...]:
+    def kinks(self, x: Any, v: Any, z: Any) -> Any:
         """What vanishes where a law of the two is not smooth."""
         first = kinks_of(self.first, x, v, share(self.first, z))
         return first + kinks_of(self.second, x, v, rest(self.first, z))

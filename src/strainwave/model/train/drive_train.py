@@ -177,10 +177,9 @@ class DriveTrain(NamedTuple):
     def kinks(self, phase: Any, y: Any) -> tuple[Any, ...]:
         """What vanishes where the laws of the gear and of the couplings are not smooth."""
         gear = gear_motion(self, y, motor_motion(self, phase, y))
-        found = kinks_of(self.law, gear[0], gear[1], share(self.law, inner_states(self, y)))
-        for at, law in zip(self.twists(), self.load.couplings(), strict=True):
-            found += kinks_of(law, y[at], y[at + 1], share(law, y[at + 2 :]))
-        return found
+        z = inner_states(self, y)
+        own = kinks_of(self.law, gear[0], gear[1], share(self.law, z))
+        return (*own, *self.load.kinks(rest(self.motor.drag, rest(self.law, z))))
 
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in order; a prime is a rate."""

@@ -9,7 +9,7 @@ z of the load's drag, and the `motion` (angle, speed) of the gear's output.
 
 from typing import Any, NamedTuple
 
-from ...law import check_law, energy_of, heat_of, rest, share, states_of, torque_of, z_rate_of
+from ...law import check_law, energy_of, heat_of, kinks_of, rest, share, states_of, torque_of, z_rate_of
 from ...protocols import lacking, need
 from ...quantities import LARGEST, Damping, Inertia, shown
 from ..excitation import Harmonic
@@ -77,6 +77,10 @@ class Load(NamedTuple):
         lost = heat_of(self.drag, motion[0], motion[1], share(self.drag, states))
         return self.excitation.torque(phase) * motion[1], lost
 
+    def kinks(self, states: Any) -> Any:
+        """What vanishes where the laws of the couplings are not smooth: nothing."""
+        return ()
+
     def state_names(self, number: int = 1) -> tuple[str, ...]:
         """Names of the states; couplings are counted from `number` on."""
         return tuple(f"load z{i + 1}" for i in range(states_of(self.drag)))
@@ -141,6 +145,12 @@ class Elastic(NamedTuple):
         behind = motion[0] - twist, motion[1] - speed
         lost = self.B * speed * speed + heat_of(self.law, twist, speed, share(self.law, z))
         return (*self.load.powers(phase, behind, rest(self.law, z)), lost)
+
+    def kinks(self, states: Any) -> Any:
+        """What vanishes where the laws of the couplings are not smooth."""
+        z = states[2:]
+        own = kinks_of(self.law, states[0], states[1], share(self.law, z))
+        return (*own, *self.load.kinks(rest(self.law, z)))
 
     def state_names(self, number: int = 1) -> tuple[str, ...]:
         """Names of the states; couplings are counted from `number` on."""

@@ -66,9 +66,9 @@ class SteadyTrain(NamedTuple):
         """Torsions [rad] where the gear's law is not smooth."""
         return self.train.breakpoints()
 
-    def kinks(self, phase: Any, y: Any) -> tuple[Any, ...]:
+    def kinks(self, phase: Any, y: Any) -> Any:
         """What vanishes where the laws are not smooth, as of the train itself."""
-        return tuple(self.train.kinks(phase, self._own_state(phase, y)))
+        return self.train.kinks(phase, self._own_state(phase, y))
 
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in order."""
@@ -198,9 +198,9 @@ class AtLoad(NamedTuple):
         """Torsions [rad] where the gear's law is not smooth."""
         return self.train.breakpoints()
 
-    def kinks(self, phase: Any, y: Any) -> tuple[Any, ...]:
+    def kinks(self, phase: Any, y: Any) -> Any:
         """What vanishes where its laws are not smooth, as of the train itself."""
-        return tuple(turning(self).kinks(phase, own_state(self, y)))
+        return turning(self).kinks(phase, own_state(self, y))
 
     def orders(self) -> tuple[int, ...]:
         """Orders of the torques and of the kinematic error."""

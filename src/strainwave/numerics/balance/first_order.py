@@ -8,6 +8,7 @@ the samples end at the kinks of the motion (see `panels`).
 Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
 """
 
+import itertools
 import math
 from typing import Any, NamedTuple
 
@@ -31,7 +32,7 @@ from .work import linearised
 FEW = 4  # points of a curve where what is left out is estimated
 MOST, MOST_KINKED = 600, 150  # points of a search for other orbits; with breakpoints
 WORK, STEP = 2e7, 0.2  # points times the square of the unknowns; steps in units of the orbit and the parameter
-FOR_MEAN, SEVERAL = 3, 100  # angles a mean per order; and runs in NumPy, a second of them, before they are compiled
+SEVERAL = 100  # runs in NumPy, a second of them, before they are compiled
 NEAR_KINKS = 1e-7  # of a state's size, for differences of laws with breakpoints, which must not reach across one
 
 
@@ -137,13 +138,15 @@ class FirstOrder(NamedTuple):
         run(kernel, system_by_address(system, len(y)), angles, y, turn, strength, *arguments, after=SEVERAL)
 
     def angles_of_mean(self) -> Floats:
-        """Base angles [rad] of a mean over the period: all samples, or fewer where the orders of the system are known.
+        """Base angles [rad] of a mean over the period: all samples, or the fewest that know the orders of the system.
 
         The mean is only where the curves along the strength begin: at the strength 1 it cancels.
         """
-        orders = orders_of(self.system)
-        enough = math.ceil(FOR_MEAN * max((1.0, *orders)) * self.turns) if orders else len(self.angles)
-        return self.angles if enough >= len(self.angles) else 2.0 * np.pi * self.turns * np.arange(enough) / enough
+        orders = {round(times * order * self.turns) for order in orders_of(self.system) for times in (1, 2)} - {0}
+        if not orders:
+            return self.angles
+        enough = next(n for n in itertools.count(3) if all(order % n for order in orders))
+        return 2.0 * np.pi * self.turns * np.arange(enough) / enough
 
     def residual(self, z: Any, r: Any) -> None:
         """Residual of every coefficient, in units of the state's size a second."""

@@ -6,23 +6,25 @@ motion crosses breakpoints, or turns where a law has memory, and every piece is 
 move with the motion, and the equations are as smooth as the integrals are.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...compile.jit import kernel_as, routine, run
 from ...law import breakpoints_of, torsion
 from ...protocols import lacking
 from ...results import Floats
+from ..addressed import corner_distances, system_by_address
+from ..roots import FA, FB, SHARE, A, B, narrow, next_place
 from .fourier import synthesis
 
 PLACES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 PHASE = 6.0  # of the highest harmonic along a panel [rad]: products of four harmonics are integrated to 1e-10
 LOOKED = 12  # places a harmonic at which crossings are looked for
+SEVERAL = 100  # runs in NumPy, a tenth of a second of them, before they are compiled
 TRIES, CLOSE = 20, 1e-11  # steps towards a crossing, and how near [rad]; the integrals err by the square of it
-
-# Distances (kinks, n) at n places psi [rad] of a period, of which it also gets the table `synthesis` of the harmonics.
-Distance = Callable[[Floats, Floats], Floats]
 
 
 class Samples(NamedTuple):
@@ -58,16 +60,25 @@ def distances(system: Any, angles: Floats, y: Floats) -> Floats:
     return np.array([np.broadcast_to(d, y.shape[1:]) for d in found], float)
 
 
-def samples_between(distance: Distance, harmonics: int) -> Samples:
-    """Samples of a period cut where a `distance` vanishes."""
-    first, width = pieces(distance, harmonics, PHASE / harmonics)
+def samples_between(system: Any, y: Floats, turns: float) -> Samples:
+    """Samples of a period of a motion, states with coefficients y (states, 2H+1), cut at its kinks."""
+    first, width = pieces(system, y, turns, PHASE / (y.shape[1] // 2))
     psi = first[:, None] + 0.5 * width[:, None] * (1.0 + PLACES)
     return Samples(psi.ravel(), (width[:, None] * WEIGHTS / (4.0 * np.pi)).ravel())
 
 
-def pieces(distance: Distance, harmonics: int, longest: float) -> tuple[Floats, Floats]:
-    """Starts and lengths (n,) [rad] of pieces of a period, none above `longest`, cut where a `distance` vanishes."""
-    return cut(np.sort(_crossings(distance, harmonics)), longest)
+def pieces(system: Any, y: Floats, turns: float, longest: float) -> tuple[Floats, Floats]:
+    """Starts and lengths (n,) [rad] of pieces of a period of a motion, none above `longest`, cut at its kinks."""
+    places = LOOKED * (y.shape[1] // 2 + 1)
+    there, turns = y @ synthesis(y.shape[1] // 2, places), float(turns)
+    kinks = len(distances(system, np.zeros(1), there[:, :1]))
+    found, count = np.empty(kinks * places), 0
+    if kinks and (lacking(system, "_fields") or lacking(system, "kinks")):  # compiled code does not know them
+        count = crossings(system, turns, y, there, found)
+    elif kinks:
+        known = system_by_address(system, len(y), kinks=kinks)
+        count = run(crossings, known, turns, y, there, found, after=SEVERAL)
+    return cut(np.sort(found[:count]), longest)
 
 
 def cut(cuts: Floats, longest: float) -> tuple[Floats, Floats]:
@@ -80,33 +91,68 @@ def cut(cuts: Floats, longest: float) -> tuple[Floats, Floats]:
     return np.repeat(ends[:-1], parts) + width * number, width
 
 
-def distance_along(system: Any, y: Floats, turns: float) -> Distance:
-    """Distance of a motion, states with coefficients y (states, 2H+1), from the breakpoints of its laws."""
-    return lambda psi, table: distances(system, turns * psi, y @ table)
-
-
 def panels(system: Any, y: Floats, turns: float, wide: int) -> tuple[Floats, Floats, Floats]:
     """As `FirstOrder.places` for states with coefficients y (states, 2H+1), cut at the kinks of the motion."""
     h = y.shape[1] // 2
-    samples = samples_between(distance_along(system, y, turns), h)
+    samples = samples_between(system, y, turns)
     basis = samples.basis(wide * h)
     own = np.concatenate([basis[: h + 1], basis[wide * h + 1 : (wide + 1) * h + 1]])
     return turns * samples.psi, own, samples.analysis(basis)
 
 
-def _crossings(distance: Distance, harmonics: int) -> Floats:
-    """Places [rad] where a distance changes sign, by false position (Illinois) for all of them at once."""
-    places = LOOKED * (harmonics + 1)
+def _crossings_loops(system: Any, turns: float, y: Any, there: Any, found: Any) -> int:
+    count, states, places = 0, there.shape[0], there.shape[1]
+    state, d, bracket = np.empty(states), np.empty((3, len(found) // places)), np.empty(5)
+    for i in range(places + 1):
+        for j in range(states):
+            state[j] = there[j, i % places]
+        corner_distances(system, turns * 2.0 * math.pi * (i % places) / places, state, d[0])
+        for k in range(d.shape[1]):
+            if i > 0 and d[0, k] * d[1, k] < 0.0:
+                low, high = 2.0 * math.pi * (i - 1) / places, 2.0 * math.pi * i / places
+                bracket[A], bracket[FA], bracket[B], bracket[FB], bracket[SHARE] = low, d[1, k], high, d[0, k], 0.5
+                while abs(bracket[B] - bracket[A]) > CLOSE and bracket[FA] != 0.0:
+                    psi = next_place(bracket, 0.5 * CLOSE)
+                    _state_at(y, psi, state)
+                    corner_distances(system, turns * psi, state, d[2])
+                    narrow(bracket, psi, d[2, k])
+                found[count] = bracket[A] % (2.0 * math.pi)
+                count += 1
+        d[1] = d[0]
+    return count
+
+
+@routine
+def _state_at(y: Any, psi: float, state: Any) -> None:
+    h, cosine, sine, c, s = y.shape[1] // 2, math.cos(psi), math.sin(psi), 1.0, 0.0
+    for j in range(len(state)):
+        state[j] = y[j, 0]
+    for k in range(1, h + 1):
+        c, s = c * cosine - s * sine, s * cosine + c * sine
+        for j in range(len(state)):
+            state[j] += c * y[j, k] + s * y[j, h + k]
+
+
+@kernel_as(_crossings_loops)
+def crossings(system: Any, turns: float, y: Floats, there: Floats, found: Floats) -> int:
+    """Write the places [rad] where distances of a motion change sign, and return their number.
+
+    `there` are its states (states, places) at equal steps; `found` has room for kinks times places. In NumPy all are
+    found at once.
+    """
+    places = there.shape[1]
     grid = 2.0 * np.pi * np.arange(places + 1) / places
-    d = distance(grid[:-1], synthesis(harmonics, places))
-    d = np.concatenate([d, d[:, :1]], axis=1)
-    kink, at = np.nonzero(d[:, 1:] * d[:, :-1] < 0.0)
-    if not len(at):
-        return np.empty(0)
-    low, high, below, above = grid[at], grid[at + 1], d[kink, at], d[kink, at + 1]
-    which = np.arange(len(at))
-    ends = low, high, below, above
-    return false_position(lambda psi: distance(psi, Samples(psi, psi).basis(harmonics))[kink, which], *ends)
+    values = distances(system, turns * grid[:-1], there)
+    values = np.concatenate([values, values[:, :1]], axis=1)
+    kink, at = np.nonzero(values[:, 1:] * values[:, :-1] < 0.0)
+    if len(at):
+        which, h = np.arange(len(at)), y.shape[1] // 2
+
+        def of(psi: Floats) -> Floats:
+            return np.asarray(distances(system, turns * psi, y @ Samples(psi, psi).basis(h))[kink, which])
+
+        found[: len(at)] = false_position(of, grid[at], grid[at + 1], values[kink, at], values[kink, at + 1])
+    return len(at)
 
 
 def false_position(of: Callable[[Floats], Floats], low: Floats, high: Floats, below: Any, above: Any) -> Floats:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ...results import Floats
 from ...tree import with_leaf
 from ..balance.first_order import FirstOrder
-from ..balance.panels import Samples, distance_along, pieces
+from ..balance.panels import Samples, pieces
 from ..balance.rates import base_speed, slopes_along
 from ..labels import BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER
 from .panel_map import maps_through_panels, resolved
@@ -113,7 +113,7 @@ def _places(problem: FirstOrder, point: Floats, y: Floats, phase: float) -> tupl
         return *_table(h, steps), np.full(steps, 2.0 * math.pi / steps)
     system = with_leaf(problem.system, problem.leaf, float(point[-1]))
     longest = 2.0 * math.pi / _steps(8 * h + 4, phase / AT_KINKS)
-    first, width = pieces(distance_along(system, y, problem.turns), h, longest)
+    first, width = pieces(system, y, problem.turns, longest)
     psi = (first[:, None] + width[:, None] * GAUSS_C).ravel()
     return psi, Samples(psi, psi).basis(h), width
 
