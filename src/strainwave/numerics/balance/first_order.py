@@ -131,7 +131,7 @@ class FirstOrder(NamedTuple):
         """
         system, turn, strength = with_leaf(self.system, self.leaf, value), NO_TURN, 1.0
         if self.leaf == STRENGTH:
-            turn, strength = self.angles_of_mean(), math.exp(value)
+            turn, strength = self.angles_of_mean(), float(np.exp(value))
         if lacking(system, "_fields"):  # no model: compiled code does not know its class
             kernel(system, angles, y, turn, strength, *arguments)
             return
@@ -142,10 +142,10 @@ class FirstOrder(NamedTuple):
 
         The mean is only where the curves along the strength begin: at the strength 1 it cancels.
         """
-        orders = {round(times * order * self.turns) for order in orders_of(self.system) for times in (1, 2)} - {0}
+        orders = {round(times * order * self.turns) for order in orders_of(self.system) for times in (1, 2, 3)} - {0}
         if not orders:
             return self.angles
-        enough = next(n for n in itertools.count(3) if all(order % n for order in orders))
+        enough = next(n for n in itertools.count(5) if all(order % n for order in orders))
         return 2.0 * np.pi * self.turns * np.arange(enough) / enough
 
     def residual(self, z: Any, r: Any) -> None:
