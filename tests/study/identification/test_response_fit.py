@@ -185,3 +185,12 @@ def test_intervals_cover(quantised):
             low, high = found.interval(path)
             hits[path] += low <= value <= high
     assert all(count >= stats.binom.ppf(0.001, SETS, 0.95) for count in hits.values()), hits
+
+
+def test_without_phases_the_damping_keeps_its_sign():
+    # amplitudes are the same for B and for -B: from this start the nearest was -B
+    omega = np.linspace(0.7, 1.3, 36)
+    amplitude = 1.0 / np.abs(1.0 - omega**2 + 0.0136j * omega)
+    start = sw.Oscillator(1.0, 0.02175, sw.Linear(0.867), sw.Harmonic(1.0), 1.0)
+    fit = sw.fit_response(omega, amplitude, start, free=("B", "law.K"))
+    np.testing.assert_allclose(fit.values, [0.0136, 1.0], rtol=1e-6)

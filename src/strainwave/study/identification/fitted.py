@@ -134,6 +134,16 @@ def scales(system: Any, free: Sequence[str]) -> Floats:
     return np.array([abs(start[path]) or 1.0 for path in free])
 
 
+def bounds(system: Any, free: Sequence[str]) -> tuple[Floats, Floats]:
+    """Least and largest free parameters: J, B and a law's numbers keep the sign of their start values.
+
+    Amplitudes without phases are the same for B and for -B.
+    """
+    start = {path: value for path, _, _, value in numbers(system)}
+    kept = [start[path] if path in ("J", "B") or path.startswith("law.") else 0.0 for path in free]
+    return np.where(np.greater(kept, 0.0), 0.0, -np.inf), np.where(np.less(kept, 0.0), 0.0, np.inf)
+
+
 def refuse_unidentifiable(
     jacobian: Floats, names: Sequence[str], values: Floats, tolerance: float = TOLERANCE
 ) -> None:  # fmt: skip

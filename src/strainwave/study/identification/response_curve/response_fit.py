@@ -19,7 +19,7 @@ from ....results import Branch, Floats, SolveError
 from ....sentences import on_screen
 from ....tree import leaves as numbers_in
 from ..discrepancy import discrepancy
-from ..fitted import Fitted, free_leaves, refuse_unidentifiable, scales, with_values
+from ..fitted import Fitted, bounds, free_leaves, refuse_unidentifiable, scales, with_values
 from ..intervals import spread
 from .balanced_points import Complexes, Points
 
@@ -168,7 +168,8 @@ def fit_response(
         raise ValueError("free is empty; name the parameters to find, such as ('B', 'law.K')")
     omega, measured, phased = _measured(omega, amplitude, phase, system, len(leaves))
     points = Points(system, leaves, sizes, omega, measured, positive_count("harmonics", harmonics))
-    fit = _Fit(points, phased, number("speed_error", speed_error, positive=True), sweeps(omega))
+    limits = bounds(system, free)
+    fit = _Fit(points, phased, number("speed_error", speed_error, positive=True), sweeps(omega), limits)
     p = fit.start()
     slopes, _ = points.keep(p)
     refuse_unidentifiable(fit.rows(slopes), free, p)
@@ -225,8 +226,8 @@ def jumps_of(omega: Floats, size: Floats, runs: list[slice]) -> list[Jump]:
 class _Fit:
     """Residuals of points and jumps over the parameters."""
 
-    def __init__(self, points: Points, phased: bool, speed_error: float, runs: list[slice]) -> None:
-        self.points, self.phased, self.runs, self.speed_error = points, phased, runs, speed_error
+    def __init__(self, points: Points, phased: bool, speed_error: float, runs: list[slice], bounds: Any) -> None:
+        self.points, self.phased, self.runs, self.speed_error, self.bounds = points, phased, runs, speed_error, bounds
         self.measured, self.size = points.measured, np.abs(points.measured)
         self.jumps = jumps_of(points.omega, self.size, runs)
         self.weights, self.noise = np.ones(len(self.size)), 0.05 * float(np.max(self.size))
@@ -246,7 +247,7 @@ class _Fit:
             both = self._parts(taken - given, np.ones(1)) if self.phased else np.abs(taken) - np.abs(given)
             return np.append(both / scale, (p - begin) / FAR / len(taken))
 
-        p = np.asarray(least_squares(off, begin, x_scale="jac").x)
+        p = np.asarray(least_squares(off, begin, x_scale="jac", bounds=self.bounds).x)
         if not self.phased:
             taken, given = points.pull(p)
             points.measured = self.size * np.exp(1j * (np.angle(given) - np.angle(taken)))
@@ -336,8 +337,8 @@ class _Fit:
         for k in range(ROUNDS):
             self.asked = False
             # A point that is solved on another branch at first must not draw the parameters there.
-            loss = {"loss": "soft_l1", "f_scale": self.noise} if k == 0 else {}
-            p = np.asarray(least_squares(self.off, p, self.slopes, xtol=1e-4, ftol=1e-5, max_nfev=30, **loss).x)
+            loss: dict[str, Any] = {"loss": "soft_l1", "f_scale": self.noise} if k == 0 else {}
+            p = self._least(p, xtol=1e-4, ftol=1e-5, **loss)
             self.points.again(np.abs(self.points.solve(p) - self.points.measured) > ASTRAY * np.max(self.size))
             self._refuse_far(p)
             self.weights = np.ones(len(self.size))
@@ -345,7 +346,10 @@ class _Fit:
             self.noise = max(1.4826 * float(np.median(plain)), 1e-9 * float(np.max(self.size)))
             _, along = self.points.keep(p)
             self.weights = 1.0 / np.hypot(1.0, np.abs(along) * self.speed_error * self.points.omega / self.noise)
-        return np.asarray(least_squares(self.off, p, self.slopes, x_scale="jac", xtol=1e-9, max_nfev=30).x)
+        return self._least(p, x_scale="jac", xtol=1e-9)
+
+    def _least(self, p: Floats, **options: Any) -> Floats:
+        return np.asarray(least_squares(self.off, p, self.slopes, bounds=self.bounds, max_nfev=30, **options).x)
 
 
 def _described(fit: _Fit, p: Floats, names: tuple[str, ...]) -> ResponseFit:
