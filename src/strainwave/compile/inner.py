@@ -9,18 +9,12 @@ from functools import cache
 from importlib import import_module
 from typing import Any
 
+_waiting: dict[str, Any] = {}  # Python objects of parts, until a kernel that links them is in memory
+
 
 @cache
-def compilers() -> tuple[Any, Any]:
-    """Numba's compiler (its `pipeline_class`) for kernels, and that for the functions inside them."""
-    numba: Any = import_module("numba.core.compiler")
-    waiting: dict[str, Any] = {}
-    steps: list[Any] = []  # Numba's own, put together once: they are the same for every function
-
-    def steps_for(state: Any) -> list[Any]:
-        if not steps:
-            steps.append(numba.DefaultPassBuilder.define_nopython_pipeline(state))
-        return steps
+def _part() -> Any:
+    """Class of code that has no address."""
 
     class Part(import_module("numba.core.codegen").JITCodeLibrary):  # type: ignore[misc]
         """Code that others link, and that is at no address."""
@@ -57,13 +51,27 @@ def compilers() -> tuple[Any, Any]:
             return self
 
         def set_env(self, name: str, environment: Any) -> None:
-            waiting[name] = environment
+            _waiting[name] = environment
+
+    return Part
+
+
+@cache
+def compilers() -> tuple[Any, Any]:
+    """Numba's compiler (its `pipeline_class`) for kernels, and that for the functions inside them."""
+    numba: Any = import_module("numba.core.compiler")
+    part, steps = _part(), list[Any]()  # Numba's steps, put together once: they are the same for every function
+
+    def steps_for(state: Any) -> list[Any]:
+        if not steps:
+            steps.append(numba.DefaultPassBuilder.define_nopython_pipeline(state))
+        return steps
 
     class Parts(numba.CompilerBase):  # type: ignore[misc]
         """Numba's own steps, which put the code into a `Part`."""
 
         def define_pipelines(self) -> list[Any]:
-            self.state.library = Part(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+            self.state.library = part(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
             return steps_for(self.state)
 
     class Kernels(numba.Compiler):  # type: ignore[misc]
@@ -83,8 +91,8 @@ def compilers() -> tuple[Any, Any]:
             if made.library is None:  # types alone
                 return made
             codegen = made.library.codegen
-            for name in [name for name in waiting if codegen._engine.is_symbol_defined(name)]:
-                codegen.set_env(name, waiting.pop(name))
+            for name in [name for name in _waiting if codegen._engine.is_symbol_defined(name)]:
+                codegen.set_env(name, _waiting.pop(name))
             return made
 
     return Kernels, Parts
