@@ -262,6 +262,38 @@ def test_what_no_file_gives_back_is_refused_before_anything_is_written(tmp_path)
     assert os.listdir(tmp_path) == ["folder.zarr"]
 
 
+NAMES = (
+    *("file", "version", "result", "time", "strainwave", "sample", "zarr.json", "x_real", "load %"),
+    *("a/b", "a%2Fb", "", ".", "..", "a\0b", "a\nb", "x\\y"),
+)
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_channel_of_any_name_comes_back(ending, tmp_path):
+    values = np.random.default_rng(2).normal(size=(len(NAMES), 5))
+    log = sw.Log(0.01 * np.arange(5), dict(zip(NAMES, values, strict=True)))
+    assert differences(sw.load(log.save(tmp_path / f"log{ending}")), log) == []
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("seed", [2**31, 2**63, 10**30])
+def test_a_large_whole_number_comes_back(seed, ending, tmp_path):
+    result = replace(RESULTS["Exceedance"](), seed=seed)
+    assert differences(sw.load(result.save(tmp_path / f"result{ending}")), result) == []
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_whole_numbers_are_kept_or_refused_on_saving(ending, tmp_path):
+    path, none = tmp_path / f"result{ending}", np.zeros((2, 2))
+    large = sw.Trajectory(np.array([2**40, 2**53]), none, none, sw.Status.OK, "", 1, 2, 3)
+    assert differences(sw.load(large.save(path)), large) == []
+    with pytest.raises(ValueError, match=r"beyond 2\^53"):
+        replace(large, t=np.array([2**53, 2**53 + 1])).save(path)
+    with pytest.raises(ValueError, match="does not give back"):
+        replace(large, t=np.array(["1", "2"])).save(path)
+    assert differences(sw.load(path), large) == []
+
+
 def test_a_failed_save_leaves_the_old_store(tmp_path, monkeypatch):
     path = branch().save(tmp_path / "curve.zarr")
 

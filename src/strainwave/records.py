@@ -38,14 +38,18 @@ class Result:
         return {}
 
     def to_xarray(self) -> "xr.Dataset":
-        """Arrays with named dimensions and coordinates, their units in `attrs["units"]`; single numbers in `attrs`."""
+        """Arrays with named dimensions and coordinates, their units in `attrs["units"]`; single numbers in `attrs`.
+
+        An array that has the name of a coordinate, as a channel of a log may, is there as "NAME itself".
+        """
         import xarray as xr  # half a second, which a result alone does not take
 
         arrays, places = (
             {name: (dims, values, {"units": unit} if unit else {}) for name, (dims, values, unit) in labelled.items()}
             for labelled in (self.variables(), self.coordinates())
         )
-        return xr.Dataset(arrays, places, _attributes(self))
+        named = {f"{name} itself" if name in places else name: array for name, array in arrays.items()}
+        return xr.Dataset(named, places, _attributes(self))
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Table of what `to_xarray` has along `rows`, in SI; a second dimension is spread over columns."""

@@ -8,6 +8,7 @@ import pytest
 import strainwave as sw
 from strainwave.compile.address import VECTOR, ByAddress, at, call, value, words_of
 from strainwave.compile.jit import entry, kernel, run
+from strainwave.numerics.addressed import law_by_address, torques
 
 pytestmark = pytest.mark.compiled
 
@@ -75,7 +76,7 @@ def test_a_function_gets_all_numbers_of_a_thing_and_another_of_its_kind_takes_th
 
 
 def test_an_array_with_gaps_and_what_is_no_number_are_refused():
-    with pytest.raises(TypeError, match="not contiguous"):
+    with pytest.raises(TypeError, match="do not follow each other"):
         words_of((np.zeros((4, 4))[:, ::2],))
 
 
@@ -150,3 +151,50 @@ def test_other_orders_and_amplitudes_are_numbers_of_the_same_code(orders):
     error = sw.KinematicError(tuple(sw.Line(order + 1, 2e-3 / order) for order in orders))
     sw.frequency_response(oscillator(sw.Cubic(2.0, 0.3))._replace(error=error), (0.5, 0.9), harmonics=13)
     assert len(jit._entries) == known
+
+
+class Held(NamedTuple):
+    """A law with a number of any kind."""
+
+    k: object
+
+    def torque(self, x):
+        return self.k * x
+
+    def stiffness(self, x):
+        return self.k + 0.0 * x
+
+
+class First(NamedTuple):
+    """A law whose stiffness is the first of an array."""
+
+    a: object
+
+    def torque(self, x):
+        return self.a[0] * x
+
+    def stiffness(self, x):
+        return self.a[0] + 0.0 * x
+
+
+def of_law(law):
+    values = np.empty(3)
+    run(torques, law_by_address(law), np.array([0.0, 1.0, 2.0]), values)
+    return values.tolist()
+
+
+@pytest.mark.parametrize("number", [1.5, np.float32(1.5), 2, True, np.bool_(1), np.int16(-2)])
+def test_numbers_of_every_kind_are_taken_as_they_are(number):
+    assert of_law(Held(number)) == [0.0, float(number), 2.0 * float(number)]
+
+
+def test_arrays_of_another_byte_order_are_not_read_as_they_stand():
+    assert of_law(First(np.array([1.5, 2.0]))) == [0.0, 1.5, 3.0]
+    with pytest.raises(TypeError, match="First cannot be compiled"):
+        of_law(First(np.array([1.5, 2.0], ">f8")))
+
+
+@pytest.mark.parametrize("wrong", ["hi", [1.0], 10**25, 1j, np.arange(4.0)[::2]])
+def test_what_machine_code_does_not_take_is_told_in_a_sentence(wrong):
+    with pytest.raises(TypeError, match=r"a model holds .*STRAINWAVE_JIT=0"):
+        of_law(Held(wrong))

@@ -7,6 +7,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import strainwave
@@ -146,6 +147,18 @@ def test_damaged_file_is_replaced(tmp_path):
     assert len((tmp_path / name).read_bytes()) > len(whole) // 2
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_file_with_one_changed_bit_is_replaced(seed, tmp_path):
+    run_script(PACKAGES, tmp_path)
+    (name,) = files_in(tmp_path)
+    whole = (tmp_path / name).read_bytes()
+    changed, place = bytearray(whole), np.random.default_rng(seed).integers(len(whole))
+    changed[place] ^= 1
+    (tmp_path / name).write_bytes(changed)
+    assert run_script(PACKAGES, tmp_path) == ["0", "1"]
+    assert (tmp_path / name).read_bytes() != bytes(changed)
+
+
 def test_without_a_folder_to_write_to_compiled_code_stays_in_memory(tmp_path):
     no_folder = tmp_path / "a file, not a folder"
     no_folder.write_text("")
@@ -190,7 +203,8 @@ def test_code_of_a_class_in_a_room_that_no_key_covers_stays_in_memory(tmp_path):
 
 
 def test_folders_that_nobody_has_used_for_a_month_are_removed(tmp_path):
-    for name, days in (("old", 31), ("young", 29)):
+    old, young = "0123456789abcdef", "fedcba9876543210"
+    for name, days in ((old, 31), (young, 29), ("thesis", 31)):
         (tmp_path / name).mkdir()
         for file in ("used", "follow-1.code"):
             (tmp_path / name / file).write_text("")
@@ -199,7 +213,7 @@ def test_folders_that_nobody_has_used_for_a_month_are_removed(tmp_path):
     (tmp_path / "of somebody else").mkdir()
     code = "from strainwave.compile import cache; print(cache.cache_writable())"
     assert run_script(code, tmp_path) == ["True"]
-    assert {path.name for path in tmp_path.iterdir()} == {"young", "of somebody else", cache.source_hash()}
+    assert {path.name for path in tmp_path.iterdir()} == {young, "thesis", "of somebody else", cache.source_hash()}
 
 
 def test_folder_of_compiled_code_is_the_users_own_unless_the_environment_says_otherwise(monkeypatch):

@@ -20,7 +20,7 @@ import numpy as np
 
 from ..tree import is_model
 from ..units import shown
-from .formats import ENDINGS, MARK, PARTS, READERS, WRITERS, Arrays, plain
+from .formats import ENDINGS, MARK, PARTS, READERS, WRITERS, Arrays, plain, stored_name
 
 FORMAT = 1
 
@@ -102,7 +102,9 @@ def write(result: Any, labelled: Any, path: Path) -> None:
     names = {name: name if prints.get(name) == value else same.get(value, own[name]) for name, value in found.items()}
     about = {
         "format": FORMAT, "class": type(result).__name__, "version": version(), "content": json.loads(content),
-        "arrays": {name: [names[name], array.dtype.str, list(array.shape)] for name, array in arrays.items()},
+        "arrays": {
+            name: [stored_name(names[name]), array.dtype.str, list(array.shape)] for name, array in arrays.items()
+        },
         "sha256": _digest(content, arrays),
     }  # fmt: skip
     data = labelled.copy()
@@ -111,6 +113,12 @@ def write(result: Any, labelled: Any, path: Path) -> None:
             data[own[name]] = (_dimensions(name, array.shape), array)
     with atomic(path) as part:
         WRITERS[path.suffix](plain(data.assign_attrs({MARK: json.dumps(about)})), part)
+        stored, attributes = READERS[path.suffix](Path(part))
+        if _arrays_of(json.loads(str(attributes[MARK])), stored) is None:
+            raise ValueError(
+                f"a {path.suffix} file does not give back what this {type(result).__name__} holds; pickle it, or "
+                "save its parts"
+            )
 
 
 def _dimensions(name: str, shape: tuple[int, ...]) -> list[str]:
@@ -166,14 +174,19 @@ def load(path: str | os.PathLike[str]) -> Any:
             f"{path} has the format {own} of strainwave {written}, and this is {version()}, which reads the format "
             f"{FORMAT}; load it with that version"
         )
-    try:
-        arrays = {name: _restored(stored, *how) for name, how in about["arrays"].items()}
-        whole = _digest(json.dumps(about["content"]), arrays) == about["sha256"]
-    except (ValueError, KeyError, TypeError):
-        whole = False
-    if not whole:
+    arrays = _arrays_of(about, stored)
+    if arrays is None:
         raise damaged
     return _unpacked(about["content"], arrays, path)
+
+
+def _arrays_of(about: Any, stored: Mapping[str, Any]) -> Arrays | None:
+    """Arrays of a file; None where they are not those that were to be saved."""
+    try:
+        arrays = {name: _restored(stored, *how) for name, how in about["arrays"].items()}
+        return arrays if _digest(json.dumps(about["content"]), arrays) == about["sha256"] else None
+    except (ValueError, KeyError, TypeError):
+        return None
 
 
 def listed(names: tuple[str, ...]) -> str:

@@ -4,6 +4,7 @@ Complex arrays are split into `_real` and `_imag`; truth values and whole number
 NetCDF 3 knows, and words along a dimension as an attribute.
 """
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +14,27 @@ from .mat_file import read_mat, write_mat
 
 MARK = "strainwave"
 ENDINGS = (".nc", ".zarr", ".npz", ".mat")
-STORED = {"b": np.dtype(np.int8), "i": np.dtype(np.int32), "u": np.dtype(np.int32), "f": np.dtype(np.float64)}
+STORED: dict[str, tuple[type, ...]] = {
+    "b": (np.int8,), "i": (np.int32, np.float64), "u": (np.int32, np.float64), "f": (np.float64,)
+}  # fmt: skip
 PARTS = ("_real", "_imag")
+TAKEN = (MARK, *PARTS, "file", "args", "kwds", "allow_pickle", ".", "..", "zarr.json")  # by a format or its writer
+LARGEST = 2**31 - 1  # whole number of an attribute in NetCDF 3
 
 Arrays = dict[str, Any]
 
 
+def stored_name(name: str) -> str:
+    """Name of an array in a file: what a format would take for something else is written as %XX, or marked by a %."""
+    safe = re.sub(r"[\x00-\x1f/\\]|%(?=[0-9A-F]{2}|$)", lambda sign: f"%{ord(sign[0]):02X}", name)
+    return f"{safe}%" if not safe or safe in TAKEN or safe.endswith(PARTS) else safe
+
+
 def plain(data: Any) -> Any:
     """Dataset with the kinds of arrays alone that every format knows, and without the empty ones."""
+    whole = {name: value for name, value in data.attrs.items() if isinstance(value, int) and abs(value) > LARGEST}
+    data = data.rename({name: stored_name(str(name)) for name in data.variables if stored_name(str(name)) != name})
+    data = data.assign_attrs({name: str(value) for name, value in whole.items()})
     for name in list(data.variables):
         variable = data[name]
         if not variable.size:
@@ -31,9 +45,15 @@ def plain(data: Any) -> Any:
             parts = zip(PARTS, (variable.real, variable.imag), strict=True)
             data = data.drop_vars(name).assign({f"{name}{part}": value for part, value in parts})
         elif variable.dtype.kind in STORED:
-            stored = variable.astype(STORED[variable.dtype.kind])
-            if not np.array_equal(stored, variable, equal_nan=variable.dtype.kind == "f"):
-                raise ValueError(f"{name} has whole numbers beyond 32 bits, which NetCDF does not hold")
+            for kind in STORED[variable.dtype.kind]:
+                stored = variable.astype(kind)
+                if np.array_equal(stored.astype(variable.dtype), variable, equal_nan=variable.dtype.kind == "f"):
+                    break
+            else:
+                raise ValueError(
+                    f"{name} has whole numbers that no float tells apart, beyond 2^53, which a file cannot give back; "
+                    "take away what they have in common, or save them as floats"
+                )
             data[name] = stored
     return data
 
@@ -54,7 +74,7 @@ def _write_npz(data: Any, path: str) -> None:
     arrays = {str(name): value.values for name, value in data.variables.items()}
     with open(path, "wb") as stream:
         attributes = {str(name): np.array(value) for name, value in data.attrs.items()}
-        np.savez(stream, allow_pickle=False, **arrays, **attributes)
+        np.savez(stream, allow_pickle=False, **attributes | arrays)
 
 
 def _read_netcdf(path: Path) -> tuple[Arrays, Arrays]:

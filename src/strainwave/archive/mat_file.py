@@ -18,6 +18,8 @@ def write_mat(data: Any, path: str, parts: tuple[str, str]) -> None:
     from scipy.io import savemat
 
     found: dict[str, Any] = {}
+    for name, value in data.attrs.items():  # first: `load` looks for them by their names
+        found[_named(str(name), found)] = value
     for name, variable in data.variables.items():
         own, value = str(name), variable.values
         if own.endswith(parts[1]):
@@ -28,7 +30,6 @@ def write_mat(data: Any, path: str, parts: tuple[str, str]) -> None:
             value.real, value.imag = (data.variables[own + part].values for part in parts)
         unit, dimensions = variable.attrs.get("units", ""), ", ".join(map(str, variable.dims))
         found[_named(own, found)] = {"value": value, "unit": unit, "dimensions": dimensions, "name": own}
-    found |= {_named(str(name), found): value for name, value in data.attrs.items()}
     with open(path, "wb") as stream:
         savemat(stream, found, oned_as="column", long_field_names=True)
 

@@ -8,9 +8,12 @@ constants: nothing on disk holds one.
 
 from collections.abc import Callable
 from importlib import import_module
+from operator import index
 from typing import Any
 
 import numpy as np
+
+from ..units import shown
 
 RECENT = 8  # things whose words are kept for the next kernel
 _recent: tuple[tuple[Any, str, Any, Any], ...] = ()
@@ -90,7 +93,7 @@ def kind_of(thing: Any) -> Any:
         return kind
     if isinstance(thing, tuple):
         return kind, *map(kind_of, thing)
-    return (thing.dtype.char, thing.ndim) if kind is np.ndarray else kind
+    return (thing.dtype.str, thing.ndim) if kind is np.ndarray else kind
 
 
 def words_of(thing: Any) -> Any:
@@ -106,10 +109,16 @@ def words_of(thing: Any) -> Any:
     words = np.zeros(len(found) + 1, np.int64)
     floats = words.view(np.float64)
     for i, item in enumerate(found):
-        if isinstance(item, float):
+        if isinstance(item, float | np.floating):
             floats[i] = item
-        else:
-            words[i] = item
+            continue
+        try:
+            words[i] = int(item) if isinstance(item, bool | np.bool_) else index(item)
+        except (TypeError, OverflowError):
+            raise TypeError(
+                f"a model holds {shown(item)}, and compiled code takes floats, whole numbers up to 2^63, tuples, "
+                "models and arrays; give it as one of these, or set STRAINWAVE_JIT=0"
+            ) from None
     return words
 
 
@@ -117,7 +126,7 @@ def word_of_leaf(thing: Any, leaf: int) -> int:
     """Place of a leaf of a model among its words."""
     found: list[Any] = []
     _collect(thing, found)
-    return [i for i, item in enumerate(found) if isinstance(item, float)][leaf]
+    return [i for i, item in enumerate(found) if isinstance(item, float | np.floating)][leaf]
 
 
 def _collect(thing: Any, found: list[Any]) -> None:
@@ -126,7 +135,10 @@ def _collect(thing: Any, found: list[Any]) -> None:
             _collect(item, found)
     elif isinstance(thing, np.ndarray):
         if not thing.flags.c_contiguous:
-            raise TypeError(f"an array of shape {thing.shape} is not contiguous")
+            raise TypeError(
+                f"a model holds an array of shape {thing.shape} whose numbers do not follow each other in memory, "
+                "which compiled code does not take; give np.ascontiguousarray of it, or set STRAINWAVE_JIT=0"
+            )
         found += [thing.__array_interface__["data"][0], *thing.shape]
     elif thing is not None:
         found.append(thing)
@@ -150,6 +162,10 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
         return place.dtype(place), build
 
     def typed_put(context: Any, place: Any, numbers: Any) -> Any:
+        if not isinstance(numbers, types.BaseTuple):
+            errors = import_module("numba.core.errors")
+            raise errors.TypingError(f"a method returns {numbers} in place of a tuple of numbers")
+
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             first = builder.bitcast(arguments[0], context.get_value_type(types.float64).as_pointer())
             for i, kind in enumerate(numbers):
@@ -262,7 +278,8 @@ class _Memory:
             return context.get_dummy_value()
         word = self.word()
         if isinstance(kind, types.Float):
-            return builder.bitcast(word, context.get_value_type(kind))
+            real = builder.bitcast(word, context.get_value_type(types.float64))
+            return context.cast(builder, real, types.float64, kind)
         return context.cast(builder, word, types.int64, kind)
 
     def array(self, kind: Any) -> Any:

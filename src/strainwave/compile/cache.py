@@ -10,6 +10,7 @@ import hashlib
 import io
 import os
 import pickle
+import re
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -24,6 +25,7 @@ from .identity import Identity
 ROOMS = ("compile", "model", "numerics", "theory", "study")  # with the modules beside them: what kernels may read
 UNUSED_DAYS = 30  # after which the folder of other sources is removed
 DAY = 86400.0  # s
+DIGEST = 32  # bytes at the beginning of a file: the hash of the others
 BAD_FILE = (OSError, EOFError, pickle.UnpicklingError, ImportError, AttributeError, LookupError, TypeError, ValueError)
 
 
@@ -41,7 +43,10 @@ class CodeCache:
         if path is None or not path.is_file():
             return None
         try:
-            parts = _Unpickler(io.BytesIO(path.read_bytes()), classes).load()
+            written = path.read_bytes()
+            if hashlib.sha256(written[DIGEST:]).digest() != written[:DIGEST]:  # a damaged one would end the process
+                return None
+            parts = _Unpickler(io.BytesIO(written[DIGEST:]), classes).load()
             return import_module("numba.core.compiler").CompileResult._rebuild(target, *parts)
         except BAD_FILE:  # written by a machine that stopped on the way, or by another version of a library
             return None
@@ -57,7 +62,7 @@ class CodeCache:
         draft = path.with_name(f"{path.name}.{os.getpid()}.part")
         with suppress(OSError, pickle.PicklingError, TypeError, AttributeError):
             pickler.dump(code._reduce())
-            draft.write_bytes(stream.getvalue())
+            draft.write_bytes(hashlib.sha256(stream.getvalue()).digest() + stream.getvalue())
             draft.replace(path)
         with suppress(OSError):  # of what could not be written to its end or put in its place
             draft.unlink()
@@ -165,11 +170,12 @@ def cache_writable() -> bool:
 
 
 def _remove_unused(folder: Path) -> None:
-    """Remove the code of other sources that no process has used for long."""
+    """Remove the code of other sources that no process has used for long, and nothing else."""
     for other in folder.parent.iterdir():
         mark = other / "used"
         with suppress(OSError):
-            if other != folder and time.time() - mark.stat().st_mtime > UNUSED_DAYS * DAY:
-                for path in other.iterdir():
+            ours = other != folder and re.fullmatch("[0-9a-f]{16}", other.name)
+            if ours and time.time() - mark.stat().st_mtime > UNUSED_DAYS * DAY:
+                for path in [*other.glob("*.code"), *other.glob("*.part"), mark]:
                     path.unlink()
                 other.rmdir()

@@ -189,8 +189,11 @@ def methods_of(cls: type) -> tuple[str, ...]:
 
 
 def _explain(error: Exception, classes: set[str]) -> str:
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    signs = ("Unknown attribute", "Cannot unify", "Use of unsupported", "Untyped global", "No implementation of")
+    lines = [line.strip(" -") for line in str(error).splitlines() if line.strip() and "<locals>" not in line]
+    signs = (
+        "a method returns", "Unknown attribute", "Cannot unify", "Use of unsupported", "The use of", "Untyped global",
+        "Exception matching", "Unsupported", "No implementation of",
+    )  # fmt: skip
     facts = [line for sign in signs for line in lines if line.startswith(sign)] or lines or ["unknown reason"]
     return (
         f"{' / '.join(sorted(classes)) or 'the model'} cannot be compiled: {facts[0].rstrip('.:')}; write its methods "

@@ -309,3 +309,19 @@ def test_a_general_system_with_corners_has_the_folds_and_multipliers_of_its_erro
 def test_a_curve_without_a_point_ends_with_a_sentence():
     problem = first_order(DUFFING, 4, 4, 3)
     assert problem.displacements(np.empty((0, problem.size() + 1))).shape == (0, 7)
+
+
+class Undefined(NamedTuple):
+    """Has no rates at rest."""
+
+    omega: float
+
+    def rhs(self, phase, y):
+        x, v = y
+        return v, -0.1 * v - np.sqrt(x - 1.0) + 0.1 * cos(phase)
+
+
+def test_where_the_linear_response_is_no_number_the_guess_is_rest():
+    # LAPACK raised LinAlgError and printed: `analyze` of a drive with hysteresis and a gap ended with it
+    z = first_order(Undefined(2.0), 0, 0, 3).linear_response(2.0)
+    assert z.tolist() == [0.0] * 14 + [2.0]

@@ -52,6 +52,15 @@ def test_each_place_is_a_sign_change_and_none_is_missed(name):
     assert len(found) == np.count_nonzero(fine[:, 1:] * fine[:, :-1] < 0.0) > 4
 
 
+def test_a_crossing_on_a_sample_counts_once():
+    system = sw.Oscillator(1.0, 0.1, sw.Backlash(1.0, 0.25), sw.Harmonic(1.0), 1.0)
+    y = np.zeros((2, 9))
+    y[0, 0], y[0, 5] = 0.25, 1.0  # 0.25 + sin psi
+    low = np.arcsin(0.5)
+    found = np.sort((places(system, y) + 1.0) % (2.0 * np.pi)) - 1.0
+    np.testing.assert_allclose(found, [-low, 0.0, np.pi, np.pi + low], atol=1e-9)
+
+
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_machine_code_finds_the_same(name):

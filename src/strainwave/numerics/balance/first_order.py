@@ -27,7 +27,7 @@ from .one_harmonic import STRONG
 from .panels import distances, panels
 from .rates import DIFFERENCE, NO_TURN, base_speed, number_of_states, rates_along, slopes_along
 from .truncation import shares_left_out
-from .work import linearised
+from .work import least_step, linearised
 
 FEW = 4  # points of a curve where what is left out is estimated
 MOST, MOST_KINKED = 600, 150  # points of a search for other orbits; with breakpoints
@@ -195,14 +195,17 @@ class FirstOrder(NamedTuple):
         with np.errstate(all="ignore"):
             for _ in range(20):
                 r, a, _ = linearised(self, z)
-                step = np.linalg.lstsq(a[np.ix_(means, means)], r[means], rcond=None)[0]
-                if not np.all(np.isfinite(step)):
+                step = least_step(a[np.ix_(means, means)], r[means])
+                if step is None:
                     return np.append(np.zeros(self.size()), value)
                 z[means] -= step
                 if np.linalg.norm(step) < 1e-10:
                     break
             r, a, _ = linearised(self, z)
-            z[:-1] -= np.linalg.lstsq(a, r, rcond=None)[0]
+            step = least_step(a, r)
+        if step is None:
+            return np.append(np.zeros(self.size()), value)
+        z[:-1] -= step
         return z
 
     def left_out(self, points: Floats, at: int) -> tuple[Floats, Floats]:

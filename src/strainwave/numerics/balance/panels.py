@@ -108,7 +108,7 @@ def _crossings_loops(system: Any, turns: float, y: Any, there: Any, found: Any) 
             state[j] = there[j, i % places]
         corner_distances(system, turns * 2.0 * math.pi * (i % places) / places, state, d[0])
         for k in range(d.shape[1]):
-            if i > 0 and d[0, k] * d[1, k] < 0.0:
+            if i > 0 and (d[0, k] < 0.0) != (d[1, k] < 0.0):
                 low, high = 2.0 * math.pi * (i - 1) / places, 2.0 * math.pi * i / places
                 bracket[A], bracket[FA], bracket[B], bracket[FB], bracket[SHARE] = low, d[1, k], high, d[0, k], 0.5
                 while abs(bracket[B] - bracket[A]) > CLOSE and bracket[FA] != 0.0:
@@ -144,7 +144,7 @@ def crossings(system: Any, turns: float, y: Floats, there: Floats, found: Floats
     grid = 2.0 * np.pi * np.arange(places + 1) / places
     values = distances(system, turns * grid[:-1], there)
     values = np.concatenate([values, values[:, :1]], axis=1)
-    kink, at = np.nonzero(values[:, 1:] * values[:, :-1] < 0.0)
+    kink, at = np.nonzero((values[:, 1:] < 0.0) != (values[:, :-1] < 0.0))
     if len(at):
         which, h = np.arange(len(at)), y.shape[1] // 2
 

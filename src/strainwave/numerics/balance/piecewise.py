@@ -32,7 +32,7 @@ def _crossings_loops(
         after = u[i + 1] if i + 1 < len(u) else u[0]
         for j in range(len(breaks)):
             b = breaks[j]
-            if (u[i] - b) * (after - b) < 0.0 and count < MOST_CROSSINGS:
+            if (u[i] < b) != (after < b) and count < MOST_CROSSINGS:
                 low, high = spacing * i, spacing * (i + 1)
                 psi = low + spacing * (b - u[i]) / (after - u[i])
                 for _ in range(8):
@@ -64,8 +64,8 @@ def crossings(
     number.
     """
     h, spacing = (len(z) - 2) // 2, 2.0 * math.pi / len(u)
-    above = u[:, None] - breaks
-    i, j = np.nonzero(above * np.roll(above, -1, axis=0) < 0.0)
+    below = u[:, None] < breaks
+    i, j = np.nonzero(below != np.roll(below, -1, axis=0))
     i, j = i[:MOST_CROSSINGS], j[:MOST_CROSSINGS]
     b, first, rise = breaks[j], u[i], np.roll(u, -1)[i] - u[i]
     low, high = spacing * i, spacing * (i + 1)

@@ -18,6 +18,14 @@ def linearised(problem: Balance, z: Floats) -> tuple[Floats, Floats, Floats]:
     return r, matrix, column
 
 
+def least_step(matrix: Floats, residual: Floats) -> Floats | None:
+    """Newton's step, the shortest where the matrix is singular; None where it is not finite."""
+    if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(residual))):  # LAPACK would print and give up
+        return None
+    step = np.linalg.lstsq(matrix, residual, rcond=None)[0]
+    return np.asarray(step) if np.all(np.isfinite(step)) else None
+
+
 def newton(
     equations: Callable[[Floats], tuple[Floats, Floats]], x: Floats, scale: Floats, tiny: float,
     *, most: int = 20, far: float = 1e3, solve: Callable[..., Any] = np.linalg.solve,
