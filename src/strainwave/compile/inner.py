@@ -29,14 +29,14 @@ def _part() -> Any:
             super().add_ir_module(module)
 
         def _optimize_functions(self, module: Any) -> None:
-            """Nothing of a function alone: what follows does the same again."""
+            """What is inlined is optimised before; the rest once, by the kernel that links it."""
             module.data_layout = self._codegen._data_layout
+            if self.inlined:
+                super()._optimize_functions(module)
 
         def _optimize_final_module(self) -> None:
-            """What is inlined is made small before; the rest is optimised once, by the kernel that links it."""
             if self.inlined:
-                passes, builder = self._codegen._module_pass_manager(loop_vectorize=False, slp_vectorize=False)
-                passes.run(self._final_module, builder)
+                super()._optimize_final_module()
 
         def _finalize_final_module(self) -> None:
             self._finalize_dynamic_globals()
