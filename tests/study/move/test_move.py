@@ -303,3 +303,21 @@ def test_ten_thousand_points_are_followed_as_the_function_they_are_from():
     theirs = 0.2 * (1.0 - np.cos(np.pi * times)) - found.y[2]
     mine = move.pointing_error[move.time <= 2.0][::50]
     np.testing.assert_allclose(mine, theirs, rtol=0.0, atol=1e-6 * move.peak_error)
+
+
+def test_in_a_gap_the_load_rests_where_it_came_to_stand():
+    # every place in the gap is a rest: the error at rest was said to be 0 and the load to settle never or too late
+    train = TRAIN._replace(law=sw.Play(60 * ARCSEC, GEAR.law), load=sw.Load(J_L), error=sw.NoError())
+    found = sw.move(train, sw.Trapezoid(0.5, 0.4), window=20 * ARCSEC, tail=2.0, method=ROUGH)
+    end = found.pointing_error[-1]
+    assert np.ptp(found.pointing_error[found.time > found.time[-1] - 0.05]) < 1e-5 * ARCSEC
+    assert found.rest_error == pytest.approx(end, rel=1e-9)
+    assert abs(end) > 5.0 * ARCSEC
+    after = found.pointing_error[found.time > 0.4 + found.settling_time]
+    assert np.max(np.abs(after - end)) <= 20.0 * ARCSEC * (1.0 + 1e-6)
+
+
+def test_a_load_that_pulls_through_the_gap_rests_at_the_equilibrium():
+    train = TRAIN._replace(law=sw.Play(60 * ARCSEC, GEAR.law), load=sw.Load(J_L, sw.Harmonic(0.0, mean=-20.0)))
+    found = sw.move(train, sw.Trapezoid(0.5, 0.4), window=20 * ARCSEC, tail=0.5, method=ROUGH)
+    assert found.rest_error == pytest.approx(found.pointing_error[-1], rel=1e-4)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ...law import has, spring_stiffness
 from ...model.gears.gear import Gear
 from ...model.gears.life import bearing_life
 from ...model.gears.limits import Finding, check_limits
@@ -125,9 +126,21 @@ def move(
     return _result(mover, path, run, window, spans, passed)
 
 
+def _standing(train: DriveTrain, t: float, angle: float) -> DriveTrain:
+    """The drive at a time [s] with its reference at an angle of the load [rad]."""
+    return train._replace(reference=Segment(t, train.N * angle, 0.0, 0.0, 0.0))
+
+
+def _is_loose(train: DriveTrain, t: float, state: Any) -> bool:
+    """Whether a spring holds nothing in a state at a time [s], so that places beside it are rests as well."""
+    springs = [(train.law, train.torsion(t, state))]
+    springs += [(law, state[at]) for at, law in zip(train.twists(), train.load.couplings(), strict=True)]
+    return any(has(law, "stiffness") and float(spring_stiffness(law, u)) == 0.0 for law, u in springs)
+
+
 def _at_rest(train: DriveTrain, t: float, angle: float) -> Floats:
     """State (states,) in which the drive rests at a time [s] with its reference at an angle of the load [rad]."""
-    standing = train._replace(reference=Segment(t, train.N * angle, 0.0, 0.0, 0.0))
+    standing = _standing(train, t, angle)
     try:
         return waiting(standing, t)
     except SolveError as error:
@@ -223,11 +236,13 @@ def _settled(mover: Mover, path: Path, run: Followed, window: float) -> tuple[li
     begins = [begin for begin, _ in motions[1:]] + [float(run.t[-1])]
     rests = []
     for (_, end), until in zip(motions, begins, strict=True):
-        if mover.remembers:
-            rests.append(float(error.at(np.array([until]))[0]))
-        else:
-            state = _at_rest(mover.train, end, float(path.at(np.array([end]))[0][0]))
-            rests.append(float(mover.train.pointing_error(tuple(state))))
+        rest = float(error.at(np.array([until]))[0])
+        if not mover.remembers:
+            angle = float(path.at(np.array([end]))[0][0])
+            state = tuple(_at_rest(mover.train, end, angle))
+            if not _is_loose(_standing(mover.train, end, angle), end, state):
+                rest = float(mover.train.pointing_error(state))
+        rests.append(rest)
     times = zip(motions, begins, rests, strict=True)
     return rests, tuple(settling(error, rest, window, end, until) for (_, end), until, rest in times)
 
