@@ -68,3 +68,12 @@ def test_bad_amplitudes_are_refused():
     for amplitudes in ([0.0], [-1.0], [float("nan")], [[1.0]]):
         with pytest.raises(ValueError, match=r"amplitudes \[rad\] (are|is) .*; (it|they) must be"):
             sw.backbone(free(sw.Linear(1.0)), amplitudes)
+
+
+def test_inside_a_gap_nothing_vibrates_whatever_the_order_of_amplitudes():
+    # after an amplitude beyond the gap the next inside it was "found", with a frequency near 0
+    system = free(sw.Backlash(1e4, 1e-3))
+    first, last = (sw.backbone(system, amplitudes) for amplitudes in ([2e-3, 5e-4, 8e-4], [5e-4, 8e-4, 2e-3]))
+    assert first.amplitude.tolist() == last.amplitude.tolist() == [2e-3]
+    assert first.omega.tolist() == last.omega.tolist()
+    assert first.status == last.status == sw.Status.NO_CONVERGENCE

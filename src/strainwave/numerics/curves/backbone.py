@@ -131,10 +131,11 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
 
 
 def _along(problem: Any, amplitudes: Floats) -> list[Floats | None]:
-    """Solution (coefficients in blocks, omega) for every amplitude, each from its neighbour or from one harmonic."""
-    found: list[Floats | None] = []
+    """Solution (coefficients in blocks, omega) for every amplitude, each from the next larger or from one harmonic."""
+    found: list[Floats | None] = [None] * len(amplitudes)
     before: Floats | None = None
-    for a in amplitudes:
+    for i in np.argsort(-amplitudes, kind="stable"):
+        a = amplitudes[i]
         point = None
         if before is not None:
             guess = before.copy()
@@ -142,8 +143,7 @@ def _along(problem: Any, amplitudes: Floats) -> list[Floats | None]:
             point = _free(problem, guess)
         if point is None:
             point = _free(problem, _one_harmonic(problem, float(a)))
-        found.append(point)
-        before = point
+        found[i] = before = point
     return found
 
 
@@ -175,4 +175,6 @@ def _free(problem: Any, z: Floats) -> Floats | None:
         return r[even], np.column_stack([matrix, column])[np.ix_(even, unknown)]
 
     found = newton(equations, z[unknown], scale, 1e-13, most=40)
-    return whole(found) if found is not None and found[-1] > 0.0 else None
+    if found is None or not found[-1] > 0.0 or problem.floating(whole(found)[None])[0]:  # inside a gap nothing vibrates
+        return None
+    return whole(found)
