@@ -33,7 +33,7 @@ def stored_name(name: str) -> str:
 def plain(data: Any) -> Any:
     """Dataset with the kinds of arrays alone that every format knows, and without the empty ones."""
     whole = {name: value for name, value in data.attrs.items() if isinstance(value, int) and abs(value) > LARGEST}
-    data = data.rename({name: stored_name(str(name)) for name in data.variables if stored_name(str(name)) != name})
+    data = data.rename({name: stored_name(str(name)) for name in data.variables})
     data = data.assign_attrs({name: str(value) for name, value in whole.items()})
     for name in list(data.variables):
         variable = data[name]

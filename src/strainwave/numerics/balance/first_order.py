@@ -24,7 +24,7 @@ from .fourier import analysis, derivative, extended, from_blocks, multiply_rows,
 from .harmonics import ENOUGH, highest_order
 from .linear_part import STRENGTH
 from .one_harmonic import STRONG
-from .panels import distances, panels
+from .panels import SEVERAL, distances, panels
 from .rates import DIFFERENCE, NO_TURN, base_speed, number_of_states, rates_along, slopes_along
 from .truncation import shares_left_out
 from .work import least_step, linearised
@@ -32,7 +32,6 @@ from .work import least_step, linearised
 FEW = 4  # points of a curve where what is left out is estimated
 MOST, MOST_KINKED = 600, 150  # points of a search for other orbits; with breakpoints
 WORK, STEP = 2e7, 0.2  # points times the square of the unknowns; steps in units of the orbit and the parameter
-SEVERAL = 100  # runs in NumPy, a second of them, before they are compiled
 NEAR_KINKS = 1e-7  # of a state's size, for differences of laws with breakpoints, which must not reach across one
 
 

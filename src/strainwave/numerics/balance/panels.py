@@ -23,7 +23,7 @@ from .fourier import synthesis
 PLACES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 PHASE = 6.0  # of the highest harmonic along a panel [rad]: products of four harmonics are integrated to 1e-10
 LOOKED = 12  # places a harmonic at which crossings are looked for
-SEVERAL = 100  # runs in NumPy, a tenth of a second of them, before they are compiled
+SEVERAL = 100  # runs in NumPy, a second of them at most, before they are compiled
 TRIES, CLOSE = 20, 1e-11  # steps towards a crossing, and how near [rad]; the integrals err by the square of it
 
 
