@@ -211,7 +211,7 @@ def _friction(friction: Any) -> str:
 
 
 def _motor(motor: Any, mode: str | None = None, limits: MotorLimits | None = None) -> str:
-    loop = "" if motor.free or motor.held else _loop(motor.control)
+    loop = "" if motor.free or motor.held else loop_text(motor.control)
     if mode is None:
         mode = "free" if motor.free else "held"
     inertia = f"{motor.J!r} kg*m^2" if motor.J else ""
@@ -223,7 +223,8 @@ def _motor(motor: Any, mode: str | None = None, limits: MotorLimits | None = Non
     )  # fmt: skip
 
 
-def _loop(control: Any) -> str:
+def loop_text(control: Any) -> str:
+    """A loop of the motor by its gains, as a project file has it."""
     if isinstance(control, Lagged):
         return project_entry(control.loop).removesuffix("}") + f", lag: {control.lag!r} s}}"
     return project_entry(control)

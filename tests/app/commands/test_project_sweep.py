@@ -96,3 +96,18 @@ def test_a_refusal_does_not_import_what_it_does_not_need(drive):
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert run.stdout.split() == ["2"], run.stderr
+
+
+@pytest.mark.parametrize(("option", "begin"), [((), "Kept as in"), (("--retune",), "Computed anew")])
+def test_the_output_tells_whether_the_drive_is_built_once(drive, option, begin):
+    text = drive.read_text(encoding="utf-8")
+    drive.write_text(text + "motor: {inertia: 4.5 kg*cm^2, loop: {bandwidth: 30 Hz}}\n", encoding="utf-8")
+    run = invoke(drive, "--grid", "load.inertia=1 kg*m^2,2 kg*m^2", "--json", *option)
+    found = json.loads(run.stdout)
+    assert found["tuning"].startswith(begin)
+    assert found["tuning"] in found["remarks"]
+    values = found["variables"]["oscillation"]
+    file = read_project(drive)
+    at = [replaced(file, {"load.inertia": J}, retune=bool(option)).response() for J in ("1 kg*m^2", "2 kg*m^2")]
+    tops = [max(one.oscillation[one.visited()]) for one in at]
+    assert sorted([values["smallest"], values["largest"]]) == pytest.approx(sorted(tops), rel=1e-9)

@@ -38,7 +38,7 @@ def written(tmp_path):
         path = tmp_path / "project.yaml"
         path.write_text(text, encoding="utf-8")
         found = sw.read_project(path)
-        return sw.replaced(found, values) if values else found
+        return sw.replaced(found, values, retune=True) if values else found
 
     return project
 

@@ -1,5 +1,6 @@
 """Projects with other values in their files: what is read is what a file with that value says."""
 
+import math
 from dataclasses import fields
 
 import pytest
@@ -7,7 +8,9 @@ from twelve_projects import PROJECTS
 
 import strainwave as sw
 from strainwave.files.reading import from_text, read_project
-from strainwave.files.variants.replaced import replaced
+from strainwave.files.variants.replaced import replaced, tuning
+from strainwave.study.analysis.remedies.other_gears import with_gear
+from strainwave.study.analysis.remedies.subject import Source, Subject
 
 
 @pytest.fixture
@@ -41,10 +44,77 @@ def apart(one, other):
 def test_another_value_is_read_as_if_the_file_had_it(read, project, values, old, new):
     text = PROJECTS[project]
     assert text.count(old) >= 1
-    found = sw.replaced(read(text), values)
+    found = sw.replaced(read(text), values, retune=True)
     assert apart(found, read(text.replace(old, new, 1))) == []
     assert apart(found, read(text)) != []
     assert apart(sw.replaced(found, {}), found) == []
+
+
+BUILT = """
+gear: SHG-32-100
+motor: {inertia: 4.5 kg*cm^2, loop: {type: speed, bandwidth: 40 Hz, damping: 1, lag: 0.5 ms}}
+load: {inertia: 5 kg*m^2}
+damping: {ratio: 2.5 %}
+speed: {from: 100 rpm, to: 3000 rpm, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 25 arcsec}]}
+limit: {oscillation: 115 arcsec}
+scatter: {load.inertia: 25 %}
+"""
+
+
+def built(bandwidth, J_l, ratio, K1):
+    """Gains and B of BUILT by hand: K_p = J w and K_i = J (w/2)^2 of damping 1, J the motor and the load over N^2."""
+    J, w = 4.5e-4 + J_l / 100.0**2, 2.0 * math.pi * bandwidth
+    return J * w, J * w * w / 4.0, 2.0 * ratio * math.sqrt(K1 * J_l)
+
+
+@pytest.mark.parametrize(
+    ("values", "gains_of", "B_of"),
+    [
+        ({"load.inertia": "2 kg*m^2"}, (40.0, 5.0), (5.0, 0.025)),
+        ({"motor.inertia": "9 kg*cm^2", "gear.K1": "4e4 N*m/rad"}, (40.0, 5.0), (5.0, 0.025)),
+        ({"loop.bandwidth": "30 Hz"}, (30.0, 5.0), (5.0, 0.025)),
+        ({"load.inertia": "2 kg*m^2", "loop.bandwidth": "30 Hz"}, (30.0, 5.0), (5.0, 0.025)),
+        ({"damping.ratio": "5 %", "load.inertia": "2 kg*m^2"}, (40.0, 5.0), (5.0, 0.05)),
+        ({"gear": "SHG-40-120", "load.inertia": "2 kg*m^2"}, (40.0, 5.0), (5.0, 0.025)),
+    ],
+)
+def test_a_drive_is_built_once(read, values, gains_of, B_of):
+    project = read(BUILT)
+    found = sw.replaced(project, values)
+    K1 = (sw.catalogue.gear(values["gear"]) if "gear" in values else project.gear).K1
+    K_p, K_i, B = built(*gains_of, B_of[1], K1)
+    loop = found.whole.motor.control.loop
+    assert (loop.K_p, loop.K_i) == pytest.approx((K_p, K_i), rel=1e-12)
+    assert pytest.approx((B, B), rel=1e-12) == (found.drive.B, found.whole.B)
+    assert apart(read(sw.project_text(found)), found) in ([], ["notes"], ["gear", "notes"])
+
+
+def test_a_drive_is_built_anew_where_that_is_asked_for(read):
+    found = sw.replaced(read(BUILT), {"load.inertia": "2 kg*m^2"}, retune=True)
+    K_p, _, B = built(40.0, 2.0, 0.025, found.gear.K1)
+    assert (found.whole.motor.control.loop.K_p, found.drive.B) == pytest.approx((K_p, B), rel=1e-12)
+    assert "bandwidth" in found.text
+
+
+def test_what_is_kept_is_said(read):
+    project = read(BUILT)
+    both = "Kept from the drive before the change: the gains of the motor's loop and the damping B."
+    assert sw.replaced(project, {"load.inertia": "2 kg*m^2"}).notes[-1] == both
+    assert both not in sw.replaced(project, {"speed": "900 rpm"}).notes
+    assert tuning(project, ["load.inertia"], False).startswith("Kept as in the drive of the file: the gains")
+    assert tuning(project, ["load.inertia"], True).startswith("Computed anew for every drive: the gains")
+    assert tuning(project, ["loop.bandwidth", "damping.ratio"], False).count("gains") == 1
+    assert tuning(project, ["loop.bandwidth"], False).startswith("Kept as in the drive of the file: the damping B;")
+    assert tuning(read(PROJECTS["position loop, coupling"]), ["load.inertia"], False) == ""
+
+
+def test_a_remedy_and_another_value_give_the_same_drive(read):
+    project, other = read(BUILT), sw.catalogue.gear("SHG-32-120")
+    source = Source(project.drive, False, True, project._equation, project.gear)
+    subject = Subject(project.system(reduced=True), project.train, project.speeds.limits, source)
+    found = with_gear(subject, source, other).train
+    assert found._replace(reference=0.0) == sw.replaced(project, {"gear": "SHG-32-120"}).train._replace(reference=0.0)
 
 
 def test_numbers_of_a_catalogue_gear_replace_those_of_its_law(read):

@@ -153,3 +153,26 @@ def test_a_name_of_the_scatter_that_the_file_does_not_have_is_refused_when_it_is
         read(LINEAR + f"scatter: {{{name}: 5 %, load.inertia: 3 %}}\n")
     (line,) = str(refusal.value).splitlines()
     assert f": scatter.{name}: {said}" in line
+
+
+def test_a_ratio_and_a_bandwidth_scatter_as_the_numbers_that_they_stand_for(read):
+    said = """
+gear: SHG-32-100
+motor: {inertia: 4.5 kg*cm^2, loop: %s}
+load: {inertia: 5 kg*m^2}
+damping: %s
+speed: {from: 400 rpm, to: 600 rpm, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 25 arcsec}]}
+limit: {oscillation: 100 arcsec}
+scatter: {load.inertia: 25 %%}
+"""
+    J, w, B = 4.5e-4 + 5e-4, 80.0 * math.pi, 2.0 * 0.025 * math.sqrt(sw.catalogue.gear("SHG-32-100").K1 * 5.0)
+    notation = read(said % ("{type: speed, bandwidth: 40 Hz, damping: 1}", "{ratio: 2.5 %}"))
+    gains = f"{{type: speed_loop, K_p: {J * w!r} N*m*s/rad, K_i: {J * w * w / 4.0!r} N*m/rad}}"
+    numbers = read(said % (gains, f"{{B: {B!r} N*m*s/rad}}"))
+    for one, other in zip(sw.scattered(notation, 3), sw.scattered(numbers, 3), strict=True):
+        assert pytest.approx(other.drive.B, rel=1e-12) == one.drive.B
+        assert one.drive.J_l == other.drive.J_l
+        assert one.train.motor.control == pytest.approx(other.train.motor.control, rel=1e-12)
+    anew = next(iter(sw.scattered(notation, 3, retune=True)))
+    assert pytest.approx(B * math.sqrt(anew.drive.J_l / 5.0), rel=1e-12) == anew.drive.B

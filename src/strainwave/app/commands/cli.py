@@ -25,6 +25,10 @@ EXPECTED = (
 )  # fmt: skip
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+retune_option = click.option(
+    "--retune", is_flag=True,
+    help="Compute gains of a bandwidth and damping of a ratio anew for every drive. Default: once, for the file's.",
+)  # fmt: skip
 folder_type = click.Path(file_okay=False, path_type=Path)
 
 
@@ -126,6 +130,7 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
     help="Points that are computed and written at a time: what a stopped run loses at most. Default: by their number.",
 )  # fmt: skip
 @click.option("--cluster", metavar="ADDRESS", help="Scheduler of a dask cluster, for example tcp://127.0.0.1:8786.")
+@retune_option
 @json_option
 def sweep(**given: Any) -> None:
     """Integrate a drive over a grid of its parameters, or follow the response of the whole drive, and keep the results.
@@ -144,12 +149,13 @@ def sweep(**given: Any) -> None:
     "--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed gives the same drives."
 )
 @click.option("--limit", help='Largest oscillation, for example "60 arcsec". Default: limit.oscillation of the file.')
+@retune_option
 @json_option
-def variability(project: Path, count: int, seed: int, limit: str | None, as_json: bool) -> None:
+def variability(project: Path, **given: Any) -> None:
     """Say how probable it is that a drive exceeds its limit in its speeds, from the scatter of its numbers."""
     from .variability import show
 
-    show(project, count, seed, limit, as_json)
+    show(project, **given)
 
 
 @cli.command("speed-map")

@@ -29,8 +29,8 @@ WHAT = {
 
 
 def show(
-    project: Project, grid: tuple[str, ...], output: Path, workers: int | None, chunk: int | None, connect: Any,
-    progress: Progress, as_json: bool,
+    project: Project, grid: tuple[str, ...], output: Path, workers: int | None, chunk: int | None, retune: bool,
+    connect: Any, progress: Progress, as_json: bool,
 ) -> None:  # fmt: skip
     """Sweep the response of a project's whole drive, or go on where the last run stopped, and print what was found.
 
@@ -53,12 +53,14 @@ def show(
 
     with connect() as connected:
         data = sweep_project(
-            project, axes, store=output, workers=workers, chunk=chunk, client=connected, progress=progress.show
-        )
+            project, axes, store=output, workers=workers, chunk=chunk, client=connected, retune=retune,
+            progress=progress.show,
+        )  # fmt: skip
     report = found(data) | {
         "title": project.title,
         "store": str(output),
-        "remarks": [*project.notes, *load_remark(project)],
+        "remarks": [*filter(None, [data.attrs["tuning"]]), *project.notes, *load_remark(project)],
+        "tuning": data.attrs["tuning"],
     }
     click.echo(to_json(report) if as_json else summary(report, project.speeds))
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from ...files.project import Project
 from ...files.reading import read_project
+from ...files.variants.replaced import tuning
 from ...protocols import state_count
 from ...quantities import Parameter, convert, parameters, parse
 from ...results import Floats
@@ -38,7 +39,7 @@ TOGETHER = " & "  # between the paths of one factor
 
 def show(
     project: Path, grid: tuple[str, ...], measures: tuple[str, ...], settle: int, periods: int, output: Path,
-    workers: int | None, chunk: int | None, cluster: str | None, as_json: bool,
+    workers: int | None, chunk: int | None, cluster: str | None, retune: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Sweep the drive of a project file, or go on where the last run stopped, and print what was found.
 
@@ -54,10 +55,10 @@ def show(
     drive = read_project(project)
     system = drive.system(reduced=True)
     known, grids = parameters(system), [in_equation(text, drive) for text in grid]
-    if drive.left_out or any(_of_file_alone(drive, text, known) for text in grids):
+    if drive.left_out or retune or any(_of_file_alone(drive, text, known) for text in grids):
         refuse_options_of_trajectories()
         with logged(drive.title) as progress:
-            project_sweep.show(drive, grid, output, workers, chunk, lambda: client(cluster), progress, as_json)
+            project_sweep.show(drive, grid, output, workers, chunk, retune, lambda: client(cluster), progress, as_json)
         return
     axes = dict(axis(text, known) for text in grids)
     units = dict(typed_unit(text, known) for text in grids)
@@ -70,7 +71,10 @@ def show(
         how: dict[str, Any] = {"client": connected, "workers": workers, "chunk": chunk, "progress": progress.show}
         data = sweep(measure, system, axes, store=output, **how)
     report = found(data) | {"conventions": WHAT_X_IS, "title": drive.title, "store": str(output), "units": units}
-    report["remarks"] = [*remarks(drive), *at_one_speed(drive, float(system.omega), list(axes)), *bare(grids, units)]
+    names = [path.strip() for text in grid for path in text.partition("=")[0].split("&")]
+    report["tuning"] = tuning(drive, [name for name in names if project_sweep.of_file(drive, name)], False)
+    speed = at_one_speed(drive, float(system.omega), list(axes))
+    report["remarks"] = [*filter(None, [report["tuning"]]), *remarks(drive), *speed, *bare(grids, units)]
     click.echo(to_json(report) if as_json else summary(report))
 
 

@@ -14,7 +14,7 @@ from ..units import quantity, sign
 MOST_ERRORS = 3
 
 
-def show(path: Path, count: int, seed: int, limit: str | None, as_json: bool) -> None:
+def show(path: Path, count: int, seed: int, limit: str | None, retune: bool, as_json: bool) -> None:
     """Follow the response of drives drawn at random and print how many exceed the limit.
 
     Raises
@@ -31,7 +31,7 @@ def show(path: Path, count: int, seed: int, limit: str | None, as_json: bool) ->
     with Progress(project.title) as progress:
         told = f"{count} drives"
         progress.show(told, 0.0)
-        how: dict[str, Any] = {"count": count, "seed": seed, "limit": allowed}
+        how: dict[str, Any] = {"count": count, "seed": seed, "limit": allowed, "retune": retune}
         found, stop = finished(
             lambda: exceedance(project, **how, progress=lambda done, all_: progress.show(told, done / all_))
         )
@@ -49,7 +49,7 @@ def report(title: str, found: Exceedance) -> dict[str, object]:
         "exceeding": found.exceeding, "failed": found.failed, "probability": found.probability, "interval": [low, high],
         "confidence": 0.95, "method": "Clopper-Pearson", "oscillation_rad": found.oscillation, "at_rad_per_s": found.at,
         "avoid_low_rad_per_s": found.low, "avoid_high_rad_per_s": found.high, "factors": found.factors,
-        "first_order_index": {row.path: row.index for row in rows}, "errors": found.errors,
+        "first_order_index": {row.path: row.index for row in rows}, "errors": found.errors, "tuning": found.tuning,
     }  # fmt: skip
 
 
@@ -68,4 +68,5 @@ def summary(title: str, found: Exceedance) -> str:
     lines += [f"  {row.path}: first-order index {row.index:.2f} ± {row.index_error:.2f}" for row in rows]
     if found.failed:
         lines.append(f"  {found.failed} of the drives have no response curve: {'; '.join(found.errors[:MOST_ERRORS])}")
+    lines += [f"  {found.tuning}"] if found.tuning else []
     return "\n".join([*lines, f"  seed {found.seed}"])

@@ -67,7 +67,8 @@ MAP = """\
         row = []
         for across in ACROSS:
             try:
-                found = sw.replaced(project, {FIRST: across, SECOND: up}).response(coexisting=False)
+                drive = sw.replaced(project, {FIRST: across, SECOND: up}, retune=True)
+                found = drive.response(coexisting=False)
                 row.append(np.degrees(np.max(found.oscillation[found.visited()])) * 3600)
             except (ValueError, sw.SolveError):  # no drive, or none with a motion
                 row.append(np.nan)

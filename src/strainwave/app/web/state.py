@@ -44,7 +44,7 @@ def project_of(state: State) -> Project:
     values = {name: value for name, value in state.values.items() if name not in ("gear", "title")}
     try:
         base = _read(text)
-        return replaced(base, values) if values else base
+        return replaced(base, values, retune=True) if values else base  # the page is an editor of its file
     except ProjectError as error:
         raise Refused("; ".join(PLACE.sub("", str(error)).splitlines())) from None
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...files.notes import load_remark
 from ...files.project import Project
-from ...files.variants.replaced import replaced
+from ...files.variants.replaced import replaced, tuning
 from ...model.gears.limits import Finding
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
@@ -222,14 +222,15 @@ def two_parameters(project: Project, axes: list[tuple[str, list[str]]], progress
         for j, a in enumerate(across):
             progress("two-parameter map", (i * len(across) + j) / (len(across) * len(along)))
             try:
-                found = solved(replaced(project, {first: a, second: b})).found
+                found = solved(replaced(project, {first: a, second: b}, retune=True)).found  # as a slider does
                 row.append(float(np.max(found.oscillation[found.visited()]) / ARCSEC))
             except (ValueError, SolveError) as error:
                 row.append(None)
                 why[str(error)] = why.get(str(error), 0) + 1
         rows.append(row)
+    missing = [f"{count} points have no value: {sentence}" for sentence, count in why.items()]
     return {
         "axes": [{"name": first, "values": across}, {"name": second, "values": along}],
         "largest_oscillation_arcsec": rows,
-        "remarks": [f"{count} points have no value: {sentence}" for sentence, count in why.items()],
+        "remarks": [*filter(None, [tuning(project, (first, second), True)]), *missing],
     }

@@ -17,7 +17,7 @@ from ...study.sweep.sweep import sweep
 from ..project import Project
 from ..reading import from_text
 from .names import quantity
-from .replaced import replaced
+from .replaced import replaced, tuning
 
 UNITS = {"peak": "rad", "peak_at": "rad/s", "oscillation": "rad", "oscillation_at": "rad/s", "torque": "N*m",
          "torque_at": "rad/s", "jumps": "1", "truncated": "1"}  # fmt: skip
@@ -37,12 +37,13 @@ class ResponseMeasure:
     text: str
     path: str
     axes: tuple[tuple[str, tuple[str, ...]], ...]
+    retune: bool = False
 
     def __call__(self, choice: Choice) -> dict[str, float]:
         """Largest values of the response at a point."""
         project = from_text(self.text, Path(self.path))
         values = {name: texts[round(n)] for (name, texts), n in zip(self.axes, choice.numbers, strict=True)}
-        return measured(replaced(project, values))
+        return measured(replaced(project, values, retune=self.retune))
 
 
 def measured(project: Project) -> dict[str, float]:
@@ -65,6 +66,7 @@ def sweep_project(
     workers: int | None = None,
     chunk: int | None = None,
     client: Any = None,
+    retune: bool = False,
     progress: Callable[[str, float], None] = lambda _what, _share: None,
 ) -> xr.Dataset:
     """Follow the response of the whole drive at every point of a grid of the numbers of its project file.
@@ -76,6 +78,9 @@ def sweep_project(
     grid : dict of str to sequence of str
         Values as the file has them, with their units, by their names in the file, as `replaced` takes them:
         {"loop.bandwidth": ["20 Hz", "30 Hz"], "gear": ["CSG-40-50", "SHG-40-50"]}; all combinations.
+    retune : bool
+        Whether gains given as a bandwidth and damping given as a ratio are computed anew at every point (`replaced`).
+        Default: the drive is built once and keeps them; `tuning` of the attributes says which.
     store, workers, chunk, client, progress
         As of `sweep`: a store keeps what is finished, and the same call goes on from there; by default every point, of
         large grids a 512th of them, is a chunk.
@@ -97,7 +102,7 @@ def sweep_project(
     """
     axes = {name: list(map(str, texts)) for name, texts in grid.items()}
     check(project, axes)
-    measure = ResponseMeasure(project.text, str(project.path), tuple((n, tuple(t)) for n, t in axes.items()))
+    measure = ResponseMeasure(project.text, str(project.path), tuple((n, tuple(t)) for n, t in axes.items()), retune)
     places = {f"numbers.{i}": np.arange(len(texts), dtype=float) for i, texts in enumerate(axes.values())}
     choice = Choice((0.0,) * len(axes))
     chunk = chunk or max(1, prod(map(len, axes.values())) // MOST_CHUNKS)
@@ -107,6 +112,7 @@ def sweep_project(
     )  # fmt: skip
     named = dict(zip(places, axes, strict=True))
     data = data.drop_vars([name for name in places if name in data.coords]).rename_dims(named)
+    data.attrs["tuning"] = tuning(project, axes, retune)
     return data.assign_coords({name: coordinate(name, texts) for name, texts in axes.items()})
 
 

@@ -20,7 +20,7 @@ from ...study.variability.sensitivity import Ranking, ranking
 from ..project import Project
 from ..yaml_text import read
 from .names import nominal_of
-from .replaced import replaced
+from .replaced import replaced, tuning
 
 LEAST = 32  # drives, for an interval and a ranking to mean anything
 CUT = 3.0  # standard deviations: no drive is farther from its nominal value
@@ -49,6 +49,8 @@ class Exceedance(Result):
         The numbers by what they contribute to the variance of the oscillation; None where a drive has no curve.
     errors : tuple of str
         Sentences about drives without a curve, each once.
+    tuning : str
+        What every drive has of gains given as a bandwidth and damping given as a ratio, in a sentence; empty of others.
     """
 
     rows: ClassVar[str] = "drive"
@@ -62,6 +64,7 @@ class Exceedance(Result):
     seed: int
     ranking: Ranking | None
     errors: tuple[str, ...]
+    tuning: str = ""
 
     @property
     def count(self) -> int:
@@ -122,7 +125,7 @@ class Exceedance(Result):
             lines.append(f"  speeds to avoid from {begin} to {end} rad/s, 95 % of the drives that exceed it")
         rows = () if self.ranking is None else self.ranking.rows
         lines += [f"  {row.path}: first-order index {row.index:.2f} +- {row.index_error:.2f}" for row in rows]
-        return on_screen("\n".join([*lines, *(f"  {error}" for error in self.errors)]))
+        return on_screen("\n".join([*lines, *(f"  {one}" for one in (self.tuning, *self.errors) if one)]))
 
     __repr__ = __str__
 
@@ -133,6 +136,7 @@ def exceedance(
     count: int = 200,
     seed: int = 0,
     limit: float | None = None,
+    retune: bool = False,
     progress: Callable[[int, int], None] = silent,
 ) -> Exceedance:
     """Draw drives by the scatter of a project file and follow the response of each through its speeds.
@@ -151,6 +155,9 @@ def exceedance(
         The same seed gives the same drives.
     limit : float, optional
         Largest oscillation [rad] that is allowed. Default: that of the project.
+    retune : bool
+        Whether gains given as a bandwidth and damping given as a ratio are computed anew for every drive (`replaced`).
+        Default: they are built once, for the drive of the file, and do not know how the numbers scatter.
     progress : callable
         Told how many drives are done, and of how many.
 
@@ -187,11 +194,12 @@ def exceedance(
         found, at, low, high = np.array(rows).T
         own = {name: values[: len(rows)] for name, values in factors.items()}
         rank = None if np.any(np.isnan(found)) else ranking(own, found, np.random.default_rng(seed))
-        return Exceedance(allowed, own, found, at, low, high, seed, rank, tuple(errors))
+        said = tuning(project, own, retune)
+        return Exceedance(allowed, own, found, at, low, high, seed, rank, tuple(errors), said)
 
     load()  # of many drives, which pays where one response does not
     try:
-        for drive in _drives(project, factors):
+        for drive in _drives(project, factors, retune):
             rows.append(_largest(drive, allowed, errors))
             progress(len(rows), count)
     except KeyboardInterrupt:
@@ -216,7 +224,7 @@ def _largest(drive: Project, limit: float, errors: dict[str, None]) -> tuple[flo
     return float(response.oscillation[top]), float(response.omega[top]), *ends
 
 
-def scattered(project: Project, count: int = 64, seed: int = 0) -> Iterator[Project]:
+def scattered(project: Project, count: int = 64, seed: int = 0, *, retune: bool = False) -> Iterator[Project]:
     """Draw drives by the scatter of a project file, as `exceedance` does.
 
     Parameters
@@ -227,6 +235,8 @@ def scattered(project: Project, count: int = 64, seed: int = 0) -> Iterator[Proj
         Number of drives; more begin with the same ones.
     seed : int
         The same seed gives the same drives.
+    retune : bool
+        As of `exceedance`.
 
     Raises
     ------
@@ -236,10 +246,10 @@ def scattered(project: Project, count: int = 64, seed: int = 0) -> Iterator[Proj
     count = positive_count("count", count)
     if not project.scatter:
         raise ValueError(f"{project.path.name} has no scatter; write for example 'scatter: {{load.inertia: 5 %}}'")
-    return _drives(project, drawn(project.scatter, count, seed, project.correlation))
+    return _drives(project, drawn(project.scatter, count, seed, project.correlation), retune)
 
 
-def _drives(project: Project, factors: dict[str, Floats]) -> Iterator[Project]:
+def _drives(project: Project, factors: dict[str, Floats], retune: bool) -> Iterator[Project]:
     """The project with its numbers times the factors (drives,) of each."""
     content: Any = read(project.text).content
     nominal = {name: nominal_of(content, project.gear, name) for name in factors}
@@ -247,6 +257,7 @@ def _drives(project: Project, factors: dict[str, Floats]) -> Iterator[Project]:
         yield replaced(
             project,
             {name: f"{float(value * factors[name][i])!r} {unit}".rstrip() for name, (value, unit) in nominal.items()},
+            retune=retune,
         )
 
 

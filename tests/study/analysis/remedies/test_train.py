@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.model.train.controls import Lagged, PositionLoop, SpeedLoop
+from strainwave.model.train.controls import PositionLoop, SpeedLoop
 from strainwave.model.train.loops import from_bandwidth, tuning_of
 from strainwave.model.train.shafts import Elastic, Load
 from strainwave.study.analysis.avoid import speeds_to_avoid
 from strainwave.study.analysis.remedies import Source, Subject, remedies
 from strainwave.study.analysis.remedies.knobs import knobs, loop_inertia, stiffer
-from strainwave.study.analysis.remedies.other_gears import neighbours, retuned, with_gear
+from strainwave.study.analysis.remedies.other_gears import neighbours, with_gear
 from strainwave.study.analysis.train_curve import train_curve
 from strainwave.study.response.resonances import operating_point
 
@@ -86,11 +86,7 @@ def tried():
 
 def of_gear(gear):
     J_m = HAND["J_m"] + gear.input_inertia - GEAR.input_inertia
-    N = float(gear.ratio)
-    return {
-        "J_m": J_m, "N": N, "K": gear.K1, "B": HAND["B"] * (gear.K1 / GEAR.K1) ** 0.5,
-        "inertia": J_m + (HAND["J_g"] + HAND["J_l"]) / N**2,
-    }  # fmt: skip
+    return {"J_m": J_m, "N": float(gear.ratio), "K": gear.K1, "B": HAND["B"] * (gear.K1 / GEAR.K1) ** 0.5}
 
 
 def test_the_peak_of_the_train_is_that_of_linear_algebra(tried):
@@ -101,7 +97,7 @@ def test_the_peak_of_the_train_is_that_of_linear_algebra(tried):
 
 
 def test_each_remedy_does_what_linear_algebra_says(tried):
-    found, avoid = tried
+    found, avoid = tried  # with the gains of the loop that the drive has
     inertia = HAND["J_m"] + (HAND["J_g"] + HAND["J_l"]) / HAND["N"] ** 2
     names = {
         "bandwidth of the loop": "bandwidth", "damping of the loop": "damping", "inertia of the load": "J_l",
@@ -113,10 +109,9 @@ def test_each_remedy_does_what_linear_algebra_says(tried):
         if remedy.gear:
             gear = sw.catalogue.gear(remedy.gear)
             faster = gear.ratio / GEAR.ratio
-            at, size = top(of_gear(gear), (faster * SPEEDS[0], faster * SPEEDS[1]))
+            at, size = top(of_gear(gear) | {"inertia": inertia}, (faster * SPEEDS[0], faster * SPEEDS[1]))
         else:
             name = names[remedy.what]
-            # the gains of a loop are those of the drive as it is
             at, size = top({name: (1.0 + remedy.share) * HAND[name], "inertia": inertia})
         assert remedy.ratio == pytest.approx(size / top()[1], rel=3e-3, abs=1e-3), remedy
         if remedy.share != -1.0:
@@ -202,8 +197,7 @@ def test_another_gear_keeps_hysteresis_loop_and_speeds_of_the_load():
     assert changed.speeds == pytest.approx((1.6 * SPEEDS[0], 1.6 * SPEEDS[1]))
     assert train.law == law._replace(first=sw.catalogue.gear("CSG-40-80").law)
     assert (train.N, changed.system.law) == (80.0, train.law)
-    before, after = (tuning_of(t.motor.control, loop_inertia(t)) for t in (subject.train, train))
-    assert (after.bandwidth, after.damping) == pytest.approx((before.bandwidth, before.damping))
+    assert train.motor.control == subject.train.motor.control
 
 
 def test_ratios_of_one_stiffness_are_other_gears_too_and_a_law_of_the_users_own_has_none():
@@ -240,12 +234,6 @@ def test_the_error_of_an_accuracy_class_follows_the_gear():
     )
     measured = subject._replace(system=subject.system._replace(error=sw.KinematicError((sw.Line(2, 1e-4),))))
     assert with_gear(measured, subject.source, new).system.error.lines == (sw.Line(2, 1e-4),)
-
-
-def test_gains_scale_with_the_inertia():
-    assert retuned(Lagged(PositionLoop(2.0, 3.0), 1e-3), 2.0) == Lagged(PositionLoop(4.0, 6.0), 1e-3)
-    assert retuned(SpeedLoop(1.0, 2.0, 0.5), 3.0) == SpeedLoop(3.0, 6.0, 1.5)
-    assert retuned(sw.Held(), 2.0) == sw.Held()
 
 
 def test_a_stiffer_law_has_more_torque_at_every_torsion():

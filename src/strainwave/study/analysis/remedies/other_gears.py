@@ -1,7 +1,7 @@
 """Other gears of the catalogue in a drive: the next size of the same series, and the next ratios of the same size.
 
 The drive keeps its load, the damping ratio of its gear, the lines of its kinematic error (those of an accuracy class
-follow the record), the bandwidth and damping of its loop, and its speeds at the load: the motor turns as much faster as
+follow the record), the gains of its loop, and its speeds at the load: the motor turns as much faster as
 the ratio is larger.
 """
 
@@ -14,11 +14,10 @@ from ....model.drive import Drive
 from ....model.gears import catalogue
 from ....model.gears.error_spectrum import accuracy_spectrum
 from ....model.gears.gear import Gear
-from ....model.train.controls import Lagged, PositionLoop, SpeedLoop
 from ....model.train.drive_train import DriveTrain
 from ....protocols import lines_of
 from ....tree import made
-from .knobs import Knob, loop_inertia
+from .knobs import Knob
 from .subject import Source, Subject
 
 
@@ -83,19 +82,8 @@ def with_gear(subject: Subject, source: Source, gear: Gear) -> Subject | str:
 
 
 def _train_with(train: DriveTrain, drive: Drive) -> DriveTrain:
-    """The train with the gear of another drive, its loop tuned to the other inertia."""
-    other = train._replace(motor=train.motor._replace(J=drive.J_m), N=drive.N, B=drive.B, law=drive.law)
-    control = retuned(train.motor.control, loop_inertia(other) / loop_inertia(train))
-    return other._replace(motor=other.motor._replace(control=control))
-
-
-def retuned(control: Any, inertia: float) -> Any:
-    """A loop with the same bandwidth and damping on an inertia so many times as large."""
-    if isinstance(control, Lagged):
-        return control._replace(loop=retuned(control.loop, inertia))
-    if isinstance(control, PositionLoop | SpeedLoop):
-        return made(control, [inertia * gain for gain in control])
-    return control
+    """The train with the gear of another drive, its loop with the gains that it has."""
+    return train._replace(motor=train.motor._replace(J=drive.J_m), N=drive.N, B=drive.B, law=drive.law)
 
 
 def _holds(law: Any, part: Any) -> bool:
