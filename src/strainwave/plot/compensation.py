@@ -48,7 +48,9 @@ def draw_compensation_bench(axes: Any, found: CompensationBench) -> None:
             look = {"color": STRONG[i % len(STRONG)], "ls": DASHES[i // len(STRONG) % len(DASHES)]}
             rms = np.array([one.after.rms for one in row]) / size
             axes.plot(rpm, rms, marker=MARKERS[i % len(MARKERS)], ms=4.0, lw=1.2, label=name, **look)
-    axes.set(xlabel="motor speed (rpm)", ylabel=f"rms of the error ({unit})", xscale="log", yscale="log")
+    axes.set(xlabel="motor speed (rpm)", ylabel=f"rms of the error ({unit})", yscale="log")
+    if np.all(rpm > 0.0):  # what is negative has no logarithm: backward motion
+        axes.set_xscale("log")
     axes.legend(fontsize=7, frameon=False, ncols=2)
 
 

@@ -84,7 +84,8 @@ def speed_panel(found: CompensationBench, *, load_encoder: bool) -> Panel | None
     unit = angle_unit(max(one.before.rms for one in plain))
     title = "with an encoder on the load" if load_encoder else "without an encoder on the load"
     panel = Panel(title, "motor speed (rpm)", f"rms of the error ({unit.name})", log=True, xlog=True)
-    panel.xlim = (0.9 * float(np.min(found.speeds)) / RPM, float(np.max(found.speeds)) / RPM / 0.9)
+    low, high = float(np.min(found.speeds)) / RPM, float(np.max(found.speeds)) / RPM
+    panel.xlim = (low - 0.1 * abs(low), high + 0.1 * abs(high))
     panel.line(found.speeds / RPM, [one.before.rms * unit.factor for one in plain], BLACK, "plain loop", "", 2.6)
     for i, row in enumerate(rows):
         colour, dash = LOOKS[i % len(LOOKS)]

@@ -171,10 +171,11 @@ def figure(rows: Sequence[Sequence[Panel]], height: float, label: str, width: fl
 def _panel(panel: Panel, x: float, y: float, width: float, height: float) -> str:
     w, h = width - LEFT - RIGHT, height - TOP - BOTTOM
     (left, right), (bottom, top) = panel.limits()
+    xlog = panel.xlog and left > 0.0  # what is negative has no logarithm: backward motion
 
     def across(values: ArrayLike) -> Floats:
         v = np.asarray(values, float)
-        share = np.log(v / left) / math.log(right / left) if panel.xlog else (v - left) / (right - left)
+        share = np.log(v / left) / math.log(right / left) if xlog else (v - left) / (right - left)
         return np.asarray(np.clip(share * w, -4.0 * w, 5.0 * w))
 
     def up(values: ArrayLike) -> Floats:
@@ -183,7 +184,7 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float) -> str
             share = np.log(v / bottom) / math.log(top / bottom) if panel.log else (v - bottom) / (top - bottom)
         return np.asarray(h - np.clip(np.nan_to_num(share, nan=-4.0), -4.0, 5.0) * h)
 
-    xs, names = log_ticks(left, right) if panel.xlog else ticks(left, right, max(4, round(w / 75.0)))
+    xs, names = log_ticks(left, right) if xlog else ticks(left, right, max(4, round(w / 75.0)))
     ys, heights = log_ticks(bottom, top) if panel.log else ticks(bottom, top, max(4, round(h / 45.0)), panel.ystep)
     px, py = across(xs).tolist(), up(ys).tolist()
     grid = "".join(f"M{v:.1f} 0V{h:.1f}" for v in px) + "".join(f"M0 {v:.1f}H{w:.1f}" for v in py)

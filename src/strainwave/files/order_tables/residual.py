@@ -81,7 +81,7 @@ class TableResidual(NamedTuple):
     def sentences(self) -> list[str]:
         """The residual in words, one line a fact."""
         share = f" ({100.0 * self.rms / self.table:.3g} % of the table)" if self.table > 0.0 else ""
-        said = [f"residual: {self.rms:.3g} {self.unit} rms{share}, {self.peak:.3g} {self.unit} peak"]
+        said = [f"file minus table: {self.rms:.3g} {self.unit} rms{share}, {self.peak:.3g} {self.unit} peak"]
         if self.quantum > 0.0:
             said.append(f"of it by rounding to {self.quantum:.3g} {self.unit}: {self.quantisation:.3g} {self.unit} rms")
         if self.points is not None:

@@ -161,24 +161,27 @@ def steady_bench_of(
     sampling: Sampling | None = None,
     loop: Any = None,
     plant: DriveTrain | None = None,
-    load_angle: float = 0.0,
+    load_angle: float | None = None,
 ) -> Bench:
     """The bench of steady motions: as `bench_of`, with gravity held at its torque at an angle of the load [rad].
 
     Gravity follows the load's angle, which turns N times slower than the motor: to the vibration it is a constant
-    torque. Left as it is, its slow twist of the gear would be counted as an error that no order explains.
+    torque. Left as it is, its slow twist of the gear would be counted as an error that no order explains. Without an
+    angle it is held at 0.
     """
     bench = bench_of(project, sampling, loop, plant)
     if not (follows_its_angle(bench.model) or follows_its_angle(bench.plant)):
         if load_angle:
             raise ValueError("no torque on this load follows its angle; leave load_angles out")
         return bench
-    plain, torque = _at_rest(bench.plant, load_angle)
+    angle = load_angle or 0.0
+    plain, torque = _at_rest(bench.plant, angle)
+    more = " Another angle may be given." if load_angle is None else ""
     said = (
         f"Gravity changes {bench.plant.N:g} times more slowly than the motor turns: it is held at its torque at the "
-        f"load's angle {np.degrees(load_angle):.4g} deg, {torque:.4g} N*m. Another angle may be given."
+        f"load's angle {np.degrees(angle):.4g} deg, {torque:.4g} N*m.{more}"
     )
-    return replace(bench, model=_at_rest(bench.model, load_angle)[0], plant=plain, remarks=(*bench.remarks, said))
+    return replace(bench, model=_at_rest(bench.model, angle)[0], plant=plain, remarks=(*bench.remarks, said))
 
 
 def _at_rest(train: DriveTrain, load_angle: float) -> tuple[DriveTrain, float]:

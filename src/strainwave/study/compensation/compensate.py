@@ -47,7 +47,7 @@ def compensate(
     robust: bool = True,
     units: int = 0,
     seed: int = 1,
-    load_angles: ArrayLike = (0.0,),
+    load_angles: ArrayLike | None = None,
     progress: Callable[[str, float], None] = silent,
 ) -> Compensation:
     """Run a drive in closed loop with a controller, and with its plain loop, at a constant speed.
@@ -77,9 +77,9 @@ def compensate(
         Number of units of the type that are run: stiffness within 15 %, kinematic error within 50 %, any phase.
     seed : int
         The same seed gives the same units.
-    load_angles : (n,) array_like
+    load_angles : (n,) array_like, optional
         Angles of the load [rad] at which gravity is held, for each of which the controller is designed and run: the
-        result is that of the angle at which it leaves most.
+        result is that of the angle at which it leaves most. Default: 0.
     progress : callable
         Told what is done, and which share of all.
 
@@ -94,7 +94,7 @@ def compensate(
     TypeError
         If an argument is of another kind.
     """
-    benches = _attitudes(project, sampling, loop, plant, load_angles)
+    benches = benches_of(project, sampling, loop, plant, load_angles)
     motor_speed = _speed(next(iter(benches.values())), project, speed)
     design = compensator_of(controller)
     return _worst(benches, design, motor_speed, robust, _whole("units", units), _whole("seed", seed), progress)
@@ -109,7 +109,7 @@ def compensation_bench(
     loop: Any = None,
     plant: DriveTrain | None = None,
     robust: bool = False,
-    load_angles: ArrayLike = (0.0,),
+    load_angles: ArrayLike | None = None,
     progress: Callable[[str, float], None] = silent,
 ) -> CompensationBench:
     """Run several controllers on one drive at several speeds; parameters and errors as of `compensate`.
@@ -129,7 +129,7 @@ def compensation_bench(
     -------
     CompensationBench
     """
-    benches = _attitudes(project, sampling, loop, plant, load_angles)
+    benches = benches_of(project, sampling, loop, plant, load_angles)
     controllers = (controllers,) if isinstance(controllers, str) else controllers
     grid = numbers("speeds [rad/s]", speeds)
     designs = [compensator_of(controller) for controller in controllers]
@@ -148,10 +148,16 @@ def compensation_bench(
     return CompensationBench(grid, tuple(design.name for design in designs), tuple(results))
 
 
-def _attitudes(
-    project: Any, sampling: Sampling | None, loop: Any, plant: DriveTrain | None, load_angles: ArrayLike
+def benches_of(
+    project: Any,
+    sampling: Sampling | None = None,
+    loop: Any = None,
+    plant: DriveTrain | None = None,
+    load_angles: ArrayLike | None = None,
 ) -> dict[float, Bench]:
     """A bench for each angle of the load [rad]."""
+    if load_angles is None:
+        return {0.0: steady_bench_of(project, sampling, loop, plant)}
     angles = numbers("load_angles [rad]", load_angles)
     if not len(angles):
         raise ValueError("load_angles has no angle; give at least one, such as (0.0,)")

@@ -84,7 +84,7 @@ def compensated_runup(
     sampling: Sampling | None = None,
     loop: Any = None,
     plant: DriveTrain | None = None,
-    load_angle: float = 0.0,
+    load_angle: float | None = None,
 ) -> CompensatedRunup:
     """Run a drive through a range of speeds, up and then down, under each controller.
 
@@ -103,9 +103,9 @@ def compensated_runup(
         Names of designs that do not depend on the speed, or controllers.
     sampling, loop, plant
         As of `compensate`.
-    load_angle : float
+    load_angle : float, optional
         Angle of the load [rad] at which gravity is held while jumps are looked for: else runs that wait at one speed
-        would differ by where the load stands.
+        would differ by where the load stands. Default: 0.
 
     Returns
     -------
@@ -135,7 +135,8 @@ def compensated_runup(
         for ends in ((low, high), (high, low))
     )
     calm = CALM * float(np.max(np.maximum(up, down)))
-    held = steady_bench_of(project, sampling, loop, plant, number("load_angle [rad]", load_angle))
+    angle = None if load_angle is None else number("load_angle [rad]", load_angle)
+    held = steady_bench_of(project, sampling, loop, plant, angle)
     jumps = [_jump(held, c, edges, time, a, b, calm) for (_, c), a, b in zip(chosen, up, down, strict=True)]
     return CompensatedRunup(
         speed=0.5 * (edges[1:] + edges[:-1]),

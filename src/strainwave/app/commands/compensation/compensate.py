@@ -12,8 +12,8 @@ from ....files.reading import read_project
 from ....model.train.drive_train import DriveTrain
 from ....quantities import parse
 from ....results import Floats
-from ....study.compensation.bench import Bench, bench_of, steady_bench_of
-from ....study.compensation.compensate import compensate, compensation_bench
+from ....study.compensation.bench import Bench, bench_of
+from ....study.compensation.compensate import benches_of, compensate, compensation_bench
 from ....study.compensation.designs import COMPENSATORS
 from ....study.compensation.result import Compensation, CompensationBench
 from ....units import RPM
@@ -23,7 +23,7 @@ from ...output import staged
 from ...units import quantity
 from ..design.design import as_csv
 from . import tables
-from .order_tables import tables_of
+from .order_tables import Alone, stated
 
 ALL = "all"
 SHARES = (0.3, 0.9, 1.0, 1.1, 3.0)  # of the speed at which the largest order meets the resonance of the held motor
@@ -31,18 +31,21 @@ CSV, JSON = "compensation.csv", "compensation.json"
 
 
 class Run(NamedTuple):
-    """What a command found: the bench, controllers at all speeds, sentences about those left out, the best in detail.
+    """What a command found: controllers at all speeds, sentences about those left out, the best in detail.
 
+    `benches` are the drive by the angle of its load [rad].
     `best` are the best that measures the load and the best that does not, where there are such, at the speed where the
-    plain loop has the largest error; `details` are the same on other gears and units, as far as it came.
+    plain loop has the largest error; `details` are the same on other gears and units, as far as it came. `tables` are
+    the order tables that are written, by name.
     """
 
     project: Project
-    bench: Bench
+    benches: dict[float, Bench]
     found: CompensationBench
     left_out: tuple[str, ...]
     best: tuple[Compensation, ...] = ()
     details: tuple[Compensation, ...] = ()
+    tables: tuple[tuple[str, Alone], ...] = ()
 
 
 def show(
@@ -62,15 +65,16 @@ def show(
     """
     project = read_project(path)
     other = plant_of(project, plant, softer)
-    angles = tuple(quantity("--load-angle", text, "rad") for text in load_angles) or (0.0,)
-    bench = steady_bench_of(project, plant=other)
+    angles = tuple(quantity("--load-angle", text, "rad") for text in load_angles) or None
+    benches = benches_of(project, plant=other, load_angles=angles)
     grid = speeds_of(project, speeds)
-    names, left_out = names_of(bench, controllers or (ALL,))
+    names, left_out = names_of(next(iter(benches.values())), controllers or (ALL,))
     with Progress(project.title) as progress:
         how = {"plant": other, "load_angles": angles}
-        run, stopped = _run(project, bench, how, names, grid, left_out, units, seed, progress.show)
+        run, stopped = _run(project, benches, how, names, grid, left_out, units, seed, progress.show)
         if run is not None and output is not None:
             progress.show("writing", 0.97)
+            run = run if stopped else run._replace(tables=_tables(run))
             _write(run, output, figured=not stopped)
     if run is not None:
         click.echo(to_json(tables.data(run)) if as_json else tables.summary(run))
@@ -128,7 +132,7 @@ def read_plant(project: Project) -> DriveTrain:
 
 
 def _run(
-    project: Project, bench: Bench, how: dict[str, Any], names: Sequence[str], grid: Floats,
+    project: Project, benches: dict[float, Bench], how: dict[str, Any], names: Sequence[str], grid: Floats,
     left_out: tuple[str, ...], units: int, seed: int, progress: Callable[[str, float], None],
 ) -> tuple[Run | None, bool]:  # fmt: skip
     """Everything, and whether the user stopped it; None where he did so before the first controller was finished."""
@@ -144,30 +148,32 @@ def _run(
                 if not rows:
                     raise
                 said.append(f"Left out: {name}, as {error}.")
-        run = _joined(project, bench, rows, said)
+        run = _joined(project, benches, rows, said)
         same = how["plant"] is None
         for one in run.best if units or same else ():
             progress(f"{one.name} on other gears", 0.85)
             detail = compensate(project, one.name, speed=one.speed, robust=same, units=units, seed=seed, **how)
             run = run._replace(details=(*run.details, detail))
     except KeyboardInterrupt:
-        return run or (_joined(project, bench, rows, said) if rows else None), True
+        return run or (_joined(project, benches, rows, said) if rows else None), True
     return run, False
 
 
-def _joined(project: Project, bench: Bench, rows: Sequence[CompensationBench], said: Sequence[str]) -> Run:
+def _joined(
+    project: Project, benches: dict[float, Bench], rows: Sequence[CompensationBench], said: Sequence[str]
+) -> Run:
     results = tuple(row for one in rows for row in one.results)
     found = CompensationBench(rows[0].speeds, tuple(row[0].name for row in results), results)
     best = (best_at(found, worst(found), load_encoder=seeing) for seeing in (True, False))
-    return Run(project, bench, found, tuple(said), tuple(one for one in best if one is not None))
+    return Run(project, benches, found, tuple(said), tuple(one for one in best if one is not None))
 
 
-def tabled(run: Run) -> Compensation | None:
-    """The best controller whose angle or torque an order table holds, where the plain loop has the largest error."""
+def _tables(run: Run) -> tuple[tuple[str, Alone], ...]:
+    """Tables of the best controller whose angle or torque one holds, where the plain loop has the largest error."""
     i = worst(run.found)
     column = sorted((row[i] for row in run.found.results), key=lambda one: one.after.rms)
     good = (one for one in column if one.stable and not one.excluded)
-    return next((one for one in good if tables_of(run.bench, one)), None)
+    return next((told for one in good if (told := stated(run.benches[one.load_angle], one))), ())
 
 
 def worst(found: CompensationBench) -> int:
@@ -190,9 +196,8 @@ def _write(run: Run, output: Path, *, figured: bool) -> None:
         (folder / JSON).write_text(to_json(tables.data(run)) + "\n", encoding="utf-8")
         for name, drawn in _figures(run).items() if figured else ():
             (folder / f"{name}.svg").write_text(drawn + "\n", encoding="utf-8")
-        one = tabled(run) if figured else None
-        for name, table in (tables_of(run.bench, one) if one else {}).items():
-            table.write(folder / f"order-table-{name}.json")
+        for name, one in run.tables:
+            one.table.write(folder / f"order-table-{name}.json")
 
 
 def _figures(run: Run) -> dict[str, str]:
@@ -201,9 +206,9 @@ def _figures(run: Run) -> dict[str, str]:
         "speeds-load-encoder": figures.speed_figure(run.found, load_encoder=True),
     }
     if run.best:
-        speed = run.best[0].speed
-        before = figures.motion(run.bench, "loop", speed, f"plain loop, {speed / RPM:.4g} rpm")
-        after = [figures.motion(run.bench, one.name, speed, one.name) for one in run.best]
+        speed, benches = run.best[0].speed, [run.benches[one.load_angle] for one in run.best]
+        before = figures.motion(benches[0], "loop", speed, f"plain loop, {speed / RPM:.4g} rpm")
+        after = [figures.motion(at, one.name, speed, one.name) for at, one in zip(benches, run.best, strict=True)]
         drawn["error"] = figures.error_figure(before, after)
         drawn["orders"] = figures.order_figure(run.best)
     if any(one.units for one in run.details):

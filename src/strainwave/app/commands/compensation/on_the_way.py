@@ -68,7 +68,7 @@ def show_run_up(
     first = ends[0] if low is None else quantity("--from", low, "rad/s")
     last = ends[1] if high is None else quantity("--to", high, "rad/s")
     time = quantity("--time", duration, "s")
-    angle = 0.0 if load_angle is None else quantity("--load-angle", load_angle, "rad")
+    angle = None if load_angle is None else quantity("--load-angle", load_angle, "rad")
     with Progress(project.title) as progress:
         progress.show("run-up and run-down", 0.1)
         found = compensated_runup(

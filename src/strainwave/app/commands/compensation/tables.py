@@ -47,7 +47,7 @@ def _row(one: Compensation) -> dict[str, Any]:
 
 def data(run: "Run") -> dict[str, Any]:
     """Return the numbers of the command."""
-    s = run.bench.sampling
+    s = next(iter(run.benches.values())).sampling
     return {
         "title": run.project.title,
         "sampling": {
@@ -61,6 +61,11 @@ def data(run: "Run") -> dict[str, Any]:
         "results": rows(run),
         "best": [_row(one) for one in run.best],
         "details": [_detail(one) for one in run.details],
+        "order_tables": {
+            name: {
+                "source": one.table.source, "delay_s": one.table.delay, "rms_alone_arcsec": one.rms / ARCSEC,
+            } for name, one in run.tables
+        },
         "warnings": warnings(run),
         "remarks": remarks(run),
     }  # fmt: skip
@@ -93,7 +98,7 @@ def warnings(run: "Run") -> list[str]:
 
 def remarks(run: "Run") -> list[str]:
     """What was assumed and left out."""
-    return list(dict.fromkeys([*run.bench.remarks, *run.left_out]))
+    return list(dict.fromkeys([*(text for bench in run.benches.values() for text in bench.remarks), *run.left_out]))
 
 
 def summary(run: "Run") -> str:
@@ -104,6 +109,7 @@ def summary(run: "Run") -> str:
         lines += ["", "best that is stable and within all limits", *_best(run)]
     for one in run.details:
         lines += ["", *_on_others(one)]
+    lines += [f"  order table, {name}: {one.table.source}" for name, one in run.tables]
     lines += [f"  warning: {text}" for text in _worse(run)]
     lines += [f"  note: {text}" for text in remarks(run)]
     return "\n".join(part for line in lines for part in _folded(line))
