@@ -196,7 +196,7 @@ def test_the_guard_of_the_adaptive_law_trips_in_c_too(tmp_path):
 @needs_cc
 def test_plant_and_controller_in_c_close_the_loop_as_python_does(tmp_path):
     """The torque acts one sample later; in C the motor's angle is absolute, in Python it is off its reference."""
-    controller, n, steps = OWN["AngleFeedforward"], 1200, 2
+    controller, n, steps = OWN["AngleFeedforward"], 1200, 4
     run = run_loop(own.ClosedLoop(PLANT, controller, own.Sampling(PERIOD, PERIOD)), n * PERIOD, steps=steps)
     plant = plant_of(PLANT, PERIOD / steps, sw.Rk4())
     codes = plant_code(plant, "joint"), controller_code(controller, SAMPLE, "loop")

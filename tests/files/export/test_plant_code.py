@@ -49,11 +49,32 @@ def recorded_torques(n=2500, every=7):
     return 1.6 + 0.8 * steps[0], -8.0 + 10.0 * steps[1]
 
 
+def in_parts(plant, train, y, scheme):
+    """State after one step in 1, 2, 4 ... equal parts, each near enough to its length times the mean of its rates."""
+    units = np.array([plant.fastest if unit == "rad/s" else 1.0 for _, unit in plant.states()])
+    rate = np.array(train.rhs(0.0, y))
+    done, parts, most = 0, 1, 1
+    while done < parts:
+        h = plant.step / parts
+        after = scheme.step(train, 0.0, h, y, h)
+        then = np.array(train.rhs(0.0, after))
+        small = units * (1e-12 + 4e-15 * np.max(np.abs(y)))
+        off = np.abs(np.subtract(after, y) - 0.5 * h * (rate + then))
+        share = np.max(off / (0.02 * h * np.maximum(np.abs(rate), np.abs(then)) + small))
+        if share > 1.0:
+            done, parts = 2 * done, 2 * parts
+            continue
+        y, rate, done, most = after, then, done + 1, max(most, parts)
+        if share <= 0.25 and parts > 1 and done % 2 == 0:
+            done, parts = done // 2, parts // 2
+    return y, most
+
+
 def by_python(plant, torques, scheme):
-    """Outputs (n, 6) that the library's own step gives."""
+    """Outputs (n, 6) that the library's own steps give."""
     y, found = (0.0,) * len(plant.states()), []
     for motor, load in zip(*torques, strict=True):
-        y = scheme.step(plant.under(float(motor), float(load)), 0.0, plant.step, y, plant.step)
+        y, _ = in_parts(plant, plant.under(float(motor), float(load)), y, scheme)
         found.append(plant.outputs(y))
     return np.array(found, float)
 
@@ -136,6 +157,49 @@ def test_c_follows_the_equations_of_motion_as_scipy_integrates_them(tmp_path):
     run = solve_ivp(rhs, (0.0, 0.2), start, "DOP853", t_eval=[0.1, 0.2], rtol=1e-12, atol=1e-14)
     found = by_c(tmp_path, plant, (np.full(2000, 0.9), np.full(2000, -5.0)))[[999, 1999]]
     np.testing.assert_allclose(found[:, :4], run.y[[0, 1, 2, 3]].T, rtol=1e-8)
+
+
+@needs_cc
+@pytest.mark.parametrize(("mu", "width", "inertia", "load"), [(0.2, 1.0, 1e-5, -50.0), (0.3, 0.1, 1e-5, -18.0)])
+def test_friction_under_load_is_followed_where_it_sticks(mu, width, inertia, load, tmp_path):
+    """A default step is up to 80 times the time constant of the stuck motor; scipy integrates the same, written out."""
+    drive = sw.Drive(J_m=inertia, J_l=1.3, N=50.0, B=40.0, law=sw.Linear(3e4))
+    plant = plant_of(drive.train(friction=sw.LoadFriction(mu, width)))
+    motor = -load / 50.0 * (1.0 + 0.3 * mu)
+    stuck = mu * abs(load) / 50.0 / width / inertia
+    assert plant.step > 3.0 / stuck
+
+    def rhs(_, y):
+        a, w, b, v = y
+        torque = 3e4 * (a / 50 - b) + 40.0 * (w / 50 - v)
+        drag = mu * abs(torque) / 50 * w / math.hypot(w, width)
+        return w, (motor - torque / 50 - drag) / inertia, v, (torque + load) / 1.3
+
+    n = int(0.5 / plant.step)
+    run = solve_ivp(rhs, (0.0, n * plant.step), (0.0,) * 4, "LSODA", rtol=1e-9, atol=1e-12)
+    found = by_c(tmp_path, plant, (np.full(n, motor), np.full(n, load)))[-1]
+    np.testing.assert_allclose(found[:4], run.y[:, -1], rtol=1e-5)
+    assert found[5] == pytest.approx(
+        3e4 * (run.y[0, -1] / 50 - run.y[2, -1]) + 40.0 * (run.y[1, -1] / 50 - run.y[3, -1])
+    )
+
+
+@needs_cc
+def test_a_state_that_no_part_of_a_step_follows_is_refused_and_left_as_it_was(tmp_path):
+    plant = plant_of(GEAR.train(friction=sw.LoadFriction(0.2, 1e-9)))
+    library = compiled(plant_code(plant, "joint").write(tmp_path / "joint.c"))
+    header = plant_code(plant, "joint").header
+    numbers, state, out = exported_parameters(library, "joint", header), doubles(*[0.0] * 4), doubles(*[7.0] * 6)
+    before = (1e-3, 0.0, 0.0, 1e-10)
+    state[:] = before
+    assert library.joint_step(numbers, state, doubles(1.0, -50.0), out) == 1
+    assert tuple(state) == before
+    assert tuple(out) == (7.0,) * 6
+    state[:] = (math.nan, 0.0, 0.0, 0.0)
+    assert library.joint_step(numbers, state, doubles(0.0, 0.0), out) == 1
+    state[:] = (0.0,) * 4
+    assert library.joint_step(numbers, state, doubles(0.1, 0.0), out) == 0
+    assert out[1] > 0.0
 
 
 @needs_cc

@@ -21,7 +21,7 @@ RESERVED = {
 
 @dataclass(frozen=True)
 class CCode:
-    """Dependency-free C99: only math.h, no allocation, no state of its own.
+    """Dependency-free C99: only math.h and string.h, no allocation, no state of its own.
 
     Attributes
     ----------

@@ -24,6 +24,7 @@ from .plant import plant_code, plant_of
 Target = Literal["c", "fmu2", "fmu3", "mjcf", "urdf"]
 ENDINGS = {"c": ".c", "fmu2": ".fmu", "fmu3": ".fmu", "mjcf": ".xml", "urdf": ".urdf"}
 SAMPLE = Measurement(*[0.0] * len(Measurement._fields))
+STIFFER = "where a state is stiffer, as with friction under load, it takes a step in parts"
 SOURCES_ALONE = "there is no compiler cc here: the unit holds the sources alone, build them where it runs"
 
 
@@ -112,7 +113,10 @@ def export(
     said = (
         ()
         if step is not None
-        else (f"it takes steps of {plant.step:.6g} s, chosen for the fastest motion of this train",)
+        else (
+            f"it takes steps of {plant.step:.6g} s, chosen for the fastest motion of this train",
+            STIFFER,
+        )
     )
     if to == "c":
         return Exported(plant_code(plant, name).write(path), said)

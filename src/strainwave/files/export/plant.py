@@ -1,6 +1,11 @@
 """The plant in C: motor, gear and load of a drive train under the torques on its two shafts, in fixed steps.
 
 The code has no equation of its own: `DriveTrain.rhs` and the step of the integration method are recorded.
+
+How stiff a train is depends on its state, as that of friction under load does, and what its inputs will be is not
+known here. A step is therefore taken in parts where it would be too long. What a part of length h changes is compared
+with h (f + g)/2, f and g the rates before and behind it: of an oscillation of frequency w they differ by (h w)^2/12,
+and where the method is unstable by more than either.
 """
 
 import math
@@ -35,6 +40,10 @@ OUTPUTS = (
 )
 LARGEST_STEP = 1.0  # in units of the fastest pole: beyond it explicit methods are inaccurate, and soon unstable
 BEYOND = 1.01  # times a breakpoint: the slope behind it
+MOST_PARTS = 65536  # of a step
+DIFFER = 0.02  # of h times the larger rate: h w is 0.5, or a decay of which a step is half the time constant
+REST, ROUNDING = 1e-12, 4e-15  # differences that are none, absolute in rad and relative to the largest state
+SHORTER = 0.25  # of the difference that is allowed: below it the next part is twice as long
 
 
 class Input(NamedTuple):
@@ -61,12 +70,15 @@ class Plant:
         Its scheme takes the steps.
     start : tuple of float
         State to begin with.
+    fastest : float
+        Fastest pole [1/s] at rest and where the laws are stiffest: what is small beside it is no speed.
     """
 
     train: DriveTrain
     step: float
     method: FixedStep
     start: tuple[float, ...]
+    fastest: float
 
     def under(self, motor_torque: Any, load_torque: Any) -> DriveTrain:
         """Return the train under torques [N*m] on its shafts."""
@@ -115,8 +127,8 @@ def plant_of(train: Any, step: Any = None, method: Any = None, start: Any = None
     train = train._replace(motor=train.motor._replace(control=FREE), reference=AtRest(), omega=1.0)
     states = len(train.state_names())
     begun = (0.0,) * states if start is None else tuple(numbers("start", start, count=states).tolist())
-    without = Plant(train, 0.0, method, begun).under(0.0, 0.0)
     fastest = _fastest(train)
+    without = Plant(train, 0.0, method, begun, fastest).under(0.0, 0.0)
     longest = LARGEST_STEP / fastest if fastest else math.inf
     if step is None:
         step = 2.0 * math.pi * longest / method.steps if fastest else 1e-3
@@ -126,7 +138,7 @@ def plant_of(train: Any, step: Any = None, method: Any = None, start: Any = None
             f"the step is {step:g} s and the fastest motion of the train takes steps up to {longest:.3g} s; give a "
             "shorter one"
         )
-    return Plant(without, step, method, begun)
+    return Plant(without, step, method, begun, fastest)
 
 
 def _fastest(train: DriveTrain) -> float:
@@ -168,6 +180,7 @@ def plant_code(plant: Plant, name: str) -> CCode:
     name = as_name(name)
     facts = [
         f"Steps of {plant.step!r} s by {type(plant.method.scheme).__name__}; in SI units and radians.",
+        f"Where a state is too stiff for a step, it is taken in equal parts, at most {MOST_PARTS}.",
         "The control loop of the train is left out: its torque is the input motor_torque.",
         "It computes what Python does, to the last bits where products and sums are not fused (-ffp-contract=off).",
     ]
@@ -184,10 +197,11 @@ def _declared(plant: Plant, name: str) -> list[list[str]]:
     p = f"const {name}_parameters *p"
     called = [
         f"/* The state to begin with. */\nvoid {name}_init({name}_state *state);",
-        f"/* One step of {name.upper()}_STEP seconds: state and outputs after it. */\n"
-        f"void {name}_step({p}, {name}_state *state, const {name}_inputs *in, {name}_outputs *out);",
-        f"/* One step of h seconds, at most {name.upper()}_STEP. */\n"
-        f"void {name}_advance({p}, {name}_state *state, const {name}_inputs *in, double h);",
+        f"/* One step of {name.upper()}_STEP seconds: state and outputs after it. It gives 0, or 1 where the state is\n"
+        f"   too stiff for {MOST_PARTS} parts of a step, or grows beyond bounds: it is then as it was before. */\n"
+        f"int {name}_step({p}, {name}_state *state, const {name}_inputs *in, {name}_outputs *out);",
+        f"/* One step of h seconds, at most {name.upper()}_STEP; as {name}_step, without outputs. */\n"
+        f"int {name}_advance({p}, {name}_state *state, const {name}_inputs *in, double h);",
         f"/* Time derivatives of a state. */\n"
         f"void {name}_rates({p}, const {name}_inputs *in, const {name}_state *state, {name}_state *rate);",
         f"/* Outputs in a state. */\nvoid {name}_read({p}, const {name}_state *state, {name}_outputs *out);",
@@ -210,22 +224,75 @@ def _defined(plant: Plant, name: str, bodies: dict[str, list[str]], default: lis
     taken = f"{p}, const double c[], {inside}"
     early = [f"double c[{max(1, sum(line.startswith('c[') for line in bodies['early']))}];", "early(p, c);"]
     return [
-        [f'#include "{name}.h"', "#include <math.h>"],
+        [f'#include "{name}.h"', "#include <math.h>", "#include <string.h>"],
         default,
         ["/* What the parameters alone decide. */", *function(f"static void early({p}, double c[])", bodies["early"])],
         function(f"static void rates({taken}, const double y[], double dy[])", bodies["rates"]),
+        function(f"static void part({taken}, const double y[], double h, double z[])", bodies["step"]),
+        ["/* What a part changes less h times its mean rate, over what that may be. */", *_difference(plant)],
         function(f"void {name}_init({state})", Recording.stored([f"state->y[{i}]" for i in range(n)], plant.start)),
         function(
             f"void {name}_rates({p}, {inside}, const {state}, {name}_state *rate)",
             [*early, "rates(p, c, in, state->y, rate->y);"],
         ),
         function(f"void {name}_read({p}, const {state}, {name}_outputs *out)", bodies["outputs"]),
-        function(f"void {name}_advance({p}, {state}, {inside}, double h)", [*early, *bodies["step"]]),
+        function(f"int {name}_advance({p}, {state}, {inside}, double h)", [*early, *_in_parts(n)]),
         function(
-            f"void {name}_step({p}, {state}, {inside}, {name}_outputs *out)",
-            [f"{name}_advance(p, state, in, {name.upper()}_STEP);", f"{name}_read(p, state, out);"],
+            f"int {name}_step({p}, {state}, {inside}, {name}_outputs *out)",
+            [
+                f"const int failed = {name}_advance(p, state, in, {name.upper()}_STEP);",
+                *("if (!failed) {", f"    {name}_read(p, state, out);", "}", "return failed;"),
+            ],
         ),
     ]
+
+
+def _difference(plant: Plant) -> list[str]:
+    units = [plant.fastest or 1.0 if unit == "rad/s" else 1.0 for _, unit in plant.states()]
+    body = f"""\
+static const double unit[] = {{{", ".join(map(repr, units))}}};
+double size = 0.0, worst = 0.0;
+for (int i = 0; i < {len(units)}; i++) {{
+    size = fmax(size, fabs(y[i]));
+}}
+for (int i = 0; i < {len(units)}; i++) {{
+    const double most = {DIFFER} * h * fmax(fabs(f[i]), fabs(g[i])) + unit[i] * ({REST} + {ROUNDING} * size);
+    const double share = fabs(z[i] - y[i] - 0.5 * h * (f[i] + g[i])) / most;
+    worst = (share <= worst || worst != worst) ? worst : share;
+}}
+return worst;"""
+    given = "const double y[], const double f[], const double z[], const double g[], double h"
+    return function(f"static double difference({given})", body.split("\n"))
+
+
+def _in_parts(n: int) -> list[str]:
+    """Body of a function that goes on by h seconds: in one part, or in 2, 4, 8 ... where that is too long."""
+    body = f"""\
+double y[{n}], f[{n}], z[{n}], g[{n}], parts = 1.0, done = 0.0;
+memcpy(y, state->y, sizeof y);
+rates(p, c, in, y, f);
+while (done < parts) {{
+    part(p, c, in, y, h / parts, z);
+    rates(p, c, in, z, g);
+    const double found = difference(y, f, z, g, h / parts);
+    if (found <= 1.0) {{
+        memcpy(y, z, sizeof y);
+        memcpy(f, g, sizeof f);
+        done += 1.0;
+        if (found <= {SHORTER} && parts > 1.0 && fmod(done, 2.0) == 0.0) {{
+            parts *= 0.5;
+            done *= 0.5;
+        }}
+    }} else if (parts < {MOST_PARTS}.0) {{
+        parts *= 2.0;
+        done *= 2.0;
+    }} else {{
+        return 1;
+    }}
+}}
+memcpy(state->y, y, sizeof y);
+return 0;"""
+    return body.split("\n")
 
 
 def _given_state(recording: Recording, n: int) -> tuple[Any, ...]:
@@ -261,7 +328,7 @@ def _step(plant: Plant, n: int) -> list[str]:
     recording = Recording()
     y, h = _given_state(recording, n), recording.given("h")
     after = plant.method.scheme.step(Stepped(recording, n), 0.0, h, y, h)
-    return ["double *y = state->y;", *recording.code(after), *recording.stored([f"y[{i}]" for i in range(n)], after)]
+    return recording.code(after) + recording.stored([f"z[{i}]" for i in range(n)], after)
 
 
 def _unit(name: str) -> str:

@@ -188,7 +188,8 @@ FMI(status, fmi2DoStep)(component c, double time, double span, int no_way_back)
         return ERROR;
     }
     one->my.time = time;
-    return advance(&one->my, span) ? OK : failed(one, BAD_STEP);
+    const char *wrong = advance(&one->my, span);
+    return wrong ? failed(one, wrong) : OK;
 }
 
 FMI(status, fmi2NewDiscreteStates)(component c, event_info *info)

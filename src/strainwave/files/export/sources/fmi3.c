@@ -116,9 +116,9 @@ FMI(status, fmi3DoStep)(component c, double time, double span, bool no_way_back,
     }
     *event = *terminate = *early = false;
     one->my.time = time;
-    const int well = advance(&one->my, span);
+    const char *wrong = advance(&one->my, span);
     *last = one->my.time;
-    return well ? OK : failed(one, BAD_STEP);
+    return wrong ? failed(one, wrong) : OK;
 }
 
 FMI(status, fmi3GetFMUState)(component c, void **state)

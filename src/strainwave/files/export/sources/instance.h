@@ -24,7 +24,8 @@
 enum { TIME = 0, FIRST_INPUT = 1, FIRST_OUTPUT = 11, FIRST_STATE = 101, FIRST_RATE = 10001 };
 
 #define MOST_STEPS 1e9
-#define BAD_STEP "the step is not positive or above 1e9 steps of this unit, or the solution left every bound"
+#define BAD_STEP "the step is not positive, or above 1e9 steps of this unit"
+#define TOO_STIFF "the state is too stiff for the smallest part of a step, or grew beyond bounds: inputs or state are wrong"
 
 typedef struct {
     plant_state state;
@@ -83,23 +84,20 @@ static void begin(kept *my, double time)
     my->time = time;
 }
 
-/* Go on by a time, in equal steps of at most PLANT_STEP; 0 if it is not positive or too long, or a state not finite. */
-static int advance(kept *my, double span)
+/* Go on by a time, in equal steps of at most PLANT_STEP; NULL, or why not. */
+static const char *advance(kept *my, double span)
 {
     if (!(span > 0.0) || !(span <= MOST_STEPS * PLANT_STEP)) {
-        return 0;
+        return BAD_STEP;
     }
     const double count = fmax(ceil(span / PLANT_STEP * (1.0 - 1e-9)), 1.0);
     for (double done = 0.0; done < count; done += 1.0) {
-        plant_advance(&plant_default, &my->state, &my->in, span / count);
-    }
-    my->time += span;
-    for (int i = 0; i < STATES; i++) {
-        if (!isfinite(my->state.y[i])) {
-            return 0;
+        if (plant_advance(&plant_default, &my->state, &my->in, span / count)) {
+            return TOO_STIFF;
         }
     }
-    return 1;
+    my->time += span;
+    return NULL;
 }
 
 #endif /* INSTANCE_H */
