@@ -1,7 +1,8 @@
 """A log of an axis that SciPy made from equations written by hand, and its project file.
 
 A motor with a position loop turns an SHG-25-100 (three slopes) with a rigid load that gravity pulls at; one line of
-kinematic error. 100 rad/s falls to 70 in 2 s; the line of order 2 meets the resonance on the way.
+kinematic error. 100 rad/s falls to 70 in 2 s; the line of order 2 meets the resonance on the way. What the project file
+does not know may be added: a line of any order, a gap, dry friction, asymmetry, damping by the square of the rate.
 """
 
 from functools import cache
@@ -29,9 +30,9 @@ limit: {oscillation: 100 arcsec}
 """
 
 
-def torque(u):
-    """Three slopes, which change at T1 and at the record's T2."""
-    size = abs(u)
+def torque(u, gap=0.0, softer=0.0):
+    """Three slopes, which change at T1 and at the record's T2; behind a gap, and softer one way."""
+    size = max(abs(u) - gap, 0.0)
     first = T1 / K1
     second = first + (RECORD.T2 - T1) / K2
     if size <= first:
@@ -40,12 +41,13 @@ def torque(u):
         found = T1 + K2 * (size - first)
     else:
         found = RECORD.T2 + RECORD.K3 * (size - second)
-    return np.copysign(found, u)
+    return np.copysign(found * (1.0 - softer * (u < 0.0)), u)
 
 
 @cache
-def angles():
-    """Time, motor angle and load angle without noise."""
+def angles(line=(0.0, 0.0), gap=0.0, softer=0.0, dry=0.0, square=0.0):
+    """Time, motor angle and load angle without noise; a line is its order and amplitude [rad]."""
+    order, size = line
 
     def reference(t):
         return 100.0 * t - 7.5 * t * t, 100.0 - 15.0 * t
@@ -53,9 +55,10 @@ def angles():
     def rhs(t, y):
         motor, motor_speed, load, load_speed = y
         angle, speed = reference(t)
-        u = motor / N - load - ERROR * np.cos(2.0 * motor + PHASE)
-        slope = 1.0 / N + 2.0 * ERROR * np.sin(2.0 * motor + PHASE)  # du/dmotor
-        gear = torque(u) + B * (slope * motor_speed - load_speed)
+        u = motor / N - load - ERROR * np.cos(2.0 * motor + PHASE) - size * np.cos(order * motor)
+        slope = 1.0 / N + 2.0 * ERROR * np.sin(2.0 * motor + PHASE) + order * size * np.sin(order * motor)  # du/dmotor
+        rate = slope * motor_speed - load_speed
+        gear = torque(u, gap, softer) + B * rate + square * abs(rate) * rate + dry * rate / np.hypot(rate, 2e-3)
         control = K_P * (angle - motor) + K_D * (speed - motor_speed)
         return motor_speed, (control - slope * gear) / J_M, load_speed, (gear - GRAVITY * np.sin(load)) / J_L
 
@@ -65,9 +68,9 @@ def angles():
     return t, y[0], y[2]
 
 
-def measured(seed=1):
+def measured(seed=1, **unknown):
     """The log with noise of the load's encoder."""
-    t, motor, load = angles()
+    t, motor, load = angles(**unknown)
     return {
         "time": t,
         "motor_angle": motor,

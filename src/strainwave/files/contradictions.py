@@ -6,6 +6,7 @@ from typing import Any
 from ..law import depends, spring_stiffness
 from ..model.gears.gear import Gear
 from ..quantities import checked
+from .entries import Radians
 from .schema import CATALOGUE, ExplicitGear, ProjectSpec
 from .variants.names import nominal_of
 from .yaml_text import Keys
@@ -32,12 +33,14 @@ def contradictions(spec: ProjectSpec, gear: Gear | None, content: dict[str, Any]
 
 
 def _scatter(scatter: dict[str, float], gear: Gear | None, content: dict[str, Any]) -> Iterator[tuple[Keys, str]]:
-    """Names that are no numbers of the file."""
-    for name in scatter:
+    """Names that are no numbers of the file, and angles of what is no phase."""
+    for name, size in scatter.items():
         try:
             nominal_of(content, gear, name)
         except ValueError as error:
             yield ("scatter", name), str(error)
+        if isinstance(size, Radians) and not name.endswith(".phase"):
+            yield ("scatter", name), "is an angle and no phase; write it relative to the number, for example 5 %"
 
 
 def _correlation(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:

@@ -27,6 +27,8 @@ SPRINGS = (laws.__name__, measured.__name__)
 POSITIVE, NOT_NEGATIVE = ("N*m/rad", "N*m"), ("rad",)  # numbers of a spring, by their unit
 EXAMPLE_POINTS = "points such as [[-1 mrad, -90 N*m], [0 mrad, 0 N*m], [1 mrad, 100 N*m]]"
 MOST_TURNS = 1000  # of a phase
+MOST_SCATTER = 0.3  # beyond it a normal distribution has values near zero
+MOST_OF_PHASE = 1.0  # rad
 EXAMPLE_LAW = "{type: linear, K: 7160 N*m/rad}"
 
 
@@ -66,6 +68,31 @@ def phase(value: Any) -> float:
             f"{value!r} is more than {MOST_TURNS} turns; write a phase within one turn, for example 90 deg"
         )
     return result
+
+
+class Radians(float):
+    """Standard deviation of a phase [rad], which has no size of its own; those of other numbers are relative."""
+
+
+def deviation(value: Any) -> float:
+    """Read a standard deviation: relative to the number itself, or the angle of a phase (ValueError)."""
+    try:
+        share = number(value, "", "positive")
+    except ValueError:
+        if not (isinstance(value, str) and re.search(r"[A-Za-z°]\s*$", value)):
+            raise
+        angle = number(value, "rad", "positive")
+        if angle > MOST_OF_PHASE:
+            raise ValueError(f"{value!r} is more than {MOST_OF_PHASE:g} rad; write one standard deviation") from None
+        return Radians(angle)
+    if share > MOST_SCATTER:
+        raise ValueError(f"{value!r} is more than {100 * MOST_SCATTER:g} %; write one standard deviation, as 5 %")
+    return share
+
+
+def deviation_text(size: float) -> str:
+    """Text of a standard deviation in a file."""
+    return f"{float(size)!r} rad" if isinstance(size, Radians) else repr(size)
 
 
 def whole(value: Any, what: str = "write for example 2") -> int:

@@ -87,7 +87,8 @@ class Project:
     motor_named : bool
         Whether the file gives a mode or a loop of the motor; else the ideally held one is an assumption.
     scatter : tuple of (str, float)
-        Numbers of the file that scatter from drive to drive, and their standard deviations relative to themselves.
+        Numbers of the file that scatter from drive to drive, and their standard deviations relative to themselves, of
+        phases in rad.
     correlation : tuple of rows, or None
         Correlation matrix of these numbers; None where they are independent.
     motor_limits : MotorLimits or None

@@ -20,7 +20,7 @@ from ..quantities import checked, interval, number, shown
 from ..speeds import Speeds
 from ..study.move.demands import MotorLimits
 from .controller.fields import controller_text
-from .entries import project_entry
+from .entries import deviation_text, project_entry
 from .move.fields import task_text
 from .project import Project
 from .reading import ProjectError, from_text
@@ -153,7 +153,7 @@ def _parts(project: Project) -> dict[str, str]:
             motor_torque="" if project.motor_torque is None else _torque("the motor", project.motor_torque),
             load_torque=_torque("the load", project.load_torque or Harmonics((Harmonic(0.0),)), project.mean_range),
         ),
-        "scatter": _group(**{name: repr(share) for name, share in project.scatter}) if project.scatter else "",
+        "scatter": _group(**{name: deviation_text(d) for name, d in project.scatter}) if project.scatter else "",
         "scatter_correlation": "" if project.correlation is None else json.dumps(project.correlation),
         "limit": "" if project.limit is None else f"{{oscillation: {project.limit!r} rad}}",
         "move": "" if project.move is None else task_text(project.move),

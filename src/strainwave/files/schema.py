@@ -20,14 +20,13 @@ from ..model.varying import GearDamping
 from ..quantities import checked
 from ..study.move.demands import MotorLimits
 from .controller.fields import Controller
-from .entries import Wrong, about, number, phase, read_ripples, refusal, whole
+from .entries import Wrong, about, deviation, number, phase, read_ripples, refusal, whole
 from .law_fields import Drag, GearLaw, Hysteresis
 from .loop_fields import Loop
 from .move.fields import ReadPart, ReadPayload
 from .yaml_text import shown
 
 MOST_LINES = 64
-MOST_SCATTER = 0.3  # beyond it a normal distribution has values near zero
 SAME, NO_VARIANCE = 1e-9, 1e-5  # of correlations: equal, and what their rounding may do to a variance
 MOST_COUPLINGS = 4  # in series: each is a class of its own to the compiler
 WAYS = ("name", "file", "law", "ratio", "rated_torque")  # to give a gear: of the first three, or of the last three
@@ -335,14 +334,7 @@ class MoveSpec(Spec):
     window: Annotated[float, quantity("rad", "positive")] | None = None
 
 
-def _deviation(value: Any) -> float:
-    share = number(value, "", "positive")
-    if share > MOST_SCATTER:
-        raise ValueError(f"{value!r} is more than {100 * MOST_SCATTER:g} %; write one standard deviation, as 5 %")
-    return share
-
-
-Deviation = Annotated[float, BeforeValidator(_deviation)]
+Deviation = Annotated[Any, BeforeValidator(deviation)]  # a float, or `Radians`, which pydantic would make one
 
 
 def _correlation(rows: Any) -> tuple[tuple[float, ...], ...]:

@@ -10,6 +10,8 @@ from measured_axis import PROJECT, RATE, measured
 import strainwave as sw
 from strainwave.app.commands.cli import cli
 
+LINE = "kinematic_error.0.amplitude", "kinematic_error.0.phase"
+
 
 def invoke(*arguments):
     return CliRunner().invoke(cli, [str(argument) for argument in arguments])
@@ -29,10 +31,10 @@ def test_identify_writes_the_project_that_the_library_finds(tmp_path):
         tmp_path / "run.csv", header, log["time"], *(np.degrees(log[a]) for a in ("motor_angle", "load_angle"))
     )
     given = ("identify", tmp_path / "axis.yaml", file, "-o", tmp_path / "out", "--trim", "0")
-    given = (*given, "--column", "load_angle=pos", "--free", "gear.K1, gear.K2, damping")
+    given = (*given, "--column", "load_angle=pos", "--free", ", ".join(("gear.K1", "gear.K2", "damping", *LINE)))
     run = invoke(*given)
     assert run.exit_code == 0, run.stderr
-    found = sw.identify_drive(sw.read_project(tmp_path / "axis.yaml"), log, ("gear.K1", "gear.K2", "damping.B"))
+    found = sw.identify_drive(sw.read_project(tmp_path / "axis.yaml"), log, ("gear.K1", "gear.K2", "damping.B", *LINE))
     written = sw.read_project(tmp_path / "out" / "identified.yaml")
     assert pytest.approx(found.project.drive.law.K1, rel=1e-6) == written.drive.law.K1  # twelve digits in the file
     table = json.loads((tmp_path / "out" / "identified.json").read_text(encoding="utf-8"))
@@ -40,7 +42,29 @@ def test_identify_writes_the_project_that_the_library_finds(tmp_path):
     assert np.diag(table["correlation"]) == pytest.approx(1.0)
     assert "measured less computed" in (tmp_path / "out" / "identified.svg").read_text(encoding="utf-8")
     assert "next: strainwave analyze" in run.stdout
+    assert run.stdout.startswith("The model explains 99.")
+    assert (table["usable"], table["headline"]) == (True, run.stdout.splitlines()[0])
     assert "inputs band-limited between samples" in run.stdout
+
+
+@pytest.mark.slow
+def test_identify_writes_no_numbers_that_explain_little(tmp_path):
+    (tmp_path / "axis.yaml").write_text(PROJECT, encoding="utf-8")
+    log = measured()
+    late = np.interp(log["time"] - 1.5e-3, log["time"], log["load_angle"])
+    header = "time [s];motor_angle [rad];load_angle [rad]"
+    file = write(tmp_path / "run.csv", header, log["time"], log["motor_angle"], late)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "identified.yaml").write_text("of another log", encoding="utf-8")
+    given = ("identify", tmp_path / "axis.yaml", file, "-o", tmp_path / "out", "--trim", "0")
+    run = invoke(*given, "--free", "gear.K1, gear.K2, gear.K3, damping, torsion.offset")
+    assert run.exit_code == 0, run.stderr
+    first = run.stdout.splitlines()[0]
+    assert first.startswith("The model explains only ")
+    assert first.endswith("% of the motion. Do not use these numbers yet.")
+    assert [f.name for f in (tmp_path / "out").iterdir()] == ["identified.svg"]
+    assert "no file of numbers" in run.stdout
+    assert "next:" not in run.stdout
 
 
 def test_identify_without_an_angle_is_one_sentence(tmp_path):

@@ -264,6 +264,8 @@ def test_a_dropped_log_identifies_its_drive(client):
     found = {number["name"]: number for number in job["result"]["numbers"]}
     for name, true in (("gear.K1", measured_axis.K1), ("gear.K2", measured_axis.K2), ("damping.B", measured_axis.B)):
         assert found[name]["low"] < true < found[name]["high"]
+    assert job["result"]["usable"]
+    assert job["result"]["headline"].startswith("The model explains 99.")
     assert job["result"]["rms_arcsec"] == pytest.approx(measured_axis.NOISE / ARCSEC, rel=0.1)
     again = posted(client, "/api/project", state={"project": job["result"]["project"]})
     assert again["title"] == "axis"

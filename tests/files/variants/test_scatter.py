@@ -127,6 +127,23 @@ def test_the_file_holds_the_scatter(read):
             read(LINEAR + f"scatter: {{load.inertia: {wrong}}}\n")
 
 
+def test_a_phase_scatters_by_an_angle_whatever_its_value(read):
+    """About a phase of 0, where a share of it is nothing, and through a file that is written and read again."""
+    text = LINEAR.replace("order: 2,", "order: 2, phase: 0 deg,")
+    assert text != LINEAR
+    project = read(text + "scatter: {kinematic_error.0.phase: 2 deg, gear.K: 3 %}\n")
+    for same in (project, read(sw.project_text(project))):
+        assert dict(same.scatter) == {"kinematic_error.0.phase": pytest.approx(math.radians(2.0)), "gear.K": 0.03}
+        phases = [one.kinematic_error.lines[0].phase for one in sw.scattered(same, 400, 1)]
+        assert np.mean(phases) == pytest.approx(0.0, abs=4.0 * math.radians(2.0) / math.sqrt(400.0))
+        assert np.std(phases) == pytest.approx(math.radians(2.0), rel=0.15)
+    for wrong, said in (("90 deg", "is more than 1 rad"), ("0 deg", "is not positive")):
+        with pytest.raises(ProjectError, match=said):
+            read(text + f"scatter: {{kinematic_error.0.phase: {wrong}}}\n")
+    with pytest.raises(ProjectError, match="is an angle and no phase"):
+        read(text + "scatter: {gear.K: 2 deg}\n")
+
+
 @pytest.mark.parametrize(
     ("more", "options", "said"),
     [

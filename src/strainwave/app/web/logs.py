@@ -42,14 +42,16 @@ def identified(project: Project, name: str, content: bytes, progress: Callable[[
     measured = with_torsion(channels_of(log), project.drive.N)["torsion"]
     every = max(1, len(left) // MOST_SHOWN)
     return {
+        "headline": found.headline(),
+        "usable": found.usable,
         "numbers": [_number(found, name) for name in found.names],
         "time": found.found.step * np.arange(len(left))[::every],
         "measured_arcsec": measured[::every] / ARCSEC,
         "computed_arcsec": (measured - left)[::every] / ARCSEC,
         "residual_arcsec": left[::every] / ARCSEC,
         "rms_arcsec": found.found.rms[0] / ARCSEC,
-        "project": yaml_of(found.project),
-        "remarks": found.quality(),
+        "project": yaml_of(found.project) if found.usable else None,
+        "remarks": found.quality()[1:],
     }
 
 

@@ -19,20 +19,17 @@ from ...study.identification.channels import channels_of
 from ...study.identification.identified import Identified
 from ...study.identification.identify import identify
 from ...study.identification.intervals import Interval
-from ...study.identification.orders.order_scan import SHARE, order_scan
-from ...study.identification.run import Run
-from ...tree import numbers
 from ...units import ARCSEC
+from ..entries import MOST_OF_PHASE, MOST_SCATTER, Radians
 from ..project import Project
 from ..project_text import project_text
 from ..reading import from_text
-from ..schema import MOST_SCATTER
+from .free_numbers import expected_range, found_range, stiffnesses, usual
+from .missing_orders import missing_lines
 from .places import OF_SIGNAL, Places
 from .torsion import with_torsion
 
-STIFFNESSES = ("K", "K1", "K2", "K3", "yield_twist")  # numbers of a law that are free unless others are named
-HIGHEST, CLEAR = 30.0, 5.0  # order looked for in the residual, and deviations from which on its amplitude is told
-SEEN = 1e-3  # of the torque: what changing a number by its own size must change
+POOR = 0.1  # of the motion: what the numbers may leave of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,17 +73,34 @@ class IdentifiedDrive:
         units = {p.path: p.unit for p in parameters(self.found.system)}
         return units[path] if path in units else OF_SIGNAL[path.rpartition(".")[2]]
 
+    @property
+    def unexplained(self) -> float:
+        """What the numbers leave of the motion: root mean square of the residual over that of the torsion."""
+        return float(self.found.rms[0] / self.found.size[0])
+
+    @property
+    def usable(self) -> bool:
+        """Whether the model explains so much of the motion that its numbers may be used."""
+        return self.unexplained <= POOR
+
+    def headline(self) -> str:
+        """What the model explains of the motion, before any number."""
+        if self.usable:
+            return f"The model explains {_percent(1.0 - self.unexplained)} % of the motion."
+        explained = max(1.0 - self.unexplained, 0.0)
+        return f"The model explains only {100.0 * explained:.0f} % of the motion. Do not use these numbers yet."
+
     def quality(self) -> list[str]:
         """Sentences on what the numbers leave, and on what was kept or left out."""
-        return [*self.found.quality(), *self.remarks]
+        return [self.headline(), *self.found.quality(), *self.remarks]
 
     def __str__(self) -> str:
         width = max(map(len, self.names))
-        lines = [f"IdentifiedDrive: {self.project.title!r}, {len(self.names)} numbers"]
+        lines = [f"IdentifiedDrive: {self.project.title!r}, {len(self.names)} numbers", f"  {self.headline()}"]
         for name in self.names:
             low, high = self.interval(name)
             lines.append(f"  {name:<{width}}  {self.value(name):.6g}  (95 %: {low:.6g} to {high:.6g})")
-        return on_screen("\n".join([*lines, *(f"  {line}" for line in self.quality())]))
+        return on_screen("\n".join([*lines, *(f"  {line}" for line in self.quality()[1:])]))
 
     __repr__ = __str__
 
@@ -135,18 +149,42 @@ def identify_drive(
     train = _on_measured_motor(project)
     logs = [with_torsion(channels_of(one), train.N) for one in (log if isinstance(log, list | tuple) else [log])]
     places = Places(project, train)
-    remarks: list[str] = []
-    names = tuple(_usual(places, logs, remarks) if free is None else free)
-    paths = [places.path(name) for name in names]
     inputs = {"reference": "motor_angle"}
     if "load_torque" in logs[0]:
         inputs["load.excitation"] = "load_torque"
-    found = identify(train, logs, paths, inputs=inputs, outputs={"x": "torsion"}, between=between, progress=progress)
+
+    def fitted(first: DriveTrain, names: Sequence[str]) -> Identified:
+        paths = [places.path(name) for name in names]
+        return identify(first, logs, paths, inputs=inputs, outputs={"x": "torsion"}, between=between, progress=progress)
+
+    remarks: list[str] = []
+    if free is None:
+        names, kept = usual(places, expected_range(train, logs))
+        found = fitted(train, names)
+        reach = found_range(found, logs)
+        more = [name for name in stiffnesses(places, found.system, reach)[0] if name in kept]
+        if more:
+            names, kept = usual(places, reach, {*names, *more})
+            found = fitted(found.system, names)
+            reach = found_range(found, logs)
+        if kept:
+            remarks.append(
+                f"{listed(kept)} was kept: a torsion of {reach[0]:.3g} to {reach[1]:.3g} rad does not reach it."
+            )
+    else:
+        names = list(free)
+        found = fitted(train, names)
     remarks += _orders_left(found, logs)
     scatter, correlation = _scatter(places, names, found, remarks)
     better = replace(_with_numbers(project, found.system), scatter=scatter, correlation=correlation)
     better = from_text(project_text(better), project.path)
-    return IdentifiedDrive(better, found, names, tuple(remarks))
+    return IdentifiedDrive(better, found, tuple(names), tuple(remarks))
+
+
+def _percent(share: float) -> str:
+    """Percentage with so many digits that what is missing to 100 is seen."""
+    left = 100.0 - 100.0 * share
+    return f"{100.0 * share:.{0 if left >= 1.0 else 1 if left >= 0.1 else 2}f}"
 
 
 def _on_measured_motor(project: Project) -> DriveTrain:
@@ -170,76 +208,47 @@ def _on_measured_motor(project: Project) -> DriveTrain:
     return whole._replace(motor=motor, load=whole.load._replace(excitation=mean), omega=1.0)
 
 
-def _usual(places: Places, logs: Sequence[Mapping[str, Any]], remarks: list[str]) -> list[str]:
-    """Names that are free unless others are given; those that the motion does not tell are kept and said."""
-    train = places.train
-    reach = max(0.5 * float(np.ptp(one["torsion"][np.isfinite(one["torsion"])])) for one in logs)
-    found: list[str] = []
-    kept: list[str] = []
-    for path, owner, field, value in numbers(train):
-        name = places.name(path)
-        if path.startswith("law.") and field in STIFFNESSES and isinstance(value, float) and name:
-            told = hasattr(owner, "states") or _matters(owner, field, value, reach)
-            (found if told else kept).append(name)
-    if kept:
-        remarks.append(f"{listed(kept)} was kept: a torsion of {reach:.3g} rad does not reach it.")
-    found.append("damping.B")
-    if isinstance(train.error, KinematicError):
-        for i in range(len(train.error.lines)):
-            found += [f"kinematic_error.{i}.{field}" for field in ("amplitude", "phase")]
-    return [*found, "torsion.offset"]
-
-
-def _matters(law: Any, field: str, value: float, reach: float) -> bool:
-    """Whether a number of a spring changes its torque up to a torsion."""
-    x = np.linspace(-reach, reach, 101)
-    before, after = law.torque(x), law._replace(**{field: 1.5 * value}).torque(x)
-    return bool(np.max(np.abs(after - before)) > SEEN * np.max(np.abs(before)))
-
-
 def _orders_left(found: Identified, logs: Sequence[Mapping[str, Any]]) -> list[str]:
-    """A sentence on orders of the motor's angle in the residual: lines that the drive has and the file has not."""
-    begin, runs = 0, []
-    try:
-        for log in logs:
-            angle = np.asarray(log["motor_angle"], float)
-            left = found.residual[0][begin : begin + len(angle)]
-            begin += len(angle)
-            known = np.isfinite(left)
-            runs.append(Run(np.asarray(log["time"], float)[known], angle[known], left[known], "rad"))
-        shown = min(SHARE * len(run.time) / run.turns for run in runs)
-        lines = order_scan(runs, highest=min(HIGHEST, 0.99 * shown)).lines
-    except ValueError:  # too short, or no way in one direction
-        return []
-    named = [
-        f"{line.order:.4g} ({line.amplitude / ARCSEC:.3g} arcsec)"
-        for line in sorted(lines, key=lambda line: -line.amplitude)
-        if line.kind != "frequency" and line.amplitude > CLEAR * line.amplitude_error
-    ]
-    if not named:
-        return []
-    what = "order" if len(named) == 1 else "orders"
-    return [f"What is left repeats with the motor's angle: {what} {listed(named[:3])}. The file lacks such lines."]
+    """Sentences on orders of the motor's angle that the drive has and the file has not."""
+    lines = missing_lines(found, logs)
+    said = []
+    for in_reading, sentence in (
+        (False, "The drive has a kinematic error of {}, which the file lacks."),
+        (True, "What was read of the torsion repeats with {}: a sensor may have it, the gear has not."),
+    ):
+        named = [
+            f"{line.order:.4g} ({line.amplitude / ARCSEC:.3g} arcsec)"
+            for line in lines
+            if line.in_reading is in_reading
+        ]
+        if named:
+            said.append(sentence.format(f"order{'s' * (len(named) > 1)} {listed(named)} of the motor's angle"))
+    return said
 
 
 def _scatter(
     places: Places, names: Sequence[str], found: Identified, remarks: list[str]
 ) -> tuple[tuple[tuple[str, float], ...], tuple[tuple[float, ...], ...] | None]:
-    """Relative standard deviations by name, and their correlations; what a file does not hold is left out and said."""
+    """Standard deviations by name, relative or of a phase [rad], and their correlations; what is left out is said."""
     deviation: Floats = np.sqrt(np.diag(found.covariance))
-    share = deviation / np.maximum(np.abs(found.values), 1e-300)
+    phases = np.array([path.endswith(".phase") for path in found.names])
+    size = np.where(phases, deviation, deviation / np.maximum(np.abs(found.values), 1e-300))
+    most = np.where(phases, MOST_OF_PHASE, MOST_SCATTER)
     own = [not path.startswith(("x.", "reference.", "load.excitation.")) for path in found.names]
-    keep = [i for i in range(len(names)) if own[i] and share[i] <= MOST_SCATTER]
-    wide = [names[i] for i in range(len(names)) if own[i] and share[i] > MOST_SCATTER]
+    keep = [i for i in range(len(names)) if own[i] and size[i] <= most[i]]
+    wide = [names[i] for i in range(len(names)) if own[i] and size[i] > most[i]]
     if wide:
-        remarks.append(f"scatter leaves out {listed(wide)}: known to worse than {100 * MOST_SCATTER:g} % of itself.")
+        remarks.append(
+            f"scatter leaves out {listed(wide)}: known to worse than {100 * MOST_SCATTER:g} % of itself, a phase to "
+            f"worse than {MOST_OF_PHASE:g} rad."
+        )
     if not keep:
         return (), None
     table = found.covariance[np.ix_(keep, keep)] / np.outer(deviation[keep], deviation[keep])
-    sense = np.sign(found.values[keep])
+    sense = np.where(phases[keep], 1.0, np.sign(found.values[keep]))
     table = np.round(table * np.outer(sense, sense), 9)
     np.fill_diagonal(table, 1.0)
-    scatter = tuple((places.name(found.names[i]), float(share[i])) for i in keep)
+    scatter = tuple((places.name(found.names[i]), Radians(size[i]) if phases[i] else float(size[i])) for i in keep)
     return scatter, tuple(map(tuple, table.tolist())) if len(keep) > 1 else None
 
 

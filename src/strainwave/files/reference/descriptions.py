@@ -59,7 +59,7 @@ FIELDS = {
     "move.start": "Angle of the load at the begin.",
     "move.payload": "What the load carries.",
     "move.window": "Largest distance of a settled load from rest.",
-    "scatter": "Standard deviations, relative to the numbers themselves, by the names of numbers of this file.",
+    "scatter": "Standard deviations by the names of numbers of this file: relative to these, of a phase an angle.",
     "scatter_correlation": "Correlation matrix of the numbers of scatter, in their order.",
     **{
         f"excitation.{lines}.{field}": sentence

@@ -14,7 +14,6 @@ from ..controller.fields import read_controller
 from ..move.fields import read_part, read_payload
 from ..schema import (
     CATALOGUE,
-    MOST_SCATTER,
     DampingSpec,
     ExplicitGear,
     LoadSpec,
@@ -38,7 +37,7 @@ READERS: dict[Any, Schema] = {  # of fields that a function reads
     schema.read_title: {"type": "string", "maxLength": 200},
     schema._load_friction: {"anyOf": [WORD, quantity("", "not negative")], "x-unit": "1", "x-range": "from 0"},
     schema.read_accuracy: {"anyOf": [WORD, quantity("rad", "positive")], "x-unit": "rad", "x-range": "above 0"},
-    schema._deviation: quantity("", "positive", maximum=MOST_SCATTER),
+    readers.deviation: {"anyOf": [quantity("", "positive", maximum=readers.MOST_SCATTER), quantity("rad", "positive")]},
     schema._correlation: array(array(quantity(""))),
     readers.phase: quantity("rad"),
     readers.read_ripples: array({"$ref": "#/$defs/ripple"}, 1),

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import betaincinv, ndtr, ndtri
 
 from ...compile.jit import load
-from ...quantities import number, positive_count
+from ...quantities import number, parse, positive_count
 from ...records import Labelled, Result
 from ...results import Floats, Interrupted, SolveError
 from ...sentences import on_screen
@@ -17,6 +17,7 @@ from ...study.analysis.runup import silent
 from ...study.analysis.train_curve import refuse_free
 from ...study.identification.intervals import Interval
 from ...study.variability.sensitivity import Ranking, ranking
+from ..entries import Radians
 from ..project import Project
 from ..yaml_text import read
 from .names import nominal_of
@@ -36,7 +37,7 @@ class Exceedance(Result):
     limit : float
         Largest oscillation [rad] that is allowed.
     factors : dict of str to (drives,) array
-        Numbers of the file relative to themselves, by their names.
+        Numbers of the file relative to themselves, by their names; of a phase what is added to it [rad].
     oscillation, at : (drives,) arrays
         Largest |error - mean| [rad] over the motions that a slow run-up or run-down visits, and the speed [rad/s] of
         the base angle there; nan of a drive without a response curve.
@@ -141,9 +142,9 @@ def exceedance(
 ) -> Exceedance:
     """Draw drives by the scatter of a project file and follow the response of each through its speeds.
 
-    Every number of `scatter` is normal about that of the file, with the relative standard deviation given there, cut
-    off at three of them, and correlated as `scatter_correlation` says or independent. The curve is that of the whole
-    drive, as `Project.response` follows it.
+    Every number of `scatter` is normal about that of the file, with the standard deviation given there (relative, of a
+    phase an angle), cut off at three of them, and correlated as `scatter_correlation` says or independent. The curve is
+    that of the whole drive, as `Project.response` follows it.
 
     Parameters
     ----------
@@ -250,26 +251,34 @@ def scattered(project: Project, count: int = 64, seed: int = 0, *, retune: bool 
 
 
 def _drives(project: Project, factors: dict[str, Floats], retune: bool) -> Iterator[Project]:
-    """The project with its numbers times the factors (drives,) of each."""
+    """The project with its numbers times the factors (drives,) of each, or phases with them added."""
     content: Any = read(project.text).content
     nominal = {name: nominal_of(content, project.gear, name) for name in factors}
+    added = [name for name, size in project.scatter if isinstance(size, Radians)]
+
+    def changed(name: str, factor: float) -> str:
+        value, unit = nominal[name]
+        if name in added:
+            return f"{parse(f'{value!r} {unit}', 'rad') + factor!r} rad"
+        return f"{value * factor!r} {unit}".rstrip()
+
     for i in range(len(next(iter(factors.values())))):
-        yield replaced(
-            project,
-            {name: f"{float(value * factors[name][i])!r} {unit}".rstrip() for name, (value, unit) in nominal.items()},
-            retune=retune,
-        )
+        values = {name: changed(name, float(factors[name][i])) for name in nominal}
+        yield replaced(project, values, retune=retune)
 
 
 def drawn(scatter: tuple[tuple[str, float], ...], count: int, seed: int, correlation: Any = None) -> dict[str, Floats]:
-    """Factors (count,) about 1 by name, normal and cut off at CUT deviations; more drives begin with the same ones."""
+    """Factors (count,) about 1 by name, of phases about 0 [rad], normal and cut off at CUT deviations.
+
+    More drives begin with the same ones.
+    """
     uniform = np.random.default_rng(seed).random((count, len(scatter)))
     outside = float(ndtr(-CUT))
     z = ndtri(outside + (1.0 - 2.0 * outside) * uniform)
     if correlation is not None:
         sizes, directions = np.linalg.eigh(np.array(correlation))
         z = np.clip(z @ (np.sqrt(np.maximum(sizes, 0.0)) * directions).T, -CUT, CUT)
-    return {name: 1.0 + share * z[:, i] for i, (name, share) in enumerate(scatter)}
+    return {name: (not isinstance(size, Radians)) + size * z[:, i] for i, (name, size) in enumerate(scatter)}
 
 
 def clopper_pearson(hits: int, count: int) -> tuple[float, float]:

@@ -123,10 +123,10 @@ def discrepancy(
     line = _line(residual[longest], interval)
     missing = _missing(candidates or {}, jacobian, residual, a, parts)
     rms = float(np.sqrt(power / len(residual)))
-    return Discrepancy(rms, _white(residual, parts), coloured, *line, missing)
+    return Discrepancy(rms, white(residual, parts), coloured, *line, missing)
 
 
-def _white(residual: Floats, parts: list[slice]) -> float:
+def white(residual: Floats, parts: list[slice]) -> float:
     """Probability of Ljung and Box."""
     power, n = float(residual @ residual), len(residual)
     lags = range(1, min(LAGS, n // 5) + 1)

@@ -12,6 +12,7 @@ from ...protocols import names_of, omega_of
 from ...quantities import checked, shown
 from ...results import Floats
 from ...tree import leaf_of, numbers, part, replaced, with_leaf
+from .fitted import bounds
 
 OF_OUTPUT = {"gain": 1.0, "offset": 0.0, "delay": 0.0}  # of an input too: the first fields of a `Signal`
 SIGNED = ("phase", "mean", "offset", "delay")  # numbers that have no sign of their own
@@ -67,6 +68,12 @@ class Experiment:
         signed = [path.rpartition(".")[2] in SIGNED for path in self.free]
         near = (np.sign(values) * (values + change) < least) & (values != 0.0) & ~np.array(signed)
         return np.where(near, np.sign(values) * least - values, change)
+
+    def within_bounds(self, values: Floats, change: Floats) -> Floats:
+        """A change (free,) that takes no inertia, no damping and no number of a law to zero or beyond."""
+        low, high = bounds(self.system, self.free)
+        beyond = (values + change <= low) | (values + change >= high)
+        return np.where(beyond, (CLOSER - 1.0) * values, change)
 
     def _of_output(self, path: str) -> tuple[int, str] | None:
         name, _, what = path.rpartition(".")

@@ -135,12 +135,15 @@ def scales(system: Any, free: Sequence[str]) -> Floats:
 
 
 def bounds(system: Any, free: Sequence[str]) -> tuple[Floats, Floats]:
-    """Least and largest free parameters: J, B and a law's numbers keep the sign of their start values.
+    """Least and largest free parameters: inertias, dampings and a law's numbers keep the sign of their start values.
 
     Amplitudes without phases are the same for B and for -B.
     """
     start = {path: value for path, _, _, value in numbers(system)}
-    kept = [start[path] if path in ("J", "B") or path.startswith("law.") else 0.0 for path in free]
+    kept = [
+        start[path] if path in start and (path.rpartition(".")[2] in ("J", "B") or path.startswith("law.")) else 0.0
+        for path in free
+    ]
     return np.where(np.greater(kept, 0.0), 0.0, -np.inf), np.where(np.less(kept, 0.0), 0.0, np.inf)
 
 

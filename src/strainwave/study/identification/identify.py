@@ -241,6 +241,7 @@ def _liveliest(records: Sequence[Record], noise: Floats) -> Window:
 def _result(
     of: Experiment, problem: LeastSquares, point: Point, converged: bool, records: Sequence[Record]
 ) -> Identified:  # fmt: skip
+    point = replace(point, values=_turned(of.free, point.values))
     columns, rest = point.reduced()
     size = np.linalg.norm(columns, axis=0)
     refuse_unidentifiable(columns, of.free, point.values, tolerance=20.0 * EFFECT)
@@ -277,6 +278,12 @@ def _result(
         step=records[0].step,
         experiment=of,
     )
+
+
+def _turned(free: Sequence[str], values: Floats) -> Floats:
+    """Values (free,) with phases between -pi and pi."""
+    phases = [path.rpartition(".")[2] == "phase" for path in free]
+    return np.where(phases, np.remainder(values + np.pi, 2.0 * np.pi) - np.pi, values)
 
 
 def _late(of: Experiment, values: Floats, step: float) -> list[str]:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...numerics.driven.march import Lanes
+from ...quantities import checked
 from ...results import Floats, SolveError
 from .experiment import Experiment, Record, sizes_of, start_states
 
@@ -218,7 +219,8 @@ def solve(
 ) -> tuple[Point, bool]:  # fmt: skip
     """Minimise the sum of squares from a point by Levenberg and Marquardt's method; and whether it converged.
 
-    Where signs are kept no number of the model crosses zero: far from the solution a damping could become negative.
+    Inertias, dampings and a law's numbers keep their signs; where signs are kept all other numbers of the model do too,
+    as far from the solution an amplitude could change its own.
 
     Moré 1978, Lecture Notes in Mathematics 630, 105-116 (scaling by the columns' sizes).
     """
@@ -236,6 +238,7 @@ def solve(
             change = np.linalg.lstsq(stacked, wanted, rcond=None)[0] / size
             if keep_signs:
                 change = problem.of.without_crossing(point.values, change)
+            change = problem.of.within_bounds(point.values, change)
             trial = _tried(problem, point, change, damping)
             if trial is not None and trial.cost() < point.cost():
                 break
@@ -276,6 +279,7 @@ def _tried(problem: LeastSquares, point: Point, change: Floats, damping: float) 
         stacked, wanted = np.concatenate([s * size, held]), np.concatenate([r + j @ change, np.zeros(len(start))])
         starts.append(start - np.linalg.lstsq(stacked, wanted, rcond=None)[0] * size)
     try:
+        checked(problem.of.found(point.values + change))
         return problem.at(point.values + change, starts)
     except ValueError:  # a value that the model refuses
         return None

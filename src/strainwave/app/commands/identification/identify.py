@@ -26,7 +26,7 @@ def show(
     project: Path, files: tuple[Path, ...], free: str | None, between: Any, output: Path, reading: dict[str, Any],
     as_json: bool,
 ) -> None:  # fmt: skip
-    """Identify a drive, write its project file and print the numbers.
+    """Identify a drive, write its project file and print the numbers; no file of numbers where little is explained.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def show(
     between : {"band-limited", "linear", "held"}
         What the motor's angle does between samples.
     output : Path
-        Folder for identified.yaml, identified.json and identified.svg.
+        Folder for identified.yaml, identified.json and identified.svg; the last alone of numbers not to be used.
     reading : dict
         Arguments of `read_log`.
     as_json : bool
@@ -57,25 +57,33 @@ def show(
     names = None if free is None else tuple(name.strip() for name in free.split(",") if name.strip())
     with Progress(given.title) as progress:
         found = identify_drive(given, logs, names, between=between, progress=progress.show)
-    text = project_text(found.project)
     torsions = [with_torsion(channels_of(log), given.drive.N)["torsion"] for log in logs]
     with staged(output) as folder:
-        (folder / YAML).write_text(text, encoding="utf-8")
-        (folder / JSON).write_text(to_json(data(found)) + "\n", encoding="utf-8")
+        if found.usable:
+            (folder / YAML).write_text(project_text(found.project), encoding="utf-8")
+            (folder / JSON).write_text(to_json(data(found)) + "\n", encoding="utf-8")
         (folder / SVG).write_text(identified_figure(found.found, torsions) + "\n", encoding="utf-8")
+    if not found.usable:
+        for old in (YAML, JSON):  # of an earlier log: they would pass for this one's
+            (output / old).unlink(missing_ok=True)
     if as_json:
         click.echo(to_json(data(found)))
         return
     _print(given, found)
-    click.echo(
-        f"written: {output / YAML}, {JSON}, {SVG}; next: strainwave analyze {quote(str(output / YAML))} -o report"
-    )
+    if found.usable:
+        told = f"{output / YAML}, {JSON}, {SVG}; next: strainwave analyze {quote(str(output / YAML))} -o report"
+    else:
+        told = f"{output / SVG}; no file of numbers is: find what the model lacks first"
+    click.echo(f"written: {told}")
 
 
 def data(found: IdentifiedDrive) -> dict[str, Any]:
     """The numbers with their intervals, in SI."""
     rest = found.found.discrepancy
     return {
+        "headline": found.headline(),
+        "usable": found.usable,
+        "unexplained": found.unexplained,
         "numbers": {
             name: {"value": found.value(name), "low": found.interval(name).low, "high": found.interval(name).high}
             for name in found.names
@@ -105,7 +113,8 @@ def _print(given: Any, found: IdentifiedDrive) -> None:
         rows.append(
             (name, first, number(found.value(name), 6), number(low, 6), number(high, 6), sign(found.unit(name)))
         )
+    click.echo(found.headline())
     columns = ("number", "given", "found", "from", "to", "unit")
     print_table(f"{given.title}: {len(rows)} numbers", columns, rows, "interval of 95 %, if the model is right")
-    for line in found.quality():
+    for line in found.quality()[1:]:
         click.echo(line)

@@ -322,14 +322,15 @@ async function identifyDrive(told) {
   const row = (kind, texts) => element("tr", {}, ...texts.map((text) => element(kind, { textContent: text })));
   const table = element("table", { id: "identified" }, row("th", ["number", "found", "95 % interval"]), ...r.numbers.map((n) => row("td", cells(n))));
   const use = element("button", { type: "button", id: "use", textContent: "Take these numbers into the drive" });
-  use.addEventListener("click", () => document.dispatchEvent(new CustomEvent("project", { detail: r.project })));
+  if (r.usable) use.addEventListener("click", () => document.dispatchEvent(new CustomEvent("project", { detail: r.project })));
+  else use.disabled = true;
   document.getElementById("identified-drive")?.remove();
   document.getElementById("plots").prepend(element("div", { className: "wide", id: "identified-drive" }, table, use));
   const over = (y, name, colour, dash) => ({ x: r.time, y, mode: "lines", name, line: { color: colour, width: 1.5, dash }, hovertemplate: "%{x:.4g} s<br>%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
   const columns = { "time [s]": r.time, "measured torsion [arcsec]": r.measured_arcsec, "computed torsion [arcsec]": r.computed_arcsec, "residual [arcsec]": r.residual_arcsec };
   await painting(() => draw("identified-torsion", { data: [over(r.measured_arcsec, "measured", BLUE, "solid"), over(r.computed_arcsec, "computed", RED, "dash")], layout: { xaxis: { title: "time [s]" }, yaxis: { title: "torsion [arcsec]" } }, table: columns, label: `Measured and computed torsion over time, measured ${between(r.measured_arcsec, "arcsec")}` }));
   await painting(() => draw("identified-residual", { data: [over(r.residual_arcsec, "residual", ORANGE, "solid")], layout: { showlegend: false, xaxis: { title: "time [s]" }, yaxis: { title: "residual [arcsec]" } }, table: columns, label: `Residual of the torsion over time, ${between(r.residual_arcsec, "arcsec")}`, size: "second" }));
-  answer(`${r.numbers.length} numbers found; ${round(r.rms_arcsec, 3)} arcsec rms are left of the measured torsion.`);
+  answer(`${r.headline} ${round(r.rms_arcsec, 3)} arcsec rms are left of the measured torsion.`, r.usable ? null : false);
   say(r.remarks);
   return r;
 }

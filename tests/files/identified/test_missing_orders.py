@@ -1,0 +1,52 @@
+"""Orders that a drive has and its file has not, in logs that SciPy made: named where they are, and nowhere else."""
+
+import numpy as np
+import pytest
+from measured_axis import PROJECT, measured
+
+import strainwave as sw
+from strainwave.files.identified.missing_orders import missing_lines
+from strainwave.files.identified.torsion import with_torsion
+from strainwave.files.reading import from_text
+from strainwave.units import ARCSEC
+
+pytestmark = [pytest.mark.compiled, pytest.mark.slow]
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory):
+    return from_text(PROJECT, tmp_path_factory.mktemp("axis") / "axis.yaml")
+
+
+def of_orders(found):
+    return [remark for remark in found.remarks if "order" in remark]
+
+
+@pytest.mark.parametrize(("order", "arcsec"), [(4.0, 5.0), (1.0, 5.0), (5.05, 3.0)])
+def test_a_line_that_the_file_lacks_is_named_with_its_amplitude(project, order, arcsec):
+    log = measured(line=(order, arcsec * ARCSEC))
+    found = sw.identify_drive(project, log)
+    (said,) = of_orders(found)
+    assert f"kinematic error of order {order:g} (" in said
+    assert "which the file lacks" in said
+    (line,) = missing_lines(found.found, [with_torsion(log, 100.0)])
+    assert line.amplitude == pytest.approx(arcsec * ARCSEC, rel=0.03)
+    assert not line.in_reading
+
+
+def test_a_line_of_a_sensor_is_none_of_the_gear(project):
+    log = measured()
+    log["load_angle"] -= 3e-5 * np.cos(5.05 * log["motor_angle"] + 1.0)
+    (said,) = of_orders(sw.identify_drive(project, log))
+    assert "order 5.05 (6.19 arcsec) of the motor's angle: a sensor may have it" in said
+
+
+@pytest.mark.parametrize(
+    "machine",
+    [{"gap": 3e-5}, {"gap": 2e-6}, {"softer": 0.06}, {"dry": 0.6}, {"square": 15.0}, {}],
+    ids=["gap", "small gap", "softer one way", "dry friction", "quadratic damping", "right"],
+)  # fmt: skip
+def test_what_else_a_file_lacks_is_no_order(project, machine):
+    found = sw.identify_drive(project, measured(**machine))
+    assert of_orders(found) == []
+    assert missing_lines(found.found, [with_torsion(measured(**machine), 100.0)]) == []
