@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import click
 
+from ..model.gears.limits import Finding
 from ..quantities import parse
 from ..speeds import Speeds
 from ..units import ARCSEC
@@ -39,6 +40,11 @@ def place(speeds: Speeds, omega: float) -> dict[str, Any]:
 def sizes(rad: float | None, name: str = "peak") -> dict[str, Any]:
     """An angle [rad] in radians and in arcsec."""
     return {f"{name}_rad": rad, f"{name}_arcsec": None if rad is None else rad / ARCSEC}
+
+
+def finding_data(one: Finding) -> dict[str, Any]:
+    """A comparison with a limit as data; `fails` says whether a drive fails by it."""
+    return {name: getattr(one, name) for name in ("limit", "value", "bound", "unit", "exceeded", "fails")}
 
 
 def quantity(option: str, text: str, unit: str) -> float:

@@ -29,6 +29,7 @@ from ..study.analysis.remedies import Source
 from ..study.analysis.runup import silent
 from ..study.analysis.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
 from ..study.analysis.train_curve import POINTS as OF_TRAIN
+from ..study.analysis.verdict import Judged, judged
 from ..study.move.demands import MotorLimits
 from ..study.move.mover import Task
 from ..study.response.by_integration import response_through
@@ -225,7 +226,7 @@ class Project:
     def load_range(self) -> LoadRange | None:
         """Torques of the load and the drive under each, where `load_torques` are more than one; else None."""
         low, high = self.load_torques
-        return LoadRange(low, high, self.mean_load_torque, self._under) if low < high else None
+        return LoadRange(low, high, self.mean_load_torque, self._under, self.whole) if low < high else None
 
     @property
     def mean_load_torque(self) -> float:
@@ -305,7 +306,11 @@ class Project:
         exact = response_through(system, speeds, points or POINTS, harmonics, coexisting)
         if not len(exact.curve):
             raise SolveError(exact.curve.message)
-        return of_equation(system, exact, self.motor == "held")
+        return of_equation(system, exact, self.motor == "held", None if self.train else self.whole)
+
+    def judged(self, found: DriveResponse, turns: int = 1) -> Judged:
+        """The verdict on one curve of the drive, by the rules of `analyze`; `turns` as of `judged`."""
+        return judged(self, found, turns)
 
     def analyze(self, progress: Callable[[str, float], None] = silent) -> Analysis:
         """Analyse the drive through its speeds; `progress` and errors as `study.analysis.analyze.analyze`."""
@@ -320,6 +325,8 @@ class Project:
             load=self.load_range,
             has_reference=self.motor == "held",
             motors={} if self.motor_named else self.motors(),
+            whole=self.whole,
+            motor_limits=self.motor_limits,
             progress=progress,
         )
 

@@ -115,7 +115,6 @@ WRONG = [
     ((PART, "--payload", "mass: 2 kg"), 2, "radius: is missing"),
     ((PART, "--band", "1300 rpm", "1000 rpm"), 2, "--band: '1300 rpm' to '1000 rpm' is no range"),
     (("dwell, time: 1 s",), 1, "waits for 1 s and moves nothing"),
-    (("trapezoid, angle: 90 deg, time: 1 ms",), 1, "above its 60 N*m; stretch it from 0.001 s to"),
 ]
 
 
@@ -127,3 +126,16 @@ def test_a_wrong_command_ends_with_one_sentence_and_writes_nothing(path, tmp_pat
     assert "Traceback" not in run.output
     assert len([line for line in run.stderr.splitlines() if not re.match("Level axis: |Usage: |Try |$", line)]) == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_a_move_beyond_the_motor_is_a_fail_in_the_first_line_and_in_json(path, tmp_path):
+    given = (path, "trapezoid, angle: 90 deg, time: 5 ms", "-o", tmp_path / "out")
+    text, data = invoke(*given), json.loads(invoke(*given, "--json").stdout)
+    assert text.exit_code == 0, text.output
+    first = text.stdout.splitlines()[0]
+    assert first.startswith("FAIL: The torque")
+    assert any("above its limit of 60 N*m; the move is computed" in said for said in data["failures"])
+    assert data["passes"] is False
+    (motor,) = [one for one in data["limits"] if one["limit"] == "motor torque"]
+    assert motor["fails"]
+    assert motor["value"] > motor["bound"] == 60.0

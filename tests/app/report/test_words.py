@@ -70,7 +70,7 @@ def test_a_key_number_beyond_what_the_gear_bears_says_so(torque, end):
         "largest_error": {"peak_rad": 1e-3} | at,
         "largest_torque": {"torque_Nm": torque, "omega_rad_per_s": 100.0 * RPM, "load_torque_Nm": None} | limits,
     }
-    shown = view(SimpleNamespace(train=None, train_curve=None, run_alone=None), has_memory=False)
+    shown = view(SimpleNamespace(train=None, train_curve=None, run_alone=None, motor=None, limits=()), has_memory=False)
     *_, (value, text, beyond) = Opening().key_numbers(shown, data)
     assert value == f"{torque:g} N·m"
     assert text == "largest torque through the gear in a steady motion, at 100 rpm at the motor" + end

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.study.analysis.usage import Usage, gravest, limit_findings, usage
+from strainwave.model.gears.limits import gravest
+from strainwave.study.analysis.usage import Usage, limit_findings, usage
 from strainwave.study.response.response import exact_response
 from strainwave.study.response.steady import settle
 

@@ -266,7 +266,6 @@ def test_scatter_gives_the_quantiles_of_the_units(tmp_path):
     [
         ({"speeds": (100.0, 100.0)}, "low < high"),
         ({"speeds": (300.0, 100.0)}, "low < high"),
-        ({"limit": 1e-9}, "is met at no speed"),
         ({"limit": -1.0}, "limit"),
         ({"margin": 1.0}, "less than 1"),
         ({"loads": [-5.0], "load_inertias": [1.0]}, "give one of them"),
@@ -277,6 +276,14 @@ def test_bad_input_gets_one_sentence(tmp_path, options, said):
     with pytest.raises(ValueError, match=said) as told:
         sw.speed_map(project(tmp_path), search=False, **options)
     assert "\n" not in str(told.value)
+
+
+def test_a_limit_that_no_speed_meets_forbids_all_and_names_both_numbers(tmp_path):
+    found = sw.speed_map(project(tmp_path), limit=1e-3 * ARCSEC, search=False)
+    assert len(found.windows) == 0
+    (said,) = found.failures
+    assert said.startswith("The limit of 0.001 arcsec is met at no speed: the drive oscillates by at least")
+    assert "FAIL: The limit" in str(found)
 
 
 def test_remarks_tell_of_orders_that_meet_nothing_and_of_a_limit_below_the_static_error(tmp_path):
@@ -334,7 +341,6 @@ def test_the_command_writes_the_units_that_scatter(tmp_path):
 @pytest.mark.parametrize(
     ("options", "code", "said"),
     [
-        (["--limit", "0.001 arcsec", "--load-inertias", "1e-9 kg*m^2,2e-9 kg*m^2"], 1, "is met at no speed"),
         (["--limit", "3 kg"], 2, "--limit"),
         (["--loads", "-60 N*m:0 N*m"], 2, "has no number of values"),
         (["--speeds", "300 rpm:300 rpm"], 2, "--speeds: '300 rpm' to '300 rpm' is no range"),

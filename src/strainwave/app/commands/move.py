@@ -19,7 +19,7 @@ from ...units import RPM
 from ..console import Progress, number, percent, to_json
 from ..figures.move import move_figure
 from ..output import staged, write_csv
-from ..units import angle_unit, quantity, span
+from ..units import angle_unit, finding_data, quantity, span
 
 CSV, SVG, JSON = "move.csv", "move.svg", "move.json"
 
@@ -111,6 +111,8 @@ def _write(project: Project, found: Move, data: dict[str, Any], output: Path) ->
 def _data(project: Project, found: Move) -> dict[str, Any]:
     return {
         "title": project.title,
+        "passes": found.within_limits,
+        "failures": list(found.failures),
         "duration_s": found.duration,
         "window_rad": found.window,
         "settling_time_s": found.settling_time,
@@ -131,10 +133,7 @@ def _data(project: Project, found: Move) -> dict[str, Any]:
             "cubic_mean_torque_N_m": found.average_gear_torque,
             "life_L10_h": found.life,
         },
-        "limits": [
-            {"limit": f.limit, "value": f.value, "bound": f.bound, "unit": f.unit, "exceeded": f.exceeded}
-            for f in found.findings
-        ],
+        "limits": [finding_data(finding) for finding in found.findings],
         "speeds_to_avoid": [
             {"from_rpm": low / RPM, "to_rpm": high / RPM, "time_s": time}
             for (low, high), time in zip(found.bands, found.time_in_bands, strict=True)
@@ -160,6 +159,7 @@ def _summary(project: Project, found: Move, output: Path) -> str:
     settled = ", ".join("not within the run" if t is None else f"{number(t)} s" for t in found.settling_times)
     each = f" after each of {len(found.settling_times)} motions" if len(found.settling_times) > 1 else ""
     lines = [
+        *(f"FAIL: {sentence}" for sentence in found.failures),
         f"{project.title}: a move of {number(found.duration)} s",
         f"  settling time{each}, to {window} about the error at rest: {settled}",
         f"  pointing error: at most {unit.text(found.peak_error)}, rms {unit.text(found.rms_error)}, at the end of the "
@@ -187,6 +187,6 @@ def _summary(project: Project, found: Move, output: Path) -> str:
         f"  net work of the motor {number(found.motor_work)} J, heat {number(found.dissipated)} J, stored "
         f"{number(found.stored)} J; balance closed to {number(found.imbalance, 1)}"
     )
-    lines += [f"  warning: {warning}" for warning in found.warnings]
+    lines += [f"  warning: {warning}" for warning in found.warnings if warning not in found.failures]
     lines += [f"  note: {remark}" for remark in found.remarks]
     return "\n".join([*lines, f"  written: {', '.join(str(output / file) for file in (CSV, SVG, JSON))}"])

@@ -22,7 +22,7 @@ from ..output import staged, write_csv
 from ..report.curve_files import drive_columns
 from ..report.sections.opening import CONVENTIONS
 from ..report.sections.speed_range import curve_data
-from ..units import angle_unit
+from ..units import angle_unit, finding_data
 from .equation import remarks
 
 FIGURES = (".svg", ".png")
@@ -52,6 +52,7 @@ def show(path: Path, output: Path | None, as_json: bool) -> None:
             progress.show("writing", 0.8)
             _write(project, found, output)
     data = {"title": project.title, "shaft": project.speeds.shaft, "motor": _motor(project)} | _in_shaft(project, found)
+    data |= _asked(project, found)
     data |= curve_data(project.speeds, found.response) | {"conventions": CONVENTIONS, "remarks": _remarks(project)}
     click.echo(to_json(data) if as_json else _summary(project, data, output))
 
@@ -70,6 +71,24 @@ def _write(project: Project, found: DriveResponse, output: Path) -> None:
                 png.write(panels, part)
         else:
             write_csv(part, drive_columns(project.speeds, found))
+
+
+def _asked(project: Project, found: DriveResponse) -> dict[str, Any]:
+    """Whether the drive passes, the torques of gear and motor, and their limits."""
+    judged = project.judged(found)
+    motor = judged.motor
+    return {
+        "passes": judged.passes,
+        "gear_torque_N_m": judged.used.peak_torque,
+        "required_motor": None
+        if motor is None
+        else {
+            "speed": project.speeds.own(motor.at), "torque_N_m": motor.torque, "holding_torque_N_m": motor.holding,
+        },
+        "limits": [finding_data(one) for one in judged.findings],
+        "failures": judged.failures,
+        "beyond_limits": judged.remarks,
+    }  # fmt: skip
 
 
 def _remarks(project: Project) -> list[str]:
@@ -126,6 +145,7 @@ def _in_shaft(project: Project, found: DriveResponse) -> dict[str, Any]:
 def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str:
     unit = data["unit"]
     lines = [f"{project.title}: response, motor: {data['motor']}, {data['message']}"]
+    lines += [f"  FAIL: {sentence}" for sentence in data["failures"]]
     if data["largest"]:
         peak, at = data["largest"]["peak_arcsec"] * ARCSEC, data["largest"]["speed"]
         size, fast = data["oscillation"]["oscillation_arcsec"] * ARCSEC, data["oscillation"]["speed"]
@@ -134,6 +154,11 @@ def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str
         lines.append(f"  with its mean: at most {angle_unit(peak).text(peak)} at {number(at, 5)} {unit}")
     else:
         lines.append(f"  {data['sweep']}")
+    said = f"  torque in the gear at most {number(data['gear_torque_N_m'])} N·m"
+    if motor := data["required_motor"]:
+        holding = f", {number(motor['holding_torque_N_m'])} N·m of it at steady speed"
+        said += f", of the motor {number(motor['torque_N_m'])} N·m{holding}"
+    lines.append(said)
     folds = ", ".join(number(speed, 5) for speed in data["fold_speeds"])
     lines.append(f"  folds, where the curve turns: {f'{folds} {unit}' if folds else 'none'}")
     for band in data["hysteresis_bands"]:
@@ -146,5 +171,5 @@ def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str
     share = number(data["left_out_relative"], 2)
     lines.append(f"  {data['harmonics']} harmonics; share of those left out {share} (truncation, not accuracy)")
     lines += [f"  {WHAT_X_IS}"]
-    lines += [f"  note: {remark}" for remark in data["remarks"]]
+    lines += [f"  note: {remark}" for remark in (*data["beyond_limits"], *data["remarks"])]
     return "\n".join(lines if output is None else [*lines, f"  written: {output}"])

@@ -128,6 +128,8 @@ def report(project: Project, found: SpeedMap) -> dict[str, Any]:
         "units": None if found.scatter is None else found.scatter.units,
         "allowed_for_every_unit_rpm": rpm(found.unit_windows),
         "worst_unit_arcsec": None if found.scatter is None else float(np.max(found.scatter.worst)) / ARCSEC,
+        "largest_speed_rpm": None if rules.speed is None else rules.speed / RPM,
+        "largest_motor_torque_N_m": rules.motor_torque, "failures": found.failures,
         "vendor_sentence": found.vendor_sentence, "remarks": found.remarks,
     }  # fmt: skip
 
@@ -135,6 +137,7 @@ def report(project: Project, found: SpeedMap) -> dict[str, Any]:
 def summary(project: Project, found: SpeedMap, folder: Path) -> str:
     """Return the bands as text."""
     lines = [f"{project.title}: speeds of the motor, {found.rule}"]
+    lines += [f"  FAIL: {sentence}" for sentence in found.failures]
     for i, bands in enumerate(found.forbidden):
         text = _listed(bands) or "none"
         jumps = ", ".join(f"{number(j.speed / RPM, 5)} {'up' if j.up else 'down'}" for j in found.jumps if j.load == i)

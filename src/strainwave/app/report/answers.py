@@ -1,14 +1,20 @@
 """The first questions of a reader with their answers: requirement, margin, worst speed, smallest change."""
 
+import math
 from typing import Any
 
+from ...model.gears.limits import Finding
 from ...sentences import Angle, Sentence, Speed, listed
+from ...study.analysis.avoid import out_of_reach
 from ...study.analysis.verdict import Answer
-from ..console import percent
+from ...study.move.demands import MotorLimits
+from ...units import RPM
+from ..console import number, percent
 from ..view import View
 from .sections.whole_train import under_load
 from .verdict import ADD_LIMIT, changes_said, ranges, share, torque_said
 
+LEAST = 0.01  # share of the motor's torque from which on the steady part is told
 FEW = 6  # speeds of jumps that are listed; of more the ends
 
 
@@ -22,6 +28,7 @@ def answers(view: View) -> dict[str, Any]:
         "margin": _margin(view),
         "jumps": _jumps(view),
         "torque": f"{torque[0].upper()}{torque[1:]}.",
+        "motor": _motor(view),
         "smallest change": _change(view),
         "without a change": "",
     }
@@ -36,7 +43,35 @@ def _requirement(view: View) -> str:
         return "The project file has no limit of the oscillation. " + ADD_LIMIT
     text = "The oscillation of the {} must stay within {} at {}."
     speeds = Speed(*view.analysis.speeds, digits=5, between=" to ")
-    return Sentence(text, view.analysis.drive.name, Angle(view.project.limit), speeds)
+    said = Sentence(text, view.analysis.drive.name, Angle(view.project.limit), speeds)
+    avoid = view.analysis.avoid
+    below = "" if avoid is None else out_of_reach(avoid.limit, avoid.slow)
+    return said + f" {below[0].upper()}{below[1:]}." if below else said
+
+
+def _motor(view: View) -> str:
+    """The torque and the speed that the motor must have, and what it has."""
+    motor, limits = view.analysis.motor, view.project.motor_limits
+    if motor is None:
+        return ""
+    run = " in the run-up" if motor.in_run_up else ""
+    text = "It must give up to {} N·m{}, at {}"
+    said = Sentence(text, number(motor.torque), run, Speed(motor.at, digits=5) + under_load(motor.load))
+    if motor.holding > LEAST * motor.torque:
+        said += f"; steady loads and friction take {number(motor.holding)} N·m of it"
+    torque, speed = limits or MotorLimits()
+    said += "." + _has(motor.torque, torque, "N·m")
+    if view.speeds.by_motor:
+        fastest = view.speeds.given[-1] / RPM
+        said += f" It must turn at up to {number(fastest, 5)} rpm." + _has(fastest, speed / RPM, "rpm")
+    return said if limits else said + " The project file gives no limits of the motor."
+
+
+def _has(asked: float, bound: float, unit: str) -> str:
+    """What a motor has against what is asked of it; nothing where that is not known."""
+    if not math.isfinite(bound):
+        return ""
+    return f" It has {number(bound)} {unit}" + (": too little." if Finding("", asked, bound, "", "").exceeded else ".")
 
 
 def _worst(view: View) -> Sentence:

@@ -32,7 +32,7 @@ COLUMNS = (
     ("reflected_inertia_kg_m2", "motor inertia at the load (kg·m²)"), ("load_inertia_kg_m2", "load inertia (kg·m²)"),
     ("folds", "folds"),
 )  # fmt: skip
-ANSWERS = ("largest oscillation", "margin", "jumps", "torque", "smallest change", "without a change")
+ANSWERS = ("largest oscillation", "margin", "jumps", "torque", "motor", "smallest change", "without a change")
 TEXTS = ("title", "gear")
 NOTES = {
     "oscillation": "Oscillation is the largest distance of the error from its mean, of all stable motions of a curve.",

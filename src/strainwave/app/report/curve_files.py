@@ -67,6 +67,7 @@ def drive_columns(speeds: Speeds, found: DriveResponse) -> list[tuple[str, Float
     curve = found.curve
     most = min(9, curve.coefficients.shape[1] // 2)
     harmonics = [(f"amplitude_{k}_rad", curve.amplitude(k)) for k in range(1, most + 1)]
+    motor = [] if found.motor_torque is None else [("peak_torque_of_motor_Nm", found.motor_torque)]
     return [
         *speed_columns(speeds, curve.omega),
         (f"oscillation_of_{what}_rad", found.oscillation),
@@ -75,6 +76,7 @@ def drive_columns(speeds: Speeds, found: DriveResponse) -> list[tuple[str, Float
         ("peak_torque_in_gear_Nm", found.torque),
         *harmonics,
         ("stable", curve.stable.astype(float)),
+        *motor,
     ]
 
 

@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from ...model.gears.limits import Finding
+from ...model.gears.limits import Finding, gravest
 from ...sentences import Angle, Sentence, Speed, listed
+from ...study.analysis.avoid import out_of_reach
 from ...study.analysis.remedies import Remedy
-from ...study.analysis.usage import gravest
 from ...study.analysis.verdict import Answer, Verdict
 from ..console import number, percent
 from ..units import sizes
@@ -19,7 +19,12 @@ ADD_LIMIT = (
 NO_LIMIT = "the file has no limit of the oscillation"
 TWICE = 2.0  # times a limit, from which on the size is told as a multiple
 NONE = 1e-9  # relative oscillation below which nothing is left but rounding
-REST = ("max_rpm", "average_rpm", "average_torque")  # limits that are named only where they are passed
+MOTOR = ("motor torque", "motor speed")
+REST = ("max_rpm", "average_rpm", "average_torque", *MOTOR)  # limits that are named only where they are passed
+NAMES = {
+    "max_rpm": "largest input speed", "average_rpm": "average input speed", "motor torque": "motor's largest torque",
+    "motor speed": "motor's largest speed",
+}  # fmt: skip
 
 
 def verdict_data(view: View) -> dict[str, Any]:
@@ -58,7 +63,9 @@ def _headline(view: View, verdict: Verdict) -> str:
     if part is not None and part > 1.0:
         size = f"{number(part, 3)} times" if part > TWICE else f"{percent(part - 1.0, 2)} above"
         why.append(f"the oscillation is {size} its limit")
-    for finding in gravest(verdict.exceeded)[:1]:
+    passed = gravest(verdict.exceeded)
+    first = [finding for finding in passed if finding.limit not in MOTOR][:1]
+    for finding in (*first, *(finding for finding in passed if finding.limit in MOTOR)):
         why.append(f"{number(finding.value)} {_unit(finding)} are above {_named(finding)}")
     if avoid is not None and avoid.unstable:
         why.append("at some speeds no motion of the curve is stable")
@@ -98,12 +105,14 @@ def _oscillation(view: View) -> Sentence:
     text = Sentence("the error oscillates with up to {} at {}, {}", Angle(largest.peak), where, against)
     if avoid.limit is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > avoid.limit:
         text += Sentence(" (in the run-up with up to {})", Angle(avoid.largest_passed[1]))
+    if said := out_of_reach(avoid.limit, avoid.slow):
+        text += "; " + said
     sweep = analysis.response.sweep
     return text if sweep is None or not sweep.jumping else text + ", and the motion jumps"
 
 
 def torque_said(view: View, verdict: Verdict) -> str:
-    """The largest torque against the rating, and every limit of the gear that is passed."""
+    """The largest torque against the rating, and every limit of the gear and the motor that is passed."""
     used, exceeded = view.analysis.usage, gravest(verdict.exceeded)
     size = f"the torque through the gear reaches {number(used.peak_torque)} N·m"
     torques = [finding for finding in view.analysis.limits if finding.limit not in REST]
@@ -120,8 +129,8 @@ def torque_said(view: View, verdict: Verdict) -> str:
 
 
 def _named(finding: Finding) -> str:
-    name = finding.limit.replace("max_rpm", "largest input speed").replace("average_rpm", "average input speed")
-    return f"the {name.replace('_', ' ')} of {number(finding.bound)} {_unit(finding)}"
+    name = NAMES.get(finding.limit, finding.limit.replace("_", " "))
+    return f"the {name} of {number(finding.bound)} {_unit(finding)}"
 
 
 def _unit(finding: Finding) -> str:
@@ -165,8 +174,12 @@ def changes_said(view: View, verdict: Verdict) -> list[Sentence]:
         said.append(Sentence(text, under, more(best), Angle(best.ratio * avoid.largest), there))
     elif over_limit(view):
         said.append(Sentence("No change was tried that could bring the oscillation within its limit."))
-    if verdict.exceeded:
+    of_motor = [finding.limit in MOTOR for finding in verdict.exceeded]
+    if not all(of_motor):
         said.append(Sentence("What passes a limit of the gear needs less load or speed, or a larger gear."))
+    if any(of_motor):
+        text = "What passes a limit of the motor needs less load or speed, another ratio, or a stronger motor."
+        said.append(Sentence(text))
     return said
 
 

@@ -37,8 +37,15 @@ def solved(project: Project, whole: bool = False) -> Curve:
     while True:
         found = own.response(h, coexisting=False, points=POINTS)
         if found.curve.tail <= MATTERS or h >= MOST:
-            return Curve(found, own, scale / g)
+            return Curve(_as_fast(found, g) if own.motor == "held" else found, own, scale / g)
         h = min(2 * h + 1, MOST)
+
+
+def _as_fast(found: DriveResponse, g: int) -> DriveResponse:
+    """The response with the torque of the motor itself; a motor that is g times as fast gives a g-th of it."""
+    if found.motor_torque is None or found.motor_mean is None:
+        return found
+    return replace(found, motor_torque=g * found.motor_torque, motor_mean=g * found.motor_mean)
 
 
 def folded(project: Project) -> tuple[Project, int]:
@@ -51,9 +58,13 @@ def folded(project: Project) -> tuple[Project, int]:
     if error is not None:
         error = error._replace(lines=tuple(line._replace(order=line.order // g) for line in error.lines))
     low, high = project.speeds.limits
+    single = tuple(g * omega for omega in project.speeds.single)
+    whole = project.whole
+    if whole is not None and whole.motor.held:
+        whole = whole._replace(N=g * whole.N, error=error or whole.error)
     return replace(
-        project, speeds=replace(project.speeds, limits=(g * low, g * high)), kinematic_error=error,
-        motor_torque=_slower(project.motor_torque, g), load_torque=_slower(project.load_torque, g),
+        project, speeds=replace(project.speeds, limits=(g * low, g * high), single=single), kinematic_error=error,
+        motor_torque=_slower(project.motor_torque, g), load_torque=_slower(project.load_torque, g), whole=whole,
     ), g  # fmt: skip
 
 

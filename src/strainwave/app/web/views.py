@@ -8,18 +8,19 @@ import numpy as np
 from ...files.notes import load_remark
 from ...files.project import Project
 from ...files.variants.replaced import replaced, tuning
-from ...model.gears.limits import Finding
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
 from ...results import SolveError
-from ...study.analysis.avoid import speeds_to_avoid, without_stable
+from ...study.analysis.avoid import without_stable
 from ...study.analysis.drive_response import DriveResponse
 from ...study.compensation.compensate import compensate
+from ...study.move.demands import MotorLimits
 from ...study.move.move import move
 from ...study.move.profiles import SCurve
 from ...study.response.resonances import operating_point
 from ...study.speed_map.speed_map import speed_map
 from ...units import ARCSEC, RPM
+from ..units import finding_data
 from .curve import solved
 
 Progress = Callable[[str, float], None]
@@ -38,15 +39,14 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
     speeds, curve = project.speeds, found.curve
     visited = found.visited()
     top = visited[int(np.argmax(found.oscillation[visited]))]
-    sweep = found.response.sweep
-    limit = project.limit
+    sweep, limit, motor_limits = found.response.sweep, project.limit, project.motor_limits or MotorLimits()
     unstable = [(low * scale, high * scale) for low, high in without_stable(found.response)]
-    limits = [one for one in _torque_limits(project) if one["name"] != "rated torque"]
     low, high = project.load_torques
-    torque = found.usage.peak_torque
-    largest = max(torque, abs(low), abs(high))  # the gear carries what is on the load
-    exceeded = next((one | {"reached": largest} for one in limits if largest > one["torque"]), None)
-    passes = not (exceeded or unstable or (limit is not None and found.oscillation[top] > limit))
+    judged = own.judged(found, round(speeds.scale / scale))
+    motor, torque = judged.motor, found.usage.peak_torque
+    limits = [one for one in _torque_limits(project) if one["name"] != "rated torque"]
+    carried = judged.used.peak_torque
+    exceeded = next((one | {"reached": carried} for one in limits if carried > one["torque"]), None)
     return {
         "title": project.title,
         "speed_name": speeds.name,
@@ -62,7 +62,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         "jumps": []
         if sweep is None
         else [{"low": scale * b.low, "high": scale * b.high, "whole": b.whole} for b in sweep.bands],
-        "avoid": _avoid(own, found, scale),
+        "avoid": [(low * scale, high * scale) for low, high in judged.verdict.speeds],
         "unstable": unstable,
         "limit_arcsec": None if limit is None else limit / ARCSEC,
         "largest": {
@@ -73,29 +73,29 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         "torque_limits": _torque_limits(project),
         "torque_exceeded": exceeded,
         "load_torques": [low, project.mean_load_torque, high],
-        "passes": None if passes and (limit is None or low < high) else bool(passes),
+        "passes": judged.passes,
+        "failures": list(judged.failures),
+        "limits": [finding_data(one) for one in judged.findings],
+        "required_motor": None
+        if motor is None
+        else {
+            "torque": motor.torque, "holding_torque": motor.holding, "speed": scale * motor.at,
+            "largest_speed": speeds.scale * speeds.given[-1], "max_torque": motor_limits.torque,
+            "max_speed": motor_limits.speed * speeds.scale,
+        },
         "message": found.message,
         "remarks": [
             *([HELD] if project.train is None and project.motor == "held" else []),
+            *judged.remarks,
             *project.notes,
             *load_remark(project),
         ],
         "whole": whole,
-    }
+    }  # fmt: skip
 
 
 def _at(found: DriveResponse, omega: float) -> float:
     return float(found.oscillation[int(np.argmin(np.abs(found.omega - omega)))] / ARCSEC)
-
-
-def _avoid(project: Project, found: DriveResponse, scale: float) -> list[tuple[float, float]]:
-    """Speeds to avoid by the rule of the report; of a drive whose spring cannot hold its load none."""
-    system = project.system(reduced=True)
-    try:
-        avoid = speeds_to_avoid(system, found.response, operating_point(system), project.limit)
-    except (ValueError, SolveError):
-        return []
-    return [] if avoid is None else [(low * scale, high * scale) for low, high in avoid.bands]
 
 
 def _torque_limits(project: Project) -> list[dict[str, Any]]:
@@ -160,13 +160,11 @@ def moved(project: Project) -> dict[str, Any]:
         "window_arcsec": found.window / ARCSEC,
         "peak_arcsec": found.peak_error / ARCSEC,
         "rms_arcsec": found.rms_error / ARCSEC,
-        "limits": [_finding(one) for one in found.findings],
-        "remarks": [*usual, *found.warnings, *map(str, found.remarks)],
+        "passes": found.within_limits,
+        "failures": list(found.failures),
+        "limits": [finding_data(one) for one in found.findings],
+        "remarks": [*usual, *(w for w in found.warnings if w not in found.failures), *map(str, found.remarks)],
     }
-
-
-def _finding(one: Finding) -> dict[str, Any]:
-    return {"limit": one.limit, "value": one.value, "bound": one.bound, "unit": one.unit, "exceeded": one.exceeded}
 
 
 def mapped(project: Project, search: bool, progress: Progress) -> dict[str, Any]:
@@ -192,6 +190,7 @@ def mapped(project: Project, search: bool, progress: Progress) -> dict[str, Any]
             for line in found.lines
         ],
         "rule": found.rule,
+        "failures": list(found.failures),
         "remarks": list(found.remarks),
     }  # fmt: skip
 

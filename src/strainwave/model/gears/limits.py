@@ -10,6 +10,8 @@ from ...quantities import number, numbers, shown
 from ...units import RPM
 from .gear import Gear
 
+DUTY = "average_rpm"  # a limit of the mean over a duty cycle: no speed by itself says how long it lasts
+
 # Limits of the peak torque, and what to do beyond them.
 TORQUES = (
     ("repeated_peak_torque", "reduce the load or the vibration, or take a larger gear"),
@@ -48,6 +50,11 @@ class Finding:
     def exceeded(self) -> bool:
         """Whether the run went beyond the limit (by more than rounding)."""
         return self.value > self.bound * (1.0 + 1e-9)
+
+    @property
+    def fails(self) -> bool:
+        """Whether a drive fails by it: not by the average input speed, beyond which it may turn for a short time."""
+        return self.exceeded and self.limit != DUTY
 
 
 def check_limits(
@@ -114,6 +121,20 @@ def check_limits(
         for limit, remedy in TORQUES:
             compare(limit, peak, "N*m", "The torque in the gear reaches", remedy)
     return tuple(found)
+
+
+def gravest(findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
+    """Limits that were passed: of the peak torques and of the input speeds only the gravest."""
+    beyond = {f.limit: f for f in findings if f.exceeded}
+    for grave, less in (
+        ("max_rpm", "average_rpm"),
+        ("momentary_torque", "repeated_peak_torque"),
+        ("ratcheting_torque", "momentary_torque"),
+        ("buckling_torque", "ratcheting_torque"),
+    ):
+        if grave in beyond:
+            beyond.pop(less, None)
+    return tuple(beyond.values())
 
 
 def cubic_mean(torque: Any, weights: Any = None) -> float:

@@ -25,7 +25,7 @@ from .remedies import Remedy
 from .runup import RunUp
 from .time_case import TimeCase
 from .train_study import Ramp, TrainStudy
-from .usage import Usage
+from .usage import MotorUse, Usage
 from .verdict import Verdict
 
 LESS = 1.001  # relative difference of two largest errors below which the steady one is named
@@ -77,7 +77,7 @@ class Analysis(Result):
     usage : Usage
         What the steady motions ask of the gear: those of the whole drive train and its run-up, where there are any.
     limits : tuple of Finding
-        The same against each limit of the gear's datasheet; empty for a gear that is given by its law alone.
+        The same against each limit of the gear's datasheet, and of the motor in the file; empty where none is known.
     loop : GearLoop or None
         Hysteresis loop of a law with friction or memory.
     parametric : tuple of ParametricResonance
@@ -97,6 +97,8 @@ class Analysis(Result):
         Why a part is missing.
     doubts : tuple of str
         Results that no gear gives.
+    motor : MotorUse or None
+        What the steady motions and the run-up ask of the motor; None where it is not known.
     """
 
     system: Oscillator | VaryingOscillator
@@ -122,6 +124,7 @@ class Analysis(Result):
     verdict: Verdict
     remarks: tuple[str, ...]
     doubts: tuple[str, ...] = ()
+    motor: MotorUse | None = None
 
     def coordinates(self) -> Labelled:
         """As of the response."""
@@ -133,10 +136,11 @@ class Analysis(Result):
 
     def __str__(self) -> str:
         worst, (low, high) = self.largest(), self.speeds
+        motor = f", of the motor {self.motor.torque:.6g} N*m" if self.motor is not None else ""
         lines = [
             f"Analysis: {low:.6g} .. {high:.6g} rad/s of the base angle, {len(self.regimes)} resonances",
             f"  largest {self.drive.name} {worst.peak:.6g} rad at {worst.omega:.6g} rad/s ({worst.of}, {worst.method})",
-            f"  largest torque in the gear {self.usage.peak_torque:.6g} N*m at {self.usage.at_peak:.6g} rad/s",
+            f"  largest torque in the gear {self.usage.peak_torque:.6g} N*m at {self.usage.at_peak:.6g} rad/s{motor}",
             f"  {len(self.remedies)} remedies, {len(self.warnings)} warnings; `exact`, `train`, `avoid` and the others "
             "hold them",
         ]

@@ -16,12 +16,13 @@ from ...speeds import Speeds
 from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.resonance import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
+from ..move.demands import MotorLimits
 from ..response.by_integration import response_through
 from ..response.resonances import OperatingPoint, Regime, operating_point, regimes
 from ..response.response import ExactResponse
 from .analysis import Analysis
 from .avoid import in_run, speeds_to_avoid
-from .drive_response import of_equation
+from .drive_response import DriveResponse, of_equation
 from .gear_studies import loop_of, parametric_of
 from .load_range import LoadCase, LoadRange, load_cases, over_all
 from .motor_cases import motor_cases
@@ -32,7 +33,7 @@ from .runup import RunUp, run_up, silent
 from .time_case import TimeCase, speeds_in_time, time_case
 from .train_curve import has_curve, refuse_free, train_curve
 from .train_study import TrainStudy, train_study
-from .usage import Usage, limit_findings, most_used, usage
+from .usage import MotorUse, Usage, limit_findings, most_asked, most_used, usage
 from .verdict import smallest_change, verdict_of
 
 Told = Callable[[str, float], None]
@@ -53,6 +54,8 @@ def analyze(
     load: LoadRange | None = None,
     has_reference: bool = True,
     motors: Mapping[str, DriveTrain] | None = None,
+    whole: DriveTrain | None = None,
+    motor_limits: MotorLimits | None = None,
     progress: Told = silent,
 ) -> Analysis:
     """Analyse a drive over a range of speeds, or at single ones.
@@ -79,6 +82,10 @@ def analyze(
         Whether the motor follows a reference motion: not that of an error equation with a free motor.
     motors : mapping of str to DriveTrain, optional
         The train with each motor that the drive may have, where that is not known.
+    whole : DriveTrain, optional
+        The whole train also where the error equation leaves nothing out, for the torque of the motor.
+    motor_limits : MotorLimits, optional
+        Largest torque and speed of the motor, which the verdict judges.
     progress : callable
         Told before every step what is done now, and the share of the work that is done; default: nobody.
 
@@ -105,7 +112,7 @@ def analyze(
     cases = _in_time(system, speeds, point, found, sweep, progress)
     study = None if train is None else _whole_train(train, system, limits, point, exact, gear, progress)
     curve, ramp = (None, None) if study is None else (study.curve, study.run_alone)
-    drive = of_equation(system, exact, has_reference) if curve is None else curve
+    drive = of_equation(system, exact, has_reference, None if train else whole) if curve is None else curve
     avoid = speeds_to_avoid(system, drive.response, point, limit, None if ramp is None else in_run(*ramp))
     by_load: tuple[LoadCase, ...] = ()
     if load is not None:
@@ -123,13 +130,15 @@ def analyze(
     helps, not_tried = what_helps(
         subject, drive, avoid, by_load, load, used, lambda what: progress(f"what would help: {what}", 0.9)
     )  # fmt: skip
-    findings = () if gear is None else limit_findings(gear, used, speeds.given[-1] if speeds.by_motor else None)
+    motor = _asked_of_motor(drive, by_load, study)
+    findings = limit_findings(gear, used, speeds.given[-1] if speeds.by_motor else None, motor_limits, motor)
     change = smallest_change(subject, drive, avoid, by_load, load, used.peak_torque, helps)
     curves = tuple(case.drive for case in by_load) or (drive,)
+    verdict = verdict_of(limits, curves, avoid, used, findings, change, motor)
     return Analysis(
         system, limits, point, stability, found, exact, close, sweep, cases, drive, by_load, others, used, findings,
-        loop, parametric, study, avoid, helps, not_tried, verdict_of(limits, curves, avoid, used, findings, change),
-        (*no_loop, *not_searched), tuple(implausible(gear, rated_torque, loop, used)),
+        loop, parametric, study, avoid, helps, not_tried, verdict, (*no_loop, *not_searched),
+        tuple(implausible(gear, rated_torque, loop, used)), motor,
     )  # fmt: skip
 
 
@@ -179,6 +188,15 @@ def _used(
     else:
         used = study.curve.usage
     return used if study is None or study.ramp is None else study.ramp.added_to(used)
+
+
+def _asked_of_motor(
+    drive: DriveResponse, by_load: tuple[LoadCase, ...], study: TrainStudy | None
+) -> MotorUse | None:  # fmt: skip
+    """What the steady motions under every load, and the run-up, ask of the motor."""
+    steady = [use and use._replace(load=case.torque) for case in by_load for use in (case.drive.motor,)]
+    ramp = None if study is None or study.ramp is None else study.ramp.motor()
+    return most_asked([*(steady or [drive.motor]), ramp])
 
 
 def _proof(system: Any, point: OperatingPoint) -> StabilityProof:

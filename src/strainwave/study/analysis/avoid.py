@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...results import Floats
+from ...units import ARCSEC
 from ..response.by_integration import SAME
 from ..response.resonances import OperatingPoint
 from ..response.response import ExactResponse
@@ -243,6 +244,16 @@ def quasi_static(system: Any, point: OperatingPoint) -> float:
     twist = torque / point.stiffness if point.stiffness > 0.0 else 0.0 * torque
     error = system.error.value(angles) + twist
     return float(np.max(np.abs(error - np.mean(error))))
+
+
+def out_of_reach(limit: float | None, slow: float) -> str:
+    """That a limit of the oscillation [rad] is below that of slow rotation [rad], in one sentence; empty where not."""
+    if limit is None or limit >= slow:
+        return ""
+    return (
+        f"the limit of {limit / ARCSEC:.4g} arcsec is below the error of quasi-static rotation, {slow / ARCSEC:.4g} "
+        "arcsec: it can be met above the resonances only"
+    )
 
 
 def merged(bands: Iterable[tuple[float, ...]]) -> tuple[Speeds, ...]:

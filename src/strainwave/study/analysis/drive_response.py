@@ -1,18 +1,19 @@
 """Steady motions of a drive through a range of speeds: pointing error of the load, error across the gear, torque."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...model.gears.limits import cubic_means
+from ...model.train.drive_train import DriveTrain
 from ...records import Labelled, Result
 from ...results import Branch, Floats, Orbit, Status
 from ...sentences import on_screen
 from ...series import largest_of_samples
 from ..response.response import ExactResponse
-from .usage import Usage
+from .usage import MotorUse, Usage
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +38,9 @@ class DriveResponse(Result):
     without_angle : bool
         Whether a torque that follows the load's own angle, gravity for one, is left out: it repeats once in N turns of
         the motor, so that no motion with it repeats with every turn.
+    motor_torque, motor_mean : (n,) arrays or None
+        Largest size, and mean over a turn, of the torque of the motor [N*m, motor side], at every point; of a free
+        motor that which it is given. None where the ratio is not known.
     """
 
     response: ExactResponse
@@ -45,6 +49,8 @@ class DriveResponse(Result):
     mean_torque: Floats
     has_reference: bool = True
     without_angle: bool = False
+    motor_torque: Floats | None = None
+    motor_mean: Floats | None = None
 
     def coordinates(self) -> Labelled:
         """As of the curve."""
@@ -54,6 +60,8 @@ class DriveResponse(Result):
         """Those of the curve of the error, and what the gear is asked for at every point."""
         across = {"across": ("point", self.across, "rad")}
         torques = {name: ("point", getattr(self, name), "N*m") for name in ("torque", "mean_torque")}
+        if self.motor_torque is not None:
+            torques |= {name: ("point", getattr(self, name), "N*m") for name in ("motor_torque", "motor_mean")}
         return {**self.response.variables(), **across, **torques}
 
     @property
@@ -121,6 +129,29 @@ class DriveResponse(Result):
             float(self.torque[peak]), float(omega[peak]), float(self.mean_torque[mean]), float(omega[mean])
         )  # fmt: skip
 
+    @property
+    def motor(self) -> MotorUse | None:
+        """What the same motions ask of the motor, where it is known."""
+        if self.motor_torque is None or self.motor_mean is None:
+            return None
+        at = self.visited()
+        top = at[int(np.argmax(self.motor_torque[at]))]
+        holding = float(np.max(np.abs(self.motor_mean[at])))
+        return MotorUse(float(self.motor_torque[top]), float(self.omega[top]), holding)
+
+    def asked(self, mean: float, loads: tuple[float, float], N: float) -> tuple[Usage, MotorUse | None]:
+        """What the motions ask of gear and motor, and at least what a range of `loads` [N*m] takes at steady speed.
+
+        The curve is for the `mean` torque of the load; over the ratio `N` the motor holds the others too.
+        """
+        used, motor = self.usage, self.motor
+        used = replace(used, peak_torque=max(used.peak_torque, *map(abs, loads)))
+        if motor is not None and self.motor_mean is not None:
+            means = self.motor_mean[self.visited()]
+            holding = max(float(np.max(np.abs(means + (mean - load) / N))) for load in loads)
+            motor = motor._replace(torque=max(motor.torque, holding), holding=holding)
+        return used, motor
+
     def __str__(self) -> str:
         visited = self.visited()
         top = visited[int(np.argmax(self.oscillation[visited]))]
@@ -136,8 +167,27 @@ class DriveResponse(Result):
     __repr__ = __str__
 
 
-def of_equation(system: Any, exact: ExactResponse, has_reference: bool = True) -> DriveResponse:
-    """Motions of an error equation with its response: a rigid load, and a motor that is held, or free."""
+def of_equation(
+    system: Any, exact: ExactResponse, has_reference: bool = True, train: DriveTrain | None = None
+) -> DriveResponse:
+    """Motions of an error equation with its response: a rigid load, and a motor that is held, or free.
+
+    `train` is the same drive with its ratio, for the torque of the motor.
+    """
     torque = exact.torque(system)
-    means = cubic_means(torque)
-    return DriveResponse(exact, exact.curve.peak, largest_of_samples(torque), means, has_reference)
+    found = DriveResponse(exact, exact.curve.peak, largest_of_samples(torque), cubic_means(torque), has_reference)
+    if train is None:
+        return found
+    angles = 2.0 * np.pi * np.arange(torque.shape[1]) / torque.shape[1]
+    motor = motor_torque(train, angles, torque)
+    return replace(found, motor_torque=largest_of_samples(motor), motor_mean=np.mean(motor, axis=1))
+
+
+def motor_torque(train: DriveTrain, angles: Floats, torque: Floats) -> Floats:
+    """Torque (n, samples) [N*m] of a motor that turns steadily, at base angles [rad], from that in the gear [N*m].
+
+    It is (1/N - e') T without drag; of a free motor that which it is given.
+    """
+    if train.motor.free:
+        return np.asarray(train.motor.excitation.torque(angles) + 0.0 * torque)
+    return np.asarray((1.0 / train.N - train.error.slope(angles)) * torque)

@@ -37,12 +37,15 @@ class LoadRange(NamedTuple):
         Mean torque [N*m] of the drive as it is.
     at : callable
         Error equation, and whole train or None, under a constant torque [N*m] of the load.
+    whole : DriveTrain or None
+        The whole train also where the error equation is all of it, for the torque of the motor.
     """
 
     low: float
     high: float
     own: float
     at: Callable[[float], tuple[Any, DriveTrain | None]]
+    whole: DriveTrain | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +152,8 @@ def _case(load: LoadRange, torque: float, speeds: Speeds, limit: float | None, h
     others = searched(system.law)
     curve = train_curve(train, speeds, coexisting=others) if train is not None and has_curve(train) else None
     if curve is None:
-        curve = of_equation(system, response_through(system, speeds, coexisting=others), has_reference)
+        exact = response_through(system, speeds, coexisting=others)
+        curve = of_equation(system, exact, has_reference, load.whole if train is None else None)
     return LoadCase(torque, curve, speeds_to_avoid(system, curve.response, point, limit))
 
 

@@ -1,7 +1,7 @@
 """The response of a whole drive train through a speed range: pointing error of the load, and torque in the gear."""
 
 from dataclasses import replace as with_changes
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -92,7 +92,7 @@ def train_curve(
         return None
     flow, orbits, times = problem.disturbed(placed)
     strain = strain_of(system, orbits[:, -1], flow.series(orbits), 2.0 * np.pi / times)
-    return DriveResponse(response, *strain, not train.motor.free, follows_its_angle(train))
+    return DriveResponse(response, *strain[:3], not train.motor.free, follows_its_angle(train), *strain[3:])
 
 
 def has_curve(train: DriveTrain) -> bool:
@@ -218,16 +218,29 @@ def _over_a_turn(problem: FirstOrder, found: Trace, g: int) -> tuple[FirstOrder,
     return whole, with_changes(found, points=np.array(points).reshape(-1, whole.size() + 1), elsewhere=elsewhere)
 
 
-def strain_of(system: AtLoad, omega: Floats, series: Floats, turn: float) -> tuple[Floats, Floats, Floats]:
-    """What motions ask of the gear: the largest |x| across it [rad], the largest torque and its cubic mean [N*m].
+class Strain(NamedTuple):
+    """What motions ask of the gear and the motor, each (n,).
 
-    They repeat after `turn` [rad].
+    Of the gear the largest |x| across it [rad], the largest torque and its cubic mean [N*m, output side]; of the motor
+    the largest torque and its mean [N*m, motor side].
     """
+
+    across: Floats
+    torque: Floats
+    mean_torque: Floats
+    motor_torque: Floats
+    motor_mean: Floats
+
+
+def strain_of(system: AtLoad, omega: Floats, series: Floats, turn: float) -> Strain:
+    """What motions that repeat after `turn` [rad] ask of the gear and the motor."""
     own = np.array(own_state(system, tuple(np.moveaxis(series, 1, 0))))  # linear in the state, so of coefficients too
     h = series.shape[2] // 2
     samples = SAMPLES * max(h, FEWEST)
     each: Any = omega[:, None]
     there = tuple(own @ synthesis(h, samples))
-    torque = np.asarray(turning(system._replace(omega=each)).torque(turn * np.arange(samples) / samples, there))
-    means = cubic_means(torque)
-    return displacement_peaks(own[0]), largest_of_samples(torque), means
+    train, angles = turning(system._replace(omega=each)), turn * np.arange(samples) / samples
+    torque = np.asarray(train.torque(angles, there))
+    motor = train.motor_torque(angles, there) + 0.0 * torque
+    peaks, motor_peaks = largest_of_samples(torque), largest_of_samples(motor)
+    return Strain(displacement_peaks(own[0]), peaks, cubic_means(torque), motor_peaks, np.mean(motor, axis=1))

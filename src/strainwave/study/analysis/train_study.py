@@ -14,6 +14,7 @@ from ...numerics.integration.methods import Dopri5
 from ...protocols import terms_of
 from ...results import Floats, SolveError
 from ...sentences import Sentence
+from ...series import largest_of_samples
 from ..response.gear_forces import damping_of
 from ..response.resonances import OperatingPoint
 from ..response.response import ExactResponse
@@ -23,7 +24,7 @@ from ..train.reductions import Reductions, compare_with_train
 from ..train.run import DriveRun, drive_run
 from .drive_response import DriveResponse
 from .runup import silent
-from .usage import Usage
+from .usage import MotorUse, Usage
 
 FREQUENCIES, MOST_HARMONICS = 240, 31
 ALIKE = 1e-3  # relative difference of speeds that are looked at once
@@ -42,6 +43,15 @@ class Ramp(NamedTuple):
         """Largest size of what was sampled over the run, once it has begun, and the motor speed [rad/s] there."""
         at = int(np.argmax(np.abs(values) * (self.run.trajectory.t >= self.begin)))
         return float(abs(values[at])), float(self.run.motor_speed[at])
+
+    def motor(self) -> MotorUse | None:
+        """What the run asks of the motor once it has begun; None where it did not end well."""
+        train, path = self.run.train, self.run.trajectory
+        if not path.status:
+            return None
+        sizes = np.abs(train.motor_torque(train.omega * path.t, tuple(path.y))) * (path.t >= self.begin)
+        peak = float(largest_of_samples(sizes[None])[0])
+        return MotorUse(peak, float(self.run.motor_speed[np.argmax(sizes)]), 0.0, in_run_up=True)
 
     def added_to(self, used: Usage) -> Usage:
         """What motions ask of the gear, with the largest torque of a run that ended well where that is larger."""

@@ -1,12 +1,13 @@
-"""What steady motions ask of the gear: the largest torque and the cubic mean, against the datasheet's limits."""
+"""What motions ask of the gear and of the motor, against the limits of the datasheet and of the project file."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...model.gears.gear import Gear
 from ...model.gears.limits import Finding, check_limits, cubic_mean
 from ...series import largest_of_samples
+from ..move.demands import MotorLimits, motor_findings
 from ..response.response import ExactResponse
 from ..response.steady import SteadyMotion
 from .time_case import cycle_of
@@ -28,6 +29,36 @@ class Usage:
     at_peak: float
     average_torque: float
     at_average: float
+
+
+class MotorUse(NamedTuple):
+    """What the motions of a speed range ask of the motor.
+
+    Attributes
+    ----------
+    torque, at : float
+        Largest size of its torque [N*m, motor side], and the base-angle speed [rad/s] there.
+    holding : float
+        Largest size of its mean over a turn [N*m], which loads, gravity and friction take at steady speeds.
+    load : float or None
+        Torque [N*m] of the load at the largest, where it has a range of them.
+    in_run_up : bool
+        Whether the largest is in the run-up.
+    """
+
+    torque: float
+    at: float
+    holding: float
+    load: float | None = None
+    in_run_up: bool = False
+
+
+def most_asked(some: Iterable[MotorUse | None]) -> MotorUse | None:
+    """The largest torques of several, of those that are known."""
+    known = [use for use in some if use is not None]
+    if not known:
+        return None
+    return max(known, key=lambda use: use.torque)._replace(holding=max(use.holding for use in known))
 
 
 def usage(system: Any, exact: ExactResponse, motions: Iterable[SteadyMotion]) -> Usage:
@@ -57,25 +88,22 @@ def most_used(*some: Usage) -> Usage:
     return Usage(peak.peak_torque, peak.at_peak, mean.average_torque, mean.at_average)
 
 
-def limit_findings(gear: Gear, used: Usage, fastest: float | None) -> tuple[Finding, ...]:
-    """Compare a run with the gear's limits; `fastest` is the largest input speed [rad/s], None where it is not known.
+def limit_findings(
+    gear: Gear | None, used: Usage, fastest: float | None, limits: MotorLimits | None = None,
+    motor: MotorUse | None = None,
+) -> tuple[Finding, ...]:  # fmt: skip
+    """Compare motions with the limits of the gear and of the motor; `Finding.fails` says by which a drive fails.
 
-    The speed counts as the mean speed too: every speed of the range may be kept up.
+    `fastest` is the largest input speed [rad/s], None where it is not known. It counts as the mean speed too: every
+    speed of the range may be kept up.
     """
-    return check_limits(
-        gear, peak_torque=used.peak_torque, average_torque=used.average_torque, max_speed=fastest, average_speed=fastest
-    )
-
-
-def gravest(findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
-    """Limits that were passed: of the peak torques and of the speeds only the gravest."""
-    beyond = {f.limit: f for f in findings if f.exceeded}
-    for grave, less in (
-        ("max_rpm", "average_rpm"),
-        ("momentary_torque", "repeated_peak_torque"),
-        ("ratcheting_torque", "momentary_torque"),
-        ("buckling_torque", "ratcheting_torque"),
-    ):
-        if grave in beyond:
-            beyond.pop(less, None)
-    return tuple(beyond.values())
+    found: tuple[Finding, ...] = ()
+    if gear is not None:
+        found = check_limits(
+            gear, peak_torque=used.peak_torque, average_torque=used.average_torque, max_speed=fastest,
+            average_speed=fastest,
+        )  # fmt: skip
+    if limits is None:
+        return found
+    torque, holding = (None, 0.0) if motor is None else (motor.torque, motor.holding)
+    return found + motor_findings(limits, torque, fastest, holding)

@@ -1,4 +1,4 @@
-"""What a profile asks of a rigid drive, and the profiles that no drive of this motor and gear can follow."""
+"""What a profile asks of a rigid drive, and what a motion asks of a motor against its limits."""
 
 import math
 from typing import Any, NamedTuple
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...law import states_of, torque_of
-from ...model.gears.gear import Gear
+from ...model.gears.limits import Finding
 from ...model.train.drive_train import DriveTrain
 from ...numerics.loading import loaded_state
 from ...protocols import lacking
@@ -15,6 +15,7 @@ from ...results import Floats, SolveError
 from ...units import RPM
 from .path import Path
 
+STRONGER, SLOWER = "take a stronger motor, another ratio or less load", "drive slower, or take a smaller ratio"
 EACH = 16  # samples in a segment: gravity varies little in it
 
 
@@ -29,6 +30,31 @@ class MotorLimits(NamedTuple):
         for name in self._fields:
             if getattr(self, name) != math.inf:
                 number(f"MotorLimits.{name}", getattr(self, name), positive=True)
+
+
+def motor_findings(
+    limits: MotorLimits, torque: float | None, speed: float | None, holding: float = 0.0,
+    remedies: tuple[str, str] = (STRONGER, SLOWER),
+) -> tuple[Finding, ...]:  # fmt: skip
+    """Compare a motor's largest torque [N*m] and speed [rad/s] with its limits, where both are known.
+
+    `holding` is the part of the torque that loads and friction take at steady speed, `remedies` what helps beyond.
+    """
+    found = []
+    rpm = None if speed is None else speed / RPM
+    parts = (("torque", torque, limits.torque, "N*m"), ("speed", rpm, limits.speed / RPM, "rpm"))
+    for (name, value, bound, unit), remedy in zip(parts, remedies, strict=True):
+        if value is None or not math.isfinite(bound):
+            continue
+        beyond = Finding(f"motor {name}", value, bound, unit, "").exceeded
+        end = f"within its limit of {bound:.4g} {unit}"
+        if beyond:
+            steady = name == "torque" and holding > bound
+            alone = f" (loads and friction alone take {holding:.4g} N*m)" if steady else ""
+            end = f"above its limit of {bound:.4g} {unit}{alone}; {remedy}"
+        sentence = f"The {name} of the motor reaches {value:.4g} {unit}, {end}."
+        found.append(Finding(f"motor {name}", value, bound, unit, sentence))
+    return tuple(found)
 
 
 class Demand(NamedTuple):
@@ -58,39 +84,37 @@ def demand_of(train: DriveTrain, path: Path, stretch: float = 1.0) -> Demand:
     return Demand(t, angle, N * speed, holding, given)
 
 
-def refuse_impossible(train: DriveTrain, path: Path, gear: Gear | None, limits: MotorLimits) -> None:
-    """Refuse a load that the gear cannot hold and a profile that the motor cannot follow (ValueError)."""
+def refuse_heavy(train: DriveTrain, path: Path) -> None:
+    """Refuse a load that is beyond what the law of the gear carries (ValueError)."""
     asked = demand_of(train, path)
-    _refuse_heavy(train, asked, gear)
-    fastest = float(np.max(np.abs(asked.speed)))
-    if fastest > limits.speed:
-        need = path.duration * fastest / limits.speed
-        raise ValueError(
-            f"the profile turns the motor at {fastest / RPM:.4g} rpm, above its {limits.speed / RPM:.4g} rpm; stretch "
-            f"it from {path.duration:.4g} s to {_up(need)} s or more, or take a smaller ratio"
-        )
-    at = int(np.argmax(np.abs(asked.motor)))
-    if abs(asked.motor[at]) > limits.torque:
-        raise ValueError(
-            f"the profile asks {abs(asked.motor[at]):.4g} N*m of the motor at {asked.t[at]:.4g} s, above its "
-            f"{limits.torque:.4g} N*m; {_stretched(train, path, limits.torque)}"
-        )
-
-
-def _refuse_heavy(train: DriveTrain, asked: Demand, gear: Gear | None) -> None:
-    """Refuse a load that is beyond the momentary torque of the gear, or beyond what its law carries (ValueError)."""
     at = int(np.argmax(np.abs(asked.holding)))
     pull = float(asked.holding[at])
-    said = f"the load pulls with {abs(pull):.4g} N*m at {np.degrees(asked.angle[at]):.4g} deg"
-    remedy = "take a lighter payload, a shorter arm or a larger gear"
-    if gear is not None and gear.momentary_torque is not None and abs(pull) > gear.momentary_torque:
-        most = f"{gear.name} holds at most {gear.momentary_torque:g} N*m (momentary torque)"
-        raise ValueError(f"{said}, and {most}; {remedy}")
-    if not lacking(train.law, "stiffness"):
-        try:
-            loaded_state(train.law, pull)
-        except (ValueError, SolveError) as error:
-            raise ValueError(f"{said}, which the gear does not hold: {error}; {remedy}") from error
+    if lacking(train.law, "stiffness"):
+        return
+    try:
+        loaded_state(train.law, pull)
+    except (ValueError, SolveError) as error:
+        raise ValueError(
+            f"the load pulls with {abs(pull):.4g} N*m at {np.degrees(asked.angle[at]):.4g} deg, which the gear does "
+            f"not hold: {error}; take a lighter payload, a shorter arm or a larger gear"
+        ) from error
+
+
+def move_findings(
+    train: DriveTrain, path: Path, limits: MotorLimits, torque: float, speed: float
+) -> tuple[Finding, ...]:
+    """What a move asks of the motor, its vibration included, against the limits; what helps goes by the profile."""
+    asked = demand_of(train, path)
+    fastest, largest = float(np.max(np.abs(asked.speed))), float(np.max(np.abs(asked.motor)))
+    smoother = "take a longer time, a smoother profile or a stronger motor"
+    of_torque = _stretched(train, path, limits.torque) if largest > limits.torque else smoother
+    of_speed = smoother
+    if fastest > limits.speed:
+        need = _up(path.duration * fastest / limits.speed)
+        of_speed = f"stretch it from {path.duration:.4g} s to {need} s or more, or take a smaller ratio"
+    without = "the move is computed as if the motor had that; "
+    holding = float(np.max(np.abs(demand_of(train, path, math.inf).motor)))
+    return motor_findings(limits, torque, speed, holding, (without + of_torque, without + of_speed))
 
 
 def _stretched(train: DriveTrain, path: Path, most: float) -> str:

@@ -17,10 +17,10 @@ from ...protocols import lines_of
 from ...quantities import interval, number
 from ...results import Floats, SolveError
 from ...sentences import Sentence
-from ...units import ARCSEC, RPM
+from ...units import ARCSEC
 from ..train.run import INPUTS, waiting
 from ..train.state_space import state_space
-from .demands import MotorLimits, refuse_impossible
+from .demands import MotorLimits, move_findings, refuse_heavy
 from .follow import Followed, follow
 from .mover import Mover, Task, mover_of
 from .passes import Pass, crossings, passes
@@ -54,8 +54,9 @@ def move(
     """Move the load of a drive along a profile and say how well that goes.
 
     The whole train is integrated, its two inertias with the loop of its motor, from rest where gravity holds it. The
-    motor's loop follows the profile times the ratio. Torques have their means; lines of a torque, which follow an angle
-    at constant speed, are left out.
+    motor's loop follows the profile times the ratio. A move that asks more of the motor than its limits is computed as
+    if the motor had it, and fails (`Move.within_limits`). Torques have their means; lines of a torque, which follow an
+    angle at constant speed, are left out.
 
     Parameters
     ----------
@@ -93,8 +94,8 @@ def move(
     Raises
     ------
     ValueError
-        If the profile is empty, goes back in time, or asks more torque or speed than the motor has; if the gear cannot
-        hold the payload; if the motor has no loop, or a number is out of range.
+        If the profile is empty or goes back in time; if the law of the gear cannot hold the payload; if the motor has
+        no loop, or a number is out of range.
     TypeError
         If it is no project or train, or a part of the profile is none.
     SolveError
@@ -111,7 +112,7 @@ def move(
     given = (window, task.window, getattr(project, "limit", None), WINDOW)
     window = number("window [rad]", next(value for value in given if value is not None), positive=True)
     spans = tuple(interval("bands [rad/s]", band) for band in bands)
-    refuse_impossible(mover.train, path, mover.gear, mover.limits)
+    refuse_heavy(mover.train, path)
     y0 = _at_rest(mover.train, 0.0, float(path.angle[0]))
     poles = state_space(mover.train, at=y0).poles
     tail = _tail(poles, path) if tail is None else number("tail [s]", tail, positive=True)
@@ -187,7 +188,7 @@ def _result(
         findings = check_limits(
             mover.gear, peak_torque=peaks[2], average_torque=average, max_speed=peaks[3], average_speed=mean_speed
         )
-    findings += _of_motor(mover.limits, peaks[1], peaks[3])
+    findings += move_findings(train, path, mover.limits, peaks[1], peaks[3])
     keep = np.append(True, np.diff(run.t) > 0.0)
     last = np.flatnonzero(path.moving)[-1]  # the last segment of the last motion
     return Move(
@@ -245,17 +246,3 @@ def _settled(mover: Mover, path: Path, run: Followed, window: float) -> tuple[li
         rests.append(rest)
     times = zip(motions, begins, rests, strict=True)
     return rests, tuple(settling(error, rest, window, end, until) for (_, end), until, rest in times)
-
-
-def _of_motor(limits: MotorLimits, torque: float, speed: float) -> tuple[Finding, ...]:
-    """What the vibration asks of the motor beyond its limits; what the profile alone asks is refused before."""
-    found = []
-    parts = (("torque", torque, limits.torque, "N*m"), ("speed", speed / RPM, limits.speed / RPM, "rpm"))
-    for name, value, bound, unit in parts:
-        if math.isfinite(bound):
-            beyond = value > bound * (1.0 + 1e-9)
-            end = "above its limit of" if beyond else "within its limit of"
-            remedy = "; the motor does not follow: take a longer time or a smoother profile" if beyond else ""
-            sentence = f"The {name} of the motor reaches {value:.4g} {unit}, {end} {bound:.4g} {unit}{remedy}."
-            found.append(Finding(f"motor {name}", value, bound, unit, sentence))
-    return tuple(found)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ...model.gears.limits import Finding
+from ...model.gears.limits import Finding, gravest
 from ...records import Labelled, Result
 from ...results import Floats
 from ...sentences import on_screen
@@ -51,7 +51,7 @@ class Move(Result):
     life : float or None
         L10 life of the wave generator's bearing [h] where the profile is repeated without end (`bearing_life`).
     findings : tuple of Finding
-        Every comparison with a limit of the gear.
+        Every comparison with a limit of the gear and of the motor.
     warnings : tuple of str
         What is beyond a limit, as sentences.
     bands : tuple of (float, float)
@@ -116,6 +116,16 @@ class Move(Result):
         """Energy [J] that the drive has turned into heat."""
         return sum(list(self.work.values())[3:])
 
+    @property
+    def within_limits(self) -> bool | None:
+        """Whether gear and motor keep their limits in the move; None where none is known."""
+        return not self.failures if self.findings else None
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Sentences on the limits by which the move fails."""
+        return tuple(finding.sentence for finding in gravest(self.findings) if finding.fails)
+
     def coordinates(self) -> Labelled:
         """Times of the samples."""
         return {"time": ("time", self.time, "s")}
@@ -134,8 +144,9 @@ class Move(Result):
     def __str__(self) -> str:
         settled = "not within the run" if self.settling_time is None else f"{self.settling_time:.4g} s after its end"
         life = "" if self.life is None else f", life L10 {self.life:.4g} h"
+        failed = "".join(f"FAIL: {sentence}\n" for sentence in self.failures)
         return on_screen(
-            f"Move: {self.duration:.4g} s; settled to {self.window / ARCSEC:.4g} arcsec {settled}\n"
+            f"{failed}Move: {self.duration:.4g} s; settled to {self.window / ARCSEC:.4g} arcsec {settled}\n"
             f"  pointing error [arcsec]: largest {self.peak_error / ARCSEC:.4g}, rms {self.rms_error / ARCSEC:.4g}, at "
             f"the end {self.end_error / ARCSEC:.4g}, at rest {self.rest_error / ARCSEC:.4g}\n"
             f"  motor: {self.peak_motor_torque:.4g} N*m at most, rms {self.rms_motor_torque:.4g} N*m, up to "

@@ -20,7 +20,7 @@ from ...series import oscillation
 SLIGHT = 1e-3  # share of a motion by which it repeats later than what drives it
 FINER = 8  # places on a curve between two of its points
 PER_HARMONIC, FEWEST = 8, 64  # samples of a turn for the extremes of the error
-OMEGA, OSCILLATION, TORQUE, LOW, HIGH = range(5)  # columns of a run
+OMEGA, OSCILLATION, TORQUE, LOW, HIGH, MOTOR = range(6)  # columns of a run
 
 
 class Loose(NamedTuple):
@@ -46,12 +46,15 @@ class Motions:
         Whether it is apart from the curve that joins both ends of the range.
     every : int
         How often in a turn of the motor all that drives the motions repeats.
+    motor : (n,) array or None
+        Largest torque [N*m] of the motor; None where it is not known.
     """
 
     branch: Branch
     torque: Floats
     isolated: bool = False
     every: int = 1
+    motor: Floats | None = None
 
     @cached_property
     def subharmonic(self) -> bool:
@@ -68,18 +71,19 @@ class Motions:
 
     @cached_property
     def table(self) -> Floats:
-        """Speed, oscillation, torque, least and largest error (n, 5) of every point."""
+        """Speed, oscillation, torque, least and largest error, torque of the motor (n, 6) of every point."""
         low, high = extremes(self.branch.coefficients)
-        own = self.branch.omega, oscillation(self.branch.coefficients), self.torque, low, high
+        motor = 0.0 * self.torque if self.motor is None else self.motor
+        own = self.branch.omega, oscillation(self.branch.coefficients), self.torque, low, high, motor
         return np.column_stack(own)
 
     @cached_property
     def runs(self) -> tuple[Floats, ...]:
-        """Tables (m, 5) of the stable runs of the curve, each with rising speed."""
+        """Tables (m, 6) of the stable runs of the curve, each with rising speed."""
         return tuple(finer(self.table[run]) for run in stable_runs(self.branch))
 
     def at(self, omega: float) -> list[Floats]:
-        """Rows (5,) of the stable motions of this curve at a speed [rad/s]."""
+        """Rows (6,) of the stable motions of this curve at a speed [rad/s]."""
         return [row_at(run, omega) for run in self.runs if run[0, OMEGA] <= omega <= run[-1, OMEGA]]
 
 
@@ -168,5 +172,5 @@ def finer(table: Floats) -> Floats:
 
 
 def row_at(run: Floats, omega: Any) -> Floats:
-    """Row (5,) of a run at a speed, or rows (n, 5) at speeds."""
+    """Row (6,) of a run at a speed, or rows (n, 6) at speeds."""
     return np.stack([np.interp(omega, run[:, OMEGA], run[:, j]) for j in range(run.shape[1])], axis=-1)

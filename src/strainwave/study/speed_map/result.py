@@ -90,6 +90,8 @@ class SpeedMap(Result):
         Quantiles over units, where these were given.
     remarks : tuple of str
         What a reader must know.
+    failures : tuple of str
+        Limits of the gear and the motor by which the drive fails in the range, and a limit that no speed meets.
     """
 
     speeds: Floats
@@ -109,6 +111,7 @@ class SpeedMap(Result):
     quasi_static: Floats
     scatter: Scatter | None = None
     remarks: tuple[str, ...] = ()
+    failures: tuple[str, ...] = ()
 
     @property
     def load_unit(self) -> str:
@@ -186,6 +189,7 @@ class SpeedMap(Result):
         if self.scatter is not None:
             lines.append(f"  {self.units_sentence}")
         lines += [f"  {self.vendor_sentence}"] * bool(self.vendor)
+        lines[1:1] = [f"  FAIL: {sentence}" for sentence in self.failures]
         return on_screen("\n".join([*lines, *(f"  {remark}" for remark in self.remarks)]))
 
     __repr__ = __str__
@@ -213,6 +217,10 @@ class SpeedMap(Result):
             said.append(f"oscillation above {rules.amplification:g} times that of quasi-static rotation")
         if rules.margin is not None:
             said.append(f"nearer than {100.0 * rules.margin:g} % to a resonance")
+        if rules.speed is not None:
+            said.append(f"faster than {rules.speed / RPM:.5g} rpm")
+        if rules.motor_torque is not None:
+            said.append(f"motor torque above {rules.motor_torque:.4g} N*m")
         return "forbidden: " + " or ".join(said)
 
 

@@ -13,7 +13,7 @@ from ...quantities import number
 from ...results import Floats
 from ..analysis.avoid import AMPLIFIED, merged
 from ..analysis.load_range import hulls_between
-from .motions import OMEGA, OSCILLATION, UnderLoad
+from .motions import MOTOR, OMEGA, OSCILLATION, UnderLoad
 
 MARGIN = 0.1  # separation margin of torsional trains: 10 % (API 617 after Wang, Feese & Pettinato 2012)
 
@@ -35,11 +35,16 @@ class Rules:
     margin : float or None
         Separation margin: no speed is nearer than this share to a resonance, from where its backbone begins to where
         its peak lies.
+    speed, motor_torque : float or None
+        Largest speed of the motor [rad/s], of its gear or its own, where the map goes beyond it, and largest torque of
+        the motor [N*m].
     """
 
     limit: float | None = None
     amplification: float | None = None
     margin: float | None = None
+    speed: float | None = None
+    motor_torque: float | None = None
 
     def level(self, quasi_static: float) -> float:
         """Oscillation [rad] from which on a speed is forbidden."""
@@ -86,15 +91,19 @@ def bands_of(under: UnderLoad, rules: Rules, span: Span, resonances: list[Span],
     found: list[Span] = [band for run, _ in under.runs for band in above(run, level)]
     found += gaps([(run[0, OMEGA], run[-1, OMEGA]) for run, _ in under.runs], span)
     found += [(w / (1.0 + apart), w * (1.0 + apart)) for w, size, _, _ in under.loose if size > level]
+    if rules.motor_torque is not None:
+        found += [band for run, _ in under.runs for band in above(run, rules.motor_torque, MOTOR)]
+    if rules.speed is not None:
+        found.append((rules.speed, span[1]))
     if rules.margin is not None:
         found += [((1.0 - rules.margin) * low, (1.0 + rules.margin) * high) for low, high in resonances]
     forbidden = clipped(found, span)
     return Bands(forbidden, complement(forbidden, span))
 
 
-def above(run: Floats, level: float) -> list[Span]:
-    """Bands of a run in which the oscillation is above a level; the ends by linear interpolation."""
-    omega, over = run[:, OMEGA], run[:, OSCILLATION] - level
+def above(run: Floats, level: float, what: int = OSCILLATION) -> list[Span]:
+    """Bands of a run in which the oscillation, or another column, is above a level; ends by linear interpolation."""
+    omega, over = run[:, OMEGA], run[:, what] - level
     edges = np.flatnonzero(np.diff(np.concatenate([[False], over > 0.0, [False]])))
     found = []
     for first, after in edges.reshape(-1, 2):

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...law import breakpoints_of
 from ...model.oscillator import Oscillator
+from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad, own_state, turning
 from ...numerics.attractors.random_starts import box_at, starts_in
 from ...numerics.attractors.settle import SEEN
@@ -31,6 +32,7 @@ from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
 from ...results import Branch, Floats
 from ...tree import leaf_of
+from ..analysis.drive_response import motor_torque
 from ..analysis.train_curve import strain_of
 from ..response.resonances import active_orders
 from .motions import HIGH, LOW, OMEGA, OSCILLATION, Loose, Motions, extremes
@@ -97,7 +99,7 @@ def search(
         seed = Settling(float(omega[lane]), tuple(ends.state[:, lane].tolist()), int(ends.period[lane]))
         orbit = solved(system, seed, curves[0].branch) if seed.turns and len(new) < FOLLOWED else None
         if orbit is not None and not _on(curves, orbit):
-            curves, new = (*curves, follow(system, orbit, span, known[0].every)), [*new, seed]
+            curves, new = (*curves, follow(system, orbit, span, known[0].every, case.train)), [*new, seed]
         elif orbit is None and whole:
             kept.append(Loose(seed.omega, 0.5 * (high - low), _largest_torque(system, seed), seed.turns))
         same = np.abs(ends.lowest - low) + np.abs(ends.highest - high) < SAME * (high - low)
@@ -137,12 +139,15 @@ def solved(system: Any, seed: Settling, main: Branch) -> Start | None:
     return None if apart > ELSEWHERE * float(np.ptp(x)) else Start(problem, point, float(lows[0]), float(highs[0]))
 
 
-def follow(system: Any, start: Start, span: tuple[float, float], every: int) -> Motions:
-    """The curve through a solved motion, inside the range."""
+def follow(
+    system: Any, start: Start, span: tuple[float, float], every: int, train: DriveTrain | None = None
+) -> Motions:
+    """The curve through a solved motion, inside the range; `train` has the ratio of an error equation."""
     found = both_ways(start.problem, start.point, *span, 4.0 / POINTS)
     tail = tail_along(start.problem, found.points)
     branch = describe(start.problem, "omega", found, tail, "settled on", locate=False)
-    return Motions(branch, _torque(system, start.problem, branch, found.points), True, every)
+    torque, motor = _torques(system, start.problem, branch, found.points, train)
+    return Motions(branch, torque, True, every, motor)
 
 
 def _on(curves: tuple[Motions, ...], start: Start) -> bool:
@@ -158,12 +163,15 @@ def _on(curves: tuple[Motions, ...], start: Start) -> bool:
     return False
 
 
-def _torque(system: Any, problem: Any, branch: Branch, points: Floats) -> Floats:
-    """Largest torque (n,) [N*m] in the gear on a curve of motions of several turns."""
+def _torques(
+    system: Any, problem: Any, branch: Branch, points: Floats, train: DriveTrain | None
+) -> tuple[Floats, Floats | None]:
+    """Largest torques (n,) [N*m] in the gear and of the motor on a curve of motions of several turns."""
     if isinstance(system, AtLoad):
         flow, orbits, times = problem.disturbed(np.ascontiguousarray(points))
         turn = 2.0 * np.pi * branch.period / times
-        return strain_of(system, orbits[:, -1], flow.series(orbits), turn)[1]
+        strain = strain_of(system, orbits[:, -1], flow.series(orbits), turn)
+        return strain.torque, strain.motor_torque
     # T + B u' = tau - J x'' of the error equation
     h = branch.coefficients.shape[1] // 2
     theta = 2.0 * np.pi * branch.period * np.arange(32 * h) / (32 * h)
@@ -171,7 +179,9 @@ def _torque(system: Any, problem: Any, branch: Branch, points: Floats) -> Floats
     waves = np.stack([np.cos(np.outer(k, theta)), np.sin(np.outer(k, theta))], axis=1).reshape(2 * h, -1)
     bends = -np.repeat(k * k, 2)[:, None] * waves
     inertia = system.J * branch.omega[:, None] ** 2 * (branch.coefficients[:, 1:] @ bends)
-    return np.asarray(np.max(np.abs(system.excitation.torque(theta) - inertia), axis=1))
+    torque = np.asarray(system.excitation.torque(theta) - inertia)
+    motor = None if train is None else np.max(np.abs(motor_torque(train, theta, torque)), axis=1)
+    return np.max(np.abs(torque), axis=1), motor
 
 
 def starts_at(case: Any, speeds: Floats) -> tuple[Floats, Floats]:

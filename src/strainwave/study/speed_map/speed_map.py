@@ -14,10 +14,11 @@ from ...protocols import lacking
 from ...quantities import interval, number, numbers, positive_count, shown
 from ...results import Floats, Interrupted, SolveError
 from ...units import ARCSEC
+from ..analysis.avoid import out_of_reach
 from ..analysis.runup import silent
 from .campbell import CampbellLine, campbell
 from .motions import OMEGA, OSCILLATION, TORQUE, UnderLoad, row_at
-from .ratings import beyond_ratings
+from .ratings import beyond_ratings, with_ratings
 from .result import UNITS, JumpSpeed, Scatter, SpeedMap
 from .rules import Bands, Rules, Span, bands_of, clipped, complement, holds, rules_of, swept
 from .under_load import APART, Case, case_of, extended, under_load
@@ -51,7 +52,8 @@ def speed_map(
 
     Under each load every stable steady motion is followed through the range: the curve of the whole drive by harmonic
     balance, and motions apart from it, subharmonics among them, on which random starts settle. A speed is forbidden
-    where the largest of them breaks a rule, and where no stable motion is known.
+    where the largest of them breaks a rule, where no stable motion is known, and where the motor must turn faster than
+    it or the gear may, or give more torque than it has.
 
     Parameters
     ----------
@@ -91,7 +93,7 @@ def speed_map(
     Raises
     ------
     ValueError
-        If a range has no width, a limit is one that no speed meets, or a number is out of range.
+        If a range has no width, or a number is out of range.
     SolveError
         If the law cannot carry a load, or no periodic motion is found under any.
     Interrupted
@@ -107,7 +109,7 @@ def speed_map(
     if lacking(project, "system", "under", "with_load_inertia"):
         raise TypeError(f"project is {shown(project)}; give what read_project returns")
     cells, span = _speeds(project, speeds)
-    rules = rules_of(limit, amplification, margin, project.limit)
+    rules = with_ratings(rules_of(limit, amplification, margin, project.limit), project, span)
     values, name, variants = _loads(project, loads, load_inertias)
     count = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     cases = [case_of(variant, value, span) for variant, value in zip(variants, values.tolist(), strict=True)]
@@ -123,10 +125,10 @@ def speed_map(
         bands_of(own, rules, span, _resonances(own, [line for line in lines if line.load == own.load]), apart)
         for own in found
     ]
-    _refuse_unreachable(rules, found, bands)
     table = [cells_of(own, cells) for own in found]
     oscillation, torque, motions, subharmonic = (np.array([row[i] for row in table]) for i in range(4))
     scatter = _scatter(drives if len(done) == every else [], values, name, cells, span, rules, progress)
+    failures, beyond = beyond_ratings(project, cells, values, torque, found, UNITS[name])
     result = SpeedMap(
         speeds=cells,
         loads=values,
@@ -144,10 +146,8 @@ def speed_map(
         rules=rules,
         quasi_static=np.array([own.quasi_static for own in found]),
         scatter=scatter,
-        remarks=(
-            *_remarks(cases, found, name, lines, span, rules, search),
-            *beyond_ratings(project.gear, cells, values, torque, UNITS[name]),
-        ),
+        remarks=(*_remarks(cases, found, name, lines, span, rules, search), *beyond),
+        failures=(*_unreachable(rules, found, bands), *failures),
     )
     finished = 0 if scatter is None else scatter.units
     if len(done) < every or finished < len(drives):
@@ -279,16 +279,18 @@ def _resonances(own: UnderLoad, lines: list[CampbellLine]) -> list[Span]:
     return found
 
 
-def _refuse_unreachable(rules: Rules, found: list[UnderLoad], bands: list[Bands]) -> None:
-    """Refuse a limit that no speed meets under any load (ValueError)."""
+def _unreachable(rules: Rules, found: list[UnderLoad], bands: list[Bands]) -> tuple[str, ...]:
+    """That no speed meets the limit of the oscillation under any load, in one sentence."""
     if rules.limit is None or any(len(one.allowed) for one in bands) or not any(own.runs for own in found):
-        return
+        return ()
     least = min(float(np.min(run[:, OSCILLATION])) for own in found for run, _ in own.runs)
+    if least <= rules.limit:
+        return ()
     slow = max(own.quasi_static for own in found)
-    raise ValueError(
-        f"the limit of {rules.limit / ARCSEC:.4g} arcsec is met at no speed: the drive oscillates by at least "
+    return (
+        f"The limit of {rules.limit / ARCSEC:.4g} arcsec is met at no speed: the drive oscillates by at least "
         f"{least / ARCSEC:.4g} arcsec in the range, and by {slow / ARCSEC:.4g} arcsec where it turns slowly; "
-        "raise the limit, or reduce the kinematic error"
+        "raise the limit, or reduce the kinematic error.",
     )
 
 
@@ -352,11 +354,8 @@ def _remarks(
         some = ", ".join(f"{order:g}" for order in idle)
         said.append(f"orders that meet no resonance in this range: {some}")
     slow = max(own.quasi_static for own in found)
-    if rules.limit is not None and rules.limit < slow:
-        said.append(
-            f"the limit of {rules.limit / ARCSEC:.4g} arcsec is below the error of quasi-static rotation, "
-            f"{slow / ARCSEC:.4g} arcsec: it can be met above the resonances only"
-        )
+    if below := out_of_reach(rules.limit, slow):
+        said.append(below)
     if any(own.loose for own in found):
         said.append(
             "some trajectories settled on motions that could not be followed; speeds next to them count as they do"

@@ -27,12 +27,16 @@ TOO_LIGHT = "the damping is so light that trajectories do not settle: motions ap
 
 
 class Case(NamedTuple):
-    """A drive under one load: the load, its error equation with its operating point, and the whole train or None."""
+    """A drive under one load: the load, its error equation with its operating point, and the whole train or None.
+
+    `whole` is that train also where the error equation is followed in its place.
+    """
 
     load: float
     equation: Any
     point: OperatingPoint
     train: DriveTrain | None
+    whole: DriveTrain | None = None
 
     @property
     def system(self) -> Any:
@@ -72,7 +76,7 @@ def case_of(project: Any, load: float, span: Span) -> Case:
         train = project.whole
     if train is not None:
         train = without_gravity(train)._replace(omega=equation.omega) if has_curve(train) else None
-    return Case(load, equation, point, train)
+    return Case(load, equation, point, train, project.whole if project.train is None else None)
 
 
 def main_curve(case: Case, span: Span) -> DriveResponse:
@@ -91,7 +95,7 @@ def main_curve(case: Case, span: Span) -> DriveResponse:
     exact = response_through(case.equation, span)
     if not len(exact.curve):
         raise SolveError(exact.curve.message)
-    return of_equation(case.equation, exact)
+    return of_equation(case.equation, exact, train=case.whole)
 
 
 def under_load(
@@ -108,11 +112,10 @@ def under_load(
     except SolveError as error:
         return UnderLoad(case.load, (), slow, remarks=(str(error),)), ()
     every = gcd(*active_orders(case.equation)) or 1
-    curves = [Motions(found.curve, found.torque, False, every)]
+    curves = [Motions(found.curve, found.torque, False, every, found.motor_torque)]
     if found.response.back is not None:
-        back = found.response.back
-        torque = np.max(np.abs(ExactResponse(back, None).torque(case.equation)), axis=1)
-        curves.append(Motions(back, torque, False, every))
+        back = of_equation(case.equation, ExactResponse(found.response.back, None), train=case.whole)
+        curves.append(Motions(back.curve, back.torque, False, every, back.motor_torque))
     sweep = found.response.sweep
     jumps = () if sweep is None else tuple(
         (float(jump.value), up) for some, up in ((sweep.on_run_up, True), (sweep.on_run_down, False)) for jump in some

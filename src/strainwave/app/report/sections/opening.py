@@ -7,8 +7,10 @@ from .... import __version__
 from ....law import spring_stiffness
 from ....sentences import Speed
 from ....study.analysis.analysis import Largest
+from ....study.move.demands import MotorLimits
+from ....units import RPM
 from ...console import WHAT_X_IS, number, percent
-from ...units import sizes
+from ...units import finding_data, sizes
 from ...view import View
 from ..answers import answers
 from ..verdict import verdict_data
@@ -18,7 +20,6 @@ CONVENTIONS = (
     f"{WHAT_X_IS}; oscillation is the largest distance from the mean, peak the largest size, the mean included; "
     "amplitudes of single harmonics are 0-to-peak; omega is the speed of the base angle"
 )
-LIMIT = ("limit", "value", "bound", "unit", "exceeded")
 YIELDS = 1.0 - 1e-9  # the spring alone is softer than the law by more than rounding
 OSCILLATES = 0.5  # damping ratio below which a mode of the train is a key number
 
@@ -45,7 +46,8 @@ class Opening:
             "largest_oscillation": _largest(view, view.analysis.largest_oscillation(), "oscillation"),
             "largest_error": _largest(view, worst, "peak"),
             "largest_torque": _largest_torque(view),
-            "limits": [{name: getattr(finding, name) for name in LIMIT} for finding in view.analysis.limits],
+            "required_motor": _required_motor(view),
+            "limits": [finding_data(finding) for finding in view.analysis.limits],
         }
 
     def lines(self, view: View, data: dict[str, Any]) -> list[str]:
@@ -97,7 +99,8 @@ class Opening:
                 beyond = f": more than the {name.replace('_', ' ')} torque of {number(limit)} N·m{end}"
         text = f"largest torque through the gear{where}, at " + Speed(torque["omega_rad_per_s"], digits=5)
         text += under_load(torque["load_torque_Nm"])
-        return [*found, (f"{number(size)} N·m", view.told(text) + beyond, bool(beyond))]
+        found.append((f"{number(size)} N·m", view.told(text) + beyond, bool(beyond)))
+        return [*found, *_motor_numbers(view)]
 
 
 def _largest(view: View, found: Largest, name: str) -> dict[str, Any]:
@@ -124,6 +127,42 @@ def natural_frequencies(view: View) -> list[dict[str, Any]]:
         for mode, inertia in (("free", drive.J), ("held", drive.J_l))
         if point.stiffness > 0.0
     ]
+
+
+def _required_motor(view: View) -> dict[str, Any] | None:
+    """Torque and speed that the motor must have, beside what the file says that it has; None where not known."""
+    motor, limits = view.analysis.motor, view.project.motor_limits or MotorLimits()
+    if motor is None:
+        return None
+    torque, speed = (limit if math.isfinite(limit) else None for limit in limits)
+    return view.place(motor.at) | {
+        "torque_Nm": motor.torque,
+        "holding_torque_Nm": motor.holding,
+        "load_torque_Nm": motor.load,
+        "in_run_up": motor.in_run_up,
+        "speed_rpm": view.speeds.rpm(view.speeds.given[-1]),
+        "max_torque_Nm": torque,
+        "max_speed_rpm": None if speed is None else speed / RPM,
+    }
+
+
+def _motor_numbers(view: View) -> list[tuple[str, str, bool]]:
+    """Key numbers of the motor, where they are known."""
+    motor, beyond = view.analysis.motor, {f.limit: f for f in view.analysis.limits if f.fails}
+    if motor is None:
+        return []
+
+    def more(name: str) -> str:
+        return f": more than its {number(beyond[name].bound)} {beyond[name].unit}" if name in beyond else ""
+
+    where = " in the run-up" if motor.in_run_up else ""
+    text = f"largest torque that the motor must give{where}, at " + Speed(motor.at, digits=5) + under_load(motor.load)
+    said = view.told(text) + more("motor torque").replace("*", "·")
+    found = [(f"{number(motor.torque)} N·m", said, "motor torque" in beyond)]
+    if "motor speed" in beyond:
+        speed = f"{number(beyond['motor speed'].value, 5)} rpm"
+        found.append((speed, "speed at which the motor must turn" + more("motor speed"), True))
+    return found
 
 
 def _largest_torque(view: View) -> dict[str, Any]:

@@ -3,9 +3,9 @@
 from typing import Any
 
 from ....model.drive import HDC_40_050, HDC_40_050_WARNING
+from ....model.gears.limits import gravest
 from ....sentences import Sentence, Speed
 from ....study.analysis.analysis import Analysis
-from ....study.analysis.usage import gravest
 from ...view import View
 from .whole_train import train_warning
 

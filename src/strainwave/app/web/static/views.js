@@ -75,12 +75,13 @@ async function response() {
   const said = `Oscillation up to ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}`;
   const against = r.limit_arcsec === null ? "; the project has no limit." : `, ${r.largest.oscillation_arcsec <= r.limit_arcsec ? "within" : "above"} the limit of ${round(r.limit_arcsec)} arcsec.`;
   const leaves = r.unstable.length ? ` No motion of the curve is stable at ${r.unstable.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}: the drive leaves it there.` : "";
-  const overloaded = r.torque_exceeded ? ` The torque reaches ${round(r.torque_exceeded.reached)} N·m, above the ${r.torque_exceeded.name} of ${round(r.torque_exceeded.torque)} N·m.` : "";
+  const failures = r.failures.map((text) => signed(text) + " ").join("");
   const keep = r.avoid.length ? ` Avoid ${r.avoid.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}.` : "";
   const [low, mean, high] = r.load_torques;
   const loads = low < high ? ` This is for ${round(mean)} N·m on the load; the report follows it from ${round(low)} to ${round(high)} N·m and gives the verdict.` : "";
-  answer(said + against + overloaded + leaves + keep + loads, r.passes);
-  return [r.message === "reached both ends" ? "" : r.message, ...r.remarks];
+  answer(failures + said + against + leaves + keep + loads, r.passes);
+  const motor = r.required_motor ? `The motor must give up to ${round(r.required_motor.torque)} N·m, ${round(r.required_motor.holding_torque)} N·m of it at steady speed, and turn at up to ${round(r.required_motor.largest_speed)} ${r.speed_unit}.` : "";
+  return [r.message === "reached both ends" ? "" : r.message, motor, ...r.remarks];
 }
 
 function speedControl(again) {
@@ -113,7 +114,8 @@ async function motion(again) {
 async function move() {
   const r = await call("/api/move", { body: { state: asked() }, kind: "view" });
   const settled = r.settling_time === null ? "does not settle within the run" : r.settling_time === 0 ? `is within ${round(r.window_arcsec)} arcsec from the end of the move on` : `settles within ${round(r.window_arcsec)} arcsec in ${round(1e3 * r.settling_time)} ms`;
-  answer(`The move takes ${round(r.duration)} s; the load is off by up to ${round(r.peak_arcsec)} arcsec and ${settled}.`, r.limits.length ? r.limits.every((l) => !l.exceeded) : null);
+  const failures = r.failures.map((text) => signed(text) + " ").join("");
+  answer(`${failures}The move takes ${round(r.duration)} s; the load is off by up to ${round(r.peak_arcsec)} arcsec and ${settled}.`, r.limits.length ? r.passes : null);
   const over = (y, name, unit, colour) => [{ x: r.time, y, mode: "lines", name, line: { color: colour, width: 2 }, hovertemplate: `%{x:.4g} s<br>%{y:.4g} ${unit}<extra></extra>` }];
   const table = { "time [s]": r.time, "reference [deg]": r.reference_deg, "pointing error [arcsec]": r.error_arcsec, "motor torque [N*m]": r.motor_torque, "gear torque [N*m]": r.gear_torque, "motor speed [rpm]": r.motor_speed };
   const x = { title: "time [s]" };
@@ -256,7 +258,8 @@ async function speedMap() {
     if (r === null) return null;
     await painting(() => paintSpeedMap(r));
     const allowed = r.allowed.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ");
-    answer(`Allowed under every load: ${allowed ? allowed + " rpm" : "no speed"} (red frames: ${r.rule}).`);
+    const failures = r.failures.map((text) => signed(text) + " ").join("");
+    answer(`${failures}Allowed under every load: ${allowed ? allowed + " rpm" : "no speed"} (red frames: ${signed(r.rule)}).`, failures ? false : null);
     say(r.remarks);
     return r;
   });

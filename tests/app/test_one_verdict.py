@@ -1,0 +1,120 @@
+"""One verdict on the limits of gear and motor in every face: page, `response`, speed map, analysis and report."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import strainwave as sw
+from strainwave.app.commands import cli as command
+from strainwave.app.report.report import write
+from strainwave.app.web import views
+from strainwave.app.web.state import first_text
+from strainwave.files.reading import from_text
+from strainwave.study.analysis.verdict import Answer
+from strainwave.units import RPM
+
+HELD = "motor: {mode: held}"
+LOOP = "motor: {loop: {bandwidth: 30 Hz}%s}"
+FASTER = ("to: 4000 rpm", "to: 4400 rpm")
+LOADED = ("mean: 0 N*m", "mean: -40 N*m")  # 0.8 N*m at the motor
+
+
+def text(*changes, motor=""):
+    """The first project of the app for CSG-40-50, of at most 4000 rpm and 3000 rpm on average, with a loop."""
+    found = first_text("CSG-40-50").replace(HELD, LOOP % motor)
+    for before, after in changes:
+        assert before in found
+        found = found.replace(before, after)
+    return found
+
+
+def project(*changes, motor=""):
+    return from_text(text(*changes, motor=motor), Path("axis.yaml"))
+
+
+def test_the_first_drive_of_the_app_fails_by_no_speed_and_its_duty_is_a_remark():
+    drive = project()
+    shown, found = views.response(drive), sw.speed_map(drive, search=False)
+    assert shown["passes"] is True
+    assert shown["failures"] == []
+    assert found.failures == ()
+    np.testing.assert_allclose(found.windows, [drive.speeds.limits], rtol=1e-12)
+    for remarks in (shown["remarks"], found.remarks):
+        (duty,) = [said for said in remarks if "average input speed" in said]
+        assert duty.endswith("3000 rpm; stay there for a short time only.")
+
+
+def test_a_speed_above_the_largest_of_the_gear_fails_alike(tmp_path):
+    drive, limit = project(FASTER), 4000.0 * RPM
+    said = "The input speed reaches 4400 rpm, above the largest input speed (grease) of CSG-40-50, 4000 rpm"
+    shown, found = views.response(drive), sw.speed_map(drive, search=False)
+    mapped = views.mapped(drive, False, lambda *_: None)
+    assert shown["passes"] is False
+    assert shown["failures"][0].startswith(said)
+    np.testing.assert_allclose(shown["avoid"], [(4000.0, 4400.0)], rtol=1e-9)
+    assert found.failures[0].startswith(said)
+    assert mapped["failures"] == list(found.failures)
+    np.testing.assert_allclose(found.forbidden[0], [(limit, 1.1 * limit)], rtol=1e-9)
+    assert found.rule.endswith(" or faster than 4000 rpm")
+    path = tmp_path / "axis.yaml"
+    path.write_text(text(FASTER), encoding="utf-8")
+    printed = CliRunner().invoke(command.cli, ["response", str(path)])
+    assert f"  FAIL: {said}" in printed.stdout
+    data = json.loads(CliRunner().invoke(command.cli, ["response", str(path), "--json"]).stdout)
+    assert data["passes"] is False
+    assert data["failures"] == shown["failures"]
+    listed = CliRunner().invoke(command.cli, ["speed-map", str(path), "-o", str(tmp_path / "map")])
+    assert f"  FAIL: {said}" in listed.stdout
+
+
+def test_a_motor_weaker_than_its_load_fails_on_the_page_and_forbids_every_speed_of_a_map():
+    drive = project(LOADED, motor=", max_torque: 0.3 N*m, max_speed: 3500 rpm")
+    shown, found = views.response(drive), sw.speed_map(drive, search=False)
+    assert shown["passes"] is False
+    torque, speed = shown["failures"]
+    assert "above its limit of 0.3 N*m (loads and friction alone take 0.80" in torque
+    assert speed.startswith("The speed of the motor reaches 4000 rpm, above its limit of 3500 rpm")
+    assert shown["required_motor"]["max_torque"] == 0.3
+    np.testing.assert_allclose(shown["avoid"], [(500.0, 4000.0)], rtol=1e-9)
+    assert len(found.windows) == 0
+    assert [said.split(" of")[0] for said in found.failures] == ["The torque", "The speed"]
+    assert "motor torque above 0.3 N*m" in found.rule
+
+
+def test_the_page_finds_the_motor_torque_of_a_held_drive_over_its_short_period():
+    drive = from_text(first_text("CSG-40-50").replace("mean: 0 N*m", "mean: -40 N*m"), Path("held.yaml"))
+    whole, shown = drive.response(coexisting=False), views.response(drive)["required_motor"]
+    assert shown["torque"] == pytest.approx(whole.motor.torque, rel=2e-3)
+    assert shown["holding_torque"] == pytest.approx(whole.motor.holding, rel=2e-3)
+    assert whole.motor.holding == pytest.approx(40.0 / 50.0, rel=0.05)
+
+
+def test_a_limit_below_the_error_of_slow_rotation_is_named_with_it():
+    shown = views.response(project(("120 arcsec", "5 arcsec")))
+    assert shown["passes"] is False
+    assert shown["failures"][0].startswith("The limit of 5 arcsec is below the error of quasi-static rotation, 19.9 ")
+
+
+@pytest.mark.slow
+def test_the_report_decides_as_the_page_does(tmp_path):
+    motor = ", max_torque: 0.3 N*m, max_speed: 3500 rpm"
+    for drive in (project(), project(FASTER), project(LOADED, motor=motor)):
+        shown = views.response(drive)
+        report = write(drive, tmp_path / "report")
+        verdict = report.view.analysis.verdict
+        assert (verdict.answer is Answer.ALL_RIGHT) == shown["passes"]
+        np.testing.assert_allclose(np.array(verdict.speeds) / RPM, np.reshape(shown["avoid"], (-1, 2)), rtol=2e-3)
+        judged = {one["limit"]: one["fails"] for one in report.results["limits"]}
+        assert judged == {one["limit"]: one["fails"] for one in shown["limits"]}
+        asked = report.results["required_motor"]
+        assert asked["torque_Nm"] == pytest.approx(shown["required_motor"]["torque"], rel=2e-3)
+        assert asked["speed_rpm"] == pytest.approx(shown["required_motor"]["largest_speed"], rel=1e-12)
+    headline = report.results["verdict"]["headline"]
+    assert headline.startswith("Fail; ")
+    assert headline.endswith(
+        "motor's largest torque of 0.3 N·m; 4000 rpm are above the motor's largest speed of 3500 rpm"
+    )
+    assert "It has 0.3 N·m: too little." in report.results["verdict"]["answers"]["motor"]
