@@ -257,6 +257,9 @@ class Balance(Protocol):
     def budget(self) -> tuple[int, float]:
         """Number of points of a search, and the length of its steps."""
 
+    def patience(self) -> int | None:
+        """Points of a curve beyond its range, at most; None: as many as it takes."""
+
 
 class InAllStates(Balance, Protocol):
     """A `Balance` whose disturbances do not obey Hill's equation."""

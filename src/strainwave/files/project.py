@@ -32,8 +32,7 @@ from ..study.analysis.train_curve import POINTS as OF_TRAIN
 from ..study.analysis.verdict import Judged, judged
 from ..study.move.demands import MotorLimits
 from ..study.move.mover import Task
-from ..study.response.by_integration import response_through
-from ..study.response.response import POINTS
+from ..study.response.response import POINTS, exact_response
 from ..study.train.loop_margin import motor_name
 from ..study.train.reductions import left_out
 from .loop_fields import control_of, loop_inertia
@@ -303,7 +302,7 @@ class Project:
                 if found is None:
                     raise SolveError(NO_MOTION)
                 return found
-        exact = response_through(system, speeds, points or POINTS, harmonics, coexisting)
+        exact = exact_response(system, speeds, points or POINTS, harmonics, coexisting)
         if not len(exact.curve):
             raise SolveError(exact.curve.message)
         return of_equation(system, exact, self.motor == "held", None if self.train else self.whole)

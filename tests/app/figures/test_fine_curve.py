@@ -1,7 +1,5 @@
 """Curves drawn between their points: closer to the truth than straight lines, and exact where they were computed."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -40,8 +38,6 @@ def test_computed_points_stay_and_a_step_is_as_stable_as_its_first_point():
 
 
 @pytest.mark.parametrize("count", [1, 2])
-def test_a_curve_of_few_points_or_by_integration_is_drawn_as_it_is(count):
+def test_a_curve_of_few_points_is_drawn_as_it_is(count):
     few = response(np.linspace(0.5, 0.6, count))
     assert fine(few) is few
-    integrated = replace(response(np.linspace(0.5, 1.5, 41)), method="integration")
-    assert fine(integrated) is integrated

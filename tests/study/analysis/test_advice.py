@@ -116,20 +116,6 @@ def test_a_limit_takes_the_place_of_the_peaks():
     assert speeds_to_avoid(SYSTEM, curve, POINT, limit=21.0 * A).bands == ()
 
 
-def test_where_a_sweep_lands_on_the_flank_of_a_peak_that_the_other_one_follows_is_no_peak():
-    # a softening drive by integration: run-up jumps at 160 from the quiet motion to the loud one, which run-down
-    # follows to 140, where it is largest
-    loud = A * (5.0 + 15.0 * (220.0 - OMEGA) / 80.0)
-    up, down = np.where(OMEGA < 160.0, A, loud), np.where(OMEGA < 140.0, A, loud)
-    forth = followed(OMEGA, up, jump_up=160.0, jump_down=140.0)
-    back = followed(OMEGA, down).curve
-    found = speeds_to_avoid(SYSTEM, ExactResponse(forth.curve, forth.sweep, "integration", back), POINT)
-    assert [at for at, _ in found.peaks] == pytest.approx([140.0], abs=0.1)
-    ((low, high),) = found.bands
-    # half of the power, 20/sqrt(2) = 5 + 15 (220 - omega)/80
-    assert [low, high] == pytest.approx([140.0, 220.0 - 80.0 * (20.0 / math.sqrt(2.0) - 5.0) / 15.0], abs=0.1)
-
-
 def ramp(swing):
     """Run-up from 100 to 220 rad/s in 60 s: at every speed the steady error, on a swing once in 50 turns."""
     t = np.linspace(0.0, 60.0, 600_001)

@@ -10,7 +10,8 @@ from scipy.optimize import minimize_scalar
 
 import strainwave as sw
 from strainwave.model.train.train_forms import AtLoad, own_state
-from strainwave.study.analysis.train_curve import has_curve, largest_oscillation, traced_train, train_curve
+from strainwave.numerics.curves.over_a_turn import traced_turn
+from strainwave.study.analysis.train_curve import has_curve, largest_oscillation, train_curve
 from strainwave.study.response.response import exact_response
 from strainwave.study.train.operating_point import operating_state
 
@@ -231,7 +232,7 @@ def test_the_curve_of_a_law_with_corners_has_the_peak_and_the_folds_of_an_integr
 @pytest.mark.slow
 def test_a_curve_cut_short_says_so():
     whole = kinked_pair()[0]
-    problem, found, tail, _ = traced_train(AtLoad(whole, whole.omega), (130.0, 160.0), 24, 2)
+    problem, found, tail, _ = traced_turn(AtLoad(whole, whole.omega), (130.0, 160.0), 24, 2)
     assert tail.share > 1e-3
     assert tail.harmonics == 2
     status, message = tail.verdict(sw.Status.OK, "finished", "omega", 130.0)

@@ -12,8 +12,8 @@ from strainwave.files.reading import from_text
 from strainwave.study.analysis.load_range import LoadCase, load_cases
 from strainwave.study.analysis.train_curve import train_curve
 from strainwave.study.analysis.train_study import train_study
-from strainwave.study.response.by_integration import response_through
 from strainwave.study.response.resonances import operating_point
+from strainwave.study.response.response import exact_response
 from strainwave.study.train.loop_margin import motor_name
 
 PROJECT = """\
@@ -35,7 +35,7 @@ def project(motor, load="", excitation=ERROR):
 def test_a_free_motor_with_a_coupling_is_compared_by_its_curve_and_named_in_the_sentence():
     of = project("mode: free", f"coupling: {COUPLING}")
     system, limits = of.system(reduced=True), of.speeds.limits
-    exact, curve = response_through(system, limits), train_curve(of.train, limits)
+    exact, curve = exact_response(system, limits), train_curve(of.train, limits)
     study = train_study(of.train, system, limits, curve, exact, operating_point(system))
     assert study.left_out is None
     assert study.ramp is None

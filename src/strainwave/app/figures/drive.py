@@ -94,9 +94,6 @@ def _error(
     name = smooth.method + (f" at {number(project.mean_load_torque)} N·m" if more.cases else "")
     draw_motions(panel, scale * curve.omega, sizes, curve.stable, BLUE, f"{name}, stable", "", 2.2)
     draw_motions(panel, scale * curve.omega, sizes, ~curve.stable, BLUE, f"{name}, unstable", DASHES, 1.9)
-    if smooth.back is not None:
-        back = smooth.back
-        panel.line(scale * back.omega, factor * back.oscillation, BLUE, "run-down by integration", DOT_DASH)
     if more.reduced is not None and shows_reduced(drive, more):
         other = fine(more.reduced).curve
         panel.line(scale * other.omega, factor * other.oscillation, BLACK, "error equation, a reduction", DOT_DASH, 1.3)

@@ -13,13 +13,13 @@ SHORTEST = 1e-9  # step along the arc, of the curve's extent
 
 
 def fine(response: ExactResponse) -> ExactResponse:
-    """Draw a curve of harmonic balance with cubics between its points; motions by integration are left as they are.
+    """Draw a curve with cubics between its points.
 
     Speed and harmonics are smooth along the arc where the largest |x| has corners, so they are what is interpolated.
     Computed points stay what they are.
     """
     curve = response.curve
-    if response.method == "integration" or len(curve) < 3:
+    if len(curve) < 3:
         return response
     speed, size = np.ptp(curve.omega), np.max(np.ptp(curve.coefficients, axis=0))
     if not (speed > 0.0 and size > 0.0):

@@ -18,19 +18,20 @@ from numpy.typing import NDArray
 from ...compile.jit import run
 from ...protocols import lacking, omega_of, orders_of
 from ...results import Floats
-from ...tree import leaves, with_leaf
+from ...tree import leaf_of, leaves, with_leaf
 from ..addressed import system_by_address
 from .fourier import analysis, derivative, extended, from_blocks, multiply_rows, synthesis, to_blocks
 from .harmonics import ENOUGH, highest_order
 from .linear_part import STRENGTH
 from .one_harmonic import STRONG
 from .panels import SEVERAL, distances, panels
-from .rates import DIFFERENCE, NO_TURN, base_speed, number_of_states, rates_along, slopes_along
+from .rates import DIFFERENCE, NO_TURN, SAME, base_speed, number_of_states, rates_along, slopes_along
 from .truncation import shares_left_out
 from .work import least_step, linearised
 
 FEW = 4  # points of a curve where what is left out is estimated
 MOST, MOST_KINKED = 600, 150  # points of a search for other orbits; with breakpoints
+MOST_BEYOND = 100  # points beyond a range
 WORK, STEP = 2e7, 0.2  # points times the square of the unknowns; steps in units of the orbit and the parameter
 NEAR_KINKS = 1e-7  # of a state's size, for differences of laws with breakpoints, which must not reach across one
 
@@ -221,7 +222,7 @@ class FirstOrder(NamedTuple):
         """No part of its disturbances is known to be constant."""
 
     def damping_leaf(self) -> int | None:
-        return None
+        return None if lacking(self.system, *SAME) else leaf_of(self.system, "B")
 
     def odd(self) -> None:
         return None
@@ -256,6 +257,9 @@ class FirstOrder(NamedTuple):
 
     def budget(self) -> tuple[int, float]:
         return MOST_KINKED if self.kinked else min(MOST, int(WORK / self.size() ** 2)), STEP
+
+    def patience(self) -> int:
+        return MOST_BEYOND
 
 
 def first_order(system: Any, leaf: int, omega_leaf: int, harmonics: int, turns: float = 1) -> FirstOrder:

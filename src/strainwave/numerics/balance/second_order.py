@@ -306,6 +306,9 @@ class SecondOrder(NamedTuple):
     def budget(self) -> tuple[int, float]:
         return BUDGET, STEP
 
+    def patience(self) -> None:
+        return None
+
 
 @lru_cache(maxsize=64)
 def _tables(h: int, samples: int, turns: int, stride: int) -> tuple[Floats, ...]:

@@ -4,6 +4,7 @@ It starts from the linear response, from strong damping or from an integration, 
 with folds still ahead, or where other orbits exist at an end, it is followed outside until it comes back.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -169,8 +170,11 @@ def beyond(
             if not missed:
                 break
         outside = (hi, hi * above) if end == hi else (lo / BELOW, lo)
-        away = trace(problem, last, 1.0 if end == hi else -1.0, *outside, step, 2.0 * hi, GROWTH)
+        away = trace(problem, last, 1.0 if end == hi else -1.0, *outside, step, 2.0 * hi, GROWTH, problem.patience())
         if away.outcome != END or away.points[-1, -1] != end:
+            if end == goal and problem.patience() is not None:
+                whole = Trace(np.concatenate(pieces), np.concatenate(labels), outcome)
+                return with_arcs(problem, whole, missed, lo, hi, step, goal)
             break
         pieces.append(away.points[1:])
         labels.append(away.labels[1:])
@@ -182,6 +186,28 @@ def beyond(
         labels.append(latest.labels[1:])
         outcome = latest.outcome
     return Trace(np.concatenate(pieces), np.concatenate(labels), outcome), missed
+
+
+def with_arcs(
+    problem: Balance, found: Trace, others: list[Floats], lo: float, hi: float, step: float, goal: float
+) -> tuple[Trace, list[Floats]]:  # fmt: skip
+    """A branch that ends at `goal`, and after it the arcs inside the range from other orbits there that return to it.
+
+    Beyond the range they may join it or not. Returns also those of the orbits that are on no such arc.
+    """
+    missed: list[Floats] = []
+    for orbit in others:
+        if any(same(orbit, z) for z in points_at(found.points, goal)):
+            continue
+        arc = trace(problem, orbit, -1.0 if goal == hi else 1.0, lo, hi, step, growth=GROWTH)
+        if arc.outcome == END and arc.points[-1, -1] == goal and len(arc.points) > 2:
+            points, labels = (
+                np.concatenate([a, b[::-1]]) for a, b in ((found.points, arc.points), (found.labels, arc.labels))
+            )
+            found = replace(found, points=points, labels=labels)
+        else:
+            missed.append(orbit)
+    return found, missed
 
 
 def points_at(points: Floats, value: float) -> list[Floats]:

@@ -17,9 +17,8 @@ from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.resonance import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
 from ..move.demands import MotorLimits
-from ..response.by_integration import response_through
 from ..response.resonances import OperatingPoint, Regime, operating_point, regimes
-from ..response.response import ExactResponse
+from ..response.response import ExactResponse, exact_response
 from .analysis import Analysis
 from .avoid import in_run, speeds_to_avoid
 from .drive_response import DriveResponse, of_equation
@@ -104,7 +103,7 @@ def analyze(
     point = operating_point(system)
     stability = _proof(system, point)
     progress("response curve", 0.02)
-    exact = response_through(system, limits)
+    exact = exact_response(system, limits)
     found, close = _resonances(system, limits, point, exact, progress)
     sweep = run_up(system, limits, exact, point, lambda share: progress("run-up and run-down", 0.4 + 0.2 * share))
     if not any(motion.status for motion in (*sweep.up, *sweep.down)):
@@ -151,7 +150,7 @@ def _resonances(
     close = {}
     for near in (regime for regime in found if _narrow(regime, exact)):
         progress(f"response curve around the {near.name}", 0.3)
-        close[near.resonance] = response_through(system, near.band(), FINE)
+        close[near.resonance] = exact_response(system, near.band(), FINE)
     return with_tops(found, system, exact, close), close
 
 

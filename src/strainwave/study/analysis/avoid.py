@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from ...results import Floats
 from ...units import ARCSEC
-from ..response.by_integration import SAME
 from ..response.resonances import OperatingPoint
 from ..response.response import ExactResponse
 from ..train.run import DriveRun
@@ -107,13 +106,6 @@ class Motions(NamedTuple):
         first, last = self.run(i, HALF_POWER * self.sizes[i])
         return float(np.max(self.sizes[first : last + 1]))
 
-    def rising(self, omega: float, size: float) -> bool | None:
-        """Whether the motion of that speed and size lies on the flank of a peak; None where it is not among these."""
-        i = int(np.argmin(np.abs(self.omega - omega)))
-        if abs(self.sizes[i] / size - 1.0) > SAME:
-            return None
-        return self._highest(i) > (1.0 + SAME) * size
-
 
 def in_run(run: DriveRun, begin: float) -> Motions | None:
     """Oscillation of the pointing error in every turn of the motor of a run, from a time [s] on.
@@ -155,24 +147,21 @@ def speeds_to_avoid(
     """
     if not len(response.visited()) or response.sweep is None:
         return None
-    every = _swept(response)
-    forth = every[0]
-    at = int(np.argmax(forth.sizes))
+    motions = _swept(response)
     slow = quasi_static(system, point)
     nowhere = without_stable(response)
     bands = [*nowhere, *((band.low, band.high) for band in response.sweep.jumping)]
-    tops = [] if limit is not None else _peaks(every, AMPLIFIED * slow)
-    for motions, i in tops:
+    tops = [] if limit is not None else motions.peaks(AMPLIFIED * slow)
+    for i in tops:
         level = HALF_POWER * motions.sizes[i]
         bands.append(motions.band(*motions.run(i, level), level))
     if limit is not None:
-        bands += [band for motions in every for band in motions.above(limit)]
-    peaks = tuple(sorted((float(motions.omega[i]), float(motions.sizes[i])) for motions, i in tops))
+        bands += motions.above(limit)
+    peaks = tuple(sorted((float(motions.omega[i]), float(motions.sizes[i])) for i in tops))
     met = () if passed is None else merged(_met(passed, AMPLIFIED * slow, limit))
     top = None if passed is None else _largest(passed)
-    return Avoid(
-        merged([*bands, *met]), float(forth.sizes[at]), float(forth.omega[at]), slow, peaks, limit, met, top, nowhere
-    )  # fmt: skip
+    omega, largest = _largest(motions)
+    return Avoid(merged([*bands, *met]), largest, omega, slow, peaks, limit, met, top, nowhere)
 
 
 def without_stable(response: ExactResponse) -> tuple[Speeds, ...]:
@@ -188,14 +177,10 @@ def without_stable(response: ExactResponse) -> tuple[Speeds, ...]:
     return tuple((float(low), float(high)) for low, high in list(pairwise(ends))[::2] if high > low * (1.0 + NARROW))
 
 
-def _swept(response: ExactResponse) -> list[Motions]:
-    """Motions that a slow run-up visits with those that a run-down does, or those of each in turn."""
+def _swept(response: ExactResponse) -> Motions:
+    """Motions that a slow run-up or run-down visits."""
     visited, curve = response.visited(), response.curve
-    every = [Motions(curve.omega[visited], curve.oscillation[visited], np.diff(visited) == 1)]
-    if response.back is not None:
-        omega = response.back.omega
-        every.append(Motions(omega, response.back.oscillation, np.ones(len(omega), bool)))
-    return every
+    return Motions(curve.omega[visited], curve.oscillation[visited], np.diff(visited) == 1)
 
 
 def band_above(response: ExactResponse, limit: float) -> Speeds | None:
@@ -203,10 +188,10 @@ def band_above(response: ExactResponse, limit: float) -> Speeds | None:
 
     The ends are those of `Avoid.bands`.
     """
-    every = _swept(response)
-    at = float(every[0].omega[np.argmax(every[0].sizes)])
+    motions = _swept(response)
+    at = float(motions.omega[np.argmax(motions.sizes)])
     jumping = [] if response.sweep is None else [(band.low, band.high) for band in response.sweep.jumping]
-    above = [band for motions in every for band in motions.above(limit)]
+    above = motions.above(limit)
     return next((band for band in merged([*jumping, *above]) if above and band[0] <= at <= band[1]), None)
 
 
@@ -223,18 +208,6 @@ def _met(motions: Motions, least: float, limit: float | None) -> list[Speeds]:
     levels = [HALF_POWER * motions.sizes[i] for i in tops]
     found = [motions.band(*motions.run(i, level), level) for i, level in zip(tops, levels, strict=True)]
     return found + (motions.above(max(levels)) if levels else [])
-
-
-def _peaks(every: list[Motions], least: float) -> list[tuple[Motions, int]]:
-    """Peaks of the curve; of two sweeps those that are none of a motion on which the other one goes on rising."""
-    forth, *back = every
-    found = []
-    for i in forth.peaks(least):
-        if not any(other.rising(forth.omega[i], forth.sizes[i]) for other in back):
-            found.append((forth, i))
-    for other in back:
-        found += [(other, i) for i in other.peaks(least) if forth.rising(other.omega[i], other.sizes[i]) is None]
-    return found
 
 
 def quasi_static(system: Any, point: OperatingPoint) -> float:

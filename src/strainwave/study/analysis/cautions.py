@@ -26,10 +26,7 @@ def cautions(found: Any) -> Iterator[str]:
             "nonlinearity alone, and simulated points depend on the start; give a damping, a damping ratio or a "
             "quality factor."
         )
-    if exact.method != "integration":
-        yield from not_exact("The response curve", exact.curve)
-    elif not exact.curve.status:
-        yield "The response has gaps: " + exact.curve.message + "."
+    yield from not_exact("The response curve", exact.curve)
     difference = found.run_up.difference()
     if difference is not None and difference > DISAGREE:
         yield (
@@ -42,7 +39,7 @@ def cautions(found: Any) -> Iterator[str]:
         if not case.transient.status:
             text = f" ({case.name}) the simulation from rest {case.transient.message}."
             yield "At " + Speed(case.omega, digits=5) + text
-    if found.load_cases and found.drive.response.method != "integration" and not searched(found.system.law):
+    if found.load_cases and not searched(found.system.law):
         yield (
             "Motions that do not join the response curve are looked for at the ends of the speed range under the mean "
             "load torque alone; for those of another torque give it as the mean."

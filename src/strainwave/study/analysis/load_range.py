@@ -16,8 +16,8 @@ from ...law import depends
 from ...model.laws.hysteresis import Parallel
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import AngleTorque
-from ..response.by_integration import response_through
 from ..response.resonances import operating_point
+from ..response.response import exact_response
 from .avoid import Avoid, Speeds, merged, speeds_to_avoid
 from .drive_response import DriveResponse, of_equation
 from .train_curve import has_curve, train_curve
@@ -152,7 +152,7 @@ def _case(load: LoadRange, torque: float, speeds: Speeds, limit: float | None, h
     others = searched(system.law)
     curve = train_curve(train, speeds, coexisting=others) if train is not None and has_curve(train) else None
     if curve is None:
-        exact = response_through(system, speeds, coexisting=others)
+        exact = exact_response(system, speeds, coexisting=others)
         curve = of_equation(system, exact, has_reference, load.whole if train is None else None)
     return LoadCase(torque, curve, speeds_to_avoid(system, curve.response, point, limit))
 

@@ -1,6 +1,5 @@
 """The response of a whole drive train through a speed range: pointing error of the load, and torque in the gear."""
 
-from dataclasses import replace as with_changes
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,33 +11,19 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import AngleTorque
 from ...model.train.shafts import NO_DRAG
 from ...model.train.train_forms import AtLoad, own_state, turning
-from ...numerics.balance.choice import balance_of
-from ...numerics.balance.first_order import FirstOrder, first_order
-from ...numerics.balance.fourier import from_blocks, stretched, synthesis
-from ...numerics.balance.rates import rates_at
-from ...numerics.balance.truncation import MATTERS, Tail
-from ...numerics.continuation.coexisting import Coexisting
+from ...numerics.balance.fourier import from_blocks, synthesis
 from ...numerics.continuation.crests import with_crests
-from ...numerics.continuation.describe import describe
 from ...numerics.continuation.trace import Trace
-from ...numerics.curves.elsewhere import with_others
-from ...numerics.curves.response import traced
-from ...numerics.stability.first_order import with_special_points
+from ...numerics.curves.over_a_turn import traced_turn
 from ...numerics.stability.second_order import displacement_peaks
-from ...protocols import Balance
 from ...results import Floats
 from ...sentences import listed
 from ...series import largest_of_samples, oscillation
-from ...tree import leaf_of
-from ..response.jumps import jumps
-from ..response.response import ExactResponse
+from ..response.response import turn_response
 from ..train.reductions import left_out
 from .drive_response import DriveResponse
 
 POINTS, FEW = 60, 24  # about so many, and more where the curve bends; and for a peak alone
-PER_ORDER, WITH_KINKS = 4, 8  # harmonics to begin with per order of the excitation; and at least, with breakpoints
-MOST = 64  # at most, or two beyond the highest order
-LOOKED_AT, SAME = 12, 1e-9  # places of a turn, and the relative difference of rates that act alike there
 SAMPLES, FEWEST = 32, 8  # of a period of the highest harmonic, or of this one, for the largest torque
 
 NO_MOTION = (
@@ -75,20 +60,8 @@ def train_curve(
     system = at_load(train)
     if train.motor.free and system.linear_part() is None:
         return None
-    problem, found, tail, origin = traced_train(system, speeds, points, harmonics, coexisting)
-    if not len(found.points):
-        return None
-    placed, labels = with_crests(problem, found.points, found.labels)
-    found = with_changes(found, points=placed, labels=labels)
-    curve = describe(problem, "omega", found, tail, origin, locate=False)
-    if locate and np.any(np.diff(curve.stable)):
-        placed, labels, _ = with_special_points(problem, placed, labels, curve.multipliers)
-        found = with_changes(found, points=placed, labels=labels)
-        curve = describe(problem, "omega", found, tail, origin, locate=False)
-    curve = with_others(problem, curve, found.elsewhere, [])
-    try:
-        response = ExactResponse(curve, jumps(curve))
-    except ValueError:  # nothing stable to follow
+    problem, placed, response = turn_response(system, speeds, points, harmonics, coexisting, locate)
+    if response.sweep is None:  # nothing stable to follow
         return None
     flow, orbits, times = problem.disturbed(placed)
     strain = strain_of(system, orbits[:, -1], flow.series(orbits), 2.0 * np.pi / times)
@@ -122,11 +95,15 @@ def largest_oscillation(
 
     Without `coexisting` motions that do not join the curve are not looked for.
     """
-    system = at_load(train)
-    problem, found, _, _ = traced_train(system, speeds, FEW, harmonics, coexisting)
-    if not len(found.points):
-        return None
-    return crest_in(problem, found, speeds)
+    return largest_on_turns(at_load(train), speeds, harmonics, coexisting)
+
+
+def largest_on_turns(
+    system: Any, speeds: tuple[float, float], harmonics: int, coexisting: bool = True
+) -> tuple[float, float] | None:
+    """The same of any system."""
+    problem, found, _, _ = traced_turn(system, speeds, FEW, harmonics, coexisting)
+    return crest_in(problem, found, speeds) if len(found.points) else None
 
 
 def crest_in(problem: Any, found: Trace, speeds: tuple[float, float]) -> tuple[float, float]:
@@ -158,64 +135,6 @@ def _of_angle(law: Any) -> bool:
     if isinstance(law, Parallel):
         return any(map(_of_angle, law))
     return isinstance(law, AngleTorque)
-
-
-def traced_train(
-    system: AtLoad, speeds: tuple[float, float], points: int, given: int | None = None, coexisting: bool = True
-) -> tuple[Any, Trace, Tail | None, str]:
-    """Balance problem and points of a curve, with the harmonics that the x of the load takes, or those given.
-
-    Where motions may be `coexisting` at its ends it passes them, or lists those that it does not.
-
-    What repeats g times in a turn is followed over a g-th of a turn, with a g-th of the unknowns.
-    """
-    leaf, top = leaf_of(system, "omega"), max((1, *system.orders()))
-    middle = system._replace(omega=(speeds[0] * speeds[1]) ** 0.5)
-    linear = system.linear_part() is not None
-    small: Any = balance_of(middle, leaf, leaf, top)
-    g = top // max(1, small.harmonics()) if linear else repeats(small, top)
-    kinked = bool(system.kinks(0.0, (0.0,) * small.state_count()))
-
-    def problem_with(h: int) -> Balance:
-        return balance_of(middle, leaf, leaf, h) if linear else first_order(middle, leaf, leaf, max(1, h // g), 1.0 / g)
-
-    begin, most = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST, top + 2 * g)
-    harmonics = (min(begin, most), most) if given is None else (given, given)
-    problem, found, tail, origin = traced(
-        problem_with,
-        *speeds,
-        harmonics,
-        MATTERS,
-        points,
-        Coexisting() if coexisting else None,
-        lambda t: t.worst if linear else t.share,
-    )
-    if tail is None or linear or g == 1:
-        return problem, found, tail, origin
-    return *_over_a_turn(problem, found, g), tail._replace(harmonics=tail.harmonics * g), origin
-
-
-def repeats(problem: FirstOrder, top: int) -> int:
-    """How often in a turn, at most `top` times, everything that acts on a system repeats."""
-    angles = 2.0 * np.pi * np.arange(LOOKED_AT) / LOOKED_AT
-    moving = problem.sizes[:, None] * np.cos(1.0 + np.arange(len(problem.sizes))[:, None] + angles)
-    alike = set(range(1, top + 1))
-    for y in (0.0 * moving, moving):
-        here = rates_at(problem.system, angles, y)
-        least = SAME * np.max(np.abs(here), axis=1, keepdims=True)
-        for g in sorted(alike):
-            if np.any(np.abs(rates_at(problem.system, angles + 2.0 * np.pi / g, y) - here) > least):
-                alike.remove(g)
-    return max(alike)
-
-
-def _over_a_turn(problem: FirstOrder, found: Trace, g: int) -> tuple[FirstOrder, Trace]:
-    """The same curve over a whole turn, of which it was followed over a g-th."""
-    h = g * problem.harmonics()
-    whole = first_order(problem.system, problem.leaf, problem.omega_leaf, h)._replace(sizes=problem.sizes)
-    points = [whole.point(stretched(problem.table(z), g), float(z[-1])) for z in found.points]
-    elsewhere = tuple((value, stretched(table, g)) for value, table in found.elsewhere)
-    return whole, with_changes(found, points=np.array(points).reshape(-1, whole.size() + 1), elsewhere=elsewhere)
 
 
 class Strain(NamedTuple):

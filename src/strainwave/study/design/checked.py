@@ -7,10 +7,11 @@ from ...model.excitation import Harmonic
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad
+from ...numerics.curves.over_a_turn import traced_turn
 from ...results import SolveError
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.resonance import Resonance
-from ..analysis.train_curve import POINTS, crest_in, traced_train
+from ..analysis.train_curve import POINTS, crest_in
 from .averaged import Drives, Largest
 
 UNKNOWN = math.inf
@@ -58,7 +59,7 @@ class Balanced(NamedTuple):
 def balanced(train: DriveTrain, speeds: tuple[float, float]) -> Balanced | None:
     """Largest oscillation of a whole drive train over a range of motor speeds [rad/s]; None where none is found."""
     system: Any = AtLoad(train, train.omega)
-    problem, found, tail, _ = traced_train(system, speeds, POINTS)
+    problem, found, tail, _ = traced_turn(system, speeds, POINTS)
     if not len(found.points) or tail is None:
         return None
     at, size = crest_in(problem, found, speeds)

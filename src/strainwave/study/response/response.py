@@ -1,9 +1,9 @@
 """The response through the speed range by harmonic balance: stability, folds, what a sweep does on it."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,12 @@ from ...numerics.balance.harmonics import grown, highest_order
 from ...numerics.balance.rates import periodic
 from ...numerics.balance.truncation import MATTERS
 from ...numerics.continuation.coexisting import Coexisting
+from ...numerics.continuation.crests import with_crests
+from ...numerics.continuation.describe import describe
+from ...numerics.curves.elsewhere import with_others
+from ...numerics.curves.over_a_turn import traced_turn
 from ...numerics.curves.response import frequencies, response_curve
+from ...numerics.stability.first_order import with_special_points
 from ...protocols import lines_of
 from ...quantities import checked
 from ...records import Labelled, Result
@@ -38,16 +43,11 @@ class ExactResponse(Result):
         Points in arc order with stability and folds.
     sweep : Jumps or None
         What a slow run-up and run-down do on it; None where no motion is stable, as without damping.
-    method : str
-        "harmonic balance", or "integration" for laws with friction or memory (see `swept`).
-    back : Branch or None
-        By integration: motions of a run-down, where they differ from those of the run-up in `curve`.
     """
 
     curve: Branch
     sweep: Jumps | None
-    method: str = "harmonic balance"
-    back: Branch | None = None
+    method: ClassVar[str] = "harmonic balance"
 
     def coordinates(self) -> Labelled:
         """As of the curve."""
@@ -111,11 +111,13 @@ class ExactResponse(Result):
 def exact_response(
     system: Any, speeds: tuple[float, float], points: int = POINTS, given: int | None = None, coexisting: bool = True
 ) -> ExactResponse:  # fmt: skip
-    """Follow the response through a range of base-angle speeds [rad/s].
+    """Follow the response of an error equation through a range of base-angle speeds [rad/s].
 
     The harmonics are those given, or grow until those left out do not show; `curve.tail` says how large these are.
     Without `coexisting` motions that do not join the curve are not looked for at its ends.
     """
+    if not is_spring(system):
+        return turn_response(system, speeds, points, given, coexisting).response
     highest = highest_order(system)
     most = max(MOST, highest + 2)
     harmonics = given or min(most, max(highest, WITH_KINKS) if system.breakpoints() else HARMONICS * highest)
@@ -126,7 +128,38 @@ def exact_response(
         curve = response_curve(system, *frequencies(speeds), h, 1, points, others)
         return curve, curve.tail
 
-    curve = grown(followed, harmonics, most if given is None else harmonics, MATTERS)
+    return with_sweep(grown(followed, harmonics, most if given is None else harmonics, MATTERS))
+
+
+class TurnResponse(NamedTuple):
+    """A response, and the balance problem and points of its curve."""
+
+    problem: Any
+    points: Floats
+    response: ExactResponse
+
+
+def turn_response(
+    system: Any, speeds: tuple[float, float], points: int, given: int | None, coexisting: bool, locate: bool = True
+) -> TurnResponse:  # fmt: skip
+    """Response of any system through a range of speeds [rad/s], whose curve may be empty; see `traced_turn`.
+
+    `locate`: the speeds where stability changes are located between points of the curve.
+    """
+    problem, found, tail, origin = traced_turn(system, speeds, points, given, coexisting)
+    placed, labels = with_crests(problem, found.points, found.labels)
+    found = replace(found, points=placed, labels=labels)
+    curve = describe(problem, "omega", found, tail, origin, locate=False)
+    if locate and np.any(np.diff(curve.stable)):
+        placed, labels, _ = with_special_points(problem, placed, labels, curve.multipliers)
+        found = replace(found, points=placed, labels=labels)
+        curve = describe(problem, "omega", found, tail, origin, locate=False)
+    curve = with_others(problem, curve, found.elsewhere, [])
+    return TurnResponse(problem, placed, with_sweep(curve))
+
+
+def with_sweep(curve: Branch) -> ExactResponse:
+    """A curve with what a slow run-up and run-down do on it."""
     try:
         return ExactResponse(curve, jumps(curve))
     except ValueError:  # nothing stable to follow

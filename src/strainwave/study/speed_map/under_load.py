@@ -13,9 +13,8 @@ from ...results import Floats, SolveError
 from ..analysis.avoid import quasi_static
 from ..analysis.drive_response import DriveResponse, of_equation
 from ..analysis.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
-from ..response.by_integration import response_through
 from ..response.resonances import OperatingPoint, active_orders, operating_point
-from ..response.response import ExactResponse
+from ..response.response import exact_response
 from ..train.reductions import left_out
 from .motions import OMEGA, Motions, UnderLoad
 from .rules import Span, gaps
@@ -92,7 +91,7 @@ def main_curve(case: Case, span: Span) -> DriveResponse:
         if found is None:
             raise SolveError(NO_MOTION)
         return found
-    exact = response_through(case.equation, span)
+    exact = exact_response(case.equation, span)
     if not len(exact.curve):
         raise SolveError(exact.curve.message)
     return of_equation(case.equation, exact, train=case.whole)
@@ -112,18 +111,13 @@ def under_load(
     except SolveError as error:
         return UnderLoad(case.load, (), slow, remarks=(str(error),)), ()
     every = gcd(*active_orders(case.equation)) or 1
-    curves = [Motions(found.curve, found.torque, False, every, found.motor_torque)]
-    if found.response.back is not None:
-        back = of_equation(case.equation, ExactResponse(found.response.back, None), train=case.whole)
-        curves.append(Motions(back.curve, back.torque, False, every, back.motor_torque))
+    curves = (Motions(found.curve, found.torque, False, every, found.motor_torque),)
     sweep = found.response.sweep
     jumps = () if sweep is None else tuple(
         (float(jump.value), up) for some, up in ((sweep.on_run_up, True), (sweep.on_run_down, False)) for jump in some
     )  # fmt: skip
-    said = () if found.status else (str(found.message),)
-    own = UnderLoad(
-        case.load, tuple(curves), slow, jumps, doubled(found.curve), (), said
-    )  # fmt: skip
+    said = () if found.status else (f"{found.message}; a speed without a known motion is forbidden",)
+    own = UnderLoad(case.load, curves, slow, jumps, doubled(found.curve), (), said)
     if apart is None or not case.searched:
         return own, ()
     speeds = searched_at(own, span, apart, shift)

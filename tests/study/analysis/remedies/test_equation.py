@@ -161,7 +161,7 @@ def test_the_crest_of_a_parabola_lies_between_its_points_and_never_outside_the_r
 
 
 @pytest.mark.compiled
-def test_laws_with_memory_are_followed_by_integration_to_the_same_peak():
+def test_laws_with_memory_are_followed_to_the_same_peak():
     law = sw.Parallel(sw.Linear(K), sw.BoucWen(1e-3 * K, 0.0, 1.0))  # a hysteresis that never yields: a spring beside K
     system = SYSTEM._replace(law=law, B=2.0 * B)
     at, size = largest(Subject(system, None, (120.0, 200.0)), 7, False)

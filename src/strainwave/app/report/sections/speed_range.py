@@ -118,12 +118,6 @@ def _lines(view: View) -> str:
     after = cases * bool(analysis.load_cases) + " Grey: speeds to avoid." * bool(
         analysis.avoid and analysis.avoid.bands
     )
-    if response.method == "integration":
-        back = "" if response.back is None else "; dash-dotted: descending, where they differ"
-        return (
-            "Blue: steady motions by integration, each started from the one before, speeds ascending"
-            f"{back}; triangles: the same at a few speeds, as the CSV files hold them.{after}"
-        )
     whole = "" if analysis.train_curve is None else " of the whole drive train"
     whole += under_load(view.project.mean_load_torque if analysis.load_cases else None)
     text = f"Blue, thick: the motions{whole} that repeat with the {view.speeds.base_angle}, by harmonic balance "

@@ -61,10 +61,9 @@ def assumptions(view: View) -> list[str]:
 def certificates(view: View) -> list[dict[str, Any]]:
     """A row for each method: what it gave, what it was held against, and the relative difference."""
     exact, rows = view.analysis.exact, []
-    if exact.method == "harmonic balance":
-        orders = exact.curve.coefficients.shape[1] // 2
-        against = "share of the motion in the harmonics that are left out"
-        rows.append(_row(f"response curve, {orders} harmonics", against, exact.curve.tail))
+    orders = exact.curve.coefficients.shape[1] // 2
+    against = "share of the motion in the harmonics that are left out"
+    rows.append(_row(f"response curve, {orders} harmonics", against, exact.curve.tail))
     off = view.analysis.run_up.difference()
     if off is not None:
         rows.append(_row("response curve", "largest |x| of motions by integration, up and down through the range", off))

@@ -247,6 +247,9 @@ class Condensed(NamedTuple):
     def budget(self) -> tuple[int, float]:
         return BUDGET, STEP
 
+    def patience(self) -> None:
+        return None
+
 
 def assembled(
     system: Any, part: Any, lines: Any, leaf: int, omega_leaf: int, h: int, turns: int, every: int

@@ -1,6 +1,5 @@
 """The largest oscillation of a drive in a range of speeds, in a fraction of the time of its response curve."""
 
-from math import ceil, log
 from typing import Any
 
 import numpy as np
@@ -13,14 +12,10 @@ from ....numerics.curves.response import traced
 from ....numerics.stability.second_order import displacement_peaks
 from ....results import Floats
 from ....tree import leaf_of
-from ...response.gear_forces import settling_time
-from ...response.resonances import operating_point
-from ...response.steady import settle
-from ..train_curve import largest_oscillation
+from ..train_curve import largest_on_turns, largest_oscillation
 from .subject import Subject
 
 POINTS = 12  # of a curve by harmonic balance, and more where it bends
-APART, AROUND, ROUNDS = 0.06, 5, 2  # by integration: relative distance of speeds, and how many more about the largest
 
 Top = tuple[float, float]
 
@@ -33,14 +28,14 @@ def largest(subject: Subject, harmonics: int, coexisting: bool) -> Top | None:
     subject : Subject
         The drive.
     harmonics : int
-        Of the base angle, where the balance is harmonic.
+        Of the base angle.
     coexisting : bool
         Whether motions that do not join the curve from the ends of the range are looked for.
     """
     if subject.train is not None:
         return largest_oscillation(subject.train, subject.speeds, harmonics, coexisting)
     if not is_spring(subject.system):
-        return _simulated(subject.system, subject.speeds)
+        return largest_on_turns(subject.system, subject.speeds, harmonics, coexisting)
     return _balanced(subject.system, subject.speeds, harmonics, coexisting)
 
 
@@ -74,23 +69,3 @@ def crest(omega: Floats, sizes: Floats, speeds: tuple[float, float]) -> Top:
         return best
     top = float(np.clip(-0.5 * parabola[1] / parabola[0], s[0], s[2]))
     return best[0] * float(np.polyval(where, top)), best[1] * float(np.polyval(parabola, top))
-
-
-def _simulated(system: Any, speeds: tuple[float, float]) -> Top | None:
-    """The same by integration, upwards, with more speeds about the largest; those without a steady motion are left."""
-    found: dict[float, float] = {}
-    grid = np.geomspace(*speeds, ceil(log(speeds[1] / speeds[0]) / APART) + 1)
-    start = operating_point(system).start
-    for _ in range(1 + ROUNDS):
-        for omega in map(float, grid):
-            if omega not in found:
-                moving = system._replace(omega=omega)
-                motion = settle(moving, start, time=settling_time(moving))
-                start = motion.end if motion.status else start
-                found[omega] = float(np.max(np.abs(motion.x - np.mean(motion.x[:-1])))) if motion.closed else -1.0
-        rows = sorted(omega for omega in found if found[omega] >= 0.0)
-        if len(rows) < 3:
-            return None
-        i = max(range(len(rows)), key=lambda at: found[rows[at]])
-        grid = np.linspace(rows[max(i - 1, 0)], rows[min(i + 1, len(rows) - 1)], AROUND)
-    return crest(np.array(rows), np.array([found[omega] for omega in rows]), speeds)

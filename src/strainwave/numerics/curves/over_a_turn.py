@@ -1,0 +1,80 @@
+"""The curve of motions that repeat with the base angle: over as small a part of a turn as everything repeats with."""
+
+from dataclasses import replace as with_changes
+from typing import Any
+
+import numpy as np
+
+from ...protocols import Balance, linear_part_of
+from ...tree import leaf_of
+from ..balance.choice import balance_of
+from ..balance.first_order import FirstOrder, first_order
+from ..balance.fourier import stretched
+from ..balance.panels import distances
+from ..balance.rates import rates_at
+from ..balance.truncation import MATTERS, Tail
+from ..continuation.coexisting import Coexisting
+from ..continuation.trace import Trace
+from .response import traced
+
+PER_ORDER, WITH_KINKS = 4, 8  # harmonics to begin with per order of the excitation; and at least, with breakpoints
+MOST = 64  # at most, or two beyond the highest order
+LOOKED_AT, SAME = 12, 1e-9  # places of a turn, and the relative difference of rates that act alike there
+
+
+def traced_turn(
+    system: Any, speeds: tuple[float, float], points: int, given: int | None = None, coexisting: bool = True
+) -> tuple[Any, Trace, Tail | None, str]:  # fmt: skip
+    """Balance problem and points of a curve, with the harmonics that its first state takes, or those given.
+
+    Where motions may be `coexisting` at its ends it passes them, or lists those that it does not.
+
+    What repeats g times in a turn is followed over a g-th of a turn, with a g-th of the unknowns.
+    """
+    leaf, top = leaf_of(system, "omega"), max((1, *system.orders()))
+    middle = system._replace(omega=(speeds[0] * speeds[1]) ** 0.5)
+    linear = linear_part_of(system) is not None
+    small: Any = balance_of(middle, leaf, leaf, top)
+    g = top // max(1, small.harmonics()) if linear else repeats(small, top)
+    kinked = len(distances(system, np.zeros(1), np.zeros((small.state_count(), 1)))) > 0
+
+    def problem_with(h: int) -> Balance:
+        return balance_of(middle, leaf, leaf, h) if linear else first_order(middle, leaf, leaf, max(1, h // g), 1.0 / g)
+
+    begin, most = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST, top + 2 * g)
+    harmonics = (min(begin, most), most) if given is None else (given, given)
+    problem, found, tail, origin = traced(
+        problem_with,
+        *speeds,
+        harmonics,
+        MATTERS,
+        points,
+        Coexisting() if coexisting else None,
+        lambda t: t.worst if linear else t.share,
+    )
+    if tail is None or linear or g == 1:
+        return problem, found, tail, origin
+    return *_whole(problem, found, g), tail._replace(harmonics=tail.harmonics * g), origin
+
+
+def repeats(problem: FirstOrder, top: int) -> int:
+    """How often in a turn, at most `top` times, everything that acts on a system repeats."""
+    angles = 2.0 * np.pi * np.arange(LOOKED_AT) / LOOKED_AT
+    moving = problem.sizes[:, None] * np.cos(1.0 + np.arange(len(problem.sizes))[:, None] + angles)
+    alike = set(range(1, top + 1))
+    for y in (0.0 * moving, moving):
+        here = rates_at(problem.system, angles, y)
+        least = SAME * np.max(np.abs(here), axis=1, keepdims=True)
+        for g in sorted(alike):
+            if np.any(np.abs(rates_at(problem.system, angles + 2.0 * np.pi / g, y) - here) > least):
+                alike.remove(g)
+    return max(alike)
+
+
+def _whole(problem: FirstOrder, found: Trace, g: int) -> tuple[FirstOrder, Trace]:
+    """The same curve over a whole turn, of which it was followed over a g-th."""
+    h = g * problem.harmonics()
+    whole = first_order(problem.system, problem.leaf, problem.omega_leaf, h)._replace(sizes=problem.sizes)
+    points = [whole.point(stretched(problem.table(z), g), float(z[-1])) for z in found.points]
+    elsewhere = tuple((value, stretched(table, g)) for value, table in found.elsewhere)
+    return whole, with_changes(found, points=np.array(points).reshape(-1, whole.size() + 1), elsewhere=elsewhere)
