@@ -21,7 +21,7 @@ FEW = 6  # speeds of jumps that are listed; of more the ends
 def answers(view: View) -> dict[str, Any]:
     """Sentences by what they answer, in the order of the page; a question without an answer is left out."""
     verdict = view.analysis.verdict
-    torque = torque_said(view, verdict)
+    torque = torque_said(view, verdict, with_motor=False)
     found: dict[str, str] = {
         "requirement": _requirement(view),
         "largest oscillation": _worst(view),
@@ -54,7 +54,7 @@ def _motor(view: View) -> str:
     motor, limits = view.analysis.motor, view.project.motor_limits
     if motor is None:
         return ""
-    run = " in the run-up" if motor.in_run_up else ""
+    study, run = view.analysis.train, " in the run-up, its acceleration left out" * motor.in_run_up
     text = "It must give up to {} N·m{}, at {}"
     said = Sentence(text, number(motor.torque), run, Speed(motor.at, digits=5) + under_load(motor.load))
     if motor.holding > LEAST * motor.torque:
@@ -64,6 +64,10 @@ def _motor(view: View) -> str:
     if view.speeds.by_motor:
         fastest = view.speeds.given[-1] / RPM
         said += f" It must turn at up to {number(fastest, 5)} rpm." + _has(fastest, speed / RPM, "rpm")
+    if motor.run_up is not None and study is not None and study.ramp is not None:
+        text = f" The run-up of {number(study.ramp.duration, 3)} s takes up to {number(motor.run_up)} N·m with its "
+        slower = Finding("", motor.run_up, torque, "", "").exceeded
+        said += text + "acceleration" + (": run up more slowly." if slower else ".")
     return said if limits else said + " The project file gives no limits of the motor."
 
 

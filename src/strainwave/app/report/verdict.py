@@ -111,9 +111,10 @@ def _oscillation(view: View) -> Sentence:
     return text if sweep is None or not sweep.jumping else text + ", and the motion jumps"
 
 
-def torque_said(view: View, verdict: Verdict) -> str:
-    """The largest torque against the rating, and every limit of the gear and the motor that is passed."""
-    used, exceeded = view.analysis.usage, gravest(verdict.exceeded)
+def torque_said(view: View, verdict: Verdict, with_motor: bool = True) -> str:
+    """The largest torque against the rating, and every limit of the gear, and of the motor, that is passed."""
+    used = view.analysis.usage
+    exceeded = [one for one in gravest(verdict.exceeded) if with_motor or one.limit not in MOTOR]
     size = f"the torque through the gear reaches {number(used.peak_torque)} N·m"
     torques = [finding for finding in view.analysis.limits if finding.limit not in REST]
     if not torques:

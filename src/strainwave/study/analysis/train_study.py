@@ -44,14 +44,26 @@ class Ramp(NamedTuple):
         at = int(np.argmax(np.abs(values) * (self.run.trajectory.t >= self.begin)))
         return float(abs(values[at])), float(self.run.motor_speed[at])
 
+    @property
+    def duration(self) -> float:
+        """Time [s] from the lowest to the highest speed."""
+        return float(self.run.trajectory.t[-1]) - self.begin
+
     def motor(self) -> MotorUse | None:
-        """What the run asks of the motor once it has begun; None where it did not end well."""
+        """What the run asks of the motor once it has begun; None where it did not end well.
+
+        How fast the motor runs up is assumed: `torque` is without what that takes of a rigid drive, `run_up` with it.
+        """
         train, path = self.run.train, self.run.trajectory
         if not path.status:
             return None
-        sizes = np.abs(train.motor_torque(train.omega * path.t, tuple(path.y))) * (path.t >= self.begin)
-        peak = float(largest_of_samples(sizes[None])[0])
-        return MotorUse(peak, float(self.run.motor_speed[np.argmax(sizes)]), 0.0, in_run_up=True)
+        inertia = train.motor.J + (train.load.end().J + sum(J for J, _, _ in train.load.chain())) / train.N**2
+        begun = path.t >= self.begin
+        whole = train.motor_torque(train.omega * path.t, tuple(path.y)) * begun
+        own = whole - inertia * train.reference.curvature(path.t) * begun
+        run_up, torque = largest_of_samples(np.array([whole, own])).tolist()
+        at = float(self.run.motor_speed[np.argmax(np.abs(own))])
+        return MotorUse(torque, at, 0.0, None, True, run_up)
 
     def added_to(self, used: Usage) -> Usage:
         """What motions ask of the gear, with the largest torque of a run that ended well where that is larger."""

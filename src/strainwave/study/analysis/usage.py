@@ -43,7 +43,9 @@ class MotorUse(NamedTuple):
     load : float or None
         Torque [N*m] of the load at the largest, where it has a range of them.
     in_run_up : bool
-        Whether the largest is in the run-up.
+        Whether the largest is in the run-up, what its acceleration takes left out.
+    run_up : float or None
+        Largest size of the torque [N*m] in the run-up, its acceleration included; None without one.
     """
 
     torque: float
@@ -51,6 +53,7 @@ class MotorUse(NamedTuple):
     holding: float
     load: float | None = None
     in_run_up: bool = False
+    run_up: float | None = None
 
 
 def most_asked(some: Iterable[MotorUse | None]) -> MotorUse | None:
@@ -58,7 +61,9 @@ def most_asked(some: Iterable[MotorUse | None]) -> MotorUse | None:
     known = [use for use in some if use is not None]
     if not known:
         return None
-    return max(known, key=lambda use: use.torque)._replace(holding=max(use.holding for use in known))
+    run_up = max((use.run_up for use in known if use.run_up is not None), default=None)
+    top = max(known, key=lambda use: use.torque)
+    return top._replace(holding=max(use.holding for use in known), run_up=run_up)
 
 
 def usage(system: Any, exact: ExactResponse, motions: Iterable[SteadyMotion]) -> Usage:

@@ -140,6 +140,7 @@ def _required_motor(view: View) -> dict[str, Any] | None:
         "holding_torque_Nm": motor.holding,
         "load_torque_Nm": motor.load,
         "in_run_up": motor.in_run_up,
+        "run_up_torque_Nm": motor.run_up,
         "speed_rpm": view.speeds.rpm(view.speeds.given[-1]),
         "max_torque_Nm": torque,
         "max_speed_rpm": None if speed is None else speed / RPM,
@@ -155,7 +156,7 @@ def _motor_numbers(view: View) -> list[tuple[str, str, bool]]:
     def more(name: str) -> str:
         return f": more than its {number(beyond[name].bound)} {beyond[name].unit}" if name in beyond else ""
 
-    where = " in the run-up" if motor.in_run_up else ""
+    where = " in the run-up, its acceleration left out" if motor.in_run_up else ""
     text = f"largest torque that the motor must give{where}, at " + Speed(motor.at, digits=5) + under_load(motor.load)
     said = view.told(text) + more("motor torque").replace("*", "·")
     found = [(f"{number(motor.torque)} N·m", said, "motor torque" in beyond)]

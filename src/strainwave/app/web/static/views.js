@@ -80,7 +80,7 @@ async function response() {
   const [low, mean, high] = r.load_torques;
   const loads = low < high ? ` This is for ${round(mean)} N·m on the load; the report follows it from ${round(low)} to ${round(high)} N·m and gives the verdict.` : "";
   answer(failures + said + against + leaves + keep + loads, r.passes);
-  const motor = r.required_motor ? `The motor must give up to ${round(r.required_motor.torque)} N·m, ${round(r.required_motor.holding_torque)} N·m of it at steady speed, and turn at up to ${round(r.required_motor.largest_speed)} ${r.speed_unit}.` : "";
+  const motor = r.required_motor ? `The motor must give ${low < high ? "at least" : "up to"} ${round(r.required_motor.torque)} N·m, ${round(r.required_motor.holding_torque)} N·m of it at steady speed, and turn at up to ${round(r.required_motor.largest_speed)} ${r.speed_unit}.` : "";
   return [r.message === "reached both ends" ? "" : r.message, motor, ...r.remarks];
 }
 
