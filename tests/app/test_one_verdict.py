@@ -98,6 +98,12 @@ def test_a_limit_below_the_error_of_slow_rotation_is_named_with_it():
     assert shown["failures"][0].startswith("The limit of 5 arcsec is below the error of quasi-static rotation, 19.9 ")
 
 
+def test_jumps_below_the_limit_fail_and_are_named():
+    shown = views.response(from_text(first_text("CSG-40-50").replace("120 arcsec", "1000 arcsec"), Path("held.yaml")))
+    assert shown["passes"] is False
+    assert shown["failures"] == ["The motion jumps on a slow run-up or run-down."]
+
+
 @pytest.mark.slow
 def test_the_report_decides_as_the_page_does(tmp_path):
     motor = ", max_torque: 0.3 N*m, max_speed: 3500 rpm"

@@ -79,6 +79,7 @@ def _asked(project: Project, found: DriveResponse) -> dict[str, Any]:
     motor = judged.motor
     return {
         "passes": judged.passes,
+        "limit_arcsec": None if project.limit is None else project.limit / ARCSEC,
         "gear_torque_N_m": judged.used.peak_torque,
         "required_motor": None
         if motor is None
@@ -142,6 +143,15 @@ def _in_shaft(project: Project, found: DriveResponse) -> dict[str, Any]:
     }
 
 
+def _against(data: dict[str, Any]) -> str:
+    """The largest oscillation against its limit; nothing without one."""
+    limit = data["limit_arcsec"]
+    if limit is None:
+        return ""
+    where = "above" if data["oscillation"]["oscillation_arcsec"] > limit else "within"
+    return f", {where} the limit of {angle_unit(limit * ARCSEC).text(limit * ARCSEC)}"
+
+
 def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str:
     unit = data["unit"]
     lines = [f"{project.title}: response, motor: {data['motor']}, {data['message']}"]
@@ -150,7 +160,7 @@ def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str
         peak, at = data["largest"]["peak_arcsec"] * ARCSEC, data["largest"]["speed"]
         size, fast = data["oscillation"]["oscillation_arcsec"] * ARCSEC, data["oscillation"]["speed"]
         text = angle_unit(peak).text(size)
-        lines.append(f"  {data['error']}, largest oscillation: {text} at {number(fast, 5)} {unit}")
+        lines.append(f"  {data['error']}, largest oscillation: {text} at {number(fast, 5)} {unit}{_against(data)}")
         lines.append(f"  with its mean: at most {angle_unit(peak).text(peak)} at {number(at, 5)} {unit}")
     else:
         lines.append(f"  {data['sweep']}")

@@ -27,6 +27,8 @@ class Judged(NamedTuple):
         What gear and motor must take, and at least what every torque on the load takes at steady speed.
     findings : tuple of Finding
         The same against the limits of the gear and of the motor.
+    jumps : bool
+        Whether a drive with a limit of its oscillation fails by jumps of a slow run-up or run-down.
     """
 
     verdict: Verdict
@@ -35,11 +37,13 @@ class Judged(NamedTuple):
     used: Usage
     motor: MotorUse | None
     findings: tuple[Finding, ...]
+    jumps: bool = False
 
     @property
     def failures(self) -> tuple[str, ...]:
-        """Limits of the gear and of the motor by which the drive fails, and a limit of the oscillation out of reach."""
-        return (*self._below(True), *(finding.sentence for finding in gravest(self.findings) if finding.fails))
+        """Limits of the gear and of the motor by which the drive fails, a limit out of reach, and jumps."""
+        jumps = ["The motion jumps on a slow run-up or run-down."] if self.jumps else []
+        return (*self._below(True), *jumps, *(finding.sentence for finding in gravest(self.findings) if finding.fails))
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -74,7 +78,9 @@ def judged(project: Any, found: DriveResponse, turns: int = 1) -> Judged:
     passes: bool | None = verdict.answer is Answer.ALL_RIGHT
     if project.limit is None:
         passes = False if verdict.exceeded or avoid is None or avoid.unstable else None
-    return Judged(verdict, passes if loads[0] == loads[1] or not passes else None, avoid, used, motor, findings)
+    jumps = project.limit is not None and found.response.sweep is not None and bool(found.response.sweep.jumping)
+    passes = passes if loads[0] == loads[1] or not passes else None
+    return Judged(verdict, passes, avoid, used, motor, findings, jumps)
 
 
 def _avoid(project: Any, found: DriveResponse) -> Avoid | None:
