@@ -13,6 +13,7 @@ from ...results import Floats
 from ...study.compensation.bench import Bench
 from ...study.compensation.designs import COMPENSATORS
 from ...study.compensation.gains import times_of
+from ...study.compensation.given import own_rate
 from ...study.compensation.result import Compensation, CompensationBench, Units
 from ...units import RPM
 from ..console import number
@@ -43,10 +44,10 @@ class Motion(NamedTuple):
 
 def motion(bench: Bench, controller: str, speed: float, name: str) -> Motion:
     """The last turns under a controller, by its name in `COMPENSATORS`, at a motor speed [rad/s]."""
-    design = COMPENSATORS[controller]
-    settle, _ = times_of(bench, speed, design.adapts(bench, speed) if design.adapts else 0.0)
+    built = COMPENSATORS[controller].on(bench, speed)
+    settle, _ = times_of(bench, speed, own_rate(bench, speed, built))
     turn = 2.0 * np.pi / abs(speed)
-    run = run_loop(bench.closed(design.build(bench, speed), speed), settle + TURNS * turn, y0=bench.start(speed))
+    run = run_loop(bench.closed(built, speed), settle + TURNS * turn, y0=bench.start(speed))
     late = run.time >= run.time[-1] - TURNS * turn
     time, error = run.time[late], run.error[late]
     return Motion(name, (time - time[0]) / turn, error - np.mean(error))

@@ -8,8 +8,8 @@ from ...compile.jit import kernel
 from ...noise import even, noise
 from ...protocols import need
 from ...quantities import Angle, Ratio, Time, Torque
-from ...tree import numbers
-from ..excitation import NoError
+from ...tree import mapped, numbers
+from ..excitation import Harmonic, Line, NoError
 from ..train.controls import Commanded
 from ..train.drive_train import motor_motion
 from .loops import is_controller
@@ -19,6 +19,7 @@ NO_ERROR = NoError()
 ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to a whole number
 LONGEST = 7.0  # samples of delay
 JUST = 1e-9  # of a period: rounding of a delay
+UNGUARDED = 1e9  # N*m: the guard of a controller that adapts is never met
 LOST = 20.0  # samples without a motor's angle after which the torque is 0 until it is back
 
 
@@ -194,12 +195,27 @@ class ClosedLoop(NamedTuple):
                     f"{self.sampling.period:g} s; give both the same"
                 )
 
-    def quiet(self) -> "ClosedLoop":
-        """The loop with ideal encoders, without kinematic error and limit: what is linear of it."""
+    def finest(self) -> float:
+        """Pointing error [rad] that its encoders do not tell from none: a step of them, or three times their noise."""
         s = self.sampling
-        ideal = Sampling(s.period, s.delay, load_encoder=s.load_encoder)
-        return ClosedLoop(self.train._replace(error=NO_ERROR), self.controller, ideal)
+        load = max(s.load_quantum, 3.0 * s.load_noise) * s.load_encoder
+        return float(max(max(s.motor_quantum, 3.0 * s.motor_noise) / self.train.N, load))
+
+    def quiet(self) -> "ClosedLoop":
+        """The loop with ideal encoders, without limit, guards and lines of error or torque: what is linear of it."""
+        s = self.sampling
+        still = iter([_quiet(*number[1:]) for number in numbers(self) if isinstance(number[3], float)])
+        loop: ClosedLoop = mapped(lambda _: next(still), self)
+        loop = loop._replace(sampling=Sampling(s.period, s.delay, load_encoder=s.load_encoder))
+        lines = any(isinstance(owner, Line) for _, owner, _, _ in numbers(self.train.error))
+        return loop if lines else loop._replace(train=loop.train._replace(error=NO_ERROR))
 
     def with_inputs(self, torque: Any, angle: Any) -> "ClosedLoop":
         """The loop with a torque [N*m] added to its controller's, and an angle [rad] to what the motor follows."""
         return self._replace(controller=Driven(self.controller, torque, angle))
+
+
+def _quiet(owner: Any, name: str, value: float) -> float:
+    if name == "amplitude" and isinstance(owner, Line | Harmonic):
+        return 0.0
+    return UNGUARDED if name == "most" else value

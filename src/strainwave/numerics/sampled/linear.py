@@ -16,13 +16,15 @@ from ...records import Labelled, Result
 from ...results import Floats
 from ...sentences import on_screen
 from ...tree import leaves, mapped
-from .loops import steps_of
+from .loops import marched, steps_of
 from .march import between
 
 COUNTS = 3  # the last fields of a loop's memory: age of a measurement, samples limited and lost
 Complexes = NDArray[np.complex128]
 
 FEWEST = 4  # steps between two samples
+LEAST = 200  # samples of a turn, or of several: it is rounded to whole samples
+ELSEWHERE, SAME = 0.37, 1e-9  # of a turn: where the map is looked at again; a difference that is rounding
 STILL = 1e-8  # of a pole from 1: what decays slower than in hours does not decay
 STEP = 1e-6  # of the states, the memory and the inputs: a torque of 0.1 N*m in the stiffest gear
 
@@ -129,36 +131,80 @@ def loop_response(
     steps = max(FEWEST, steps_of(quiet, y0)) if steps is None else positive_count("steps", steps)
     # A first sample, from which on the controller's differences count
     y, memory = after(quiet, tuple(y0.tolist()), start, 0.0, 0.0, steps)
-    moving, counts = memory[:-COUNTS], memory[-COUNTS:]
-    base = np.array([*y, *leaves(moving)], float)
+    base = np.array([*y, *leaves(memory[:-COUNTS])], float)
     states = len(y0)
 
     def following(z: Floats, torque: float, angle: float) -> Floats:
-        values = iter(z[states:].tolist())
-        held = type(memory)(*mapped(lambda _: next(values), moving), *counts)
-        new = after(quiet, tuple(z[:states].tolist()), held, torque, angle, steps)
+        new = after(quiet, *_parted(z, states, memory), torque, angle, steps)
         return np.array([*new[0], *leaves(new[1][:-COUNTS])], float)
 
     def error(z: Floats) -> float:
         state = tuple(z[:states].tolist())
         return float(output(state) if output else quiet.watched(0.0, state)[0])
 
-    def slope(function: Any, column: int, size: int) -> Any:
-        d = STEP * np.eye(size)[column]
-        return (function(d) - function(-d)) / (2.0 * STEP)
-
     n = len(base)
-    A = np.stack([slope(lambda d: following(base + d, 0.0, 0.0), i, n) for i in range(n)], axis=1)
-    B = np.stack([slope(lambda d: following(base, *d), i, 2) for i in range(2)], axis=1)
-    C = np.array([slope(lambda d: error(base + d), i, n) for i in range(n)])
+    A, B = _slopes(lambda d: following(base + d, 0.0, 0.0), n), _slopes(lambda d: following(base, *d), 2)
+    C = _slopes(lambda d: error(base + d), n)
     z = np.exp(1j * grid * quiet.period())
     inside = np.linalg.solve(z[:, None, None] * np.eye(n) - A + 0.0j, np.broadcast_to(B + 0.0j, (len(z), n, 2)))
     found = np.einsum("i,kij->kj", C, inside)
     return LoopResponse(grid, found[:, 0], found[:, 1], np.linalg.eigvals(A).astype(complex), quiet.period())
 
 
-def after(loop: Any, y: Any, memory: Any, torque: float, angle: float, steps: int) -> Any:
-    """State and memory one sample on, with inputs; at time 0 of the motion."""
+def _slopes(function: Any, size: int) -> Any:
+    """Slopes (..., size) of a function of so many differences, at 0."""
+    each = STEP * np.eye(size)
+    return np.stack([(function(d) - function(-d)) / (2.0 * STEP) for d in each], axis=-1)
+
+
+def _parted(z: Floats, states: int, memory: Any) -> tuple[Any, Any]:
+    """State and memory from their numbers; counts are those of a memory."""
+    values = iter(z[states:].tolist())
+    held = mapped(lambda _: next(values), memory[:-COUNTS])
+    return tuple(z[:states].tolist()), type(memory)(*held, *mapped(float, memory[-COUNTS:]))
+
+
+def multipliers(loop: Any, turn: float, *, at: ArrayLike) -> tuple[Complexes, float]:
+    """Multipliers of the small motions of a sampled loop over a time, and that time [s].
+
+    What a memory keeps of the angle, as that of a turn, changes the map from sample to sample along the turn: the map
+    is then that of one turn, or of as many as have `LEAST` samples. A number of the memory that nothing moves is left
+    out.
+
+    Parameters
+    ----------
+    loop : Probed
+        As of `loop_response`.
+    turn : float
+        Time [s] after which the map is the same again.
+    at : (states,) array_like
+        State of the plant in its steady motion.
+    """
+    quiet, y0 = loop.quiet(), numbers("at", at)
+    steps, states = max(FEWEST, steps_of(quiet, y0)), len(y0)
+    y, memory = after(quiet, tuple(y0.tolist()), quiet.start(), 0.0, 0.0, steps)
+    base = np.array([*y, *leaves(memory[:-COUNTS])], float)
+
+    def one(d: Floats, time: float) -> Floats:
+        y, held = after(quiet, *_parted(base + d, states, memory), 0.0, 0.0, steps, time)
+        return np.array([*y, *leaves(held[:-COUNTS])], float)
+
+    def many(d: Floats) -> Floats:
+        seen = np.empty((states, 1)), np.empty((4, 1))
+        y, held = marched(quiet, *_parted(base + d, states, memory), samples, steps, *seen, every=samples)
+        return np.array([*y, *leaves(held[:-COUNTS])], float)
+
+    period, samples, n = quiet.period(), 1, len(base)
+    found, later = (_slopes(lambda d, at=at: one(d, at), n) for at in (0.0, ELSEWHERE * turn))
+    if np.max(np.abs(found - later)) > SAME * np.max(np.abs(found)):
+        samples = round(np.ceil(LEAST * period / turn) * turn / period)
+        found = _slopes(many, n)
+    kept = np.any(np.abs(found - np.eye(n)) > SAME, axis=1)
+    return np.linalg.eigvals(found[kept][:, kept]).astype(complex), samples * period
+
+
+def after(loop: Any, y: Any, memory: Any, torque: float, angle: float, steps: int, time: float = 0.0) -> Any:
+    """State and memory one sample on, with inputs, from a time [s] of the motion."""
     driven = loop.with_inputs(torque, angle)
-    memory = driven.update(0.0, y, memory, 0, 0)
-    return between(driven, 0.0, y, memory, steps), memory
+    memory = driven.update(time, y, memory, 0, 0)
+    return between(driven, time, y, memory, steps), memory

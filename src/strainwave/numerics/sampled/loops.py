@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...compile.jit import run
-from ...compile.lanes import LANES
-from ...protocols import need
+from ...compile.lanes import LANES, lane
+from ...protocols import lacking, need
 from ...quantities import checked, number, numbers, positive_count
 from ...results import Floats
 from ...tree import leaf_of, leaves, mapped
@@ -65,13 +65,21 @@ def run_loop(
     samples, every = _samples(loop, duration), positive_count("every", every)
     kept = -(-samples // every)
     states, seen = np.full((len(y), kept), np.nan), np.full((4, kept), np.nan)
-    first = leaves((loop, y))
+    _, memory = marched(loop, y, loop.start(), samples, steps, states, seen, unit=unit, every=every)
+    t, torque, error, gear_torque = seen
+    return LoopRun(t, error, torque, gear_torque, states, mapped(float, memory), steps)
+
+
+def marched(
+    loop: Any, y: Any, memory: Any, samples: int, steps: int, states: Floats, seen: Floats, *, unit: int = 0,
+    every: int = 1,
+) -> Any:  # fmt: skip
+    """State and memory of one loop so many samples after a state and a memory; `states` and `seen` are filled."""
+    first = leaves((loop, y, memory))
     rows = np.empty((len(first), LANES))
     rows[:, 0] = first
     with np.errstate(all="ignore"):
-        memory = run(march, loop, y, rows, unit, 1, samples, every, steps, states, seen, NO_SUMS)
-    t, torque, error, gear_torque = seen
-    return LoopRun(t, error, torque, gear_torque, states, mapped(float, memory), steps)
+        return run(march, loop, y, memory, rows, unit, 1, samples, every, steps, states, seen, NO_SUMS)
 
 
 def loop_ensemble(
@@ -126,7 +134,8 @@ def loop_ensemble(
     table = _table(loop, varied)
     lanes = table.shape[1]
     starts = np.broadcast_to(np.array(y if y0 is None else y0, float).reshape(len(y), -1), (len(y), lanes))
-    table = np.concatenate([table, starts])
+    held, memories = loop.start(), [leaves(lane(loop, table, 0, j).start()) for j in range(lanes)]
+    table = np.concatenate([table, starts, np.array(memories, float).T])
     wanted = numbers("orders", orders) if np.size(orders) else np.zeros(0)
     jobs = [(i, min(i + LANES_OF_JOB, lanes)) for i in range(0, lanes, LANES_OF_JOB)]
     sums = np.zeros((SUMS + 2 * len(wanted), lanes))
@@ -137,7 +146,7 @@ def loop_ensemble(
         rows[:, : high - low] = table[:, low:high]
         summed = sums_by_address(Sums(before, samples, wanted, seen, out))
         with np.errstate(all="ignore"):
-            run(march, loop, y, rows, low, high - low, samples, 1, steps, np.empty((0, 0)), seen, summed)
+            run(march, loop, y, held, rows, low, high - low, samples, 1, steps, np.empty((0, 0)), seen, summed)
         sums[:, low:high] = out
 
     workers = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
@@ -149,7 +158,7 @@ def loop_ensemble(
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
-    return _measured(sums, wanted, samples, steps)
+    return _measured(sums, wanted, samples, steps, 0.0 if lacking(loop, "finest") else loop.finest())
 
 
 def _table(loop: Any, varied: Any) -> Floats:
@@ -173,7 +182,7 @@ def _table(loop: Any, varied: Any) -> Floats:
     return table
 
 
-def _measured(sums: Floats, orders: Floats, samples: int, steps: int) -> LoopEnsemble:
+def _measured(sums: Floats, orders: Floats, samples: int, steps: int, finest: float) -> LoopEnsemble:
     with np.errstate(all="ignore"):
         n = sums[0]
         mean = sums[1] / n
@@ -183,9 +192,8 @@ def _measured(sums: Floats, orders: Floats, samples: int, steps: int) -> LoopEns
         first, second = n - sums[10], sums[10]
         early = (sums[2] - sums[9]) / first - ((sums[1] - sums[12]) / first) ** 2
         late = sums[9] / second - (sums[12] / second) ** 2
-        stable = (
-            np.isfinite(sums[2]) & (sums[3] < BOUND) & ~((late > GROWN**2 * early) & (late > (SMALL * sums[11]) ** 2))
-        )
+        least = np.maximum(SMALL * sums[11], finest)
+        stable = np.isfinite(sums[2]) & (sums[3] < BOUND) & ~((late > GROWN**2 * early) & (late > least**2))
     return LoopEnsemble(
         mean=mean,
         rms=rms,

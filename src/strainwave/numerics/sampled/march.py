@@ -2,8 +2,8 @@
 
 A loop is a NamedTuple with `plant()`, the system; `start()`, its memory; `period()` and `waits()`, the time [s] from
 one sample to the next and that until the torque changes; `update(t, y, memory, lane, sample)`, its memory after a
-sample; `commanded(y, memory, later)`, the state with the torque in force; and `watched(phase, y)`, a pair that is
-measured.
+sample; `commanded(y, memory, later)`, the state with the torque in force; `watched(phase, y)`, a pair that is
+measured. It may have `finest()`, below which nothing that is measured counts as growing.
 
 `march` is compiled for each kind of loop: a call by address at every sample would cost a tenth of its time. What it
 sums comes block by block to `add`, which is compiled once for all.
@@ -123,20 +123,20 @@ def between(loop: Any, t: float, y: Any, memory: Any, steps: int) -> Any:
 
 @kernel
 def march(
-    model: Any, start: Any, rows: Any, first: int, lanes: int, samples: int, every: int, steps: int, states: Any,
-    seen: Any, sums: Any,
+    model: Any, start: Any, held: Any, rows: Any, first: int, lanes: int, samples: int, every: int, steps: int,
+    states: Any, seen: Any, sums: Any,
 ) -> Any:  # fmt: skip
-    """Run lanes of a block of loops, whose numbers and first states are rows; return the memory of the last one.
+    """Run lanes of a block of loops, whose numbers, first states and memories are rows; return those of the last one.
 
     Every so many samples what is seen of a lane is written (before `settle` the error alone), and its state; without
     rows of `states` it is summed.
     """
     rows, states, seen = borrowed((rows, states, seen))
     block = every * seen.shape[1]
-    memory = model.start()
+    y, memory = start, held
     for j in range(lanes):
         loop, y = lane(model, rows, 0, j), lane(start, rows, count(model), j)
-        memory = loop.start()
+        memory = lane(held, rows, count(model) + count(start), j)
         for begin in range(0, samples, block):
             n, due = 0, begin
             for k in range(begin, min(begin + block, samples)):
@@ -157,4 +157,4 @@ def march(
                 y = between(loop, t, y, memory, steps)
             if len(states) == 0:
                 add(sums, j, begin, n, memory.limited, memory.lost)
-    return memory
+    return y, memory

@@ -92,7 +92,7 @@ class LoopEnsemble(Result):
         The orders.
     stable : (lanes,) array of bool
         Whether the error stayed bounded, and its root mean square did not grow by half from the first half of what is
-        measured to the second, decayed errors apart.
+        measured to the second, decayed errors and those below a step of the encoders apart.
     steps : int
         Steps of the integration between two samples.
     """

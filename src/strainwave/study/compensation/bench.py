@@ -15,7 +15,7 @@ from ...model.train.controls import Commanded, Lagged, PositionLoop, SpeedLoop
 from ...model.train.drive_train import DriveTrain
 from ...model.train.loops import USUAL, from_bandwidth
 from ...model.train.motion import AngleTorque, Steady
-from ...numerics.sampled.linear import LoopResponse, loop_response
+from ...numerics.sampled.linear import LoopResponse, loop_response, multipliers
 from ...protocols import lacking, lines_of, terms_of
 from ...quantities import checked, shown
 from ...results import Floats, SolveError
@@ -79,12 +79,23 @@ class Bench:
         loop = self.closed(self.loop, speed, model=True)
         frequencies = abs(speed) * np.array(self.orders if orders is None else orders, float)
         found = loop_response(loop, frequencies, at=self.start(speed, model=True), output=output)
-        own = sum(
-            states_of(law) for law in (self.model.law, *self.model.load.couplings()) if not lacking(law, "torque")
-        )
-        still = np.argsort(np.abs(found.poles - 1.0))[:own]
-        still = still[np.abs(found.poles[still] - 1.0) < STAYS]
-        return replace(found, poles=np.delete(found.poles, still))
+        return replace(found, poles=self._moving(found.poles, 1))
+
+    def growth(self, controller: Any, speed: float, *, model: bool = False) -> float:
+        """Rate [1/s] at which the small motion grows that does so most under a controller; it decays where negative.
+
+        It is that of the sampled loop about the state in which the mean torques hold it.
+        """
+        loop, turn = self.closed(controller, speed, model=model), 2.0 * np.pi / abs(speed)
+        found, time = multipliers(loop, turn, at=self.start(speed, model=model))
+        samples = round(time / self.sampling.period)
+        largest = float(np.max(np.abs(self._moving(found, samples)), initial=1e-300))
+        return float(np.log(largest)) / time
+
+    def _moving(self, found: Any, samples: int) -> Any:
+        """Poles or multipliers over samples without those of a law's memory, which stays where it is left."""
+        still = np.argsort(np.abs(found - 1.0))[: self.memory]
+        return np.delete(found, still[np.abs(found[still] - 1.0) < STAYS * samples])
 
     def start(self, speed: float, *, model: bool = False) -> Floats:
         """State (states,) in which the mean torques hold the drive; zeros where none is found."""

@@ -21,7 +21,7 @@ from ..analysis.remedies.knobs import stiffer
 from .bench import Bench, steady_bench_of
 from .designs import COMPENSATORS, Compensator
 from .gains import TURNS, refuse_unstable, times_of
-from .given import given, tripped
+from .given import given, own_rate, tripped
 from .result import DIFFER, Compensation, CompensationBench, Residual, Robustness, TorqueUse, gains, grows
 from .units import units_of
 
@@ -242,8 +242,11 @@ def _one(
 ) -> Compensation:
     """One controller at one speed."""
     refuse_unstable(bench, speed)
-    settle, end = times_of(bench, speed, design.adapts(bench, speed) if design.adapts else 0.0)
     controller = design.on(bench, speed)
+    rate = own_rate(bench, speed, controller)
+    settle, end = times_of(bench, speed, rate)
+    known = design.name in COMPENSATORS and bench.plant == bench.model  # its design has looked
+    growth = -np.inf if known else bench.growth(controller, speed)
     before = _run(bench, bench.loop, speed, settle, end)
     after = _run(bench, controller, speed, settle, end)
     progress("the drive", 0.3 if robust or units else 1.0)
@@ -264,7 +267,7 @@ def _one(
         amplitude_before=before.amplitude[:, 0],
         amplitude_after=after.amplitude[:, 0],
         robustness=robustness,
-        stable=bool(after.stable[0]),
+        stable=bool(after.stable[0] and growth < 0.0),
         condition=design.stable,
         load_encoder=design.load_encoder,
         excluded=excluded,
@@ -273,8 +276,9 @@ def _one(
         warnings=(),
         remarks=bench.remarks,
     )
-    own = (*_given_up(bench, design, controller, speed, end, before, after), *_beyond(bench, design, speed))
-    return replace(found, warnings=(*own, *_warnings(design, found)))
+    own = [*_given_up(bench, design, controller, speed, end, before, after)] if rate else []
+    own += [*_beyond(bench, design, speed)]
+    return replace(found, warnings=(*own, *_warnings(design, found, float(growth))))
 
 
 def _run(bench: Bench, controller: Any, speed: float, settle: float, end: float) -> LoopEnsemble:
@@ -298,8 +302,10 @@ def _robustness(bench: Bench, design: Compensator, speed: float, settle: float, 
             return ()
         other = bench.with_stiffness(share)
         before = _run(other, bench.loop, speed, settle, end)
-        after = _run(other, design.on(other, speed), speed, settle, end)
-        rms = float(after.rms[0]) if after.stable[0] else float("inf")
+        controller = design.on(other, speed)
+        after = _run(other, controller, speed, settle, end)
+        decays = after.stable[0] and other.growth(controller, speed) < 0.0
+        rms = float(after.rms[0]) if decays else float("inf")
         found.append(Robustness(share, float(before.rms[0]), rms))
     return tuple(found)
 
@@ -321,7 +327,7 @@ def _given_up(
     bench: Bench, design: Compensator, controller: Any, speed: float, end: float, before: Any, after: Any
 ) -> Any:
     """Whether the guard of a controller that takes little away has dropped its torque, as a sentence."""
-    if not design.adapts or after.rms[0] <= LITTLE * before.rms[0]:
+    if after.rms[0] <= LITTLE * before.rms[0]:
         return
     run = run_loop(bench.closed(controller, speed), end, y0=bench.start(speed), every=MOST_SAMPLES)
     if tripped(controller, run.memory.state):
@@ -346,10 +352,16 @@ def _beyond(bench: Bench, design: Compensator, speed: float) -> Any:
         )
 
 
-def _warnings(design: Compensator, found: Compensation) -> Any:
+def _warnings(design: Compensator, found: Compensation, growth: float) -> Any:
     """What is wrong with a result, on the drive and on other gears, as sentences."""
     at, share = f"at {found.speed / RPM:.4g} rpm", found.after.rms / found.before.rms
-    if not found.stable:
+    if growth >= 0.0:
+        yield (
+            f"{design.name}: small motions of the sampled loop grow {at}, by a factor e every "
+            f"{1.0 / max(growth, 1e-9):.3g} s; the controller is unstable on this drive, and what a run leaves is no "
+            "steady error."
+        )
+    elif not found.stable:
         yield f"{design.name}: the error grows {at}; the controller is unstable on this drive."
     elif grows(found.before.rms, found.after.rms):
         yield f"{design.name}: the error is {share:.3g} times that of the plain loop {at}; do not use it there."

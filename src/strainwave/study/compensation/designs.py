@@ -18,10 +18,12 @@ from ...model.controllers.notch import notch
 from ...model.controllers.observer import DisturbanceObserver
 from ...model.controllers.repetitive import CELLS, Repetitive
 from ...model.excitation import Harmonic, Harmonics
+from ...units import RPM
 from .bench import Bench
 from .gains import behind_of, guard, motor_guard, plain_run, rate_of, repetitive_gains
 
 OBSERVER = 2.0  # bandwidth of the observer, in those of the loop
+LOWERED, GAINS = (0.5, 0.25), ("gain", "bandwidth")  # shares that are tried, and what is lowered
 SLOW = 0.1  # of the inverse time constant: gain of the integral on the load
 
 
@@ -39,8 +41,8 @@ class Compensator:
         Whether it measures the load's angle.
     stable : str
         The condition under which it is stable, as a sentence.
-    adapts : callable or None
-        Of a bench and a speed: the rate [1/s] at which it converges; None where it does not adapt.
+    feedback : bool
+        Whether it moves the poles of the plain loop: it is then built on a model that it does not make unstable.
     """
 
     name: str
@@ -48,16 +50,45 @@ class Compensator:
     build: Callable[[Bench, float], Any]
     load_encoder: bool
     stable: str
-    adapts: Callable[[Bench, float], float] | None = None
+    feedback: bool = True
 
     def on(self, bench: Bench, speed: float) -> Any:
-        """The controller for a bench and a motor speed [rad/s]; refused where it is blind (ValueError)."""
+        """The controller for a bench and a motor speed [rad/s]; refused where it is blind or unstable (ValueError)."""
         if self.load_encoder and not bench.sampling.load_encoder:
             raise ValueError(
                 f"{self.name} measures the load's angle and load_encoder of the sampling is 0; set it to 1, or take a "
                 "controller without one, such as 'inverse'"
             )
-        return self.build(bench, speed)
+        built = self.build(bench, speed)
+        return _decaying(self.name, bench, built, speed) if self.feedback else built
+
+
+def _decaying(name: str, bench: Bench, controller: Any, speed: float) -> Any:
+    """A controller on whose model all small motions decay: as it is, or with half the gains with which they do."""
+    first = bench.growth(controller, speed, model=True)
+    if first < 0.0:
+        return controller
+    for share in LOWERED:
+        lower = slower(controller, share)
+        if lower == controller:
+            break
+        if bench.growth(lower, speed, model=True) < 0.0:
+            return slower(controller, 0.5 * share)
+    help_less = (
+        "" if slower(controller, 0.5) == controller else f", and with {LOWERED[-1]:g} of its gains they still do"
+    )
+    raise ValueError(
+        f"{name} is unstable on its own model at {speed / RPM:.4g} rpm: small motions of the sampled loop grow by a "
+        f"factor e every {1.0 / max(first, 1e-9):.3g} s{help_less}; take another controller, or change the plain loop"
+    )
+
+
+def slower(controller: Any, share: float) -> Any:
+    """A controller with a share of its gains of feedback; its plain loop stays."""
+    if not hasattr(controller, "loop"):
+        return controller
+    changed = {name: share * getattr(controller, name) for name in GAINS if hasattr(controller, name)}
+    return controller._replace(loop=slower(controller.loop, share), **changed)
 
 
 def _plain(bench: Bench, _speed: float) -> Any:
@@ -119,14 +150,10 @@ def adaptive(bench: Bench, speed: float, loop: Any) -> Any:
 
 
 def _repetitive(bench: Bench, speed: float) -> Any:
-    lead, smooth, rate, _ = repetitive_gains(bench, speed)
+    lead, smooth, rate = repetitive_gains(bench, speed)
     size = float(np.max(np.abs(bench.response(speed).error_of_torque)))
     period, most = bench.sampling.period, guard(bench, speed, mean=True)
     return Repetitive(bench.loop, bench.model.N, CELLS * rate / size, lead, smooth, most, period)
-
-
-def _repetitive_rate(bench: Bench, speed: float) -> float:
-    return repetitive_gains(bench, speed)[3]
 
 
 def _adaptive_motor(bench: Bench, speed: float) -> Any:
@@ -183,13 +210,15 @@ COMPENSATORS = {
     design.name: design
     for design in (
         Compensator(
-            "loop", "the plain loop", _plain, False, "All poles of the sampled loop lie inside the unit circle."
+            "loop", "the plain loop", _plain, False, "All poles of the sampled loop lie inside the unit circle.", False
         ),
-        Compensator("angle", "angle feedforward N (theta_ref + e)", _angle, False, POSITIVE),
-        Compensator("inverse", "linear inverse: angle feedforward with the motor's inertia", _inverse, False, POSITIVE),
-        Compensator("nonlinear-inverse", "nonlinear inverse of the model", _nonlinear, False, POSITIVE),
+        Compensator("angle", "angle feedforward N (theta_ref + e)", _angle, False, POSITIVE, False),
         Compensator(
-            "predicted-table", "torque table of the error that the model predicts", _predicted, False, POSITIVE
+            "inverse", "linear inverse: angle feedforward with the motor's inertia", _inverse, False, POSITIVE, False
+        ),
+        Compensator("nonlinear-inverse", "nonlinear inverse of the model", _nonlinear, False, POSITIVE, False),
+        Compensator(
+            "predicted-table", "torque table of the error that the model predicts", _predicted, False, POSITIVE, False
         ),
         Compensator(
             "measured-table",
@@ -197,6 +226,7 @@ COMPENSATORS = {
             _measured,
             True,
             POSITIVE + " It lowers the error where the model's response is right within 60 degrees.",
+            False,
         ),
         Compensator(
             "adaptive",
@@ -204,7 +234,6 @@ COMPENSATORS = {
             _adaptive,
             True,
             "It converges for a small gain where the model's phase is right within 90 degrees at every order.",
-            rate_of,
         ),
         Compensator(
             "adaptive-inverse",
@@ -212,7 +241,6 @@ COMPENSATORS = {
             _adaptive_inverse,
             True,
             "It converges for a small gain where the model's phase is right within 90 degrees at every order.",
-            rate_of,
         ),
         Compensator(
             "adaptive-motor",
@@ -221,7 +249,6 @@ COMPENSATORS = {
             False,
             "It converges for a small gain where the model's phase is right within 90 degrees at every order. The load "
             "keeps the error of a held motor.",
-            rate_of,
         ),
         Compensator(
             "repetitive",
@@ -230,7 +257,6 @@ COMPENSATORS = {
             True,
             "It converges for a small gain where the plant's phase and the lead are within 90 degrees at every order "
             "that the smoothing leaves.",
-            _repetitive_rate,
         ),
         Compensator(
             "observer",
@@ -259,7 +285,6 @@ COMPENSATORS = {
             _load_integral,
             True,
             "Its gain is a tenth of the rate of the loop's slowest motion.",
-            _load_rate,
         ),
     )
 }

@@ -55,11 +55,14 @@ def _refuse_overloaded(bench: Bench, speed: float) -> None:
 
 
 def times_of(bench: Bench, speed: float, rate: float = 0.0) -> tuple[float, float]:
-    """Times [s] after which transients have died, and at which a run ends, a whole number of turns later."""
-    slowest = bench.response(speed).slowest
-    settle = 10.0 * slowest + (10.0 / rate if rate else 0.0)
+    """Times [s] after which transients have died, and at which a run ends, a whole number of turns later.
+
+    What is measured lasts as long as the slower of the loop's slowest motion and of what adapts with a rate [1/s].
+    """
+    slowest, adapting = bench.response(speed).slowest, 1.0 / rate if rate else 0.0
+    settle = 10.0 * (slowest + adapting)
     turn = 2.0 * pi / abs(speed)
-    turns = max(TURNS, int(np.ceil(0.5 / turn)))
+    turns = max(TURNS, int(np.ceil(max(0.5, slowest, adapting) / turn)))
     return settle, settle + turns * turn
 
 
@@ -133,10 +136,8 @@ def behind_of(bench: Bench) -> Callable[[Any], Any]:
     return lambda y: -motor_states(model.motor.control, y)[0][0] / model.N
 
 
-def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float, float]:
-    """Lead [rad] that leaves least of the error, smoothing that every other order needs, and rates [1/s].
-
-    The first rate is that of learning; the second that at which the slowest order of the error converges.
+def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float]:
+    """Lead [rad] that leaves least of the error, smoothing that every other order needs, and rate [1/s] of learning.
 
     At order k the table grows with r_k = Re(-G_k e^(i k lead)), relative to the largest of the orders of the error, and
     decays with s c_k, c_k = 1 - cos(2 pi k/M): the error keeps s c_k/(r_k + s c_k) of itself. In a turn no order
@@ -147,14 +148,14 @@ def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float, f
     k = np.arange(int(min(CELLS // 2, 0.9 * pi / period / abs(speed))) + 1)
     G = -bench.response(speed, k).error_of_torque / np.max(np.abs(bench.response(speed).error_of_torque))
     c = 1.0 - np.cos(2.0 * pi * k / CELLS)
-    best: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    best: tuple[float, float, float] = (1.0, 0.0, 0.0)
     for lead in np.linspace(-pi, pi, LEADS) / min(own):
         r = np.real(G * np.exp(1j * k * lead))
         s = MARGIN * float(np.max(-r[1:] / c[1:], initial=SMOOTH))
         if r[0] > STANDING and np.all(r[own] > 0.0):
             kept = float(np.max(s * c[own] / (r[own] + s * c[own])))
-            best = min(best, (kept, float(lead), s, float(np.min(r[own] + s * c[own]))))
-    kept, lead, s, slowest = best
+            best = min(best, (kept, float(lead), s))
+    kept, lead, s = best
     if kept == 1.0:
         raise ValueError(
             "repetitive control has no lead at which the mean and every order of the error converge, as with an "
@@ -162,4 +163,4 @@ def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float, f
         )
     largest = float(np.max(np.abs(G) + s * c))
     rate = min(rate_of(bench, speed) / largest, 0.5 / (turn * largest), 0.5 / (s * period * CELLS))
-    return lead, s * rate * period * CELLS, rate, slowest * rate
+    return lead, s * rate * period * CELLS, rate

@@ -1,5 +1,6 @@
 """Controllers that are given, not designed: what they measure, how fast they learn, and whether they gave up."""
 
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -22,8 +23,8 @@ def given(controller: Any) -> Compensator:
         name,
         lambda _bench, _speed: controller,
         sees_load(controller),
-        "Its stability is not known here.",
-        lambda bench, speed: own_rate(bench, speed, controller),
+        "Its small motions are those of the sampled loop, which are computed.",
+        False,
     )
 
 
@@ -35,18 +36,21 @@ def sees_load(controller: Any) -> bool:
 
 
 def own_rate(bench: Bench, speed: float, controller: Any) -> float:
-    """Slowest rate [1/s] at which a given controller learns on a bench, by its own gains; 0 where it does not."""
+    """Slowest rate [1/s] at which a controller learns on a bench, by its own gains; 0 where it does not."""
     rates, inner = [], controller
     while inner is not None:
         if isinstance(inner, AdaptiveCancellation):
             output = None if inner.on_load else behind_of(bench)
             rates.append(0.5 * inner.gain * abs(bench.response(speed, [inner.order], output).error_of_torque[0]))
         elif isinstance(inner, Repetitive):
-            rates.append(inner.gain / CELLS * float(np.min(np.abs(bench.response(speed).error_of_torque))))
+            orders = np.array(bench.orders)
+            learned = np.real(-bench.response(speed).error_of_torque * np.exp(1j * orders * inner.lead))
+            forgotten = inner.smooth * (1.0 - np.cos(2.0 * pi * orders / CELLS)) / inner.period
+            rates.append(max(0.0, float(np.min(inner.gain * learned + forgotten))) / CELLS)
         elif isinstance(inner, LoadIntegral):
             rates.append(inner.gain)
         inner = getattr(inner, "loop", None)
-    return float(min(rates, default=0.0))
+    return float(min((rate for rate in rates if rate > 0.0), default=0.0))
 
 
 def tripped(controller: Any, state: Any) -> bool:

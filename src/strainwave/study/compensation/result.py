@@ -141,7 +141,8 @@ class Compensation(Result):
     robustness : tuple of Robustness
         The same controller on gears of another stiffness.
     stable : bool
-        Whether the error stayed bounded and did not grow.
+        Whether small motions of the sampled loop decay about its operating point, and the error stayed bounded and did
+        not grow.
     condition : str
         Condition under which the controller is stable, as a sentence.
     load_encoder : bool

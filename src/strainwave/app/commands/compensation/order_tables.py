@@ -14,8 +14,8 @@ from ....model.excitation import Harmonic, Harmonics, KinematicError, Line
 from ....numerics.sampled.loops import loop_ensemble, run_loop
 from ....numerics.sampled.result import LoopRun
 from ....study.compensation.bench import Bench
-from ....study.compensation.designs import COMPENSATORS
 from ....study.compensation.gains import behind_of, times_of
+from ....study.compensation.given import own_rate
 from ....study.compensation.result import Compensation
 from ....theory.lyapunov import mean_torque
 from ....units import ARCSEC, RPM
@@ -104,8 +104,7 @@ def _of_inertia(controller: AngleFeedforward, speed: float) -> list[Line]:
 
 def _adapted(bench: Bench, found: Compensation) -> LoopRun:
     """Run until the controller has converged."""
-    design = COMPENSATORS[found.name]
-    settle, _ = times_of(bench, found.speed, design.adapts(bench, found.speed) if design.adapts else 0.0)
+    settle, _ = times_of(bench, found.speed, own_rate(bench, found.speed, found.controller))
     return run_loop(bench.closed(found.controller, found.speed), settle, y0=bench.start(found.speed))
 
 
