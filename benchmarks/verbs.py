@@ -102,6 +102,8 @@ def questions(folder):
          "sw.slow_flow(system, resonance, order=2).response((low, high))", "",
          lambda: sw.slow_flow(SMOOTH, sw.Resonance(2, 1), order=2).response(BAND)),
         ("How large is the error at one speed?", "sw.find_orbit(system)", "", lambda: sw.find_orbit(SYSTEM)),
+        ("How does the error of my drive move at one speed?", "sw.drive_motion(project, omega)", "",
+         lambda: sw.drive_motion(project, 140.0)),
         ("How does the error move in time?", "sw.simulate(system, start, time)", "",
          lambda: sw.simulate(SYSTEM, (0.0, 0.0), 2.0)),
         ("Does every motion decay without excitation?", "sw.lyapunov(system)", "", lambda: sw.lyapunov(SYSTEM)),

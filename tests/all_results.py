@@ -163,6 +163,7 @@ RESULTS = {
         "Margins": lambda: sw.margins(LOOPED),
         "SpeedMap": lambda: sw.speed_map(axis(), speeds=(100.0, 180.0), loads=[-20.0, 0.0], search=False),
         "Design": design,
+        "DriveMotion": lambda: sw.drive_motion(axis(), 120.0),
         "ProjectComparison": lambda: sw.compare_projects([axis(), axis()]),
         "Exceedance": lambda: sw.Exceedance(
             1e-4, {"load.inertia": NUMBERS}, 1e-4 * NUMBERS, *[90.0 * NUMBERS] * 3, 1, None, ()

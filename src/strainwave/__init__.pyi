@@ -119,6 +119,10 @@ from .study.response.validity_results import ValidityMap as ValidityMap
 from .study.response.general_validity import validity_in_general as validity_in_general
 from .study.response.validity_results import GeneralValidity as GeneralValidity
 
+# Studies: motion at a speed
+from .study.analysis.in_time.drive_motion import DriveMotion as DriveMotion
+from .study.analysis.in_time.drive_motion import drive_motion as drive_motion
+
 # Studies: speed map
 from .study.speed_map.speed_map import speed_map as speed_map
 from .study.speed_map.result import SpeedMap as SpeedMap

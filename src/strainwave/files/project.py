@@ -311,8 +311,8 @@ class Project:
         """The verdict on one curve of the drive, by the rules of `analyze`; `turns` as of `judged`."""
         return judged(self, found, turns)
 
-    def analyze(self, progress: Callable[[str, float], None] = silent) -> Analysis:
-        """Analyse the drive through its speeds; `progress` and errors as `study.analysis.analyze.analyze`."""
+    def analyze(self, progress: Callable[[str, float], None] = silent, *, advice: bool = True) -> Analysis:
+        """Analyse the drive through its speeds; arguments and errors as `study.analysis.analyze.analyze`."""
         return analyze(
             self.system(reduced=True),
             self.speeds,
@@ -326,6 +326,7 @@ class Project:
             motors={} if self.motor_named else self.motors(),
             whole=self.whole,
             motor_limits=self.motor_limits,
+            advice=advice,
             progress=progress,
         )
 

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...results import Floats
-from ...study.analysis.time_case import Cycle, TimeCase
+from ...study.analysis.in_time import Cycle, TimeCase
+from ...study.analysis.in_time.drive_motion import DriveMotion
 from ..console import number
 from ..units import AngleUnit
 from .svg import Curve, Panel, figure
@@ -18,16 +19,23 @@ BINS, MOST_CYCLES = 350, 40
 ACROSS = 1500  # bins across a panel: of more samples the smallest and the largest in each are drawn
 
 
-def time_figure(case: TimeCase, angle: AngleUnit) -> str:
-    """One speed in time as SVG: from rest, the steady motion, its phase portrait, and the transmitted torque."""
+def time_figure(case: TimeCase, angle: AngleUnit, drive: DriveMotion | None = None) -> str:
+    """One speed in time as SVG: from rest, the steady motion, its phase portrait, and the transmitted torque.
+
+    Beside those of the error equation the steady motion and the torque of the whole drive, where it is given.
+    """
     rest = _from_rest(case, angle)
     label = f"time response, {case.name}"
     if case.cycle is None:
         return figure([[rest]], 260.0, label)
     shown = 2 if case.steady.period == 1 else 1
-    return figure(
-        [[rest, _steady(case, case.cycle, shown, angle)], _orbit(case, case.cycle, shown, angle)], 228.0, label
-    )
+    steady, orbit = _steady(case, case.cycle, shown, angle), _orbit(case, case.cycle, shown, angle)
+    if drive is not None:
+        count = 1 + shown * case.steady.period * drive.per_turn
+        name = f"whole drive, {drive.name}"
+        steady.line(1e3 * drive.t[:count], drive.error[:count] * angle.factor, BLACK, name, DOT_DASH)
+        orbit[-1].line(1e3 * drive.t[:count], drive.torque[:count], BLACK, "whole drive", DOT_DASH)
+    return figure([[rest, steady], orbit], 228.0, label)
 
 
 def _from_rest(case: TimeCase, angle: AngleUnit) -> Panel:

@@ -7,7 +7,7 @@ import numpy as np
 from ...results import Branch, Floats
 from ...speeds import Speeds
 from ...study.analysis.drive_response import DriveResponse
-from ...study.analysis.time_case import TimeCase
+from ...study.analysis.in_time import TimeCase
 from ..console import number
 from ..output import slug, write_csv
 from ..view import View

@@ -13,6 +13,7 @@ from ..view import View
 from . import curve_files
 from .section import Part, Section, asked, sections_of
 from .sections import SECTIONS
+from .sections.whole_train import about_appendix
 
 HERE = Path(__file__).parent
 
@@ -116,7 +117,8 @@ def page(view: View, parts: Iterable[Part]) -> str:
         body = rendered(p.template, p.data | p._asdict() | {"rows": p.rows})
         if body.strip():
             bodies[getattr(p.section, "appendix", False)].append((p.section.heading, body))
-    names = {"bodies": bodies[False], "appendix": bodies[True], "style": style}
+    about = about_appendix(view) if bodies[True] else ""
+    names = {"bodies": bodies[False], "appendix": bodies[True], "style": style, "about_appendix": about}
     return rendered(HERE / "page.html.j2", names)
 
 

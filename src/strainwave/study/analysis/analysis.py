@@ -19,11 +19,11 @@ from .avoid import Avoid
 from .cautions import cautions
 from .drive_response import DriveResponse
 from .gear_studies import GearLoop
+from .in_time import TimeCase
 from .load_range import LoadCase
 from .motor_cases import MotorCase
 from .remedies import Remedy
 from .runup import RunUp
-from .time_case import TimeCase
 from .train_study import Ramp, TrainStudy
 from .usage import MotorUse, Usage
 from .verdict import Verdict
@@ -172,6 +172,11 @@ class Analysis(Result):
     def curves(self) -> tuple[tuple[float | None, DriveResponse], ...]:
         """Every curve of the drive, with the constant torque [N*m] of the load where it has a range of them."""
         return tuple((case.torque, case.drive) for case in self.load_cases) or ((None, self.drive),)
+
+    @property
+    def loudest(self) -> DriveResponse:
+        """The curve with the largest oscillation."""
+        return dict(self.curves)[self.largest_oscillation().torque]
 
     def largest(self) -> Largest:
         """Largest |error| that a sweep meets, of the whole train where there is one: steady, or in its run-up.

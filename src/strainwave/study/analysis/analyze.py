@@ -23,13 +23,13 @@ from .analysis import Analysis
 from .avoid import in_run, speeds_to_avoid
 from .drive_response import DriveResponse, of_equation
 from .gear_studies import loop_of, parametric_of
+from .in_time import TimeCase, speeds_in_time, time_case
 from .load_range import LoadCase, LoadRange, load_cases, over_all
 from .motor_cases import motor_cases
 from .plausible import implausible
 from .remedies import Source, Subject, what_helps
 from .resonance_tops import with_tops
 from .runup import RunUp, run_up, silent
-from .time_case import TimeCase, speeds_in_time, time_case
 from .train_curve import has_curve, refuse_free, train_curve
 from .train_study import TrainStudy, train_study
 from .usage import MotorUse, Usage, limit_findings, most_asked, most_used, usage
@@ -55,6 +55,7 @@ def analyze(
     motors: Mapping[str, DriveTrain] | None = None,
     whole: DriveTrain | None = None,
     motor_limits: MotorLimits | None = None,
+    advice: bool = True,
     progress: Told = silent,
 ) -> Analysis:
     """Analyse a drive over a range of speeds, or at single ones.
@@ -85,6 +86,8 @@ def analyze(
         The whole train also where the error equation leaves nothing out, for the torque of the motor.
     motor_limits : MotorLimits, optional
         Largest torque and speed of the motor, which the verdict judges.
+    advice : bool
+        Whether it is computed what would help.
     progress : callable
         Told before every step what is done now, and the share of the work that is done; default: nobody.
 
@@ -109,7 +112,8 @@ def analyze(
     if not any(motion.status for motion in (*sweep.up, *sweep.down)):
         raise SolveError(f"no simulated speed reached a steady motion: {sweep.up[0].message}")
     cases = _in_time(system, speeds, point, found, sweep, progress)
-    study = None if train is None else _whole_train(train, system, limits, point, exact, gear, progress)
+    single = tuple(case.omega for case in cases)
+    study = None if train is None else _whole_train(train, system, limits, point, exact, single, gear, progress)
     curve, ramp = (None, None) if study is None else (study.curve, study.run_alone)
     drive = of_equation(system, exact, has_reference, None if train else whole) if curve is None else curve
     avoid = speeds_to_avoid(system, drive.response, point, limit, None if ramp is None else in_run(*ramp))
@@ -124,13 +128,16 @@ def analyze(
     used = most_used(_used(system, exact, sweep, cases, study), *(case.drive.usage for case in by_load))
     loop, no_loop = loop_of(system.law, used.peak_torque, rated_torque)
     parametric, not_searched = parametric_of(system, limits)
-    progress("what would help", 0.9)
+    if advice:
+        progress("what would help", 0.9)
     subject = Subject(system, None if curve is None else train, limits, source)
-    helps, not_tried = what_helps(
-        subject, drive, avoid, by_load, load, used, lambda what: progress(f"what would help: {what}", 0.9)
-    )  # fmt: skip
     motor = _asked_of_motor(drive, by_load, study)
     findings = limit_findings(gear, used, speeds.given[-1] if speeds.by_motor else None, motor_limits, motor)
+    helps, not_tried = (
+        what_helps(subject, drive, avoid, by_load, load, used, lambda what: progress(f"what would help: {what}", 0.9))
+        if advice
+        else ((), ())
+    )
     change = smallest_change(subject, drive, avoid, by_load, load, used.peak_torque, helps)
     curves = tuple(case.drive for case in by_load) or (drive,)
     verdict = verdict_of(limits, curves, avoid, used, findings, change, motor)
@@ -168,14 +175,15 @@ def _in_time(
 
 def _whole_train(
     train: DriveTrain, system: Any, limits: tuple[float, float], point: OperatingPoint, exact: ExactResponse,
-    gear: Gear | None, progress: Told,
+    single: tuple[float, ...], gear: Gear | None, progress: Told,
 ) -> TrainStudy:  # fmt: skip
     """The whole drive train beside its error equation."""
     progress("whole drive train", 0.8)
     curve = train_curve(train, limits) if has_curve(train) else None
     return train_study(
-        train, system, limits, curve, exact, point, gear, lambda part: progress(f"whole drive train: {part}", 0.85)
-    )
+        train, system, limits, curve, exact, point, single, gear,
+        lambda part: progress(f"whole drive train: {part}", 0.85),
+    )  # fmt: skip
 
 
 def _used(

@@ -15,6 +15,7 @@ from ...protocols import terms_of
 from ...results import Floats, SolveError
 from ...sentences import Sentence
 from ...series import largest_of_samples
+from ...theory.lyapunov import mean_torque
 from ..response.gear_forces import damping_of
 from ..response.resonances import OperatingPoint
 from ..response.response import ExactResponse
@@ -23,6 +24,7 @@ from ..train.operating_point import operating_state, with_mean_torques
 from ..train.reductions import Reductions, compare_with_train
 from ..train.run import DriveRun, drive_run
 from .drive_response import DriveResponse
+from .in_time.drive_motion import DriveMotion, train_motion
 from .runup import silent
 from .usage import MotorUse, Usage
 
@@ -97,6 +99,8 @@ class TrainStudy:
         Its run-up; None where the motor is free.
     left_out : Reductions or None
         The comparison of a free motor without a curve.
+    motions : tuple of DriveMotion or None
+        Its own motion at each of the single speeds that the error equation is shown at; None where it has none.
     remarks : tuple of str
         Why a part is missing.
     """
@@ -111,6 +115,7 @@ class TrainStudy:
     reduced: Floats
     ramp: Ramp | None
     left_out: Reductions | None
+    motions: tuple[DriveMotion | None, ...]
     remarks: tuple[str, ...]
 
     @property
@@ -132,6 +137,7 @@ def train_study(
     curve: DriveResponse | None,
     exact: ExactResponse,
     point: OperatingPoint,
+    single: tuple[float, ...] = (),
     gear: Gear | None = None,
     progress: Callable[[str], None] = silent,
 ) -> TrainStudy:
@@ -147,6 +153,8 @@ def train_study(
         `train_curve` of the same range.
     exact, point : ExactResponse, OperatingPoint
         Response of the error equation over the range, and its equilibrium.
+    single : tuple of float
+        Speeds [rad/s] at which the train is shown in time.
     gear : Gear, optional
         Record whose limits the run-up is compared with.
     progress : callable
@@ -187,7 +195,17 @@ def train_study(
     if curve is not None:
         at = np.unique([low, *([worst] if abs(worst / highest - 1.0) > ALIKE else []), highest, high])
         whole, reduced = along(curve.response, at), along(exact, at)
-    return TrainStudy(train, curve, state, speed, plot, at, whole, reduced, ramp, left_out, tuple(remarks))
+    progress("single speeds in time")
+    motions = tuple(_motion(train, omega) for omega in single)
+    return TrainStudy(train, curve, state, speed, plot, at, whole, reduced, ramp, left_out, motions, tuple(remarks))
+
+
+def _motion(train: DriveTrain, omega: float) -> DriveMotion | None:
+    """Its motion at a speed [rad/s]; None where its law cannot carry the torque, or nothing holds its speed."""
+    try:
+        return train_motion(train, omega, mean_torque(train.load.end().excitation))
+    except SolveError:
+        return None
 
 
 def along(response: ExactResponse, omega: Floats) -> Floats:

@@ -10,7 +10,7 @@ from ...series import largest_of_samples
 from ..move.demands import MotorLimits, motor_findings
 from ..response.response import ExactResponse
 from ..response.steady import SteadyMotion
-from .time_case import cycle_of
+from .in_time import cycle_of
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from ....study.analysis.time_case import TimeCase
+from ....study.analysis.in_time import TimeCase
+from ....study.analysis.in_time.drive_motion import DriveMotion
 from ...figures.plots import time_figure
 from ...units import sizes
 from ...view import View
@@ -15,12 +16,36 @@ class SingleSpeeds:
     appendix = True
 
     def data(self, view: View) -> dict[str, Any]:
-        """A row for each, and why a part of the analysis is missing."""
-        return {"cases": [_case(view, case) for case in view.analysis.cases], "remarks": list(view.analysis.remarks)}
+        """A row for each, with the drive's own motion where it has more, and why a part of the analysis is missing."""
+        rows = [_case(view, case) | {"drive": _drive(case, own)} for case, own in _cases(view)]
+        return {"cases": rows, "remarks": list(view.analysis.remarks)}
 
     def figures(self, view: View) -> list[str]:
         """A figure for each."""
-        return [time_figure(case, view.angle) for case in view.analysis.cases]
+        return [time_figure(case, view.angle, own) for case, own in _cases(view)]
+
+
+def _cases(view: View) -> list[tuple[TimeCase, DriveMotion | None]]:
+    """Single speeds of the error equation, and of the drive where that leaves something of it out."""
+    study, cases = view.analysis.train, view.analysis.cases
+    return list(zip(cases, [None] * len(cases) if study is None else study.motions, strict=True))
+
+
+def _drive(case: TimeCase, own: DriveMotion | None) -> dict[str, Any] | None:
+    """The whole drive at the speed of a case, and how far the error equation is from it."""
+    if own is None:
+        return None
+    reduced = None if case.cycle is None else case.cycle.oscillation
+    return {
+        "error": own.name,
+        "load_torque_Nm": own.load_torque,
+        **sizes(own.oscillation, "oscillation"),
+        **sizes(own.peak),
+        **sizes(reduced, "oscillation_of_the_error_equation"),
+        "error_equation_relative_to_drive": reduced and reduced / own.oscillation,
+        "peak_torque_Nm": own.peak_torque,
+        "remark": own.remark,
+    }
 
 
 def _case(view: View, case: TimeCase) -> dict[str, Any]:

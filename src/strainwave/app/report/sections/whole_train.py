@@ -12,6 +12,7 @@ from ....results import Status
 from ....sentences import Angle, Sentence, Speed
 from ....study.analysis.avoid import turns
 from ....study.analysis.drive_response import DriveResponse
+from ....study.analysis.train_curve import follows_its_angle
 from ....study.analysis.train_study import Ramp, TrainStudy
 from ....study.response.resonances import active_orders
 from ....study.train.loop_margin import motor_name
@@ -60,6 +61,11 @@ class WholeTrain:
         """A relative difference, where it is more than rounding."""
         return percent(share, 3) if abs(share) > ROUNDING else "none"
 
+    def angle(self, train: dict[str, Any]) -> str:
+        """The angle of the load that the operating point is for, where a torque follows it."""
+        at = train["operating_point"]["load_angle_rad"]
+        return "" if at is None else f", at a load angle of {number(at)}"
+
     def lines(self, _: View, data: dict[str, Any]) -> list[str]:
         """What the train is made of, its modes, and how far the error equation is from it."""
         train, reduced = data["train"], data["reduction"]
@@ -68,7 +74,7 @@ class WholeTrain:
         damped = [f"{number(m['hertz'], 3)} Hz ({percent(m['damping_ratio'], 2)})" for m in train["modes"]]
         said = [
             f"whole drive train: {train['parts']}",
-            f"its modes at the operating point, at a load angle of 0 (damping ratio): {', '.join(damped) or 'none'}",
+            f"its modes at the operating point{self.angle(train)} (damping ratio): {', '.join(damped) or 'none'}",
         ]
         if not train["curve"]["all_stable"]:
             said.append("part of its curve is unstable")
@@ -79,11 +85,15 @@ def _train_data(view: View, study: TrainStudy) -> dict[str, Any]:
     control = study.train.motor.control
     state = tuple(study.state.tolist())
     torque = float(study.train._replace(error=NoError()).torque(0.0, state))
+    point = {
+        "motor_speed_rpm": study.speed / RPM, "torque_in_gear_Nm": torque, "torsion_rad": state[0],
+        "load_angle_rad": 0.0 if follows_its_angle(study.train) else None,
+    }  # fmt: skip
     return {
         "parts": parts(view),
         "control": type(control).__name__,
         "gains": {p.path: p.value for p in parameters(control)},
-        "operating_point": {"motor_speed_rpm": study.speed / RPM, "torque_in_gear_Nm": torque, "torsion_rad": state[0]},
+        "operating_point": point,
         "modes": modes(view),
         "stable": bool(np.all(study.bode.poles.real < 1e-9 * np.max(np.abs(study.bode.poles)))),
         "steady": [
@@ -200,6 +210,18 @@ def reduction(view: View) -> dict[str, Any] | None:
             Speed(slow, digits=5),
         ),
     }
+
+
+def about_appendix(view: View) -> str:
+    """What the appendix is about, where that is not the whole drive, and how far it is from it; empty otherwise."""
+    if view.analysis.train is None:
+        return ""
+    found, motor = (
+        reduction(view),
+        "a motor driven by torque" if view.project.motor == "free" else "an ideally held motor",
+    )
+    said = f"All of it is about the error equation, with {motor} and a rigid load, not about the whole drive."
+    return f"{said} {view.told(found['sentence'])}" if found else said
 
 
 def under_load(torque: float | None) -> str:

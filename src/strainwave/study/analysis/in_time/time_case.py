@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ...numerics.integration.simulate import simulate
-from ...results import Floats, SolveError, Trajectory
-from ...theory.slow_flow.multiple_scales import slow_flow
-from ...theory.slow_flow.resonance import Resonance
-from ..article.validate import Comparison, compare
-from ..response.gear_forces import (
+from ....numerics.integration.simulate import simulate
+from ....results import Floats, SolveError, Trajectory, largest_between
+from ....theory.slow_flow.multiple_scales import slow_flow
+from ....theory.slow_flow.resonance import Resonance
+from ...article.validate import Comparison, compare
+from ...response.gear_forces import (
     UNDAMPED_PERIODS,
     damping_of,
     gear_torque,
@@ -21,9 +21,9 @@ from ..response.gear_forces import (
     no_multiple_scales,
     settling_time,
 )
-from ..response.resonances import OperatingPoint, Regime
-from ..response.steady import SteadyMotion, finished_or_interrupted, settle, settled
-from .runup import RunUp
+from ...response.resonances import OperatingPoint, Regime
+from ...response.steady import SteadyMotion, finished_or_interrupted, settle, settled
+from ..runup import RunUp
 
 WINDOW = 5.0  # in units of 1/mu
 PER_CYCLE = 24  # samples per fastest cycle of a transient
@@ -48,8 +48,8 @@ class Cycle:
         Energy [J] that damping and law take and the excitation gives per turn of the base angle; equal when steady.
     power : float
         Mean power lost [W].
-    peak, peak_to_peak : float
-        Largest |x| and largest minus smallest x [rad].
+    peak, peak_to_peak, oscillation : float
+        Largest |x|, largest minus smallest x, and largest |x - mean| [rad].
     """
 
     t: Floats
@@ -64,6 +64,7 @@ class Cycle:
     power: float
     peak: float
     peak_to_peak: float
+    oscillation: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,8 +205,10 @@ def cycle_of(system: Any, steady: SteadyMotion) -> Cycle:
     work = float(np.mean((tau * steady.v - torque * e_rate)[:-1])) * span / turns
     largest, mean = float(np.max(np.abs(torque))), float(np.mean(torque[:-1]))
     power, height = dissipated * turns / span, float(np.ptp(steady.x))
+    away, v, h = steady.x - float(np.mean(steady.x[:-1])), steady.v, np.diff(steady.t)
+    swing = largest_between(h, away[:-1], v[:-1], away[1:], v[1:])
     return Cycle(
-        steady.t, steady.x, steady.v, u, torque, largest, mean, dissipated, work, power, steady.peak, height
+        steady.t, steady.x, steady.v, u, torque, largest, mean, dissipated, work, power, steady.peak, height, swing
     )  # fmt: skip
 
 

@@ -1,0 +1,211 @@
+"""A drive at a constant speed in time: from rest to the motion on which it settles."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ....model.train.drive_train import DriveTrain
+from ....model.train.train_forms import AtLoad, behind_gear, own_state, turning
+from ....numerics.integration.methods import Dopri5
+from ....numerics.integration.simulate import simulate
+from ....protocols import lacking
+from ....quantities import number, shown
+from ....records import Labelled, Result
+from ....results import Floats, SolveError, Trajectory, largest_between
+from ....sentences import Sentence, Speed, on_screen
+from ....series import largest_of_samples
+from ....units import RPM
+from ...response.gear_forces import gear_torque
+from ...response.resonances import operating_point
+from ...response.steady import finished_or_interrupted
+from ...train.run import waiting
+from ..train_curve import at_load, refuse_free
+
+SHOWN, BLOCK, LONGEST = 12, 60, 8  # turns of the settled motion; turns that are waited for, and at most so many times
+SAMPLES, PER_CYCLE = 96, 48  # of a turn at least, and of a cycle of the highest order
+REPEATS = 1e-5  # of the range of the error: a smaller change from one turn to the next is none
+METHOD = Dopri5(rtol=1e-9, atol=1e-13)
+
+
+@dataclass(frozen=True, eq=False)
+class DriveMotion(Result):
+    """A drive at a constant speed, whose motion was integrated until it repeats with every turn.
+
+    Attributes
+    ----------
+    omega : float
+        Speed of the base angle [rad/s].
+    load_torque : float
+        Mean torque [N*m] on the load. A torque that follows the load's own angle, gravity for one, is left out: it
+        repeats once in N turns of the motor.
+    t, error, rate, torque : (n,) arrays
+        Time [s], error [rad] as of `DriveResponse`, its rate [rad/s] and torque in the gear [N*m, output side] over the
+        last 12 turns.
+    begun : Trajectory
+        From rest, where the mean torques hold the drive, over the first 60 turns: error and rate are its first states.
+    turns : int
+        Turns before the last ones.
+    change : float
+        Largest change [rad] of the error from one of the last turns to the next; 0 where the motion repeats.
+    has_reference : bool
+        Whether the error is the pointing error of the load; else it is that between motor and load.
+    """
+
+    omega: float
+    load_torque: float
+    t: Floats
+    error: Floats
+    rate: Floats
+    torque: Floats
+    begun: Trajectory
+    turns: int
+    change: float
+    has_reference: bool = True
+
+    rows: ClassVar[str] = "t"
+
+    def coordinates(self) -> Labelled:
+        """Times of the last turns."""
+        return {"t": ("t", self.t, "s")}
+
+    def variables(self) -> Labelled:
+        """Error, rate and torque over the last turns."""
+        return {
+            "error": ("t", self.error, "rad"), "rate": ("t", self.rate, "rad/s"), "torque": ("t", self.torque, "N*m"),
+        }  # fmt: skip
+
+    @property
+    def name(self) -> str:
+        """What the error is, in words."""
+        return "pointing error" if self.has_reference else "error between motor and load"
+
+    @property
+    def per_turn(self) -> int:
+        """Samples of a turn."""
+        return (len(self.t) - 1) // SHOWN
+
+    @property
+    def mean(self) -> float:
+        """Mean [rad] of the error."""
+        return float(np.mean(self.error[:-1]))
+
+    @property
+    def oscillation(self) -> float:
+        """Largest |error - mean| [rad], between the samples too."""
+        return self._largest(self.mean)
+
+    @property
+    def peak(self) -> float:
+        """Largest |error| [rad], between the samples too."""
+        return self._largest(0.0)
+
+    @property
+    def peak_torque(self) -> float:
+        """Largest size of the torque in the gear [N*m] over the last turn."""
+        return float(largest_of_samples(self.torque[None, -1 - self.per_turn : -1])[0])
+
+    def _largest(self, origin: float) -> float:
+        x, v = self.error - origin, self.rate
+        return largest_between(np.diff(self.t), x[:-1], v[:-1], x[1:], v[1:])
+
+    @property
+    def remark(self) -> str:
+        """Why the motion is none that repeats with every turn; empty where it does."""
+        if not self.change:
+            return ""
+        return Sentence(
+            "after {} turns the motion does not repeat with every turn: the error changes by up to {} % of its range",
+            self.turns, f"{100.0 * self.change / float(np.ptp(self.error)):.2g}",
+        )  # fmt: skip
+
+    def __str__(self) -> str:
+        return on_screen(
+            f"DriveMotion: {self.name} at {self.omega:.6g} rad/s ({self.omega / RPM:.6g} rpm) of the base angle, "
+            f"{self.load_torque:.6g} N*m on the load\n"
+            f"  oscillation {self.oscillation:.6g} rad about a mean of {self.mean:.6g} rad, largest size "
+            f"{self.peak:.6g} rad\n"
+            f"  largest torque in the gear {self.peak_torque:.6g} N*m; {self.remark or 'it repeats with every turn'}"
+        )
+
+    __repr__ = __str__
+
+
+def drive_motion(project: Any, omega: float, *, load: float | None = None) -> DriveMotion:
+    """Integrate a drive at a constant speed from rest until its motion repeats.
+
+    It is the whole train, with all that `Project.response` has; where the error equation is all there is, that.
+
+    Parameters
+    ----------
+    project : Project
+        From `read_project`.
+    omega : float
+        Speed of the base angle [rad/s].
+    load : float, optional
+        Constant torque [N*m] on the load in place of the project's; a resisting one is negative.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `project` is none or a number is out of range; as `Project.response` for a free motor.
+    SolveError
+        If the law cannot carry the mean torque, or the integration ends early.
+    """
+    if lacking(project, "system", "under", "response"):
+        raise TypeError(f"project is {shown(project)}; give what read_project returns")
+    omega = number("omega [rad/s]", omega, positive=True)
+    own = project if load is None else project.under(number("load [N*m]", load))
+    if own.train is not None:
+        refuse_free(own.train)
+        return train_motion(own.train, omega, own.mean_load_torque)
+    system = own.system(omega)
+    return _motion(system, operating_point(system).start, own.mean_load_torque, own.motor == "held")
+
+
+def train_motion(train: DriveTrain, omega: float, load_torque: float) -> DriveMotion:
+    """As `drive_motion`, of a train under a mean torque [N*m] on its load."""
+    system = at_load(train._replace(omega=omega))
+    if train.motor.free:
+        system = system.linear_part().disturbed  # nothing else holds its speed
+    start = waiting(system.train, 0.0)
+    start[:2] += behind_gear(system.train, start)
+    return _motion(system, start, load_torque, not train.motor.free)
+
+
+def _motion(system: Any, start: Any, load_torque: float, has_reference: bool) -> DriveMotion:
+    begun = _run(system, start, BLOCK)
+    waited, last = BLOCK, _run(system, begun.y[:, -1], SHOWN)
+    while (change := _change(last)) and waited < LONGEST * BLOCK:
+        waited += BLOCK
+        last = _run(system, _run(system, last.y[:, -1], BLOCK - SHOWN).y[:, -1], SHOWN)
+    x, v = last.y[:2]
+    torque = _torque(system, last)
+    return DriveMotion(system.omega, load_torque, last.t, x, v, torque, begun, waited, change, has_reference)
+
+
+def _run(system: Any, start: Any, turns: int) -> Trajectory:
+    """Some turns from a state."""
+    count = turns * max(SAMPLES, PER_CYCLE * max((1, *system.orders())))
+    times = np.linspace(0.0, turns * 2.0 * np.pi / system.omega, count + 1)
+    run = finished_or_interrupted(simulate(system, start, times, method=METHOD))
+    if not run.status:
+        raise SolveError(Sentence("the motion at {} could not be integrated: {}", Speed(system.omega), run.message))
+    return run
+
+
+def _change(run: Trajectory) -> float:
+    """Largest change [rad] of the error from one turn to the next; 0 where it repeats."""
+    x, turn = run.y[0], (len(run.t) - 1) // SHOWN
+    change = float(np.max(np.abs(x[turn:] - x[:-turn])))
+    return change if change > REPEATS * float(np.ptp(x)) else 0.0
+
+
+def _torque(system: Any, run: Trajectory) -> Floats:
+    """Torque in the gear [N*m, output side] along a run."""
+    phase, y = system.omega * run.t, tuple(run.y)
+    if isinstance(system, AtLoad):
+        return np.asarray(turning(system).torque(phase, own_state(system, y)))
+    error = system.error
+    u, du = y[0] - error.value(phase), y[1] - system.omega * error.slope(phase)
+    return np.asarray(gear_torque(system, phase, u, du, y[2:]))

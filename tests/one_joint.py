@@ -1,0 +1,15 @@
+"""A joint with all that the error equation leaves out, and with memory: a motor's loop, gravity, hysteresis."""
+
+JOINT = """\
+title: joint
+gear: SHG-32-100
+hysteresis: {type: bouc_wen, K: 5e4 N*m/rad, ratio: 0, yield_twist: 0.1 mrad}
+motor: {inertia: 4.5 kg*cm^2, loop: {bandwidth: 30 Hz, damping: 0.7}}
+load: {inertia: 5 kg*m^2, drag: {type: angle_torque, amplitude: 60 N*m}}
+damping: {ratio: 2.5 %}
+speed: {from: 300 rpm, to: 1200 rpm, shaft: motor}
+limit: {oscillation: 60 arcsec}
+excitation:
+  kinematic_error: [{order: 2, amplitude: 25 arcsec}, {order: 4, amplitude: 5 arcsec}]
+  load_torque: {mean: -20 N*m}
+"""
