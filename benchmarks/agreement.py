@@ -1,0 +1,41 @@
+"""Random drives by every road: where Python, commands, app, scripts, notebook and report disagree on a quantity.
+
+    python benchmarks/agreement.py --drives 50 --seed 1
+
+Every drive has a law, hysteresis or a gap or none, a held motor or a loop, gravity, a coupling or torques of the load,
+one to three orders of the kinematic error, a limit and a move (tests/random_projects.py). Prints a line a drive, and
+exits with 1 where two faces disagree. A drive without a steady motion must be refused in the same sentence by all.
+"""
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
+from agreement import disagreements
+from random_projects import drive_at_random
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--drives", type=int, default=50)
+    parser.add_argument("--seed", type=int, default=0)
+    given = parser.parse_args()
+    wrong = 0
+    for i in range(given.drives):
+        text = drive_at_random(np.random.default_rng([given.seed, i]))
+        with tempfile.TemporaryDirectory() as folder:
+            (found,) = disagreements([text], Path(folder))
+        wrong += bool(found)
+        print(f"{given.seed}:{i} {'equal' if not found else ''}", *found, sep="\n    " if found else " ", flush=True)
+        if found:
+            print(text, flush=True)
+    print(f"{wrong} of {given.drives} drives of seed {given.seed} have faces that disagree")
+    sys.exit(int(wrong > 0))
+
+
+if __name__ == "__main__":
+    main()
