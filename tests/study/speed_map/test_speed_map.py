@@ -472,3 +472,41 @@ def test_a_stable_motion_ends_where_its_stability_does_not_at_the_last_point_of_
     speeds = np.array([200.0, 269.0, 280.0, 295.0, 315.0, 345.0])
     found = sw.speed_map(sw.read_project(path), speeds=speeds, limit=1e-3, search=False)
     assert (found.motions[0] > 0).tolist() == [repeats_after_half_a_turn(w) for w in speeds]
+
+
+DOUBLING = """\
+gear: {ratio: 160, law: {type: cubic, K: 31933.8 N*m/rad, alpha: -42356.1 1/rad^2}}
+motor: {inertia: 0.0092099 kg*cm^2, mode: held}
+load: {inertia: 0.095846 kg*m^2}
+damping: {ratio: 2.401 %}
+speed: {from: 700 rad/s, to: 900 rad/s, shaft: motor}
+excitation:
+  kinematic_error:
+    - {order: 1, amplitude: 32.67 arcsec, phase: -21.6 deg}
+    - {order: 4, amplitude: 18.12 arcsec, phase: -23.1 deg}
+    - {order: 6, amplitude: 17.26 arcsec, phase: -23.0 deg}
+  load_torque: {mean: -35.94 N*m}
+limit: {oscillation: 38.192 arcsec}
+"""
+
+
+@pytest.mark.compiled
+def test_what_goes_on_where_a_motion_doubles_its_period_is_not_allowed(tmp_path):
+    (tmp_path / "p.yaml").write_text(DOUBLING, encoding="utf-8")
+    of = sw.read_project(tmp_path / "p.yaml")
+    system, omega = of.system(794.0), 794.0
+
+    def rates(phase, y):
+        u, du = y[0] - system.error.value(phase), y[1] - omega * system.error.slope(phase)
+        force = 35.94 - system.B * du - system.law.K * (u + system.law.alpha * u**3)
+        return [y[1] / omega, force / (system.J * omega)]
+
+    last = 2.0 * np.pi * np.linspace(92.0, 100.0, 2001)
+    run = solve_ivp(rates, (0.0, last[-1]), [-0.00044836, 0.30957581], "LSODA", last, rtol=1e-8, atol=1e-10)
+    # it repeats after four turns and stays, with more than ten times the limit
+    assert run.y[:, 0] == pytest.approx(run.y[:, 1000], rel=0.01)
+    assert np.abs(run.y[:, 0] - run.y[:, 500]).max() > 1e-3 * np.abs(run.y[:, 0]).max()
+    assert 0.5 * np.ptp(run.y[0]) > 10.0 * of.limit
+    found = sw.speed_map(of)
+    assert not any(low < omega < high for low, high in found.allowed[0])
+    assert any(low < omega < high for low, high in found.forbidden[0])

@@ -15,13 +15,10 @@ from ...law import breakpoints_of
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad, own_state, turning
-from ...numerics.attractors.random_starts import box_at, starts_in
 from ...numerics.attractors.settle import SEEN
 from ...numerics.balance.choice import balance_of
 from ...numerics.balance.fourier import from_blocks
 from ...numerics.balance.harmonics import MOST, highest_order
-from ...numerics.balance.one_harmonic import one_harmonic
-from ...numerics.balance.second_order import second_order
 from ...numerics.balance.truncation import tail_along
 from ...numerics.continuation.describe import describe
 from ...numerics.continuation.trace import solve
@@ -34,26 +31,17 @@ from ...results import Branch, Floats
 from ...tree import leaf_of
 from ..analysis.drive_response import motor_torque
 from ..analysis.train_curve import strain_of
-from ..response.resonances import active_orders
 from .motions import HIGH, LOW, OMEGA, OSCILLATION, Loose, Motions, extremes
+from .starts import Settling, beyond_ends, starts_at
 
-RANDOM, PHASES, SEED = 4, 4, 14  # random starts at every speed, and phases of every free vibration
-TURNS, FREE = (1, 2, 3), 49  # periods of a line that a free vibration may take, and amplitudes of the backbone
 SAME = 0.03  # of the reach of a motion, by which the ends of one motion differ at most
 DECAY, LEAST_TURNS, MOST_TURNS = 20.0, 64, 3000  # transients die by exp(-20) in the longest time
 STAGES = 4  # shares of that time after which those on known motions end
 ROUGH = 1e-5  # tolerance of the integration: what it leads to is solved again
 POINTS = 60  # about so many of a curve
+NEAR = 0.015  # relative distance to which a motion of many turns that goes on from another is followed
 ELSEWHERE = 0.1  # of the reach of a trajectory, beyond which harmonic balance has found another motion
-FOLLOWED = 12  # curves at most under one load
-
-
-class Settling(NamedTuple):
-    """A motion to start from: speed [rad/s], state at base angle 0, and its turns."""
-
-    omega: float
-    state: tuple[float, ...]
-    turns: int
+FOLLOWED, LONGEST = 12, 4  # curves at most under one load, and turns of a motion on one
 
 
 class Found(NamedTuple):
@@ -83,23 +71,39 @@ def search(
     span : (float, float)
         Range of speeds [rad/s].
     """
+    curves, loose, new, settled = known, list[Loose](), list[Settling](), True
+    fresh = known if len(speeds) else ()
+    while len(speeds) or seeds:
+        found = _searched(case, curves, speeds, seeds, span, len(curves) - len(known))
+        curves, loose, new = (*curves, *found.curves), [*loose, *found.loose], [*new, *found.seeds]
+        settled = settled and found.settled
+        seeds = tuple(seed for curve in (*fresh, *found.curves) for seed in beyond_ends(case.system, curve, span))
+        fresh, speeds = (), np.empty(0)
+    return Found(curves[len(known) :], tuple(loose), settled, tuple(new))
+
+
+def _searched(
+    case: Any, known: tuple[Motions, ...], speeds: Floats, seeds: tuple[Settling, ...], span: tuple[float, float],
+    found: int,
+) -> Found:  # fmt: skip
+    """`search` from starts at these speeds and from these seeds alone; `found` of the curves are from it already."""
     system = case.system
     omega, start = starts_at(case, speeds) if len(speeds) else (np.empty(0), np.empty((0, 0)))
     if seeds:
         given = np.array([seed.state for seed in seeds]).T
         omega = np.append(omega, [seed.omega for seed in seeds])
         start = np.concatenate([start.reshape(len(given), -1), given], axis=1)
-    if not len(omega):
-        return Found((), (), True, ())
     ends, whole = _settle(system, omega, start, known)
-    curves, kept, new = known, list[Loose](), list[Settling]()
+    curves, kept, new, before = known, list[Loose](), list[Settling](), len(known) - found
     while len(rest := _unknown(curves, omega, ends)):
         lane = int(max(rest, key=lambda i: ends.highest[i] - ends.lowest[i]))
         low, high = float(ends.lowest[lane]), float(ends.highest[lane])
         seed = Settling(float(omega[lane]), tuple(ends.state[:, lane].tolist()), int(ends.period[lane]))
-        orbit = solved(system, seed, curves[0].branch) if seed.turns and len(new) < FOLLOWED else None
+        followed = 0 < seed.turns <= LONGEST and len(curves) - before < FOLLOWED
+        orbit = solved(system, seed, curves[0].branch) if followed else None
         if orbit is not None and not _on(curves, orbit):
-            curves, new = (*curves, follow(system, orbit, span, known[0].every, case.train)), [*new, seed]
+            reach = _reach(seed, span, len(speeds) > 0)
+            curves, new = (*curves, follow(system, orbit, reach, known[0].every, case.train)), [*new, seed]
         elif orbit is None and whole:
             kept.append(Loose(seed.omega, 0.5 * (high - low), _largest_torque(system, seed), seed.turns))
         same = np.abs(ends.lowest - low) + np.abs(ends.highest - high) < SAME * (high - low)
@@ -107,6 +111,13 @@ def search(
             same |= ends.period == 0
         ends.lost[same & (omega == seed.omega)] = True  # looked at once
     return Found(curves[len(known) :], tuple(kept), whole, tuple(new))
+
+
+def _reach(seed: Settling, span: tuple[float, float], whole: bool) -> tuple[float, float]:
+    """Range in which a motion is followed: the whole, or what is near one of many turns that goes on from another."""
+    if whole or seed.turns < LONGEST:
+        return span
+    return max(span[0], seed.omega * (1.0 - NEAR)), min(span[1], seed.omega * (1.0 + NEAR))
 
 
 class Start(NamedTuple):
@@ -151,9 +162,9 @@ def follow(
 
 
 def _on(curves: tuple[Motions, ...], start: Start) -> bool:
-    """Whether a solved motion is on one of the curves, stable there or not."""
+    """Whether a solved motion is on one of the curves, stable there or not; one of more turns is on none of fewer."""
     omega, least = float(start.point[-1]), SAME * (start.high - start.low)
-    for curve in curves:
+    for curve in (curve for curve in curves if curve.turns % start.problem.turns == 0):
         side = curve.table[:, OMEGA] - omega
         for i in np.flatnonzero(side[1:] * side[:-1] <= 0.0):
             share = side[i] / (side[i] - side[i + 1]) if side[i] != side[i + 1] else 0.0
@@ -182,47 +193,6 @@ def _torques(
     torque = np.asarray(system.excitation.torque(theta) - inertia)
     motor = None if train is None else np.max(np.abs(motor_torque(train, theta, torque)), axis=1)
     return np.max(np.abs(torque), axis=1), motor
-
-
-def starts_at(case: Any, speeds: Floats) -> tuple[Floats, Floats]:
-    """Speeds (lanes,) and states (states, lanes): free vibrations that an order may keep up, and random starts."""
-    equation, system = case.equation, case.system
-    leaf = leaf_of(equation, "omega")
-    problem = second_order(equation, leaf, leaf, highest_order(equation))
-    rng = np.random.default_rng(SEED)
-    draws, phases = rng.random((4, RANDOM)), 2.0 * np.pi * (np.arange(PHASES) + 0.3) / PHASES
-    free = _free(
-        equation, case.point.mean_torque, max((box_at(problem, float(w)).size for w in speeds[[0, -1]]), default=0.0)
-    )
-    orders = active_orders(equation)
-    lanes, some = [], []
-    for omega in speeds.tolist():
-        two = [starts_in(box_at(problem, omega), draws)]
-        for nu in sorted({k * omega / q for k in orders for q in TURNS}):
-            for a in _crossings(free, nu):
-                two.append(np.array([case.point.x + a * np.cos(phases), -a * nu * np.sin(phases)]))
-        both = np.concatenate(two, axis=1)
-        some.append(both)
-        lanes.append(np.full(both.shape[1], omega))
-    states = 2 if isinstance(system, Oscillator) else len(system.train.state_names())
-    start = np.concatenate([np.empty((2, 0)), *some], axis=1)
-    start = np.concatenate([start, np.zeros((states - 2, start.shape[1]))])
-    return np.concatenate([np.empty(0), *lanes]), start
-
-
-def _free(equation: Oscillator, mean: float, reach: float) -> tuple[Floats, Floats]:
-    """Amplitudes [rad] and frequencies [rad/s] of the free vibration by one harmonic, up to the largest of a start."""
-    amplitude = reach * np.geomspace(1e-3, 1.0, FREE)
-    stiffness = one_harmonic(equation.law, mean, amplitude)[1]
-    return amplitude, np.sqrt(np.maximum(stiffness, 0.0) / equation.J)
-
-
-def _crossings(free: tuple[Floats, Floats], nu: float) -> list[float]:
-    """Amplitudes [rad] of the free vibration at a frequency [rad/s]."""
-    amplitude, side = free[0], free[1] - nu
-    at = np.flatnonzero(side[1:] * side[:-1] < 0.0)
-    share = side[at] / (side[at] - side[at + 1])
-    return list((amplitude[at] + share * (amplitude[at + 1] - amplitude[at])).tolist())
 
 
 @dataclass(frozen=True, eq=False)

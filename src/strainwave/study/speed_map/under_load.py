@@ -18,7 +18,8 @@ from ..response.response import exact_response
 from ..train.reductions import left_out
 from .motions import OMEGA, Motions, UnderLoad
 from .rules import Span, gaps
-from .search import Found, Settling, search
+from .search import Found, search
+from .starts import Settling
 
 APART = 0.025  # relative distance of the speeds of the search
 HIGHEST = 100  # harmonic of an order that may still meet a resonance

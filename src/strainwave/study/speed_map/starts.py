@@ -1,0 +1,91 @@
+"""Starts of a search for motions: random ones, free vibrations, and what goes on where a known motion ends."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...model.oscillator import Oscillator
+from ...numerics.attractors.random_starts import box_at, starts_in
+from ...numerics.balance.fourier import with_velocity
+from ...numerics.balance.harmonics import highest_order
+from ...numerics.balance.one_harmonic import one_harmonic
+from ...numerics.balance.second_order import second_order
+from ...results import Floats
+from ...tree import leaf_of
+from ..response.resonances import active_orders
+from .motions import Motions, stable_runs
+
+RANDOM, PHASES, SEED = 4, 4, 14  # random starts at every speed, and phases of every free vibration
+TURNS, FREE = (1, 2, 3), 49  # periods of a line that a free vibration may take, and amplitudes of the backbone
+BEYOND = 2e-4, 6e-4, 2e-3  # relative distances from the end of a stable run at which others are looked for
+
+
+class Settling(NamedTuple):
+    """A motion to start from: speed [rad/s], state at base angle 0, and its turns."""
+
+    omega: float
+    state: tuple[float, ...]
+    turns: int
+
+
+def beyond_ends(system: Any, curve: Motions, span: tuple[float, float]) -> Iterator[Settling]:
+    """Starts beyond the ends of the stable runs of a curve, from its state there.
+
+    Where a motion doubles its period or begins to beat, others go on from it, which attract few states.
+    """
+    branch, states = curve.branch, number_of_states(system)
+    for run in stable_runs(branch):
+        for end, side in ((run[0], -1.0), (run[-1], 1.0)):
+            omega = float(branch.omega[end])
+            series = with_velocity(branch.coefficients[end], omega / curve.turns)
+            state = (series[0] + np.sum(series[1::2], axis=0)).tolist()
+            for share in BEYOND:
+                if span[0] < (there := omega * (1.0 + side * share)) < span[1]:
+                    yield Settling(there, (*state, *(0.0,) * (states - 2)), curve.turns)
+
+
+def starts_at(case: Any, speeds: Floats) -> tuple[Floats, Floats]:
+    """Speeds (lanes,) and states (states, lanes): free vibrations that an order may keep up, and random starts."""
+    equation, system = case.equation, case.system
+    leaf = leaf_of(equation, "omega")
+    problem = second_order(equation, leaf, leaf, highest_order(equation))
+    rng = np.random.default_rng(SEED)
+    draws, phases = rng.random((4, RANDOM)), 2.0 * np.pi * (np.arange(PHASES) + 0.3) / PHASES
+    free = _free(
+        equation, case.point.mean_torque, max((box_at(problem, float(w)).size for w in speeds[[0, -1]]), default=0.0)
+    )
+    orders = active_orders(equation)
+    lanes, some = [], []
+    for omega in speeds.tolist():
+        two = [starts_in(box_at(problem, omega), draws)]
+        for nu in sorted({k * omega / q for k in orders for q in TURNS}):
+            for a in _crossings(free, nu):
+                two.append(np.array([case.point.x + a * np.cos(phases), -a * nu * np.sin(phases)]))
+        both = np.concatenate(two, axis=1)
+        some.append(both)
+        lanes.append(np.full(both.shape[1], omega))
+    states = number_of_states(system)
+    start = np.concatenate([np.empty((2, 0)), *some], axis=1)
+    start = np.concatenate([start, np.zeros((states - 2, start.shape[1]))])
+    return np.concatenate([np.empty(0), *lanes]), start
+
+
+def number_of_states(system: Any) -> int:
+    """States of an error equation of a spring, or of a train."""
+    return 2 if isinstance(system, Oscillator) else len(system.train.state_names())
+
+
+def _free(equation: Oscillator, mean: float, reach: float) -> tuple[Floats, Floats]:
+    """Amplitudes [rad] and frequencies [rad/s] of the free vibration by one harmonic, up to the largest of a start."""
+    amplitude = reach * np.geomspace(1e-3, 1.0, FREE)
+    stiffness = one_harmonic(equation.law, mean, amplitude)[1]
+    return amplitude, np.sqrt(np.maximum(stiffness, 0.0) / equation.J)
+
+
+def _crossings(free: tuple[Floats, Floats], nu: float) -> list[float]:
+    """Amplitudes [rad] of the free vibration at a frequency [rad/s]."""
+    amplitude, side = free[0], free[1] - nu
+    at = np.flatnonzero(side[1:] * side[:-1] < 0.0)
+    share = side[at] / (side[at] - side[at + 1])
+    return list((amplitude[at] + share * (amplitude[at + 1] - amplitude[at])).tolist())
