@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from loop_machines import coloured
+from scipy import stats
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
@@ -175,3 +176,52 @@ def test_intervals_cover(kind):
         for name, value in TRUE.items():
             hits[name] += name in fit.values and fit.interval(name).low <= value <= fit.interval(name).high
     assert min(hits.values()) >= 88, hits
+
+
+FAN = {"T_c": 0.06, "T_s": 0.06, "mu": 0.0, "offset": 0.0}
+TWICE = np.tile(np.concatenate([LEVELS, -LEVELS]), 2)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_fan_is_told_from_viscous_and_stribeck_friction(seed):
+    fit = sw.fit_friction(TWICE, torque(TWICE, 0.0, **FAN) + 4e-6 * TWICE * np.abs(TWICE) + noise(seed))
+    assert set(fit.values) == {"T_c", "B", "D"}
+    for name, value in (("T_c", 0.06), ("B", 3e-4), ("D", 4e-6)):
+        low, high = fit.interval(name, 0.999)
+        assert low <= value <= high
+    assert fit.law.second == sw.QuadraticDamping(fit.value("D"))
+    assert not fit.lack_of_fit.found
+
+
+def test_friction_that_drifts_is_that_of_the_first_run():
+    drifting = torque(TWICE, 0.0, **FAN) - 0.009 * np.sign(TWICE) * np.linspace(0.0, 1.0, 48) + noise(5)
+    fit = sw.fit_friction(TWICE, drifting)
+    for name, value in (("T_c", 0.06), ("drift", -0.009)):
+        low, high = fit.interval(name, 0.999)
+        assert low <= value <= high
+    assert "from the first run to the last" in str(fit)
+
+
+def test_a_law_that_misses_repeated_runs_is_said_first_and_its_intervals_are_wider():
+    """A hump that no term has; the ratio is that of the two mean squares, and its tail SciPy's."""
+    hump = 0.01 * np.sign(TWICE) * np.exp(-(np.log(np.abs(TWICE) / 15.0) ** 2) / 0.2)
+    t = torque(TWICE, 0.0, **FAN) + hump + noise(6)
+    fit = sw.fit_friction(TWICE, t)
+    rest = (t - fit.fitted).reshape(2, 24)
+    pure = np.sum((rest - rest.mean(axis=0)) ** 2) / 24.0
+    unknowns = sum(name not in ("T_c_forward", "T_c_backward") for name in fit.values)
+    missed = 2.0 * np.sum(rest.mean(axis=0) ** 2) / (24.0 - unknowns)
+    lack = fit.lack_of_fit
+    assert lack.found
+    if "drift" not in fit.values:  # which runs at one speed do not share
+        assert (lack.pure**2, lack.missed**2) == pytest.approx((pure, missed))
+    assert lack.probability == pytest.approx(stats.f.sf(lack.ratio, 24 - unknowns, 24), rel=1e-9)
+    assert str(fit).splitlines()[1].startswith("  the law does not fit: it misses the runs by")
+    (single,) = [sw.fit_friction(TWICE[:24], t[:24])]
+    assert single.lack_of_fit is None
+    assert "whether the law fits is not known" in str(single)
+    known = sw.fit_friction(TWICE, t, deviation=np.full(48, 1e-3))
+    assert known.lack_of_fit.found
+    assert known.lack_of_fit.probability == pytest.approx(
+        stats.chi2.sf(np.sum(((t - known.fitted) / 1e-3) ** 2), 48 - unknowns), rel=1e-6
+    )

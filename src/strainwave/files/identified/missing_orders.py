@@ -31,7 +31,7 @@ STEPS = 12  # of the iteration with lines
 BATCH = 40  # orders that run side by side
 LITTLE = 1e-8  # rad: amplitude of a line that is tried
 BESIDE = 0.5  # orders: what stands nearer to a line of the file is its modulation
-CHANCE = 0.02  # probability that noise alone names an order
+CHANCE = 0.01  # probability that noise alone names an order
 COLOURED = 0.01  # probability below which a remainder is no white noise
 MASTERS = 3.0  # times what is left beside noise: what a line must explain
 BETTER = 2.0  # times what another term explains: the same
@@ -164,7 +164,8 @@ def _chosen(left: Left, places: Sequence[Place]) -> list[Place]:
     rest, chosen = rest - basis @ (basis.T @ rest), list[int]()
     for _ in range(MOST):
         columns -= np.tensordot(basis, np.tensordot(basis, columns, ((0,), (0,))), 1)
-        drops = _drops(columns, rest, sizes)
+        near = [any(abs(place.order - places[i].order) < BESIDE for i in chosen) for place in places]
+        drops = np.where(near, 0.0, _drops(columns, rest, sizes))
         chosen.append(int(np.argmax(drops)))
         if drops[chosen[-1]] == 0.0:
             break

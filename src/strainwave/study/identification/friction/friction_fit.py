@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import fdtri
 
-from ....model.laws.friction import Coulomb, LuGre, Stribeck, Viscous
+from ....model.laws.friction import Coulomb, LuGre, QuadraticDamping, Stribeck, Viscous
 from ....model.laws.hysteresis import Parallel
 from ....model.laws.meshing import LoadFriction
 from ....quantities import LARGEST, checked, number, shown
@@ -17,6 +17,7 @@ from ..intervals import spread
 from ..loops.restricted import Scatter, derived_freedom, restricted
 from .friction_model import FrictionSolution, Runs, Terms, predicted, solve_terms
 from .friction_result import FrictionCandidate, FrictionFit
+from .lack_of_fit import LackOfFit, lack_of_fit
 from .presliding import Presliding, presliding_stiffness
 
 FEWEST = 6
@@ -26,6 +27,7 @@ FASTEST = 3000.0  # rad/s, 29 000 rpm
 WITHIN = 2.0  # standard errors of the difference from the best candidate
 CHANCE = 1e-3  # that noise alone makes the squared errors of two right laws differ by as large a ratio
 ROUNDING = 1e-12  # of the largest torque
+SETTLED = 0.5  # of the highest speed: where a Stribeck speed leaves its Coulomb friction to be seen
 APART = 1e-3  # of the largest: speeds or loads that differ by less are one
 
 
@@ -34,11 +36,12 @@ def fit_friction(
     breakaway: ArrayLike | None = None, presliding: tuple[ArrayLike, ArrayLike] | None = None,
     width: float | None = None,
 ) -> FrictionFit:  # fmt: skip
-    """Identify friction from runs at constant speed: Coulomb, viscous, Stribeck, load-proportional, sides.
+    """Identify friction from runs at constant speed: Coulomb, viscous, Stribeck, load-proportional, quadratic, sides.
 
     Every combination of terms is fitted, and compared by the error of runs that were left out; the simplest is taken
-    that is within two standard errors of the best and whose error noise alone may make so much larger. All quantities
-    belong to one shaft.
+    that is within two standard errors of the best and whose error noise alone may make so much larger. Runs stand in
+    the order of time: dry friction may drift. Where the law misses the means of runs that were repeated by more than
+    these differ, it is said, and the intervals are wider by that. All quantities belong to one shaft.
 
     Parameters
     ----------
@@ -71,7 +74,7 @@ def fit_friction(
     Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30(7), 1083-1138 (terms of friction); Canudas de Wit,
     Olsson, Astrom & Lischinsky 1995, IEEE Trans. Automatic Control 40(3), 419-425, eqs. (3)-(6) (LuGre).
     """
-    runs, unidentified = _runs(speed, torque, load, deviation, breakaway)
+    runs, unidentified, given = _runs(speed, torque, load, deviation, breakaway)
     sliding = np.abs(runs.speed[runs.speed != 0.0])
     smooth = SHARP * float(np.min(sliding)) if width is None else number("width [rad/s]", width, positive=True)
     fits = [fit for terms in _candidates(runs, load is not None) if (fit := _fitted(terms, runs)) is not None]
@@ -82,11 +85,14 @@ def fit_friction(
         )
     chosen, comparison, reason = _compare(runs, fits)
     known = restricted(chosen.jacobian, chosen.residual)
+    lack = lack_of_fit(chosen, runs, given)
+    if lack is not None and lack.found:
+        known = known._replace(covariance=known.covariance * max(lack.ratio, 1.0))
     stiffness = None
     if presliding is not None:
         p = dict(zip(chosen.terms.names(), chosen.p.tolist(), strict=True))
         stiffness = presliding_stiffness(presliding, p["T_c"] + p.get("rise", 0.0))
-    return _result(runs, chosen, known, unidentified, comparison, reason, smooth, stiffness)
+    return _result(runs, chosen, known, unidentified, comparison, reason, smooth, stiffness, lack)
 
 
 def _column(name: str, values: Any, count: int | None = None) -> Floats:
@@ -103,7 +109,7 @@ def _column(name: str, values: Any, count: int | None = None) -> Floats:
     return column
 
 
-def _runs(speed: Any, torque: Any, load: Any, deviation: Any, breakaway: Any) -> tuple[Runs, dict[str, str]]:
+def _runs(speed: Any, torque: Any, load: Any, deviation: Any, breakaway: Any) -> tuple[Runs, dict[str, str], bool]:
     v = _column("speed [rad/s]", speed)
     if len(v) < FEWEST:
         raise ValueError(f"there are {len(v)} runs; measure at least {FEWEST}, at several speeds in both directions")
@@ -136,12 +142,13 @@ def _runs(speed: Any, torque: Any, load: Any, deviation: Any, breakaway: Any) ->
         )
     if np.all(v > 0.0) or np.all(v < 0.0):
         unidentified["offset"] = "the difference of the sides is not identifiable: all runs go in one direction"
-    runs = Runs(v, np.sign(v), t, size, 1.0 / spreads)
+    runs = Runs(v, np.sign(v), t, size, 1.0 / spreads, np.linspace(0.0, 1.0, len(v)))
     if breakaway is not None:
         b = np.atleast_1d(_column("breakaway [N*m]", np.atleast_1d(breakaway)))
-        more = Runs(np.zeros(len(b)), np.sign(b), b, np.zeros(len(b)), np.full(len(b), float(np.median(runs.weight))))
+        none, weight = np.zeros(len(b)), np.full(len(b), float(np.median(runs.weight)))
+        more = Runs(none, np.sign(b), b, none, weight, none + 0.5)
         runs = Runs(*(np.concatenate(both) for both in zip(runs, more, strict=True)))
-    return runs, unidentified
+    return runs, unidentified, bool(np.any(spreads != 1.0))
 
 
 def _means(torque: Any, count: int) -> tuple[Floats, Floats]:
@@ -167,8 +174,8 @@ def _candidates(runs: Runs, loaded: bool) -> Iterator[Terms]:
     levels = len(np.unique(np.round(np.abs(runs.speed) / np.max(np.abs(runs.speed)) / APART)))
     for viscous, stribeck, load in product((False, True), (False, levels >= 4), (False, varied)):
         for offset, both in ((False, False), (sides, False), (sides, sides and viscous)):
-            terms = Terms(viscous, stribeck, load, offset, both)
-            yield terms
+            for quadratic, drift in product((False, viscous and levels >= 4), (False, True)):
+                yield Terms(viscous, stribeck, load, offset, both, quadratic, drift)
 
 
 def _fitted(terms: Terms, runs: Runs) -> FrictionSolution | None:
@@ -177,7 +184,9 @@ def _fitted(terms: Terms, runs: Runs) -> FrictionSolution | None:
         return None
     fit = solve_terms(terms, runs)
     p = dict(zip(terms.names(), fit.p.tolist(), strict=True))
-    good = p["T_c"] >= 0.0 and p.get("B", 0.0) >= abs(p.get("B_asymmetry", 0.0)) and p.get("rise", 0.0) >= 0.0
+    good = p["T_c"] >= max(0.0, -p.get("drift", 0.0)) and p.get("rise", 0.0) >= 0.0 and p.get("D", 0.0) >= 0.0
+    good &= p.get("B", 0.0) >= abs(p.get("B_asymmetry", 0.0))
+    good &= p.get("v_s", 0.0) <= SETTLED * float(np.max(np.abs(runs.speed)))
     return fit if good and 0.0 <= p.get("mu", 0.0) < 1.0 else None
 
 
@@ -218,7 +227,7 @@ def _left_out(runs: Runs, fit: FrictionSolution, fold: Any) -> Floats:
     found = np.empty(len(fold))
     for k in range(int(np.max(fold)) + 1):
         out = fold == k
-        p = solve_terms(fit.terms, runs.some(~out)).p
+        p = solve_terms(fit.terms, runs.some(~out), float(fit.p[-1])).p
         there = runs.some(out)
         found[out] = (there.weight * (there.torque - predicted(fit.terms, p, there))) ** 2
     return found
@@ -227,14 +236,17 @@ def _left_out(runs: Runs, fit: FrictionSolution, fold: Any) -> Floats:
 def _law(p: dict[str, float], width: float, lowest: float, stiffness: Presliding | None) -> Any:
     T_c, T_s, B = p["T_c"], p["T_c"] + p.get("rise", 0.0), p.get("B", 0.0)
     if stiffness is not None:
-        return checked(LuGre(stiffness.sigma_0, 0.0, B, T_c, T_s, p.get("v_s", lowest)))
-    dry = Stribeck(T_c, T_s, p["v_s"], min(width, 0.5 * p["v_s"])) if "v_s" in p else Coulomb(T_c, width)
-    return checked(Parallel(dry, Viscous(B)) if B > 0.0 else dry)
+        law: Any = LuGre(stiffness.sigma_0, 0.0, B, T_c, T_s, p.get("v_s", lowest))
+    else:
+        law = Stribeck(T_c, T_s, p["v_s"], min(width, 0.5 * p["v_s"])) if "v_s" in p else Coulomb(T_c, width)
+        law = Parallel(law, Viscous(B)) if B > 0.0 else law
+    return checked(Parallel(law, QuadraticDamping(p["D"])) if p.get("D", 0.0) > 0.0 else law)
 
 
 def _result(
     runs: Runs, fit: FrictionSolution, known: Scatter, unidentified: dict[str, str],
     comparison: tuple[FrictionCandidate, ...], reason: str, width: float, stiffness: Presliding | None,
+    lack: LackOfFit | None,
 ) -> FrictionFit:  # fmt: skip
     names = list(fit.terms.names())
     p = dict(zip(names, fit.p.tolist(), strict=True))
@@ -242,13 +254,17 @@ def _result(
     wanted = {"T_c": rows["T_c"]}
     if "rise" in p:
         wanted |= {"T_s": rows["T_c"] + rows["rise"], "v_s": rows["v_s"]}
-    wanted |= {name: rows[name] for name in ("B", "mu", "offset", "B_asymmetry") if name in p}
+    wanted |= {name: rows[name] for name in ("B", "D", "mu", "offset", "B_asymmetry", "drift") if name in p}
     if "offset" in p:
         wanted |= {"T_c_forward": rows["T_c"] + rows["offset"], "T_c_backward": rows["T_c"] - rows["offset"]}
     R = np.array([*wanted.values()])
     freedom = derived_freedom(R, known.covariance, known.freedom)
     values, covariance = dict(zip(wanted, (R @ fit.p).tolist(), strict=True)), R @ known.covariance @ R.T
     remarks = []
+    if "drift" in p:
+        remarks.append(
+            f"dry friction changes by {p['drift']:+.3g} N*m from the first run to the last; T_c is that of the first"
+        )
     if stiffness is not None:
         values["sigma_0"] = stiffness.sigma_0
         covariance = np.pad(covariance, (0, 1))
@@ -266,5 +282,5 @@ def _result(
     return FrictionFit(
         _law(p, width, lowest, stiffness), load_law, values, covariance, freedom, unidentified,
         comparison, reason, float(np.sqrt(np.mean((runs.torque - fitted) ** 2))), runs.speed, runs.torque, fitted,
-        tuple(remarks),
+        tuple(remarks), lack,
     )  # fmt: skip

@@ -9,10 +9,11 @@ from ....results import Floats
 from ....sentences import on_screen
 from ..fitted import ByName
 from ..intervals import Interval, interval
+from .lack_of_fit import LackOfFit
 
 UNITS = {
     "T_c": "N*m", "T_s": "N*m", "v_s": "rad/s", "B": "N*m*s/rad", "mu": "", "offset": "N*m", "sigma_0": "N*m/rad",
-    "B_asymmetry": "N*m*s/rad", "T_c_forward": "N*m", "T_c_backward": "N*m",
+    "B_asymmetry": "N*m*s/rad", "D": "N*m*s^2/rad^2", "drift": "N*m", "T_c_forward": "N*m", "T_c_backward": "N*m",
 }  # fmt: skip
 BY_LOGARITHM = ("v_s", "sigma_0")  # scales: their interval is one of the logarithm
 
@@ -38,12 +39,13 @@ class FrictionFit(ByName, Result):
     Attributes
     ----------
     law : NamedTuple
-        Drag without load: `Coulomb` or `Stribeck`, with `Viscous`; `LuGre` where a presliding loop was given.
+        Drag without load: `Coulomb` or `Stribeck`, with `Viscous`; `LuGre` where a presliding loop was given; with
+        `QuadraticDamping`.
     load_friction : LoadFriction or None
         What is proportional to the transmitted torque, where the runs support it.
     values : dict of str to float
-        Numbers by their path, as found: "T_c", "T_s", "v_s", "B", "mu", "sigma_0", "offset", "B_asymmetry",
-        "T_c_forward", "T_c_backward".
+        Numbers by their path, as found: "T_c", "T_s", "v_s", "B", "D", "mu", "sigma_0", "offset", "B_asymmetry",
+        "drift" (of dry friction from the first run to the last), "T_c_forward", "T_c_backward".
     covariance : (m, m) array
         Of these numbers, in their order.
     freedom : (m,) array
@@ -60,6 +62,8 @@ class FrictionFit(ByName, Result):
         Runs [rad/s], [N*m] and the fitted torque [N*m]; break-away at speed 0.
     remarks : tuple of str
         What limits the result.
+    lack_of_fit : LackOfFit or None
+        What the law misses beside what repeated runs differ by; None where no runs were repeated.
     """
 
     law: Any
@@ -75,6 +79,7 @@ class FrictionFit(ByName, Result):
     torque: Floats
     fitted: Floats
     remarks: tuple[str, ...]
+    lack_of_fit: LackOfFit | None = None
 
     rows: ClassVar[str] = "run"
 
@@ -105,10 +110,16 @@ class FrictionFit(ByName, Result):
 
     def __str__(self) -> str:
         lines = [f"Fit of friction: {len(self.speed)} runs; residual {self.residual_rms:.3g} N*m rms"]
+        if self.lack_of_fit is not None and self.lack_of_fit.found:
+            lines.append(f"  {self.lack_of_fit}")
         for name, value in self.values.items():
             low, high = self.interval(name)
             lines.append(f"  {name:<14}{value:>12.5g}  ({low:.5g} .. {high:.5g}) {UNITS[name]}".rstrip())
         lines += [f"  {sentence}" for sentence in (*self.unidentified.values(), self.reason, *self.remarks)]
+        if self.lack_of_fit is None:
+            lines.append("  no runs were repeated: whether the law fits is not known")
+        elif not self.lack_of_fit.found:
+            lines.append(f"  {self.lack_of_fit}")
         return on_screen("\n".join(lines))
 
     __repr__ = __str__

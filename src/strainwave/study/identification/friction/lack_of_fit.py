@@ -1,0 +1,85 @@
+"""Lack of fit: whether a law misses the means of repeated runs by more than these runs differ.
+
+The residual of runs at one speed and load splits into what they differ by (pure error) and the distance of their mean
+from the law. Where the standard errors of the runs are known these stand for the pure error.
+
+Fisher 1922, J. R. Stat. Soc. 85, 597-612; Draper & Smith 1998, Applied Regression Analysis, 3rd ed., sec. 2.1.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import fdtrc, gammaincc
+
+from .friction_model import FrictionSolution, Runs
+
+FEWEST = 3  # degrees of freedom of the pure error
+RARE = 0.01  # probability below which chance is not believed
+APART = 1e-3  # of the largest: speeds or loads that differ by less are one
+
+
+class LackOfFit(NamedTuple):
+    """What a law misses, beside what repeated runs differ by.
+
+    Attributes
+    ----------
+    pure : float
+        Root mean square [N*m] by which a run differs from others at its speed and load.
+    missed : float
+        The same of what the law misses, as it would be with pure error alone.
+    ratio : float
+        Ratio of both squares (F).
+    probability : float
+        Of a ratio as large by chance.
+    """
+
+    pure: float
+    missed: float
+    ratio: float
+    probability: float
+
+    @property
+    def found(self) -> bool:
+        """Whether the law does not fit."""
+        return self.probability < RARE
+
+    def __str__(self) -> str:
+        if not self.found:
+            return f"no lack of fit: runs differ by {self.pure:.3g} N*m rms (probability {self.probability:.2g})"
+        return (
+            f"the law does not fit: it misses the runs by {self.missed:.3g} N*m rms, and they differ by "
+            f"{self.pure:.3g} N*m (probability {self.probability:.2g}); the intervals are {self.ratio**0.5:.3g} times "
+            "wider for it, and do not hold what the law lacks"
+        )
+
+
+def lack_of_fit(fit: FrictionSolution, runs: Runs, known: bool) -> LackOfFit | None:
+    """Test a candidate against repeated runs, or runs of known standard errors; None where runs are too few."""
+    rest, unit = fit.residual, 1.0 / float(np.median(runs.weight))
+    if known:
+        freedom = len(rest) - len(fit.p)
+        square = float(rest @ rest)
+        ratio = square / freedom
+        return LackOfFit(unit, unit * ratio**0.5, ratio, float(gammaincc(0.5 * freedom, 0.5 * square)))
+    group = _groups(runs)
+    count = np.bincount(group)
+    means = np.bincount(group, rest) / count
+    pure, missed = float(np.sum((rest - means[group]) ** 2)), float(np.sum(count * means**2))
+    own, other = len(rest) - len(count), len(count) - len(fit.p)
+    if own < FEWEST or other < 1 or not pure > 0.0:
+        return None
+    ratio = missed / other / (pure / own)
+    return LackOfFit(unit * (pure / own) ** 0.5, unit * (missed / other) ** 0.5, ratio, float(fdtrc(other, own, ratio)))
+
+
+def _groups(runs: Runs) -> NDArray[np.int64]:
+    """Number (n,) of the group of runs at one speed and load that every run belongs to."""
+    columns = []
+    for values in (runs.speed, runs.load, runs.side):
+        order = np.argsort(values)
+        steps = np.diff(values[order], prepend=values[order][0]) > APART * float(np.max(np.abs(values), initial=0.0))
+        place = np.empty(len(values), int)
+        place[order] = np.cumsum(steps)
+        columns.append(place)
+    return np.asarray(np.unique(np.column_stack(columns), axis=0, return_inverse=True)[1], np.int64).ravel()
