@@ -72,6 +72,7 @@ def test_the_largest_oscillation_of_a_train_and_of_a_design_are_at_the_speeds_of
     assert designed.oscillation == pytest.approx(size, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_comparison_counts_the_speeds_of_each_project_alone(bistable):
     project, found = bistable
     compared = sw.compare_projects([project, project])

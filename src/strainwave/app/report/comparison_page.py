@@ -6,9 +6,9 @@ from typing import Any
 from urllib.parse import quote
 
 from ... import __version__
-from ...files.project import Project
 from ..console import WHAT_X_IS, number
 from ..figures.comparison import comparison_figure
+from ..view import View
 from .report import Report
 
 STYLE = """
@@ -27,15 +27,18 @@ svg { width: 100%; height: auto; } .note { color: #5b6675; font-size: .87rem; }
 # keys of a row, and what stands above them
 COLUMNS = (
     ("title", "drive"), ("gear", "gear"), ("oscillation_arcsec", "largest oscillation (arcsec)"),
-    ("limit_arcsec", "limit (arcsec)"), ("speed_rpm", "at (rpm)"), ("torque_N_m", "torque in the gear (N·m)"),
+    ("limit_arcsec", "limit (arcsec)"), ("speed_rpm", "at (rpm)"), ("load_torque_N_m", "under a load of (N·m)"),
+    ("keep_out_of", "speeds to keep out of"), ("torque_N_m", "torque in the gear (N·m)"),
     ("omega_0_rad_per_s", "natural frequency ω₀ (rad/s)"), ("damping_ratio", "damping ratio"),
     ("reflected_inertia_kg_m2", "motor inertia at the load (kg·m²)"), ("load_inertia_kg_m2", "load inertia (kg·m²)"),
     ("folds", "folds"),
 )  # fmt: skip
 ANSWERS = ("largest oscillation", "margin", "jumps", "torque", "motor", "smallest change", "without a change")
-TEXTS = ("title", "gear")
+TEXTS = ("title", "gear", "keep_out_of")
 NOTES = {
-    "oscillation": "Oscillation is the largest distance of the error from its mean, of all stable motions of a curve.",
+    "oscillation": "Oscillation is the largest distance of the error from its mean in a slow run-up or run-down.",
+    "load": "Oscillation, speeds and torque are those under all torques of the load, gravity among them, as in "
+    "`strainwave analyze`; each curve is for the torque on the load that has the largest oscillation.",
     "x": f"{WHAT_X_IS[0].upper()}{WHAT_X_IS[1:]}.",
     "rest": "Speeds are those of the motor or of the forcing. Natural frequency and damping ratio are those at rest, "
     "in the motor mode of the file, without its loop. A shaded row is above its limit.",
@@ -63,23 +66,24 @@ def verdicts_page(reports: dict[str, Report]) -> str:
     views = [report.view for report in reports.values()]
     passed = sum(report.results["verdict"]["answer"] == "all right" for report in reports.values())
     figure = comparison_figure(
-        [view.project.title for view in views], [view.analysis.drive for view in views],
+        [view.project.title for view in views], [view.analysis.loudest for view in views],
         [view.project.limit for view in views], views[0].speeds,
     )  # fmt: skip
     said = f"{passed} of {len(reports)} drives pass at all their speeds."
-    loads = "".join(_load(i, view.project) for i, view in enumerate(views, 1))
+    loads = "".join(_load(i, view) for i, view in enumerate(views, 1))
     note = f"{NOTES['oscillation']} {NOTES['x']}{loads} Each drive has its own report: follow its name."
     return _page(len(reports), said, head, body, figure, note)
 
 
-def _load(i: int, project: Project) -> str:
+def _load(i: int, view: View) -> str:
     """Which torque of its load the curve of a drive is for, where that has a range."""
-    low, high = project.load_torques
-    if low == high:
+    low, high = view.project.load_torques
+    torque = view.analysis.largest_oscillation().torque
+    if torque is None:
         return ""
     return (
-        f" The curve of drive {i} is for {number(project.mean_load_torque)} N·m on its load; pass or fail is for all "
-        f"from {number(low)} to {number(high)} N·m."
+        f" The curve of drive {i} is for {number(torque)} N·m on its load, which has the largest oscillation; pass or "
+        f"fail is for all from {number(low)} to {number(high)} N·m."
     )
 
 

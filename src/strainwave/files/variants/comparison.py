@@ -1,4 +1,4 @@
-"""Several projects side by side: the response of each whole drive, and what an engineer compares of it."""
+"""Several projects side by side: the analysis of each drive under all its loads, and what an engineer compares."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,7 +10,9 @@ from ...quantities import shown
 from ...records import Labelled, Result
 from ...results import Floats, Interrupted
 from ...sentences import on_screen
+from ...study.analysis.analysis import Analysis
 from ...study.analysis.drive_response import DriveResponse
+from ...study.analysis.verdict import Verdict
 from ...units import ARCSEC, RPM
 from ..project import Project
 
@@ -26,15 +28,22 @@ class ProjectComparison(Result):
     titles, gears : tuple of str
         Title of each project and its gear; "own law" where the file writes it out.
     responses : tuple of DriveResponse
-        Response of each whole drive through its own speeds.
-    oscillation, speed : (n,) arrays
-        Largest oscillation of the error [rad] over the stable motions, and the speed of the base angle there [rad/s].
+        Response of each drive through its own speeds: of its load torques that with the largest oscillation.
+    verdicts : tuple of Verdict
+        Whether each is all right, and at which speeds not.
+    scales : tuple of (float, str)
+        Factor from rad/s of the base angle to the unit of its speeds, and that unit.
+    oscillation, speed, load : (n,) arrays
+        Largest oscillation of the error [rad] in a slow run-up or run-down under any torque of the load, the speed of
+        the base angle [rad/s] and the mean torque on the load [N*m] there.
+    lowest_load, highest_load : (n,) arrays
+        Torques of the load [N*m], gravity among them.
     torque : (n,) array
-        Largest torque in the gear [N*m] in the motions that a slow run-up or run-down visits.
+        Largest torque in the gear [N*m] under any of them, run-ups included.
     omega_0, damping_ratio, reflected_inertia, load_inertia : (n,) arrays
         Natural frequency [rad/s] and damping ratio at rest in the mode of the project, N^2 J_m and J_l [kg*m^2].
     jumps : (n,) array
-        Number of folds of the response in its range.
+        Number of folds of that response in its range.
     limit : (n,) array
         Largest oscillation that the project allows [rad]; nan where it has no limit.
     """
@@ -42,8 +51,13 @@ class ProjectComparison(Result):
     titles: tuple[str, ...]
     gears: tuple[str, ...]
     responses: tuple[DriveResponse, ...]
+    verdicts: tuple[Verdict, ...]
+    scales: tuple[tuple[float, str], ...]
     oscillation: Floats
     speed: Floats
+    load: Floats
+    lowest_load: Floats
+    highest_load: Floats
     torque: Floats
     omega_0: Floats
     damping_ratio: Floats
@@ -54,6 +68,12 @@ class ProjectComparison(Result):
 
     rows: ClassVar[str] = "drive"
 
+    def keep_out_of(self, i: int) -> str:
+        """Speeds that a drive must keep out of, in words: to avoid, or beyond a limit of the gear; empty if none."""
+        scale, unit = self.scales[i]
+        bands = (f"{low * scale:.5g} to {high * scale:.5g} {unit}" for low, high in self.verdicts[i].speeds)
+        return ", ".join(bands)
+
     def coordinates(self) -> Labelled:
         """Titles and gears."""
         return {"title": ("drive", list(self.titles), ""), "gear": ("drive", list(self.gears), "")}
@@ -61,8 +81,9 @@ class ProjectComparison(Result):
     def variables(self) -> Labelled:
         """Every number that is compared."""
         units = {
-            "oscillation": "rad", "speed": "rad/s", "torque": "N*m", "omega_0": "rad/s", "damping_ratio": "1",
-            "reflected_inertia": "kg*m**2", "load_inertia": "kg*m**2", "jumps": "", "limit": "rad",
+            "oscillation": "rad", "speed": "rad/s", "load": "N*m", "lowest_load": "N*m", "highest_load": "N*m",
+            "torque": "N*m", "omega_0": "rad/s", "damping_ratio": "1", "reflected_inertia": "kg*m**2",
+            "load_inertia": "kg*m**2", "jumps": "", "limit": "rad",
         }  # fmt: skip
         return {name: ("drive", getattr(self, name), unit) for name, unit in units.items()}
 
@@ -71,7 +92,8 @@ class ProjectComparison(Result):
         for i in np.argsort(self.oscillation):
             lines.append(
                 f"  {self.titles[i]} ({self.gears[i]}): {self.oscillation[i] / ARCSEC:.4g} arcsec at "
-                f"{self.speed[i] / RPM:.5g} rpm of the base angle"
+                f"{self.speed[i] / RPM:.5g} rpm of the base angle with {self.load[i]:.4g} N*m on the load, largest "
+                f"torque in the gear {self.torque[i]:.4g} N*m; {self.verdicts[i].answer}"
             )
         return on_screen("\n".join(lines))
 
@@ -81,7 +103,7 @@ class ProjectComparison(Result):
 def compare_projects(
     projects: Sequence[Project], *, progress: Callable[[str, float], None] | None = None
 ) -> ProjectComparison:
-    """Follow the responses of several projects and put them side by side.
+    """Analyse several projects, without what would help them, and put them side by side.
 
     Parameters
     ----------
@@ -93,9 +115,9 @@ def compare_projects(
     Raises
     ------
     TypeError, ValueError
-        If they are no projects, or fewer than two; whatever `Project.response` refuses.
+        If they are no projects, or fewer than two; whatever `Project.analyze` refuses.
     SolveError
-        If no periodic motion of a project is found.
+        As `Project.analyze`.
     Interrupted
         On Ctrl-C after at least two projects, with the comparison of those.
     """
@@ -104,22 +126,24 @@ def compare_projects(
         raise TypeError(f"projects are {shown(projects)}; give a list, such as [read_project('a.yaml'), ...]")
     if not 2 <= len(given) <= MOST:
         raise ValueError(f"there are {len(given)} projects; give 2 to {MOST} to compare")
-    responses: list[DriveResponse] = []
+    found: list[Analysis] = []
     try:
         for i, project in enumerate(given):
             if progress is not None:
                 progress(project.title, i / len(given))
-            responses.append(project.response())
+            found.append(project.analyze(advice=False))
     except KeyboardInterrupt:
-        if len(responses) < 2:
+        if len(found) < 2:
             raise
-        some = f"the comparison is that of the first {len(responses)} of {len(given)} projects"
-        raise Interrupted(f"interrupted; {some}", _compared(given[: len(responses)], responses)) from None
-    return _compared(given, responses)
+        some = f"the comparison is that of the first {len(found)} of {len(given)} projects"
+        raise Interrupted(f"interrupted; {some}", _compared(given[: len(found)], found)) from None
+    return _compared(given, found)
 
 
-def _compared(given: list[Project], responses: list[DriveResponse]) -> ProjectComparison:
-    tops = [_top(response) for response in responses]
+def _compared(given: list[Project], found: list[Analysis]) -> ProjectComparison:
+    tops = [one.largest_oscillation() for one in found]
+    responses = tuple(one.loudest for one in found)
+    mean = [p.mean_load_torque for p in given]
 
     def each(number: Callable[[Project], Any]) -> Floats:
         return np.array([np.nan if (value := number(p)) is None else value for p in given], float)
@@ -127,10 +151,15 @@ def _compared(given: list[Project], responses: list[DriveResponse]) -> ProjectCo
     return ProjectComparison(
         tuple(p.title for p in given),
         tuple("own law" if p.gear is None else p.gear.name for p in given),
-        tuple(responses),
-        np.array([size for size, _ in tops]),
-        np.array([omega for _, omega in tops]),
-        np.array([response.usage.peak_torque for response in responses]),
+        responses,
+        tuple(one.verdict for one in found),
+        tuple((p.speeds.scale, p.speeds.unit) for p in given),
+        np.array([top.peak for top in tops]),
+        np.array([top.omega for top in tops]),
+        np.array([own if top.torque is None else top.torque for top, own in zip(tops, mean, strict=True)]),
+        each(lambda p: p.load_torques[0]),
+        each(lambda p: p.load_torques[1]),
+        np.array([one.usage.peak_torque for one in found]),
         each(lambda p: p.omega_0),
         each(lambda p: p.damping_ratio),
         each(lambda p: p.drive.N**2 * p.drive.J_m),
@@ -143,11 +172,3 @@ def _compared(given: list[Project], responses: list[DriveResponse]) -> ProjectCo
 def _folds(response: DriveResponse) -> int:
     low, high = response.curve.span
     return sum(low <= fold.omega <= high for fold in response.folds)
-
-
-def _top(response: DriveResponse) -> tuple[float, float]:
-    """Largest oscillation [rad] of the stable motions in the range, of all where none is stable, and its speed."""
-    inside = response.curve.inside
-    known = inside & response.stable if np.any(inside & response.stable) else inside
-    at = int(np.argmax(np.where(known, response.oscillation, -1.0)))
-    return float(response.oscillation[at]), float(response.omega[at])

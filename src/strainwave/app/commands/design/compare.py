@@ -53,13 +53,30 @@ def show(paths: tuple[Path, ...], output: Path, as_json: bool) -> None:
 
 
 def _print(rows: list[dict[str, Any]], output: Path) -> None:
-    columns = ("file", "gear", "oscillation arcsec", "at rpm", "torque N·m", "ω₀ rad/s", "folds", "limit arcsec")
+    columns = (
+        "file",
+        "gear",
+        "oscillation arcsec",
+        "at rpm",
+        "load N·m",
+        "torque N·m",
+        "ω₀ rad/s",
+        "folds",
+        "limit arcsec",
+    )
     cells = [
-        (row["file"], row["gear"], row["oscillation_arcsec"], row["speed_rpm"], row["torque_N_m"],
-         row["omega_0_rad_per_s"], number(row["folds"]), row["limit_arcsec"])
+        (row["file"], row["gear"], row["oscillation_arcsec"], row["speed_rpm"], row["load_torque_N_m"],
+         row["torque_N_m"], row["omega_0_rad_per_s"], number(row["folds"]), row["limit_arcsec"])
         for row in sorted(rows, key=lambda row: row["oscillation_arcsec"])
     ]  # fmt: skip
-    print_table("drives by their largest oscillation", columns, cells, "speeds are those of the motor or the forcing")
+    print_table(
+        "drives by their largest oscillation",
+        columns,
+        cells,
+        "speeds are those of the motor or the forcing; all torques of the load count, gravity among them",
+    )
+    for row in rows:
+        click.echo(f"  {row['file']}: {row['verdict']}; speeds to keep out of: {row['keep_out_of']}")
     click.echo(f"written: {', '.join(str(output / name) for name in (HTML, CSV, SVG))}")
 
 
@@ -71,7 +88,10 @@ def _rows(found: ProjectComparison, files: list[str]) -> list[dict[str, Any]]:
         {
             "file": files[i], "title": found.titles[i], "gear": found.gears[i],
             "oscillation_arcsec": float(found.oscillation[i]) / ARCSEC, "speed_rpm": float(found.speed[i]) / RPM,
-            "torque_N_m": float(found.torque[i]), "omega_0_rad_per_s": float(found.omega_0[i]),
+            "load_torque_N_m": float(found.load[i]), "lowest_load_torque_N_m": float(found.lowest_load[i]),
+            "highest_load_torque_N_m": float(found.highest_load[i]), "verdict": found.verdicts[i].answer.value,
+            "keep_out_of": found.keep_out_of(i) or "none", "torque_N_m": float(found.torque[i]),
+            "omega_0_rad_per_s": float(found.omega_0[i]),
             "damping_ratio": known(found.damping_ratio[i]),
             "reflected_inertia_kg_m2": float(found.reflected_inertia[i]),
             "load_inertia_kg_m2": float(found.load_inertia[i]), "folds": int(found.jumps[i]),
