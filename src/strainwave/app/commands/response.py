@@ -177,7 +177,7 @@ def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str
         beyond = "" if band["whole"] else "; a jump lies outside the range"
         lines.append(f"  hysteresis: {ends}{', the error ' if ways else ''}{' and '.join(ways)}{beyond}")
     if not data["hysteresis_bands"]:
-        lines.append("  hysteresis: none")
+        lines.append("  no bistable range: a run-up and a run-down meet the same motions")
     share = number(data["left_out_relative"], 2)
     lines.append(f"  {data['harmonics']} harmonics; share of those left out {share} (truncation, not accuracy)")
     lines += [f"  {WHAT_X_IS}"]

@@ -19,6 +19,7 @@ from ..output import staged, write_csv
 from ..units import quantity, span
 
 MOST_LOADS = 1000  # of a range
+WAYS = {True: "jumps up", False: "drops"}  # of the error at a jump
 
 
 def show(
@@ -109,7 +110,10 @@ def report(project: Project, found: SpeedMap) -> dict[str, Any]:
             "allowed_rpm": rpm(found.allowed[i]), "largest_oscillation_arcsec": np.max(found.oscillation[i]) / ARCSEC,
             "largest_gear_torque_N_m": np.max(found.torque[i]), "most_stable_motions": int(np.max(found.motions[i])),
             "subharmonics": bool(np.any(found.subharmonic[i])),
-            "jumps": [{"rpm": j.speed / RPM, "run": "up" if j.up else "down"} for j in found.jumps if j.load == i],
+            "jumps": [
+                {"rpm": j.speed / RPM, "run": "up" if j.up else "down", "error": WAYS[j.rises]}
+                for j in found.jumps if j.load == i
+            ],
         }
         for i, load in enumerate(found.loads)
     ]  # fmt: skip
@@ -140,14 +144,21 @@ def summary(project: Project, found: SpeedMap, folder: Path) -> str:
     lines += [f"  FAIL: {sentence}" for sentence in found.failures]
     for i, bands in enumerate(found.forbidden):
         text = _listed(bands) or "none"
-        jumps = ", ".join(f"{number(j.speed / RPM, 5)} {'up' if j.up else 'down'}" for j in found.jumps if j.load == i)
-        lines.append(
-            f"  {figures.load_text(found, i)}: forbidden {text}" + (f"; jumps at {jumps} rpm" if jumps else "")
-        )
+        jumps = _jumps(found, i)
+        lines.append(f"  {figures.load_text(found, i)}: forbidden {text}" + (f"; the error {jumps}" if jumps else ""))
     lines.append(f"  allowed under every load: {_listed(found.windows) or 'no speed'}")
     lines += [f"  {sentence}" for sentence in (found.units_sentence, found.vendor_sentence) if sentence]
     lines += [f"  note: {remark}" for remark in found.remarks]
     return "\n".join([*lines, f"  written: {folder}"])
+
+
+def _jumps(found: SpeedMap, i: int) -> str:
+    """Where the error jumps under a load, in the words of `strainwave response`."""
+    said = []
+    for rises, way in WAYS.items():
+        speeds = sorted({number(j.speed / RPM, 5) for j in found.jumps if j.load == i and j.rises == rises}, key=float)
+        said += [f"{way} at {', '.join(speeds)} rpm"] if speeds else []
+    return " and ".join(said)
 
 
 def _sentence(text: str) -> str:

@@ -99,8 +99,9 @@ class UnderLoad:
         The main curve first.
     quasi_static : float
         Oscillation [rad] of a drive that turns slowly.
-    jumps : tuple of (float, bool)
-        Speed [rad/s] of every jump of a slow run-up or run-down, and whether it is of the run-up.
+    jumps : tuple of (float, bool, bool)
+        Speed [rad/s] of every jump of a slow run-up or run-down, whether it is of the run-up, and whether the error is
+        larger after it.
     doubled : tuple of (float, float)
         Speeds [rad/s] between which the main curve repeats after more than one turn.
     loose : tuple of Loose
@@ -112,7 +113,7 @@ class UnderLoad:
     load: float
     curves: tuple[Motions, ...]
     quasi_static: float
-    jumps: tuple[tuple[float, bool], ...] = ()
+    jumps: tuple[tuple[float, bool, bool], ...] = ()
     doubled: tuple[tuple[float, float], ...] = ()
     loose: tuple[Loose, ...] = ()
     remarks: tuple[str, ...] = field(default=())

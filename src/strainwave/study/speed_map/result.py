@@ -19,11 +19,15 @@ UNITS = {"load torque": "N*m", "load inertia": "kg*m^2"}
 
 
 class JumpSpeed(NamedTuple):
-    """Where a slow run-up (`up`) or run-down jumps: number of the load, and speed of the motor [rad/s]."""
+    """Where a slow run-up (`up`) or run-down jumps: number of the load, and speed of the motor [rad/s].
+
+    The error jumps up there (`rises`), or drops.
+    """
 
     load: int
     speed: float
     up: bool
+    rises: bool = False
 
 
 class Scatter(NamedTuple):
@@ -163,7 +167,8 @@ class SpeedMap(Result):
                 found[f"{name}_{end}"] = (name, np.concatenate(some)[:, j], "rad/s")
         found["jump_load"] = ("jump", np.array([self.loads[j.load] for j in self.jumps]), self.load_unit)
         found["jump_speed"] = ("jump", np.array([j.speed for j in self.jumps]), "rad/s")
-        found["jump_up"] = ("jump", np.array([j.up for j in self.jumps], bool), "")
+        for name in ("up", "rises"):
+            found[f"jump_{name}"] = ("jump", np.array([getattr(j, name) for j in self.jumps], bool), "")
         if self.scatter is not None:
             found["quantile"] = (("share", *grid), self.scatter.oscillation, "rad")
             found["worst"] = (grid, self.scatter.worst, "rad")

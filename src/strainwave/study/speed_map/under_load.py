@@ -115,7 +115,8 @@ def under_load(
     curves = (Motions(found.curve, found.torque, False, every, found.motor_torque),)
     sweep = found.response.sweep
     jumps = () if sweep is None else tuple(
-        (float(jump.value), up) for some, up in ((sweep.on_run_up, True), (sweep.on_run_down, False)) for jump in some
+        (float(jump.value), up, jump.after > jump.before)
+        for some, up in ((sweep.on_run_up, True), (sweep.on_run_down, False)) for jump in some
     )  # fmt: skip
     said = () if found.status else (f"{found.message}; a speed without a known motion is forbidden",)
     own = UnderLoad(case.load, curves, slow, jumps, doubled(found.curve), (), said)
