@@ -187,7 +187,7 @@ def steady_bench_of(
         return bench
     angle = load_angle or 0.0
     plain, torque = _at_rest(bench.plant, angle)
-    more = " Another angle may be given." if load_angle is None else ""
+    more = " Others: `load_angles` of sw.compensate, --load-angle of the command." if load_angle is None else ""
     said = (
         f"Gravity changes {bench.plant.N:g} times more slowly than the motor turns: it is held at its torque at the "
         f"load's angle {np.degrees(angle):.4g} deg, {torque:.4g} N*m.{more}"

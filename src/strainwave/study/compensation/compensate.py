@@ -204,17 +204,26 @@ def _whole(name: str, value: Any) -> int:
 
 def _speed(bench: Bench, project: Any, speed: float | None) -> float:
     if speed is None:
-        line = max(lines_of(bench.model.error), key=lambda line: line.amplitude)
-        law, end = bench.model.law, bench.model.load.end()
-        torsion = loaded_state(law, -mean_torque(end.excitation))[0]
-        resonance = float(np.sqrt(law.stiffness(torsion) / end.J)) / line.order
+        speed = resonance_speed(bench)
         speeds = getattr(project, "speeds", None)
         if speeds is not None and getattr(speeds, "limits", None):
             low, high = speeds.limits
-            resonance = min(max(resonance, low), high)
-        speed = resonance
+            speed = min(max(speed, low), high)
     _refuse_slow(bench, number("speed [rad/s]", speed))
     return float(speed)
+
+
+def resonance_speed(bench: Bench) -> float:
+    """Speed of the motor [rad/s] where the largest order meets the resonance of the load on the gear, the motor held.
+
+    It is that of small vibrations about the mean torque of the load; 0 where the gear has no stiffness there.
+    """
+    line = max(lines_of(bench.model.error), key=lambda line: line.amplitude)
+    law, end = bench.model.law, bench.model.load.end()
+    torsion = loaded_state(law, -mean_torque(end.excitation))[0]
+    inertia = end.J + sum(J for J, _, _ in bench.model.load.chain())
+    speed: float = np.sqrt(float(law.stiffness(torsion)) / inertia) / line.order
+    return speed
 
 
 def _refuse_slow(bench: Bench, signed: float) -> None:

@@ -12,8 +12,8 @@ from ....files.reading import read_project
 from ....model.train.drive_train import DriveTrain
 from ....quantities import parse
 from ....results import Floats
-from ....study.compensation.bench import Bench, bench_of
-from ....study.compensation.compensate import benches_of, compensate, compensation_bench
+from ....study.compensation.bench import Bench, bench_of, steady_bench_of
+from ....study.compensation.compensate import benches_of, compensate, compensation_bench, resonance_speed
 from ....study.compensation.designs import COMPENSATORS
 from ....study.compensation.result import Compensation, CompensationBench
 from ....units import RPM
@@ -86,14 +86,13 @@ def show(
 
 
 def speeds_of(project: Project, given: Sequence[str] = ()) -> Floats:
-    """Speeds of the motor [rad/s]: those given as text, or five about the resonance, within the project's range."""
+    """Speeds of the motor [rad/s]: those given as text, or five about that of `compensate` within its range."""
     if given:
         return np.unique([parse(text, "rad/s") for text in given])
-    lines = project.kinematic_error.lines if project.kinematic_error else ()
-    if not lines or not project.drive.omega_0_held:
+    resonance = resonance_speed(steady_bench_of(project))
+    if not resonance:
         raise ValueError("this drive has no resonance at rest to take speeds about; give --speed '450 rpm'")
-    order = max(lines, key=lambda line: line.amplitude).order
-    return np.unique(np.clip(np.multiply(SHARES, project.drive.omega_0_held / order), *project.speeds.limits))
+    return np.unique(np.clip(np.multiply(SHARES, resonance), *project.speeds.limits))
 
 
 def names_of(bench: Bench, wanted: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
