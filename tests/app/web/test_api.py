@@ -9,10 +9,13 @@ from pathlib import Path
 import measured_axis
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from measured_axis import measured
+from one_joint import JOINT
 from scipy.io import savemat
 
 import strainwave as sw
+from strainwave.app.commands.cli import cli
 from strainwave.app.web import views
 from strainwave.app.web.curve import POINTS
 from strainwave.app.web.parameters import about, parameters
@@ -85,12 +88,20 @@ def test_bands_folds_and_limit_are_those_of_the_analysis(client, written):
     assert shown["limit_arcsec"] == pytest.approx(120.0)
 
 
-def test_motion_has_the_amplitude_of_the_response(client):
-    curve = posted(client, "/api/response", state=GEAR)
+@pytest.mark.slow
+@pytest.mark.parametrize("state", [GEAR, {"project": JOINT}], ids=["gear", "joint"])
+def test_motion_is_that_of_the_drive_whose_response_is_shown(client, tmp_path, monkeypatch, capsys, state):
+    curve = posted(client, "/api/response", state=state)
     speed, at = curve["speed"][-10], curve["oscillation_arcsec"][-10]
-    shown = posted(client, "/api/motion", state=GEAR, speed=speed)
-    assert np.ptp(shown["error_arcsec"]) / 2 == pytest.approx(at, rel=0.01)
+    shown = posted(client, "/api/motion", state=state, speed=speed)
+    assert shown["oscillation_arcsec"] == pytest.approx(at, rel=1e-3)
+    assert shown["torque"] == pytest.approx(curve["torque"][-10], rel=3e-3)
     assert np.ptp(shown["poincare"]["error_arcsec"]) < 1e-3 * at
+    assert shown["load_torque"] == curve["load_torques"][1]
+    assert not any("leaves out" in remark for remark in shown["remarks"])
+    said = printed(client, tmp_path, monkeypatch, capsys, "motion", state, speed=speed)
+    error = shown["error_arcsec"]
+    assert said == pytest.approx([min(error), max(error), shown["oscillation_arcsec"]], rel=1e-5)
 
 
 @pytest.mark.slow
@@ -135,12 +146,12 @@ AXES = [
     {"name": "load.inertia", "values": ["0.9 kg*m^2", "1.1 kg*m^2"]},
     {"name": "damping.ratio", "values": ["3 %", "5 %"]},
 ]
-NUMBER = re.compile(r"-?[0-9.]+(?:e[-+]?[0-9]+)?")
+NUMBER = re.compile(r"-?[0-9]+(?:[.][0-9]+)?(?:e[-+]?[0-9]+)?")
 
 
-def printed(client, tmp_path, monkeypatch, capsys, view, **more):
+def printed(client, tmp_path, monkeypatch, capsys, view, state=GEAR, **more):
     """Numbers that the exported script of a view prints."""
-    script = client.post("/api/export/script", json={"state": GEAR, "view": view, **more}).text
+    script = client.post("/api/export/script", json={"state": state, "view": view, **more}).text
     monkeypatch.chdir(tmp_path)
     exec(compile(script, "script.py", "exec"), {"__name__": "__main__"})
     return [float(number) for number in NUMBER.findall(capsys.readouterr().out)]
@@ -150,12 +161,6 @@ def test_exported_script_prints_what_the_page_says(client, tmp_path, monkeypatch
     shown = posted(client, "/api/response", state=GEAR)["largest"]
     said = printed(client, tmp_path, monkeypatch, capsys, "response")
     assert said == pytest.approx([shown["oscillation_arcsec"], shown["speed"]], rel=1e-4)
-
-
-def test_script_of_a_motion_prints_the_range_of_the_page(client, tmp_path, monkeypatch, capsys):
-    shown = posted(client, "/api/motion", state=GEAR, speed=1000.0)["error_arcsec"]
-    said = printed(client, tmp_path, monkeypatch, capsys, "motion", speed=1000.0)
-    assert said == pytest.approx([min(shown), max(shown)], rel=1e-5)
 
 
 @pytest.mark.slow
@@ -172,14 +177,60 @@ def test_script_of_a_map_prints_its_cells(client, tmp_path, monkeypatch, capsys)
     assert said == pytest.approx([3, a, b, 5, c, d], rel=1e-4)
 
 
-@pytest.mark.parametrize("kind", ["speed-map", "compensation"])
-def test_script_of_a_job_prints_its_result(client, tmp_path, monkeypatch, capsys, kind):
-    result = waited(client, posted(client, "/api/jobs", state=GEAR, kind=kind)["id"])["result"]
-    said = printed(client, tmp_path, monkeypatch, capsys, kind)
+LOADS = [-89.5, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("kind", "more"), [("speed-map", {}), ("speed-map", {"loads": LOADS, "search": False}), ("compensation", {})]
+)
+def test_script_of_a_job_prints_its_result(client, tmp_path, monkeypatch, capsys, kind, more):
+    result = waited(client, posted(client, "/api/jobs", state=GEAR, kind=kind, **more)["id"])["result"]
+    said = printed(client, tmp_path, monkeypatch, capsys, kind, **more)
     if kind == "speed-map":
+        assert result["load"] == (more.get("loads") or [0.0])  # those of the project where none are chosen
         assert said == pytest.approx([speed for window in result["allowed"] for speed in window], rel=1e-5)
     else:
-        assert said == pytest.approx([result[when]["rms_arcsec"] for when in ("before", "after")], rel=1e-4)
+        assert said[:2] == pytest.approx([result[when]["rms_arcsec"] for when in ("before", "after")], rel=1e-4)
+
+
+def command_of(tmp_path, *command):
+    """Numbers that a command prints about the joint."""
+    file = tmp_path / "joint.yaml"
+    file.write_text(JOINT, encoding="utf-8")
+    run = CliRunner().invoke(cli, [command[0], str(file), *command[1:], "--json"])
+    assert run.exit_code == 0, run.output
+    return json.loads(run.stdout)
+
+
+@pytest.mark.slow
+def test_speed_map_of_a_joint_is_that_of_the_command(client, tmp_path):
+    shown = waited(client, posted(client, "/api/jobs", state={"project": JOINT}, kind="speed-map")["id"])["result"]
+    told = command_of(tmp_path, "speed-map", "-o", str(tmp_path / "map"))
+    assert shown["load"] == [load["load_torque"] for load in told["loads"]]
+    assert shown["load"][0] == pytest.approx(-80.0)  # gravity of 60 N*m about a mean of -20 N*m
+    np.testing.assert_allclose(shown["allowed"], told["allowed_under_every_load_rpm"], rtol=1e-9)
+    for own, load in zip(shown["forbidden"], told["loads"], strict=True):
+        np.testing.assert_allclose(own, load["forbidden_rpm"], rtol=1e-9)
+    assert shown["remarks"] == told["remarks"]
+
+
+@pytest.mark.slow
+def test_compensation_of_a_joint_says_what_the_command_says(client, tmp_path, written):
+    shown = waited(client, posted(client, "/api/jobs", state={"project": JOINT}, kind="compensation")["id"])["result"]
+    found = sw.compensate(written(JOINT))
+    told = command_of(tmp_path, "compensate", "--controller", "adaptive-inverse")
+    row = next(
+        row for row in told["results"]
+        if row["controller"] == "adaptive-inverse" and row["motor_speed_rpm"] == pytest.approx(shown["speed"], rel=1e-9)
+    )  # fmt: skip
+    assert shown["before"]["rms_arcsec"] == pytest.approx(row["rms_before_arcsec"], rel=1e-9)
+    assert shown["after"]["rms_arcsec"] == pytest.approx(row["rms_after_arcsec"], rel=1e-9)
+    assert shown["torque"] == pytest.approx(row["motor_torque_peak_N_m"], rel=1e-9)
+    assert set(told["remarks"]) <= {*shown["assumed"]}
+    assert any("Samples are assumed every 250 us" in text for text in shown["assumed"])
+    assert [one["stiffness"] for one in shown["other_gears"]] == [-0.2, 0.2]
+    for one, own in zip(shown["other_gears"], found.robustness, strict=True):
+        assert one["after_rms_arcsec"] * ARCSEC == pytest.approx(own.after, rel=1e-9)
 
 
 def test_values_of_a_script_stay_texts(client):

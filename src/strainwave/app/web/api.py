@@ -145,7 +145,7 @@ async def begin(request: Request) -> Response:
         axes = [(axis.name, list(axis.values)) for axis in two_axes(body.axes)]
         work = Work("views", "two_parameters"), body.state, axes
     elif body.kind == "speed-map":
-        work = Work("views", "mapped"), body.state, body.search
+        work = Work("views", "mapped"), body.state, body.search, list(body.loads)
     else:
         work = WHOLE[body.kind], body.state
     return JSONResponse({"id": jobs.begin(body.kind, OF_STATE, *work)}, 201)

@@ -15,7 +15,7 @@ FRAME = '''"""{title}: {what}, as `strainwave app` shows it."""
 from pathlib import Path
 
 import numpy as np
-import strainwave as sw{more}
+import strainwave as sw
 
 PROJECT = """\\
 {text}"""
@@ -37,12 +37,10 @@ RESPONSE = """\
     print(f"at {found.omega[top] * project.speeds.scale:.6g} {project.speeds.unit}")
 """
 MOTION = """\
-    omega = SPEED / project.speeds.scale  # rad/s of the base angle
-    system = project.system(omega, reduced=True)
-    t = np.arange(72 * 96 + 1) * 2 * np.pi / omega / 96
-    run = sw.simulate(system, operating_point(system).start, t, method=sw.Dopri5(rtol=1e-7, atol=1e-11))
-    x = np.degrees(run.y[0, 60 * 96 :]) * 3600
-    print(f"the error lies between {x.min():.6g} and {x.max():.6g} arcsec")
+    found = sw.drive_motion(project, SPEED / project.speeds.scale)
+    x = np.degrees(found.error) * 3600
+    print(f"the {found.name} lies between {x.min():.6g} and {x.max():.6g} arcsec")
+    print(f"and oscillates by {np.degrees(found.oscillation) * 3600:.6g} arcsec about its mean")
 """
 MOVE = """\
     profile = None if project.move is not None else sw.SCurve(np.pi / 2, 0.6)
@@ -50,17 +48,15 @@ MOVE = """\
     print(f"largest pointing error {np.degrees(found.peak_error) * 3600:.6g} arcsec in {found.duration:.6g} s")
 """
 SPEED_MAP = """\
-    low, high = project.load_torques
-    rated = project.rated_torque or 0.0
-    loads = np.linspace(low, high, 5) if low < high else np.unique([high, -0.25 * rated, -0.5 * rated, -rated])
-    found = sw.speed_map(project, loads=loads, search=SEARCH, threads=1)
+    found = sw.speed_map(project, loads=LOADS, search=SEARCH)
     for low, high in found.windows * 30 / np.pi:
         print(f"allowed: {low:.6g} to {high:.6g} rpm")
 """
 COMPENSATION = """\
-    found = sw.compensate(project, robust=False)
+    found = sw.compensate(project)
     for name, rest in (("before", found.before), ("after", found.after)):
         print(f"{name}: {np.degrees(rest.rms) * 3600:.6g} arcsec rms")
+    print(*found.warnings, *found.remarks, sep="\\n")
 """
 MAP = """\
     for up in ALONG:
@@ -74,15 +70,14 @@ MAP = """\
                 row.append(np.nan)
         print(up, *(f"{value:.6g}" for value in row))
 """
-START = "\nfrom strainwave.study.response.resonances import operating_point"
-PLACEHOLDER = re.compile(r"\b(?:SPEED|SEARCH|ACROSS|ALONG|FIRST|SECOND)\b")
+PLACEHOLDER = re.compile(r"\b(?:SPEED|SEARCH|LOADS|ACROSS|ALONG|FIRST|SECOND)\b")
 VIEWS = {
-    "response": ("the pointing error over the speed", RESPONSE, ""),
-    "motion": ("the motion at a speed", MOTION, START),
-    "move": ("the move", MOVE, ""),
-    "speed-map": ("the speed map", SPEED_MAP, ""),
-    "compensation": ("the error before and after compensation", COMPENSATION, ""),
-    "map": ("the largest oscillation over two numbers", MAP, ""),
+    "response": ("the pointing error over the speed", RESPONSE),
+    "motion": ("the motion at a speed", MOTION),
+    "move": ("the move", MOVE),
+    "speed-map": ("the speed map", SPEED_MAP),
+    "compensation": ("the error before and after compensation", COMPENSATION),
+    "map": ("the largest oscillation over two numbers", MAP),
 }
 
 
@@ -91,19 +86,19 @@ def script_of(asked: ScriptRequest) -> str:
     project = project_of(asked.state)
     text = yaml_of(project).replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
     title = " ".join(project.title.split()).replace("\\", "").replace('"', "'")
-    what, body, more = VIEWS[asked.view]
+    what, body = VIEWS[asked.view]
     given: dict[str, object] = {}
     if asked.view == "motion":
         if asked.speed is None:
             raise Refused("the script of a motion needs its speed")
         given = {"SPEED": asked.speed}
     elif asked.view == "speed-map":
-        given = {"SEARCH": asked.search}
+        given = {"SEARCH": asked.search, "LOADS": list(asked.loads) or None}
     elif asked.view == "map":
         first, second = two_axes(asked.axes)
         given = {"ACROSS": first.values, "ALONG": second.values, "FIRST": first.name, "SECOND": second.name}
     body = PLACEHOLDER.sub(lambda name: repr(given[name[0]]), body)  # one pass: values are never looked at again
-    return FRAME.format(title=title, what=what, more=more, text=text if text.endswith("\n") else text + "\n", body=body)
+    return FRAME.format(title=title, what=what, text=text if text.endswith("\n") else text + "\n", body=body)
 
 
 def report_of(project: Project, progress: Callable[[str, float], None]) -> str:

@@ -68,6 +68,9 @@ class Axis(Body):
     values: Annotated[list[Annotated[str, Field(max_length=LONGEST)]], Field(min_length=2, max_length=MOST_ALONG)]
 
 
+Loads = Annotated[list[float], Field(max_length=MOST_ALONG)]
+
+
 def two_axes(axes: list[Axis]) -> list[Axis]:
     """The axes of a two-parameter map (Refused)."""
     if len(axes) != 2 or axes[0].name == axes[1].name:
@@ -78,21 +81,24 @@ def two_axes(axes: list[Axis]) -> list[Axis]:
 class JobRequest(OfState):
     """A job: a two-parameter map (with its `axes`), the speed map, the compensation, or the report.
 
-    With `search` the speed map looks for motions that do not join a curve.
+    With `search` the speed map looks for motions that do not join a curve. Its `loads` [N*m] are those of the project
+    where none are given; a resisting one is negative.
     """
 
     kind: Literal["map", "speed-map", "compensation", "report"]
     axes: Annotated[list[Axis], Field(max_length=2)] = []
-    search: bool = False
+    search: bool = True
+    loads: Loads = []
 
 
 class ScriptRequest(OfState):
-    """The script of a view: a motion has its `speed`, a two-parameter map its `axes`, a speed map its `search`."""
+    """The script of a view: of a motion with its `speed`, of maps with their `axes`, or `search` and `loads`."""
 
     view: Literal["response", "motion", "move", "speed-map", "compensation", "map"] = "response"
     speed: Annotated[float, Field(gt=0.0, lt=1e7)] | None = None
     axes: Annotated[list[Axis], Field(max_length=2)] = []
-    search: bool = False
+    search: bool = True
+    loads: Loads = []
 
 
 Asked = TypeVar("Asked", bound=Body)

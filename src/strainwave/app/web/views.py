@@ -8,11 +8,10 @@ import numpy as np
 from ...files.notes import load_remark
 from ...files.project import Project
 from ...files.variants.replaced import replaced, tuning
-from ...numerics.integration.methods import Dopri5
-from ...numerics.integration.simulate import simulate
 from ...results import SolveError
 from ...study.analysis.avoid import without_stable
 from ...study.analysis.drive_response import DriveResponse
+from ...study.analysis.in_time.drive_motion import drive_motion
 from ...study.compensation.compensate import compensate
 from ...study.move.demands import MotorLimits
 from ...study.move.move import move
@@ -24,11 +23,18 @@ from ..units import finding_data
 from .curve import solved
 
 Progress = Callable[[str, float], None]
-TURNS, SETTLE, SAMPLES = 12, 60, 96  # shown periods, periods before, samples of one
 MOST_SHOWN = 4000  # samples of a run
 HELD = (
     "The motor is ideally held at its speed; this drive has no loop, gravity or hysteresis; they change the answer. "
     "The page adds a loop and gravity, a project file hysteresis."
+)
+AT_RESONANCE = (
+    "The speed is that at which the largest order meets the resonance of the load on the gear, the motor held, under "
+    "the mean torque of the load and within the speeds of the project."
+)
+FIXED_LOAD = (
+    "The torque on the load is constant here: one that follows the load's angle, gravity for one, changes N times more "
+    "slowly than the motor turns."
 )
 USUAL_MOVE = SCurve(np.pi / 2.0, 0.6)
 
@@ -107,40 +113,42 @@ def _torque_limits(project: Project) -> list[dict[str, Any]]:
 
 
 def motion(project: Project, rpm: float) -> dict[str, Any]:
-    """The error over time and its phase portrait at a speed, after the transient has died away."""
-    scale = project.speeds.scale
-    omega = rpm / scale
+    """The error of the drive over time and its phase portrait at a speed, from rest and settled."""
+    scale, unit = project.speeds.scale, project.speeds.unit
     low, high = project.speeds.limits
-    if not 0.2 * low <= omega <= 5.0 * high:
-        unit = project.speeds.unit
+    if not 0.2 * low <= rpm / scale <= 5.0 * high:
         raise ValueError(
             f"a speed of {rpm:g} {unit} is far outside the range of the project; write one between "
             f"{0.2 * low * scale:.4g} and {5.0 * high * scale:.4g} {unit}"
         )
-    system: Any = project.system(omega, reduced=True)
-    period = 2.0 * np.pi / omega
-    t = np.linspace(0.0, (SETTLE + TURNS) * period, (SETTLE + TURNS) * SAMPLES + 1)
-    start = operating_point(system).start
-    run = simulate(system, start, t, method=Dopri5(rtol=1e-7, atol=1e-11))
-    if not run.status:
-        raise SolveError(f"the motion at {rpm:g} {project.speeds.unit} could not be integrated: {run.status}")
-    late = run.t >= SETTLE * period * (1.0 - 1e-12)
-    poincare = np.flatnonzero(late)[::SAMPLES]
-    x, v = run.y[0] / ARCSEC, run.y[1] / ARCSEC
-    every = max(1, len(t) // MOST_SHOWN)
+    found = drive_motion(project, rpm / scale)
+    begun, x, v = found.begun, found.error / ARCSEC, found.rate / ARCSEC
+    every = max(1, len(begun.t) // MOST_SHOWN)
+    low, high = project.load_torques
     return {
         "speed": rpm,
-        "transient": {"time": run.t[::every], "error_arcsec": x[::every]},
-        "time": run.t[late] - run.t[late][0],
-        "error_arcsec": x[late],
-        "rate_arcsec_per_s": v[late],
-        "poincare": {"error_arcsec": x[poincare], "rate_arcsec_per_s": v[poincare]},
+        "error_name": found.name,
+        "transient": {"time": begun.t[::every], "error_arcsec": begun.y[0][::every] / ARCSEC},
+        "time": found.t,
+        "error_arcsec": x,
+        "rate_arcsec_per_s": v,
+        "poincare": {
+            "error_arcsec": x[: -1 : found.per_turn], "rate_arcsec_per_s": v[: -1 : found.per_turn],
+        },
+        "oscillation_arcsec": found.oscillation / ARCSEC,
+        "mean_arcsec": found.mean / ARCSEC,
+        "torque": found.peak_torque,
+        "load_torque": found.load_torque,
+        "load_torques": [low, high],
         "remarks": [
-            f"from rest at the operating point; the steady part is after {SETTLE} periods of the base angle, "
-            f"points once in each of the last {TURNS}",
-            *([f"the error equation leaves out {', '.join(project.left_out)}"] if project.left_out else []),
+            f"integrated from rest, where the mean torques hold the drive; shown are the turns after the first "
+            f"{found.turns}, with a point once in each turn; from another start a drive that jumps may settle on "
+            "another motion of its response",
+            *([found.remark] if found.remark else []),
+            *([FIXED_LOAD] if low < high else []),
+            *([HELD] if project.train is None and project.motor == "held" else []),
         ],
-    }
+    }  # fmt: skip
 
 
 def moved(project: Project) -> dict[str, Any]:
@@ -167,12 +175,12 @@ def moved(project: Project) -> dict[str, Any]:
     }
 
 
-def mapped(project: Project, search: bool, progress: Progress) -> dict[str, Any]:
-    """The speed map with the Campbell diagram, under five loads; `search` looks for motions apart from the curves."""
-    low, high = project.load_torques
-    rated = project.rated_torque or 0.0
-    loads = np.linspace(low, high, 5) if low < high else np.unique([high, -0.25 * rated, -0.5 * rated, -rated])
-    found = speed_map(project, loads=loads, search=search, threads=1, progress=progress)
+def mapped(project: Project, search: bool, loads: list[float], progress: Progress) -> dict[str, Any]:
+    """The speed map with the Campbell diagram, under loads [N*m] or those of the project, as `speed_map` takes them.
+
+    `search` looks for motions apart from the curves.
+    """
+    found = speed_map(project, loads=loads or None, search=search, threads=1, progress=progress)
     return {
         "speed": found.speeds / RPM,
         "load": found.loads,
@@ -196,14 +204,27 @@ def mapped(project: Project, search: bool, progress: Progress) -> dict[str, Any]
 
 
 def compensated(project: Project, progress: Progress) -> dict[str, Any]:
-    """The error before and after compensation at the drive's worst speed."""
-    found = compensate(project, robust=False, progress=progress)
+    """The error before and after compensation, with what is assumed and what it is on other gears."""
+    found = compensate(project, progress=progress)
     return {
         "title": found.title,
         "speed": found.speed / RPM,
         "before": _residual(found.before),
         "after": _residual(found.after),
-        "remarks": list(map(str, getattr(found, "warnings", ()))),
+        "torque": found.torque.peak,
+        "gear_torque": found.gear_torque,
+        "stable": found.stable,
+        "excluded": found.excluded,
+        "other_gears": [
+            {
+                "stiffness": one.stiffness,
+                "before_rms_arcsec": one.before / ARCSEC,
+                "after_rms_arcsec": one.after / ARCSEC,
+            }
+            for one in found.robustness
+        ],
+        "assumed": [AT_RESONANCE, *found.remarks],
+        "remarks": [*found.warnings, found.condition],
     }
 
 

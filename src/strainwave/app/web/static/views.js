@@ -101,13 +101,15 @@ async function motion(again) {
   const speed = speedControl(again);
   if (!(speed > 0)) throw new Error("the speed is not a positive number");
   const r = await call("/api/motion", { body: { state: asked(), speed }, kind: "view" });
-  answer(`At ${round(speed)} ${project.speed.unit} the error lies between ${round(Math.min(...r.error_arcsec))} and ${round(Math.max(...r.error_arcsec))} arcsec.`);
-  await draw("time", { data: [{ x: r.time.map((t) => 1e3 * t), y: r.error_arcsec, mode: "lines", name: "error", line: { color: BLUE, width: 2 }, hovertemplate: "%{x:.4g} ms<br>%{y:.4g} arcsec<extra></extra>" }], layout: { showlegend: false, xaxis: { title: "time [ms]" }, yaxis: { title: "error x [arcsec]" } }, table: { "time [s]": r.time, "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: `Error over time, ${between(r.error_arcsec, "arcsec")}`, size: "second" });
+  const [low, high] = r.load_torques;
+  const under = low < high ? `, under ${round(r.load_torque)} N·m on the load` : "";
+  answer(`At ${round(speed)} ${project.speed.unit}${under}, the ${r.error_name} oscillates by ${round(r.oscillation_arcsec)} arcsec about its mean; it lies between ${round(Math.min(...r.error_arcsec))} and ${round(Math.max(...r.error_arcsec))} arcsec. The torque in the gear reaches ${round(r.torque)} N·m.`);
+  await draw("time", { data: [{ x: r.time.map((t) => 1e3 * t), y: r.error_arcsec, mode: "lines", name: r.error_name, line: { color: BLUE, width: 2 }, hovertemplate: "%{x:.4g} ms<br>%{y:.4g} arcsec<extra></extra>" }], layout: { showlegend: false, xaxis: { title: "time [ms]" }, yaxis: { title: `${r.error_name} [arcsec]` } }, table: { "time [s]": r.time, "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: `The ${r.error_name} over time, ${between(r.error_arcsec, "arcsec")}`, size: "second" });
   const [left, right] = [Math.min(...r.error_arcsec), Math.max(...r.error_arcsec)], margin = 0.05 * (right - left) || 1;
   await draw("phase", { data: [
     { x: r.error_arcsec, y: r.rate_arcsec_per_s, mode: "lines", name: "trajectory", line: { color: BLUE, width: 1.5 }, hovertemplate: "%{x:.4g} arcsec<br>%{y:.4g} arcsec/s<extra></extra>" },
     { x: r.poincare.error_arcsec, y: r.poincare.rate_arcsec_per_s, mode: "markers", name: "once a turn of the base angle", marker: { color: RED, size: 9, symbol: "diamond" }, hovertemplate: "%{x:.4g} arcsec<br>%{y:.4g} arcsec/s<extra></extra>" },
-  ], layout: { xaxis: { title: "error x [arcsec]", range: [left - margin, right + margin] }, yaxis: { title: "rate [arcsec/s]" } }, table: { "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: `Phase portrait: error ${between(r.error_arcsec, "arcsec")}, rate ${between(r.rate_arcsec_per_s, "arcsec/s")}` });
+  ], layout: { xaxis: { title: `${r.error_name} [arcsec]`, range: [left - margin, right + margin] }, yaxis: { title: "its rate [arcsec/s]" } }, table: { "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: `Phase portrait: ${r.error_name} ${between(r.error_arcsec, "arcsec")}, rate ${between(r.rate_arcsec_per_s, "arcsec/s")}` });
   return r.remarks;
 }
 
@@ -196,7 +198,7 @@ function jobControls(label, begin) {
 function outdated() {
   if (!paints.length || state.view === "log") return;
   delete state.options.run;
-  document.getElementById("stage").textContent = "the drive has changed since; compute again";
+  document.getElementById("stage").textContent = "something has changed since; compute again";
   remember();
 }
 
@@ -249,33 +251,49 @@ async function speedMap() {
   answer("Which motor speeds are allowed under which load, and where orders meet resonances.");
   const controls = document.getElementById("controls");
   if (!controls.childElementCount) {
-    const search = element("input", { type: "checkbox", id: "search", checked: state.options.search === "yes" });
+    const search = element("input", { type: "checkbox", id: "search", checked: state.options.search !== "no" });
     search.addEventListener("change", () => { state.options.search = search.checked ? "yes" : "no"; remember(); });
-    controls.append(element("label", {}, search, " look for subharmonics and other motions apart from the curves (takes longer)"));
+    const loads = element("input", { type: "text", id: "loads", value: state.options.loads ?? "", placeholder: "the project's, or -178; -89; 0", size: 26 });
+    loads.addEventListener("input", () => { state.options.loads = loads.value; outdated(); remember(); });
+    controls.append(element("label", {}, "Loads [N·m] ", loads), element("label", {}, search, " look for subharmonics and other motions apart from the curves (takes longer)"));
   }
   jobControls("Compute the speed map", async (told) => {
-    const r = await job({ kind: "speed-map", search: state.options.search === "yes" }, told);
+    const asks = mapOptions(), own = asks.loads.length ? "" : " of the project";
+    const r = await job({ kind: "speed-map", ...asks }, told);
     if (r === null) return null;
     await painting(() => paintSpeedMap(r));
+    const [first, last] = [r.load[0], r.load[r.load.length - 1]].map((load) => round(load)), unit = signed(r.load_unit);
+    const loads = r.load.length === 1 ? `the load${own}, ${first} ${unit}` : `all ${r.load.length} loads${own}, ${first} to ${last} ${unit}`;
     const allowed = r.allowed.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ");
     const failures = r.failures.map((text) => signed(text) + " ").join("");
-    answer(`${failures}Allowed under every load: ${allowed ? allowed + " rpm" : "no speed"} (red frames: ${signed(r.rule)}).`, failures ? false : null);
+    answer(`${failures}Allowed under ${loads}: ${allowed ? allowed + " rpm" : "no speed"} (red frames: ${signed(r.rule)}).`, failures ? false : null);
     say(r.remarks);
     return r;
   });
   return [];
 }
 
+// What is asked of the speed map. A comma between two digits may be a decimal one or not, and is asked about.
+function mapOptions() {
+  const text = state.options.loads ?? "", texts = text.split(/[;,\s]+/).filter(Boolean), loads = texts.map(Number);
+  const wrong = /\d,\d/.test(text) ? text.trim() : texts.find((_, i) => !Number.isFinite(loads[i]));
+  if (wrong !== undefined) throw new Error(`loads: ${wrong} is not clear; write torques in N·m with semicolons between them, such as -89.5; -44; 0`);
+  return { search: state.options.search !== "no", loads };
+}
+
 async function paintSpeedMap(r) {
-  const loads = r.load.map((load) => `${round(load)} ${signed(r.load_unit)}`);
-  const shapes = r.forbidden.flatMap((bands, i) => bands.map(([low, high]) => ({ type: "rect", x0: low, x1: high, y0: i - 0.5, y1: i + 0.5, line: { color: RED, width: 2 } })));
+  const steps = r.load.slice(1).map((load, i) => (load - r.load[i]) / 2), last = r.load.length - 1;
+  const below = (i) => r.load[i] - (steps[Math.max(i - 1, 0)] ?? 0.5), above = (i) => r.load[i] + (steps[Math.min(i, last - 1)] ?? 0.5);
+  const shapes = r.forbidden.flatMap((bands, i) => bands.map(([low, high]) => ({ type: "rect", x0: low, x1: high, y0: below(i), y1: above(i), line: { color: RED, width: 2 } })));
   const cells = r.load.flatMap((load) => r.speed.map(() => load));
   await draw("speed-map", { data: [
-    { type: "heatmap", x: r.speed, y: loads, z: r.oscillation_arcsec, ...heat, hovertemplate: "%{x:.5g} rpm<br>%{y}<br>%{z:.4g} arcsec<extra></extra>" },
-  ], layout: { showlegend: false, xaxis: { title: "motor speed [rpm]" }, yaxis: { title: r.load_name, type: "category" }, shapes }, table: { "load": cells, "motor speed [rpm]": r.load.flatMap(() => r.speed), "oscillation [arcsec]": r.oscillation_arcsec.flat(), "gear torque [N*m]": r.torque.flat() }, label: `Oscillation over speed and load, ${between(r.oscillation_arcsec.flat(), "arcsec")}, with forbidden speeds framed` });
+    { type: "heatmap", x: r.speed, y: [...r.load.map((_, i) => below(i)), above(last)], z: r.oscillation_arcsec, ...heat, customdata: r.load.map((load) => r.speed.map(() => load)), hovertemplate: `%{x:.5g} rpm<br>%{customdata:.4g} ${signed(r.load_unit)}<br>%{z:.4g} arcsec<extra></extra>` },
+  ], layout: { showlegend: false, xaxis: { title: "motor speed [rpm]" }, yaxis: { title: `${r.load_name} [${signed(r.load_unit)}]`, tickvals: r.load, ticktext: r.load.map((load) => round(load)) }, shapes }, table: { "load": cells, "motor speed [rpm]": r.load.flatMap(() => r.speed), "oscillation [arcsec]": r.oscillation_arcsec.flat(), "gear torque [N*m]": r.torque.flat() }, label: `Oscillation over speed and load, ${between(r.oscillation_arcsec.flat(), "arcsec")}, with forbidden speeds framed` });
   const lines = r.lines.filter((l) => l.excited);
-  const dashes = ["solid", "dash", "dot", "dashdot"];
-  await draw("campbell", { data: lines.map((l, i) => ({ x: l.speed, y: l.amplitude_arcsec, mode: "lines", name: `order ${round(l.order)}, ${round(l.load)} ${signed(r.load_unit)}`, line: { color: COLOURS[i % COLOURS.length], dash: dashes[i % 4] }, hovertemplate: "%{x:.5g} rpm<br>%{y:.4g} arcsec<extra>%{fullData.name}</extra>" })), layout: { xaxis: { title: "motor speed at the resonance [rpm]", range: [r.speed[0], r.speed[r.speed.length - 1]] }, yaxis: { title: "torsion amplitude [arcsec]" } }, table: { "order": lines.flatMap((l) => l.speed.map(() => l.order)), "load": lines.flatMap((l) => l.speed.map(() => l.load)), "motor speed [rpm]": lines.flatMap((l) => l.speed), "amplitude [arcsec]": lines.flatMap((l) => l.amplitude_arcsec) }, label: `Campbell diagram: speed at which each order meets the resonance, against amplitude, ${between(lines.flatMap((l) => l.speed), "rpm")}` });
+  const dashes = ["solid", "dash", "dot", "dashdot"], orders = [...new Set(lines.map((l) => l.order))];
+  const upright = Math.max(...lines.flatMap((l) => l.amplitude_arcsec)) || Math.max(...r.oscillation_arcsec.flat().filter(Number.isFinite)); // of a speed that no amplitude changes
+  const path = (l) => (l.speed.length === 1 ? { x: [l.speed[0], l.speed[0]], y: [0, upright] } : { x: l.speed, y: l.amplitude_arcsec });
+  await draw("campbell", { data: lines.map((l, i) => ({ ...path(l), mode: "lines", name: `order ${round(l.order)}`, legendgroup: l.order, showlegend: lines.findIndex((one) => one.order === l.order) === i, line: { color: COLOURS[orders.indexOf(l.order) % COLOURS.length], dash: dashes[orders.indexOf(l.order) % 4] }, hovertemplate: `%{x:.5g} rpm<br>%{y:.4g} arcsec<extra>order ${round(l.order)}, ${round(l.load)} ${signed(r.load_unit)}</extra>` })), layout: { xaxis: { title: "motor speed at the resonance [rpm]", range: [r.speed[0], r.speed[r.speed.length - 1]] }, yaxis: { title: "torsion amplitude [arcsec]" } }, table: { "order": lines.flatMap((l) => l.speed.map(() => l.order)), "load": lines.flatMap((l) => l.speed.map(() => l.load)), "motor speed [rpm]": lines.flatMap((l) => l.speed), "amplitude [arcsec]": lines.flatMap((l) => l.amplitude_arcsec) }, label: `Campbell diagram: speed at which each order meets the resonance, against amplitude, ${between(lines.flatMap((l) => l.speed), "rpm")}` });
 }
 
 async function compensation() {
@@ -286,7 +304,18 @@ async function compensation() {
     const kinds = [["rms_arcsec", "rms"], ["three_sigma_arcsec", "3 sigma"], ["peak_arcsec", "peak with mean"]];
     const bars = (one, name, colour, pattern) => ({ type: "bar", name, x: kinds.map(([, text]) => text), y: kinds.map(([key]) => one[key]), text: kinds.map(([key]) => round(one[key], 3)), textposition: "outside", cliponaxis: false, marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
     await painting(() => draw("compensation", { data: [bars(r.before, "before", RED, "/"), bars(r.after, "after", BLUE, "")], layout: { barmode: "group", yaxis: { title: "pointing error [arcsec]" } }, table: { "quantity": kinds.map(([, text]) => text), "before [arcsec]": kinds.map(([key]) => r.before[key]), "after [arcsec]": kinds.map(([key]) => r.after[key]) }, label: `Pointing error before and after compensation: rms ${round(r.before.rms_arcsec)} and ${round(r.after.rms_arcsec)} arcsec` }));
-    answer(`${r.title[0].toUpperCase()}${r.title.slice(1)}, at ${round(r.speed)} rpm: rms ${round(r.before.rms_arcsec, 3)} arcsec before, ${round(r.after.rms_arcsec, 3)} arcsec after.`);
+    const gears = r.other_gears.map((g) => `${Math.abs(100 * g.stiffness)} % ${g.stiffness < 0 ? "softer" : "stiffer"}`);
+    const rest = (g) => (g.after_rms_arcsec === null ? "growing" : `${round(g.after_rms_arcsec, 3)} arcsec`);
+    if (gears.length) {
+      const names = [gears[0], "as the model", ...gears.slice(1)], at = (key) => [r.other_gears[0], { before_rms_arcsec: r.before.rms_arcsec, after_rms_arcsec: r.after.rms_arcsec }, ...r.other_gears.slice(1)].map((g) => g[key]);
+      const bar = (key, name, colour, pattern) => ({ type: "bar", name, x: names, y: at(key), text: at(key).map((value) => round(value, 3)), textposition: "outside", cliponaxis: false, marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
+      await painting(() => draw("gears", { data: [bar("before_rms_arcsec", "before", RED, "/"), bar("after_rms_arcsec", "after", BLUE, "")], layout: { barmode: "group", xaxis: { title: "stiffness of the gear" }, yaxis: { title: "rms [arcsec]" } }, table: { "gear": names, "before [arcsec]": at("before_rms_arcsec"), "after [arcsec]": at("after_rms_arcsec") }, label: `Pointing error on other gears: ${gears.map((name, i) => `${name} ${rest(r.other_gears[i])}`).join(", ")}`, size: "second" }));
+    }
+    const others = gears.length ? ` On a gear ${gears.map((name, i) => `${name}: ${rest(r.other_gears[i])}`).join(", ")}.` : "";
+    const not = r.excluded ? ` This does not count: ${r.excluded}.` : r.stable ? "" : " The error grows.";
+    answer(`${r.title[0].toUpperCase()}${r.title.slice(1)}, at ${round(r.speed)} rpm: rms ${round(r.before.rms_arcsec, 3)} arcsec before, ${round(r.after.rms_arcsec, 3)} arcsec after.${others} The motor gives up to ${round(r.torque, 3)} N·m.${not}`, not ? false : null);
+    document.getElementById("assumed")?.remove();
+    document.getElementById("plots").prepend(element("div", { id: "assumed" }, "Assumed:", element("ul", {}, ...r.assumed.map((text) => element("li", { textContent: text })))));
     say(r.remarks);
     return r;
   });
@@ -358,7 +387,7 @@ function scriptView() {
   if (state.view === "log") throw new Error("a log has no script of the page; strainwave identify PROJECT LOG does the same");
   const view = { view: state.view };
   if (state.view === "motion") view.speed = Number(document.getElementById("speed").value);
-  if (state.view === "speed-map") view.search = state.options.search === "yes";
+  if (state.view === "speed-map") Object.assign(view, mapOptions());
   if (state.view === "map") view.axes = asTexts(mapAxes());
   return view;
 }
