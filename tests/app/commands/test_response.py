@@ -59,6 +59,13 @@ def test_folds_and_jumps_are_told_apart_in_words(project):
     assert f", the error jumps up at {up} and drops at {down}\n" in text
 
 
+def test_a_drive_without_a_bistable_range_is_told_so_and_not_that_it_has_no_hysteresis(project):
+    project.write_text(PROJECT.replace("ratio: 2 %", "ratio: 20 %"), encoding="utf-8")
+    text = invoke(project).stdout
+    assert "no bistable range" in text
+    assert "hysteresis" not in text
+
+
 def test_folds_and_jumps_are_told_at_the_shaft_of_the_project(project):
     result = invoke(project, "--json")
     assert result.exit_code == 0, result.stderr
