@@ -16,7 +16,6 @@ from ...study.compensation.compensate import compensate
 from ...study.move.demands import MotorLimits
 from ...study.move.move import move
 from ...study.move.profiles import SCurve
-from ...study.response.resonances import operating_point
 from ...study.speed_map.speed_map import speed_map
 from ...units import ARCSEC, RPM
 from ..units import finding_data
