@@ -39,7 +39,7 @@ DECAY, LEAST_TURNS, MOST_TURNS = 20.0, 64, 3000  # transients die by exp(-20) in
 STAGES = 4  # shares of that time after which those on known motions end
 ROUGH = 1e-5  # tolerance of the integration: what it leads to is solved again
 POINTS = 60  # about so many of a curve
-NEAR = 0.015  # relative distance to which a motion of many turns that goes on from another is followed
+NEAR, FEW = 0.015, 4  # relative distance, and harmonics beyond the highest order, of what goes on over many turns
 ELSEWHERE = 0.1  # of the reach of a trajectory, beyond which harmonic balance has found another motion
 FOLLOWED, LONGEST = 12, 4  # curves at most under one load, and turns of a motion on one
 
@@ -100,9 +100,11 @@ def _searched(
         low, high = float(ends.lowest[lane]), float(ends.highest[lane])
         seed = Settling(float(omega[lane]), tuple(ends.state[:, lane].tolist()), int(ends.period[lane]))
         followed = 0 < seed.turns <= LONGEST and len(curves) - before < FOLLOWED
-        orbit = solved(system, seed, curves[0].branch) if followed else None
+        whole_range = len(speeds) > 0 or seed.turns < LONGEST
+        most = curves[0].branch.coefficients.shape[1] // 2 if whole_range else highest_order(system) + FEW
+        orbit = solved(system, seed, most) if followed else None
         if orbit is not None and not _on(curves, orbit):
-            reach = _reach(seed, span, len(speeds) > 0)
+            reach = _reach(seed, span, whole_range)
             curves, new = (*curves, follow(system, orbit, reach, known[0].every, case.train)), [*new, seed]
         elif orbit is None and whole:
             kept.append(Loose(seed.omega, 0.5 * (high - low), _largest_torque(system, seed), seed.turns))
@@ -115,7 +117,7 @@ def _searched(
 
 def _reach(seed: Settling, span: tuple[float, float], whole: bool) -> tuple[float, float]:
     """Range in which a motion is followed: the whole, or what is near one of many turns that goes on from another."""
-    if whole or seed.turns < LONGEST:
+    if whole:
         return span
     return max(span[0], seed.omega * (1.0 - NEAR)), min(span[1], seed.omega * (1.0 + NEAR))
 
@@ -129,11 +131,11 @@ class Start(NamedTuple):
     high: float
 
 
-def solved(system: Any, seed: Settling, main: Branch) -> Start | None:
-    """The orbit on which a trajectory settled, by harmonic balance; None where that finds another or none."""
+def solved(system: Any, seed: Settling, per_turn: int) -> Start | None:
+    """The orbit on which a trajectory settled, with so many harmonics a turn; None where there is another or none."""
     leaf, turns = leaf_of(system, "omega"), seed.turns
     here = system._replace(omega=seed.omega)
-    h = min(MOST, turns * (main.coefficients.shape[1] // 2))
+    h = min(MOST, turns * per_turn)
     if h < turns * highest_order(system):
         return None
     problem: Any = balance_of(here, leaf, leaf, h, turns, folded=False)
