@@ -148,7 +148,7 @@ def _runs(speed: Any, torque: Any, load: Any, deviation: Any, breakaway: Any) ->
         none, weight = np.zeros(len(b)), np.full(len(b), float(np.median(runs.weight)))
         more = Runs(none, np.sign(b), b, none, weight, none + 0.5)
         runs = Runs(*(np.concatenate(both) for both in zip(runs, more, strict=True)))
-    return runs, unidentified, bool(np.any(spreads != 1.0))
+    return runs, unidentified, deviation is not None
 
 
 def _means(torque: Any, count: int) -> tuple[Floats, Floats]:
@@ -174,7 +174,8 @@ def _candidates(runs: Runs, loaded: bool) -> Iterator[Terms]:
     levels = len(np.unique(np.round(np.abs(runs.speed) / np.max(np.abs(runs.speed)) / APART)))
     for viscous, stribeck, load in product((False, True), (False, levels >= 4), (False, varied)):
         for offset, both in ((False, False), (sides, False), (sides, sides and viscous)):
-            for quadratic, drift in product((False, viscous and levels >= 4), (False, True)):
+            # loads that change with the time, as they mostly do, look like a drift
+            for quadratic, drift in dict.fromkeys(product((False, viscous and levels >= 4), (False, not varied))):
                 yield Terms(viscous, stribeck, load, offset, both, quadratic, drift)
 
 

@@ -1,7 +1,8 @@
 """Lack of fit: whether a law misses the means of repeated runs by more than these runs differ.
 
 The residual of runs at one speed and load splits into what they differ by (pure error) and the distance of their mean
-from the law. Where the standard errors of the runs are known these stand for the pure error.
+from the law. Where the standard errors of the runs were given these stand for the pure error; those that follow from a
+run's own samples are too rough for it.
 
 Fisher 1922, J. R. Stat. Soc. 85, 597-612; Draper & Smith 1998, Applied Regression Analysis, 3rd ed., sec. 2.1.
 """
