@@ -26,7 +26,7 @@ from strainwave.files.variants.names import nominal_of
 from strainwave.files.yaml_text import read
 from strainwave.units import ARCSEC, RPM
 
-EXACT, SLIDER, MAP, MOTION = 1e-9, 2e-6, 2e-3, 2e-3
+EXACT, SLIDER, PRINTED, MAP, MOTION = 1e-9, 2e-6, 1e-5, 2e-3, 2e-3
 UNITS = {"arcsec": 1.0, "arcmin": 60.0, "deg": 3600.0, "mrad": 1e-3 / ARCSEC, "rad": 1.0 / ARCSEC}
 NUMBER = r"(-?\d[\d.]*(?:e[-+]?\d+)?)"
 
@@ -98,13 +98,12 @@ def responses(path: Path, folder: Path) -> Told:
     out = script(project, "response", folder)
     yield "oscillation", printed("script", out, "oscillation NUMBER arcsec", error=SLIDER)
     at = alone(found)
-    shown = views.motion(project_of(State(project=project.text)), project.speeds.scale * float(found.omega[at]))
-    error = np.asarray(shown["error_arcsec"])
+    speed = project.speeds.scale * float(found.omega[at])
+    shown = views.motion(project_of(State(project=project.text)), speed)
     yield "motion", Value("Python", float(found.oscillation[at] / ARCSEC), MOTION)
-    yield "motion", Value("app", 0.5 * float(np.max(error) - np.min(error)), MOTION)
-    out = script(project, "motion", folder, speed=project.speeds.scale * float(found.omega[at]))
-    low, high = re.search(f"between {NUMBER} and {NUMBER} arcsec", out).groups()
-    yield "motion", Value("script", 0.5 * (float(high) - float(low)), MOTION)
+    yield "motion", Value("app", shown["oscillation_arcsec"], MOTION)
+    out = script(project, "motion", folder, speed=speed)
+    yield "motion", printed("script", out, "oscillates by NUMBER arcsec", error=MOTION)
 
 
 def alone(found: Any) -> int:
@@ -132,10 +131,6 @@ def analyses(path: Path, folder: Path) -> Told:
     results = json.loads(run("analyze", str(path), "-o", str(out), "--json"))
     file = json.loads((out / "results.json").read_text(encoding="utf-8"))
     page = words((out / "report.html").read_text(encoding="utf-8"))
-    analysis = project.analyze()
-    most = analysis.largest_oscillation()
-    yield "analyzed oscillation", Value("Python", most.peak / ARCSEC)
-    yield "analyzed torque", Value("Python", analysis.usage.peak_torque)
     yield "analyzed oscillation", printed("report", page, "largest oscillation NUMBER arcsec at")
     yield "analyzed torque", printed("report", page, "the gear reaches NUMBER N")
     yield (
@@ -149,14 +144,12 @@ def analyses(path: Path, folder: Path) -> Told:
         yield "allowed by the curve", Value(face, steadily_allowed(project, told["advice"]), MAP)
     curve = sw.speed_map(project, search=False)
     yield "allowed by the curve", Value("speed_map", tuple((curve.windows / RPM).ravel()), MAP)
-    shown = views.mapped(project_of(State(project=project.text)), False, lambda *_: None)
-    yield "allowed by the curve", Value("app", tuple(np.ravel(shown["allowed"])), MAP)
-    said = re.findall(f"allowed: {NUMBER} to {NUMBER} rpm", script(project, "speed-map", folder))
-    yield "allowed by the curve", Value("script", tuple(float(end) for pair in said for end in pair), MAP)
-    whole = sw.speed_map(project)
-    yield "allowed", Value("speed_map", tuple((whole.windows / RPM).ravel()))
     told = json.loads(run("speed-map", str(path), "-o", str(folder / "map"), "--json"))
     yield "allowed", Value("speed-map --json", tuple(np.ravel(told["allowed_under_every_load_rpm"])))
+    shown = views.mapped(project_of(State(project=project.text)), True, [], lambda *_: None)
+    yield "allowed", Value("app", tuple(np.ravel(shown["allowed"])))
+    said = re.findall(f"allowed: {NUMBER} to {NUMBER} rpm", script(project, "speed-map", folder))
+    yield "allowed", Value("script", tuple(float(end) for pair in said for end in pair), PRINTED)
     response = views.response(project_of(State(project=project.text)), True)
     passes = response["passes"]
     if passes is not None:
@@ -167,7 +160,12 @@ def analyses(path: Path, folder: Path) -> Told:
 def moves(path: Path, folder: Path) -> Told:
     """Pointing error, settling and torques of a move."""
     project = sw.read_project(path)
-    found = sw.move(project)
+    try:
+        found = sw.move(project)
+    except sw.SolveError as error:  # a drive that the move throws off
+        yield "refusal of the move", Value("Python", str(error))
+        yield "refusal of the move", Value("move", refusal("move", str(path), "-o", str(folder / "move")))
+        return
     told = json.loads(run("move", str(path), "-o", str(folder / "move"), "--json"))
     shown = views.moved(project_of(State(project=project.text)))
     error, out = told["pointing_error_rad"], script(project, "move", folder)
@@ -188,11 +186,16 @@ def moves(path: Path, folder: Path) -> Told:
     yield "motor torque", Value("move --json", told["motor"]["peak_torque_N_m"])
 
 
-def compared(path: Path, folder: Path) -> Told:
-    """The row of `compare`."""
-    told = json.loads(run("compare", str(path), str(path), "-o", str(folder / "compared"), "--json"))["drives"][0]
-    yield "analyzed oscillation", Value("compare", told["oscillation_arcsec"])
-    yield "analyzed torque", Value("compare", told["torque_N_m"])
+def compared(paths: list[Path], folder: Path) -> dict[Path, list[tuple[str, Value]]]:
+    """The rows of `compare`."""
+    told = json.loads(run("compare", *map(str, paths), "-o", str(folder), "--json"))["drives"]
+    return {
+        path: [
+            ("analyzed oscillation", Value("compare", row["oscillation_arcsec"])),
+            ("analyzed torque", Value("compare", row["torque_N_m"])),
+        ]
+        for path, row in zip(paths, told, strict=True)
+    }
 
 
 def steadily_allowed(project: sw.Project, advice: dict[str, Any]) -> tuple[float, ...]:
@@ -235,21 +238,18 @@ def disagreements(texts: list[str], folder: Path) -> list[list[str]]:
     paths = [folder / f"{i}.yaml" for i in range(len(texts))]
     for path, text in zip(paths, texts, strict=True):
         path.write_text(text, encoding="utf-8")
-    return [differences(all_faces(path, folder / path.stem)) for path in paths]
+    moving = [path for path in paths if refused(path) is None]
+    rows = compared(moving, folder / "compared") if len(moving) > 1 else {}
+    return [differences([*all_faces(path, folder / path.stem), *rows.get(path, [])]) for path in paths]
 
 
 def all_faces(path: Path, folder: Path) -> list[tuple[str, Value]]:
     """What every face says of a drive; of one without a steady motion the sentence."""
     folder.mkdir()
-    try:
-        sw.read_project(path).response()
-    except sw.SolveError as error:
-        return [
-            ("refusal", Value("Python", str(error))),
-            ("refusal", Value("response", refusal("response", str(path)))),
-        ]
-    faces = (responses, analyses, moves, compared)
-    return [said for face in faces for said in face(path, folder)]
+    why = refused(path)
+    if why is not None:
+        return [("refusal", Value("Python", why)), ("refusal", Value("response", refusal("response", str(path))))]
+    return [said for face in (responses, analyses, moves) for said in face(path, folder)]
 
 
 def refusal(*words: str) -> str:
@@ -257,3 +257,12 @@ def refusal(*words: str) -> str:
     result = CliRunner().invoke(command.cli, list(words))
     assert result.exit_code == 1, result.output
     return result.stderr.splitlines()[-1].removeprefix("strainwave: ")
+
+
+def refused(path: Path) -> str | None:
+    """Why a drive has no response."""
+    try:
+        sw.read_project(path).response()
+    except sw.SolveError as error:
+        return str(error)
+    return None

@@ -51,7 +51,7 @@ def test_a_speed_above_the_largest_of_the_gear_fails_alike(tmp_path):
     drive, limit = project(FASTER), 4000.0 * RPM
     said = "The input speed reaches 4400 rpm, above the largest input speed (grease) of CSG-40-50, 4000 rpm"
     shown, found = views.response(drive), sw.speed_map(drive, search=False)
-    mapped = views.mapped(drive, False, lambda *_: None)
+    mapped = views.mapped(drive, False, [], lambda *_: None)
     assert shown["passes"] is False
     assert shown["failures"][0].startswith(said)
     np.testing.assert_allclose(shown["avoid"], [(4000.0, 4400.0)], rtol=1e-9)

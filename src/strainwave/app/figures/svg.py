@@ -89,6 +89,8 @@ class Panel:
 
     def limits(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Ends of both axes: those given, or the reach of the curves with a margin."""
+        if self.xlim and self.ylim:
+            return self.xlim, self.ylim
         across = np.concatenate([c.x[np.isfinite(c.x)] for c in self.curves])
         up = np.concatenate([v[np.isfinite(v)] for c in self.curves for v in (c.y, c.upper) if v is not None])
         if self.log:

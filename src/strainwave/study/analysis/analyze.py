@@ -24,7 +24,7 @@ from .avoid import in_run, speeds_to_avoid
 from .drive_response import DriveResponse, of_equation
 from .gear_studies import loop_of, parametric_of
 from .in_time import TimeCase, speeds_in_time, time_case
-from .load_range import LoadCase, LoadRange, load_cases, over_all
+from .load_range import LoadCase, LoadRange, load_cases, over_all, searched
 from .motor_cases import motor_cases
 from .plausible import implausible
 from .remedies import Source, Subject, what_helps
@@ -106,7 +106,7 @@ def analyze(
     point = operating_point(system)
     stability = _proof(system, point)
     progress("response curve", 0.02)
-    exact = exact_response(system, limits)
+    exact = exact_response(system, limits, coexisting=train is None or searched(system.law))
     found, close = _resonances(system, limits, point, exact, progress)
     sweep = run_up(system, limits, exact, point, lambda share: progress("run-up and run-down", 0.4 + 0.2 * share))
     if not any(motion.status for motion in (*sweep.up, *sweep.down)):
@@ -157,7 +157,7 @@ def _resonances(
     close = {}
     for near in (regime for regime in found if _narrow(regime, exact)):
         progress(f"response curve around the {near.name}", 0.3)
-        close[near.resonance] = exact_response(system, near.band(), FINE)
+        close[near.resonance] = exact_response(system, near.band(), FINE, coexisting=searched(system.law))
     return with_tops(found, system, exact, close), close
 
 
