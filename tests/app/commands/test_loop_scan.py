@@ -66,6 +66,19 @@ def test_columns_and_signs_can_be_named(tmp_path):
     assert json.loads(run.stdout)["numbers"]["K1"]["value"] == pytest.approx(sw.fit_loop(X, T).value("K1"), rel=1e-4)
 
 
+def test_lack_of_fit_comes_first_and_is_in_the_numbers(tmp_path):
+    torque = np.where(T < 0.0, 0.9 * T, T)
+    file = write(tmp_path / "loop.csv", t=torque)
+    run, plain = invoke(file, "--json"), invoke(file)
+    lack, expected = json.loads(run.stdout)["lack_of_fit"], sw.fit_loop(X, torque).lack_of_fit
+    assert lack["found"] is True
+    assert lack["missed_N_m"] == pytest.approx(expected.missed, rel=1e-3)
+    assert plain.stdout.startswith("The law does not fit: it misses the torque along the loop by")
+    right = json.loads(invoke(write(tmp_path / "right.csv"), "--json").stdout)["lack_of_fit"]
+    assert right["found"] is False
+    assert right["noise_N_m"] == pytest.approx(0.2, rel=0.15)
+
+
 @pytest.mark.parametrize(
     ("head", "x", "t", "sentence"),
     [

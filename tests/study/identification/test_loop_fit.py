@@ -119,6 +119,57 @@ def test_the_block_for_a_project_file_reads_back_as_the_law(gap, tmp_path):
         from_text(without + rest, Path("axis.yaml"))
 
 
+def test_a_loop_whose_sides_differ_is_said_to_fit_no_law_and_its_intervals_are_wider():
+    x, t = loop(samples=800)
+    t = np.where(t < 0.0, 0.9 * t, t) + 0.3 * np.random.default_rng(10).normal(size=len(t))
+    fit = sw.fit_loop(x, t)
+    lack = fit.lack_of_fit
+    assert lack.found
+    assert str(fit).splitlines()[1].startswith("  the law does not fit: it misses the torque along the loop by")
+    assert lack.pure == pytest.approx(0.3, rel=0.25)
+    assert lack.pure**2 + lack.missed**2 == pytest.approx(fit.residual_rms**2, rel=0.05)
+    # the scatter of slopes that noise of 0.3 N*m alone gives, from loops that do fit
+    right = [sw.fit_loop(x, loop(samples=800)[1] + 0.3 * np.random.default_rng(k).normal(size=800)) for k in range(6)]
+    for name in ("K1", "K2", "K3"):
+        assert fit.deviation(name) > 3.0 * np.median([one.deviation(name) for one in right])
+    assert not any(one.lack_of_fit.found for one in right)
+    assert "no lack of fit: the residual along the loop is noise of" in str(right[0])
+
+
+@pytest.mark.parametrize(("cycles", "noise"), [((1.0, 1.0, 0.5), 0.02), ((1.0,) * 8, 0.1)])
+def test_a_sensor_that_is_not_linear_is_seen_above_the_noise(cycles, noise):
+    """Of 1 % at the largest torque; what no slopes can stand for is what a fit without noise leaves."""
+    x, t = loop(samples=400 * len(cycles), cycles=cycles)
+    bent = t + 0.01 * t * np.abs(t) / 110.0
+    scatter = noise * np.random.default_rng(11).normal(size=len(t))
+    fit, right = sw.fit_loop(x, bent + scatter), sw.fit_loop(x, t + scatter)
+    assert fit.lack_of_fit.found
+    assert fit.lack_of_fit.missed == pytest.approx(sw.fit_loop(x, bent).residual_rms, rel=0.25)
+    assert not right.lack_of_fit.found
+    assert "the law does not fit" in str(fit)
+    assert "does not fit" not in str(right)
+
+
+@pytest.mark.slow
+@pytest.mark.interpreted
+@pytest.mark.parametrize("phi", [0.0, 0.9])
+def test_right_loops_are_seldom_said_to_fit_no_law(phi):
+    """At most 4 of 60, where 1 % of them gives 5 or more once in 2,000 times (binomial)."""
+    found = 0
+    for seed in range(60):
+        rng = np.random.default_rng([12, seed])
+        x, t = X + 1e-6 * rng.normal(size=len(X)), T + coloured(rng, len(T), 0.3, phi)
+        found += sw.fit_loop(x, t).lack_of_fit.found
+    assert found <= 4
+
+
+def test_few_samples_do_not_tell_whether_the_law_fits():
+    x, t = loop(samples=80)
+    fit = sw.fit_loop(x, t + 0.3 * np.random.default_rng(13).normal(size=80))
+    assert fit.lack_of_fit is None
+    assert "the samples are too few to tell whether the law fits" in str(fit)
+
+
 X, T = loop(samples=600)
 HOLD = np.where(np.abs(T) > 60.0, 60.0 * np.sign(T), T)
 

@@ -9,6 +9,7 @@ import click
 from ....files.logs.read import read_log
 from ....files.scan_file import name_and_unit
 from ....files.yaml_text import FileError, Problem, complaint
+from ....study.identification.lack_of_fit import LackOfFit
 from ....study.identification.logs.log import Log
 from ....study.identification.loops.loop_fit import fit_loop
 from ....study.identification.loops.loop_result import LoopFit
@@ -73,9 +74,17 @@ def data(found: LoopFit) -> dict[str, Any]:
         "energy_J": found.energy,
         "residual_rms_N_m": found.residual_rms,
         "samples": len(found.torque),
+        "lack_of_fit": _lack(found.lack_of_fit),
         "remarks": found.remarks,
         "project": found.yaml,
     }
+
+
+def _lack(lack: LackOfFit | None) -> dict[str, Any] | None:
+    if lack is None:
+        return None
+    numbers = {"noise_N_m": lack.pure, "missed_N_m": lack.missed, "ratio": lack.ratio, "probability": lack.probability}
+    return {"found": lack.found} | numbers
 
 
 def write(file: Path, found: LoopFit, folder: Path) -> None:
@@ -92,6 +101,8 @@ def _print(file: Path, found: LoopFit, output: Path | None) -> None:
     rows = [
         (name, value, number(low, 5), number(high, 5), sign(unit)) for name, value, low, high, unit in found.table()
     ]
+    if found.misses:
+        click.echo(f"{found.misses[:1].upper()}{found.misses[1:]}.")
     print_table(
         f"{file.name}: {len(found.torque)} samples, {found.cycles:.3g} cycles",
         ("number", "value", "from", "to", "unit"), rows, "interval of 95 %",
@@ -100,7 +111,7 @@ def _print(file: Path, found: LoopFit, output: Path | None) -> None:
         (row.name, row.unknowns, number(row.error, 4), "taken" if row.chosen else "") for row in found.comparison
     ]
     print_table("candidates, by their error in blocks of samples left out", ("law", "unknowns", "N·m", ""), candidates)
-    for sentence in (*dict.fromkeys(found.unidentified.values()), found.reason, *found.remarks):
+    for sentence in found.sentences():
         click.echo(f"{sentence[:1].upper()}{sentence[1:]}.")
     click.echo(f"The cycles dissipate {number(found.energy)} J; the residual is {number(found.residual_rms)} N·m rms.")
     click.echo(f"for a project file:\n{found.yaml}".rstrip())

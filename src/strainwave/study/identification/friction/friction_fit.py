@@ -14,10 +14,11 @@ from ....model.laws.meshing import LoadFriction
 from ....quantities import LARGEST, checked, number, shown
 from ....results import Floats
 from ..intervals import spread
+from ..lack_of_fit import LackOfFit
 from ..loops.restricted import Scatter, derived_freedom, restricted
 from .friction_model import FrictionSolution, Runs, Terms, predicted, solve_terms
 from .friction_result import FrictionCandidate, FrictionFit
-from .lack_of_fit import LackOfFit, lack_of_fit
+from .lack_of_fit import lack_of_fit
 from .presliding import Presliding, presliding_stiffness
 
 FEWEST = 6

@@ -9,7 +9,7 @@ from ....results import Floats
 from ....sentences import on_screen
 from ..fitted import ByName
 from ..intervals import Interval, interval
-from .lack_of_fit import LackOfFit
+from ..lack_of_fit import LackOfFit
 
 UNITS = {
     "T_c": "N*m", "T_s": "N*m", "v_s": "rad/s", "B": "N*m*s/rad", "mu": "", "offset": "N*m", "sigma_0": "N*m/rad",

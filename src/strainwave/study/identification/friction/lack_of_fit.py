@@ -3,56 +3,17 @@
 The residual of runs at one speed and load splits into what they differ by (pure error) and the distance of their mean
 from the law. Where the standard errors of the runs were given these stand for the pure error; those that follow from a
 run's own samples are too rough for it.
-
-Fisher 1922, J. R. Stat. Soc. 85, 597-612; Draper & Smith 1998, Applied Regression Analysis, 3rd ed., sec. 2.1.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc, gammaincc
 
+from ..lack_of_fit import LackOfFit
 from .friction_model import FrictionSolution, Runs
 
 FEWEST = 3  # degrees of freedom of the pure error
-RARE = 0.01  # probability below which chance is not believed
 APART = 1e-3  # of the largest: speeds or loads that differ by less are one
-
-
-class LackOfFit(NamedTuple):
-    """What a law misses, beside what repeated runs differ by.
-
-    Attributes
-    ----------
-    pure : float
-        Root mean square [N*m] by which a run differs from others at its speed and load.
-    missed : float
-        The same of what the law misses, as it would be with pure error alone.
-    ratio : float
-        Ratio of both squares (F).
-    probability : float
-        Of a ratio as large by chance.
-    """
-
-    pure: float
-    missed: float
-    ratio: float
-    probability: float
-
-    @property
-    def found(self) -> bool:
-        """Whether the law does not fit."""
-        return self.probability < RARE
-
-    def __str__(self) -> str:
-        if not self.found:
-            return f"no lack of fit: runs differ by {self.pure:.3g} N*m rms (probability {self.probability:.2g})"
-        return (
-            f"the law does not fit: it misses the runs by {self.missed:.3g} N*m rms, and they differ by "
-            f"{self.pure:.3g} N*m (probability {self.probability:.2g}); the intervals are {self.ratio**0.5:.3g} times "
-            "wider for it, and do not hold what the law lacks"
-        )
 
 
 def lack_of_fit(fit: FrictionSolution, runs: Runs, known: bool) -> LackOfFit | None:

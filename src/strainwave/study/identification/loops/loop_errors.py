@@ -50,8 +50,14 @@ def _apart(J: Floats) -> bool:
 
 def _of_begins(loop: Loop, fit: Solution, J: Floats) -> Floats:
     """Covariance (p, p) that the noise of the torsion at the reversals gives."""
+    changes = np.linalg.solve(J.T @ J, shifts_of_begins(loop, fit, J))
+    return np.asarray(changes @ changes.T)
+
+
+def shifts_of_begins(loop: Loop, fit: Solution, J: Floats) -> Floats:
+    """Products (p, branches) of columns (n, p) with what a standard deviation of each reversal changes."""
     if not fit.shape.n or loop.torsion_noise == 0.0:
-        return np.zeros((J.shape[1], J.shape[1]))
+        return np.zeros((J.shape[1], 1))
     p = fit.p.copy()
     spring = fit.shape._replace(n=0, free_beta=False)
     kept = [fit.shape.names().index(name) for name in spring.names()]
@@ -60,8 +66,7 @@ def _of_begins(loop: Loop, fit: Solution, J: Floats) -> Floats:
     pulls = np.array(
         [J[mine].T @ shift[mine] for mine in (loop.path.branch == j for j in range(1, len(loop.path.begin)))]
     )
-    changes = np.linalg.solve(J.T @ J, pulls.T * loop.begin_noise[1:])
-    return np.asarray(changes @ changes.T)
+    return np.asarray(pulls.T * loop.begin_noise[1:])
 
 
 def repetition(loop: Loop, residual: Floats) -> float:

@@ -10,6 +10,7 @@ from ....model.laws.springs import Backlash, Linear, PiecewiseLinear, Play
 from ....quantities import checked, number
 from ....results import Floats
 from .loop_errors import scatter
+from .loop_lack import structure, wider
 from .loop_measures import SMALL_LOOP, loop_sizes
 from .loop_model import Shape
 from .loop_model import torque as torque_along
@@ -33,6 +34,7 @@ def fit_loop(
     All unknowns are fitted jointly by least squares with noise on both axes. The candidates (with and without backlash,
     with several shapes of hysteresis) are compared by the error of blocks of samples that were left out; the simplest
     one within two standard errors of the best is taken. Intervals allow for residuals that are coloured and uneven.
+    Where the law misses the torque along the loop by more than the noise gives, it is said, and they are wider by that.
 
     Parameters
     ----------
@@ -212,7 +214,8 @@ def _result(
     loop: Loop, fit: Solution, unidentified: dict[str, str], comparison: tuple[LoopCandidate, ...], reason: str,
     rated: float, remarks: tuple[str, ...], ratio: float | None,
 ) -> LoopFit:  # fmt: skip
-    covariance, known, _ = scatter(loop, fit)
+    found = structure(loop, fit)
+    covariance, known, _ = wider(loop, fit, found)
     values = _numbers(fit, fit.p, rated)
     deviations = np.sqrt(np.diag(covariance))
     rates = np.zeros((len(values), len(fit.p)))
@@ -222,11 +225,11 @@ def _result(
             low, high = (np.array([*_numbers(fit, p, rated).values()]) for p in (fit.p - h, fit.p + h))
             rates[:, i] = (high - low) / (0.1 * deviation)
     freedom = derived_freedom(rates, covariance, known)
-    found = torque_along(fit.shape, fit.p, loop.path, loop.torsion)
+    fitted = torque_along(fit.shape, fit.p, loop.path, loop.torsion).value
     reached = float(np.max(np.abs(loop.torque - fit.p[-1])))
     return LoopFit(
         _law(fit, reached), values, rates @ covariance @ rates.T, freedom, unidentified,
         comparison, reason, rated, loop.cycles, closed_energy(loop.torsion, loop.torque, loop.path),
-        float(np.sqrt(np.mean((loop.torque - found.value) ** 2))), loop.torsion, loop.torque, found.value, remarks,
-        ratio,
+        float(np.sqrt(np.mean((loop.torque - fitted) ** 2))), loop.torsion, loop.torque, fitted, remarks, ratio,
+        None if found is None else found.lack,
     )  # fmt: skip

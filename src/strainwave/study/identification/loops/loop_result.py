@@ -13,6 +13,7 @@ from ....results import Floats
 from ....sentences import on_screen
 from ....units import ARCSEC
 from ..fitted import ByName
+from ..lack_of_fit import LackOfFit
 
 SPRING_UNIT, TORQUE_UNIT, ANGLE_UNIT = "N*m/rad", "N*m", "rad"
 UNITS = {
@@ -76,6 +77,8 @@ class LoopFit(ByName, Result):
         What limits the result.
     ratio : float or None
         Ratio of the gear, for `yaml`.
+    lack_of_fit : LackOfFit or None
+        What the law misses along the loop beside the noise; None where the samples are too few to tell.
     """
 
     law: Any
@@ -94,6 +97,7 @@ class LoopFit(ByName, Result):
     fitted: Floats
     remarks: tuple[str, ...]
     ratio: float | None = None
+    lack_of_fit: LackOfFit | None = None
 
     rows: ClassVar[str] = "sample"
 
@@ -140,16 +144,27 @@ class LoopFit(ByName, Result):
             found.append((SAID.get(name, name), value / scale, low / scale, high / scale, unit))
         return found
 
+    @property
+    def misses(self) -> str:
+        """Sentence on what the law misses; empty where nothing shows that it does."""
+        return str(self.lack_of_fit) if self.lack_of_fit is not None and self.lack_of_fit.found else ""
+
+    def sentences(self) -> tuple[str, ...]:
+        """What the samples do not tell, why this law was taken, what limits the result, whether the law fits."""
+        fits = "" if self.misses else str(self.lack_of_fit or "the samples are too few to tell whether the law fits")
+        told = (*dict.fromkeys(self.unidentified.values()), self.reason, *self.remarks, fits)
+        return tuple(sentence for sentence in told if sentence)
+
     def __str__(self) -> str:
         lines = [
             f"Fit of a loop: {len(self.torque)} samples, {self.cycles:.3g} cycle{'s' * (self.cycles != 1.0)}, up to "
             f"{np.max(np.abs(self.torque)):.4g} N*m; residual {self.residual_rms:.3g} N*m rms"
         ]
+        if self.misses:
+            lines.append(f"  {self.misses}")
         for name, value, low, high, unit in self.table():
             lines.append(f"  {name:<26}{value:>12.5g}  ({low:.5g} .. {high:.5g}) {unit}")
-        lines += [
-            f"  {sentence}" for sentence in (*dict.fromkeys(self.unidentified.values()), self.reason, *self.remarks)
-        ]
+        lines += [f"  {sentence}" for sentence in self.sentences()]
         return on_screen("\n".join(lines))
 
     __repr__ = __str__
