@@ -36,7 +36,8 @@ def structure(loop: Loop, fit: Solution) -> Structure | None:
     n, J = len(fit.residual), fit.jacobian[:, np.any(fit.jacobian != 0.0, axis=0)]
     own, sizes, _ = np.linalg.svd(J / np.linalg.norm(J, axis=0), full_matrices=False)
     own = own[:, sizes > RANK * sizes[0]]
-    columns = _waves(loop) * fit.weight[:, None]
+    # at the corrected torsion, of which the residual tells nothing: the measured one shares its noise
+    columns = _waves(loop, fit.torsion) * fit.weight[:, None]
     columns /= np.linalg.norm(columns, axis=0)
     left, sizes, _ = np.linalg.svd(columns - own @ (own.T @ columns), full_matrices=False)
     left = left[:, sizes > LEFT]
@@ -67,10 +68,10 @@ def wider(loop: Loop, fit: Solution, found: Structure | None) -> Scatter:
     return known._replace(covariance=known.covariance * np.outer(grown, grown))
 
 
-def _waves(loop: Loop) -> Floats:
-    """Cosines (n, 2 WAVES or fewer) over the torsion, on the way up and on the way down."""
-    low, wide = float(np.min(loop.torsion)), float(np.ptp(loop.torsion))
-    count = min(WAVES, len(loop.torsion) // (2 * ROWS))
-    waves = np.cos(np.pi * np.outer((loop.torsion - low) / wide, np.arange(count if count > 1 else 0)))
+def _waves(loop: Loop, x: Floats) -> Floats:
+    """Cosines (n, 2 WAVES or fewer) over the torsion x (n,), on the way up and on the way down."""
+    count = min(WAVES, len(x) // (2 * ROWS))
+    place = (x - np.min(x)) / np.ptp(x)
+    waves = np.cos(np.pi * np.outer(place, np.arange(count if count > 1 else 0)))
     up = (loop.path.direction[loop.path.branch] > 0.0)[:, None]
     return np.hstack([waves * up, waves * ~up])
