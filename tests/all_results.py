@@ -210,6 +210,7 @@ RESULTS = {
 }
 WITHOUT_FIGURE = (
     "LawComparison",
+    "DriveMotion",
     "Hardening",
     "StatesAtSpeeds",
     "Passage",

@@ -239,16 +239,16 @@ def test_the_sentence_about_the_vendor_rule_is_about_every_load(tmp_path):
     assert f"f_n = {f_n[0]:.4g} to {f_n[1]:.4g} Hz" in inertias.vendor_sentence
 
 
-def test_a_torque_beyond_the_ratings_of_the_gear_is_a_remark(tmp_path):
+def test_a_torque_beyond_the_ratings_of_the_gear_is_a_failure(tmp_path):
     path = tmp_path / "small.yaml"
     text = TEXT.format(law=LINEAR, more="", torque="{mean: -50 N*m}").replace("1.3 kg", "0.2 kg")
     path.write_text(text.replace("{ratio: 50, law: " + LINEAR + "}", "CSG-20-50"), encoding="utf-8")
     drive, gear = sw.read_project(path), sw.catalogue.gear("CSG-20-50")
     beyond = sw.speed_map(drive, loads=[-1.1 * gear.repeated_peak_torque], search=False)
-    assert any("above the repeated peak torque of CSG-20-50" in remark for remark in beyond.remarks)
+    assert any("above the momentary torque of CSG-20-50, 127 N*m" in failure for failure in beyond.failures)
     within = sw.speed_map(drive, loads=[-10.0], search=False)
     assert within.torque.max() < gear.repeated_peak_torque
-    assert not any("torque of CSG" in remark for remark in within.remarks)
+    assert within.failures == ()
 
 
 def test_scatter_gives_the_quantiles_of_the_units(tmp_path):

@@ -34,6 +34,7 @@ BESIDE = 0.5  # orders: what stands nearer to a line of the file is its modulati
 CHANCE = 0.01  # probability that noise alone names an order
 COLOURED = 0.01  # probability below which a remainder is no white noise
 MASTERS = 3.0  # times what is left beside noise: what a line must explain
+BESIDE_LARGEST = 0.02  # of what the largest line explains: less is what that line is followed wrongly by
 BETTER = 2.0  # times what another term explains: the same
 SAME = 1e-3  # of a column's size: what others leave of it when they can stand for it
 AROUND, LOBE = 24, 0.25  # places beside an order that are tried, and how far apart, of 1/turns
@@ -249,7 +250,7 @@ def _confirmed(left: Left, tried: int) -> list[MissingLine]:
     given[of_gear] = left.point.values[own:].reshape(-1, 2)
     base, whole = base[:, :own], np.einsum("nij,ij->n", columns, given) - rest  # what the numbers without lines leave
     drops, remains = _apart(base, columns, whole)
-    needed = _needed(remains, tried, MASTERS)
+    needed = max(_needed(remains, tried, MASTERS), BESIDE_LARGEST * float(np.max(drops)))
     terms = [*candidate_columns(left.problem, left.point).values()]
     sizes = np.linalg.norm(_beside(base, columns), axis=0)
     fit = np.linalg.lstsq(_beside(base, columns) / sizes, whole, rcond=None)[0] / sizes
