@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from turntable import PROJECT
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
@@ -15,16 +16,6 @@ from strainwave.app.commands.compensation.order_tables import tables_of
 from strainwave.study.compensation.designs import amplitudes_of
 
 RPM, ARCSEC = math.pi / 30.0, math.pi / 648_000.0
-PROJECT = """\
-title: Turntable
-gear: {ratio: 50, law: {type: linear, K: 2e4 N*m/rad}}
-motor: {inertia: 2 kg*cm^2, loop: {bandwidth: 25 Hz}, max_torque: 5 N*m}
-controller: {period: 2 ms, delay: 0.5 ms, motor_encoder: 20 bit, load_encoder: 26 bit}
-load: {inertia: 0.8 kg*m^2}
-damping: {ratio: 25 %}
-speed: {from: 300 rpm, to: 1200 rpm, shaft: motor}
-excitation: {kinematic_error: [{order: 1, amplitude: 2 arcsec}, {order: 2, amplitude: 20 arcsec}]}
-"""
 
 
 @pytest.fixture

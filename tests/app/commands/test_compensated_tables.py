@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from scipy.integrate import solve_ivp
+from turntable import PROJECT
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
@@ -14,16 +15,6 @@ from strainwave.app.commands import cli as command
 RPM, ARCSEC = math.pi / 30.0, math.pi / 648_000.0
 K, N, J_M, J_L, PERIOD, DELAY = 2e4, 50.0, 2e-4, 0.8, 2e-3, 0.5e-3
 LINES = ((1, 2.0 * ARCSEC), (2, 20.0 * ARCSEC))
-PROJECT = """\
-title: Turntable
-gear: {ratio: 50, law: {type: linear, K: 2e4 N*m/rad}}
-motor: {inertia: 2 kg*cm^2, loop: {bandwidth: 25 Hz}, max_torque: 5 N*m}
-controller: {period: 2 ms, delay: 0.5 ms, motor_encoder: 20 bit, load_encoder: 26 bit}
-load: {inertia: 0.8 kg*m^2}
-damping: {ratio: 25 %}
-speed: {from: 300 rpm, to: 1200 rpm, shaft: motor}
-excitation: {kinematic_error: [{order: 1, amplitude: 2 arcsec}, {order: 2, amplitude: 20 arcsec}]}
-"""
 
 
 def own_rms(loop, damping, added, omega, turns=12, measured=5):
