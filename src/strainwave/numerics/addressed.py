@@ -14,6 +14,7 @@ from ..compile.address import (
     ByAddress,
     answer,
     at,
+    beyond,
     call,
     pointer,
     put_at,
@@ -36,6 +37,7 @@ class SystemAt(NamedTuple):
     torsion_at: int
     watched_at: int
     kinks_at: int
+    several_at: int = 0
 
 
 class Tupled(NamedTuple):
@@ -59,10 +61,20 @@ def system_by_address(system: Any, states: int, *, torsion: bool = False, kinks:
             rates_entry(system, states),
             entry(_torsion, system, float, states) if torsion else 0,
             entry(_watched, system, float, states, seen) if seen else 0,
-            entry(_corners, system, float, states, kinks) if kinks else 0,
+            _corners_entry(system, states, kinks),
         )
 
     return ByAddress(system, addressed)
+
+
+def several_by_address(system: Any, place: int, states: int, kinks: int) -> SystemAt:
+    """A system whose words are at an address, with its rates in several states at a time and its kinks."""
+    several = entry(_several, system, float, int, states, states)
+    return SystemAt(place, 0, 0, 0, _corners_entry(system, states, kinks), several)
+
+
+def _corners_entry(system: Any, states: int, kinks: int) -> int:
+    return entry(_corners, system, float, states, kinks) if kinks else 0
 
 
 def rates_entry(system: Any, states: int) -> int:
@@ -72,6 +84,12 @@ def rates_entry(system: Any, states: int) -> int:
 
 def _rates(model: Any, phase: Any, y: Any, out: Any) -> None:
     put_at(out, at(model).rhs(phase, at(y)))
+
+
+def _several(model: Any, phase: Any, number: Any, y: Any, out: Any) -> None:
+    known = at(model)
+    for i in range(number):
+        put_at(beyond(out, i), known.rhs(phase, at(beyond(y, i))))
 
 
 def _torsion(model: Any, phase: Any, y: Any) -> Any:
@@ -94,6 +112,17 @@ def _rates_loops(system: Any, phase: Any, y: Any, out: Any) -> None:
 def rates(system: Any, phase: float, y: Floats, out: Floats) -> None:
     """Write the time derivatives of the states y (states,) at a base angle [rad]."""
     out[:] = system.rhs(phase, tuple(y.tolist()))
+
+
+def _rates_of_loops(system: Any, phase: Any, y: Any, out: Any) -> None:
+    call(system.several_at, system.words, (phase, y.shape[0], pointer(y), pointer(out)))
+
+
+@kernel_as(_rates_of_loops, inline=True)
+def rates_of(system: Any, phase: float, y: Floats, out: Floats) -> None:
+    """Write the time derivatives of several states y (n, states) at a base angle [rad]."""
+    for own, rate in zip(y, out, strict=True):
+        rate[:] = system.rhs(phase, tuple(own.tolist()))
 
 
 def _torsion_loops(system: Any, phase: Any, y: Any) -> Any:

@@ -5,7 +5,7 @@ import pytest
 
 import strainwave as sw
 from strainwave.numerics.balance.fourier import all_orders
-from strainwave.numerics.balance.half_wave import is_odd_on
+from strainwave.numerics.balance.harmonics import is_odd_on
 from strainwave.numerics.balance.second_order import second_order
 from strainwave.numerics.balance.work import linearised
 from strainwave.numerics.continuation.trace import solve

@@ -1,16 +1,18 @@
-"""Where a motion meets the kinks of its laws: each place is one, none is missed, by machine code as by NumPy."""
+"""Where a motion meets the kinks of its laws: each place is one, none is missed; machine code does as NumPy."""
 
 import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.compile.jit import run
-from strainwave.numerics.addressed import system_by_address
-from strainwave.numerics.balance.fourier import synthesis
-from strainwave.numerics.balance.panels import LOOKED, Samples, crossings, distances
+from strainwave.numerics.balance.first_order import first_order
+from strainwave.numerics.balance.linear_part import STRENGTH
+from strainwave.numerics.balance.panels import Samples, crossings, distances
+from strainwave.numerics.balance.work import linearised
+from strainwave.numerics.stability.first_order import map_along
+from strainwave.tree import leaf_of
 
 KINKED = sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 1.0, 3.0)
-HYSTERESIS = sw.Parallel(KINKED, sw.BoucWen(5e4, 0.0, 1e-5, 1e5, 0.0, 1.0, 1.0))
+HYSTERESIS = sw.Parallel(KINKED, sw.BoucWen(5e4, 0.0, 1e-5, 1e5, 0.0, 1.0, 1))
 COUPLED = sw.Elastic(0.3, 2.0, sw.Backlash(2e5, 1e-5), sw.Elastic(0.4, 2.0, sw.Linear(3e5), sw.Load(1.2)))
 ERROR = sw.KinematicError((sw.Line(2, 1e-5, 0.3),))
 TRAIN = sw.DriveTrain(sw.Motor(2e-4), 50.0, 20.0, KINKED, sw.Load(1.2), 140.0, ERROR)
@@ -28,12 +30,8 @@ def motion(system, harmonics):
     return 3e-5 * np.random.default_rng(3).normal(size=(states, 2 * harmonics + 1))
 
 
-def places(system, y, how=crossings):
-    there = y @ synthesis(y.shape[1] // 2, LOOKED * (y.shape[1] // 2 + 1))
-    kinks = len(distances(system, np.zeros(1), there[:, :1]))
-    found = np.empty(kinks * there.shape[1])
-    count = how(system, 1.0, y, there, found)
-    return np.sort(found[:count])
+def places(system, y):
+    return crossings(system, 1.0, y)
 
 
 def of_states(system, y, psi):
@@ -62,13 +60,27 @@ def test_a_crossing_on_a_sample_counts_once():
 
 
 @pytest.mark.compiled
+@pytest.mark.parametrize("virtual", [False, True], ids=["itself", "of a strength"])
 @pytest.mark.parametrize("name", SYSTEMS)
-def test_machine_code_finds_the_same(name):
+def test_machine_code_has_the_equations_and_the_period_map_of_numpy(name, virtual):
     system = SYSTEMS[name]
-    y = motion(system, 5)
-
-    def compiled(system, turns, y, there, found):
-        kinks = len(found) // there.shape[1]
-        return run(crossings, system_by_address(system, len(y), kinks=kinks), turns, y, there, found)
-
-    np.testing.assert_allclose(places(system, y, compiled), places(system, y), rtol=0.0, atol=1e-10)
+    leaf = leaf_of(system, "omega")
+    problem = first_order(system, leaf, leaf, 5)
+    value = 140.0
+    if virtual:
+        problem, value = problem._replace(leaf=STRENGTH), -0.4
+    z = np.append((motion(system, 5) / problem.sizes[:, None]).ravel(), value)
+    r, jacobian, slope = linearised(problem, z)
+    size = problem.size()
+    own = np.empty(size), np.empty((size, size)), np.empty(size)
+    problem.residual(z, own[0])
+    problem.linearise(z, own[1], own[2])
+    assert r == pytest.approx(own[0], rel=1e-9, abs=1e-11 * np.max(np.abs(own[0])))
+    assert jacobian == pytest.approx(own[1], rel=1e-5, abs=1e-7 * np.max(np.abs(own[1])))
+    assert slope == pytest.approx(own[2], rel=1e-5, abs=1e-7 * np.max(np.abs(own[2])))
+    if not virtual:
+        flow = np.tile(np.eye(len(problem.sizes)), (2, 1, 1))
+        first = problem.run_as(problem.native, "samples", map_along, z, True, flow[0])
+        assert first == pytest.approx(map_along(problem, z, True, flow[1]), rel=1e-3)
+        if first[0] < 1e3:  # the differences over 1e-7 of a state's size have errors that grow along a period
+            assert flow[0] == pytest.approx(flow[1], rel=1e-3, abs=1e-3)

@@ -67,7 +67,7 @@ def test_the_rates_of_the_moment_join_the_period_map_where_steps_still_resolve_i
     law = sw.Parallel(sw.Linear(1.0), sw.Viscous(0.01))
     system = sw.Oscillator(1.0, 0.01, law, sw.Harmonic(0.5), 0.01)
     resolved = sw.find_orbit(system).multipliers
-    monkeypatch.setattr(variational, "FINEST", 256)
+    monkeypatch.setattr(variational, "SLOW", 300.0)
     np.testing.assert_allclose(np.abs(sw.find_orbit(system).multipliers), np.abs(resolved), rtol=1e-6)
     assert np.abs(resolved) == pytest.approx(math.exp(-math.pi * 0.02 / 0.01), rel=1e-6)
 

@@ -1,4 +1,4 @@
-"""Period maps by Gauss's method against closed forms, SciPy's DOP853, and machine code against NumPy."""
+"""Period maps by Gauss's method against closed forms, SciPy's DOP853."""
 
 import numpy as np
 import pytest
@@ -6,14 +6,12 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import strainwave as sw
-from strainwave.compile.jit import run
-from strainwave.numerics.addressed import system_by_address
 from strainwave.numerics.balance.first_order import first_order
 from strainwave.numerics.balance.linear_part import STRENGTH
-from strainwave.numerics.balance.rates import NO_TURN, rates_along, slopes_along
+from strainwave.numerics.balance.rates import rates_at
 from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.first_order import hill_map, monodromy
-from strainwave.numerics.stability.period_map import GAUSS_C, _walked, walked
+from strainwave.numerics.stability.period_map import GAUSS_C, walked
 from strainwave.tree import leaf_of
 
 K, ALPHA, J_M, J_1, J_2, N, B, K_C, B_C, K_P, K_I, A = (
@@ -71,7 +69,8 @@ def test_the_period_map_of_a_train_is_that_of_dop853_on_equations_written_by_han
 def test_the_map_of_a_constant_matrix_is_its_exponential(hill):
     a = np.random.default_rng(3).standard_normal((5, 5))
     h = np.full(10, 0.1)
-    flow, size, decay = walked(np.broadcast_to(a, (10, 4, 5, 5)), h, hill)
+    flow = np.eye(5)
+    size, decay = walked(np.broadcast_to(a, (10, 4, 5, 5)), h, hill, flow)
     assert np.exp(size + decay) * flow == pytest.approx(expm(a), rel=1e-10, abs=1e-10)
     assert decay == pytest.approx(np.trace(a) / 5.0 if hill else 0.0, abs=1e-12)
 
@@ -82,48 +81,20 @@ def test_the_error_of_the_map_falls_with_the_eighth_power_of_the_step():
         h = 2.0 / steps
         places = h * (np.arange(steps)[:, None] + GAUSS_C)
         turning = np.array([[0.0, 1.0], [-1.0, 0.0]])
-        flow = walked(np.cos(places)[..., None, None] * 4.0 * turning, np.full(steps, h))[0]
+        flow = np.eye(2)
+        walked(np.cos(places)[..., None, None] * 4.0 * turning, np.full(steps, h), False, flow)
         angle = 4.0 * np.sin(2.0)
         return np.max(np.abs(flow - [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]))
 
     assert 180.0 < error(4) / error(8) < 360.0
 
 
-@pytest.mark.compiled
-@pytest.mark.parametrize("hill", [False, True])
-def test_machine_code_walks_as_numpy_does(hill):
-    rng = np.random.default_rng(5)
-    a, h = rng.standard_normal((30, 4, 6, 6)), rng.uniform(0.01, 0.1, 30)
-    one, other = np.eye(6), np.eye(6)
-    numbers = run(_walked, a, h, hill, one)
-    assert numbers == pytest.approx(_walked(a, h, hill, other), rel=1e-12, abs=1e-12)
-    assert one == pytest.approx(other, rel=1e-12, abs=1e-12)
-
-
-@pytest.mark.compiled
-@pytest.mark.parametrize("turn", [NO_TURN, np.linspace(0.0, 6.0, 7)], ids=["itself", "of a strength"])
-def test_machine_code_has_the_rates_of_numpy(turn):
-    law = sw.Parallel(sw.Linear(1e5), sw.BoucWen(6e4, 0.0, 8e-5))
-    system = train()._replace(law=law)
-    rng = np.random.default_rng(7)
-    angles, y = rng.uniform(0.0, 6.0, 40), 1e-3 * rng.standard_normal((7, 40))
-    rates, slopes = np.empty((2, 7, 40)), np.empty((2, 7, 7, 40))
-    steps, known = np.full(7, 1e-8), system_by_address(system, 7)
-    for i, way in enumerate((run, lambda kernel, known, *arguments: kernel(known.thing, *arguments))):
-        way(rates_along, known, angles, y, turn, 0.3, rates[i])
-        way(slopes_along, known, angles, y, turn, 0.3, steps, slopes[i])
-    assert rates[0] == pytest.approx(rates[1], rel=1e-9, abs=1e-9)
-    assert slopes[0] == pytest.approx(slopes[1], rel=1e-6, abs=1e-6 * np.max(np.abs(slopes[1])))
-
-
 def test_what_varies_with_the_angle_grows_with_the_strength():
     system = train()
     problem, point = problem_and_point(system, 7)
     y, angles = problem.series(point[None])[0] @ problem.synthesis, problem.angles
-    whole, half, mean = np.empty((3, *y.shape))
     at_strength = problem._replace(leaf=STRENGTH)
-    for out, value in ((whole, 0.0), (half, np.log(0.5)), (mean, -700.0)):
-        at_strength.along(rates_along, value, angles, y, out)
+    whole, half, mean = (at_strength.along(rates_at, value, angles, y) for value in (0.0, np.log(0.5), -700.0))
     itself = np.array(system.rhs(angles, tuple(y)))
     assert whole == pytest.approx(itself, rel=1e-9, abs=1e-9 * np.max(np.abs(itself)))
     assert half == pytest.approx(0.5 * (whole + mean), rel=1e-9, abs=1e-9 * np.max(np.abs(itself)))

@@ -15,20 +15,23 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...compile.address import ByAddress
 from ...compile.jit import run
 from ...protocols import lacking, omega_of, orders_of
 from ...results import Floats
 from ...tree import leaf_of, leaves, with_leaf
-from ..addressed import system_by_address
+from ..addressed import EquationsAt
+from .first_order_at import FirstOrderAt, equations_of, native
 from .fourier import analysis, derivative, extended, from_blocks, multiply_rows, synthesis, to_blocks
 from .harmonics import ENOUGH, highest_order
 from .linear_part import STRENGTH
 from .one_harmonic import STRONG
-from .panels import SEVERAL, distances, panels
-from .rates import DIFFERENCE, NO_TURN, SAME, base_speed, number_of_states, rates_along, slopes_along
+from .panels import distances, panels
+from .rates import DIFFERENCE, SAME, base_speed, jacobians_at, number_of_states, of_strength, rates_at
 from .truncation import shares_left_out
 from .work import least_step, linearised
 
+AT_ONCE = -1  # compiled from the first run on, and in NumPy where that fails
 FEW = 4  # points of a curve where what is left out is estimated
 MOST, MOST_KINKED = 600, 150  # points of a search for other orbits; with breakpoints
 MOST_BEYOND = 100  # points beyond a range
@@ -64,7 +67,22 @@ class FirstOrder(NamedTuple):
         return z[k], z[self.harmonics() + k]
 
     def run(self, kernel: Any, *arguments: Any) -> Any:
-        return kernel(self, *arguments)
+        return self.run_as(self.addressed, "equations", kernel, *arguments)
+
+    def run_as(self, addressed: Any, again: str, kernel: Any, *arguments: Any) -> Any:
+        """Run a kernel with the problem as NumPy or as what `addressed` makes of it, kept under the name `again`."""
+        if lacking(self.system, "_fields") or (self.kinked and lacking(self.system, "kinks")):
+            return kernel(self, *arguments)  # no model: compiled code does not know its class
+        return run(kernel, ByAddress(self, addressed, again), *arguments, after=AT_ONCE)
+
+    def native(self, words: Any) -> FirstOrderAt:
+        """The problem for machine code."""
+        kinks = len(distances(self.system, np.zeros(1), np.zeros((len(self.sizes), 1)))) if self.kinked else 0
+        return native(self, kinks, words)
+
+    def addressed(self, words: Any) -> EquationsAt:
+        """The equations for machine code."""
+        return equations_of(self.native(words), words)
 
     def hill(self) -> bool:
         return False
@@ -124,18 +142,19 @@ class FirstOrder(NamedTuple):
             return self.angles, self.synthesis, self.analysis if wide == 1 else self.analysis_double
         return panels(system, y, self.turns, wide)
 
-    def along(self, kernel: Any, value: float, angles: Floats, y: Floats, *arguments: Any) -> None:
-        """Run `rates_along` or `slopes_along` in the states y (states, samples) at base angles and a parameter.
+    def along(self, of: Any, value: float, angles: Floats, y: Floats) -> Floats:
+        """What `of` gives of the system in the states y (states, samples) at base angles [rad] and a parameter.
 
         With STRENGTH what varies with the angle at a fixed state is multiplied, and its mean over a turn is not.
         """
-        system, turn, strength = with_leaf(self.system, self.leaf, value), NO_TURN, 1.0
-        if self.leaf == STRENGTH:
-            turn, strength = self.angles_of_mean(), float(np.exp(value))
-        if lacking(system, "_fields"):  # no model: compiled code does not know its class
-            kernel(system, angles, y, turn, strength, *arguments)
-            return
-        run(kernel, system_by_address(system, len(y)), angles, y, turn, strength, *arguments, after=SEVERAL)
+        system = with_leaf(self.system, self.leaf, value)
+        if self.leaf != STRENGTH:
+            return np.asarray(of(system, angles, y))
+        return of_strength(of, system, angles, y, self.angles_of_mean(), float(np.exp(value)))
+
+    def slopes(self, system: Any, angles: Floats, y: Floats) -> Floats:
+        """Derivatives (states, states, samples) of the rates by the states."""
+        return jacobians_at(system, angles, y, self.sizes, self.difference())
 
     def angles_of_mean(self) -> Floats:
         """Base angles [rad] of a mean over the period: all samples, or the fewest that know the orders of the system.
@@ -153,8 +172,7 @@ class FirstOrder(NamedTuple):
         y = self.series(z[None])[0]
         angles, synthesis, analysis = self.places(with_leaf(self.system, self.leaf, float(z[-1])), y)
         there = y @ synthesis
-        rates = np.empty(there.shape)
-        self.along(rates_along, float(z[-1]), angles, there, rates)
+        rates = self.along(rates_at, float(z[-1]), angles, there)
         balance = base_speed(self, float(z[-1])) / self.turns * derivative(y) - rates @ analysis
         r[:] = (balance / self.sizes[:, None]).ravel()
 
@@ -164,8 +182,7 @@ class FirstOrder(NamedTuple):
         h, y = n // 2, self.series(z[None])[0]
         angles, synthesis, analysis = self.places(with_leaf(self.system, self.leaf, value), y, 2)
         there = y @ synthesis
-        matrices = np.empty((states, *there.shape))
-        self.along(slopes_along, value, angles, there, self.steps(), matrices)
+        matrices = self.along(self.slopes, value, angles, there)
         blocks = np.empty((states, states, n, n))
         multiply_rows(*extended(matrices @ analysis, h), h, 1, blocks)
         blocks *= (-self.sizes / self.sizes[:, None])[:, :, None, None]
@@ -182,9 +199,7 @@ class FirstOrder(NamedTuple):
     ) -> None:  # fmt: skip
         """Derivative with respect to the parameter by a central difference, at the same samples."""
         d = 1e-6 * max(abs(value), 1e-3)
-        after, before = np.empty(there.shape), np.empty(there.shape)
-        self.along(rates_along, value + d, angles, there, after)
-        self.along(rates_along, value - d, angles, there, before)
+        after, before = (self.along(rates_at, value + by, angles, there) for by in (d, -d))
         faster = (base_speed(self, value + d) - base_speed(self, value - d)) / self.turns
         slope[:] = ((faster * derivative(y) - (after - before) @ analysis) / (2.0 * d * self.sizes[:, None])).ravel()
 

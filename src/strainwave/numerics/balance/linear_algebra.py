@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...compile.elementwise import elementwise, summed
-from ...compile.jit import kernel, kernel_as
+from ...compile.jit import kernel, kernel_as, routine
 from ...results import Floats
 
 LARGE = 150  # below it, loading SciPy (0.3 s) costs more than a whole curve gains
@@ -124,30 +124,42 @@ def padded(table: Floats) -> Floats:
 
 
 def _factor_loops(a: Any, pivots: Any) -> float:
-    n = a.shape[0]
-    sign = 1.0
-    for k in range(n):
-        p = k
-        largest = abs(a[k, k])
-        for i in range(k + 1, n):
-            if abs(a[i, k]) > largest:
-                largest = abs(a[i, k])
-                p = i
-        pivots[k] = p
-        if (a[p, k] < 0.0) != (p != k):
-            sign = -sign
-        if p != k:
-            for j in range(n):
-                swap = a[k, j]
-                a[k, j] = a[p, j]
-                a[p, j] = swap
-        inverse = 1.0 / a[k, k]
-        a[k, k] = inverse
-        for i in range(k + 1, n):
-            factor = a[i, k] * inverse
-            a[i, k] = factor
-            for j in range(k + 1, n):
-                a[i, j] -= factor * a[k, j]
+    # Four columns at a time, so that the rest of the matrix is read and written once for four of them.
+    n, sign = a.shape[0], 1.0
+    for start in range(0, n, 4):
+        end = min(start + 4, n)
+        for k in range(start, end):
+            p = k
+            largest = abs(a[k, k])
+            for i in range(k + 1, n):
+                if abs(a[i, k]) > largest:
+                    largest = abs(a[i, k])
+                    p = i
+            pivots[k] = p
+            if (a[p, k] < 0.0) != (p != k):
+                sign = -sign
+            if p != k:
+                upper, lower = a[k], a[p]
+                for j in range(n):
+                    upper[j], lower[j] = lower[j], upper[j]
+            inverse = 1.0 / a[k, k]
+            a[k, k] = inverse
+            for i in range(k + 1, n):
+                factor = a[i, k] * inverse
+                a[i, k] = factor
+                for j in range(k + 1, end):
+                    a[i, j] -= factor * a[k, j]
+        if end == n:
+            break
+        for k in range(start, end):
+            for i in range(k + 1, end):
+                add(-a[i, k], a[k, end:], a[i, end:])
+        top0, top1, top2, top3 = a[start, end:], a[start + 1, end:], a[start + 2, end:], a[start + 3, end:]
+        for i in range(end, n):
+            f0, f1, f2, f3 = a[i, start], a[i, start + 1], a[i, start + 2], a[i, start + 3]
+            row = a[i, end:]
+            for j in range(row.shape[0]):
+                row[j] -= f0 * top0[j] + f1 * top1[j] + f2 * top2[j] + f3 * top3[j]
     return sign
 
 
@@ -179,15 +191,24 @@ def _substitute_loops(a: Any, pivots: Any, b: Any) -> None:
         b[k] = b[p]
         b[p] = swap
     for i in range(1, n):
-        total = b[i]
-        for k in range(i):
-            total -= a[i, k] * b[k]
-        b[i] = total
+        b[i] -= _product(a[i, :i], b)
     for i in range(n - 1, -1, -1):
-        total = b[i]
-        for k in range(i + 1, n):
-            total -= a[i, k] * b[k]
-        b[i] = total * a[i, i]
+        b[i] = (b[i] - _product(a[i, i + 1 :], b[i + 1 :])) * a[i, i]
+
+
+@routine
+def _product(row: Any, b: Any) -> float:
+    # Four sums side by side: one alone waits for each of its additions.
+    n, s0, s1, s2, s3 = len(row), 0.0, 0.0, 0.0, 0.0
+    whole = n - n % 4
+    for k in range(0, whole, 4):
+        s0 += row[k] * b[k]
+        s1 += row[k + 1] * b[k + 1]
+        s2 += row[k + 2] * b[k + 2]
+        s3 += row[k + 3] * b[k + 3]
+    for k in range(whole, n):
+        s0 += row[k] * b[k]
+    return s0 + s1 + (s2 + s3)
 
 
 @kernel_as(_substitute_loops)

@@ -6,24 +6,19 @@ motion crosses breakpoints, or turns where a law has memory, and every piece is 
 move with the motion, and the equations are as smooth as the integrals are.
 """
 
-import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...compile.jit import kernel_as, routine, run
 from ...law import breakpoints_of, torsion
 from ...protocols import lacking
 from ...results import Floats
-from ..addressed import corner_distances, system_by_address
-from ..roots import FA, FB, SHARE, A, B, narrow, next_place
 from .fourier import synthesis
 
 PLACES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 PHASE = 6.0  # of the highest harmonic along a panel [rad]: products of four harmonics are integrated to 1e-10
 LOOKED = 12  # places a harmonic at which crossings are looked for
-SEVERAL = 100  # runs in NumPy, a second of them at most, before they are compiled
 TRIES, CLOSE = 20, 1e-11  # steps towards a crossing, and how near [rad]; the integrals err by the square of it
 
 
@@ -69,16 +64,7 @@ def samples_between(system: Any, y: Floats, turns: float) -> Samples:
 
 def pieces(system: Any, y: Floats, turns: float, longest: float) -> tuple[Floats, Floats]:
     """Starts and lengths (n,) [rad] of pieces of a period of a motion, none above `longest`, cut at its kinks."""
-    places = LOOKED * (y.shape[1] // 2 + 1)
-    there, turns = y @ synthesis(y.shape[1] // 2, places), float(turns)
-    kinks = len(distances(system, np.zeros(1), there[:, :1]))
-    found, count = np.empty(kinks * places), 0
-    if kinks and (lacking(system, "_fields") or lacking(system, "kinks")):  # compiled code does not know them
-        count = crossings(system, turns, y, there, found)
-    elif kinks:
-        known = system_by_address(system, len(y), kinks=kinks)
-        count = run(crossings, known, turns, y, there, found, after=SEVERAL)
-    return cut(np.sort(found[:count]), longest)
+    return cut(crossings(system, float(turns), y), longest)
 
 
 def cut(cuts: Floats, longest: float) -> tuple[Floats, Floats]:
@@ -100,59 +86,20 @@ def panels(system: Any, y: Floats, turns: float, wide: int) -> tuple[Floats, Flo
     return turns * samples.psi, own, samples.analysis(basis)
 
 
-def _crossings_loops(system: Any, turns: float, y: Any, there: Any, found: Any) -> int:
-    count, states, places = 0, there.shape[0], there.shape[1]
-    state, d, bracket = np.empty(states), np.empty((3, len(found) // places)), np.empty(5)
-    for i in range(places + 1):
-        for j in range(states):
-            state[j] = there[j, i % places]
-        corner_distances(system, turns * 2.0 * math.pi * (i % places) / places, state, d[0])
-        for k in range(d.shape[1]):
-            if i > 0 and (d[0, k] < 0.0) != (d[1, k] < 0.0):
-                low, high = 2.0 * math.pi * (i - 1) / places, 2.0 * math.pi * i / places
-                bracket[A], bracket[FA], bracket[B], bracket[FB], bracket[SHARE] = low, d[1, k], high, d[0, k], 0.5
-                while abs(bracket[B] - bracket[A]) > CLOSE and bracket[FA] != 0.0:
-                    psi = next_place(bracket, 0.5 * CLOSE)
-                    _state_at(y, psi, state)
-                    corner_distances(system, turns * psi, state, d[2])
-                    narrow(bracket, psi, d[2, k])
-                found[count] = bracket[A] % (2.0 * math.pi)
-                count += 1
-        d[1] = d[0]
-    return count
-
-
-@routine
-def _state_at(y: Any, psi: float, state: Any) -> None:
-    h, cosine, sine, c, s = y.shape[1] // 2, math.cos(psi), math.sin(psi), 1.0, 0.0
-    for j in range(len(state)):
-        state[j] = y[j, 0]
-    for k in range(1, h + 1):
-        c, s = c * cosine - s * sine, s * cosine + c * sine
-        for j in range(len(state)):
-            state[j] += c * y[j, k] + s * y[j, h + k]
-
-
-@kernel_as(_crossings_loops)
-def crossings(system: Any, turns: float, y: Floats, there: Floats, found: Floats) -> int:
-    """Write the places [rad] where distances of a motion change sign, and return their number.
-
-    `there` are its states (states, places) at equal steps; `found` has room for kinks times places. In NumPy all are
-    found at once.
-    """
-    places = there.shape[1]
+def crossings(system: Any, turns: float, y: Floats) -> Floats:
+    """Places (n,) [rad], in order, where distances from corners change sign along a motion."""
+    h = y.shape[1] // 2
+    places = LOOKED * (h + 1)
     grid = 2.0 * np.pi * np.arange(places + 1) / places
-    values = distances(system, turns * grid[:-1], there)
+    values = distances(system, turns * grid[:-1], y @ synthesis(h, places))
     values = np.concatenate([values, values[:, :1]], axis=1)
     kink, at = np.nonzero((values[:, 1:] < 0.0) != (values[:, :-1] < 0.0))
-    if len(at):
-        which, h = np.arange(len(at)), y.shape[1] // 2
+    which = np.arange(len(at))
 
-        def of(psi: Floats) -> Floats:
-            return np.asarray(distances(system, turns * psi, y @ Samples(psi, psi).basis(h))[kink, which])
+    def of(psi: Floats) -> Floats:
+        return np.asarray(distances(system, turns * psi, y @ Samples(psi, psi).basis(h))[kink, which])
 
-        found[: len(at)] = false_position(of, grid[at], grid[at + 1], values[kink, at], values[kink, at + 1])
-    return len(at)
+    return np.sort(false_position(of, grid[at], grid[at + 1], values[kink, at], values[kink, at + 1]))
 
 
 def false_position(of: Callable[[Floats], Floats], low: Floats, high: Floats, below: Any, above: Any) -> Floats:

@@ -1,7 +1,7 @@
 """What the balance equations ask of a system: its rates and their derivatives, how many states, whether it repeats.
 
-At many samples of a motion, rates and derivatives are one loop of machine code. With a `strength` s what varies with
-the base angle at a fixed state is multiplied there: f = m + s (f - m), with the mean m over the angles `turn`, if any.
+With a `strength` s what varies with the base angle at a fixed state is multiplied there: f = m + s (f - m), with the
+mean m over the angles `turn`, if any.
 """
 
 import itertools
@@ -10,18 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from ...compile.jit import kernel_as, routine
+from ...compile.jit import routine
 from ...law import is_spring
 from ...protocols import Balance, has_jacobian, lacking, omega_of
 from ...quantities import positive_count
 from ...results import Floats
-from ..addressed import rates
+from ..addressed import rates_of
 from ..integration.corners import repeating
 
 MOST_STATES = 64
 ASKED, EQUAL = 1e-4, 1e-8  # size of the states, and of the largest rate, where a system is asked whether it repeats
 SAME = ("J", "B", "law", "excitation", "omega", "error")  # what a system of the form of `Oscillator` has
-NO_TURN = np.empty(0)
 DIFFERENCE = 6e-6  # of a state's size: the cube root of rounding, for central differences
 
 
@@ -53,77 +52,29 @@ def jacobians_at(system: Any, angles: Floats, y: Floats, sizes: Floats, differen
 
 
 @routine
-def strengthened(system: Any, angle: float, w: Any, turn: Any, strength: float) -> None:
-    """Write the rates of a system of a strength at an angle [rad] and the state w[0] to w[1]."""
-    rates(system, angle, w[0], w[1])
+def strengthened(system: Any, angle: float, y: Any, turn: Any, strength: float, w: Any) -> None:
+    """Write the rates of a system of a strength at an angle [rad] in several states y (n, states) to w[0].
+
+    w (3, n, states) is a buffer.
+    """
+    rates_of(system, angle, y, w[0])
     if len(turn) == 0:
         return
-    n = w.shape[1]
-    for j in range(n):
-        w[2, j] = 0.0
-    for i in range(len(turn)):
-        rates(system, turn[i], w[0], w[3])
-        for j in range(n):
-            w[2, j] += w[3, j] / len(turn)
-    for j in range(n):
-        w[1, j] = w[2, j] + strength * (w[1, j] - w[2, j])
+    w[1] = 0.0
+    for other in turn:
+        rates_of(system, other, y, w[2])
+        for i in range(y.shape[0]):
+            for j in range(y.shape[1]):
+                w[1, i, j] += w[2, i, j] / len(turn)
+    for i in range(y.shape[0]):
+        for j in range(y.shape[1]):
+            w[0, i, j] = w[1, i, j] + strength * (w[0, i, j] - w[1, i, j])
 
 
-def _rates_loops(system: Any, angles: Any, y: Any, turn: Any, strength: float, out: Any) -> None:
-    w = np.empty((4, y.shape[0]))
-    for i in range(angles.shape[0]):
-        for j in range(y.shape[0]):
-            w[0, j] = y[j, i]
-        strengthened(system, angles[i], w, turn, strength)
-        for j in range(y.shape[0]):
-            out[j, i] = w[1, j]
-
-
-@kernel_as(_rates_loops)
-def rates_along(system: Any, angles: Floats, y: Floats, turn: Floats, strength: float, out: Floats) -> None:
-    """Write the rates (states, n) at base angles (n,) [rad] and states (states, n)."""
-    out[:] = _of_strength(rates_at, system, angles, y, turn, strength)
-
-
-def _slopes_loops(system: Any, angles: Any, y: Any, turn: Any, strength: float, steps: Any, out: Any) -> None:
-    n = y.shape[0]
-    w = np.empty((4, n))
-    for i in range(angles.shape[0]):
-        for j in range(n):
-            w[0, j] = y[j, i]
-        for j in range(n):
-            w[0, j] = y[j, i] + steps[j]
-            strengthened(system, angles[i], w, turn, strength)
-            for k in range(n):
-                out[k, j, i] = w[1, k]
-            w[0, j] = y[j, i] - steps[j]
-            strengthened(system, angles[i], w, turn, strength)
-            for k in range(n):
-                out[k, j, i] = (out[k, j, i] - w[1, k]) / (2.0 * steps[j])
-            w[0, j] = y[j, i]
-
-
-@kernel_as(_slopes_loops)
-def slopes_along(
-    system: Any, angles: Floats, y: Floats, turn: Floats, strength: float, steps: Floats, out: Floats
-) -> None:  # fmt: skip
-    """Write the derivatives (states, states, n) of the rates by the states: central differences of half length `steps`.
-
-    In NumPy from the system's own `jacobian`, where it has one.
-    """
-
-    def slopes(system: Any, angles: Floats, y: Floats) -> Floats:
-        return jacobians_at(system, angles, y, steps, 1.0)
-
-    out[:] = _of_strength(slopes, system, angles, y, turn, strength)
-
-
-def _of_strength(of: Any, system: Any, angles: Floats, y: Floats, turn: Floats, strength: float) -> Floats:
-    here = of(system, angles, y)
-    if not len(turn):
-        return np.asarray(here)
+def of_strength(of: Any, system: Any, angles: Floats, y: Floats, turn: Floats, strength: float) -> Floats:
+    """Rates or derivatives of a strength, by what gives those of a system in states at base angles [rad]."""
     mean = of(system, turn, np.broadcast_to(y[..., None], (*y.shape, len(turn)))).mean(axis=-1)
-    return np.asarray(mean + strength * (here - mean))
+    return np.asarray(mean + strength * (of(system, angles, y) - mean))
 
 
 def number_of_states(system: Any) -> int:

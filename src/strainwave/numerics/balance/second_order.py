@@ -17,8 +17,7 @@ from ...results import Floats
 from ...tree import leaf_of, with_leaf
 from ..addressed import EquationsAt, difference, equations_at, error_values, excitation_torques, oscillator_at, varied
 from .fourier import all_orders, analysis, from_blocks, orders, synthesis, to_blocks, with_velocity
-from .half_wave import seems_odd
-from .harmonics import ENOUGH
+from .harmonics import ENOUGH, seems_odd
 from .linear_algebra import copy, extremes, fill, padded, row_times
 from .linear_part import (
     STRENGTH,
@@ -324,7 +323,7 @@ def second_order(
 ) -> SecondOrder:
     """Build the balance problem of an oscillator for a number of harmonics of omega/turns.
 
-    With stride 2 only the odd ones of them are unknowns: for a smooth odd law under odd orders (see `half_wave`).
+    With stride 2 only the odd ones of them are unknowns: for a smooth odd law under odd orders (see `harmonics`).
     """
     piecewise = is_piecewise_linear(system.law)
     samples = (8 * harmonics + 8 if piecewise else 4 * harmonics + 4) // stride

@@ -1,10 +1,11 @@
-"""A balance problem linearised as Python, and Newton's method."""
+"""A balance problem linearised, and Newton's method."""
 
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from ...compile.jit import kernel
 from ...protocols import Balance
 from ...results import Floats
 
@@ -13,9 +14,14 @@ def linearised(problem: Balance, z: Floats) -> tuple[Floats, Floats, Floats]:
     """Residual of any balance problem at z, and its derivatives by the coefficients and by the parameter."""
     n = problem.size()
     r, matrix, column = np.empty(n), np.empty((n, n)), np.empty(n)
+    problem.run(_linearise, z, r, matrix, column)
+    return r, matrix, column
+
+
+@kernel
+def _linearise(problem: Any, z: Any, r: Any, matrix: Any, column: Any) -> None:
     problem.residual(z, r)
     problem.linearise(z, matrix, column)
-    return r, matrix, column
 
 
 def least_step(matrix: Floats, residual: Floats) -> Floats | None:

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...protocols import Balance
 from ...results import Floats
-from ..balance.half_wave import mirrored
+from ..balance.harmonics import mirrored
 from ..balance.linear_part import CONSTANT, STRENGTH
 from ..balance.one_harmonic import driven_lines
 from ..labels import CLOSED, END, LOST

@@ -29,11 +29,13 @@ NAMES = {
 
 
 def describe(
-    problem: Balance, parameter: str, found: Trace, tail: Tail | None, origin: str, *, locate: bool = True
+    problem: Balance, parameter: str, found: Trace, tail: Tail | None, origin: str, *, locate: bool = True,
+    floquet: NDArray[np.complex128] | None = None,
 ) -> Branch:  # fmt: skip
     """Add stability, peaks, crests, period doublings and branch points to a branch, and label the special points.
 
-    Locating those of a general system takes far longer than the rest; without `locate` it has the points found alone.
+    Locating those of a general system takes far longer than the rest; without `locate` it has the points found alone,
+    whose multipliers may be known.
     """
     points, labels = np.ascontiguousarray(found.points), found.labels
     status, message = _verdict(found, parameter, points[:, -1])
@@ -43,7 +45,7 @@ def describe(
     if problem.hill():
         points, labels, floquet, peaks = with_hill(problem, points, labels)
     else:
-        points, labels, floquet, peaks = with_stability(problem, points, labels, locate)
+        points, labels, floquet, peaks = with_stability(problem, points, labels, locate, floquet)
     series = problem.displacements(points)
     if parameter.startswith("error."):  # the kinematic error itself varies along the branch
         peaks = displacement_peaks(series)

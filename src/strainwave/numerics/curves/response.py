@@ -16,8 +16,7 @@ from ...quantities import checked, interval
 from ...results import Branch, SolveError
 from ...tree import leaf_of, with_leaf
 from ..balance.choice import balance_of
-from ..balance.half_wave import is_odd_on
-from ..balance.harmonics import grown, most_harmonics, starting_harmonics
+from ..balance.harmonics import grown, is_odd_on, most_harmonics, starting_harmonics
 from ..balance.rates import periodic
 from ..balance.truncation import CURVE, Tail, tail_along, tails_together
 from ..continuation.coexisting import Coexisting

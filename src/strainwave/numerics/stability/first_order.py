@@ -10,7 +10,6 @@ Bifurcation Theory, sec. 10.2 (test functions).
 """
 
 import math
-from collections.abc import Iterator
 from functools import lru_cache
 from itertools import combinations
 from typing import Any
@@ -18,22 +17,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...compile.jit import kernel_as, routine
 from ...results import Floats
 from ...tree import with_leaf
 from ..balance.first_order import FirstOrder
+from ..balance.first_order_at import pieces_of, state_at
+from ..balance.panels import LOOKED as LOOKED_AT_KINKS
 from ..balance.panels import Samples, pieces
-from ..balance.rates import base_speed, slopes_along
+from ..balance.rates import base_speed
 from ..labels import BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER
 from .panel_map import maps_through_panels, resolved
-from .period_map import GAUSS_C, walked
+from .period_map import GAUSS_C, step_by, walked
 from .second_order import LARGEST_LOG, displacement_peaks
 from .special_points import inserted, root_on_chord
 
 FINEST = 4096  # steps a period
 PHASE = 0.4  # of the fastest eigenvalue in a step: errors of about 1e-11 a step
-AT_KINKS = 0.3  # the same in pieces between kinks
+AT_KINKS = 0.6  # the same in pieces between kinks: 4e-10 a step
 LOOKED = 32  # places a period where the fastest eigenvalue is looked for
 SQUARES = 5  # of a matrix: the 32nd root of the size of its 32nd power is its fastest eigenvalue, or a little more
+SLOW = 1.2 * FINEST  # angle of the fastest disturbance in a period [rad] that no steps resolve
+C = tuple(GAUSS_C.tolist())
 EVEN = 16  # numbers of steps are multiples of it, so that orbits share tables
 
 
@@ -42,8 +46,7 @@ def monodromy(problem: FirstOrder, points: Floats) -> Floats:
 
     Of laws with breakpoints the steps end at the kinks of each orbit.
     """
-    n = len(problem.sizes)
-    return np.array([walked(*along)[0] for along in _ways(problem, points)]).reshape(-1, n, n)
+    return _maps(problem, points, False)[0]
 
 
 def floquet_of(problem: Any, points: Floats) -> NDArray[np.complex128]:
@@ -61,12 +64,10 @@ def _floquet(problem: FirstOrder, points: Floats) -> NDArray[np.complex128]:
     Of orbits so slow that no steps resolve their disturbances: the exponential of the integral of the Jacobian's
     eigenvalues over a period (WKB), each followed by its rank among the real parts.
     """
-    states = len(problem.sizes)
-    phases = _phases(problem, points)
-    slow = phases > 4.0 * AT_KINKS * FINEST
-    found = np.zeros((len(points), states), complex)
-    if not slow.all():
-        found[~slow] = multipliers_of(monodromy(problem, points[~slow]))
+    flow, (phases, *_) = _maps(problem, points, False)
+    slow = phases > SLOW
+    found = np.zeros(flow.shape[:2], complex)
+    found[~slow] = multipliers_of(flow[~slow])
     for i in np.flatnonzero(slow):
         point = points[i : i + 1]
         psi = 2.0 * math.pi * np.arange(FINEST) / FINEST
@@ -88,21 +89,101 @@ def hill_map(problem: FirstOrder, points: Floats) -> tuple[Floats, Floats, Float
     (points, states, states), (points,), (points,) arrays
         M, s and d: the period map is exp(d + s) M, where exp(s) M has the determinant 1.
     """
-    n = len(problem.sizes)
-    found = [walked(*along, hill=True) for along in _ways(problem, points)]
-    flow, size, decay = zip(*found, strict=True) if found else ((), (), ())
-    return np.array(flow).reshape(-1, n, n), np.array(size, float), np.array(decay, float)
+    flow, (_, size, decay) = _maps(problem, points, True)
+    return flow, size, decay
 
 
-def _ways(problem: FirstOrder, points: Floats) -> Iterator[tuple[Floats, Floats]]:
-    """For every orbit its Jacobians (steps, 4, states, states) at the places of Gauss's method, and steps (steps,)."""
-    n = len(problem.sizes)
-    for point, y, phase in zip(points, problem.series(points), _phases(problem, points), strict=True):
-        psi, basis, width = _places(problem, point, y, phase)
-        matrices = np.empty((n, n, len(psi)))
-        problem.along(slopes_along, float(point[-1]), problem.turns * psi, y @ basis, problem.steps(), matrices)
-        a = np.moveaxis(matrices, 2, 0).reshape(-1, len(GAUSS_C), n, n)
-        yield np.ascontiguousarray(a), width * problem.turns / base_speed(problem, point[-1:])
+def _maps(problem: FirstOrder, points: Floats, hill: bool) -> tuple[Floats, Floats]:
+    """Period maps (points, states, states), and for each what `map_along` returns (3, points)."""
+    flow = np.tile(np.eye(len(problem.sizes)), (len(points), 1, 1))
+    found = [
+        problem.run_as(problem.native, "samples", map_along, point, hill, own)
+        for point, own in zip(np.ascontiguousarray(points), flow, strict=True)
+    ]
+    return flow, np.array(found, float).reshape(-1, 3).T
+
+
+def _map_loops(problem: Any, point: Any, hill: bool, flow: Any) -> Any:
+    n, h = len(problem.sizes), problem.harmonics
+    series, strength, speed = problem.take(point)
+    phase = fastest(problem, series, strength) / speed
+    if phase > SLOW and not hill:
+        return phase, 0.0, 0.0
+    least = max(64, 8 * h + 4)
+    fine = min(float(FINEST), max(float(least), math.ceil(phase / (AT_KINKS if problem.kinks > 0 else PHASE))))
+    if problem.kinks == 0:
+        fine = EVEN * math.ceil(fine / EVEN)
+    steps = int(fine)
+    room = steps + problem.kinks * LOOKED_AT_KINKS * (h + 1) + 2
+    first, width = np.empty(room), np.empty(room)
+    if problem.kinks > 0:
+        steps = pieces_of(problem, series, 2.0 * math.pi / steps, first, width)
+    else:
+        for s in range(steps):
+            first[s], width[s] = 2.0 * math.pi * s / steps, 2.0 * math.pi / steps
+    w, state = np.empty((4, 2 * n, n)), np.empty(n)
+    a, m, step, size, decay = np.empty((4, n, n)), np.empty((4 * n, 5 * n)), np.empty((2, n, n)), 0.0, 0.0
+    for s in range(steps):
+        for i in range(4):
+            psi = first[s] + width[s] * C[i]
+            state_at(series, psi, state)
+            problem.slopes(psi, state, w, strength, a[i])
+        more, less = step_by(a, width[s] / speed, hill, m, step, flow)
+        size, decay = size + more, decay + less
+    return phase, size, decay
+
+
+@kernel_as(_map_loops)
+def map_along(problem: FirstOrder, point: Floats, hill: bool, flow: Floats) -> tuple[float, float, float]:
+    """Carry a flow (states, states) along an orbit: the angle of its fastest disturbance, and what `step_by` returns.
+
+    Nothing is carried where the angle is above SLOW and the map is to be as it is.
+    """
+    phase = float(_phases(problem, point[None])[0])
+    if phase > SLOW and not hill:
+        return phase, 0.0, 0.0
+    n, y = len(problem.sizes), problem.series(point[None])[0]
+    psi, basis, width = _places(problem, point, y, phase)
+    a = np.moveaxis(problem.along(problem.slopes, float(point[-1]), problem.turns * psi, y @ basis), 2, 0)
+    times = width * problem.turns / base_speed(problem, point[-1:])
+    return phase, *walked(a.reshape(-1, len(GAUSS_C), n, n), times, hill, flow)
+
+
+@routine
+def fastest(problem: Any, series: Any, strength: float) -> float:
+    """Bound [rad] of the fastest eigenvalue along an orbit, times 2 pi: as `_phases`, in units of harmonic 1."""
+    n, log = len(problem.sizes), -math.inf
+    w, state = np.empty((4, 2 * n, n)), np.empty(n)
+    a, power = np.empty((n, n)), np.empty((n, n))
+    for i in range(LOOKED):
+        psi = 2.0 * math.pi * i / LOOKED
+        state_at(series, psi, state)
+        problem.slopes(psi, state, w, strength, a)
+        for j in range(n):
+            for k in range(n):
+                a[j, k] *= problem.sizes[k] / problem.sizes[j]
+        own = 0.0
+        for _ in range(SQUARES):
+            size = 1e-300
+            for j in range(n):
+                for k in range(n):
+                    size = max(size, abs(a[j, k]))
+            for j in range(n):
+                for k in range(n):
+                    power[j, k] = a[j, k] / size
+            for j in range(n):
+                for k in range(n):
+                    total = 0.0
+                    for q in range(n):
+                        total += power[j, q] * power[q, k]
+                    a[j, k] = total
+            own = 2.0 * (own + math.log(size))
+        square = 0.0
+        for j in range(n):
+            for k in range(n):
+                square += a[j, k] * a[j, k]
+        log = max(log, own + math.log(max(math.sqrt(square), 1e-300)))
+    return 2.0 * math.pi * math.exp(log / 2.0**SQUARES)
 
 
 def _places(problem: FirstOrder, point: Floats, y: Floats, phase: float) -> tuple[Floats, Floats, Floats]:
@@ -133,7 +214,7 @@ def _matrices(problem: FirstOrder, points: Floats, psi: Floats) -> Floats:
     n, basis = len(problem.sizes), Samples(psi, psi).basis(problem.harmonics())
     out = np.empty((len(points), n, n, len(psi)))
     for point, y, matrices in zip(points, problem.series(points), out, strict=True):
-        problem.along(slopes_along, float(point[-1]), problem.turns * psi, y @ basis, problem.steps(), matrices)
+        matrices[:] = problem.along(problem.slopes, float(point[-1]), problem.turns * psi, y @ basis)
     return np.moveaxis(out, 3, 1)
 
 
@@ -206,10 +287,14 @@ def _located(problem: Any, first: Floats, last: Floats, label: int) -> Floats | 
 
 
 def with_stability(
-    problem: Any, points: Floats, labels: Any, locate: bool
+    problem: Any, points: Floats, labels: Any, locate: bool, floquet: NDArray[np.complex128] | None = None
 ) -> tuple[Floats, Any, NDArray[np.complex128], Floats]:
-    """Points of a branch with its special points, if they are to be located, their multipliers and largest |x|."""
-    floquet = floquet_of(problem, points) if len(points) else np.empty((0, problem.state_count()), complex)
+    """Points of a branch with its special points, if they are to be located, their multipliers and largest |x|.
+
+    `floquet` are the multipliers of the points, where they are known.
+    """
+    if floquet is None:
+        floquet = floquet_of(problem, points) if len(points) else np.empty((0, problem.state_count()), complex)
     if locate and len(points) > 1:
         points, labels, floquet = with_special_points(problem, points, labels, floquet)
     peaks = displacement_peaks(problem.displacements(points)) if len(points) else np.empty(0)

@@ -17,9 +17,10 @@ import numpy as np
 from ...compile.jit import borrowed, kernel_as, run
 from ...results import Floats
 from ..balance.panels import Samples, cut
-from .period_map import FEW, eliminated
+from .period_map import eliminated
 
 PLACES = 8
+FEW = 8  # runs in NumPy, which take a tenth of a second, before they are compiled
 PHASE = 3.5  # of the fastest disturbance in a panel [rad]
 TERMS = 34  # of the series in it
 WAVES = 2.8  # of the highest harmonic of an orbit in a panel [rad]

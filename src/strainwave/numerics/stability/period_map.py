@@ -11,12 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from ...compile.jit import borrowed, kernel_as, routine, run
+from ...compile.jit import routine
 from ...results import Floats
 
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 GAUSS_C, GAUSS_B = 0.5 + 0.5 * _PLACES, 0.5 * _WEIGHTS
-FEW = 8  # runs in NumPy, which take a tenth of a second, before they are compiled
 _POWERS = np.arange(1, 5)  # collocation: the rows integrate powers of the place exactly
 GAUSS_A = GAUSS_C[:, None] ** _POWERS / _POWERS @ np.linalg.inv(GAUSS_C[:, None] ** (_POWERS - 1))
 A, B = tuple(map(tuple, GAUSS_A.tolist())), tuple(GAUSS_B.tolist())
@@ -51,52 +50,51 @@ def eliminated(m: Any) -> None:
                     m[i, j] -= factor * m[k, j]
 
 
-def _walked_loops(a: Any, h: Any, hill: bool, flow: Any) -> Any:
-    a, h, flow = borrowed(a), borrowed(h), borrowed(flow)
-    n = a.shape[2]
-    m, step, new = np.empty((4 * n, 5 * n)), np.empty((n, n)), np.empty((n, n))
-    size, decay = 0.0, 0.0
-    for s in range(a.shape[0]):
-        for i in range(4):
-            mean = 0.0
-            if hill:
-                for k in range(n):
-                    mean += a[s, i, k, k] / n
-                decay += h[s] * B[i] * mean
-            for k in range(n):
-                for q in range(4 * n, 5 * n):
-                    m[i * n + k, q] = a[s, i, k, q - 4 * n]
-                m[i * n + k, 4 * n + k] -= mean
-                for j in range(4):
-                    factor = -h[s] * A[i][j]
-                    for q in range(n):
-                        m[i * n + k, j * n + q] = factor * m[i * n + k, 4 * n + q]
-                m[i * n + k, i * n + k] += 1.0
-        eliminated(m)
-        for k in range(n):
-            for q in range(n):
-                step[k, q] = 1.0 if k == q else 0.0
-                for i in range(4):
-                    step[k, q] += h[s] * B[i] * m[i * n + k, 4 * n + q]
-        largest = 0.0
-        for k in range(n):
-            for q in range(n):
-                total = 0.0
-                for j in range(n):
-                    total += step[k, j] * flow[j, q]
-                new[k, q] = total
-                largest = max(largest, abs(total))
-        scale = 1.0 / largest if hill else 1.0
-        for k in range(n):
-            for q in range(n):
-                flow[k, q] = scale * new[k, q]
+@routine
+def step_by(a: Any, h: float, hill: bool, m: Any, step: Any, flow: Any) -> Any:
+    """Carry a flow (n, n) over a step of length h with the matrices a (4, n, n) at its places.
+
+    With `hill` A is taken without its share of the trace, and the flow is scaled. Returns the logarithm of the scale
+    and the integral of that share; m (4n, 5n) and step (2, n, n) are buffers.
+    """
+    n, decay, largest = a.shape[1], 0.0, 0.0
+    for i in range(4):
+        mean = 0.0
         if hill:
-            size += math.log(largest)
-    return size, decay
+            for k in range(n):
+                mean += a[i, k, k] / n
+            decay += h * B[i] * mean
+        for k in range(n):
+            for q in range(4 * n, 5 * n):
+                m[i * n + k, q] = a[i, k, q - 4 * n]
+            m[i * n + k, 4 * n + k] -= mean
+            for j in range(4):
+                factor = -h * A[i][j]
+                for q in range(n):
+                    m[i * n + k, j * n + q] = factor * m[i * n + k, 4 * n + q]
+            m[i * n + k, i * n + k] += 1.0
+    eliminated(m)
+    for k in range(n):
+        for q in range(n):
+            step[0, k, q] = 1.0 if k == q else 0.0
+            for i in range(4):
+                step[0, k, q] += h * B[i] * m[i * n + k, 4 * n + q]
+    for k in range(n):
+        for q in range(n):
+            total = 0.0
+            for j in range(n):
+                total += step[0, k, j] * flow[j, q]
+            step[1, k, q] = total
+            largest = max(largest, abs(total))
+    scale = 1.0 / largest if hill else 1.0
+    for k in range(n):
+        for q in range(n):
+            flow[k, q] = scale * step[1, k, q]
+    return (math.log(largest) if hill else 0.0), decay
 
 
-@kernel_as(_walked_loops)
-def _walked(a: Floats, h: Floats, hill: bool, flow: Floats) -> tuple[float, float]:
+def walked(a: Floats, h: Floats, hill: bool, flow: Floats) -> tuple[float, float]:
+    """Carry a flow (n, n) over steps of the lengths h (steps,) [s] with matrices a (steps, 4, n, n), as `step_by`."""
     n, rows, size, decay = len(flow), 4 * len(flow), 0.0, 0.0
     a = a * h[:, None, None, None]
     if hill:
@@ -112,12 +110,3 @@ def _walked(a: Floats, h: Floats, hill: bool, flow: Floats) -> tuple[float, floa
             flow /= largest
             size += math.log(largest)
     return size, decay
-
-
-def walked(a: Floats, h: Floats, hill: bool = False) -> tuple[Floats, float, float]:
-    """Period map M of steps of the lengths h (steps,) [s] with matrices a (steps, 4, n, n), and two numbers s and d.
-
-    With `hill` A is taken without its share of the trace, whose integral is d, and the map of that is exp(s) M.
-    """
-    flow = np.eye(a.shape[-1])
-    return flow, *run(_walked, a, h, hill, flow, light=True, after=FEW)

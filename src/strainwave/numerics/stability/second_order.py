@@ -25,7 +25,7 @@ from ..balance.linear_algebra import add, row_times
 from ..balance.rates import base_speed
 from ..balance.second_order import SecondOrder
 from ..balance.springs import of_law
-from .period_map import FEW
+from .panel_map import FEW
 
 PER_VIBRATION, MOST_STEPS = 16, 200_000  # Numerov steps a free vibration, and of an orbit
 FROZEN, LARGEST_LOG = 4096, 700.0  # instants of a very slow orbit, and the logarithm of the largest multiplier told

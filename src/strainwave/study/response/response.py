@@ -151,9 +151,9 @@ def turn_response(
     found = replace(found, points=placed, labels=labels)
     curve = describe(problem, "omega", found, tail, origin, locate=False)
     if locate and np.any(np.diff(curve.stable)):
-        placed, labels, _ = with_special_points(problem, placed, labels, curve.multipliers)
+        placed, labels, floquet = with_special_points(problem, placed, labels, curve.multipliers)
         found = replace(found, points=placed, labels=labels)
-        curve = describe(problem, "omega", found, tail, origin, locate=False)
+        curve = describe(problem, "omega", found, tail, origin, locate=False, floquet=floquet)
     curve = with_others(problem, curve, found.elsewhere, [])
     return TurnResponse(problem, placed, with_sweep(curve))
 
