@@ -32,8 +32,7 @@ from .second_order import LARGEST_LOG, displacement_peaks
 from .special_points import inserted, root_on_chord
 
 FINEST = 4096  # steps a period
-PHASE = 0.4  # of the fastest eigenvalue in a step: errors of about 1e-11 a step
-AT_KINKS = 0.6  # the same in pieces between kinks: 4e-10 a step
+PHASE = 0.6  # of the fastest eigenvalue in a step: errors of 4e-10 a step
 LOOKED = 32  # places a period where the fastest eigenvalue is looked for
 SQUARES = 5  # of a matrix: the 32nd root of the size of its 32nd power is its fastest eigenvalue, or a little more
 SLOW = 1.2 * FINEST  # angle of the fastest disturbance in a period [rad] that no steps resolve
@@ -110,7 +109,7 @@ def _map_loops(problem: Any, point: Any, hill: bool, flow: Any) -> Any:
     if phase > SLOW and not hill:
         return phase, 0.0, 0.0
     least = max(64, 8 * h + 4)
-    fine = min(float(FINEST), max(float(least), math.ceil(phase / (AT_KINKS if problem.kinks > 0 else PHASE))))
+    fine = min(float(FINEST), max(float(least), math.ceil(phase / PHASE)))
     if problem.kinks == 0:
         fine = EVEN * math.ceil(fine / EVEN)
     steps = int(fine)
@@ -193,7 +192,7 @@ def _places(problem: FirstOrder, point: Floats, y: Floats, phase: float) -> tupl
         steps = EVEN * math.ceil(_steps(8 * h + 4, phase / PHASE) / EVEN)
         return *_table(h, steps), np.full(steps, 2.0 * math.pi / steps)
     system = with_leaf(problem.system, problem.leaf, float(point[-1]))
-    longest = 2.0 * math.pi / _steps(8 * h + 4, phase / AT_KINKS)
+    longest = 2.0 * math.pi / _steps(8 * h + 4, phase / PHASE)
     first, width = pieces(system, y, problem.turns, longest)
     psi = (first[:, None] + width[:, None] * GAUSS_C).ravel()
     return psi, Samples(psi, psi).basis(h), width
