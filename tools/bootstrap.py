@@ -139,8 +139,9 @@ def demo(rest: list[str]) -> list[str]:
 
 
 def lint(rest: list[str]) -> list[str]:
-    """Check style, types and layers."""
-    return run_all([["ruff", "check"], ["ruff", "format", "--check"], ["mypy", *rest], ["lint-imports"]])
+    """Check style, types, layers and size."""
+    checks = [["ruff", "check"], ["ruff", "format", "--check"], ["mypy", *rest], ["lint-imports"]]
+    return run_all([*checks, ["python", "tools/budget.py", "--check"]])
 
 
 def test(rest: list[str]) -> list[str]:
