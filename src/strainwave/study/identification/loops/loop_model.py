@@ -108,18 +108,23 @@ class Torque(NamedTuple):
     jacobian: Floats
 
 
-def torque(shape: Shape, p: Floats, path: Path, torsion: Floats) -> Torque:
-    """Torque of a candidate law with the unknowns p (p,) along a path, at torsions (n,) [rad]."""
+def torque(shape: Shape, p: Floats, path: Path, torsion: Floats, names: tuple[str, ...] | None = None) -> Torque:
+    """Torque of a candidate law with the unknowns p (p,) along a path, at torsions (n,) [rad].
+
+    Its derivatives are those over all unknowns, or over those that are named.
+    """
+    names = shape.names() if names is None else names
     given = dict(zip(shape.names(), p.tolist(), strict=True))
     columns: dict[str, Floats] = {}
     value, slope = _spring(shape, given, torsion - given.get("torsion_offset", 0.0), columns)
     columns["torsion_offset"] = -slope
     columns["torque_offset"] = np.ones_like(torsion)
     if shape.n:
-        element, rise = _element(shape, given, path, torsion, columns)
+        element, rise = _element(shape, given, path, torsion, columns, names)
         value, slope = value + element, slope + rise
     value = value + given["torque_offset"]
-    return Torque(value, slope, np.column_stack([columns[name] for name in shape.names()]))
+    jacobian = [columns[name] for name in names]
+    return Torque(value, slope, np.column_stack(jacobian) if jacobian else np.empty((len(value), 0)))
 
 
 def _spring(shape: Shape, p: dict[str, float], x: Floats, columns: dict[str, Floats]) -> tuple[Floats, Floats]:
@@ -142,22 +147,24 @@ def _spring(shape: Shape, p: dict[str, float], x: Floats, columns: dict[str, Flo
 
 
 def _element(
-    shape: Shape, p: dict[str, float], path: Path, x: Floats, columns: dict[str, Floats]
+    shape: Shape, p: dict[str, float], path: Path, x: Floats, columns: dict[str, Floats], names: tuple[str, ...]
 ) -> tuple[Floats, Floats]:
-    """Torque and slope of Bouc-Wen, and its derivatives: of yield twist, beta and start by central differences."""
+    """Torque and slope of Bouc-Wen, and derivatives over those named: twist, kappa, start by central differences."""
     K, twist, kappa, start = p["K"], p["yield_twist"], p.get("kappa", 0.0), p["start"]
 
     def z(twist: float, kappa: float, start: float) -> Floats:
         return twist * states(path, x, shape.n, twist, kappa, start)
 
     here = z(twist, kappa, start)
-    h = STEP * twist
     columns["K"] = here
-    columns["yield_twist"] = K * (z(twist + h, kappa, start) - z(twist - h, kappa, start)) / (2.0 * h)
-    low, high = max(start - STEP, -FULL), min(start + STEP, FULL)
-    first = path.branch <= 3  # later branches have forgotten the start, or differ by less than rounding
-    columns["start"] = np.where(first, K * (z(twist, kappa, high) - z(twist, kappa, low)) / (high - low), 0.0)
-    if shape.free_beta:
+    if "yield_twist" in names:
+        h = STEP * twist
+        columns["yield_twist"] = K * (z(twist + h, kappa, start) - z(twist - h, kappa, start)) / (2.0 * h)
+    if "start" in names:
+        low, high = max(start - STEP, -FULL), min(start + STEP, FULL)
+        first = path.branch <= 3  # later branches have forgotten the start, or differ by less than rounding
+        columns["start"] = np.where(first, K * (z(twist, kappa, high) - z(twist, kappa, low)) / (high - low), 0.0)
+    if "kappa" in names:
         low, high = max(kappa - 1e-4, 0.0), kappa + 1e-4
         columns["kappa"] = K * (z(twist, high, start) - z(twist, low, start)) / (high - low)
     along = path.direction[path.branch] * here / twist

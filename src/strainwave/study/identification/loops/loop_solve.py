@@ -26,7 +26,10 @@ POSITIVE = ("K1", "K2", "K3", "x1", "x2", "K", "yield_twist")
 
 
 class Solution(NamedTuple):
-    """A candidate fitted: unknowns p (p,), weighted residual (n,) and Jacobian (n, p), torque and corrected torsion."""
+    """A candidate: unknowns p (p,), weighted residual (n,) and Jacobian (n, p) at torsions, and corrected torsions.
+
+    The corrected ones, `nearest`, are on the law's curve, nearest to the samples in units of the noise of both axes.
+    """
 
     shape: Shape
     p: Floats
@@ -34,6 +37,7 @@ class Solution(NamedTuple):
     jacobian: Floats
     torsion: Floats
     weight: Floats
+    nearest: Floats
 
     @property
     def cost(self) -> float:
@@ -41,24 +45,17 @@ class Solution(NamedTuple):
         return float(self.residual @ self.residual)
 
 
-def linearised(loop: Loop, shape: Shape, p: Floats, torsion: Floats | None = None) -> Solution:
-    """Residual and Jacobian at the unknowns, with the torsion corrected by the residual's share."""
-    at = loop.torsion if torsion is None else torsion
-    found = torque(shape, p, loop.path, at)
+def linearised(
+    loop: Loop, shape: Shape, p: Floats, at: Floats | None = None, names: tuple[str, ...] | None = None
+) -> Solution:
+    """Residual and Jacobian, over all unknowns or those named, at the measured torsions or others."""
+    at = loop.torsion if at is None else at
+    found = torque(shape, p, loop.path, at, names)
     variance = loop.torque_noise**2 + (found.slope * loop.torsion_noise) ** 2
     weight = 1.0 / np.sqrt(np.maximum(variance, 1e-30 * float(np.ptp(loop.torque)) ** 2))
     miss = loop.torque - found.value - found.slope * (loop.torsion - at)
-    return Solution(shape, p, weight * miss, weight[:, None] * found.jacobian, at, weight)
-
-
-def corrected(loop: Loop, solution: Solution) -> Floats:
-    """Torsion (n,) [rad] on the law's curve nearest to the sample, in units of the noise of the axes."""
-    if loop.torsion_noise == 0.0:
-        return loop.torsion
-    found = torque(solution.shape, solution.p, loop.path, solution.torsion)
-    miss = loop.torque - found.value - found.slope * (loop.torsion - solution.torsion)
-    share = found.slope * loop.torsion_noise**2 * solution.weight**2
-    return np.asarray(loop.torsion + share * miss)
+    nearest = np.asarray(loop.torsion + found.slope * loop.torsion_noise**2 * weight**2 * miss)
+    return Solution(shape, p, weight * miss, weight[:, None] * found.jacobian, at, weight, nearest)
 
 
 def solve(loop: Loop, shape: Shape, p: Floats) -> Solution:
@@ -73,7 +70,7 @@ def solve(loop: Loop, shape: Shape, p: Floats) -> Solution:
         gram, gradient = J.T @ J, J.T @ now.residual
         for _ in range(12):
             step = np.linalg.solve(gram + damping * np.eye(len(p)), gradient) / scale
-            tried = linearised(loop, shape, _inside(shape, now.p + step), now.torsion)
+            tried = linearised(loop, shape, _inside(shape, now.p + step), now.torsion, ())
             if tried.cost <= now.cost:
                 break
             damping = max(damping * 8.0, 1e-12)
@@ -81,7 +78,7 @@ def solve(loop: Loop, shape: Shape, p: Floats) -> Solution:
             break
         gain = now.cost - tried.cost
         damping *= 0.1
-        now = linearised(loop, shape, tried.p, corrected(loop, tried))
+        now = linearised(loop, shape, tried.p, tried.nearest)
         if gain <= SMALL_GAIN * now.cost:
             break
     return now
@@ -119,6 +116,7 @@ def started(loop: Loop, shape: Shape) -> Floats:
     names = shape.names()
     place = {name: i for i, name in enumerate(names)}
     linear = [i for i, name in enumerate(names) if name in ("K1", "K2", "K3", "K", "torque_offset")]
+    solved = tuple(names[i] for i in linear)
     middle = 0.5 * float(np.max(x) + np.min(x))
     reach = 0.5 * float(np.ptp(x))
     corners: list[tuple[float, ...]] = list(combinations(CORNERS, shape.slopes - 1))
@@ -136,7 +134,7 @@ def started(loop: Loop, shape: Shape) -> Floats:
                     p[place["start"]] = 0.0
                 if "torsion_offset" in place:
                     p[place["torsion_offset"]] = offset
-                columns = torque(shape, p, path, x).jacobian[:, linear]
+                columns = torque(shape, p, path, x, solved).jacobian
                 values, *_ = np.linalg.lstsq(columns, t, rcond=None)
                 p[linear] = values
                 miss = t - columns @ values
@@ -170,6 +168,6 @@ def left_out(loop: Loop, solution: Solution) -> Floats:
         rest = gram - own.T @ own + 1e-12 * np.eye(gram.shape[0])
         step = -np.linalg.solve(rest, own.T @ r[block]) / scale
         p = _inside(solution.shape, solution.p + step)
-        miss = linearised(loop, solution.shape, p, solution.torsion).residual[block]
+        miss = linearised(loop, solution.shape, p, solution.torsion, ()).residual[block]
         found.append(float(np.mean(miss**2)))
     return np.array(found)
