@@ -30,7 +30,6 @@ def invoke(*given):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_the_command_writes_and_prints_the_numbers_of_the_library(path, tmp_path):
     out = tmp_path / "out"
     run = invoke(path, "--controller", "inverse", "--speed", "600 rpm", "--units", 2, "-o", out, "--json")
@@ -65,7 +64,6 @@ def test_the_command_writes_and_prints_the_numbers_of_the_library(path, tmp_path
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_the_tables_fit_a_terminal_of_80_columns_and_name_the_best(path):
     run = invoke(path, "--controller", "inverse", "--controller", "angle", "--speed", "600 rpm", "--softer", "20 %")
     assert run.exit_code == 0, run.output
@@ -107,7 +105,6 @@ def test_a_softer_drive_has_less_torque_at_every_torsion(path):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_a_run_that_is_stopped_keeps_the_controllers_that_are_finished(path, tmp_path, monkeypatch):
     done = []
 

@@ -85,7 +85,6 @@ def test_a_run_up_is_that_of_the_library(path, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_the_worst_angle_of_the_load_counts(path):
     gravity = "load: {inertia: 0.8 kg*m^2, drag: {type: angle_torque, amplitude: 12 N*m}}"
     path.write_text(PROJECT.replace("load: {inertia: 0.8 kg*m^2}", gravity).replace("linear, K: 2e4", "cubic, K: 2e4")

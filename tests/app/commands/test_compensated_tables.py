@@ -52,7 +52,6 @@ def written(tmp_path, *given, project=PROJECT):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_a_table_of_angles_leaves_alone_what_it_says_forward_and_backward(tmp_path):
     said, path, out = written(tmp_path, "--controller", "inverse", "--speed", "-600 rpm")
     table = sw.OrderTable.read(out / "order-table-angle.json")
@@ -73,7 +72,6 @@ def test_a_table_of_angles_leaves_alone_what_it_says_forward_and_backward(tmp_pa
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_backward_motion_has_all_files_and_figures(tmp_path):
     _, _, out = written(tmp_path, "--controller", "inverse", "--speed", "-600 rpm", "--speed", "600 rpm")
     figure = (out / "speeds.svg").read_text()
@@ -98,7 +96,6 @@ def test_both_tables_of_a_controller_take_away_what_it_does(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_the_note_on_gravity_offers_an_angle_only_where_none_was_given(tmp_path):
     heavy = PROJECT.replace("0.8 kg*m^2", "0.8 kg*m^2, drag: {type: angle_torque, amplitude: 5 N*m}")
     given = "--controller", "inverse", "--speed", "600 rpm"

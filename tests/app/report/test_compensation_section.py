@@ -33,7 +33,6 @@ def test_a_file_without_a_controller_has_no_such_section():
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_the_section_has_the_numbers_of_the_library():
     section, seen = Compensation(), view()
     data = section.data(seen)["compensation"]

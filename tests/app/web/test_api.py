@@ -180,6 +180,7 @@ def test_script_of_a_map_prints_its_cells(client, tmp_path, monkeypatch, capsys)
 LOADS = [-89.5, 0.0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "more"), [("speed-map", {}), ("speed-map", {"loads": LOADS, "search": False}), ("compensation", {})]
 )

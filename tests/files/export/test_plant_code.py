@@ -42,11 +42,11 @@ def assert_equal_to_1e_12(theirs, ours):
     assert np.max(np.abs(theirs - ours) / np.max(np.abs(ours), axis=0)) <= 1e-12
 
 
-def recorded_torques(n=2500, every=7):
+def recorded_torques(n=900, every=7):
     """Torque steps on both shafts, new ones every few steps, that take the train up through its resonance."""
     rng = np.random.default_rng(15)
     steps = rng.uniform(-1.0, 1.0, (2, -(-n // every))).repeat(every, axis=1)[:, :n]
-    return 1.6 + 0.8 * steps[0], -8.0 + 10.0 * steps[1]
+    return 4.8 + 2.4 * steps[0], -8.0 + 10.0 * steps[1]
 
 
 def in_parts(plant, train, y, scheme):

@@ -72,7 +72,6 @@ def run_up(payload=0.0):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_the_run_ups_own_peak_is_avoided_and_what_the_speeds_are_for_is_said_beside_them(tmp_path):
     (tmp_path / "joint.yaml").write_text(PROJECT)
     options = ["analyze", str(tmp_path / "joint.yaml"), "-o", str(tmp_path / "out")]

@@ -23,6 +23,7 @@ LEARNING = sw.Drive(J_M, J_L, N, B, sw.Cubic(K, ALPHA)).train(
 SLOW = sw.Sampling(STEP, 0.0)
 
 
+@pytest.mark.slow
 def test_what_adapts_decays_with_the_rate_of_its_gain():
     """a' = -g y cos(k theta + phi) decays with g |G| cos(0)/2: the rate that the gain was made of."""
     bench = steady_bench_of(DRIVE, SAMPLING)

@@ -102,7 +102,6 @@ def settled(omega, alpha, y0, turns=120):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_both_motions_of_a_hysteresis_are_in_the_map_and_the_limit_forbids_by_the_larger(tmp_path):
     drive = project(tmp_path, CUBIC, torque="{mean: 0 N*m}")
     found = sw.speed_map(drive, limit=1e-3, speeds=np.linspace(100.0, 250.0, 601))
@@ -330,7 +329,6 @@ def test_the_command_writes_tables_and_the_figure(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_the_command_writes_the_units_that_scatter(tmp_path):
     drive = project(tmp_path, more="limit: {oscillation: 69 arcsec}\nscatter: {load.inertia: 10 %}\n")
     result = CliRunner().invoke(
