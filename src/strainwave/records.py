@@ -4,13 +4,13 @@ import os
 from collections.abc import Mapping
 from dataclasses import fields
 from enum import Enum
-from importlib import import_module
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from .above import above
 from .archive import ENDINGS, as_file, listed, version, write
 
 if TYPE_CHECKING:
@@ -91,13 +91,11 @@ class Result:
 
     def plot(self, axes: Any = None) -> Any:
         """Draw the result with matplotlib (extra `plot`) on axes, or on those of a new figure; return the axes."""
-        # `strainwave.plot` stands above: it is loaded by its name, as the package loads its own names
-        return import_module("strainwave.plot").draw(self, axes)
+        return above("draw")(self, axes)
 
     def _repr_html_(self) -> str:
         """Summary, figure and arrays in a notebook."""
-        html: str = import_module("strainwave.app.notebook").html(self)  # a face: it stands above
-        return html
+        return str(above("html")(self))
 
 
 def _attributes(result: Any) -> dict[str, Any]:

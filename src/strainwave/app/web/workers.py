@@ -4,9 +4,9 @@ import asyncio
 from collections.abc import Awaitable, Callable, Coroutine
 from contextlib import AsyncExitStack
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any
 
+from ...above import thing
 from .requests import Refused
 from .worker import Died, Progress, Worker
 
@@ -30,7 +30,7 @@ class Work:
 
     def __call__(self, *args: Any, **told: Any) -> Any:
         """What the function returns."""
-        return getattr(import_module(f".{self.module}", __package__), self.name)(*args, **told)
+        return thing(f"{__package__}.{self.module}", self.name)(*args, **told)
 
 
 class Workers:

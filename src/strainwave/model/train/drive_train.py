@@ -6,9 +6,9 @@ nothing dropped. T_f is the friction of the meshing, a share of |T|. The state h
 motor's deviation from its reference instead of theta_m, so that no small twist is the difference of large angles.
 """
 
-from importlib import import_module
 from typing import Any, NamedTuple
 
+from ...above import above
 from ...compile.jit import kernel
 from ...law import breakpoints_of, check_law, energy_of, heat_of, kinks_of, rest, share, states_of, torque_of, z_rate_of
 from ...protocols import joint_orders, need
@@ -215,8 +215,7 @@ class DriveTrain(NamedTuple):
 
     def to_control(self, **options: Any) -> Any:
         """Linear train as a `control.StateSpace` of python-control; see `study.train.to_control`."""
-        # `strainwave.study` stands above: it is loaded by its name, as the package loads its own names
-        return import_module("strainwave.study.train.to_control").to_control(self, **options)
+        return above("to_control")(self, **options)
 
     def check(self) -> None:
         """Refuse no ratio, damping that drives (ValueError) and parts without the methods needed (TypeError)."""

@@ -1,11 +1,11 @@
 """What a fitted loop gives: the law, its numbers with their intervals, the candidates compared, the samples."""
 
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from ....above import above
 from ....model.laws.hysteresis import Parallel
 from ....model.laws.springs import Play
 from ....records import Labelled, Result
@@ -114,7 +114,7 @@ class LoopFit(ByName, Result):
     @property
     def yaml(self) -> str:
         """Block for a project file: gear, backlash, hysteresis; without the gear's `ratio` where it was not given."""
-        entry = import_module("strainwave.files.entries").project_entry  # stands above, as `Result.plot`
+        entry = above("project_entry")
         spring = self.law.first if isinstance(self.law, Parallel) else self.law
         gap = f"backlash: {{half_gap: {spring.half_gap!r} rad}}\n" if isinstance(spring, Play) else ""
         spring = spring.law if isinstance(spring, Play) else spring
