@@ -462,6 +462,7 @@ class StoredEnergy:
         return [figure([[panel]], 300.0, "energy over torsion")]
 
 
+@pytest.mark.slow
 def test_section_of_a_user_is_in_the_page_the_results_and_the_summary_of_a_report(tmp_path):
     (tmp_path / "joint.yaml").write_text(JOINT)
     folder = tmp_path / "report"

@@ -35,7 +35,7 @@ def client(clients):
 def address():
     with subprocess.Popen(
         [sys.executable, "-m", "strainwave", "app", "--no-browser", "--port", "8931"],
-        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=os.environ | {"STRAINWAVE_JIT": "1"},
     ) as process:  # fmt: skip
         line = process.stdout.readline()
         yield line.split()[2]

@@ -44,6 +44,7 @@ SHOWN = """() => [...document.querySelectorAll(".plot")].map((box) => [
 def test_every_text_can_be_read(page, scheme):
     page.emulate_media(color_scheme=scheme)
     page.wait_for_timeout(1000)
+    page.wait_for_function(f"() => ({LOW_CONTRAST})().seen > 60")  # all that comes after the first picture
     found = page.evaluate(LOW_CONTRAST)
     assert found["seen"] > 60
     assert found["low"] == []

@@ -205,7 +205,6 @@ def test_heavy_damping_only_takes_its_share_from_the_growth(ratio):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 @pytest.mark.parametrize("ratio", [0.98, 0.99, 1e3])
 def test_a_drive_at_the_edge_of_vibrating_gives_finite_numbers_or_none(ratio):
     found = sw.parametric_resonances(drive(0.3, ratio, orders=(1, 24)), (0.01, 10.0))

@@ -47,7 +47,6 @@ def largest_by_curve(system, band, order, omega):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 @pytest.mark.parametrize("name", CASES)
 def test_true_amplitudes_are_those_of_response_curves(name):
     system, resonance, band, order = CASES[name]
