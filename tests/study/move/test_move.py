@@ -218,6 +218,37 @@ def test_where_a_law_with_memory_rests_is_where_it_has_come_to():
     assert abs(move.rest_error - free) > 0.1 * 4.8 / 31000.0
 
 
+def test_gravity_beside_friction_of_the_load_holds_it_at_the_equilibrium_however_short_the_run():
+    # two torques side by side were taken for a law with memory: the last error of the run was said
+    train = LINEAR._replace(load=sw.Load(J_L, drag=sw.Parallel(sw.AngleTorque(PULL), sw.Viscous(0.1))))
+    move = sw.move(train, sw.SCurve(0.3, 0.15), tail=0.03, method=ROUGH)
+    lag = 1.0 / 31000.0 + 1.0 / N**2 / LOOP.K_p
+    rest = brentq(lambda error: error - lag * PULL * math.sin(0.3 - error), 0.0, 0.1)
+    assert move.rest_error == pytest.approx(rest, rel=1e-9)
+    assert abs(move.pointing_error[-1] - rest) > 0.01 * rest
+
+
+def test_a_law_with_memory_rests_where_a_longer_wait_brings_it():
+    # the error at the end of the run, which still vibrated, was said
+    train = LINEAR._replace(law=sw.Parallel(sw.Linear(31000.0), sw.BoucWen(6e4, 0.0, 8e-5)))
+    move = sw.move(train, sw.Trapezoid(QUARTER, TIME), tail=0.03, method=ROUGH)
+
+    def by_hand(t, y, k):
+        motor, fast, load, slow, z = y
+        angle, speed = commanded(t, k)
+        strain, share = fast / N - slow, abs(z) / 8e-5
+        passed = 31000.0 * (motor / N - load) + 6e4 * z + B * strain
+        drive = -LOOP.K_p * (motor - N * angle) - LOOP.K_d * (fast - N * speed)
+        slip = strain - share * (0.5 * abs(strain) * math.copysign(1.0, z) + 0.5 * strain)
+        return fast, (drive - passed / N) / J_M, slow, (passed - PULL * math.sin(load)) / J_L, slip
+
+    y, knots = np.zeros(5), (0.0, TIME / 3.0, 2.0 * TIME / 3.0, TIME, 2.0 * TIME)
+    for k in range(4):
+        y = solve_ivp(by_hand, knots[k : k + 2], y, "DOP853", args=(k,), rtol=1e-8, atol=1e-12).y[:, -1]
+    assert move.rest_error == pytest.approx(QUARTER - y[2], rel=1e-3)
+    assert abs(move.pointing_error[-1] - move.rest_error) > 0.01 * move.rest_error
+
+
 def test_a_table_of_points_is_followed():
     t = np.linspace(0.0, 0.4, 61)
     curve = tuple(0.05 * (1.0 - np.cos(2.5 * np.pi * t)))
@@ -343,7 +374,7 @@ def test_in_a_gap_the_load_rests_where_it_came_to_stand():
     found = sw.move(train, sw.Trapezoid(0.5, 0.4), window=20 * ARCSEC, tail=2.0, method=ROUGH)
     end = found.pointing_error[-1]
     assert np.ptp(found.pointing_error[found.time > found.time[-1] - 0.05]) < 1e-5 * ARCSEC
-    assert found.rest_error == pytest.approx(end, rel=1e-9)
+    assert found.rest_error == pytest.approx(end, abs=1e-5 * ARCSEC)
     assert abs(end) > 5.0 * ARCSEC
     after = found.pointing_error[found.time > 0.4 + found.settling_time]
     assert np.max(np.abs(after - end)) <= 20.0 * ARCSEC * (1.0 + 1e-6)

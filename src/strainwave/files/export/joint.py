@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ...archive import version
-from ...law import depends, spring_stiffness
+from ...law import spring_stiffness, states_of
 from ...model.excitation import NoError
 from ...model.laws.friction import Coulomb, LuGre, Stribeck, Viscous
 from ...model.laws.hysteresis import Parallel
@@ -81,7 +81,7 @@ def _left_out(train: DriveTrain) -> list[str]:
     lost = []
     if not isinstance(train.error, NoError):
         lost.append("the kinematic error")
-    if depends(train.law) == 3:
+    if states_of(train.law):
         lost.append("the hysteresis of the gear")
     elif not isinstance(train.law, Linear):
         lost.append(f"the torsion law {type(train.law).__name__} but its slope at rest")

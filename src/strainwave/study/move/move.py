@@ -13,11 +13,13 @@ from ...model.gears.limits import Finding, check_limits
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import Segment
 from ...numerics.integration.methods import Dopri5, Method
+from ...numerics.integration.simulate import simulate
 from ...protocols import lines_of
 from ...quantities import interval, number
 from ...results import Floats, SolveError
 from ...sentences import Sentence
 from ...units import ARCSEC
+from ..response.steady import finished_or_interrupted
 from ..train.run import INPUTS, waiting
 from ..train.state_space import state_space
 from .demands import MotorLimits, move_findings, refuse_heavy
@@ -115,7 +117,8 @@ def move(
     refuse_heavy(mover.train, path)
     y0 = _at_rest(mover.train, 0.0, float(path.angle[0]))
     poles = state_space(mover.train, at=y0).poles
-    tail = _tail(poles, path) if tail is None else number("tail [s]", tail, positive=True)
+    decay = _tail(poles, path)
+    tail = decay if tail is None else number("tail [s]", tail, positive=True)
     run = follow(mover.train, path, y0, tail, method)
     crossed = crossings(mover.train, path, _resonances(poles))
     passed: tuple[Pass, ...] = ()
@@ -124,7 +127,8 @@ def move(
         whole, plain = (Quintic.through(f.t, *f.pointing(), f.steps) for f in (run, smooth))
         t = whole.dense(WITHIN)
         passed = passes(crossed, mover.train.error, path, t, whole.at(t) - plain.at(t))
-    return _result(mover, path, run, window, spans, passed)
+    rests = _rests(mover, path, run, decay, method)
+    return _result(mover, path, run, window, spans, passed, rests)
 
 
 def _standing(train: DriveTrain, t: float, angle: float) -> DriveTrain:
@@ -170,7 +174,7 @@ def _tail(poles: Any, path: Path) -> float:
 
 def _result(
     mover: Mover, path: Path, run: Followed, window: float, bands: tuple[tuple[float, float], ...],
-    passed: tuple[Pass, ...],
+    passed: tuple[Pass, ...], rests: list[float],
 ) -> Move:  # fmt: skip
     train = run.train
     error, motor, gear, speed = run.seen()
@@ -178,7 +182,9 @@ def _result(
     rms = [math.sqrt(integral / path.duration) for integral in run.means[:3]]
     turned = train.N * path.travel()
     average = math.cbrt(run.means[3] / turned)
-    rests, settled = _settled(mover, path, run, window)
+    whole = Quintic.through(run.t, *run.pointing(), run.steps)
+    times = zip(path.motions(), _waits(path, run), rests, strict=True)
+    settled = tuple(settling(whole, rest, window, end, until) for (_, end), until, rest in times)
     energy = np.asarray(train.energy(run.t, tuple(run.y)))
     gap = energy - energy[0] - np.sum(run.work[:INPUTS], axis=0) + np.sum(run.work[INPUTS:], axis=0)
     scale = max(float(np.max(np.abs(run.work))), float(np.max(np.abs(energy))), 1e-300)
@@ -227,22 +233,27 @@ def _result(
     )
 
 
-def _settled(mover: Mover, path: Path, run: Followed, window: float) -> tuple[list[float], tuple[float | None, ...]]:
-    """Error at rest [rad] after every motion, and the time [s] in which it is reached.
+def _waits(path: Path, run: Followed) -> list[float]:
+    """Times [s] until which the drive waits after every motion: the next one, or the end of the run."""
+    return [begin for begin, _ in path.motions()[1:]] + [float(run.t[-1])]
 
-    At rest it is that of the equilibrium there, or, where this depends on the way, the last one before the next motion.
+
+def _rests(mover: Mover, path: Path, run: Followed, decay: float, method: Method) -> list[float]:
+    """Error at rest [rad] after every motion.
+
+    It is that of the equilibrium there, or, where this depends on the way, that to which the drive comes when it waits
+    for longer than it does by the time [s] in which its vibration decays.
     """
-    error = Quintic.through(run.t, *run.pointing(), run.steps)
-    motions = path.motions()
-    begins = [begin for begin, _ in motions[1:]] + [float(run.t[-1])]
     rests = []
-    for (_, end), until in zip(motions, begins, strict=True):
-        rest = float(error.at(np.array([until]))[0])
-        if not mover.remembers:
-            angle = float(path.at(np.array([end]))[0][0])
-            state = tuple(_at_rest(mover.train, end, angle))
-            if not _is_loose(_standing(mover.train, end, angle), end, state):
-                rest = float(mover.train.pointing_error(state))
-        rests.append(rest)
-    times = zip(motions, begins, rests, strict=True)
-    return rests, tuple(settling(error, rest, window, end, until) for (_, end), until, rest in times)
+    for (_, end), until in zip(path.motions(), _waits(path, run), strict=True):
+        angle = float(path.at(np.array([end]))[0][0])
+        standing = _standing(mover.train, end, angle)
+        state: Any = None if mover.remembers else tuple(_at_rest(mover.train, end, angle))
+        if state is None or _is_loose(standing, end, state):
+            there = run.y[:, np.searchsorted(run.t, until)]
+            on = finished_or_interrupted(simulate(standing, there, (until, until + decay), method=method))
+            if not on.status:
+                raise SolveError(f"the motion cannot be followed to its rest: {on.message}")
+            state = tuple(on.y[:, -1])
+        rests.append(float(mover.train.pointing_error(state)))
+    return rests

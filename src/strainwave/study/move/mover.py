@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from ...law import depends
+from ...law import states_of
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
 from ...protocols import lacking, terms_of
@@ -17,7 +17,6 @@ from .payload import Payload
 LINES_LEFT_OUT = (
     "The torques have their means; their lines, which follow an angle at constant speed, are left out of a move."
 )
-MEMORY = 3  # arguments of a torque with internal states
 
 
 class Task(NamedTuple):
@@ -47,7 +46,7 @@ class Mover:
         """Whether where it comes to rest depends on how it got there: a law or a drag has internal states."""
         end = self.train.load.end()
         laws = (self.train.law, self.train.motor.drag, end.drag, *self.train.load.couplings())
-        return any(depends(law) == MEMORY for law in laws)
+        return any(states_of(law) for law in laws)
 
 
 def mover_of(project: Any, gear: Gear | None, limits: MotorLimits | None, payload: Payload | None) -> Mover:
