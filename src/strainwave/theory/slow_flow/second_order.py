@@ -15,6 +15,7 @@ w + w_1.
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,7 @@ from ...numerics.addressed import torques
 from ...results import Floats
 from .averaging import probes_of, turns_with_phase
 from .means.memory import LoopAverages, loop_averages, remembers
-from .means.sampling import harmonics
+from .means.sampling import Matrices, along, harmonics, onto
 from .second_order_forms import FORMS
 from .setting import Complexes, Setting, real_matrix
 
@@ -105,25 +106,32 @@ class Samples:
             omega, fast = (np.ravel(np.broadcast_to(w, shape)) for w in (omega, fast))
         hard = np.broadcast_to(hard, (*shape, hard.shape[-1])).reshape(len(each), hard.shape[-1])
         first = np.concatenate([each[:, None], hard], axis=1)
-        waves = np.concatenate([self.turn[None], self.lines])
-        n = self._torque(s, first, waves, self.waves)
+        forced, whole, to_small, to_fast = _matrices(self)
+        n = self._torque(s, first, forced, to_small)
         n[:, np.all(self.numbers == 0, axis=1)] *= 0.5
         speed = np.multiply.outer(fast / self.fast, self.numbers[:, 0]) + np.multiply.outer(omega, self.numbers[:, 1])
         for line, place in enumerate(self.places):
             if place >= 0:
                 n[:, place] += (1j * s.mu * speed[..., place] - pull) * hard[..., line]
         small = -n / (pull - speed**2 + 1j * s.mu * speed)
-        whole, waves = np.concatenate([first, small], axis=1), np.concatenate([waves, self.waves])
-        back = self._torque(s, whole, waves, self.turn[None])[:, 0] - pull * each
+        back = self._torque(s, np.concatenate([first, small], axis=1), whole, to_fast)[:, 0] - pull * each
         speeds = (w.reshape(shape) if omega.ndim else w for w in speed.T)
         amplitudes = (a.reshape(shape) for a in small.T)
         return list(zip(speeds, amplitudes, strict=True)), back.reshape(shape)
 
     @staticmethod
-    def _torque(s: Setting, c: Complexes, waves: Complexes, onto: Complexes) -> Complexes:
+    def _torque(s: Setting, c: Complexes, waves: Matrices, conjugates: Matrices) -> Complexes:
         """Twice the means [rad/s^2] of the torque beyond the one at rest, over J, along motions about u0."""
         rest = s.u0, float(s.system.law.torque(s.u0))
-        return np.asarray(2.0 / s.system.J * harmonics(torques, s.system.law, c, waves, onto, rest))
+        return np.asarray(2.0 / s.system.J * harmonics(torques, s.system.law, c, waves, conjugates, rest))
+
+
+@lru_cache(maxsize=4)
+def _matrices(samples: Samples) -> tuple[Matrices, Matrices, Matrices, Matrices]:
+    """Matrices of the forced motion and of it with the small harmonics, and those onto small harmonics and onto E."""
+    forced = np.concatenate([samples.turn[None], samples.lines])
+    whole = np.concatenate([forced, samples.waves])
+    return along(forced), along(whole), onto(samples.waves), onto(samples.turn[None])
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from ....numerics.addressed import stiffnesses, torques
 from ....results import Floats
 from ..fixed_points import Flow
 from ..means.memory import Loops, remembers, waves
-from ..means.sampling import harmonics
+from ..means.sampling import along, harmonics, onto
 from ..setting import Complexes, Setting
 
 SMOOTH, KINKED = 8, 64  # sample points per harmonic
@@ -83,7 +83,7 @@ class Balance:
         """Harmonics [N*m] (states, H+1) of the law's torque along motions."""
         if self.loops is not None:
             return self.loops.coefficients(self.loops.torque(c, omega * self.base))
-        torque = 2.0 * harmonics(torques, self.setting.system.law, c, self.waves, self.waves)
+        torque = 2.0 * harmonics(torques, self.setting.system.law, c, along(self.waves), onto(self.waves))
         torque[..., 0] *= 0.5
         return torque
 
@@ -135,7 +135,7 @@ class Balance:
         h = self.harmonics
         i = np.arange(h + 1)
         # T'(u) times cos m and -sin m, projected on both: its harmonics at the sums and differences
-        spectrum = harmonics(stiffnesses, self.setting.system.law, c, self.waves, self.twice)
+        spectrum = harmonics(stiffnesses, self.setting.system.law, c, along(self.waves), onto(self.twice))
         total, apart = spectrum[:, i[:, None] + i], spectrum[:, np.abs(i[:, None] - i)]
         sign = np.sign(i[:, None] - i)
         even, odd = apart.real + total.real, sign * apart.imag
