@@ -238,15 +238,15 @@ def disagreements(texts: list[str], folder: Path) -> list[list[str]]:
     paths = [folder / f"{i}.yaml" for i in range(len(texts))]
     for path, text in zip(paths, texts, strict=True):
         path.write_text(text, encoding="utf-8")
-    moving = [path for path in paths if refused(path) is None]
+    why = {path: refused(path) for path in paths}
+    moving = [path for path in paths if why[path] is None]
     rows = compared(moving, folder / "compared") if len(moving) > 1 else {}
-    return [differences([*all_faces(path, folder / path.stem), *rows.get(path, [])]) for path in paths]
+    return [differences([*all_faces(path, folder / path.stem, why[path]), *rows.get(path, [])]) for path in paths]
 
 
-def all_faces(path: Path, folder: Path) -> list[tuple[str, Value]]:
-    """What every face says of a drive; of one without a steady motion the sentence."""
+def all_faces(path: Path, folder: Path, why: str | None) -> list[tuple[str, Value]]:
+    """What every face says of a drive; of one without a steady motion `why`."""
     folder.mkdir()
-    why = refused(path)
     if why is not None:
         return [("refusal", Value("Python", why)), ("refusal", Value("response", refusal("response", str(path))))]
     return [said for face in (responses, analyses, moves) for said in face(path, folder)]

@@ -5,18 +5,18 @@ import pytest
 from agreement import disagreements
 from random_projects import project_text
 
-PARTS = {
+PARTS = {  # with the seed of its numbers
     "torque and gravity": [
-        ("three slopes", "none", "held", "plain", "mean"),
-        ("hardening", "none", "position", "gravity", "none"),
+        (4, "three slopes", "none", "held", "plain", "mean"),
+        (1, "hardening", "none", "position", "gravity", "none"),
     ],
     "gap and softening": [
-        ("linear", "gap", "position", "plain", "mean"),
-        ("softening", "none", "held", "coupling", "range"),
+        (0, "linear", "gap", "position", "plain", "mean"),
+        (1, "softening", "none", "held", "coupling", "range"),
     ],
     "hysteresis": [
-        ("three slopes", "hysteresis", "speed", "coupling", "none"),
-        ("hardening", "hysteresis", "held", "plain", "range"),
+        (0, "three slopes", "hysteresis", "speed", "coupling", "none"),
+        (1, "hardening", "hysteresis", "held", "plain", "range"),
     ],
 }
 
@@ -24,5 +24,5 @@ PARTS = {
 @pytest.mark.compiled
 @pytest.mark.parametrize("drives", PARTS)
 def test_all_faces_say_the_same(drives, tmp_path):
-    texts = [project_text(np.random.default_rng(i), *parts) for i, parts in enumerate(PARTS[drives])]
+    texts = [project_text(np.random.default_rng(seed), *parts) for seed, *parts in PARTS[drives]]
     assert disagreements(texts, tmp_path) == [[], []]
