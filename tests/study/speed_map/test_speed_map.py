@@ -130,6 +130,43 @@ def test_both_motions_of_a_hysteresis_are_in_the_map_and_the_limit_forbids_by_th
     assert settled(0.995 * low, 2e5, (0.0, 0.0)) < 1e-3 < settled(1.005 * low, 2e5, (0.0, 0.0))
 
 
+HYSTERETIC = """
+gear: {ratio: 50, law: {type: cubic, K: 22042.6 N*m/rad, alpha: 9.44048e+06 1/rad^2}}
+motor: {inertia: 25.287 kg*cm^2, mode: held}
+load: {inertia: 1.7538 kg*m^2}
+damping: {B: 5.788 N*m*s/rad}
+hysteresis: {type: bouc_wen, K: 6395.3 N*m/rad, ratio: 0, yield_twist: 0.0001588 rad}
+speed: {from: 22.7 rad/s, to: 194.5 rad/s, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 1.207 arcsec}, {order: 6, amplitude: 4.191 arcsec}]}
+limit: {oscillation: 59.4 arcsec}
+"""
+
+
+@pytest.mark.slow
+def test_an_isolated_motion_of_a_gear_with_hysteresis_is_found(tmp_path):
+    # of a law with memory the main curve alone was known: 17 arcsec, all speeds were allowed
+    path = tmp_path / "hysteretic.yaml"
+    path.write_text(HYSTERETIC)
+    found = sw.speed_map(sw.read_project(path), loads=[-1.76], speeds=(68.9, 69.1), threads=1)
+    omega = float(found.speeds[np.argmax(found.oscillation[0])])
+    lines = [(2, 1.207 * ARCSEC), (6, 4.191 * ARCSEC)]
+
+    def by_hand(t, y):
+        e = sum(a * np.cos(k * omega * t) for k, a in lines)
+        slope = -sum(a * k * omega * np.sin(k * omega * t) for k, a in lines)
+        u, strain, share = -y[0] - e, -y[1] - slope, abs(y[2]) / 1.588e-4
+        gear = 5.788 * strain + 22042.6 * (u + 9.44048e6 * u**3) + 6395.3 * y[2]
+        slip = strain - share * (0.5 * abs(strain) * np.sign(y[2]) + 0.5 * strain)
+        return [y[1], (gear - 1.76) / 1.7538, slip]
+
+    turn = 2.0 * np.pi / omega
+    t = np.linspace(78.0, 80.0, 257) * turn
+    y = solve_ivp(by_hand, (0.0, t[-1]), (-9.08e-4, -0.433, 1.588e-4), t_eval=t, rtol=1e-7, atol=1e-10).y[0]
+    assert 0.5 * np.ptp(y) > 250.0 * ARCSEC  # it stays for 80 turns
+    assert np.max(found.oscillation) == pytest.approx(0.5 * np.ptp(y), rel=2e-3)
+    assert len(found.allowed[0]) == 0
+
+
 @pytest.mark.slow
 def test_an_isolated_subharmonic_is_found_and_flagged(tmp_path):
     """Order 2 drives a vibration of order 1 near twice the resonance, apart from the main curve."""

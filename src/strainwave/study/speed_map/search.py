@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...law import breakpoints_of
+from ...law import breakpoints_of, is_spring
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad, own_state, turning
@@ -32,7 +32,7 @@ from ...tree import leaf_of
 from ..analysis.drive_response import motor_torque
 from ..analysis.train_curve import strain_of
 from .motions import HIGH, LOW, OMEGA, OSCILLATION, Loose, Motions, extremes
-from .starts import Settling, beyond_ends, starts_at
+from .starts import Settling, beside, beyond_ends, starts_at
 
 SAME = 0.03  # of the reach of a motion, by which the ends of one motion differ at most
 DECAY, LEAST_TURNS, MOST_TURNS = 20.0, 64, 3000  # transients die by exp(-20) in the longest time
@@ -77,7 +77,8 @@ def search(
         found = _searched(case, curves, speeds, seeds, span, len(curves) - len(known))
         curves, loose, new = (*curves, *found.curves), [*loose, *found.loose], [*new, *found.seeds]
         settled = settled and found.settled
-        seeds = tuple(seed for curve in (*fresh, *found.curves) for seed in beyond_ends(case.system, curve, span))
+        ends = (seed for curve in (*fresh, *found.curves) for seed in beyond_ends(case.system, curve, span))
+        seeds = (*ends, *(beside(found.seeds, span) if len(speeds) and not is_spring(case.equation) else ()))
         fresh, speeds = (), np.empty(0)
     return Found(curves[len(known) :], tuple(loose), settled, tuple(new))
 
@@ -87,7 +88,7 @@ def _searched(
     found: int,
 ) -> Found:  # fmt: skip
     """`search` from starts at these speeds and from these seeds alone; `found` of the curves are from it already."""
-    system = case.system
+    system, spring = case.system, is_spring(case.equation)
     omega, start = starts_at(case, speeds) if len(speeds) else (np.empty(0), np.empty((0, 0)))
     if seeds:
         given = np.array([seed.state for seed in seeds]).T
@@ -99,7 +100,7 @@ def _searched(
         lane = int(max(rest, key=lambda i: ends.highest[i] - ends.lowest[i]))
         low, high = float(ends.lowest[lane]), float(ends.highest[lane])
         seed = Settling(float(omega[lane]), tuple(ends.state[:, lane].tolist()), int(ends.period[lane]))
-        followed = 0 < seed.turns <= LONGEST and len(curves) - before < FOLLOWED
+        followed = spring and 0 < seed.turns <= LONGEST and len(curves) - before < FOLLOWED
         whole_range = len(speeds) > 0 or seed.turns < LONGEST
         most = curves[0].branch.coefficients.shape[1] // 2 if whole_range else highest_order(system) + FEW
         orbit = solved(system, seed, most) if followed else None
@@ -107,10 +108,11 @@ def _searched(
             reach = _reach(seed, span, whole_range)
             curves, new = (*curves, follow(system, orbit, reach, known[0].every, case.train)), [*new, seed]
         elif orbit is None and whole:
-            kept.append(Loose(seed.omega, 0.5 * (high - low), _largest_torque(system, seed), seed.turns))
+            kept.append(_loose(system, seed, 0.5 * (high - low)))
+            new += [seed] if seed.turns and not spring else []
         same = np.abs(ends.lowest - low) + np.abs(ends.highest - high) < SAME * (high - low)
-        if not seed.turns:  # the largest of those that did not settle stands for all at its speed
-            same |= ends.period == 0
+        if not (spring and seed.turns):  # the largest of those that are not followed stands for all at its speed
+            same |= (ends.period == 0) | (not spring)
         ends.lost[same & (omega == seed.omega)] = True  # looked at once
     return Found(curves[len(known) :], tuple(kept), whole, tuple(new))
 
@@ -251,7 +253,7 @@ def _settled(system: Any, omega: Floats, start: Floats, curves: tuple[Motions, .
 
 
 def _smooth(system: Any) -> bool:
-    return isinstance(system, Oscillator) and not breakpoints_of(system.law)
+    return isinstance(system, Oscillator) and is_spring(system) and not breakpoints_of(system.law)
 
 
 def _unknown(curves: tuple[Motions, ...], omega: Floats, ends: Ends) -> Any:
@@ -282,13 +284,17 @@ def _beyond(curves: tuple[Motions, ...], omega: Floats, ends: Ends, lane: int) -
     return bool(ends.lowest[lane] < low - margin or ends.highest[lane] > high + margin)
 
 
-def _largest_torque(system: Any, seed: Settling) -> float:
-    """Largest torque [N*m] in the gear over eight turns from a state."""
+def _loose(system: Any, seed: Settling, size: float) -> Loose:
+    """A motion that is not followed: one that repeats is integrated on, another has its size [rad] of the search."""
     here = system._replace(omega=seed.omega)
-    angles = 2.0 * np.pi * np.arange(8 * 64 + 1) / 64
+    angles = 2.0 * np.pi * np.append(0.0, (LEAST_TURNS if seed.turns else 1) + np.arange(8 * 64 + 1) / 64)
     run = simulate(here, seed.state, angles / seed.omega)
     if not run.status:
-        return float("inf")
+        return Loose(seed.omega, size, float("inf"), seed.turns)
+    angles, t, y = angles[1:], run.t[1:], run.y[:, 1:]
     if isinstance(here, Oscillator):
-        return float(np.max(np.abs(here.excitation.torque(angles) - here.J * np.gradient(run.y[1], run.t))))
-    return float(np.max(np.abs(turning(here).torque(angles, own_state(here, tuple(run.y))))))
+        torque = here.excitation.torque(angles) - here.J * np.gradient(y[1], t)
+    else:
+        torque = turning(here).torque(angles, own_state(here, tuple(y)))
+    size = 0.5 * float(np.ptp(y[0])) if seed.turns else size
+    return Loose(seed.omega, size, float(np.max(np.abs(torque))), seed.turns)

@@ -357,7 +357,5 @@ def _remarks(
     if below := out_of_reach(rules.limit, slow):
         said.append(below)
     if any(own.loose for own in found):
-        said.append(
-            "some trajectories settled on motions that could not be followed; speeds next to them count as they do"
-        )
+        said.append("some trajectories settled on motions that were not followed; speeds next to them count as they do")
     return tuple(dict.fromkeys(said))

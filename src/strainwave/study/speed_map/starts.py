@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...law import breakpoints_of, depends, spring_stiffness, states_of, torque_of
 from ...model.oscillator import Oscillator
 from ...numerics.attractors.random_starts import box_at, starts_in
 from ...numerics.balance.fourier import with_velocity
@@ -18,6 +19,7 @@ from .motions import Motions, stable_runs
 
 RANDOM, PHASES, SEED = 4, 4, 14  # random starts at every speed, and phases of every free vibration
 TURNS, FREE = (1, 2, 3), 49  # periods of a line that a free vibration may take, and amplitudes of the backbone
+ASIDE, NEXT = (0.01, 0.02), 0.06  # of its speed: beside a motion that is not followed, up to the next one
 BEYOND = 2e-4, 6e-4, 2e-3  # relative distances from the end of a stable run at which others are looked for
 
 
@@ -45,9 +47,20 @@ def beyond_ends(system: Any, curve: Motions, span: tuple[float, float]) -> Itera
                     yield Settling(there, (*state, *(0.0,) * (states - 2)), curve.turns)
 
 
+def beside(seeds: tuple[Settling, ...], span: tuple[float, float]) -> tuple[Settling, ...]:
+    """The same states beside their speeds, where the motions that no curve has go on, but towards the next seed."""
+    at, every = np.array([seed.omega for seed in seeds]), list[Settling]()
+    for seed in seeds:
+        for side in (-1.0, 1.0):
+            away = side * (at / seed.omega - 1.0)
+            if not np.any((away > 0.0) & (away < NEXT)):
+                every += [seed._replace(omega=seed.omega * (1.0 + side * share)) for share in ASIDE]
+    return tuple(seed for seed in every if span[0] < seed.omega < span[1])
+
+
 def starts_at(case: Any, speeds: Floats) -> tuple[Floats, Floats]:
     """Speeds (lanes,) and states (states, lanes): free vibrations that an order may keep up, and random starts."""
-    equation, system = case.equation, case.system
+    equation, system = case.equation._replace(law=springs_of(case.equation.law)), case.system
     leaf = leaf_of(equation, "omega")
     problem = second_order(equation, leaf, leaf, highest_order(equation))
     rng = np.random.default_rng(SEED)
@@ -71,9 +84,32 @@ def starts_at(case: Any, speeds: Floats) -> tuple[Floats, Floats]:
     return np.concatenate([np.empty(0), *lanes]), start
 
 
+class Springs(NamedTuple):
+    """What is left of a law while nothing slips: its springs, without friction and memory."""
+
+    law: Any
+
+    def torque(self, x: Any) -> Any:
+        """Torque [N*m] at torsion x [rad]."""
+        return torque_of(self.law, x, 0.0, (0.0,) * states_of(self.law))
+
+    def stiffness(self, x: Any) -> Any:
+        """Slope [N*m/rad] at torsion x [rad]."""
+        return spring_stiffness(self.law, x)
+
+    def breakpoints(self) -> tuple[float, ...]:
+        """Torsions [rad] where a spring has a kink."""
+        return tuple(breakpoints_of(self.law))
+
+
+def springs_of(law: Any) -> Any:
+    """The springs of a law: itself where it is one."""
+    return law if depends(law) == 1 else Springs(law)
+
+
 def number_of_states(system: Any) -> int:
-    """States of an error equation of a spring, or of a train."""
-    return 2 if isinstance(system, Oscillator) else len(system.train.state_names())
+    """States of an error equation, or of a train."""
+    return 2 + states_of(system.law) if isinstance(system, Oscillator) else len(system.train.state_names())
 
 
 def _free(equation: Oscillator, mean: float, reach: float) -> tuple[Floats, Floats]:

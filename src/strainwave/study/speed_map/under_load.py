@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...law import depends, is_spring
+from ...law import depends
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad
@@ -47,8 +47,8 @@ class Case(NamedTuple):
 
     @property
     def searched(self) -> bool:
-        """Whether other motions are looked for: springs alone, at constant damping and stiffness."""
-        return isinstance(self.equation, Oscillator) and is_spring(self.equation)
+        """Whether other motions are looked for: at constant damping and stiffness."""
+        return isinstance(self.equation, Oscillator)
 
 
 def slowest(case: Case) -> float:
