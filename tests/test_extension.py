@@ -6,9 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
+from strainwave.app import commands
+from strainwave.app.commands import cli
 from strainwave.app.figures.svg import Panel, figure
 from strainwave.app.report.report import together
 from strainwave.choices import larger
@@ -484,6 +487,31 @@ def test_section_of_a_user_is_in_the_page_the_results_and_the_summary_of_a_repor
     assert 'aria-label="energy over torsion"' in own
     assert page.index("<h2>Derived quantities</h2>") < page.index("<h2>Energy in the gear</h2>")
     assert sentence in report.summary
+
+
+def test_a_command_is_one_file(tmp_path, monkeypatch):
+    (tmp_path / "sag.py").write_text(
+        "import click\n"
+        "from strainwave.app.commands.options import json_option, project_argument\n"
+        "from strainwave.app.console import to_json\n"
+        "from strainwave.files.reading import read_project\n"
+        "@click.command()\n"
+        "@project_argument\n"
+        "@json_option\n"
+        "def sag(project, as_json):\n"
+        "    'Say how far a torque of 100 N m twists the gear.'\n"
+        "    twist = 100.0 / read_project(project).drive.law.K\n"
+        "    click.echo(to_json({'twist_rad': twist}) if as_json else f'{twist:.3g} rad')\n"
+    )
+    (tmp_path / "joint.yaml").write_text(JOINT)
+    monkeypatch.setattr(commands, "__path__", [*commands.__path__, str(tmp_path)])
+    monkeypatch.setitem(cli.COMMANDS, "sag", ("sag", "Say how far a torque of 100 N m twists the gear."))
+    run = CliRunner().invoke(cli.cli, ["sag", str(tmp_path / "joint.yaml"), "--json"])
+    assert json.loads(run.stdout) == {"twist_rad": 1e-3}
+    assert CliRunner().invoke(cli.cli, ["sag", str(tmp_path / "gone.yaml")]).exit_code == cli.INVALID_PROJECT
+    said = CliRunner().invoke(cli.cli, ["--help"]).stdout
+    assert "sag" in said
+    assert "twists the gear" in said
 
 
 def test_two_sections_with_one_key_are_refused():

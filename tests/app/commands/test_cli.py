@@ -6,8 +6,10 @@ import signal
 import subprocess
 import sys
 import time
+from importlib import import_module
 from pathlib import Path
 
+import click
 import pytest
 from click.testing import CliRunner
 
@@ -54,16 +56,56 @@ def test_help_names_every_command():
         assert invoke(name, "--help").exit_code == 0
 
 
-def test_help_imports_nothing_heavy():
+def light(*words, **environment):
+    """What a call prints that imports nothing heavy."""
     code = (
-        "import sys; sys.argv = ['strainwave', '--help']\n"
+        f"import sys; sys.argv = ['strainwave', *{words!r}]\n"
         "from strainwave.app.commands.cli import main\n"
         "try: main()\nexcept SystemExit: pass\n"
         "heavy = {'numba', 'numpy', 'scipy', 'matplotlib', 'sympy', 'xarray', 'pydantic', 'rich', 'jinja2'}\n"
         "print(sorted(heavy & set(sys.modules)), file=sys.stderr)"
     )
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    how = {"capture_output": True, "text": True, "check": True, "env": os.environ | environment}
+    result = subprocess.run([sys.executable, "-c", code], **how)
     assert result.stderr.strip() == "[]"
+    return result.stdout
+
+
+def test_help_imports_nothing_heavy():
+    assert "analyze" in light("--help")
+
+
+@pytest.mark.parametrize("shell", ["bash", "powershell"])
+def test_completion_of_a_command_imports_nothing_heavy(shell):
+    words = {"bash": ("strainwave comp", "1"), "powershell": ("strainwave comp", "comp")}[shell]
+    called = {"_STRAINWAVE_COMPLETE": f"{shell}_complete", "COMP_WORDS": words[0], "COMP_CWORD": words[1]}
+    names = [line.replace(",", "\t").split("\t")[1] for line in light(**called).splitlines()]
+    assert names == ["compare", "compensate", "compensate-move", "compensate-run-up", "completion"]
+
+
+def test_a_wrong_command_is_told_the_nearest_one():
+    assert "No such command 'analyse'" in invoke("analyse").output
+
+
+@pytest.mark.parametrize("name", command.COMMANDS)
+def test_sentence_in_the_list_of_commands_is_the_first_of_the_help(name):
+    asked = command.cli.get_command(None, name)
+    said = " ".join(asked.help.partition("\n\n")[0].split())
+    assert asked.name == name
+    assert said == command.COMMANDS[name][1] or said.startswith(f"{command.COMMANDS[name][1]} ")
+
+
+def test_every_command_is_listed_in_the_order_of_its_name():
+    folder = Path(command.__file__).parent
+    modules = {".".join(path.relative_to(folder).with_suffix("").parts) for path in folder.rglob("*.py")}
+    declared = {
+        (module, thing.name)
+        for module in modules
+        for thing in vars(import_module(f"strainwave.app.commands.{module}".removesuffix(".__init__"))).values()
+        if isinstance(thing, click.Command) and thing is not command.cli
+    }
+    assert declared == {(module, name) for name, (module, _) in command.COMMANDS.items()}
+    assert list(command.COMMANDS) == sorted(command.COMMANDS)
 
 
 @pytest.mark.slow
@@ -111,7 +153,7 @@ def test_unexpected_error_is_one_sentence_and_a_traceback_only_on_demand(monkeyp
     def broken(*_):
         raise ZeroDivisionError("float division by zero")
 
-    monkeypatch.setattr("strainwave.app.commands.analysis.analyze.analyse", broken)
+    monkeypatch.setattr("strainwave.app.commands.analyze.analyse", broken)
     result = invoke("analyze", project, "-o", tmp_path / "out")
     assert result.exit_code == 1
     assert result.stderr.count("\n") == 1

@@ -95,7 +95,7 @@ def test_speeds_to_avoid_of_the_analysis_are_added_to_those_given(path, tmp_path
     found = SimpleNamespace(avoid=SimpleNamespace(bands=((100.0, 120.0),)))
     monkeypatch.setattr(sw.Project, "analyze", lambda *_: found)
     rough = {"tail": 0.02, "method": sw.Dopri5(rtol=1e-4, atol=1e-7)}
-    monkeypatch.setattr(move_command, "move", lambda *given, **options: sw.move(*given, **options, **rough))
+    monkeypatch.setattr(move_command, "moved", lambda *given, **options: sw.move(*given, **options, **rough))
     run = invoke(path, PART, "-o", tmp_path / "out", "--avoid", "--band", "10 rad/s", "20 rad/s", "--json")
     assert run.exit_code == 0, run.output
     bands = json.loads(run.stdout)["speeds_to_avoid"]

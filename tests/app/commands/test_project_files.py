@@ -12,8 +12,8 @@ import pytest
 from click.testing import CliRunner
 
 from strainwave.app.commands import cli as command
-from strainwave.app.commands.project_files.powershell import SHELLS, PowerShellComplete
-from strainwave.app.commands.project_files.questions import QUESTIONS
+from strainwave.app.commands.exchange.completion import SHELLS, PowerShellComplete
+from strainwave.app.commands.exchange.new import QUESTIONS, new
 from strainwave.files.reading import read_project
 from strainwave.files.reference.json_schema import project_schema
 
@@ -77,7 +77,7 @@ def test_a_file_by_options_can_be_read_and_explains_its_fields(tmp_path):
 
 
 def test_every_question_has_an_option_and_every_option_is_kept(tmp_path):
-    assert {q.option for q in QUESTIONS} <= {o for p in command.cli.commands["new"].params for o in p.opts}
+    assert {q.option for q in QUESTIONS} <= {o for p in new.params for o in p.opts}
     path = tmp_path / "drive.yaml"
     more = ("--title", 'The "axis"', "--motor-inertia", "5 kg*cm^2", "--kinematic-error", "20", "--damping", "2 %")
     run = invoke("new", *GIVEN, *more, "--speed-from", "200", "--speed-to", "60 rev/s", "-o", path)

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 import strainwave as sw
-from strainwave.app.commands.analysis.analyze import analyse
+from strainwave.app.commands.analyze import analyse
 from strainwave.app.console import number, plain
 from strainwave.app.report.report import page
 from strainwave.app.report.section import asked

@@ -16,7 +16,8 @@ import pytest
 import uvicorn
 from app_work import compiled, dying, endless, faulty, full, mode, never_interpreted, pid, until_there, without_progress
 
-from strainwave.app.web import command, connection, guard, jobs, server
+from strainwave.app.commands import app as command
+from strainwave.app.web import connection, guard, jobs, server
 from strainwave.app.web.requests import Refused, State
 from strainwave.app.web.state import of_state
 from strainwave.app.web.views import response

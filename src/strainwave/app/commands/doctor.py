@@ -15,6 +15,7 @@ from ... import __version__
 from ...compile import cache, cuda, jit
 from ...compile.target import target_cpu
 from ..console import to_json
+from .options import json_option
 
 CORE = ("numpy", "scipy", "numba", "llvmlite", "xarray", "zarr", "pint", "pydantic", "ruamel.yaml", "click", "rich")
 EXTRAS = {
@@ -77,8 +78,10 @@ def _writable(folder: Path) -> tuple[bool, str]:
         return False, f"{place}: {reason}; set STRAINWAVE_CACHE_DIR to a folder that can be written"
 
 
-def show(as_json: bool) -> None:
-    """Print the report as text or JSON."""
+@click.command()
+@json_option
+def doctor(as_json: bool) -> None:
+    """Report versions, cache, cores, vector units and optional parts."""
     facts = report()
     if as_json:
         click.echo(to_json(facts))

@@ -13,66 +13,62 @@ from ...files.project import Project
 from ...files.reading import read_project
 from ...files.yaml_text import name, read
 from ...study.move.demands import MotorLimits
-from ...study.move.move import move
+from ...study.move.move import move as moved
 from ...study.move.result import Move
 from ...units import RPM
 from ..console import Progress, number, percent, to_json
 from ..figures.move import move_figure
 from ..output import staged, write_csv
 from ..units import angle_unit, finding_data, quantity, span
+from .options import json_option, output_option, project_argument
 
 CSV, SVG, JSON = "move.csv", "move.svg", "move.json"
 
 
-def show(
-    path: Path, profile: tuple[str, ...], output: Path, options: dict[str, Any], table: dict[str, str], as_json: bool
-) -> None:
-    """Move the drive of a project file, write the results into a folder, and print the key numbers.
+@click.command()
+@project_argument
+@click.argument("profile", nargs=-1)
+@output_option("Folder for move.csv, move.svg and move.json.", required=True)
+@click.option("--start", help='Angle of the load at the begin, as "-45 deg".')
+@click.option("--payload", help='What the load carries, as "mass: 5 kg, radius: 0.4 m, phase: 90 deg".')
+@click.option("--window", help='Largest distance of a settled load from rest, as "30 arcsec".')
+@click.option(
+    "--band", "bands", nargs=2, multiple=True, metavar="LOW HIGH",
+    help='Motor speeds to avoid, as "1200 rpm" "1500 rpm"; repeatable.',
+)  # fmt: skip
+@click.option("--avoid", is_flag=True, help="Take the speeds to avoid of the analysis too, which takes its time.")
+@click.option("--delimiter", default=",", show_default=True, help="Column separator of a CSV profile.")
+@click.option("--decimal", default=".", show_default=True, help="Decimal separator of a CSV profile.")
+@json_option
+def move(
+    project: Path, profile: tuple[str, ...], output: Path, start: str | None, payload: str | None, window: str | None,
+    bands: tuple[tuple[str, str], ...], avoid: bool, delimiter: str, decimal: str, as_json: bool,
+) -> None:  # fmt: skip
+    """Move the load along PROFILE: pointing error, settling, torques against the ratings, life, energy.
 
-    Parameters
-    ----------
-    path : Path
-        The project file.
-    profile : tuple of str
-        Parts of the profile: CSV files, or fields as of a project file; none for the profile of the file.
-    output : Path
-        Folder for move.csv, move.svg and move.json.
-    options : dict
-        Texts of start, window and payload, None where they are not given; bands, pairs of texts; `avoid`, whether to
-        take the speeds to avoid of the analysis.
-    table : dict
-        Arguments of `read_profile`.
-    as_json : bool
-        Whether to print JSON.
-
-    Raises
-    ------
-    FileError
-        If the project file or a profile is invalid.
-    ValueError
-        If the drive cannot follow the profile.
-    click.BadParameter
-        If an option is no quantity, or a part of the profile has wrong fields.
+    PROFILE is one part or several, one after the other: a CSV file with the columns time [s] and angle [deg], or fields
+    as in the group `move` of a project file: "trapezoid, angle: 90 deg, time: 0.6 s", "s_curve, angle: -90 deg, time:
+    0.6 s", "dwell, time: 0.4 s". Without it the profile of the project file is taken.
     """
-    project = read_project(path)
-    parts = [profile_part(text, table) for text in profile]
-    given: dict[str, Any] = {}
-    for option in ("start", "window"):
-        if options[option] is not None:
-            given[option] = quantity(f"--{option}", options[option], "rad")
-    if options["payload"] is not None:
-        given["payload"] = _read(options["payload"], f"{{{options['payload']}}}", read_payload, "payload")
-    bands = [span("--band", ends, "rad/s", 'for example "500 rpm" "700 rpm"') for ends in options["bands"]]
-    with Progress(project.title) as progress:
-        if options["avoid"]:
-            avoid = project.analyze(lambda what, share: progress.show(what, 0.5 * share)).avoid
-            bands += [] if avoid is None else list(avoid.bands)
+    drive = read_project(project)
+    parts = [profile_part(text, {"delimiter": delimiter, "decimal": decimal}) for text in profile]
+    angles = {"start": start, "window": window}
+    given: dict[str, Any] = {
+        name: quantity(f"--{name}", text, "rad") for name, text in angles.items() if text is not None
+    }
+    if payload is not None:
+        given["payload"] = _read(payload, f"{{{payload}}}", read_payload, "payload")
+    avoided = [span("--band", ends, "rad/s", 'for example "500 rpm" "700 rpm"') for ends in bands]
+    with Progress(drive.title) as progress:
+        if avoid:
+            known = drive.analyze(lambda what, share: progress.show(what, 0.5 * share)).avoid
+            avoided += [] if known is None else list(known.bands)
         progress.show("move", 0.5)
-        found = move(project, parts or None, bands=bands, **given)
+        found = moved(drive, parts or None, bands=avoided, **given)
         progress.show("writing", 0.9)
-        data = _data(project, found)
-        _write(project, found, data, output)
-    click.echo(to_json(data) if as_json else _summary(project, found, output))
+        data = _data(drive, found)
+        _write(drive, found, data, output)
+    click.echo(to_json(data) if as_json else _summary(drive, found, output))
 
 
 def profile_part(text: str, table: dict[str, str]) -> Any:

@@ -12,7 +12,7 @@ from ...files.variants.names import keys_of, quantity
 from ...files.variants.replaced import replaced
 from ...files.yaml_text import read
 from ...quantities import convert
-from ...speeds import Speeds
+from ...results import Floats
 from ...study.analysis.train_curve import refuse_free
 from ..console import Progress, number, to_json
 from ..units import sign
@@ -62,7 +62,7 @@ def show(
         "remarks": [*filter(None, [data.attrs["tuning"]]), *project.notes, *load_remark(project)],
         "tuning": data.attrs["tuning"],
     }
-    click.echo(to_json(report) if as_json else summary(report, project.speeds))
+    click.echo(to_json(report) if as_json else summary(report, project))
 
 
 def of_file(project: Project, name: str) -> bool:
@@ -83,23 +83,34 @@ def axis(text: str) -> tuple[str, list[str]]:
     parts = [part.strip() for part in values.split(":")]
     if len(parts) == 1:
         return name, [part.strip() for part in values.split(",")]
-    logarithmic = len(parts) == 4 and parts[3] == "log"
-    if len(parts) != 3 and not logarithmic:
-        raise click.BadParameter(
-            f"{text!r} is no range; write it as {name}=LOW:HIGH:COUNT or {name}=LOW:HIGH:COUNT:log"
-        )
+    logarithmic = is_range(text, name, parts)
     (low, low_unit), (high, high_unit) = map(quantity, parts[:2])
     if low is None or high is None:
         raise click.BadParameter(f"{text!r} is no range of numbers; write the names one by one, with commas")
     unit = high_unit or low_unit
     if low_unit not in ("", unit):
         raise click.BadParameter(f"{text!r} begins in {low_unit} and ends in {high_unit}; write both ends in one unit")
-    if not parts[2].isdecimal() or not 1 <= int(parts[2]) <= MOST_VALUES:
-        raise click.BadParameter(f"{parts[2]!r} in {text!r} is no count; give a whole number from 1 to {MOST_VALUES}")
-    if logarithmic and not (low > 0.0 and high > 0.0):
+    numbers = spaced(text, (low, high), parts[2], MOST_VALUES, logarithmic)
+    return name, [f"{value!r} {unit}".rstrip() for value in numbers.tolist()]
+
+
+def is_range(text: str, name: str, parts: list[str]) -> bool:
+    """Whether LOW:HIGH:COUNT:log has even ratios (click.BadParameter if it is no range)."""
+    logarithmic = len(parts) == 4 and parts[3] == "log"
+    if len(parts) != 3 and not logarithmic:
+        raise click.BadParameter(
+            f"{text!r} is no range; write it as {name}=LOW:HIGH:COUNT or {name}=LOW:HIGH:COUNT:log"
+        )
+    return logarithmic
+
+
+def spaced(text: str, ends: tuple[float, float], count: str, most: int, logarithmic: bool) -> Floats:
+    """So many values from end to end (click.BadParameter if there are too many, or none)."""
+    if not count.isdecimal() or not 1 <= int(count) <= most:
+        raise click.BadParameter(f"{count!r} in {text!r} is no count; give a whole number from 1 to {most}")
+    if logarithmic and not min(ends) > 0.0:
         raise click.BadParameter(f"{text!r} goes through 0; even ratios need two positive numbers")
-    spaced = np.geomspace if logarithmic else np.linspace
-    return name, [f"{value!r} {unit}".rstrip() for value in spaced(low, high, int(parts[2])).tolist()]
+    return (np.geomspace if logarithmic else np.linspace)(*ends, int(count))
 
 
 def found(data: "xr.Dataset") -> dict[str, Any]:
@@ -137,8 +148,9 @@ def _at(value: Any) -> str:
     return f"{text} {sign(value.attrs.get('units', ''))}".rstrip()
 
 
-def summary(report: dict[str, Any], speeds: Speeds) -> str:
+def summary(report: dict[str, Any], project: Project) -> str:
     """Return what was found as text: with the speed of the motor, as the ratio may vary, or of the forcing phase."""
+    speeds = project.speeds
     shaft = "rpm at the motor" if speeds.by_motor else "rad/s of the forcing phase"
     over = ", ".join(f"{path} ({n})" for path, n in report["over"].items())
     lines = [f"{report['title']}: whole drive at {report['points']} points over {over}"]

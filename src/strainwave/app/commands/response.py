@@ -24,37 +24,43 @@ from ..report.sections.opening import CONVENTIONS
 from ..report.sections.speed_range import curve_data
 from ..units import angle_unit, finding_data
 from .equation import remarks
+from .options import json_option, output_option, project_argument, written_type
 
 FIGURES = (".svg", ".png")
 JUMPS = {"jumps up": "jump_up_speed", "drops": "jump_down_speed"}
 
 
-def show(path: Path, output: Path | None, as_json: bool) -> None:
-    """Compute the response of a project file, write it where `output` says, and print its key numbers.
+def _known_suffix(_context: click.Context, _option: click.Parameter, output: Path | None) -> Path | None:
+    """Refuse a file name whose ending says nothing."""
+    if output is not None and output.suffix not in (".csv", *FIGURES):
+        raise click.BadParameter(f"{output.name!r} must end in .csv, .svg or .png")
+    return output
 
-    Raises
-    ------
-    ProjectError
-        If the project file is invalid.
-    ValueError
-        If the motor is free and the drive has parts that the error equation leaves out.
-    SolveError
-        If no periodic motion is found.
-    """
-    project = read_project(path)
+
+@click.command()
+@project_argument
+@output_option(
+    "File for the curve: .csv, or .svg or .png for a figure of error and torque.",
+    type=written_type,
+    callback=_known_suffix,
+)
+@json_option
+def response(project: Path, output: Path | None, as_json: bool) -> None:
+    """Follow the pointing error of the whole drive through the project's speeds: stability, folds, jumps."""
+    drive = read_project(project)
     if output is not None and output.suffix == ".png":
         png.check()
-    with Progress(project.title) as progress:
+    with Progress(drive.title) as progress:
         progress.show("response curve", 0.0)
         with light_as_python():
-            found = project.response()
+            found = drive.response()
         if output is not None:
             progress.show("writing", 0.8)
-            _write(project, found, output)
-    data = {"title": project.title, "shaft": project.speeds.shaft, "motor": _motor(project)} | _in_shaft(project, found)
-    data |= _asked(project, found)
-    data |= curve_data(project.speeds, found.response) | {"conventions": CONVENTIONS, "remarks": _remarks(project)}
-    click.echo(to_json(data) if as_json else _summary(project, data, output))
+            _write(drive, found, output)
+    data = {"title": drive.title, "shaft": drive.speeds.shaft, "motor": _motor(drive)} | _in_shaft(drive, found)
+    data |= _asked(drive, found)
+    data |= curve_data(drive.speeds, found.response) | {"conventions": CONVENTIONS, "remarks": _remarks(drive)}
+    click.echo(to_json(data) if as_json else _summary(drive, data, output))
 
 
 def _write(project: Project, found: DriveResponse, output: Path) -> None:

@@ -10,48 +10,51 @@ from ...files.project import Project
 from ...files.reading import read_project
 from ...files.variants.scatter import scattered
 from ...study.speed_map.result import SpeedMap
-from ...study.speed_map.speed_map import speed_map
+from ...study.speed_map.speed_map import speed_map as mapped
 from ...units import ARCSEC, RPM
 from ..console import WHAT_X_IS, Progress, finished, number, to_json
 from ..figures import speed_map as figures
 from ..figures.svg import figure
 from ..output import staged, write_csv
 from ..units import quantity, span
+from .options import json_option, limit_option, output_option, project_argument
 
 MOST_LOADS = 1000  # of a range
 WAYS = {True: "jumps up", False: "drops"}  # of the error at a jump
 
 
-def show(
-    path: Path, output: Path, loads: str | None, inertias: str | None, speeds: str | None, limit: str | None,
+@click.command("speed-map")
+@project_argument
+@output_option("Folder for cells.csv, bands.csv, campbell.csv and speed-map.svg.", required=True)
+@click.option("--loads", help='Mean torques on the load, "LOW:HIGH:COUNT" or "V1,V2": "-60 N*m:0 N*m:9".')
+@click.option("--load-inertias", "inertias", help='Inertias of the load in place of torques: "1 kg*m^2:3 kg*m^2:9".')
+@click.option("--speeds", help='Range of the motor speed, "LOW:HIGH": "500 rpm:4000 rpm". Default: that of the file.')
+@limit_option
+@click.option("--amplification", type=float, help="Largest oscillation relative to that of quasi-static rotation.")
+@click.option("--margin", type=float, help="Separation margin from every resonance, 0.1 for 10 %.")
+@click.option("--units", type=click.IntRange(0, 5000), default=0, help="Drives drawn by the scatter of the file.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of these drives.")
+@json_option
+def speed_map(
+    project: Path, output: Path, loads: str | None, inertias: str | None, speeds: str | None, limit: str | None,
     amplification: float | None, margin: float | None, units: int, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
-    """Map a project, write the tables and the figure into a folder, and print the bands.
-
-    Raises
-    ------
-    ProjectError
-        If the project file is invalid.
-    ValueError, SolveError
-        As `speed_map`.
-    click.BadParameter
-        If an option is no quantity.
-    """
-    project = read_project(path)
+    """Say which motor speeds are allowed under every load, from all stable motions of the drive."""
+    drive = read_project(project)
     given = {
         "loads": _range("--loads", loads, "N*m"),
         "load_inertias": _range("--load-inertias", inertias, "kg*m**2"),
         "limit": None if limit is None else quantity("--limit", limit, "rad"),
     }
     ends = None if speeds is None else span("--speeds", speeds.split(":"), "rad/s", 'for example "500 rpm:4000 rpm"')
-    with Progress(project.title) as progress:
-        drives = scattered(project, units, seed) if units else ()
+    with Progress(drive.title) as progress:
+        drives = scattered(drive, units, seed) if units else ()
         given |= {"speeds": ends, "amplification": amplification, "margin": margin, "units": drives}
         progress.show("motions", 0.0)
-        found, stop = finished(lambda: speed_map(project, **given, progress=progress.show))
+        found, stop = finished(lambda: mapped(drive, **given, progress=progress.show))
         progress.show("writing", 1.0)
         write(found, output)
-    click.echo(to_json(report(project, found)) if as_json else summary(project, found, output))
+    click.echo(to_json(report(drive, found)) if as_json else summary(drive, found, output))
     if stop is not None:
         raise stop
 

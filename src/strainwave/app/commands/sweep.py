@@ -28,6 +28,7 @@ from ..console import WHAT_X_IS, Progress, number, to_json
 from ..units import sign
 from . import project_sweep
 from .equation import remarks
+from .options import json_option, output_option, project_argument, retune_option
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,20 +38,36 @@ MOST_VALUES, DIGITS = 10_000_000, 5
 TOGETHER = " & "  # between the paths of one factor
 
 
-def show(
+@click.command()
+@project_argument
+@click.option(
+    "--grid", multiple=True, required=True, metavar="PATH=VALUES",
+    help='Values of a parameter: LOW:HIGH:COUNT[:log] or V1,V2,..., in SI units or their own ("9 rad/s"); repeatable. '
+    "PATH is a parameter of the error equation (omega, J, B, law.K, error.lines.0.amplitude), which is integrated, or "
+    "a name of the file (loop.K_p, load.inertia, gear=CSG-40-50,SHG-40-50): then the response of the whole drive.",
+)  # fmt: skip
+@click.option(
+    "--measure", "measures", multiple=True, default=("peak",), show_default=True,
+    help="What to keep of every trajectory: peak, rms, mean, extremes, amplitude:K. Repeat it for several.",
+)  # fmt: skip
+@click.option("--settle", type=click.IntRange(0), default=200, show_default=True, help="Periods before measuring.")
+@click.option("--periods", type=click.IntRange(1), default=20, show_default=True, help="Periods of the measures.")
+@output_option("Store of the results; run again to resume.", required=True)
+@click.option("--workers", type=click.IntRange(1), help="Threads. Default: one for every processor.")
+@click.option(
+    "--chunk", type=click.IntRange(1),
+    help="Points that are computed and written at a time: what a stopped run loses at most. Default: by their number.",
+)  # fmt: skip
+@click.option("--cluster", metavar="ADDRESS", help="Scheduler of a dask cluster, for example tcp://127.0.0.1:8786.")
+@retune_option
+@json_option
+def sweep(
     project: Path, grid: tuple[str, ...], measures: tuple[str, ...], settle: int, periods: int, output: Path,
     workers: int | None, chunk: int | None, cluster: str | None, retune: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Sweep the drive of a project file, or go on where the last run stopped, and print what was found.
+    """Integrate a drive over a grid of its parameters, or follow the response of the whole drive, and keep the results.
 
-    Raises
-    ------
-    ProjectError
-        If the project file is invalid.
-    click.BadParameter
-        If a grid or a measure cannot be read.
-    click.UsageError
-        If options of trajectories are given to a sweep of the whole drive.
+    An interrupted sweep keeps what it has finished; the same command again goes on from there.
     """
     drive = read_project(project)
     system = drive.system(reduced=True)
@@ -64,12 +81,12 @@ def show(
     units = dict(typed_unit(text, known) for text in grids)
     kept = tuple(map(named, measures))
     from ...study.sweep.ensemble_measure import EnsembleMeasure
-    from ...study.sweep.sweep import sweep
+    from ...study.sweep.sweep import sweep as swept
 
     measure = EnsembleMeasure((0.0,) * state_count(system), periods, kept, settle)
     with logged(drive.title) as progress, client(cluster) as connected:
         how: dict[str, Any] = {"client": connected, "workers": workers, "chunk": chunk, "progress": progress.show}
-        data = sweep(measure, system, axes, store=output, **how)
+        data = swept(measure, system, axes, store=output, **how)
     report = found(data) | {"conventions": WHAT_X_IS, "title": drive.title, "store": str(output), "units": units}
     names = [path.strip() for text in grid for path in text.partition("=")[0].split("&")]
     report["tuning"] = tuning(drive, [name for name in names if project_sweep.of_file(drive, name)], False)
@@ -149,24 +166,12 @@ def axis(text: str, known: list[Parameter]) -> tuple[str, Floats]:
         )
     if len(paths) > 1:
         units[path] = ""
-    parts = values.split(":")
+    parts = [part.strip() for part in values.split(":")]
     if len(parts) == 1:
         return path, np.array([quantity(part, units[path]) for part in values.split(",")])
-    logarithmic = len(parts) == 4 and parts[3].strip() == "log"
-    if len(parts) != 3 and not logarithmic:
-        raise click.BadParameter(
-            f"{text!r} is no range; write it as {path}=LOW:HIGH:COUNT or {path}=LOW:HIGH:COUNT:log"
-        )
-    low, high = (quantity(part, units[path]) for part in parts[:2])
-    try:
-        count = int(parts[2])
-    except ValueError:
-        count = 0
-    if not 1 <= count <= MOST_VALUES:
-        raise click.BadParameter(f"{parts[2]!r} in {text!r} is no count; give a whole number from 1 to {MOST_VALUES}")
-    if logarithmic and not (low > 0.0 and high > 0.0):
-        raise click.BadParameter(f"{text!r} goes through 0; even ratios need two positive numbers")
-    return path, np.geomspace(low, high, count) if logarithmic else np.linspace(low, high, count)
+    logarithmic = project_sweep.is_range(text, path, parts)
+    ends = quantity(parts[0], units[path]), quantity(parts[1], units[path])
+    return path, project_sweep.spaced(text, ends, parts[2], MOST_VALUES, logarithmic)
 
 
 def _no_parameter(path: str, known: list[Parameter]) -> str:

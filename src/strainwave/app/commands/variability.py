@@ -10,32 +10,32 @@ from ...files.variants.scatter import Exceedance, exceedance
 from ...quantities import convert
 from ..console import Progress, finished, number, percent, to_json
 from ..units import quantity, sign
+from .options import json_option, limit_option, project_argument, retune_option
 
 MOST_ERRORS = 3
 
 
-def show(path: Path, count: int, seed: int, limit: str | None, retune: bool, as_json: bool) -> None:
-    """Follow the response of drives drawn at random and print how many exceed the limit.
-
-    Raises
-    ------
-    ProjectError
-        If the project file is invalid.
-    ValueError
-        If it has no scatter or no limit.
-    click.BadParameter
-        If the limit is not an angle.
-    """
-    project = read_project(path)
+@click.command()
+@project_argument
+@click.option("--count", type=click.IntRange(32, 5000), default=200, show_default=True, help="Drives, each a curve.")
+@click.option(
+    "--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed gives the same drives."
+)
+@limit_option
+@retune_option
+@json_option
+def variability(project: Path, count: int, seed: int, limit: str | None, retune: bool, as_json: bool) -> None:
+    """Say how probable it is that a drive exceeds its limit in its speeds, from the scatter of its numbers."""
+    drive = read_project(project)
     allowed = None if limit is None else quantity("--limit", limit, "rad")
-    with Progress(project.title) as progress:
+    with Progress(drive.title) as progress:
         told = f"{count} drives"
         progress.show(told, 0.0)
         how: dict[str, Any] = {"count": count, "seed": seed, "limit": allowed, "retune": retune}
         found, stop = finished(
-            lambda: exceedance(project, **how, progress=lambda done, all_: progress.show(told, done / all_))
+            lambda: exceedance(drive, **how, progress=lambda done, all_: progress.show(told, done / all_))
         )
-    click.echo(to_json(report(project.title, found)) if as_json else summary(project.title, found))
+    click.echo(to_json(report(drive.title, found)) if as_json else summary(drive.title, found))
     if stop is not None:
         raise stop
 

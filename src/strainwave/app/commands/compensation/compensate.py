@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import click
 import numpy as np
@@ -13,65 +13,59 @@ from ....model.train.drive_train import DriveTrain
 from ....quantities import parse
 from ....results import Floats
 from ....study.compensation.bench import Bench, bench_of, steady_bench_of
-from ....study.compensation.compensate import benches_of, compensate, compensation_bench, resonance_speed
+from ....study.compensation.compensate import benches_of, compensation_bench, resonance_speed
+from ....study.compensation.compensate import compensate as compensated
 from ....study.compensation.designs import COMPENSATORS
-from ....study.compensation.result import Compensation, CompensationBench
+from ....study.compensation.result import CompensationBench
 from ....units import RPM
 from ...console import Progress, to_json
 from ...figures import compensation as figures
 from ...output import staged
 from ...units import quantity
-from ..design.design import as_csv
+from ..design import as_csv
+from ..options import file_type, json_option, output_option, project_argument, together
 from . import tables
-from .order_tables import Alone, stated
+from .tables import Alone, Run, best_at, stated, worst
 
 ALL = "all"
 SHARES = (0.3, 0.9, 1.0, 1.1, 3.0)  # of the speed at which the largest order meets the resonance of the held motor
 CSV, JSON = "compensation.csv", "compensation.json"
+plant_options = together(
+    click.option("--plant", type=file_type, help="Project file of the drive that is run, if another."),
+    click.option("--softer", help='Run a drive whose gear is softer than the file says, as "20 %".'),
+)
 
 
-class Run(NamedTuple):
-    """What a command found: controllers at all speeds, sentences about those left out, the best in detail.
-
-    `benches` are the drive by the angle of its load [rad].
-    `best` are the best that measures the load and the best that does not, where there are such, at the speed where the
-    plain loop has the largest error; `details` are the same on other gears and units, as far as it came. `tables` are
-    the order tables that are written, by name.
-    """
-
-    project: Project
-    benches: dict[float, Bench]
-    found: CompensationBench
-    left_out: tuple[str, ...]
-    best: tuple[Compensation, ...] = ()
-    details: tuple[Compensation, ...] = ()
-    tables: tuple[tuple[str, Alone], ...] = ()
-
-
-def show(
-    path: Path, controllers: tuple[str, ...], speeds: tuple[str, ...], load_angles: tuple[str, ...], units: int,
+@click.command()
+@project_argument
+@click.option("--controller", "controllers", multiple=True, help="Name, as inverse; repeatable. Default: all.")
+@click.option("--speed", "speeds", multiple=True, help='Of the motor, as "450 rpm"; repeatable. Default: five.')
+@click.option(
+    "--load-angle", "load_angles", multiple=True,
+    help='Of the load, at which gravity is held, as "90 deg"; repeatable: the worst of them counts. Default: 0 deg.',
+)  # fmt: skip
+@click.option("--units", type=click.IntRange(0, 100_000), default=0, help="Units of the type, drawn at random.")
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Seed of these units.")
+@plant_options
+@output_option("Folder for tables, figures and order tables.")
+@json_option
+def compensate(
+    project: Path, controllers: tuple[str, ...], speeds: tuple[str, ...], load_angles: tuple[str, ...], units: int,
     seed: int, plant: Path | None, softer: str | None, output: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Compare controllers on a project, write the results into a folder where one is given, and print the tables.
+    """Cancel the error with controllers designed on the project, each in closed loop against the plain loop.
 
-    Raises
-    ------
-    ProjectError
-        If a project file is invalid.
-    ValueError
-        If samples are too slow, the plain loop is unstable, or a name or a number is none.
-    KeyboardInterrupt
-        With what was kept, if the user stops it.
+    Without --speed, five speeds about the resonance are run, within those of the file. Ctrl-C keeps what is finished.
     """
-    project = read_project(path)
-    other = plant_of(project, plant, softer)
+    drive = read_project(project)
+    other = plant_of(drive, plant, softer)
     angles = tuple(quantity("--load-angle", text, "rad") for text in load_angles) or None
-    benches = benches_of(project, plant=other, load_angles=angles)
-    grid = speeds_of(project, speeds)
+    benches = benches_of(drive, plant=other, load_angles=angles)
+    grid = speeds_of(drive, speeds)
     names, left_out = names_of(next(iter(benches.values())), controllers or (ALL,))
-    with Progress(project.title) as progress:
+    with Progress(drive.title) as progress:
         how = {"plant": other, "load_angles": angles}
-        run, stopped = _run(project, benches, how, names, grid, left_out, units, seed, progress.show)
+        run, stopped = _run(drive, benches, how, names, grid, left_out, units, seed, progress.show)
         if run is not None and output is not None:
             progress.show("writing", 0.97)
             run = run if stopped else run._replace(tables=_tables(run))
@@ -151,7 +145,7 @@ def _run(
         same = how["plant"] is None
         for one in run.best if units or same else ():
             progress(f"{one.name} on other gears", 0.85)
-            detail = compensate(project, one.name, speed=one.speed, robust=same, units=units, seed=seed, **how)
+            detail = compensated(project, one.name, speed=one.speed, robust=same, units=units, seed=seed, **how)
             run = run._replace(details=(*run.details, detail))
     except KeyboardInterrupt:
         return run or (_joined(project, benches, rows, said) if rows else None), True
@@ -173,18 +167,6 @@ def _tables(run: Run) -> tuple[tuple[str, Alone], ...]:
     column = sorted((row[i] for row in run.found.results), key=lambda one: one.after.rms)
     good = (one for one in column if one.stable and not one.excluded)
     return next((told for one in good if (told := stated(run.benches[one.load_angle], one))), ())
-
-
-def worst(found: CompensationBench) -> int:
-    """Number of the speed at which the plain loop has the largest error."""
-    return int(np.argmax([one.before.rms for one in found.results[0]]))
-
-
-def best_at(found: CompensationBench, i: int, *, load_encoder: bool) -> Compensation | None:
-    """The best controller at a speed that measures the load, or that does not: stable and within all limits."""
-    column = [row[i] for row in found.results if row[i].load_encoder == load_encoder and row[i].name != "loop"]
-    good = [one for one in column if one.stable and not one.excluded]
-    return min(good, key=lambda one: one.after.rms, default=None)
 
 
 def _write(run: Run, output: Path, *, figured: bool) -> None:

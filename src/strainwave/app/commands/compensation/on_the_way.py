@@ -15,30 +15,51 @@ from ...figures.on_the_way import move_figure, run_up_figure
 from ...output import staged, write_csv
 from ...units import quantity
 from ..move import profile_part
-from .compensate import plant_of
+from ..options import json_option, output_option, project_argument
+from .compensate import plant_of, plant_options
 
 USUAL = ("loop", "inverse")
 CSV = {"delimiter": ",", "decimal": "."}
 MOST_ROWS = 20_000  # of a CSV file
 
 
-def show_move(
-    path: Path, profile: tuple[str, ...], controllers: tuple[str, ...], shaping: tuple[str, ...], window: str | None,
+@click.command("compensate-move")
+@project_argument
+@click.argument("profile", nargs=-1)
+@click.option("--controller", "controllers", multiple=True, help="Name; repeatable. Default: loop and inverse.")
+@click.option(
+    "--shaping",
+    multiple=True,
+    type=click.Choice(["ZV", "ZVD"]),
+    help="Shape the reference of the plain loop; repeatable.",
+)
+@click.option("--window", help="Largest distance of a settled load from rest. Default: 1 arcmin.")
+@plant_options
+@output_option("Folder for move.csv, move.json and move.svg.")
+@json_option
+def compensate_move(
+    project: Path, profile: tuple[str, ...], controllers: tuple[str, ...], shaping: tuple[str, ...], window: str | None,
     plant: Path | None, softer: str | None, output: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Run a move in closed loop, write it and print the scores; errors as of `compensated_move`."""
-    project = read_project(path)
-    parts = [profile_part(text, CSV) for text in profile] or (project.move and list(project.move.profile))
+    """Move the load along PROFILE in closed loop, under several controllers and with shaped references.
+
+    PROFILE is one part or several, as of `strainwave move`: "trapezoid, angle: 20 deg, time: 0.4 s". Without it the
+    profile of the project file is taken.
+    """
+    drive = read_project(project)
+    parts = [profile_part(text, CSV) for text in profile] or (drive.move and list(drive.move.profile))
     if not parts:
-        raise ValueError(f"{path.name} has no move; write 'trapezoid, angle: 20 deg, time: 0.4 s' after it, or a group")
+        raise ValueError(
+            f"{project.name} has no move; write 'trapezoid, angle: 20 deg, time: 0.4 s' after it, or a group"
+        )
     within = WINDOW if window is None else quantity("--window", window, "rad")
-    with Progress(project.title) as progress:
+    with Progress(drive.title) as progress:
         progress.show("move", 0.1)
         found = compensated_move(
-            project, parts, controllers or USUAL, shaping=shaping, window=within, plant=plant_of(project, plant, softer)
+            drive, parts, controllers or USUAL, shaping=shaping, window=within, plant=plant_of(drive, plant, softer)
         )
     data = {
-        "title": project.title,
+        "title": drive.title,
         "duration_s": found.duration,
         "window_arcsec": found.window / ARCSEC,
         "controllers": [
@@ -58,24 +79,36 @@ def show_move(
     _done("move", columns, move_figure(found), data, str(found), output, as_json)
 
 
-def show_run_up(
-    path: Path, low: str | None, high: str | None, load_angle: str | None, duration: str, controllers: tuple[str, ...],
-    plant: Path | None, softer: str | None, output: Path | None, as_json: bool,
+@click.command("compensate-run-up")
+@project_argument
+@click.option("--from", "low", help='Lowest speed of the motor, as "300 rpm". Default: that of the file.')
+@click.option("--to", "high", help="Highest speed of the motor. Default: that of the file.")
+@click.option(
+    "--load-angle", help='Of the load, at which gravity is held while jumps are looked for. Default: "0 deg".'
+)
+@click.option("--time", "duration", default="10 s", show_default=True, help="Of the run-up, and of the run-down.")
+@click.option("--controller", "controllers", multiple=True, help="Name; repeatable. Default: loop and inverse.")
+@plant_options
+@output_option("Folder for run-up.csv, run-up.json and run-up.svg.")
+@json_option
+def compensate_run_up(
+    project: Path, low: str | None, high: str | None, load_angle: str | None, duration: str,
+    controllers: tuple[str, ...], plant: Path | None, softer: str | None, output: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Run a run-up and a run-down in closed loop, write them and print what they met; errors as `compensated_runup`."""
-    project = read_project(path)
-    ends = project.speeds.limits
+    """Run through a range of speeds and back in closed loop: largest errors, and whether the drive still jumps."""
+    drive = read_project(project)
+    ends = drive.speeds.limits
     first = ends[0] if low is None else quantity("--from", low, "rad/s")
     last = ends[1] if high is None else quantity("--to", high, "rad/s")
     time = quantity("--time", duration, "s")
     angle = None if load_angle is None else quantity("--load-angle", load_angle, "rad")
-    with Progress(project.title) as progress:
+    with Progress(drive.title) as progress:
         progress.show("run-up and run-down", 0.1)
         found = compensated_runup(
-            project, (first, last), time, controllers or USUAL, plant=plant_of(project, plant, softer), load_angle=angle
+            drive, (first, last), time, controllers or USUAL, plant=plant_of(drive, plant, softer), load_angle=angle
         )
     data = {
-        "title": project.title,
+        "title": drive.title,
         "acceleration_rpm_per_s": found.acceleration / RPM,
         "controllers": [
             {

@@ -1,26 +1,63 @@
-"""What `strainwave compensate` prints: tables of 80 columns, and the same as plain data."""
+"""What `strainwave compensate` prints and writes: tables of 80 columns, plain data, and tables of orders for drives."""
 
 import re
 from collections import Counter
+from collections.abc import Iterable
+from dataclasses import replace
+from math import atan2, cos, hypot, pi, sin
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....files.order_tables.order_table import OrderTable
+from ....files.project import Project
+from ....model.controllers.adaptive import AdaptiveCancellation
+from ....model.controllers.feedforward import AngleFeedforward, TorqueTable
+from ....model.excitation import Harmonic, Harmonics, KinematicError, Line
+from ....numerics.sampled.loops import loop_ensemble, run_loop
+from ....numerics.sampled.result import LoopRun
+from ....study.compensation.bench import Bench
 from ....study.compensation.compensate import PLAIN
-from ....study.compensation.result import Compensation, Units, grows
+from ....study.compensation.gains import behind_of, times_of
+from ....study.compensation.given import own_rate
+from ....study.compensation.result import Compensation, CompensationBench, Units, grows
+from ....theory.lyapunov import mean_torque
 from ....units import ARCSEC, RPM
 from ...console import number
 
-if TYPE_CHECKING:
-    from .compensate import Run
-
+DIGITS = 12  # of a delay [s], behind which is rounding
 WIDTH, NAME, CELL = 80, 18, 10  # columns of the terminal, of a name, of a speed
 SHARES = (0.05, 0.5, 0.95)  # quantiles of the units
 KEY = "x: a limit of motor or gear was met; !: the error grew"
 
 
-def rows(run: "Run") -> list[dict[str, Any]]:
+class Alone(NamedTuple):
+    """An order table, and the rms of the pointing error [rad] that it leaves without the rest of its controller."""
+
+    table: OrderTable
+    rms: float
+
+
+class Run(NamedTuple):
+    """What a command found: controllers at all speeds, sentences about those left out, the best in detail.
+
+    `benches` are the drive by the angle of its load [rad].
+    `best` are the best that measures the load and the best that does not, where there are such, at the speed where the
+    plain loop has the largest error; `details` are the same on other gears and units, as far as it came. `tables` are
+    the order tables that are written, by name.
+    """
+
+    project: Project
+    benches: dict[float, Bench]
+    found: CompensationBench
+    left_out: tuple[str, ...]
+    best: tuple[Compensation, ...] = ()
+    details: tuple[Compensation, ...] = ()
+    tables: tuple[tuple[str, Alone], ...] = ()
+
+
+def rows(run: Run) -> list[dict[str, Any]]:
     """One row for every controller at every speed."""
     return [_row(one) for row in run.found.results for one in row]
 
@@ -45,7 +82,7 @@ def _row(one: Compensation) -> dict[str, Any]:
     }
 
 
-def data(run: "Run") -> dict[str, Any]:
+def data(run: Run) -> dict[str, Any]:
     """Return the numbers of the command."""
     s = next(iter(run.benches.values())).sampling
     return {
@@ -90,18 +127,18 @@ def _units(units: Units) -> dict[str, Any]:
     }
 
 
-def warnings(run: "Run") -> list[str]:
+def warnings(run: Run) -> list[str]:
     """Every warning once."""
     every = [text for row in run.found.results for one in row for text in one.warnings]
     return list(dict.fromkeys([*every, *(text for one in run.details for text in one.warnings)]))
 
 
-def remarks(run: "Run") -> list[str]:
+def remarks(run: Run) -> list[str]:
     """What was assumed and left out."""
     return list(dict.fromkeys([*(text for bench in run.benches.values() for text in bench.remarks), *run.left_out]))
 
 
-def summary(run: "Run") -> str:
+def summary(run: Run) -> str:
     """Return the tables as text."""
     lines = [f"{run.project.title}: rms of the load's pointing error about its mean, arcsec"]
     lines += _residuals(run)
@@ -119,7 +156,7 @@ def _folded(line: str) -> list[str]:
     return [line] if len(line) <= WIDTH else wrap(line, WIDTH, subsequent_indent="    ")
 
 
-def _residuals(run: "Run") -> list[str]:
+def _residuals(run: Run) -> list[str]:
     """Residuals, controllers down and speeds across, in as many blocks as the speeds need."""
     lines, at_once = [], (WIDTH - NAME - 2) // CELL
     marked = False
@@ -137,10 +174,8 @@ def _residuals(run: "Run") -> list[str]:
     return [*lines, f"  {KEY}"] if marked else lines
 
 
-def _best(run: "Run") -> list[str]:
+def _best(run: Run) -> list[str]:
     """The best at every speed with its numbers: that which measures the load, and that which does not."""
-    from .compensate import best_at
-
     lines = [f"  {'motor rpm':>9}  {'controller':{NAME}}{'arcsec':>16}{'dB':>7}{'N·m rms':>9}{'largest':>9}"]
     for i in range(len(run.found.speeds)):
         for one in (best_at(run.found, i, load_encoder=seeing) for seeing in (True, False)):
@@ -177,7 +212,7 @@ def _grows(one: Compensation) -> bool:
     return grows(one.before.rms, one.after.rms)
 
 
-def _worse(run: "Run") -> list[str]:
+def _worse(run: Run) -> list[str]:
     """Where controllers do harm, a sentence for each of them; then what is wrong on other gears."""
     said = []
     for name, row in zip(run.found.names, run.found.results, strict=True):
@@ -191,3 +226,106 @@ def _worse(run: "Run") -> list[str]:
     said += [text for row in run.found.results for one in row for text in one.warnings if one.gains]
     told = {text for row in run.found.results for one in row for text in one.warnings}
     return said + [text for one in run.details for text in one.warnings if text not in told]
+
+
+def worst(found: CompensationBench) -> int:
+    """Number of the speed at which the plain loop has the largest error."""
+    return int(np.argmax([one.before.rms for one in found.results[0]]))
+
+
+def best_at(found: CompensationBench, i: int, *, load_encoder: bool) -> Compensation | None:
+    """The best controller at a speed that measures the load, or that does not: stable and within all limits."""
+    column = [row[i] for row in found.results if row[i].load_encoder == load_encoder and row[i].name != "loop"]
+    good = [one for one in column if one.stable and not one.excluded]
+    return min(good, key=lambda one: one.after.rms, default=None)
+
+
+def stated(bench: Bench, found: Compensation) -> tuple[tuple[str, Alone], ...]:
+    """As `tables_of`; what each leaves alone, and all together, is run and stands in its `source`."""
+    tables, speed = tables_of(bench, found), found.speed
+    every = left(bench, tables.values(), speed) / ARCSEC if len(tables) > 1 else 0.0
+    told = []
+    for name, table in tables.items():
+        rms = left(bench, [table], speed)
+        source = (
+            f"{table.source}; used alone it leaves {rms / ARCSEC:.3g} of {found.before.rms / ARCSEC:.3g} arcsec rms of "
+            "the pointing error there"
+        )
+        others = " and ".join(f"order-table-{other}.json" for other in tables if other != name)
+        source += f", with {others} {every:.3g}" if others else ""
+        told.append((name, Alone(replace(table, source=source), rms)))
+    return tuple(told)
+
+
+def left(bench: Bench, tables: Iterable[OrderTable], speed: float) -> float:
+    """Rms of the pointing error [rad] about its mean at a motor speed [rad/s], under the plain loop and tables."""
+    controller = bench.loop
+    for table in tables:
+        now = table.at_speed(abs(speed))
+        lines = now.backward if speed < 0.0 and now.backward is not None else now.lines
+        if table.unit == "rad":
+            controller = AngleFeedforward(controller, KinematicError(lines), bench.model.N)
+        else:
+            terms = tuple(Harmonic(line.amplitude, line.order, line.phase) for line in lines)
+            controller = TorqueTable(controller, Harmonics(terms))
+    settle, end = times_of(bench, speed)
+    return float(loop_ensemble(bench.closed(controller, speed), {}, end, settle=settle, y0=bench.start(speed)).rms[0])
+
+
+def tables_of(bench: Bench, found: Compensation) -> dict[str, OrderTable]:
+    """Tables of a controller by what they are added to, "angle" or "torque"; of one that adapts, what it has found.
+
+    A torque holds at the speed of the result alone, in its direction and under the mean torque on its load; it has that
+    of the motor's inertia along a corrected angle. An angle without a torque is read ahead by the time until a sample's
+    torque acts.
+    """
+    about: dict[str, Any] = {"ratio": bench.model.N, "source": f"{found.name} at {found.speed / RPM:.4g} rpm"}
+    held = about | {
+        "speeds": (abs(found.speed), abs(found.speed)),
+        "direction": "forward" if found.speed > 0.0 else "backward",
+        "load": mean_torque(bench.plant.load.end().excitation),
+    }
+    tables: dict[str, OrderTable] = {}
+    controller, lines = found.controller, list[Line]()
+    run = _adapted(bench, found) if isinstance(controller, AdaptiveCancellation) else None
+    memory: Any = run and run.memory.state
+    while run is not None and isinstance(controller, AdaptiveCancellation):
+        memory, a, b, _ = memory
+        a, b = (x - y for x, y in zip((a, b), _ripple(bench, controller, run, found.speed), strict=True))
+        lines.append(Line(controller.order, hypot(a, b), atan2(-b, a)))
+        controller = controller.loop
+    if isinstance(controller, AngleFeedforward):
+        lines += _of_inertia(controller, found.speed) if lines else []
+        ahead = 0.0 if lines else round(bench.sampling.lead, DIGITS)
+        tables["angle"] = OrderTable.of(controller.error, delay=ahead, **about)
+    if isinstance(controller, TorqueTable):
+        tables["torque"] = OrderTable.of(controller.table, delay=controller.lead, **held)
+    elif lines:
+        tables["torque"] = OrderTable.of(lines[::-1], unit="N*m", **held)
+    return tables
+
+
+def _of_inertia(controller: AngleFeedforward, speed: float) -> list[Line]:
+    """Torque lines [N*m] that move the motor's inertia along a corrected angle at a steady motor speed [rad/s]."""
+    ahead, size = controller.lead * speed, controller.J * controller.N * speed * speed
+    lines = controller.error.lines if size else ()
+    return [Line(line.order, -size * line.order**2 * line.amplitude, line.phase + line.order * ahead) for line in lines]
+
+
+def _adapted(bench: Bench, found: Compensation) -> LoopRun:
+    """Run until the controller has converged."""
+    settle, _ = times_of(bench, found.speed, own_rate(bench, found.speed, found.controller))
+    return run_loop(bench.closed(found.controller, found.speed), settle, y0=bench.start(found.speed))
+
+
+def _ripple(bench: Bench, controller: AdaptiveCancellation, run: LoopRun, speed: float) -> tuple[float, float]:
+    """What the mean of the measured error makes of both amplitudes [N*m] at the end of a run, at its place in the turn.
+
+    a' = -g y cos(k theta + phi) and b' = -g y sin(k theta + phi) of a constant y are waves about what has been found.
+    """
+    seen = run.error if controller.on_load else behind_of(bench)(run.states)
+    turn = round(2.0 * pi / abs(speed) / bench.sampling.period)
+    step = controller.order * speed * bench.sampling.period
+    size = controller.period * controller.gain * float(np.mean(seen[-turn:])) / (2.0 * sin(0.5 * step))
+    late = step * (len(run.time) - 0.5) + (controller.phase if speed > 0.0 else -controller.phase)
+    return -size * sin(late), size * cos(late)

@@ -1,1 +1,1 @@
-"""Commands that exchange files with other programs."""
+"""Commands that exchange files and lists: project files, gears, order tables, exports, scripts of shells."""

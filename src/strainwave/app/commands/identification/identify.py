@@ -18,39 +18,36 @@ from ...console import Progress, number, print_table, to_json
 from ...figures.identification.identified import identified_figure
 from ...output import staged
 from ...units import sign
+from ..options import file_type, json_option, output_option, project_argument, reading_options
 
 YAML, JSON, SVG = "identified.yaml", "identified.json", "identified.svg"
 
 
-def show(
-    project: Path, files: tuple[Path, ...], free: str | None, between: Any, output: Path, reading: dict[str, Any],
-    as_json: bool,
-) -> None:  # fmt: skip
-    """Identify a drive, write its project file and print the numbers; no file of numbers where little is explained.
+@click.command()
+@project_argument
+@click.argument("files", nargs=-1, required=True, type=file_type)
+@output_option(
+    "Folder for identified.yaml, the project file with what was found, identified.json and identified.svg.",
+    required=True,
+)
+@click.option(
+    "--free",
+    help='Numbers to find, by their names in the file: "gear.K1, damping.B, torsion.offset". Default: usual ones.',
+)
+@click.option(
+    "--between", type=click.Choice(["band-limited", "linear", "held"]), default="band-limited", show_default=True,
+    help="What the motor's angle does between samples.",
+)  # fmt: skip
+@reading_options
+@json_option
+def identify(
+    project: Path, files: tuple[Path, ...], free: str | None, between: Any, output: Path, as_json: bool, **reading: Any
+) -> None:
+    """Find numbers of a drive from logs of the angles of its motor and its load.
 
-    Parameters
-    ----------
-    project : Path
-        Project file with the first guess.
-    files : tuple of Path
-        Logs.
-    free : str or None
-        Names of the free numbers, separated by commas.
-    between : {"band-limited", "linear", "held"}
-        What the motor's angle does between samples.
-    output : Path
-        Folder for identified.yaml, identified.json and identified.svg; the last alone of numbers not to be used.
-    reading : dict
-        Arguments of `read_log`.
-    as_json : bool
-        Whether to print JSON.
-
-    Raises
-    ------
-    FileError
-        If a file cannot be read.
-    ValueError
-        If the logs do not tell the numbers.
+    PROJECT is a project file with the first guess; FILES are logs as `strainwave log` reads them, with a time,
+    motor_angle and load_angle. The project file that is written has the numbers found, and their uncertainty as its
+    scatter.
     """
     given = read_project(project)
     logs = [read_log(file, **reading) for file in files]

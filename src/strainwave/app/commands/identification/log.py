@@ -1,26 +1,104 @@
-"""What `strainwave log` takes."""
+"""`strainwave log`: the channels of a log as a table, a figure, and CSV in SI."""
 
 from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
-from .commands import reading
+from ....files.logs.read import read_log
+from ....study.identification.logs.log import Log
+from ....study.identification.logs.motion import LogSegment
+from ...console import number, print_table, to_json
+from ...figures.identification.log import log_figure
+from ...output import staged
+from ..options import file_type, json_option, output_option, reading_options
+
+CSV, SVG = "log.csv", "log.svg"
 
 
 @click.command()
-@click.argument("file", type=click.Path(path_type=Path))
-@click.option(
-    "-o", "--output", type=click.Path(file_okay=False, path_type=Path), help="Folder for log.csv and log.svg."
-)
+@click.argument("file", type=file_type)
+@output_option("Folder for log.csv and log.svg.")
 @click.option("--columns", "names", help='All columns in their order, as "time,load_angle,-,torque"; - leaves one out.')
-@reading
-@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
-def log(file: Path, output: Path | None, as_json: bool, **given: Any) -> None:
+@reading_options
+@json_option
+def log(
+    file: Path, output: Path | None, names: str | None, columns: dict[str, str], as_json: bool, **reading: Any
+) -> None:
     """Read a log of measured channels and say what is in it: units, rate, gaps, segments, doubts.
 
     FILE is CSV in any dialect, .npz, .mat, .parquet or .mf4. Angles and speeds of the load count on the output shaft.
     """
-    from .log_summary import show
+    if names is not None and columns:
+        raise click.UsageError("--columns names all columns and --column some of them; give one of the two")
+    listed = None if names is None else [None if n.strip() == "-" else n.strip() for n in names.split(",")]
+    placed = {channel: int(column) if column.isdecimal() else column for channel, column in columns.items()}
+    read = read_log(file, listed or placed or None, **reading)
+    parts = read.segments() if read.moving else ()
+    if output is not None:
+        with staged(output) as folder:
+            read.save(folder / CSV)
+            (folder / SVG).write_text(log_figure(read, parts) + "\n", encoding="utf-8")
+    if as_json:
+        click.echo(to_json(_data(file, read, parts)))
+        return
+    _print(file, read, parts)
+    if output is not None:
+        click.echo(f"written: {output / CSV}, {output / SVG}")
 
-    show(file, output, given, as_json)
+
+def _rms(values: Any) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _data(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> dict[str, Any]:
+    return {
+        "file": file.name,
+        "samples": len(log),
+        "start_s": log.time[0],
+        "stop_s": log.time[-1],
+        "rate_hz": log.rate,
+        "jitter_s": log.jitter,
+        "ratio": log.ratio,
+        "channels": {
+            name: {
+                "unit": log.units[name], "least": np.min(v), "largest": np.max(v), "mean": np.mean(v), "rms": _rms(v),
+            }
+            for name, v in log.channels.items()
+        },
+        "gaps": [gap._asdict() for gap in log.gaps],
+        "segments": [
+            {
+                "kind": part.kind, "start_s": part.start, "stop_s": part.stop, "speed_rad_per_s": part.speed,
+                "acceleration_rad_per_s2": part.acceleration,
+            }
+            for part in parts
+        ],
+        "notes": list(log.notes),
+        "doubts": list(log.doubts),
+    }  # fmt: skip
+
+
+def _print(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> None:
+    rows = [
+        (name, log.units[name].replace("*", "·") or "–", *map(float, (np.min(v), np.max(v), np.mean(v))), _rms(v))
+        for name, v in log.channels.items()
+    ]
+    title = f"{file.name}: {len(log)} samples, {log.time[0]:.6g} to {log.time[-1]:.6g} s, {number(log.rate, 6)} Hz"
+    print_table(title, ("channel", "unit", "least", "largest", "mean", "rms"), rows)
+    if parts:
+        body = [(part.kind, part.start, part.stop, part.speed, part.acceleration) for part in parts]
+        shaft = "load" if {"load_angle", "load_speed"} & set(log.channels) else "motor"
+        columns = ("segment", "from (s)", "to (s)", f"{shaft} speed (rad/s)", "acceleration (rad/s²)")
+        print_table("", columns, body)
+    if log.ratio is not None:
+        click.echo(f"the motor turns {number(log.ratio, 6)} times as far as the load")
+    for gap in log.gaps[:5]:
+        click.echo(f"gap: {gap.start:.6g} to {gap.stop:.6g} s")
+    if len(log.gaps) > 5:
+        click.echo(f"gap: {len(log.gaps) - 5} more")
+    for note in log.notes:
+        click.echo(f"note: {note}")
+    for doubt in log.doubts:
+        click.echo(f"doubt: {doubt}")

@@ -17,20 +17,25 @@ from ...console import number, print_table, to_json
 from ...figures.identification.loop import loop_figure
 from ...output import staged, write_csv
 from ...units import quantity, sign
+from ..options import dialect_options, file_type, json_option, output_option
 
 
-def show(
+@click.command("loop-scan")
+@click.argument("file", type=file_type)
+@click.option("--rated-torque", help='For lost motion and hysteresis loss, as "67 N*m". Default: the largest measured.')
+@click.option("--ratio", type=float, help="Ratio of the gear, for the block of a project file.")
+@click.option("--torsion", default="torsion", show_default=True, help='Column of the torsion, as "Winkel [arcmin]".')
+@click.option("--torque", default="torque", show_default=True, help='Column of the torque, as "Moment [N*m]".')
+@dialect_options
+@output_option("Folder for loop.svg, loop.csv, loop.json and gear.yaml, the block of a project file.")
+@json_option
+def loop_scan(
     file: Path, rated_torque: str | None, ratio: float | None, torsion: str, torque: str, delimiter: str | None,
     decimal: str | None, output: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Read a loop, fit a law, write what is asked for and print the numbers.
+    """Identify the torsion law of a gear from a measured loop of torque over torsion, with intervals of 95 %.
 
-    Raises
-    ------
-    FileError
-        If the file cannot be read, or its samples are no loop.
-    click.BadParameter
-        If an option is no quantity.
+    FILE is what `strainwave log` reads: CSV in any dialect, .npz, .mat, .parquet or .mf4; it needs no time.
     """
     rated = None if rated_torque is None else quantity("--rated-torque", rated_torque, "N*m")
     log = read_loop_file(file, {"torsion": torsion, "torque": torque}, delimiter, decimal)

@@ -11,47 +11,44 @@ from ....files.logs.read import read_log
 from ....study.identification.channels import channels_of
 from ....study.identification.logs.log import Log
 from ....study.identification.orders.order_result import OrderLine, OrderScan
-from ....study.identification.orders.order_scan import order_scan
+from ....study.identification.orders.order_scan import order_scan as scanned
 from ....study.identification.run import Run
 from ....units import ARCSEC
 from ...console import number, print_table, to_json
 from ...figures.identification.orders import orders_figure
 from ...output import staged, write_csv
 from ...units import sign
+from ..options import file_type, json_option, output_option, reading_options
 
 CSV, JSON, SVG = "orders.csv", "orders.json", "orders.svg"
 LIKELY = ("torsion", "error", "torque", "motor_torque", "torque_from_current", "current", "load_torque")
 
 
-def show(files: tuple[Path, ...], output: Path | None, given: dict[str, Any], as_json: bool) -> None:
-    """Read logs, find the orders of one channel, print and write them.
+@click.command("order-scan")
+@click.argument("files", nargs=-1, required=True, type=file_type)
+@click.option(
+    "--channel", help="Quantity whose lines are sought. Default: torsion, error, torque or current, the first."
+)
+@click.option("--angle", help="Channel of the angle that the orders count on. Default: load_angle, else motor_angle.")
+@click.option("--orders", help="Orders to fit, as 100,200,202.5. Default: those found.")
+@click.option("--highest", type=float, help="Highest order looked for.")
+@output_option("Folder for orders.csv, orders.json and orders.svg.")
+@reading_options
+@json_option
+def order_scan(
+    files: tuple[Path, ...], channel: str | None, angle: str | None, orders: str | None, highest: float | None,
+    output: Path | None, as_json: bool, **reading: Any,
+) -> None:  # fmt: skip
+    """Find the orders of a quantity that was logged while a shaft turned, and tell orders from frequencies.
 
-    Parameters
-    ----------
-    files : tuple of Path
-        Logs.
-    output : Path or None
-        Folder for orders.csv, orders.json and orders.svg.
-    given : dict
-        `channel`, `angle`, `orders` (text), `highest`, and the arguments of `read_log`.
-    as_json : bool
-        Whether to print JSON.
-
-    Raises
-    ------
-    FileError
-        If a file cannot be read.
-    ValueError
-        If the logs have no such channel, or tell no orders.
-    click.BadParameter
-        If the orders are no numbers.
+    FILES are logs as `strainwave log` reads them; their stretches of constant speed are taken, all together. Two
+    speeds tell an order from a frequency, and a delay from a phase.
     """
-    channel, angle, orders, highest = (given.pop(name) for name in ("channel", "angle", "orders", "highest"))
     wanted = None if orders is None else _orders(orders)
-    logs = [_with_torsion(read_log(file, **given), given["ratio"]) for file in files]
+    logs = [_with_torsion(read_log(file, **reading), reading["ratio"]) for file in files]
     channel = channel or _likely(logs[0], files[0])
     runs = [run for log in logs for run in _runs(log, channel, angle)]
-    found = order_scan(runs, wanted, highest=highest)
+    found = scanned(runs, wanted, highest=highest)
     if output is not None:
         with staged(output) as folder:
             write_csv(folder / CSV, _columns(found))

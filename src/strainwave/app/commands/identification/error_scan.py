@@ -3,48 +3,55 @@
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import click
 import numpy as np
 
-from ...files.scan_file import ScanFile, read_scan
-from ...files.yaml_text import FileError, Problem, complaint
-from ...model.orders import order_map
-from ...study.kinematic_error.scan import error_scan
-from ...study.kinematic_error.scan_results import ErrorScan
-from ...units import ARCSEC
-from ..console import number, print_table, to_json
+from ....files.scan_file import ScanFile, read_scan
+from ....files.yaml_text import FileError, Problem, complaint
+from ....model.orders import order_map
+from ....study.kinematic_error.scan import error_scan as scanned
+from ....study.kinematic_error.scan_results import ErrorScan
+from ....units import ARCSEC
+from ...console import number, print_table, to_json
+from ..options import file_type, json_option
 
+SHAFTS = click.Choice(("motor", "output"))
 SHOWN_IN_PROJECT = 64
 
 
-def show(
-    file: Path, back: Path | None, columns: dict[str, Any],
-    shafts: tuple[Literal["motor", "output"], Literal["motor", "output"] | None, int | None],
-    search: dict[str, Any], as_json: bool,
+def _orders(_ctx: click.Context, _option: click.Parameter, text: str | None) -> list[int] | None:
+    """Read orders such as 1,2,4."""
+    if text is None:
+        return None
+    parts = [part.strip() for part in text.split(",")]
+    if not all(part.isascii() and part.isdigit() for part in parts):
+        raise click.BadParameter(f"{text!r} is no list of orders; write for example 1,2,4")
+    return [int(part) for part in parts]
+
+
+@click.command("error-scan")
+@click.argument("file", type=file_type)
+@click.option("--back", type=file_type, help="CSV of the run in the backward direction.")
+@click.option("--shaft", type=SHAFTS, default="motor", show_default=True, help="Shaft of the file's angle.")
+@click.option("--turn", type=SHAFTS, help="Shaft whose turn the orders count on; the same by default.")
+@click.option("--ratio", type=int, help="Ratio of the gear, where --shaft and --turn differ.")
+@click.option("--orders", callback=_orders, help="Fit these orders, as 1,2,4, in place of a search.")
+@click.option("--highest", type=int, help="Highest order sought.")
+@click.option("--false-alarm", type=float, default=0.01, show_default=True, help="Probability that noise gives a line.")
+@click.option("--angle", default="angle", show_default=True, help='Column of the angle, as "Winkel [deg]".')
+@click.option("--error", help='Column of the error, as "Fehler [arcsec]"; "error" or "ate" by default.')
+@click.option("--backward", help='Column of the error on the way back; "backward" by default.')
+@click.option("--ate", is_flag=True, help="The error is the vendors', output minus motor/ratio.")
+@click.option("--delimiter", default=",", show_default=True, help="Column separator.")
+@click.option("--decimal", default=".", show_default=True, help="Decimal separator.")
+@json_option
+def error_scan(
+    file: Path, back: Path | None, shaft: Any, turn: Any, ratio: int | None, orders: list[int] | None,
+    highest: int | None, false_alarm: float, as_json: bool, **columns: Any,
 ) -> None:  # fmt: skip
-    """Read a scan, find its lines and print them.
-
-    Parameters
-    ----------
-    file, back : Path
-        The forward run, and the backward run if it is a file of its own.
-    columns : dict
-        Arguments of `read_scan`.
-    shafts : tuple
-        Shaft of the file's angle, shaft whose turn the orders count on (None: the same), ratio.
-    search : dict
-        Arguments of `error_scan`.
-
-    Raises
-    ------
-    FileError
-        If a file cannot be read, or its samples give no lines.
-    ValueError
-        If the ratio is missing or an option is wrong.
-    """
-    shaft, turn, ratio = shafts
+    """Find the lines of a measured kinematic error, with their uncertainty."""
     factor = _factor(shaft, turn or shaft, ratio)
     forward = read_scan(file, **columns)
     backward = None
@@ -55,6 +62,7 @@ def show(
         backward = (factor * run.angle, run.error)
     elif forward.backward is not None:
         backward = (factor * forward.angle, forward.backward)
+    search = {"orders": orders, "highest": highest, "false_alarm": false_alarm}
     scan = _scan(file, forward, factor, backward, search)
     if as_json:
         click.echo(to_json({"file": file.name, "turn": turn or shaft, "unit": "rad"} | _data(scan)))
@@ -76,7 +84,7 @@ def _scan(
     file: Path, run: ScanFile, factor: float, backward: tuple[Any, Any] | None, search: dict[str, Any]
 ) -> ErrorScan:
     try:
-        return error_scan(factor * run.angle, run.error, backward=backward, **search)
+        return scanned(factor * run.angle, run.error, backward=backward, **search)
     except ValueError as error:
         raise FileError(complaint(file, [Problem(run.last, 1, "angle", str(error))])) from None
 

@@ -1,34 +1,63 @@
-"""`strainwave analyze`: from project files to folders with the report, results.json and CSV files."""
+"""`strainwave analyze` and `demo`: from project files to folders with the report, results.json and CSV files."""
 
 from collections.abc import Sequence
+from importlib.resources import as_file, files
 from pathlib import Path
 
-from ....files.project import Project
-from ....files.reading import read_project
-from ....files.yaml_text import FileError
-from ...console import Progress, to_json
-from ...output import staged
-from ...report.comparison_page import verdicts_page
-from ...report.report import Report, write
+import click
+
+from ...files.project import Project
+from ...files.reading import read_project
+from ...files.yaml_text import FileError
+from ..console import Progress, to_json
+from ..output import staged
+from ..report.comparison_page import verdicts_page
+from ..report.report import Report, write
+from .options import file_type, json_option, output_option
 
 COMPARISON = "comparison.html"
+DRIVES = ("article", "CSG-40-50")
 
 
-def run(paths: Sequence[Path], folder: Path, compare: bool, as_json: bool) -> str:
-    """Analyse project files and return what is printed; several get a folder each, named like their files.
+@click.command()
+@click.argument("projects", metavar="PROJECT...", nargs=-1, required=True, type=file_type)
+@output_option("Folder for report.html, results.json and CSV files; several projects have a folder in it each.")
+@click.option("--compare", is_flag=True, help="Write comparison.html too: pass or fail of every project side by side.")
+@click.option("--check", is_flag=True, help="Read the files only, and say whether they are valid.")
+@json_option
+def analyze(projects: tuple[Path, ...], output: Path | None, compare: bool, check: bool, as_json: bool) -> None:
+    """Analyse the drives of project files and write a report of each."""
+    if check:
+        click.echo(_checked(projects, as_json))
+        return
+    if output is None:
+        raise click.UsageError("give a folder for the report with -o, or --check to read the files only")
+    click.echo(_written(projects, output, compare, as_json))
 
-    Raises
-    ------
-    ValueError
-        If two files have the same name, or one is compared.
-    KeyboardInterrupt
-        With the sentence that says what was finished, if the user stops it.
-    """
+
+@click.command()
+@output_option("Folder for reports.", default=Path("strainwave-demo"), show_default=True)
+@json_option
+def demo(output: Path, as_json: bool) -> None:
+    """Analyse the article's drive and a real catalogue drive."""
+    projects = {}
+    for name in DRIVES:
+        with as_file(files("strainwave.app") / "projects" / f"{name}.yaml") as path:
+            projects[name] = read_project(path)
+    reports = _finished(projects, output)
+    if as_json:
+        click.echo(to_json({name: report.results for name, report in reports.items()}))
+    else:
+        click.echo("\n\n".join(_printed(report, output / name) for name, report in reports.items()))
+
+
+def _written(paths: Sequence[Path], folder: Path, compare: bool, as_json: bool) -> str:
+    """Analyse project files and return what is printed; several get a folder each, named like their files."""
     if compare and len(paths) < 2:
         raise ValueError(f"--compare needs two project files or more, and {len(paths)} is given; name the others too")
     if len(paths) == 1:
         report = analyse(read_project(paths[0]), folder)
-        return to_json(report.results) if as_json else printed(report, folder)
+        return to_json(report.results) if as_json else _printed(report, folder)
     names = [path.stem for path in paths]
     twice = next((name for name in names if names.count(name) > 1), None)
     nowhere = next((path for path, name in zip(paths, names, strict=True) if name in (".", "..", COMPARISON)), None)
@@ -39,8 +68,8 @@ def run(paths: Sequence[Path], folder: Path, compare: bool, as_json: bool) -> st
     projects = dict(zip(names, _all(paths), strict=True))
     if compare and len({project.speeds.by_motor for project in projects.values()}) > 1:
         raise ValueError("some projects have speeds of a forcing, others of a shaft; compare one kind at a time")
-    reports = finished(projects, folder)
-    said = [printed(report, folder / name) for name, report in reports.items()]
+    reports = _finished(projects, folder)
+    said = [_printed(report, folder / name) for name, report in reports.items()]
     if compare:
         with staged(folder) as part:
             (part / COMPARISON).write_text(verdicts_page(reports), encoding="utf-8", newline="\n")
@@ -50,14 +79,8 @@ def run(paths: Sequence[Path], folder: Path, compare: bool, as_json: bool) -> st
     return "\n\n".join(said)
 
 
-def check(paths: Sequence[Path], as_json: bool) -> str:
-    """Read project files and return what is printed: that they are valid, and notes. All complaints come together.
-
-    Raises
-    ------
-    FileError
-        If a file is invalid.
-    """
+def _checked(paths: Sequence[Path], as_json: bool) -> str:
+    """Read project files and return what is printed: that they are valid, and notes. All complaints come together."""
     projects = _all(paths)
     if as_json:
         rows = [{"valid": True, "title": project.title, "notes": project.notes} for project in projects]
@@ -80,7 +103,7 @@ def _all(paths: Sequence[Path]) -> list[Project]:
     return projects
 
 
-def finished(projects: dict[str, Project], folder: Path) -> dict[str, Report]:
+def _finished(projects: dict[str, Project], folder: Path) -> dict[str, Report]:
     """Write the report of every project into a folder of its name; Ctrl-C keeps those that are finished."""
     reports: dict[str, Report] = {}
     for name, project in projects.items():
@@ -98,6 +121,6 @@ def analyse(project: Project, folder: Path) -> Report:
         return write(project, folder, progress=progress.show)
 
 
-def printed(report: Report, folder: Path) -> str:
+def _printed(report: Report, folder: Path) -> str:
     """The summary of a report with its place."""
     return f"{report.summary}\n  report: {folder / 'report.html'}"

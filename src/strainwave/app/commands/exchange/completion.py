@@ -1,9 +1,10 @@
-"""Completion in PowerShell, which click does not have; registered with the other shells."""
+"""`strainwave completion`: the scripts of the shells; that of PowerShell, which click does not have, is here."""
 
 import os
 from typing import ClassVar
 
-from click.shell_completion import CompletionItem, ShellComplete, add_completion_class, split_arg_string
+import click
+from click.shell_completion import CompletionItem, ShellComplete, get_completion_class, split_arg_string
 
 SHELLS = ("bash", "zsh", "fish", "powershell")
 SOURCE = """\
@@ -29,7 +30,6 @@ Register-ArgumentCompleter -Native -CommandName %(prog_name)s -ScriptBlock {
 """
 
 
-@add_completion_class
 class PowerShellComplete(ShellComplete):
     """Lines of kind, value and help, parted by tabs."""
 
@@ -46,3 +46,18 @@ class PowerShellComplete(ShellComplete):
     def format_completion(self, item: CompletionItem) -> str:
         """One line for PowerShell, whose help may not be empty."""
         return f"{item.type}\t{item.value}\t{item.help or item.value}"
+
+
+@click.command()
+@click.argument("shell", type=click.Choice(SHELLS))
+def completion(shell: str) -> None:
+    """Print a script that completes commands, options, gears and files in SHELL.
+
+    bash: eval "$(strainwave completion bash)" in ~/.bashrc; zsh: the same in ~/.zshrc; fish: strainwave completion fish
+    > ~/.config/fish/completions/strainwave.fish; powershell: strainwave completion powershell | Out-String |
+    Invoke-Expression in $PROFILE.
+    """
+    kind = get_completion_class(shell)
+    root = click.get_current_context().find_root().command
+    assert kind is not None
+    click.echo(kind(root, {}, "strainwave", "_STRAINWAVE_COMPLETE").source())

@@ -8,30 +8,32 @@ from typing import Any
 
 import click
 
-from ....files.design.design_project import design_text
-from ....files.design.specification_file import read_specification
-from ....study.design.design import design
-from ....study.design.result import Candidate, Design
-from ....units import ARCSEC, RPM
-from ...console import Progress, finished, number, percent, print_table, to_json
-from ...figures.design import design_figure
-from ...output import slug, staged
+from ...files.design.design_project import design_text
+from ...files.design.specification_file import read_specification
+from ...study.design.design import design as designed
+from ...study.design.result import Candidate, Design
+from ...units import ARCSEC, RPM
+from ..console import Progress, finished, number, percent, print_table, to_json
+from ..figures.design import design_figure
+from ..output import slug, staged
+from .options import file_type, json_option, output_option
 
 CSV, REJECTED, SVG, JSON = "designs.csv", "rejected.csv", "designs.svg", "design.json"
 SHOWN, MOST_FILES = 12, 10  # rows of the table, and project files of the front
 
 
-def show(path: Path, output: Path, as_json: bool) -> None:
-    """Search the catalogue for a specification, write the answer into a folder, and print the best designs.
-
-    Raises
-    ------
-    ProjectError
-        If the file specifies nothing.
-    """
-    specification = read_specification(path)
-    with Progress(specification.title) as progress:
-        found, stop = finished(lambda: design(specification, progress=progress.show))
+@click.command()
+@click.argument("specification", type=file_type)
+@output_option(
+    "Folder for designs.csv, rejected.csv, designs.svg, design.json and the best designs as project files.",
+    required=True,
+)
+@json_option
+def design(specification: Path, output: Path, as_json: bool) -> None:
+    """Search the catalogue for the gears and motors that do what SPECIFICATION asks of an axis."""
+    asked = read_specification(specification)
+    with Progress(asked.title) as progress:
+        found, stop = finished(lambda: designed(asked, progress=progress.show))
         progress.show("writing", 0.98)
         data = report(found)
         written = _write(found, data, output)

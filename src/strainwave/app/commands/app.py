@@ -6,16 +6,15 @@ import webbrowser
 import click
 
 
-def run(port: int, browser: bool) -> None:
-    """Serve the app and open it in a browser.
-
-    Raises
-    ------
-    RuntimeError
-        If the extra `web` is not installed, or no port is free.
-    """
+@click.command()
+@click.option(
+    "--port", type=click.IntRange(0, 65535), default=8765, show_default=True, help="Port; if taken, the next."
+)
+@click.option("--browser/--no-browser", default=True, help="Whether to open the page in a browser.")
+def app(port: int, browser: bool) -> None:
+    """Serve the web app on this machine alone: a page with sliders and pictures of a drive."""
     try:
-        from .server import serve
+        from ..web.server import serve
     except ModuleNotFoundError as error:
         if error.name not in ("starlette", "uvicorn", "anyio"):
             raise

@@ -6,42 +6,37 @@ from typing import Any
 import click
 import numpy as np
 
-from ....files.reading import read_project
-from ....files.variants.comparison import ProjectComparison, compare_projects
-from ....units import ARCSEC, RPM
-from ...console import Progress, finished, number, print_table, to_json
-from ...figures.comparison import comparison_figure
-from ...output import staged
-from ...report.comparison_page import comparison_page
+from ...files.reading import read_project
+from ...files.variants.comparison import ProjectComparison, compare_projects
+from ...units import ARCSEC, RPM
+from ..console import Progress, finished, number, print_table, to_json
+from ..figures.comparison import comparison_figure
+from ..output import staged
+from ..report.comparison_page import comparison_page
 from .design import as_csv
+from .options import file_type, json_option, output_option
 
 CSV, SVG, HTML = "comparison.csv", "comparison.svg", "comparison.html"
 
 
-def show(paths: tuple[Path, ...], output: Path, as_json: bool) -> None:
-    """Follow the response of every project, write page, table and figure into a folder, and print the table.
-
-    Raises
-    ------
-    ProjectError
-        If a project file is invalid.
-    ValueError
-        If there are fewer than two, or their speeds are of different shafts.
-    SolveError
-        If no periodic motion is found.
-    """
-    projects = [read_project(path) for path in paths]
-    if len({project.speeds.by_motor for project in projects}) > 1:
+@click.command()
+@click.argument("projects", type=file_type, nargs=-1, required=True)
+@output_option("Folder for comparison.html, .csv and .svg.", required=True)
+@json_option
+def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
+    """Put the response of several project files side by side: one table, one figure."""
+    drives = [read_project(path) for path in projects]
+    if len({drive.speeds.by_motor for drive in drives}) > 1:
         raise ValueError("some projects have speeds of a forcing, others of a shaft; compare one kind at a time")
     with Progress("comparison") as progress:
-        found, stop = finished(lambda: compare_projects(projects, progress=lambda t, s: progress.show(t, 0.95 * s)))
+        found, stop = finished(lambda: compare_projects(drives, progress=lambda t, s: progress.show(t, 0.95 * s)))
         progress.show("writing", 0.95)
-        rows = _rows(found, [path.name for path in paths[: len(found.titles)]])
+        rows = _rows(found, [path.name for path in projects[: len(found.titles)]])
         with staged(output) as folder:
             text = as_csv(list(rows[0]), [row.values() for row in rows])
             (folder / CSV).write_text(text, encoding="utf-8", newline="\n")
-            limits = [project.limit for project in projects]
-            figure = comparison_figure(found.titles, found.responses, limits, projects[0].speeds)
+            limits = [drive.limit for drive in drives]
+            figure = comparison_figure(found.titles, found.responses, limits, drives[0].speeds)
             (folder / SVG).write_text(figure + "\n", encoding="utf-8")
             (folder / HTML).write_text(comparison_page(rows, figure), encoding="utf-8", newline="\n")
     if as_json:

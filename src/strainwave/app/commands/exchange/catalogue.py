@@ -5,48 +5,43 @@ from pathlib import Path
 
 import click
 
-from ...files.own_gears import read_gears
-from ...model.gears import catalogue
-from ...model.gears.gear import NUMBERS, Gear
-from ...units import ARCSEC
-from ..console import number, print_table, to_json
-from ..units import quantity
+from ....files.own_gears import read_gears
+from ....model.gears.catalogue import gear, names, select
+from ....model.gears.gear import NUMBERS, Gear
+from ....units import ARCSEC
+from ...console import number, print_table, to_json
+from ...units import quantity
+from ..options import file_type, json_option
 
 
-def show(
-    name: str | None, series: str | None, size: int | None, ratio: int | None,
-    least: dict[str, str | None], file: Path | None, as_json: bool,
+def names_as_typed(_ctx: click.Context, _option: click.Parameter, typed: str) -> list[str]:
+    """Names of the catalogue that begin as typed."""
+    return [name for name in names() if name.startswith(typed.upper())]
+
+
+@click.command()
+@click.argument("name", required=False, shell_complete=names_as_typed)
+@click.option("--series", help="Only this series, for example CSG.")
+@click.option("--size", type=int, help="Only this size.")
+@click.option("--ratio", type=int, help="Only this ratio.")
+@click.option("--torque", help='Smallest rated torque, for example "100 N*m".')
+@click.option("--stiffness", help='Smallest stiffness K1, for example "1e5 N*m/rad".')
+@click.option("--speed", help='Smallest limit of the input speed, for example "3000 rpm".')
+@click.option("--file", type=file_type, help="Gears of your own in YAML or CSV, in place of the catalogue.")
+@json_option
+def catalogue(
+    name: str | None, series: str | None, size: int | None, ratio: int | None, file: Path | None, as_json: bool,
+    **least: str | None,
 ) -> None:  # fmt: skip
-    """Print one record, or the list that passes the filters.
-
-    Parameters
-    ----------
-    least : dict of str to str or None
-        Smallest rated "torque", "stiffness" K1 and limit of the input "speed", each a number with its unit.
-    file : Path or None
-        File with gears of one's own, in place of the catalogue.
-
-    Raises
-    ------
-    ValueError
-        If the gear is unknown, the file is wrong, or nothing passes the filters.
-    click.BadParameter
-        If an option is no quantity.
-    """
+    """List the gears of the catalogue or of a file, or show one."""
     own = None if file is None else read_gears(file)
     if name is not None:
-        _one(catalogue.gear(name) if own is None else _own(own, name, file), as_json)
+        _one(gear(name) if own is None else _own(own, name, file), as_json)
         return
     units = {"torque": "N*m", "stiffness": "N*m/rad", "speed": "rad/s"}
     asked = {of: quantity(f"--{of}", text, units[of]) for of, text in least.items() if text is not None}
-    gears = list(own.values()) if own is not None else catalogue.select()
-    chosen = catalogue.select(
-        gears,
-        series=series,
-        size=size,
-        ratio=ratio,
-        **asked,
-    )
+    gears = list(own.values()) if own is not None else select()
+    chosen = select(gears, series=series, size=size, ratio=ratio, **asked)
     if not chosen:
         known = ", ".join(sorted({g.series for g in gears} - {""})) or "none"
         where = "the catalogue" if file is None else str(file)

@@ -1,9 +1,11 @@
-"""`strainwave reproduce`: the article's Tables 3 and 4 on the terminal."""
+"""`strainwave derive` and `reproduce`: the article's error equation, and its Tables 3 and 4 on the terminal."""
 
 import click
 
-from ...study.article.article import reproduce
+from ...study.article.article import reproduce as reproduced
+from ...theory.derivation.error_equation import derivation
 from ..console import Progress, print_table, to_json
+from .options import json_option
 
 COLUMNS = ("case", "quantity", "unit", "printed", "computed", "verdict", "note")
 TABLES = (
@@ -13,11 +15,27 @@ TABLES = (
 )
 
 
-def show(as_json: bool) -> None:
-    """Print every cell with its verdict and the reasons as notes, or all of it as JSON."""
+@click.command()
+@click.option("--latex", is_flag=True, help="Print the equations as LaTeX.")
+@json_option
+def derive(latex: bool, as_json: bool) -> None:
+    """Derive the error equation from Lagrange's equations and print each step."""
+    with Progress("derive") as progress:
+        progress.show("deriving the error equation", 0.0)
+        steps = derivation()
+    if as_json:
+        click.echo(to_json({"latex": steps.latex(), "text": str(steps)}))
+    else:
+        click.echo(steps.latex() if latex else str(steps))
+
+
+@click.command()
+@json_option
+def reproduce(as_json: bool) -> None:
+    """Compute the article's Tables 3 and 4 again and compare every number."""
     with Progress("reproduce") as progress:
         progress.show("integrating both parameter sets", 0.0)
-        result = reproduce()
+        result = reproduced()
     if as_json:
         click.echo(to_json(result.as_dict()))
         return

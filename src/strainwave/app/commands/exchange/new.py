@@ -1,10 +1,11 @@
-"""`strainwave new`: a commented project file from the answers to a few questions."""
+"""`strainwave new`: a commented project file from the answers to a few questions; `strainwave schema`: its schema."""
 
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from shlex import quote
+from typing import Any, NamedTuple
 
 import click
 
@@ -12,27 +13,92 @@ from ....archive import atomic
 from ....files.entries import number
 from ....files.loop_fields import bandwidth
 from ....files.reading import from_text
-from ....files.reference.json_schema import NAME
+from ....files.reference.json_schema import NAME, project_schema
+from ....files.reference.markdown import reference
 from ....files.reference.template import template
 from ....files.schema import read_title
 from ....model.gears import catalogue
-from .questions import NONE, QUESTIONS, Question
+from ...console import to_json
+from ..options import output_option, together, written_type
+from .catalogue import names_as_typed
 
 MOST_SHOWN = 12  # gears
 STOPPED = "interrupted; nothing was written"
+NONE = "none"
 
 
-def show(output: Path, force: bool, given: Mapping[str, str | None]) -> None:
-    """Write a project file from what the options give and, on a terminal, from answers.
+class Question(NamedTuple):
+    """One number or word of a new project file.
 
-    Raises
-    ------
-    click.UsageError
-        If the file exists, an option has a bad value, or one is missing and nobody can be asked.
-    ProjectError
-        If the answers contradict each other.
-    KeyboardInterrupt
-        If the user stops; nothing is written.
+    Attributes
+    ----------
+    name, prompt, unit : str
+        Name of the option and the question, and the unit in which it is answered.
+    default : str
+        What Enter takes; "" where an answer is needed. Only a terminal asks for one with a default.
+    sentence : str
+        What it means.
+    """
+
+    name: str
+    prompt: str
+    unit: str
+    default: str
+    sentence: str
+
+    @property
+    def option(self) -> str:
+        """The option that gives the answer."""
+        return "--" + self.name.replace("_", "-")
+
+    @property
+    def help(self) -> str:
+        """The sentence with the unit and the default."""
+        unit = f" [{self.unit}]" if self.unit else ""
+        return self.sentence + unit + (f" Default: {self.default}." if self.default else "")
+
+
+QUESTIONS = (
+    Question("title", "Title", "", NONE, "One line above the report; none takes the name of the file."),
+    Question("gear", "Gear", "", "", "Name of a gear of the catalogue; a part of a name lists those that hold it."),
+    Question("load_inertia", "Inertia of the load", "kg*m^2", "", "On the output side, without the gear."),
+    Question(
+        "motor_inertia", "Inertia of the motor", "kg*cm^2", "catalogue",
+        "Motor and wave generator, on the motor side; catalogue takes that of the wave generator alone.",
+    ),
+    Question(
+        "loop", "Loop of the motor", "Hz", NONE,
+        "Bandwidth of the position loop that holds the motor; none is a motor that keeps its speed ideally.",
+    ),
+    Question("gravity", "Gravity", "N*m", NONE, "Torque of the load's weight on a level arm, on the output side."),
+    Question(
+        "kinematic_error", "Kinematic error", "arcsec", "catalogue",
+        "Amplitude of order 2 of the motor, 0-to-peak; catalogue shares the gear's accuracy by the usual orders.",
+    ),
+    Question("damping", "Damping ratio", "%", "3 %", "Share of the critical damping; 1 to 5 % are usual."),
+    Question(
+        "budget", "Budget of the oscillation", "arcsec", NONE,
+        "Largest distance of the pointing error from its mean; none takes the bands of the peaks.",
+    ),
+    Question("speed_from", "Lowest speed", "rpm", "500 rpm", "Of the motor."),
+    Question("speed_to", "Highest speed", "rpm", "3000 rpm", "Of the motor."),
+)  # fmt: skip
+
+
+def _option(question: Question) -> Callable[[Any], Any]:
+    """The option that answers a question."""
+    complete: dict[str, Any] = {"shell_complete": names_as_typed} if question.name == "gear" else {}
+    return click.option(question.option, question.name, help=question.help, **complete)
+
+
+@click.command()
+@together(*map(_option, QUESTIONS))
+@output_option("Project file to write.", type=written_type, default=Path("drive.yaml"), show_default=True)
+@click.option("--force", is_flag=True, help="Replace a file that exists.")
+def new(output: Path, force: bool, **given: str | None) -> None:
+    """Write a commented project file.
+
+    On a terminal every number that no option gives is a question; Enter takes its default.
     """
     if output.exists() and not force:
         raise click.UsageError(f"{output} exists; take --force to replace it, or another name with -o")
@@ -49,6 +115,13 @@ def show(output: Path, force: bool, given: Mapping[str, str | None]) -> None:
     for note in project.notes:
         click.echo(f"note: {note}", err=True)
     click.echo(f"{output} is written; strainwave analyze {quote(str(output))} -o report computes it")
+
+
+@click.command()
+@click.option("--markdown", is_flag=True, help="Print the reference of all fields as Markdown instead.")
+def schema(markdown: bool) -> None:
+    """Print the JSON Schema of the project file, for editors."""
+    click.echo(reference() if markdown else to_json(project_schema()), nl=not markdown)
 
 
 def _answers(given: Mapping[str, str | None]) -> dict[str, str]:

@@ -1,1 +1,0 @@
-"""The analysis of one project file or of several."""

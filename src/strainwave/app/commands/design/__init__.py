@@ -1,1 +1,0 @@
-"""Commands that decide: the gear for a specification, and drives side by side."""

@@ -1,0 +1,78 @@
+"""`strainwave order-table`: an order table from one format to another, and what is lost on the way."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ....files.order_tables.order_table import OrderTable
+from ....files.order_tables.registry import named
+from ....files.order_tables.residual import TableResidual
+from ....quantities import number, parse, shown
+from ....units import ARCSEC
+from ...console import number as written
+from ...console import to_json
+from ..options import file_type, json_option, written_type
+
+
+@click.command("order-table")
+@click.argument("source", metavar="IN", type=file_type)
+@click.argument("target", metavar="OUT", type=written_type)
+@click.option(
+    "--format", "form", required=True,
+    help="Format of OUT: json, csv, points, c, st, beckhoff, moteus, linuxcnc, hal, twincat, sinumerik, onstepx.",
+)  # fmt: skip
+@click.option("--from", "origin", help="Format of IN. Default: recognised by its content.")
+@click.option(
+    "--option", "options", multiple=True, metavar="KEY=VALUE", help="Option of OUT, as points=360; repeatable."
+)
+@click.option("--from-option", "known", multiple=True, metavar="KEY=VALUE", help="Option of IN; repeatable.")
+@click.option("--ratio", type=float, help="Ratio of the gear, in place of the table's.")
+@click.option("--speed", help='Speed of the table\'s shaft at which its delay becomes phase, as "300 rpm".')
+@click.option(
+    "--one-way", type=click.Choice(("forward", "backward", "mean")),
+    help="One set of lines for both directions of motion.",
+)  # fmt: skip
+@click.option("--drop", is_flag=True, help="Leave out orders that OUT cannot hold, the weakest first.")
+@json_option
+def order_table(
+    source: Path, target: Path, form: str, origin: str | None, options: tuple[str, ...], known: tuple[str, ...],
+    ratio: float | None, speed: str | None, one_way: Any, drop: bool, as_json: bool,
+) -> None:  # fmt: skip
+    """Write the order table IN as OUT in a format of drives and controls, and say what is lost."""
+    wanted = named(form)
+    table = OrderTable.read(source, origin, **_pairs(known))
+    if ratio is not None:
+        table = replace(table, ratio=number("--ratio", ratio, positive=True))
+    if speed is not None:
+        table = table.at_speed(parse(speed, "rad/s"))
+    if one_way is not None:
+        table = table.one_way(one_way)
+    left = table.write(target, wanted.name, drop=drop, **_pairs(options))
+    if as_json:
+        data = {"file": source.name, "written": str(target), "format": wanted.name, "orders": list(table.orders)}
+        click.echo(to_json(data | {"residual": left._asdict()}))
+        return
+    click.echo(f"{source.name}: {len(table.orders)} orders per turn of the {table.turn}, {table.sign} in {table.unit}")
+    click.echo("\n".join(f"  {line}" for line in _said(left)))
+    click.echo(f"  written: {target} ({wanted.title})")
+
+
+def _pairs(given: Sequence[str]) -> dict[str, str]:
+    found = {}
+    for text in given:
+        name, mark, value = text.partition("=")
+        if not (mark and name and value):
+            raise ValueError(f"the option {shown(text)} is no KEY=VALUE; write for example points=360")
+        found[name.strip()] = value.strip()
+    return found
+
+
+def _said(left: TableResidual) -> list[str]:
+    rows = left.sentences()
+    if left.unit == "rad":
+        size, peak = (f"{written(value / ARCSEC, 3)} arcsec" for value in (left.rms, left.peak))
+        rows.insert(1, f"that is {size} rms, {peak} peak")
+    return rows

@@ -1,0 +1,68 @@
+"""Arguments and options that several commands take."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+file_type = click.Path(path_type=Path)
+folder_type = click.Path(file_okay=False, path_type=Path)
+written_type = click.Path(dir_okay=False, path_type=Path)
+
+project_argument = click.argument("project", type=file_type)
+json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+retune_option = click.option(
+    "--retune", is_flag=True,
+    help="Compute gains of a bandwidth and damping of a ratio anew for every drive. Default: once, for the file's.",
+)  # fmt: skip
+limit_option = click.option(
+    "--limit", help='Largest oscillation, for example "60 arcsec". Default: limit.oscillation of the file.'
+)
+
+
+def output_option(help: str, **how: Any) -> Callable[[Any], Any]:
+    """Option -o of a command: a folder, where `how` says nothing else."""
+    return click.option("-o", "--output", help=help, **{"type": folder_type} | how)
+
+
+def together(*options: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Several options as one decorator."""
+
+    def decorated(command: Any) -> Any:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return decorated
+
+
+def pairs(_context: click.Context, option: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
+    """Read CHANNEL=VALUE, repeated."""
+    found = {}
+    for text in texts:
+        name, equal, value = text.partition("=")
+        if not (name.strip() and equal and value.strip()):
+            raise click.BadParameter(f"{text!r} is not {option.metavar}; write for example load_angle=deg")
+        found[name.strip()] = value.strip()
+    return found
+
+
+dialect_options = together(
+    click.option("--delimiter", help='Column separator; " " for any number of blanks. Default: found.'),
+    click.option("--decimal", help="Decimal separator. Default: found."),
+)
+reading_options = together(  # of logs
+    click.option(
+        "--column", "columns", multiple=True, callback=pairs, metavar="CHANNEL=COLUMN",
+        help="Name or place (0 is the first) of the column of a channel: load_angle=pos, torque=3; repeatable.",
+    ),
+    click.option(
+        "--unit", "units", multiple=True, callback=pairs, metavar="CHANNEL=UNIT",
+        help='Unit of a channel, as load_angle=deg, or the size of 1: "load_angle=0.088 deg"; repeatable.',
+    ),
+    click.option("--rate", type=float, help="Samples per second of a file without a time."),
+    click.option("--ratio", type=float, help="Ratio of the gear: the log of another one is refused."),
+    click.option("--trim", type=float, help="Seconds left out at the begin; 0 keeps all. Default: a transient."),
+    dialect_options,
+)  # fmt: skip

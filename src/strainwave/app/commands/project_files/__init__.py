@@ -1,1 +1,0 @@
-"""Commands about the project file itself: a new one, its schema; and completion of the command line."""
