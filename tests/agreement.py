@@ -20,8 +20,7 @@ from click.testing import CliRunner
 import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.app.web import exports, views
-from strainwave.app.web.requests import ScriptRequest, State
-from strainwave.app.web.state import project_of
+from strainwave.app.web.state import ScriptRequest, State, project_of
 from strainwave.files.variants.names import nominal_of
 from strainwave.files.yaml_text import read
 from strainwave.units import ARCSEC, RPM

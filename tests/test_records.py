@@ -4,6 +4,8 @@ import json
 import os
 import re
 from dataclasses import fields, is_dataclass, replace
+from importlib.util import find_spec
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -338,3 +340,8 @@ def test_a_missing_folder_is_said_by_save(tmp_path, ending):
     with pytest.raises(FileNotFoundError, match=r"^there is no folder .*none; make it, or save elsewhere$"):
         RESULTS["Trajectory"]().save(tmp_path / "none" / f"run{ending}")
     assert os.listdir(tmp_path) == []
+
+
+def test_a_result_saved_when_its_class_was_in_a_former_module_is_read():
+    assert archive._class_of("strainwave.study.move.payload:Payload", Path("move.nc")) is sw.Payload
+    assert all(map(find_spec, archive.MOVED.values()))

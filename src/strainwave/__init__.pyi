@@ -61,10 +61,10 @@ from .numerics.integration.simulate import simulate as simulate
 from .numerics.ensemble.ensemble import ensemble as ensemble
 
 # Periodic responses
-from .numerics.orbits.find_orbit import find_orbit as find_orbit
+from .numerics.orbits.shooting import find_orbit as find_orbit
 from .numerics.orbits.shooting import shoot as shoot
 from .numerics.curves.response import frequency_response as frequency_response
-from .numerics.curves.family import response_family as response_family
+from .numerics.curves.response import response_family as response_family
 from .numerics.curves.parameter_response import parameter_response as parameter_response
 from .numerics.curves.switching import switch_branch as switch_branch
 from .numerics.curves.fold_curve import FoldCurve as FoldCurve
@@ -86,16 +86,16 @@ from .numerics.attractors.lyapunov_exponent import lyapunov_exponent as lyapunov
 # Closed forms and proofs
 from .theory.slow_flow.flow import SlowFlow as SlowFlow
 from .theory.slow_flow.multiple_scales import slow_flow as slow_flow
-from .theory.slow_flow.resonance import NONRESONANT as NONRESONANT
-from .theory.slow_flow.resonance import PRIMARY as PRIMARY
-from .theory.slow_flow.resonance import SUBHARMONIC as SUBHARMONIC
-from .theory.slow_flow.resonance import SUPERHARMONIC as SUPERHARMONIC
-from .theory.slow_flow.resonance import Resonance as Resonance
+from .theory.slow_flow.setting import NONRESONANT as NONRESONANT
+from .theory.slow_flow.setting import PRIMARY as PRIMARY
+from .theory.slow_flow.setting import SUBHARMONIC as SUBHARMONIC
+from .theory.slow_flow.setting import SUPERHARMONIC as SUPERHARMONIC
+from .theory.slow_flow.setting import Resonance as Resonance
 from .theory.slow_flow.results import SteadyState as SteadyState
 from .theory.passage.passage import passage as passage
-from .theory.passage.results import DelayedJump as DelayedJump
-from .theory.passage.results import Passage as Passage
-from .theory.passage.results import Passages as Passages
+from .theory.passage.moving import DelayedJump as DelayedJump
+from .theory.passage.moving import Passage as Passage
+from .theory.passage.moving import Passages as Passages
 from .theory.small_signal import SmallSignal as SmallSignal
 from .theory.small_signal import small_signal as small_signal
 from .theory.parametric import ParametricTongue as ParametricTongue
@@ -109,15 +109,15 @@ from .theory.derivation.error_equation import derivation as derivation
 # Studies: response, jumps
 from .study.response.jumps import Jumps as Jumps
 from .study.response.jumps import jumps as jumps
-from .study.response.hysteresis_bands import HysteresisBand as HysteresisBand
-from .study.response.hysteresis_bands import Jump as Jump
+from .study.response.jumps import HysteresisBand as HysteresisBand
+from .study.response.jumps import Jump as Jump
 from .study.response.isolas import isolas as isolas
 from .study.response.hardening import Hardening as Hardening
 from .study.response.hardening import hardening as hardening
 from .study.response.validity import validity_map as validity_map
-from .study.response.validity_results import ValidityMap as ValidityMap
-from .study.response.general_validity import validity_in_general as validity_in_general
-from .study.response.validity_results import GeneralValidity as GeneralValidity
+from .study.response.validity import ValidityMap as ValidityMap
+from .study.response.validity import validity_in_general as validity_in_general
+from .study.response.validity import GeneralValidity as GeneralValidity
 
 # Studies: motion at a speed
 from .study.analysis.in_time.drive_motion import DriveMotion as DriveMotion
@@ -126,8 +126,8 @@ from .study.analysis.in_time.drive_motion import drive_motion as drive_motion
 # Studies: speed map
 from .study.speed_map.speed_map import speed_map as speed_map
 from .study.speed_map.result import SpeedMap as SpeedMap
-from .study.speed_map.campbell import CampbellLine as CampbellLine
-from .study.speed_map.vendor import VendorRule as VendorRule
+from .study.speed_map.under_load import CampbellLine as CampbellLine
+from .study.speed_map.rules import VendorRule as VendorRule
 
 # Studies: kinematic error
 from .study.kinematic_error.scan import error_scan as error_scan
@@ -145,8 +145,8 @@ from .study.kinematic_error.parts import error_parts as error_parts
 from .study.gear.hysteresis import HysteresisLoop as HysteresisLoop
 from .study.gear.hysteresis import hysteresis_loop as hysteresis_loop
 from .study.gear.hysteresis import lost_motion as lost_motion
-from .study.gear.hysteresis_fit import HysteresisFit as HysteresisFit
-from .study.gear.hysteresis_fit import fit_hysteresis as fit_hysteresis
+from .study.gear.hysteresis import HysteresisFit as HysteresisFit
+from .study.gear.hysteresis import fit_hysteresis as fit_hysteresis
 from .study.gear.efficiency import Efficiency as Efficiency
 from .study.gear.efficiency import efficiency as efficiency
 from .study.gear.energy import EnergyBalance as EnergyBalance
@@ -156,15 +156,15 @@ from .study.gear.parametric import parametric_resonances as parametric_resonance
 
 # Studies: identification
 from .study.identification.friction.friction_fit import fit_friction as fit_friction
-from .study.identification.friction.friction_result import FrictionCandidate as FrictionCandidate
-from .study.identification.friction.friction_result import FrictionFit as FrictionFit
+from .study.identification.friction.friction_model import FrictionCandidate as FrictionCandidate
+from .study.identification.friction.friction_model import FrictionFit as FrictionFit
 from .study.identification.loops.loop_fit import fit_loop as fit_loop
 from .study.identification.loops.loop_result import LoopCandidate as LoopCandidate
 from .study.identification.loops.loop_result import LoopFit as LoopFit
 
 # Studies: drive train
-from .study.train.bode import Bode as Bode
-from .study.train.bode import bode as bode
+from .study.train.loop_margin import Bode as Bode
+from .study.train.loop_margin import bode as bode
 from .study.train.state_space import StateSpace as StateSpace
 from .study.train.state_space import state_space as state_space
 from .study.train.margins import Margins as Margins
@@ -182,8 +182,8 @@ from .numerics.sampled.linear import LoopResponse as LoopResponse
 from .numerics.sampled.linear import loop_response as loop_response
 from .numerics.sampled.loops import loop_ensemble as loop_ensemble
 from .numerics.sampled.loops import run_loop as run_loop
-from .numerics.sampled.result import LoopEnsemble as LoopEnsemble
-from .numerics.sampled.result import LoopRun as LoopRun
+from .numerics.sampled.loops import LoopEnsemble as LoopEnsemble
+from .numerics.sampled.loops import LoopRun as LoopRun
 from .study.compensation.compensate import compensate as compensate
 from .study.compensation.compensate import compensation_bench as compensation_bench
 from .study.compensation.monitoring import Monitored as Monitored
@@ -211,9 +211,9 @@ from .study.identification.identify import identify as identify
 from .study.identification.orders.order_result import OrderLine as OrderLine
 from .study.identification.orders.order_result import OrderScan as OrderScan
 from .study.identification.orders.order_scan import order_scan as order_scan
-from .study.identification.logs.log import Gap as Gap
-from .study.identification.logs.log import Log as Log
-from .study.identification.logs.motion import LogSegment as LogSegment
+from .study.identification.log import Gap as Gap
+from .study.identification.log import Log as Log
+from .study.identification.log import LogSegment as LogSegment
 from .study.identification.run import Run as Run
 from .study.identification.free_decay.decay import DecayFit as DecayFit
 from .study.identification.free_decay.decay import fit_decay as fit_decay
@@ -222,7 +222,7 @@ from .study.identification.discrepancy import MissingTerm as MissingTerm
 from .study.identification.discrepancy import discrepancy as discrepancy
 from .study.identification.response_curve.response_fit import ResponseFit as ResponseFit
 from .study.identification.response_curve.response_fit import fit_response as fit_response
-from .study.identification.identifiability import unidentifiable as unidentifiable
+from .study.identification.fitted import unidentifiable as unidentifiable
 from .study.identification.intervals import Interval as Interval
 from .study.identification.intervals import bootstrap as bootstrap
 from .study.identification.intervals import sandwich as sandwich
@@ -231,17 +231,17 @@ from .study.identification.intervals import spread as spread
 # Studies: a move
 from .study.move.move import move as move
 from .study.move.result import Move as Move
-from .study.move.passes import Pass as Pass
+from .study.move.result import Pass as Pass
 from .study.move.profiles import AngleProfile as AngleProfile
 from .study.move.profiles import Dwell as Dwell
 from .study.move.profiles import SCurve as SCurve
 from .study.move.profiles import Trapezoid as Trapezoid
-from .study.move.payload import Payload as Payload
-from .study.move.demands import MotorLimits as MotorLimits
+from .study.move.mover import Payload as Payload
+from .study.move.mover import MotorLimits as MotorLimits
 
 # Studies: sweeps, variability, the article
 from .study.sweep.sweep import sweep as sweep
-from .study.sweep.ensemble_measure import EnsembleMeasure as EnsembleMeasure
+from .study.sweep.sweep import EnsembleMeasure as EnsembleMeasure
 from .study.variability.variability import variability as variability
 from .study.variability.result import Variability as Variability
 from .study.article.validate import Comparison as Comparison
@@ -252,9 +252,9 @@ from .study.design.design import design as design
 from .study.design.result import Candidate as Candidate
 from .study.design.result import Design as Design
 from .study.design.result import Sensitivity as Sensitivity
-from .study.design.specification import DutySegment as DutySegment
-from .study.design.specification import Specification as Specification
-from .model.train.loops import Tuning as Tuning
+from .study.design.rules import DutySegment as DutySegment
+from .study.design.rules import Specification as Specification
+from .model.train.controls import Tuning as Tuning
 
 # Files
 from .files.entries import project_entry as project_entry
@@ -266,17 +266,17 @@ from .files.reading import read_project as read_project
 from .files.project_text import project_text as project_text
 from .files.identified.identify_drive import IdentifiedDrive as IdentifiedDrive
 from .files.identified.identify_drive import identify_drive as identify_drive
-from .files.variants.replaced import replaced as replaced
+from .files.variants.project_sweep import replaced as replaced
 from .files.variants.comparison import ProjectComparison as ProjectComparison
 from .files.variants.comparison import compare_projects as compare_projects
 from .files.variants.scatter import Exceedance as Exceedance
 from .files.variants.scatter import exceedance as exceedance
 from .files.variants.scatter import scattered as scattered
 from .files.variants.project_sweep import sweep_project as sweep_project
-from .files.move.profile_file import read_profile as read_profile
+from .files.move.fields import read_profile as read_profile
 from .files.order_tables.order_table import OrderTable as OrderTable
 from .files.order_tables.format import OrderFormat as OrderFormat
-from .files.order_tables.residual import TableResidual as TableResidual
+from .files.order_tables.format import TableResidual as TableResidual
 from .files.export.export import Exported as Exported
 from .files.export.export import export as export
 from .files.logs.read import read_log as read_log

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from strainwave.files.reading import from_text
-from strainwave.study.analysis.gear_studies import gear_loop
+from strainwave.study.analysis.analysis import gear_loop
 from strainwave.study.response.resonances import operating_point
 from strainwave.study.response.steady import settled
 

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 import strainwave as sw
 from strainwave.numerics.attractors.basins import CHAOTIC, DIVERGED
-from strainwave.plot import ensembles
+from strainwave.plot import curves
 from strainwave.study.variability.result import SpeedSpread, Variability
 from strainwave.study.variability.sensitivity import Ranking, RunningQuantile
 
@@ -65,14 +65,14 @@ def test_variability_goes_over_speeds_or_over_the_number_of_drives(axes, speeds)
 
 
 def test_neighbouring_basins_differ_without_colour():
-    grey = np.array([ensembles._lightness(colour) for colour in ensembles.BASIN])
+    grey = np.array([curves._lightness(colour) for colour in curves.BASIN])
     assert np.all(np.abs(np.diff(grey)) > 0.1)
     assert abs(grey[0] - grey[1]) > 0.3
 
 
 @pytest.mark.parametrize(("largest", "unit"), [(0.0, "rad"), (0.5, "rad"), (0.05, "mrad"), (5e-4, "arcsec")])
 def test_small_angles_are_in_small_units(largest, unit):
-    size, name = ensembles.angle_unit([np.nan, 0.0, -largest])
+    size, name = curves.angle_unit([np.nan, 0.0, -largest])
     assert name == unit
     assert size == pytest.approx({"rad": 1.0, "mrad": 1e-3, "arcsec": np.deg2rad(1.0 / 3600.0)}[unit])
 

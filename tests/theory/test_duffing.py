@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 import strainwave as sw
-from strainwave.theory.elliptic import cn_and_fall, cn_lines
+from strainwave.theory.duffing import cn_and_fall, cn_lines
 
 HARD, SOFT = sw.Cubic(1.0, 0.1), sw.Cubic(1.0, -0.1)  # the well of SOFT ends at sqrt(10) rad
 

@@ -1,13 +1,73 @@
-"""What a report is about and the units in which it tells it: the one argument of its sections and figures."""
+"""What a report is about and the units in which it tells it: the one argument of its sections and figures.
+
+Units in which commands, reports and figures show angles and speeds.
+"""
 
 from typing import Any, NamedTuple
 
+import click
+
 from ..files.project import Project
+from ..model.gears.limits import Finding
+from ..quantities import parse
 from ..sentences import Angle, Quantity, told
 from ..speeds import Speeds
 from ..study.analysis.analysis import Analysis
+from ..units import ARCSEC
 from .console import number
-from .units import AngleUnit, angle_unit, place
+
+
+class AngleUnit(NamedTuple):
+    """Unit in which a report shows angles of the output side, and its factor from radians."""
+
+    name: str
+    factor: float
+
+    def text(self, rad: float) -> str:
+        """Write an angle [rad] with its unit."""
+        return f"{number(rad * self.factor)} {self.name}"
+
+
+def angle_unit(largest: float) -> AngleUnit:
+    """One unit for a whole report, by its largest angle [rad]: arcsec up to one degree, then mrad."""
+    return AngleUnit("arcsec", 1.0 / ARCSEC) if largest / ARCSEC < 3600.0 else AngleUnit("mrad", 1e3)
+
+
+def sign(unit: str) -> str:
+    """A unit such as "kg*m**2" as it is printed."""
+    return unit.replace("**2", "²").replace("**3", "³").replace("*", "·")
+
+
+def place(speeds: Speeds, omega: float) -> dict[str, Any]:
+    """Speed of the base angle and of the motor; None where the base angle is a forcing phase."""
+    return {"omega_rad_per_s": omega, "motor_speed_rpm": speeds.rpm(omega)}
+
+
+def sizes(rad: float | None, name: str = "peak") -> dict[str, Any]:
+    """An angle [rad] in radians and in arcsec."""
+    return {f"{name}_rad": rad, f"{name}_arcsec": None if rad is None else rad / ARCSEC}
+
+
+def finding_data(one: Finding) -> dict[str, Any]:
+    """A comparison with a limit as data; `fails` says whether a drive fails by it."""
+    return {name: getattr(one, name) for name in ("limit", "value", "bound", "unit", "exceeded", "fails")}
+
+
+def quantity(option: str, text: str, unit: str) -> float:
+    """Read a quantity that an option of the command line gives, in a unit of SI, or refuse it (click.BadParameter)."""
+    try:
+        return parse(text, unit)
+    except ValueError as error:
+        raise click.BadParameter(f"{option}: {error}") from None
+
+
+def span(option: str, ends: list[str] | tuple[str, ...], unit: str, example: str) -> tuple[float, float]:
+    """Read a range that an option gives by its two ends, or refuse it (click.BadParameter)."""
+    values = [quantity(option, end, unit) for end in ends]
+    if len(values) != 2 or not values[0] < values[1]:
+        said = " to ".join(repr(end) for end in ends)
+        raise click.BadParameter(f"{option}: {said} is no range; write a smaller and a larger value, {example}")
+    return values[0], values[1]
 
 
 class View(NamedTuple):

@@ -23,6 +23,9 @@ from ..units import shown
 from .formats import ENDINGS, MARK, PARTS, READERS, WRITERS, Arrays, plain, stored_name
 
 FORMAT = 1
+MOVED = dict(
+    line.split() for line in Path(__file__).with_name("moved.txt").read_text("utf-8").splitlines() if line[:1] != "#"
+)  # modules whose classes saved results name, and where these are now
 
 
 def version() -> str:
@@ -265,7 +268,7 @@ def _class_of(name: str, path: Path) -> Any:
     cls = None
     if module.partition(".")[0] == MARK:
         try:
-            cls = getattr(import_module(module), own, None)
+            cls = getattr(import_module(MOVED.get(module, module)), own, None)
         except ImportError:
             cls = None
     if not isinstance(cls, type) or not (is_dataclass(cls) or hasattr(cls, "_fields") or issubclass(cls, Enum)):

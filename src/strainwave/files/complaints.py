@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from .controller.fields import EXAMPLE as EXAMPLE_CONTROLLER
+from .controller import EXAMPLE as EXAMPLE_CONTROLLER
 from .entries import RIPPLES, Wrong, near
 from .law_fields import EXAMPLE_DRAG, EXAMPLE_HYSTERESIS
 from .loop_fields import EXAMPLE_LOOP

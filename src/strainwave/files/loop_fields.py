@@ -8,8 +8,7 @@ from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
 from ..model.drive import Drive
-from ..model.train.controls import Lagged
-from ..model.train.loops import HERTZ, KINDS, USUAL, Tuning, from_bandwidth
+from ..model.train.controls import HERTZ, KINDS, USUAL, Lagged, Tuning, from_bandwidth
 from ..quantities import checked
 from .entries import Wrong, loop_types, near, number, read_entry, refusal
 from .yaml_text import shown

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 
 from ..law import spring_stiffness
 from ..model.train.controls import Lagged, PositionLoop, SpeedLoop
-from ..study.analysis.plausible import RATCHETING
+from ..study.analysis.analyze import RATCHETING
 from ..units import RPM, convert
 from .project import Project, mean_of
 

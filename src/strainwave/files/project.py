@@ -12,9 +12,8 @@ from ..model.drive import Drive
 from ..model.excitation import Harmonic, Harmonics, KinematicError
 from ..model.gears.gear import Gear
 from ..model.oscillator import Oscillator
-from ..model.train.controls import FREE, Held
+from ..model.train.controls import FREE, USUAL, Held
 from ..model.train.drive_train import DriveTrain
-from ..model.train.loops import USUAL
 from ..model.varying import GearDamping, NoVariation, Variation, VaryingOscillator
 from ..numerics.balance.harmonics import LARGEST
 from ..quantities import checked, positive_count
@@ -24,14 +23,20 @@ from ..speeds import Speeds
 from ..study.analysis.analysis import Analysis
 from ..study.analysis.analyze import analyze
 from ..study.analysis.drive_response import DriveResponse, of_equation
-from ..study.analysis.load_range import LoadRange, torques_of_angle
+from ..study.analysis.load_range import (
+    NO_MOTION,
+    LoadRange,
+    has_curve,
+    refuse_free,
+    torques_of_angle,
+    train_curve,
+    without_gravity,
+)
+from ..study.analysis.load_range import POINTS as OF_TRAIN
 from ..study.analysis.remedies import Source
 from ..study.analysis.runup import silent
-from ..study.analysis.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
-from ..study.analysis.train_curve import POINTS as OF_TRAIN
 from ..study.analysis.verdict import Judged, judged
-from ..study.move.demands import MotorLimits
-from ..study.move.mover import Task
+from ..study.move.mover import MotorLimits, Task
 from ..study.response.response import POINTS, exact_response
 from ..study.train.loop_margin import motor_name
 from ..study.train.reductions import left_out

@@ -18,8 +18,8 @@ from ..model.train.shafts import NO_DRAG, Load
 from ..model.varying import Variation
 from ..quantities import checked, interval, number, shown
 from ..speeds import Speeds
-from ..study.move.demands import MotorLimits
-from .controller.fields import controller_text
+from ..study.move.mover import MotorLimits
+from .controller import controller_text
 from .entries import deviation_text, project_entry
 from .move.fields import task_text
 from .project import Project

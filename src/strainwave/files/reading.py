@@ -1,4 +1,7 @@
-"""Reading a project file: YAML with units, resolved to a `Project` in SI, or every problem with its place."""
+"""Reading a project file: YAML with units, resolved to a `Project` in SI, or every problem with its place.
+
+From the fields of a project file to the project in SI: speeds, excitation, damping, the whole train.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,19 +9,180 @@ from typing import Any
 
 from pydantic import ValidationError, create_model
 
+from ..model.drive import Drive
+from ..model.excitation import Harmonic, Harmonics, KinematicError, Line
 from ..model.gears import catalogue
+from ..model.gears.error_spectrum import accuracy_spectrum
 from ..model.gears.gear import Gear
+from ..model.laws.meshing import NO_FRICTION, LoadFriction, NoFriction
+from ..model.train.controls import FREE, Held
+from ..model.train.drive_train import DriveTrain
+from ..model.train.shafts import NO_DRAG, Elastic
+from ..quantities import checked, convert
+from ..speeds import Speeds
 from ..study.move.mover import Task
 from ..study.train.loop_margin import unstable
 from .complaints import complaints
-from .contradictions import contradictions
+from .contradictions import contradictions, train_fields
+from .controller import limited
+from .loop_fields import control_of, loop_inertia
 from .move.fields import task_of
+from .notes import notes
 from .own_gears import read_gears
 from .project import Project
 from .python_law import with_python_laws
-from .resolve import resolved
-from .schema import ExplicitGear, NamedGear, ProjectSpec, Spec
+from .schema import (
+    CATALOGUE,
+    ExplicitGear,
+    LoadSpec,
+    LoadTorqueSpec,
+    NamedGear,
+    ProjectSpec,
+    Spec,
+    SpeedSpec,
+    TorqueRange,
+    TorqueSpec,
+)
 from .yaml_text import FileError, Located, Problem, as_path, complaint, name, read, read_text, shown
+
+ACCURACY_NOTE = (
+    "The kinematic error stands for an accuracy class of {:.4g} arcsec peak-to-peak: its orders 1, 2 and 4 share it as "
+    "1 : 4 : 1 by assumption; a measured scan (strainwave error-scan) replaces the assumption."
+)
+FROM_REST = 0.01  # of the end of a range from 0: where it begins
+
+
+def resolved(spec: ProjectSpec, own: Gear | ExplicitGear, path: Path, text: str) -> Project:
+    """Return the project that the fields of a file describe, with its notes; `text` is that of the file."""
+    gear, ratio = own if isinstance(own, Gear) else None, float(own.ratio)
+    J_m = spec.motor.inertia or (gear.input_inertia if gear is not None else None) or 0.0
+    accuracy = spec.excitation.accuracy
+    if isinstance(accuracy, str):  # CATALOGUE
+        accuracy = None if gear is None else gear.accuracy
+    drive = Drive(J_m, whole_inertia(spec.load), ratio, spec.damping.B or 0.0, spec.law(gear))
+    drive = drive._replace(B=damping(spec, drive))
+    error, through = kinematic_error(spec, accuracy), speeds(spec.speed, ratio)
+    varies = spec.damping.varies or spec.stiffness is not None
+    whole = None if varies or not through.by_motor else whole_train(spec, drive, gear, error, through.given[0])
+    project = Project(
+        title=spec.title or path.stem,
+        path=path,
+        text=text,
+        drive=drive,
+        gear=gear,
+        motor=spec.motor.mode,
+        speeds=through,
+        motor_torque=torque(spec.excitation.motor_torque),
+        load_torque=torque(spec.excitation.load_torque),
+        mean_range=mean_range(spec.excitation.load_torque),
+        kinematic_error=error,
+        damping=spec.damping.of(drive.B) if spec.damping.varies else None,
+        stiffness=None if spec.stiffness is None else spec.stiffness.ripples,
+        train=whole if beyond_equation(spec, error) else None,
+        rated_torque=own.rated_torque,
+        limit=None if spec.limit is None else spec.limit.oscillation,
+        whole=whole,
+        motor_named=spec.motor.named,
+        motor_limits=spec.motor.limits,
+        sampling=limited(spec.controller, spec.motor.limits),
+        scatter=tuple((spec.scatter or {}).items()),
+        correlation=spec.scatter_correlation,
+    )
+    said = tuple(notes(project))
+    if accuracy is not None:
+        said = (ACCURACY_NOTE.format(convert(accuracy, "rad", "arcsec")), *said)
+    if spec.speed.low == 0.0:
+        begin = f"{through.own(through.limits[0]):.4g} {through.own_unit}"
+        said = (*said, f"The speed range is given from 0, where nothing turns; it begins at 1 % of its end, {begin}.")
+    return replace(project, notes=said)
+
+
+def kinematic_error(spec: ProjectSpec, accuracy: float | None) -> KinematicError | None:
+    """Lines of the file, or those of an accuracy class [rad]."""
+    if accuracy is not None:
+        return accuracy_spectrum(accuracy)
+    error = tuple(Line(line.order, line.amplitude, line.phase) for line in spec.excitation.kinematic_error)
+    return KinematicError(error) if error else None
+
+
+def speeds(spec: SpeedSpec, ratio: float) -> Speeds:
+    """The range or the single speeds, of the base angle."""
+    factor = ratio if spec.shaft == "load" else 1.0
+    if spec.high is not None and spec.low == 0.0:
+        return Speeds((FROM_REST * factor * spec.high, factor * spec.high), (), spec.shaft, factor)
+    given = sorted({factor * s for s in spec.at or (spec.low, spec.high) if s is not None})
+    if spec.at is not None:
+        return Speeds.at(tuple(given), spec.shaft, factor)
+    return Speeds((given[0], given[-1]), (), spec.shaft, factor)
+
+
+def torque(spec: TorqueSpec | LoadTorqueSpec | None) -> Harmonics | None:
+    """A torque [N*m] with its mean, the middle of a range of means, in the first line."""
+    if spec is None or (not spec.lines and not spec.mean):
+        return None
+    lines = [Harmonic(line.amplitude, line.order, line.phase) for line in spec.lines] or [Harmonic(0.0)]
+    mean = 0.5 * (spec.mean.low + spec.mean.high) if isinstance(spec.mean, TorqueRange) else spec.mean
+    return Harmonics((lines[0]._replace(mean=mean), *lines[1:]))
+
+
+def mean_range(spec: LoadTorqueSpec | None) -> tuple[float, float] | None:
+    """Least and largest mean [N*m] of a torque that has a range of them."""
+    return (spec.mean.low, spec.mean.high) if spec is not None and isinstance(spec.mean, TorqueRange) else None
+
+
+def whole_inertia(load: LoadSpec) -> float:
+    """Inertia [kg*m^2] of the load with what sits before its couplings: that of a rigid load."""
+    return load.inertia + sum(coupling.inertia for coupling in load.chain)
+
+
+def damping(spec: ProjectSpec, drive: Drive) -> float:
+    """B [N*m*s/rad]; a ratio and a quality refer to omega_0 of the spring at rest in the project's mode.
+
+    That spring is the catalogue's K1, or `spring_stiffness` of the law: what hysteresis adds until it yields is not in
+    it. The inertia is that of the mode: the load's with the motor held, the reduced one with the motor free.
+    """
+    if spec.damping.B is not None:
+        return spec.damping.B
+    ratio = spec.damping.ratio if spec.damping.quality is None else 0.5 / spec.damping.quality
+    J, omega_0 = (drive.J, drive.omega_0) if spec.motor.mode == "free" else (drive.J_l, drive.omega_0_held)
+    return 2.0 * (ratio or 0.0) * J * omega_0
+
+
+def friction(spec: ProjectSpec, gear: Gear | None) -> LoadFriction | NoFriction:
+    """Friction of the meshing: a share of the torque, or that of the gear's efficiency."""
+    if spec.load_friction == CATALOGUE and gear is not None:
+        return gear.friction
+    return LoadFriction(float(spec.load_friction)) if spec.load_friction else NO_FRICTION
+
+
+def whole_train(
+    spec: ProjectSpec, drive: Drive, gear: Gear | None, error: KinematicError | None, omega: float
+) -> DriveTrain:  # fmt: skip
+    """The train with all that the file has, at a motor speed [rad/s]."""
+    control: Any = FREE if spec.motor.mode == "free" else Held()
+    if spec.motor.loop is not None:
+        control = control_of(spec.motor.loop, loop_inertia(drive))
+    train = drive._replace(J_l=spec.load.inertia).train(
+        motor_torque=torque(spec.excitation.motor_torque),
+        load_torque=torque(spec.excitation.load_torque),
+        kinematic_error=error,
+        omega=omega,
+        control=control,
+        motor_drag=spec.motor.drag or NO_DRAG,
+        load_drag=spec.load.drag or NO_DRAG,
+        friction=friction(spec, gear),
+    )
+    if not spec.load.chain:
+        return train
+    for coupling in reversed(spec.load.chain):
+        train = train._replace(load=Elastic(coupling.inertia, coupling.B, coupling.law, train.load))
+    whole: DriveTrain = checked(train)
+    return whole
+
+
+def beyond_equation(spec: ProjectSpec, error: KinematicError | None) -> bool:
+    """Whether the whole train holds more than the error equation: its fields, or the ripple of a free motor."""
+    return bool(train_fields(spec)) or (spec.motor.mode == "free" and error is not None)
 
 
 class ProjectError(FileError):

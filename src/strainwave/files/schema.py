@@ -18,8 +18,8 @@ from ..model.laws.meshing import LoadFriction
 from ..model.laws.springs import Play
 from ..model.varying import GearDamping
 from ..quantities import checked
-from ..study.move.demands import MotorLimits
-from .controller.fields import Controller
+from ..study.move.mover import MotorLimits
+from .controller import Controller
 from .entries import Wrong, about, deviation, number, phase, read_ripples, refusal, whole
 from .law_fields import Drag, GearLaw, Hysteresis
 from .loop_fields import Loop

@@ -11,6 +11,8 @@ b = -a and A = B: u = a cn(r t | m), r^2 = omega_0^2 (1 + alpha a^2), m = alpha 
 
 *Forced*: cn'' = -(1 - 2 m) cn - 2 m cn^3 (DLMF 22.13.14), so u = a cn(r t | m) is exact for the torque P cn(r t | m):
 2 m r^2 = c3 a^2/J and P/J = a [c1/J - r^2 (1 - 2 m)]. The idea is that of Hsu 1960, Quart. Appl. Math. 17, 393-407.
+
+Jacobi's elliptic function cn with any parameter m < 1, the modulus squared, and its Fourier series.
 """
 
 import math
@@ -20,21 +22,45 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ellipe, ellipk
+from scipy.special import ellipe, ellipj, ellipk, ellipkm1
 
 from ..model.excitation import Harmonic, Harmonics, NoError
 from ..model.laws.springs import Cubic, Linear, Polynomial
 from ..model.oscillator import Oscillator
 from ..numerics.balance.rates import SAME
-from ..numerics.roots import bracketed_root
+from ..numerics.operating_point import bracketed_root
 from ..protocols import with_parts
 from ..quantities import number, numbers, positive_count
 from ..results import Floats
-from .elliptic import cn_and_fall, cn_lines, nome
 
 LEAST = 1e-6  # of 1 - m, and of 1/(1 - m): nearer to the limit a period is no longer right to ten digits
 SAMPLES = 4096  # of a period, for the Fourier coefficients of a biased motion
 ROUNDING = 1e-17  # of the largest line of a waveform
+
+
+def cn_and_fall(z: Floats, m: float) -> tuple[Floats, Floats]:
+    """cn(z | m) and -d cn/dz."""
+    if m > 0.0:
+        sn, cn, dn, _ = ellipj(z, m)
+        return cn, sn * dn
+    stretch = math.sqrt(1.0 - m)
+    sn, cn, dn, _ = ellipj(z * stretch, -m / (1.0 - m))
+    return cn / dn, sn / (stretch * dn * dn)
+
+
+def nome(m: float) -> float:
+    """Nome q = exp(-pi K(1 - m)/K(m)), negative where m is: q(m) = -q(-m/(1 - m)) (DLMF 22.2.1, 20.7.26)."""
+    if m < 0.0:
+        return -nome(-m / (1.0 - m))
+    return math.exp(-math.pi * float(ellipkm1(m) / ellipk(m)))
+
+
+def cn_lines(m: float, count: int) -> Floats:
+    """Amplitudes (count,) of cos x, cos 3x, cos 5x ... in cn(2 K x/pi | m) (DLMF 22.11.2; 22.11.4 for m < 0)."""
+    if m == 0.0:
+        return np.asarray(np.eye(1, count)[0])
+    q, n = nome(m), np.arange(count)
+    return np.asarray(2.0 * math.pi / ellipk(m) * math.sqrt(q / m) * q**n / (1.0 + q ** (2 * n + 1)))
 
 
 @dataclass(frozen=True, repr=False)

@@ -16,7 +16,7 @@ import numpy as np
 from ..law import breakpoints_of
 from ..model.laws.measured import RoundedPiecewiseLinear, Tabulated
 from ..model.laws.springs import Backlash, Cubic, Linear, PiecewiseLinear, Play, Polynomial
-from ..numerics.roots import bracketed_root
+from ..numerics.operating_point import bracketed_root
 from ..sentences import Angle, Sentence
 
 KNOWN = (Linear, Cubic, Polynomial, PiecewiseLinear, Backlash, RoundedPiecewiseLinear, Tabulated)

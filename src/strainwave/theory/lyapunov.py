@@ -4,7 +4,7 @@ For J x'' + B x' + T(x) = tau_0 the energy V = J v^2/2 + U(x) - tau_0 x, measure
 motion: V' = -B v^2. Where V has a minimum at x_e, LaSalle's invariance principle gives convergence: a motion that stays
 in a bounded set ends in the largest invariant set with v = 0, and there T(x) = tau_0. The periodic part of the torque
 and the kinematic error are set aside; a constant torque moves the rest. For damping and stiffness that change
-with angle, speed and temperature see `time_varying`.
+with angle, speed and temperature see `stability_proof`.
 
 Source: Khalil, Nonlinear Systems, 3rd ed., theorem 4.4 and corollary 4.2; erratum E7 of the article.
 """
@@ -23,8 +23,7 @@ from ..protocols import lacking
 from ..quantities import checked, number, shown
 from ..sentences import Angle, Sentence
 from .equilibria import SAMPLES, Landscape, is_known, landscape
-from .stability_proof import Obstacle, Region, Scope, StabilityProof, place
-from .time_varying import Reserve, reserve
+from .stability_proof import Obstacle, Region, Reserve, Scope, StabilityProof, place, reserve
 
 
 def lyapunov(

@@ -1,12 +1,20 @@
-"""What Lyapunov's direct method claims about the dynamic error: the function V, its rate, and from where it holds."""
+"""What Lyapunov's direct method claims about the dynamic error: the function V, its rate, and from where it holds.
+
+When the energy argument for rest survives a damping and a stiffness that change: J x'' + b x' + kappa T(x) = 0.
+"""
 
 import math
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
+import numpy as np
+
 from ..model.oscillator import Oscillator
-from ..model.varying import VaryingOscillator
+from ..model.varying import NoVariation, Variation, VaryingOscillator
+from ..protocols import lacking
 from ..sentences import Angle, Sentence, on_screen
+
+SAMPLES = 4096  # per turn and order
 
 Scope = Literal["global", "local", "set", "none"]
 
@@ -151,3 +159,79 @@ def place(rest: tuple[float, float] | None) -> str:
     if rest[0] == rest[1]:
         return Sentence("x = {}", Angle(rest[0]))
     return Sentence("{}", Angle(*rest, between=" <= x <= "))
+
+
+@dataclass(frozen=True)
+class Reserve:
+    """Bounds of the damping, what a falling stiffness asks for, and what is left [all N*m*s/rad]; or an obstacle."""
+
+    low: float
+    high: float
+    asked: float
+    obstacle: Obstacle | None = None
+
+    @property
+    def left(self) -> float:
+        """Damping beta that makes V fall, at least."""
+        return self.low - self.asked
+
+    def conditions(self) -> tuple[str, ...]:
+        """What the claim rests on, in sentences."""
+        bounds = f"{self.low:.6g} <= b <= {self.high:.6g} N*m*s/rad at all angles and speeds"
+        if not self.asked:
+            return (bounds,)
+        return bounds, f"b > -J kappa'/(2 kappa), at most {self.asked:.6g} N*m*s/rad, where the stiffness falls"
+
+
+def reserve(system: Any, tau_0: float) -> Reserve:
+    """Damping of a `VaryingOscillator` under the mean torque tau_0 [N*m], against what the argument needs."""
+    if lacking(system.damping, "bounds"):
+        name = type(system.damping).__name__
+        fact = f"{name} has no method bounds(), which gives b1 <= b <= b2"
+        return Reserve(0.0, 0.0, 0.0, Obstacle(fact, "define it"))
+    low, high = (float(b) for b in system.damping.bounds())
+    if not isinstance(system.variation, Variation | NoVariation):
+        name = type(system.variation).__name__
+        fact = f"the extremes of {name} are not known"
+        return Reserve(low, high, 0.0, Obstacle(fact, "write the variation as a Variation"))
+    if isinstance(system.variation, Variation) and tau_0 != 0.0:
+        fact = (
+            f"the mean torque {tau_0:.6g} N*m twists a varying stiffness by a varying angle, so there is no equilibrium"
+        )
+        remedy = "find the forced orbit with find_orbit, whose multipliers tell its stability"
+        return Reserve(low, high, 0.0, Obstacle(fact, remedy))
+    asked = float(0.5 * system.J * _steepest_fall(system))
+    return Reserve(low, high, asked, _obstacle(low, high, asked))
+
+
+def _obstacle(low: float, high: float, asked: float) -> Obstacle | None:
+    if not math.isfinite(high):
+        return Obstacle(
+            "the damping has no upper bound, and a lower bound alone is not enough",
+            "x'' + (2 + exp t) x' + x = 0 has the motion x = 1 + exp(-t), which does not decay: give a damping with "
+            "b <= b2",
+        )
+    if low < 0.0:
+        fact = f"the damping falls to {low:.6g} N*m*s/rad, where motions gain energy"
+        return Obstacle(fact, "give a damping b1 >= 0")
+    if low < asked:
+        return Obstacle(
+            f"the stiffness falls so fast that the argument needs a damping of {asked:.6g} N*m*s/rad and the smallest "
+            f"damping is {low:.6g}",
+            "the condition is sufficient, not necessary: give more damping or less variation, or use "
+            "parametric_resonances to see whether small motions grow",
+        )
+    return None
+
+
+def _steepest_fall(system: Any) -> float:
+    """Upper bound of -kappa'/kappa [1/s] over a turn: sampled, plus what may hide between the samples."""
+    if isinstance(system.variation, NoVariation):
+        return 0.0
+    ripples, least = system.variation.ripples, 1.0 - system.variation.depth()
+    count = SAMPLES * max(ripple.order for ripple in ripples)
+    angles = np.linspace(0.0, 2.0 * math.pi, count, endpoint=False)
+    fall = -system.omega * system.variation.slope(angles) / system.variation.value(angles)
+    first = sum(abs(r.depth) * r.order for r in ripples) / least
+    second = sum(abs(r.depth) * r.order**2 for r in ripples) / least
+    return float(np.max(fall) + abs(system.omega) * (second + first * first) * math.pi / count)

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.files.reading import read_project
-from strainwave.study.analysis.cautions import not_exact
+from strainwave.study.analysis.analysis import not_exact
 
 PROJECT = """\
 title: A small drive

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from strainwave.app.figures.fine_curve import PARTS, fine
+from strainwave.app.figures.curves import PARTS, fine
 from strainwave.results import Branch, Status
 from strainwave.study.response.response import ExactResponse
 

@@ -5,8 +5,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from strainwave.app.figures.labels import ROW, beside
-from strainwave.app.figures.svg import Note, Panel, _path, figure, log_ticks, ticks
+from strainwave.app.figures.svg import ROW, Note, Panel, _path, beside, figure, log_ticks, ticks
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,7 @@ from all_results import RESULTS, WITHOUT_FIGURE, branch
 from matplotlib.figure import Figure
 
 import strainwave as sw
-from strainwave.app.notebook.axes import MOST, Axes, colour
-from strainwave.app.notebook.cells import contours, shades
+from strainwave.app.notebook.axes import MOST, Axes, colour, contours, shades
 
 NO_CONTOUR = ("GeneralValidity", "SlowResponse without states")  # the map, or the response, is empty
 SVG = "{http://www.w3.org/2000/svg}"

@@ -16,8 +16,7 @@ from strainwave.app.console import number, plain
 from strainwave.app.report.report import page
 from strainwave.app.report.section import asked
 from strainwave.app.report.sections.parametric import ParametricResonances
-from strainwave.app.units import AngleUnit
-from strainwave.app.view import View
+from strainwave.app.view import AngleUnit, View
 from strainwave.files.reading import read_project
 
 pytestmark = pytest.mark.compiled

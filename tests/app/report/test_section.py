@@ -6,8 +6,7 @@ import pytest
 
 from strainwave.app.report.report import page, write
 from strainwave.app.report.section import asked, sections_of
-from strainwave.app.units import AngleUnit
-from strainwave.app.view import View
+from strainwave.app.view import AngleUnit, View
 from strainwave.speeds import Speeds
 
 ANALYSIS = SimpleNamespace(exact=SimpleNamespace(method="harmonic balance"))

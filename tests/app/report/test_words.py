@@ -13,13 +13,12 @@ from strainwave.app.report.sections.resonances import jump_verdict, peak_verdict
 from strainwave.app.report.sections.stability import Stability
 from strainwave.app.report.sections.warnings import warnings
 from strainwave.app.report.sections.whole_train import WholeTrain
-from strainwave.app.units import AngleUnit
-from strainwave.app.view import View
+from strainwave.app.view import AngleUnit, View
 from strainwave.speeds import Speeds
 from strainwave.study.analysis.analyze import _proof
 from strainwave.study.analysis.avoid import Avoid
+from strainwave.study.analysis.drive_response import Usage, limit_findings
 from strainwave.study.analysis.remedies import Remedy
-from strainwave.study.analysis.usage import Usage, limit_findings
 from strainwave.study.response.resonances import operating_point
 from strainwave.units import ARCSEC, RPM
 

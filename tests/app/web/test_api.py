@@ -17,10 +17,9 @@ from scipy.io import savemat
 import strainwave as sw
 from strainwave.app.commands.cli import cli
 from strainwave.app.web import views
-from strainwave.app.web.curve import POINTS
 from strainwave.app.web.parameters import about, parameters
-from strainwave.app.web.requests import State
-from strainwave.app.web.state import first_text, of_state, project_of
+from strainwave.app.web.state import State, first_text, of_state, project_of
+from strainwave.app.web.views import POINTS
 from strainwave.study.analysis.avoid import speeds_to_avoid
 from strainwave.study.response.resonances import operating_point
 from strainwave.units import ARCSEC, RPM

@@ -17,9 +17,9 @@ import uvicorn
 from app_work import compiled, dying, endless, faulty, full, mode, never_interpreted, pid, until_there, without_progress
 
 from strainwave.app.commands import app as command
-from strainwave.app.web import connection, guard, jobs, server
-from strainwave.app.web.requests import Refused, State
-from strainwave.app.web.state import of_state
+from strainwave.app.web import api, guard, server
+from strainwave.app.web import server as connection
+from strainwave.app.web.state import Refused, State, of_state
 from strainwave.app.web.views import response
 from strainwave.app.web.worker import Died, Unexpected, Worker, done
 from strainwave.app.web.workers import Abandoned, Workers
@@ -214,7 +214,7 @@ async def running(held):
 
 def test_a_cancelled_job_stops_in_the_middle_and_the_next_one_runs():
     async def work():
-        held = jobs.Jobs()
+        held = api.Jobs()
         name = await running(held)
         waiting = held.begin("pid", pid)
         assert held.find(waiting).state == "waiting"
@@ -231,7 +231,7 @@ def test_a_cancelled_job_stops_in_the_middle_and_the_next_one_runs():
 
 def test_job_of_a_page_that_has_gone_is_stopped():
     async def work():
-        held = jobs.Jobs(left=1.0)
+        held = api.Jobs(left=1.0)
         name = await running(held)
         (process,) = held._workers._all
         await process.ended()
@@ -243,7 +243,7 @@ def test_job_of_a_page_that_has_gone_is_stopped():
 
 def test_finished_job_is_forgotten_later():
     async def work():
-        held = jobs.Jobs(kept=0.5)
+        held = api.Jobs(kept=0.5)
         name = held.begin("pid", pid)
         await until(lambda: name not in held._jobs, "the job is kept for ever")
         await held.close()
@@ -256,7 +256,7 @@ def test_finished_job_is_forgotten_later():
 )
 def test_failed_job_says_why(work, words):
     async def waited():
-        held = jobs.Jobs()
+        held = api.Jobs()
         name = held.begin("wrong", partial(without_progress, work))
         await until(lambda: held.find(name).state == "failed", "the job does not fail")
         error = held.find(name).error

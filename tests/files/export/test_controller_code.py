@@ -8,7 +8,7 @@ from c_compiler import compiled, doubles, exported_parameters, needs_cc, paramet
 
 import strainwave as sw
 from strainwave.choices import larger, select, smaller
-from strainwave.files.export.controller import controller_code
+from strainwave.files.export.export import controller_code
 from strainwave.files.export.plant import plant_code, plant_of
 from strainwave.files.export.traced import Unrecordable
 from strainwave.maths import cos, sin

@@ -5,9 +5,8 @@ import pytest
 from measured_axis import ERROR, K1, K2, NOISE, PHASE, PROJECT, RECORD, B, N, measured
 
 import strainwave as sw
-from strainwave.files.identified.free_numbers import expected_range, usual
+from strainwave.files.identified.identify_drive import expected_range, usual, with_torsion
 from strainwave.files.identified.places import Places
-from strainwave.files.identified.torsion import with_torsion
 from strainwave.files.reading import from_text
 
 TRUTH = {

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from order_machines import ANGLE, ARCSEC, DEGREE, NO_REMARKS, OPTIONS, TORQUE, TWO_WAYS, table_for
 
 import strainwave as sw
-from strainwave.files.order_tables.registry import FORMATS
-from strainwave.files.order_tables.residual import Held
+from strainwave.files.order_tables.format import Held
+from strainwave.files.order_tables.order_table import FORMATS
 
 TURN = np.linspace(0.0, 2.0 * math.pi, 20_000, endpoint=False)  # of the encoder on the table's shaft
 EXACT = ("json", "csv", "c", "st", "hal")

@@ -12,10 +12,9 @@ from twelve_projects import PROJECTS
 from strainwave.files.complaints import EXAMPLES
 from strainwave.files.entries import fields_of, law_types, loop_types
 from strainwave.files.reading import ProjectError, from_text
-from strainwave.files.reference.json_schema import project_schema
+from strainwave.files.reference.json_schema import project_schema, quantity
 from strainwave.files.reference.markdown import reference
 from strainwave.files.reference.template import template
-from strainwave.files.reference.values import quantity
 from strainwave.quantities import parse
 
 ROOT = Path(__file__).resolve().parents[3]

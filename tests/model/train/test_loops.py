@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.model.train.loops import HERTZ, Tuning, tuning_of
+from strainwave.model.train.controls import HERTZ, Tuning, tuning_of
 
 DRIVE = sw.Drive(4.5e-4, 1.3, 50.0, 20.0, sw.Linear(1e5))
 INERTIA = DRIVE.J_m + DRIVE.J_l / DRIVE.N**2

@@ -9,9 +9,8 @@ from scipy.integrate import solve_ivp
 import strainwave as sw
 from strainwave.numerics.balance.choice import balance_of
 from strainwave.numerics.balance.condensed.problem import Condensed
-from strainwave.numerics.balance.first_order import FirstOrder, first_order
+from strainwave.numerics.balance.first_order import FirstOrder, first_order, linearised
 from strainwave.numerics.balance.linear_part import STRENGTH
-from strainwave.numerics.balance.work import linearised
 from strainwave.numerics.continuation.trace import solve, trace
 from strainwave.numerics.stability.first_order import floquet_of
 from strainwave.tree import leaf_of

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.numerics.balance.first_order import first_order
+from strainwave.numerics.balance.first_order import first_order, linearised
 from strainwave.numerics.balance.linear_part import STRENGTH
 from strainwave.numerics.balance.panels import Samples, crossings, distances
-from strainwave.numerics.balance.work import linearised
 from strainwave.numerics.stability.first_order import map_along
 from strainwave.tree import leaf_of
 

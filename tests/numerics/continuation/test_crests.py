@@ -7,8 +7,7 @@ import pytest
 
 import strainwave as sw
 from strainwave.numerics.balance.choice import balance_of
-from strainwave.numerics.continuation.crests import with_crests
-from strainwave.numerics.continuation.trace import solve
+from strainwave.numerics.continuation.trace import solve, with_crests
 from strainwave.numerics.labels import STEP, TOP
 from strainwave.tree import leaf_of
 

@@ -12,9 +12,10 @@ from canonical import CSF_40_50
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.numerics.integration import breakpoints as switches
-from strainwave.numerics.integration import methods, record, steps
-from strainwave.numerics.integration.workspace import K, Y, workspace
+from strainwave.numerics.integration import marches as switches
+from strainwave.numerics.integration import methods, steps
+from strainwave.numerics.integration import methods as record
+from strainwave.numerics.integration.attempts import K, Y, workspace
 
 DUFFING = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.0)
 SPRING = sw.Oscillator(1.0, 0.0, sw.Cubic(1.0, 0.0), sw.Harmonic(0.0), 1.0)  # of the type of DUFFING: compiled once

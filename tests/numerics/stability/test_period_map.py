@@ -11,7 +11,7 @@ from strainwave.numerics.balance.linear_part import STRENGTH
 from strainwave.numerics.balance.rates import rates_at
 from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.first_order import hill_map, monodromy
-from strainwave.numerics.stability.period_map import GAUSS_C, walked
+from strainwave.numerics.stability.panel_map import GAUSS_C, walked
 from strainwave.tree import leaf_of
 
 K, ALPHA, J_M, J_1, J_2, N, B, K_C, B_C, K_P, K_I, A = (

@@ -9,8 +9,7 @@ import pytest
 import strainwave as sw
 from strainwave.series import oscillation
 from strainwave.study.analysis.avoid import in_run, speeds_to_avoid
-from strainwave.study.response.hysteresis_bands import HysteresisBand, Jump
-from strainwave.study.response.jumps import jumps_of
+from strainwave.study.response.jumps import HysteresisBand, Jump, jumps_of
 from strainwave.study.response.resonances import operating_point
 from strainwave.study.response.response import ExactResponse
 

@@ -7,7 +7,7 @@ import pytest
 
 import strainwave as sw
 from strainwave.model.gears.limits import gravest
-from strainwave.study.analysis.usage import Usage, limit_findings, usage
+from strainwave.study.analysis.drive_response import Usage, limit_findings, usage
 from strainwave.study.response.response import exact_response
 from strainwave.study.response.steady import settle
 

@@ -10,9 +10,8 @@ from scipy.linalg import expm
 import strainwave as sw
 from strainwave.model.controllers.measurement import Measurement
 from strainwave.study.compensation.bench import steady_bench_of
-from strainwave.study.compensation.designs import COMPENSATORS, Compensator, slower
+from strainwave.study.compensation.designs import COMPENSATORS, Compensator, own_rate, slower
 from strainwave.study.compensation.gains import rate_of
-from strainwave.study.compensation.given import own_rate
 
 N, J_M, J_L, B, K, ALPHA, MEAN = 80.0, 8.1346e-4, 5.38563, 22.5923, 25895.9, 2.13606e6, -18.182
 SPEED, STEP = 23.63939, 5e-4

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 
 import strainwave as sw
-from strainwave.study.identification.free_decay.free_vibration import vibrations
+from strainwave.study.identification.free_decay.decay import vibrations
 from strainwave.study.identification.free_decay.waves import decaying_waves
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from strainwave.study.identification.identifiability import unidentifiable
+from strainwave.study.identification.fitted import unidentifiable
 
 RNG = np.random.default_rng(0)
 

@@ -7,8 +7,7 @@ import pytest
 from scipy import stats
 from scipy.signal import lfilter
 
-from strainwave.study.identification.coloured import whitener
-from strainwave.study.identification.intervals import bootstrap, interval, sandwich, spread
+from strainwave.study.identification.intervals import bootstrap, interval, sandwich, spread, whitener
 
 SETS, ROWS = 400, 2000
 LOW, HIGH = stats.binom.ppf([0.001, 0.999], SETS, 0.95) / SETS  # 91.5 .. 98 %

@@ -8,7 +8,7 @@ import pytest
 from scipy.special import ellipe
 
 import strainwave as sw
-from strainwave.study.kinematic_error.random_phases import span
+from strainwave.study.kinematic_error.budget import span
 
 QUANTILES = (0.1, 0.5, 0.9, 0.99)
 DRAWS = 40_000

@@ -5,8 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.study.response.gear_forces import gear_torque
-from strainwave.study.response.response import exact_response
+from strainwave.study.response.response import exact_response, gear_torque
 
 pytestmark = pytest.mark.compiled
 

@@ -7,9 +7,8 @@ from scipy import stats
 import strainwave as sw
 from strainwave.study.sweep.sampling import by_path
 from strainwave.study.variability.natural_frequencies import natural_frequencies
-from strainwave.study.variability.result import Band, JumpSpread, SpeedSpread, Variability
+from strainwave.study.variability.result import Band, JumpSpread, SpeedSpread, Variability, two_groups
 from strainwave.study.variability.sensitivity import ranking, running_quantile
-from strainwave.study.variability.two_groups import two_groups
 from strainwave.study.variability.variability import drawn
 
 LINEAR = sw.Oscillator(1.0, 0.4, sw.Linear(2.0), sw.Harmonic(1.0), 1.0)

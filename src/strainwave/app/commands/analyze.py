@@ -11,8 +11,7 @@ from ...files.reading import read_project
 from ...files.yaml_text import FileError
 from ..console import Progress, to_json
 from ..output import staged
-from ..report.comparison_page import verdicts_page
-from ..report.report import Report, write
+from ..report.report import Report, verdicts_page, write
 from .options import file_type, json_option, output_option
 
 COMPARISON = "comparison.html"

@@ -12,7 +12,7 @@ from ...units import ARCSEC, RPM
 from ..console import Progress, finished, number, print_table, to_json
 from ..figures.comparison import comparison_figure
 from ..output import staged
-from ..report.comparison_page import comparison_page
+from ..report.report import comparison_page
 from .design import as_csv
 from .options import file_type, json_option, output_option
 

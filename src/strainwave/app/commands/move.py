@@ -7,19 +7,18 @@ import click
 import numpy as np
 from pydantic_core import PydanticCustomError
 
-from ...files.move.fields import read_part, read_payload
-from ...files.move.profile_file import read_profile
+from ...files.move.fields import read_part, read_payload, read_profile
 from ...files.project import Project
 from ...files.reading import read_project
 from ...files.yaml_text import name, read
-from ...study.move.demands import MotorLimits
 from ...study.move.move import move as moved
+from ...study.move.mover import MotorLimits
 from ...study.move.result import Move
 from ...units import RPM
 from ..console import Progress, number, percent, to_json
 from ..figures.move import move_figure
 from ..output import staged, write_csv
-from ..units import angle_unit, finding_data, quantity, span
+from ..view import angle_unit, finding_data, quantity, span
 from .options import json_option, output_option, project_argument
 
 CSV, SVG, JSON = "move.csv", "move.svg", "move.json"

@@ -9,13 +9,13 @@ import numpy as np
 from ...files.notes import load_remark
 from ...files.project import Project
 from ...files.variants.names import keys_of, quantity
-from ...files.variants.replaced import replaced
+from ...files.variants.project_sweep import replaced
 from ...files.yaml_text import read
 from ...quantities import convert
 from ...results import Floats
-from ...study.analysis.train_curve import refuse_free
+from ...study.analysis.load_range import refuse_free
 from ..console import Progress, number, to_json
-from ..units import sign
+from ..view import sign
 
 if TYPE_CHECKING:
     import xarray as xr

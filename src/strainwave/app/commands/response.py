@@ -22,7 +22,7 @@ from ..output import staged, write_csv
 from ..report.curve_files import drive_columns
 from ..report.sections.opening import CONVENTIONS
 from ..report.sections.speed_range import curve_data
-from ..units import angle_unit, finding_data
+from ..view import angle_unit, finding_data
 from .equation import remarks
 from .options import json_option, output_option, project_argument, written_type
 

@@ -16,7 +16,7 @@ from ..console import WHAT_X_IS, Progress, finished, number, to_json
 from ..figures import speed_map as figures
 from ..figures.svg import figure
 from ..output import staged, write_csv
-from ..units import quantity, span
+from ..view import quantity, span
 from .options import json_option, limit_option, output_option, project_argument
 
 MOST_LOADS = 1000  # of a range

@@ -19,13 +19,13 @@ import numpy as np
 
 from ...files.project import Project
 from ...files.reading import read_project
-from ...files.variants.replaced import tuning
+from ...files.variants.project_sweep import tuning
 from ...protocols import state_count
 from ...quantities import Parameter, convert, parameters, parse
 from ...results import Floats
 from ...units import NUMBER
 from ..console import WHAT_X_IS, Progress, number, to_json
-from ..units import sign
+from ..view import sign
 from . import project_sweep
 from .equation import remarks
 from .options import json_option, output_option, project_argument, retune_option
@@ -80,7 +80,7 @@ def sweep(
     axes = dict(axis(text, known) for text in grids)
     units = dict(typed_unit(text, known) for text in grids)
     kept = tuple(map(named, measures))
-    from ...study.sweep.ensemble_measure import EnsembleMeasure
+    from ...study.sweep.sweep import EnsembleMeasure
     from ...study.sweep.sweep import sweep as swept
 
     measure = EnsembleMeasure((0.0,) * state_count(system), periods, kept, settle)

@@ -9,7 +9,7 @@ from ...files.reading import read_project
 from ...files.variants.scatter import Exceedance, exceedance
 from ...quantities import convert
 from ..console import Progress, finished, number, percent, to_json
-from ..units import quantity, sign
+from ..view import quantity, sign
 from .options import json_option, limit_option, project_argument, retune_option
 
 MOST_ERRORS = 3

@@ -6,9 +6,8 @@ import numpy as np
 
 from ...speeds import Speeds
 from ...study.analysis.drive_response import DriveResponse
-from ..units import angle_unit
-from .curves import draw_motions
-from .plots import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE
+from ..view import angle_unit
+from .curves import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE, draw_motions
 from .svg import Note, Panel, figure
 
 WIDTH, HEIGHT = 430.0, 360.0  # narrow, so that its text is read on a telephone too

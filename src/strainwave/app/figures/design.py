@@ -4,8 +4,8 @@ import numpy as np
 
 from ...results import Floats
 from ...study.design.result import Candidate, Design
-from ..units import angle_unit
-from .plots import BLACK, BLUE, ORANGE
+from ..view import angle_unit
+from .curves import BLACK, BLUE, ORANGE
 from .svg import Note, Panel, figure
 
 WIDTH, HEIGHT = 430.0, 360.0  # narrow, so that its text is read on a telephone too

@@ -19,10 +19,21 @@ from ...study.analysis.runup import RunUp
 from ...study.response.resonances import Regime
 from ...study.response.response import ExactResponse
 from ..console import number
-from ..units import AngleUnit
-from .curves import draw_folds, draw_motions, mark_resonances, simulated, speed_axis, upright
-from .fine_curve import fine
-from .plots import BLACK, BLUE, DASHES, DOT_DASH, ORANGE
+from ..view import AngleUnit
+from .curves import (
+    BLACK,
+    BLUE,
+    DASHES,
+    DOT_DASH,
+    ORANGE,
+    draw_folds,
+    draw_motions,
+    fine,
+    mark_resonances,
+    simulated,
+    speed_axis,
+    upright,
+)
 from .svg import Arrow, Curve, Panel
 
 SHADE = "#d9d9d9"  # speeds to avoid

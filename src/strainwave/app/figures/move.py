@@ -8,14 +8,13 @@ from numpy.typing import NDArray
 
 from ...model.gears.gear import Gear
 from ...results import Floats
-from ...study.move.demands import MotorLimits
+from ...study.move.mover import MotorLimits
 from ...study.move.result import Move
 from ...units import RPM
 from ..console import number
-from ..units import angle_unit
-from .curves import upright
+from ..view import angle_unit
+from .curves import BLACK, BLUE, DOT_DASH, GREY, ORANGE, thin, upright
 from .drive import NEAR
-from .plots import BLACK, BLUE, DOT_DASH, GREY, ORANGE, thin
 from .svg import Curve, Panel, figure
 
 WIDTH, HEIGHT = 430.0, 215.0  # of the figure and of a panel [px]

@@ -6,7 +6,7 @@ from ...results import Floats
 from ...study.speed_map.result import SpeedMap
 from ...units import RPM
 from ..console import number
-from ..units import angle_unit
+from ..view import angle_unit
 from .svg import Note, Panel
 
 WIDTH, HEIGHT = 430.0, 260.0  # narrow, so that its text is read on a telephone too

@@ -13,7 +13,7 @@ import numpy as np
 from ...plot.any_result import DRAWN
 from ...sentences import WIDTH
 from ..console import number
-from ..units import sign
+from ..view import sign
 from .axes import Axes
 
 CELL = "text-align:left;vertical-align:top;padding:1px 10px 1px 0"

@@ -7,7 +7,7 @@ from ...model.gears.limits import Finding
 from ...sentences import Angle, Sentence, Speed, listed
 from ...study.analysis.avoid import out_of_reach
 from ...study.analysis.verdict import Answer
-from ...study.move.demands import MotorLimits
+from ...study.move.mover import MotorLimits
 from ...units import RPM
 from ..console import number, percent
 from ..view import View

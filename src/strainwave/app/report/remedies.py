@@ -8,8 +8,7 @@ from ...study.analysis.load_range import worst_of
 from ...study.analysis.remedies import Remedy
 from ..console import number
 from ..figures.bars import Bar, bars
-from ..units import sizes
-from ..view import View
+from ..view import View, sizes
 
 NOTHING = 0.005  # relative change that is called none
 FEW = 6  # remedies of the sentence; the table has all

@@ -8,8 +8,7 @@ from ...study.analysis.avoid import out_of_reach
 from ...study.analysis.remedies import Remedy
 from ...study.analysis.verdict import Answer, Verdict
 from ..console import number, percent
-from ..units import sizes
-from ..view import View
+from ..view import View, sizes
 from .remedies import more
 from .sections.whole_train import under_load
 

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from ...files.project import Project
 from ..report.report import write
-from .requests import Refused, ScriptRequest, two_axes
-from .state import project_of, yaml_of
+from .state import Refused, ScriptRequest, project_of, two_axes, yaml_of
 
 FRAME = '''"""{title}: {what}, as `strainwave app` shows it."""
 

@@ -11,17 +11,15 @@ from zipfile import ZipFile
 import numpy as np
 from scipy.io import whosmat
 
-from ...files.identified.identify_drive import IdentifiedDrive, identify_drive
-from ...files.identified.torsion import with_torsion
+from ...files.identified.identify_drive import IdentifiedDrive, identify_drive, with_torsion
 from ...files.logs.read import read_log
 from ...files.project import Project
-from ...study.identification.channels import channels_of
-from ...study.identification.logs.log import Log
+from ...study.identification.identified import channels_of
+from ...study.identification.log import Log
 from ...study.identification.orders.order_scan import order_scan
 from ...units import ARCSEC, RPM
-from ..units import sign
-from .requests import Refused
-from .state import yaml_of
+from ..view import sign
+from .state import Refused, yaml_of
 
 SUFFIXES = (".csv", ".txt", ".dat", ".npz", ".mat", ".parquet", ".mf4")
 MOST_SHOWN, MOST_SEGMENTS, MOST_LINES = 2000, 100, 12

@@ -14,11 +14,10 @@ from ...files.loop_fields import READERS
 from ...files.project import Project
 from ...files.schema import ProjectSpec
 from ...files.variants.names import nominal_of, numbers_of, quantity
-from ...files.variants.replaced import OF_RECORD
+from ...files.variants.project_sweep import OF_RECORD
 from ...files.yaml_text import read
-from ..units import sign
-from .requests import State
-from .state import project_of
+from ..view import sign
+from .state import State, project_of
 
 SPAN = 10.0  # a slider goes from a tenth of the value to ten times it
 HELP = {

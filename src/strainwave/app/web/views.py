@@ -1,25 +1,31 @@
-"""What the page shows of a project, as plain data in the units of the user: rpm of the motor, arcsec, N*m, s."""
+"""What the page shows of a project, as plain data in the units of the user: rpm of the motor, arcsec, N*m, s.
 
+The curve that follows a slider: fewer points, over the shortest period that all of the excitation repeats with.
+"""
+
+import math
 from collections.abc import Callable
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...files.notes import load_remark
 from ...files.project import Project
-from ...files.variants.replaced import replaced, tuning
+from ...files.variants.project_sweep import replaced, tuning
+from ...model.excitation import Harmonics
+from ...numerics.balance.truncation import MATTERS
 from ...results import SolveError
 from ...study.analysis.avoid import without_stable
 from ...study.analysis.drive_response import DriveResponse
 from ...study.analysis.in_time.drive_motion import drive_motion
 from ...study.compensation.compensate import compensate
-from ...study.move.demands import MotorLimits
 from ...study.move.move import move
+from ...study.move.mover import MotorLimits
 from ...study.move.profiles import SCurve
 from ...study.speed_map.speed_map import speed_map
 from ...units import ARCSEC, RPM
-from ..units import finding_data
-from .curve import solved
+from ..view import finding_data
 
 Progress = Callable[[str, float], None]
 MOST_SHOWN = 4000  # samples of a run
@@ -36,6 +42,74 @@ FIXED_LOAD = (
     "slowly than the motor turns."
 )
 USUAL_MOVE = SCurve(np.pi / 2.0, 0.6)
+
+POINTS = 40  # about; ends of bands and torques are those of 400 points within 0.2 %
+FEWEST, MOST = 7, 63  # harmonics in a period: to begin with, and at most
+
+
+class Curve(NamedTuple):
+    """A response over a base angle, the project in it, and what turns rad/s of it into the speeds that are shown."""
+
+    found: DriveResponse
+    project: Project
+    scale: float
+
+
+def solved(project: Project, whole: bool = False) -> Curve:
+    """The response with machine code; `whole` looks for motions that do not join the curve, too, at more points."""
+    scale = project.speeds.scale
+    if whole:
+        return Curve(project.response(), project, scale)
+    own, g = folded(project)
+    if g == 1:
+        return Curve(own.response(coexisting=False, points=POINTS), own, scale)
+    h = max([FEWEST, *_orders(own)])
+    while True:
+        found = own.response(h, coexisting=False, points=POINTS)
+        if found.curve.tail <= MATTERS or h >= MOST:
+            return Curve(_as_fast(found, g) if own.motor == "held" else found, own, scale / g)
+        h = min(2 * h + 1, MOST)
+
+
+def _as_fast(found: DriveResponse, g: int) -> DriveResponse:
+    """The response with the torque of the motor itself; a motor that is g times as fast gives a g-th of it."""
+    if found.motor_torque is None or found.motor_mean is None:
+        return found
+    return replace(found, motor_torque=g * found.motor_torque, motor_mean=g * found.motor_mean)
+
+
+def folded(project: Project) -> tuple[Project, int]:
+    """The project over the shortest period of its excitation, and how often that is in a turn of the base angle."""
+    g = math.gcd(*_orders(project))
+    others = (project.train, project.damping, project.stiffness)  # these do not repeat with it, or need not
+    if g < 2 or project.has_memory or any(one is not None for one in others):
+        return project, 1
+    error = project.kinematic_error
+    if error is not None:
+        error = error._replace(lines=tuple(line._replace(order=line.order // g) for line in error.lines))
+    low, high = project.speeds.limits
+    single = tuple(g * omega for omega in project.speeds.single)
+    whole = project.whole
+    if whole is not None and whole.motor.held:
+        whole = whole._replace(N=g * whole.N, error=error or whole.error)
+    return replace(
+        project, speeds=replace(project.speeds, limits=(g * low, g * high), single=single), kinematic_error=error,
+        motor_torque=_slower(project.motor_torque, g), load_torque=_slower(project.load_torque, g), whole=whole,
+    ), g  # fmt: skip
+
+
+def _slower(torque: Harmonics | None, g: int) -> Harmonics | None:
+    """A torque over an angle that is g times as fast; a term without amplitude is its mean alone."""
+    if torque is None:
+        return None
+    return Harmonics(tuple(term._replace(order=max(1, term.order // g)) for term in torque.terms))
+
+
+def _orders(project: Project) -> list[int]:
+    """Orders of the excitation on the base angle; of torques those with an amplitude."""
+    lines = () if project.kinematic_error is None else project.kinematic_error.lines
+    terms = [term for torque in (project.motor_torque, project.load_torque) if torque for term in torque.terms]
+    return [line.order for line in lines] + [term.order for term in terms if term.amplitude]
 
 
 def response(project: Project, whole: bool = False) -> dict[str, Any]:

@@ -27,7 +27,7 @@ from ...compile.compiling import compiling
 from ...compile.jit import load
 from ...results import SolveError
 from ..console import plain
-from .requests import Refused
+from .state import Refused
 
 LENGTH = 8  # bytes of the length of a message
 LOOK = 0.25  # seconds between two looks at what is compiled

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...above import thing
-from .requests import Refused
+from .state import Refused
 from .worker import Died, Progress, Worker
 
 LATER = 4.0  # seconds: two processes that start beside the first picture would delay it

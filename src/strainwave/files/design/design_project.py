@@ -3,9 +3,9 @@
 import json
 
 from ...model.gears import catalogue
-from ...model.train.loops import Tuning
+from ...model.train.controls import Tuning
 from ...study.design.result import Candidate
-from ...study.design.specification import Specification
+from ...study.design.rules import Specification
 from ..entries import project_entry
 
 

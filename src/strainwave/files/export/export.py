@@ -1,31 +1,281 @@
-"""The verb that takes a plant, a controller or a joint to another program."""
+"""The verb that takes a plant, a controller or a joint to another program.
 
-from dataclasses import dataclass
+A sampled controller in C: one update a sample, recorded from the controller's own method. A drive train as the joint of
+a robot simulator: MJCF (MuJoCo) and URDF, with what these formats cannot carry.
+"""
+
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 from numpy.typing import ArrayLike
 
-from ...archive import atomic
+from ...archive import atomic, version
+from ...law import spring_stiffness, states_of
+from ...model.controllers.closed_loop import LOST
 from ...model.controllers.measurement import Measurement
 from ...model.drive import Drive
+from ...model.excitation import NoError
+from ...model.laws.friction import Coulomb, LuGre, Stribeck, Viscous
+from ...model.laws.hysteresis import Parallel
+from ...model.laws.meshing import NoFriction
+from ...model.laws.springs import Linear
 from ...model.train.drive_train import DriveTrain
 from ...numerics.integration.methods import FixedStep
-from ...protocols import lacking
-from ...quantities import checked, shown
+from ...protocols import lacking, need
+from ...quantities import checked, floated, shown
 from ...sentences import on_screen
+from ...tree import is_model, leaves, mapped, numbers
 from ..project import Project
-from .c_code import c_name
-from .controller import controller_code
-from .fmu import write_fmu
-from .joint import mjcf, urdf
+from .fmu import child, element, write_fmu, written
+from .parameters import CCode, Parameters, as_name, c_name, function, guarded, opening, struct, text_of, with_parameters
 from .plant import plant_code, plant_of
+from .traced import Recording, literal
+
+SMALL = "1e-09"  # kg*m^2 of the rotor's body: its inertia is the armature of its joint, and MuJoCo refuses 0
+
+
+@dataclass
+class Joint:
+    """What both formats can say of a train, on the output side, and what they leave out.
+
+    Attributes
+    ----------
+    ratio, stiffness, damping : float
+        N, the slope of the gear's law at rest [N*m/rad], B [N*m*s/rad].
+    armature, inertia : float
+        N^2 J_m, and the inertia behind the gear [kg*m^2].
+    dry, viscous : (float, float)
+        Friction [N*m] and damping [N*m*s/rad] of motor and load.
+    lost : list of str
+        What is left out, in words.
+    """
+
+    ratio: float
+    stiffness: float
+    damping: float
+    armature: float
+    inertia: float
+    dry: tuple[float, float] = (0.0, 0.0)
+    viscous: tuple[float, float] = (0.0, 0.0)
+    lost: list[str] = field(default_factory=list)
+
+
+def joint_of(train: DriveTrain) -> Joint:
+    """Numbers of a train that a joint can have."""
+    N, end = train.N, train.load.end()
+    inertia = end.J + sum(J for J, _, _ in train.load.chain())
+    stiffness = float(spring_stiffness(train.law, 0.0))
+    motor, load = _friction(train.motor.drag), _friction(end.drag)
+    joint = Joint(N, stiffness, train.B, N * N * train.motor.J, inertia)
+    joint.dry, joint.viscous = (N * motor[0], load[0]), (N * N * motor[1], load[1])
+    joint.lost += (
+        _left_out(train) + [f"{name} of the motor" for name in motor[2]] + [f"{n} of the load" for n in load[2]]
+    )
+    return joint
+
+
+def _friction(law: Any) -> tuple[float, float, list[str]]:
+    """Dry friction [N*m] and viscous damping [N*m*s/rad] of a drag, and the laws that are neither."""
+    if isinstance(law, Parallel):
+        parts = _friction(law.first), _friction(law.second)
+        return parts[0][0] + parts[1][0], parts[0][1] + parts[1][1], parts[0][2] + parts[1][2]
+    if isinstance(law, Viscous):
+        return 0.0, float(law.torque(0.0, 1.0)), []
+    if isinstance(law, Coulomb | Stribeck | LuGre):
+        viscous, kept = (law.sigma_2, " and sigma_2") if isinstance(law, LuGre) else (0.0, "")
+        return (
+            law.T_c,
+            viscous,
+            [] if isinstance(law, Coulomb) else [f"{type(law).__name__} friction but its T_c{kept}"],
+        )
+    return 0.0, 0.0, [] if law == Linear(0.0) else [f"{type(law).__name__} drag"]
+
+
+def _left_out(train: DriveTrain) -> list[str]:
+    """Parts of a train that no joint has."""
+    lost = []
+    if not isinstance(train.error, NoError):
+        lost.append("the kinematic error")
+    if states_of(train.law):
+        lost.append("the hysteresis of the gear")
+    elif not isinstance(train.law, Linear):
+        lost.append(f"the torsion law {type(train.law).__name__} but its slope at rest")
+    if not isinstance(train.friction, NoFriction):
+        lost.append("the friction of the meshing, a share of the torque")
+    if train.load.couplings():
+        lost.append("the couplings behind the gear, which are taken as rigid")
+    if not train.motor.free:
+        lost.append("the control loop of the motor")
+    return lost
+
+
+def mjcf(train: DriveTrain, name: str) -> str:
+    """Text of an MJCF file: motor and load as two joints of one parent, the gear as a spring between them."""
+    joint = joint_of(train)
+    root = element("mujoco", {"model": name})
+    world = child(root, "worldbody")
+    for i, (shaft, mass, inertia, armature) in enumerate(
+        (("motor", "1e-06", SMALL, joint.armature), ("load", "1", repr(joint.inertia), 0.0))
+    ):
+        body = child(world, "body", name=f"{name}_{shaft}")
+        child(body, "inertial", pos="0 0 0", mass=mass, diaginertia=" ".join([inertia] * 3))
+        own = {"armature": repr(armature), "damping": repr(joint.viscous[i]), "frictionloss": repr(joint.dry[i])}
+        child(body, "joint", name=f"{name}_{shaft}", type="hinge", axis="0 0 1", **own)
+    spring = {"stiffness": repr(joint.stiffness), "damping": repr(joint.damping), "springlength": "0"}
+    gear = child(child(root, "tendon"), "fixed", name=f"{name}_gear", **spring)
+    child(gear, "joint", joint=f"{name}_motor", coef="1")
+    child(gear, "joint", joint=f"{name}_load", coef="-1")
+    child(child(root, "actuator"), "motor", name=f"{name}_torque", joint=f"{name}_motor", gear=repr(joint.ratio))
+    return written(root, _comment(joint, [
+        f"Angles and torques are on the output side: {name}_motor is the motor's angle over {joint.ratio:g}.",
+        f"The control of {name}_torque is the torque of the motor [N*m]; gear multiplies it by the ratio.",
+        "A flexible gear takes two joints. For a rigid one put armature, damping and frictionloss on the load's joint.",
+        "Masses are placeholders, and so is the shape of the load: its inertia about the axis counts.",
+    ]))  # fmt: skip
+
+
+def urdf(train: DriveTrain, name: str) -> str:
+    """Text of a URDF file: the rigid joint with its friction and its ratio."""
+    joint = joint_of(train)
+    joint.lost[:0] = [
+        f"the inertia of the motor, {joint.armature:.6g} kg*m^2 on the output side (MuJoCo's armature)",
+        f"the stiffness of the gear, {joint.stiffness:.6g} N*m/rad, and its damping, {joint.damping:.6g} N*m*s/rad",
+    ]
+    root, J = element("robot", {"name": name}), repr(joint.inertia)
+    child(root, "link", name=f"{name}_base")
+    inertial = child(child(root, "link", name=f"{name}_load"), "inertial")
+    child(inertial, "mass", value="1")
+    child(inertial, "inertia", ixx=J, ixy="0", ixz="0", iyy=J, iyz="0", izz=J)
+    hinge = child(root, "joint", name=name, type="continuous")
+    child(hinge, "parent", link=f"{name}_base")
+    child(hinge, "child", link=f"{name}_load")
+    child(hinge, "axis", xyz="0 0 1")
+    child(hinge, "dynamics", damping=repr(sum(joint.viscous)), friction=repr(sum(joint.dry)))
+    transmission = child(root, "transmission", name=f"{name}_gear")
+    child(transmission, "type", "transmission_interface/SimpleTransmission")
+    child(transmission, "joint", name=name)
+    child(child(transmission, "actuator", name=f"{name}_motor"), "mechanicalReduction", repr(joint.ratio))
+    return written(root, _comment(joint, [
+        "Damping and friction are those of motor and load together, on the output side, of a rigid gear.",
+        "The mass is a placeholder, and so is the shape of the load: its inertia about the axis counts.",
+    ]))  # fmt: skip
+
+
+def _comment(joint: Joint, facts: list[str]) -> str:
+    lines = [f"Written by strainwave {version()}; SI units.", *facts, "Left out, as the format does not have it:"]
+    return "\n".join(f"  {line}" for line in lines + ([f"- {what}" for what in joint.lost] or ["- nothing"]))
+
 
 Target = Literal["c", "fmu2", "fmu3", "mjcf", "urdf"]
 ENDINGS = {"c": ".c", "fmu2": ".fmu", "fmu3": ".fmu", "mjcf": ".xml", "urdf": ".urdf"}
 SAMPLE = Measurement(*[0.0] * len(Measurement._fields))
 STIFFER = "where a state is stiffer, as with friction under load, it takes a step in parts"
 SOURCES_ALONE = "there is no compiler cc here: the unit holds the sources alone, build them where it runs"
+
+HELD = ("hold_torque", "hold_count")
+SAID = f"""/* Torque [N*m] for a measurement; changes the state.
+ * Where a number would not be finite, the state stays, the last torque is given again, and hold_count counts;
+ * after {LOST:g} of them in a row the torque is 0. */"""
+
+
+def controller_code(controller: Any, measurement: Any, name: str) -> CCode:
+    """C code of a controller.
+
+    Parameters
+    ----------
+    controller : NamedTuple
+        With `start()` and `update(state, measurement) -> (state, torque)`, without branches.
+    measurement : NamedTuple
+        Any measurement; only the names of its fields count.
+    name : str
+        Beginning of the names in C.
+
+    Raises
+    ------
+    Unrecordable
+        If `update` branches on a value.
+    TypeError
+        If the controller, its state or the measurement is of another kind.
+    ValueError
+        If `name` is no name in C.
+    """
+    name = as_name(name)
+    need("the controller", controller, "start", "update")
+    controller = floated(controller)
+    if not is_model(measurement) or not all(isinstance(value, float) for value in measurement):
+        raise TypeError(f"the measurement is {shown(measurement)}; it must be a NamedTuple of floats")
+    start = _started(controller)
+    if not start.keys().isdisjoint(HELD):
+        raise TypeError(f"{type(controller).__name__}.start() has a field {' or '.join(HELD)}; give it another name")
+    top = opening(name, f"{type(controller).__name__}, one update a sample.", ["In SI units and radians."], controller)
+
+    def recorded(numbers: Parameters) -> tuple[Parameters, list[str], list[str]]:
+        return numbers, _begun(numbers, tuple(start)), _updated(numbers, measurement, tuple(start))
+
+    numbers, begun, updated = with_parameters(controller, recorded)
+    declared, default = numbers.struct(name, begun + updated)
+    given = f"const {name}_parameters *p, {name}_state *state"
+    init, update = f"void {name}_init({given})", f"double {name}_update({given}, const {name}_inputs *in)"
+    header = guarded(
+        name, top, declared, [f"extern const {name}_parameters {name}_default;"],
+        struct(f"{name}_state", [*start, *HELD]), struct(f"{name}_inputs", measurement._fields),
+        ["/* Start. */", f"{init};"], [SAID, f"{update};"],
+    )  # fmt: skip
+    opened = [f'#include "{name}.h"', "#include <math.h>"]
+    return CCode(name, header, text_of(top, opened, default, function(init, begun), function(update, updated)))
+
+
+def _started(controller: Any) -> dict[str, float]:
+    """First state of a controller: numbers by their names in C."""
+    state, who = controller.start(), type(controller).__name__
+    if not isinstance(state, tuple):
+        raise TypeError(f"{who}.start() is {shown(state)}; it must be a tuple of floats")
+    found = {}
+    for path, _, _, value in numbers(state):
+        if not isinstance(value, float):
+            raise TypeError(f"{who}.start() has the whole number {value} at {path}; a state is a tuple of floats")
+        found[as_name("_".join(part if part.isidentifier() else f"s{part}" for part in path.split(".")))] = value
+    return found
+
+
+def _begun(numbers: Parameters, fields: tuple[str, ...]) -> list[str]:
+    """Body of the function that gives the first state."""
+    recording = Recording()
+    begun = tuple(leaves(numbers.recorded(recording).start()))
+    places = [f"state->{field}" for field in (*fields, *HELD)]
+    return ["(void)p;", *recording.code(begun), *recording.stored(places, (*begun, 0.0, 0.0))]
+
+
+def _updated(numbers: Parameters, measurement: Any, fields: tuple[str, ...]) -> list[str]:
+    """Body of the function that updates the state."""
+    recording = Recording()
+    controller = numbers.recorded(recording)
+    before = iter([recording.value(f"state->{field}") for field in fields])  # read before any of them is written
+    state = mapped(lambda _: next(before), controller.start())
+    measured = type(measurement)(*[recording.given(f"in->{field}") for field in measurement._fields])
+    state, torque = controller.update(state, measured)
+    after = tuple(leaves(state))
+    if len(after) != len(fields):
+        who = type(controller).__name__
+        raise TypeError(f"{who}.update returns {len(after)} numbers as the state and start() has {len(fields)}")
+    new = ", ".join(map(literal, (torque, *after)))
+    return [
+        "(void)p, (void)in;",
+        *recording.code((*after, torque)),
+        f"const double found[] = {{{new}}};",
+        "double off = 0.0; /* NaN where a number is not finite */",
+        f"for (int i = 0; i < {len(after) + 1}; i++) {{",
+        "    off += found[i] - found[i];",
+        "}",
+        "if (off != 0.0) {",
+        "    state->hold_count += 1.0;",
+        f"    return state->hold_count <= {LOST} ? state->hold_torque : 0.0;",
+        "}",
+        *recording.stored([f"state->{field}" for field in fields], after),
+        *recording.stored(["state->hold_torque", "state->hold_count"], (torque, 0.0)),
+        "return state->hold_torque;",
+    ]
 
 
 @dataclass(frozen=True)

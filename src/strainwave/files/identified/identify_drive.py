@@ -1,35 +1,154 @@
-"""`identify_drive`: a project with the numbers that the log of its drive tells, and their scatter."""
+"""`identify_drive`: a project with the numbers that the log of its drive tells, and their scatter.
 
-from collections.abc import Callable, Mapping, Sequence
+Which numbers of a project are free unless others are named: those that the torsion of a log's law tells. The torsion of
+a gear from the angles of its two shafts.
+"""
+
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from ...law import states_of, torque_of
 from ...model.excitation import Harmonic, KinematicError
 from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
 from ...model.train.shafts import Load
-from ...numerics.driven.signal import Between
+from ...numerics.driven import Between
 from ...quantities import parameters, shown
 from ...results import Floats
 from ...sentences import listed, on_screen
 from ...study.analysis.runup import silent
-from ...study.identification.channels import channels_of
-from ...study.identification.identified import Identified
+from ...study.identification.identified import Identified, channels_of
 from ...study.identification.identify import identify
 from ...study.identification.intervals import Interval
+from ...tree import numbers
 from ...units import ARCSEC
 from ..entries import MOST_OF_PHASE, MOST_SCATTER, Radians
 from ..project import Project
 from ..project_text import project_text
 from ..reading import from_text
-from .free_numbers import expected_range, found_range, stiffnesses, usual
 from .missing_orders import missing_lines
 from .places import OF_SIGNAL, Places
-from .torsion import with_torsion
 
 POOR = 0.1  # of the motion: what the numbers may leave of it
+
+STIFFNESSES = ("K", "K1", "K2", "K3", "yield_twist")  # numbers of a law that are free unless others are named
+SEEN = 1e-3  # of the torque: what changing a number by its own size must change
+HALVINGS = 60
+
+Range = tuple[float, float]
+
+LARGEST = 0.5  # of the load's turn, and
+NO_MORE = 0.02  # rad: what a gear may twist
+
+
+def with_torsion(channels: Mapping[str, Any], N: float) -> dict[str, Any]:
+    """Channels with the torsion theta_m/N - theta_l [rad]; a load that turns against the motor is counted with it.
+
+    Raises
+    ------
+    ValueError
+        If an angle is missing, or the angles are not those of a gear of this ratio.
+    """
+    for name in ("motor_angle", "load_angle"):
+        if name not in channels:
+            raise ValueError(f"log has no channel {name!r}; it has {', '.join(channels)}: name the column of it")
+    motor, load = (np.asarray(channels[name], float) for name in ("motor_angle", "load_angle"))
+    if motor.shape != load.shape:
+        raise ValueError(f"log: motor_angle has {len(motor)} samples and load_angle {len(load)}; give equally many")
+    known = np.isfinite(motor) & np.isfinite(load)
+    if np.count_nonzero(known) < 2:
+        raise ValueError("log: motor_angle and load_angle have no two samples in common; give both at the same times")
+    sense = -1.0 if np.cov(motor[known], load[known])[0, 1] < 0.0 else 1.0
+    torsion = motor / N - sense * load
+    turned, twisted = float(np.ptp(load[known])), float(np.ptp(torsion[known]))
+    if twisted > max(LARGEST * turned, NO_MORE):
+        raise ValueError(
+            f"log: motor_angle turns {np.ptp(motor[known]):.4g} rad and load_angle {turned:.4g} rad, which is no gear "
+            f"of ratio {N:g}; give both on their own shafts"
+        )
+    return {**channels, "torsion": torsion}
+
+
+def usual(places: Places, reach: Range, also: Collection[str] = ()) -> tuple[list[str], list[str]]:
+    """Names that are free unless others are given, and stiffnesses that a range of torsion [rad] does not tell.
+
+    Stiffnesses that are known to be told may be named.
+    """
+    found, kept = stiffnesses(places, places.train, reach, also)
+    found.append("damping.B")
+    if isinstance(places.train.error, KinematicError):
+        for i in range(len(places.train.error.lines)):
+            found += [f"kinematic_error.{i}.{field}" for field in ("amplitude", "phase")]
+    return [*found, "torsion.offset"], kept
+
+
+def stiffnesses(
+    places: Places, train: Any, reach: Range, also: Collection[str] = ()
+) -> tuple[list[str], list[str]]:  # fmt: skip
+    """Names of a law's stiffnesses that a range of its torsion [rad] tells, and of those that it does not."""
+    told: list[str] = []
+    kept: list[str] = []
+    for path, owner, field, value in numbers(train):
+        name = places.name(path)
+        if path.startswith("law.") and field in STIFFNESSES and isinstance(value, float) and name:
+            seen = name in also or hasattr(owner, "states") or _matters(owner, field, value, reach)
+            (told if seen else kept).append(name)
+    return told, kept
+
+
+def _matters(law: Any, field: str, value: float, reach: Range) -> bool:
+    """Whether a number of a spring changes its torque in a range of torsion."""
+    x = np.linspace(*reach, 201)
+    before, after = law.torque(x), law._replace(**{field: 1.5 * value}).torque(x)
+    return bool(np.max(np.abs(after - before)) > SEEN * np.max(np.abs(before)))
+
+
+def expected_range(train: Any, logs: Sequence[Mapping[str, Any]]) -> Range:
+    """Least and largest torsion [rad] of the law in logs, from the load that the train holds.
+
+    Two encoders tell the torsion up to a constant. It follows from the mean torque: gravity and other loads twist the
+    gear to one side.
+    """
+    parts = [_twisted(train, log) for log in logs]
+    return min(float(np.min(x)) for x in parts), max(float(np.max(x)) for x in parts)
+
+
+def _twisted(train: Any, log: Mapping[str, Any]) -> Floats:
+    """Measured torsion with the mean at which the law has the mean torque of the load."""
+    x = np.asarray(log["torsion"], float)
+    known = np.isfinite(x)
+    time, motor = np.asarray(log["time"], float)[known], np.asarray(log["motor_angle"], float)[known]
+    x = x[known]
+    load, speed = motor / train.N - x, np.gradient(motor, time) / train.N
+    drag = torque_of(train.load.drag, load, speed, (0.0,) * states_of(train.load.drag))
+    pull = np.asarray(log["load_torque"], float)[known] if "load_torque" in log else train.load.excitation.torque(0.0)
+    mean = float(np.mean(drag) - np.mean(pull)) + train.load.J * float(speed[-1] - speed[0]) / float(time[-1] - time[0])
+    x = x - np.mean(x)
+
+    def torque(shift: float) -> float:
+        return float(np.mean(torque_of(train.law, x + shift, 0.0 * x, (0.0 * x,) * states_of(train.law))))
+
+    size = float(np.ptp(x))
+    while abs(torque(np.copysign(size, mean))) < abs(mean) and size < 1.0:
+        size *= 2.0
+    low, high = -size, size
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if torque(middle) < mean else (low, middle)
+    return np.asarray(x + 0.5 * (low + high))
+
+
+def found_range(found: Identified, logs: Sequence[Mapping[str, Any]]) -> Range:
+    """Least and largest torsion [rad] of the law in logs, by the offset and the kinematic error that were found."""
+    offset = found.value("x.offset") if "x.offset" in found.names else 0.0
+    parts = []
+    for log in logs:
+        motor = np.asarray(log["motor_angle"], float)
+        parts.append(np.asarray(log["torsion"], float) - offset - found.system.error.value(motor))
+    return min(float(np.nanmin(x)) for x in parts), max(float(np.nanmax(x)) for x in parts)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ...results import Floats
-from ...study.identification.logs.log import Log
-from ...study.identification.logs.motion import LogSegment
+from ...study.identification.log import Log, LogSegment
 from .names import TURN
 from .table import Column, refuse
 

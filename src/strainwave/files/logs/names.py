@@ -6,7 +6,7 @@ from math import pi
 from typing import NamedTuple
 
 from ...results import Floats
-from ...study.identification.logs.log import CANONICAL
+from ...study.identification.log import CANONICAL
 from ...units import NUMBER, convert, parse
 from .dialect import split
 

@@ -1,16 +1,241 @@
-"""Logs from files."""
+"""Logs from files.
 
+Doubts about a log: channels that contradict each other, saturate, or do not move; with the likely reason. Which column
+of a file is which channel, and in which unit.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import groupby
+from math import isclose, pi
 from pathlib import Path
 
-from ...study.identification.logs.log import Log
+import numpy as np
+
+from ...results import Floats
+from ...study.identification.log import Log
+from ...units import shown
 from ..yaml_text import as_path
 from .binary import BINARY
-from .choice import Columns, Units, chosen, in_si
 from .conditioning import aligned, averaged, regular, trimmed, unwrapped
-from .plausibility import doubts
+from .names import canonical, converted, expected, named, si_unit
 from .table import Column, read_table, refuse
 
 WRONG_GEAR = 0.02  # relative difference of measured and given ratio
+
+AGREES = 0.2  # relative: angle and integral of the speed
+CLOSE = 0.03  # relative: to a factor between units
+STILL = 1e-5  # rad: less is no motion
+CLIPPED, LONGEST = 0.005, 3  # share of the samples at an extreme value, samples in a row there
+# What an angle grows relative to the integral of the speed when one of them is in another unit than was read.
+FACTORS = (
+    (180.0 / pi, "angle", "deg"),
+    (pi / 180.0, "speed", "deg/s"),
+    (pi / 30.0, "speed", "rpm"),
+    (30.0 / pi, "speed", "rad/s"),
+    (1.0 / (2.0 * pi), "angle", "rev"),
+    (2.0 * pi, "speed", "rev/s"),
+    (6.0, "angle", "deg"),  # and the speed in rpm
+    (1e-3, "time", "ms"),
+    (1e-6, "time", "us"),
+    (1e3, "time", "s"),
+)
+
+Columns = Mapping[str, str | int] | Sequence[str | None]
+Units = Mapping[str, str | float]
+
+
+def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[str]) -> dict[str, Column]:
+    """Columns by channel; "time" is among them where the file has it.
+
+    Raises
+    ------
+    FileError
+        If the user names a column that is not there, or the file has no names and neither does the user.
+    """
+    if columns is not None and not isinstance(columns, Mapping):
+        return _in_order(path, file, columns)
+    given = {} if columns is None else dict(columns)
+    places = {channel: _place(path, file, channel, column) for channel, column in given.items()}
+    if not given and not any(column.name for column in file):
+        raise refuse(
+            path,
+            f"has {len(file)} columns without names; give columns=['time', 'load_angle', ...], a name for each in its "
+            "order, None for one to leave out",
+        )
+    rest = [i for i, column in enumerate(file) if i not in places.values() and column.name]
+    plain = {i: named(file[i].name).name for i in rest}
+    guesses = {i: canonical(plain[i]) for i in rest}
+    taken = [guess for guess in guesses.values() if guess is not None]
+    told = []
+    for i in rest:
+        guess, name = guesses[i], plain[i]
+        free = guess is not None and guess not in places and taken.count(guess) == 1 and _measures(file[i], guess)
+        channel = str(guess) if free else name
+        if channel in places:
+            channel = file[i].name
+        if channel in places:
+            said = f"columns={{{channel!r}: {places[channel]}, {channel + ' 2'!r}: {i}}}"
+            raise refuse(path, f"has two columns {shown(channel)}; name them by place, {said}")
+        places[channel] = i
+        if channel != name:
+            told.append(f"{channel} is {file[i].name!r}")
+    if told:
+        notes.append(f"channels were recognised by their names: {', '.join(told)}")
+    return {channel: file[i] for channel, i in places.items()}
+
+
+def _in_order(path: Path, file: list[Column], columns: Sequence[str | None]) -> dict[str, Column]:
+    if isinstance(columns, str) or not all(name is None or isinstance(name, str) for name in columns):
+        raise TypeError(f"columns is {shown(columns)}; give names in their order, or {{'load_angle': 'position'}}")
+    if len(columns) != len(file):
+        raise refuse(path, f"has {len(file)} columns, and columns names {len(columns)}; give a name or None for each")
+    names = [name for name in columns if name]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ValueError(f"columns has {twice!r} twice; give each channel once")
+    return {name: column for name, column in zip(columns, file, strict=True) if name}
+
+
+def _place(path: Path, file: list[Column], channel: str, wanted: str | int) -> int:
+    if isinstance(wanted, int) and not isinstance(wanted, bool):
+        if 0 <= wanted < len(file):
+            return wanted
+        raise refuse(path, f"has {len(file)} columns, so none at the place {wanted} for {channel}; 0 is the first")
+    for names in ([c.name for c in file], [named(c.name).name for c in file]):
+        if names.count(str(wanted)) == 1:
+            return names.index(str(wanted))
+    there = ", ".join(c.name for c in file if c.name) or f"{len(file)} columns without names, from 0 on"
+    raise refuse(path, f"has no single column {shown(wanted)} for {channel}; it has {there}")
+
+
+def _unit(column: Column) -> str:
+    return column.unit or named(column.name).unit
+
+
+def _measures(column: Column, channel: str) -> bool:
+    """Whether a column's unit, if it has one, can be that of a channel."""
+    unit, kind = _unit(column), expected(channel)
+    return not unit or not kind or si_unit(unit) == kind
+
+
+def in_si(
+    path: Path, columns: dict[str, Column], units: Units, notes: list[str]
+) -> tuple[dict[str, Column], dict[str, str]]:
+    """Columns in SI, and their units.
+
+    Raises
+    ------
+    FileError
+        If a unit does not fit the channel.
+    ValueError
+        If a unit is given for a channel that is not there.
+    """
+    unknown = [name for name in units if name not in columns]
+    if unknown:
+        raise ValueError(
+            f"units has {unknown[0]!r}, and the channels are {', '.join(columns)}; name one of these, or "
+            f"the column that is {unknown[0]!r}, too"
+        )
+    found: dict[str, Column] = {}
+    si: dict[str, str] = {}
+    assumed = []
+    for channel, column in columns.items():
+        unit, kind = units.get(channel, _unit(column)), expected(channel)
+        if unit == "":
+            if kind:
+                assumed.append(f"{channel} in {kind}")
+            found[channel], si[channel] = column, kind
+            continue
+        if not kind and isinstance(unit, str):
+            kind = si_unit(unit) or ""
+            if not kind and channel in units:
+                raise ValueError(f"units has {unit!r} for {channel!r}, which is no unit of a channel; leave it out")
+            if not kind:
+                notes.append(f"{channel} is in {unit!r}, which is left as it is")
+                found[channel], si[channel] = column, unit
+                continue
+        try:
+            values = converted(column.values, unit, kind)
+        except ValueError as error:
+            raise refuse(
+                path, f"{error}; give units={{{channel!r}: {kind!r}}} if the file is wrong", what=channel
+            ) from None
+        found[channel], si[channel] = replace(column, values=np.asarray(values, float)), kind
+    if assumed:
+        notes.append(f"no unit is given for {', '.join(assumed)}: units= says what else they are")
+    return found, si
+
+
+def doubts(log: Log) -> tuple[str, ...]:
+    """What is not plausible, a sentence each."""
+    found = []
+    for shaft in ("motor", "load"):
+        angle, speed = (log.channels.get(f"{shaft}_{kind}") for kind in ("angle", "speed"))
+        if angle is not None and float(np.ptp(angle)) < STILL:
+            found.append(f"{shaft}_angle stays within {np.ptp(angle):.2g} rad: nothing moves")
+        elif angle is not None and speed is not None:
+            found += _grows(log, shaft, angle, speed)
+        if angle is not None:
+            found += _jumps(log, f"{shaft}_angle", angle)
+    for name, values in log.channels.items():
+        found += _saturated(name, values, log.units[name])
+    return tuple(found)
+
+
+def _grows(log: Log, shaft: str, angle: Floats, speed: Floats) -> list[str]:
+    """Whether an angle grows as its speed says."""
+    steps = np.diff(log.time)
+    integral = np.append(0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * steps))
+    far = integral - np.mean(integral)
+    if np.dot(far, far) == 0.0:
+        return [f"{shaft}_speed is 0 throughout and {shaft}_angle moves; is it the right column?"]
+    factor = float(np.dot(far, angle) / np.dot(far, far))
+    if abs(factor - 1.0) <= AGREES:
+        return []
+    said = f"{shaft}_angle grows {factor:.4g} times as fast as {shaft}_speed says"
+    for known, kind, unit in FACTORS:
+        if isclose(abs(factor), known, rel_tol=CLOSE):
+            name = "time" if kind == "time" else f"{shaft}_{kind}"
+            return [f"{said}: {name} is probably in {unit}, units={{{name!r}: {unit!r}}}"]
+    if isclose(factor, -1.0, rel_tol=CLOSE):
+        return [f"{said}: their directions differ"]
+    large = max(abs(factor), 1.0 / abs(factor)) if factor else 0.0
+    if 20.0 < large < 400.0 and abs(large - round(large)) < 0.02 * large:
+        return [f"{said}: they may be on the two sides of a gear of ratio {round(large)}"]
+    return [f"{said}: check their units and columns"]
+
+
+def _jumps(log: Log, name: str, angle: Floats) -> list[str]:
+    steps = np.abs(np.diff(angle))
+    steps = steps[(np.diff(log.time) < 1.5 * log.step) & (steps > pi)]
+    if not len(steps):
+        return []
+    size = float(np.median(steps))
+    if isclose(size, 360.0, rel_tol=0.05):
+        return [f"{name} jumps by {size:.4g} rad: it is probably in deg, units={{{name!r}: 'deg'}}"]
+    return [f"{name} jumps by more than half a turn {len(steps)} times: check its unit, or sample faster"]
+
+
+def _saturated(name: str, values: Floats, unit: str) -> list[str]:
+    """Whether many samples in a row have exactly the largest or the smallest value of a torque, a current, a signal."""
+    if unit in ("rad", "rad/s"):
+        return []
+    said = []
+    levels, counts = np.unique(values, return_counts=True)
+    if len(levels) < 10:  # a switch, or a channel that is constant
+        return []
+    for place, beside, which in ((0, 1, "smallest"), (-1, -2, "largest")):
+        level, count = float(levels[place]), int(counts[place])
+        if level == 0.0 or count < CLIPPED * len(values) or count < 5 * counts[beside]:
+            continue
+        longest = max(sum(1 for _ in run) for at, run in groupby(values == level) if at)
+        if longest >= LONGEST:
+            share = 100.0 * count / len(values)
+            said.append(
+                f"{name} has its {which} value, {level:.6g} {unit}, in {share:.2g} % of the samples: saturated?"
+            )
+    return said
 
 
 def read_log(

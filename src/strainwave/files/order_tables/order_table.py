@@ -1,8 +1,12 @@
-"""`OrderTable`: the one canonical form of what cancels an error order by order, with its files."""
+"""`OrderTable`: the one canonical form of what cancels an error order by order, with its files.
+
+The formats of order tables by name: a new one is its class and a line here.
+"""
 
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Self
 
 from ...archive import as_file, atomic
@@ -11,12 +15,41 @@ from ...quantities import shown
 from ...sentences import on_screen
 from ..yaml_text import FileError, Problem, as_path, complaint, read_text
 from .content import OrderContent, positive
-from .format import OrderFormat, encoded, with_options
-from .header import Unfit, said_by
-from .registry import BY_ENDING, FORMATS, named, recognised
-from .residual import TableResidual
+from .format import OrderFormat, TableResidual, encoded, with_options
+from .formats.beckhoff import Beckhoff
+from .formats.c_header import CHeader
+from .formats.csv_lines import CsvLines
+from .formats.csv_points import CsvPoints
+from .formats.hal import HalComponent
+from .formats.json_file import JsonFile
+from .formats.linuxcnc import LinuxCnc
+from .formats.moteus import Moteus
+from .formats.onstepx import OnStepX
+from .formats.sinumerik import Sinumerik
+from .formats.structured_text import StructuredText
+from .formats.twincat import TwinCat
+from .points import Unfit, said_by
 
 LARGEST = 16 * 1024 * 1024
+
+CLASSES: tuple[type[OrderFormat], ...] = (
+    JsonFile, CsvLines, CsvPoints, CHeader, StructuredText, Beckhoff, Moteus, LinuxCnc, HalComponent, TwinCat,
+    Sinumerik, OnStepX,
+)  # fmt: skip
+FORMATS = MappingProxyType({cls.name: cls for cls in CLASSES})
+BY_ENDING = MappingProxyType({".json": "json", ".csv": "csv", ".h": "c"})
+
+
+def named(name: str) -> type[OrderFormat]:
+    """Format of a name (ValueError)."""
+    if name not in FORMATS:
+        raise ValueError(f"{shown(name)} is no format of order tables; known are {', '.join(FORMATS)}")
+    return FORMATS[name]
+
+
+def recognised(text: str) -> type[OrderFormat] | None:
+    """The format that a text looks like, if there is one."""
+    return next((cls for cls in CLASSES if cls.recognises(text)), None)
 
 
 class OrderTable(OrderContent):

@@ -1,4 +1,8 @@
-"""JSON Schema (draft 2020-12) of the project file, from the models that read it."""
+"""JSON Schema (draft 2020-12) of the project file, from the models that read it.
+
+JSON Schema of the entries whose fields are those of a class of the model: laws, loops, parts of a profile. JSON Schema
+of single values of a project file: quantities with units, plain numbers, words.
+"""
 
 from functools import partial
 from types import UnionType
@@ -8,23 +12,196 @@ from pydantic import BeforeValidator
 from pydantic.fields import FieldInfo
 
 from ...model.gears import catalogue
+from ...model.varying import Ripple
+from ...study.move.mover import Payload
+from ...units import example
 from .. import entries as readers
 from .. import loop_fields, schema
-from ..controller.fields import read_controller
-from ..move.fields import read_part, read_payload
-from ..schema import (
-    CATALOGUE,
-    DampingSpec,
-    ExplicitGear,
-    LoadSpec,
-    NamedGear,
-    ProjectSpec,
-    Spec,
-    SpeedSpec,
-)
-from .descriptions import FIELDS
-from .entries import PLAIN_FILE, controller, definitions, described, written
-from .values import Schema, array, group, quantity, whole
+from ..controller import MOST_BITS, read_controller
+from ..entries import NOT_NEGATIVE, POSITIVE, SPRINGS, fields_of, law_types, loop_types
+from ..move.fields import IN_FILE, PARTS, read_part, read_payload
+from ..python_law import NAMED
+from ..schema import CATALOGUE, DampingSpec, ExplicitGear, LoadSpec, NamedGear, ProjectSpec, Spec, SpeedSpec
+from .descriptions import ENTRIES, FIELDS
+
+BITS = {"type": "string", "pattern": "^\\s*[0-9]{1,2}[ -]?bits?\\s*$", "examples": ["16 bit"]}
+PLAIN_FILE = "^[^/\\\\:.][^/\\\\:]*$"
+
+Schema = dict[str, Any]
+
+ANGLE = "(rad|deg|°|arc|rev|turn|[\"'′″])"
+HINTS = {  # what the spelling of a unit holds
+    "rad": ANGLE + "[^/]*$",
+    "rad/s": f"({ANGLE}|rpm)",
+    "N*m": "(N|lb|oz|gf)",
+    "kg*m**2": "(g|lb|oz)",
+    "s": "(s|min|h)",
+    "Hz": "(Hz|rad)",
+    "K": "K",
+}
+SIGNS = {"any": "[+\\-−]?", "positive": "\\+?(?=[^A-Za-z]*[1-9])", "not negative": "\\+?"}
+LOW: dict[str, Schema] = {"any": {}, "positive": {"exclusiveMinimum": 0}, "not negative": {"minimum": 0}}
+
+
+def quantity(unit: str, sign: str = "any", **more: Any) -> Schema:
+    """Text of a number and its unit, or a plain number where the unit is "".
+
+    Parameters
+    ----------
+    unit : str
+        Unit in the package's spelling.
+    sign : str
+        "any", "positive" or "not negative".
+    """
+    start = f"^\\s*{SIGNS[sign]}[0-9.]"
+    if not unit:
+        plain = {"type": "number", **LOW[sign], **more}
+        text = {"type": "string", "pattern": start + "[^A-Za-z]*([eE]|%|percent)?[^A-Za-z]*$"}
+        return {"anyOf": [plain, text], "x-unit": "1", "x-range": _range(sign, more)}
+    ending = HINTS.get(unit, "[A-Za-z°/]")
+    return {
+        "type": "string",
+        "pattern": f"{start}.*{ending}",
+        "examples": [example(unit).removeprefix("for example ").split(" or ")[0]],
+        "x-unit": unit.replace("**", "^"),
+        "x-range": _range(sign, more),
+    }
+
+
+def whole(low: int | None = None, high: int | None = None) -> Schema:
+    """A whole number between two ends."""
+    ends = {"minimum": low, "maximum": high}
+    given = {name: end for name, end in ends.items() if end is not None}
+    return {"type": "integer", **given, "x-unit": "1", "x-range": _range("any", given)}
+
+
+def array(items: Schema, least: int | None = None, most: int | None = None) -> Schema:
+    """A list."""
+    ends = {"minItems": least, "maxItems": most}
+    return {"type": "array", "items": items, **{name: end for name, end in ends.items() if end is not None}}
+
+
+def group(properties: dict[str, Schema], required: list[str], **more: Any) -> Schema:
+    """A group of named fields; others are refused."""
+    fields = {"type": "object", "properties": properties, "additionalProperties": False}
+    return fields | ({"required": required} if required else {}) | more
+
+
+def _range(sign: str, ends: dict[str, Any]) -> str:
+    low = ends.get("minimum", {"positive": "above 0", "not negative": "from 0"}.get(sign, ""))
+    low = f"from {low}" if isinstance(low, int | float) else low
+    return f"{low} to {ends['maximum']}".strip() if "maximum" in ends else low
+
+
+def described(schema: Schema, sentence: str) -> Schema:
+    """The schema with a description, which names the unit and the range."""
+    said = [schema.get("x-unit", ""), schema.get("x-range", "")]
+    unit = f" [{said[0]}]" if said[0] not in ("", "1") else ""
+    return {"description": f"{sentence.removesuffix('.')}{unit}{', ' + said[1] if said[1] else ''}.", **schema}
+
+
+def definitions() -> dict[str, Schema]:
+    """Entries that stand in more than one place, by name."""
+    laws = {name: entry(cls, name) for name, cls in law_types().items()}
+    own = {"python": {"type": "string", "pattern": f"^{NAMED.pattern}$", "description": "Law of a Python file."}}
+    return {
+        **{f"law_{name}": schema for name, schema in laws.items()},
+        "law": {
+            "anyOf": [
+                *({"$ref": f"#/$defs/law_{name}"} for name in laws),
+                {"type": "object", "properties": own, "required": ["python"]},
+                {"type": "string", "pattern": f"^{NAMED.pattern}$"},
+            ]
+        },
+        "ripple": entry(Ripple),
+        "payload": entry(Payload),
+        "loop": loop(),
+        "part": {"oneOf": [*(entry(cls, name) for name, cls in PARTS.items()), _in_file()]},
+    }
+
+
+def entry(cls: Any, name: str = "", also: Schema | None = None) -> Schema:
+    """Group of the fields of a class, with its `type` where it has a name."""
+    properties: dict[str, Schema] = {"type": {"const": name, "description": ENTRIES["type"]}} if name else {}
+    for field, hint in fields_of(cls).items():
+        sentence = ENTRIES.get(f"{cls.__name__}.{field}") or ENTRIES[field]
+        properties[field] = described(_of_hint(hint, cls, field), sentence)
+        if field in cls._field_defaults:
+            properties[field]["default"] = written(cls._field_defaults[field], properties[field])
+    needed = [field for field in fields_of(cls) if field not in cls._field_defaults]
+    said = " ".join((cls.__doc__ or "").split("\n")[0].split())
+    return group({**properties, **(also or {})}, ["type"] * bool(name) + needed, description=said)
+
+
+def written(value: Any, schema: Schema) -> Any:
+    """A default as the file would hold it."""
+    unit = schema.get("x-unit", "1")
+    return value if unit == "1" else f"{value:g} {unit}"
+
+
+def _of_hint(hint: Any, cls: Any, field: str) -> Schema:
+    if hint is Any:
+        return {"$ref": "#/$defs/law"}
+    if hint == "points":
+        pair = {"type": "array", "prefixItems": [quantity("rad"), quantity("N*m")], "minItems": 2, "maxItems": 2}
+        return array(pair, 2)
+    if get_origin(hint) is tuple:
+        return array({"type": "string", "pattern": "^\\s*[+\\-−]?[0-9.].*[Nl]"}, 2, 16)
+    if hint is int:
+        return whole(1) if field in ("n", "order") else whole()
+    unit, spring = get_args(hint)[1], cls.__module__ in SPRINGS
+    sign = "positive" if unit in POSITIVE else "not negative" if unit in NOT_NEGATIVE else "any"
+    return quantity(unit, sign if spring else "any")
+
+
+def loop() -> Schema:
+    """A loop of the motor, by bandwidth or by gains."""
+    field = partial(_field, "motor.loop")
+    lag = {"lag": field("lag", quantity("s", "positive"))}
+    tuned = {
+        "type": {"enum": ["position", "speed"], "default": "position", "description": ENTRIES["type"]},
+        "bandwidth": field("bandwidth", quantity("Hz", "positive")),
+        "damping": field("damping", quantity("", "positive")) | {"default": 0.7},
+        **lag,
+    }
+    by_gains = [entry(cls, name, lag) for name, cls in loop_types().items()]
+    for fields, name in zip(by_gains, loop_types(), strict=True):
+        fields["properties"]["type"] = {
+            "enum": [name, name.removesuffix("_loop")], "description": ENTRIES["type"]
+        }  # fmt: skip
+    return {"anyOf": [group(tuned, ["bandwidth"], description="A loop by its bandwidth."), *by_gains]}
+
+
+def controller() -> Schema:
+    """Samples and encoders of the drive's own controller."""
+    field = partial(_field, "controller")
+
+    def encoder(place: str) -> Schema:
+        steps = _field(f"controller.{place}", "steps", whole(2, 2**MOST_BITS))
+        noise = _field(f"controller.{place}", "noise", quantity("rad", "not negative"))
+        return {"anyOf": [BITS, group({"steps": steps, "noise": noise}, [], minProperties=1)]}
+
+    of_load = encoder("load_encoder")
+    of_load["anyOf"].append({"const": "none"})
+    properties = {
+        "period": field("period", quantity("s", "positive")) | {"default": "250 us"},
+        "delay": field("delay", quantity("s", "not negative")),
+        "motor_encoder": field("motor_encoder", encoder("motor_encoder")) | {"default": "16 bit"},
+        "load_encoder": field("load_encoder", of_load) | {"default": "none"},
+        "loss": field("loss", quantity("", "not negative")) | {"default": 0},
+    }
+    return group(properties, [])
+
+
+def _field(place: str, name: str, schema: Schema) -> Schema:
+    return described(schema, FIELDS[f"{place}.{name}"])
+
+
+def _in_file() -> Schema:
+    file = described({"type": "string", "pattern": PLAIN_FILE}, ENTRIES["file"])
+    kind = {"const": IN_FILE, "description": ENTRIES["type"]}
+    return group({"type": kind, "file": file}, ["type", "file"], description="Angles over the time from a file.")
+
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 NAME = "strainwave.schema.json"

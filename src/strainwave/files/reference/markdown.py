@@ -4,8 +4,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from .json_schema import project_schema
-from .values import Schema
+from .json_schema import Schema, project_schema
 
 HEAD = """# Fields of the project file
 

@@ -5,8 +5,7 @@ from itertools import groupby
 from textwrap import wrap
 
 from ..complaints import EXAMPLES
-from .json_schema import project_schema
-from .values import Schema
+from .json_schema import Schema, project_schema
 
 HEAD = """\
 # A drive with a strain wave gear. Every quantity is a number with its unit; other units of the same kind do as well.

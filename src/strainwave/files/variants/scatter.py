@@ -13,15 +13,15 @@ from ...records import Labelled, Result
 from ...results import Floats, Interrupted, SolveError
 from ...sentences import on_screen
 from ...study.analysis.avoid import band_above
+from ...study.analysis.load_range import refuse_free
 from ...study.analysis.runup import silent
-from ...study.analysis.train_curve import refuse_free
 from ...study.identification.intervals import Interval
 from ...study.variability.sensitivity import Ranking, ranking
 from ..entries import Radians
 from ..project import Project
 from ..yaml_text import read
 from .names import nominal_of
-from .replaced import replaced, tuning
+from .project_sweep import replaced, tuning
 
 LEAST = 32  # drives, for an interval and a ranking to mean anything
 CUT = 3.0  # standard deviations: no drive is farther from its nominal value

@@ -10,6 +10,6 @@ from .fits import LawFit as LawFit
 from .limits import check_limits as check_limits
 from .limits import cubic_mean as cubic_mean
 from .limits import Finding as Finding
-from .losses import load_friction as load_friction
-from .losses import no_load_drag as no_load_drag
+from .gear import load_friction as load_friction
+from .gear import no_load_drag as no_load_drag
 from .life import bearing_life as bearing_life

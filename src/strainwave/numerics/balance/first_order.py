@@ -6,30 +6,30 @@ the state's size in the linear response, by alternating frequency/time. It runs 
 the samples end at the kinks of the motion (see `panels`).
 
 Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
+
+A balance problem linearised, and Newton's method.
 """
 
 import itertools
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...compile.address import ByAddress
-from ...compile.jit import run
-from ...protocols import lacking, omega_of, orders_of
+from ...compile.jit import kernel, run
+from ...protocols import Balance, lacking, omega_of, orders_of
 from ...results import Floats
 from ...tree import leaf_of, leaves, with_leaf
 from ..addressed import EquationsAt
 from .first_order_at import FirstOrderAt, equations_of, native
-from .fourier import analysis, derivative, extended, from_blocks, multiply_rows, synthesis, to_blocks
 from .harmonics import ENOUGH, highest_order
-from .linear_part import STRENGTH
-from .one_harmonic import STRONG
-from .panels import distances, panels
+from .linear_part import STRENGTH, STRONG
+from .panels import analysis, derivative, distances, extended, from_blocks, multiply_rows, panels, synthesis, to_blocks
 from .rates import DIFFERENCE, SAME, base_speed, jacobians_at, number_of_states, of_strength, rates_at
 from .truncation import shares_left_out
-from .work import least_step, linearised
 
 AT_ONCE = -1  # compiled from the first run on, and in NumPy where that fails
 FEW = 4  # points of a curve where what is left out is estimated
@@ -37,6 +37,55 @@ MOST, MOST_KINKED = 600, 150  # points of a search for other orbits; with breakp
 MOST_BEYOND = 100  # points beyond a range
 WORK, STEP = 2e7, 0.2  # points times the square of the unknowns; steps in units of the orbit and the parameter
 NEAR_KINKS = 1e-7  # of a state's size, for differences of laws with breakpoints, which must not reach across one
+
+
+def linearised(problem: Balance, z: Floats) -> tuple[Floats, Floats, Floats]:
+    """Residual of any balance problem at z, and its derivatives by the coefficients and by the parameter."""
+    n = problem.size()
+    r, matrix, column = np.empty(n), np.empty((n, n)), np.empty(n)
+    problem.run(_linearise, z, r, matrix, column)
+    return r, matrix, column
+
+
+@kernel
+def _linearise(problem: Any, z: Any, r: Any, matrix: Any, column: Any) -> None:
+    problem.residual(z, r)
+    problem.linearise(z, matrix, column)
+
+
+def least_step(matrix: Floats, residual: Floats) -> Floats | None:
+    """Newton's step, the shortest where the matrix is singular; None where it is not finite."""
+    if not (np.all(np.isfinite(matrix)) and np.all(np.isfinite(residual))):  # LAPACK would print and give up
+        return None
+    step = np.linalg.lstsq(matrix, residual, rcond=None)[0]
+    return np.asarray(step) if np.all(np.isfinite(step)) else None
+
+
+def newton(
+    equations: Callable[[Floats], tuple[Floats, Floats]], x: Floats, scale: Floats, tiny: float,
+    *, most: int = 20, far: float = 1e3, solve: Callable[..., Any] = np.linalg.solve,
+) -> Floats | None:  # fmt: skip
+    """Root of equations, which give values and derivatives at x, or None; steps count in units `scale` of the unknowns.
+
+    It ends at a step below `tiny`, at one after which the next would be far below it, or at one below a thousand times
+    that where rounding keeps them from shrinking.
+    """
+    last = np.inf
+    for _ in range(most):
+        values, derivatives = equations(x)
+        try:
+            step = solve(derivatives * scale, values)
+        except np.linalg.LinAlgError:
+            return None
+        x = x - step * scale
+        size = float(np.linalg.norm(step))
+        if not size < far:
+            return None
+        following = size * (size / last) ** 2 if last < np.inf else np.inf  # where the steps shrink quadratically
+        if size < tiny or (size < 1e3 * tiny and size > 0.3 * last) or following < 0.01 * tiny:
+            return x
+        last = size
+    return None
 
 
 class FirstOrder(NamedTuple):

@@ -15,11 +15,10 @@ from ...compile.jit import entries, routine
 from ...protocols import omega_of
 from ...results import Floats
 from ..addressed import EquationsAt, SystemAt, corner_distances, several_by_address
-from ..roots import FA, FB, SHARE, A, B, narrow, next_place
-from .fourier import extend_series, multiply_rows
+from ..operating_point import FA, FB, SHARE, A, B, narrow, next_place
 from .linear_algebra import add, copy, fill
 from .linear_part import STRENGTH
-from .panels import CLOSE, LOOKED, PHASE, PLACES, WEIGHTS
+from .panels import CLOSE, LOOKED, PHASE, PLACES, WEIGHTS, extend_series, multiply_rows
 from .rates import strengthened
 
 CHANGE, LEAST = 1e-6, 1e-3  # of a parameter for its derivative, and the least size that it is taken to have

@@ -1,15 +1,30 @@
 """What in an oscillator's balance does not depend on its law: inertia, damping, torque and kinematic error.
 
 The virtual leaves are parameters that are no numbers of the system: along them orbits that coexist are connected.
+
+What one harmonic tells of an oscillator's orbits: where solvers start, where others may exist, what connects them.
 """
 
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...compile.jit import kernel_as, routine
+from ...law import breakpoints_of
 from ...results import Floats
-from .fourier import orders
+from ..operating_point import operating_point
+from .panels import orders
+
+WAVE = np.cos(np.pi * (np.arange(16) + 0.5) / 16)  # half a vibration
+SIZES = np.geomspace(1e-5, 1.0, 50)  # amplitudes at which the law is asked, of the largest that the damping allows
+FINE = np.geomspace(1e-4, 1.0, 200)  # the same for the strongest excitation
+LEAST = 1e-4  # damping that counts at least, of critical
+SHARED = 0.03  # of the largest drive: what other harmonics of a larger motion may have
+MOST = 1.4  # factor of J (k w)^2 for what one harmonic leaves out
+MARGIN = 2.0  # factor of a drive that is too small for a second orbit
+STRONGEST, STRONG = 1e3, 30.0  # factors of the strength: at most, and at least
+LEAST_LINE = 1e-3  # of the largest line: one below it is no way to other orbits
 
 # In the place of a leaf, at a fixed frequency: the parameter is the logarithm of a factor of all that alternates, or a
 # constant torque [N*m] beside that of the excitation; with LINE - k it is added to the factor 1 of line k alone.
@@ -91,3 +106,140 @@ def vary(leaf: int, value: float, torque: Any, error: Any, derive: bool) -> None
         torque[h + k] *= factor
         error[k] *= factor
         error[h + k] *= factor
+
+
+def carried(law: Any, mean: float) -> float:
+    """Operating point [rad] to start a solver from: 0 where no torsion carries the mean torque [N*m]."""
+    try:
+        return operating_point(law, mean)
+    except ValueError:
+        return 0.0
+
+
+def drive(system: Any, w: Floats, tau: Floats, error: Floats) -> Any:
+    """Complex amplitudes [N*m] of what drives the torsion at the frequencies w [rad/s]: tau - J e''."""
+    h, inertia = w.shape[-1], system.J * w * w
+    return tau[1 : h + 1] + inertia * error[1 : h + 1] - 1j * (tau[h + 1 :] + inertia * error[h + 1 :])
+
+
+def one_harmonic(law: Any, torque: float, sizes: Floats) -> tuple[Floats, Floats]:
+    """Mean torsion [rad] and equivalent stiffness [N*m/rad] of vibrations of one harmonic with these amplitudes [rad].
+
+    The mean carries the mean torque [N*m] (where the law lets it), the stiffness is the describing function.
+    Gelb & Vander Velde 1968, Multiple-Input Describing Functions, sec. 6.1 (a harmonic and a bias).
+    """
+    wave = sizes[:, None] * WAVE
+    mean = np.full(len(sizes), carried(law, torque))
+    for _ in range(30):
+        u = mean[:, None] + wave
+        pull = law.torque(u) + 0.0 * u
+        short = torque - pull.mean(axis=1)
+        if np.all(np.abs(short) <= 1e-9 * np.abs(pull).max(axis=1)):
+            break
+        slope = (law.stiffness(u) + 0.0 * u).mean(axis=1)
+        mean += np.divide(short, slope, out=np.zeros(len(sizes)), where=slope > 0.0)
+    return mean, 2.0 / len(WAVE) * (pull @ WAVE) / sizes
+
+
+def several_at(problem: Any, points: Floats) -> NDArray[np.bool_]:
+    """Whether others may exist beside known orbits, from what one harmonic on top of each allows."""
+    system, n = problem.system, problem.size()
+    h = n // 2
+    w = points[:, -1:] / problem.turns * orders(h, problem.stride)
+    mass = system.J * w * w
+    driven = np.abs(drive(system, w, problem.tau, problem.error))
+    twice = (2 * orders(h, problem.stride)) // problem.stride
+    return others_possible(
+        system.law, float(problem.tau[0]), points[:, :n], problem.synthesis, mass, system.B * w, driven, twice
+    )
+
+
+def others_possible(
+    law: Any, mean: float, series: Floats, synthesis: Floats, mass: Floats, damping: Floats, driven: Floats, twice: Any
+) -> NDArray[np.bool_]:  # fmt: skip
+    """Whether others may exist beside orbits of a law with the dynamic stiffness -mass + i damping around it.
+
+    Parameters
+    ----------
+    law : NamedTuple
+        Law of the torsion.
+    mean : float
+        Mean torque [N*m] that it carries.
+    series, synthesis : (points, 2H+1), (2H+1, samples) arrays
+        Coefficients of the torsion, in blocks, and the table that makes samples of them.
+    mass, damping : (points, H) arrays
+        In N*m/rad at every harmonic.
+    driven : (points or 1, H) array
+        Amplitudes [N*m] of what drives the torsion.
+    twice : (H,) array of int
+        Places of twice the harmonics in the spectrum of the samples.
+    """
+    h = series.shape[1] // 2
+    loss = np.maximum(damping, LEAST * np.abs(mass))
+    u = series @ synthesis
+    stiffness = law.stiffness(u) + 0.0 * u
+    tangent = stiffness.mean(axis=1, keepdims=True)
+    moving = u - series[:, :1]
+    square = np.vecdot(moving, moving)[:, None]
+    work = np.vecdot(law.torque(u) + 0.0 * u, moving)[:, None]
+    secant = np.divide(work, square, out=tangent.copy(), where=square > 0.0)
+    size = np.hypot(series[:, 1 : h + 1], series[:, h + 1 :])
+    driven = np.maximum(driven, np.hypot(secant - mass, loss) * size)
+    # A larger motion drives harmonics that this one does not, above all where it reaches a corner of the law.
+    driven = np.maximum(driven, (1.0 if breakpoints_of(law) else SHARED) * driven.max(axis=1, keepdims=True))
+    reach = MARGIN * driven / loss
+    top = float(reach.max())
+    if not top > 0.0:
+        return np.zeros(len(series), bool)
+    sizes = top * SIZES
+    _, kappa = one_harmonic(law, mean, sizes)
+    bear = np.searchsorted(sizes, reach, side="right")  # how many of the amplitudes the drive bears
+    low, high = (of.accumulate(kappa)[bear - 1] for of in (np.minimum, np.maximum))
+    wide = (bear > 0) & (high - low > loss)
+    least, most = mass / MOST, MOST * mass
+    above = tangent - kappa[0]  # of an orbit: on top of it the stiffness is that much larger
+    may = wide & (((low < most) & (high > least)) | ((low + above < most) & (high + above > least)))
+    # a vibration that the varying stiffness of the orbit itself keeps up; no wave of that is larger than its range
+    off = np.hypot(tangent - mass, loss)
+    if (off <= 0.51 * MARGIN * (stiffness.max(axis=1) - stiffness.min(axis=1))[:, None]).any():
+        waves = np.abs(np.fft.rfft(stiffness)) * (2.0 / u.shape[1])
+        inside = twice < waves.shape[1]
+        may |= inside & (off <= 0.5 * MARGIN * waves[:, np.where(inside, twice, 0)])
+    found: NDArray[np.bool_] = may.any(axis=1)
+    return found
+
+
+def driven_lines(problem: Any) -> tuple[Floats, Any, Floats]:
+    """Frequencies [rad/s] of all harmonics, which of them (0, 1, ...) are driven, and how [N*m], at the own speed."""
+    w = problem.system.omega / problem.turns * orders(problem.size() // 2, problem.stride)
+    size = np.abs(drive(problem.system, w, problem.tau, problem.error))
+    return w, np.flatnonzero(size > LEAST_LINE * size.max()), size
+
+
+def strongest(problem: Any) -> float:
+    """Factor of the strength at which every line alone has passed its last fold, by one harmonic."""
+    w, lines, size = driven_lines(problem)
+    if not len(lines):
+        return STRONG
+    mass = problem.system.J * (w * w)[lines]
+    return strength_beyond_folds(
+        problem.system.law, float(problem.tau[0]), mass, problem.system.B * w[lines], size[lines]
+    )
+
+
+def strength_beyond_folds(law: Any, mean: float, mass: Floats, damping: Floats, size: Floats) -> float:
+    """Factor of lines (n,) of these sizes [N*m] at which each alone has passed its last fold, see `others_possible`."""
+    mass, size = mass[:, None], size[:, None]
+    loss = np.maximum(damping[:, None], LEAST * np.abs(mass))
+    sizes = float(np.max(size / loss)) * FINE
+    _, stiffness = one_harmonic(law, mean, sizes)
+    pull = np.hypot(stiffness - mass, loss) * sizes
+    folds = np.where(pull[:, 1:] < pull[:, :-1], pull[:, :-1] / size, 0.0)
+    return min(STRONGEST, max(STRONG, 1.5 * float(np.max(folds))))
+
+
+def ways(problem: Any) -> list[int]:
+    """Leaves, virtual ones too, along which orbits are connected: of several lines each has its own strength too."""
+    _, lines, size = driven_lines(problem)
+    weakest_first = (1 + lines[np.argsort(size[lines])]).tolist()
+    return [CONSTANT, STRENGTH, problem.omega_leaf, *(LINE - k for k in weakest_first if len(lines) > 1)]

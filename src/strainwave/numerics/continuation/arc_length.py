@@ -15,7 +15,7 @@ import numpy as np
 from ...compile.jit import borrowed, kernel, routine
 from ..balance.linear_algebra import add, copy, divide, dot, factor, fill, substitute, weigh, weighted_norm
 from ..labels import BOUND, CLOSED, END, FOLD, LOST, RUNNING, START, STEP, STUCK, TOP
-from ..roots import FA, FB, SHARE, A, B, narrow, next_place
+from ..operating_point import FA, FB, SHARE, A, B, narrow, next_place
 
 Z0, T0, Z1, T1, Z, T, ROW, SCALE, HOME, AHEAD, LACK, CHANGE, ROWS = range(
     13
@@ -124,7 +124,7 @@ def record(state: Any, which: int, label: int, points: Any, labels: Any, count: 
     return count + 1
 
 
-TRIES, LIMIT = 5, 6  # entries of a bracket after those of `roots`
+TRIES, LIMIT = 5, 6  # entries of a bracket after those of `operating_point`
 BEFORE, BEYOND, CLOSE = -0.5, 1.5, 5e-10  # ends of an opened bracket, and how near they come, in steps
 SEARCHING, FOUND, NOTHING = 0, 1, 2
 

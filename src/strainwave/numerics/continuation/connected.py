@@ -18,8 +18,7 @@ import numpy as np
 from ...protocols import Balance
 from ...results import Floats
 from ..balance.harmonics import mirrored
-from ..balance.linear_part import CONSTANT, STRENGTH
-from ..balance.one_harmonic import driven_lines
+from ..balance.linear_part import CONSTANT, STRENGTH, driven_lines
 from ..labels import CLOSED, END, LOST
 from .trace import LEAST_PIECE, solve, trace
 

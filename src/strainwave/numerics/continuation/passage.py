@@ -2,6 +2,8 @@
 
 It starts from the linear response, from strong damping or from an integration, at either end. Where it leaves the range
 with folds still ahead, or where other orbits exist at an end, it is followed outside until it comes back.
+
+Orbits that coexist at one base frequency, from one number of harmonics to the next; `connected` looks for them.
 """
 
 from dataclasses import replace
@@ -13,16 +15,67 @@ from ...protocols import Balance, omega_of
 from ...results import Floats
 from ...sentences import Sentence, Speed
 from ...tree import with_leaf
+from ..balance.harmonics import ENOUGH
 from ..integration.simulate import simulate
 from ..labels import CLOSED, END, LOST, RUNNING, STUCK, UNBOUNDED
-from .coexisting import Coexisting
-from .connected import new_orbits, same
+from .connected import alike, connected, new_orbits, same
 from .trace import Trace, solve, trace
 
 BELOW, ABOVE = 3.0, 100.0  # how far outside the range, as factors, a branch may go before it comes back
 EXCURSIONS = 20  # how often
 GROWTH = 1e7  # an orbit this many times larger than at the start of its branch has no bound
 SETTLING = 200  # periods integrated
+
+
+class Coexisting:
+    """Orbits known at some base frequencies, carried from one number of harmonics to the next.
+
+    `known` maps a frequency to tables of coefficients (2H+1, states), of the torsion for a `SecondOrder` problem;
+    `alone` are frequencies at which one orbit is all there can be, `unfinished` those at which a search was cut short.
+    """
+
+    def __init__(self) -> None:
+        self.known: dict[float, list[Floats]] = {}
+        self.searched: set[float] = set()
+        self.alone: set[float] = set()
+        self.begun = False
+        self.unfinished: set[float] = set()
+        self.apart: list[Floats] = []
+
+    def begin(self, problem: Balance, curve: Trace) -> bool:
+        """Begin to search, if it has not begun and other orbits may exist at an end of a curve; whether it begins."""
+        if self.begun or not len(curve.points):
+            return False
+        self.begun = True
+        ends = curve.points[[0, -1]]
+        may = problem.several_at(ends)
+        self.alone = {*ends[~may, -1].tolist()} - {*ends[may, -1].tolist()}
+        return bool(may.any()) or curve.outcome != END
+
+    def guesses(self, problem: Balance, value: float, passed: list[Floats]) -> list[Floats]:
+        """Guesses at a frequency for orbits beside those passed there; searched for once, where there may be any."""
+        if self.begun and value not in self.searched and value not in self.alone:
+            self.searched.add(value)
+            found = connected(problem, value, passed[:1])
+            self.known.setdefault(value, []).extend(found.tables)
+            if not found.whole:
+                self.unfinished.add(value)
+        tables = [table for table in self.known.get(value, []) if not any(table is other for other in self.apart)]
+        some = [problem.fitted(table, value) for table in tables]
+        return [point for point in some if point is not None]
+
+    def note(self, problem: Balance, points: list[Floats]) -> None:
+        """Keep orbits that were found by the way."""
+        for point in points:
+            self.known.setdefault(float(point[-1]), []).append(problem.table(point))
+
+    def give_up(self, problem: Balance, points: list[Floats]) -> None:
+        """Look no more for a way to orbits to which none was found with harmonics enough; they remain known."""
+        if problem.turns * ENOUGH > problem.highest():
+            return
+        for point in points:
+            table = problem.table(point)
+            self.apart += [other for other in self.known[float(point[-1])] if alike(table, other, problem.turns)]
 
 
 def across(problem: Balance, lo: float, hi: float, step: float, others: Coexisting) -> tuple[Trace, str]:

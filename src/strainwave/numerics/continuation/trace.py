@@ -1,20 +1,103 @@
-"""Branches of periodic orbits: solved at a point, traced, and described with stability, folds and period doublings."""
+"""Branches of periodic orbits: solved at a point, traced, and described with stability, folds and period doublings.
 
+Folds that the steps of a continuation passed over, found where the parameter turns without a fold. Branches of periodic
+orbits described: stability, peaks, special points, and the result that users see.
+"""
+
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...protocols import Balance
-from ...results import Floats
-from ..labels import CLOSED, FOLD, LOST, RUNNING, START, STEP, TOP, UNBOUNDED
+from ...results import Branch, Floats, Orbit, Status
+from ...series import largest_size, oscillation
+from ..balance.first_order import linearised
+from ..balance.panels import from_blocks
+from ..balance.rates import base_speed
+from ..balance.truncation import Tail, tail_along
+from ..labels import (
+    BRANCH_POINT,
+    CLOSED,
+    DOUBLING,
+    END,
+    FOLD,
+    LOST,
+    NEIMARK_SACKER,
+    RUNNING,
+    START,
+    STEP,
+    STUCK,
+    TOP,
+    UNBOUNDED,
+)
+from ..stability.first_order import with_stability
+from ..stability.second_order import (
+    displacement_peaks,
+    finer_table,
+    frozen,
+    hill,
+    inserted,
+    multipliers,
+    orbit_scales,
+    root_on_chord,
+    with_crossings,
+)
 from .arc_length import ROWS, SCALE, Z1, buffers_for, follow
-from .missed_folds import with_missed_folds
+
+NAMES = {
+    FOLD: "fold",
+    DOUBLING: "period doubling",
+    BRANCH_POINT: "symmetry breaking / branch point",
+    NEIMARK_SACKER: "Neimark-Sacker",
+}
+
+LEAST = 0.01  # of the largest value on the curve: lower crests stay as they are
+REACH, LOOKED = 2, 17  # points to both sides of a crest, and places looked at between the next ones
+ROUNDS, SETTLED = 6, 1e-12  # solutions of a crest, and the relative rise above one that is none
+SAME = 1e-6  # of the arc of these: what is nearer is one point
+ONE = 1e-6  # relative distance below which two points are one
+MEAN = 1e-6  # of the largest |x|: with a smaller mean both crests are one
+
+Measure = Callable[[Floats], Floats]
 
 MOST_PIECES = 40
 LEAST_PIECE = 5  # points that a piece must have room for
 PIECE = 512  # points per call of the kernel: between calls the user can interrupt
 AIM = 1e-3
+
+NEAR = 2  # points on either side among which the fold of a turn is
+
+
+def with_missed_folds(problem: Balance, points: Floats, labels: Any) -> tuple[Floats, Any]:
+    """Insert the folds at which the parameter (last of every point) turns and no fold is marked."""
+    rise = np.diff(points[:, -1])
+    for i in (np.flatnonzero(rise[1:] * rise[:-1] < 0.0) + 1)[::-1].tolist():
+        if FOLD in labels[max(0, i - NEAR) : i + NEAR + 1]:
+            continue
+        for place in (i, i + 1):
+            first, last = points[place - 1], points[place]
+            slope = partial(_slope, problem, last - first)
+            fold = root_on_chord(problem, first, last, slope)
+            if fold is not None:
+                points, labels = np.insert(points, place, fold, axis=0), np.insert(labels, place, FOLD)
+                break
+    return points, labels
+
+
+def _slope(problem: Balance, chord: Floats, point: Floats) -> float:
+    """Part along the parameter of the tangent that goes along the chord."""
+    n = len(point) - 1
+    _, matrix, column = linearised(problem, point)
+    scale = np.full(n + 1, max(float(np.linalg.norm(point[:-1])), 1e-300))
+    scale[-1] = max(abs(float(point[-1])), 1e-300)
+    row = chord / scale
+    bordered = np.block([[matrix, column[:, None]], [row[None, :] / scale]]) * scale
+    tangent = np.linalg.solve(bordered, np.eye(n + 1)[n])
+    return float(tangent[-1] / np.linalg.norm(tangent))
 
 
 @dataclass(frozen=True)
@@ -120,3 +203,171 @@ def in_order(points: Floats, labels: Any) -> tuple[Floats, Any]:
                 if (second - first) @ ahead < 0.0 and np.linalg.norm(second - near) < np.linalg.norm(first - near):
                     order[a], order[a + 1] = order[a + 1], order[a]
     return points[order], labels[order]
+
+
+def with_crests(problem: Balance, points: Floats, labels: Any) -> tuple[Floats, Any]:
+    """Points and labels of a curve with the crests of |x| and of |x - mean| among them, labelled TOP."""
+    if len(points) < 3:
+        return points, labels
+    series = _series(problem, points)
+    peaks = largest_size(series)
+    sizes: list[tuple[Measure, Floats]] = [(largest_size, peaks)]
+    if np.any(np.abs(series[:, 0]) > MEAN * peaks):
+        sizes.append((oscillation, oscillation(series)))
+    found: list[tuple[int, int, Floats]] = []
+    for measure, values in sizes:
+        for i in crests_of(values):
+            crest = _crest(problem, points, i, values, measure)
+            if crest is None:
+                continue
+            place = i if crest[0] > 0.0 else i - 1
+            known = [points[place], points[place + 1], *(point for at, _, point in found if at == place)]
+            if all(_apart(crest[1], point) > ONE for point in known):  # often the two crests are one
+                found.append((place, TOP, crest[1]))
+    if not found:
+        return points, labels
+    points, labels, _, _ = inserted(points, labels, found)
+    return points, labels
+
+
+def crests_of(values: Floats) -> list[int]:
+    """Places of the values that are above both neighbours, and no less than a hundredth of the largest."""
+    inner = values[1:-1]
+    above = (inner >= values[:-2]) & (inner > values[2:]) & (inner > LEAST * np.max(values))
+    return [int(i) + 1 for i in np.flatnonzero(above)]
+
+
+def _crest(problem: Balance, points: Floats, i: int, sizes: Floats, measure: Measure) -> tuple[float, Floats] | None:
+    """Crest next to a point, after which it lies where the first number is positive; None where the point is it.
+
+    It is the highest place of the polynomial through five points, solved for at the parameter there.
+    """
+    scale = np.full(points.shape[1], 1.0 / max(float(np.linalg.norm(points[i, :-1])), 1e-300))
+    scale[-1] = 1.0 / max(abs(float(points[i, -1])), 1e-300)
+    some = points[max(i - REACH, 0) : i + REACH + 1] * scale
+    at = min(i, REACH)
+    arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(some, axis=0), axis=1)))
+    apart = np.diff(arc) > SAME * arc[-1]
+    first, last, here = arc[at - 1], arc[at + 1], arc[at]
+    if not (apart[at - 1] and apart[at]):
+        return None
+    known = np.append(True, apart)
+    some, arc, size, crest, near = some[known], arc[known], float(sizes[i]), None, 0.1 * min(here - first, last - here)
+    for _ in range(ROUNDS):
+        s, top = _highest(problem, arc, some, scale, first, last, measure)
+        if top - size <= SETTLED * top or not first < s < last or np.any(s == arc):
+            break
+        guess = _between(arc, some, np.array([s]))[0] / scale
+        found = solve(problem, guess)
+        if found is None or float(np.linalg.norm((found - guess) * scale)) > near:
+            break
+        value = float(measure(_series(problem, found[None]))[0])
+        if value >= size:
+            size, crest = value, (s - here, found)
+        place = int(np.searchsorted(arc, s))
+        arc, some = np.insert(arc, place, s), np.insert(some, place, found * scale, axis=0)
+    return crest
+
+
+def _highest(
+    problem: Balance, arc: Floats, points: Floats, scale: Floats, low: float, high: float, measure: Measure
+) -> tuple[float, float]:  # fmt: skip
+    """Place between two others where the polynomial through points is highest, and the value there."""
+    for _ in range(2):
+        places = np.linspace(low, high, LOOKED)
+        values = measure(_series(problem, _between(arc, points, places) / scale))
+        best = min(max(int(np.argmax(values)), 1), LOOKED - 2)
+        low, high = places[best - 1], places[best + 1]
+    left, top, right = values[best - 1 : best + 2].tolist()
+    bend, rise = left - 2.0 * top + right, left - right
+    if not bend < 0.0:
+        return float(places[best]), top
+    return float(places[best] + 0.25 * rise * (high - low) / bend), top - rise * rise / (8.0 * bend)
+
+
+def _between(arc: Floats, points: Floats, places: Floats) -> Floats:
+    """Points at places of the arc on the polynomial through points there (Lagrange)."""
+    ratios = (places[:, None, None] - arc) / (arc[:, None] - arc + np.eye(len(arc)))
+    ratios[:, np.arange(len(arc)), np.arange(len(arc))] = 1.0
+    return np.asarray(np.prod(ratios, axis=2) @ points)
+
+
+def _apart(a: Floats, b: Floats) -> float:
+    """Distance of two points, of the motion and of the speed, relative to their sizes."""
+    motion = float(np.linalg.norm(a[:-1] - b[:-1])) / max(float(np.linalg.norm(b[:-1])), 1e-300)
+    return motion + abs(float(a[-1] / b[-1]) - 1.0)
+
+
+def _series(problem: Balance, points: Floats) -> Floats:
+    """Coefficients (points, 2H+1) of x: mean, cos 1, sin 1, ..."""
+    return np.asarray(from_blocks(problem.displacements(points).T).T)
+
+
+def describe(
+    problem: Balance, parameter: str, found: Trace, tail: Tail | None, origin: str, *, locate: bool = True,
+    floquet: NDArray[np.complex128] | None = None,
+) -> Branch:  # fmt: skip
+    """Add stability, peaks, crests, period doublings and branch points to a branch, and label the special points.
+
+    Locating those of a general system takes far longer than the rest; without `locate` it has the points found alone,
+    whose multipliers may be known.
+    """
+    points, labels = np.ascontiguousarray(found.points), found.labels
+    status, message = _verdict(found, parameter, points[:, -1])
+    tail = tail_along(problem, points) if tail is None else tail
+    if locate:
+        points, labels = with_crests(problem, points, labels)
+    if problem.hill():
+        points, labels, floquet, peaks = with_hill(problem, points, labels)
+    else:
+        points, labels, floquet, peaks = with_stability(problem, points, labels, locate, floquet)
+    series = problem.displacements(points)
+    if parameter.startswith("error."):  # the kinematic error itself varies along the branch
+        peaks = displacement_peaks(series)
+    values, turns = points[:, -1].copy(), int(problem.turns)
+    omega = base_speed(problem, values.copy())
+    coefficients, stable = from_blocks(series.T).T, np.abs(floquet[:, 0]) < 1.0
+    special: dict[int, list[Orbit]] = {label: [] for label in NAMES}
+    for i in np.flatnonzero((labels == FOLD) | (labels > TOP)).tolist():
+        label, w = int(labels[i]), float(omega[i])
+        table = problem.motion(points[i], coefficients[i])
+        said = tail.share, *tail.verdict(Status.OK, "finished", parameter, w), NAMES[label], float(values[i])
+        special[label].append(Orbit(w, turns, table, float(peaks[i]), floquet[i], bool(stable[i]), *said))
+    folds, doublings, crossings, tori = special.values()
+    verdict = tail.verdict(status, message, parameter, float(omega[0]) if len(omega) else 0.0)
+    return Branch(
+        parameter, values, omega, coefficients, peaks, floquet, stable, folds, doublings, turns,
+        found.outcome == CLOSED, tail.share, origin, *verdict, crossings, tori, span=found.span or _ends(values),
+    )  # fmt: skip
+
+
+def _ends(values: Floats) -> tuple[float, float]:
+    return (float(np.min(values)), float(np.max(values))) if len(values) else (np.nan, np.nan)
+
+
+def with_hill(
+    problem: Any, points: Floats, labels: Any
+) -> tuple[Floats, Any, NDArray[np.complex128], Floats]:  # fmt: skip
+    """Points of an oscillator's branch with its special points, their multipliers and largest |x|."""
+    traces, peaks = hill(problem, points)
+    decay = orbit_scales(problem, points[:, -1])[1]
+    points, labels, added = with_crossings(problem, points, labels, traces, decay)
+    if added:
+        traces, peaks = hill(problem, points)
+        located = labels > TOP
+        traces[located] = hill(problem, points[located], finer_table(problem, points[located]))[0]
+        decay = orbit_scales(problem, points[:, -1])[1]
+    floquet = multipliers(traces, decay)
+    if np.isnan(floquet).any():
+        floquet = np.where(np.isnan(floquet), frozen(problem, points), floquet)
+    return points, labels, floquet, peaks
+
+
+def _verdict(found: Trace, parameter: str, values: Floats) -> tuple[Status, str]:
+    if found.message:
+        return (Status.OK if found.outcome in (END, CLOSED) else Status.NO_CONVERGENCE), found.message
+    if found.outcome in (END, CLOSED):
+        return Status.OK, "reached both ends" if found.outcome == END else "closed"
+    where = f"at {parameter} = {values[-1]:.6g}" if len(values) else "at its start"
+    reason = {LOST: "no solution found", STUCK: "the step became too small"}.get(found.outcome, "too many points")
+    return Status.NO_CONVERGENCE, f"the branch stops {where}: {reason}; take more harmonics or a smaller range"

@@ -17,13 +17,13 @@ from ...protocols import with_parts
 from ...quantities import numbers, shown
 from ...results import Floats, Status
 from ...tree import leaf_of
-from ..balance.fourier import from_blocks
+from ..balance.first_order import linearised, newton
 from ..balance.harmonics import MOST, grown, starting_harmonics
-from ..balance.one_harmonic import one_harmonic
+from ..balance.linear_part import one_harmonic
+from ..balance.panels import from_blocks
 from ..balance.rates import SAME
 from ..balance.second_order import second_order
 from ..balance.truncation import FREE, Tail
-from ..balance.work import linearised, newton
 from ..stability.second_order import displacement_peaks
 
 

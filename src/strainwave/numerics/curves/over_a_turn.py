@@ -9,11 +9,10 @@ from ...protocols import Balance, linear_part_of
 from ...tree import leaf_of
 from ..balance.choice import balance_of
 from ..balance.first_order import FirstOrder, first_order
-from ..balance.fourier import stretched
-from ..balance.panels import distances
+from ..balance.panels import distances, stretched
 from ..balance.rates import rates_at
 from ..balance.truncation import MATTERS, Tail
-from ..continuation.coexisting import Coexisting
+from ..continuation.passage import Coexisting
 from ..continuation.trace import Trace
 from .response import traced
 

@@ -17,9 +17,8 @@ from ..balance.choice import balance_of
 from ..balance.harmonics import grown, most_harmonics, starting_harmonics
 from ..balance.rates import periodic
 from ..balance.truncation import CURVE, Tail, tail_along
-from ..continuation.describe import describe
 from ..continuation.passage import GROWTH, damped_start, linear_start
-from ..continuation.trace import Trace, solve, trace
+from ..continuation.trace import Trace, describe, solve, trace
 from ..labels import CLOSED, END, LOST, UNBOUNDED
 
 INSIDE = 0.01  # of the range: where a sweep starts that has no response at its lower end

@@ -3,31 +3,116 @@
 The curve starts from the linear response, or from strong damping, at one end and is followed to the other; where it
 leaves the range with folds still ahead, it is followed outside until it comes back. The number of harmonics grows
 until the last two are negligible.
+
+Sentences on what a response curve should not be trusted in, with the frequency and the remedy. Motions at the ends of a
+range that do not join the response curve, and the sentence that tells of them.
 """
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace as with_changes
+from itertools import groupby
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...protocols import Balance
-from ...quantities import checked, interval
-from ...results import Branch, SolveError
+from ...quantities import checked, interval, numbers, positive_count, replace, shown
+from ...results import Branch, Floats, Orbit, SolveError
+from ...sentences import Sentence, Speed
 from ...tree import leaf_of, with_leaf
 from ..balance.choice import balance_of
 from ..balance.harmonics import grown, is_odd_on, most_harmonics, starting_harmonics
 from ..balance.rates import periodic
 from ..balance.truncation import CURVE, Tail, tail_along, tails_together
-from ..continuation.coexisting import Coexisting
-from ..continuation.describe import describe
-from ..continuation.passage import across
-from ..continuation.trace import Trace
+from ..continuation.connected import alike
+from ..continuation.passage import Coexisting, across
+from ..continuation.trace import Trace, describe
 from ..labels import END
-from .elsewhere import with_left_over, with_others
-from .remarks import remarks
+from ..orbits.shooting import find_orbit
 
 FOLLOWED = ": parameter_response with its orbit in `elsewhere` as start follows it"
+
+NEVER_STABLE = "no point of it is stable"
+
+CUT_SHORT = "the search for other motions was cut short, and there may be more than are listed here: "
+FROM_STARTS = "isolas with resonance=PRIMARY looks for them from random starts"
+BY_HAND = "simulate from other states shows them"
+
+Places = tuple[tuple[float, Floats], ...]
+
+
+def with_left_over(problem: Balance, found: Trace, others: Coexisting) -> Trace:
+    """The trace of a curve with the frequencies and tables of the known orbits through which it does not pass."""
+    places: list[tuple[float, Floats]] = []
+    for value, tables in others.known.items():
+        known = [problem.table(z) for z in found.points[found.points[:, -1] == value]]
+        for table in tables:
+            if not any(alike(table, other, problem.turns) for other in known):
+                known.append(table)
+                places.append((value, table))
+    if others.unfinished:
+        remedy = FROM_STARTS if problem.hill() else BY_HAND
+        message = Sentence("{}; at omega = {} {}", found.message, Speed(*sorted(others.unfinished)), CUT_SHORT + remedy)
+        found = with_changes(found, message=message)
+    return with_changes(found, elsewhere=tuple(places)) if places else found
+
+
+def with_others(problem: Balance, branch: Branch, places: Places, said: list[str], followed: str = "") -> Branch:
+    """The branch with the orbits at the ends of its range that it does not pass, and with what there is to say.
+
+    `followed` says at the end of the sentence on an orbit how it is followed.
+    """
+    elsewhere = orbits_at(problem, places, branch) if places else []
+    said = [branch.message, *told(elsewhere, followed), *said]
+    return with_changes(branch, message=Sentence("; ").join(said), elsewhere=elsewhere) if len(said) > 1 else branch
+
+
+def orbits_at(problem: Balance, places: Places, branch: Branch) -> list[Orbit]:
+    """Orbits from such tables, with the harmonics that they need, but for those that are on the branch after all."""
+    found: list[Orbit] = []
+    leaf = leaf_of(problem.system, "omega")
+    for value, table in places:
+        system = with_leaf(problem.system, leaf, value)
+        orbit = find_orbit(system, guess=problem.whole(table), period=int(problem.turns))
+        if not orbit.status.found:
+            continue
+        x = orbit.coefficients[:, :1]
+        known = [c[:, None] for c in branch.coefficients[branch.omega == value]]
+        known += [other.coefficients[:, :1] for other in found if other.omega == value]
+        if not any(alike(x, other, problem.turns) for other in known):
+            found.append(orbit)
+    return sorted(found, key=lambda orbit: (orbit.omega, -orbit.peak))
+
+
+def told(orbits: list[Orbit], followed: str) -> list[str]:
+    """Sentences on the stable orbits that a curve does not join."""
+    said: list[str] = []
+    for omega, some in groupby((orbit for orbit in orbits if orbit.stable), key=lambda orbit: orbit.omega):
+        sizes = [f"{orbit.peak:.6g}" for orbit in some]
+        there = "is another stable motion" if len(sizes) == 1 else "are other stable motions"
+        join = "does not join" if len(sizes) == 1 else "do not join"
+        size = f"max |x| {' and '.join(sizes)}"
+        said.append(Sentence(f"at omega = {{}} there {there}, {size}, which {join} this curve{followed}", Speed(omega)))
+    return said
+
+
+def remarks(problem: Balance, found: Trace, branch: Branch) -> list[str]:
+    """List what to know about a response curve."""
+    said: list[str] = []
+    if len(branch) and not branch.stable.any():
+        said.append(NEVER_STABLE)
+    loose = found.points[problem.floating(found.points), -1]
+    if len(loose):
+        said.append(
+            Sentence(
+                "at omega = {} the law gives no torque and any mean is in balance (the middle is shown): a mean torque "
+                "would place it",
+                Speed(np.min(loose), np.max(loose), between=" .. "),
+            )
+        )
+    return said
 
 
 def frequency_response(
@@ -209,3 +294,54 @@ def symmetric_across(
         if found.outcome == END and is_odd_on(odd, found.points):
             return odd, found, origin
     return problem, *across(problem, lo, hi, step, others)
+
+
+def response_family(
+    system: Any,
+    span: tuple[float, float],
+    parameters: dict[str, ArrayLike],
+    *,
+    harmonics: int | None = None,
+    points: int = 200,
+    threads: int = 2,
+) -> list[Branch]:
+    """Follow the response curve of every member of a family.
+
+    Parameters
+    ----------
+    system : Oscillator
+        The system that all members are variants of.
+    span : (float, float)
+        Range of omega [rad/s].
+    parameters : dict of str to (members,) array_like
+        Path of a parameter to its values, one per member (SI units), as in ``{"law.alpha": alphas, "B": dampings}``.
+    harmonics, points
+        As in `frequency_response`.
+    threads : int
+        How many curves to follow at a time.
+
+    Returns
+    -------
+    list of Branch
+        In the order of the members; a curve that fails has its own status.
+
+    Raises
+    ------
+    ValueError
+        If the arrays have different lengths, there are none, or a path does not exist.
+    """
+    if not isinstance(parameters, dict) or not parameters:
+        raise TypeError(f"parameters are {shown(parameters)}; they must be a dict of path to values of every member")
+    values = {path: numbers(path, v) for path, v in parameters.items()}
+    lengths = {len(v) for v in values.values()}
+    if len(lengths) != 1:
+        raise ValueError(f"the values of a family must be arrays of one length, not of lengths {sorted(lengths)}")
+    positive_count("threads", threads)
+    lo, hi = frequencies(span)
+    columns = {path: v.tolist() for path, v in values.items()}
+    system = periodic("response_family", checked(system))
+    members = [checked(replace(system, {p: c[i] for p, c in columns.items()})) for i in range(lengths.pop())]
+    if threads == 1:
+        return response_curves(members, lo, hi, harmonics, 1, points)
+    with ThreadPoolExecutor(threads) as pool:
+        return response_curves(members, lo, hi, harmonics, 1, points, pool.map)

@@ -16,15 +16,14 @@ from ...quantities import checked, interval, replace, shown
 from ...results import Branch, Floats, Orbit, SolveError
 from ...tree import leaf_of
 from ..balance.choice import balance_of
-from ..balance.fourier import stretched
+from ..balance.first_order import linearised
 from ..balance.harmonics import grown, most_harmonics, starting_harmonics
+from ..balance.panels import stretched
 from ..balance.rates import periodic
 from ..balance.truncation import CURVE, Tail, tail_along
-from ..balance.work import linearised
-from ..continuation.describe import describe
-from ..continuation.trace import Trace, trace
+from ..continuation.trace import Trace, describe, trace
 from ..labels import END, FOLD, STEP
-from ..stability.special_points import corrected
+from ..stability.second_order import corrected
 
 DEPARTURES = (0.01, 0.03, 0.1)  # first steps along the null vector, relative to the orbit
 

@@ -2,23 +2,94 @@
 
 A step is compiled with a system of few states: it would take a quarter longer if it called it by an address of its
 own, where nothing is shared by the stages. That of a train would compile for seconds, and there a call costs little.
+
+Workspace of a march: rows of states that its kernels share.
 """
 
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from ...compile.address import ByAddress, at, put_at, value
-from ...compile.jit import entry, kernel, kernel_as
+import numpy as np
+
+from ...compile.address import ByAddress, at, beyond, pointer, put_at, value
+from ...compile.jit import entry, kernel, kernel_as, routine
 from ...compile.tuples import axpy, times
 from ...law import torsion as torsion_of
 from ...results import Floats
 from ..addressed import Tupled, rates_entry, torsion
-from .steps import bounded, dense_weights, error_square
-from .workspace import DENSE, ERROR, INSIDE, K1, Y1, K, Y, look, row
+from .steps import bounded, dense_weights, error_square, weighted
 
 FEW = 3  # states of a system that is compiled into a step
 BOUND = 1e30  # of every state: far beyond any physics, and its powers in a law still fit a float
+
+Y, K, Y1, K1, ERROR, DENSE, INSIDE, RATE, BEFORE, _, SHIFTED, CHANGE = range(12)
+ROWS = 12
+
+
+def workspace(y: Any) -> Floats:
+    """Workspace of a march from the state y."""
+    w = np.zeros((ROWS, len(y)))
+    w[Y] = y
+    return w
+
+
+class Rows(NamedTuple):
+    """An array with two axes as machine code hands it on: its first entry, the length of its rows, their order."""
+
+    first: Any
+    length: int
+    turn: int
+
+
+@kernel_as(lambda w: Rows(pointer(w), w.shape[1], 0), inline=True)
+def rows(w: Floats) -> Any:
+    """Rows of an array, which the functions below take."""
+    return w
+
+
+@kernel_as(lambda w, i: beyond(w.first, (i ^ w.turn) * w.length), inline=True)
+def row(w: Any, i: int) -> Any:
+    """Row number i."""
+    return w[i]
+
+
+@kernel_as(lambda w: w.length, inline=True)
+def length(w: Any) -> int:
+    """Length of the rows: of a workspace the number of states."""
+    return int(w.shape[1])
+
+
+@kernel_as(lambda w: Rows(w.first, w.length, w.turn ^ Y1), inline=True)
+def turned(w: Floats) -> Any:
+    """Workspace where the end of a step is the begin of the next; what the other rows hold is lost."""
+    w[: K1 + 1] = w[[Y1, K1, Y, K]]
+    return w
+
+
+@kernel
+def move(w: Any, start: int, into: Any, to: int) -> None:
+    """Copy a state and its rates to rows of a workspace."""
+    y, k, new, new_rate = row(w, start), row(w, start + 1), row(into, to), row(into, to + 1)
+    for i in range(length(w)):
+        new[i], new_rate[i] = y[i], k[i]
+
+
+@routine
+def shift(w: Any, start: int, d: float) -> None:
+    """Let `SHIFTED` be a state after a time d [s] with its rates."""
+    y, k, out = row(w, start), row(w, start + 1), row(w, SHIFTED)
+    for i in range(length(w)):
+        out[i] = y[i] + d * k[i]
+
+
+@routine
+def look(w: Any, s: float, h: float) -> None:
+    """Let `INSIDE` be the state at the fraction s of a step of h."""
+    y, k, y1, k1, dense, out = row(w, Y), row(w, K), row(w, Y1), row(w, K1), row(w, DENSE), row(w, INSIDE)
+    a = dense_weights(s, h)
+    for i in range(length(w)):
+        out[i] = weighted(a, y[i], k[i], y1[i], k1[i], dense[i])
 
 
 class SchemeAt(NamedTuple):

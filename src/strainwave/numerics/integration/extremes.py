@@ -12,7 +12,7 @@ from ...choices import smaller
 from ...compile.jit import kernel, routine
 from ...protocols import omega_of
 from ..addressed import watched
-from .workspace import SHIFTED, length, row, shift
+from .attempts import SHIFTED, length, row, shift
 
 DIFFERENCE = 1e-5  # step of the differences that give the rates of what is watched, in units of 1 s and of 1/omega
 

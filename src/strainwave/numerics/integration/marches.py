@@ -1,20 +1,185 @@
-"""The kernels of `simulate`: adaptive and fixed steps through a stretch of time in which the system is smooth."""
+"""The kernels of `simulate`: adaptive and fixed steps through a stretch of time in which the system is smooth.
+
+What a long step may miss: how long a step may become where nothing happens, and a look inside such a step. Location of
+switches: where the torsion of a running integration crosses a breakpoint of the law.
+"""
 
 import math
 from typing import Any
 
 from ...compile.jit import kernel, routine
-from ..addressed import rates
-from .attempts import BOUND, attempt, step
-from .breakpoints import first_switch, set_sides, step_onto
+from ..addressed import rates, torsion
+from .attempts import (
+    BEFORE,
+    BOUND,
+    CHANGE,
+    DENSE,
+    INSIDE,
+    K1,
+    RATE,
+    SHIFTED,
+    Y1,
+    K,
+    Y,
+    attempt,
+    length,
+    look,
+    move,
+    row,
+    rows,
+    shift,
+    step,
+    torsion_inside,
+    turned,
+)
 from .extremes import put, widen
-from .rest import APART, STAGES, calm_step, undisturbed
-from .steps import error_square
-from .workspace import BEFORE, CHANGE, INSIDE, RATE, SHIFTED, Y1, K, Y, length, look, move, row, rows, shift, turned
+from .steps import error_square, slope_weights, weighted
 
 DONE, DIVERGED, PAUSED = 0, 1, 2
 LEAST = math.log(1e-4)  # the step control remembers no smaller error than this
 FAR = 32.0  # beyond so many times the last step the calm one is found anew
+
+ROUNDS = 6  # of the power iteration, which needs an order of magnitude
+NEAR = 1e-7  # size of the differences, next to states of size 1
+IDLE = 25.0  # steps of a span in which nothing restores the system
+APART = 0.125  # at most from a look or a stage to the next
+STAGES = 0.25  # of a calm step: the stages alone of a step up to there are no farther apart
+MISSED = 100.0  # by how many tolerances the system may differ there from the interpolant
+
+SCAN = 4  # places inside a step where the torsion is compared with the breakpoints
+
+
+@routine
+def set_sides(system: Any, omega: float, t: float, w: Any, kinks: Any, at: int) -> None:
+    """Record on which side of each breakpoint the torsion is; on breakpoint number `at`, where the flow carries it."""
+    u, breakpoints, sides = torsion(system, omega * t, row(w, Y)), row(kinks, 0), row(kinks, 1)
+    for j in range(length(kinks)):
+        away = u - breakpoints[j]
+        if j == at or away == 0.0:
+            away = torsion_rate(system, omega, t, w, Y)
+        sides[j] = 1.0 if away >= 0.0 else -1.0
+
+
+@routine
+def torsion_rate(system: Any, omega: float, t: float, w: Any, place: int) -> float:
+    """Rate of the torsion along the flow, by a central difference (only its sign and about six digits matter)."""
+    d = 1e-5 / (1.0 + abs(omega))
+    shift(w, place, d)
+    after = torsion(system, omega * (t + d), row(w, SHIFTED))
+    shift(w, place, -d)
+    return float((after - torsion(system, omega * (t - d), row(w, SHIFTED))) / (2.0 * d))
+
+
+@routine
+def first_switch(pair: Any, omega: float, t: float, h: float, w: Any, kinks: Any) -> Any:
+    """First fraction of the step at which the torsion changes side of a breakpoint, and that breakpoint (-1: none)."""
+    breakpoints, sides = row(kinks, 0), row(kinks, 1)
+    low, below, above = 0.0, -math.inf, math.inf  # the torsion is between two breakpoints
+    for j in range(length(kinks)):
+        if sides[j] > 0.0:
+            below = max(below, breakpoints[j])
+        else:
+            above = min(above, breakpoints[j])
+    for i in range(1, SCAN + 1):
+        high, best, at = i / SCAN, 2.0, -1
+        u = torsion_inside(pair, omega * (t + high * h), high, h, w)
+        if u < below or u > above:
+            for j in range(length(kinks)):
+                if (u - breakpoints[j]) * sides[j] < 0.0:
+                    a, b = low, high
+                    for _ in range(40):
+                        s = 0.5 * (a + b)
+                        inside = torsion_inside(pair, omega * (t + s * h), s, h, w)
+                        if (inside - breakpoints[j]) * sides[j] < 0.0:
+                            b = s
+                        else:
+                            a = s
+                    if b < best:
+                        best, at = b, j
+            return best, at
+        low = high
+    return 2.0, -1
+
+
+@routine
+def step_onto(
+    pair: Any, system: Any, omega: float, t: float, h: float, rtol: float, atol: float, w: Any, breakpoint: float,
+    t_end: float,
+) -> Any:  # fmt: skip
+    """Take a step of about h that ends on the breakpoint (Newton on h): whether it does, h, and what `attempt` returns.
+
+    The whole step is repeated, instead of cutting its interpolant, so that its end has the order of the method too.
+    """
+    away = torsion(system, omega * t, row(w, Y)) - breakpoint
+    gap = back = square = 0.0
+    for _ in range(4):
+        h = min(h - back, t_end - t)
+        square = attempt(pair, omega * t, omega * h, h, rtol, atol, w)
+        gap = torsion(system, omega * (t + h), row(w, Y1)) - breakpoint
+        rate = torsion_rate(system, omega, t + h, w, Y1)
+        back = gap / rate if abs(gap) < 0.1 * h * abs(rate) else 0.0
+    return abs(gap) <= 1e-3 * abs(away), h, square
+
+
+@routine
+def largest(n: int, y: Any) -> float:
+    """Largest absolute value of n numbers."""
+    most = 0.0
+    for i in range(n):
+        most = max(most, abs(y[i]))
+    return most
+
+
+@routine
+def calm_step(stable: float, system: Any, omega: float, t: float, w: Any, place: int, span: float) -> float:
+    """Step [s] at which a method, by its interval of stability, becomes unstable at a state.
+
+    Where that is beyond the span [s], because nothing restores the system, it is a share of the span. From the largest
+    eigenvalue of the Jacobian by power iteration, two rounds together because those of a vibration are a pair.
+    """
+    n, y, k, near_y, change = length(w), row(w, place), row(w, place + 1), row(w, SHIFTED), row(w, CHANGE)
+    near = NEAR * (1.0 + largest(n, y))
+    grown, before, size = 0.0, 0.0, 1.0
+    for i in range(n):
+        change[i] = 1.0
+    for _ in range(min(ROUNDS, ROUNDS * n)):  # of a number that it knows the compiler would write out every round
+        for i in range(n):
+            near_y[i] = y[i] + near / size * change[i]
+        rates(system, omega * t, near_y, change)
+        for i in range(n):
+            change[i] -= k[i]
+        size = largest(n, change)
+        if not 0.0 < size < math.inf:
+            return span / IDLE
+        before, grown = grown, size / near
+    rate = math.sqrt(grown * before)
+    return stable / rate if rate * span > stable else span / IDLE
+
+
+@routine
+def undisturbed(
+    looks: Any, system: Any, omega: float, t: float, h: float, w: Any, rtol: float, atol: float
+) -> bool:  # fmt: skip
+    """Whether the system follows the interpolant of a step between its stages too: at the fractions `looks`."""
+    n, y, k, y1, k1, dense, missed = (
+        length(w),
+        row(w, Y),
+        row(w, K),
+        row(w, Y1),
+        row(w, K1),
+        row(w, DENSE),
+        row(w, RATE),
+    )
+    for j in range(length(looks)):
+        s = row(looks, 0)[j]
+        look(w, s, h)
+        rates(system, omega * (t + s * h), row(w, INSIDE), missed)
+        a = slope_weights(s, h)
+        for i in range(n):
+            missed[i] = h * missed[i] - weighted(a, y[i], k[i], y1[i], k1[i], dense[i])
+        if not math.sqrt(error_square(n, missed, y, y1, rtol, atol)) <= MISSED:
+            return False
+    return True
 
 
 @routine

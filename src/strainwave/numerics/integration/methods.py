@@ -3,30 +3,117 @@
 `AdaptiveStep` chooses its steps by tolerances and, where the system has `breakpoints()` (torsions where its law is not
 smooth), ends a step on each of them, so that the order of the scheme is kept. `FixedStep` takes equal steps. `Dopri5`,
 `Rk4` and `Dop8` are these with the schemes of the library.
+
+The recorded samples of a running integration, and word of its progress.
 """
 
+import logging
 import math
 from dataclasses import dataclass, field
+from time import monotonic
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ...compile.jit import run
 from ...law import breakpoints_of
-from ...protocols import has_jacobian, omega_of, orders_of
+from ...protocols import has_jacobian, lacking, omega_of, orders_of
 from ...quantities import number, positive_count, shown
 from ...results import Floats, Status, Trajectory
 from ..addressed import system_by_address
-from .attempts import attempts_by_address, steps_by_address
+from .attempts import K, Y, attempts_by_address, steps_by_address, workspace
 from .corners import across
 from .marches import DIVERGED, DONE, PAUSED, adaptive, fixed
-from .record import Record
 from .schemes import Classical, DormandPrince, EighthOrder
-from .workspace import K, Y, workspace
 
 BUDGET = 65536  # steps per call of a kernel: between calls the user can interrupt
 MOST_RECORDED = 100_000_000
 ENDED = {DONE: Status.OK, DIVERGED: Status.DIVERGED, PAUSED: Status.TOO_MANY_STEPS}
+
+log = logging.getLogger(__name__)
+
+FIRST, GROWTH, LARGEST = 8192, 8, 1 << 20  # steps that the tables hold: small for short runs, few for long ones
+
+
+class Record:
+    """Samples as columns of tables with the rows t, states, rates, and largest values: of one table for given times.
+
+    Parameters
+    ----------
+    system : NamedTuple
+        What is integrated.
+    times : (n,) array
+        Start and end [s], or all times to record.
+    spans : list of (float, float)
+        Stretches between the corners; a time in the gap between two is recorded at the end of the first.
+    y, rate : tuple of float
+        State and its time derivative at the start, which are the first sample.
+    sampled : bool
+        Whether to record at the times, instead of every step.
+    between : bool
+        Whether steps lie between these times, so that the largest values there are recorded too.
+    """
+
+    def __init__(
+        self, system: Any, times: Floats, spans: Any, y: Any, rate: Any, sampled: bool, between: bool
+    ) -> None:  # fmt: skip
+        self.times, self.states, self.sampled, self.said = times, len(y), sampled, monotonic()
+        self.t, self.full, self.filled = float(times[0]), list[Floats](), 1
+        self.samples = np.array([times]) if sampled else np.empty((1, 0))
+        if sampled and (len(spans) > 1 or spans[-1][1] < times[-1]):
+            begins, ends = np.array(spans).T
+            self.samples[0] = np.minimum(times, ends[np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)])
+        watched = len(system.watched(0.0, y)) if between and not lacking(system, "watched") else 0
+        self.most, self.seen = np.zeros(between * (len(y) + watched)), np.empty((4, watched))
+        self.table = np.empty((1 + 2 * len(y) + len(self.most), len(times) if sampled else FIRST))
+        self.table[:, 0] = (times[0], *y, *rate, *self.most)
+
+    def room(self, steps: int) -> int:
+        """Return how many of `steps` steps the table can record, after starting a new one where it is full."""
+        if self.sampled:
+            return steps
+        if self.filled == self.table.shape[1]:
+            self.full.append(self.table)
+            self.table = np.empty((len(self.table), min(LARGEST, GROWTH * self.filled)))
+            self.filled = 0
+        return min(steps, self.table.shape[1] - self.filled)
+
+    def buffers(self) -> tuple[Floats, Floats, Floats]:
+        """Largest values since the last sample, a workspace for what is watched, and the table to fill."""
+        return self.most[None], self.seen, self.table
+
+    def keep(self, filled: int, t: float) -> None:
+        """Take over what the kernel has filled up to the time t."""
+        self.filled, self.t = filled, t
+        if monotonic() - self.said >= 1.0:
+            self.said = monotonic()
+            start, end = self.times[[0, -1]]
+            log.info("t = %.6g of %.6g s (%.0f %%)", t, end, 100.0 * (t - start) / (end - start))
+
+    def go_on(self, t: float, y: Any, rate: Any) -> None:
+        """Record the state just after a corner, where every step is recorded."""
+        if not self.sampled:
+            self.room(1)
+            self.table[:, self.filled] = (t, *y, *rate)
+            self.filled += 1
+
+    def trajectory(self, status: Status, steps: int, rejected: int = 0, switches: int = 0) -> Trajectory:
+        """Assemble the result with one sentence on how it ended."""
+        if self.filled < self.table.shape[1] or self.full:
+            self.table = np.concatenate([*self.full, self.table[:, : self.filled]], axis=1)
+        n = self.states
+        times, y, rate, most = (
+            self.table[i] for i in (0, slice(1, 1 + n), slice(1 + n, 1 + 2 * n), slice(1 + 2 * n, None))
+        )
+        if self.sampled:
+            times[:] = self.times[: self.filled]
+        message = status.value
+        if status:
+            times[-1] = self.times[-1]
+        else:
+            message = f"stopped at t = {self.t:.6g} s with the largest state {np.max(np.abs(y)):.3g}: {status.value}"
+        largest = most if len(most) else None
+        return Trajectory(times, y, rate, status, message, steps, rejected, switches, largest)
 
 
 @dataclass(frozen=True)

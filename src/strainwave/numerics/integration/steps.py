@@ -2,15 +2,109 @@
 
 They take the phase at the start and its growth, which all lanes of an ensemble share in steps of fixed size, the state,
 and the step in time.
+
+Butcher tableaus: Dormand & Prince 5(4) with its dense output, and the 8th-order method of DOP853.
 """
 
 from typing import Any
 
 from ...compile.jit import kernel, routine
 from ...compile.tuples import axpy, times
-from .tableaus import DOP8_A as A
-from .tableaus import DOP8_B as B
-from .tableaus import DOP8_C as C
+
+DOP8_C = (
+    0.0,
+    0.05260015195876773,
+    0.0789002279381516,
+    0.1183503419072274,
+    0.2816496580927726,
+    0.3333333333333333,
+    0.25,
+    0.3076923076923077,
+    0.6512820512820513,
+    0.6,
+    0.8571428571428571,
+    1.0,
+)
+
+DOP8_A = (
+    (),
+    (0.05260015195876773,),
+    (0.0197250569845379, 0.0591751709536137),
+    (0.02958758547680685, 0.0, 0.08876275643042054),
+    (0.2413651341592667, 0.0, -0.8845494793282861, 0.924834003261792),
+    (0.037037037037037035, 0.0, 0.0, 0.17082860872947386, 0.12546768756682242),
+    (0.037109375, 0.0, 0.0, 0.17025221101954405, 0.06021653898045596, -0.017578125),
+    (
+        0.03709200011850479,
+        0.0,
+        0.0,
+        0.17038392571223998,
+        0.10726203044637328,
+        -0.015319437748624402,
+        0.008273789163814023,
+    ),
+    (
+        0.6241109587160757,
+        0.0,
+        0.0,
+        -3.3608926294469414,
+        -0.868219346841726,
+        27.59209969944671,
+        20.154067550477894,
+        -43.48988418106996,
+    ),
+    (
+        0.47766253643826434,
+        0.0,
+        0.0,
+        -2.4881146199716677,
+        -0.590290826836843,
+        21.230051448181193,
+        15.279233632882423,
+        -33.28821096898486,
+        -0.020331201708508627,
+    ),
+    (
+        -0.9371424300859873,
+        0.0,
+        0.0,
+        5.186372428844064,
+        1.0914373489967295,
+        -8.149787010746927,
+        -18.52006565999696,
+        22.739487099350505,
+        2.4936055526796523,
+        -3.0467644718982196,
+    ),
+    (
+        2.273310147516538,
+        0.0,
+        0.0,
+        -10.53449546673725,
+        -2.0008720582248625,
+        -17.9589318631188,
+        27.94888452941996,
+        -2.8589982771350235,
+        -8.87285693353063,
+        12.360567175794303,
+        0.6433927460157636,
+    ),
+)
+
+DOP8_B = (
+    0.054293734116568765,
+    0.0,
+    0.0,
+    0.0,
+    0.0,
+    4.450312892752409,
+    1.8915178993145003,
+    -5.801203960010585,
+    0.3111643669578199,
+    -0.1521609496625161,
+    0.20136540080403034,
+    0.04471061572777259,
+)
 
 
 @kernel
@@ -28,33 +122,33 @@ def rk4_step(system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
 def dop8_step(system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
     """Eighth-order step with the twelve stages of DOP853 (zero weights left out); rates are multiplied by h once."""
     k0 = times(h, system.rhs(phase, y))
-    y1 = axpy(y, A[1][0], k0)
-    k1 = times(h, system.rhs(phase + turn * C[1], y1))
-    y2 = axpy(axpy(y, A[2][0], k0), A[2][1], k1)
-    k2 = times(h, system.rhs(phase + turn * C[2], y2))
-    y3 = axpy(axpy(y, A[3][0], k0), A[3][2], k2)
-    k3 = times(h, system.rhs(phase + turn * C[3], y3))
-    y4 = axpy(axpy(axpy(y, A[4][0], k0), A[4][2], k2), A[4][3], k3)
-    k4 = times(h, system.rhs(phase + turn * C[4], y4))
-    y5 = axpy(axpy(axpy(y, A[5][0], k0), A[5][3], k3), A[5][4], k4)
-    k5 = times(h, system.rhs(phase + turn * C[5], y5))
-    y6 = axpy(axpy(axpy(axpy(y, A[6][0], k0), A[6][3], k3), A[6][4], k4), A[6][5], k5)
-    k6 = times(h, system.rhs(phase + turn * C[6], y6))
-    y7 = axpy(axpy(axpy(axpy(y, A[7][0], k0), A[7][3], k3), A[7][4], k4), A[7][5], k5)
-    k7 = times(h, system.rhs(phase + turn * C[7], axpy(y7, A[7][6], k6)))
-    y8 = axpy(axpy(axpy(axpy(y, A[8][0], k0), A[8][3], k3), A[8][4], k4), A[8][5], k5)
-    k8 = times(h, system.rhs(phase + turn * C[8], axpy(axpy(y8, A[8][6], k6), A[8][7], k7)))
-    y9 = axpy(axpy(axpy(axpy(y, A[9][0], k0), A[9][3], k3), A[9][4], k4), A[9][5], k5)
-    y9 = axpy(axpy(axpy(y9, A[9][6], k6), A[9][7], k7), A[9][8], k8)
-    k9 = times(h, system.rhs(phase + turn * C[9], y9))
-    y10 = axpy(axpy(axpy(axpy(y, A[10][0], k0), A[10][3], k3), A[10][4], k4), A[10][5], k5)
-    y10 = axpy(axpy(axpy(axpy(y10, A[10][6], k6), A[10][7], k7), A[10][8], k8), A[10][9], k9)
-    k10 = times(h, system.rhs(phase + turn * C[10], y10))
-    y11 = axpy(axpy(axpy(axpy(y, A[11][0], k0), A[11][3], k3), A[11][4], k4), A[11][5], k5)
-    y11 = axpy(axpy(axpy(axpy(y11, A[11][6], k6), A[11][7], k7), A[11][8], k8), A[11][9], k9)
-    k11 = times(h, system.rhs(phase + turn, axpy(y11, A[11][10], k10)))
-    out = axpy(axpy(axpy(axpy(y, B[0], k0), B[5], k5), B[6], k6), B[7], k7)
-    return axpy(axpy(axpy(axpy(out, B[8], k8), B[9], k9), B[10], k10), B[11], k11)
+    y1 = axpy(y, DOP8_A[1][0], k0)
+    k1 = times(h, system.rhs(phase + turn * DOP8_C[1], y1))
+    y2 = axpy(axpy(y, DOP8_A[2][0], k0), DOP8_A[2][1], k1)
+    k2 = times(h, system.rhs(phase + turn * DOP8_C[2], y2))
+    y3 = axpy(axpy(y, DOP8_A[3][0], k0), DOP8_A[3][2], k2)
+    k3 = times(h, system.rhs(phase + turn * DOP8_C[3], y3))
+    y4 = axpy(axpy(axpy(y, DOP8_A[4][0], k0), DOP8_A[4][2], k2), DOP8_A[4][3], k3)
+    k4 = times(h, system.rhs(phase + turn * DOP8_C[4], y4))
+    y5 = axpy(axpy(axpy(y, DOP8_A[5][0], k0), DOP8_A[5][3], k3), DOP8_A[5][4], k4)
+    k5 = times(h, system.rhs(phase + turn * DOP8_C[5], y5))
+    y6 = axpy(axpy(axpy(axpy(y, DOP8_A[6][0], k0), DOP8_A[6][3], k3), DOP8_A[6][4], k4), DOP8_A[6][5], k5)
+    k6 = times(h, system.rhs(phase + turn * DOP8_C[6], y6))
+    y7 = axpy(axpy(axpy(axpy(y, DOP8_A[7][0], k0), DOP8_A[7][3], k3), DOP8_A[7][4], k4), DOP8_A[7][5], k5)
+    k7 = times(h, system.rhs(phase + turn * DOP8_C[7], axpy(y7, DOP8_A[7][6], k6)))
+    y8 = axpy(axpy(axpy(axpy(y, DOP8_A[8][0], k0), DOP8_A[8][3], k3), DOP8_A[8][4], k4), DOP8_A[8][5], k5)
+    k8 = times(h, system.rhs(phase + turn * DOP8_C[8], axpy(axpy(y8, DOP8_A[8][6], k6), DOP8_A[8][7], k7)))
+    y9 = axpy(axpy(axpy(axpy(y, DOP8_A[9][0], k0), DOP8_A[9][3], k3), DOP8_A[9][4], k4), DOP8_A[9][5], k5)
+    y9 = axpy(axpy(axpy(y9, DOP8_A[9][6], k6), DOP8_A[9][7], k7), DOP8_A[9][8], k8)
+    k9 = times(h, system.rhs(phase + turn * DOP8_C[9], y9))
+    y10 = axpy(axpy(axpy(axpy(y, DOP8_A[10][0], k0), DOP8_A[10][3], k3), DOP8_A[10][4], k4), DOP8_A[10][5], k5)
+    y10 = axpy(axpy(axpy(axpy(y10, DOP8_A[10][6], k6), DOP8_A[10][7], k7), DOP8_A[10][8], k8), DOP8_A[10][9], k9)
+    k10 = times(h, system.rhs(phase + turn * DOP8_C[10], y10))
+    y11 = axpy(axpy(axpy(axpy(y, DOP8_A[11][0], k0), DOP8_A[11][3], k3), DOP8_A[11][4], k4), DOP8_A[11][5], k5)
+    y11 = axpy(axpy(axpy(axpy(y11, DOP8_A[11][6], k6), DOP8_A[11][7], k7), DOP8_A[11][8], k8), DOP8_A[11][9], k9)
+    k11 = times(h, system.rhs(phase + turn, axpy(y11, DOP8_A[11][10], k10)))
+    out = axpy(axpy(axpy(axpy(y, DOP8_B[0], k0), DOP8_B[5], k5), DOP8_B[6], k6), DOP8_B[7], k7)
+    return axpy(axpy(axpy(axpy(out, DOP8_B[8], k8), DOP8_B[9], k9), DOP8_B[10], k10), DOP8_B[11], k11)
 
 
 @kernel

@@ -6,6 +6,8 @@ breakpoints, because the integration ends its steps on them.
 (A continuous law needs no jump in the variational equations there.)
 
 Seydel 2010, Practical Bifurcation and Stability Analysis, sec. 7.3-7.4 (shooting, monodromy matrix).
+
+`find_orbit`: one periodic orbit of a forced system, by harmonic balance; shooting refines it for laws with kinks.
 """
 
 from typing import Any, NamedTuple
@@ -13,13 +15,20 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...law import breakpoints_of, torsion
-from ...protocols import has_jacobian, omega_of, with_parts
-from ...quantities import number, numbers, positive_count
+from ...law import breakpoints_of, is_spring, torsion
+from ...protocols import Balance, has_jacobian, omega_of, with_parts
+from ...quantities import number, numbers, positive_count, shown
 from ...results import Floats, Orbit, SolveError, Status
+from ...tree import leaf_of
+from ..balance.choice import balance_of
+from ..balance.harmonics import grown, most_harmonics, starting_harmonics
 from ..balance.rates import periodic
+from ..balance.truncation import ORBIT, Tail, tail_along
+from ..continuation.passage import linear_start, settled_start
+from ..continuation.trace import Trace, describe, solve
 from ..integration.methods import Dopri5
 from ..integration.simulate import simulate
+from ..labels import END
 
 SAMPLES = 4096  # of the orbit, from which peak and Fourier coefficients are taken
 STEPS = 30
@@ -179,3 +188,137 @@ def _sampled(system: Any, y: Floats, omega: float, period: int, matrix: Floats, 
         message = f"shooting stopped at omega = {omega:.6g} rad/s: {reasons.get(status, status.value)}"
     stable = bool(status) and bool(np.abs(multipliers[0]) < 1.0)
     return Orbit(omega, period, series, run.peak(), multipliers, stable, tail, status, message, value=omega)
+
+
+def find_orbit(
+    system: Any,
+    *,
+    harmonics: int | None = None,
+    guess: Floats | Orbit | None = None,
+    period: int = 1,
+    throw: bool = False,
+) -> Orbit:
+    """Find a periodic orbit by harmonic balance.
+
+    Parameters
+    ----------
+    system : Oscillator, or any NamedTuple with `rhs(phase, y)`
+        The forced system, at its own `omega` (1 where it has none).
+    harmonics : int, optional
+        Highest harmonic of omega/period. Default: grown until the last two and those left out hold less than 1e-10 of
+        the whole, at most 127 or 31 with friction or memory; an orbit whose spectrum decays slowly, because it crosses
+        breakpoints of the law or the law has friction or memory, is then refined by shooting. With too few for 1e-3 of
+        the orbit, the status is `Status.TRUNCATED`.
+    guess : (2H+1, states) array or Orbit, optional
+        Coefficients (mean, cos 1, sin 1, ...) near the orbit. Default: the linear response, then integration.
+    period : int
+        Turns of the base angle that the orbit takes (2 or more: subharmonic).
+    throw : bool
+        Raise instead of returning an orbit with a status.
+
+    Returns
+    -------
+    Orbit
+        `status` is `Status.OK` or the reason for stopping.
+
+    Raises
+    ------
+    ValueError
+        If the guess has the wrong shape or `harmonics` or `period` is not positive.
+    SolveError
+        If no orbit is found and `throw` is true.
+
+    References
+    ----------
+    Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
+    """
+    system = periodic("find_orbit", with_parts("find_orbit", system, "rhs"), period)
+    h, most = starting_harmonics(system, harmonics, period), most_harmonics(system)
+    omega = float(omega_of(system))
+    if not omega > 0.0:
+        raise ValueError(f"omega is {omega:g} rad/s; a periodic orbit needs a positive base frequency")
+    start = None if guess is None else _table(guess)
+    if harmonics is None and start is not None:
+        h = max(h, min(len(start) // 2, most))
+    leaf = leaf_of(system, "omega") if "omega" in getattr(system, "_fields", ()) else -1
+
+    def balanced(h: int, aim: float) -> tuple[tuple[Any, Any, Any], float]:
+        nonlocal start
+        problem = balance_of(system, leaf, leaf, h, period, start is None)
+        found = _balanced(problem, omega, start)
+        if found is None:
+            return (problem, None, None), 0.0
+        start, tail = problem.whole(problem.table(found)), tail_along(problem, found[None, :], aim)
+        return (problem, found, tail), tail.worst
+
+    problem, found, tail = grown(balanced, h, most if harmonics is None else h, ORBIT)
+    if found is None:
+        return raised(_missing(problem, omega), throw)
+    orbit = _described(problem, found, tail)
+    smooth = is_spring(system) and not breakpoints_of(system)
+    corners = harmonics is None and tail.worst > ORBIT and not smooth
+    return raised(_refined(system, orbit, period) if corners else orbit, throw)
+
+
+def _refined(system: Any, orbit: Orbit, period: int) -> Orbit:
+    """The orbit by shooting, where that converges.
+
+    Corners of a law with memory are not located: they can scatter a fine integration by more than its tolerance, on
+    which Newton's method then waits in vain, and a coarser one not.
+    """
+    for rtol in (1e-11, 1e-9):
+        exact = shoot(system, orbit.state(0.0), period=period, rtol=rtol)
+        if exact.status:
+            return exact
+    return orbit
+
+
+def raised(orbit: Orbit, throw: bool) -> Orbit:
+    """Return the orbit, or raise its message if it is none and `throw` is true."""
+    if throw and not orbit.status.found:
+        raise SolveError(orbit.message)
+    return orbit
+
+
+def _table(guess: Floats | Orbit) -> Floats:
+    """Coefficients (2H+1, states) of a guess."""
+    try:
+        table = np.asarray(guess.coefficients if isinstance(guess, Orbit) else guess, float)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"guess is {shown(guess)}; it must be an Orbit or an array (2H+1, states)") from None
+    if table.ndim == 1:
+        table = table[:, None]
+    if table.ndim != 2 or table.size == 0 or len(table) % 2 == 0 or not np.all(np.isfinite(table)):
+        raise ValueError(f"guess has shape {table.shape}; it must be finite, (2H+1, states): mean, cos 1, sin 1, ...")
+    return table
+
+
+def _balanced(problem: Balance, omega: float, start: Floats | None) -> Floats | None:
+    """Solution (coefficients in blocks, parameter) from a guess, the linear response, or an integration."""
+    if start is None:
+        found = linear_start(problem, omega)
+        return settled_start(problem, omega) if found is None else found
+    states = problem.state_count()
+    if start.shape[1] != states and not problem.hill():  # an oscillator's first state tells the other
+        raise ValueError(f"guess has {start.shape[1]} states; {type(problem.system).__name__} has {states}")
+    return solve(problem, problem.point(start, omega))
+
+
+def _described(problem: Balance, found: Floats, tail: Tail) -> Orbit:
+    branch = describe(problem, "omega", Trace(found[None, :], np.zeros(1, int), END), tail, "", locate=False)
+    return Orbit(
+        float(branch.omega[0]), branch.period, problem.motion(found, branch.coefficients[0]), float(branch.peak[0]),
+        branch.multipliers[0], bool(branch.stable[0]), tail.share, *tail.verdict(Status.OK, "finished", "omega", 0.0),
+        value=float(branch.omega[0]),
+    )  # fmt: skip
+
+
+def _missing(problem: Balance, omega: float) -> Orbit:
+    message = (
+        f"no periodic orbit found at omega = {omega:.6g} rad/s: Newton's method failed from the guess, the linear "
+        "response and an integration; give a guess, or more damping where a resonance has none, or continue from a "
+        "frequency with a small response"
+    )
+    states, failed = problem.state_count(), Status.NO_CONVERGENCE
+    nothing, unknown = np.zeros((3, states)), np.full(states, 0j)
+    return Orbit(omega, int(problem.turns), nothing, 0.0, unknown, False, 0.0, failed, message, value=omega)

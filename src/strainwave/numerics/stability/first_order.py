@@ -1,7 +1,7 @@
 """Stability of the orbits of a general balance problem, and their special points.
 
 A disturbance y of an orbit obeys y' = A(t) y with the system's Jacobian A along the orbit; one period of that flow, by
-Gauss's method of order 8 (`period_map`), is the monodromy matrix, and its eigenvalues are the multipliers. Three of
+Gauss's method of order 8 (`panel_map`), is the monodromy matrix, and its eigenvalues are the multipliers. Three of
 its functions change sign where the orbit does: the product of 1 + m (period doubling), of 1 - m (fold, branch point)
 and of m_i m_j - 1 over all pairs (Neimark-Sacker, where a complex pair leaves the unit circle).
 
@@ -26,10 +26,8 @@ from ..balance.panels import LOOKED as LOOKED_AT_KINKS
 from ..balance.panels import Samples, pieces
 from ..balance.rates import base_speed
 from ..labels import BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER
-from .panel_map import maps_through_panels, resolved
-from .period_map import GAUSS_C, step_by, walked
-from .second_order import LARGEST_LOG, displacement_peaks
-from .special_points import inserted, root_on_chord
+from .panel_map import GAUSS_C, maps_through_panels, resolved, step_by, walked
+from .second_order import LARGEST_LOG, displacement_peaks, inserted, root_on_chord
 
 FINEST = 4096  # steps a period
 PHASE = 0.6  # of the fastest eigenvalue in a step: errors of 4e-10 a step

@@ -8,16 +8,16 @@ are power series in h, which the length of a panel keeps short. With Gauss's pla
 Hochbruck & Ostermann 2010, Exponential integrators, Acta Numerica 19, sec. 2.2 (exponential collocation).
 """
 
+import math
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...compile.jit import borrowed, kernel_as, run
+from ...compile.jit import borrowed, kernel_as, routine, run
 from ...results import Floats
 from ..balance.panels import Samples, cut
-from .period_map import eliminated
 
 PLACES = 8
 FEW = 8  # runs in NumPy, which take a tenth of a second, before they are compiled
@@ -27,6 +27,103 @@ WAVES = 2.8  # of the highest harmonic of an orbit in a panel [rad]
 MOST = 2048  # panels a period
 EVEN, TOGETHER = 4, 32  # numbers of panels are multiples, so that orbits share tables; orbits at a time
 C = 0.5 + 0.5 * np.polynomial.legendre.leggauss(PLACES)[0]
+
+_PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+GAUSS_C, GAUSS_B = 0.5 + 0.5 * _PLACES, 0.5 * _WEIGHTS
+_POWERS = np.arange(1, 5)  # collocation: the rows integrate powers of the place exactly
+GAUSS_A = GAUSS_C[:, None] ** _POWERS / _POWERS @ np.linalg.inv(GAUSS_C[:, None] ** (_POWERS - 1))
+A, B = tuple(map(tuple, GAUSS_A.tolist())), tuple(GAUSS_B.tolist())
+
+
+@routine
+def eliminated(m: Any) -> None:
+    """Solve in place: the left square of m, a system of equations, leaves in the columns behind it their solutions."""
+    rows, columns = m.shape
+    for k in range(rows):
+        p = k
+        for i in range(k + 1, rows):
+            if abs(m[i, k]) > abs(m[p, k]):
+                p = i
+        if p != k:
+            for j in range(k, columns):
+                m[k, j], m[p, j] = m[p, j], m[k, j]
+        inverse = 1.0 / m[k, k]
+        for i in range(k + 1, rows):
+            factor = m[i, k] * inverse
+            if factor != 0.0:
+                for j in range(k + 1, columns):
+                    m[i, j] -= factor * m[k, j]
+    for k in range(rows - 1, -1, -1):
+        inverse = 1.0 / m[k, k]
+        for j in range(rows, columns):
+            m[k, j] *= inverse
+        for i in range(k):
+            factor = m[i, k]
+            if factor != 0.0:
+                for j in range(rows, columns):
+                    m[i, j] -= factor * m[k, j]
+
+
+@routine
+def step_by(a: Any, h: float, hill: bool, m: Any, step: Any, flow: Any) -> Any:
+    """Carry a flow (n, n) over a step of length h with the matrices a (4, n, n) at its places.
+
+    With `hill` A is taken without its share of the trace, and the flow is scaled. Returns the logarithm of the scale
+    and the integral of that share; m (4n, 5n) and step (2, n, n) are buffers.
+    """
+    n, decay, largest = a.shape[1], 0.0, 0.0
+    for i in range(4):
+        mean = 0.0
+        if hill:
+            for k in range(n):
+                mean += a[i, k, k] / n
+            decay += h * B[i] * mean
+        for k in range(n):
+            for q in range(4 * n, 5 * n):
+                m[i * n + k, q] = a[i, k, q - 4 * n]
+            m[i * n + k, 4 * n + k] -= mean
+            for j in range(4):
+                factor = -h * A[i][j]
+                for q in range(n):
+                    m[i * n + k, j * n + q] = factor * m[i * n + k, 4 * n + q]
+            m[i * n + k, i * n + k] += 1.0
+    eliminated(m)
+    for k in range(n):
+        for q in range(n):
+            step[0, k, q] = 1.0 if k == q else 0.0
+            for i in range(4):
+                step[0, k, q] += h * B[i] * m[i * n + k, 4 * n + q]
+    for k in range(n):
+        for q in range(n):
+            total = 0.0
+            for j in range(n):
+                total += step[0, k, j] * flow[j, q]
+            step[1, k, q] = total
+            largest = max(largest, abs(total))
+    scale = 1.0 / largest if hill else 1.0
+    for k in range(n):
+        for q in range(n):
+            flow[k, q] = scale * step[1, k, q]
+    return (math.log(largest) if hill else 0.0), decay
+
+
+def walked(a: Floats, h: Floats, hill: bool, flow: Floats) -> tuple[float, float]:
+    """Carry a flow (n, n) over steps of the lengths h (steps,) [s] with matrices a (steps, 4, n, n), as `step_by`."""
+    n, rows, size, decay = len(flow), 4 * len(flow), 0.0, 0.0
+    a = a * h[:, None, None, None]
+    if hill:
+        mean = np.trace(a, axis1=2, axis2=3) / n
+        decay = float(np.sum(mean @ GAUSS_B))
+        a = a - mean[..., None, None] * np.eye(n)
+    coupled = np.einsum("ij,mikl->mikjl", GAUSS_A, a).reshape(-1, rows, rows)
+    rates = np.linalg.solve(np.eye(rows) - coupled, a.reshape(-1, rows, n)).reshape(a.shape)
+    for step in np.eye(n) + np.einsum("i,mikl->mkl", GAUSS_B, rates):
+        flow[:] = step @ flow
+        if hill:
+            largest = float(np.max(np.abs(flow)))
+            flow /= largest
+            size += math.log(largest)
+    return size, decay
 
 
 class Tables(NamedTuple):

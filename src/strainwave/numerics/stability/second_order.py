@@ -6,9 +6,12 @@ determinant 1, so Liouville's formula (the product of the multipliers is exp(-B 
 tells everything.
 
 Nayfeh & Mook 1979, sec. 5.2 (Hill's equation, Floquet theory); Hairer, Norsett & Wanner I, sec. III.10 (Numerov).
+
+Period doublings and branch points of a curve of periodic orbits, located between its points.
 """
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -16,19 +19,26 @@ from numpy.typing import NDArray
 
 from ...compile.address import ByAddress
 from ...compile.jit import borrowed, kernel_as, routine, run
-from ...results import Floats
+from ...protocols import Balance
+from ...results import Floats, SolveError
 from ...series import largest_size
 from ...tree import with_leaf
 from ..addressed import varied
-from ..balance.fourier import from_blocks, synthesis
+from ..balance.first_order import linearised, newton
 from ..balance.linear_algebra import add, row_times
+from ..balance.panels import from_blocks, synthesis
 from ..balance.rates import base_speed
 from ..balance.second_order import SecondOrder
 from ..balance.springs import of_law
+from ..labels import BRANCH_POINT, DOUBLING, FOLD
+from ..operating_point import bracketed_root
 from .panel_map import FEW
 
 PER_VIBRATION, MOST_STEPS = 16, 200_000  # Numerov steps a free vibration, and of an orbit
 FROZEN, LARGEST_LOG = 4096, 700.0  # instants of a very slow orbit, and the logarithm of the largest multiplier told
+
+FINER, ENOUGH = 4, 2048  # Numerov steps: four times those along a branch (256 times less error), or enough
+NOISE = 1e-7  # of the products: below this a multiplier sits at 1 for good (as inside a gap)
 
 
 def _stability_loops(problem: Any, table: Any, points: Any, traces: Any, peaks: Any) -> None:
@@ -205,3 +215,132 @@ def orbit_scales(problem: Any, values: Floats) -> tuple[Floats, Floats]:
 def displacement_peaks(series: Floats) -> Floats:
     """Largest absolute value over a period of every series (rows of coefficients in blocks)."""
     return largest_size(from_blocks(series.T).T)
+
+
+def products(traces: Floats, decay: Floats) -> tuple[Floats, Floats]:
+    """(1 + m1)(1 + m2) and (1 - m1)(1 - m2) from Hill's traces and exp(-B period/(2J))."""
+    total, determinant = traces * decay, decay * decay
+    return 1.0 + total + determinant, 1.0 - total + determinant
+
+
+def with_crossings(problem: Any, points: Floats, labels: Any, traces: Floats, decay: Floats) -> tuple[Floats, Any, int]:
+    """Insert the period doublings and branch points between the points of a branch; returns how many there are."""
+    doubling, crossing = products(traces, decay)
+    found: list[tuple[int, int, Floats]] = []
+    for i in np.flatnonzero(doubling[1:] * doubling[:-1] < 0.0).tolist():
+        found += _located(problem, points, i, DOUBLING)
+    for i in np.flatnonzero(crossing[1:] * crossing[:-1] < 0.0).tolist():
+        if _passes_one(crossing, labels, i):
+            found += _located(problem, points, i, BRANCH_POINT)
+    if not found:
+        return points, labels, 0
+    points, labels, _, _ = inserted(points, labels, found)
+    return points, labels, len(found)
+
+
+def inserted(
+    points: Floats, labels: Any, found: list[tuple[int, int, Floats]]
+) -> tuple[Floats, Any, list[int], Floats]:  # fmt: skip
+    """Points and labels with new ones (number of the point before, label, point); their places, and they in order."""
+    found = sorted(found, key=lambda item: (item[0], float(np.linalg.norm(item[2] - points[item[0]]))))
+    places, new = [i + 1 for i, _, _ in found], np.array([point for _, _, point in found])
+    labels = np.insert(labels, places, [label for _, label, _ in found])
+    return np.insert(points, places, new, axis=0), labels, places, new
+
+
+def _passes_one(crossing: Floats, labels: Any, i: int) -> bool:
+    """Whether the sign change between points i and i + 1 is no fold and no rounding."""
+    if labels[i] == FOLD or labels[i + 1] == FOLD:
+        return False
+    for j, neighbour in ((i, i - 1), (i + 1, i + 2)):
+        near_fold = 0 <= neighbour < len(labels) and labels[neighbour] == FOLD
+        if near_fold and abs(crossing[j]) < 1e-5:
+            return False
+    return bool(max(abs(crossing[i]), abs(crossing[i + 1])) > NOISE)
+
+
+def _located(problem: Any, points: Floats, i: int, label: int) -> list[tuple[int, int, Floats]]:
+    """Where the product of the label vanishes between points i and i + 1 of a branch."""
+    table = finer_table(problem, points[i : i + 2])
+    point = root_on_chord(problem, points[i], points[i + 1], lambda z: _product(problem, z, table, label))
+    return [] if point is None else [(i, label, point)]
+
+
+def finer_table(problem: Any, points: Floats) -> Floats:
+    """Synthesis table of the grid on which multipliers at special points are found."""
+    steps = steps_for(problem, points)
+    return grid_of(problem, max(steps, min(FINER * steps, ENOUGH)))
+
+
+def _product(problem: Any, point: Floats, table: Floats, label: int) -> float:
+    traces, _ = hill(problem, point[None, :], table)
+    both = products(traces, orbit_scales(problem, point[-1:])[1])
+    return float(both[0 if label == DOUBLING else 1][0])
+
+
+def on_chord(
+    problem: Balance, first: Floats, last: Floats, s: float, near: Floats | None = None
+) -> Floats | None:  # fmt: skip
+    """Solution in the plane across the chord from `first` to `last`, at the fraction s of it.
+
+    It is looked for from the chord, or from a point `near` it in that plane.
+    """
+    chord = last - first
+    scale = np.full(len(first), 1.0 / max(float(np.linalg.norm(first[:-1])), 1e-300))
+    scale[-1] = 1.0 / max(abs(float(first[-1])), abs(float(last[-1])), 1e-100)
+    guess = first + s * chord
+    point = corrected(problem, guess, chord * scale * scale, scale, near)
+    if point is None or np.linalg.norm((point - guess) * scale) > np.linalg.norm(chord * scale):
+        return None  # on another branch
+    return point
+
+
+def corrected(
+    problem: Balance, guess: Floats, row: Floats, scale: Floats, start: Floats | None = None
+) -> Floats | None:  # fmt: skip
+    """Solution in the plane through a guess whose normal is `row`; None where Newton's method fails.
+
+    It begins at the guess, or at another `start`.
+
+    As Python, not compiled: a handful of solutions does not pay for another entry into compiled code. At a branch point
+    the Jacobian is singular across the branch; there least squares leave that direction alone.
+    """
+    row = row / np.linalg.norm(row)
+
+    def equations(z: Floats) -> tuple[Floats, Floats]:
+        r, matrix, column = linearised(problem, z)
+        return np.append(r, row @ z - row @ guess), np.block([[matrix, column[:, None]], [row[None, :]]])
+
+    point = newton(equations, guess if start is None else start, 1.0 / scale, 1e-12)
+    if point is None:
+        point = newton(equations, guess, 1.0 / scale, 1e-12, solve=lambda a, b: np.linalg.lstsq(a, b, rcond=1e-6)[0])
+    return point
+
+
+def root_on_chord(
+    problem: Balance, first: Floats, last: Floats, function: Callable[[Floats], float]
+) -> Floats | None:  # fmt: skip
+    """Point of a curve between two of its points where a function of the point changes sign; None where it does not."""
+    points = {0.0: first, 1.0: last}
+
+    def there(s: float) -> Floats:
+        if s not in points:
+            point = on_chord(problem, first, last, s, _between(points, s))
+            if point is None:
+                raise SolveError("the chord of two points leaves their curve")
+            points[s] = point
+        return points[s]
+
+    try:
+        return there(bracketed_root(lambda s: function(there(s)), 0.0, 1.0, xtol=1e-12))
+    except (SolveError, ValueError, np.linalg.LinAlgError):
+        return None
+
+
+def _between(points: dict[float, Floats], s: float) -> Floats:
+    """Point at the fraction s of a chord on the polynomial through the points known nearest to it, at most four."""
+    known = sorted(points, key=lambda at: abs(at - s))[:4]
+    out = np.zeros_like(points[known[0]])
+    for at in known:
+        out += points[at] * math.prod((s - other) / (at - other) for other in known if other != at)
+    return out

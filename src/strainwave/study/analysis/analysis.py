@@ -1,34 +1,148 @@
-"""What an analysis of a drive holds, and the largest error and oscillation in it."""
+"""What an analysis of a drive holds, and the largest error and oscillation in it.
 
+Sentences about what went wrong in an analysis, or needs care. What a drive has beyond a spring of constant stiffness:
+the hysteresis loop of its gear, parametric resonances.
+"""
+
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...law import depends
 from ...model.gears.limits import Finding
 from ...model.oscillator import Oscillator
 from ...model.varying import VaryingOscillator
+from ...numerics.loading import SPEED
+from ...quantities import parameters
 from ...records import Labelled, Result
-from ...sentences import on_screen
-from ...theory.slow_flow.resonance import Resonance
+from ...results import Branch, SolveError, Status
+from ...sentences import Sentence, Speed, on_screen
+from ...theory.slow_flow.setting import Resonance
 from ...theory.stability_proof import StabilityProof
-from ..gear.parametric import ParametricResonance
+from ..gear.hysteresis import SMALL_LOOP, HysteresisLoop, hysteresis_loop
+from ..gear.parametric import ParametricResonance, parametric_resonances
 from ..response.resonances import OperatingPoint, Regime
-from ..response.response import ExactResponse
+from ..response.response import ExactResponse, loses_energy
 from .avoid import Avoid
-from .cautions import cautions
-from .drive_response import DriveResponse
-from .gear_studies import GearLoop
+from .drive_response import DriveResponse, MotorUse, Usage
 from .in_time import TimeCase
-from .load_range import LoadCase
-from .motor_cases import MotorCase
+from .load_range import LoadCase, searched
 from .remedies import Remedy
 from .runup import RunUp
-from .train_study import Ramp, TrainStudy
-from .usage import MotorUse, Usage
+from .train_study import MotorCase, Ramp, TrainStudy
 from .verdict import Verdict
 
 LESS = 1.001  # relative difference of two largest errors below which the steady one is named
+
+DISAGREE = 0.01  # of the largest |x|: more than truncation of the series explains
+
+ABOVE = 30.0  # widths of a smoothed friction: at that speed it is 99.9 % of the dry one
+
+
+@dataclass(frozen=True, eq=False)
+class GearLoop:
+    """The datasheet's measurements on the law: input locked, the torque slowly 0, +T, -T, +T.
+
+    Attributes
+    ----------
+    full, small : HysteresisLoop
+        Loops at full load and at 4 % of it; `full.loss` is the hysteresis loss, `small.span` the lost motion [rad].
+    torque : float
+        Full load [N*m].
+    rated : bool
+        Whether that is the gear's rated torque; else it is the largest torque of the steady motions.
+    """
+
+    full: HysteresisLoop
+    small: HysteresisLoop
+    torque: float
+    rated: bool
+
+
+def loop_of(law: Any, largest: float, rated: float | None) -> tuple[GearLoop | None, list[str]]:
+    """Loop of a law with friction or memory, or why it has none.
+
+    It is at the rated torque [N*m], or without one at the largest of the steady motions.
+    """
+    if depends(law) < 2:
+        return None, []
+    try:
+        return gear_loop(law, largest if rated is None else rated, rated is not None), []
+    except (ValueError, SolveError) as error:
+        return None, [Sentence("There is no hysteresis loop to measure: {}.", error)]
+
+
+def parametric_of(system: Any, speeds: tuple[float, float]) -> tuple[tuple[ParametricResonance, ...], list[str]]:
+    """Parametric resonances of a stiffness that varies, in a range of speeds [rad/s], or why none are searched for."""
+    if not isinstance(system, VaryingOscillator):
+        return (), []
+    try:
+        return tuple(parametric_resonances(system, speeds)), []
+    except ValueError as error:
+        return (), [Sentence("Parametric resonances are not searched for: {}.", error)]
+
+
+def gear_loop(law: Any, torque: float, rated: bool) -> GearLoop:
+    """Measure a law at full load [N*m] and at 4 % of it, at a speed well above the widths of smoothed friction.
+
+    Raises
+    ------
+    ValueError
+        If the law does not carry the torque.
+    """
+    widths = [p.value for p in parameters(law) if p.path.endswith("width") and p.unit == "rad/s"]
+    speed = max([SPEED, *(ABOVE * width for width in widths)])
+    full, small = (hysteresis_loop(law, share * torque, speed=speed) for share in (1.0, SMALL_LOOP))
+    return GearLoop(full, small, torque, rated)
+
+
+def cautions(found: Any) -> Iterator[str]:
+    """Sentences on an `Analysis`, the gravest first."""
+    yield from found.doubts
+    exact, study, every = found.exact, found.train, (*found.run_up.up, *found.run_up.down)
+    if found.point.omega_0 == 0.0:
+        yield (
+            "The law has no stiffness where the mean torque holds the drive (backlash), so there is no natural "
+            "frequency to resonate with and multiple scales does not apply; everything here is from integration."
+        )
+    if not loses_energy(found.system):
+        yield (
+            "The drive has no damping: transients never decay, the amplitude at resonance is bounded by the "
+            "nonlinearity alone, and simulated points depend on the start; give a damping, a damping ratio or a "
+            "quality factor."
+        )
+    yield from not_exact("The response curve", exact.curve)
+    difference = found.run_up.difference()
+    if difference is not None and difference > DISAGREE:
+        yield (
+            f"The run-up and run-down by integration differ from the response curve by up to {100.0 * difference:.2g} "
+            "% in the largest |x| at one speed: the drive can settle on another motion there."
+        )
+    if failed := [motion for motion in every if not motion.status]:
+        yield f"{len(failed)} of {len(every)} simulated speeds have no steady motion: {failed[0].message}."
+    for case in found.cases:
+        if not case.transient.status:
+            text = f" ({case.name}) the simulation from rest {case.transient.message}."
+            yield "At " + Speed(case.omega, digits=5) + text
+    if found.load_cases and not searched(found.system.law):
+        yield (
+            "Motions that do not join the response curve are looked for at the ends of the speed range under the mean "
+            "load torque alone; for those of another torque give it as the mean."
+        )
+    if study is not None and study.curve is not None:
+        yield from not_exact("The steady curve of the whole drive train", study.curve.response.curve)
+    if study is not None and study.left_out is not None:
+        yield study.left_out.sentence()
+
+
+def not_exact(name: str, curve: Branch) -> list[str]:
+    """Sentence on a curve that ends inside the range or leaves too many harmonics out."""
+    if curve.status:
+        return []
+    state = "rough" if curve.status is Status.TRUNCATED else "not complete"
+    return [f"{name} is {state}: " + curve.message + "."]
 
 
 class Largest(NamedTuple):

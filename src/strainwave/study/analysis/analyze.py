@@ -1,6 +1,12 @@
-"""`analyze`: stability, resonances, the response through the speed range, single speeds in time, and advice."""
+"""`analyze`: stability, resonances, the response through the speed range, single speeds in time, and advice.
 
-from collections.abc import Callable, Mapping
+Where the resonances are on the computed curve, which small oscillations only place roughly. Results that no gear gives:
+a hysteresis larger than catalogues print, a torque at which the teeth skip.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,32 +18,102 @@ from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.varying import VaryingOscillator
 from ...results import SolveError
+from ...sentences import Angle, Sentence, Speed
 from ...speeds import Speeds
 from ...theory.lyapunov import lyapunov
-from ...theory.slow_flow.resonance import NONRESONANT, Resonance
+from ...theory.slow_flow.setting import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
-from ..move.demands import MotorLimits
+from ..move.mover import MotorLimits
 from ..response.resonances import OperatingPoint, Regime, operating_point, regimes
 from ..response.response import ExactResponse, exact_response
-from .analysis import Analysis
+from .analysis import Analysis, GearLoop, loop_of, parametric_of
 from .avoid import in_run, speeds_to_avoid
-from .drive_response import DriveResponse, of_equation
-from .gear_studies import loop_of, parametric_of
+from .drive_response import DriveResponse, MotorUse, Usage, limit_findings, most_asked, most_used, of_equation, usage
 from .in_time import TimeCase, speeds_in_time, time_case
-from .load_range import LoadCase, LoadRange, load_cases, over_all, searched
-from .motor_cases import motor_cases
-from .plausible import implausible
+from .load_range import LoadCase, LoadRange, has_curve, load_cases, over_all, refuse_free, searched, train_curve
 from .remedies import Source, Subject, what_helps
-from .resonance_tops import with_tops
 from .runup import RunUp, run_up, silent
-from .train_curve import has_curve, refuse_free, train_curve
-from .train_study import TrainStudy, train_study
-from .usage import MotorUse, Usage, limit_findings, most_asked, most_used, usage
+from .train_study import TrainStudy, motor_cases, train_study
 from .verdict import smallest_change, verdict_of
 
 Told = Callable[[str, float], None]
 
 FEWEST, FINE = 20, 300  # points of the response curve in the band of a resonance, and of one drawn for it alone
+
+FARTHEST = 1.6  # relative distance of the maximum from the speed of small oscillations
+FAINT = 1e-4  # of the largest |x|: a smaller component is no resonance to place
+
+LOSS = 3.0 * math.pi / 10800.0  # 3 arcmin: the largest hysteresis loss that catalogues print, of ratio 30
+ROUNDING = 1.05  # of a fit to the printed value
+RATCHETING = 16.0  # times the rated torque: CSF/CSG catalogue, p. 14, has 4.8 (CSG-17-120) to 15.7 (CSG-14-50)
+
+
+def implausible(gear: Gear | None, rated: float | None, loop: GearLoop | None, used: Usage) -> Iterator[str]:
+    """Sentences about the hysteresis loop and the largest torque of a run.
+
+    Parameters
+    ----------
+    gear : Gear or None
+        Its record, with the largest hysteresis loss that its catalogue prints: below 1 arcmin, of ratio 30 below
+        3 arcmin (Harmonic Drive, CHA catalogue, accuracy and hysteresis), which holds for a gear without one too.
+    rated : float or None
+        Rated torque [N*m].
+    loop : GearLoop or None
+        Hysteresis loop of the law.
+    used : Usage
+        Largest torques of the run.
+    """
+    most = LOSS if gear is None or gear.hysteresis_loss is None else gear.hysteresis_loss
+    if loop is not None and loop.rated and loop.full.loss > ROUNDING * most:
+        yield Sentence(
+            f"The hysteresis loss at the rated torque of {loop.torque:g} N*m is {{}}, and "
+            f"{'catalogues print' if gear is None else 'that of ' + gear.name + ' is'} at most {{}}; check the "
+            "numbers of the hysteresis, fit_hysteresis finds them from those of a datasheet.",
+            Angle(loop.full.loss, digits=3),
+            Angle(most, digits=3),
+        )
+    known = gear is not None and gear.ratcheting_torque is not None  # then it is among the limits
+    if not known and rated is not None and used.peak_torque > RATCHETING * rated:
+        yield Sentence(
+            f"The torque in the gear reaches {used.peak_torque:.4g} N*m at {{}}, "
+            f"{used.peak_torque / rated:.3g} times the rated torque, and gears ratchet from 5 to 16 times on: the "
+            "teeth skip, which this model does not do, and the error is no result; check load, damping and torques.",
+            Speed(used.at_peak, digits=5),
+        )
+
+
+def with_tops(
+    found: tuple[Regime, ...], system: Any, exact: ExactResponse, close: dict[Resonance, ExactResponse]
+) -> tuple[Regime, ...]:
+    """Add to every resonance p:1 its maximum on the computed curve, or on the one drawn for it alone.
+
+    Looked for between the neighbouring resonances, where a slow run-up or run-down goes; an end of the range is none.
+    """
+    places = sorted(regime.omega for regime in found if regime.resonance.q == 1)
+    out = []
+    for regime in found:
+        near = close.get(regime.resonance, exact)
+        top = None if regime.resonance.q != 1 else _top(regime, places, system, near)
+        met = top is not None and bool(regime.reason)  # the curve is in the range, and such a law is placed by it
+        out.append(replace(regime, top=top, inside=regime.inside or met))
+    return tuple(out)
+
+
+def _top(regime: Regime, places: list[float], system: Any, near: ExactResponse) -> tuple[float, float] | None:
+    i = places.index(regime.omega)
+    low = max([regime.omega / FARTHEST, *((w * regime.omega) ** 0.5 for w in places[:i])])
+    high = min([regime.omega * FARTHEST, *((w * regime.omega) ** 0.5 for w in places[i + 1 :])])
+    visited = near.visited()
+    omega = near.curve.omega[visited]
+    inside = (omega >= low) & (omega <= high)
+    if not np.any(inside):
+        return None
+    here, omega = visited[inside], omega[inside]
+    amplitude = near.torsion_amplitude(system, regime.resonance.p)[here]
+    at = int(np.argmax(amplitude))
+    if not np.min(omega) < omega[at] < np.max(omega) or amplitude[at] < FAINT * np.max(near.curve.peak[visited]):
+        return None
+    return float(omega[at]), float(amplitude[at])
 
 
 @one_thread

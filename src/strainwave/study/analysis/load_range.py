@@ -2,6 +2,8 @@
 
 Gravity follows the load's angle, which turns N times slower than the motor: to the vibration it is a constant torque,
 another one at every angle (quasi-static). Its own stiffness is left out: that of a gear is hundreds of times larger.
+
+The response of a whole drive train through a speed range: pointing error of the load, and torque in the gear.
 """
 
 from collections.abc import Callable, Iterator
@@ -12,18 +14,170 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...compile.blas import one_thread
 from ...law import depends
+from ...model.gears.limits import cubic_means
 from ...model.laws.hysteresis import Parallel
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import AngleTorque
+from ...model.train.shafts import NO_DRAG
+from ...model.train.train_forms import AtLoad, own_state, turning
+from ...numerics.balance.panels import from_blocks, synthesis
+from ...numerics.continuation.trace import Trace, with_crests
+from ...numerics.curves.over_a_turn import traced_turn
+from ...numerics.stability.second_order import displacement_peaks
+from ...results import Floats
+from ...sentences import listed
+from ...series import largest_of_samples, oscillation
 from ..response.resonances import operating_point
-from ..response.response import exact_response
+from ..response.response import exact_response, turn_response
+from ..train.reductions import left_out
 from .avoid import Avoid, Speeds, merged, speeds_to_avoid
 from .drive_response import DriveResponse, of_equation
-from .train_curve import has_curve, train_curve
 
 LEAST, WITH_MEMORY, MOST = 9, 5, 13  # torques of a range with a curve each; of laws with friction or memory; at most
 ROUNDING = 1e-9
+
+POINTS, FEW = 60, 24  # about so many, and more where the curve bends; and for a peak alone
+SAMPLES, FEWEST = 32, 8  # of a period of the highest harmonic, or of this one, for the largest torque
+
+NO_MOTION = (
+    "the whole drive has no stable steady motion that repeats with every turn in this range; `strainwave analyze` has "
+    "its run-up, drive_run a motion in time, and system(reduced=True) the error equation without its other parts"
+)
+
+
+@one_thread
+def train_curve(
+    train: DriveTrain, speeds: tuple[float, float], harmonics: int | None = None, *, coexisting: bool = True,
+    locate: bool = False, points: int = POINTS,
+) -> DriveResponse | None:  # fmt: skip
+    """Follow the steady motions of a train; None where none is found.
+
+    A free motor gets the mean torque that keeps its mean speed; it has no curve where friction or memory is in the
+    train.
+
+    Parameters
+    ----------
+    train : DriveTrain
+        The train at constant speed (the `Steady` reference); its omega is replaced.
+    speeds : (float, float)
+        Range of the motor speed [rad/s].
+    harmonics : int, optional
+        Highest harmonic of the base angle. Default: grown until those left out are negligible.
+    coexisting : bool
+        Whether motions that do not join the curve are looked for at the ends of the range.
+    locate : bool
+        Whether the speeds where stability changes are located between points of the curve.
+    points : int
+        About so many points, and more where the curve bends.
+    """
+    system = at_load(train)
+    if train.motor.free and system.linear_part() is None:
+        return None
+    problem, placed, response = turn_response(system, speeds, points, harmonics, coexisting, locate)
+    if response.sweep is None:  # nothing stable to follow
+        return None
+    flow, orbits, times = problem.disturbed(placed)
+    strain = strain_of(system, orbits[:, -1], flow.series(orbits), 2.0 * np.pi / times)
+    return DriveResponse(response, *strain[:3], not train.motor.free, follows_its_angle(train), *strain[3:])
+
+
+def has_curve(train: DriveTrain) -> bool:
+    """Whether a train has a curve and needs one: the error equation serves a free motor with gear and rigid load."""
+    return not train.motor.free or (bool(left_out(train)) and at_load(train).linear_part() is not None)
+
+
+def refuse_free(train: DriveTrain) -> None:
+    """Refuse a free motor in a train that has neither a curve nor an error equation with all of it (ValueError)."""
+    if (parts := left_out(train)) and not has_curve(train):
+        raise ValueError(
+            f"with the motor free, and friction or memory in the drive, an analysis is about the error equation, which "
+            f"leaves out {listed(parts)}; give the motor a loop or hold it ('mode: held'), or take "
+            "find_orbit(SteadyTrain(train, omega))"
+        )
+
+
+def at_load(train: DriveTrain) -> AtLoad:
+    """The train without gravity, in coordinates of the load."""
+    return AtLoad(without_gravity(train), train.omega)
+
+
+def largest_oscillation(
+    train: DriveTrain, speeds: tuple[float, float], harmonics: int, coexisting: bool = True
+) -> tuple[float, float] | None:
+    """Speed [rad/s] and size [rad], largest |x - mean| of the load, of the largest oscillation in a short range.
+
+    Without `coexisting` motions that do not join the curve are not looked for.
+    """
+    return largest_on_turns(at_load(train), speeds, harmonics, coexisting)
+
+
+def largest_on_turns(
+    system: Any, speeds: tuple[float, float], harmonics: int, coexisting: bool = True
+) -> tuple[float, float] | None:
+    """The same of any system."""
+    problem, found, _, _ = traced_turn(system, speeds, FEW, harmonics, coexisting)
+    return crest_in(problem, found, speeds) if len(found.points) else None
+
+
+def crest_in(problem: Any, found: Trace, speeds: tuple[float, float]) -> tuple[float, float]:
+    """Speed [rad/s] and size [rad] of the largest oscillation on the points of a curve that lie in a range."""
+    points, _ = with_crests(problem, found.points, found.labels)
+    points = points[(points[:, -1] >= speeds[0]) & (points[:, -1] <= speeds[1])]
+    sizes = oscillation(from_blocks(problem.displacements(points).T).T)
+    return float(points[np.argmax(sizes), -1]), float(np.max(sizes))
+
+
+def follows_its_angle(train: DriveTrain) -> bool:
+    """Whether the load is opposed by a torque of its own angle, which repeats once in N turns of the motor."""
+    return _of_angle(train.load.end().drag)
+
+
+def without_gravity(train: DriveTrain) -> DriveTrain:
+    """Return the train without the torques that follow the load's own angle."""
+    end = train.load.end()
+    return train._replace(load=train.load.with_end(end._replace(drag=_no_angle(end.drag))))
+
+
+def _no_angle(law: Any) -> Any:
+    if isinstance(law, AngleTorque):
+        return NO_DRAG
+    return Parallel(*map(_no_angle, law)) if isinstance(law, Parallel) else law
+
+
+def _of_angle(law: Any) -> bool:
+    if isinstance(law, Parallel):
+        return any(map(_of_angle, law))
+    return isinstance(law, AngleTorque)
+
+
+class Strain(NamedTuple):
+    """What motions ask of the gear and the motor, each (n,).
+
+    Of the gear the largest |x| across it [rad], the largest torque and its cubic mean [N*m, output side]; of the motor
+    the largest torque and its mean [N*m, motor side].
+    """
+
+    across: Floats
+    torque: Floats
+    mean_torque: Floats
+    motor_torque: Floats
+    motor_mean: Floats
+
+
+def strain_of(system: AtLoad, omega: Floats, series: Floats, turn: float) -> Strain:
+    """What motions that repeat after `turn` [rad] ask of the gear and the motor."""
+    own = np.array(own_state(system, tuple(np.moveaxis(series, 1, 0))))  # linear in the state, so of coefficients too
+    h = series.shape[2] // 2
+    samples = SAMPLES * max(h, FEWEST)
+    each: Any = omega[:, None]
+    there = tuple(own @ synthesis(h, samples))
+    train, angles = turning(system._replace(omega=each)), turn * np.arange(samples) / samples
+    torque = np.asarray(train.torque(angles, there))
+    motor = train.motor_torque(angles, there) + 0.0 * torque
+    peaks, motor_peaks = largest_of_samples(torque), largest_of_samples(motor)
+    return Strain(displacement_peaks(own[0]), peaks, cubic_means(torque), motor_peaks, np.mean(motor, axis=1))
 
 
 class LoadRange(NamedTuple):

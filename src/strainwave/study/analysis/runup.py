@@ -11,12 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from ...numerics.balance.fourier import with_velocity
+from ...numerics.balance.panels import with_velocity
 from ...numerics.integration.methods import Dopri5
 from ...results import Branch, Floats
-from ..response.gear_forces import loses_energy, settling_time
 from ..response.resonances import OperatingPoint
-from ..response.response import ExactResponse
+from ..response.response import ExactResponse, loses_energy, settling_time
 from ..response.steady import SteadyMotion, settle, settled
 
 CHECKS, BEYOND = 8, 4  # speeds per direction on the curve, and where the curve has no stable motion to follow

@@ -1,12 +1,15 @@
-"""The whole drive train beside its error equation: Bode plot, steady motions, and a run-up with its energies."""
+"""The whole drive train beside its error equation: Bode plot, steady motions, and a run-up with its energies.
 
-from collections.abc import Callable
+The same drive with other motors, where nothing says which it has: ideally held, free, and in a position loop.
+"""
+
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from ...law import spring_stiffness
+from ...law import depends, spring_stiffness
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import SpeedProfile
@@ -16,23 +19,77 @@ from ...results import Floats, SolveError
 from ...sentences import Sentence
 from ...series import largest_of_samples
 from ...theory.lyapunov import mean_torque
-from ..response.gear_forces import damping_of
 from ..response.resonances import OperatingPoint
-from ..response.response import ExactResponse
-from ..train.bode import Bode, bode
+from ..response.response import ExactResponse, damping_of
+from ..train.loop_margin import Bode, bode
 from ..train.operating_point import operating_state, with_mean_torques
 from ..train.reductions import Reductions, compare_with_train
 from ..train.run import DriveRun, drive_run
-from .drive_response import DriveResponse
+from .avoid import Speeds
+from .drive_response import DriveResponse, MotorUse, Usage
 from .in_time.drive_motion import DriveMotion, train_motion
+from .load_range import train_curve
 from .runup import silent
-from .usage import MotorUse, Usage
 
 FREQUENCIES, MOST_HARMONICS = 240, 31
 ALIKE = 1e-3  # relative difference of speeds that are looked at once
 SLOW, BEFORE = 40.0, 8.0  # length of the run-up and of the time before it, in units of 1/mu
 MOST_TURNS, SAMPLES = 1000.0, 40  # of the motor in a run-up, and samples per cycle of the highest order
 METHOD = Dopri5(rtol=1e-8, atol=1e-12)
+
+
+@dataclass(frozen=True, eq=False)
+class MotorCase:
+    """The steady motions of a drive with one motor.
+
+    Attributes
+    ----------
+    name : str
+        What drives it, in words.
+    drive : DriveResponse or None
+        Its motions; None where no curve of them is found.
+    """
+
+    name: str
+    drive: DriveResponse | None
+
+    @property
+    def oscillation(self) -> float:
+        """Largest |error - mean| [rad] that a slow run-up or run-down meets; nan without a curve."""
+        return float("nan") if self.drive is None else float(self.drive.oscillation[self._at(self.drive)])
+
+    @property
+    def omega(self) -> float:
+        """Speed [rad/s] of it; nan without a curve."""
+        return float("nan") if self.drive is None else float(self.drive.omega[self._at(self.drive)])
+
+    @property
+    def jumps(self) -> int:
+        """Number of speeds at which a slow run-up or run-down jumps."""
+        sweep = None if self.drive is None else self.drive.response.sweep
+        return 0 if sweep is None else len({jump.value for jump in (*sweep.on_run_up, *sweep.on_run_down)})
+
+    @staticmethod
+    def _at(drive: DriveResponse) -> int:
+        visited = drive.visited()
+        return int(visited[np.argmax(drive.oscillation[visited])])
+
+
+def motor_cases(
+    trains: Mapping[str, DriveTrain], speeds: Speeds, progress: Callable[[str], None]
+) -> tuple[MotorCase, ...]:  # fmt: skip
+    """Follow the motions of a train with every motor through a range of motor speeds [rad/s], told before each."""
+    found = []
+    for name, train in trains.items():
+        progress(name)
+        found.append(MotorCase(name, train_curve(train, speeds, coexisting=depends(train.law) == 1)))
+    return tuple(found)
+
+
+def spread(cases: tuple[MotorCase, ...]) -> float:
+    """Largest oscillation over the smallest; nan where fewer than two motors have a curve."""
+    sizes = [case.oscillation for case in cases if case.drive is not None]
+    return max(sizes) / min(sizes) if len(sizes) > 1 and min(sizes) > 0.0 else float("nan")
 
 
 class Ramp(NamedTuple):

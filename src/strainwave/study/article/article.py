@@ -21,7 +21,7 @@ from ...model.oscillator import Oscillator
 from ...numerics.integration.simulate import simulate
 from ...results import Floats
 from ...theory.slow_flow.multiple_scales import slow_flow
-from ...theory.slow_flow.resonance import NONRESONANT, PRIMARY, SUBHARMONIC, SUPERHARMONIC, Resonance
+from ...theory.slow_flow.setting import NONRESONANT, PRIMARY, SUBHARMONIC, SUPERHARMONIC, Resonance
 from ..response.steady import settle
 
 MOTOR_TORQUE = 10.0  # N*m, Table 3

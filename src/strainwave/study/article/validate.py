@@ -13,8 +13,8 @@ from ...numerics.integration.simulate import simulate
 from ...protocols import orders_of
 from ...results import Floats, SolveError, Status, Trajectory
 from ...theory.slow_flow.multiple_scales import slow_flow
-from ...theory.slow_flow.resonance import Resonance
 from ...theory.slow_flow.results import Evolution
+from ...theory.slow_flow.setting import Resonance
 
 SAMPLES = 32  # per period of the fastest component
 FEWEST_PERIODS, MOST_PERIODS = 12, 60

@@ -11,16 +11,15 @@ from ...model.controllers.loops import SampledPD
 from ...model.excitation import Harmonic, Harmonics
 from ...model.gears.gear import Gear
 from ...model.laws.hysteresis import Parallel
-from ...model.train.controls import Commanded, Lagged, PositionLoop, SpeedLoop
+from ...model.train.controls import USUAL, Commanded, Lagged, PositionLoop, SpeedLoop, from_bandwidth
 from ...model.train.drive_train import DriveTrain
-from ...model.train.loops import USUAL, from_bandwidth
 from ...model.train.motion import AngleTorque, Steady
 from ...numerics.sampled.linear import LoopResponse, loop_response, multipliers
 from ...protocols import lacking, lines_of, terms_of
 from ...quantities import checked, shown
 from ...results import Floats, SolveError
+from ..analysis.load_range import follows_its_angle, without_gravity
 from ..analysis.remedies.knobs import stiffer
-from ..analysis.train_curve import follows_its_angle, without_gravity
 from ..train.operating_point import operating_state
 
 USUAL_LIMIT = 10.0  # torques that the reference motion and the error ask for: where no limit of the motor is known

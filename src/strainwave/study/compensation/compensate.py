@@ -11,17 +11,15 @@ from ...model.controllers.closed_loop import Sampling
 from ...model.controllers.loops import SampledPD
 from ...model.train.drive_train import DriveTrain
 from ...numerics.loading import loaded_state
-from ...numerics.sampled.loops import MOST_SAMPLES, loop_ensemble, run_loop
-from ...numerics.sampled.result import LoopEnsemble
+from ...numerics.sampled.loops import MOST_SAMPLES, LoopEnsemble, loop_ensemble, run_loop
 from ...protocols import lacking, lines_of
 from ...quantities import number, numbers, shown
 from ...theory.lyapunov import mean_torque
 from ...units import ARCSEC, RPM
 from ..analysis.remedies.knobs import stiffer
 from .bench import Bench, steady_bench_of
-from .designs import COMPENSATORS, Compensator
+from .designs import COMPENSATORS, Compensator, given, own_rate, tripped
 from .gains import TURNS, refuse_unstable, times_of
-from .given import given, own_rate, tripped
 from .result import DIFFER, Compensation, CompensationBench, Residual, Robustness, TorqueUse, gains, grows
 from .units import units_of
 

@@ -1,6 +1,8 @@
 """Controllers designed on a bench: each by its name, with what it needs and the condition under which it is stable.
 
 A new one is a function of a bench and a motor speed that returns a controller, with an entry in `COMPENSATORS`.
+
+Controllers that are given, not designed: what they measure, how fast they learn, and whether they gave up.
 """
 
 from collections.abc import Callable
@@ -14,10 +16,12 @@ from ...model.controllers.adaptive import AdaptiveCancellation
 from ...model.controllers.feedforward import AngleFeedforward, InverseDynamics, TorqueTable
 from ...model.controllers.gandhi_ghorbel import GandhiGhorbel
 from ...model.controllers.loops import LoadIntegral, SampledPD
+from ...model.controllers.measurement import Measurement
 from ...model.controllers.notch import notch
 from ...model.controllers.observer import DisturbanceObserver
 from ...model.controllers.repetitive import CELLS, Repetitive
 from ...model.excitation import Harmonic, Harmonics
+from ...tree import leaves
 from ...units import RPM
 from .bench import Bench
 from .gains import behind_of, guard, motor_guard, plain_run, rate_of, repetitive_gains
@@ -288,3 +292,51 @@ COMPENSATORS = {
         ),
     )
 }
+
+
+def given(controller: Any) -> Compensator:
+    """A design that gives a controller as it is."""
+    name = type(controller).__name__
+    return Compensator(
+        name,
+        name,
+        lambda _bench, _speed: controller,
+        sees_load(controller),
+        "Its small motions are those of the sampled loop, which are computed.",
+        False,
+    )
+
+
+def sees_load(controller: Any) -> bool:
+    """Whether what a controller does depends on the load's angle."""
+    seen = [Measurement(0.3, 0.0, 0.0, 0.3, load, 0.0, 0.0) for load in (0.0, 1e-3)]
+    one, other = (leaves(controller.update(controller.start(), m)) for m in seen)
+    return bool(one != other)
+
+
+def own_rate(bench: Bench, speed: float, controller: Any) -> float:
+    """Slowest rate [1/s] at which a controller learns on a bench, by its own gains; 0 where it does not."""
+    rates, inner = [], controller
+    while inner is not None:
+        if isinstance(inner, AdaptiveCancellation):
+            output = None if inner.on_load else behind_of(bench)
+            rates.append(0.5 * inner.gain * abs(bench.response(speed, [inner.order], output).error_of_torque[0]))
+        elif isinstance(inner, Repetitive):
+            orders = np.array(bench.orders)
+            learned = np.real(-bench.response(speed).error_of_torque * np.exp(1j * orders * inner.lead))
+            forgotten = inner.smooth * (1.0 - np.cos(2.0 * pi * orders / CELLS)) / inner.period
+            rates.append(max(0.0, float(np.min(inner.gain * learned + forgotten))) / CELLS)
+        elif isinstance(inner, LoadIntegral):
+            rates.append(inner.gain)
+        inner = getattr(inner, "loop", None)
+    return float(min((rate for rate in rates if rate > 0.0), default=0.0))
+
+
+def tripped(controller: Any, state: Any) -> bool:
+    """Whether a guard in a controller has dropped its torque, by its memory."""
+    while hasattr(controller, "loop"):
+        if isinstance(controller, AdaptiveCancellation | Repetitive) and state[-1]:
+            return True
+        holds = controller.start() != controller.loop.start()  # its memory beside that of its loop
+        controller, state = controller.loop, state[0] if holds else state
+    return False

@@ -9,8 +9,7 @@ import numpy as np
 from ...model.controllers.repetitive import CELLS
 from ...model.train.controls import motor_states
 from ...numerics.sampled.linear import LoopResponse
-from ...numerics.sampled.loops import loop_ensemble, run_loop
-from ...numerics.sampled.result import LoopEnsemble
+from ...numerics.sampled.loops import LoopEnsemble, loop_ensemble, run_loop
 from ...results import SolveError
 from .bench import Bench
 

@@ -6,7 +6,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ...numerics.sampled.result import LoopEnsemble
+from ...numerics.sampled.loops import LoopEnsemble
 from ...records import Labelled, Result
 from ...results import Floats
 from ...sentences import on_screen

@@ -20,7 +20,7 @@ import numpy as np
 
 from ...model.excitation import KinematicError
 from ...model.train.controls import Lagged, PositionLoop, SpeedLoop
-from ...numerics.balance.one_harmonic import one_harmonic
+from ...numerics.balance.linear_part import one_harmonic
 from ...results import Floats
 
 FINEST, COARSEST, MOST = 1e-3, 0.01, 1000  # relative distance of speeds, and most of them

@@ -24,11 +24,9 @@ from ...results import Interrupted, SolveError
 from ...sentences import listed
 from ...units import ARCSEC, RPM
 from .averaged import Drives, Largest, largest
-from .checked import Balanced, Worth, balanced, worth
+from .checked import Balanced, Worth, balanced, sensitivities, worth
 from .result import Candidate, Design, front
-from .rules import SURE, WORDS, Check, checks, life
-from .sensitivity import sensitivities
-from .specification import Specification
+from .rules import SURE, WORDS, Check, Specification, checks, life
 
 MOST_BALANCED = 400  # designs by harmonic balance
 MOST_DRIVES = 2000  # at once by averaging

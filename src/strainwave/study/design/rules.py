@@ -1,13 +1,21 @@
-"""Cheap rules: what a gear's datasheet says about it before any vibration is computed."""
+"""Cheap rules: what a gear's datasheet says about it before any vibration is computed.
+
+What an axis must do: loads, speeds, torques, the error it may have, life, and what a design may be made of.
+"""
 
 import math
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from ...model.excitation import KinematicError
 from ...model.gears.gear import Gear
 from ...model.gears.life import bearing_life
-from ...model.gears.limits import Finding, check_limits
-from .specification import Specification
+from ...model.gears.limits import Finding, check_limits, cubic_mean
+from ...model.train.controls import Tuning, from_bandwidth
+from ...quantities import checked, interval, number, shown
 
 SURE = 1.0 + 1e-9  # of an allowance: rounding
 WORDS = {
@@ -16,6 +24,170 @@ WORDS = {
     "momentary_torque": "momentary torque",
 }  # fmt: skip
 PEAKS = ("repeated_peak_torque",)  # of the limits of a peak torque: the others hold for momentary ones
+
+LOOP_EXAMPLE = "Tuning(2 * pi * 30) for a position loop of 30 Hz, or None for an ideally held motor"
+
+
+class DutySegment(NamedTuple):
+    """A stretch of a duty cycle: torque [N*m] and speed [rad/s] of the load, and how long [s]."""
+
+    torque: float
+    speed: float
+    duration: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Specification:
+    """What a design must do, in SI; torques, speeds and inertias of the load are those of the output.
+
+    Attributes
+    ----------
+    load_inertias : tuple of float
+        Inertias of the load [kg*m^2]; a design must serve all of them.
+    speeds : (float, float)
+        Range of the load's speed [rad/s] in which the error counts.
+    limit : float
+        Largest oscillation of the pointing error [rad] that is allowed, |error - mean|.
+    motor_inertias : tuple of float
+        Inertias of the motors to choose from [kg*m^2, motor side], without the wave generator, which is added.
+    damping_ratio : float
+        Of the gear on the held load: B = 2 zeta sqrt(K1 J_l).
+    duty : tuple of DutySegment
+        The duty cycle; from it follow the four numbers below, where they are not given.
+    mean_torque : float
+        Cubic mean of the torque, weighted by turns [N*m]: the life and the operating point go by it.
+    peak_torque : float
+        Largest torque that occurs again and again [N*m].
+    average_speed : float
+        Mean size of the load's speed over the time [rad/s]. Default: that of the duty cycle, else the highest speed.
+    momentary_torque : float
+        Largest torque of rare events, such as an emergency stop [N*m]. Default: the peak torque.
+    preload : float
+        Constant torque [N*m] that comes on top of the torques, of a spring or a counterweight.
+    life : float or None
+        Hours that one bearing in ten may fail after, the L10 life.
+    largest_size, largest_mass : float or None
+        Largest size, as catalogues count it (pitch diameter in inch times 10), and mass [kg].
+    ratios, series : tuple
+        Ratios and series of gears to choose from; empty for all.
+    accuracy : float or None
+        Peak-to-peak kinematic error [rad]. Default: the accuracy class of each gear in the catalogue.
+    kinematic_error : KinematicError or None
+        Its lines, in place of an accuracy.
+    loop : Tuning, control or None
+        What keeps the motor on its reference; None is an ideally held motor.
+    title : str
+        Its name.
+    """
+
+    load_inertias: tuple[float, ...]
+    speeds: tuple[float, float]
+    limit: float
+    motor_inertias: tuple[float, ...]
+    damping_ratio: float
+    duty: tuple[DutySegment, ...] = ()
+    mean_torque: float | None = None
+    peak_torque: float | None = None
+    average_speed: float | None = None
+    momentary_torque: float | None = None
+    preload: float = 0.0
+    life: float | None = None
+    largest_size: float | None = None
+    largest_mass: float | None = None
+    ratios: tuple[int, ...] = ()
+    series: tuple[str, ...] = ()
+    accuracy: float | None = None
+    kinematic_error: KinematicError | None = None
+    loop: Any = None
+    title: str = ""
+
+    def check(self) -> None:
+        """Refuse numbers that are none or contradict each other (ValueError, TypeError)."""
+        for name in ("load_inertias", "motor_inertias"):
+            values = getattr(self, name)
+            if not isinstance(values, Iterable) or not list(values):
+                raise ValueError(f"{name} are {shown(values)}; give one inertia or more [kg*m^2] as a tuple")
+            for value in values:
+                number(f"one of {name} [kg*m^2]", value, positive=True)
+        interval("speeds [rad/s]", self.speeds, positive=True)
+        for name in ("limit", "damping_ratio"):
+            number(name, getattr(self, name), positive=True)
+        for name in ("accuracy", "life", "largest_size", "largest_mass", "average_speed"):
+            if getattr(self, name) is not None:
+                number(name, getattr(self, name), positive=True)
+        for name in ("mean_torque", "peak_torque", "momentary_torque", "preload"):
+            if getattr(self, name) is not None:
+                number(f"{name} [N*m]", getattr(self, name))
+        self._check_duty()
+        if self.accuracy is not None and self.kinematic_error is not None:
+            raise ValueError("the specification has an accuracy and the lines of a kinematic error; give one of them")
+        if self.loop is not None and not hasattr(self.loop, "bandwidth") and not hasattr(self.loop, "torque"):
+            raise TypeError(f"loop is {shown(self.loop)}; give {LOOP_EXAMPLE}")
+        if self.kinematic_error is not None:
+            checked(self.kinematic_error)
+
+    def _check_duty(self) -> None:
+        for i, part in enumerate(self.duty):
+            if len(part) != 3:
+                raise ValueError(f"duty[{i}] is {shown(part)}; it must be a DutySegment(torque, speed, duration)")
+            for name, value in zip(DutySegment._fields, part, strict=True):
+                number(f"duty[{i}].{name}", value, positive=name == "duration")
+        if self.duty and not any(part[1] for part in self.duty):
+            raise ValueError("nothing turns in the duty cycle; give the speed of at least one segment [rad/s]")
+        if self.duty and (self.mean_torque is not None or self.peak_torque is not None):
+            raise ValueError("the specification has a duty cycle and a mean or peak torque; give one of them")
+        if (self.mean_torque is None) != (self.peak_torque is None):
+            raise ValueError("mean_torque and peak_torque go together; give both, or a duty cycle")
+        if abs(self.mean_torque or 0.0) > abs(self.peak_torque or 0.0):
+            raise ValueError(
+                f"mean_torque is {self.mean_torque:g} N*m, above peak_torque, {self.peak_torque:g} N*m; "
+                "exchange them, or check both"
+            )
+
+    @property
+    def average_load(self) -> float:
+        """Cubic mean of the torque with the preload, weighted by turns [N*m]."""
+        if self.duty:
+            torques = [abs(part[0]) + abs(self.preload) for part in self.duty]
+            return cubic_mean(torques, [abs(part[1]) * part[2] for part in self.duty])
+        return abs(self.mean_torque or 0.0) + abs(self.preload)
+
+    @property
+    def peak_load(self) -> float:
+        """Largest torque that occurs again and again, with the preload [N*m]."""
+        largest = max((abs(part[0]) for part in self.duty), default=abs(self.peak_torque or 0.0))
+        return largest + abs(self.preload)
+
+    @property
+    def momentary_load(self) -> float:
+        """Largest torque at all, with the preload [N*m]."""
+        return max(self.peak_load, abs(self.momentary_torque or 0.0) + abs(self.preload))
+
+    @property
+    def mean_speed(self) -> float:
+        """Mean size of the load's speed over the time [rad/s]."""
+        if self.average_speed is not None:
+            return self.average_speed
+        if self.duty:
+            times = np.array([part[2] for part in self.duty])
+            return float(np.average([abs(part[1]) for part in self.duty], weights=times))
+        return self.speeds[1]
+
+    @property
+    def highest_speed(self) -> float:
+        """Highest speed of the load, in the range or in the duty cycle [rad/s]."""
+        return max(self.speeds[1], *(abs(part[1]) for part in self.duty), 0.0)
+
+    def control(self, inertia: float) -> Any:
+        """Control of the motor on the inertia [kg*m^2, motor side] that it turns; None of an ideally held motor."""
+        if not isinstance(self.loop, Tuning):
+            return self.loop
+        loop = self.loop
+        return from_bandwidth(loop.bandwidth, inertia, loop.damping, kind=loop.kind, lag=loop.lag)
+
+    def damping(self, K1: float, load_inertia: Any) -> Any:
+        """Damping [N*m*s/rad] across the spring for loads [kg*m^2]."""
+        return 2.0 * self.damping_ratio * math.sqrt(K1) * np.sqrt(load_inertia)
 
 
 class Check(NamedTuple):

@@ -10,8 +10,7 @@ from ...quantities import number, shown
 from ...records import Labelled, Result
 from ...results import Floats
 from ...sentences import on_screen
-from .channels import channels_of
-from .identified import MOST_OF_START, Identified
+from .identified import MOST_OF_START, Identified, channels_of
 from .identify import identify
 
 

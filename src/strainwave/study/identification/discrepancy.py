@@ -12,8 +12,7 @@ from scipy.special import gammaincc
 from ...quantities import number
 from ...results import Floats
 from ...sentences import listed
-from .coloured import backwards, slices, whitened, whitener
-from .intervals import long_run
+from .intervals import backwards, long_run, slices, whitened, whitener
 
 LAGS = 20  # of the portmanteau test
 RARE = 0.05  # probability up to which chance is not believed

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...numerics.driven.march import Lanes, lanes_of
-from ...numerics.driven.signal import Between, Signal, pieces, places_of, resampled
+from ...numerics.driven import Between, Lanes, Signal, lanes_of, pieces, places_of, resampled
 from ...protocols import names_of, omega_of
 from ...quantities import checked, shown
 from ...results import Floats

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...numerics.driven.march import Lanes
+from ...numerics.driven import Lanes
 from ...quantities import checked
 from ...results import Floats, SolveError
 from .experiment import Experiment, Record, sizes_of, start_states

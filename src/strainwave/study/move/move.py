@@ -1,10 +1,15 @@
-"""`move`: a drive follows a profile, with gravity and payload, on its two inertias and the loop of its motor."""
+"""`move`: a drive follows a profile, with gravity and payload, on its two inertias and the loop of its motor.
+
+When the load has settled: from when on its pointing error stays within a window of that at rest. Values between the
+samples of a motion, from its values, rates and second derivatives: quintic Hermite.
+"""
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...law import has, spring_stiffness
 from ...model.gears.gear import Gear
@@ -22,22 +27,97 @@ from ...units import ARCSEC
 from ..response.steady import finished_or_interrupted
 from ..train.run import INPUTS, waiting
 from ..train.state_space import state_space
-from .demands import MotorLimits, move_findings, refuse_heavy
-from .follow import Followed, follow
-from .mover import Mover, Task, mover_of
-from .passes import Pass, crossings, passes
-from .path import Path
-from .payload import Payload
+from .follow import Followed, Path, follow
+from .mover import MotorLimits, Mover, Payload, Task, move_findings, mover_of, refuse_heavy
 from .profiles import path_of
-from .quintic import Quintic
-from .result import Move
-from .settling import WITHIN, settling
+from .result import Move, Pass, crossings, passes
 
 ACCURATE = Dopri5(rtol=1e-10, atol=1e-13)
 WINDOW = 60.0 * ARCSEC  # where nothing is given: the accuracy class of a gear
 DECAY = 7.0  # time constants of the slowest vibration after the end: 0.1 % of it is left
 LONGEST = 20.0  # durations of the profile that the run goes on at most
 RESONANT = math.sqrt(0.5)  # damping ratio from which on a vibration has no resonance
+
+WITHIN = 8  # places in a step at which the error is looked at
+HALVINGS = 60
+
+
+class Quintic(NamedTuple):
+    """Polynomials of degree 5 of a share s from 0 to 1, one for each step (m,), with the steps' begins and lengths."""
+
+    begin: Floats
+    length: Floats
+    coefficients: Floats  # (6, m), the constant first
+
+    @classmethod
+    def through(cls, t: Floats, p: Floats, v: Floats, a: Floats, steps: NDArray[np.int64]) -> "Quintic":
+        """Through samples (n,) of a value, its rate and its second derivative, over the steps that begin at `steps`."""
+        i, j = steps, steps + 1
+        h = t[j] - t[i]
+        c0, c1, c2 = p[i], h * v[i], 0.5 * h * h * a[i]
+        rise, slope, bend = p[j] - c0 - c1 - c2, h * v[j] - c1 - 2.0 * c2, h * h * a[j] - 2.0 * c2
+        c3 = 10.0 * rise - 4.0 * slope + 0.5 * bend
+        c4 = -15.0 * rise + 7.0 * slope - bend
+        c5 = 6.0 * rise - 3.0 * slope + 0.5 * bend
+        return cls(t[i], h, np.array([c0, c1, c2, c3, c4, c5]))
+
+    def of_share(self, s: Floats, which: NDArray[np.int64]) -> Floats:
+        """Values at shares of steps number `which`."""
+        c = self.coefficients[:, which]
+        value = c[5]
+        for k in range(4, -1, -1):
+            value = value * s + c[k]
+        return np.asarray(value)
+
+    def dense(self, each: int) -> Floats:
+        """Times [s] with so many equal parts in each step, ascending."""
+        return np.asarray((self.begin[:, None] + np.arange(each) / each * self.length[:, None]).ravel())
+
+    def at(self, t: Floats) -> Floats:
+        """Values at times (m,) [s] within the steps."""
+        which = np.clip(np.searchsorted(self.begin, t, side="right") - 1, 0, len(self.begin) - 1)
+        return self.of_share((t - self.begin[which]) / self.length[which], which)
+
+
+def settling(error: Quintic, rest: float, window: float, begin: float, end: float) -> float | None:
+    """Time [s] after `begin` from which on |error - rest| stays within the window until `end`; None if it does not.
+
+    Parameters
+    ----------
+    error : Quintic
+        Pointing error [rad] over the time [s].
+    rest : float
+        Where it comes to rest [rad].
+    window : float
+        Largest distance from there [rad].
+    begin, end : float
+        End of the motion, and begin of the next or end of what is known [s].
+    """
+    first = int(np.searchsorted(error.begin, begin, side="right")) - 1
+    last = int(np.searchsorted(error.begin, end, side="left"))
+    steps = np.arange(max(first, 0), last)
+    shares = np.linspace(0.0, 1.0, WITHIN + 2)
+    which, s = np.repeat(steps, len(shares)), np.tile(shares, len(steps))
+    t = error.begin[which] + s * error.length[which]
+    off = np.abs(error.of_share(s, which) - rest) - window
+    outside = np.flatnonzero((off > 0.0) & (t >= begin) & (t <= end))
+    if not len(outside):
+        return 0.0
+    at = int(outside[-1])
+    if at + 1 == len(t) or t[at + 1] > end:
+        return None
+    return _crossing(error, rest, window, float(t[at]), float(t[at + 1])) - begin
+
+
+def _crossing(error: Quintic, rest: float, window: float, low: float, high: float) -> float:
+    """Time [s] between two at which the error enters the window, by bisection."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if abs(float(error.at(np.array([middle]))[0]) - rest) > window:
+            low = middle
+        else:
+            high = middle
+    return high
 
 
 def move(

@@ -22,7 +22,7 @@ from ...quantities import (
     shown,
 )
 from ...results import Floats
-from .path import Path
+from .follow import Path
 
 THIRD = 1.0 / 3.0  # of the time for each ramp: the motor needs the least rms torque for a load of pure inertia
 EQUAL = 4  # points of the same angle in a row that are a dwell

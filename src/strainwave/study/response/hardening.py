@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
 
 from ...model.laws.springs import Cubic
-from ...numerics.curves.family import response_family
-from ...numerics.orbits.find_orbit import find_orbit
+from ...numerics.curves.response import response_family
+from ...numerics.orbits.shooting import find_orbit
 from ...protocols import with_parts
 from ...quantities import checked, interval, numbers, replace, shown
 from ...records import Labelled, Result

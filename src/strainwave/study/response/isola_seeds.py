@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from ...numerics.attractors.random_starts import Motion
+from ...numerics.attractors.attractors import Motion
 from ...numerics.balance.harmonics import highest_order
 from ...numerics.continuation.connected import connected
 from ...numerics.curves.backbone import backbone
 from ...quantities import replace
 from ...results import Floats, SolveError
 from ...theory.slow_flow.multiple_scales import slow_flow
-from ...theory.slow_flow.resonance import Resonance
+from ...theory.slow_flow.setting import Resonance
 
 PER_OCTAVE, FEWEST, FINEST = 8, 8, 4096
 PHASES = 8

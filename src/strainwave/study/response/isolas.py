@@ -6,6 +6,8 @@ guess for harmonic balance with the period of the resonance; what converges and 
 closes or leaves the range.
 
 Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 4.1.3, 4.1.4; Krack & Gross 2019, sec. 4.4 (isolated branches).
+
+Which orbits are one motion: on a branch already, shifted by whole forcing periods, or mirrored.
 """
 
 from collections.abc import Iterator
@@ -16,14 +18,14 @@ from typing import Any
 import numpy as np
 
 from ...law import springs_only
-from ...numerics.attractors.random_starts import Motion, Search, settled_motions
+from ...numerics.attractors.attractors import Motion, Search, settled_motions
 from ...numerics.attractors.settle import SEEN
 from ...numerics.balance.harmonics import MOST, grown, starting_harmonics
+from ...numerics.balance.panels import stretched
 from ...numerics.balance.rates import SAME
 from ...numerics.balance.second_order import second_order
 from ...numerics.balance.truncation import CURVE, Tail, tail_along
-from ...numerics.continuation.describe import describe
-from ...numerics.continuation.trace import Trace, solve
+from ...numerics.continuation.trace import Trace, describe, solve
 from ...numerics.curves.parameter_response import both_ways
 from ...numerics.curves.response import frequency_response
 from ...numerics.curves.switching import UPRIGHT
@@ -32,16 +34,50 @@ from ...numerics.labels import CLOSED, END, FOLD, STEP
 from ...protocols import with_parts
 from ...quantities import interval, shown
 from ...results import Branch, Floats
-from ...theory.slow_flow.resonance import SUBHARMONIC, Resonance
+from ...theory.slow_flow.setting import SUBHARMONIC, Resonance
 from ...tree import leaf_of
 from .isola_seeds import free_seeds, slow_seeds, speeds, table_of
-from .orbit_copies import lies_on, takes
 
 REACH = 3.0  # a loop may leave the range by this factor and is still followed until it closes
 ENOUGH = 1e-4  # tail of a settled motion at which harmonic balance takes it up; the branch then takes more
 FINER = (1.0, 0.5, 0.25)  # of a step, where a branch was followed back and forth
 LEAST = 1e-4  # of the largest part that sets turns apart: below this an orbit is that of one turn to rounding
 PROBES = (0.2, 0.5, 0.8)  # where along a new branch a known one is looked for
+
+
+def takes(point: Floats, period: int) -> bool:
+    """Whether an orbit takes `period` turns and no fewer: more than rounding beside the harmonics of fewer."""
+    h, size = len(point) // 2 - 1, float(np.linalg.norm(point[:-1]))
+    shorter = [n for n in range(1, period) if period % n == 0]
+    for n in shorter:
+        rest = np.array([k for k in range(1, h + 1) if k % (period // n)])
+        if not np.linalg.norm(point[np.concatenate([rest, h + rest])]) > 1e-6 * size:
+            return False
+    return True
+
+
+def lies_on(problem: Any, point: Floats, branch: Branch) -> bool:
+    """Whether an orbit, or a copy of it, is on a branch: the same motion at its frequency."""
+    omega = float(point[-1])
+    side, stretch = branch.omega - omega, problem.turns // branch.period
+    for i in np.flatnonzero(side[1:] * side[:-1] <= 0.0):
+        width = side[i] - side[i + 1]
+        share = float(side[i] / width) if width != 0.0 else 0.0
+        series = (1.0 - share) * branch.coefficients[i] + share * branch.coefficients[i + 1]
+        there = solve(problem, problem.point(stretched(series[:, None], stretch), omega))
+        if there is not None and are_copies(point[:-1] + problem.error, there[:-1] + problem.error, problem.turns):
+            return True
+    return False
+
+
+def are_copies(x: Floats, y: Floats, period: int) -> bool:
+    """Whether two series (blocks) are one motion but for whole forcing periods, or half turns and a mirror."""
+    h = len(x) // 2
+    k = np.arange(h + 1)
+    a, b = (np.append(z[0], z[1 : h + 1] - 1j * z[h + 1 :]) for z in (x, y))
+    halves = np.arange(2 * period)[:, None]
+    shifted = b * np.exp(1j * np.pi * k * halves / period) * (-1.0) ** halves
+    return bool(np.min(np.linalg.norm(shifted - a, axis=1)) < 1e-5 * np.linalg.norm(a))
 
 
 class Isolas(list[Branch]):

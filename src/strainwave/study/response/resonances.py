@@ -16,9 +16,9 @@ from ...numerics.loading import loaded_state
 from ...results import Floats, SolveError
 from ...theory.lyapunov import mean_torque
 from ...theory.slow_flow.multiple_scales import slow_flow
-from ...theory.slow_flow.resonance import Resonance
 from ...theory.slow_flow.results import Certificate, SlowResponse, SteadyState
-from .gear_forces import no_multiple_scales
+from ...theory.slow_flow.setting import Resonance
+from .response import no_multiple_scales
 
 NAMES = {
     (1, 1): "primary",

@@ -13,7 +13,7 @@ import numpy as np
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
 from ...results import Floats, Status, Trajectory
-from .gear_forces import settling_time
+from .response import settling_time
 
 TIGHT = Dopri5()
 SAMPLES = 256  # per period of the base angle

@@ -11,9 +11,8 @@ from ...records import Labelled, Result
 from ...results import Floats
 from ...sentences import on_screen
 from ...units import ARCSEC, RPM
-from .campbell import CampbellLine
-from .rules import Rules, common, swept
-from .vendor import VendorRule, vendor_sentence
+from .rules import Rules, VendorRule, common, swept, vendor_sentence
+from .under_load import CampbellLine
 
 UNITS = {"load torque": "N*m", "load inertia": "kg*m^2"}
 

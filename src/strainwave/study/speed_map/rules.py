@@ -1,25 +1,46 @@
 """When a speed is forbidden: a limit on the oscillation, on its amplification, or a margin from the resonances.
 
 Intervals are arrays (n, 2) of speeds [rad/s], ascending and apart.
+
+The vendors' resonance rule beside the map: one linear frequency, f_n = sqrt(K1/J_l)/(2 pi), at 30 f_n rpm. The torques
+and speeds of a speed map against the limits of its gear and its motor.
 """
 
-from dataclasses import dataclass
-from typing import NamedTuple
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import pi, sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...model.gears.limits import Finding, gravest
 from ...quantities import number
 from ...results import Floats
+from ...units import RPM
 from ..analysis.avoid import AMPLIFIED, merged
+from ..analysis.drive_response import MotorUse, Usage, limit_findings
 from ..analysis.load_range import hulls_between
 from .motions import MOTOR, OMEGA, OSCILLATION, UnderLoad
+
+# f_n [Hz] that the vendor's selection procedure asks for, and where
+REQUIRED = (
+    (4.0, "slow turntables, slow welding base axes, gantry axes"),
+    (8.0, "robot base axes, low-dynamic hand axes, tool revolvers, medical and measuring positioning"),
+    (15.0, "general mechanical engineering, tilting axes, hand axes, Scara and gantry robots"),
+    (20.0, "B and C axes of 5-axis grinding, laser-welding hand axes, milling heads for plastics"),
+    (25.0, "C axes of turning machines, milling of light metal and chipboard"),
+    (30.0, "milling of hardwood"),
+)
 
 MARGIN = 0.1  # separation margin of torsional trains: 10 % (API 617 after Wang, Feese & Pettinato 2012)
 
 SHARP = 1e-3  # relative width within which a motion at a fold may be found stable or not
 
 Span = tuple[float, float]
+
+NOTHING = Usage(0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -154,3 +175,116 @@ def holds(intervals: Floats, omega: Floats) -> NDArray[np.bool_]:
     """Whether speeds (n,) lie in the intervals, (n,) bool."""
     inside = (omega[:, None] >= intervals[:, 0]) & (omega[:, None] <= intervals[:, 1])
     return np.asarray(np.any(inside, axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class VendorRule:
+    """What the vendors' rule says under one load, against the map.
+
+    Attributes
+    ----------
+    load : float
+        Torque [N*m] or inertia [kg*m^2].
+    frequency : float
+        f_n [Hz].
+    speed : float
+        Resonance speed of the motor [rad/s], 30 f_n rpm.
+    band : (low, high)
+        What it is taken to forbid [rad/s].
+    safe, needless, misleading : (n, 2) arrays
+        Speeds [rad/s] that it and the map allow; that it alone forbids; that it allows and the map forbids.
+    """
+
+    load: float
+    frequency: float
+    speed: float
+    band: Span
+    safe: Floats
+    needless: Floats
+    misleading: Floats
+
+    @property
+    def meets(self) -> tuple[str, ...]:
+        """Applications whose required f_n the drive has."""
+        return tuple(name for least, name in REQUIRED if self.frequency >= least)
+
+    @property
+    def sentence(self) -> str:
+        """What the rule is worth here, in one sentence."""
+        speed = f"f_n = {self.frequency:.4g} Hz, {self.speed / RPM:.5g} rpm"
+        said = [f"forbids {_listed(self.needless)} needlessly"] * bool(len(self.needless))
+        said += [f"allows {_listed(self.misleading)} although the map forbids it"] * bool(len(self.misleading))
+        return f"The vendors' rule ({speed}) " + (" and ".join(said) if said else "agrees with the map") + "."
+
+
+def vendor_sentence(rules: Sequence[VendorRule]) -> str:
+    """What the rule is worth over all loads, in one sentence; empty without a rule."""
+    if len(rules) < 2:
+        return rules[0].sentence if rules else ""
+    ends = [min(rules, key=lambda rule: rule.speed), max(rules, key=lambda rule: rule.speed)]
+    f_n, speed = (
+        " to ".join(dict.fromkeys(f"{value:.{digits}g}" for value in values))
+        for values, digits in (([rule.frequency for rule in ends], 4), ([rule.speed / RPM for rule in ends], 5))
+    )
+    said = []
+    for name, text in (
+        ("needless", "forbids {} needlessly under {} of {} loads"),
+        ("misleading", "allows {}, which the map forbids under {} of {} loads"),
+    ):
+        some = [getattr(rule, name) for rule in rules if len(getattr(rule, name))]
+        if some:
+            spans = merged((float(low), float(high)) for low, high in np.concatenate(some))
+            said.append(text.format(_listed(np.array(spans)), len(some), len(rules)))
+    return f"The vendors' rule (f_n = {f_n} Hz, {speed} rpm) " + (
+        ", and ".join(said) + "." if said else "agrees with the map under every load."
+    )
+
+
+def vendor_rule(load: float, K1: float, J_l: float, bands: Bands, span: Span) -> VendorRule:
+    """Compare the rule for a stiffness K1 [N*m/rad] and a load inertia J_l [kg*m^2] with the bands of a load."""
+    frequency = sqrt(K1 / J_l) / (2.0 * pi)
+    speed = 30.0 * frequency * RPM
+    band = (1.0 - MARGIN) * speed, (1.0 + MARGIN) * speed
+    own = clipped([band], span)
+    free = complement(own, span)
+    safe, needless, misleading = common(free, bands.allowed), common(own, bands.allowed), common(free, bands.forbidden)
+    return VendorRule(load, frequency, speed, band, safe, needless, misleading)
+
+
+def _listed(intervals: Floats) -> str:
+    return ", ".join(f"{low / RPM:.4g} to {high / RPM:.4g} rpm" for low, high in np.asarray(intervals))
+
+
+def with_ratings(rules: Rules, project: Any, span: Span) -> Rules:
+    """The rules with the speeds and the motor torque by which a drive of this gear and motor fails."""
+    bounds = [f.bound * RPM for f in _findings(project, span[1], NOTHING) if f.fails]
+    most = math.inf if project.motor_limits is None else project.motor_limits.torque
+    return replace(rules, speed=min(bounds, default=None), motor_torque=most if math.isfinite(most) else None)
+
+
+def beyond_ratings(
+    project: Any, speeds: Floats, loads: Floats, torque: Floats, found: list[UnderLoad], unit: str
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Sentences about limits that the map passes: those by which the drive fails, and others.
+
+    Speeds (m,) [rad/s] and loads (n,) of cells, torques (n, m) [N*m] in the gear, and the motions under each load.
+    """
+    known = np.where(np.isfinite(torque), torque, 0.0)
+    load, at = np.unravel_index(np.argmax(known), known.shape)
+    used = replace(NOTHING, peak_torque=float(known[load, at]))
+    tops = [(run[np.argmax(run[:, MOTOR])], own.load) for own in found for run, _ in own.runs]
+    top, under = max(tops, key=lambda one: float(one[0][MOTOR]), default=(np.zeros(MOTOR + 1), 0.0))
+    motor = MotorUse(float(top[MOTOR]), float(top[OMEGA]), 0.0)
+    places = {"motor torque": (motor.at, under)}
+
+    def said(finding: Finding) -> str:
+        omega, value = places.get(finding.limit, (speeds[at], loads[load]))
+        where = "" if finding.unit == "rpm" else f" (at {omega / RPM:.5g} rpm under {value:.4g} {unit})"
+        return finding.sentence + where
+
+    passed = gravest(_findings(project, float(speeds[-1]), used, motor))
+    return tuple(said(f) for f in passed if f.fails), tuple(said(f) for f in passed if not f.fails)
+
+
+def _findings(project: Any, fastest: float, used: Usage, motor: MotorUse | None = None) -> tuple[Finding, ...]:
+    return limit_findings(project.gear, used, fastest if project.speeds.by_motor else None, project.motor_limits, motor)

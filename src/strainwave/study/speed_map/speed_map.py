@@ -16,13 +16,24 @@ from ...results import Floats, Interrupted, SolveError
 from ...units import ARCSEC
 from ..analysis.avoid import out_of_reach
 from ..analysis.runup import silent
-from .campbell import CampbellLine, campbell
 from .motions import OMEGA, OSCILLATION, TORQUE, UnderLoad, row_at
-from .ratings import beyond_ratings, with_ratings
 from .result import UNITS, JumpSpeed, Scatter, SpeedMap
-from .rules import Bands, Rules, Span, bands_of, clipped, complement, holds, rules_of, swept
-from .under_load import APART, Case, case_of, extended, under_load
-from .vendor import VendorRule, vendor_rule
+from .rules import (
+    Bands,
+    Rules,
+    Span,
+    VendorRule,
+    bands_of,
+    beyond_ratings,
+    clipped,
+    complement,
+    holds,
+    rules_of,
+    swept,
+    vendor_rule,
+    with_ratings,
+)
+from .under_load import APART, CampbellLine, Case, campbell, case_of, extended, under_load
 
 CELLS, LOADS = 500, 9  # speeds of a range, and loads of one
 QUANTILES = (0.05, 0.5, 0.95)

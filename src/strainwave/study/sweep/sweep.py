@@ -1,25 +1,34 @@
-"""`sweep`: any function of a system over a grid or a sample, kept chunk by chunk and resumed where it stopped."""
+"""`sweep`: any function of a system over a grid or a sample, kept chunk by chunk and resumed where it stopped.
+
+`EnsembleMeasure`: what a sweep keeps of trajectories, a whole chunk of them side by side.
+"""
 
 import contextlib
 import logging
 import math
 import os
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import Any, ClassVar
 from uuid import uuid4
 
 import xarray as xr
 
 from ... import __version__
 from ...compile.lanes import LANES
+from ...numerics.ensemble.ensemble import ensemble
+from ...numerics.ensemble.gpu import machine_of
+from ...numerics.ensemble.lane_checks import LaneError
+from ...numerics.ensemble.measures import Peak, Rms
+from ...numerics.ensemble.request import lanes_of, method_of, spans, what_and_how
+from ...numerics.ensemble.stepping import stepping_of
 from ...quantities import checked, positive_count, shown
 from ...results import Floats
-from .ensemble_measure import EnsembleMeasure
 from .identity import digest, installed, readable
-from .layout import Layout, check_size, chunk_size, layout_of
+from .layout import LARGEST, Layout, check_size, chunk_size, layout_of
 from .local import ProcessPool, ThreadPool
 from .points import OWN_NAMES, Job, Part, Variable, lost
 from .sampling import Grid, GridPoints, Points, check_names, points_of
@@ -29,6 +38,63 @@ log = logging.getLogger(__name__)
 
 MOST_WORKERS = 1024
 ALONE = "the worker died each time it computed them; ask for less memory, or look at its log"
+
+
+@dataclass(frozen=True)
+class EnsembleMeasure:
+    """A measure for `sweep`: an `ensemble` of the points of each chunk.
+
+    Parameters
+    ----------
+    y0 : tuple of float
+        States at the start of every trajectory.
+    periods : int
+        Periods of the base angle over which is measured.
+    measures : tuple
+        What is kept of every trajectory, as in `ensemble`.
+    settle : int
+        Periods before that.
+    method : Dop8, Rk4, Dopri5 or None
+        Integrator; None is that of `ensemble`.
+    device : {"cpu", "gpu"}
+        Where it runs, as in `ensemble`; results of both agree to rounding, so a store is that of one of them.
+    """
+
+    y0: tuple[float, ...]
+    periods: int
+    measures: tuple[Any, ...] = (Peak(), Rms())
+    settle: int = 0
+    method: Any = None
+    device: str = "cpu"
+    whole_chunks: ClassVar[bool] = True
+
+    def check(self, system: Any) -> None:
+        """Refuse what would fail at every point of a sweep over variants of `system` (TypeError, ValueError)."""
+        with contextlib.suppress(LaneError):  # of this variant: those of the sweep are others
+            lanes_of(system, {}, self.y0)
+        spans(self.periods, self.settle)
+        what_and_how(system, self.measures, self.method)
+        machine_of(self.device, 1)
+
+    def least_chunk(self, system: Any) -> int:
+        """Fewest lanes that are worth a chunk.
+
+        One block of adaptive steps; of fixed steps 32 blocks, since some are run again to estimate the error and
+        lanes share a block with those of the same number of steps only; on a graphics processor as many as there are.
+        """
+        if self.device == "gpu":
+            return LARGEST
+        return int(stepping_of(method_of(system, self.method)).blocks) * LANES
+
+    def __call__(self, system: Any, values: Mapping[str, Floats]) -> Any:
+        """Measure the variants of `system` with these values (n,) by path; a dataset over the dimension "lane"."""
+        chosen = {} if self.method is None else {"method": self.method}
+        found = ensemble(
+            system, dict(values), self.y0, periods=self.periods, settle=self.settle, measures=self.measures,
+            threads=1, device=self.device, **chosen,
+        )  # fmt: skip
+        small = {"status": "int8", "period": "int8", "steps": "int32"}  # of many points, each byte counts
+        return found.assign({name: found[name].astype(kind) for name, kind in small.items() if name in found})
 
 
 def sweep(

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ...law import share, states_of, torque_of, z_rate_of
 from ...model.train.controls import FREE, Held, inertia_of
 from ...model.train.drive_train import DriveTrain
-from ...numerics.roots import bracketed_root
+from ...numerics.operating_point import bracketed_root
 from ...protocols import with_parts
 from ...records import Result
 from ...results import Floats

@@ -13,7 +13,7 @@ from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.train.shafts import NO_DRAG
 from ...model.train.train_forms import SteadyTrain
-from ...numerics.orbits.find_orbit import find_orbit
+from ...numerics.orbits.shooting import find_orbit
 from ...protocols import orders_of
 from ...quantities import numbers, shown
 from ...results import Floats, Orbit

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...numerics.attractors.settle import SEEN, settled
-from ...numerics.curves.family import response_family
+from ...numerics.curves.response import response_family
 from ...numerics.ensemble.lane_checks import LaneError, check_lanes
 from ...numerics.integration.corners import repeating
 from ...protocols import lacking, state_count, with_parts

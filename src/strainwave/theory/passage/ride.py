@@ -1,5 +1,10 @@
-"""One way through a resonance and the rides along it: many rates at once."""
+"""One way through a resonance and the rides along it: many rates at once.
 
+Passage of a linear drive at a constant rate, exactly. Folds of the steady response on the way of a passage, and the
+delay of the jump at them.
+"""
+
+import cmath
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,21 +12,118 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ai_zeros, wofz
 
 from ...model.laws.springs import Linear
 from ...results import Floats
 from ..slow_flow.fixed_points import Flow
 from ..slow_flow.results import SlowResponse
-from ..slow_flow.setting import Complexes
-from .destinations import destinations
-from .folds import Fold
-from .linear import linear_passage
-from .march import March, march
-from .moving import moving_rates
-from .results import DelayedJump
+from ..slow_flow.setting import Complexes, Setting
+from .basins import March, destinations, march
+from .moving import DelayedJump, moving_rates
 
 SAMPLES = 2001  # of a history
 FINER = 10  # times as many points for the largest amplitude of the exact formula
+
+AIRY = -float(ai_zeros(1)[0][0])
+STEP, SPEED_STEP = 1e-3, 1e-5  # of the amplitude and of the speed: differences
+BESIDE = 0.02  # of the distance to the next fold: so far beside a fold its states are looked up
+
+
+@dataclass(frozen=True, eq=False)
+class Fold:
+    """A fold of the steady response at which the drive may jump.
+
+    Attributes
+    ----------
+    omega, z : float, complex
+        Speed [rad/s] and state [rad].
+    before, after : float
+        Speeds [rad/s] next to it, on the side of its two states and on the other one.
+    lag : float
+        Delay of the jump over rate^(2/3) [(rad/s)^(-1/3) s^(1/3)], to leading order.
+    """
+
+    omega: float
+    z: complex
+    before: float
+    after: float
+    lag: float
+
+    def delay(self, rate: float) -> float:
+        """Delay [rad/s] of the jump at a rate [rad/s^2]."""
+        return float(self.lag * rate ** (2.0 / 3.0))
+
+
+def folds_ahead(flow: Flow, response: SlowResponse, first: float, last: float) -> list[Fold]:
+    """Folds whose states vanish in the direction from `first` to `last` [rad/s], in the order of the way."""
+    ahead = 1.0 if last > first else -1.0
+    found = []
+    for branch in response.branches:
+        for omega in response.folds:
+            at = np.flatnonzero(branch.omega == omega)
+            inside = at[(at > 0) & (at < len(branch.omega) - 1)]
+            if not len(inside) or ahead * (branch.omega[inside[0] - 1] - omega) > 0.0:
+                continue
+            z = complex(branch.amplitude[inside[0]] * np.exp(-1j * branch.phase[inside[0]]))
+            marks = [w for w in (*response.folds, first, last) if w != omega]
+            off = ahead * BESIDE * min(abs(w - omega) for w in marks)
+            found.append(Fold(omega, z, omega - off, omega + off, _lag(flow, omega, z)))
+    return sorted(found, key=lambda fold: ahead * fold.omega)
+
+
+def _lag(flow: Flow, omega: float, z: complex) -> float:
+    """Delay over rate^(2/3), by differences of the rates at the fold."""
+
+    def rates(w: float, x: complex) -> complex:
+        return complex(flow.at(w).rates(np.array([x]))[0])
+
+    h, d = STEP * abs(z), SPEED_STEP * omega
+    by_re = (rates(omega, z + h) - rates(omega, z - h)) / (2.0 * h)
+    by_im = (rates(omega, z + 1j * h) - rates(omega, z - 1j * h)) / (2.0 * h)
+    matrix = np.array([[by_re.real, by_im.real], [by_re.imag, by_im.imag]])
+    values, right = np.linalg.eig(matrix)
+    slow = int(np.argmin(np.abs(values)))
+    v = right[:, slow].real
+    left = np.linalg.inv(right)[slow].real
+    push = (rates(omega + d, z) - rates(omega - d, z)) / (2.0 * d)
+    along = h * complex(*v)
+    bend = (rates(omega, z + along) + rates(omega, z - along) - 2.0 * rates(omega, z)) / (2.0 * h * h)
+    product = abs((left @ [push.real, push.imag]) * (left @ [bend.real, bend.imag]))
+    return AIRY * product ** (-1.0 / 3.0) if product > 0.0 else float("inf")
+
+
+def linear_passage(s: Setting, rate: float, t: Floats) -> Complexes:
+    """Slow state z [rad] at times t [s] of a run from the steady state at s.omega with a rate [rad/s^2] of omega.
+
+    Parameters
+    ----------
+    s : Setting
+        Linear drive at its first speed, with a soft line.
+    rate : float
+        Change of the base speed [rad/s^2], of either sign, not 0.
+    t : (n,) array
+        Times [s] from 0 on.
+    """
+    ratio = s.fast / s.omega
+    root = cmath.sqrt(0.25 * s.mu**2 - s.omega_0**2)
+    roots = -0.5 * s.mu + root, -0.5 * s.mu - root
+    first, second = (_convolved(lam, s.fast, ratio * rate, t) for lam in roots)
+    x = (first - second) / (2.0 * root)
+    slope = (roots[0] * first - roots[1] * second) / (2.0 * root)
+    on_torque = np.sum(s.torque_lines[s.on_fast]) / s.system.J
+    on_error = np.sum(s.error_lines[s.on_fast])
+    return np.asarray(on_torque * x - on_error * (1.0 - s.mu * slope - s.omega_0**2 * x))
+
+
+def _convolved(lam: complex, fast: float, rate: float, t: Floats) -> Any:
+    """exp(lam t) convolved with E, over E: from the steady state at time 0."""
+    now = lam - 1j * (fast + rate * t)
+    then = lam - 1j * fast
+    s = math.sqrt(0.5 * abs(rate)) * cmath.exp(-0.25j * math.pi * math.copysign(1.0, rate))
+    scale = math.sqrt(math.pi) / (2.0 * s)
+    kept = np.exp(lam * t - 1j * (fast * t + 0.5 * rate * t * t))
+    return scale * (wofz(-0.5j * now / s) - kept * wofz(-0.5j * then / s)) - kept / then
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ...model.laws.springs import Cubic
-from ...numerics.roots import positive_roots
+from ...numerics.operating_point import positive_roots
 from ...results import Floats
 from .setting import Setting, real_matrix
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...numerics.roots import bracketed_root
+from ...numerics.operating_point import bracketed_root
 from ...results import Floats
 from .fixed_points import Flow, is_trivial
 

@@ -25,9 +25,8 @@ from .fixed_points import Flow, attractor, fixed_points, is_stable, is_trivial
 from .means.memory import remembers
 from .predictor.making import predictor
 from .predictor.predictor import Predictor
-from .resonance import NONRESONANT, Resonance
 from .results import Certificate, Evolution, SlowResponse, StatesAtSpeeds, SteadyState
-from .setting import LARGEST
+from .setting import LARGEST, NONRESONANT, Resonance
 from .states import states
 from .transient import evolve, rates, steady_motion, times
 

@@ -12,9 +12,8 @@ from .certificate.certificate import ORDINAL
 from .cubic import CubicFlow, kind_of
 from .fixed_points import Flow
 from .flow import SlowFlow
-from .resonance import Resonance
 from .second_order import Forms, SecondOrderFlow, second_order
-from .setting import setting
+from .setting import Resonance, setting
 
 
 def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:

@@ -4,11 +4,15 @@ The mean torque sets the operating point u0, T(u0) = mean; omega_0 = sqrt(T'(u0)
 of tau - J omega^2 e'' are found by sampling, so any periodic excitation will do. A line with k = p/q is soft and drives
 the slow flow; all others are hard: F(theta) = sum C_k cos(k theta + phi_k), C_k = (P_k/J)/(omega_0^2 - k^2 omega^2) at
 the actual omega (some texts freeze it at the resonance: a different number).
+
+The resonances that multiple scales can treat: p omega near q omega_0, with omega the speed of the base angle.
 """
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from fractions import Fraction
+from numbers import Integral
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +22,62 @@ from ...numerics.loading import loaded_state
 from ...protocols import lacking
 from ...results import Floats
 from ...sentences import Angle, Sentence, Speed
-from .resonance import Resonance
 
 Complexes = NDArray[np.complex128]
 LARGEST = 1e30  # of what the slow flow takes powers of
 HIGHEST = 2000  # harmonic of the common period: the averages sample it 16 times and more
 NEAR = 1e-6  # of omega_0: a hard line that is nearer sits on it
 SMALLEST_LINE = 1e-13  # relative to the largest: what sampling and rounding leave behind
+
+
+class Resonance(NamedTuple):
+    """The resonance p omega ~ q omega_0 on the base angle; (0, 0) is no resonance at all.
+
+    The response near omega_0 then has the fast angle (p/q) theta. A forcing line of order k has its primary resonance
+    at Resonance(k, 1), its superharmonic one of the cubic law at (3 k, 1) and its subharmonic one at (k, 3).
+
+    References
+    ----------
+    Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 4.1.1-4.1.4.
+    """
+
+    p: int
+    q: int
+
+    @property
+    def ratio(self) -> Fraction | None:
+        """The number p/q by which the base angle advances the fast angle, in lowest terms; None without resonance."""
+        return None if self == (0, 0) else Fraction(self.p, self.q)
+
+    def checked(self) -> "Resonance":
+        """Return the resonance in lowest terms, with Python's own integers.
+
+        Raises
+        ------
+        ValueError
+            If p or q is not a positive integer (or both 0).
+        """
+        whole = all(isinstance(n, Integral) and not isinstance(n, bool) for n in self)
+        if whole and self == (0, 0):
+            return NONRESONANT
+        if not (whole and all(n > 0 for n in self)):
+            raise ValueError(
+                f"Resonance({self.p!r}, {self.q!r}) must have two positive integers, as in p omega ~ q omega_0; "
+                "use strainwave.NONRESONANT where nothing resonates"
+            )
+        ratio = Fraction(int(self.p), int(self.q))
+        return Resonance(ratio.numerator, ratio.denominator)
+
+    def __str__(self) -> str:
+        names = {(0, 0): "no resonance", (1, 1): "primary", (3, 1): "superharmonic", (1, 3): "subharmonic"}
+        name = names.get((self.p, self.q), "resonance")
+        return name if self == (0, 0) else f"{name} {self.p}:{self.q}"
+
+
+PRIMARY = Resonance(1, 1)
+SUPERHARMONIC = Resonance(3, 1)
+SUBHARMONIC = Resonance(1, 3)
+NONRESONANT = Resonance(0, 0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ...numerics.roots import positive_roots
+from ...numerics.operating_point import positive_roots
 from ...results import Floats
 from .cubic import CubicFlow
 from .fixed_points import (

@@ -5,11 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...numerics.integration.attempts import attempt
+from ...numerics.integration.attempts import DENSE, K1, Y1, K, Y, attempt, turned, workspace
 from ...numerics.integration.marches import first_step
 from ...numerics.integration.schemes import DormandPrince
 from ...numerics.integration.steps import dense_weights, weighted
-from ...numerics.integration.workspace import DENSE, K1, Y1, K, Y, turned, workspace
 from ...quantities import complex_number, complex_numbers, numbers, shown
 from ...results import Floats, SolveError
 from ...sentences import Angle, Sentence, Speed

@@ -10,7 +10,7 @@ import strainwave as sw
 from strainwave.study.analysis.avoid import speeds_to_avoid
 from strainwave.study.analysis.remedies import Source, Subject, remedies
 from strainwave.study.analysis.remedies.knobs import knobs, line_that_matters
-from strainwave.study.analysis.remedies.peak import crest, largest
+from strainwave.study.analysis.remedies.subject import crest, largest
 from strainwave.study.response.resonances import operating_point
 from strainwave.study.response.response import exact_response
 

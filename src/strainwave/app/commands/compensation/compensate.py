@@ -21,7 +21,7 @@ from ....units import RPM
 from ...console import Progress, to_json
 from ...figures import compensation as figures
 from ...output import staged
-from ...units import quantity
+from ...view import quantity
 from ..design import as_csv
 from ..options import file_type, json_option, output_option, project_argument, together
 from . import tables

@@ -11,9 +11,9 @@ from ....study.compensation.moves import WINDOW, compensated_move
 from ....study.compensation.runup import compensated_runup
 from ....units import ARCSEC, RPM
 from ...console import Progress, to_json
-from ...figures.on_the_way import move_figure, run_up_figure
+from ...figures.compensation import move_figure, run_up_figure
 from ...output import staged, write_csv
-from ...units import quantity
+from ...view import quantity
 from ..move import profile_part
 from ..options import json_option, output_option, project_argument
 from .compensate import plant_of, plant_options

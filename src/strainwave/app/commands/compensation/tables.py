@@ -15,12 +15,11 @@ from ....files.project import Project
 from ....model.controllers.adaptive import AdaptiveCancellation
 from ....model.controllers.feedforward import AngleFeedforward, TorqueTable
 from ....model.excitation import Harmonic, Harmonics, KinematicError, Line
-from ....numerics.sampled.loops import loop_ensemble, run_loop
-from ....numerics.sampled.result import LoopRun
+from ....numerics.sampled.loops import LoopRun, loop_ensemble, run_loop
 from ....study.compensation.bench import Bench
 from ....study.compensation.compensate import PLAIN
+from ....study.compensation.designs import own_rate
 from ....study.compensation.gains import behind_of, times_of
-from ....study.compensation.given import own_rate
 from ....study.compensation.result import Compensation, CompensationBench, Units, grows
 from ....theory.lyapunov import mean_torque
 from ....units import ARCSEC, RPM

@@ -10,7 +10,7 @@ from ....model.gears.catalogue import gear, names, select
 from ....model.gears.gear import NUMBERS, Gear
 from ....units import ARCSEC
 from ...console import number, print_table, to_json
-from ...units import quantity
+from ...view import quantity
 from ..options import file_type, json_option
 
 

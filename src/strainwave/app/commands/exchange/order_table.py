@@ -7,9 +7,8 @@ from typing import Any
 
 import click
 
-from ....files.order_tables.order_table import OrderTable
-from ....files.order_tables.registry import named
-from ....files.order_tables.residual import TableResidual
+from ....files.order_tables.format import TableResidual
+from ....files.order_tables.order_table import OrderTable, named
 from ....quantities import number, parse, shown
 from ....units import ARCSEC
 from ...console import number as written

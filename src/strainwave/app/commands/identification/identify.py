@@ -7,17 +7,16 @@ from typing import Any
 import click
 import numpy as np
 
-from ....files.identified.identify_drive import IdentifiedDrive, identify_drive
-from ....files.identified.torsion import with_torsion
+from ....files.identified.identify_drive import IdentifiedDrive, identify_drive, with_torsion
 from ....files.logs.read import read_log
 from ....files.project_text import project_text
 from ....files.reading import read_project
-from ....study.identification.channels import channels_of
+from ....study.identification.identified import channels_of
 from ....tree import part
 from ...console import Progress, number, print_table, to_json
 from ...figures.identification.identified import identified_figure
 from ...output import staged
-from ...units import sign
+from ...view import sign
 from ..options import file_type, json_option, output_option, project_argument, reading_options
 
 YAML, JSON, SVG = "identified.yaml", "identified.json", "identified.svg"

@@ -7,8 +7,7 @@ import click
 import numpy as np
 
 from ....files.logs.read import read_log
-from ....study.identification.logs.log import Log
-from ....study.identification.logs.motion import LogSegment
+from ....study.identification.log import Log, LogSegment
 from ...console import number, print_table, to_json
 from ...figures.identification.log import log_figure
 from ...output import staged

@@ -10,13 +10,13 @@ from ....files.logs.read import read_log
 from ....files.scan_file import name_and_unit
 from ....files.yaml_text import FileError, Problem, complaint
 from ....study.identification.lack_of_fit import LackOfFit
-from ....study.identification.logs.log import Log
+from ....study.identification.log import Log
 from ....study.identification.loops.loop_fit import fit_loop
 from ....study.identification.loops.loop_result import LoopFit
 from ...console import number, print_table, to_json
 from ...figures.identification.loop import loop_figure
 from ...output import staged, write_csv
-from ...units import quantity, sign
+from ...view import quantity, sign
 from ..options import dialect_options, file_type, json_option, output_option
 
 

@@ -6,10 +6,10 @@ from typing import Any
 import click
 import numpy as np
 
-from ....files.identified.torsion import with_torsion
+from ....files.identified.identify_drive import with_torsion
 from ....files.logs.read import read_log
-from ....study.identification.channels import channels_of
-from ....study.identification.logs.log import Log
+from ....study.identification.identified import channels_of
+from ....study.identification.log import Log
 from ....study.identification.orders.order_result import OrderLine, OrderScan
 from ....study.identification.orders.order_scan import order_scan as scanned
 from ....study.identification.run import Run
@@ -17,7 +17,7 @@ from ....units import ARCSEC
 from ...console import number, print_table, to_json
 from ...figures.identification.orders import orders_figure
 from ...output import staged, write_csv
-from ...units import sign
+from ...view import sign
 from ..options import file_type, json_option, output_option, reading_options
 
 CSV, JSON, SVG = "orders.csv", "orders.json", "orders.svg"

@@ -8,7 +8,7 @@ from ....results import Floats
 from ....study.identification.identified import Identified
 from ....units import ARCSEC
 from ...console import number
-from ..plots import BLUE, ORANGE, thin
+from ..curves import BLUE, ORANGE, thin
 from ..svg import Panel, figure
 
 PALE = "#c0c0c0"

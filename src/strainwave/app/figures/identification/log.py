@@ -5,9 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ....results import Floats
-from ....study.identification.logs.log import Log
-from ....study.identification.logs.motion import LogSegment
-from ..plots import BLUE, thin
+from ....study.identification.log import Log, LogSegment
+from ..curves import BLUE, thin
 from ..svg import LEFT, LETTER, RIGHT, WIDTH, Curve, Note, Panel, figure
 
 HEIGHT = 165.0  # of a panel [px]

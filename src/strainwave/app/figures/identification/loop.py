@@ -5,7 +5,7 @@ import numpy as np
 from ....study.identification.loops.loop_result import LoopFit
 from ....units import ARCSEC
 from ...console import number
-from ..plots import BLUE, ORANGE
+from ..curves import BLUE, ORANGE
 from ..svg import Panel, figure
 
 MOST = 4000  # samples drawn

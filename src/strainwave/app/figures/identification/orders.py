@@ -4,7 +4,7 @@ import numpy as np
 
 from ....study.identification.orders.order_result import OrderScan
 from ....units import ARCSEC
-from ..plots import BLUE, ORANGE
+from ..curves import BLUE, ORANGE
 from ..svg import Panel, figure
 
 GREY = "#707070"

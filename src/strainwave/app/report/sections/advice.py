@@ -7,8 +7,7 @@ from ....sentences import Angle, Sentence, Speed, listed
 from ....study.analysis.avoid import AMPLIFIED, Avoid
 from ....study.analysis.load_range import LoadCase
 from ...console import number
-from ...units import sizes
-from ...view import View
+from ...view import View, sizes
 from ..remedies import remedies_data, remedies_figure
 
 OSCILLATION = "the oscillation of the error (its largest distance from its mean, in a steady motion)"

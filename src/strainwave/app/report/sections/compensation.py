@@ -9,8 +9,7 @@ from ....study.compensation.result import Compensation as Found
 from ....units import RPM
 from ...console import number
 from ...figures.compensation import error_figure, motion
-from ...units import sizes
-from ...view import View
+from ...view import View, sizes
 
 BLIND, SEEING = "inverse", "adaptive-inverse"  # without and with an encoder on the load
 

@@ -2,10 +2,9 @@
 
 from typing import Any
 
-from ...figures.plots import BLACK, BLUE
+from ...figures.curves import BLACK, BLUE
 from ...figures.svg import Panel, figure
-from ...units import sizes
-from ...view import View
+from ...view import View, sizes
 
 
 class Hysteresis:

@@ -3,10 +3,9 @@
 from typing import Any
 
 from ....sentences import Angle, Sentence, Speed, listed
-from ....study.analysis.motor_cases import spread
+from ....study.analysis.train_study import spread
 from ...console import number
-from ...units import sizes
-from ...view import View
+from ...view import View, sizes
 from .whole_train import motor_in_words
 
 MATTERS = 1.1  # ratio of the largest oscillations from which on the choice decides

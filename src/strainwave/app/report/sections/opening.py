@@ -7,11 +7,10 @@ from .... import __version__
 from ....law import spring_stiffness
 from ....sentences import Speed
 from ....study.analysis.analysis import Largest
-from ....study.move.demands import MotorLimits
+from ....study.move.mover import MotorLimits
 from ....units import RPM
 from ...console import WHAT_X_IS, number, percent
-from ...units import finding_data, sizes
-from ...view import View
+from ...view import View, finding_data, sizes
 from ..answers import answers
 from ..verdict import verdict_data
 from .whole_train import modes, parts, under_load

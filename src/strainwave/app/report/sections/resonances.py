@@ -11,8 +11,7 @@ from ....study.response.response import ExactResponse
 from ....theory.slow_flow.results import Certificate
 from ...console import percent
 from ...figures import curves
-from ...units import sizes
-from ...view import View
+from ...view import View, sizes
 
 NO_STIFFNESS = (
     "the law has no stiffness where the mean torque holds the drive (backlash), or nothing excites the drive."

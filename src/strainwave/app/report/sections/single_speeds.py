@@ -4,9 +4,8 @@ from typing import Any
 
 from ....study.analysis.in_time import TimeCase
 from ....study.analysis.in_time.drive_motion import DriveMotion
-from ...figures.plots import time_figure
-from ...units import sizes
-from ...view import View
+from ...figures.curves import time_figure
+from ...view import View, sizes
 
 
 class SingleSpeeds:

@@ -10,8 +10,7 @@ from ....study.response.response import ExactResponse
 from ...console import number
 from ...figures import drive
 from ...figures.svg import figure
-from ...units import place, sizes
-from ...view import View
+from ...view import View, place, sizes
 from .whole_train import under_load
 
 

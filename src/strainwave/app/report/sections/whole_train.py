@@ -12,17 +12,16 @@ from ....results import Status
 from ....sentences import Angle, Sentence, Speed
 from ....study.analysis.avoid import turns
 from ....study.analysis.drive_response import DriveResponse
-from ....study.analysis.train_curve import follows_its_angle
+from ....study.analysis.load_range import follows_its_angle
 from ....study.analysis.train_study import Ramp, TrainStudy
 from ....study.response.resonances import active_orders
 from ....study.train.loop_margin import motor_name
 from ....study.train.run import INPUTS
 from ....units import RPM
 from ...console import number, percent
-from ...figures.plots import BLACK, BLUE, DASHES, ORANGE, envelope
+from ...figures.curves import BLACK, BLUE, DASHES, ORANGE, envelope
 from ...figures.svg import Curve, Panel, figure
-from ...units import sign, sizes
-from ...view import View
+from ...view import View, sign, sizes
 from .resonances import jump_speeds
 
 ROUNDING = 1e-6  # relative difference that is called none

@@ -1,1 +1,1 @@
-"""One file a format of order tables; `registry` lists them."""
+"""One file a format of order tables; `order_table` lists them."""

@@ -19,9 +19,8 @@ import numpy as np
 from ....model.excitation import Line
 from ....quantities import shown
 from ..content import OrderContent, positive, shifted
-from ..format import OrderFormat, marked
-from ..header import Unfit, float_in, said_by, whole_in
-from ..residual import Held
+from ..format import Held, OrderFormat, marked
+from ..points import Unfit, float_in, said_by, whole_in
 
 HIGHEST_ORDER, COEFFICIENTS, FIRST = 200, 9, 7
 INDEX = {"A": 0x32CB, "B": 0x36CB}

@@ -10,10 +10,8 @@ from typing import ClassVar
 from ....model.excitation import HIGHEST, Line
 from ....quantities import positive_count, shown
 from ..content import OrderContent
-from ..format import Exact, WithPoints, marked
-from ..header import Unfit, float_in, said_by, whole_in
-from ..points import MOST_POINTS, sampled
-from ..residual import Held, lookup_remark
+from ..format import Exact, Held, WithPoints, lookup_remark, marked
+from ..points import MOST_POINTS, Unfit, float_in, said_by, sampled, whole_in
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,60}")
 ARRAY = re.compile(

@@ -6,9 +6,8 @@ from typing import Any, ClassVar
 from ....model.excitation import HIGHEST, Line
 from ....quantities import shown
 from ..content import OrderContent
-from ..format import Exact
-from ..header import MARK, Unfit, float_in, said_by, whole_in
-from ..residual import Held
+from ..format import Exact, Held
+from ..points import MARK, Unfit, float_in, said_by, whole_in
 
 COLUMNS = "direction,order,amplitude,phase"
 END = "# end"

@@ -8,10 +8,8 @@ import numpy as np
 
 from ....quantities import positive_count, shown
 from ..content import OrderContent
-from ..format import WithPoints, marked
-from ..header import Unfit, float_in, said_by
-from ..points import MOST_POINTS, Points, content_of, motion, sampled
-from ..residual import Held
+from ..format import Held, WithPoints, marked
+from ..points import MOST_POINTS, Points, Unfit, content_of, float_in, motion, said_by, sampled
 
 COLUMNS = ("angle_rad,value", "angle_rad,forward,backward")
 EVEN = 1e-6  # of a step: how far an angle may be from its place

@@ -13,9 +13,8 @@ from typing import ClassVar
 from ....model.excitation import HIGHEST, Line
 from ....quantities import shown
 from ..content import OrderContent
-from ..format import Exact, marked
-from ..header import Unfit, float_in, said_by, whole_in
-from ..residual import Held
+from ..format import Exact, Held, marked
+from ..points import Unfit, float_in, said_by, whole_in
 
 LINE = re.compile(r"\{([0-9.]{1,12}), ([^,{}]{1,60}), ([^,{}]{1,60})\},?")
 SET = re.compile(r"static const double (forward|backward)\[([0-9]{1,6})\]\[3\] = \{")

@@ -7,9 +7,8 @@ from typing import Any, ClassVar
 from ....model.excitation import Line
 from ....quantities import shown
 from ..content import OrderContent
-from ..format import Exact
-from ..header import MARK, Unfit
-from ..residual import Held
+from ..format import Exact, Held
+from ..points import MARK, Unfit
 
 VERSION = 1
 PLAIN = ("unit", "turn", "ratio", "zero", "sign", "direction", "mean", "mean_backward", "delay", "load", "source")

@@ -16,10 +16,8 @@ import numpy as np
 
 from ....quantities import interval, positive_count, shown
 from ..content import OrderContent
-from ..format import OrderFormat, marked
-from ..header import Unfit, float_in, said_by
-from ..points import Points, content_of, highest_order, motion, points_for, sampled
-from ..residual import Held
+from ..format import Held, OrderFormat, marked
+from ..points import Points, Unfit, content_of, float_in, highest_order, motion, points_for, said_by, sampled
 
 MOST, DIGITS = 256, 9
 DEGREE = math.pi / 180.0

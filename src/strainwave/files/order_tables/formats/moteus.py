@@ -15,10 +15,8 @@ import numpy as np
 
 from ....quantities import number, shown
 from ..content import OrderContent
-from ..format import OrderFormat
-from ..header import Unfit, float_in, whole_in
-from ..points import Points, content_of, highest_order, motion, sampled
-from ..residual import Held
+from ..format import Held, OrderFormat
+from ..points import Points, Unfit, content_of, float_in, highest_order, motion, sampled, whole_in
 
 POINTS, MOST = 1024, 127
 SCALE = re.compile(r"conf set motor\.cogging_dq_scale (\S+)")

@@ -18,10 +18,8 @@ import numpy as np
 
 from ....quantities import number, positive_count, shown
 from ..content import OrderContent
-from ..format import OrderFormat
-from ..header import Unfit, whole_in
-from ..points import Points, content_of, highest_order, motion, sampled
-from ..residual import Held
+from ..format import Held, OrderFormat
+from ..points import Points, Unfit, content_of, highest_order, motion, sampled, whole_in
 
 DAY, FEWEST, LARGEST = 86400, 61, 127
 ENTRY = re.compile(r":WR\[?([0-9]{1,6}),([+-]?[0-9]{1,6})\]?#")

@@ -7,10 +7,8 @@ from typing import ClassVar
 from ....model.excitation import HIGHEST, Line
 from ....quantities import positive_count, shown
 from ..content import OrderContent
-from ..format import Exact, WithPoints, marked
-from ..header import Unfit, float_in, said_by, whole_in
-from ..points import MOST_POINTS, Points, sampled
-from ..residual import Held, lookup_remark
+from ..format import Exact, Held, WithPoints, lookup_remark, marked
+from ..points import MOST_POINTS, Points, Unfit, float_in, said_by, sampled, whole_in
 from .twincat import st_real
 
 ARRAY = re.compile(

@@ -20,10 +20,19 @@ import numpy as np
 
 from ....quantities import positive_count, shown
 from ..content import OrderContent
-from ..format import OrderFormat, marked
-from ..header import Unfit, float_in, said_by
-from ..points import MOST_POINTS, Points, content_of, highest_order, motion, points_for, sampled
-from ..residual import Held
+from ..format import Held, OrderFormat, marked
+from ..points import (
+    MOST_POINTS,
+    Points,
+    Unfit,
+    content_of,
+    float_in,
+    highest_order,
+    motion,
+    points_for,
+    said_by,
+    sampled,
+)
 
 DEGREE = pi / 180.0
 SIGNS = MappingProxyType({"command": 1.0, "actual": -1.0})

@@ -3,6 +3,8 @@
 D(k omega) P_k + T_k = F_k with the torques T of the laws, exact where they are linear between breakpoints, and the
 dynamic stiffness D of all that is linear around them. Where a kinematic error follows the motor, its deviation is one
 more block of unknowns. What repeats g times a turn has unknowns at every g-th harmonic alone.
+
+Whether other orbits may exist beside those of a condensed problem, from what one harmonic allows.
 """
 
 from typing import Any, NamedTuple
@@ -17,21 +19,52 @@ from ....results import Floats
 from ....tree import with_leaf
 from ...addressed import EquationsAt, equations_at
 from ..first_order import FirstOrder
-from ..fourier import analysis, from_blocks, synthesis, to_blocks
 from ..harmonics import ENOUGH, highest_order
 from ..linear_algebra import copy, extremes, fill, padded
-from ..linear_part import STRENGTH, clean_mean
+from ..linear_part import LEAST_LINE, STRENGTH, STRONG, clean_mean, others_possible, strength_beyond_folds
+from ..panels import analysis, from_blocks, orders, synthesis, to_blocks
 from ..piecewise import is_piecewise_linear
+from ..rates import base_speed
 from ..springs import springs_for
 from . import motions
-from .disturbances import Disturbances, disturbances
 from .gear import Prescribed, following
-from .motions import gathered, spread
-from .others import several_at, strongest
+from .motions import Disturbances, disturbances, gathered, spread
 from .pencil import Pencil, add_entries, add_stiffness, condense, to_complex, to_real
 
 LIGHT = 130  # unknowns up to which NumPy follows some curves sooner than machine code (30 s) is made
 BUDGET, STEP = 2500, 0.1  # points of a search for other orbits, and its steps in units of the orbit and the parameter
+
+
+def several_at(problem: Any, points: Floats) -> NDArray[np.bool_]:
+    """Whether others may exist beside known orbits, as `linear_part.several_at` with the dynamic stiffness of all."""
+    law, *more = problem.part.laws
+    if more:
+        return np.ones(len(points), bool)
+    mean, stiff, driven = _around_the_gear(problem, base_speed(problem, points[:, -1]))
+    u, k = problem.series(points)[:, 0], orders(problem.harmonics())
+    return others_possible(law, float(np.mean(mean)), u, problem.synthesis, -stiff.real, stiff.imag, driven, 2 * k)
+
+
+def strongest(problem: Any) -> float:
+    """Factor of the strength at which every line alone has passed its last fold, by one harmonic."""
+    law, *more = problem.part.laws
+    mean, stiff, driven = (values[0] for values in _around_the_gear(problem, np.array([problem.omega])))
+    lines = np.flatnonzero(driven > LEAST_LINE * np.max(driven))
+    if more or not len(lines):
+        return STRONG
+    return strength_beyond_folds(law, float(mean), -stiff.real[lines], stiff.imag[lines], driven[lines])
+
+
+def _around_the_gear(problem: Any, omega: Floats) -> tuple[Floats, Any, Floats]:
+    """Mean torque (points,) of the gear; dynamic stiffness around it and amplitudes [N*m] driving it (points, h)."""
+    pencil, n = problem.pencil._replace(kept=1), len(problem.part.inertia)
+    s = np.empty((len(omega), *problem.stiff[0].shape), complex)
+    with np.errstate(all="ignore"):
+        condense(pencil, omega, 1.0, s, np.empty_like(s))
+    k = orders(problem.harmonics())
+    stiff = s[:, 1:, 0, 0] + 1j * problem.gear_damping * pencil.rate * omega[:, None] * k
+    driven = np.abs(s[:, 1:, 0, n] - s[:, 1:, 0, 0] * to_complex(problem.gear.error)[1:])
+    return s[:, 0, 0, n].real, stiff, driven
 
 
 class Condensed(NamedTuple):

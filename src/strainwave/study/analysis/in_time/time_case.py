@@ -10,9 +10,10 @@ import numpy as np
 from ....numerics.integration.simulate import simulate
 from ....results import Floats, SolveError, Trajectory, largest_between
 from ....theory.slow_flow.multiple_scales import slow_flow
-from ....theory.slow_flow.resonance import Resonance
+from ....theory.slow_flow.setting import Resonance
 from ...article.validate import Comparison, compare
-from ...response.gear_forces import (
+from ...response.resonances import OperatingPoint, Regime
+from ...response.response import (
     UNDAMPED_PERIODS,
     damping_of,
     gear_torque,
@@ -21,7 +22,6 @@ from ...response.gear_forces import (
     no_multiple_scales,
     settling_time,
 )
-from ...response.resonances import OperatingPoint, Regime
 from ...response.steady import SteadyMotion, finished_or_interrupted, settle, settled
 from ..runup import RunUp
 

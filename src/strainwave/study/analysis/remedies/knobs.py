@@ -6,9 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....law import depends, is_spring, spring_stiffness
-from ....model.train.controls import Lagged, PositionLoop, SpeedLoop
+from ....model.train.controls import FASTEST, HERTZ, Lagged, PositionLoop, SpeedLoop
 from ....model.train.drive_train import DriveTrain
-from ....model.train.loops import FASTEST, HERTZ
 from ....protocols import lacking, lines_of, terms_of
 from ....quantities import parameters, replace
 from ....results import Floats, SolveError

@@ -12,9 +12,8 @@ from ..avoid import Avoid
 from ..drive_response import DriveResponse
 from ..load_range import LoadCase, LoadRange
 from ..remedies.knobs import Knob
-from ..remedies.peak import largest
 from ..remedies.remedies import Allowance, Remedy, Trial, at_worst, every_knob, under
-from ..remedies.subject import Subject
+from ..remedies.subject import Subject, largest
 
 MARGIN = 0.99  # of the limit, which a change has to reach: the short curve that judges it is within 1 %
 HELPS = 0.99  # relative oscillation below which a thing is followed further

@@ -1,11 +1,15 @@
-"""Friction identified from constant-speed runs, break-away torques and a presliding loop, with intervals that cover."""
+"""Friction identified from constant-speed runs, break-away torques and a presliding loop, with intervals that cover.
+
+Stiffness of LuGre's bristles from a loop below break-away.
+"""
 
 from collections.abc import Iterator, Sequence
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import least_squares
 from scipy.special import fdtri
 
 from ....model.laws.friction import Coulomb, LuGre, QuadraticDamping, Stribeck, Viscous
@@ -15,11 +19,19 @@ from ....quantities import LARGEST, checked, number, shown
 from ....results import Floats
 from ..intervals import spread
 from ..lack_of_fit import LackOfFit
-from ..loops.restricted import Scatter, derived_freedom, restricted
-from .friction_model import FrictionSolution, Runs, Terms, predicted, solve_terms
-from .friction_result import FrictionCandidate, FrictionFit
-from .lack_of_fit import lack_of_fit
-from .presliding import Presliding, presliding_stiffness
+from ..loops.loop_model import states
+from ..loops.loop_path import read_loop
+from ..loops.loop_solve import Scatter, derived_freedom, restricted
+from .friction_model import (
+    FrictionCandidate,
+    FrictionFit,
+    FrictionSolution,
+    Runs,
+    Terms,
+    lack_of_fit,
+    predicted,
+    solve_terms,
+)
 
 FEWEST = 6
 FOLDS = 12
@@ -30,6 +42,52 @@ CHANCE = 1e-3  # that noise alone makes the squared errors of two right laws dif
 ROUNDING = 1e-12  # of the largest torque
 SETTLED = 0.5  # of the highest speed: where a Stribeck speed leaves its Coulomb friction to be seen
 APART = 1e-3  # of the largest: speeds or loads that differ by less are one
+
+DAHL = 1.0  # beta - gamma
+MOST = 0.98  # of the break-away torque
+
+
+class Presliding(NamedTuple):
+    """Stiffness [N*m/rad] of the bristles, its standard deviation and the degrees of freedom of that."""
+
+    sigma_0: float
+    deviation: float
+    freedom: float
+
+
+def presliding_stiffness(measured: Any, breakaway: float) -> Presliding:
+    """Fit sigma_0 to a slow loop, a pair of (n,) arrays [rad], [N*m], below a break-away torque [N*m].
+
+    Raises
+    ------
+    ValueError
+        If it is no pair of arrays, the samples are no loop, or it reaches the break-away torque.
+    """
+    try:
+        angle, torque = measured
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"presliding is {shown(measured)}; give a pair, the angles [rad] and the torques [N*m] of a slow loop"
+        ) from None
+    loop = read_loop(angle, torque, check_units=False)
+    reach = 0.5 * float(np.ptp(loop.torque))
+    if reach > MOST * breakaway:
+        raise ValueError(
+            f"the presliding loop reaches {reach:.4g} N*m and the shaft breaks away at {breakaway:.4g} N*m; give a "
+            "loop that stays below"
+        )
+
+    def value(p: Floats) -> Floats:
+        sigma = float(np.exp(p[0]))
+        twist = breakaway / sigma
+        bristles = states(loop.path, loop.torsion, 1, twist, DAHL, float(np.tanh(p[1])))
+        return np.asarray(breakaway * (bristles + p[2]))
+
+    slope = float(np.polyfit(loop.torsion, loop.torque, 1)[0])
+    found = least_squares(lambda p: (loop.torque - value(p)) / breakaway, [np.log(1.5 * slope), 0.0, 0.0], method="lm")
+    scale = restricted(-found.jac, found.fun)
+    sigma = float(np.exp(found.x[0]))
+    return Presliding(sigma, sigma * float(scale.covariance[0, 0]) ** 0.5, float(np.min(scale.freedom)))
 
 
 def fit_friction(

@@ -1,28 +1,172 @@
-"""A law identified from a measured loop of torque over torsion: slopes, backlash, hysteresis, with their intervals."""
+"""A law identified from a measured loop of torque over torsion: slopes, backlash, hysteresis, with their intervals.
 
-from typing import Any
+Lack of fit of a loop: structure along the torsion that the noise of the samples does not give. What a datasheet
+measures on a law: width of its loop, lost motion, backlash, from the closed form of one motion.
+"""
+
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+from scipy.special import fdtrc
 
 from ....model.laws.hysteresis import BoucWen, Parallel
 from ....model.laws.springs import Backlash, Linear, PiecewiseLinear, Play
 from ....quantities import checked, number
 from ....results import Floats
-from .loop_errors import scatter
-from .loop_lack import structure, wider
-from .loop_measures import SMALL_LOOP, loop_sizes
-from .loop_model import Shape
+from ..lack_of_fit import LackOfFit
+from .loop_model import FULL, Shape, way_of_one
 from .loop_model import torque as torque_along
 from .loop_path import Loop, closed_energy, read_loop
 from .loop_result import LoopCandidate, LoopFit
-from .loop_solve import Solution, left_out, solve, started
-from .restricted import derived_freedom
+from .loop_solve import (
+    RANK,
+    Scatter,
+    Solution,
+    derived_freedom,
+    left_out,
+    restricted,
+    scatter,
+    shifts_of_begins,
+    solve,
+    started,
+)
 
 ELEMENTS = ((0, False), (1, False), (1, True), (2, False), (2, True))  # exponent of Bouc-Wen, whether beta is fitted
 BEYOND = 12  # samples that a slope needs
 WITHIN = 2.0  # standard errors of the difference from the best candidate
 CLEAR = 2.0  # standard deviations by which two slopes must differ
+
+WAVES = 8  # cosines for each direction
+ROWS = 24  # samples for each of them; below two cosines nothing is tested
+LEFT = 1e-3  # of a column: what the unknowns leave of it when they can stand for it
+SENSOR = 1e-4  # of the largest torque: errors along the loop that every sensor has
+
+SMALL_LOOP = 0.04  # of the rated torque
+FARTHEST = 60
+
+
+class Twisted:
+    """A candidate law that is twisted slowly from torque to torque, from rest; offsets and start left out."""
+
+    def __init__(self, shape: Shape, p: Floats) -> None:
+        self.shape, self.given = shape, dict(zip(shape.names(), p.tolist(), strict=True))
+        self.x = self.a = 0.0
+
+    def _at(self, x: float, direction: float) -> tuple[float, float]:
+        """Torque [N*m] at a torsion that is reached in one direction, and the state there."""
+        value = self._spring(x)
+        if not self.shape.n:
+            return value, 0.0
+        twist = self.given["yield_twist"]
+        way = max(direction * (x - self.x), 0.0) / twist
+        a = direction * way_of_one(direction * self.a, way, self.shape.n, self.given.get("kappa", 0.0))
+        return value + self.given["K"] * twist * a, a
+
+    def _spring(self, x: float) -> float:
+        p = self.given
+        way = max(abs(x) - p.get("half_gap", 0.0), 0.0)
+        x1, x2 = p.get("x1", math.inf), p.get("x2", math.inf)
+        value = p["K1"] * min(way, x1)
+        if way > x1:
+            value += p["K2"] * (min(way, x2) - x1)
+        if way > x2:
+            value += p["K3"] * (way - x2)
+        return math.copysign(value, x)
+
+    def to(self, target: float, direction: float, *, stay: bool = True) -> float:
+        """Torsion [rad] at which the torque [N*m] is the target, in one direction; the law stays there if wanted."""
+
+        def missing(way: float) -> float:
+            return direction * (self._at(self.x + direction * way, direction)[0] - target)
+
+        if missing(0.0) >= 0.0:
+            return self.x
+        far = abs(target) / self.given["K1"] + abs(self.x) + 1e-12
+        for _ in range(FARTHEST):
+            if missing(far) > 0.0:
+                break
+            far *= 2.0
+        x = self.x + direction * float(brentq(missing, 0.0, far, xtol=1e-15, rtol=1e-13))
+        if stay:
+            a = self._at(x, direction)[1]
+            self.x, self.a = x, math.copysign(min(abs(a), FULL), a)
+        return x
+
+
+def loop_sizes(shape: Shape, p: Floats, full: float) -> tuple[float, float]:
+    """Width [rad] at no torque and from end to end of the loop 0 -> +full -> -full -> +full [N*m]."""
+    law = Twisted(shape, p)
+    law.to(full, 1.0)
+    first = law.to(0.0, -1.0, stay=False)
+    low = law.to(-full, -1.0)
+    second = law.to(0.0, 1.0, stay=False)
+    return first - second, law.to(full, 1.0) - low
+
+
+def hysteresis_loss(shape: Shape, p: Floats, full: float) -> float:
+    """Hysteresis loss [rad]: width of the loop at no torque after a full load [N*m]."""
+    return loop_sizes(shape, p, full)[0]
+
+
+def lost_motion(shape: Shape, p: Floats, rated: float) -> float:
+    """Lost motion [rad]: torsion between the ends of the loop at +-4 % of the rated torque [N*m]."""
+    return loop_sizes(shape, p, SMALL_LOOP * rated)[1]
+
+
+class Structure(NamedTuple):
+    """Lack of fit of a loop, and its weighted residual (n,) without the structure that was found."""
+
+    lack: LackOfFit
+    noise: Floats
+
+
+def structure(loop: Loop, fit: Solution) -> Structure | None:
+    """Test a fit for structure along the torsion; None where samples are too few."""
+    n, J = len(fit.residual), fit.jacobian[:, np.any(fit.jacobian != 0.0, axis=0)]
+    own, sizes, _ = np.linalg.svd(J / np.linalg.norm(J, axis=0), full_matrices=False)
+    own = own[:, sizes > RANK * sizes[0]]
+    # at the corrected torsion, of which the residual tells nothing: the measured one shares its noise
+    columns = _waves(loop, fit.torsion) * fit.weight[:, None]
+    columns /= np.linalg.norm(columns, axis=0)
+    left, sizes, _ = np.linalg.svd(columns - own @ (own.T @ columns), full_matrices=False)
+    left = left[:, sizes > LEFT]
+    m, freedom = left.shape[1], n - own.shape[1] - left.shape[1]
+    if m == 0:
+        return None
+    c = left.T @ fit.residual
+    noise = fit.residual - left @ c
+    unit = 1.0 / float(np.median(fit.weight))
+    known = restricted(np.column_stack([own, left]), noise)
+    pulls = shifts_of_begins(loop, fit, left)
+    sensor = n / m * (SENSOR * float(np.max(np.abs(loop.torque - np.mean(loop.torque)))) / unit) ** 2
+    V = known.covariance[-m:, -m:] + pulls @ pulls.T + sensor * np.eye(m)
+    ratio = float(c @ np.linalg.solve(V, c)) / m
+    chance = float(fdtrc(m, float(np.min(known.freedom)), ratio))
+    pure, missed = unit * float(noise @ noise / freedom) ** 0.5, unit * float(c @ c / n) ** 0.5
+    return Structure(LackOfFit(pure, missed, ratio, chance, "loop"), noise)
+
+
+def wider(loop: Loop, fit: Solution, found: Structure | None) -> Scatter:
+    """Scatter of the unknowns; where structure was found at least that of the noise times the ratio."""
+    known = scatter(loop, fit)
+    if found is None or not found.lack.found:
+        return known
+    alone = np.diag(scatter(loop, fit._replace(residual=found.noise)).covariance) * found.lack.ratio
+    own = np.diag(known.covariance)
+    grown = np.sqrt(np.maximum(np.divide(alone, own, out=np.ones(len(own)), where=own > 0.0), 1.0))
+    return known._replace(covariance=known.covariance * np.outer(grown, grown))
+
+
+def _waves(loop: Loop, x: Floats) -> Floats:
+    """Cosines (n, 2 WAVES or fewer) over the torsion x (n,), on the way up and on the way down."""
+    count = min(WAVES, len(x) // (2 * ROWS))
+    place = (x - np.min(x)) / np.ptp(x)
+    waves = np.cos(np.pi * np.outer(place, np.arange(count if count > 1 else 0)))
+    up = (loop.path.direction[loop.path.branch] > 0.0)[:, None]
+    return np.hstack([waves * up, waves * ~up])
 
 
 def fit_loop(

@@ -4,15 +4,20 @@ The residual of a sample is the distance of the measured torque from the law's a
 noise of both axes through the local slope; the derivatives are taken at the corrected torsion, so that noise of the
 torsion does not pull the slopes down (orthogonal distance regression: Boggs, Byrd & Schnabel 1987, SIAM J. Sci. Stat.
 Comput. 8(6), 1052-1078).
+
+Scatter of a loop's unknowns: coloured residuals, reversals read with noise, errors that cycles repeat.
 """
 
 import math
 from itertools import combinations
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.signal import lfilter
 
 from ....results import Floats
+from ..intervals import spread
 from .loop_model import FULL, Shape, torque
 from .loop_path import Loop
 
@@ -23,6 +28,17 @@ THINNED = 400  # samples of a start
 TWISTS = (0.01, 0.03, 0.1, 0.3)  # of the largest torsion: yield twists tried at a start
 CORNERS = (0.08, 0.15, 0.25, 0.35, 0.5, 0.65, 0.8)  # of the largest torsion: x1 and x2 tried at a start
 POSITIVE = ("K1", "K2", "K3", "x1", "x2", "K", "yield_twist")
+
+BINS = 24  # of the torsion's range, over which residuals of two cycles are compared
+ALIKE = 0.02  # of the range: branches that begin as close together do the same
+SURE = 2.0  # standard deviations from which on a correlation is one
+LEAST_TOLD = ("start", "kappa", "torsion_offset", "half_gap", "yield_twist", "K")  # first left out of dependent columns
+UNTOLD = 1e3  # times its value: standard deviation of an unknown that was left out
+RANK = 1e-9
+BOUND = 1e6  # degrees of freedom of what stands at a bound
+
+COLOURS = np.linspace(-0.9, 0.98, 20)  # phi tried
+NONE = 1e-300
 
 
 class Solution(NamedTuple):
@@ -171,3 +187,139 @@ def left_out(loop: Loop, solution: Solution) -> Floats:
         miss = linearised(loop, solution.shape, p, solution.torsion, ()).residual[block]
         found.append(float(np.mean(miss**2)))
     return np.array(found)
+
+
+class Scatter(NamedTuple):
+    """Covariance (p, p) of the unknowns, degrees of freedom (p,) of its diagonal, and the colour phi."""
+
+    covariance: Floats
+    freedom: Floats
+    phi: float
+
+
+def restricted(jacobian: Floats, residual: Floats) -> Scatter:
+    """Scatter of least squares with the jacobian (n, p) and the residual (n,): coloured, and perhaps uneven."""
+    n, p = jacobian.shape
+    sizes = np.linalg.norm(jacobian, axis=0)
+    basis, triangle = np.linalg.qr(jacobian / sizes)
+    phi = _colour(basis, residual)
+    innovation = _innovations(_white(basis, phi), _white(residual, phi))
+    # V is the covariance of the residual: basis' V basis by the filter that takes white noise to it
+    passed = lfilter([1.0], [1.0, -phi], basis[::-1], axis=0)[::-1]
+    passed[0] /= math.sqrt(1.0 - phi * phi)
+    back = np.linalg.inv(triangle) / sizes[:, None]
+    power = float(innovation @ innovation) / (n - p)
+    covariance = power * back @ (passed.T @ passed) @ back.T
+    own = spread(jacobian, residual)
+    wider = np.sqrt(np.maximum(np.diag(own.covariance) / np.maximum(np.diag(covariance), NONE), 1.0))
+    freedom = max((n - p) * (1.0 - abs(phi)) / (1.0 + abs(phi)), 1.0)
+    return Scatter(covariance * np.outer(wider, wider), np.full(p, freedom), phi)
+
+
+def _white(values: Floats, phi: float) -> Floats:
+    """Take the colour phi out of columns (n, ...); the first row keeps its scatter."""
+    found = np.array(values)
+    found[1:] -= phi * values[:-1]
+    found[0] *= math.sqrt(1.0 - phi * phi)
+    return found
+
+
+def _innovations(basis: Floats, residual: Floats) -> Floats:
+    Q = np.linalg.qr(basis)[0]
+    return np.asarray(residual - Q @ (Q.T @ residual))
+
+
+def _colour(basis: Floats, residual: Floats) -> float:
+    """Colour phi of largest restricted likelihood."""
+    n, p = basis.shape
+
+    def cost(phi: float) -> float:
+        Q, triangle = np.linalg.qr(_white(basis, phi))
+        white = _white(residual, phi)
+        miss = white - Q @ (Q.T @ white)
+        size = 2.0 * float(np.sum(np.log(np.abs(np.diag(triangle)) + NONE)))
+        power = math.log(float(miss @ miss) + NONE)
+        return float((n - p) * power - math.log(1.0 - phi * phi) + size)
+
+    best = int(np.argmin([cost(phi) for phi in COLOURS.tolist()]))
+    ends = COLOURS[max(best - 1, 0)], COLOURS[min(best + 1, len(COLOURS) - 1)]
+    found = minimize_scalar(cost, bounds=ends, method="bounded", options={"xatol": 1e-4})
+    return float(found.x)
+
+
+def derived_freedom(rates: Floats, covariance: Floats, freedom: Any) -> Floats:
+    """Degrees of freedom (m,) of numbers with the derivatives rates (m, p) by the unknowns: Satterthwaite's rule."""
+    shares = rates**2 * np.diag(covariance)
+    total = np.maximum(np.sum(shares**2 / freedom, axis=1), NONE)
+    return np.asarray(np.maximum(np.sum(shares, axis=1) ** 2 / total, 1.0))
+
+
+def scatter(loop: Loop, fit: Solution) -> Scatter:
+    """Scatter of the unknowns of a fit; 0 for those that stand at a bound."""
+    told = np.sum(fit.jacobian**2, axis=0) > 0.0
+    told &= ~np.isin(fit.shape.names(), ["half_gap", "kappa"]) | (fit.p > 0.0)
+    bound, names = ~told, np.array(fit.shape.names())
+    for name in LEAST_TOLD:
+        if not _apart(fit.jacobian[:, told]):
+            told &= names != name
+    J = fit.jacobian[:, told]
+    found = restricted(J, fit.residual)
+    covariance = found.covariance * repetition(loop, fit.residual) + _of_begins(loop, fit, J)
+    whole, freedom = np.zeros((len(told), len(told))), BOUND * np.ones(len(told))
+    whole[np.diag_indices(len(told))] = np.where(bound, 0.0, (UNTOLD * fit.p) ** 2)
+    whole[np.ix_(told, told)], freedom[told] = covariance, found.freedom
+    return Scatter(whole, freedom, found.phi)
+
+
+def _apart(J: Floats) -> bool:
+    """Whether the samples tell the columns (n, p) apart."""
+    singular = np.linalg.svd(J / np.linalg.norm(J, axis=0), compute_uv=False)
+    return bool(singular[-1] > RANK * singular[0])
+
+
+def _of_begins(loop: Loop, fit: Solution, J: Floats) -> Floats:
+    """Covariance (p, p) that the noise of the torsion at the reversals gives."""
+    changes = np.linalg.solve(J.T @ J, shifts_of_begins(loop, fit, J))
+    return np.asarray(changes @ changes.T)
+
+
+def shifts_of_begins(loop: Loop, fit: Solution, J: Floats) -> Floats:
+    """Products (p, branches) of columns (n, p) with what a standard deviation of each reversal changes."""
+    if not fit.shape.n or loop.torsion_noise == 0.0:
+        return np.zeros((J.shape[1], 1))
+    p = fit.p.copy()
+    spring = fit.shape._replace(n=0, free_beta=False)
+    kept = [fit.shape.names().index(name) for name in spring.names()]
+    both, alone = (torque(s, q, loop.path, fit.torsion).slope for s, q in ((fit.shape, p), (spring, p[kept])))
+    shift = fit.weight * (both - alone)
+    pulls = np.array(
+        [J[mine].T @ shift[mine] for mine in (loop.path.branch == j for j in range(1, len(loop.path.begin)))]
+    )
+    return np.asarray(pulls.T * loop.begin_noise[1:])
+
+
+def repetition(loop: Loop, residual: Floats) -> float:
+    """Factor (at least 1) by which the variance grows because cycles of one amplitude repeat their residuals."""
+    path, low, wide = loop.path, float(np.min(loop.torsion)), float(np.ptp(loop.torsion))
+    place = np.minimum((BINS * (loop.torsion - low) / wide).astype(int), BINS - 1)
+    means = np.full((len(path.begin), BINS), np.nan)
+    for j in range(1, len(means)):
+        mine = path.branch == j
+        count = np.bincount(place[mine], minlength=BINS)
+        sums = np.bincount(place[mine], residual[mine], minlength=BINS)
+        means[j, count > 0] = sums[count > 0] / count[count > 0]
+    products, squares, pairs, alike = 0.0, 0.0, 0, np.ones(len(means))
+    for j in range(1, len(means)):
+        for k in range(j + 1, len(means)):
+            close = abs(path.begin[j] - path.begin[k]) < ALIKE * wide
+            both = np.isfinite(means[j]) & np.isfinite(means[k])
+            if path.direction[j] == path.direction[k] and close and np.any(both):
+                a, b = means[j, both], means[k, both]
+                products, squares = products + float(a @ b), squares + 0.5 * float(a @ a + b @ b)
+                pairs += int(np.count_nonzero(both))
+                alike[j] += 1.0
+                alike[k] += 1.0
+    if squares == 0.0:
+        return 1.0
+    same = products / squares
+    return 1.0 + same * float(np.mean(alike[1:]) - 1.0) if same > SURE / math.sqrt(pairs) else 1.0

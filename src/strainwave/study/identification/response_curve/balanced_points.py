@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ....numerics.balance.first_order import linearised, newton
 from ....numerics.balance.second_order import second_order
-from ....numerics.balance.work import linearised, newton
-from ....numerics.curves.fold_system import FoldSystem
+from ....numerics.curves.fold_curve import FoldSystem
 from ....results import Floats
 from ....tree import leaf_of, with_leaf
 from ..fitted import with_values

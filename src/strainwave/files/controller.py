@@ -12,11 +12,11 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
-from ...model.controllers.closed_loop import Sampling
-from ...quantities import checked
-from ...study.move.demands import MotorLimits
-from ..entries import Wrong, about, number, refusal, whole
-from ..yaml_text import shown
+from ..model.controllers.closed_loop import Sampling
+from ..quantities import checked
+from ..study.move.mover import MotorLimits
+from .entries import Wrong, about, number, refusal, whole
+from .yaml_text import shown
 
 EXAMPLE = "{period: 250 us, delay: 250 us, motor_encoder: 16 bit, load_encoder: 24 bit}"
 NONE = "none"

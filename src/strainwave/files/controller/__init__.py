@@ -1,1 +1,0 @@
-"""The group `controller` of a project file."""

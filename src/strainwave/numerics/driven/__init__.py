@@ -1,1 +1,0 @@
-"""Systems driven by measured signals, run freely in lanes."""

@@ -1,1 +1,0 @@
-"""Logs: measured channels over one time, and the stretches of their motion."""
