@@ -194,6 +194,17 @@ def test_a_file_with_one_changed_number_is_refused(tmp_path):
         sw.load(path)
 
 
+def test_a_mat_file_that_was_changed_anywhere_is_refused(tmp_path):
+    path = branch().save(tmp_path / "curve.mat")
+    whole = path.read_bytes()
+    for place in np.random.default_rng(2).integers(128, len(whole), 40).tolist():  # SciPy's reader ended the process
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 0x5A]) + whole[place + 1 :])
+        with pytest.raises(ValueError, match="its content is not what was saved"):
+            sw.load(path)
+    path.write_bytes(b"MATLAB 5.0 MAT-file".ljust(116) + whole[116:])  # as earlier versions wrote it
+    assert np.array_equal(sw.load(path).peak, branch().peak)
+
+
 def test_a_missing_chunk_of_a_zarr_store_is_seen(tmp_path):
     path = branch().save(tmp_path / "curve.zarr")
     next(file for file in (path / "peak" / "c").rglob("*") if file.is_file()).unlink()

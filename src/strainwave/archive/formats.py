@@ -8,6 +8,8 @@ MAT-files of MATLAB: every array of a dataset as a struct with its value, its un
 
 import re
 from collections.abc import Mapping
+from hashlib import blake2s
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +26,7 @@ LARGEST = 2**31 - 1  # whole number of an attribute in NetCDF 3
 
 Arrays = dict[str, Any]
 
+HEAD, SEAL = 116, "strainwave"  # bytes of text at the begin of a MAT-file, and what is before its seal there
 LONGEST = 60  # characters of a name in MATLAB, which takes 63
 
 
@@ -44,16 +47,22 @@ def write_mat(data: Any, path: str, parts: tuple[str, str]) -> None:
             value.real, value.imag = (data.variables[own + part].values for part in parts)
         unit, dimensions = variable.attrs.get("units", ""), ", ".join(map(str, variable.dims))
         found[_named(own, found)] = {"value": value, "unit": unit, "dimensions": dimensions, "name": own}
-    with open(path, "wb") as stream:
-        savemat(stream, found, oned_as="column", long_field_names=True)
+    stream = BytesIO()
+    savemat(stream, found, oned_as="column", long_field_names=True)
+    content = stream.getvalue()
+    head = f"MATLAB 5.0 MAT-file, {_sealed(content)}".ljust(HEAD).encode()
+    Path(path).write_bytes(head + content[HEAD:])
 
 
 def read_mat(path: Path, parts: tuple[str, str]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Arrays of a file that `write_mat` wrote, complex ones in two, and its single texts."""
     from scipy.io import loadmat
 
-    with open(path, "rb") as stream:
-        stored = loadmat(stream, struct_as_record=False)
+    content = path.read_bytes()
+    head = content[:HEAD].decode("latin-1")
+    if SEAL in head and _sealed(content) not in head:  # SciPy's reader may take the process along
+        raise ValueError("its content is not what was saved")
+    stored = loadmat(BytesIO(content), struct_as_record=False)
     arrays, texts = dict[str, Any](), dict[str, Any]()
     for name, thing in stored.items():
         if not isinstance(thing, np.ndarray) or not thing.size:
@@ -68,6 +77,11 @@ def read_mat(path: Path, parts: tuple[str, str]) -> tuple[dict[str, Any], dict[s
                 dict(zip((own + p for p in parts), (value.real, value.imag), strict=True)) if whole else {own: value}
             )
     return arrays, texts
+
+
+def _sealed(content: bytes) -> str:
+    """What the head of a MAT-file says of the content behind it."""
+    return f"{SEAL} {blake2s(content[HEAD:], digest_size=16).hexdigest()}"
 
 
 def _named(name: str, taken: Mapping[str, Any]) -> str:

@@ -220,6 +220,14 @@ def test_compiled_noise_is_that_of_python():
     np.testing.assert_allclose(compiled, python, rtol=1e-15)
 
 
+def test_a_load_with_several_drags_has_an_inverse_and_one_with_memory_none():
+    load = OPEN.load._replace(drag=sw.Parallel(sw.Viscous(0.5), sw.Coulomb(2.0, 0.1)))
+    checked(sw.InverseDynamics(PD, OPEN._replace(load=load)))
+    load = OPEN.load._replace(drag=sw.BoucWen(1e5, 0.3, 1e-4))
+    with pytest.raises(ValueError, match="couplings or laws with memory"):
+        checked(sw.InverseDynamics(PD, OPEN._replace(load=load)))
+
+
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [

@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 from ...compile.jit import kernel
-from ...law import depends, torque_of
+from ...law import states_of, torque_of
 from ...protocols import need
 from ...quantities import Inertia, Ratio, Time
 from .loops import is_controller
@@ -104,7 +104,7 @@ class InverseDynamics(NamedTuple):
         is_controller("InverseDynamics.loop", self.loop)
         need("InverseDynamics.train", self.train, "pointing_error")
         end = self.train.load.end()
-        if end is not self.train.load or any(depends(law) == 3 for law in (self.train.law, end.drag)):
+        if end is not self.train.load or any(states_of(law) for law in (self.train.law, end.drag)):
             raise ValueError(
                 "InverseDynamics.train has couplings or laws with memory, of which there is no inverse in closed form; "
                 "give the train without them, what is left is the loop's"
