@@ -35,7 +35,7 @@ def analyze(projects: tuple[Path, ...], output: Path | None, compare: bool, chec
 
 
 @click.command()
-@output_option("Folder for reports.", default=Path("strainwave-demo"), show_default=True)
+@output_option("Folder for reports.", default=Path("strainwave-demo"))
 @json_option
 def demo(output: Path, as_json: bool) -> None:
     """Analyse the article's drive and a real catalogue drive."""
@@ -44,10 +44,7 @@ def demo(output: Path, as_json: bool) -> None:
         with as_file(files("strainwave.app") / "projects" / f"{name}.yaml") as path:
             projects[name] = read_project(path)
     reports = _finished(projects, output)
-    if as_json:
-        click.echo(to_json({name: report.results for name, report in reports.items()}))
-    else:
-        click.echo("\n\n".join(_printed(report, output / name) for name, report in reports.items()))
+    click.echo(_all_printed(reports, output, as_json))
 
 
 def _written(paths: Sequence[Path], folder: Path, compare: bool, as_json: bool) -> str:
@@ -68,14 +65,12 @@ def _written(paths: Sequence[Path], folder: Path, compare: bool, as_json: bool) 
     if compare and len({project.speeds.by_motor for project in projects.values()}) > 1:
         raise ValueError("some projects have speeds of a forcing, others of a shaft; compare one kind at a time")
     reports = _finished(projects, folder)
-    said = [_printed(report, folder / name) for name, report in reports.items()]
+    more = []
     if compare:
         with staged(folder) as part:
             (part / COMPARISON).write_text(verdicts_page(reports), encoding="utf-8", newline="\n")
-        said.append(f"comparison: {folder / COMPARISON}")
-    if as_json:
-        return to_json({name: report.results for name, report in reports.items()})
-    return "\n\n".join(said)
+        more.append(f"comparison: {folder / COMPARISON}")
+    return _all_printed(reports, folder, as_json, *more)
 
 
 def _checked(paths: Sequence[Path], as_json: bool) -> str:
@@ -123,3 +118,10 @@ def analyse(project: Project, folder: Path) -> Report:
 def _printed(report: Report, folder: Path) -> str:
     """The summary of a report with its place."""
     return f"{report.summary}\n  report: {folder / 'report.html'}"
+
+
+def _all_printed(reports: dict[str, Report], folder: Path, as_json: bool, *more: str) -> str:
+    """Several reports as JSON, or their summaries and what else is said."""
+    if as_json:
+        return to_json({name: report.results for name, report in reports.items()})
+    return "\n\n".join([*(_printed(report, folder / name) for name, report in reports.items()), *more])

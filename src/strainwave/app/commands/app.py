@@ -7,9 +7,7 @@ import click
 
 
 @click.command()
-@click.option(
-    "--port", type=click.IntRange(0, 65535), default=8765, show_default=True, help="Port; if taken, the next."
-)
+@click.option("--port", type=click.IntRange(0, 65535), default=8765, help="Port; if taken, the next.")
 @click.option("--browser/--no-browser", default=True, help="Whether to open the page in a browser.")
 def app(port: int, browser: bool) -> None:
     """Serve the web app on this machine alone: a page with sliders and pictures of a drive."""

@@ -131,7 +131,7 @@ def _sentence(error: Exception) -> str:
 @click.group(
     cls=Sentences,
     commands=dict.fromkeys(COMMANDS, click.Command(None)),  # for `Did you mean`
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110, "show_default": True},
 )
 @click.version_option(__version__, prog_name="strainwave")
 @click.option("--debug", is_flag=True, help="Show the traceback of an error (also: STRAINWAVE_DEBUG=1).")

@@ -36,8 +36,8 @@ CSV, SVG, JSON = "move.csv", "move.svg", "move.json"
     help='Motor speeds to avoid, as "1200 rpm" "1500 rpm"; repeatable.',
 )  # fmt: skip
 @click.option("--avoid", is_flag=True, help="Take the speeds to avoid of the analysis too, which takes its time.")
-@click.option("--delimiter", default=",", show_default=True, help="Column separator of a CSV profile.")
-@click.option("--decimal", default=".", show_default=True, help="Decimal separator of a CSV profile.")
+@click.option("--delimiter", default=",", help="Column separator of a CSV profile.")
+@click.option("--decimal", default=".", help="Decimal separator of a CSV profile.")
 @json_option
 def move(
     project: Path, profile: tuple[str, ...], output: Path, start: str | None, payload: str | None, window: str | None,

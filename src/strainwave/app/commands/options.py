@@ -1,6 +1,7 @@
 """Arguments and options that several commands take."""
 
 from collections.abc import Callable
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -28,13 +29,7 @@ def output_option(help: str, **how: Any) -> Callable[[Any], Any]:
 
 def together(*options: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """Several options as one decorator."""
-
-    def decorated(command: Any) -> Any:
-        for option in reversed(options):
-            command = option(command)
-        return command
-
-    return decorated
+    return lambda command: reduce(lambda done, option: option(done), reversed(options), command)
 
 
 def pairs(_context: click.Context, option: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:

@@ -33,7 +33,7 @@ WAYS = {True: "jumps up", False: "drops"}  # of the error at a jump
 @click.option("--amplification", type=float, help="Largest oscillation relative to that of quasi-static rotation.")
 @click.option("--margin", type=float, help="Separation margin from every resonance, 0.1 for 10 %.")
 @click.option("--units", type=click.IntRange(0, 5000), default=0, help="Drives drawn by the scatter of the file.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of these drives.")
+@click.option("--seed", type=click.IntRange(0), default=0, help="Seed of these drives.")
 @json_option
 def speed_map(
     project: Path, output: Path, loads: str | None, inertias: str | None, speeds: str | None, limit: str | None,

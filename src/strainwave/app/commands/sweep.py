@@ -47,11 +47,11 @@ TOGETHER = " & "  # between the paths of one factor
     "a name of the file (loop.K_p, load.inertia, gear=CSG-40-50,SHG-40-50): then the response of the whole drive.",
 )  # fmt: skip
 @click.option(
-    "--measure", "measures", multiple=True, default=("peak",), show_default=True,
+    "--measure", "measures", multiple=True, default=("peak",),
     help="What to keep of every trajectory: peak, rms, mean, extremes, amplitude:K. Repeat it for several.",
 )  # fmt: skip
-@click.option("--settle", type=click.IntRange(0), default=200, show_default=True, help="Periods before measuring.")
-@click.option("--periods", type=click.IntRange(1), default=20, show_default=True, help="Periods of the measures.")
+@click.option("--settle", type=click.IntRange(0), default=200, help="Periods before measuring.")
+@click.option("--periods", type=click.IntRange(1), default=20, help="Periods of the measures.")
 @output_option("Store of the results; run again to resume.", required=True)
 @click.option("--workers", type=click.IntRange(1), help="Threads. Default: one for every processor.")
 @click.option(

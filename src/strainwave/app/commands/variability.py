@@ -17,10 +17,8 @@ MOST_ERRORS = 3
 
 @click.command()
 @project_argument
-@click.option("--count", type=click.IntRange(32, 5000), default=200, show_default=True, help="Drives, each a curve.")
-@click.option(
-    "--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed gives the same drives."
-)
+@click.option("--count", type=click.IntRange(32, 5000), default=200, help="Drives, each a curve.")
+@click.option("--seed", type=click.IntRange(0), default=0, help="The same seed gives the same drives.")
 @limit_option
 @retune_option
 @json_option

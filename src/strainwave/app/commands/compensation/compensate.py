@@ -45,7 +45,7 @@ plant_options = together(
     help='Of the load, at which gravity is held, as "90 deg"; repeatable: the worst of them counts. Default: 0 deg.',
 )  # fmt: skip
 @click.option("--units", type=click.IntRange(0, 100_000), default=0, help="Units of the type, drawn at random.")
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Seed of these units.")
+@click.option("--seed", type=click.IntRange(0), default=1, help="Seed of these units.")
 @plant_options
 @output_option("Folder for tables, figures and order tables.")
 @json_option

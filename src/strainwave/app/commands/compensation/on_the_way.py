@@ -86,7 +86,7 @@ def compensate_move(
 @click.option(
     "--load-angle", help='Of the load, at which gravity is held while jumps are looked for. Default: "0 deg".'
 )
-@click.option("--time", "duration", default="10 s", show_default=True, help="Of the run-up, and of the run-down.")
+@click.option("--time", "duration", default="10 s", help="Of the run-up, and of the run-down.")
 @click.option("--controller", "controllers", multiple=True, help="Name; repeatable. Default: loop and inverse.")
 @plant_options
 @output_option("Folder for run-up.csv, run-up.json and run-up.svg.")

@@ -93,7 +93,7 @@ def _option(question: Question) -> Callable[[Any], Any]:
 
 @click.command()
 @together(*map(_option, QUESTIONS))
-@output_option("Project file to write.", type=written_type, default=Path("drive.yaml"), show_default=True)
+@output_option("Project file to write.", type=written_type, default=Path("drive.yaml"))
 @click.option("--force", is_flag=True, help="Replace a file that exists.")
 def new(output: Path, force: bool, **given: str | None) -> None:
     """Write a commented project file.

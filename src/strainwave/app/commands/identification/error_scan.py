@@ -1,6 +1,6 @@
 """`strainwave error-scan`: a measured kinematic error as lines with their uncertainty."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -34,18 +34,18 @@ def _orders(_ctx: click.Context, _option: click.Parameter, text: str | None) -> 
 @click.command("error-scan")
 @click.argument("file", type=file_type)
 @click.option("--back", type=file_type, help="CSV of the run in the backward direction.")
-@click.option("--shaft", type=SHAFTS, default="motor", show_default=True, help="Shaft of the file's angle.")
+@click.option("--shaft", type=SHAFTS, default="motor", help="Shaft of the file's angle.")
 @click.option("--turn", type=SHAFTS, help="Shaft whose turn the orders count on; the same by default.")
 @click.option("--ratio", type=int, help="Ratio of the gear, where --shaft and --turn differ.")
 @click.option("--orders", callback=_orders, help="Fit these orders, as 1,2,4, in place of a search.")
 @click.option("--highest", type=int, help="Highest order sought.")
-@click.option("--false-alarm", type=float, default=0.01, show_default=True, help="Probability that noise gives a line.")
-@click.option("--angle", default="angle", show_default=True, help='Column of the angle, as "Winkel [deg]".')
+@click.option("--false-alarm", type=float, default=0.01, help="Probability that noise gives a line.")
+@click.option("--angle", default="angle", help='Column of the angle, as "Winkel [deg]".')
 @click.option("--error", help='Column of the error, as "Fehler [arcsec]"; "error" or "ate" by default.')
 @click.option("--backward", help='Column of the error on the way back; "backward" by default.')
 @click.option("--ate", is_flag=True, help="The error is the vendors', output minus motor/ratio.")
-@click.option("--delimiter", default=",", show_default=True, help="Column separator.")
-@click.option("--decimal", default=".", show_default=True, help="Decimal separator.")
+@click.option("--delimiter", default=",", help="Column separator.")
+@click.option("--decimal", default=".", help="Decimal separator.")
 @json_option
 def error_scan(
     file: Path, back: Path | None, shaft: Any, turn: Any, ratio: int | None, orders: list[int] | None,
@@ -120,14 +120,14 @@ def _print(file: Path, scan: ErrorScan, turn: str) -> None:
         click.echo(f"{name:<36}{number(value, 4)} arcsec")
     click.echo(f"{scan.samples} samples over {scan.turns:.4g} turns; the residual is taken as {scan.noise} noise")
     if scan.lines:
-        click.echo(f"for a project file:\n{project_lines(scan)}")
+        click.echo(f"for a project file:\n{project_lines(scan.lines)}")
 
 
-def project_lines(scan: ErrorScan) -> str:
-    """Lines of the scan as the field `kinematic_error` of a project file."""
-    strongest: Sequence[Any] = sorted(scan.lines, key=lambda line: -line.amplitude)[:SHOWN_IN_PROJECT]
-    rows = [
-        f"    - {{order: {line.order}, amplitude: {_arcsec(line.amplitude):.6g} arcsec, phase: {line.phase:.5g} rad}}"
-        for line in sorted(strongest, key=lambda line: line.order)
-    ]
-    return "\n".join(["  kinematic_error:", *rows])
+def project_lines(lines: Iterable[Any]) -> str:
+    """The strongest lines of an angle [rad], by their orders, as the field `kinematic_error` of a project file."""
+    rows = ["  kinematic_error:"]
+    strongest = sorted(lines, key=lambda line: -line.amplitude)[:SHOWN_IN_PROJECT]
+    for line in sorted(strongest, key=lambda line: line.order):
+        size = f"amplitude: {_arcsec(line.amplitude):.6g} arcsec, phase: {line.phase:.5g} rad"
+        rows.append(f"    - {{order: {round(line.order)}, {size}}}")
+    return "\n".join(rows)

@@ -34,7 +34,7 @@ YAML, JSON, SVG = "identified.yaml", "identified.json", "identified.svg"
     help='Numbers to find, by their names in the file: "gear.K1, damping.B, torsion.offset". Default: usual ones.',
 )
 @click.option(
-    "--between", type=click.Choice(["band-limited", "linear", "held"]), default="band-limited", show_default=True,
+    "--between", type=click.Choice(["band-limited", "linear", "held"]), default="band-limited",
     help="What the motor's angle does between samples.",
 )  # fmt: skip
 @reading_options

@@ -24,8 +24,8 @@ from ..options import dialect_options, file_type, json_option, output_option
 @click.argument("file", type=file_type)
 @click.option("--rated-torque", help='For lost motion and hysteresis loss, as "67 N*m". Default: the largest measured.')
 @click.option("--ratio", type=float, help="Ratio of the gear, for the block of a project file.")
-@click.option("--torsion", default="torsion", show_default=True, help='Column of the torsion, as "Winkel [arcmin]".')
-@click.option("--torque", default="torque", show_default=True, help='Column of the torque, as "Moment [N*m]".')
+@click.option("--torsion", default="torsion", help='Column of the torsion, as "Winkel [arcmin]".')
+@click.option("--torque", default="torque", help='Column of the torque, as "Moment [N*m]".')
 @dialect_options
 @output_option("Folder for loop.svg, loop.csv, loop.json and gear.yaml, the block of a project file.")
 @json_option

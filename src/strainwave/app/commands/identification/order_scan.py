@@ -19,6 +19,7 @@ from ...figures.identification.orders import orders_figure
 from ...output import staged, write_csv
 from ...view import sign
 from ..options import file_type, json_option, output_option, reading_options
+from .error_scan import project_lines
 
 CSV, JSON, SVG = "orders.csv", "orders.json", "orders.svg"
 LIKELY = ("torsion", "error", "torque", "motor_torque", "torque_from_current", "current", "load_torque")
@@ -151,7 +152,7 @@ def _print(found: OrderScan, channel: str, runs: int) -> None:
     for note in found.notes:
         click.echo(f"note: {note}")
     if found.unit == "rad" and any(whole(line) for line in found.lines):
-        click.echo(f"for a project file, if the angle is the motor's:\n{project_lines(found)}")
+        click.echo(f"for a project file, if the angle is the motor's:\n{project_lines(filter(whole, found.lines))}")
 
 
 def whole(line: OrderLine) -> bool:
@@ -159,12 +160,3 @@ def whole(line: OrderLine) -> bool:
     return line.kind != "frequency" and round(line.order) > 0 and abs(line.order - round(line.order)) <= max(
         line.order_error, 1e-6
     )  # fmt: skip
-
-
-def project_lines(found: OrderScan) -> str:
-    """Lines of an angle as the field `kinematic_error` of a project file."""
-    rows = ["  kinematic_error:"]
-    for line in filter(whole, found.lines):
-        size = f"amplitude: {line.amplitude / ARCSEC:.6g} arcsec, phase: {line.phase:.5g} rad"
-        rows.append(f"    - {{order: {round(line.order)}, {size}}}")
-    return "\n".join(rows)
