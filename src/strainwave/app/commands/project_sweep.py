@@ -28,19 +28,11 @@ WHAT = {
 }
 
 
-def show(
+def swept(
     project: Project, grid: tuple[str, ...], output: Path, workers: int | None, chunk: int | None, retune: bool,
     connect: Any, progress: Progress, as_json: bool,
 ) -> None:  # fmt: skip
-    """Sweep the response of a project's whole drive, or go on where the last run stopped, and print what was found.
-
-    Raises
-    ------
-    ValueError
-        If the motor is free and the drive has more than its error equation.
-    click.BadParameter
-        If a grid cannot be read, or the file may not have one of its values.
-    """
+    """Sweep the response of a project's whole drive, or go on where the last run stopped, and print what was found."""
     axes = dict(axis(text) for text in grid)
     if project.train is not None:
         refuse_free(project.train)

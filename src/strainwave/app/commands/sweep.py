@@ -75,7 +75,7 @@ def sweep(
     if drive.left_out or retune or any(_of_file_alone(drive, text, known) for text in grids):
         refuse_options_of_trajectories()
         with logged(drive.title) as progress:
-            project_sweep.show(drive, grid, output, workers, chunk, retune, lambda: client(cluster), progress, as_json)
+            project_sweep.swept(drive, grid, output, workers, chunk, retune, lambda: client(cluster), progress, as_json)
         return
     axes = dict(axis(text, known) for text in grids)
     units = dict(typed_unit(text, known) for text in grids)
