@@ -1,6 +1,7 @@
 """`strainwave variability` prints the probability with its interval."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.app.commands.variability import summary
 from strainwave.files.reading import read_project
+from strainwave.speeds import Speeds
 
 TEXT = """\
 title: Linear
@@ -64,5 +66,9 @@ def test_bad_input_is_one_sentence(drive):
 def test_drives_without_a_curve_are_counted_once_with_their_reasons():
     sizes = np.array([1e-3, np.nan, np.nan])
     found = sw.Exceedance(5e-4, {}, *[sizes] * 4, 0, None, ("no motion is found", "the law carries no such torque"))
-    told = [line for line in summary("Linear", found).splitlines() if "curve" in line]
+    told = [
+        line
+        for line in summary(SimpleNamespace(title="Linear", speeds=Speeds((1.0, 2.0))), found).splitlines()
+        if "curve" in line
+    ]
     assert told == ["  2 of the drives have no response curve: no motion is found; the law carries no such torque"]

@@ -55,6 +55,28 @@ def test_every_drive_has_the_oscillation_of_the_closed_form_and_the_interval_hol
     np.testing.assert_array_equal(again.oscillation, found.oscillation[:32])
 
 
+@pytest.mark.compiled
+def test_a_drive_with_gravity_exceeds_its_limit_where_it_does_under_any_torque_of_its_load(read):
+    text = """\
+gear: CSG-40-50
+motor: {mode: held}
+load: {inertia: 1.3 kg*m^2, drag: {type: angle_torque, amplitude: 150 N*m}}
+damping: {ratio: 4 %}
+speed: {from: 1200 rpm, to: 2600 rpm, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}
+limit: {oscillation: 60 arcsec}
+scatter: {load.inertia: 1e-6 %}
+"""
+    project = read(text)
+    found = sw.exceedance(project, count=32)
+    assert found.loads == pytest.approx((-150.0, -75.0, 0.0, 75.0, 150.0))
+    curves = [sw.speed_map(project, loads=[load], search=False) for load in found.loads]
+    largest = max(float(np.max(curve.oscillation)) for curve in curves)
+    assert found.oscillation == pytest.approx(np.full(32, largest), rel=1e-3)
+    assert float(np.max(project.response().oscillation)) < 0.98 * largest
+    assert "Each under 5 torques of its load, -150 to 150 N*m." in str(found)
+
+
 def test_factors_are_normal_cut_off_at_three_deviations_and_the_same_for_the_same_seed():
     factors = drawn((("a", 0.05), ("b", 0.2)), 20_000, 1)
     for name, share in (("a", 0.05), ("b", 0.2)):

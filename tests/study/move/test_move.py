@@ -293,7 +293,7 @@ BEYOND = [
      r"above its limit of 0.3 N\*m \(loads and friction alone take 0.6 N\*m\); .*it still asks too much"),
     # (J_m N + J_l/N) 4.5 QUARTER/TIME^2 = 0.3475 N m, and TIME sqrt(0.3475/0.3) = 0.6458 s
     (LEVEL, {"limits": sw.MotorLimits(torque=0.3)},
-     r"above its limit of 0.3 N\*m; the move is computed as if the motor had that; stretch it from 0.6 s to 0.6458 s"),
+     r"limit of 0.3 N\*m; the move is computed as if the motor had that; stretch it from 0.6 s to at least 0.6458 s,"),
     # the vibration alone is beyond
     (LEVEL, {"limits": sw.MotorLimits(torque=0.35)},
      r"above its limit of 0.35 N\*m; .* had that; take a longer time, a smoother profile or a stronger motor"),

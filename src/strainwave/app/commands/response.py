@@ -85,6 +85,7 @@ def _asked(project: Project, found: DriveResponse) -> dict[str, Any]:
     motor = judged.motor
     return {
         "passes": judged.passes,
+        "load_has_a_range": project.load_torques[0] < project.load_torques[1],
         "limit_arcsec": None if project.limit is None else project.limit / ARCSEC,
         "gear_torque_N_m": judged.used.peak_torque,
         "required_motor": None
@@ -155,7 +156,18 @@ def _against(data: dict[str, Any]) -> str:
     if limit is None:
         return ""
     where = "above" if data["oscillation"]["oscillation_arcsec"] > limit else "within"
-    return f", {where} the limit of {angle_unit(limit * ARCSEC).text(limit * ARCSEC)}"
+    alone = " under this load alone" if data["load_has_a_range"] else ""
+    return f", {where} the limit of {angle_unit(limit * ARCSEC).text(limit * ARCSEC)}{alone}"
+
+
+def _torques(data: dict[str, Any]) -> str:
+    """What gear and motor take: under a range of loads at least, for their vibration under the others is not known."""
+    gear, motor, ranged = number(data["gear_torque_N_m"]), data["required_motor"], data["load_has_a_range"]
+    said = f"in the gear at {'least' if ranged else 'most'} {gear} N·m"
+    if motor:
+        said += f", of the motor {number(motor['torque_N_m'])} N·m"
+        said += "" if ranged else f", {number(motor['holding_torque_N_m'])} N·m of it at steady speed"
+    return f"{said}: all loads without vibration, and this one with it; analyze follows each" if ranged else said
 
 
 def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str:
@@ -170,11 +182,7 @@ def _summary(project: Project, data: dict[str, Any], output: Path | None) -> str
         lines.append(f"  with its mean: at most {angle_unit(peak).text(peak)} at {number(at, 5)} {unit}")
     else:
         lines.append(f"  {data['sweep']}")
-    said = f"  torque in the gear at most {number(data['gear_torque_N_m'])} N·m"
-    if motor := data["required_motor"]:
-        holding = f", {number(motor['holding_torque_N_m'])} N·m of it at steady speed"
-        said += f", of the motor {number(motor['torque_N_m'])} N·m{holding}"
-    lines.append(said)
+    lines.append(f"  torque {_torques(data)}")
     folds = ", ".join(number(speed, 5) for speed in data["fold_speeds"])
     lines.append(f"  folds, where the curve turns: {f'{folds} {unit}' if folds else 'none'}")
     for band in data["hysteresis_bands"]:

@@ -5,6 +5,7 @@ from typing import Any
 
 import click
 
+from ...files.project import Project
 from ...files.reading import read_project
 from ...files.variants.scatter import Exceedance, exceedance
 from ...quantities import convert
@@ -33,7 +34,7 @@ def variability(project: Path, count: int, seed: int, limit: str | None, retune:
         found, stop = finished(
             lambda: exceedance(drive, **how, progress=lambda done, all_: progress.show(told, done / all_))
         )
-    click.echo(to_json(report(drive.title, found)) if as_json else summary(drive.title, found))
+    click.echo(to_json(report(drive.title, found)) if as_json else summary(drive, found))
     if stop is not None:
         raise stop
 
@@ -48,23 +49,27 @@ def report(title: str, found: Exceedance) -> dict[str, object]:
         "confidence": 0.95, "method": "Clopper-Pearson", "oscillation_rad": found.oscillation, "at_rad_per_s": found.at,
         "avoid_low_rad_per_s": found.low, "avoid_high_rad_per_s": found.high, "factors": found.factors,
         "first_order_index": {row.path: row.index for row in rows}, "errors": found.errors, "tuning": found.tuning,
+        "load_torques_N_m": found.loads,
     }  # fmt: skip
 
 
-def summary(title: str, found: Exceedance) -> str:
+def summary(drive: Project, found: Exceedance) -> str:
     """Return the numbers as text."""
     low, high = (percent(share, 3) for share in found.interval)
     allowed = f"{number(convert(found.limit, 'rad', 'arcsec'))} {sign('arcsec')}"
     lines = [
-        f"{title}: {found.exceeding} of {found.count} drives exceed an oscillation of {allowed} somewhere in the range",
+        f"{drive.title}: {found.exceeding} of {found.count} drives exceed an oscillation of {allowed} somewhere in the "
+        "range",
         f"  probability {percent(found.probability, 3)}, 95 % confidence (Clopper-Pearson) {low} to {high}",
     ]
     if (ends := found.ends()) is not None:
-        low, high = (f"{number(end.low, 6)} to {number(end.high, 6)}" for end in ends)
-        lines.append(f"  speeds to avoid begin at {low} and end at {high} rad/s (95 % of the drives that exceed it)")
+        own = drive.speeds.own
+        low, high = (f"{number(own(end.low), 6)} to {number(own(end.high), 6)}" for end in ends)
+        unit = f"{drive.speeds.own_unit} (95 % of the drives that exceed it)"
+        lines.append(f"  speeds to avoid begin at {low} and end at {high} {unit}")
     rows = () if found.ranking is None else found.ranking.rows
     lines += [f"  {row.path}: first-order index {row.index:.2f} ± {row.index_error:.2f}" for row in rows]
     if found.failed:
         lines.append(f"  {found.failed} of the drives have no response curve: {'; '.join(found.errors[:MOST_ERRORS])}")
-    lines += [f"  {found.tuning}"] if found.tuning else []
+    lines += [f"  {said}" for said in (found.under, found.tuning) if said]
     return "\n".join([*lines, f"  seed {found.seed}"])

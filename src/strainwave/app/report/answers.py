@@ -58,7 +58,7 @@ def _motor(view: View) -> str:
     text = "It must give up to {} N·m{}, at {}"
     said = Sentence(text, number(motor.torque), run, Speed(motor.at, digits=5) + under_load(motor.load))
     if motor.holding > LEAST * motor.torque:
-        said += f"; steady loads and friction take {number(motor.holding)} N·m of it"
+        said += f"; steady loads and friction alone take up to {number(motor.holding)} N·m"
     torque, speed = limits or MotorLimits()
     said += "." + _has(motor.torque, torque, "N·m")
     if view.speeds.by_motor:

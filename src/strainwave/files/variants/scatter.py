@@ -13,7 +13,7 @@ from ...records import Labelled, Result
 from ...results import Floats, Interrupted, SolveError
 from ...sentences import on_screen
 from ...study.analysis.avoid import band_above
-from ...study.analysis.load_range import refuse_free
+from ...study.analysis.load_range import WITH_MEMORY, refuse_free
 from ...study.analysis.runup import silent
 from ...study.identification.intervals import Interval
 from ...study.variability.sensitivity import Ranking, ranking
@@ -39,8 +39,8 @@ class Exceedance(Result):
     factors : dict of str to (drives,) array
         Numbers of the file relative to themselves, by their names; of a phase what is added to it [rad].
     oscillation, at : (drives,) arrays
-        Largest |error - mean| [rad] over the motions that a slow run-up or run-down visits, and the speed [rad/s] of
-        the base angle there; nan of a drive without a response curve.
+        Largest |error - mean| [rad] over the motions that a slow run-up or run-down visits under any of the `loads`,
+        and the speed [rad/s] of the base angle there; nan of a drive without a response curve.
     low, high : (drives,) arrays
         Ends [rad/s] of the speeds to avoid around that one: above the limit, or between jumps; nan of a drive that
         does not exceed the limit.
@@ -66,6 +66,14 @@ class Exceedance(Result):
     ranking: Ranking | None
     errors: tuple[str, ...]
     tuning: str = ""
+    loads: tuple[float, ...] = ()
+
+    @property
+    def under(self) -> str:
+        """Under which torques of the load the drives are, in words; empty where the load has one."""
+        if len(self.loads) < 2:
+            return ""
+        return f"Each under {len(self.loads)} torques of its load, {self.loads[0]:.6g} to {self.loads[-1]:.6g} N*m."
 
     @property
     def count(self) -> int:
@@ -126,7 +134,7 @@ class Exceedance(Result):
             lines.append(f"  speeds to avoid from {begin} to {end} rad/s, 95 % of the drives that exceed it")
         rows = () if self.ranking is None else self.ranking.rows
         lines += [f"  {row.path}: first-order index {row.index:.2f} +- {row.index_error:.2f}" for row in rows]
-        return on_screen("\n".join([*lines, *(f"  {one}" for one in (self.tuning, *self.errors) if one)]))
+        return on_screen("\n".join([*lines, *(f"  {one}" for one in (self.under, self.tuning, *self.errors) if one)]))
 
     __repr__ = __str__
 
@@ -144,7 +152,8 @@ def exceedance(
 
     Every number of `scatter` is normal about that of the file, with the standard deviation given there (relative, of a
     phase an angle), cut off at three of them, and correlated as `scatter_correlation` says or independent. The curve is
-    that of the whole drive, as `Project.response` follows it.
+    that of the whole drive, as `Project.response` follows it; where the torque of the load has a range or follows the
+    load's angle, as gravity does, there is one for each of five torques of the range.
 
     Parameters
     ----------
@@ -196,7 +205,8 @@ def exceedance(
         own = {name: values[: len(rows)] for name, values in factors.items()}
         rank = None if np.any(np.isnan(found)) else ranking(own, found, np.random.default_rng(seed))
         said = tuning(project, own, retune)
-        return Exceedance(allowed, own, found, at, low, high, seed, rank, tuple(errors), said)
+        torques = _torques(project)
+        return Exceedance(allowed, own, found, at, low, high, seed, rank, tuple(errors), said, torques)
 
     load()  # of many drives, which pays where one response does not
     try:
@@ -212,17 +222,27 @@ def exceedance(
     return result()
 
 
+def _torques(drive: Project) -> tuple[float, ...]:
+    """Torques [N*m] of the load under which a drive is followed."""
+    low, high = drive.load_torques
+    return tuple(np.linspace(low, high, WITH_MEMORY).tolist()) if low < high else (drive.mean_load_torque,)
+
+
 def _largest(drive: Project, limit: float, errors: dict[str, None]) -> tuple[float, float, float, float]:
     """Largest oscillation of a drive, its speed, and the ends of the speeds to avoid; nan where there are none."""
-    try:
-        response = drive.response()
-    except SolveError as error:
-        errors[str(error)] = None
-        return (np.nan,) * 4
-    visited = response.visited()
-    top = visited[int(np.argmax(response.oscillation[visited]))]
-    ends = band_above(response.response, limit) or (np.nan, np.nan)
-    return float(response.oscillation[top]), float(response.omega[top]), *ends
+    torques, rows = _torques(drive), []
+    for torque in torques:
+        try:
+            response = (drive.under(torque) if len(torques) > 1 else drive).response()
+        except SolveError as error:
+            errors[str(error)] = None
+            return (np.nan,) * 4
+        visited = response.visited()
+        top = visited[int(np.argmax(response.oscillation[visited]))]
+        ends = band_above(response.response, limit) or (np.nan, np.nan)
+        rows.append((float(response.oscillation[top]), float(response.omega[top]), *ends))
+    lows, highs = np.array(rows)[:, 2:].T
+    return *max(rows)[:2], float(np.fmin.reduce(lows)), float(np.fmax.reduce(highs))
 
 
 def scattered(project: Project, count: int = 64, seed: int = 0, *, retune: bool = False) -> Iterator[Project]:

@@ -255,9 +255,11 @@ class DriveResponse(Result):
         used, motor = self.usage, self.motor
         used = replace(used, peak_torque=max(used.peak_torque, *map(abs, loads)))
         if motor is not None and self.motor_mean is not None:
-            means = self.motor_mean[self.visited()]
-            holding = max(float(np.max(np.abs(means + (mean - load) / N))) for load in loads)
-            motor = motor._replace(torque=max(motor.torque, holding), holding=holding)
+            means = np.abs(self.motor_mean[self.visited()] + (mean - np.array(loads)[:, None]) / N)
+            holding, at = float(np.max(means)), self.omega[self.visited()][int(np.argmax(np.max(means, axis=0)))]
+            motor = motor._replace(holding=holding)
+            if holding > motor.torque:
+                motor = motor._replace(torque=holding, at=float(at))
         return used, motor
 
     def __str__(self) -> str:

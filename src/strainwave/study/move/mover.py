@@ -139,7 +139,7 @@ def move_findings(
 
 
 def _stretched(train: DriveTrain, path: Path, most: float) -> str:
-    """By how much to stretch a profile whose torque is too large, by bisection; friction stays that of its speed."""
+    """By how much a rigid drive stretches a profile whose torque is too large; friction stays that of its speed."""
 
     def too_large(stretch: float) -> bool:
         return float(np.max(np.abs(demand_of(train, path, stretch).motor))) > most
@@ -152,7 +152,8 @@ def _stretched(train: DriveTrain, path: Path, most: float) -> str:
     for _ in range(50):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if too_large(middle) else (low, middle)
-    return f"stretch it from {path.duration:.4g} s to {_up(high * path.duration)} s or more, or take a stronger motor"
+    need = f"stretch it from {path.duration:.4g} s to at least {_up(high * path.duration)} s"
+    return f"{need}, which a rigid drive takes, and look again at what its vibration adds, or take a stronger motor"
 
 
 def _up(value: float) -> str:

@@ -1,6 +1,6 @@
 """A drive at a constant speed in time: from rest to the motion on which it settles."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -50,6 +50,8 @@ class DriveMotion(Result):
         Largest change [rad] of the error from one of the last turns to the next; 0 where the motion repeats.
     has_reference : bool
         Whether the error is the pointing error of the load; else it is that between motor and load.
+    loads : (float, float) or None
+        Least and largest torque [N*m] of a load that has more than the one of this motion.
     """
 
     omega: float
@@ -62,6 +64,7 @@ class DriveMotion(Result):
     turns: int
     change: float
     has_reference: bool = True
+    loads: tuple[float, float] | None = None
 
     rows: ClassVar[str] = "t"
 
@@ -120,12 +123,17 @@ class DriveMotion(Result):
         )  # fmt: skip
 
     def __str__(self) -> str:
+        alone = ""
+        if self.loads is not None:
+            low, high = self.loads
+            alone = f"\n  the torque of the load goes from {low:.6g} to {high:.6g} N*m: give another as load"
         return on_screen(
             f"DriveMotion: {self.name} at {self.omega:.6g} rad/s ({self.omega / RPM:.6g} rpm) of the base angle, "
             f"{self.load_torque:.6g} N*m on the load\n"
             f"  oscillation {self.oscillation:.6g} rad about a mean of {self.mean:.6g} rad, largest size "
             f"{self.peak:.6g} rad\n"
-            f"  largest torque in the gear {self.peak_torque:.6g} N*m; {self.remark or 'it repeats with every turn'}"
+            f"  largest torque in the gear {self.peak_torque:.6g} N*m; "
+            f"{self.remark or 'it repeats with every turn'}{alone}"
         )
 
     __repr__ = __str__
@@ -156,11 +164,14 @@ def drive_motion(project: Any, omega: float, *, load: float | None = None) -> Dr
         raise TypeError(f"project is {shown(project)}; give what read_project returns")
     omega = number("omega [rad/s]", omega, positive=True)
     own = project if load is None else project.under(number("load [N*m]", load))
+    low, high = project.load_torques
     if own.train is not None:
         refuse_free(own.train)
-        return train_motion(own.train, omega, own.mean_load_torque)
-    system = own.system(omega)
-    return _motion(system, operating_point(system).start, own.mean_load_torque, own.motor == "held")
+        found = train_motion(own.train, omega, own.mean_load_torque)
+    else:
+        system = own.system(omega)
+        found = _motion(system, operating_point(system).start, own.mean_load_torque, own.motor == "held")
+    return replace(found, loads=(low, high)) if low < high else found
 
 
 def train_motion(train: DriveTrain, omega: float, load_torque: float) -> DriveMotion:
