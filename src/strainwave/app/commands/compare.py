@@ -72,6 +72,8 @@ def _print(rows: list[dict[str, Any]], output: Path) -> None:
     )
     for row in rows:
         click.echo(f"  {row['file']}: {row['verdict']}; speeds to keep out of: {row['keep_out_of']}")
+        if row["failures"]:
+            click.echo(f"    {row['failures']}")
     click.echo(f"written: {', '.join(str(output / name) for name in (HTML, CSV, SVG))}")
 
 
@@ -91,6 +93,7 @@ def _rows(found: ProjectComparison, files: list[str]) -> list[dict[str, Any]]:
             "reflected_inertia_kg_m2": float(found.reflected_inertia[i]),
             "load_inertia_kg_m2": float(found.load_inertia[i]), "folds": int(found.jumps[i]),
             "limit_arcsec": known(found.limit[i] / ARCSEC),
+            "failures": found.failures[i],
         }
         for i in range(len(files))
     ]  # fmt: skip

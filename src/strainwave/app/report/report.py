@@ -253,8 +253,8 @@ def summary(ordered: Sequence[dict[str, Any]]) -> str:
     limited = [row for row in ordered if row["limit_arcsec"] is not None]
     if limited:
         kept = sum(not _over(row) for row in limited)
-        said += f" {kept} of {len(limited)} drives with a limit keep to it at all their speeds."
-    return said
+        said += f" {kept} of {len(limited)} drives with a limit of the oscillation keep to it at all their speeds."
+    return " ".join([said, *(f"{row['title']}: {row['failures']}" for row in ordered if row.get("failures"))])
 
 
 def _over(row: dict[str, Any]) -> bool:

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...model.gears.limits import gravest
 from ...quantities import shown
 from ...records import Labelled, Result
 from ...results import Floats, Interrupted
@@ -46,6 +47,8 @@ class ProjectComparison(Result):
         Number of folds of that response in its range.
     limit : (n,) array
         Largest oscillation that the project allows [rad]; nan where it has no limit.
+    failures : tuple of str
+        By which limits of gear and motor each drive fails, in sentences; empty by none.
     """
 
     titles: tuple[str, ...]
@@ -65,6 +68,7 @@ class ProjectComparison(Result):
     load_inertia: Floats
     jumps: Floats
     limit: Floats
+    failures: tuple[str, ...] = ()
 
     rows: ClassVar[str] = "drive"
 
@@ -95,6 +99,7 @@ class ProjectComparison(Result):
                 f"{self.speed[i] / RPM:.5g} rpm of the base angle with {self.load[i]:.4g} N*m on the load, largest "
                 f"torque in the gear {self.torque[i]:.4g} N*m; {self.verdicts[i].answer}"
             )
+            lines += [f"    {said}" for said in self.failures[i : i + 1] if said]
         return on_screen("\n".join(lines))
 
     __repr__ = __str__
@@ -166,6 +171,7 @@ def _compared(given: list[Project], found: list[Analysis]) -> ProjectComparison:
         each(lambda p: p.drive.J_l),
         np.array([_folds(response) for response in responses], float),
         each(lambda p: p.limit),
+        tuple(" ".join(limit.sentence for limit in gravest(one.limits) if limit.fails) for one in found),
     )
 
 
