@@ -145,8 +145,8 @@ from .study.kinematic_error.parts import error_parts as error_parts
 from .study.gear.hysteresis import HysteresisLoop as HysteresisLoop
 from .study.gear.hysteresis import hysteresis_loop as hysteresis_loop
 from .study.gear.hysteresis import lost_motion as lost_motion
-from .study.gear.hysteresis import HysteresisFit as HysteresisFit
-from .study.gear.hysteresis import fit_hysteresis as fit_hysteresis
+from .study.gear.hysteresis_fit import HysteresisFit as HysteresisFit
+from .study.gear.hysteresis_fit import fit_hysteresis as fit_hysteresis
 from .study.gear.efficiency import Efficiency as Efficiency
 from .study.gear.efficiency import efficiency as efficiency
 from .study.gear.energy import EnergyBalance as EnergyBalance
@@ -266,7 +266,7 @@ from .files.reading import read_project as read_project
 from .files.project_text import project_text as project_text
 from .files.identified.identify_drive import IdentifiedDrive as IdentifiedDrive
 from .files.identified.identify_drive import identify_drive as identify_drive
-from .files.variants.project_sweep import replaced as replaced
+from .files.variants.replaced import replaced as replaced
 from .files.variants.comparison import ProjectComparison as ProjectComparison
 from .files.variants.comparison import compare_projects as compare_projects
 from .files.variants.scatter import Exceedance as Exceedance

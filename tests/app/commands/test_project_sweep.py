@@ -13,7 +13,7 @@ from twelve_projects import PROJECTS
 from strainwave.app.commands import cli as command
 from strainwave.app.commands.project_sweep import axis
 from strainwave.files.reading import read_project
-from strainwave.files.variants.project_sweep import replaced
+from strainwave.files.variants.replaced import replaced
 
 
 @pytest.fixture

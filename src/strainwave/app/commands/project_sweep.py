@@ -9,7 +9,7 @@ import numpy as np
 from ...files.notes import load_remark
 from ...files.project import Project
 from ...files.variants.names import keys_of, quantity
-from ...files.variants.project_sweep import replaced
+from ...files.variants.replaced import replaced
 from ...files.yaml_text import read
 from ...quantities import convert
 from ...results import Floats

@@ -19,7 +19,7 @@ import numpy as np
 
 from ...files.project import Project
 from ...files.reading import read_project
-from ...files.variants.project_sweep import tuning
+from ...files.variants.replaced import tuning
 from ...protocols import state_count
 from ...quantities import Parameter, convert, parameters, parse
 from ...results import Floats

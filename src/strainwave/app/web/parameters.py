@@ -14,7 +14,7 @@ from ...files.loop_fields import READERS
 from ...files.project import Project
 from ...files.schema import ProjectSpec
 from ...files.variants.names import nominal_of, numbers_of, quantity
-from ...files.variants.project_sweep import OF_RECORD
+from ...files.variants.replaced import OF_RECORD
 from ...files.yaml_text import read
 from ..view import sign
 from .state import State, project_of

@@ -18,7 +18,7 @@ from starlette.requests import Request
 from ...files.project import Project
 from ...files.project_text import project_text
 from ...files.reading import ProjectError, from_text
-from ...files.variants.project_sweep import PLACE, replaced
+from ...files.variants.replaced import PLACE, replaced
 from ...files.yaml_text import LARGEST, read
 from ...model.gears import catalogue
 from ...model.gears.gear import Gear

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...files.notes import load_remark
 from ...files.project import Project
-from ...files.variants.project_sweep import replaced, tuning
+from ...files.variants.replaced import replaced, tuning
 from ...model.excitation import Harmonics
 from ...numerics.balance.truncation import MATTERS
 from ...results import SolveError

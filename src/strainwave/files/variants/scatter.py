@@ -21,7 +21,7 @@ from ..entries import Radians
 from ..project import Project
 from ..yaml_text import read
 from .names import nominal_of
-from .project_sweep import replaced, tuning
+from .replaced import replaced, tuning
 
 LEAST = 32  # drives, for an interval and a ranking to mean anything
 CUT = 3.0  # standard deviations: no drive is farther from its nominal value

@@ -1,0 +1,208 @@
+"""A project with other values in its file: read again, so that units and refusals are those of the file.
+
+A drive is built once. The gains that the file gives as a bandwidth and the damping B that it gives as a ratio or a
+quality stay those of its own drive, whatever else is varied; a name that is this notation (`loop.bandwidth`,
+`damping.ratio`) changes what it names, and with another gear B follows its ratio.
+"""
+
+import json
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from ...tree import is_model
+from ..entries import number
+from ..project import Project
+from ..project_text import loop_text
+from ..reading import ProjectError, from_located
+from ..yaml_text import read, read_again
+from .names import Keys, keys_of, numbers_of
+
+Placed = dict[str, tuple[Keys, str]]  # by its name in the file: where a text belongs, and the text
+LOOP, DAMPING = ("motor", "loop"), ("damping",)
+GEAR = ("gear",), ("gear", "name")  # what names another gear of the catalogue
+OF_RECORD = {"K1": "N*m/rad", "K2": "N*m/rad", "K3": "N*m/rad", "T1": "N*m", "T2": "N*m"}  # of a catalogue gear's law
+PLACE = re.compile(r"^.*?:\d+:\d+: ", re.MULTILINE)  # of a complaint, in a file that nobody wrote
+
+
+def replaced(project: Project, values: Mapping[str, str], *, retune: bool = False) -> Project:
+    """Read a project again with other values in its file.
+
+    Gains that the file gives as a bandwidth, and the damping B that it gives as a ratio or a quality, keep the numbers
+    that they have in the drive of the file, and the text then has these numbers. A name that is this notation, such as
+    "loop.bandwidth" or "damping.ratio", changes what it names. With another gear B follows its damping ratio.
+
+    Parameters
+    ----------
+    project : Project
+        As `read_project` returns it.
+    values : dict of str to str
+        Values as the file has them, with their units ("2 kg*m^2", "30 Hz", "SHG-40-50"), by their names in the file:
+        "load.inertia", "excitation.kinematic_error.0.amplitude", "gear", "speed" for a single one. "motor.", "load."
+        and "excitation." may be left out ("loop.K_p", "coupling.law.K"). "gear.K1", K2, K3, T1, T2 are also those of a
+        gear of the catalogue.
+    retune : bool
+        Whether gains given as a bandwidth and damping given as a ratio or a quality are computed anew for the changed
+        drive instead, as if the file had been written for it.
+
+    Returns
+    -------
+    Project
+        Its text is what was read.
+
+    Raises
+    ------
+    ValueError
+        If there is no such field, or the file may not have such a value.
+    """
+    content = json.loads(_content(project.text))
+    placed = {path: (keys_of(content, path), text) for path, text in values.items()}
+    of_record = {keys[1]: _of_record(path, text) for path, (keys, text) in placed.items() if _in_record(keys)}
+    placed = {path: (keys, text) for path, (keys, text) in placed.items() if not _in_record(keys)}
+    found = _read(project, _with(content, placed))
+    if not retune:
+        found = _as_built(project, content, placed, found)
+    return _with_law(found, of_record) if of_record else found
+
+
+def tuning(project: Project, names: Iterable[str], retune: bool) -> str:
+    """What happens to gains and damping where these numbers of a file are varied, in a sentence; empty where nothing.
+
+    The sentence is about what the file gives by a notation: see `replaced`.
+    """
+    content = json.loads(_content(project.text))
+    keys = [keys_of(content, name) for name in names]
+    parts = [
+        what
+        for what, given, own in (
+            ("the gains of the motor's loop", _has_bandwidth(content), LOOP),
+            ("the damping B", bool(_ratios(content)), DAMPING),
+        )
+        if given and any(key[: len(own)] != own for key in keys)
+    ]
+    if not parts:
+        return ""
+    if retune:
+        return f"Computed anew for every drive: {' and '.join(parts)}."
+    return f"Kept as in the drive of the file: {' and '.join(parts)}; retune computes them anew for every drive."
+
+
+def _read(project: Project, content: dict[str, Any]) -> Project:
+    return _reading(json.dumps(content, ensure_ascii=False), project.path)
+
+
+@lru_cache(16)
+def _reading(text: str, path: Path) -> Project:
+    try:
+        return from_located(read_again(text), text, path)
+    except ProjectError as error:
+        raise ValueError("; ".join(PLACE.sub("", str(error)).splitlines())) from None
+
+
+def _with(content: dict[str, Any], placed: Placed) -> dict[str, Any]:
+    """The content of a file with texts in their places."""
+    changed: dict[str, Any] = json.loads(json.dumps(content))
+    for path, (keys, text) in placed.items():
+        _set(changed, path, keys, text)
+    return changed
+
+
+def _as_built(project: Project, content: dict[str, Any], placed: Placed, found: Project) -> Project:
+    """The changed project with the gains and the damping of the drive of the file, as far as they differ."""
+    changed, kept = _with(content, placed), []
+    if _has_bandwidth(content) and found.whole is not None:
+        tuned = _read(project, _with(content, _within(placed, LOOP))).whole
+        if tuned is not None and tuned.motor.control != found.whole.motor.control:
+            changed["motor"]["loop"] = read(loop_text(tuned.motor.control)).content
+            kept.append("the gains of the motor's loop")
+    if ratios := _ratios(content):
+        B = _read(project, _with(content, _within(placed, DAMPING, *GEAR))).drive.B
+        if found.drive.B != B:
+            own = {name: value for name, value in changed["damping"].items() if name not in ratios}
+            changed["damping"] = {**own, "B": f"{B!r} N*m*s/rad"}
+            kept.append("the damping B")
+    if not kept:
+        return found
+    note = f"Kept from the drive before the change: {' and '.join(kept)}."
+    found = _read(project, changed)
+    return replace(found, notes=(*found.notes, note))
+
+
+def _within(placed: Placed, *groups: Keys) -> Placed:
+    """The places that are in one of some groups of the file."""
+    return {path: one for path, one in placed.items() if any(_is_in(one[0], group) for group in groups)}
+
+
+def _is_in(keys: Keys, group: Keys) -> bool:
+    return keys == group if group in GEAR else keys[: len(group)] == group
+
+
+def _has_bandwidth(content: dict[str, Any]) -> bool:
+    """Whether a file gives the motor's loop by its bandwidth."""
+    motor = content.get("motor")
+    loop = motor.get("loop") if isinstance(motor, dict) else None
+    return isinstance(loop, dict) and "bandwidth" in loop
+
+
+def _ratios(content: dict[str, Any]) -> set[str]:
+    """Fields by which a file gives the damping relative to the rest of the drive."""
+    damping = content.get("damping")
+    return {"ratio", "quality"} & set(damping) if isinstance(damping, dict) else set()
+
+
+def _in_record(keys: Keys) -> bool:
+    return keys[0] == "gear" and len(keys) > 1 and keys[1] in OF_RECORD
+
+
+@lru_cache(64)
+def _content(text: str) -> str:
+    """Content of a project file as JSON."""
+    return json.dumps(read(text).content)
+
+
+def _set(content: dict[str, Any], path: str, keys: Keys, text: str) -> None:
+    if keys == ("speed", "at"):
+        shaft = {key: value for key, value in content["speed"].items() if key == "shaft"}
+        content["speed"] = {"at": [text], **shaft}
+        return
+    here: Any = content
+    for i, key in enumerate(keys):
+        inside = isinstance(here, dict) or (isinstance(here, list) and key.isdecimal() and int(key) < len(here))
+        if not inside:
+            raise ValueError(
+                f"the project file has no {path!r}: {'.'.join(keys[:i])} is not a group with {key!r}; its numbers are "
+                f"{', '.join(numbers_of(content))}"
+            )
+        at: Any = int(key) if isinstance(here, list) else key
+        if i == len(keys) - 1:
+            here[at] = text
+        else:
+            here = here[at] if isinstance(here, list) else here.setdefault(at, {})
+
+
+def _of_record(path: str, text: str) -> float:
+    unit = OF_RECORD[path.rpartition(".")[2]]
+    try:
+        return number(text, unit, "positive")
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _with_law(project: Project, numbers: dict[str, float]) -> Project:
+    """Return a project of a gear of the catalogue with other numbers in its law."""
+    if project.gear is None or any(name not in project.gear.law._fields for name in numbers):
+        has = "no law of three slopes" if project.gear is None else f"a law of {', '.join(project.gear.law._fields)}"
+        raise ValueError(f"gear.{next(iter(numbers))}: this gear has {has}")
+    kind = type(project.gear.law)
+
+    def changed(thing: Any) -> Any:
+        if isinstance(thing, kind):
+            return thing._replace(**numbers)
+        return type(thing)(*map(changed, thing)) if is_model(thing) else thing
+
+    law = changed(project.drive.law)
+    train, whole = (one and one._replace(law=law) for one in (project.train, project.whole))
+    return replace(project, drive=project.drive._replace(law=law), train=train, whole=whole)
