@@ -107,8 +107,9 @@ def _searched(
             reach = _reach(seed, span, whole_range)
             curves, new = (*curves, follow(system, orbit, reach, known[0].every, case.train)), [*new, seed]
         elif orbit is None and whole:
-            kept.append(_loose(system, seed, 0.5 * (high - low)))
-            new += [seed] if seed.turns and not spring else []
+            apart = _loose(system, seed, 0.5 * (high - low), curves)
+            kept += apart
+            new += [seed] if apart and seed.turns and not spring else []
         same = np.abs(ends.lowest - low) + np.abs(ends.highest - high) < SAME * (high - low)
         if not (spring and seed.turns):  # the largest of those that are not followed stands for all at its speed
             same |= (ends.period == 0) | (not spring)
@@ -283,17 +284,24 @@ def _beyond(curves: tuple[Motions, ...], omega: Floats, ends: Ends, lane: int) -
     return bool(ends.lowest[lane] < low - margin or ends.highest[lane] > high + margin)
 
 
-def _loose(system: Any, seed: Settling, size: float) -> Loose:
-    """A motion that is not followed: one that repeats is integrated on, another has its size [rad] of the search."""
+def _loose(system: Any, seed: Settling, size: float, curves: tuple[Motions, ...]) -> list[Loose]:
+    """A motion that is not followed, integrated on; none where that leads to a known one, slowly as beyond a fold.
+
+    One that repeats has the size of its last turns, another that [rad] of the search.
+    """
     here = system._replace(omega=seed.omega)
-    angles = 2.0 * np.pi * np.append(0.0, (LEAST_TURNS if seed.turns else 1) + np.arange(8 * 64 + 1) / 64)
+    angles = 2.0 * np.pi * np.append(0.0, LEAST_TURNS * STAGES + np.arange(8 * 64 + 1) / 64)
     run = simulate(here, seed.state, angles / seed.omega)
     if not run.status:
-        return Loose(seed.omega, size, float("inf"), seed.turns)
+        return [Loose(seed.omega, size, float("inf"), seed.turns)]
     angles, t, y = angles[1:], run.t[1:], run.y[:, 1:]
     if isinstance(here, Oscillator):
         torque = here.excitation.torque(angles) - here.J * np.gradient(y[1], t)
     else:
         torque = turning(here).torque(angles, own_state(here, tuple(y)))
-    size = 0.5 * float(np.ptp(y[0])) if seed.turns else size
-    return Loose(seed.omega, size, float(np.max(np.abs(torque))), seed.turns)
+    lowest, highest = np.min(y[:1], axis=1), np.max(y[:1], axis=1)
+    ends = Ends(y[:, -1:], np.zeros(1, np.int64), np.zeros(1, bool), lowest, highest)
+    if _matches(curves, np.array([seed.omega]), ends)[0]:
+        return []
+    size = 0.5 * float(highest[0] - lowest[0]) if seed.turns else size
+    return [Loose(seed.omega, size, float(np.max(np.abs(torque))), seed.turns)]
