@@ -36,8 +36,14 @@ class SystemAt(NamedTuple):
     rates_at: int
     torsion_at: int
     watched_at: int
+
+
+class SeveralAt(NamedTuple):
+    """A system by the addresses of its words, of its rates in several states at a time and of its kinks, 0 if none."""
+
+    words: int
+    rates_at: int
     kinks_at: int
-    several_at: int = 0
 
 
 class Tupled(NamedTuple):
@@ -51,8 +57,8 @@ class Tupled(NamedTuple):
         return answer(self.rates_at, self.words, phase, y)
 
 
-def system_by_address(system: Any, states: int, *, torsion: bool = False, kinks: int = 0) -> ByAddress:
-    """A system of so many states for kernels; with its `torsion` or so many `kinks`, where these look for switches."""
+def system_by_address(system: Any, states: int, *, torsion: bool = False) -> ByAddress:
+    """A system of so many states for kernels; with its `torsion`, where these look for switches."""
 
     def addressed(words: Callable[[Any], int]) -> SystemAt:
         seen = len(system.watched(0.0, (0.0,) * states)) if has(system, "watched") else 0
@@ -61,20 +67,15 @@ def system_by_address(system: Any, states: int, *, torsion: bool = False, kinks:
             rates_entry(system, states),
             entry(_torsion, system, float, states) if torsion else 0,
             entry(_watched, system, float, states, seen) if seen else 0,
-            _corners_entry(system, states, kinks),
         )
 
     return ByAddress(system, addressed)
 
 
-def several_by_address(system: Any, place: int, states: int, kinks: int) -> SystemAt:
-    """A system whose words are at an address, with its rates in several states at a time and its kinks."""
-    several = entry(_several, system, float, int, states, states)
-    return SystemAt(place, 0, 0, 0, _corners_entry(system, states, kinks), several)
-
-
-def _corners_entry(system: Any, states: int, kinks: int) -> int:
-    return entry(_corners, system, float, states, kinks) if kinks else 0
+def several_at(system: Any, place: int, states: int, kinks: int) -> SeveralAt:
+    """A system of so many states and kinks whose words are at an address."""
+    corners = entry(_corners, system, float, states, kinks) if kinks else 0
+    return SeveralAt(place, entry(_several, system, float, int, states, states), corners)
 
 
 def rates_entry(system: Any, states: int) -> int:
@@ -115,7 +116,7 @@ def rates(system: Any, phase: float, y: Floats, out: Floats) -> None:
 
 
 def _rates_of_loops(system: Any, phase: Any, y: Any, out: Any) -> None:
-    call(system.several_at, system.words, (phase, y.shape[0], pointer(y), pointer(out)))
+    call(system.rates_at, system.words, (phase, y.shape[0], pointer(y), pointer(out)))
 
 
 @kernel_as(_rates_of_loops, inline=True)

@@ -14,7 +14,7 @@ from ...compile.address import MATRIX, VECTOR, at, word_of_leaf, words_of
 from ...compile.jit import entries, routine
 from ...protocols import omega_of
 from ...results import Floats
-from ..addressed import EquationsAt, SystemAt, corner_distances, several_by_address
+from ..addressed import EquationsAt, SeveralAt, corner_distances, several_at
 from ..operating_point import FA, FB, SHARE, A, B, narrow, next_place
 from .linear_algebra import add, copy, fill
 from .linear_part import STRENGTH
@@ -32,7 +32,7 @@ class FirstOrderAt(NamedTuple):
     samples of the latest motion, `count` (1,) their number and `states` (room, n) what the motion is there.
     """
 
-    system: SystemAt
+    system: SeveralAt
     parameter: Floats
     is_speed: bool
     is_strength: bool
@@ -259,7 +259,7 @@ def native(problem: Any, kinks: int, words: Callable[[Any], int]) -> FirstOrderA
     if problem.leaf != STRENGTH:
         place = word_of_leaf(system, problem.leaf)
         parameter = memory.view(np.float64)[place : place + 1]
-    known = several_by_address(system, words(memory), n, kinks)
+    known = several_at(system, words(memory), n, kinks)
     gauss, panel = np.array([PLACES, WEIGHTS]), 2.0 * math.pi * h / PHASE
     room = len(problem.angles)
     if kinks:
