@@ -252,8 +252,8 @@ from .study.design.design import design as design
 from .study.design.result import Candidate as Candidate
 from .study.design.result import Design as Design
 from .study.design.result import Sensitivity as Sensitivity
-from .study.design.rules import DutySegment as DutySegment
-from .study.design.rules import Specification as Specification
+from .study.design.specification import DutySegment as DutySegment
+from .study.design.specification import Specification as Specification
 from .model.train.controls import Tuning as Tuning
 
 # Files

@@ -23,7 +23,9 @@ from ..speeds import Speeds
 from ..study.analysis.analysis import Analysis
 from ..study.analysis.analyze import analyze
 from ..study.analysis.drive_response import DriveResponse, of_equation
-from ..study.analysis.load_range import (
+from ..study.analysis.remedies import Source
+from ..study.analysis.runup import silent
+from ..study.analysis.train_curve import (
     NO_MOTION,
     LoadRange,
     has_curve,
@@ -32,9 +34,7 @@ from ..study.analysis.load_range import (
     train_curve,
     without_gravity,
 )
-from ..study.analysis.load_range import POINTS as OF_TRAIN
-from ..study.analysis.remedies import Source
-from ..study.analysis.runup import silent
+from ..study.analysis.train_curve import POINTS as OF_TRAIN
 from ..study.analysis.verdict import Judged, judged
 from ..study.move.mover import MotorLimits, Task
 from ..study.response.response import POINTS, exact_response

@@ -10,7 +10,7 @@ import strainwave as sw
 from strainwave.maths import cos, sign
 from strainwave.numerics.balance.choice import balance_of
 from strainwave.numerics.balance.first_order import FirstOrder, first_order
-from strainwave.numerics.balance.panels import analysis, derivative, synthesis, with_velocity
+from strainwave.numerics.balance.fourier import analysis, derivative, synthesis, with_velocity
 from strainwave.numerics.balance.rates import jacobians_at, number_of_states, rates_at
 from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.first_order import monodromy, multipliers_of

@@ -5,8 +5,8 @@ import pytest
 
 import strainwave as sw
 from strainwave.numerics.balance.first_order import linearised
+from strainwave.numerics.balance.fourier import all_orders
 from strainwave.numerics.balance.harmonics import is_odd_on
-from strainwave.numerics.balance.panels import all_orders
 from strainwave.numerics.balance.second_order import second_order
 from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.second_order import grid_of, hill

@@ -5,8 +5,8 @@ import pytest
 
 import strainwave as sw
 from strainwave.numerics.balance.first_order import first_order, linearised
+from strainwave.numerics.balance.fourier import Samples, crossings, distances
 from strainwave.numerics.balance.linear_part import STRENGTH
-from strainwave.numerics.balance.panels import Samples, crossings, distances
 from strainwave.numerics.stability.first_order import map_along
 from strainwave.tree import leaf_of
 

@@ -13,7 +13,7 @@ import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.files.reading import read_project
 from strainwave.study.analysis.avoid import speeds_to_avoid
-from strainwave.study.analysis.load_range import LoadCase, load_cases, over_all, searched, train_curve
+from strainwave.study.analysis.train_curve import LoadCase, load_cases, over_all, searched, train_curve
 from strainwave.study.response.resonances import operating_point
 
 RPM = 30.0 / math.pi

@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 import strainwave as sw
 from strainwave.model.train.train_forms import AtLoad, own_state
 from strainwave.numerics.curves.over_a_turn import traced_turn
-from strainwave.study.analysis.load_range import has_curve, largest_oscillation, train_curve
+from strainwave.study.analysis.train_curve import has_curve, largest_oscillation, train_curve
 from strainwave.study.response.response import exact_response
 from strainwave.study.train.operating_point import operating_state
 

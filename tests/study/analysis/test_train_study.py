@@ -8,7 +8,7 @@ import pytest
 from strainwave.app.report.sections.whole_train import WholeTrain, motor_in_words, parts, reduction
 from strainwave.app.view import AngleUnit, View
 from strainwave.files.reading import from_text
-from strainwave.study.analysis.load_range import LoadCase, load_cases, train_curve
+from strainwave.study.analysis.train_curve import LoadCase, load_cases, train_curve
 from strainwave.study.analysis.train_study import train_study
 from strainwave.study.response.resonances import operating_point
 from strainwave.study.response.response import exact_response

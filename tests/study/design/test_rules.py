@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 import strainwave as sw
-from strainwave.study.design.rules import checks, life
+from strainwave.study.design.specification import checks, life
 from strainwave.units import ARCSEC, RPM
 
 GEAR = sw.catalogue.gear("CSG-40-50")

@@ -13,7 +13,7 @@ from ...files.variants.replaced import replaced
 from ...files.yaml_text import read
 from ...quantities import convert
 from ...results import Floats
-from ...study.analysis.load_range import refuse_free
+from ...study.analysis.train_curve import refuse_free
 from ..console import Progress, number, to_json
 from ..view import sign
 

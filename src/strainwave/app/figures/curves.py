@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...files.project import Project
-from ...numerics.balance.panels import synthesis, to_blocks
+from ...numerics.balance.fourier import synthesis, to_blocks
 from ...results import Floats
 from ...study.analysis.in_time import Cycle, TimeCase
 from ...study.analysis.in_time.drive_motion import DriveMotion

@@ -14,8 +14,8 @@ from ...results import Floats
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.avoid import Avoid
 from ...study.analysis.drive_response import DriveResponse
-from ...study.analysis.load_range import LoadCase
 from ...study.analysis.runup import RunUp
+from ...study.analysis.train_curve import LoadCase
 from ...study.response.resonances import Regime
 from ...study.response.response import ExactResponse
 from ..console import number

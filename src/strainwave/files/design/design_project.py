@@ -5,7 +5,7 @@ import json
 from ...model.gears import catalogue
 from ...model.train.controls import Tuning
 from ...study.design.result import Candidate
-from ...study.design.rules import Specification
+from ...study.design.specification import Specification
 from ..entries import project_entry
 
 

@@ -9,7 +9,7 @@ from pydantic import model_validator as check_model
 
 from ...model.excitation import KinematicError, Line
 from ...model.gears import catalogue
-from ...study.design.rules import DutySegment, Specification
+from ...study.design.specification import DutySegment, Specification
 from ..complaints import EXAMPLES as OF_PROJECTS
 from ..complaints import complaints
 from ..entries import Wrong, refusal, whole

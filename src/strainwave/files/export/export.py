@@ -27,8 +27,8 @@ from ...quantities import checked, floated, shown
 from ...sentences import on_screen
 from ...tree import is_model, leaves, mapped, numbers
 from ..project import Project
+from .c_code import CCode, Parameters, as_name, c_name, function, guarded, opening, struct, text_of, with_parameters
 from .fmu import child, element, write_fmu, written
-from .parameters import CCode, Parameters, as_name, c_name, function, guarded, opening, struct, text_of, with_parameters
 from .plant import plant_code, plant_of
 from .traced import Recording, literal
 

@@ -22,7 +22,7 @@ from ...numerics.integration.methods import Dop8, FixedStep
 from ...protocols import with_parts
 from ...quantities import checked, number, numbers, shown
 from ...study.train.state_space import state_space
-from .parameters import CCode, Parameters, as_name, function, guarded, opening, struct, text_of, with_parameters
+from .c_code import CCode, Parameters, as_name, function, guarded, opening, struct, text_of, with_parameters
 from .traced import Recording
 
 INPUTS = (

@@ -12,7 +12,7 @@ import xarray as xr
 
 from ...quantities import shown
 from ...results import Floats
-from ...study.analysis.load_range import refuse_free
+from ...study.analysis.train_curve import refuse_free
 from ...study.sweep.sweep import sweep
 from ..project import Project
 from ..reading import from_text

@@ -13,8 +13,8 @@ from ...records import Labelled, Result
 from ...results import Floats, Interrupted, SolveError
 from ...sentences import on_screen
 from ...study.analysis.avoid import band_above
-from ...study.analysis.load_range import WITH_MEMORY, refuse_free
 from ...study.analysis.runup import silent
+from ...study.analysis.train_curve import WITH_MEMORY, refuse_free
 from ...study.identification.intervals import Interval
 from ...study.variability.sensitivity import Ranking, ranking
 from ..entries import Radians

@@ -13,8 +13,8 @@ from ...law import breakpoints_of
 from ...protocols import omega_of
 from ...quantities import replace
 from ...results import Floats, Orbit, SolveError
+from ..balance.fourier import orders
 from ..balance.linear_part import carried, drive
-from ..balance.panels import orders
 from ..integration.methods import Dopri5
 from ..integration.simulate import simulate
 from ..orbits.shooting import find_orbit

@@ -3,7 +3,7 @@
 omega/turns dY/dpsi = f(turns psi, Y) with one block of coefficients (mean, cosines, sines) a state, each in units of
 the state's size in the linear response, by alternating frequency/time. It runs in NumPy on whole arrays of samples:
 `rhs` and `jacobian` must take arrays, as all arithmetic without branches does. Of a system whose laws have breakpoints
-the samples end at the kinks of the motion (see `panels`).
+the samples end at the kinks of the motion (see `fourier`).
 
 Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
 
@@ -25,9 +25,9 @@ from ...results import Floats
 from ...tree import leaf_of, leaves, with_leaf
 from ..addressed import EquationsAt
 from .first_order_at import FirstOrderAt, equations_of, native
+from .fourier import analysis, derivative, distances, extended, from_blocks, multiply_rows, panels, synthesis, to_blocks
 from .harmonics import ENOUGH, highest_order
 from .linear_part import STRENGTH, STRONG
-from .panels import analysis, derivative, distances, extended, from_blocks, multiply_rows, panels, synthesis, to_blocks
 from .rates import DIFFERENCE, SAME, base_speed, jacobians_at, number_of_states, of_strength, rates_at
 from .truncation import shares_left_out
 

@@ -1,6 +1,6 @@
 """The balance of `FirstOrder` in machine code: compiled once for all systems, whose rates it calls by address.
 
-It does what `FirstOrder` and `panels` do in NumPy, sample by sample. Series are tables (2H+1, states) in the units of
+It does what `FirstOrder` and `fourier` do in NumPy, sample by sample. Series are tables (2H+1, states) in the units of
 the states; `waves` are 1, cos psi, ..., cos H psi, sin psi, ..., sin H psi at a place psi of the period.
 """
 
@@ -16,9 +16,9 @@ from ...protocols import omega_of
 from ...results import Floats
 from ..addressed import EquationsAt, SeveralAt, corner_distances, several_at
 from ..operating_point import FA, FB, SHARE, A, B, narrow, next_place
+from .fourier import CLOSE, LOOKED, PHASE, PLACES, WEIGHTS, extend_series, multiply_rows
 from .linear_algebra import add, copy, fill
 from .linear_part import STRENGTH
-from .panels import CLOSE, LOOKED, PHASE, PLACES, WEIGHTS, extend_series, multiply_rows
 from .rates import strengthened
 
 CHANGE, LEAST = 1e-6, 1e-3  # of a parameter for its derivative, and the least size that it is taken to have

@@ -14,7 +14,7 @@ from ...compile.jit import kernel_as, routine
 from ...law import breakpoints_of
 from ...results import Floats
 from ..operating_point import operating_point
-from .panels import orders
+from .fourier import orders
 
 WAVE = np.cos(np.pi * (np.arange(16) + 0.5) / 16)  # half a vibration
 SIZES = np.geomspace(1e-5, 1.0, 50)  # amplitudes at which the law is asked, of the largest that the damping allows

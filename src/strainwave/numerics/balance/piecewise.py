@@ -16,8 +16,8 @@ from ...compile.jit import kernel_as, routine
 from ...law import breakpoints_of
 from ...results import Floats
 from ..addressed import kinks, stiffnesses, torques
+from .fourier import extend, multiply_rows
 from .linear_algebra import copy, extremes
-from .panels import extend, multiply_rows
 
 MOST_CROSSINGS = 256
 

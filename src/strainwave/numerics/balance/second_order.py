@@ -16,6 +16,7 @@ from ...compile.jit import run
 from ...results import Floats
 from ...tree import leaf_of, with_leaf
 from ..addressed import EquationsAt, difference, equations_at, error_values, excitation_torques, oscillator_at, varied
+from .fourier import all_orders, analysis, from_blocks, orders, synthesis, to_blocks, with_velocity
 from .harmonics import ENOUGH, seems_odd
 from .linear_algebra import copy, extremes, fill, padded, row_times
 from .linear_part import (
@@ -32,7 +33,6 @@ from .linear_part import (
     vary,
     ways,
 )
-from .panels import all_orders, analysis, from_blocks, orders, synthesis, to_blocks, with_velocity
 from .piecewise import is_piecewise_linear
 from .rates import base_speed
 from .springs import of_law, springs_for

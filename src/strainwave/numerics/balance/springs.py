@@ -14,8 +14,8 @@ from ...compile.address import MATRIX, VECTOR, at, call, value
 from ...compile.jit import entries, kernel_as
 from ...results import Floats
 from ..addressed import law_at, stiffnesses, torques
+from .fourier import extend_series, multiply_rows
 from .linear_algebra import extremes, row_times
-from .panels import extend_series, multiply_rows
 from .piecewise import crossings_for, is_piecewise_linear
 
 

@@ -21,7 +21,7 @@ from ...protocols import Balance
 from ...results import Floats, Status
 from ...sentences import Sentence, Speed
 from ...tree import mapped, with_leaf
-from .panels import analysis, orders, panels, synthesis
+from .fourier import analysis, orders, panels, synthesis
 from .rates import base_speed, jacobians_at, rates_at
 
 CURVE, ORBIT, FREE, MATTERS = 1e-6, 1e-10, 1e-11, 1e-3

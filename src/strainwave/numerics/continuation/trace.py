@@ -16,7 +16,7 @@ from ...protocols import Balance
 from ...results import Branch, Floats, Orbit, Status
 from ...series import largest_size, oscillation
 from ..balance.first_order import linearised
-from ..balance.panels import from_blocks
+from ..balance.fourier import from_blocks
 from ..balance.rates import base_speed
 from ..balance.truncation import Tail, tail_along
 from ..labels import (

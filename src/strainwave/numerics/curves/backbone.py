@@ -18,9 +18,9 @@ from ...quantities import numbers, shown
 from ...results import Floats, Status
 from ...tree import leaf_of
 from ..balance.first_order import linearised, newton
+from ..balance.fourier import from_blocks
 from ..balance.harmonics import MOST, grown, starting_harmonics
 from ..balance.linear_part import one_harmonic
-from ..balance.panels import from_blocks
 from ..balance.rates import SAME
 from ..balance.second_order import second_order
 from ..balance.truncation import FREE, Tail

@@ -14,9 +14,9 @@ from ...quantities import checked, interval, replace, shown
 from ...results import Floats, Orbit, SolveError, Status
 from ...tree import leaf_of
 from ..balance.first_order import linearised, newton
+from ..balance.fourier import from_blocks
 from ..balance.harmonics import starting_harmonics
 from ..balance.linear_part import forced
-from ..balance.panels import from_blocks
 from ..balance.rates import SAME
 from ..balance.second_order import second_order
 from ..balance.truncation import LOOKED_AT, tail_along

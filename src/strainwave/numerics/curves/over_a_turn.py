@@ -9,7 +9,7 @@ from ...protocols import Balance, linear_part_of
 from ...tree import leaf_of
 from ..balance.choice import balance_of
 from ..balance.first_order import FirstOrder, first_order
-from ..balance.panels import distances, stretched
+from ..balance.fourier import distances, stretched
 from ..balance.rates import rates_at
 from ..balance.truncation import MATTERS, Tail
 from ..continuation.passage import Coexisting

@@ -17,8 +17,8 @@ from ...results import Branch, Floats, Orbit, SolveError
 from ...tree import leaf_of
 from ..balance.choice import balance_of
 from ..balance.first_order import linearised
+from ..balance.fourier import stretched
 from ..balance.harmonics import grown, most_harmonics, starting_harmonics
-from ..balance.panels import stretched
 from ..balance.rates import periodic
 from ..balance.truncation import CURVE, Tail, tail_along
 from ..continuation.trace import Trace, describe, trace

@@ -22,8 +22,8 @@ from ...results import Floats
 from ...tree import with_leaf
 from ..balance.first_order import FirstOrder
 from ..balance.first_order_at import pieces_of, state_at
-from ..balance.panels import LOOKED as LOOKED_AT_KINKS
-from ..balance.panels import Samples, pieces
+from ..balance.fourier import LOOKED as LOOKED_AT_KINKS
+from ..balance.fourier import Samples, pieces
 from ..balance.rates import base_speed
 from ..labels import BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER
 from .panel_map import GAUSS_C, maps_through_panels, resolved, step_by, walked

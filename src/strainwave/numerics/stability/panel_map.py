@@ -17,7 +17,7 @@ import numpy as np
 
 from ...compile.jit import borrowed, kernel_as, routine, run
 from ...results import Floats
-from ..balance.panels import Samples, cut
+from ..balance.fourier import Samples, cut
 
 PLACES = 8
 FEW = 8  # runs in NumPy, which take a tenth of a second, before they are compiled

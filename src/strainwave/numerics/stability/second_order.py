@@ -25,8 +25,8 @@ from ...series import largest_size
 from ...tree import with_leaf
 from ..addressed import varied
 from ..balance.first_order import linearised, newton
+from ..balance.fourier import from_blocks, synthesis
 from ..balance.linear_algebra import add, row_times
-from ..balance.panels import from_blocks, synthesis
 from ..balance.rates import base_speed
 from ..balance.second_order import SecondOrder
 from ..balance.springs import of_law

@@ -28,9 +28,9 @@ from ..response.response import ExactResponse, loses_energy
 from .avoid import Avoid
 from .drive_response import DriveResponse, MotorUse, Usage
 from .in_time import TimeCase
-from .load_range import LoadCase, searched
 from .remedies import Remedy
 from .runup import RunUp
+from .train_curve import LoadCase, searched
 from .train_study import MotorCase, Ramp, TrainStudy
 from .verdict import Verdict
 

@@ -30,9 +30,9 @@ from .analysis import Analysis, GearLoop, loop_of, parametric_of
 from .avoid import in_run, speeds_to_avoid
 from .drive_response import DriveResponse, MotorUse, Usage, limit_findings, most_asked, most_used, of_equation, usage
 from .in_time import TimeCase, speeds_in_time, time_case
-from .load_range import LoadCase, LoadRange, has_curve, load_cases, over_all, refuse_free, searched, train_curve
 from .remedies import Source, Subject, what_helps
 from .runup import RunUp, run_up, silent
+from .train_curve import LoadCase, LoadRange, has_curve, load_cases, over_all, refuse_free, searched, train_curve
 from .train_study import TrainStudy, motor_cases, train_study
 from .verdict import smallest_change, verdict_of
 

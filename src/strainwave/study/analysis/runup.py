@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...numerics.balance.panels import with_velocity
+from ...numerics.balance.fourier import with_velocity
 from ...numerics.integration.methods import Dopri5
 from ...results import Branch, Floats
 from ..response.resonances import OperatingPoint

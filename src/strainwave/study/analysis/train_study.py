@@ -28,8 +28,8 @@ from ..train.run import DriveRun, drive_run
 from .avoid import Speeds
 from .drive_response import DriveResponse, MotorUse, Usage
 from .in_time.drive_motion import DriveMotion, train_motion
-from .load_range import train_curve
 from .runup import silent
+from .train_curve import train_curve
 
 FREQUENCIES, MOST_HARMONICS = 240, 31
 ALIKE = 1e-3  # relative difference of speeds that are looked at once

@@ -18,8 +18,8 @@ from ...numerics.sampled.linear import LoopResponse, loop_response, multipliers
 from ...protocols import lacking, lines_of, terms_of
 from ...quantities import checked, shown
 from ...results import Floats, SolveError
-from ..analysis.load_range import follows_its_angle, without_gravity
 from ..analysis.remedies.knobs import stiffer
+from ..analysis.train_curve import follows_its_angle, without_gravity
 from ..train.operating_point import operating_state
 
 USUAL_LIMIT = 10.0  # torques that the reference motion and the error ask for: where no limit of the motor is known

@@ -15,7 +15,7 @@ from ...numerics.curves.over_a_turn import traced_turn
 from ...results import SolveError
 from ...theory.slow_flow.multiple_scales import slow_flow
 from ...theory.slow_flow.setting import Resonance
-from ..analysis.load_range import POINTS, crest_in
+from ..analysis.train_curve import POINTS, crest_in
 from .averaged import Drives, Largest, largest
 from .result import Sensitivity
 

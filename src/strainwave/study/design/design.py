@@ -26,7 +26,7 @@ from ...units import ARCSEC, RPM
 from .averaged import Drives, Largest, largest
 from .checked import Balanced, Worth, balanced, sensitivities, worth
 from .result import Candidate, Design, front
-from .rules import SURE, WORDS, Check, Specification, checks, life
+from .specification import SURE, WORDS, Check, Specification, checks, life
 
 MOST_BALANCED = 400  # designs by harmonic balance
 MOST_DRIVES = 2000  # at once by averaging

@@ -9,7 +9,7 @@ import numpy as np
 from ...records import Labelled, Result
 from ...sentences import on_screen
 from ...units import ARCSEC, RPM
-from .rules import Specification
+from .specification import Specification
 
 SHOWN = 6
 UNITS = {

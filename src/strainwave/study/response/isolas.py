@@ -20,8 +20,8 @@ import numpy as np
 from ...law import springs_only
 from ...numerics.attractors.attractors import Motion, Search, settled_motions
 from ...numerics.attractors.settle import SEEN
+from ...numerics.balance.fourier import stretched
 from ...numerics.balance.harmonics import MOST, grown, starting_harmonics
-from ...numerics.balance.panels import stretched
 from ...numerics.balance.rates import SAME
 from ...numerics.balance.second_order import second_order
 from ...numerics.balance.truncation import CURVE, Tail, tail_along

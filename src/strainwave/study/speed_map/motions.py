@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from ...numerics.balance.panels import synthesis, to_blocks
+from ...numerics.balance.fourier import synthesis, to_blocks
 from ...results import Branch, Floats
 from ...series import oscillation
 

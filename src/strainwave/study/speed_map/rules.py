@@ -21,7 +21,7 @@ from ...results import Floats
 from ...units import RPM
 from ..analysis.avoid import AMPLIFIED, merged
 from ..analysis.drive_response import MotorUse, Usage, limit_findings
-from ..analysis.load_range import hulls_between
+from ..analysis.train_curve import hulls_between
 from .motions import MOTOR, OMEGA, OSCILLATION, UnderLoad
 
 # f_n [Hz] that the vendor's selection procedure asks for, and where

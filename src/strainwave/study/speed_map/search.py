@@ -17,8 +17,8 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad, own_state, turning
 from ...numerics.attractors.settle import SEEN
 from ...numerics.balance.choice import balance_of
+from ...numerics.balance.fourier import from_blocks
 from ...numerics.balance.harmonics import MOST, highest_order
-from ...numerics.balance.panels import from_blocks
 from ...numerics.balance.truncation import tail_along
 from ...numerics.continuation.trace import describe, solve
 from ...numerics.curves.parameter_response import both_ways
@@ -29,7 +29,7 @@ from ...numerics.integration.simulate import simulate
 from ...results import Branch, Floats
 from ...tree import leaf_of
 from ..analysis.drive_response import motor_torque
-from ..analysis.load_range import strain_of
+from ..analysis.train_curve import strain_of
 from .motions import HIGH, LOW, OMEGA, OSCILLATION, Loose, Motions, extremes
 from .starts import Settling, beside, beyond_ends, starts_at
 

@@ -8,9 +8,9 @@ import numpy as np
 from ...law import breakpoints_of, depends, spring_stiffness, states_of, torque_of
 from ...model.oscillator import Oscillator
 from ...numerics.attractors.attractors import box_at, starts_in
+from ...numerics.balance.fourier import with_velocity
 from ...numerics.balance.harmonics import highest_order
 from ...numerics.balance.linear_part import one_harmonic
-from ...numerics.balance.panels import with_velocity
 from ...numerics.balance.second_order import second_order
 from ...results import Floats
 from ...tree import leaf_of

@@ -18,7 +18,7 @@ from ...numerics.curves.backbone import backbone
 from ...results import Floats, SolveError
 from ..analysis.avoid import quasi_static
 from ..analysis.drive_response import DriveResponse, of_equation
-from ..analysis.load_range import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
+from ..analysis.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
 from ..response.resonances import OperatingPoint, active_orders, operating_point
 from ..response.response import exact_response
 from ..train.reductions import left_out

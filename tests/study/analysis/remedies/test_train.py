@@ -9,10 +9,10 @@ import strainwave as sw
 from strainwave.model.train.controls import PositionLoop, SpeedLoop, from_bandwidth, tuning_of
 from strainwave.model.train.shafts import Elastic, Load
 from strainwave.study.analysis.avoid import speeds_to_avoid
-from strainwave.study.analysis.load_range import train_curve
 from strainwave.study.analysis.remedies import Source, Subject, remedies
 from strainwave.study.analysis.remedies.knobs import knobs, loop_inertia, stiffer
 from strainwave.study.analysis.remedies.remedies import neighbours, with_gear
+from strainwave.study.analysis.train_curve import train_curve
 from strainwave.study.response.resonances import operating_point
 
 # the torsion stays far below the first kink of the gear, so that its law is the line K1

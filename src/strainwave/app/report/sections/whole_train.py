@@ -12,7 +12,7 @@ from ....results import Status
 from ....sentences import Angle, Sentence, Speed
 from ....study.analysis.avoid import turns
 from ....study.analysis.drive_response import DriveResponse
-from ....study.analysis.load_range import follows_its_angle
+from ....study.analysis.train_curve import follows_its_angle
 from ....study.analysis.train_study import Ramp, TrainStudy
 from ....study.response.resonances import active_orders
 from ....study.train.loop_margin import motor_name

@@ -13,8 +13,8 @@ import numpy as np
 from ....compile.elementwise import elementwise
 from ....compile.jit import kernel_as, routine
 from ....results import Floats
+from ..fourier import extend_series, multiply_rows
 from ..linear_algebra import add, copy, fill, padded, row_times
-from ..panels import extend_series, multiply_rows
 from ..piecewise import add_product
 from .pencil import add_on_the_left, add_stiffness, add_times
 

@@ -12,8 +12,8 @@ from ....protocols import linear_part_of
 from ....results import Floats
 from ....tree import leaf_of
 from ..first_order import FirstOrder
+from ..fourier import LOOKED, Samples, analysis, distances, false_position, synthesis
 from ..linear_part import carried
-from ..panels import LOOKED, Samples, analysis, distances, false_position, synthesis
 from ..rates import base_speed
 from ..truncation import few_of, share_of
 from .pencil import condense, eliminated, to_complex, to_real

@@ -19,10 +19,10 @@ from ....results import Floats
 from ....tree import with_leaf
 from ...addressed import EquationsAt, equations_at
 from ..first_order import FirstOrder
+from ..fourier import analysis, from_blocks, orders, synthesis, to_blocks
 from ..harmonics import ENOUGH, highest_order
 from ..linear_algebra import copy, extremes, fill, padded
 from ..linear_part import LEAST_LINE, STRENGTH, STRONG, clean_mean, others_possible, strength_beyond_folds
-from ..panels import analysis, from_blocks, orders, synthesis, to_blocks
 from ..piecewise import is_piecewise_linear
 from ..rates import base_speed
 from ..springs import springs_for

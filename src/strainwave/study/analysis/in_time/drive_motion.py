@@ -20,7 +20,7 @@ from ...response.resonances import operating_point
 from ...response.response import gear_torque
 from ...response.steady import finished_or_interrupted
 from ...train.run import waiting
-from ..load_range import at_load, refuse_free
+from ..train_curve import at_load, refuse_free
 
 SHOWN, BLOCK, LONGEST = 12, 60, 8  # turns of the settled motion; turns that are waited for, and at most so many times
 SAMPLES, PER_CYCLE = 96, 48  # of a turn at least, and of a cycle of the highest order

@@ -27,8 +27,8 @@ from ....tree import made
 from ...response.response import ExactResponse
 from ..avoid import Avoid
 from ..drive_response import DriveResponse, Usage
-from ..load_range import LoadCase, LoadRange, worst_of
 from ..runup import silent
+from ..train_curve import LoadCase, LoadRange, worst_of
 from .knobs import Knob, knobs
 from .subject import Source, Subject, Top, largest
 

@@ -20,7 +20,7 @@ from ....numerics.stability.second_order import displacement_peaks
 from ....protocols import terms_of
 from ....results import Floats
 from ....tree import leaf_of
-from ..load_range import largest_on_turns, largest_oscillation
+from ..train_curve import largest_on_turns, largest_oscillation
 
 POINTS = 12  # of a curve by harmonic balance, and more where it bends
 

@@ -10,10 +10,10 @@ from math import log as ln
 from ....results import SolveError
 from ..avoid import Avoid
 from ..drive_response import DriveResponse
-from ..load_range import LoadCase, LoadRange
 from ..remedies.knobs import Knob
 from ..remedies.remedies import Allowance, Remedy, Trial, at_worst, every_knob, under
 from ..remedies.subject import Subject, largest
+from ..train_curve import LoadCase, LoadRange
 
 MARGIN = 0.99  # of the limit, which a change has to reach: the short curve that judges it is within 1 %
 HELPS = 0.99  # relative oscillation below which a thing is followed further

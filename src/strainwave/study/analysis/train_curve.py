@@ -1,9 +1,8 @@
-"""A drive whose load torque lies anywhere in a range, as that of gravity on an arm does: a curve at several torques.
+"""The response of a whole drive train through a speed range: pointing error of the load, and torque in the gear.
 
+A load torque that lies anywhere in a range, as that of gravity on an arm does, takes a curve at several torques.
 Gravity follows the load's angle, which turns N times slower than the motor: to the vibration it is a constant torque,
 another one at every angle (quasi-static). Its own stiffness is left out: that of a gear is hundreds of times larger.
-
-The response of a whole drive train through a speed range: pointing error of the load, and torque in the gear.
 """
 
 from collections.abc import Callable, Iterator
@@ -22,7 +21,7 @@ from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import AngleTorque
 from ...model.train.shafts import NO_DRAG
 from ...model.train.train_forms import AtLoad, own_state, turning
-from ...numerics.balance.panels import from_blocks, synthesis
+from ...numerics.balance.fourier import from_blocks, synthesis
 from ...numerics.continuation.trace import Trace, with_crests
 from ...numerics.curves.over_a_turn import traced_turn
 from ...numerics.stability.second_order import displacement_peaks

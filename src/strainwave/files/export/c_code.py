@@ -1,9 +1,8 @@
-"""Numbers of a model as the fields of a struct in C, which a user of the code changes without exporting again.
+"""C code as two files, what every one of them says at its top, and the numbers of a model as fields of a struct.
 
+A user of the code changes these without exporting again.
 The floats of a model are recorded by name. One that decides a branch (a comparison in `if`, a function of the module
 math) is fixed: it stands in the code as it is. So do integers. What the code does not use is no field.
-
-C code as two files, and what every one of them says at its top.
 """
 
 import re

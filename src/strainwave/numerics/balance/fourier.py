@@ -1,11 +1,12 @@
-"""Samples of a periodic motion that end at its kinks, so that Fourier integrals are exact for laws with breakpoints.
+"""Fourier series of periodic states: order of coefficients, sampling tables, conversions, and samples between kinks.
+
+Results list coefficients as mean, cos 1, sin 1, cos 2, sin 2, ... of the base phase. Inside the solvers they stand in
+blocks, mean, cos 1..H, sin 1..H, because rows of the Jacobian are then contiguous Toeplitz and Hankel rows.
 
 A torque with corners, sampled at equal steps, leaves in the balance equations a kink wherever a sample passes a
 corner: false folds, and steps of a continuation as short as these kinks are near. Here the period is cut where the
 motion crosses breakpoints, or turns where a law has memory, and every piece is integrated by Gauss's rule: the samples
 move with the motion, and the equations are as smooth as the integrals are.
-
-Fourier series of periodic states: order of coefficients, sampling tables, and conversions.
 """
 
 from collections.abc import Callable

@@ -1,6 +1,6 @@
-"""Cheap rules: what a gear's datasheet says about it before any vibration is computed.
+"""What an axis must do: loads, speeds, torques, the error it may have, life, and what a design may be made of.
 
-What an axis must do: loads, speeds, torques, the error it may have, life, and what a design may be made of.
+Cheap rules: what a gear's datasheet says about it before any vibration is computed.
 """
 
 import math
