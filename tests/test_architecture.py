@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import strainwave
+from strainwave.above import HOMES, above
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = sorted((ROOT / "src").rglob("*.py"))
@@ -111,3 +112,8 @@ def test_the_long_tests_that_are_listed_exist():
     assert [
         (file, name) for file, name in listed if f"def {name}(" not in (ROOT / "tests" / file).read_text("utf-8")
     ] == []
+
+
+def test_what_is_named_as_a_string_is_there():
+    for name in HOMES:
+        assert callable(above(name))

@@ -7,7 +7,7 @@ HOMES = {
     "draw": "plot",
     "html": "app.notebook",
     "project_entry": "files.entries",
-    "to_control": "study.train.to_control",
+    "to_control": "study.train.state_space",
 }
 
 

@@ -68,7 +68,8 @@ def test_the_answer_is_written_and_its_projects_are_compared(path, tmp_path):
     first = page.split("<tbody>")[1].split("</tr>")[0]
     assert f"<td>{drives.index(least) + 1}: {least['title']}</td><td class=g>{least['gear']}</td>" in first
     assert ">limit</text>" in page
-    assert f"{len(drives)} of {len(drives)} drives with a limit keep to it" in page
+    count = len(drives)
+    assert f"{count} of {count} drives with a limit of the oscillation keep to it at all their speeds" in page
 
 
 @pytest.mark.slow
