@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from strainwave.series import largest_size, oscillation
+from strainwave.series import highest_between, largest_size, oscillation, weights_at
 
 
 def test_one_wave_has_its_amplitude_and_its_mean():
@@ -33,3 +33,16 @@ def test_largest_size_of_random_series_is_that_of_a_grid_of_a_million_points():
 def test_a_mean_alone_and_no_series_are_taken():
     np.testing.assert_array_equal(largest_size(np.array([[-2.0], [1.0]])), [2.0, 1.0])
     assert largest_size(np.empty((0, 5))).shape == (0,)
+
+
+def test_the_highest_place_between_two_is_that_of_a_dense_look():
+    arc = np.array([0.0, 0.8, 2.0, 2.9, 4.1])
+    rows = np.stack([np.full(5, 0.2), np.cos(0.5 * (arc - 1.7)), 0.3 * np.sin(arc)], axis=1)
+    for from_mean in (False, True):
+        place, top = highest_between(arc, rows, 0.8, 2.9, from_mean)
+        places = np.linspace(0.8, 2.9, 40001)
+        dense = np.stack([np.polyval(np.polyfit(arc, column, 4), places) for column in rows.T], axis=1)
+        sizes = np.hypot(dense[:, 1], dense[:, 2]) + (0.0 if from_mean else np.abs(dense[:, 0]))
+        assert place == pytest.approx(places[np.argmax(sizes)], abs=1e-3)
+        assert top == pytest.approx(np.max(sizes), rel=1e-8)
+        assert weights_at(arc, place).sum() == pytest.approx(1.0, abs=1e-14)

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .compile.jit import kernel_as, run
+from .compile.jit import kernel, kernel_as, run
 
 PER_HARMONIC, STEPS = 32, 3  # samples in a period of the highest harmonic; steps of Newton's method from the largest
+LOOKED = 17  # places between two others at which a highest one is looked for
 
 
 def largest_size(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -91,6 +92,53 @@ def oscillation(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
     waves = coefficients.copy()
     waves[:, 0] = 0.0
     return largest_size(waves)
+
+
+def highest_between(
+    arc: NDArray[np.float64], series: NDArray[np.float64], low: float, high: float, from_mean: bool
+) -> tuple[float, float]:
+    """Place in low .. high where the largest size is highest, and the size there, on the polynomial through series.
+
+    The series (n, 2H+1) are those at places (n,) of an arc; `from_mean` counts sizes from the mean.
+    """
+    out = np.empty(2)
+    run(
+        _highest, arc, np.ascontiguousarray(series), _waves(series.shape[1] // 2), low, high, from_mean, out, light=True
+    )
+    return float(out[0]), float(out[1])
+
+
+def _highest(arc: Any, series: Any, waves: Any, low: float, high: float, from_mean: bool, out: Any) -> None:
+    places, values, rows = np.empty(LOOKED), np.empty(LOOKED), np.empty((LOOKED, series.shape[1]))
+    best = 1
+    for _ in range(2):
+        for j in range(LOOKED):
+            places[j] = low + (high - low) * j / (LOOKED - 1)
+            rows[j] = 0.0
+            weights = weights_at(arc, places[j])
+            for a in range(len(arc)):
+                rows[j] += weights[a] * series[a]
+            if from_mean:
+                rows[j, 0] = 0.0
+        _largest(rows, waves, values)
+        best = min(max(int(np.argmax(values)), 1), LOOKED - 2)
+        low, high = places[best - 1], places[best + 1]
+    bend, rise = values[best - 1] - 2.0 * values[best] + values[best + 1], values[best - 1] - values[best + 1]
+    if bend < 0.0:
+        out[0], out[1] = places[best] + 0.25 * rise * (high - low) / bend, values[best] - rise * rise / (8.0 * bend)
+    else:
+        out[0], out[1] = places[best], values[best]
+
+
+@kernel
+def weights_at(arc: Any, place: float) -> Any:
+    """Weights (n,) at a place of what is known at places (n,) of an arc, of the polynomial through it (Lagrange)."""
+    weights = np.ones(len(arc))
+    for a in range(len(arc)):
+        for b in range(len(arc)):
+            if b != a:
+                weights[a] *= (place - arc[b]) / (arc[a] - arc[b])
+    return weights
 
 
 def largest_of_samples(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...protocols import Balance
 from ...results import Branch, Floats, Orbit, Status
-from ...series import largest_size, oscillation
+from ...series import highest_between, largest_size, oscillation, weights_at
 from ..balance.first_order import linearised
 from ..balance.fourier import from_blocks
 from ..balance.rates import base_speed
@@ -56,7 +56,7 @@ NAMES = {
 }
 
 LEAST = 0.01  # of the largest value on the curve: lower crests stay as they are
-REACH, LOOKED = 2, 17  # points to both sides of a crest, and places looked at between the next ones
+REACH = 2  # points to both sides of a crest
 ROUNDS, SETTLED = 6, 1e-12  # solutions of a crest, and the relative rise above one that is none
 SAME = 1e-6  # of the arc of these: what is nearer is one point
 ONE = 1e-6  # relative distance below which two points are one
@@ -253,43 +253,22 @@ def _crest(problem: Balance, points: Floats, i: int, sizes: Floats, measure: Mea
         return None
     known = np.append(True, apart)
     some, arc, size, crest, near = some[known], arc[known], float(sizes[i]), None, 0.1 * min(here - first, last - here)
+    series = _series(problem, some / scale)
     for _ in range(ROUNDS):
-        s, top = _highest(problem, arc, some, scale, first, last, measure)
+        s, top = highest_between(arc, series, first, last, measure is oscillation)
         if top - size <= SETTLED * top or not first < s < last or np.any(s == arc):
             break
-        guess = _between(arc, some, np.array([s]))[0] / scale
+        guess = weights_at(arc, s) @ some / scale
         found = solve(problem, guess)
         if found is None or float(np.linalg.norm((found - guess) * scale)) > near:
             break
-        value = float(measure(_series(problem, found[None]))[0])
+        solved = _series(problem, found[None])
+        value, place = float(measure(solved)[0]), int(np.searchsorted(arc, s))
         if value >= size:
             size, crest = value, (s - here, found)
-        place = int(np.searchsorted(arc, s))
         arc, some = np.insert(arc, place, s), np.insert(some, place, found * scale, axis=0)
+        series = np.insert(series, place, solved, axis=0)
     return crest
-
-
-def _highest(
-    problem: Balance, arc: Floats, points: Floats, scale: Floats, low: float, high: float, measure: Measure
-) -> tuple[float, float]:  # fmt: skip
-    """Place between two others where the polynomial through points is highest, and the value there."""
-    for _ in range(2):
-        places = np.linspace(low, high, LOOKED)
-        values = measure(_series(problem, _between(arc, points, places) / scale))
-        best = min(max(int(np.argmax(values)), 1), LOOKED - 2)
-        low, high = places[best - 1], places[best + 1]
-    left, top, right = values[best - 1 : best + 2].tolist()
-    bend, rise = left - 2.0 * top + right, left - right
-    if not bend < 0.0:
-        return float(places[best]), top
-    return float(places[best] + 0.25 * rise * (high - low) / bend), top - rise * rise / (8.0 * bend)
-
-
-def _between(arc: Floats, points: Floats, places: Floats) -> Floats:
-    """Points at places of the arc on the polynomial through points there (Lagrange)."""
-    ratios = (places[:, None, None] - arc) / (arc[:, None] - arc + np.eye(len(arc)))
-    ratios[:, np.arange(len(arc)), np.arange(len(arc))] = 1.0
-    return np.asarray(np.prod(ratios, axis=2) @ points)
 
 
 def _apart(a: Floats, b: Floats) -> float:
